@@ -1,0 +1,38 @@
+//! What a LiDAR measured, from where and when.
+//!
+//! # Brief overview
+//! A [`Scan`] is one sweep of the sensor: points in the *sensor* frame, perhaps with a time for each.
+//! A [`Trajectory`] says where the *body* was in the *world* at certain instants; a [`Track`] puts the
+//! extrinsic `body_from_sensor` behind it and answers for any instant in between, never outside.
+//! Together they turn returns into [`Ray`]s: the range–bearing model, in which a return is a measured
+//! range along a bearing, from the sensor's place at the return's own time. A [`ReturnFilter`] says which
+//! returns are used and [`ReturnCounts`] where the others went.
+//!
+//! Nothing here reads a file or starts a thread. Lengths are metres, instants integer nanoseconds,
+//! world coordinates `f64`. The bits of every result are the same on every platform.
+//!
+//! ```
+//! use dmp_sensor::{Isometry3, Ray, Track, Trajectory};
+//!
+//! let here = Isometry3::translation(0.0, 0.0, 0.0);
+//! let there = Isometry3::translation(10.0, 0.0, 0.0);
+//! let run = Trajectory::stamped(vec![(0, here), (1_000_000_000, there)])?.trajectory;
+//! let track = Track::new(&run, Isometry3::identity(), 2_000_000_000);
+//! let world_from_sensor = track.world_from_sensor_at(500_000_000).expect("within the trajectory");
+//! let ray = Ray::of_return(&world_from_sensor, [0.0, 4.0, 0.0]);
+//! assert_eq!((ray.origin_in_world[0], ray.range_m), (5.0, 4.0));
+//! # Ok::<(), dmp_sensor::TrajectoryError>(())
+//! ```
+
+mod ego;
+mod ray;
+mod returns;
+mod scan;
+mod trajectory;
+
+pub use ego::{EgoMask, EgoVotes};
+pub use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+pub use ray::Ray;
+pub use returns::{DropReason, ReturnCounts, ReturnFilter};
+pub use scan::Scan;
+pub use trajectory::{Track, TrackCursor, Trajectory, TrajectoryError, TrajectoryRepairs};

@@ -1,0 +1,242 @@
+use nalgebra::Isometry3;
+
+/// Where the body was in the world: poses `world_from_body`, with stamps in nanoseconds or, for formats
+/// without any, in the order of the scans.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trajectory {
+    stamps_ns: Option<Vec<i64>>,
+    world_from_body: Vec<Isometry3<f64>>,
+}
+
+/// What had to be put right in a stamped trajectory before it could be used.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrajectoryRepairs {
+    /// The trajectory in order of time, one pose an instant.
+    pub trajectory: Trajectory,
+    /// Poses whose stamp was smaller than the one before them.
+    pub out_of_order: usize,
+    /// Repeated poses (same stamp, same pose) that were left out.
+    pub repeated: usize,
+}
+
+/// What makes a list of poses unusable.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TrajectoryError {
+    /// There is no pose at all.
+    #[error("the trajectory has no poses")]
+    Empty,
+    /// One instant, two places: probably two runs in one file.
+    #[error(
+        "two different poses have the same stamp {stamp_ns} ns ({apart_m:.3} m apart): does the file hold two runs?"
+    )]
+    Contradiction {
+        /// The stamp that occurs twice.
+        stamp_ns: i64,
+        /// Distance between the two places, metres.
+        apart_m: f64,
+    },
+}
+
+impl Trajectory {
+    /// A trajectory with stamps. Unsorted poses are sorted and exact repetitions left out; both are
+    /// counted in the answer.
+    ///
+    /// # Errors
+    /// When there is no pose, or when one stamp has two poses more than 1 mm or 1 mrad apart.
+    pub fn stamped(mut poses: Vec<(i64, Isometry3<f64>)>) -> Result<TrajectoryRepairs, TrajectoryError> {
+        if poses.is_empty() {
+            return Err(TrajectoryError::Empty);
+        }
+        let out_of_order = poses.windows(2).filter(|pair| pair[1].0 < pair[0].0).count();
+        poses.sort_by_key(|pose| pose.0);
+        for pair in poses.windows(2) {
+            if pair[0].0 == pair[1].0 {
+                let apart_m = (pair[0].1.translation.vector - pair[1].1.translation.vector).norm();
+                if apart_m > 1e-3 || pair[0].1.rotation.angle_to(&pair[1].1.rotation) > 1e-3 {
+                    return Err(TrajectoryError::Contradiction { stamp_ns: pair[0].0, apart_m });
+                }
+            }
+        }
+        let before = poses.len();
+        poses.dedup_by_key(|pose| pose.0);
+        let repeated = before - poses.len();
+        let (stamps_ns, world_from_body) = poses.into_iter().unzip();
+        let trajectory = Self { stamps_ns: Some(stamps_ns), world_from_body };
+        Ok(TrajectoryRepairs { trajectory, out_of_order, repeated })
+    }
+
+    /// A trajectory without stamps: the n-th pose belongs to the n-th scan.
+    ///
+    /// # Errors
+    /// When there is no pose.
+    pub fn unstamped(world_from_body: Vec<Isometry3<f64>>) -> Result<Self, TrajectoryError> {
+        if world_from_body.is_empty() {
+            return Err(TrajectoryError::Empty);
+        }
+        Ok(Self { stamps_ns: None, world_from_body })
+    }
+
+    /// Stamps in nanoseconds, strictly increasing; `None` where the format has none.
+    pub fn stamps_ns(&self) -> Option<&[i64]> {
+        self.stamps_ns.as_deref()
+    }
+
+    /// The poses, `world_from_body`, in order.
+    pub fn poses(&self) -> &[Isometry3<f64>] {
+        &self.world_from_body
+    }
+
+    /// Number of poses; at least one.
+    #[expect(clippy::len_without_is_empty, reason = "a trajectory is never empty")]
+    pub fn len(&self) -> usize {
+        self.world_from_body.len()
+    }
+
+    /// The body's pose at `stamp_ns`, between its neighbours: the rotation by spherical, the place by
+    /// linear interpolation (the geodesics of SO(3) × R³). `O(log n)`.
+    ///
+    /// `None` outside the first and last stamp, inside a gap longer than `max_gap_ns`, and where the
+    /// trajectory has no stamps. On a stamp it is that pose, whatever the gaps beside it.
+    pub fn world_from_body_at(&self, stamp_ns: i64, max_gap_ns: i64) -> Option<Isometry3<f64>> {
+        let stamps = self.stamps_ns.as_deref()?;
+        let after = stamps.partition_point(|&s| s <= stamp_ns);
+        let before = after.checked_sub(1)?;
+        if stamps[before] == stamp_ns {
+            return Some(self.world_from_body[before]);
+        }
+        let gap_ns = stamps.get(after)?.checked_sub(stamps[before])?;
+        if gap_ns > max_gap_ns {
+            return None;
+        }
+        let alpha = (stamp_ns - stamps[before]) as f64 / gap_ns as f64;
+        Some(interpolate(&self.world_from_body[before], &self.world_from_body[after], alpha))
+    }
+}
+
+fn interpolate(a: &Isometry3<f64>, b: &Isometry3<f64>, alpha: f64) -> Isometry3<f64> {
+    // Half a turn between two poses has no shortest way; the earlier pose is the honest answer there.
+    let rotation = a.rotation.try_slerp(&b.rotation, alpha, 1e-12).unwrap_or(a.rotation);
+    let place = a.translation.vector.lerp(&b.translation.vector, alpha);
+    Isometry3::from_parts(place.into(), rotation)
+}
+
+/// A trajectory as the sensor rides it: the extrinsic applied, gaps refused.
+#[derive(Debug, Clone, Copy)]
+pub struct Track<'a> {
+    trajectory: &'a Trajectory,
+    body_from_sensor: Isometry3<f64>,
+    max_gap_ns: i64,
+}
+
+impl<'a> Track<'a> {
+    /// The sensor at `body_from_sensor` on a body that follows `trajectory`; poses further apart than
+    /// `max_gap_ns` are not interpolated between.
+    pub fn new(trajectory: &'a Trajectory, body_from_sensor: Isometry3<f64>, max_gap_ns: i64) -> Self {
+        Self { trajectory, body_from_sensor, max_gap_ns }
+    }
+
+    /// The trajectory behind it.
+    pub fn trajectory(&self) -> &'a Trajectory {
+        self.trajectory
+    }
+
+    /// The sensor's pose at an instant; `None` where [`Trajectory::world_from_body_at`] has none.
+    pub fn world_from_sensor_at(&self, stamp_ns: i64) -> Option<Isometry3<f64>> {
+        Some(self.trajectory.world_from_body_at(stamp_ns, self.max_gap_ns)? * self.body_from_sensor)
+    }
+
+    /// The sensor's pose in the trajectory's line `index`; `None` beyond the last.
+    pub fn world_from_sensor_of_line(&self, index: usize) -> Option<Isometry3<f64>> {
+        Some(self.trajectory.poses().get(index)? * self.body_from_sensor)
+    }
+
+    /// A cursor that remembers the last answer: the beams of one firing share their instant.
+    pub fn cursor(&self) -> TrackCursor<'a> {
+        TrackCursor { track: *self, last: None }
+    }
+}
+
+/// A [`Track`] with a memory of one instant.
+#[derive(Debug, Clone)]
+pub struct TrackCursor<'a> {
+    track: Track<'a>,
+    last: Option<(i64, Option<Isometry3<f64>>)>,
+}
+
+impl TrackCursor<'_> {
+    /// As [`Track::world_from_sensor_at`].
+    #[inline]
+    pub fn world_from_sensor_at(&mut self, stamp_ns: i64) -> Option<Isometry3<f64>> {
+        match self.last {
+            Some((last_ns, pose)) if last_ns == stamp_ns => pose,
+            _ => {
+                let pose = self.track.world_from_sensor_at(stamp_ns);
+                self.last = Some((stamp_ns, pose));
+                pose
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{UnitQuaternion, Vector3};
+
+    fn pose(x: f64, yaw: f64) -> Isometry3<f64> {
+        Isometry3::from_parts(
+            Vector3::new(x, 0.0, 0.0).into(),
+            UnitQuaternion::from_euler_angles(0.0, 0.0, yaw),
+        )
+    }
+
+    fn two() -> Trajectory {
+        Trajectory::stamped(vec![(100, pose(0.0, 0.0)), (200, pose(1.0, 1.0))]).unwrap().trajectory
+    }
+
+    #[test]
+    fn between_two_poses_both_parts_go_evenly() {
+        let quarter = two().world_from_body_at(125, 1000).unwrap();
+        assert!((quarter.translation.x - 0.25).abs() < 1e-15);
+        assert!((quarter.rotation.euler_angles().2 - 0.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn nothing_is_extrapolated_and_gaps_are_refused() {
+        let run = two();
+        assert!(run.world_from_body_at(99, 1000).is_none());
+        assert!(run.world_from_body_at(201, 1000).is_none());
+        assert!(run.world_from_body_at(150, 99).is_none());
+        assert_eq!(run.world_from_body_at(100, 0), Some(pose(0.0, 0.0)));
+        assert_eq!(run.world_from_body_at(200, 0), Some(pose(1.0, 1.0)));
+    }
+
+    #[test]
+    fn the_extremes_of_time_do_not_overflow() {
+        let run = Trajectory::stamped(vec![(i64::MIN, pose(0.0, 0.0)), (i64::MAX, pose(1.0, 0.0))]);
+        assert!(run.unwrap().trajectory.world_from_body_at(0, i64::MAX).is_none());
+    }
+
+    #[test]
+    fn disorder_is_counted_and_contradictions_are_refused() {
+        let repaired =
+            Trajectory::stamped(vec![(3, pose(3.0, 0.0)), (1, pose(1.0, 0.0)), (3, pose(3.0, 0.0))]).unwrap();
+        assert_eq!((repaired.out_of_order, repaired.repeated), (1, 1));
+        assert_eq!(repaired.trajectory.stamps_ns(), Some(&[1, 3][..]));
+        let two_runs = Trajectory::stamped(vec![(3, pose(3.0, 0.0)), (3, pose(4.0, 0.0))]);
+        assert_eq!(two_runs.unwrap_err(), TrajectoryError::Contradiction { stamp_ns: 3, apart_m: 1.0 });
+        assert_eq!(Trajectory::stamped(vec![]).unwrap_err(), TrajectoryError::Empty);
+        assert_eq!(Trajectory::unstamped(vec![]).unwrap_err(), TrajectoryError::Empty);
+    }
+
+    #[test]
+    fn a_cursor_answers_as_the_track_does() {
+        let run = two();
+        let track = Track::new(&run, pose(0.5, 0.3), 1000);
+        let mut cursor = track.cursor();
+        for stamp_ns in [150, 150, 99, 99, 180] {
+            assert_eq!(cursor.world_from_sensor_at(stamp_ns), track.world_from_sensor_at(stamp_ns));
+        }
+    }
+}
