@@ -1,1 +1,46 @@
-//! To come.
+//! The chunked surfel map: fuse points out of core, store tiles on disk, load them under a byte budget.
+//!
+//! # Brief overview
+//! A [`MapFuser`] takes points in world metres from any number of threads and keeps, per voxel of a
+//! [`Lattice`], exact integer sums ([`Support`] among them: which segments of the drive saw the voxel).
+//! What outgrows its budget goes to a scratch file. [`MapFuser::finish`] turns the sums into [`Surfel`]s
+//! and writes them tile by tile into a [`Store`]: one immutable, checksummed file, from which a [`Tile`]
+//! is loaded at a time, usually through a [`BudgetCache`].
+//!
+//! The same points give the same bytes, whatever the number of threads, the budget or the order.
+//!
+//! ```
+//! use dmp_map::{Durability, FuseScratch, Lattice, MapFuser, Store};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let fuser = MapFuser::new(Lattice::new(0.2)?, 64 << 20, folder.path())?;
+//! let wall: Vec<[f64; 3]> = (0..9000).map(|i| [5.0, f64::from(i % 100) * 0.05, f64::from(i / 100) * 0.05]).collect();
+//! fuser.add(&wall, Some(0), &mut FuseScratch::default())?;
+//! let summary = fuser.finish(&folder.path().join("wall.dmpmap"), "a wall", Durability::Scratch, &|_, _| ())?;
+//! let store = Store::open(&summary.path)?;
+//! let surfels: usize = store.entries().map(|e| e.own.surfels as usize).sum();
+//! assert!(surfels > 400 && store.provenance() == "a wall");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod cache;
+mod density;
+mod error;
+mod fuser;
+mod lattice;
+mod moments;
+mod normal;
+mod scratch;
+mod store;
+mod support;
+mod surfel;
+mod tile_moments;
+
+pub use cache::{BudgetCache, Weight};
+pub use density::DensityProbe;
+pub use error::MapError;
+pub use fuser::{FuseScratch, MapFuser, WorkFolder};
+pub use lattice::{Lattice, TileId, UNITS_PER_M};
+pub use store::{Durability, Store, StoreSummary, Tile, TileEntry, VERSION};
+pub use support::{Independence, Support};
+pub use surfel::Surfel;

@@ -1,0 +1,86 @@
+use std::path::{Path, PathBuf};
+
+use crate::TileId;
+
+/// What can go wrong with a map. Every variant names the file, the place or the value.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MapError {
+    /// A voxel edge for which the sums would not be exact.
+    #[error("a voxel edge of {voxel_m} m is outside 0.05 to 2 m")]
+    VoxelOutOfRange {
+        /// The edge asked for, metres.
+        voxel_m: f64,
+    },
+    /// A point that is not finite or too far from the origin.
+    #[error("the point {point_in_world_m:?} m is outside the world of ±{limit_m:e} m")]
+    OutOfWorld {
+        /// The point, metres.
+        point_in_world_m: [f64; 3],
+        /// The largest coordinate allowed, metres.
+        limit_m: f64,
+    },
+    /// A file could not be read or written.
+    #[error("{}: {what}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What was being done.
+        what: &'static str,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The file is no map store of ours.
+    #[error("{}: not a map store (it starts with {found:02x?})", path.display())]
+    NotAStore {
+        /// The file.
+        path: PathBuf,
+        /// Its first bytes.
+        found: Vec<u8>,
+    },
+    /// The store was written by another version.
+    #[error("{}: store version {found}, this program reads version {known}", path.display())]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Version in the file.
+        found: u32,
+        /// Version of this program.
+        known: u32,
+    },
+    /// The store is damaged outside its tiles: cut short, or a checksum that does not match.
+    #[error("{}: the store's {part} is damaged: {detail}", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Which part.
+        part: &'static str,
+        /// What is wrong with it, with the values.
+        detail: String,
+    },
+    /// One tile is damaged.
+    #[error("{}: tile {tile} at byte {offset} is damaged: {detail}", path.display())]
+    DamagedTile {
+        /// The file.
+        path: PathBuf,
+        /// The tile.
+        tile: TileId,
+        /// Where it starts.
+        offset: u64,
+        /// What is wrong with it, with the values.
+        detail: String,
+    },
+    /// Partial tiles put aside while fusing could not be read back as they were written.
+    #[error("the scratch file of the map under construction changed on disk (tile {tile})")]
+    ScratchDamaged {
+        /// The tile.
+        tile: TileId,
+    },
+}
+
+impl MapError {
+    pub(crate) fn io(path: &Path, what: &'static str) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_path_buf();
+        move |source| Self::Io { path, what, source }
+    }
+}

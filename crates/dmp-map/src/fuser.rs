@@ -1,0 +1,261 @@
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::hash::BuildHasherDefault;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use rayon::prelude::*;
+
+use crate::MapError;
+use crate::lattice::{Lattice, LatticePoint, TileId};
+use crate::scratch::Scratch;
+use crate::store::{Durability, StoreSummary, StoreWriter};
+use crate::surfel::{Border, TileSurfels, borders_of, surfels_of};
+use crate::tile_moments::{MixHasher, TileMoments};
+
+/// Locks over which tiles are spread, so that threads rarely wait for each other.
+const SHARDS: usize = 64;
+
+type Shard = HashMap<TileId, OpenTile, BuildHasherDefault<MixHasher>>;
+
+#[derive(Debug, Default)]
+struct OpenTile {
+    moments: TileMoments,
+    last_use: u64,
+}
+
+/// Fuses points into a surfel map, out of core.
+///
+/// Any number of threads add points through `&self`; every sum is an exact integer, so the map does not
+/// depend on their order. When the tiles in memory outgrow the budget, those unused for longest go to a
+/// scratch file as partial sums and are merged when the map is finished.
+#[derive(Debug)]
+pub struct MapFuser {
+    lattice: Lattice,
+    budget_bytes: usize,
+    shards: Vec<Mutex<Shard>>,
+    bytes: AtomicUsize,
+    clock: AtomicU64,
+    points: AtomicU64,
+    scratch: Scratch,
+}
+
+/// Per-thread buffers of [`MapFuser::add`].
+#[derive(Debug, Default)]
+pub struct FuseScratch {
+    by_tile: HashMap<TileId, Vec<LatticePoint>, BuildHasherDefault<MixHasher>>,
+}
+
+/// A lock whose holder panicked still holds whole sums of whole points: no state is ever half written
+/// where it would be read again, since the panic ends the run.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl MapFuser {
+    /// An empty map whose tiles in memory stay below about `budget_bytes`; partial tiles go to a file
+    /// without a name in `scratch_folder`, which vanishes with the process.
+    ///
+    /// # Errors
+    /// When the scratch file cannot be made.
+    pub fn new(lattice: Lattice, budget_bytes: usize, scratch_folder: &Path) -> Result<Self, MapError> {
+        Ok(Self {
+            lattice,
+            budget_bytes,
+            shards: (0..SHARDS).map(|_| Mutex::default()).collect(),
+            bytes: AtomicUsize::new(0),
+            clock: AtomicU64::new(0),
+            points: AtomicU64::new(0),
+            scratch: Scratch::new(scratch_folder)?,
+        })
+    }
+
+    /// Points added so far.
+    pub fn points(&self) -> u64 {
+        self.points.load(Ordering::Relaxed)
+    }
+
+    /// Bytes of partial tiles put aside so far.
+    pub fn scratch_bytes(&self) -> u64 {
+        self.scratch.bytes()
+    }
+
+    /// Adds points in world metres, seen in `segment` (0 to `i32::MAX - 1`), or in no known segment.
+    ///
+    /// # Errors
+    /// When a point lies outside the world, or the scratch file cannot be written.
+    pub fn add(
+        &self,
+        points_in_world_m: &[[f64; 3]],
+        segment: Option<i32>,
+        buffers: &mut FuseScratch,
+    ) -> Result<(), MapError> {
+        for list in buffers.by_tile.values_mut() {
+            list.clear();
+        }
+        let mut current: Option<(TileId, Vec<LatticePoint>)> = None;
+        for &point in points_in_world_m {
+            let located = self.lattice.locate(point)?;
+            if current.as_ref().is_none_or(|(tile, _)| *tile != located.tile) {
+                if let Some((tile, list)) = current.take() {
+                    buffers.by_tile.insert(tile, list);
+                }
+                current = Some((located.tile, buffers.by_tile.remove(&located.tile).unwrap_or_default()));
+            }
+            if let Some((_, list)) = &mut current {
+                list.push(located);
+            }
+        }
+        if let Some((tile, list)) = current {
+            buffers.by_tile.insert(tile, list);
+        }
+        // Places the sensor has left keep no buffers.
+        buffers.by_tile.retain(|_, list| !list.is_empty());
+
+        let now = self.clock.fetch_add(1, Ordering::Relaxed);
+        for (&tile, list) in &buffers.by_tile {
+            let mut shard = lock(&self.shards[shard_of(tile)]);
+            let open = shard.entry(tile).or_default();
+            let before = open.moments.bytes();
+            for point in list {
+                open.moments.add(point.voxel, point.offset_units, segment);
+            }
+            open.last_use = now;
+            let grown = open.moments.bytes() - before;
+            drop(shard);
+            self.bytes.fetch_add(grown, Ordering::Relaxed);
+        }
+        self.points.fetch_add(points_in_world_m.len() as u64, Ordering::Relaxed);
+        if self.bytes.load(Ordering::Relaxed) > self.budget_bytes {
+            self.put_aside(self.budget_bytes / 4 * 3)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the tiles unused for longest to the scratch file until `target_bytes` remain in memory.
+    fn put_aside(&self, target_bytes: usize) -> Result<(), MapError> {
+        let mut ages: Vec<(u64, TileId)> = Vec::new();
+        for shard in &self.shards {
+            ages.extend(lock(shard).iter().map(|(&tile, open)| (open.last_use, tile)));
+        }
+        ages.sort_unstable();
+        for (_, tile) in ages {
+            if self.bytes.load(Ordering::Relaxed) <= target_bytes {
+                break;
+            }
+            // Another thread may have put it aside, or put new points in: either is fine.
+            let Some(open) = lock(&self.shards[shard_of(tile)]).remove(&tile) else { continue };
+            self.bytes.fetch_sub(open.moments.bytes(), Ordering::Relaxed);
+            self.scratch.append(tile, &open.moments.into_sorted())?;
+        }
+        Ok(())
+    }
+
+    /// Turns the sums into surfels and writes the store at `path`; `provenance` is kept in it as it is.
+    /// `on_tile` is told after each batch how many tiles are done, of how many.
+    ///
+    /// # Errors
+    /// When the scratch file cannot be read back or the store cannot be written; then no store appears
+    /// at `path`, and what was there before is untouched.
+    pub fn finish(
+        self,
+        path: &Path,
+        provenance: &str,
+        durability: Durability,
+        on_tile: &(dyn Fn(u64, u64) + Sync),
+    ) -> Result<StoreSummary, MapError> {
+        let mut tiles: BTreeSet<TileId> = self.scratch.tiles();
+        for shard in &self.shards {
+            tiles.extend(lock(shard).keys());
+        }
+        let total = tiles.len() as u64;
+        let mut writer = StoreWriter::create(path, self.lattice, provenance)?;
+        let mut borders = BorderQueue { lattice: self.lattice, waiting: BTreeMap::new() };
+        let mut done = 0;
+        let mut tiles = tiles.into_iter();
+        loop {
+            let batch: Vec<TileId> = tiles.by_ref().take(2 * rayon::current_num_threads()).collect();
+            if batch.is_empty() {
+                break;
+            }
+            let contents: Vec<Result<TileSurfels, MapError>> =
+                batch.par_iter().map(|&tile| self.content_of(tile)).collect();
+            for (&tile, content) in batch.iter().zip(contents) {
+                let content = content?;
+                borders.write_rows_below(tile.y - 1, &mut writer)?;
+                for (neighbour, border) in borders_of(&self.lattice, tile, &content) {
+                    borders.waiting.entry(neighbour).or_default().push(border);
+                }
+                writer.write_own(tile, &content)?;
+            }
+            done += batch.len() as u64;
+            on_tile(done, total);
+        }
+        borders.write_rows_below(i32::MAX, &mut writer)?;
+        writer.finish(durability)
+    }
+
+    fn content_of(&self, tile: TileId) -> Result<TileSurfels, MapError> {
+        let open = lock(&self.shards[shard_of(tile)]).remove(&tile).unwrap_or_default();
+        let mut moments = open.moments;
+        self.scratch.read(tile, |record| moments.merge(record))?;
+        Ok(surfels_of(&self.lattice, &moments.into_sorted()))
+    }
+}
+
+fn shard_of(tile: TileId) -> usize {
+    (tile.x.wrapping_add(tile.y.wrapping_mul(7))).rem_euclid(SHARDS as i32) as usize
+}
+
+/// Discs copied over borders wait here until all neighbours of their tile are done: tiles come row by
+/// row, so what waits never exceeds about two rows of borders.
+#[derive(Debug)]
+struct BorderQueue {
+    lattice: Lattice,
+    waiting: BTreeMap<TileId, Vec<Border>>,
+}
+
+impl BorderQueue {
+    fn write_rows_below(&mut self, row: i32, writer: &mut StoreWriter) -> Result<(), MapError> {
+        while let Some(entry) = self.waiting.first_entry() {
+            let tile = *entry.key();
+            if tile.y >= row && row != i32::MAX {
+                break;
+            }
+            let copies = entry.remove();
+            let base_z_m = writer.base_z_m(tile).unwrap_or_else(|| {
+                copies.iter().map(|c| c.centre_in_world_m[2]).fold(f64::INFINITY, f64::min)
+            });
+            let surfels = copies.iter().map(|c| c.in_tile(&self.lattice, tile, base_z_m)).collect();
+            writer.write_borders(tile, &TileSurfels { base_z_m, surfels, thin_voxels: 0 })?;
+        }
+        Ok(())
+    }
+}
+
+/// Where the store of a run being scored lives: a folder of its own that is removed with all it holds.
+///
+/// The name holds a random part, so two runs at once, or a killed one's leftovers, never meet.
+#[derive(Debug)]
+pub struct WorkFolder(tempfile::TempDir);
+
+impl WorkFolder {
+    /// Makes the folder inside `parent`.
+    ///
+    /// # Errors
+    /// When it cannot be made there.
+    pub fn new(parent: &Path) -> Result<Self, MapError> {
+        let made = tempfile::Builder::new().prefix("dmp-work-").tempdir_in(parent);
+        made.map(Self).map_err(MapError::io(parent, "cannot make a work folder here"))
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// A file in it.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+}

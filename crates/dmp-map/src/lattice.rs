@@ -1,0 +1,172 @@
+use crate::MapError;
+
+/// Lattice units per metre: coordinates are rounded to 2⁻¹³ m (0.12 mm) before anything is summed.
+pub const UNITS_PER_M: f64 = 8192.0;
+/// Coordinates beyond this are refused, metres. Earth-centred coordinates (6.4e6 m) are well inside.
+const WORLD_LIMIT_M: f64 = 5e7;
+/// Tiles are as near to this edge as a whole number of 2 v cells allows, metres.
+const TILE_EDGE_M: f64 = 32.0;
+
+/// A column of the world: tiles are square in x and y and reach from the lowest to the highest point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TileId {
+    /// Row: the tile covers world y from `y` to `y + 1` tile edges. First, so that ids sort by rows.
+    pub y: i32,
+    /// Column: the tile covers world x from `x` to `x + 1` tile edges.
+    pub x: i32,
+}
+
+impl std::fmt::Display for TileId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "({}, {})", self.x, self.y)
+    }
+}
+
+/// The integer grid every map lives on: lattice units, voxels of a whole number of units, tiles of a
+/// whole, even number of voxels. All indices follow from integers alone, so they are the same on every
+/// machine and for every order of reading.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Lattice {
+    voxel_units: u32,
+    tile_voxels: u32,
+}
+
+/// A point on the lattice: its tile, its voxel there, and its place in the voxel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct LatticePoint {
+    pub(crate) tile: TileId,
+    pub(crate) voxel: Voxel,
+    /// Offset from the voxel's lowest corner, lattice units, each below `voxel_units`.
+    pub(crate) offset_units: [u32; 3],
+}
+
+/// A voxel of a tile: x and y counted from the tile's corner, z from world zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct Voxel {
+    pub(crate) z: i32,
+    pub(crate) y: u16,
+    pub(crate) x: u16,
+}
+
+impl Lattice {
+    /// The lattice with voxels of `voxel_m`, rounded to the nearest unit (0.2 m becomes 0.19995 m).
+    ///
+    /// # Errors
+    /// Outside 0.05 to 2 m, where the exact sums and indices are not guaranteed.
+    pub fn new(voxel_m: f64) -> Result<Self, MapError> {
+        if !(0.05..=2.0).contains(&voxel_m) {
+            return Err(MapError::VoxelOutOfRange { voxel_m });
+        }
+        let voxel_units = (voxel_m * UNITS_PER_M).round() as u32;
+        let cells = (TILE_EDGE_M * UNITS_PER_M / f64::from(2 * voxel_units)).round() as u32;
+        Ok(Self { voxel_units, tile_voxels: 2 * cells })
+    }
+
+    pub(crate) fn from_parts(voxel_units: u32, tile_voxels: u32) -> Option<Self> {
+        let lattice = Self::new(f64::from(voxel_units) / UNITS_PER_M).ok()?;
+        (lattice.tile_voxels == tile_voxels).then_some(lattice)
+    }
+
+    pub(crate) fn voxel_units(&self) -> u32 {
+        self.voxel_units
+    }
+
+    pub(crate) fn tile_voxels(&self) -> u32 {
+        self.tile_voxels
+    }
+
+    /// Voxel edge v, metres.
+    pub fn voxel_m(&self) -> f64 {
+        f64::from(self.voxel_units) / UNITS_PER_M
+    }
+
+    /// Tile edge, metres.
+    pub fn tile_edge_m(&self) -> f64 {
+        self.voxel_m() * f64::from(self.tile_voxels)
+    }
+
+    /// Radius of every surfel's disc: 0.8 v, metres.
+    pub fn disc_radius_m(&self) -> f64 {
+        0.8 * self.voxel_m()
+    }
+
+    /// The tile over a place in the world, metres.
+    ///
+    /// # Errors
+    /// When the place is not finite or outside ±5e7 m.
+    pub fn tile_of(&self, point_in_world_m: [f64; 3]) -> Result<TileId, MapError> {
+        Ok(self.locate(point_in_world_m)?.tile)
+    }
+
+    /// Corner of a tile with the smallest x and y, world metres.
+    pub fn tile_corner_m(&self, tile: TileId) -> [f64; 2] {
+        [f64::from(tile.x) * self.tile_edge_m(), f64::from(tile.y) * self.tile_edge_m()]
+    }
+
+    pub(crate) fn locate(&self, point_in_world_m: [f64; 3]) -> Result<LatticePoint, MapError> {
+        if !point_in_world_m.iter().all(|c| c.abs() <= WORLD_LIMIT_M) {
+            return Err(MapError::OutOfWorld { point_in_world_m, limit_m: WORLD_LIMIT_M });
+        }
+        let edge = i64::from(self.voxel_units);
+        let units = point_in_world_m.map(|c| (c * UNITS_PER_M).round() as i64);
+        let voxel = units.map(|u| u.div_euclid(edge));
+        let row = i64::from(self.tile_voxels);
+        let (tile_x, tile_y) = (voxel[0].div_euclid(row), voxel[1].div_euclid(row));
+        Ok(LatticePoint {
+            tile: TileId { x: tile_x as i32, y: tile_y as i32 },
+            voxel: Voxel {
+                x: (voxel[0] - tile_x * row) as u16,
+                y: (voxel[1] - tile_y * row) as u16,
+                z: voxel[2] as i32,
+            },
+            offset_units: std::array::from_fn(|k| (units[k] - voxel[k] * edge) as u32),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn tiles_hold_whole_cells_near_32_m() {
+        for (voxel_m, edge_m) in [(0.2, 31.99), (0.3, 31.8), (0.5, 32.0), (0.05, 32.0), (2.0, 32.0)] {
+            let lattice = Lattice::new(voxel_m).unwrap();
+            assert_eq!(lattice.tile_voxels % 2, 0);
+            assert!((lattice.tile_edge_m() - edge_m).abs() < 0.05, "{voxel_m}: {}", lattice.tile_edge_m());
+            assert_eq!(Lattice::from_parts(lattice.voxel_units, lattice.tile_voxels), Some(lattice));
+        }
+        assert!(Lattice::new(0.01).is_err() && Lattice::new(f64::NAN).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn a_located_point_is_where_it_was(
+            x in -5e7..5e7_f64, y in -5e7..5e7_f64, z in -5e7..5e7_f64, v in 0usize..4,
+        ) {
+            let lattice = Lattice::new([0.05, 0.2, 0.3, 2.0][v]).unwrap();
+            let p = lattice.locate([x, y, z]).unwrap();
+            let row = i64::from(lattice.tile_voxels);
+            let voxel = [
+                i64::from(p.tile.x) * row + i64::from(p.voxel.x),
+                i64::from(p.tile.y) * row + i64::from(p.voxel.y),
+                i64::from(p.voxel.z),
+            ];
+            prop_assert!(u32::from(p.voxel.x) < lattice.tile_voxels && u32::from(p.voxel.y) < lattice.tile_voxels);
+            for (k, c) in [x, y, z].into_iter().enumerate() {
+                prop_assert!(p.offset_units[k] < lattice.voxel_units);
+                let units = voxel[k] * i64::from(lattice.voxel_units) + i64::from(p.offset_units[k]);
+                prop_assert!((units as f64 - c * UNITS_PER_M).abs() <= 0.5);
+            }
+        }
+    }
+
+    #[test]
+    fn places_outside_the_world_are_refused() {
+        let lattice = Lattice::new(0.2).unwrap();
+        assert!(lattice.locate([f64::NAN, 0.0, 0.0]).is_err());
+        assert!(lattice.locate([0.0, f64::INFINITY, 0.0]).is_err());
+        assert!(lattice.locate([0.0, 0.0, -6e7]).is_err());
+    }
+}

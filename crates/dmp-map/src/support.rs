@@ -1,0 +1,116 @@
+/// Which segments of the drive a surfel was seen in, as far as independence needs it: the three lowest
+/// and the three highest segments of its observations, with multiplicity.
+///
+/// Order-free and mergeable: the summary of a union is the merge of the summaries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Support {
+    /// Ascending; `ABSENT_LOW` where there are fewer.
+    lowest: [i32; 3],
+    /// Descending; `ABSENT_HIGH` where there are fewer.
+    highest: [i32; 3],
+}
+
+const ABSENT_LOW: i32 = i32::MAX;
+const ABSENT_HIGH: i32 = i32::MIN;
+
+impl Default for Support {
+    fn default() -> Self {
+        Self { lowest: [ABSENT_LOW; 3], highest: [ABSENT_HIGH; 3] }
+    }
+}
+
+impl Support {
+    /// Adds one observation made in `segment` (0 to `i32::MAX - 1`).
+    #[inline]
+    pub fn add(&mut self, segment: i32) {
+        let low = &mut self.lowest;
+        if segment < low[2] {
+            low[2] = segment;
+            low.sort_unstable();
+        }
+        let high = &mut self.highest;
+        if segment > high[2] {
+            high[2] = segment;
+            high.sort_unstable_by(|a, b| b.cmp(a));
+        }
+    }
+
+    /// Adds the observations summed up in `other`, which must be others than one's own.
+    pub fn merge(&mut self, other: &Self) {
+        for segment in other.lowest {
+            if segment != ABSENT_LOW && segment < self.lowest[2] {
+                self.lowest[2] = segment;
+                self.lowest.sort_unstable();
+            }
+        }
+        for segment in other.highest {
+            if segment != ABSENT_HIGH && segment > self.highest[2] {
+                self.highest[2] = segment;
+                self.highest.sort_unstable_by(|a, b| b.cmp(a));
+            }
+        }
+    }
+
+    /// The third-lowest segment; `i32::MAX` with fewer than three observations.
+    #[inline]
+    pub fn third_lowest(&self) -> i32 {
+        self.lowest[2]
+    }
+
+    /// The third-highest segment; `i32::MIN` with fewer than three observations.
+    #[inline]
+    pub fn third_highest(&self) -> i32 {
+        self.highest[2]
+    }
+}
+
+/// Where observations count as independent of a return made in one segment: at least three of them
+/// before, or at least three after, the segment and its neighbours up to a reach.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Independence {
+    before: i32,
+    after: i32,
+}
+
+impl Independence {
+    /// Independence of a return made in `segment`, its neighbours up to `reach` segments excluded.
+    #[inline]
+    pub fn of(segment: i32, reach: i32) -> Self {
+        Self { before: segment.saturating_sub(reach), after: segment.saturating_add(reach) }
+    }
+
+    /// Whether a surfel with these two integers is independent of the return.
+    #[inline]
+    pub fn holds(self, third_lowest: i32, third_highest: i32) -> bool {
+        third_lowest < self.before || third_highest > self.after
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn of(segments: &[i32]) -> Support {
+        let mut support = Support::default();
+        segments.iter().for_each(|&s| support.add(s));
+        support
+    }
+
+    proptest! {
+        #[test]
+        fn the_summary_answers_as_the_list_does(
+            segments in prop::collection::vec(0..30i32, 0..12), cut in 0usize..12, s in 0..30i32, reach in 1..6i32,
+        ) {
+            let cut = cut.min(segments.len());
+            let mut merged = of(&segments[cut..]);
+            merged.merge(&of(&segments[..cut]));
+            prop_assert_eq!(merged, of(&segments));
+            let before = segments.iter().filter(|&&o| o < s - reach).count();
+            let after = segments.iter().filter(|&&o| o > s + reach).count();
+            let independent = Independence::of(s, reach).holds(merged.third_lowest(), merged.third_highest());
+            prop_assert_eq!(independent, before >= 3 || after >= 3);
+        }
+    }
+}
