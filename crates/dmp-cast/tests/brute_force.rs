@@ -1,0 +1,221 @@
+//! The caster against every ray tested with every disc, in `f64`.
+//!
+//! Rounding may decide differently only for a ray that grazes a disc's rim, runs along its plane or ends
+//! at the horizon. So the oracle answers twice: with discs a little smaller ("surely hit") and a little
+//! larger ("perhaps hit"), and the caster's answer must lie between the two, for every ray.
+
+#![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+
+use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query};
+use dmp_map::{Durability, FuseScratch, Independence, Lattice, MapFuser, Store};
+use proptest::prelude::*;
+
+const TOLERANCE_M: f64 = 1e-3;
+
+struct Disc {
+    centre: [f64; 3],
+    normal: [f64; 3],
+    third_lowest: i32,
+    third_highest: i32,
+}
+
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+}
+
+/// A map of discs strewn over several tiles in all orientations, seen from random segments.
+fn random_map(random: &mut Random, offset: [f64; 3], voxels: usize) -> Store {
+    let folder = tempfile::tempdir().unwrap();
+    let fuser = MapFuser::new(Lattice::new(0.5).unwrap(), usize::MAX, folder.path()).unwrap();
+    let mut buffers = FuseScratch::default();
+    for _ in 0..voxels {
+        let corner = [random.between(-40.0, 70.0), random.between(-40.0, 70.0), random.between(-6.0, 6.0)];
+        let corner: [f64; 3] = std::array::from_fn(|k| ((corner[k] + offset[k]) / 0.5).floor() * 0.5);
+        let first = random.between(0.0, 30.0) as i32;
+        for visit in 0..=(random.unit() * 3.0) as i32 {
+            let points: Vec<[f64; 3]> =
+                (0..5).map(|_| corner.map(|c| c + random.between(0.01, 0.49))).collect();
+            fuser.add(&points, Some((first + visit * 6).min(30)), &mut buffers).unwrap();
+        }
+    }
+    let path = folder.path().join("map");
+    fuser.finish(&path, "", Durability::Scratch, &|_, _| ()).unwrap();
+    Store::open(&path).unwrap()
+}
+
+fn discs_of(store: &Store) -> Vec<Disc> {
+    let mut discs = Vec::new();
+    for entry in store.entries() {
+        let tile = store.load(entry.tile).unwrap().unwrap();
+        discs.extend(tile.surfels[..tile.own].iter().map(|s| Disc {
+            centre: std::array::from_fn(|k| tile.origin_in_world_m[k] + f64::from(s.centre_in_tile_m[k])),
+            normal: s.normal.map(f64::from),
+            third_lowest: s.third_lowest,
+            third_highest: s.third_highest,
+        }));
+    }
+    discs
+}
+
+/// All crossings of a ray, with the discs' radius and the limits made larger by `slack` (or smaller).
+fn crossings<'a>(
+    discs: &'a [Disc],
+    query: &'a Query,
+    settings: &'a CastSettings,
+    radius_m: f64,
+    slack: f64,
+) -> impl Iterator<Item = (f64, &'a Disc)> {
+    let (o, d) = (query.origin_in_world_m, query.direction_in_world);
+    discs.iter().filter_map(move |disc| {
+        let to: [f64; 3] = std::array::from_fn(|k| disc.centre[k] - o[k]);
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let cos = dot(disc.normal, d);
+        let t = dot(disc.normal, to) / cos;
+        let off: [f64; 3] = std::array::from_fn(|k| t * d[k] - to[k]);
+        let hit = cos.abs() >= 0.01 * (1.0 - slack)
+            && dot(off, off).sqrt() <= radius_m + slack
+            && t >= -slack
+            && t <= settings.horizon_m + slack;
+        hit.then_some((t, disc))
+    })
+}
+
+/// The definition, word for word.
+fn brute_force(discs: &[Disc], query: &Query, settings: &CastSettings, radius_m: f64, slack: f64) -> Answer {
+    let mut answer = Answer::default();
+    let smaller = |a: Option<f64>, t: f64| Some(a.map_or(t, |a| a.min(t)));
+    let independent = |disc: &Disc, reach: i32| {
+        let independence = query.segment.map(|s| Independence::of(s, reach));
+        independence.is_some_and(|i| i.holds(disc.third_lowest, disc.third_highest))
+    };
+    for (t, disc) in crossings(discs, query, settings, radius_m, slack) {
+        answer.first_m = smaller(answer.first_m, t);
+        let gap = (t - query.measured_m).abs();
+        if gap < settings.window_m + slack
+            && answer.nearest_m.is_none_or(|nearest| gap < (nearest - query.measured_m).abs())
+        {
+            answer.nearest_m = Some(t);
+        }
+        if independent(disc, settings.reach) {
+            answer.independent_m = smaller(answer.independent_m, t);
+        }
+        answer.revisited |= independent(disc, settings.revisit_reach);
+    }
+    answer
+}
+
+/// Whether a value to be made small lies between what is surely and what is perhaps reached.
+fn between(perhaps: Option<f64>, found: Option<f64>, surely: Option<f64>) -> bool {
+    let infinite = |v: Option<f64>| v.unwrap_or(f64::INFINITY);
+    infinite(found) >= infinite(perhaps) - TOLERANCE_M && infinite(found) <= infinite(surely) + TOLERANCE_M
+}
+
+fn check(store: Store, queries: &[Query], settings: CastSettings, budget_bytes: usize) -> [usize; 3] {
+    let discs = discs_of(&store);
+    let radius_m = store.lattice().disc_radius_m();
+    let caster = Caster::new(store, settings, budget_bytes);
+    let mut answers = Vec::new();
+    caster.cast(queries, &mut answers, &mut CastBuffers::default()).unwrap();
+    let mut hits = [0; 3];
+    for (query, found) in queries.iter().zip(&answers) {
+        let surely = brute_force(&discs, query, &settings, radius_m, -1e-4);
+        let perhaps = brute_force(&discs, query, &settings, radius_m, 1e-4);
+        let gap = |a: &Answer| a.nearest_m.map(|t| (t - query.measured_m).abs());
+        let fine = between(perhaps.first_m, found.first_m, surely.first_m)
+            && between(perhaps.independent_m, found.independent_m, surely.independent_m)
+            && between(gap(&perhaps), gap(found), gap(&surely))
+            && (found.revisited || !surely.revisited)
+            && (!found.revisited || perhaps.revisited);
+        assert!(fine, "{query:?}\nfound   {found:?}\nsurely  {surely:?}\nperhaps {perhaps:?}");
+        hits[0] += usize::from(found.first_m.is_some());
+        hits[1] += usize::from(found.nearest_m.is_some());
+        hits[2] += usize::from(found.independent_m.is_some());
+    }
+    hits
+}
+
+fn random_queries(random: &mut Random, offset: [f64; 3], count: usize) -> Vec<Query> {
+    (0..count)
+        .map(|i| {
+            let heading = random.between(0.0, 6.3);
+            let up = random.between(-0.15, 0.15);
+            let mut d = [heading.cos() * up.cos(), heading.sin() * up.cos(), up.sin()];
+            // Every tenth ray runs along an axis, where the walk and the boxes divide by zero.
+            if i % 10 == 0 {
+                d = [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]][i / 10 % 4];
+            }
+            let origin =
+                [random.between(-45.0, 75.0), random.between(-45.0, 75.0), random.between(-3.0, 3.0)];
+            Query {
+                origin_in_world_m: std::array::from_fn(|k| origin[k] + offset[k]),
+                direction_in_world: d,
+                measured_m: random.between(1.5, 60.0),
+                segment: Some(random.between(0.0, 31.0) as i32),
+            }
+        })
+        .collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+    #[test]
+    fn all_three_answers_are_those_of_brute_force(seed in any::<u64>(), far in any::<bool>(), voxels in 50usize..3000) {
+        let offset = if far { [500_000.0, 4_000_000.0, 250.0] } else { [0.0; 3] };
+        let mut random = Random(seed);
+        let store = random_map(&mut random, offset, voxels);
+        let queries = random_queries(&mut random, offset, 600);
+        let settings = CastSettings { horizon_m: 60.0, ..CastSettings::default() };
+        check(store, &queries, settings, usize::MAX);
+    }
+}
+
+#[test]
+fn a_dense_map_gives_all_kinds_of_answers() {
+    let mut random = Random(11);
+    let store = random_map(&mut random, [0.0; 3], 20_000);
+    assert!(store.entries().count() >= 16);
+    let queries = random_queries(&mut random, [0.0; 3], 3000);
+    let hits = check(store, &queries, CastSettings::default(), usize::MAX);
+    assert!(hits.iter().all(|&h| h > 400), "{hits:?}");
+}
+
+#[test]
+fn blocks_and_budget_do_not_change_a_bit() {
+    let mut random = Random(5);
+    let queries = random_queries(&mut random, [0.0; 3], 500);
+    let answers_of = |budget_bytes: usize, block: usize| {
+        let store = random_map(&mut Random(6), [0.0; 3], 5000);
+        let caster = Caster::new(store, CastSettings::default(), budget_bytes);
+        let (mut all, mut answers, mut buffers) = (Vec::new(), Vec::new(), CastBuffers::default());
+        for block in queries.chunks(block) {
+            caster.cast(block, &mut answers, &mut buffers).unwrap();
+            all.extend_from_slice(&answers);
+        }
+        (all, caster.tile_loads())
+    };
+    let (whole, loads) = answers_of(usize::MAX, 500);
+    assert!(loads <= 16 + 9);
+    for (budget_bytes, block) in [(usize::MAX, 1), (1, 500), (50_000, 7)] {
+        assert!(answers_of(budget_bytes, block).0 == whole);
+    }
+}
+
+#[test]
+fn a_block_loads_a_tile_once_for_rays_from_one_place() {
+    let store = random_map(&mut Random(6), [0.0; 3], 5000);
+    let tiles = store.entries().count() as u64;
+    let mut queries = random_queries(&mut Random(5), [0.0; 3], 500);
+    queries.iter_mut().for_each(|q| q.origin_in_world_m = [5.0, 6.0, 0.0]);
+    let caster = Caster::new(store, CastSettings::default(), 1);
+    caster.cast(&queries, &mut Vec::new(), &mut CastBuffers::default()).unwrap();
+    assert!(caster.tile_loads() <= tiles, "{} loads of {tiles} tiles", caster.tile_loads());
+}
