@@ -94,8 +94,8 @@ fn a_cylinder_from_outside() {
     let radius = 25.0;
     let at = |angle: f64, z: f64| [40.0 + radius * angle.cos(), 3.0 + radius * angle.sin(), z];
     for offset in OFFSETS {
-        let points = grid(0.0, std::f64::consts::TAU, 0.003)
-            .flat_map(|a| grid(-3.0, 3.0, 0.03).map(move |z| at(a, z)));
+        let side = grid(2.5, 4.1, 0.0006);
+        let points = side.flat_map(|a| grid(-3.0, 3.0, 0.012).map(move |z| at(a, z)));
         let store = map_of(points, offset);
         // The side that faces the origin, not too obliquely.
         let targets = grid(2.7, 3.9, 0.02).flat_map(|a| grid(-2.0, 2.0, 0.25).map(move |z| at(a, z)));
