@@ -1,0 +1,124 @@
+use std::ops::{Add, AddAssign};
+
+/// Units in a square metre: 2^40.
+const UNITS_PER_M2: f64 = (1u64 << 40) as f64;
+/// A residual counts as at most this long, metres (2^20, about 1049 km). Its square is 2^80 units, of
+/// which an `i128` holds 2^46: more returns than any log has.
+const LONGEST_M: f64 = (1u64 << 20) as f64;
+
+/// An area below 2^23 m² in units, for constants.
+pub(crate) const fn units_of(area_m2: f64) -> u64 {
+    (area_m2 * UNITS_PER_M2 + 0.5) as u64
+}
+
+/// A square residual in units, rounded to the nearest. `residual_m` must be finite.
+#[inline]
+pub(crate) fn square_units(residual_m: f64) -> u128 {
+    let length_m = residual_m.abs().min(LONGEST_M);
+    (length_m * length_m * UNITS_PER_M2).round_ties_even() as u128
+}
+
+/// As [`square_units`], but at most 2^60 units (2^20 m²), which any truncation is far below.
+#[inline]
+pub(crate) fn near_square_units(residual_m: f64) -> u64 {
+    let length_m = residual_m.abs().min(1024.0);
+    (length_m * length_m * UNITS_PER_M2).round_ties_even() as u64
+}
+
+/// Sum of squared residuals as an integer of 2^-40 m²: exact, so that neither the order of adding nor
+/// the way a sum is split over threads changes a bit of it.
+///
+/// A single square is off by at most 2^-41 m², less than one square micrometre. Beyond 2^20 m a
+/// residual counts as 2^20 m.
+///
+/// ```
+/// use dmp_reduce::FixedSum;
+///
+/// let mut sum = FixedSum::of_square(0.5).unwrap_or_default();
+/// sum += FixedSum::of_square(-10_000.0).unwrap_or_default();
+/// assert_eq!(sum.to_m2(), 1e8 + 0.25);
+/// assert_eq!(FixedSum::of_square(f64::NAN), None);
+/// ```
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FixedSum(i128);
+
+impl FixedSum {
+    /// The square of one residual in metres; `None` where it is NaN or infinite.
+    #[inline]
+    pub fn of_square(residual_m: f64) -> Option<Self> {
+        residual_m.is_finite().then(|| Self::from_units(square_units(residual_m) as i128))
+    }
+
+    pub(crate) const fn from_units(units: i128) -> Self {
+        Self(units)
+    }
+
+    pub(crate) const fn units(self) -> i128 {
+        self.0
+    }
+
+    /// The sum in square metres, rounded once.
+    pub fn to_m2(self) -> f64 {
+        units_to_m2(self.0 as f64)
+    }
+
+    /// The sum over `count`, square metres; `None` over nothing.
+    pub(crate) fn mean_m2(self, count: u64) -> Option<f64> {
+        (count > 0).then(|| self.to_m2() / count as f64)
+    }
+}
+
+/// Units as square metres: exact, as only the exponent changes.
+pub(crate) fn units_to_m2(units: f64) -> f64 {
+    units / UNITS_PER_M2
+}
+
+impl Add for FixedSum {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0)
+    }
+}
+
+impl AddAssign for FixedSum {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        self.0 += other.0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn the_longest_residual_fits_as_often_as_any_log_has_returns() {
+        let longest = FixedSum::of_square(f64::MAX).unwrap();
+        assert_eq!(longest, FixedSum::of_square(LONGEST_M).unwrap());
+        assert_eq!(longest.units(), 1 << 80);
+        assert!(longest.units().checked_mul(1 << 46).is_some());
+        assert_eq!(FixedSum::of_square(f64::INFINITY), None);
+    }
+
+    #[test]
+    fn squares_are_rounded_to_the_nearest_unit() {
+        let unit_m = (2f64).powi(-20);
+        assert_eq!([0.7, 0.8, 1.0, 1.2, 1.3].map(|f| square_units(f * unit_m)), [0, 1, 1, 1, 2]);
+    }
+
+    proptest! {
+        #[test]
+        fn a_square_is_near_the_real_one(residual_m in -1e4..1e4f64) {
+            let square = FixedSum::of_square(residual_m).unwrap().to_m2();
+            let error = (square - residual_m * residual_m).abs();
+            prop_assert!(error <= (2f64).powi(-41) + 1e-15 * square, "{error}");
+        }
+
+        #[test]
+        fn the_short_form_agrees(residual_m in -1000.0..1000.0f64) {
+            prop_assert_eq!(u128::from(near_square_units(residual_m)), square_units(residual_m));
+        }
+    }
+}

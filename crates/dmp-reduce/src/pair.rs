@@ -1,0 +1,62 @@
+use crate::Basis;
+use crate::fixed::FixedSum;
+use crate::frame::PairSums;
+use crate::ratio::{Ratio, Sampling, Total};
+
+/// Stretches of the log that the place guard looks at.
+const PLACES: u64 = 10;
+
+/// What a reducer keeps of a pair of runs: the sums over their common returns, scale by scale.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct PairTotals {
+    pub(crate) basis: Basis,
+    /// As [`Basis::scales_m`].
+    pub(crate) scales: Vec<ScaleTotals>,
+}
+
+/// A pair at one scale. The difference is a − b: negative where a is better.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct ScaleTotals {
+    pub(crate) difference: Ratio,
+    pub(crate) a: FixedSum,
+    pub(crate) b: FixedSum,
+    /// The difference in ten consecutive stretches; of fewer than ten frames, frame by frame.
+    pub(crate) places: [Total; PLACES as usize],
+}
+
+/// Into how many places the frames are cut.
+pub(crate) fn place_count(sampling: Sampling) -> u64 {
+    sampling.scored.clamp(1, PLACES)
+}
+
+impl PairTotals {
+    pub(crate) fn new(basis: Basis) -> Self {
+        Self { basis, scales: vec![ScaleTotals::default(); basis.scales_m().len()] }
+    }
+
+    pub(crate) fn add_frame(&mut self, ordinal: u64, pair: &PairSums, sampling: Sampling) {
+        if pair.returns() == 0 {
+            return;
+        }
+        let place = sampling.part_of(ordinal, place_count(sampling));
+        for (k, scale) in self.scales.iter_mut().enumerate() {
+            let (a, b) = pair.at(k);
+            let difference = Total { sum: a.units() - b.units(), returns: pair.returns() };
+            scale.difference.add_frame(ordinal, difference, sampling);
+            scale.places[place].add(difference);
+            scale.a += a;
+            scale.b += b;
+        }
+    }
+
+    pub(crate) fn merge(&mut self, other: &Self) {
+        for (mine, theirs) in self.scales.iter_mut().zip(&other.scales) {
+            mine.difference.merge(&theirs.difference);
+            for (mine, theirs) in mine.places.iter_mut().zip(theirs.places) {
+                mine.add(theirs);
+            }
+            mine.a += theirs.a;
+            mine.b += theirs.b;
+        }
+    }
+}

@@ -1,0 +1,276 @@
+use crate::basis::{Basis, CV_10, CV_SCALES_M, NEAR_SCALES_M};
+use crate::fixed::FixedSum;
+use crate::frame::{FrameSums, pairs_of};
+use crate::order::{Ranked, order_runs};
+use crate::pair::PairTotals;
+use crate::ratio::{Estimate, Ratio, Sampling, Total};
+use crate::run::RunSums;
+use crate::verdict::{Comparison, Verdict, compare};
+
+/// Most returns of one frame, and of all frames, for which no sum can overflow.
+const FRAME_RETURNS: u64 = 1 << 32;
+const ALL_RETURNS: u64 = 1 << 44;
+
+/// What a [`Reducer`] is told beforehand: how many frames it will be given, of how many, and the runs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Layout {
+    sampling: Sampling,
+    bases: Vec<Basis>,
+}
+
+/// What a [`Reducer`] does not take.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReduceError {
+    /// A sample cannot have more frames than there are.
+    #[error("{scored} frames to score, but only {total} in the log")]
+    SampleTooLarge {
+        /// Frames to be scored.
+        scored: u64,
+        /// Frames of the log.
+        total: u64,
+    },
+    /// A frame that the layout has no place for.
+    #[error("frame {ordinal} of {scored} frames (the first is 0)")]
+    NoSuchFrame {
+        /// Its place among the scored frames.
+        ordinal: u64,
+        /// Frames to be scored.
+        scored: u64,
+    },
+    /// More frames than the layout has: one of them came twice.
+    #[error("more than {scored} frames were added: one was added twice")]
+    FrameTwice {
+        /// Frames to be scored.
+        scored: u64,
+    },
+    /// The frame is of other runs than the layout.
+    #[error("the frame is of other runs than the reducer")]
+    OtherRuns,
+    /// Reducers of different layouts cannot be merged.
+    #[error("the two reducers have different layouts")]
+    OtherLayout,
+    /// More returns than the exact sums are made for.
+    #[error("more than 2^32 returns in a frame, or 2^44 in all")]
+    TooManyReturns,
+}
+
+impl Layout {
+    /// The layout of `scored` frames, numbered 0 to `scored` − 1 in the order of time, out of `total`,
+    /// for runs judged by `bases`. Fewer scored than total: a sample, spread evenly over the log.
+    ///
+    /// # Errors
+    /// When more frames are to be scored than there are.
+    pub fn new(scored: u64, total: u64, bases: Vec<Basis>) -> Result<Self, ReduceError> {
+        if scored > total {
+            return Err(ReduceError::SampleTooLarge { scored, total });
+        }
+        Ok(Self { sampling: Sampling { scored, total }, bases })
+    }
+
+    /// Frames to be scored.
+    pub fn frames_scored(&self) -> u64 {
+        self.sampling.scored
+    }
+
+    /// Frames of the log.
+    pub fn frames_total(&self) -> u64 {
+        self.sampling.total
+    }
+
+    /// By what each run is judged.
+    pub fn bases(&self) -> &[Basis] {
+        &self.bases
+    }
+}
+
+/// Takes the frames of a log, in any order and split over any number of reducers, and answers for the
+/// whole. Its size depends on the number of runs alone, and its sums are integers: whichever way the
+/// frames came in, the answers have the same bits.
+///
+/// Every frame is to be added exactly once, a frame without returns too; what is added twice counts
+/// twice.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Reducer {
+    layout: Layout,
+    frames_added: u64,
+    runs: Vec<RunTotals>,
+    pairs: Vec<PairTotals>,
+}
+
+/// What is kept of one run.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+struct RunTotals {
+    sums: RunSums,
+    cv: [Ratio; CV_SCALES_M.len() - CV_10],
+    near: [Ratio; NEAR_SCALES_M.len()],
+}
+
+/// The scores of one run over all frames added.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunScores {
+    /// Its sums, from which all scores come.
+    pub sums: RunSums,
+    /// As [`RunSums::r_cv_m2`], with intervals: (scale in metres, score).
+    pub r_cv_m2: [(f64, Option<Estimate>); CV_SCALES_M.len() - CV_10],
+    /// As [`RunSums::r_near_m2`], with intervals: (scale in metres, score).
+    pub r_near_m2: [(f64, Option<Estimate>); NEAR_SCALES_M.len()],
+}
+
+impl Reducer {
+    /// A reducer that has seen no frame.
+    pub fn new(layout: Layout) -> Self {
+        let bases = &layout.bases;
+        let pairs = pairs_of(bases.len()).map(|(a, b)| PairTotals::new(bases[a].of_pair(bases[b])));
+        Self {
+            frames_added: 0,
+            runs: vec![RunTotals::default(); bases.len()],
+            pairs: pairs.collect(),
+            layout,
+        }
+    }
+
+    /// Adds the frame that is the `ordinal`-th of the scored frames.
+    ///
+    /// # Errors
+    /// When the layout has no such frame, or other runs; when more frames come than it has; when the
+    /// returns are too many. Nothing is added then.
+    pub fn add_frame(&mut self, ordinal: u64, frame: &FrameSums) -> Result<(), ReduceError> {
+        let sampling = self.layout.sampling;
+        if ordinal >= sampling.scored {
+            return Err(ReduceError::NoSuchFrame { ordinal, scored: sampling.scored });
+        }
+        if frame.bases() != self.layout.bases {
+            return Err(ReduceError::OtherRuns);
+        }
+        let returns = frame.runs().first().map_or(0, RunSums::returns);
+        self.check_room(1, returns)?;
+        if returns > FRAME_RETURNS {
+            return Err(ReduceError::TooManyReturns);
+        }
+        self.frames_added += 1;
+        for (totals, run) in self.runs.iter_mut().zip(frame.runs()) {
+            totals.add_frame(ordinal, run, sampling);
+        }
+        for (totals, pair) in self.pairs.iter_mut().zip(frame.pair_sums()) {
+            totals.add_frame(ordinal, &pair, sampling);
+        }
+        Ok(())
+    }
+
+    /// Adds what another reducer of the same layout has seen.
+    ///
+    /// # Errors
+    /// When the layouts differ, or the two together hold more frames or returns than one may. Nothing
+    /// is added then.
+    pub fn merge(&mut self, other: &Self) -> Result<(), ReduceError> {
+        if self.layout != other.layout {
+            return Err(ReduceError::OtherLayout);
+        }
+        self.check_room(other.frames_added, other.returns())?;
+        self.frames_added += other.frames_added;
+        for (mine, theirs) in self.runs.iter_mut().zip(&other.runs) {
+            mine.merge(theirs);
+        }
+        for (mine, theirs) in self.pairs.iter_mut().zip(&other.pairs) {
+            mine.merge(theirs);
+        }
+        Ok(())
+    }
+
+    fn check_room(&self, frames: u64, returns: u64) -> Result<(), ReduceError> {
+        let scored = self.layout.sampling.scored;
+        if frames > scored - self.frames_added {
+            return Err(ReduceError::FrameTwice { scored });
+        }
+        if returns > ALL_RETURNS - self.returns() {
+            return Err(ReduceError::TooManyReturns);
+        }
+        Ok(())
+    }
+
+    fn returns(&self) -> u64 {
+        self.runs.first().map_or(0, |run| run.sums.returns())
+    }
+
+    /// What it was told beforehand.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Frames seen so far; the answers are for the whole when it is [`Layout::frames_scored`].
+    pub fn frames_added(&self) -> u64 {
+        self.frames_added
+    }
+
+    /// The sums and scores of the `run`-th run.
+    ///
+    /// # Panics
+    /// Where there is no such run.
+    pub fn scores(&self, run: usize) -> RunScores {
+        let totals = &self.runs[run];
+        let sampling = self.layout.sampling;
+        RunScores {
+            sums: totals.sums,
+            r_cv_m2: std::array::from_fn(|k| (CV_SCALES_M[CV_10 + k], totals.cv[k].estimate(sampling))),
+            r_near_m2: std::array::from_fn(|k| (NEAR_SCALES_M[k], totals.near[k].estimate(sampling))),
+        }
+    }
+
+    /// Compares run `a` with run `b`, a < b.
+    ///
+    /// # Panics
+    /// Where there is no such pair.
+    pub fn compare(&self, a: usize, b: usize) -> Comparison {
+        let runs = self.runs.len();
+        assert!(a < b && b < runs, "no pair ({a}, {b}) of {runs} runs");
+        // Pairs stand row by row; before row `a` there are rows of runs − 1, runs − 2, … pairs.
+        let index = a * (2 * runs - a - 1) / 2 + (b - a - 1);
+        compare(a, b, &self.pairs[index], self.layout.sampling)
+    }
+
+    /// All pairs compared, in the order (0, 1), (0, 2), …, (1, 2), …
+    pub fn comparisons(&self) -> Vec<Comparison> {
+        pairs_of(self.runs.len()).map(|(a, b)| self.compare(a, b)).collect()
+    }
+
+    /// The runs from best to worst: along the decided verdicts of `comparisons`, free choices by
+    /// ascending `R_cv(10)`, or by `R_near(5)` where any of the maps was given, as then it is the one score
+    /// that all runs have. See [`order_runs`].
+    pub fn order(&self, comparisons: &[Comparison]) -> Vec<Ranked> {
+        let near = self.layout.bases.contains(&Basis::Near);
+        let score = |run: &RunTotals| if near { run.sums.r_near_m2()[0].1 } else { run.sums.r_cv_10_m2() };
+        let scores: Vec<_> = self.runs.iter().map(score).collect();
+        let decided: Vec<_> = comparisons
+            .iter()
+            .filter_map(|pair| match pair.verdict {
+                Verdict::Better { which, .. } => Some((which, pair.a + pair.b - which)),
+                _ => None,
+            })
+            .collect();
+        order_runs(&scores, &decided)
+    }
+}
+
+impl RunTotals {
+    fn add_frame(&mut self, ordinal: u64, frame: &RunSums, sampling: Sampling) {
+        let total = |(sum, returns): (FixedSum, u64)| Total { sum: sum.units(), returns };
+        self.sums.merge(frame);
+        for (k, ratio) in self.cv.iter_mut().enumerate() {
+            ratio.add_frame(ordinal, total(frame.cv_ratio(CV_10 + k)), sampling);
+        }
+        for (k, ratio) in self.near.iter_mut().enumerate() {
+            ratio.add_frame(ordinal, total(frame.near_ratio(k)), sampling);
+        }
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.sums.merge(&other.sums);
+        for (mine, theirs) in self.cv.iter_mut().zip(&other.cv) {
+            mine.merge(theirs);
+        }
+        for (mine, theirs) in self.near.iter_mut().zip(&other.near) {
+            mine.merge(theirs);
+        }
+    }
+}

@@ -1,0 +1,119 @@
+use crate::basis::{Basis, CV_LIMITS, NEAR_LIMITS, SCALES};
+use crate::fixed::{near_square_units, square_units};
+
+/// A return whose first surfel is crossed this much before the measured range is blocked, metres.
+const BLOCKED_M: f64 = 0.5;
+
+/// What one run's map predicts for one return, as residuals z − z' in metres: measured range minus
+/// predicted range (Zhang & Chen 2021, eq. 6–7). `None` is a miss: a value, never a range.
+///
+/// A residual that is NaN or infinite counts as a miss, and [`RunSums::non_finite`] counts it.
+///
+/// [`RunSums::non_finite`]: crate::RunSums::non_finite
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Residuals {
+    /// z − z1, to the first surfel crossed: the paper's residual.
+    pub first_m: Option<f64>,
+    /// z − zn, to the crossing nearest to z; `None` where there is none within 5 m of z.
+    pub nearest_m: Option<f64>,
+    /// z − zc, to the first independent surfel crossed.
+    pub independent_m: Option<f64>,
+    /// Whether an independent crossing exists even when five segments to either side are left out.
+    pub revisited: bool,
+}
+
+impl Residuals {
+    /// A return at which nothing is crossed at all.
+    pub const MISS: Self = Self { first_m: None, nearest_m: None, independent_m: None, revisited: false };
+
+    /// One surfel crossed, independent of the return and revisited, `residual_m` short of it.
+    pub fn all(residual_m: f64) -> Self {
+        let residual = Some(residual_m);
+        Self { first_m: residual, nearest_m: residual, independent_m: residual, revisited: true }
+    }
+}
+
+/// The residuals of one return squared and truncated, in units: made once, added to many sums.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Squares {
+    /// (z − z1)², where there is a z1.
+    pub(crate) first: Option<u128>,
+    /// min((z − zn)², τ²) at the scales of `R_near`, zeros behind, where there is a z1.
+    pub(crate) nearest: Option<[u64; SCALES]>,
+    /// min((z − zc)², τ²) at the scales of `R_cv`, where there is a zc.
+    pub(crate) independent: Option<[u64; SCALES]>,
+    pub(crate) revisited: bool,
+    pub(crate) blocked: bool,
+    pub(crate) non_finite: u8,
+}
+
+impl Squares {
+    #[inline]
+    pub(crate) fn of(residuals: &Residuals) -> Self {
+        let given = [residuals.first_m, residuals.nearest_m, residuals.independent_m];
+        let [first, nearest, independent] = given.map(|r| r.filter(|m| m.is_finite()));
+        let finite = [first, nearest, independent].iter().flatten().count();
+        Self {
+            first: first.map(square_units),
+            nearest: first.map(|_| {
+                // Without a crossing near z the square is the full τ²: no scale is larger than the 5 m
+                // in which one was looked for.
+                let [far, middle, near] = cut(nearest.map_or(u64::MAX, near_square_units), NEAR_LIMITS);
+                [far, middle, near, 0, 0]
+            }),
+            independent: independent.map(|m| cut(near_square_units(m), CV_LIMITS)),
+            revisited: residuals.revisited,
+            blocked: first.is_some_and(|m| m > BLOCKED_M),
+            non_finite: (given.iter().flatten().count() - finite) as u8,
+        }
+    }
+
+    /// The truncated squares by which a run counts in a pair of `basis`, at the scales of the basis.
+    #[inline]
+    pub(crate) fn on(&self, basis: Basis) -> Option<&[u64; SCALES]> {
+        match basis {
+            Basis::CrossValidated => self.independent.as_ref(),
+            Basis::Near => self.nearest.as_ref(),
+        }
+    }
+}
+
+/// A square truncated at every limit. Rounding is monotone: the rounded square cut at the rounded τ² is
+/// the cut square rounded.
+#[inline]
+fn cut<const N: usize>(square: u64, limits: [u64; N]) -> [u64; N] {
+    limits.map(|limit| square.min(limit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_residual_that_is_no_number_is_a_counted_miss() {
+        let residuals = Residuals {
+            first_m: Some(f64::INFINITY),
+            nearest_m: Some(0.1),
+            independent_m: Some(f64::NAN),
+            revisited: false,
+        };
+        let squares = Squares::of(&residuals);
+        assert_eq!((squares.first, squares.nearest, squares.independent), (None, None, None));
+        assert!(!squares.blocked);
+        assert_eq!(squares.non_finite, 2);
+    }
+
+    #[test]
+    fn blocked_means_short_by_more_than_half_a_metre() {
+        let blocked = |first_m| Squares::of(&Residuals { first_m: Some(first_m), ..Residuals::MISS }).blocked;
+        assert!(blocked(0.51));
+        assert!(!blocked(0.5));
+        assert!(!blocked(-7.0));
+    }
+
+    #[test]
+    fn without_a_crossing_near_the_range_the_square_is_full() {
+        let squares = Squares::of(&Residuals { first_m: Some(20.0), ..Residuals::MISS });
+        assert_eq!(squares.nearest, Some([25 << 40, 4 << 40, 1 << 38, 0, 0]));
+    }
+}

@@ -1,0 +1,236 @@
+use crate::Basis;
+use crate::basis::{CV_10, CV_LIMITS, CV_SCALES_M, NEAR_LIMITS, NEAR_SCALES_M, SCALES};
+use crate::fixed::{FixedSum, units_of};
+use crate::residuals::{Residuals, Squares};
+
+/// What a return without an independent crossing costs in `R_cv(10)`: κ τ² with κ = ¼, square metres.
+const MISS_COST_M2: f64 = 25.0;
+/// Below this share of returns with an independent crossing `R_cv` is not given.
+const COVERAGE_NEEDED: f64 = 0.5;
+
+/// The sums of one run over any set of returns: a frame, a tile, the whole log. Order-free: sums of
+/// parts merge to the sums of the whole, bit for bit.
+///
+/// Every score is `None` over nothing.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct RunSums {
+    returns: u64,
+    with_first: u64,
+    with_independent: u64,
+    revisited: u64,
+    blocked: u64,
+    non_finite: u64,
+    dmp: FixedSum,
+    cv: [FixedSum; SCALES],
+    near: [FixedSum; NEAR_LIMITS.len()],
+}
+
+/// Why a run's `R_cv` is not given.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Withheld {
+    /// There is nothing to score.
+    #[error("no returns")]
+    NoReturns,
+    /// The map was given, so nothing is known of which surfels are independent of a return.
+    #[error("the map was given, so no crossing is known to be independent of the return")]
+    MapGiven,
+    /// Too few returns have an independent crossing; the score would mostly be the price of the others.
+    #[error("coverage is {coverage:.3}, below 0.5")]
+    LowCoverage {
+        /// Share of returns with an independent crossing.
+        coverage: f64,
+    },
+}
+
+impl RunSums {
+    /// Adds one return.
+    pub fn add(&mut self, residuals: &Residuals) {
+        self.add_squares(&Squares::of(residuals));
+    }
+
+    #[inline]
+    pub(crate) fn add_squares(&mut self, squares: &Squares) {
+        self.returns += 1;
+        self.with_first += u64::from(squares.first.is_some());
+        self.with_independent += u64::from(squares.independent.is_some());
+        self.revisited += u64::from(squares.revisited);
+        self.blocked += u64::from(squares.blocked);
+        self.non_finite += u64::from(squares.non_finite);
+        self.dmp += FixedSum::from_units(squares.first.unwrap_or_default() as i128);
+        for (sum, square) in self.cv.iter_mut().zip(squares.independent.unwrap_or_default()) {
+            *sum += FixedSum::from_units(square.into());
+        }
+        for (sum, square) in self.near.iter_mut().zip(squares.nearest.unwrap_or_default()) {
+            *sum += FixedSum::from_units(square.into());
+        }
+    }
+
+    /// Adds the sums of other returns.
+    pub fn merge(&mut self, other: &Self) {
+        self.returns += other.returns;
+        self.with_first += other.with_first;
+        self.with_independent += other.with_independent;
+        self.revisited += other.revisited;
+        self.blocked += other.blocked;
+        self.non_finite += other.non_finite;
+        self.dmp += other.dmp;
+        for (mine, theirs) in self.cv.iter_mut().zip(other.cv) {
+            *mine += theirs;
+        }
+        for (mine, theirs) in self.near.iter_mut().zip(other.near) {
+            *mine += theirs;
+        }
+    }
+
+    /// Returns scored, misses included.
+    pub fn returns(&self) -> u64 {
+        self.returns
+    }
+
+    /// Returns whose ray crosses a surfel.
+    pub fn with_first(&self) -> u64 {
+        self.with_first
+    }
+
+    /// Returns whose ray crosses an independent surfel.
+    pub fn with_independent(&self) -> u64 {
+        self.with_independent
+    }
+
+    /// Residuals that were NaN or infinite and were taken as misses. More than 0 is a fault upstream.
+    pub fn non_finite(&self) -> u64 {
+        self.non_finite
+    }
+
+    /// DMP (Zhang & Chen 2021, eq. 13): Σ (z − z1)² over the returns with z1. 0 over nothing.
+    pub fn dmp_sum(&self) -> FixedSum {
+        self.dmp
+    }
+
+    /// [`Self::dmp_sum`] in square metres.
+    pub fn dmp_sum_m2(&self) -> f64 {
+        self.dmp.to_m2()
+    }
+
+    /// The mean of DMP over the returns with z1.
+    pub fn dmp_mean_m2(&self) -> Option<f64> {
+        self.dmp.mean_m2(self.with_first)
+    }
+
+    /// `R_cv(10)`: the mean over *all* returns of min((z − zc)², 100), or 25 where there is no zc. Given
+    /// whatever the coverage, see [`Self::r_cv_withheld`].
+    pub fn r_cv_10_m2(&self) -> Option<f64> {
+        let (sum, count) = self.cv_ratio(CV_10);
+        sum.mean_m2(count)
+    }
+
+    /// `R_cv` at 10, 2, 0.5 and 0.2 m as (scale in metres, score): the first is [`Self::r_cv_10_m2`], the
+    /// others are the mean of min((z − zc)², τ²) over the returns with zc.
+    pub fn r_cv_m2(&self) -> [(f64, Option<f64>); SCALES - CV_10] {
+        std::array::from_fn(|k| {
+            let (sum, count) = self.cv_ratio(CV_10 + k);
+            (CV_SCALES_M[CV_10 + k], sum.mean_m2(count))
+        })
+    }
+
+    /// `R_near` at 5, 2 and 0.5 m as (scale in metres, score): the mean of min((z − zn)², τ²) over the
+    /// returns with z1.
+    pub fn r_near_m2(&self) -> [(f64, Option<f64>); NEAR_LIMITS.len()] {
+        std::array::from_fn(|k| (NEAR_SCALES_M[k], self.near[k].mean_m2(self.with_first)))
+    }
+
+    /// Why `R_cv` is not to be given for this run; `None` where it is.
+    pub fn r_cv_withheld(&self, basis: Basis) -> Option<Withheld> {
+        match self.coverage() {
+            None => Some(Withheld::NoReturns),
+            Some(_) if basis == Basis::Near => Some(Withheld::MapGiven),
+            Some(coverage) if coverage < COVERAGE_NEEDED => Some(Withheld::LowCoverage { coverage }),
+            Some(_) => None,
+        }
+    }
+
+    /// Share of returns that cross no surfel.
+    pub fn miss_rate(&self) -> Option<f64> {
+        self.share(self.returns - self.with_first)
+    }
+
+    /// Share of returns that cross a surfel more than 0.5 m before the measured range.
+    pub fn blocked_rate(&self) -> Option<f64> {
+        self.share(self.blocked)
+    }
+
+    /// Share of returns that cross an independent surfel.
+    pub fn coverage(&self) -> Option<f64> {
+        self.share(self.with_independent)
+    }
+
+    /// Share of returns that still do when five segments to either side are left out: how much of the
+    /// log is seen again. Below 5 % nothing certain can be said on the global shape.
+    pub fn coverage_revisit(&self) -> Option<f64> {
+        self.share(self.revisited)
+    }
+
+    fn share(&self, count: u64) -> Option<f64> {
+        (self.returns > 0).then(|| count as f64 / self.returns as f64)
+    }
+
+    /// Numerator and denominator of `R_cv` at the `scale`-th of [`CV_SCALES_M`].
+    pub(crate) fn cv_ratio(&self, scale: usize) -> (FixedSum, u64) {
+        if scale != CV_10 {
+            return (self.cv[scale], self.with_independent);
+        }
+        let missing = i128::from(self.returns - self.with_independent);
+        let price = FixedSum::from_units(missing * i128::from(units_of(MISS_COST_M2)));
+        (self.cv[scale] + price, self.returns)
+    }
+
+    /// Numerator and denominator of `R_near` at the `scale`-th of [`NEAR_SCALES_M`].
+    pub(crate) fn near_ratio(&self, scale: usize) -> (FixedSum, u64) {
+        (self.near[scale], self.with_first)
+    }
+}
+
+const _: () = assert!(units_of(MISS_COST_M2) < CV_LIMITS[CV_10]);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn independent(residual_m: f64) -> Residuals {
+        Residuals { independent_m: Some(residual_m), ..Residuals::MISS }
+    }
+
+    #[test]
+    fn nothing_has_no_score() {
+        let sums = RunSums::default();
+        assert_eq!((sums.dmp_sum_m2(), sums.dmp_mean_m2(), sums.r_cv_10_m2()), (0.0, None, None));
+        assert_eq!((sums.miss_rate(), sums.blocked_rate(), sums.coverage()), (None, None, None));
+        assert!(sums.r_near_m2().iter().chain(&sums.r_cv_m2()).all(|(_, score)| score.is_none()));
+        assert_eq!(sums.r_cv_withheld(Basis::CrossValidated), Some(Withheld::NoReturns));
+    }
+
+    #[test]
+    fn a_miss_costs_less_than_a_wrong_hit_at_its_worst() {
+        let mut sums = RunSums::default();
+        sums.add(&independent(3.0));
+        sums.add(&independent(-40.0));
+        sums.add(&Residuals::MISS);
+        sums.add(&Residuals::MISS);
+        assert_eq!(sums.r_cv_10_m2(), Some((9.0 + 100.0 + 50.0) / 4.0));
+        assert_eq!(sums.r_cv_m2()[1], (2.0, Some(4.0)));
+    }
+
+    #[test]
+    fn r_cv_is_withheld_with_its_reason() {
+        let mut sums = RunSums::default();
+        sums.add(&independent(0.0));
+        sums.add(&Residuals::MISS);
+        assert_eq!(sums.r_cv_withheld(Basis::CrossValidated), None);
+        assert_eq!(sums.r_cv_withheld(Basis::Near), Some(Withheld::MapGiven));
+        sums.add(&Residuals::MISS);
+        let why = sums.r_cv_withheld(Basis::CrossValidated).unwrap();
+        assert_eq!(why.to_string(), "coverage is 0.333, below 0.5");
+        assert!(sums.r_cv_10_m2().is_some());
+    }
+}

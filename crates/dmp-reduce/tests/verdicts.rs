@@ -1,0 +1,204 @@
+//! What a pair of runs is told: the cascade of scales, the place guard, the reasons.
+#![expect(clippy::expect_used, reason = "a case that cannot be set up is a failed test")]
+
+use dmp_reduce::{Basis, Comparison, FrameSums, Layout, Place, Reducer, Residuals, UndecidedReason, Verdict};
+
+const CV: Basis = Basis::CrossValidated;
+const RETURNS: u32 = 40;
+
+/// Compares two runs of which `residuals_m(frame, k)` gives the residuals of the k-th return.
+fn compare(bases: [Basis; 2], frames: u64, residuals_m: impl Fn(u64, u32) -> [Option<f64>; 2]) -> Comparison {
+    let layout = Layout::new(frames, frames, bases.to_vec()).expect("a full run");
+    let mut reducer = Reducer::new(layout);
+    let mut sums = FrameSums::new(&bases);
+    for frame in 0..frames {
+        sums.clear();
+        for k in 0..RETURNS {
+            sums.add_return(&residuals_m(frame, k).map(|m| m.map_or(Residuals::MISS, Residuals::all)));
+        }
+        reducer.add_frame(frame, &sums).expect("the frames of the layout");
+    }
+    reducer.compare(0, 1)
+}
+
+/// A number in [−1, 1) that looks random and is the same for everyone.
+fn noise(frame: u64, k: u32, which: u64) -> f64 {
+    let mut x = (frame * 1_000_003 + u64::from(k)).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (which << 60);
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((x ^ (x >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
+#[track_caller]
+fn assert_better(pair: &Comparison, run: usize, at_m: f64, reason: &str) {
+    let Verdict::Better { which, decided_at_m, returns } = pair.verdict else {
+        panic!("{:?}", pair.verdict);
+    };
+    assert_eq!((which, decided_at_m, returns), (run, at_m, pair.common_returns));
+    assert_eq!(pair.verdict.reason(), format!("{reason} ({returns} common returns)"));
+}
+
+#[test]
+fn a_gross_error_decides_at_ten_metres() {
+    let pair = compare([CV; 2], 60, |f, k| [Some(6.0 + noise(f, k, 1)), Some(noise(f, k, 2))]);
+    assert_better(&pair, 1, 10.0, "better globally: decided at the 10 m scale");
+    assert!(pair.scales[0].difference.unwrap().value_m2 > 30.0);
+    assert_eq!(pair.scales.iter().map(|s| s.scale_m).collect::<Vec<_>>(), [10.0, 2.0, 0.5, 0.2]);
+}
+
+#[test]
+fn smaller_errors_decide_at_smaller_scales() {
+    let cases = [
+        (40.0, 1.0, 2.0, "better at the metre scale: decided at 2 m, undecided above"),
+        (2.0, 0.15, 0.5, "better locally: decided at 0.5 m, undecided above"),
+        (0.5, 0.06, 0.2, "better only at the centimetre scale: decided at 0.2 m, undecided above"),
+    ];
+    for (outlier_m, error_m, decided_at_m, reason) in cases {
+        // Outliers hide what is smaller than they are. Both runs have as many, in neighbouring frames.
+        let pair = compare([CV; 2], 200, |f, k| {
+            let outlier = |frame| Some(outlier_m).filter(|_| noise(frame, k, 1) > 0.2);
+            [outlier(f).or(Some(0.0)), outlier(f ^ 1).or(Some(error_m))]
+        });
+        assert_better(&pair, 0, decided_at_m, reason);
+    }
+}
+
+#[test]
+fn no_difference_is_no_verdict() {
+    let pair = compare([CV; 2], 80, |f, k| [Some(noise(f, k, 1)), Some(noise(f, k, 2))]);
+    assert_eq!(pair.verdict, Verdict::Undecided { reason: UndecidedReason::NoDifference });
+    assert!(pair.guard.is_empty());
+}
+
+#[test]
+fn undecided_pairs_say_why() {
+    let undecided = |pair: Comparison| match pair.verdict {
+        Verdict::Undecided { reason } => (reason, pair.verdict.reason()),
+        verdict => panic!("{verdict:?}"),
+    };
+    let alike = compare([CV; 2], 50, |f, k| [Some(noise(f, k, 1)), Some(-noise(f, k, 1))]);
+    assert_eq!(
+        undecided(alike),
+        (UndecidedReason::Alike, "undecided: the two runs predict every common return alike".into())
+    );
+    let apart = compare([CV; 2], 50, |_, k| if k % 2 == 0 { [Some(0.1), None] } else { [None, Some(0.1)] });
+    assert_eq!(undecided(apart).0, UndecidedReason::NoCommonReturns);
+    let three = compare([CV; 2], 3, |_, _| [Some(0.1), Some(5.0)]);
+    assert_eq!(
+        undecided(three),
+        (
+            UndecidedReason::TooFewFrames { frames: 3 },
+            "undecided: only 3 frames have common returns, 4 are needed".into()
+        )
+    );
+    let short = compare([CV; 2], 200, |f, k| {
+        [Some(0.1 + noise(f, k, 1)), Some(5.0).filter(|_| (10..20).contains(&f))]
+    });
+    assert_eq!(undecided(short).0, UndecidedReason::OneStretch);
+}
+
+#[test]
+fn the_guard_finds_the_places_that_oppose() {
+    // b is 3 m off nearly everywhere; between frames 120 and 179 it is a that is off, by 2.5 m.
+    let residuals = |f: u64, k: u32| {
+        let off = if (120..180).contains(&f) { [2.5, 0.0] } else { [0.0, 3.0] };
+        [Some(off[0] + 0.1 * noise(f, k, 1)), Some(off[1] + 0.1 * noise(f, k, 2))]
+    };
+    let pair = compare([CV; 2], 600, residuals);
+    let Verdict::Mixed { which, decided_at_m, opposed_at_m, ref places, .. } = pair.verdict else {
+        panic!("{:?}", pair.verdict);
+    };
+    assert_eq!((which, decided_at_m, opposed_at_m), (0, 10.0, 30.0));
+    assert_eq!(places[..], [Place { first: 120, last: 179 }]);
+    let reason = pair.verdict.reason();
+    let expected = "better on the whole, globally: decided at the 10 m scale, \
+                    but worse in frames 120–179 at 30 m (24000 common returns)";
+    assert_eq!(reason, expected);
+    assert!(pair.verdict.reason_with(|ordinal| 10 * ordinal).contains("frames 1200–1790 at"));
+    // By hand: L = (0.1 · 2.5² + 0.9 · 3²) / 2 and one tenth of the places opposes by 2.5² / L.
+    let level = 0.5 * (0.1 * 6.25 + 0.9 * 9.0);
+    let guard = &pair.guard[0];
+    assert!((guard.opposition - 0.1 * 6.25 / level).abs() < 0.002, "{}", guard.opposition);
+    assert!((guard.support - 0.9 * 9.0 / level).abs() < 0.01, "{}", guard.support);
+    assert_eq!(guard.scale_m, 30.0);
+    assert_eq!(pair.guard[1].scale_m, 2.0);
+}
+
+/// Without any noise: a and b are level but for `opposing` in the first places, `supporting` in the
+/// others, so that the means are known beforehand.
+fn guard_of(opposing_places: u64, opposing_m2: f64, supporting_m2: f64, level_m2: f64) -> Comparison {
+    let residual = |more_m2: f64| Some((level_m2 + more_m2).sqrt());
+    compare([CV; 2], 100, |f, _| {
+        if f / 10 < opposing_places {
+            [residual(opposing_m2), residual(0.0)]
+        } else {
+            [residual(0.0), residual(supporting_m2)]
+        }
+    })
+}
+
+#[test]
+fn a_little_opposition_is_tolerated() {
+    // Truncated at 2 m (4 m²) all of it is below: both guards see the same numbers.
+    let pair = guard_of(1, 0.1, 1.0, 2.0);
+    assert!(matches!(pair.verdict, Verdict::Better { which: 0, .. }), "{:?}", pair.guard);
+    let level = 0.5 * (2.0 + 0.1 * 0.1 + 2.0 + 0.9);
+    for guard in &pair.guard {
+        assert!((guard.opposition - 0.01 / level).abs() < 1e-9);
+        assert!((guard.support - 0.9 / level).abs() < 1e-9);
+        assert!(!guard.tripped);
+    }
+    assert_eq!(pair.guard[1].against, [Place { first: 0, last: 9 }]);
+}
+
+#[test]
+fn at_two_metres_the_opposition_is_weighed_against_the_support() {
+    // Below .10, so that the guard at 30 m is content.
+    let level = |opposing: f64, supporting: f64| 0.5 * (6.0 + 0.2 * opposing + 0.8 * supporting);
+    let outweighed = guard_of(2, 0.9, 1.0, 3.0);
+    let guard = &outweighed.guard[1];
+    assert!((guard.opposition - 0.18 / level(0.9, 1.0)).abs() < 1e-9);
+    assert!(guard.opposition > 0.02 && guard.opposition < 0.25 * guard.support && !guard.tripped);
+    assert!(matches!(outweighed.verdict, Verdict::Better { which: 0, .. }));
+
+    let weighty = guard_of(2, 1.0, 0.9, 3.0);
+    let guard = &weighty.guard[1];
+    assert!((guard.support - 0.72 / level(1.0, 0.9)).abs() < 1e-9);
+    assert!(guard.opposition < 0.10 && guard.opposition > 0.25 * guard.support && guard.tripped);
+    assert!(!weighty.guard[0].tripped);
+    let Verdict::Mixed { which: 0, opposed_at_m: 2.0, places, .. } = weighty.verdict else {
+        panic!("{:?}", weighty.verdict);
+    };
+    assert_eq!(places, [Place { first: 0, last: 19 }]);
+}
+
+#[test]
+fn a_given_map_is_judged_by_the_nearest_crossing() {
+    let pair = compare([CV, Basis::Near], 60, |f, k| [Some(noise(f, k, 1)), Some(4.0 + noise(f, k, 2))]);
+    assert_eq!(pair.basis, Basis::Near);
+    assert_better(&pair, 0, 5.0, "better globally: decided at the 5 m scale");
+    assert_eq!(pair.scales.iter().map(|s| s.scale_m).collect::<Vec<_>>(), [5.0, 2.0, 0.5]);
+    assert_eq!(pair.guard.iter().map(|g| g.scale_m).collect::<Vec<_>>(), [5.0, 2.0]);
+}
+
+#[test]
+fn runs_are_listed_along_the_verdicts() {
+    // Run 2 misses most returns, so its R_cv(10) is bad; where it does see something it is the best.
+    let bases = [CV; 4];
+    let mut reducer = Reducer::new(Layout::new(50, 50, bases.to_vec()).unwrap());
+    let mut sums = FrameSums::new(&bases);
+    for frame in 0..50 {
+        sums.clear();
+        for k in 0..RETURNS {
+            let off = |base: f64, which| Residuals::all(base + 0.05 * noise(frame, k, which));
+            let seldom = if k % 8 == 0 { off(0.0, 3) } else { Residuals::MISS };
+            sums.add_return(&[off(2.0, 1), off(0.5, 2), seldom, off(0.5, 4)]);
+        }
+        reducer.add_frame(frame, &sums).unwrap();
+    }
+    let order = reducer.order(&reducer.comparisons());
+    let runs: Vec<_> = order.iter().map(|r| r.run).collect();
+    assert_eq!((runs[0], runs[3]), (2, 0));
+    assert_eq!(order.iter().map(|r| r.tied_with_next).collect::<Vec<_>>(), [false, true, false, false]);
+    assert!(reducer.scores(2).sums.r_cv_10_m2() > reducer.scores(0).sums.r_cv_10_m2());
+}
