@@ -1,1 +1,52 @@
-//! To come.
+//! Score LiDAR SLAM runs without ground truth: the Dense Map Posterior, out of core.
+//!
+//! # Brief overview
+//! [`evaluate`] takes a log of scans and the [`Run`]s to be compared, each a trajectory and perhaps a
+//! map, and gives a [`Report`]: the scores of every run, every pair's verdict, the order of the runs.
+//! It makes a [`Plan`] (which scans, which returns, which voxels and segments: the same for all runs),
+//! fuses each run's map, casts every return into every run's map, and reduces the residuals. The log is
+//! read twice, in any order, by any number of threads, in bounded memory; the numbers do not depend on
+//! any of these.
+//!
+//! The metric is that of Zhang & Chen, "A metric for evaluating 3D reconstruction and mapping
+//! performance with no ground truthing" (ICIP 2021), with what LiDAR needs beyond it; `docs/metric.md`
+//! has every definition.
+//!
+//! ```no_run
+//! use dmp::{Config, Run, evaluate};
+//! use dmp_log::{LogOptions, open_log, read_trajectory};
+//!
+//! let log = open_log("town.mcap".as_ref(), &LogOptions::default())?;
+//! let runs = ["truth.tum", "drift.tum"]
+//!     .into_iter()
+//!     .map(|file| Ok(Run::new(file, read_trajectory(file.as_ref())?.trajectory)))
+//!     .collect::<Result<Vec<_>, dmp_log::LogError>>()?;
+//! let report = evaluate(log.as_ref(), &runs, &Config::default(), &())?;
+//! println!("best: {}", report.order[0]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod cast;
+mod config;
+mod error;
+mod evaluate;
+mod frames;
+mod fuse;
+mod memory;
+mod plan;
+mod pose;
+mod report;
+mod survey;
+mod warnings;
+mod watch;
+
+pub use config::{Config, Ego, FrameOrder, MapSource, Run};
+pub use error::EvaluateError;
+pub use evaluate::evaluate;
+pub use memory::{machine_memory_bytes, peak_anonymous_bytes};
+pub use plan::{Pairing, Plan, PlannedFrame, Segments, VoxelChoice};
+pub use report::{
+    ConfigReport, CvScores, DropReport, InputReport, MapReport, MemoryReport, NearScores, PairReport,
+    PassTimes, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, SegmentReport, TileReport,
+};
+pub use watch::{Stage, Watch};

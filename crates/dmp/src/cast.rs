@@ -1,0 +1,151 @@
+use std::collections::HashMap;
+
+use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query};
+use dmp_log::ScanLog;
+use dmp_map::TileId;
+use dmp_reduce::{Basis, FrameSums, Layout, Reducer, Residuals, RunSums};
+use dmp_sensor::{Ray, ReturnCounts, Scan};
+
+use crate::config::{Config, Run};
+use crate::error::EvaluateError;
+use crate::frames::{Worker, each_frame};
+use crate::fuse::RunMap;
+use crate::plan::{Plan, PlannedFrame};
+use crate::pose::Poser;
+use crate::watch::{Stage, Watch};
+
+/// Share of the memory that the tiles of all maps may take while rays are cast.
+const CAST_SHARE: f64 = 0.5;
+/// Predictions are looked for up to this many times the largest range used: further, a sensor would
+/// see nothing.
+pub(crate) const HORIZON: f64 = 2.0;
+
+/// Everything that comes of casting a log.
+#[derive(Debug)]
+pub(crate) struct Scored {
+    pub(crate) reducer: Reducer,
+    pub(crate) counts: ReturnCounts,
+    /// Sums of the returns that lie in a tile, for each run and tile.
+    pub(crate) tiles: HashMap<(usize, TileId), RunSums>,
+    pub(crate) tile_loads: u64,
+    pub(crate) casters: Vec<Caster>,
+}
+
+struct CastWorker<'a> {
+    poser: Poser<'a>,
+    runs: &'a [Run],
+    casters: &'a [Caster],
+    watch: &'a dyn Watch,
+    bases: &'a [Basis],
+    queries: Vec<Query>,
+    answers: Vec<Vec<Answer>>,
+    buffers: CastBuffers,
+    residuals: Vec<Residuals>,
+    frame: FrameSums,
+    reducer: Reducer,
+    tiles: HashMap<(usize, TileId), RunSums>,
+    counts: ReturnCounts,
+}
+
+impl Worker for CastWorker<'_> {
+    fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
+        let Self { poser, runs, casters, bases, queries, answers, buffers, residuals, tiles, .. } = self;
+        self.frame.clear();
+        let sums = &mut self.frame;
+        let counts = poser.blocks(frame, scan, |rays| {
+            for (run, caster) in casters.iter().enumerate() {
+                let segment = (bases[run] == Basis::CrossValidated).then_some(frame.segment);
+                queries.clear();
+                queries.extend(rays[run].iter().map(|ray| query_of(ray, segment)));
+                caster
+                    .cast(queries, &mut answers[run], buffers)
+                    .map_err(EvaluateError::map_of(&runs[run].name))?;
+            }
+            for index in 0..rays[0].len() {
+                residuals.clear();
+                for (run, rays) in rays.iter().enumerate() {
+                    let residual = residuals_of(rays[index].range_m, &answers[run][index]);
+                    let tile = casters[run].store().lattice().tile_of(rays[index].endpoint_in_world());
+                    let tile = tile.map_err(EvaluateError::map_of(&runs[run].name))?;
+                    tiles.entry((run, tile)).or_default().add(&residual);
+                    residuals.push(residual);
+                }
+                sums.add_return(residuals);
+            }
+            Ok::<(), EvaluateError>(())
+        })?;
+        self.reducer.add_frame(ordinal as u64, &self.frame)?;
+        self.watch.frame_scored(frame.frame, self.frame.runs());
+        self.counts.merge(&counts);
+        self.watch.advance(counts.total());
+        Ok(())
+    }
+}
+
+fn query_of(ray: &Ray, segment: Option<i32>) -> Query {
+    Query {
+        origin_in_world_m: ray.origin_in_world,
+        direction_in_world: ray.direction_in_world,
+        measured_m: ray.range_m,
+        segment,
+    }
+}
+
+/// Zhang & Chen 2021, eq. 7: z − z', for each of the three z'.
+fn residuals_of(range_m: f64, answer: &Answer) -> Residuals {
+    let residual = |predicted_m: Option<f64>| predicted_m.map(|z| range_m - z);
+    Residuals {
+        first_m: residual(answer.first_m),
+        nearest_m: residual(answer.nearest_m),
+        independent_m: residual(answer.independent_m),
+        revisited: answer.revisited,
+    }
+}
+
+/// Casts every return into every run's map and reduces the residuals, in one pass over the log.
+pub(crate) fn score(
+    log: &dyn ScanLog,
+    plan: &Plan,
+    runs: &[Run],
+    maps: Vec<RunMap>,
+    config: &Config,
+    watch: &dyn Watch,
+) -> Result<Scored, EvaluateError> {
+    let settings = CastSettings { horizon_m: HORIZON * config.max_range_m, ..CastSettings::default() };
+    let budget_bytes = (CAST_SHARE * config.memory_bytes as f64) as usize / runs.len();
+    let bases: Vec<Basis> =
+        maps.iter().map(|map| if map.fused { Basis::CrossValidated } else { Basis::Near }).collect();
+    let casters: Vec<Caster> =
+        maps.into_iter().map(|map| Caster::new(map.store, settings, budget_bytes)).collect();
+    let frames = plan.frames.len() as u64;
+    let layout = Layout::new(frames, frames, bases.clone())?;
+
+    watch.begin(Stage::Cast, plan.returns());
+    let worker = |_| CastWorker {
+        poser: Poser::new(plan, runs, config),
+        runs,
+        casters: &casters,
+        watch,
+        bases: &bases,
+        queries: Vec::new(),
+        answers: vec![Vec::new(); runs.len()],
+        buffers: CastBuffers::default(),
+        residuals: Vec::new(),
+        frame: FrameSums::new(&bases),
+        reducer: Reducer::new(layout.clone()),
+        tiles: HashMap::new(),
+        counts: ReturnCounts::default(),
+    };
+    let workers = (0..config.threads).map(worker).collect();
+    let (mut reducer, mut counts, mut tiles) =
+        (Reducer::new(layout.clone()), ReturnCounts::default(), HashMap::new());
+    for worker in each_frame(log, &plan.frames, config.order, workers)? {
+        reducer.merge(&worker.reducer)?;
+        counts.merge(&worker.counts);
+        for (tile, sums) in worker.tiles {
+            tiles.entry(tile).or_insert_with(RunSums::default).merge(&sums);
+        }
+    }
+    let tile_loads = casters.iter().map(Caster::tile_loads).sum();
+    Ok(Scored { reducer, counts, tiles, tile_loads, casters })
+}

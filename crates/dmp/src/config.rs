@@ -1,0 +1,108 @@
+use std::path::PathBuf;
+
+use dmp_sensor::{Isometry3, Trajectory};
+
+/// One estimate to be scored: a trajectory and the map that belongs to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// How the run is called in the report.
+    pub name: String,
+    /// Where the body was: `world_from_body`.
+    pub trajectory: Trajectory,
+    /// Its map.
+    pub map: MapSource,
+}
+
+impl Run {
+    /// A run whose map is fused from the scans.
+    pub fn new(name: impl Into<String>, trajectory: Trajectory) -> Self {
+        Self { name: name.into(), trajectory, map: MapSource::Fused }
+    }
+}
+
+/// Where a run's map comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum MapSource {
+    /// Fused from the scans with the run's trajectory.
+    Fused,
+    /// A file the user gives, in the trajectory's world frame: LAS, LAZ, PLY or a store of our own.
+    Given(PathBuf),
+}
+
+/// What is known of the vehicle that carries the sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ego {
+    /// Looked for in a sample of scans.
+    Auto,
+    /// There is none in view.
+    None,
+    /// A box in the sensor frame, smallest and largest corner in millimetres.
+    BoxMm([i64; 3], [i64; 3]),
+}
+
+/// In which order the log is read. It changes no number; it is here so that this can be shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrameOrder {
+    /// As the log has them.
+    Log,
+    /// Shuffled by a seed.
+    Shuffled(u64),
+}
+
+/// Everything that can be set. The default is what `dmp score` does without options.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// Edge of a voxel, metres; `None` chooses 0.2, 0.3 or 0.5 m by the scans' density.
+    pub voxel_m: Option<f64>,
+    /// Length of a segment of the drive, metres; `None`: 12 m, or a sixteenth of a shorter drive.
+    pub segment_m: Option<f64>,
+    /// Smallest range used, metres.
+    pub min_range_m: f64,
+    /// Largest range used, metres. Predictions are looked for up to twice as far.
+    pub max_range_m: f64,
+    /// The vehicle itself.
+    pub ego: Ego,
+    /// Only every n-th scan of the log is used, for the map and for the score.
+    pub every: usize,
+    /// Where the sensor sits on the body that the trajectories move.
+    pub body_from_sensor: Isometry3<f64>,
+    /// Added to every stamp of the log before it is looked up in a trajectory, nanoseconds.
+    pub time_offset_ns: i64,
+    /// Poses further apart than this are not interpolated between, nanoseconds; `None`: 1 s, or three
+    /// times a trajectory's median interval where that is longer.
+    pub max_time_gap_ns: Option<i64>,
+    /// The sensor's range noise, metres: scales the raw log-likelihood, nothing else.
+    pub sigma_m: f64,
+    /// Memory to stay within, bytes.
+    pub memory_bytes: usize,
+    /// Threads that read, fuse and cast.
+    pub threads: usize,
+    /// Where scratch files and the maps of the runs go while they are needed.
+    pub work_folder: PathBuf,
+    /// Where to keep the fused maps, as `NAME.dmpmap`; `None` removes them at the end.
+    pub save_maps: Option<PathBuf>,
+    /// In which order the log is read.
+    pub order: FrameOrder,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            voxel_m: None,
+            segment_m: None,
+            min_range_m: 1.5,
+            max_range_m: 100.0,
+            ego: Ego::Auto,
+            every: 1,
+            body_from_sensor: Isometry3::identity(),
+            time_offset_ns: 0,
+            max_time_gap_ns: None,
+            sigma_m: 0.02,
+            memory_bytes: 2 << 30,
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            work_folder: std::env::temp_dir(),
+            save_maps: None,
+            order: FrameOrder::Log,
+        }
+    }
+}

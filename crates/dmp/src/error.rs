@@ -1,0 +1,130 @@
+use std::path::PathBuf;
+
+use dmp_log::LogError;
+use dmp_map::MapError;
+use dmp_reduce::ReduceError;
+
+/// Why a log and its runs cannot be scored.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EvaluateError {
+    /// There is nothing to score.
+    #[error("no run to score")]
+    NoRuns,
+    /// Two runs share a name.
+    #[error("two runs are called `{name}`: give them names of their own, as NAME=FILE")]
+    SameName {
+        /// The name.
+        name: String,
+    },
+    /// A setting outside its range.
+    #[error("{setting} {value}: {why}")]
+    Setting {
+        /// Which.
+        setting: &'static str,
+        /// What it was set to.
+        value: String,
+        /// What it must be.
+        why: &'static str,
+    },
+    /// The log has no scans.
+    #[error("{}: the log has no scans", path.display())]
+    NoScans {
+        /// The log.
+        path: PathBuf,
+    },
+    /// Scans and poses must be paired line by line, but there are more of one.
+    #[error(
+        "run `{run}`: {poses} poses for {scans} scans; without stamps {which} the n-th pose belongs to the n-th scan, so there must be as many"
+    )]
+    LinePairing {
+        /// The run.
+        run: String,
+        /// Poses of the trajectory.
+        poses: usize,
+        /// Scans of the log.
+        scans: usize,
+        /// Where stamps are missing.
+        which: &'static str,
+    },
+    /// A trajectory has a pose for none of the scans, or hardly any.
+    #[error("run `{run}`: {found} of {scans} scans have a pose: {why}")]
+    NoOverlap {
+        /// The run.
+        run: String,
+        /// Scans with a pose.
+        found: usize,
+        /// Scans of the log.
+        scans: usize,
+        /// Spans and gap, in words.
+        why: String,
+    },
+    /// Every run has poses, but no scan has one in all of them.
+    #[error("no scan has a pose in every run")]
+    NothingInCommon,
+    /// Not one return is left to score.
+    #[error("no return is used: {0}")]
+    NoReturns(String),
+    /// Maps with different voxels cannot be compared.
+    #[error("the maps of `{a}` and `{b}` have voxels of {a_m} and {b_m} m: their scores cannot be compared")]
+    DifferentVoxels {
+        /// One run.
+        a: String,
+        /// Another.
+        b: String,
+        /// The one's voxel edge, metres.
+        a_m: f64,
+        /// The other's.
+        b_m: f64,
+    },
+    /// The log gave other returns when it was read again.
+    #[error(
+        "the log changed while it was read: {first} returns were used in the first pass, {second} in the second"
+    )]
+    LogChanged {
+        /// Returns used in the first pass.
+        first: u64,
+        /// Returns used in the second.
+        second: u64,
+    },
+    /// From the log or a file beside it.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// From a map.
+    #[error("run `{run}`")]
+    Map {
+        /// The run whose map it is.
+        run: String,
+        /// What happened.
+        source: MapError,
+    },
+    /// From the work folder.
+    #[error(transparent)]
+    Work(MapError),
+    /// From the reducer; these speak of this program, not of the user's input.
+    #[error(transparent)]
+    Reduce(#[from] ReduceError),
+    /// The threads could not be started.
+    #[error("cannot start {threads} threads")]
+    Threads {
+        /// How many were asked for.
+        threads: usize,
+        /// Why.
+        source: rayon::ThreadPoolBuildError,
+    },
+}
+
+impl EvaluateError {
+    pub(crate) fn map_of(run: &str) -> impl Fn(MapError) -> Self {
+        move |source| Self::Map { run: run.to_owned(), source }
+    }
+
+    /// Whether the command was used wrongly, rather than the data being at fault.
+    pub fn is_usage(&self) -> bool {
+        match self {
+            Self::NoRuns | Self::SameName { .. } | Self::Setting { .. } => true,
+            Self::Log(error) => error.is_usage(),
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,60 @@
+use std::time::Instant;
+
+use dmp_log::ScanLog;
+use dmp_sensor::DropReason;
+
+use crate::config::{Config, Run};
+use crate::error::EvaluateError;
+use crate::plan::Plan;
+use crate::report::{PassTimes, Report};
+use crate::watch::Watch;
+use crate::{cast, fuse, memory, report};
+
+/// Scores `runs` on `log`: plan, fuse, cast, reduce.
+///
+/// Reads the log twice, and a sample of it once before. The report is the same to the bit for every
+/// number of threads, memory budget and order of reading, but for its `timing` and `memory`.
+///
+/// # Errors
+/// When log and runs do not belong together, a file is damaged beyond what can be left out, the work
+/// folder is full, or a setting makes no sense. Nothing is left behind then.
+pub fn evaluate(
+    log: &dyn ScanLog,
+    runs: &[Run],
+    config: &Config,
+    watch: &dyn Watch,
+) -> Result<Report, EvaluateError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
+    let pool = pool.map_err(|source| EvaluateError::Threads { threads: config.threads, source })?;
+    let start = Instant::now();
+    let mut lap = start;
+    let mut lap_s = || std::mem::replace(&mut lap, Instant::now()).elapsed().as_secs_f64();
+
+    // The same returns z, voxels and segments for every run.
+    let plan = Plan::new(log, runs, config, watch)?;
+    let plan_s = lap_s();
+
+    // M: each run's surfel map, fused from the scans with its trajectory, or given.
+    let mut maps = pool.install(|| fuse::maps_of(log, &plan, runs, config, watch))?;
+    let fuse_s = lap_s();
+
+    // z' = S(M, T_z) for every return of every scan (eq. 6–7), and Σ (z − z')² (eq. 13).
+    let run_maps = std::mem::take(&mut maps.of_runs);
+    let map_reports = report::map_reports(runs, &run_maps);
+    let mut scored = cast::score(log, &plan, runs, run_maps, config, watch)?;
+    let cast_s = lap_s();
+
+    if let Some(first) = maps.counts.filter(|first| *first != scored.counts) {
+        return Err(EvaluateError::LogChanged { first: first.used(), second: scored.counts.used() });
+    }
+    // Every return of the log is used or dropped for a reason.
+    scored.counts.add_dropped(DropReason::ScanNotSelected, plan.unselected_returns);
+    scored.counts.add_dropped(DropReason::ScanWithoutPose, plan.unposed_returns);
+    if scored.counts.used() == 0 {
+        return Err(EvaluateError::NoReturns(report::drops_in_words(&scored.counts)));
+    }
+    memory::look();
+    let total_s = start.elapsed().as_secs_f64();
+    let times = PassTimes { plan_s, fuse_s, cast_s, total_s, threads: config.threads };
+    Ok(Report::new(log, runs, config, &plan, &maps, map_reports, &scored, times))
+}

@@ -1,0 +1,232 @@
+use std::path::Path;
+
+use dmp_log::{ScanLog, read_cloud};
+use dmp_map::{Durability, FuseScratch, Lattice, MapFuser, Store, WorkFolder};
+use dmp_sensor::{Ray, ReturnCounts, Scan};
+
+use crate::config::{Config, MapSource, Run};
+use crate::error::EvaluateError;
+use crate::frames::{Worker, each_frame};
+use crate::memory;
+use crate::plan::{Plan, PlannedFrame};
+use crate::pose::Poser;
+use crate::watch::{Stage, Watch};
+
+/// Share of the memory that the maps under construction may take.
+const FUSE_SHARE: f64 = 0.5;
+
+/// Every run's map, ready to be cast into.
+#[derive(Debug)]
+pub(crate) struct Maps {
+    pub(crate) of_runs: Vec<RunMap>,
+    /// Where the returns went; `None` when no map had to be fused.
+    pub(crate) counts: Option<ReturnCounts>,
+    pub(crate) scratch_bytes: u64,
+    /// Holds the stores; goes with them.
+    _work: WorkFolder,
+}
+
+/// The map of one run.
+#[derive(Debug)]
+pub(crate) struct RunMap {
+    pub(crate) store: Store,
+    /// Whether its surfels know the segments they were seen in.
+    pub(crate) fused: bool,
+    /// Occupied voxels without a surfel; `None` for a store that was given.
+    pub(crate) thin_voxels: Option<u64>,
+    /// Points of a given cloud that are not finite.
+    pub(crate) points_dropped: u64,
+}
+
+/// Fuses the maps that are not given, all in one pass over the log, and opens those that are.
+pub(crate) fn maps_of(
+    log: &dyn ScanLog,
+    plan: &Plan,
+    runs: &[Run],
+    config: &Config,
+    watch: &dyn Watch,
+) -> Result<Maps, EvaluateError> {
+    let work = WorkFolder::new(&config.work_folder).map_err(EvaluateError::Work)?;
+    let lattice = Lattice::new(plan.voxel.voxel_m).map_err(EvaluateError::Work)?;
+    let to_fuse = runs.iter().filter(|run| run.map == MapSource::Fused).count().max(1);
+    let budget_bytes = (FUSE_SHARE * config.memory_bytes as f64) as usize / to_fuse;
+    let new_fuser = |run: &Run| {
+        MapFuser::new(lattice, budget_bytes, work.path()).map_err(EvaluateError::map_of(&run.name))
+    };
+
+    let fusers = runs
+        .iter()
+        .map(|run| (run.map == MapSource::Fused).then(|| new_fuser(run)).transpose())
+        .collect::<Result<Vec<_>, _>>()?;
+    let counts = if fusers.iter().any(Option::is_some) {
+        Some(fuse_scans(log, plan, runs, config, &fusers, watch)?)
+    } else {
+        None
+    };
+
+    let mut scratch_bytes = 0;
+    let mut maps = Vec::new();
+    for (run, fuser) in runs.iter().zip(fusers) {
+        let map_error = EvaluateError::map_of(&run.name);
+        let file_name = format!("{}.dmpmap", file_stem(&run.name));
+        let (path, durability) = match &config.save_maps {
+            Some(folder) => (folder.join(file_name), Durability::Durable),
+            None => (work.file(&file_name), Durability::Scratch),
+        };
+        maps.push(match (fuser, &run.map) {
+            (Some(fuser), _) => {
+                scratch_bytes += fuser.scratch_bytes();
+                let (store, thin_voxels) =
+                    finish(fuser, &path, &provenance(log, run, plan), durability, watch)
+                        .map_err(map_error)?;
+                RunMap { store, fused: true, thin_voxels: Some(thin_voxels), points_dropped: 0 }
+            }
+            (None, MapSource::Given(given)) if is_store(given) => {
+                let store = Store::open(given).map_err(map_error)?;
+                RunMap { store, fused: false, thin_voxels: None, points_dropped: 0 }
+            }
+            (None, MapSource::Given(given)) => {
+                let fuser = new_fuser(run)?;
+                let points_dropped = fuse_cloud(given, &run.name, &fuser, watch)?;
+                let text = format!("fused from {}", given.display());
+                let path = work.file(&format!("given-{}.dmpmap", file_stem(&run.name)));
+                let (store, thin_voxels) =
+                    finish(fuser, &path, &text, Durability::Scratch, watch).map_err(map_error)?;
+                RunMap { store, fused: false, thin_voxels: Some(thin_voxels), points_dropped }
+            }
+            (None, MapSource::Fused) => continue,
+        });
+        memory::look();
+    }
+    same_voxels(runs, &maps)?;
+    Ok(Maps { of_runs: maps, counts, scratch_bytes, _work: work })
+}
+
+fn finish(
+    fuser: MapFuser,
+    path: &Path,
+    provenance: &str,
+    durability: Durability,
+    watch: &dyn Watch,
+) -> Result<(Store, u64), dmp_map::MapError> {
+    let done = std::sync::atomic::AtomicU64::new(0);
+    let summary = fuser.finish(path, provenance, durability, &|tiles, total| {
+        let before = done.swap(tiles, std::sync::atomic::Ordering::Relaxed);
+        if before == 0 {
+            watch.begin(Stage::Surfels, total);
+        }
+        watch.advance(tiles - before);
+    })?;
+    Ok((Store::open(&summary.path)?, summary.thin_voxels))
+}
+
+fn provenance(log: &dyn ScanLog, run: &Run, plan: &Plan) -> String {
+    let summary = log.summary();
+    format!(
+        "dmp {}; log {} ({}); run {}; {} scans, {} segments",
+        env!("CARGO_PKG_VERSION"),
+        summary.path.display(),
+        summary.fingerprint,
+        run.name,
+        plan.frames.len(),
+        plan.segments.starts.len()
+    )
+}
+
+/// A run's name as a file name: what file systems or shells take amiss becomes `_`.
+fn file_stem(name: &str) -> String {
+    name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect()
+}
+
+fn is_store(path: &Path) -> bool {
+    // Whatever is wrong with the file is better said by the one that reads it as a whole.
+    !matches!(Store::open(path), Err(dmp_map::MapError::NotAStore { .. } | dmp_map::MapError::Io { .. }))
+}
+
+fn same_voxels(runs: &[Run], maps: &[RunMap]) -> Result<(), EvaluateError> {
+    let voxel_m = |map: &RunMap| map.store.lattice().voxel_m();
+    for ((run, map), (other, other_map)) in runs.iter().zip(maps).zip(runs.iter().zip(maps).skip(1)) {
+        if voxel_m(map) != voxel_m(other_map) {
+            return Err(EvaluateError::DifferentVoxels {
+                a: run.name.clone(),
+                b: other.name.clone(),
+                a_m: voxel_m(map),
+                b_m: voxel_m(other_map),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Fuses a cloud, whose points know no segment. Answers how many points were not finite.
+fn fuse_cloud(path: &Path, run: &str, fuser: &MapFuser, watch: &dyn Watch) -> Result<u64, EvaluateError> {
+    let mut buffers = FuseScratch::default();
+    let mut finite = Vec::new();
+    let mut dropped = 0;
+    watch.begin(Stage::ReadMap, 0);
+    read_cloud(path, |batch| {
+        finite.clear();
+        finite.extend(batch.iter().filter(|point| point.iter().all(|c| c.is_finite())));
+        dropped += (batch.len() - finite.len()) as u64;
+        watch.advance(batch.len() as u64);
+        fuser.add(&finite, None, &mut buffers).map_err(EvaluateError::map_of(run))
+    })?;
+    Ok(dropped)
+}
+
+struct FuseWorker<'a> {
+    poser: Poser<'a>,
+    runs: &'a [Run],
+    fusers: &'a [Option<MapFuser>],
+    watch: &'a dyn Watch,
+    buffers: FuseScratch,
+    points: Vec<[f64; 3]>,
+    counts: ReturnCounts,
+}
+
+impl Worker for FuseWorker<'_> {
+    fn frame(&mut self, _: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
+        let Self { poser, runs, fusers, buffers, points, .. } = self;
+        let counts = poser.blocks(frame, scan, |rays| {
+            for ((fuser, rays), run) in fusers.iter().zip(rays).zip(*runs) {
+                if let Some(fuser) = fuser {
+                    points.clear();
+                    points.extend(rays.iter().map(Ray::endpoint_in_world));
+                    fuser
+                        .add(points, Some(frame.segment), buffers)
+                        .map_err(EvaluateError::map_of(&run.name))?;
+                }
+            }
+            Ok::<(), EvaluateError>(())
+        })?;
+        self.counts.merge(&counts);
+        self.watch.advance(counts.total());
+        Ok(())
+    }
+}
+
+fn fuse_scans(
+    log: &dyn ScanLog,
+    plan: &Plan,
+    runs: &[Run],
+    config: &Config,
+    fusers: &[Option<MapFuser>],
+    watch: &dyn Watch,
+) -> Result<ReturnCounts, EvaluateError> {
+    watch.begin(Stage::Fuse, plan.returns());
+    let worker = |_| FuseWorker {
+        poser: Poser::new(plan, runs, config),
+        runs,
+        fusers,
+        watch,
+        buffers: FuseScratch::default(),
+        points: Vec::new(),
+        counts: ReturnCounts::default(),
+    };
+    let workers = (0..config.threads).map(worker).collect();
+    let mut counts = ReturnCounts::default();
+    for worker in each_frame(log, &plan.frames, config.order, workers)? {
+        counts.merge(&worker.counts);
+    }
+    Ok(counts)
+}

@@ -1,0 +1,79 @@
+use crate::plan::Plan;
+use crate::report::{Report, RunReport};
+
+/// Below this share of returns seen on another visit, nothing is said about the global shape.
+const REVISIT_NEEDED: f64 = 0.05;
+/// Above this share of misses, scans and map hardly belong together.
+const MISSES_SUSPECT: f64 = 0.5;
+/// A share of dropped returns worth a word.
+const DROPS_TOLD: f64 = 0.2;
+/// Frames below which intervals come from few batches.
+const FRAMES_FEW: u64 = 40;
+
+/// Adds what a reader must know before believing the report.
+pub(crate) fn add(report: &mut Report, plan: &Plan) {
+    for run in &mut report.runs {
+        run.warnings = of_run(run);
+    }
+    report.warnings = of_report(report, plan);
+}
+
+fn of_run(run: &RunReport) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let percent = |share: f64| 100.0 * share;
+    if let Some(miss_rate) = run.miss_rate.filter(|&rate| rate > MISSES_SUSPECT) {
+        warnings.push(format!(
+            "{:.0} % of the returns hit nothing: is the trajectory that of this log and this frame (--extrinsic, --time-offset)?",
+            percent(miss_rate)
+        ));
+    }
+    if let Some(why) = run.r_cv_withheld.as_deref().filter(|why| why.starts_with("coverage")) {
+        warnings.push(format!("R_cv is not given: {why}; pairs are still compared on common returns"));
+    }
+    if let Some(share) = run.coverage_revisit.filter(|&share| share < REVISIT_NEEDED) {
+        warnings.push(format!(
+            "only {:.1} % of the returns see a place again on another visit: drift and bends of the whole cannot be judged",
+            percent(share)
+        ));
+    }
+    if run.map.map_points_dropped > 0 {
+        warnings.push(format!(
+            "{} points of the given map are not finite and were left out",
+            run.map.map_points_dropped
+        ));
+    }
+    warnings
+}
+
+fn of_report(report: &Report, plan: &Plan) -> Vec<String> {
+    let inputs = &report.inputs;
+    let mut warnings = Vec::new();
+    for lost in &inputs.damage {
+        warnings.push(format!("lost from the log: {lost}"));
+    }
+    for run in inputs.runs.iter().filter(|run| run.scans_without_pose > 0) {
+        warnings.push(format!(
+            "{} of {} scans have no pose in `{}`; all runs are compared on the {} scans that have one in every run",
+            run.scans_without_pose, inputs.scans, run.name, inputs.scans_used
+        ));
+    }
+    if plan.out_of_order > 0 {
+        warnings.push(format!(
+            "the log's stamps go backwards {} times; scans were put in order of time",
+            plan.out_of_order
+        ));
+    }
+    for (reason, count) in &inputs.dropped.0 {
+        let share = *count as f64 / inputs.returns.max(1) as f64;
+        if share > DROPS_TOLD && *reason != "scan_not_selected" {
+            warnings.push(format!("{:.0} % of the returns were dropped: {reason}", 100.0 * share));
+        }
+    }
+    if report.sampling.frames_scored < FRAMES_FEW {
+        warnings.push(format!("only {} scans: intervals are wide", report.sampling.frames_scored));
+    }
+    if report.pairs.iter().any(|pair| pair.score == "R_near") {
+        warnings.push("a map was given: returns may be compared with surfels made of themselves".to_owned());
+    }
+    warnings
+}

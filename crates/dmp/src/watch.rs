@@ -1,0 +1,39 @@
+use dmp_reduce::RunSums;
+
+/// What is being done at the moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Stage {
+    /// A sample of scans is looked at: the vehicle, the density. Counted in scans.
+    Survey,
+    /// The map of a run is read from a file. Counted in points.
+    ReadMap,
+    /// Returns are fused into every run's map. Counted in returns.
+    Fuse,
+    /// Surfels are made and stored. Counted in tiles.
+    Surfels,
+    /// Returns are cast into every run's map. Counted in returns.
+    Cast,
+}
+
+/// Somebody who follows an evaluation; called from several threads at once.
+///
+/// `()` watches nothing.
+pub trait Watch: Sync {
+    /// A stage begins; `total` is what [`Watch::advance`] will add up to, 0 where that is not known.
+    fn begin(&self, stage: Stage, total: u64) {
+        let _ = (stage, total);
+    }
+
+    /// So much more of the stage is done.
+    fn advance(&self, amount: u64) {
+        let _ = amount;
+    }
+
+    /// A frame is scored: its index in the log and each run's sums. Frames come in any order.
+    fn frame_scored(&self, frame: usize, runs: &[RunSums]) {
+        let _ = (frame, runs);
+    }
+}
+
+impl Watch for () {}
