@@ -1,1 +1,73 @@
-//! To come.
+//! Users' files to and from scans, trajectories and point clouds. No other crate knows a foreign format.
+//!
+//! # Brief overview
+//! [`open_log`] looks at a path, opens what is there and gives a [`ScanLog`]: a table of its scans
+//! ([`FrameInfo`]), a [`LogSummary`] of what was found, guessed and damaged, and a [`ScanReader`] for each
+//! thread, which fills a [`Scan`](dmp_sensor::Scan) with one scan at a time. [`read_trajectory`] reads
+//! poses. [`read_cloud`] streams the points of a map. [`McapScanWriter`], [`BinFolderWriter`],
+//! [`write_tum`] and [`write_kitti`] write what the readers read.
+//!
+//! | what | formats |
+//! |---|---|
+//! | scan log | MCAP with `sensor_msgs/msg/PointCloud2` in CDR; a folder of KITTI `.bin` scans, with `times.txt` and `times/*.f32` |
+//! | trajectory | TUM; KITTI rows, with `times.txt` |
+//! | cloud | LAS, LAZ, PLY |
+//!
+//! Nothing a file says is believed: sizes are compared with the file's length before anything is
+//! allocated, checksums are compared before anything is used, and no bytes make a reader panic. A log that
+//! is damaged in part is read in the other parts, and each loss is named as a [`Damage`]. Whatever else is
+//! wrong is a [`LogError`]: one line with file, place and value.
+//!
+//! Memory is one chunk or one scan per reader, whatever the size of the log.
+//!
+//! ```
+//! use dmp_log::{LogOptions, McapScanWriter, McapWriterOptions, open_log};
+//! use dmp_sensor::Scan;
+//!
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("town.mcap");
+//! let mut writer = McapScanWriter::create(&path, &McapWriterOptions::default())?;
+//! let points_in_sensor_m = vec![[4.0, 3.0, 0.5], [8.0, -2.0, 1.5]];
+//! writer.write_scan(&Scan { stamp_ns: Some(1_000_000_000), points_in_sensor_m, time_offsets_ns: vec![] })?;
+//! writer.finish()?;
+//!
+//! let log = open_log(&path, &LogOptions::default())?;
+//! let mut reader = log.reader()?;
+//! let mut scan = Scan::default();
+//! for frame in 0..log.frames().len() {
+//!     reader.read(frame, &mut scan)?;
+//!     assert_eq!(scan.points_in_sensor_m[1], [8.0, -2.0, 1.5]);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod atomic;
+mod cdr;
+mod cloud;
+mod decimal;
+mod error;
+mod fingerprint;
+mod folder;
+mod log;
+mod mcap_log;
+mod open;
+mod point_cloud2;
+mod point_time;
+mod text;
+mod trajectory;
+mod write_folder;
+mod write_mcap;
+
+pub use cloud::{CloudFormat, CloudSummary, read_cloud};
+pub use error::{LogError, ParseError, Place};
+pub use log::{
+    Damage, FieldInfo, FrameInfo, LogFormat, LogOptions, LogSummary, ScanLog, ScanReader, TopicInfo,
+};
+pub use open::open_log;
+pub use point_time::{PointTime, TimeUnit};
+pub use trajectory::{
+    TrajectoryFile, TrajectoryFormat, TrajectoryParseError, parse_kitti, parse_tum, read_trajectory,
+    write_kitti, write_tum,
+};
+pub use write_folder::BinFolderWriter;
+pub use write_mcap::{McapCompression, McapScanWriter, McapWriterOptions};

@@ -1,0 +1,114 @@
+use super::ply_header::{Coordinate, Encoding, PlyHeader, read_header, read_line};
+use super::{Batches, CloudFormat, CloudSummary, broken};
+use crate::decimal::shorten;
+use crate::{LogError, Place};
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+/// Reads the vertices of a PLY file row by row; other elements are passed over or never reached.
+pub(super) fn read<E, F>(path: &Path, sink: &mut F) -> Result<CloudSummary, E>
+where
+    E: From<LogError>,
+    F: FnMut(&[[f64; 3]]) -> Result<(), E>,
+{
+    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
+    let length = file.metadata().map_err(|e| LogError::io(path, "read", e))?.len();
+    let mut input = BufReader::with_capacity(1 << 16, file);
+    let header = read_header(&mut input).map_err(|e| e.in_file(path))?;
+    let mut batches = Batches::new(sink);
+    match header.encoding {
+        Encoding::Ascii => read_text(path, &mut input, &header, &mut batches)?,
+        _ => read_binary(path, &mut input, &header, length, &mut batches)?,
+    }
+    batches.flush()?;
+    Ok(CloudSummary { format: CloudFormat::Ply, points: batches.points })
+}
+
+fn read_text<E, F>(
+    path: &Path,
+    input: &mut BufReader<File>,
+    header: &PlyHeader,
+    batches: &mut Batches<'_, F>,
+) -> Result<(), E>
+where
+    E: From<LogError>,
+    F: FnMut(&[[f64; 3]]) -> Result<(), E>,
+{
+    let skipped = header.before.iter().fold(0_u64, |sum, &(rows, _)| sum.saturating_add(rows));
+    let (mut number, mut row, mut line) = (header.lines, 0, Vec::new());
+    while row < header.vertices.saturating_add(skipped) {
+        number += 1;
+        let place = Place::Line(number);
+        let read = read_line(input, &mut line);
+        if read.map_err(|e| LogError::malformed(path, place, e.to_string()))?.is_none() {
+            let (got, claimed) = (row.saturating_sub(skipped), header.vertices);
+            return Err(broken(path, place, format!("the file ends after {got} of {claimed} vertices")));
+        }
+        if line.is_empty() {
+            continue;
+        }
+        row += 1;
+        if row > skipped {
+            let text = String::from_utf8_lossy(&line);
+            let columns: Vec<&str> = text.split_ascii_whitespace().collect();
+            let coordinate = |axis: Coordinate| {
+                let column = columns.get(axis.column).copied().unwrap_or_default();
+                column.parse::<f64>().map_err(|_| {
+                    let what = format!("`{}` in column {} is not a number", shorten(column), axis.column + 1);
+                    broken(path, place, what)
+                })
+            };
+            let [x, y, z] = header.xyz;
+            batches.push([coordinate(x)?, coordinate(y)?, coordinate(z)?])?;
+        }
+    }
+    Ok(())
+}
+
+fn read_binary<E, F>(
+    path: &Path,
+    input: &mut BufReader<File>,
+    header: &PlyHeader,
+    length: u64,
+    batches: &mut Batches<'_, F>,
+) -> Result<(), E>
+where
+    E: From<LogError>,
+    F: FnMut(&[[f64; 3]]) -> Result<(), E>,
+{
+    let left = length.saturating_sub(header.bytes);
+    let of = |rows: u64, bytes: u64| rows.checked_mul(bytes);
+    let skipped =
+        header.before.iter().try_fold(0_u64, |sum, &(rows, bytes)| sum.checked_add(of(rows, bytes)?));
+    let needed =
+        of(header.vertices, header.vertex_bytes as u64).and_then(|bytes| bytes.checked_add(skipped?));
+    let (Some(skipped), Some(_)) = (skipped, needed.filter(|&needed| needed <= left)) else {
+        let problem = format!(
+            "{} vertices of {} bytes do not fit in the {left} bytes behind the header",
+            header.vertices, header.vertex_bytes
+        );
+        return Err(broken(path, Place::Byte(header.bytes), problem));
+    };
+    let io = |e| LogError::io(path, "read", e);
+    std::io::copy(&mut input.by_ref().take(skipped), &mut std::io::sink()).map_err(io)?;
+    // The header is limited in its lines, so a vertex is in its bytes.
+    let mut vertex = vec![0; header.vertex_bytes];
+    for _ in 0..header.vertices {
+        input.read_exact(&mut vertex).map_err(io)?;
+        let big_endian = header.encoding == Encoding::BigEndian;
+        batches.push(header.xyz.map(|axis| coordinate(&vertex, axis, big_endian)))?;
+    }
+    Ok(())
+}
+
+fn coordinate(vertex: &[u8], axis: Coordinate, big_endian: bool) -> f64 {
+    let bytes = vertex.get(axis.offset..).unwrap_or_default();
+    let value = match (axis.double, big_endian) {
+        (false, false) => bytes.first_chunk().map(|b| f32::from_le_bytes(*b).into()),
+        (false, true) => bytes.first_chunk().map(|b| f32::from_be_bytes(*b).into()),
+        (true, false) => bytes.first_chunk().map(|b| f64::from_le_bytes(*b)),
+        (true, true) => bytes.first_chunk().map(|b| f64::from_be_bytes(*b)),
+    };
+    value.unwrap_or(f64::NAN)
+}

@@ -1,0 +1,198 @@
+use dmp_sensor::TrajectoryError;
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Where in a file something is. Bytes, messages and frames count from 0, lines from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Place {
+    /// The file as a whole.
+    WholeFile,
+    /// A byte of the file.
+    Byte(u64),
+    /// A line of a text file.
+    Line(u64),
+    /// A message of the topic that is read.
+    Message(u64),
+    /// A scan of the log.
+    Frame(u64),
+    /// A point of a cloud.
+    Point(u64),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::WholeFile => f.write_str("the whole file"),
+            Self::Byte(at) => write!(f, "byte {at}"),
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Message(index) => write!(f, "message {index}"),
+            Self::Frame(index) => write!(f, "frame {index}"),
+            Self::Point(index) => write!(f, "point {index}"),
+        }
+    }
+}
+
+/// What is wrong with bytes whose file the parser does not know.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{place}: {problem}")]
+pub struct ParseError {
+    /// Where it is.
+    pub place: Place,
+    /// What it is, with the value that was found.
+    pub problem: String,
+}
+
+impl ParseError {
+    pub(crate) fn new(place: Place, problem: impl Into<String>) -> Self {
+        Self { place, problem: problem.into() }
+    }
+
+    /// The same with the name of the file.
+    pub fn in_file(self, path: &Path) -> LogError {
+        LogError::Malformed { path: path.into(), place: self.place, problem: self.problem }
+    }
+}
+
+/// Why a file of the user's could not be read or written. Every message is one line that names the
+/// file, the place in it and the value.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LogError {
+    /// There is nothing at the path.
+    #[error("{}: no such file or folder", path.display())]
+    NotFound {
+        /// The path as given.
+        path: PathBuf,
+    },
+    /// The operating system refused.
+    #[error("{}: cannot {doing}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What was tried: `open`, `read`, `write`, …
+        doing: &'static str,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// It is none of the formats known here.
+    #[error("{}: not a format known here: {looked_for}", path.display())]
+    UnknownFormat {
+        /// The file or folder.
+        path: PathBuf,
+        /// What was looked for, and what was found instead.
+        looked_for: String,
+    },
+    /// The format is known, the contents break it.
+    #[error("{}: {place}: {problem}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// Where in it.
+        place: Place,
+        /// What is wrong, with the value.
+        problem: String,
+    },
+    /// Two files that belong together have different counts.
+    #[error("{}: {count} {what}, but {} has {other_count}", path.display(), other.display())]
+    CountMismatch {
+        /// The first file or folder.
+        path: PathBuf,
+        /// How many it has.
+        count: u64,
+        /// What is counted.
+        what: &'static str,
+        /// The second.
+        other: PathBuf,
+        /// How many that one has.
+        other_count: u64,
+    },
+    /// There is no topic with scans that can be read.
+    #[error("{}: no topic with sensor_msgs/msg/PointCloud2 in CDR; the log has {topics}", path.display())]
+    NoCloudTopic {
+        /// The log.
+        path: PathBuf,
+        /// Its topics, in words.
+        topics: String,
+    },
+    /// There are several topics with scans and none was named.
+    #[error("{}: several topics hold scans, name one with --topic: {topics}", path.display())]
+    SeveralTopics {
+        /// The log.
+        path: PathBuf,
+        /// The topics with scans, in words.
+        topics: String,
+    },
+    /// The topic that was named does not exist or holds no scans.
+    #[error("{}: no topic `{wanted}` with scans that can be read; the log has {topics}", path.display())]
+    UnknownTopic {
+        /// The log.
+        path: PathBuf,
+        /// The topic that was asked for.
+        wanted: String,
+        /// The log's topics, in words.
+        topics: String,
+    },
+    /// The times of the points have no meaning that could be found.
+    #[error("{}: point time {field}: {problem}; say what they are with --point-time, or --point-time ignore", path.display())]
+    PointTime {
+        /// The log.
+        path: PathBuf,
+        /// The field or file with the times.
+        field: String,
+        /// Why they are not understood, with span and period.
+        problem: String,
+    },
+    /// An option asks for what the log has not got.
+    #[error("{}: {problem}", path.display())]
+    Option {
+        /// The log.
+        path: PathBuf,
+        /// What was asked for, and what there is.
+        problem: String,
+    },
+    /// The poses of a trajectory contradict each other.
+    #[error("{}: {source}", path.display())]
+    Trajectory {
+        /// The file.
+        path: PathBuf,
+        /// The contradiction.
+        source: TrajectoryError,
+    },
+    /// A scan cannot be expressed in the format that is written.
+    #[error("{}: frame {frame}: cannot be written: {problem}", path.display())]
+    Unwritable {
+        /// The file that is written.
+        path: PathBuf,
+        /// The scan's number in it, from 0.
+        frame: u64,
+        /// Why, with the value.
+        problem: String,
+    },
+}
+
+impl LogError {
+    /// Whether the user asked for the wrong thing (and the file is well): a named topic that does not
+    /// exist, a choice that was not made, an option without its object, a path without a file.
+    pub fn is_usage(&self) -> bool {
+        matches!(
+            self,
+            Self::NotFound { .. }
+                | Self::SeveralTopics { .. }
+                | Self::UnknownTopic { .. }
+                | Self::Option { .. }
+        )
+    }
+
+    pub(crate) fn io(path: &Path, doing: &'static str, source: io::Error) -> Self {
+        if source.kind() == io::ErrorKind::NotFound && doing == "open" {
+            return Self::NotFound { path: path.into() };
+        }
+        Self::Io { path: path.into(), doing, source }
+    }
+
+    pub(crate) fn malformed(path: &Path, place: Place, problem: impl Into<String>) -> Self {
+        Self::Malformed { path: path.into(), place, problem: problem.into() }
+    }
+}

@@ -1,0 +1,38 @@
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
+
+/// Bytes looked at on each end of a file.
+const END_BYTES: u64 = 64 * 1024;
+
+/// Identifies a file by its length and its two ends: cheap on a log of a hundred gigabytes. It tells
+/// files apart, it does not prove them whole.
+pub(crate) fn of_file(path: &Path) -> io::Result<String> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    let mut hasher = crc32fast::Hasher::new();
+    hasher.update(&length.to_le_bytes());
+    let mut end = Vec::new();
+    (&mut file).take(END_BYTES).read_to_end(&mut end)?;
+    hasher.update(&end);
+    end.clear();
+    file.seek(SeekFrom::Start(length.saturating_sub(END_BYTES)))?;
+    file.take(END_BYTES).read_to_end(&mut end)?;
+    hasher.update(&end);
+    Ok(text(hasher))
+}
+
+/// Identifies a folder by the names and lengths of its files.
+pub(crate) fn of_names<'a>(files: impl Iterator<Item = (&'a str, u64)>) -> String {
+    let mut hasher = crc32fast::Hasher::new();
+    for (name, length) in files {
+        hasher.update(name.as_bytes());
+        hasher.update(&[0]);
+        hasher.update(&length.to_le_bytes());
+    }
+    text(hasher)
+}
+
+fn text(hasher: crc32fast::Hasher) -> String {
+    format!("crc32:{:08x}", hasher.finalize())
+}

@@ -1,0 +1,171 @@
+use crate::{LogError, PointTime};
+use dmp_sensor::Scan;
+use std::fmt::Debug;
+use std::ops::Range;
+use std::path::PathBuf;
+
+/// How a log is to be read.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct LogOptions {
+    /// The topic with the scans; `None` where the log has only one.
+    pub topic: Option<String>,
+    /// What the times of the points mean.
+    pub point_time: PointTime,
+}
+
+/// What is known of a scan before it is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FrameInfo {
+    /// The instant the scan's times count from, nanoseconds; `None` where the log has no stamps.
+    pub stamp_ns: Option<i64>,
+    /// Rows of the scan: every return, whether it will be used or not.
+    pub returns: u64,
+}
+
+/// A log of scans, opened. Shared by threads; each takes a reader of its own.
+pub trait ScanLog: Send + Sync + Debug {
+    /// What was found in the log.
+    fn summary(&self) -> &LogSummary;
+
+    /// Every scan that can be read, in the log's own order.
+    fn frames(&self) -> &[FrameInfo];
+
+    /// A reader with its own file handle and buffers.
+    ///
+    /// # Errors
+    /// When the file can no longer be opened.
+    fn reader(&self) -> Result<Box<dyn ScanReader + '_>, LogError>;
+
+    /// Consecutive frames that are cheapest to read together, in order, all of them.
+    fn groups(&self) -> Vec<Range<usize>>;
+}
+
+/// Reads scans of one log.
+pub trait ScanReader: Send {
+    /// Reads the scan `frame` into `scan`, whose buffers are reused.
+    ///
+    /// A return whose time is not a number has all its coordinates set to NaN: what was measured at no
+    /// known instant has no place, and is counted with the returns that are not finite.
+    ///
+    /// # Errors
+    /// When there is no such frame, or when its bytes are no longer what they were on opening.
+    fn read(&mut self, frame: usize, scan: &mut Scan) -> Result<(), LogError>;
+}
+
+/// The formats of scan logs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LogFormat {
+    /// An MCAP file with `sensor_msgs/msg/PointCloud2` in CDR.
+    Mcap,
+    /// A folder of files with float32 x, y, z, intensity.
+    BinFolder,
+}
+
+impl LogFormat {
+    /// Its name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mcap => "MCAP",
+            Self::BinFolder => "folder of KITTI .bin scans",
+        }
+    }
+}
+
+/// A topic of a log, whether it can be read or not.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TopicInfo {
+    /// The topic's name.
+    pub name: String,
+    /// The type of its messages and their encoding, as `sensor_msgs/msg/PointCloud2 (cdr)`.
+    pub message_type: String,
+    /// How many messages were found.
+    pub messages: u64,
+}
+
+/// A field of a point as the log stores it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FieldInfo {
+    /// Its name.
+    pub name: String,
+    /// Its type, as `float32`.
+    pub kind: &'static str,
+    /// Its place in the point's record.
+    pub offset_bytes: u32,
+}
+
+/// Something that is lost.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Damage {
+    /// Where, as `byte 4711` or `scans/000007.bin, byte 160`.
+    pub place: String,
+    /// What is wrong there and what is lost by it.
+    pub what: String,
+}
+
+/// What was found in a log on opening it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LogSummary {
+    /// The file or the folder with the scans.
+    pub path: PathBuf,
+    /// The log's format.
+    pub format: LogFormat,
+    /// The topic that is read.
+    pub topic: Option<String>,
+    /// The name of the sensor's frame, as the log has it.
+    pub frame_id: Option<String>,
+    /// The fields of a point.
+    pub fields: Vec<FieldInfo>,
+    /// Bytes from one point to the next.
+    pub point_bytes: u32,
+    /// Rows of all scans together.
+    pub returns: u64,
+    /// Smallest and largest stamp, nanoseconds.
+    pub span_ns: Option<(i64, i64)>,
+    /// Median of the differences of successive stamps, nanoseconds.
+    pub period_ns: Option<i64>,
+    /// How the times of the points are understood, in words; `None` where there are none.
+    pub point_times: Option<String>,
+    /// What was guessed or left aside.
+    pub notes: Vec<String>,
+    /// What is lost.
+    pub damage: Vec<Damage>,
+    /// Identifies the file cheaply, as `crc32:1a2b3c4d`: length and ends, not every byte.
+    pub fingerprint: String,
+    /// Bytes of the log.
+    pub bytes: u64,
+    /// Every topic.
+    pub topics: Vec<TopicInfo>,
+}
+
+impl LogSummary {
+    /// Whether the log gives its points times of their own.
+    pub fn has_point_times(&self) -> bool {
+        self.point_times.is_some()
+    }
+}
+
+/// Smallest and largest stamp of the frames.
+pub(crate) fn span_ns(frames: &[FrameInfo]) -> Option<(i64, i64)> {
+    let stamps = || frames.iter().filter_map(|frame| frame.stamp_ns);
+    Some((stamps().min()?, stamps().max()?))
+}
+
+/// Median of the positive differences of successive stamps: the time from scan to scan, whatever
+/// pauses, repetitions and steps back the log has.
+pub(crate) fn period_ns(frames: &[FrameInfo]) -> Option<i64> {
+    let mut steps: Vec<i64> = frames
+        .windows(2)
+        .filter_map(|pair| match pair {
+            [a, b] => b.stamp_ns?.checked_sub(a.stamp_ns?).filter(|&step| step > 0),
+            _ => None,
+        })
+        .collect();
+    steps.sort_unstable();
+    steps.get(steps.len() / 2).copied()
+}
+
+/// Runs of at most eight frames.
+pub(crate) fn runs_of_eight(frames: usize) -> Vec<Range<usize>> {
+    (0..frames).step_by(8).map(|start| start..(start + 8).min(frames)).collect()
+}

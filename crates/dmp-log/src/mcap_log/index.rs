@@ -1,0 +1,283 @@
+//! One pass over an MCAP file: which scans it has and where they are.
+
+use super::channels::Channels;
+use super::chunk::{ChunkDecoder, ChunkFault};
+use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, MESSAGE_HEAD_BYTES, Records, Source, split_message};
+use super::summary_hint::{self, SummaryHint};
+use crate::Damage;
+use crate::point_cloud2::{Cloud, Layout};
+use mcap::records::op;
+use std::collections::BTreeMap;
+use std::io;
+
+/// Largest schema or channel record outside a chunk that is read.
+const MAX_DESCRIPTION_BYTES: u64 = 16 << 20;
+
+/// Where a message is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Location {
+    /// Where the chunk's record starts in the file, or the message's own record outside a chunk.
+    pub(super) record_at: u64,
+    /// Bytes of that record's body.
+    pub(super) record_bytes: u64,
+    /// Place of the message's body in the unpacked chunk; `None` outside a chunk.
+    pub(super) in_chunk: Option<u64>,
+    /// Bytes of the message's body.
+    pub(super) body_bytes: u64,
+}
+
+/// A scan of a topic.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Entry {
+    pub(super) location: Location,
+    pub(super) stamp_ns: i64,
+    pub(super) returns: u64,
+    /// Its place among the topic's layouts.
+    pub(super) layout: usize,
+    /// Its number among the topic's messages.
+    pub(super) message: u64,
+}
+
+/// The scans of one topic.
+#[derive(Debug, Default)]
+pub(super) struct TopicIndex {
+    pub(super) entries: Vec<Entry>,
+    pub(super) layouts: Vec<Layout>,
+    pub(super) frame_id: Option<String>,
+    pub(super) other_frame_ids: u64,
+    pub(super) damage: Vec<Damage>,
+    messages: u64,
+}
+
+impl TopicIndex {
+    fn add(&mut self, location: Location, message: &[u8]) {
+        let number = self.messages;
+        self.messages += 1;
+        let cloud = match Cloud::parse(message) {
+            Ok(cloud) => cloud,
+            Err(problem) => {
+                let place = format!("message {number} (byte {})", location.record_at);
+                self.damage.push(Damage { place, what: format!("{problem}; the scan is skipped") });
+                return;
+            }
+        };
+        match &self.frame_id {
+            None => self.frame_id = Some(cloud.frame_id.to_owned()),
+            Some(first) => self.other_frame_ids += u64::from(first != cloud.frame_id),
+        }
+        let (stamp_ns, returns) = (cloud.stamp_ns, cloud.returns());
+        // The last layout is almost always the one.
+        let known = self.layouts.iter().rposition(|known| *known == cloud.layout);
+        let layout = known.unwrap_or(self.layouts.len());
+        if known.is_none() {
+            self.layouts.push(cloud.layout);
+        }
+        self.entries.push(Entry { location, stamp_ns, returns, layout, message: number });
+    }
+}
+
+/// What the pass finds.
+#[derive(Debug, Default)]
+pub(super) struct Index {
+    pub(super) channels: Channels,
+    /// By topic; every topic with clouds has one, also where no message of it could be read.
+    pub(super) clouds: BTreeMap<String, TopicIndex>,
+    pub(super) damage: Vec<Damage>,
+    unchunked_messages: bool,
+}
+
+impl Index {
+    /// Reads the whole file once, one chunk at a time. Only the operating system makes it fail: whatever
+    /// is wrong with the bytes is damage.
+    pub(super) fn of(source: &mut Source) -> io::Result<Self> {
+        let hint = summary_hint::read(source);
+        let mut index = Self::default();
+        for (opcode, body) in &hint.descriptions {
+            // A hint that cannot be read is none.
+            let _ = index.channels.describe(*opcode, body);
+        }
+        index.walk(source, &hint)?;
+        for (id, count) in index.channels.undescribed().collect::<Vec<_>>() {
+            let what = format!("{count} messages of a channel that is nowhere described are lost");
+            index.damage.push(Damage { place: format!("channel {id}"), what });
+        }
+        let cloud_topics = index.channels.cloud_topics();
+        for topic in cloud_topics {
+            index.clouds.entry(topic).or_default();
+        }
+        Ok(index)
+    }
+
+    fn walk(&mut self, source: &mut Source, hint: &SummaryHint) -> io::Result<()> {
+        let length = source.length();
+        let mut decoder = ChunkDecoder::default();
+        let mut at = mcap::MAGIC.len() as u64;
+        loop {
+            if length.saturating_sub(at) < HEAD_BYTES {
+                let what = format!(
+                    "the file ends at byte {length} without an end of data: what was to follow is lost"
+                );
+                self.lost(at, what);
+                return Ok(());
+            }
+            let (opcode, body_bytes) = source.head_at(at)?;
+            let left = length - at - HEAD_BYTES;
+            // A record cannot contain the start of a chunk that the summary, which is whole, knows.
+            let next_chunk = hint.chunks_at.range(at + 1..).next().copied().filter(|&next| next < length);
+            let reaches = body_bytes.min(left) + at + HEAD_BYTES;
+            if opcode == 0 || body_bytes > left || next_chunk.is_some_and(|next| next < reaches) {
+                let Some(next) = next_chunk else {
+                    let what = format!(
+                        "a record of type {opcode:#04x} claims {body_bytes} bytes and the file ends at byte {length}: \
+                         the tail is lost"
+                    );
+                    self.lost(at, what);
+                    return Ok(());
+                };
+                let what = format!(
+                    "a record of type {opcode:#04x} claims {body_bytes} bytes, past the chunk at byte {next}: \
+                     what lies between is lost"
+                );
+                self.lost(at, what);
+                at = next;
+                continue;
+            }
+            match opcode {
+                op::CHUNK => self.chunk(source, &mut decoder, at, body_bytes)?,
+                op::MESSAGE => self.message(source, at, body_bytes)?,
+                _ if Channels::is_description(opcode) => self.description(source, at, body_bytes)?,
+                op::DATA_END => return self.end_of_data(source, at, body_bytes),
+                op::FOOTER => return Ok(()),
+                // Indices, attachments, metadata and types of other programs.
+                _ => {}
+            }
+            at += HEAD_BYTES + body_bytes;
+        }
+    }
+
+    fn lost(&mut self, at: u64, what: String) {
+        self.damage.push(Damage { place: format!("byte {at}"), what });
+    }
+
+    fn chunk(
+        &mut self,
+        source: &mut Source,
+        decoder: &mut ChunkDecoder,
+        at: u64,
+        body_bytes: u64,
+    ) -> io::Result<()> {
+        let records = match decoder.decode(source, at, body_bytes) {
+            Ok(records) => records,
+            Err(ChunkFault::Io(error)) => return Err(error),
+            Err(ChunkFault::Damaged(problem)) => {
+                self.lost(at, format!("a chunk of {body_bytes} bytes is damaged and skipped: {problem}"));
+                return Ok(());
+            }
+        };
+        let mut walk = Records::of(records);
+        for (opcode, place, body) in &mut walk {
+            if Channels::is_description(opcode) {
+                if let Err(problem) = self.channels.describe(opcode, body) {
+                    self.lost(at, format!("in the chunk: {problem}"));
+                }
+            } else if opcode == op::MESSAGE {
+                let location = Location {
+                    record_at: at,
+                    record_bytes: body_bytes,
+                    in_chunk: Some(place),
+                    body_bytes: body.len() as u64,
+                };
+                self.add(location, body);
+            }
+        }
+        let rest = walk.rest();
+        if rest > 0 {
+            self.lost(at, format!("the last {rest} bytes of the chunk are no whole record and are lost"));
+        }
+        Ok(())
+    }
+
+    fn message(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
+        self.unchunked_messages = true;
+        if !(MESSAGE_HEAD_BYTES as u64..=MAX_RECORD_BYTES).contains(&body_bytes) {
+            self.lost(at, format!("a message of {body_bytes} bytes is not read"));
+            return Ok(());
+        }
+        let mut body = Vec::new();
+        source.read_into(at + HEAD_BYTES, body_bytes, &mut body)?;
+        let location = Location { record_at: at, record_bytes: body_bytes, in_chunk: None, body_bytes };
+        self.add(location, &body);
+        Ok(())
+    }
+
+    fn add(&mut self, location: Location, body: &[u8]) {
+        let Some((id, message)) = split_message(body) else {
+            let what = format!("a message of {} bytes is shorter than its header", body.len());
+            return self.lost(location.record_at, what);
+        };
+        self.channels.count_message(id);
+        let Some(channel) = self.channels.get(id) else { return };
+        if self.channels.is_cloud(channel) {
+            match self.clouds.get_mut(&channel.topic) {
+                Some(topic) => topic.add(location, message),
+                None => self.clouds.entry(channel.topic.clone()).or_default().add(location, message),
+            }
+        }
+    }
+
+    fn description(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
+        if body_bytes > MAX_DESCRIPTION_BYTES {
+            self.lost(at, format!("a channel or schema of {body_bytes} bytes is not read"));
+            return Ok(());
+        }
+        let mut body = Vec::new();
+        source.read_into(at + HEAD_BYTES, body_bytes, &mut body)?;
+        let (opcode, _) = source.head_at(at)?;
+        if let Err(problem) = self.channels.describe(opcode, &body) {
+            self.lost(at, problem);
+        }
+        Ok(())
+    }
+
+    /// Compares the checksum of the data, which is the only one that messages outside chunks have, and
+    /// looks whether the file was finished.
+    fn end_of_data(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
+        let magic = mcap::MAGIC.len() as u64;
+        let mut end = Vec::new();
+        source.read_into(source.length().saturating_sub(magic), magic.min(source.length()), &mut end)?;
+        if end != mcap::MAGIC {
+            let length = source.length();
+            self.lost(
+                at,
+                format!("the file ends at byte {length} inside its summary; no scan is lost by it"),
+            );
+        }
+        if !self.unchunked_messages || body_bytes != 4 {
+            return Ok(());
+        }
+        let mut claimed = [0; 4];
+        source.read_at(at + HEAD_BYTES, &mut claimed)?;
+        let claimed = u32::from_le_bytes(claimed);
+        if claimed == 0 {
+            return Ok(());
+        }
+        let mut hasher = crc32fast::Hasher::new();
+        let (mut from, mut piece) = (0, Vec::new());
+        while from < at {
+            let count = (at - from).min(1 << 20);
+            source.read_into(from, count, &mut piece)?;
+            hasher.update(&piece);
+            from += count;
+        }
+        let crc = hasher.finalize();
+        if crc != claimed {
+            self.lost(
+                at,
+                format!(
+                    "the CRC of the data is {crc:08x}, the file says {claimed:08x}: some message is wrong"
+                ),
+            );
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,108 @@
+//! The framing of MCAP: records of one byte of type, eight of length, and a body.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+/// Bytes before the body of a record.
+pub(super) const HEAD_BYTES: u64 = 9;
+/// Bytes of the header of a message record.
+pub(super) const MESSAGE_HEAD_BYTES: usize = 22;
+/// Largest chunk, message or summary that is read, uncompressed. A message with 128 beams, 4096 columns
+/// and 48 bytes a point has 24 MiB; what claims more than ten times that is a lie.
+pub(super) const MAX_RECORD_BYTES: u64 = 256 << 20;
+
+/// A file read at any place, with its length known.
+#[derive(Debug)]
+pub(super) struct Source {
+    file: BufReader<File>,
+    at: u64,
+    length: u64,
+}
+
+impl Source {
+    pub(super) fn open(path: &Path) -> io::Result<Self> {
+        let file = File::open(path)?;
+        let length = file.metadata()?.len();
+        Ok(Self { file: BufReader::with_capacity(64 * 1024, file), at: 0, length })
+    }
+
+    pub(super) fn length(&self) -> u64 {
+        self.length
+    }
+
+    pub(super) fn read_at(&mut self, at: u64, bytes: &mut [u8]) -> io::Result<()> {
+        if at != self.at {
+            let step = i64::try_from(i128::from(at) - i128::from(self.at));
+            match step {
+                // Keeps what is in the buffer.
+                Ok(step) => self.file.seek_relative(step)?,
+                Err(_) => self.file.seek(SeekFrom::Start(at)).map(|_| ())?,
+            }
+        }
+        // A failed read leaves the position unknown; the next one starts from a seek.
+        self.at = u64::MAX;
+        if let Err(error) = self.file.read_exact(bytes) {
+            self.at = self.file.stream_position()?;
+            return Err(error);
+        }
+        self.at = at + bytes.len() as u64;
+        Ok(())
+    }
+
+    /// Reads `count` bytes, at most [`MAX_RECORD_BYTES`] and what the file has, into `buffer`.
+    pub(super) fn read_into(&mut self, at: u64, count: u64, buffer: &mut Vec<u8>) -> io::Result<()> {
+        if count > MAX_RECORD_BYTES || at.checked_add(count).is_none_or(|end| end > self.length) {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        buffer.resize(count as usize, 0);
+        self.read_at(at, buffer)
+    }
+
+    /// The type and the body's length of the record at `at`.
+    pub(super) fn head_at(&mut self, at: u64) -> io::Result<(u8, u64)> {
+        let mut head = [0; HEAD_BYTES as usize];
+        self.read_at(at, &mut head)?;
+        let [opcode, length @ ..] = head;
+        Ok((opcode, u64::from_le_bytes(length)))
+    }
+}
+
+/// The records in a chunk's contents or in a summary: type, place of the body, body. Ends where a record
+/// is cut, which [`Records::rest`] tells.
+#[derive(Debug)]
+pub(super) struct Records<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Records<'a> {
+    pub(super) fn of(bytes: &'a [u8]) -> Self {
+        Self { bytes, at: 0 }
+    }
+
+    /// Bytes behind the last whole record.
+    pub(super) fn rest(&self) -> usize {
+        self.bytes.len() - self.at
+    }
+}
+
+impl<'a> Iterator for Records<'a> {
+    type Item = (u8, u64, &'a [u8]);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let (head, rest) = self.bytes.get(self.at..)?.split_first_chunk::<{ HEAD_BYTES as usize }>()?;
+        let [opcode, length @ ..] = *head;
+        let length = usize::try_from(u64::from_le_bytes(length)).ok()?;
+        let body = rest.get(..length)?;
+        let place = self.at + head.len();
+        self.at = place + length;
+        Some((opcode, place as u64, body))
+    }
+}
+
+/// The channel of a message and the message itself; `None` where the body is too short for a header.
+pub(super) fn split_message(body: &[u8]) -> Option<(u16, &[u8])> {
+    let message = body.get(MESSAGE_HEAD_BYTES..)?;
+    Some((u16::from_le_bytes(*body.first_chunk()?), message))
+}

@@ -1,0 +1,62 @@
+//! The summary at the end of an MCAP file. The log is read without it; it helps where the data before it
+//! is damaged: a channel described only in a lost chunk, a place from which to go on.
+
+use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, Records, Source};
+use mcap::records::{Record, op};
+use std::collections::BTreeSet;
+
+/// Bytes of the footer's body and of the magic behind it.
+const FOOTER_BYTES: u64 = 20;
+
+/// What a whole summary says.
+#[derive(Debug, Default)]
+pub(super) struct SummaryHint {
+    /// Schema and channel records: type and body.
+    pub(super) descriptions: Vec<(u8, Vec<u8>)>,
+    /// Where chunks begin.
+    pub(super) chunks_at: BTreeSet<u64>,
+}
+
+/// Reads the summary; nothing where there is none, or where its checksum is wrong or missing.
+pub(super) fn read(source: &mut Source) -> SummaryHint {
+    try_read(source).unwrap_or_default()
+}
+
+fn try_read(source: &mut Source) -> Option<SummaryHint> {
+    let magic = mcap::MAGIC.len() as u64;
+    let footer_at = source.length().checked_sub(HEAD_BYTES + FOOTER_BYTES + magic)?;
+    let mut end = Vec::new();
+    source.read_into(footer_at, HEAD_BYTES + FOOTER_BYTES + magic, &mut end).ok()?;
+    let (footer, end_magic) = end.split_at_checked((HEAD_BYTES + FOOTER_BYTES) as usize)?;
+    if end_magic != mcap::MAGIC {
+        return None;
+    }
+    let (opcode, _, body) = Records::of(footer).next()?;
+    let Record::Footer(claims) = mcap::parse_record(opcode, body).ok()? else { return None };
+    let summary_bytes = footer_at.checked_sub(claims.summary_start)?;
+    if claims.summary_start == 0 || claims.summary_crc == 0 || summary_bytes > MAX_RECORD_BYTES {
+        return None;
+    }
+    let mut summary = Vec::new();
+    source.read_into(claims.summary_start, summary_bytes, &mut summary).ok()?;
+    let mut hasher = crc32fast::Hasher::new_with_initial(0);
+    hasher.update(&summary);
+    // The checksum covers the footer up to itself.
+    hasher.update(footer.get(..footer.len() - 4)?);
+    if hasher.finalize() != claims.summary_crc {
+        return None;
+    }
+    let mut hint = SummaryHint::default();
+    for (opcode, _, body) in Records::of(&summary) {
+        match opcode {
+            op::SCHEMA | op::CHANNEL => hint.descriptions.push((opcode, body.to_vec())),
+            op::CHUNK_INDEX => {
+                if let Ok(Record::ChunkIndex(index)) = mcap::parse_record(opcode, body) {
+                    hint.chunks_at.insert(index.chunk_start_offset);
+                }
+            }
+            _ => {}
+        }
+    }
+    Some(hint)
+}

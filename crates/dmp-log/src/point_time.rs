@@ -1,0 +1,355 @@
+//! What the times of the points mean: in which unit, and counted from where.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// The names under which drivers store the time of a point, most telling first.
+const FIELD_NAMES: [&str; 14] = [
+    "t",
+    "time",
+    "timestamp",
+    "time_stamp",
+    "timeStamp",
+    "offset_time",
+    "time_offset",
+    "timeOffset",
+    "offsetTime",
+    "ts",
+    "stamp",
+    "point_time",
+    "timestamps",
+    "times",
+];
+
+/// Period taken for the test of units where a log has too few stamps to tell its own, nanoseconds.
+pub(crate) const USUAL_PERIOD_NS: i64 = 100_000_000;
+
+/// A unit of time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TimeUnit {
+    /// Seconds.
+    Seconds,
+    /// Milliseconds.
+    Milliseconds,
+    /// Microseconds.
+    Microseconds,
+    /// Nanoseconds.
+    Nanoseconds,
+}
+
+impl TimeUnit {
+    const ALL: [Self; 4] = [Self::Seconds, Self::Milliseconds, Self::Microseconds, Self::Nanoseconds];
+
+    fn in_ns(self) -> i64 {
+        match self {
+            Self::Seconds => 1_000_000_000,
+            Self::Milliseconds => 1_000_000,
+            Self::Microseconds => 1_000,
+            Self::Nanoseconds => 1,
+        }
+    }
+
+    fn symbol(self) -> &'static str {
+        match self {
+            Self::Seconds => "s",
+            Self::Milliseconds => "ms",
+            Self::Microseconds => "us",
+            Self::Nanoseconds => "ns",
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Seconds => "seconds",
+            Self::Milliseconds => "milliseconds",
+            Self::Microseconds => "microseconds",
+            Self::Nanoseconds => "nanoseconds",
+        }
+    }
+}
+
+/// What the user says about the times of the points.
+///
+/// As text: `auto`, `ignore`, `s`, `ms`, `us`, `ns` (after the scan's stamp), `absolute-s`,
+/// `absolute-ms`, `absolute-us`, `absolute-ns` (on the clock of the stamps).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum PointTime {
+    /// Unit and origin are found from the values.
+    #[default]
+    Auto,
+    /// Times of points are not used.
+    Ignore,
+    /// Counted from the scan's stamp.
+    Relative(TimeUnit),
+    /// On the clock of the stamps.
+    Absolute(TimeUnit),
+}
+
+impl fmt::Display for PointTime {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Ignore => f.write_str("ignore"),
+            Self::Relative(unit) => f.write_str(unit.symbol()),
+            Self::Absolute(unit) => write!(f, "absolute-{}", unit.symbol()),
+        }
+    }
+}
+
+impl FromStr for PointTime {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let unit = |symbol: &str| TimeUnit::ALL.into_iter().find(|unit| unit.symbol() == symbol);
+        let meaning = match text {
+            "auto" => Some(Self::Auto),
+            "ignore" => Some(Self::Ignore),
+            _ => match text.strip_prefix("absolute-") {
+                Some(symbol) => unit(symbol).map(Self::Absolute),
+                None => unit(text).map(Self::Relative),
+            },
+        };
+        meaning.ok_or_else(|| {
+            format!("`{text}` is none of auto, ignore, s, ms, us, ns, absolute-s, absolute-ms, absolute-us, absolute-ns")
+        })
+    }
+}
+
+/// A time as it stands in the file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum RawTime {
+    Integer(i64),
+    Float(f64),
+}
+
+impl RawTime {
+    pub(crate) fn as_f64(self) -> f64 {
+        match self {
+            Self::Integer(value) => value as f64,
+            Self::Float(value) => value,
+        }
+    }
+}
+
+/// How the times of a log's points are turned into nanoseconds after the stamp.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct TimeRule {
+    pub(crate) unit: TimeUnit,
+    pub(crate) absolute: bool,
+}
+
+impl TimeRule {
+    /// What the user has said; `None` for `auto` and `ignore`.
+    pub(crate) fn given(point_time: PointTime) -> Option<Self> {
+        match point_time {
+            PointTime::Auto | PointTime::Ignore => None,
+            PointTime::Relative(unit) => Some(Self { unit, absolute: false }),
+            PointTime::Absolute(unit) => Some(Self { unit, absolute: true }),
+        }
+    }
+
+    /// Nanoseconds after `stamp_ns`; `None` for what is not a number or beyond all dates.
+    #[inline]
+    pub(crate) fn offset_ns(self, raw: RawTime, stamp_ns: i64) -> Option<i64> {
+        let ns = match raw {
+            RawTime::Integer(value) => value.checked_mul(self.unit.in_ns())?,
+            RawTime::Float(value) => {
+                let ns = (value * self.unit.in_ns() as f64).round();
+                // Compares as false for NaN. The limit is 2^63, which `i64::MAX as f64` rounds to.
+                if ns.abs() < i64::MAX as f64 { ns as i64 } else { return None }
+            }
+        };
+        if self.absolute { ns.checked_sub(stamp_ns) } else { Some(ns) }
+    }
+
+    pub(crate) fn words(self) -> String {
+        let origin = if self.absolute { "on the clock of the stamps" } else { "after the scan's stamp" };
+        format!("{} {origin}", self.unit.name())
+    }
+}
+
+/// Position in `names` of the fields that may hold times, most telling first.
+pub(crate) fn candidates<'a>(names: &[&'a str]) -> Vec<(usize, &'a str)> {
+    FIELD_NAMES
+        .iter()
+        .filter_map(|wanted| names.iter().position(|name| name == wanted))
+        .filter_map(|index| names.get(index).map(|&name| (index, name)))
+        .collect()
+}
+
+/// The times of one scan's returns, as they stand in the file.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SampledScan {
+    pub(crate) stamp_ns: i64,
+    pub(crate) smallest: f64,
+    pub(crate) largest: f64,
+}
+
+/// What a sample of scans says about a field.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Finding {
+    /// One value a scan: no times.
+    Constant,
+    /// Unit and origin, and the span of a scan in nanoseconds.
+    Rule(TimeRule, f64),
+    /// Neither; why not.
+    Unclear(String),
+}
+
+/// Finds the unit in which a scan's times span what a scan takes, 20 to 150 % of `period_ns`, and
+/// whether they count from the stamp or from where the stamps count. Units are a thousand apart, so no
+/// two can fit.
+pub(crate) fn find_rule(sample: &[SampledScan], period_ns: i64) -> Finding {
+    let mut spans: Vec<f64> =
+        sample.iter().map(|scan| scan.largest - scan.smallest).filter(|&span| span > 0.0).collect();
+    spans.sort_by(f64::total_cmp);
+    let Some(&span) = spans.get(spans.len() / 2) else { return Finding::Constant };
+    let period = period_ns as f64;
+    let fits = |unit: &TimeUnit| (0.2 * period..=1.5 * period).contains(&(span * unit.in_ns() as f64));
+    let Some(unit) = TimeUnit::ALL.into_iter().find(fits) else {
+        return Finding::Unclear(format!(
+            "a scan spans {span}, which in no unit is near the {:.4} s from scan to scan",
+            period / 1e9
+        ));
+    };
+    let ns = unit.in_ns() as f64;
+    // A stamp may be the scan's start, middle or end.
+    let near = 2.0 * period;
+    let relative = |scan: &SampledScan| scan.smallest * ns > -near && scan.largest * ns < near;
+    let absolute = |scan: &SampledScan| (scan.smallest * ns - scan.stamp_ns as f64).abs() < near.max(1e9);
+    let origin = match (sample.iter().all(relative), sample.iter().all(absolute)) {
+        (true, false) => Some(false),
+        (false, true) => Some(true),
+        (false, false) => None,
+        (true, true) => origin_near_zero(sample, ns, period),
+    };
+    if let Some(absolute) = origin {
+        return Finding::Rule(TimeRule { unit, absolute }, span * ns);
+    }
+    let first = sample.first().map_or(f64::NAN, |scan| scan.smallest);
+    Finding::Unclear(format!(
+        "a scan spans {span}, as {} near the {:.4} s from scan to scan, but the first value {first} is neither \
+         near 0 nor near the stamp",
+        unit.name(),
+        period / 1e9
+    ))
+}
+
+/// Stamps that start at 0 are near both origins. Absolute times go on with the stamps, relative ones
+/// begin anew with every scan.
+fn origin_near_zero(sample: &[SampledScan], ns: f64, period: f64) -> Option<bool> {
+    let spread = |value: &dyn Fn(&SampledScan) -> f64| {
+        let (low, high) = sample
+            .iter()
+            .map(value)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        high - low
+    };
+    let stamps = spread(&|scan| scan.stamp_ns as f64);
+    let relative = spread(&|scan| scan.smallest * ns);
+    let absolute = spread(&|scan| scan.smallest * ns - scan.stamp_ns as f64);
+    if stamps < 0.5 * period {
+        // All near 0: both say the same, to within the stamps themselves.
+        return sample.iter().all(|scan| scan.stamp_ns == 0).then_some(false);
+    }
+    match (relative < 0.5 * period, absolute < 0.5 * period) {
+        (true, false) => Some(false),
+        (false, true) => Some(true),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STAMP_NS: i64 = 1_690_309_709_285_305_500;
+
+    fn scans(stamp_ns: i64, period_ns: i64, values: impl Fn(i64) -> (f64, f64)) -> Vec<SampledScan> {
+        (0..5)
+            .map(|k| {
+                let stamp_ns = stamp_ns + k * period_ns;
+                let (smallest, largest) = values(stamp_ns);
+                SampledScan { stamp_ns, smallest, largest }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn every_unit_and_origin_is_found() {
+        for stamp_ns in [STAMP_NS, 0] {
+            for unit in TimeUnit::ALL {
+                let per_unit = unit.in_ns() as f64;
+                for start_ns in [0.0, -5e7, -1e8] {
+                    let relative = scans(stamp_ns, 100_000_000, |_| {
+                        (start_ns / per_unit, (start_ns + 9.9e7) / per_unit)
+                    });
+                    let found = find_rule(&relative, 100_000_000);
+                    assert!(
+                        matches!(found, Finding::Rule(rule, _) if rule == TimeRule { unit, absolute: false }),
+                        "{stamp_ns} {unit:?} {start_ns} {found:?}"
+                    );
+                    let absolute = scans(stamp_ns, 100_000_000, |stamp| {
+                        ((stamp as f64 + start_ns) / per_unit, (stamp as f64 + start_ns + 9.9e7) / per_unit)
+                    });
+                    let found = find_rule(&absolute, 100_000_000);
+                    assert!(
+                        matches!(found, Finding::Rule(rule, _) if rule == TimeRule { unit, absolute: true }),
+                        "{stamp_ns} {unit:?} {start_ns} {found:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_time_is_not_taken_for_one() {
+        assert_eq!(find_rule(&scans(STAMP_NS, 100_000_000, |_| (0.0, 0.0)), 100_000_000), Finding::Constant);
+        assert_eq!(find_rule(&scans(STAMP_NS, 100_000_000, |_| (7.5, 7.5)), 100_000_000), Finding::Constant);
+        assert_eq!(find_rule(&[], 100_000_000), Finding::Constant);
+        let garbage = find_rule(&scans(STAMP_NS, 100_000_000, |_| (0.0, 3.0)), 100_000_000);
+        assert!(
+            matches!(&garbage, Finding::Unclear(why) if why.contains("spans 3") && why.contains("0.1000 s")),
+            "{garbage:?}"
+        );
+        let other_clock = find_rule(&scans(STAMP_NS, 100_000_000, |_| (5000.0, 5000.1)), 100_000_000);
+        assert!(
+            matches!(&other_clock, Finding::Unclear(why) if why.contains("5000") && why.contains("near the stamp")),
+            "{other_clock:?}"
+        );
+        let infinite = find_rule(&scans(STAMP_NS, 100_000_000, |_| (0.0, f64::INFINITY)), 100_000_000);
+        assert!(matches!(infinite, Finding::Unclear(_)));
+    }
+
+    #[test]
+    fn offsets_are_exact_and_never_overflow() {
+        let absolute = TimeRule { unit: TimeUnit::Nanoseconds, absolute: true };
+        assert_eq!(absolute.offset_ns(RawTime::Integer(STAMP_NS + 3), STAMP_NS), Some(3));
+        assert_eq!(absolute.offset_ns(RawTime::Integer(i64::MAX), i64::MIN), None);
+        let seconds = TimeRule { unit: TimeUnit::Seconds, absolute: false };
+        assert_eq!(seconds.offset_ns(RawTime::Float(0.0123), 5), Some(12_300_000));
+        for none in [f64::NAN, f64::INFINITY, 1e30, -1e30] {
+            assert_eq!(seconds.offset_ns(RawTime::Float(none), 0), None);
+        }
+        assert_eq!(seconds.offset_ns(RawTime::Integer(i64::MAX), 0), None);
+    }
+
+    #[test]
+    fn the_option_is_read_as_it_is_written() {
+        for text in [
+            "auto",
+            "ignore",
+            "s",
+            "ms",
+            "us",
+            "ns",
+            "absolute-s",
+            "absolute-ms",
+            "absolute-us",
+            "absolute-ns",
+        ] {
+            assert_eq!(text.parse::<PointTime>().unwrap().to_string(), text);
+        }
+        assert!("seconds".parse::<PointTime>().unwrap_err().contains("`seconds`"));
+    }
+}

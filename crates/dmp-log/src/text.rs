@@ -1,0 +1,27 @@
+//! Lines of numbers, as people's files have them.
+
+use crate::{ParseError, Place};
+
+/// The lines with data: their places (from line 1) and columns. Blank lines and what follows a `#` are
+/// left out; columns are parted by blanks, tabs or commas; a byte order mark and carriage returns are
+/// passed over.
+pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = Result<(Place, Vec<&str>), ParseError>> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    bytes.split(|&c| c == b'\n').zip(1..).filter_map(|(line, number)| {
+        let place = Place::Line(number);
+        let data = line.split(|&c| c == b'#').next().unwrap_or_default();
+        match std::str::from_utf8(data) {
+            Err(_) => {
+                let start = data.get(..16).unwrap_or(data);
+                Some(Err(ParseError::new(place, format!("not text: {start:02x?}"))))
+            }
+            Ok(text) => {
+                let columns: Vec<&str> = text
+                    .split(|c: char| c.is_ascii_whitespace() || c == ',')
+                    .filter(|column| !column.is_empty())
+                    .collect();
+                (!columns.is_empty()).then_some(Ok((place, columns)))
+            }
+        }
+    })
+}

@@ -1,0 +1,61 @@
+use super::{TrajectoryParseError, check_place, numbers};
+use crate::decimal::{ns_to_seconds, seconds_to_ns};
+use crate::text::lines;
+use crate::{ParseError, Place};
+use dmp_sensor::{Isometry3, Quaternion, Trajectory, TrajectoryRepairs, Translation3, UnitQuaternion};
+use std::io::{self, Write};
+
+/// How far the norm of a quaternion may be from 1: text is rounded, but not by this much.
+const NORM_TOLERANCE: f64 = 0.1;
+
+/// Parses the TUM format: lines of `stamp tx ty tz qx qy qz qw`, `world_from_body`. Stamps are read to
+/// the nanosecond; quaternions within 10 % of unit length are normalised.
+///
+/// # Errors
+/// In the first line that has another number of columns, something that is no finite number, a
+/// quaternion that is no rotation, a position 10⁸ m away; and as [`Trajectory::stamped`].
+pub fn parse_tum(bytes: &[u8]) -> Result<TrajectoryRepairs, TrajectoryParseError> {
+    let mut poses = Vec::new();
+    for line in lines(bytes) {
+        let (place, columns) = line?;
+        poses.push(parse_line(place, &columns)?);
+    }
+    Ok(Trajectory::stamped(poses)?)
+}
+
+fn parse_line(place: Place, columns: &[&str]) -> Result<(i64, Isometry3<f64>), ParseError> {
+    let [_, tx, ty, tz, qx, qy, qz, qw] = numbers::<8>(place, columns, "stamp tx ty tz qx qy qz qw")?;
+    let stamp = columns.first().copied().unwrap_or_default();
+    let stamp_ns = seconds_to_ns(stamp).map_err(|problem| ParseError::new(place, problem))?;
+    check_place(place, [tx, ty, tz])?;
+    let quaternion = Quaternion::new(qw, qx, qy, qz);
+    let norm = quaternion.norm();
+    if norm < 1e-6 {
+        let problem = format!("the quaternion ({qx}, {qy}, {qz}, {qw}) is zero: no rotation");
+        return Err(ParseError::new(place, problem));
+    }
+    if (norm - 1.0).abs() > NORM_TOLERANCE {
+        let problem = format!("the quaternion ({qx}, {qy}, {qz}, {qw}) has the norm {norm:.4}, not 1");
+        return Err(ParseError::new(place, problem));
+    }
+    let rotation = UnitQuaternion::from_quaternion(quaternion);
+    Ok((stamp_ns, Isometry3::from_parts(Translation3::new(tx, ty, tz), rotation)))
+}
+
+/// Writes the TUM format; [`parse_tum`] gives the same stamps and places back.
+///
+/// # Errors
+/// When the trajectory has no stamps (`InvalidInput`), or as `out` does.
+pub fn write_tum(out: &mut impl Write, trajectory: &Trajectory) -> io::Result<()> {
+    let Some(stamps_ns) = trajectory.stamps_ns() else {
+        let problem = "the TUM format needs stamps, and the trajectory has none";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+    };
+    writeln!(out, "# timestamp tx ty tz qx qy qz qw")?;
+    for (&stamp_ns, pose) in stamps_ns.iter().zip(trajectory.poses()) {
+        let [tx, ty, tz] = pose.translation.vector.into();
+        let [qx, qy, qz, qw]: [f64; 4] = pose.rotation.coords.into();
+        writeln!(out, "{} {tx} {ty} {tz} {qx} {qy} {qz} {qw}", ns_to_seconds(stamp_ns))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,14 @@
+//! Tests of the readers and writers on whole files.
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test that cannot go on has failed")]
+
+mod cloud;
+mod common;
+mod folder;
+mod forged;
+mod mcap_damage;
+mod mcap_messages;
+mod mutation;
+mod point_time;
+mod real_data;
+mod round_trip;
+mod trajectory;

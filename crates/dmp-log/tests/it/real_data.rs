@@ -1,0 +1,71 @@
+//! Recordings that lie beside the project: found through `DMP_DATA`, skipped without it.
+
+use crate::cloud::read;
+use crate::common::{assert_says, open, read_all};
+use dmp_log::{CloudFormat, LogFormat, TrajectoryFormat, read_trajectory};
+use std::path::PathBuf;
+
+fn data(name: &str) -> Option<PathBuf> {
+    let Some(folder) = std::env::var_os("DMP_DATA") else {
+        println!("skipped: DMP_DATA does not say where the recordings are");
+        return None;
+    };
+    Some(PathBuf::from(folder).join(name))
+}
+
+#[test]
+fn rs32_has_times_of_points() {
+    let Some(path) = data("rs32_static") else { return };
+    let log = open(&path);
+    let scans = read_all(&*log);
+    assert_eq!((scans.len(), log.summary().format), (14, LogFormat::BinFolder));
+    assert_says(log.summary().point_times.as_deref().unwrap(), &["seconds after the scan's stamp"]);
+    for scan in &scans {
+        assert_eq!(scan.time_offsets_ns.len(), scan.len());
+        let last = *scan.time_offsets_ns.iter().max().unwrap();
+        assert!((90_000_000..=101_000_000).contains(&last), "{last}");
+        assert!(scan.time_offsets_ns.iter().all(|&offset| offset >= 0));
+    }
+    let run = read_trajectory(&path.join("poses_icp_odom.txt")).unwrap();
+    assert_eq!((run.trajectory.len(), run.format), (14, TrajectoryFormat::Tum));
+    assert_eq!(run.trajectory.stamps_ns().unwrap()[0], 1_690_309_709_285_305_500);
+}
+
+#[test]
+fn nclt_has_no_times() {
+    let Some(path) = data("nclt_revisit") else { return };
+    let log = open(&path);
+    assert_eq!(log.frames().len(), 326);
+    let scans = read_all(&*log);
+    assert!(scans.iter().all(|scan| scan.stamp_ns.is_none() && scan.time_offsets_ns.is_empty()));
+    let nearest =
+        scans.iter().flat_map(|scan| &scan.points_in_sensor_m).map(|p| p[0].hypot(p[1]).hypot(p[2]));
+    assert!(nearest.fold(f32::INFINITY, f32::min) > 3.8);
+    let run = read_trajectory(&path.join("poses_lidar_odometry.txt")).unwrap();
+    assert_eq!((run.trajectory.len(), run.out_of_order, run.repeated), (326, 0, 0));
+}
+
+#[test]
+fn las_maps_are_read_whole() {
+    for (name, points, extent_m) in [("autzen_trim.laz", 110_000, 1178.0), ("lone-star.laz", 518_862, 32.0)] {
+        let Some(path) = data("las_maps") else { return };
+        let (summary, cloud) = read(&path.join(name)).unwrap();
+        assert_eq!((summary.format, summary.points), (CloudFormat::Laz, points));
+        let (low, high) = cloud
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| (low.min(p[0]), high.max(p[0])));
+        let extent = high - low;
+        println!("{name}: {extent} along x");
+        assert!(extent > 0.5 * extent_m && extent < 5.0 * extent_m, "{extent}");
+    }
+}
+
+#[test]
+fn kitti_rows_of_a_pose_graph_are_read() {
+    for name in ["scdlo_odom_poses.txt", "scdlo_optimized_poses.txt"] {
+        let Some(path) = data("pose_graphs") else { return };
+        let run = read_trajectory(&path.join(name)).unwrap();
+        assert_eq!((run.trajectory.len(), run.format), (292, TrajectoryFormat::Kitti));
+        assert_eq!(run.trajectory.stamps_ns(), None);
+    }
+}
