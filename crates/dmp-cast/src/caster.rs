@@ -197,11 +197,16 @@ impl RayState {
             independence: self.independence,
             revisit: self.revisit,
         };
+        // What was found before this tile is final. Discs over the border are met again here, rounded
+        // another way; without this an answer would depend on what else the walk goes on for.
+        let open =
+            |range_m: f64| if range_m <= enter_m { f32::NEG_INFINITY } else { (range_m - enter_m) as f32 };
+        let nearest_is_final = query.measured_m + self.gap_m <= enter_m;
         let mut found = TileAnswer {
-            first_m: (self.first_m - enter_m) as f32,
+            first_m: open(self.first_m),
             nearest_m: f32::INFINITY,
-            gap_m: self.gap_m as f32,
-            independent_m: (self.independent_m - enter_m) as f32,
+            gap_m: if nearest_is_final { f32::NEG_INFINITY } else { self.gap_m as f32 },
+            independent_m: open(self.independent_m),
             revisited: self.revisited,
         };
         let before = found;

@@ -19,7 +19,8 @@ pub(crate) struct TileRay {
     pub(crate) revisit: Option<Independence>,
 }
 
-/// The best answers so far, as bounds for what is still worth looking at; infinite where there is none.
+/// The best answers so far, as bounds for what is still worth looking at; infinite where there is none,
+/// negatively infinite where the answer is final.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TileAnswer {
     pub(crate) first_m: f32,
