@@ -1,0 +1,47 @@
+/// Why a simulation cannot be made as asked.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SimError {
+    /// A number is outside its sensible range.
+    #[error("{what} must be {expected}, not {got}")]
+    OutOfRange {
+        /// The quantity, with its unit.
+        what: &'static str,
+        /// What would be accepted.
+        expected: &'static str,
+        /// What was given.
+        got: f64,
+    },
+    /// No drift reaches the absolute trajectory error asked for.
+    #[error("no drift of this run reaches an ATE of {asked_m} m: the largest found is {largest_m:.3} m")]
+    DriftNotReached {
+        /// The error asked for, metres.
+        asked_m: f64,
+        /// The largest error that was found, metres.
+        largest_m: f64,
+    },
+    /// A false loop needs two places of the run that are so far apart.
+    #[error("no two places of the run are {asked_m} m apart: the farthest are {largest_m:.1} m")]
+    NoSuchPlaces {
+        /// The distance asked for, metres.
+        asked_m: f64,
+        /// The largest distance between two of its places, metres.
+        largest_m: f64,
+    },
+    /// An error that grows along the way needs a way.
+    #[error("the run does not move, so {what} has no meaning for it")]
+    NoTravel {
+        /// The error asked for.
+        what: &'static str,
+    },
+}
+
+/// Refuses a number that is not what it must be.
+pub(crate) fn require(
+    ok: bool,
+    what: &'static str,
+    expected: &'static str,
+    got: f64,
+) -> Result<(), SimError> {
+    if ok { Ok(()) } else { Err(SimError::OutOfRange { what, expected, got }) }
+}

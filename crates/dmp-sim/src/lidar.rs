@@ -1,0 +1,209 @@
+use std::f64::consts::{PI, TAU};
+
+use dmp_sensor::{Isometry3, Scan, Vector3};
+
+use crate::drive::Drive;
+use crate::error::SimError;
+use crate::lidar_options::{LidarOptions, NoReturn, Sweep};
+use crate::random::Random;
+use crate::town::{Hit, Town};
+
+/// The range at which a LiDAR sees "at most" is given for a surface that is this bright, seen straight on.
+const NOMINAL_REFLECTIVITY: f64 = 0.8;
+
+/// A LiDAR that turns about its z axis, counter-clockwise from the rear (−x), and measures as it moves.
+#[derive(Debug, Clone)]
+pub struct Lidar {
+    options: LidarOptions,
+    /// Sine and cosine of each beam's elevation.
+    elevations: Vec<(f64, f64)>,
+}
+
+impl Lidar {
+    /// A sensor as described.
+    ///
+    /// # Errors
+    /// When a number is outside what a sensor can be: no beams, a negative noise, …
+    pub fn new(options: LidarOptions) -> Result<Self, SimError> {
+        options.check()?;
+        let LidarOptions { beams, elevation_rad: [low, high], .. } = options;
+        let step = if beams > 1 { (high - low) / (beams - 1) as f64 } else { 0.0 };
+        let elevations = (0..beams).map(|beam| libm::sincos(low + step * beam as f64)).collect();
+        Ok(Self { options, elevations })
+    }
+
+    /// What it is like.
+    pub fn options(&self) -> &LidarOptions {
+        &self.options
+    }
+
+    /// When sweep number `index` of a drive starts.
+    pub fn stamp_ns(&self, start_ns: i64, index: usize) -> i64 {
+        start_ns + libm::round(index as f64 * 1e9 / self.options.rate_hz) as i64
+    }
+
+    /// Sweep number `index` of a drive through `town`, with the sensor in the body frame. Its stamp is the
+    /// start of the sweep; the returns are in the order in which they were made.
+    pub fn scan(&self, town: &Town, drive: &Drive<'_>, index: usize) -> Scan {
+        let start_ns = drive.options().start_ns;
+        let stamp_ns = self.stamp_ns(start_ns, index);
+        let LidarOptions { azimuth_steps, sweep, .. } = self.options;
+        let turn_ns = 1e9 / self.options.rate_hz;
+        let mut scan = Scan { stamp_ns: Some(stamp_ns), ..Scan::default() };
+        let still = drive.world_from_body_at(stamp_ns);
+        for firing in 0..azimuth_steps {
+            let share = firing as f64 / azimuth_steps as f64;
+            let offset_ns = (turn_ns * share) as i64;
+            let (pose, at_ns) = match sweep {
+                Sweep::Spinning => (drive.world_from_body_at(stamp_ns + offset_ns), stamp_ns + offset_ns),
+                Sweep::Instant => (still, stamp_ns),
+            };
+            let time_s = (at_ns - start_ns) as f64 * 1e-9;
+            let mut random = Random::new(self.options.seed, &[b'l'.into(), index as u64, firing as u64]);
+            for bearing in self.bearings(TAU * share - PI) {
+                let Some(point) = self.measure(town, &pose, bearing, time_s, &mut random) else { continue };
+                scan.points_in_sensor_m.push(point);
+                if sweep == Sweep::Spinning {
+                    scan.time_offsets_ns.push(offset_ns);
+                }
+            }
+        }
+        scan
+    }
+
+    /// Unit vectors of the beams at an azimuth, lowest first, sensor frame.
+    fn bearings(&self, azimuth_rad: f64) -> impl Iterator<Item = Vector3<f64>> {
+        let (sin, cos) = libm::sincos(azimuth_rad);
+        self.elevations.iter().map(move |&(up, level)| Vector3::new(level * cos, level * sin, up))
+    }
+
+    /// The point of one beam, sensor frame; `None` where there is to be none.
+    fn measure(
+        &self,
+        town: &Town,
+        world_from_sensor: &Isometry3<f64>,
+        bearing: Vector3<f64>,
+        time_s: f64,
+        random: &mut Random,
+    ) -> Option<[f32; 3]> {
+        let options = &self.options;
+        // Drawn in any case: what one beam meets does not change the noise of the next.
+        let (lost, noise) = (random.chance(options.drop_out), random.normal());
+        let direction = world_from_sensor.rotation * bearing;
+        let hit = town.cast(world_from_sensor.translation.vector, direction, time_s);
+        let range_m =
+            hit.filter(|hit| !lost && self.sees(hit)).map(|hit| hit.range_m + options.range_noise_m * noise);
+        match range_m.filter(|&range_m| range_m >= options.min_range_m) {
+            Some(range_m) => {
+                Some((bearing * range_m).map(|c| round_to(c, options.resolution_m) as f32).into())
+            }
+            None => match options.no_return {
+                NoReturn::Omitted => None,
+                NoReturn::Zero => Some([0.0; 3]),
+                NoReturn::NotANumber => Some([f32::NAN; 3]),
+            },
+        }
+    }
+
+    /// Whether enough light comes back.
+    fn sees(&self, hit: &Hit) -> bool {
+        let nearer = self.options.max_range_m / hit.range_m;
+        hit.range_m <= self.options.max_range_m
+            && hit.reflectivity * hit.cos_incidence * nearer * nearer >= NOMINAL_REFLECTIVITY
+    }
+}
+
+fn round_to(value: f64, step: f64) -> f64 {
+    if step > 0.0 { libm::round(value / step) * step } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::DriveOptions;
+    use crate::town::TownOptions;
+
+    fn scene(options: LidarOptions) -> Scan {
+        let town = Town::new(TownOptions::default()).unwrap();
+        let drive = Drive::new(&town, DriveOptions::default()).unwrap();
+        Lidar::new(options).unwrap().scan(&town, &drive, 7)
+    }
+
+    fn small() -> LidarOptions {
+        LidarOptions { azimuth_steps: 300, ..LidarOptions::with_beams(16) }
+    }
+
+    #[test]
+    fn times_ascend_within_the_sweep() {
+        let scan = scene(small());
+        assert_eq!(scan.time_offsets_ns.len(), scan.len());
+        assert!(scan.time_offsets_ns.is_sorted());
+        assert!(scan.time_offsets_ns.iter().all(|t| (0..100_000_000).contains(t)));
+        assert_eq!(scan.stamp_ns, Some(1_700_000_000_700_000_000));
+    }
+
+    #[test]
+    fn returns_lie_on_the_town_within_the_noise() {
+        let town = Town::new(TownOptions::default()).unwrap();
+        let drive = Drive::new(&town, DriveOptions::default()).unwrap();
+        let scan = Lidar::new(small()).unwrap().scan(&town, &drive, 3);
+        let mut squares = 0.0;
+        for (point, offset_ns) in scan.points_in_sensor_m.iter().zip(&scan.time_offsets_ns) {
+            let pose = drive.world_from_body_at(scan.stamp_ns.unwrap() + offset_ns);
+            let point = Vector3::from(point.map(f64::from));
+            let range_m = point.norm();
+            // The rounded point has a slightly other bearing: edges apart, it meets the same surface.
+            let hit = town.cast(pose.translation.vector, pose.rotation * (point / range_m), 0.0);
+            squares += hit.map_or(1.0, |hit| (hit.range_m - range_m).powi(2)).min(0.01);
+        }
+        let deviation = (squares / scan.len() as f64).sqrt();
+        assert!((0.017..0.035).contains(&deviation), "{deviation} m");
+    }
+
+    #[test]
+    fn a_street_gives_plausible_ranges() {
+        let scan = scene(small());
+        let share = scan.len() as f64 / (300.0 * 16.0);
+        assert!((0.7..0.99).contains(&share), "{share} of the beams return");
+        let ranges = scan.points_in_sensor_m.iter().map(|p| Vector3::from(p.map(f64::from)).norm());
+        let mut ranges: Vec<f64> = ranges.collect();
+        ranges.sort_by(f64::total_cmp);
+        let median = ranges[ranges.len() / 2];
+        assert!((5.0..15.0).contains(&median), "{median}");
+        assert!(ranges[0] > 1.0 && ranges[ranges.len() - 1] <= 100.1);
+    }
+
+    #[test]
+    fn what_does_not_return_can_be_kept_as_rows() {
+        let dark = |no_return| scene(LidarOptions { no_return, drop_out: 1.0, ..small() });
+        assert!(dark(NoReturn::Omitted).is_empty());
+        assert!(dark(NoReturn::Zero).points_in_sensor_m.iter().all(|p| *p == [0.0; 3]));
+        let rows = dark(NoReturn::NotANumber);
+        assert_eq!((rows.len(), rows.time_offsets_ns.len()), (4800, 4800));
+        assert!(rows.points_in_sensor_m.iter().all(|p| p[0].is_nan()));
+    }
+
+    #[test]
+    fn the_noise_is_a_function_of_the_seed_and_the_firing() {
+        assert_eq!(scene(small()), scene(small()));
+        assert_ne!(scene(small()), scene(LidarOptions { seed: 2, ..small() }));
+    }
+
+    #[test]
+    fn an_instant_sweep_has_no_times() {
+        let scan = scene(LidarOptions { sweep: Sweep::Instant, ..small() });
+        assert!(scan.time_offsets_ns.is_empty() && !scan.is_empty());
+    }
+
+    #[test]
+    fn impossible_sensors_are_refused() {
+        for options in [
+            LidarOptions { beams: 0, ..small() },
+            LidarOptions { range_noise_m: -0.1, ..small() },
+            LidarOptions { rate_hz: f64::NAN, ..small() },
+            LidarOptions { elevation_rad: [0.2, 0.1], ..small() },
+        ] {
+            assert!(Lidar::new(options).is_err());
+        }
+    }
+}

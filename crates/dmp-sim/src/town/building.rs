@@ -1,0 +1,137 @@
+//! Blocks of houses. A façade is a lattice of piers and bands before a wall, so that windows are recesses;
+//! some houses have a bay, a porch, a garden or an alley beside them.
+
+use nalgebra::Vector3;
+
+use super::ground::Ground;
+use super::shape::Shape;
+use super::{Solid, Surface};
+use crate::random::Random;
+
+/// One side of a block, seen from its street: `along` the façades, `inward` from the building line.
+struct Frontage<'a> {
+    corner: [f64; 2],
+    along: [f64; 2],
+    inward: [f64; 2],
+    ground: &'a Ground,
+    solids: &'a mut Vec<Solid>,
+}
+
+impl Frontage<'_> {
+    fn place(&self, along_m: f64, inward_m: f64) -> [f64; 2] {
+        [0, 1].map(|k| self.corner[k] + self.along[k] * along_m + self.inward[k] * inward_m)
+    }
+
+    fn ground_m(&self, along_m: f64, inward_m: f64) -> f64 {
+        let [x, y] = self.place(along_m, inward_m);
+        self.ground.height_m(x, y)
+    }
+
+    /// A box that reaches over `along`, `inward` and `heights`, each from–to in metres.
+    fn put(
+        &mut self,
+        along: [f64; 2],
+        inward: [f64; 2],
+        heights: [f64; 2],
+        reflectivity: f64,
+        surface: Surface,
+    ) {
+        let [a, b] = [0, 1].map(|k| {
+            let [x, y] = self.place(along[k], inward[k]);
+            Vector3::new(x, y, heights[k])
+        });
+        self.solids.push(Solid { shape: Shape::upright(a, b), reflectivity, surface });
+    }
+}
+
+/// Fills a block, from its south-western `corner`, with a row of houses along each of its four sides.
+pub(super) fn build_block(
+    corner: [f64; 2],
+    size: [f64; 2],
+    ground: &Ground,
+    random: &mut Random,
+    solids: &mut Vec<Solid>,
+) {
+    let [x0, y0] = corner;
+    let [x1, y1] = [x0 + size[0], y0 + size[1]];
+    let sides = [
+        ([x0, y0], [1.0, 0.0], [0.0, 1.0], size[0]),
+        ([x1, y0], [0.0, 1.0], [-1.0, 0.0], size[1]),
+        ([x1, y1], [-1.0, 0.0], [0.0, -1.0], size[0]),
+        ([x0, y1], [0.0, -1.0], [1.0, 0.0], size[1]),
+    ];
+    let depth_m = (size[0].min(size[1]) / 2.0).min(9.0);
+    for (corner, along, inward, length_m) in sides {
+        let mut frontage = Frontage { corner, along, inward, ground, solids };
+        let mut from = 0.0;
+        while from < length_m {
+            let mut to = from + random.between(6.0, 11.0);
+            if length_m - to < 5.0 {
+                to = length_m;
+            }
+            build_house(&mut frontage, [from, to], depth_m, random);
+            from = to + if random.chance(0.2) { random.between(1.2, 3.0) } else { 0.0 };
+        }
+    }
+}
+
+fn build_house(frontage: &mut Frontage<'_>, [from, to]: [f64; 2], depth_m: f64, random: &mut Random) {
+    let garden = random.chance(0.2);
+    let front = if garden { random.between(2.0, 3.0) } else { random.between(0.0, 0.8) };
+    let [a, b] = [from, to].map(|along| frontage.ground_m(along, front));
+    // The ground floor starts at the middle of the slope, the walls reach below its lower end.
+    let (base, low) = (f64::midpoint(a, b), a.min(b) - 1.5);
+    let floors = 2 + random.index(3);
+    let floor_m = random.between(2.8, 3.4);
+    let top = base + floor_m * floors as f64 + random.between(0.3, 1.2);
+    let recess = random.between(0.12, 0.4);
+    let albedo = random.between(0.3, 0.7);
+    let wall = Surface::Building;
+
+    // Windows are dark: less light comes back from the wall behind the lattice.
+    frontage.put([from, to], [front + recess, depth_m], [low, top], albedo * 0.5, wall);
+    let windows = ((to - from) / random.between(2.2, 2.8)).floor().max(1.0);
+    let pier_m = (to - from - 1.25 * windows) / (windows + 1.0);
+    for pier in 0..=windows as usize {
+        let start = from + pier as f64 * (pier_m + 1.25);
+        frontage.put([start, start + pier_m], [front, front + recess], [low, top], albedo, wall);
+    }
+    let mut band_low = low;
+    for floor in 0..=floors {
+        let sill = base + floor_m * floor as f64 + 0.9;
+        let band_high = if floor == floors { top } else { sill };
+        frontage.put([from, to], [front - 0.06, front + recess], [band_low, band_high], albedo, wall);
+        band_low = sill + 1.4;
+    }
+
+    let somewhere = |random: &mut Random, width_m: f64| {
+        let start = random.between(from, to - width_m);
+        [start, start + width_m]
+    };
+    if random.chance(0.35) {
+        let width_m = random.between(2.0, 3.2);
+        let along = somewhere(random, width_m);
+        let out = random.between(0.5, 0.9);
+        let foot = if random.chance(0.5) { low } else { base + floor_m };
+        frontage.put(along, [front - out, front], [foot, top - 0.8], albedo * 0.9, wall);
+    }
+    if random.chance(0.6) {
+        let along = somewhere(random, 1.6);
+        frontage.put(along, [front - 0.7, front], [low, base + random.between(0.15, 0.45)], 0.35, wall);
+        frontage.put(along, [front - 0.9, front], [base + 2.5, base + 2.65], 0.3, wall);
+    }
+    if garden {
+        let gate = somewhere(random, 1.2);
+        let height = random.between(0.9, 1.4);
+        for [start, end] in [[from, gate[0]], [gate[1], to]] {
+            let foot = frontage.ground_m(f64::midpoint(start, end), 0.2);
+            frontage.put([start, end], [0.0, 0.45], [foot - 0.6, foot + height], 0.35, Surface::Plant);
+        }
+    }
+    if random.chance(0.5) {
+        let [x, y] = frontage.place(to - 0.15, front - 0.12);
+        let foot = Vector3::new(x, y, low);
+        let shape = Shape::Cylinder { foot, radius_m: 0.06, height_m: top - low };
+        frontage.solids.push(Solid { shape, reflectivity: 0.4, surface: wall });
+    }
+}

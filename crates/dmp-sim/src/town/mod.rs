@@ -1,0 +1,260 @@
+mod building;
+mod grid;
+mod ground;
+mod shape;
+mod street;
+mod traffic;
+
+use nalgebra::Vector3;
+
+use crate::error::{SimError, require};
+use crate::random::Random;
+use building::build_block;
+use grid::Grid;
+use ground::Ground;
+pub(crate) use shape::Shape;
+use street::furnish_street;
+pub(crate) use traffic::LANE_M;
+use traffic::MovingCar;
+
+/// What a ray met.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Surface {
+    /// The ground: street, pavement, hill.
+    Ground,
+    /// A house, with everything that is built onto it.
+    Building,
+    /// A lamp post, sign post or bollard.
+    Pole,
+    /// A tree or a hedge.
+    Plant,
+    /// A car that stands.
+    ParkedCar,
+    /// A car that drives.
+    MovingCar,
+}
+
+/// The first surface along a ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Range from the ray's origin, metres.
+    pub range_m: f64,
+    /// Cosine of the angle between the ray and the surface's normal, in (0, 1].
+    pub cos_incidence: f64,
+    /// Share of the light that comes back from the surface, seen straight on.
+    pub reflectivity: f64,
+    /// What it is.
+    pub surface: Surface,
+}
+
+/// Of which size a [`Town`] is. Everything in it follows from these numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TownOptions {
+    /// Two towns of different seeds have nothing in common but their streets.
+    pub seed: u64,
+    /// Blocks from west to east and from south to north.
+    pub blocks: [usize; 2],
+    /// Distance between the middles of neighbouring streets, east and north, metres.
+    pub block_m: [f64; 2],
+    /// Width of the streets from façade to façade, metres.
+    pub street_m: f64,
+    /// Height of the hills from lowest to highest, about, metres.
+    pub relief_m: f64,
+    /// Share of the kerb that has cars parked on it.
+    pub parked: f64,
+    /// Cars that drive through the streets, each along one.
+    pub moving_cars: usize,
+}
+
+impl Default for TownOptions {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            blocks: [3, 3],
+            block_m: [36.0, 28.0],
+            street_m: 14.0,
+            relief_m: 4.0,
+            parked: 0.35,
+            moving_cars: 0,
+        }
+    }
+}
+
+/// A block takes about 30 kB of memory.
+const MOST_BLOCKS: usize = 20_000;
+
+/// A solid thing of the town.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Solid {
+    pub(crate) shape: Shape,
+    pub(crate) reflectivity: f64,
+    pub(crate) surface: Surface,
+}
+
+/// A town on gentle hills: blocks of houses with relief in their façades, trees, poles, parked and
+/// moving cars. It lies in the world frame, x east, y north, z up, its south-western crossing at (0, 0).
+#[derive(Debug, Clone)]
+pub struct Town {
+    options: TownOptions,
+    ground: Ground,
+    solids: Vec<Solid>,
+    grid: Grid,
+    cars: Vec<MovingCar>,
+}
+
+impl Town {
+    /// Builds the town: the same options give the same town, to the bit.
+    ///
+    /// # Errors
+    /// When there is no block, or one that is too small to build on.
+    pub fn new(options: TownOptions) -> Result<Self, SimError> {
+        let TownOptions { seed, blocks, block_m, street_m, .. } = options;
+        let smallest = block_m[0].min(block_m[1]) - street_m;
+        require(blocks[0].min(blocks[1]) >= 1, "the number of blocks", "1 or more each way", 0.0)?;
+        let count = blocks[0].saturating_mul(blocks[1]);
+        require(
+            count <= MOST_BLOCKS,
+            "the number of blocks",
+            "20000 or fewer (a one-way drive needs the fewest)",
+            count as f64,
+        )?;
+        require(street_m >= 10.0, "the width of the streets in m", "10 or more", street_m)?;
+        require(smallest >= 10.0, "the depth of a block without its streets in m", "10 or more", smallest)?;
+        let relief = (0.0..=20.0).contains(&options.relief_m);
+        require(relief, "the relief in m", "from 0 to 20", options.relief_m)?;
+        let ground = Ground::new(options.relief_m, seed);
+        let mut solids = Vec::new();
+        for j in 0..blocks[1] {
+            for i in 0..blocks[0] {
+                let mut random = Random::new(seed, &[b'b'.into(), i as u64, j as u64]);
+                let corner = [i as f64 * block_m[0] + street_m / 2.0, j as f64 * block_m[1] + street_m / 2.0];
+                let size = block_m.map(|pitch| pitch - street_m);
+                build_block(corner, size, &ground, &mut random, &mut solids);
+            }
+        }
+        for j in 0..=blocks[1] {
+            for i in 0..=blocks[0] {
+                for axis in 0..2 {
+                    if [i, j][axis] < blocks[axis] {
+                        let mut random = Random::new(seed, &[b's'.into(), i as u64, j as u64, axis as u64]);
+                        furnish_street([i, j], axis, &options, &ground, &mut random, &mut solids);
+                    }
+                }
+            }
+        }
+        let grid = Grid::new(solids.iter().map(|solid| &solid.shape));
+        let cars = (0..options.moving_cars).map(|car| MovingCar::new(car, &options)).collect();
+        Ok(Self { options, ground, solids, grid, cars })
+    }
+
+    /// The numbers it was built from.
+    pub fn options(&self) -> &TownOptions {
+        &self.options
+    }
+
+    /// Height of the ground at a place, metres.
+    pub fn ground_m(&self, x: f64, y: f64) -> f64 {
+        self.ground.height_m(x, y)
+    }
+
+    /// Slope of the ground at a place: ∂z/∂x and ∂z/∂y.
+    pub(crate) fn slope(&self, x: f64, y: f64) -> [f64; 2] {
+        self.ground.at(x, y).1.into()
+    }
+
+    /// Number of solids it is built of.
+    pub fn solids(&self) -> usize {
+        self.solids.len()
+    }
+
+    /// The first surface on the way from `origin` along the unit vector `direction`, at `time_s`
+    /// (moving cars are elsewhere at another time). `None` where the ray leaves the town, after 1 km.
+    ///
+    /// A solid that the origin lies in is not seen, and a moving car that would run into the origin
+    /// is left out: traffic keeps its distance.
+    pub fn cast(&self, origin: Vector3<f64>, direction: Vector3<f64>, time_s: f64) -> Option<Hit> {
+        let mut far_m = 1000.0;
+        let mut hit = None;
+        let mut keep = |solid: &Solid, far_m: &mut f64| {
+            if let Some(entry) = solid.shape.entry(origin, direction).filter(|entry| entry.range_m < *far_m) {
+                *far_m = entry.range_m;
+                hit = Some((entry, solid.reflectivity, solid.surface));
+            }
+        };
+        self.grid.walk(origin, direction, far_m, |items, far| {
+            for &item in items {
+                keep(&self.solids[item as usize], far);
+            }
+            far_m = *far;
+        });
+        for car in &self.cars {
+            for solid in car.solids_near_ray(origin, direction, far_m, time_s, &self.ground).iter().flatten()
+            {
+                keep(solid, &mut far_m);
+            }
+        }
+        if let Some(entry) = self.ground.entry(origin, direction, far_m) {
+            hit = Some((entry, 0.25, Surface::Ground));
+        }
+        hit.map(|(entry, reflectivity, surface)| {
+            let cos_incidence = (-entry.normal.dot(&direction)).clamp(f64::MIN_POSITIVE, 1.0);
+            Hit { range_m: entry.range_m, cos_incidence, reflectivity, surface }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn level() -> Town {
+        Town::new(TownOptions { relief_m: 0.0, ..TownOptions::default() }).unwrap()
+    }
+
+    #[test]
+    fn straight_down_is_the_street() {
+        let town = level();
+        let hit = town.cast(Vector3::new(36.0, 28.0, 2.0), -Vector3::z(), 0.0).unwrap();
+        assert_eq!((hit.range_m, hit.cos_incidence, hit.surface), (2.0, 1.0, Surface::Ground));
+        assert_eq!(town.cast(Vector3::new(36.0, 28.0, 2.0), Vector3::z(), 0.0), None);
+    }
+
+    #[test]
+    fn a_street_has_facades_on_both_sides_and_they_are_not_planes() {
+        let town = level();
+        for side in [1.0, -1.0] {
+            let ranges: Vec<f64> = (0..200)
+                .map(|k| Vector3::new(44.0 + 0.1 * f64::from(k), 28.0, 7.5))
+                .filter_map(|origin| town.cast(origin, Vector3::y() * side, 0.0))
+                .filter(|hit| hit.surface == Surface::Building)
+                .map(|hit| hit.range_m)
+                .collect();
+            assert!(ranges.len() > 60, "{} of 200 rays meet the houses", ranges.len());
+            let mean = ranges.iter().sum::<f64>() / ranges.len() as f64;
+            let variance = ranges.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / ranges.len() as f64;
+            assert!((6.0..13.0).contains(&mean), "{mean}");
+            assert!(variance.sqrt() > 0.1, "{variance}");
+        }
+    }
+
+    #[test]
+    fn the_seed_makes_the_town() {
+        let town = |seed| Town::new(TownOptions { seed, ..TownOptions::default() }).unwrap();
+        assert_eq!(town(1).solids, town(1).solids);
+        assert_ne!(town(1).solids, town(2).solids);
+        assert!(town(1).solids() > 1000, "{}", town(1).solids());
+    }
+
+    #[test]
+    fn impossible_towns_are_refused() {
+        for options in [
+            TownOptions { blocks: [0, 3], ..TownOptions::default() },
+            TownOptions { blocks: [200, 200], ..TownOptions::default() },
+            TownOptions { street_m: 25.0, ..TownOptions::default() },
+            TownOptions { relief_m: f64::NAN, ..TownOptions::default() },
+        ] {
+            assert!(matches!(Town::new(options), Err(SimError::OutOfRange { .. })));
+        }
+    }
+}
