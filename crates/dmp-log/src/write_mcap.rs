@@ -45,7 +45,7 @@ impl Default for McapWriterOptions {
             topic: "/points".into(),
             frame_id: "lidar".into(),
             compression: McapCompression::Zstd,
-            chunk_bytes: 4 << 20,
+            chunk_bytes: 1 << 20,
         }
     }
 }

@@ -39,6 +39,10 @@ impl McapLog {
         let mut source = Source::open(path).map_err(|e| LogError::io(path, "open", e))?;
         let index = Index::of(&mut source).map_err(|e| LogError::io(path, "read", e))?;
         let topics = index.channels.topics();
+        if let (true, Some(first)) = (index.clouds.is_empty(), index.damage.first()) {
+            let problem = format!("no scan can be read; {}: {}", first.place, first.what);
+            return Err(LogError::malformed(path, Place::WholeFile, problem));
+        }
         let (topic, cloud) = choose_topic(path, index.clouds, options.topic.as_deref(), &topics)?;
         let mut damage = index.damage;
         let TopicIndex { entries, layouts, frame_id, other_frame_ids, damage: topic_damage, .. } = cloud;

@@ -62,7 +62,7 @@ fn a_file_cut_anywhere_keeps_the_whole_chunks_before_the_cut() {
         assert_says(&log.summary().damage[0].what, &["inside its summary", "no scan is lost"]);
         // Cut before the first whole chunk, there is nothing.
         fs::write(&path, &bytes[..ends[0] - 1]).unwrap();
-        assert_says(&open_error(&path, &LogOptions::default()), &["log.mcap", "no topic"]);
+        assert_says(&open_error(&path, &LogOptions::default()), &["log.mcap", "no scan can be read", "byte"]);
     }
 }
 

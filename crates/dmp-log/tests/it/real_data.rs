@@ -10,7 +10,9 @@ fn data(name: &str) -> Option<PathBuf> {
         println!("skipped: DMP_DATA does not say where the recordings are");
         return None;
     };
-    Some(PathBuf::from(folder).join(name))
+    // Tests run in their package's folder; a relative path was meant from the workspace's.
+    let workspace = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..");
+    Some(workspace.join(folder).join(name))
 }
 
 #[test]
