@@ -117,7 +117,11 @@ fn finish(
         }
         watch.advance(tiles - before);
     })?;
-    Ok((Store::open(&summary.path)?, summary.thin_voxels))
+    let store = match durability {
+        Durability::Durable => Store::open(&summary.path)?,
+        Durability::Scratch => Store::open_once(&summary.path)?,
+    };
+    Ok((store, summary.thin_voxels))
 }
 
 fn provenance(log: &dyn ScanLog, run: &Run, plan: &Plan) -> String {

@@ -100,6 +100,18 @@ impl Store {
         Ok(Self { path: path.to_path_buf(), bytes, lattice, provenance, entries, bounds })
     }
 
+    /// Opens a store and takes its name away: the file lives as long as somebody reads it and vanishes
+    /// then, however the process ends. (Where the system does not allow that, it keeps its name.)
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub fn open_once(path: &Path) -> Result<Self, MapError> {
+        let store = Self::open(path)?;
+        // A name that stays is removed with the work folder it is in.
+        let _ = std::fs::remove_file(path);
+        Ok(store)
+    }
+
     /// The grid of the map.
     pub fn lattice(&self) -> Lattice {
         self.lattice
