@@ -1,1 +1,33 @@
-fn main() {}
+//! The project's own chores: `cargo xtask <task>`.
+
+mod samples;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// The project's own chores
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask")]
+enum Task {
+    Samples(samples::SamplesArgs),
+}
+
+fn main() -> ExitCode {
+    let done = match Task::parse() {
+        Task::Samples(arguments) => samples::run(&arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The root of the workspace.
+fn root() -> PathBuf {
+    [env!("CARGO_MANIFEST_DIR"), ".."].iter().collect()
+}
