@@ -1,5 +1,129 @@
-//! To come.
-/// To come.
-pub fn main() -> std::process::ExitCode {
-    std::process::ExitCode::SUCCESS
+//! The command `dmp`: score LiDAR SLAM runs without ground truth.
+//!
+//! # Brief overview
+//! [`main`] is the whole command; [`run`] is the same for other programs: arguments in, an [`Exit`] out.
+//! Each subcommand is a module with its arguments and a function that does it. Results go to standard
+//! output, everything else (progress, notes, errors) to standard error. What a user of the libraries
+//! would miss does not belong here.
+
+mod exit;
+mod info;
+mod log_args;
+mod parse;
+mod progress;
+mod runs;
+mod save;
+mod score;
+mod simulate;
+mod text;
+
+use std::ffi::OsString;
+use std::io::{self, Write as _};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+pub use exit::Exit;
+use exit::{is_usage, one_line};
+
+/// Scores LiDAR SLAM runs without ground truth: which trajectory explains the scans best?
+#[derive(Debug, Parser)]
+#[command(name = "dmp", version, max_term_width = 100, propagate_version = true)]
+#[command(
+    after_help = "Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but input was lost or damaged; \
+    4 a gate failed."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// What every subcommand understands.
+#[derive(Debug, clap::Args)]
+struct Common {
+    /// Only errors on standard error
+    #[arg(short, long, global = true)]
+    quiet: bool,
+    /// No progress bar (there is none either where standard error is not a terminal)
+    #[arg(long, global = true)]
+    no_progress: bool,
+}
+
+/// The subcommands, in the order of the help.
+#[derive(Debug, Subcommand)]
+enum Command {
+    Score(Box<score::ScoreArgs>),
+    Info(info::InfoArgs),
+    #[command(subcommand)]
+    Simulate(simulate::Simulate),
+}
+
+impl Command {
+    fn run(&self, common: &Common, out: &mut impl io::Write) -> anyhow::Result<Exit> {
+        match self {
+            Self::Score(arguments) => score::run(arguments, common, out),
+            Self::Info(arguments) => info::run(arguments, out),
+            Self::Simulate(command) => command.run(common, out),
+        }
+    }
+}
+
+/// The command, with the arguments of this process.
+pub fn main() -> ExitCode {
+    run(std::env::args_os()).into()
+}
+
+/// The command, with these arguments; the first is the name of the program.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version come this way too; if they cannot be printed, nobody is reading.
+            let _ = error.print();
+            return if error.use_stderr() { Exit::WrongUsage } else { Exit::Done };
+        }
+    };
+    let mut out = io::stdout().lock();
+    match cli.command.run(&cli.common, &mut out).and_then(|exit| Ok(out.flush().map(|()| exit)?)) {
+        Ok(exit) => exit,
+        Err(error) if is_closed_pipe(&error) => Exit::Done,
+        Err(error) => {
+            eprintln!("error: {}", one_line(&error));
+            if is_usage(&error) { Exit::WrongUsage } else { Exit::Failed }
+        }
+    }
+}
+
+/// Whether whoever read the output has read enough (`dmp … | head`). Reading stops; that is no failure.
+fn is_closed_pipe(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    fn exit_of(arguments: &[&str]) -> Exit {
+        run(["dmp"].iter().chain(arguments).map(OsString::from))
+    }
+
+    #[test]
+    fn the_definition_of_the_arguments_is_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn exit_codes_are_as_promised() {
+        assert_eq!(exit_of(&["--version"]), Exit::Done);
+        assert_eq!(exit_of(&[]), Exit::WrongUsage);
+        assert_eq!(exit_of(&["no-such-command"]), Exit::WrongUsage);
+        assert_eq!(exit_of(&["simulate", "errors", "in.tum", "-o", "out.tum"]), Exit::WrongUsage);
+        let missing = ["simulate", "errors", "/no/such/file.tum", "--scale", "1.1", "-o", "/no/such/out.tum"];
+        assert_eq!(exit_of(&missing), Exit::WrongUsage);
+        let exits = [Exit::Done, Exit::Failed, Exit::WrongUsage, Exit::InputDamaged, Exit::GateFailed];
+        assert_eq!(exits.map(|exit| exit as u8), [0, 1, 2, 3, 4]);
+    }
 }

@@ -1,0 +1,74 @@
+use std::fmt;
+use std::process::ExitCode;
+
+use dmp::EvaluateError;
+use dmp_log::LogError;
+
+/// How a command ended. Scripts rely on the codes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Exit {
+    /// 0: done.
+    Done,
+    /// 1: failed; standard error says why.
+    Failed,
+    /// 2: the command line is wrong.
+    WrongUsage,
+    /// 3: done, but input was lost or damaged; the output names it.
+    InputDamaged,
+    /// 4: done, and a gate that was asked for failed.
+    GateFailed,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(exit as u8)
+    }
+}
+
+/// Something wrong with the command line that its parser cannot see. Ends with [`Exit::WrongUsage`].
+#[derive(Debug)]
+pub(crate) struct Usage(pub(crate) String);
+
+impl fmt::Display for Usage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Usage {}
+
+/// Whether the command was used wrongly, rather than the data or the machine being at fault.
+pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
+    error.is::<Usage>()
+        || error.downcast_ref::<EvaluateError>().is_some_and(EvaluateError::is_usage)
+        || error.downcast_ref::<LogError>().is_some_and(LogError::is_usage)
+}
+
+/// The error and its causes in one line, joined by `: `. A cause that its error has already told is left out.
+pub(crate) fn one_line(error: &anyhow::Error) -> String {
+    let mut line = String::new();
+    for cause in error.chain() {
+        let text = cause.to_string().replace(['\n', '\r'], " ");
+        if line.is_empty() {
+            line = text;
+        } else if !line.ends_with(&text) {
+            line = format!("{line}: {text}");
+        }
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anyhow::Context as _;
+
+    #[test]
+    fn causes_are_told_once_in_one_line() {
+        let cause = std::io::Error::other("disk\nfull");
+        let told = anyhow::Error::new(cause).context("a.tum: cannot write: disk full").context("saving");
+        assert_eq!(one_line(&told), "saving: a.tum: cannot write: disk full");
+        let untold = Err::<(), _>(Usage("no poses".into())).context("a.tum").unwrap_err();
+        assert_eq!(one_line(&untold), "a.tum: no poses");
+    }
+}

@@ -1,0 +1,96 @@
+use std::io::{self, Write};
+
+use super::found::{Info, TrajectoryInfo};
+use crate::text::{self, NONE, Side, Table, count, counted, digits, seconds};
+
+/// Writes what is in a log for a person.
+pub(super) fn info(out: &mut impl Write, info: &Info) -> io::Result<()> {
+    writeln!(out, "{}", info.log)?;
+    let mut table = Table::new([Side::Left, Side::Left]);
+    table.row(["format", info.format]);
+    table.row(["size".to_owned(), format!("{}, {}", text::bytes(info.bytes), info.fingerprint)]);
+    let optional = [("topic", &info.topic), ("frame", &info.frame_id)];
+    for (title, value) in optional {
+        if let Some(value) = value {
+            table.row([title, value]);
+        }
+    }
+    let fields: Vec<String> =
+        info.fields.iter().map(|field| format!("{} {}", field.name, field.kind)).collect();
+    table.row(["point".to_owned(), format!("{} ({} bytes)", fields.join(", "), info.point_bytes)]);
+    table.row(["point times", info.point_times.as_deref().unwrap_or("none")]);
+    table.row(["scans".to_owned(), count(info.scans as u64)]);
+    table.row(["returns".to_owned(), returns(info)]);
+    table.row(["stamps".to_owned(), stamps(info.span_ns, info.period_ns)]);
+    table.write(out, "  ")?;
+    if !info.topics.is_empty() {
+        writeln!(out, "\nTopics")?;
+        let mut table = Table::new([Side::Left, Side::Left, Side::Right]);
+        for topic in &info.topics {
+            table.row([topic.name.clone(), topic.message_type.clone(), counted(topic.messages, "message")]);
+        }
+        table.write(out, "  ")?;
+    }
+    for run in &info.trajectories {
+        trajectory(out, run, info.scans)?;
+    }
+    list(out, "\nNotes", info.notes.iter().cloned())?;
+    list(out, "\nDamage", info.damage.iter().map(|lost| format!("{}: {}", lost.place, lost.what)))
+}
+
+fn returns(info: &Info) -> String {
+    let each = info.returns_per_scan.map_or(String::new(), |each| {
+        let [min, median, max] = [each.min, each.median, each.max].map(count);
+        format!("; {min} to {max} a scan, median {median}")
+    });
+    format!("{}{each}", count(info.returns))
+}
+
+/// First and last stamp, the time between them, the time from one to the next.
+fn stamps(span_ns: Option<[i64; 2]>, period_ns: Option<i64>) -> String {
+    let Some([first, last]) = span_ns else { return "none".to_owned() };
+    let (from, to) = (seconds(first), seconds(last));
+    let every = period_ns.filter(|&ns| ns > 0).map_or(String::new(), |period_ns| {
+        let period_s = seconds(period_ns);
+        format!(", one every {} ({} Hz)", text::duration(period_s), digits(1.0 / period_s))
+    });
+    let span = text::duration(seconds(last.saturating_sub(first)));
+    format!("{from:.3} to {to:.3} s: {span}{every}")
+}
+
+fn trajectory(out: &mut impl Write, run: &TrajectoryInfo, scans: usize) -> io::Result<()> {
+    writeln!(out, "\nTrajectory {} ({})", run.name, run.file)?;
+    let mut table = Table::new([Side::Left, Side::Left]);
+    table.row(["format".to_owned(), format!("{}, {}", run.format, run.fingerprint)]);
+    table.row(["poses".to_owned(), count(run.poses as u64)]);
+    table.row(["stamps".to_owned(), stamps(run.span_ns, run.period_ns)]);
+    let share =
+        if scans == 0 { NONE.to_owned() } else { text::percent(run.scans_within as f64 / scans as f64) };
+    let within = count(run.scans_within as u64);
+    let scans_text = counted(scans as u64, "scan");
+    let pairing = if run.pairing == "by stamp" {
+        format!("by stamp: {within} of {scans_text} ({share} %) lie within its time")
+    } else if run.poses == scans {
+        "line by line: the n-th pose belongs to the n-th scan".to_owned()
+    } else {
+        let poses = counted(run.poses as u64, "pose");
+        format!("impossible: {poses} for {scans_text}, and without stamps there must be as many")
+    };
+    table.row(["pairing".to_owned(), pairing]);
+    for (title, number) in [("sorted", run.out_of_order), ("repeated", run.repeated)] {
+        if number > 0 {
+            table.row([title.to_owned(), counted(number as u64, "pose")]);
+        }
+    }
+    for note in &run.notes {
+        table.row(["note", note]);
+    }
+    table.write(out, "  ")
+}
+
+fn list(out: &mut impl Write, title: &str, lines: impl ExactSizeIterator<Item = String>) -> io::Result<()> {
+    if lines.len() > 0 {
+        writeln!(out, "{title}")?;
+    }
+    lines.into_iter().try_for_each(|line| writeln!(out, "  {line}"))
+}

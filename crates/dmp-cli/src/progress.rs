@@ -1,0 +1,82 @@
+use std::fmt;
+use std::io::IsTerminal as _;
+
+use dmp::{Stage, Watch};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+
+use crate::{Common, text};
+
+/// The progress of an evaluation, on standard error where that is a terminal. Gone when dropped.
+#[derive(Debug)]
+pub(crate) struct Progress(ProgressBar);
+
+impl Progress {
+    pub(crate) fn new(common: &Common) -> Self {
+        let shown = !common.quiet && !common.no_progress && std::io::stderr().is_terminal();
+        let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        Self(ProgressBar::with_draw_target(None, target))
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
+
+impl Watch for Progress {
+    fn begin(&self, stage: Stage, total: u64) {
+        let (what, unit) = match stage {
+            Stage::Survey => ("looking at scans", "scans/s"),
+            Stage::ReadMap => ("reading the map", "points/s"),
+            Stage::Fuse => ("fusing maps", "points/s"),
+            Stage::Surfels => ("making surfels", "tiles/s"),
+            Stage::Cast => ("casting rays", "points/s"),
+            _ => ("working", "steps/s"),
+        };
+        // The looks first: every later call may draw.
+        self.0.set_style(style(unit, total > 0));
+        self.0.set_prefix(what);
+        match total {
+            0 => self.0.unset_length(),
+            _ => self.0.set_length(total),
+        }
+        self.0.reset();
+    }
+
+    fn advance(&self, amount: u64) {
+        self.0.inc(amount);
+    }
+}
+
+const WITH_END: &str = "{prefix:16} {bar:14} {percent:>3} %  {rate}, {eta} left{memory}";
+const WITHOUT_END: &str = "{prefix:16} {spinner} {rate}{memory}";
+
+fn style(unit: &'static str, has_end: bool) -> ProgressStyle {
+    let rate = move |state: &ProgressState, out: &mut dyn fmt::Write| {
+        // Where the text cannot be drawn, nobody reads it.
+        let _ = write!(out, "{} {unit}", text::short(state.per_sec()));
+    };
+    let memory = |_: &ProgressState, out: &mut dyn fmt::Write| {
+        let _ = match dmp::peak_anonymous_bytes() {
+            Some(peak) => write!(out, ", peak {}", text::bytes(peak)),
+            None => Ok(()),
+        };
+    };
+    ProgressStyle::with_template(if has_end { WITH_END } else { WITHOUT_END })
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
+        .with_key("rate", rate)
+        .with_key("memory", memory)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_templates_are_sound() {
+        for template in [WITH_END, WITHOUT_END] {
+            assert!(ProgressStyle::with_template(template).is_ok(), "{template}");
+        }
+    }
+}

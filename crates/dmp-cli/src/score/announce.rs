@@ -1,0 +1,89 @@
+//! What is told on standard error before and after scoring.
+
+use dmp::Report;
+use dmp_log::{LogSummary, ScanLog};
+use dmp_sensor::Trajectory;
+
+use crate::runs::LoadedRun;
+use crate::text::{self, counted};
+
+/// What was found: a line for the log, a line for what was guessed of it, a line for each run.
+pub(super) fn found(log: &dyn ScanLog, runs: &[LoadedRun]) {
+    let summary = log.summary();
+    eprintln!("{}: {}", summary.path.display(), log_in_words(summary, log.frames().len()));
+    if !summary.notes.is_empty() {
+        eprintln!("note: {}", summary.notes.join("; "));
+    }
+    for run in runs {
+        eprintln!("{}: {}", run.name, run_in_words(run, summary));
+    }
+}
+
+fn run_in_words(run: &LoadedRun, log: &LogSummary) -> String {
+    let LoadedRun { path, file, .. } = run;
+    let pairing = match (log.span_ns, file.trajectory.stamps_ns()) {
+        (Some(_), Some(_)) => "found by stamp",
+        _ => "the n-th pose for the n-th scan",
+    };
+    let poses = poses_in_words(&file.trajectory);
+    let mut parts = vec![format!("{}: {}, {poses}, {pairing}", path.display(), file.format.name())];
+    if file.out_of_order > 0 {
+        parts.push(format!("{} out of order of time, sorted", counted(file.out_of_order as u64, "pose")));
+    }
+    if file.repeated > 0 {
+        parts.push(format!("{} left out", counted(file.repeated as u64, "repeated pose")));
+    }
+    parts.extend(file.notes.iter().cloned());
+    parts.join("; ")
+}
+
+fn log_in_words(summary: &LogSummary, scans: usize) -> String {
+    let topic = summary.topic.as_ref().map_or(String::new(), |topic| format!(", topic {topic}"));
+    let span = match (summary.span_ns, summary.period_ns) {
+        (Some((first, last)), Some(period_ns)) => {
+            let span = text::duration(text::seconds(last.saturating_sub(first)));
+            format!(" over {span} ({} Hz)", text::digits(1.0 / text::seconds(period_ns)))
+        }
+        (None, _) => " without stamps".to_owned(),
+        _ => String::new(),
+    };
+    let (scans, returns) = (counted(scans as u64, "scan"), counted(summary.returns, "return"));
+    let mut parts = vec![format!("{}{topic}", summary.format.name()), format!("{scans}{span}, {returns}")];
+    parts.push(match &summary.point_times {
+        Some(meaning) => format!("times of points: {meaning}"),
+        None => "no times of points".to_owned(),
+    });
+    if !summary.damage.is_empty() {
+        parts.push(format!("DAMAGED in {}", counted(summary.damage.len() as u64, "place")));
+    }
+    parts.join("; ")
+}
+
+/// How many poses over which time.
+fn poses_in_words(trajectory: &Trajectory) -> String {
+    let poses = counted(trajectory.len() as u64, "pose");
+    match trajectory.stamps_ns() {
+        Some([first, .., last]) => {
+            format!("{poses} over {}", text::duration(text::seconds(last.saturating_sub(*first))))
+        }
+        Some(_) => poses,
+        None => format!("{poses} without stamps"),
+    }
+}
+
+/// What it took.
+pub(super) fn done(report: &Report) {
+    let total_s = report.timing.total_s;
+    let returns = report.inputs.returns_used;
+    let rate = text::short(returns as f64 / total_s.max(1e-9));
+    let memory = match report.memory.peak_anon_bytes {
+        Some(peak) => format!("; {} of memory", text::bytes(peak)),
+        None => String::new(),
+    };
+    eprintln!(
+        "{} scored for {} in {} ({rate} returns/s){memory}",
+        counted(returns, "return"),
+        counted(report.runs.len() as u64, "run"),
+        text::duration(total_s)
+    );
+}

@@ -1,0 +1,176 @@
+//! Reports made by hand, for tests.
+
+use std::collections::BTreeMap;
+
+use dmp::{
+    ConfigReport, CvScores, DropReport, InputReport, MapReport, MemoryReport, NearScores, PairReport,
+    PassTimes, Report, RunReport, SamplingReport, ScaleReport, SegmentReport,
+};
+
+/// Truth and noise not told apart, drift worse, and mixed against noise.
+pub(super) fn three_runs() -> Report {
+    let mut drift = run("drift", 2.0);
+    drift.coverage = Some(0.431);
+    drift.r_cv_m2 = CvScores { at_10: None, at_2: None, at_0_5: None, at_0_2: None };
+    drift.r_cv_10_ci99_m2 = None;
+    drift.r_cv_withheld = Some("coverage is 0.431, below 0.5".into());
+    drift.warnings = vec![
+        "R_cv is not given: coverage is 0.431, below 0.5; pairs are still compared on common returns".into(),
+    ];
+    let runs = vec![drift, run("größe", 1.1), run("truth", 1.0)];
+    let mut undecided = pair("truth", "größe", "R_cv", &[10.0, 2.0, 0.5, 0.2]);
+    (undecided.verdict, undecided.decided_at_m) = ("undecided".into(), None);
+    undecided.reason = "undecided: no scale shows a difference outside its 99 % interval".into();
+    let mut mixed = pair("drift", "größe", "R_cv", &[10.0, 2.0, 0.5, 0.2]);
+    (mixed.verdict, mixed.better_on_the_whole) = ("mixed".into(), Some("größe".into()));
+    mixed.reason =
+        "better on the whole, globally: decided at the 10 m scale, but worse in frames 12–40 at 30 m".into();
+    for scale in &mut mixed.scales {
+        scale.difference_m2 = scale.difference_m2.map(|difference| -difference);
+        scale.ci99_m2 = scale.ci99_m2.map(|[low, high]| [-high, -low]);
+    }
+    let pairs = vec![mixed, pair("truth", "drift", "R_cv", &[10.0, 2.0, 0.5, 0.2]), undecided];
+    let mut report = report(runs, &["truth", "größe", "drift"], pairs);
+    report.ties = vec![["truth".into(), "größe".into()]];
+    report.warnings = vec!["3 of 600 scans have no pose in `drift`".into()];
+    report
+}
+
+pub(super) fn one_run() -> Report {
+    report(vec![run("truth", 1.0)], &["truth"], Vec::new())
+}
+
+/// Two runs with maps that were given.
+pub(super) fn given_maps() -> Report {
+    let given = |name, factor| {
+        let mut run = run(name, factor);
+        (run.coverage, run.coverage_revisit) = (None, None);
+        run.r_cv_m2 = CvScores { at_10: None, at_2: None, at_0_5: None, at_0_2: None };
+        run.r_cv_10_ci99_m2 = None;
+        run.r_cv_withheld = Some("the map was given".into());
+        run
+    };
+    let pairs = vec![pair("a", "b", "R_near", &[5.0, 2.0, 0.5])];
+    let mut report = report(vec![given("a", 1.0), given("b", 4.0)], &["a", "b"], pairs);
+    report.config.segments.length_m = None;
+    report
+}
+
+/// Each better than the next.
+pub(super) fn many_runs(count: usize) -> Report {
+    let names: Vec<String> = (0..count).map(|k| format!("run {k}")).collect();
+    let order: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut pairs = Vec::new();
+    for (k, a) in order.iter().enumerate() {
+        pairs.extend(order.iter().skip(k + 1).map(|b| pair(a, b, "R_cv", &[10.0])));
+    }
+    report(order.iter().map(|name| run(name, 1.0)).collect(), &order, pairs)
+}
+
+fn run(name: &str, factor: f64) -> RunReport {
+    let scaled = |value: f64| Some(factor * value);
+    RunReport {
+        name: name.into(),
+        returns: 1_200_000,
+        frames: 597,
+        dmp_sum_m2: factor * 4_096_000.0,
+        dmp_mean_m2: scaled(3.4567),
+        r_cv_m2: CvScores {
+            at_10: scaled(2.25),
+            at_2: scaled(0.16),
+            at_0_5: scaled(0.01),
+            at_0_2: scaled(0.0025),
+        },
+        r_cv_10_ci99_m2: Some([factor * 2.0, factor * 2.5]),
+        r_cv_withheld: None,
+        r_near_m2: NearScores { at_5: scaled(0.36), at_2: scaled(0.04), at_0_5: scaled(0.0004) },
+        miss_rate: Some(0.021),
+        blocked_rate: Some(0.1234),
+        coverage: Some(0.8125),
+        coverage_revisit: Some(0.345),
+        log_likelihood_raw: factor * -5_120_000_000.0,
+        map: MapReport { surfels: 345_678, tiles: 91, thin_voxels: Some(12_345), map_points_dropped: 0 },
+        warnings: Vec::new(),
+    }
+}
+
+/// `a` better than `b` at the largest scale.
+fn pair(a: &str, b: &str, score: &'static str, scales_m: &[f64]) -> PairReport {
+    let scale = |&scale_m: &f64| ScaleReport {
+        scale_m,
+        difference_m2: Some(-0.0254 * scale_m),
+        ci99_m2: Some([-0.0307 * scale_m, -0.0201 * scale_m]),
+        returns: 876_543,
+    };
+    PairReport {
+        a: a.into(),
+        b: b.into(),
+        score,
+        scales: scales_m.iter().map(scale).collect(),
+        llr_raw: 123_456.0,
+        verdict: a.into(),
+        better_on_the_whole: None,
+        decided_at_m: scales_m.first().copied(),
+        reason: "better globally: decided at the 10 m scale (876543 common returns)".into(),
+    }
+}
+
+fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Report {
+    Report {
+        schema: "dmp-score/1",
+        dmp_version: "0.0.0",
+        config: ConfigReport {
+            voxel_m: 1638.0 / 8192.0,
+            voxel_filled_share: Some(0.75),
+            tile_edge_m: 32.0,
+            disc_radius_m: 0.16,
+            segments: SegmentReport {
+                length_m: Some(12.0),
+                count: 29,
+                travel_m: 351.0,
+                starts_ns: Vec::new(),
+                starts_scan: Vec::new(),
+            },
+            min_range_m: 1.5,
+            max_range_m: 100.0,
+            horizon_m: 200.0,
+            ego: "auto",
+            ego_cells: 0,
+            every: 1,
+            body_from_sensor: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+            time_offset_s: 0.0,
+            sigma_m: 0.02,
+        },
+        inputs: InputReport {
+            log: "town.mcap".into(),
+            format: "MCAP".into(),
+            fingerprint: "crc32:00000000".into(),
+            bytes: 20_000_000,
+            topic: Some("/points".into()),
+            point_times: None,
+            span_ns: Some((0, 60_000_000_000)),
+            scans: 600,
+            scans_used: 597,
+            returns: 1_234_567,
+            returns_used: 1_200_000,
+            dropped: DropReport(BTreeMap::from([("too_near", 30_000), ("too_far", 4567), ("vehicle", 0)])),
+            runs: Vec::new(),
+            notes: Vec::new(),
+            damage: Vec::new(),
+        },
+        runs,
+        order: order.iter().map(|&name| name.to_owned()).collect(),
+        ties: Vec::new(),
+        pairs,
+        sampling: SamplingReport { frames_scored: 597, frames_total: 597, seed: None },
+        warnings: Vec::new(),
+        timing: PassTimes { plan_s: 0.5, fuse_s: 1.25, cast_s: 61.25, total_s: 63.0, threads: 2 },
+        memory: MemoryReport {
+            budget_bytes: 2 << 30,
+            peak_anon_bytes: Some(300 << 20),
+            scratch_bytes: 0,
+            tile_loads: 182,
+        },
+        tiles: Vec::new(),
+    }
+}

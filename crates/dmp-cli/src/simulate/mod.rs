@@ -1,0 +1,34 @@
+//! `dmp simulate`: logs and trajectories with known truth.
+
+mod errors;
+mod town;
+
+use clap::Subcommand;
+use dmp_sim::SimError;
+
+use crate::exit::Usage;
+use crate::{Common, Exit};
+
+/// Make logs and trajectories with known truth
+#[derive(Debug, Subcommand)]
+pub(crate) enum Simulate {
+    Town(town::TownArgs),
+    Errors(errors::ErrorsArgs),
+}
+
+impl Simulate {
+    pub(crate) fn run(&self, common: &Common, out: &mut impl std::io::Write) -> anyhow::Result<Exit> {
+        match self {
+            Self::Town(arguments) => town::run(arguments, common, out),
+            Self::Errors(arguments) => errors::run(arguments, common, out),
+        }
+    }
+}
+
+/// A number out of range was given on the command line; whatever else is wrong is wrong with the run.
+fn told(error: SimError) -> anyhow::Error {
+    match error {
+        SimError::OutOfRange { .. } => Usage(error.to_string()).into(),
+        other => other.into(),
+    }
+}

@@ -1,0 +1,379 @@
+//! The command itself: its main job on the samples, its JSON, and what bad input gets.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde::Deserialize;
+
+use crate::common::{real_data, workspace};
+
+/// Runs the command with arguments separated by blanks, `@` standing for the samples' folder.
+fn dmp(folder: &Path, arguments: &str) -> Output {
+    let samples = workspace().join("data-samples");
+    let arguments = arguments.split_whitespace().map(|a| a.replace('@', &samples.display().to_string()));
+    Command::new(env!("CARGO_BIN_EXE_dmp-under-test")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+const MAIN_JOB: &str = "score @/town.mcap -t @/truth.tum -t @/drift.tum -t @/noise.tum -t @/collapsed.tum";
+
+/// The JSON as documented: a field that is missing, or one that is not documented, fails here.
+mod schema {
+    use super::Deserialize;
+    use std::collections::BTreeMap;
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "every field must be there; not every one is asserted on")]
+    pub(super) struct Report {
+        pub(super) schema: String,
+        pub(super) dmp_version: String,
+        pub(super) config: Config,
+        pub(super) inputs: Inputs,
+        pub(super) runs: Vec<Run>,
+        pub(super) order: Vec<String>,
+        pub(super) ties: Vec<[String; 2]>,
+        pub(super) pairs: Vec<Pair>,
+        pub(super) sampling: BTreeMap<String, Option<u64>>,
+        pub(super) warnings: Vec<String>,
+        pub(super) timing: BTreeMap<String, f64>,
+        pub(super) memory: BTreeMap<String, Option<u64>>,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "every field must be there; not every one is asserted on")]
+    pub(super) struct Config {
+        pub(super) voxel_m: f64,
+        pub(super) voxel_filled_share: Option<f64>,
+        pub(super) tile_edge_m: f64,
+        pub(super) disc_radius_m: f64,
+        pub(super) segments: Segments,
+        pub(super) min_range_m: f64,
+        pub(super) max_range_m: f64,
+        pub(super) horizon_m: f64,
+        pub(super) ego: String,
+        pub(super) ego_cells: u64,
+        pub(super) every: u64,
+        pub(super) body_from_sensor: [f64; 7],
+        pub(super) time_offset_s: f64,
+        pub(super) sigma_m: f64,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub(super) struct Segments {
+        pub(super) length_m: Option<f64>,
+        pub(super) count: usize,
+        pub(super) travel_m: f64,
+        pub(super) starts_ns: Vec<i64>,
+        pub(super) starts_scan: Vec<u64>,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "every field must be there; not every one is asserted on")]
+    pub(super) struct Inputs {
+        pub(super) log: String,
+        pub(super) format: String,
+        pub(super) fingerprint: String,
+        pub(super) bytes: u64,
+        pub(super) topic: Option<String>,
+        pub(super) point_times: Option<String>,
+        pub(super) span_ns: Option<[i64; 2]>,
+        pub(super) scans: u64,
+        pub(super) scans_used: u64,
+        pub(super) returns: u64,
+        pub(super) returns_used: u64,
+        pub(super) dropped: BTreeMap<String, u64>,
+        pub(super) runs: Vec<RunInput>,
+        pub(super) notes: Vec<String>,
+        pub(super) damage: Vec<String>,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "every field must be there; not every one is asserted on")]
+    pub(super) struct RunInput {
+        pub(super) name: String,
+        pub(super) poses: u64,
+        pub(super) pairing: String,
+        pub(super) scans_without_pose: u64,
+        pub(super) map: String,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "every field must be there; not every one is asserted on")]
+    pub(super) struct Run {
+        pub(super) name: String,
+        pub(super) returns: u64,
+        pub(super) frames: u64,
+        pub(super) dmp_sum_m2: f64,
+        pub(super) dmp_mean_m2: Option<f64>,
+        pub(super) r_cv_m2: BTreeMap<String, Option<f64>>,
+        pub(super) r_cv_10_ci99_m2: Option<[f64; 2]>,
+        pub(super) r_cv_withheld: Option<String>,
+        pub(super) r_near_m2: BTreeMap<String, Option<f64>>,
+        pub(super) miss_rate: Option<f64>,
+        pub(super) blocked_rate: Option<f64>,
+        pub(super) coverage: Option<f64>,
+        pub(super) coverage_revisit: Option<f64>,
+        pub(super) log_likelihood_raw: f64,
+        pub(super) surfels: u64,
+        pub(super) tiles: u64,
+        pub(super) thin_voxels: Option<u64>,
+        pub(super) map_points_dropped: u64,
+        pub(super) warnings: Vec<String>,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "every field must be there; not every one is asserted on")]
+    pub(super) struct Pair {
+        pub(super) a: String,
+        pub(super) b: String,
+        pub(super) score: String,
+        pub(super) scales: Vec<Scale>,
+        pub(super) llr_raw: f64,
+        pub(super) verdict: String,
+        pub(super) better_on_the_whole: Option<String>,
+        pub(super) decided_at_m: Option<f64>,
+        pub(super) reason: String,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub(super) struct Scale {
+        pub(super) scale_m: f64,
+        pub(super) difference_m2: Option<f64>,
+        pub(super) ci99_m2: Option<[f64; 2]>,
+        pub(super) returns: u64,
+    }
+}
+
+#[test]
+fn the_main_job_ranks_the_samples() {
+    let output = dmp(&workspace(), MAIN_JOB);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let table = text(&output.stdout);
+    let place = |name: &str| table.find(name).unwrap_or_else(|| panic!("no {name} in\n{table}"));
+    assert!(
+        place("truth") < place("noise")
+            && place("noise") < place("drift")
+            && place("drift") < place("collapsed")
+    );
+    for words in ["better than", "globally", "99 % interval", "these settings only"] {
+        assert!(table.contains(words), "no `{words}` in\n{table}");
+    }
+}
+
+#[test]
+fn the_json_is_as_documented() {
+    let output = dmp(&workspace(), &format!("{MAIN_JOB} --json"));
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let report: schema::Report = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report.schema, "dmp-score/1");
+    assert_eq!((report.order[0].as_str(), report.order[3].as_str()), ("truth", "collapsed"));
+    assert!(report.ties.is_empty() && report.pairs.len() == 6 && report.runs.len() == 4);
+    for pair in &report.pairs {
+        assert!(pair.verdict == pair.a || pair.verdict == pair.b, "{pair:?}");
+        let decided = pair.scales.iter().find(|scale| Some(scale.scale_m) == pair.decided_at_m).unwrap();
+        let [low, high] = decided.ci99_m2.unwrap();
+        let difference = decided.difference_m2.unwrap();
+        assert!(low <= difference && difference <= high && (low > 0.0 || high < 0.0), "{decided:?}");
+        assert_eq!(pair.verdict == pair.a, difference < 0.0, "lower is better");
+        assert!(decided.returns > 100_000);
+    }
+    let inputs = &report.inputs;
+    assert_eq!(inputs.returns, inputs.returns_used + inputs.dropped.values().sum::<u64>());
+    assert_eq!(report.config.segments.starts_ns.len(), report.config.segments.count);
+    assert_eq!(report.config.segments.starts_scan.len(), report.config.segments.count);
+    assert!(report.config.segments.length_m == Some(12.0) && report.config.segments.travel_m > 150.0);
+    // The documentation names every field of the top.
+    let documented = std::fs::read_to_string(workspace().join("docs/json.md")).unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let documented_field = |field: &String| documented.contains(&format!("`{field}`"));
+    for part in
+        [&json, &json["config"], &json["inputs"], &json["runs"][0], &json["pairs"][0], &json["timing"]]
+    {
+        let missing: Vec<&String> =
+            part.as_object().unwrap().keys().filter(|f| !documented_field(f)).collect();
+        assert!(missing.is_empty(), "not in docs/json.md: {missing:?}");
+    }
+}
+
+#[test]
+fn threads_memory_and_folder_leave_the_json_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let json = |options: &str| {
+        let output = dmp(folder.path(), &format!("{MAIN_JOB} --json --quiet {options}"));
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        assert_eq!(text(&output.stderr), "");
+        let mut json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let object = json.as_object_mut().unwrap();
+        assert!(object.remove("timing").is_some() && object.remove("memory").is_some());
+        json
+    };
+    let one = json("--threads 1");
+    for options in
+        ["--threads 2 --memory 64MiB", "--threads 4 --memory 256MiB --work .", "--memory unlimited"]
+    {
+        assert!(json(options) == one, "{options}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is left behind");
+}
+
+/// A bad input: what to run, the exit code, and words that must stand in the one line on stderr.
+fn check_error(folder: &Path, arguments: &str, code: i32, words: &[&str]) {
+    let output = dmp(folder, &format!("{arguments} --quiet"));
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{arguments}\n{stderr}");
+    let lines: Vec<&str> = stderr.lines().collect();
+    assert!(lines.len() == 1 && lines[0].starts_with("error: "), "{arguments}\n{stderr}");
+    for word in words {
+        assert!(lines[0].contains(word), "{arguments}: no `{word}` in\n{stderr}");
+    }
+    assert_eq!(text(&output.stdout), "", "{arguments}");
+}
+
+fn write(folder: &Path, name: &str, content: &str) -> PathBuf {
+    let path = folder.join(name);
+    std::fs::write(&path, content).unwrap();
+    path
+}
+
+#[test]
+fn bad_input_gets_one_line_with_file_place_and_value() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    let good = "1700000000 0 0 0 0 0 0 1\n1700000060 1 0 0 0 0 0 1\n";
+    write(folder, "good.tum", good);
+    write(folder, "empty.tum", "# nothing\n\n");
+    write(folder, "zero.tum", "1700000000 0 0 0 0 0 0 1\n1700000001 0 0 0 0 0 0 0\n");
+    write(folder, "nan.tum", "1700000000 0 0 0 0 0 0 1\n\n1700000001 0 nan 0 0 0 0 1\n");
+    write(folder, "cut.tum", "1700000000 0 0 0 0 0 0 1\n1700000001 0 0 0 0 0");
+    write(folder, "words.tum", "1700000000 0 0 0 0 zero 0 1\n");
+    write(folder, "long_ago.tum", "100 0 0 0 0 0 0 1\n160 1 0 0 0 0 0 1\n");
+    write(folder, "two_runs.tum", &format!("{good}{}", good.replace("000 0 0", "000 5 0")));
+    write(folder, "noise.bin", "this is no log");
+    write(folder, "rows.kitti", "1 0 0 0 0 1 0 0 0 0 1 0\n");
+    std::fs::create_dir(folder.join("nothing")).unwrap();
+    std::fs::write(folder.join("zeros.mcap"), [0u8; 4096]).unwrap();
+
+    let town = "score @/town.mcap -t";
+    check_error(folder, "score none.mcap -t good.tum", 2, &["none.mcap"]);
+    check_error(folder, "score nothing -t good.tum", 1, &["nothing"]);
+    check_error(folder, "score noise.bin -t good.tum", 1, &["noise.bin"]);
+    check_error(folder, "score zeros.mcap -t good.tum", 1, &["zeros.mcap"]);
+    check_error(folder, &format!("{town} none.tum"), 2, &["none.tum"]);
+    check_error(folder, &format!("{town} empty.tum"), 1, &["empty.tum", "no poses"]);
+    check_error(folder, &format!("{town} zero.tum"), 1, &["zero.tum", "line 2", "quaternion"]);
+    check_error(folder, &format!("{town} nan.tum"), 1, &["nan.tum", "line 3", "nan"]);
+    check_error(folder, &format!("{town} cut.tum"), 1, &["cut.tum", "line 2", "6"]);
+    check_error(folder, &format!("{town} words.tum"), 1, &["words.tum", "line 1", "zero"]);
+    check_error(folder, &format!("{town} two_runs.tum"), 1, &["two_runs.tum", "1700000000"]);
+    check_error(
+        folder,
+        &format!("{town} long_ago.tum"),
+        1,
+        &["long_ago", "0 of 100 scans", "--time-offset -16999999"],
+    );
+    check_error(folder, &format!("{town} rows.kitti"), 1, &["rows", "1 poses for 100 scans"]);
+    check_error(folder, &format!("{town} @/truth.tum -t truth=@/drift.tum"), 2, &["truth"]);
+    check_error(folder, &format!("{town} @/truth.tum --topic /lidar"), 2, &["/lidar", "/points"]);
+    check_error(folder, &format!("{town} @/truth.tum --map none.las"), 2, &["none.las"]);
+    check_error(folder, &format!("{town} @/truth.tum --work nowhere"), 1, &["nowhere"]);
+    check_error(folder, &format!("{town} @/truth.tum --min-range 50 --max-range 20"), 2, &["50", "20"]);
+}
+
+#[test]
+fn wrong_usage_exits_with_2() {
+    let folder = tempfile::tempdir().unwrap();
+    let town = "score @/town.mcap -t @/truth.tum";
+    for options in [
+        "--memory lots",
+        "--voxel -1",
+        "--extrinsic 1,2,3",
+        "--extrinsic 0,0,0,0,0,0,0",
+        "--threads 0",
+        "--every 0",
+        "--nonsense",
+    ] {
+        let output = dmp(folder.path(), &format!("{town} {options}"));
+        assert_eq!(output.status.code(), Some(2), "{options}: {}", text(&output.stderr));
+        assert!(!output.stderr.is_empty() && output.stdout.is_empty(), "{options}");
+    }
+    assert_eq!(dmp(folder.path(), "score @/town.mcap").status.code(), Some(2), "no run");
+}
+
+#[test]
+fn a_log_cut_in_half_is_scored_as_far_as_it_goes() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = std::fs::read(workspace().join("data-samples/town.mcap")).unwrap();
+    std::fs::write(folder.path().join("half.mcap"), &whole[..whole.len() / 2]).unwrap();
+    let arguments = "score half.mcap -t @/truth.tum -t @/collapsed.tum --json";
+    let output = dmp(folder.path(), arguments);
+    assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
+    let report: schema::Report = serde_json::from_slice(&output.stdout).unwrap();
+    assert!((20..80).contains(&report.inputs.scans_used), "{}", report.inputs.scans_used);
+    assert!(report.inputs.damage.iter().any(|lost| lost.contains("byte")), "{:?}", report.inputs.damage);
+    assert!(report.warnings.iter().any(|warning| warning.contains("lost from the log")));
+    let table = dmp(folder.path(), "score half.mcap -t @/truth.tum -t @/collapsed.tum");
+    assert_eq!(table.status.code(), Some(3));
+    assert!(text(&table.stdout).contains("lost from the log"), "{}", text(&table.stdout));
+}
+
+#[test]
+fn one_bad_chunk_is_named_and_the_rest_is_scored() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut bytes = std::fs::read(workspace().join("data-samples/town.mcap")).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 0xff;
+    std::fs::write(folder.path().join("bad.mcap"), bytes).unwrap();
+    let output = dmp(folder.path(), "score bad.mcap -t @/truth.tum -t @/drift.tum --json");
+    assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
+    let report: schema::Report = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report.order, ["truth", "drift"]);
+    assert!(report.inputs.scans_used < 100 && report.inputs.damage.len() == 1, "{:?}", report.inputs.damage);
+}
+
+#[test]
+fn info_tells_what_is_in_a_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = dmp(folder.path(), "info @/town.mcap -t @/truth.tum --json");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let info: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(info["schema"], "dmp-info/1");
+    assert!(text(&output.stdout).contains("/points"));
+    let people = text(&dmp(folder.path(), "info @/town.mcap").stdout);
+    for words in ["sensor_msgs/msg/PointCloud2", "100", "2.00 Hz"] {
+        assert!(people.contains(words), "no `{words}` in\n{people}");
+    }
+    if let Some(data) = real_data("rs32_static") {
+        let folder_log = text(&dmp(&data, "info .").stdout);
+        assert!(folder_log.contains("14") && folder_log.contains("579"), "{folder_log}");
+    }
+}
+
+#[test]
+fn a_simulated_log_can_be_scored_in_both_formats() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |arguments: &str| {
+        let output = dmp(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments}\n{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    run("simulate town -o drive.mcap --scans 40 --azimuth-steps 90 --seed 3");
+    run("simulate town -o drive --scans 40 --azimuth-steps 90 --seed 3 --truth drive.truth.txt");
+    run("simulate errors drive.truth.tum --drift-ate 0.5 --noise 0.05,0.2deg -o wrong.tum");
+    run("score drive.mcap -t drive.truth.tum -t wrong.tum");
+    run("score drive -t drive.truth.txt");
+    // The same numbers, the same bytes.
+    run("simulate town -o again.mcap --scans 40 --azimuth-steps 90 --seed 3");
+    let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(read("drive.mcap") == read("again.mcap") && read("drive.truth.tum") == read("again.truth.tum"));
+}

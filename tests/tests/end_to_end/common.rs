@@ -1,0 +1,92 @@
+//! What several tests need: small logs on disk, real data, reports to compare.
+
+use std::path::{Path, PathBuf};
+
+use dmp::{Config, Report, Run, evaluate};
+use dmp_log::{LogOptions, McapScanWriter, McapWriterOptions, ScanLog, open_log};
+use dmp_sensor::{Scan, Trajectory};
+use dmp_sim::{LidarOptions, Noise, Recording, RecordingOptions, Route, SlamErrors};
+
+/// A folder of real recordings, or a line that says what was skipped.
+pub(crate) fn real_data(folder: &str) -> Option<PathBuf> {
+    let Some(root) = std::env::var_os("DMP_DATA") else {
+        println!("skipped: DMP_DATA is not set, so {folder} cannot be read");
+        return None;
+    };
+    let path = Path::new(&root).join(folder);
+    // Tests run in their package's folder; a relative path was meant from the workspace's.
+    let path = if path.is_relative() { workspace().join(path) } else { path };
+    assert!(path.exists(), "DMP_DATA is set, but {} does not exist", path.display());
+    Some(path)
+}
+
+/// The root of the workspace.
+pub(crate) fn workspace() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_path_buf()
+}
+
+/// A simulated drive with a revisit: its scans and its truth, one pose each 50 ms.
+pub(crate) fn small_town(scans: usize, azimuth_steps: usize) -> (Vec<Scan>, Trajectory) {
+    let lidar = LidarOptions { azimuth_steps, rate_hz: 2.0, ..LidarOptions::with_beams(16) };
+    let options = RecordingOptions { seed: 4, scans, route: Route::Loop, speed_m_s: 6.0, traffic: 2, lidar };
+    let town = options.town().unwrap();
+    let recording = Recording::new(&town, &options).unwrap();
+    (recording.scans().collect(), recording.drive().trajectory(20.0).unwrap())
+}
+
+pub(crate) fn write_mcap(path: &Path, scans: &[Scan]) {
+    let mut writer = McapScanWriter::create(path, &McapWriterOptions::default()).unwrap();
+    scans.iter().for_each(|scan| writer.write_scan(scan).unwrap());
+    writer.finish().unwrap();
+}
+
+pub(crate) fn open(path: &Path) -> Box<dyn ScanLog> {
+    open_log(path, &LogOptions::default()).unwrap()
+}
+
+pub(crate) fn noise(sigma_m: f64, sigma_deg: f64) -> SlamErrors {
+    let noise = Noise { sigma_m, sigma_rad: sigma_deg.to_radians(), interval_ns: 100_000_000 };
+    SlamErrors { seed: 1, noise: Some(noise), ..SlamErrors::default() }
+}
+
+pub(crate) fn drift(ate_m: f64) -> SlamErrors {
+    SlamErrors { seed: 1, drift_ate_m: Some(ate_m), ..SlamErrors::default() }
+}
+
+pub(crate) fn collapse(share: f64) -> SlamErrors {
+    SlamErrors { seed: 1, collapse_share: Some(share), ..SlamErrors::default() }
+}
+
+/// The truth and wrong copies of it.
+pub(crate) fn runs_of(truth: &Trajectory, wrong: &[(&str, SlamErrors)]) -> Vec<Run> {
+    let mut runs = vec![Run::new("truth", truth.clone())];
+    runs.extend(wrong.iter().map(|(name, errors)| Run::new(*name, errors.apply(truth).unwrap())));
+    runs
+}
+
+pub(crate) fn score(log: &Path, runs: &[Run], config: &Config) -> Report {
+    evaluate(open(log).as_ref(), runs, config, &()).unwrap()
+}
+
+/// A report as JSON without what may differ from run to run.
+pub(crate) fn comparable(report: &Report) -> serde_json::Value {
+    let mut json = serde_json::to_value(report).unwrap();
+    let object = json.as_object_mut().unwrap();
+    assert!(object.remove("timing").is_some() && object.remove("memory").is_some());
+    json
+}
+
+/// Verdicts that are decided, as (better, worse).
+pub(crate) fn decided(report: &Report) -> Vec<(&str, &str)> {
+    let better = |pair: &&dmp::PairReport| pair.verdict == pair.a || pair.verdict == pair.b;
+    let of = |pair: &dmp::PairReport| if pair.verdict == pair.a { (0, 1) } else { (1, 0) };
+    report
+        .pairs
+        .iter()
+        .filter(better)
+        .map(|pair| {
+            let names = [pair.a.as_str(), pair.b.as_str()];
+            (names[of(pair).0], names[of(pair).1])
+        })
+        .collect()
+}

@@ -1,0 +1,49 @@
+//! The same inputs give the same bits, whatever the threads, the memory, the order of reading.
+
+use dmp::{Config, FrameOrder, MapSource};
+
+use crate::common::{collapse, comparable, drift, noise, real_data, runs_of, score, small_town, write_mcap};
+
+const MIB: usize = 1 << 20;
+
+fn variants() -> Vec<(String, Config)> {
+    let mut variants = Vec::new();
+    for threads in [1, 2, 4] {
+        for memory_bytes in [64 * MIB, 256 * MIB, usize::MAX / 2] {
+            for order in [FrameOrder::Log, FrameOrder::Shuffled(9)] {
+                let name = format!("{threads} threads, {} MiB, {order:?}", memory_bytes / MIB);
+                variants.push((name, Config { threads, memory_bytes, order, ..Config::default() }));
+            }
+        }
+    }
+    variants
+}
+
+#[test]
+fn a_simulated_log_with_moving_sensor_times() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.mcap");
+    let (scans, truth) = small_town(60, 180);
+    write_mcap(&path, &scans);
+    let runs = runs_of(&truth, &[("noise", noise(0.05, 0.2)), ("drift", drift(1.0))]);
+    let reference = comparable(&score(&path, &runs, &variants()[0].1));
+    for (name, config) in &variants()[1..] {
+        assert_eq!(comparable(&score(&path, &runs, config)), reference, "{name}");
+    }
+}
+
+#[test]
+fn a_real_log_under_a_budget_that_is_felt() {
+    let Some(data) = real_data("nclt_revisit") else { return };
+    let truth = dmp_log::read_trajectory(&data.join("poses_lidar_odometry.txt")).unwrap().trajectory;
+    let runs = runs_of(&truth, &[("drift", drift(1.0)), ("collapsed", collapse(0.5))]);
+    let base = Config { voxel_m: Some(0.2), ..Config::default() };
+    let whole = score(&data, &runs, &Config { memory_bytes: usize::MAX / 2, threads: 1, ..base.clone() });
+    for (memory_bytes, threads) in [(64 * MIB, 2), (32 * MIB, 4)] {
+        let tight = Config { memory_bytes, threads, order: FrameOrder::Shuffled(3), ..base.clone() };
+        let tight = score(&data, &runs, &tight);
+        assert!(tight.memory.scratch_bytes > 0, "partial tiles were to be put aside");
+        assert_eq!(comparable(&tight), comparable(&whole));
+    }
+    assert!(runs.iter().all(|run| run.map == MapSource::Fused));
+}

@@ -1,0 +1,146 @@
+//! Maps that the user gives: clouds and stores.
+
+use std::path::{Path, PathBuf};
+
+use dmp::{Config, EvaluateError, MapSource, Run, evaluate};
+use dmp_sensor::{Ray, Scan, Track, Trajectory};
+
+use crate::common::{open, score, small_town, write_mcap};
+
+/// A log, its truth, and all its points in the world.
+fn town(folder: &Path) -> (PathBuf, Trajectory, Vec<[f64; 3]>) {
+    let path = folder.join("town.mcap");
+    let (scans, truth) = small_town(40, 180);
+    write_mcap(&path, &scans);
+    let points = world_points(&scans, &truth);
+    (path, truth, points)
+}
+
+fn world_points(scans: &[Scan], run: &Trajectory) -> Vec<[f64; 3]> {
+    let track = Track::new(run, dmp_sensor::Isometry3::identity(), i64::MAX);
+    let mut points = Vec::new();
+    for scan in scans {
+        for (point, offset_ns) in scan.points_in_sensor_m.iter().zip(&scan.time_offsets_ns) {
+            let pose = track.world_from_sensor_at(scan.stamp_ns.unwrap() + offset_ns).unwrap();
+            points.push(Ray::of_return(&pose, *point).endpoint_in_world());
+        }
+    }
+    points
+}
+
+fn with_map(trajectory: &Trajectory, map: PathBuf) -> Vec<Run> {
+    vec![Run { map: MapSource::Given(map), ..Run::new("given", trajectory.clone()) }]
+}
+
+fn write_ply(path: &Path, points: &[[f64; 3]]) {
+    let mut bytes = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\nend_header\n",
+        points.len()
+    )
+    .into_bytes();
+    points.iter().flatten().for_each(|c| bytes.extend(c.to_le_bytes()));
+    std::fs::write(path, bytes).unwrap();
+}
+
+fn write_las(path: &Path, points: &[[f64; 3]], compressed: bool) {
+    let mut builder = las::Builder::from((1, 4));
+    builder.point_format.is_compressed = compressed;
+    let scale = las::Transform { scale: 1e-5, offset: 0.0 };
+    builder.transforms = las::Vector { x: scale, y: scale, z: scale };
+    let mut writer = las::Writer::from_path(path, builder.into_header().unwrap()).unwrap();
+    for [x, y, z] in points.iter().copied() {
+        writer.write_point(las::Point { x, y, z, ..las::Point::default() }).unwrap();
+    }
+    writer.close().unwrap();
+}
+
+#[test]
+fn a_cloud_of_the_same_points_gives_the_same_map_in_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, truth, points) = town(folder.path());
+    let config = Config { voxel_m: Some(0.3), ego: dmp::Ego::None, ..Config::default() };
+    let config = Config { save_maps: Some(folder.path().to_path_buf()), ..config };
+    let fused = score(&log, &[Run::new("fused", truth.clone())], &config);
+    let store = folder.path().join("fused.dmpmap");
+    let [ply, las, laz] = ["map.ply", "map.las", "map.laz"].map(|name| folder.path().join(name));
+    write_ply(&ply, &points);
+    write_las(&las, &points, false);
+    write_las(&laz, &points, true);
+
+    let of_fused = &fused.runs[0];
+    for map in [store, ply, las, laz] {
+        let report = score(&log, &with_map(&truth, map.clone()), &config);
+        let given = &report.runs[0];
+        // The same surfels: LAS rounds to 10 µm, where points may change voxels.
+        let close = |a: f64, b: f64| (a / b - 1.0).abs() < 2e-3;
+        assert!(
+            close(given.dmp_sum_m2, of_fused.dmp_sum_m2),
+            "{map:?}: {} {}",
+            given.dmp_sum_m2,
+            of_fused.dmp_sum_m2
+        );
+        assert!(close(given.r_near_m2.at_0_5.unwrap(), of_fused.r_near_m2.at_0_5.unwrap()), "{map:?}");
+        assert_eq!(given.r_cv_m2.at_10, None);
+        assert!(given.r_cv_withheld.as_deref().unwrap().contains("map was given"), "{given:?}");
+        assert_eq!((given.coverage, given.coverage_revisit), (None, None));
+        if map.extension().unwrap() != "las" && map.extension().unwrap() != "laz" {
+            assert_eq!(given.dmp_sum_m2, of_fused.dmp_sum_m2, "{map:?}: to the bit");
+        }
+    }
+}
+
+#[test]
+fn runs_with_given_maps_are_compared_on_r_near() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, truth, points) = town(folder.path());
+    let bent: Vec<[f64; 3]> = points.iter().map(|p| [p[0], p[1], p[2] + 0.3 * (p[0] * 0.05).sin()]).collect();
+    let [good, bad] = ["good.ply", "bad.ply"].map(|name| folder.path().join(name));
+    write_ply(&good, &points);
+    write_ply(&bad, &bent);
+    let runs = [("bad", bad), ("good", good)]
+        .map(|(name, map)| Run { map: MapSource::Given(map), ..Run::new(name, truth.clone()) });
+    let report = score(&log, &runs, &Config::default());
+    assert_eq!(report.order, ["good", "bad"]);
+    assert_eq!(
+        (report.pairs[0].score, report.pairs[0].verdict.as_str()),
+        ("R_near", "good"),
+        "{:?}",
+        report.pairs[0]
+    );
+    assert!(report.warnings.iter().any(|w| w.contains("a map was given")));
+}
+
+#[test]
+fn a_map_that_cannot_be_read_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, truth, _) = town(folder.path());
+    let broken = folder.path().join("broken.ply");
+    std::fs::write(&broken, "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 3\n1 two 3\n").unwrap();
+    for (map, words) in [(broken, "two"), (folder.path().join("none.las"), "none.las")] {
+        let error =
+            evaluate(open(&log).as_ref(), &with_map(&truth, map), &Config::default(), &()).unwrap_err();
+        let mut text = error.to_string();
+        let mut source = std::error::Error::source(&error);
+        while let Some(cause) = source {
+            text += &format!(": {cause}");
+            source = cause.source();
+        }
+        assert!(text.contains(words), "{text}");
+    }
+}
+
+#[test]
+fn maps_of_different_voxels_are_not_compared() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, truth, _) = town(folder.path());
+    let save = |voxel_m: f64, name: &str| {
+        let config =
+            Config { voxel_m: Some(voxel_m), save_maps: Some(folder.path().into()), ..Config::default() };
+        score(&log, &[Run::new(name, truth.clone())], &config);
+        let map = MapSource::Given(folder.path().join(format!("{name}.dmpmap")));
+        Run { map, ..Run::new(name, truth.clone()) }
+    };
+    let runs = [save(0.2, "fine"), save(0.5, "coarse")];
+    let error = evaluate(open(&log).as_ref(), &runs, &Config::default(), &()).unwrap_err();
+    assert!(matches!(error, EvaluateError::DifferentVoxels { .. }), "{error}");
+}

@@ -1,0 +1,14 @@
+//! The project seen from outside: whole evaluations against slow oracles and real recordings, the
+//! command with good and bad input, and the rules of the house.
+
+#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a failed unwrap fails the test")]
+
+mod closed_room;
+mod command;
+mod common;
+mod counts;
+mod determinism;
+mod direct;
+mod given_maps;
+mod real;
+mod tidy;
