@@ -17,6 +17,8 @@ pub enum Exit {
     InputDamaged,
     /// 4: done, and a gate that was asked for failed.
     GateFailed,
+    /// 130: stopped by Ctrl-C or a request to end, nothing left behind.
+    Interrupted = 130,
 }
 
 impl From<Exit> for ExitCode {
@@ -42,6 +44,11 @@ pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
     error.is::<Usage>()
         || error.downcast_ref::<EvaluateError>().is_some_and(EvaluateError::is_usage)
         || error.downcast_ref::<LogError>().is_some_and(LogError::is_usage)
+}
+
+/// Whether somebody stopped the command.
+pub(crate) fn is_interrupt(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref(), Some(EvaluateError::Cancelled))
 }
 
 /// The error and its causes in one line, joined by `: `. A cause that its error has already told is left out.

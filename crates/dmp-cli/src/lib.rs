@@ -10,6 +10,7 @@ mod exit;
 mod info;
 mod log_args;
 mod parse;
+mod process;
 mod progress;
 mod runs;
 mod save;
@@ -24,14 +25,14 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 pub use exit::Exit;
-use exit::{is_usage, one_line};
+use exit::{is_interrupt, is_usage, one_line};
 
 /// Scores LiDAR SLAM runs without ground truth: which trajectory explains the scans best?
 #[derive(Debug, Parser)]
 #[command(name = "dmp", version, max_term_width = 100, propagate_version = true)]
 #[command(
     after_help = "Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but input was lost or damaged; \
-    4 a gate failed."
+    4 a gate failed; 130 interrupted."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -72,6 +73,7 @@ impl Command {
 
 /// The command, with the arguments of this process.
 pub fn main() -> ExitCode {
+    process::prepare();
     run(std::env::args_os()).into()
 }
 
@@ -91,7 +93,13 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Err(error) if is_closed_pipe(&error) => Exit::Done,
         Err(error) => {
             eprintln!("error: {}", one_line(&error));
-            if is_usage(&error) { Exit::WrongUsage } else { Exit::Failed }
+            if is_interrupt(&error) {
+                Exit::Interrupted
+            } else if is_usage(&error) {
+                Exit::WrongUsage
+            } else {
+                Exit::Failed
+            }
         }
     }
 }

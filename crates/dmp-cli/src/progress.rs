@@ -4,7 +4,7 @@ use std::io::IsTerminal as _;
 use dmp::{Stage, Watch};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-use crate::{Common, text};
+use crate::{Common, process, text};
 
 /// The progress of an evaluation, on standard error where that is a terminal. Gone when dropped.
 #[derive(Debug)]
@@ -46,6 +46,10 @@ impl Watch for Progress {
 
     fn advance(&self, amount: u64) {
         self.0.inc(amount);
+    }
+
+    fn cancelled(&self) -> bool {
+        process::interrupted()
     }
 }
 

@@ -139,7 +139,7 @@ pub(crate) fn score(
     let workers = (0..config.threads).map(worker).collect();
     let (mut reducer, mut counts, mut tiles) =
         (Reducer::new(layout.clone()), ReturnCounts::default(), HashMap::new());
-    for worker in each_frame(log, &plan.frames, config.order, workers)? {
+    for worker in each_frame(log, &plan.frames, config.order, watch, workers)? {
         reducer.merge(&worker.reducer)?;
         counts.merge(&worker.counts);
         for (tile, sums) in worker.tiles {

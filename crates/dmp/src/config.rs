@@ -2,6 +2,8 @@ use std::path::PathBuf;
 
 use dmp_sensor::{Isometry3, Trajectory};
 
+use crate::error::EvaluateError;
+
 /// One estimate to be scored: a trajectory and the map that belongs to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
@@ -104,5 +106,45 @@ impl Default for Config {
             save_maps: None,
             order: FrameOrder::Log,
         }
+    }
+}
+
+impl Config {
+    /// Checks every setting by itself, before anything is opened.
+    ///
+    /// # Errors
+    /// The first setting that makes no sense, with its value and what it must be.
+    pub fn check(&self) -> Result<(), EvaluateError> {
+        let bad = |setting, value: String, why| Err(EvaluateError::Setting { setting, value, why });
+        let ranges_fit = self.min_range_m >= 0.0 && self.min_range_m < self.max_range_m;
+        if !ranges_fit || self.max_range_m > 1000.0 {
+            let value = format!("{} to {} m", self.min_range_m, self.max_range_m);
+            return bad("ranges", value, "they must rise from 0 or more to at most 1000 m");
+        }
+        match self.segment_m {
+            Some(m) if !(m > 0.0 && m.is_finite()) => {
+                return bad("segment", format!("{m} m"), "it must be positive");
+            }
+            _ => {}
+        }
+        match self.voxel_m {
+            Some(m) if !(0.05..=2.0).contains(&m) => {
+                return bad("voxel", format!("{m} m"), "it must lie between 0.05 and 2 m");
+            }
+            _ => {}
+        }
+        if !(self.sigma_m > 0.0 && self.sigma_m.is_finite()) {
+            return bad("sigma", format!("{} m", self.sigma_m), "it must be positive");
+        }
+        if self.every == 0 {
+            return bad("every", "0".into(), "it must be 1 or more");
+        }
+        if self.threads == 0 || self.threads > 1024 {
+            return bad("threads", self.threads.to_string(), "it must lie between 1 and 1024");
+        }
+        if self.memory_bytes < 32 << 20 {
+            return bad("memory", format!("{} bytes", self.memory_bytes), "it must be 32 MiB or more");
+        }
+        Ok(())
     }
 }

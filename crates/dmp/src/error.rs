@@ -17,6 +17,15 @@ pub enum EvaluateError {
         /// The name.
         name: String,
     },
+    /// A run is called what a verdict may be.
+    #[error("a run cannot be called `{name}`, which is a verdict: give it another name, as NAME=FILE")]
+    ReservedName {
+        /// The name.
+        name: String,
+    },
+    /// Whoever watches asked for it to stop.
+    #[error("stopped before the end")]
+    Cancelled,
     /// A setting outside its range.
     #[error("{setting} {value}: {why}")]
     Setting {
@@ -122,7 +131,7 @@ impl EvaluateError {
     /// Whether the command was used wrongly, rather than the data being at fault.
     pub fn is_usage(&self) -> bool {
         match self {
-            Self::NoRuns | Self::SameName { .. } | Self::Setting { .. } => true,
+            Self::NoRuns | Self::SameName { .. } | Self::ReservedName { .. } | Self::Setting { .. } => true,
             Self::Log(error) => error.is_usage(),
             _ => false,
         }

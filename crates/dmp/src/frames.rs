@@ -9,6 +9,7 @@ use crate::config::FrameOrder;
 use crate::error::EvaluateError;
 use crate::memory;
 use crate::plan::PlannedFrame;
+use crate::watch::Watch;
 
 /// What a thread does with the frames it is given.
 pub(crate) trait Worker: Send {
@@ -24,6 +25,7 @@ pub(crate) fn each_frame<W: Worker>(
     log: &dyn ScanLog,
     frames: &[PlannedFrame],
     order: FrameOrder,
+    watch: &dyn Watch,
     workers: Vec<W>,
 ) -> Result<Vec<W>, EvaluateError> {
     let jobs = jobs_of(log, frames, order);
@@ -37,7 +39,7 @@ pub(crate) fn each_frame<W: Worker>(
             .map(|mut worker| {
                 let (receiver, stopped, failure) = (receiver.clone(), &stopped, &failure);
                 scope.spawn(move || {
-                    if let Err(error) = work(log, frames, &receiver, stopped, &mut worker) {
+                    if let Err(error) = work(log, frames, &receiver, stopped, watch, &mut worker) {
                         stopped.store(true, Ordering::Relaxed);
                         let mut failure = failure.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
                         failure.get_or_insert(error);
@@ -68,6 +70,7 @@ fn work<W: Worker>(
     frames: &[PlannedFrame],
     jobs: &crossbeam_channel::Receiver<Vec<usize>>,
     stopped: &AtomicBool,
+    watch: &dyn Watch,
     worker: &mut W,
 ) -> Result<(), EvaluateError> {
     let mut reader = log.reader()?;
@@ -76,6 +79,9 @@ fn work<W: Worker>(
         for ordinal in job {
             if stopped.load(Ordering::Relaxed) {
                 return Ok(());
+            }
+            if watch.cancelled() {
+                return Err(EvaluateError::Cancelled);
             }
             let frame = &frames[ordinal];
             reader.read(frame.frame, &mut scan)?;

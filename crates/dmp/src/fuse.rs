@@ -68,7 +68,7 @@ pub(crate) fn maps_of(
     let mut maps = Vec::new();
     for (run, fuser) in runs.iter().zip(fusers) {
         let map_error = EvaluateError::map_of(&run.name);
-        let file_name = format!("{}.dmpmap", file_stem(&run.name));
+        let file_name = format!("{}.dmpmap", file_stem(runs, run));
         let (path, durability) = match &config.save_maps {
             Some(folder) => (folder.join(file_name), Durability::Durable),
             None => (work.file(&file_name), Durability::Scratch),
@@ -89,7 +89,7 @@ pub(crate) fn maps_of(
                 let fuser = new_fuser(run)?;
                 let points_dropped = fuse_cloud(given, &run.name, &fuser, watch)?;
                 let text = format!("fused from {}", given.display());
-                let path = work.file(&format!("given-{}.dmpmap", file_stem(&run.name)));
+                let path = work.file(&format!("given-{}.dmpmap", file_stem(runs, run)));
                 let (store, thin_voxels) =
                     finish(fuser, &path, &text, Durability::Scratch, watch).map_err(map_error)?;
                 RunMap { store, fused: false, thin_voxels: Some(thin_voxels), points_dropped }
@@ -137,9 +137,18 @@ fn provenance(log: &dyn ScanLog, run: &Run, plan: &Plan) -> String {
     )
 }
 
-/// A run's name as a file name: what file systems or shells take amiss becomes `_`.
-fn file_stem(name: &str) -> String {
-    name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect()
+/// A run's name as a file name: what file systems or shells take amiss becomes `_`, and where that makes
+/// two runs alike, they get their numbers.
+fn file_stem(runs: &[Run], run: &Run) -> String {
+    let harmless = |run: &Run| -> String {
+        run.name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect()
+    };
+    let stem = harmless(run);
+    let alike: Vec<&Run> = runs.iter().filter(|other| harmless(other).eq_ignore_ascii_case(&stem)).collect();
+    match alike.iter().position(|other| other.name == run.name) {
+        Some(number) if alike.len() > 1 => format!("{stem}-{}", number + 1),
+        _ => stem,
+    }
 }
 
 fn is_store(path: &Path) -> bool {
@@ -229,8 +238,22 @@ fn fuse_scans(
     };
     let workers = (0..config.threads).map(worker).collect();
     let mut counts = ReturnCounts::default();
-    for worker in each_frame(log, &plan.frames, config.order, workers)? {
+    for worker in each_frame(log, &plan.frames, config.order, watch, workers)? {
         counts.merge(&worker.counts);
     }
     Ok(counts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dmp_sensor::{Isometry3, Trajectory};
+
+    #[test]
+    fn every_run_has_a_file_of_its_own() {
+        let still = Trajectory::unstamped(vec![Isometry3::identity()]).unwrap();
+        let runs = ["a/x", "a_x", "A_X", "b ü"].map(|name| Run::new(name, still.clone()));
+        let stems: Vec<String> = runs.iter().map(|run| file_stem(&runs, run)).collect();
+        assert_eq!(stems, ["a_x-1", "a_x-2", "A_X-3", "b_ü"]);
+    }
 }

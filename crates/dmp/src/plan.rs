@@ -97,7 +97,8 @@ impl Plan {
         config: &Config,
         watch: &dyn Watch,
     ) -> Result<Self, EvaluateError> {
-        check_settings(runs, config)?;
+        config.check()?;
+        check_runs(runs)?;
         let path = &log.summary().path;
         if log.frames().is_empty() {
             return Err(EvaluateError::NoScans { path: path.clone() });
@@ -171,8 +172,10 @@ pub(crate) fn pose_of_frame(
     }
 }
 
-fn check_settings(runs: &[Run], config: &Config) -> Result<(), EvaluateError> {
-    let bad = |setting, value: String, why| Err(EvaluateError::Setting { setting, value, why });
+/// What a run cannot be called: the words that stand for no run in a report's verdicts.
+const RESERVED_NAMES: [&str; 2] = ["mixed", "undecided"];
+
+fn check_runs(runs: &[Run]) -> Result<(), EvaluateError> {
     if runs.is_empty() {
         return Err(EvaluateError::NoRuns);
     }
@@ -180,33 +183,9 @@ fn check_settings(runs: &[Run], config: &Config) -> Result<(), EvaluateError> {
         if runs[..k].iter().any(|other| other.name == run.name) {
             return Err(EvaluateError::SameName { name: run.name.clone() });
         }
-    }
-    let ranges_fit = config.min_range_m >= 0.0 && config.min_range_m < config.max_range_m;
-    if !ranges_fit || config.max_range_m > 1000.0 {
-        let value = format!("{} to {} m", config.min_range_m, config.max_range_m);
-        return bad("ranges", value, "they must rise from 0 or more to at most 1000 m");
-    }
-    if config.segment_m.is_some_and(|m| !(m > 0.0 && m.is_finite())) {
-        return bad("segment", format!("{:?} m", config.segment_m), "it must be positive");
-    }
-    if config.voxel_m.is_some_and(|m| !(0.05..=2.0).contains(&m)) {
-        return bad(
-            "voxel",
-            format!("{} m", config.voxel_m.unwrap_or(f64::NAN)),
-            "it must lie between 0.05 and 2 m",
-        );
-    }
-    if !(config.sigma_m > 0.0 && config.sigma_m.is_finite()) {
-        return bad("sigma", format!("{} m", config.sigma_m), "it must be positive");
-    }
-    if config.every == 0 {
-        return bad("every", "0".into(), "it must be 1 or more");
-    }
-    if config.threads == 0 || config.threads > 1024 {
-        return bad("threads", config.threads.to_string(), "it must lie between 1 and 1024");
-    }
-    if config.memory_bytes < 32 << 20 {
-        return bad("memory", format!("{} bytes", config.memory_bytes), "it must be 32 MiB or more");
+        if RESERVED_NAMES.contains(&run.name.as_str()) {
+            return Err(EvaluateError::ReservedName { name: run.name.clone() });
+        }
     }
     Ok(())
 }
@@ -385,10 +364,10 @@ mod tests {
 
     #[test]
     fn a_short_way_gives_sixteen_segments_and_a_stand_none() {
-        let mut planned = frames(101);
-        assert_eq!(cut_segments(&[0.32; 100], None, &mut planned).length_m, Some(2.0));
-        assert_eq!(planned[100].segment, 16);
-        let standing = cut_segments(&[0.001; 100], None, &mut planned);
+        let mut planned = frames(129);
+        assert_eq!(cut_segments(&[0.25; 128], None, &mut planned).length_m, Some(2.0));
+        assert_eq!(planned[128].segment, 16);
+        let standing = cut_segments(&[0.001; 128], None, &mut planned);
         assert_eq!(standing.length_m, None);
         assert!(planned.iter().enumerate().all(|(k, frame)| frame.segment == k as i32));
     }

@@ -259,6 +259,10 @@ pub struct PairReport {
 pub struct ScaleReport {
     /// The truncation τ, metres.
     pub scale_m: f64,
+    /// The mean of a over the common returns, m².
+    pub mean_a_m2: Option<f64>,
+    /// The mean of b over the common returns, m².
+    pub mean_b_m2: Option<f64>,
     /// Mean of a minus b over the common returns, m²: negative where a is better.
     pub difference_m2: Option<f64>,
     /// Its 99 % interval.
@@ -499,6 +503,8 @@ fn pair_report(pair: &Comparison, runs: &[Run], config: &Config, plan: &Plan, sc
     let dmp = |run: usize| scored.reducer.scores(run).sums.dmp_sum_m2();
     let scale = |scale: &ScaleComparison| ScaleReport {
         scale_m: scale.scale_m,
+        mean_a_m2: scale.mean_a_m2,
+        mean_b_m2: scale.mean_b_m2,
         difference_m2: scale.difference.map(|difference| difference.value_m2),
         ci99_m2: scale.difference.and_then(interval_of),
         returns: pair.common_returns,

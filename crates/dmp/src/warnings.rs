@@ -72,7 +72,7 @@ fn of_report(report: &Report, plan: &Plan) -> Vec<String> {
     if report.sampling.frames_scored < FRAMES_FEW {
         warnings.push(format!("only {} scans: intervals are wide", report.sampling.frames_scored));
     }
-    if report.pairs.iter().any(|pair| pair.score == "R_near") {
+    if report.runs.iter().any(|run| run.coverage.is_none()) {
         warnings.push("a map was given: returns may be compared with surfels made of themselves".to_owned());
     }
     warnings

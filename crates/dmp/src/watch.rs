@@ -34,6 +34,12 @@ pub trait Watch: Sync {
     fn frame_scored(&self, frame: usize, runs: &[RunSums]) {
         let _ = (frame, runs);
     }
+
+    /// Whether to stop: asked before every frame. The evaluation then ends with
+    /// [`EvaluateError::Cancelled`](crate::EvaluateError::Cancelled) and leaves nothing behind.
+    fn cancelled(&self) -> bool {
+        false
+    }
 }
 
 impl Watch for () {}

@@ -147,8 +147,11 @@ mod schema {
 
     #[derive(Debug, Deserialize)]
     #[serde(deny_unknown_fields)]
+    #[expect(clippy::struct_field_names, reason = "the names are those of the JSON")]
     pub(super) struct Scale {
         pub(super) scale_m: f64,
+        pub(super) mean_a_m2: Option<f64>,
+        pub(super) mean_b_m2: Option<f64>,
         pub(super) difference_m2: Option<f64>,
         pub(super) ci99_m2: Option<[f64; 2]>,
         pub(super) returns: u64,
@@ -187,6 +190,8 @@ fn the_json_is_as_documented() {
         assert!(low <= difference && difference <= high && (low > 0.0 || high < 0.0), "{decided:?}");
         assert_eq!(pair.verdict == pair.a, difference < 0.0, "lower is better");
         assert!(decided.returns > 100_000);
+        let means = decided.mean_a_m2.unwrap() - decided.mean_b_m2.unwrap();
+        assert!((means - difference).abs() < 1e-9);
     }
     let inputs = &report.inputs;
     assert_eq!(inputs.returns, inputs.returns_used + inputs.dropped.values().sum::<u64>());
@@ -283,7 +288,7 @@ fn bad_input_gets_one_line_with_file_place_and_value() {
         &["long_ago", "0 of 100 scans", "--time-offset -16999999"],
     );
     check_error(folder, &format!("{town} rows.kitti"), 1, &["rows", "1 poses for 100 scans"]);
-    check_error(folder, &format!("{town} @/truth.tum -t truth=@/drift.tum"), 2, &["truth"]);
+    check_error(folder, &format!("{town} same=@/truth.tum -t same=@/drift.tum"), 2, &["same"]);
     check_error(folder, &format!("{town} @/truth.tum --topic /lidar"), 2, &["/lidar", "/points"]);
     check_error(folder, &format!("{town} @/truth.tum --map none.las"), 2, &["none.las"]);
     check_error(folder, &format!("{town} @/truth.tum --work nowhere"), 1, &["nowhere"]);
@@ -376,4 +381,31 @@ fn a_simulated_log_can_be_scored_in_both_formats() {
     run("simulate town -o again.mcap --scans 40 --azimuth-steps 90 --seed 3");
     let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert!(read("drive.mcap") == read("again.mcap") && read("drive.truth.tum") == read("again.truth.tum"));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let work = folder.path().join("work");
+    std::fs::create_dir(&work).unwrap();
+    // Many copies of one run, so that there is time to interrupt it.
+    let samples = workspace().join("data-samples");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dmp-under-test"));
+    command.arg("score").arg(samples.join("town.mcap")).arg("--work").arg(&work);
+    for k in 0..20 {
+        command.arg("-t").arg(format!("run{k}={}", samples.join("drift.tum").display()));
+    }
+    let mut child =
+        command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::piped()).spawn().unwrap();
+    while std::fs::read_dir(&work).unwrap().next().is_none() {
+        assert_eq!(child.try_wait().unwrap(), None, "it was to run for a while");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let killed = Command::new("kill").arg("-TERM").arg(child.id().to_string()).status().unwrap();
+    assert!(killed.success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    assert!(text(&output.stderr).ends_with("error: stopped before the end\n"), "{}", text(&output.stderr));
+    assert_eq!(std::fs::read_dir(&work).unwrap().count(), 0);
 }

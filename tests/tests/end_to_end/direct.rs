@@ -85,7 +85,7 @@ fn surfels(rays: &[Ray]) -> Vec<Disc> {
     discs
 }
 
-/// The scores, directly: Σ (z − z1)², R_cv(10) over all returns, R_near(0.5), coverage.
+/// The scores, directly: Σ (z − z1)², R_cv at 10 m over all returns, R_near at 0.5 m, coverage.
 fn scores(rays: &[Ray], discs: &[Disc]) -> [f64; 4] {
     let radius = 0.8 * VOXEL_M;
     let (mut dmp, mut cv, mut near, mut covered, mut hits) = (0.0, 0.0, 0.0, 0.0, 0.0);

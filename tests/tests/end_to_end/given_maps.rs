@@ -119,12 +119,8 @@ fn a_map_that_cannot_be_read_is_named() {
     for (map, words) in [(broken, "two"), (folder.path().join("none.las"), "none.las")] {
         let error =
             evaluate(open(&log).as_ref(), &with_map(&truth, map), &Config::default(), &()).unwrap_err();
-        let mut text = error.to_string();
-        let mut source = std::error::Error::source(&error);
-        while let Some(cause) = source {
-            text += &format!(": {cause}");
-            source = cause.source();
-        }
+        let chain = std::iter::successors(Some(&error as &dyn std::error::Error), |cause| cause.source());
+        let text = chain.map(ToString::to_string).collect::<Vec<_>>().join(": ");
         assert!(text.contains(words), "{text}");
     }
 }

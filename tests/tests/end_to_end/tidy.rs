@@ -47,6 +47,7 @@ const TABLE: [(&str, &[&str]); 8] = [
         &[
             "anyhow",
             "clap",
+            "ctrlc",
             "dmp",
             "dmp-log",
             "dmp-sensor",

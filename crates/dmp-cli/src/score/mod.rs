@@ -141,6 +141,7 @@ impl ScoreArgs {
 
 pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
     let config = arguments.config();
+    config.check()?;
     // What is short comes first, so that a mistake in it is told before a long log is read.
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
     let loaded = runs::load(&files)?;

@@ -98,6 +98,8 @@ fn run(name: &str, factor: f64) -> RunReport {
 fn pair(a: &str, b: &str, score: &'static str, scales_m: &[f64]) -> PairReport {
     let scale = |&scale_m: &f64| ScaleReport {
         scale_m,
+        mean_a_m2: Some(0.1 * scale_m),
+        mean_b_m2: Some(0.1254 * scale_m),
         difference_m2: Some(-0.0254 * scale_m),
         ci99_m2: Some([-0.0307 * scale_m, -0.0201 * scale_m]),
         returns: 876_543,
