@@ -24,6 +24,7 @@ pub fn evaluate(
     config: &Config,
     watch: &dyn Watch,
 ) -> Result<Report, EvaluateError> {
+    config.check()?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
     let pool = pool.map_err(|source| EvaluateError::Threads { threads: config.threads, source })?;
     let start = Instant::now();

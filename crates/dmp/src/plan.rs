@@ -87,7 +87,7 @@ pub struct VoxelChoice {
 }
 
 impl Plan {
-    /// Looks at log and runs and decides. Reads a sample of scans.
+    /// Looks at log and runs and decides, for settings that were checked. Reads a sample of scans.
     ///
     /// # Errors
     /// When the settings make no sense, a run and the log do not belong together, or nothing is left.
@@ -97,7 +97,6 @@ impl Plan {
         config: &Config,
         watch: &dyn Watch,
     ) -> Result<Self, EvaluateError> {
-        config.check()?;
         check_runs(runs)?;
         let path = &log.summary().path;
         if log.frames().is_empty() {

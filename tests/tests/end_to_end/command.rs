@@ -169,6 +169,8 @@ fn the_main_job_ranks_the_samples() {
             && place("noise") < place("drift")
             && place("drift") < place("collapsed")
     );
+    let readme = std::fs::read_to_string(workspace().join("README.md")).unwrap();
+    assert!(readme.contains(table.trim_end()), "README.md shows another table than\n{table}");
     for words in ["better than", "globally", "99 % interval", "these settings only"] {
         assert!(table.contains(words), "no `{words}` in\n{table}");
     }

@@ -75,18 +75,3 @@ pub(crate) fn comparable(report: &Report) -> serde_json::Value {
     assert!(object.remove("timing").is_some() && object.remove("memory").is_some());
     json
 }
-
-/// Verdicts that are decided, as (better, worse).
-pub(crate) fn decided(report: &Report) -> Vec<(&str, &str)> {
-    let better = |pair: &&dmp::PairReport| pair.verdict == pair.a || pair.verdict == pair.b;
-    let of = |pair: &dmp::PairReport| if pair.verdict == pair.a { (0, 1) } else { (1, 0) };
-    report
-        .pairs
-        .iter()
-        .filter(better)
-        .map(|pair| {
-            let names = [pair.a.as_str(), pair.b.as_str()];
-            (names[of(pair).0], names[of(pair).1])
-        })
-        .collect()
-}
