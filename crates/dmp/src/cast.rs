@@ -8,9 +8,9 @@ use dmp_sensor::{Ray, ReturnCounts, Scan};
 
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
-use crate::frames::{Worker, each_frame};
+use crate::frames::{PlannedFrame, Worker, each_frame};
 use crate::fuse::RunMap;
-use crate::plan::{Plan, PlannedFrame};
+use crate::plan::Plan;
 use crate::pose::Poser;
 use crate::watch::{Stage, Watch};
 
@@ -105,7 +105,7 @@ fn residuals_of(range_m: f64, answer: &Answer) -> Residuals {
 /// Casts every return into every run's map and reduces the residuals, in one pass over the log.
 pub(crate) fn score(
     log: &dyn ScanLog,
-    plan: &Plan,
+    plan: &Plan<'_>,
     runs: &[Run],
     maps: Vec<RunMap>,
     config: &Config,
@@ -117,12 +117,12 @@ pub(crate) fn score(
         maps.iter().map(|map| if map.fused { Basis::CrossValidated } else { Basis::Near }).collect();
     let casters: Vec<Caster> =
         maps.into_iter().map(|map| Caster::new(map.store, settings, budget_bytes)).collect();
-    let frames = plan.frames.len() as u64;
+    let frames = plan.frames().len() as u64;
     let layout = Layout::new(frames, frames, bases.clone())?;
 
     watch.begin(Stage::Cast, plan.returns());
     let worker = |_| CastWorker {
-        poser: Poser::new(plan, runs, config),
+        poser: Poser::new(&plan.poses, &plan.filter),
         runs,
         casters: &casters,
         watch,
@@ -139,7 +139,7 @@ pub(crate) fn score(
     let workers = (0..config.threads).map(worker).collect();
     let (mut reducer, mut counts, mut tiles) =
         (Reducer::new(layout.clone()), ReturnCounts::default(), HashMap::new());
-    for worker in each_frame(log, &plan.frames, config.order, watch, workers)? {
+    for worker in each_frame(log, plan.frames(), config.order, watch, workers)? {
         reducer.merge(&worker.reducer)?;
         counts.merge(&worker.counts);
         for (tile, sums) in worker.tiles {

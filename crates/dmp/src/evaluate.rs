@@ -49,13 +49,13 @@ pub fn evaluate(
         return Err(EvaluateError::LogChanged { first: first.used(), second: scored.counts.used() });
     }
     // Every return of the log is used or dropped for a reason.
-    scored.counts.add_dropped(DropReason::ScanNotSelected, plan.unselected_returns);
-    scored.counts.add_dropped(DropReason::ScanWithoutPose, plan.unposed_returns);
+    scored.counts.add_dropped(DropReason::ScanNotSelected, plan.selection.unselected_returns);
+    scored.counts.add_dropped(DropReason::ScanWithoutPose, plan.selection.unposed_returns);
     if scored.counts.used() == 0 {
         return Err(EvaluateError::NoReturns(report::drops_in_words(&scored.counts)));
     }
     memory::look();
     let total_s = start.elapsed().as_secs_f64();
     let times = PassTimes { plan_s, fuse_s, cast_s, total_s, threads: config.threads };
-    Ok(Report::new(log, runs, config, &plan, &maps, map_reports, &scored, times))
+    Ok(report::build(log, runs, config, &plan, &maps, map_reports, &scored, times))
 }

@@ -8,8 +8,20 @@ use dmp_sensor::Scan;
 use crate::config::FrameOrder;
 use crate::error::EvaluateError;
 use crate::memory;
-use crate::plan::PlannedFrame;
 use crate::watch::Watch;
+
+/// A scan to be scored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct PlannedFrame {
+    /// Its index in the log.
+    pub(crate) frame: usize,
+    /// Its stamp with the time offset, nanoseconds; `None` where the log has none.
+    pub(crate) stamp_ns: Option<i64>,
+    /// Returns in it, used or not.
+    pub(crate) returns: u64,
+    /// Segment of the drive.
+    pub(crate) segment: i32,
+}
 
 /// What a thread does with the frames it is given.
 pub(crate) trait Worker: Send {

@@ -6,9 +6,9 @@ use dmp_sensor::{Ray, ReturnCounts, Scan};
 
 use crate::config::{Config, MapSource, Run};
 use crate::error::EvaluateError;
-use crate::frames::{Worker, each_frame};
+use crate::frames::{PlannedFrame, Worker, each_frame};
 use crate::memory;
-use crate::plan::{Plan, PlannedFrame};
+use crate::plan::Plan;
 use crate::pose::Poser;
 use crate::watch::{Stage, Watch};
 
@@ -41,7 +41,7 @@ pub(crate) struct RunMap {
 /// Fuses the maps that are not given, all in one pass over the log, and opens those that are.
 pub(crate) fn maps_of(
     log: &dyn ScanLog,
-    plan: &Plan,
+    plan: &Plan<'_>,
     runs: &[Run],
     config: &Config,
     watch: &dyn Watch,
@@ -124,7 +124,7 @@ fn finish(
     Ok((store, summary.thin_voxels))
 }
 
-fn provenance(log: &dyn ScanLog, run: &Run, plan: &Plan) -> String {
+fn provenance(log: &dyn ScanLog, run: &Run, plan: &Plan<'_>) -> String {
     let summary = log.summary();
     format!(
         "dmp {}; log {} ({}); run {}; {} scans, {} segments",
@@ -132,7 +132,7 @@ fn provenance(log: &dyn ScanLog, run: &Run, plan: &Plan) -> String {
         summary.path.display(),
         summary.fingerprint,
         run.name,
-        plan.frames.len(),
+        plan.frames().len(),
         plan.segments.starts.len()
     )
 }
@@ -220,7 +220,7 @@ impl Worker for FuseWorker<'_> {
 
 fn fuse_scans(
     log: &dyn ScanLog,
-    plan: &Plan,
+    plan: &Plan<'_>,
     runs: &[Run],
     config: &Config,
     fusers: &[Option<MapFuser>],
@@ -228,7 +228,7 @@ fn fuse_scans(
 ) -> Result<ReturnCounts, EvaluateError> {
     watch.begin(Stage::Fuse, plan.returns());
     let worker = |_| FuseWorker {
-        poser: Poser::new(plan, runs, config),
+        poser: Poser::new(&plan.poses, &plan.filter),
         runs,
         fusers,
         watch,
@@ -238,7 +238,7 @@ fn fuse_scans(
     };
     let workers = (0..config.threads).map(worker).collect();
     let mut counts = ReturnCounts::default();
-    for worker in each_frame(log, &plan.frames, config.order, watch, workers)? {
+    for worker in each_frame(log, plan.frames(), config.order, watch, workers)? {
         counts.merge(&worker.counts);
     }
     Ok(counts)

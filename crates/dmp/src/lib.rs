@@ -3,7 +3,7 @@
 //! # Brief overview
 //! [`evaluate`] takes a log of scans and the [`Run`]s to be compared, each a trajectory and perhaps a
 //! map, and gives a [`Report`]: the scores of every run, every pair's verdict, the order of the runs.
-//! It makes a [`Plan`] (which scans, which returns, which voxels and segments: the same for all runs),
+//! It makes a plan (which scans, which returns, which voxels and segments: the same for all runs),
 //! fuses each run's map, casts every return into every run's map, and reduces the residuals. The log is
 //! read twice, in any order, by any number of threads, in bounded memory; the numbers do not depend on
 //! any of these.
@@ -36,15 +36,12 @@ mod memory;
 mod plan;
 mod pose;
 mod report;
-mod survey;
-mod warnings;
 mod watch;
 
 pub use config::{Config, Ego, FrameOrder, MapSource, Run};
 pub use error::EvaluateError;
 pub use evaluate::evaluate;
 pub use memory::{machine_memory_bytes, peak_anonymous_bytes};
-pub use plan::{Pairing, Plan, PlannedFrame, Segments, VoxelChoice};
 pub use report::{
     ConfigReport, CvScores, DropReport, InputReport, MapReport, MemoryReport, NearScores, PairReport,
     PassTimes, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, SegmentReport, TileReport,

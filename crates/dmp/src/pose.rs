@@ -1,18 +1,91 @@
-use dmp_sensor::{DropReason, Isometry3, Ray, ReturnCounts, Scan, TrackCursor};
+use dmp_log::ScanLog;
+use dmp_sensor::{DropReason, Isometry3, Ray, ReturnCounts, ReturnFilter, Scan, Track, TrackCursor};
 
 use crate::config::{Config, Run};
-use crate::plan::{Pairing, Plan, PlannedFrame};
+use crate::error::EvaluateError;
+use crate::frames::PlannedFrame;
 
 /// Returns handled at a time: bounds the memory of a thread however large a scan is.
 const BLOCK_RETURNS: usize = 1 << 14;
 
+/// How a run's poses are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Pairing {
+    /// By the time of each return.
+    ByStamp,
+    /// The n-th pose belongs to the n-th scan; times of returns count from the pose's stamp, where it
+    /// has one.
+    ByLine,
+}
+
+/// Where the sensor was in one run.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RunPoses<'a> {
+    pub(crate) pairing: Pairing,
+    track: Track<'a>,
+}
+
+impl<'a> RunPoses<'a> {
+    /// Pairs the run's poses with the log's scans.
+    pub(crate) fn new(log: &dyn ScanLog, run: &'a Run, config: &Config) -> Result<Self, EvaluateError> {
+        let gap_ns = config.max_time_gap_ns.unwrap_or_else(|| auto_gap_ns(run));
+        let track = Track::new(&run.trajectory, config.body_from_sensor, gap_ns);
+        Ok(Self { pairing: pairing_of(log, run)?, track })
+    }
+
+    /// The sensor's pose at the stamp of a frame, or in its line.
+    pub(crate) fn of_frame(&self, frame: &PlannedFrame) -> Option<Isometry3<f64>> {
+        match self.pairing {
+            Pairing::ByStamp => self.track.world_from_sensor_at(frame.stamp_ns?),
+            Pairing::ByLine => self.track.world_from_sensor_of_line(frame.frame),
+        }
+    }
+
+    /// How the poses of a scan's returns are found; `None` where the run has none for the scan.
+    fn of_scan(&self, frame: &PlannedFrame, scan: &Scan) -> Option<ScanPose> {
+        let line_ns = || self.track.trajectory().stamps_ns()?.get(frame.frame).copied();
+        match self.pairing {
+            Pairing::ByStamp => Some(ScanPose::After(frame.stamp_ns?)),
+            Pairing::ByLine => match line_ns() {
+                Some(stamp_ns) if !scan.time_offsets_ns.is_empty() => Some(ScanPose::After(stamp_ns)),
+                _ => self.of_frame(frame).map(ScanPose::Rigid),
+            },
+        }
+    }
+}
+
+fn pairing_of(log: &dyn ScanLog, run: &Run) -> Result<Pairing, EvaluateError> {
+    let scans = log.frames().len();
+    let log_stamped = log.frames().iter().all(|frame| frame.stamp_ns.is_some());
+    let which = match (log_stamped, run.trajectory.stamps_ns().is_some()) {
+        (true, true) => return Ok(Pairing::ByStamp),
+        (true, false) => "in the trajectory",
+        (false, true) => "in the log",
+        (false, false) => "in either",
+    };
+    let poses = run.trajectory.len();
+    if poses == scans {
+        Ok(Pairing::ByLine)
+    } else {
+        Err(EvaluateError::LinePairing { run: run.name.clone(), poses, scans, which })
+    }
+}
+
+fn auto_gap_ns(run: &Run) -> i64 {
+    const SECOND_NS: i64 = 1_000_000_000;
+    let stamps = run.trajectory.stamps_ns().unwrap_or_default();
+    let mut steps: Vec<i64> = stamps.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
+    steps.sort_unstable();
+    let median_ns = steps.get(steps.len() / 2).copied().unwrap_or(0);
+    median_ns.saturating_mul(3).max(SECOND_NS)
+}
+
 /// Turns scans into rays, one for every run and every return that is used.
 #[derive(Debug)]
 pub(crate) struct Poser<'a> {
-    plan: &'a Plan,
+    filter: &'a ReturnFilter,
+    runs: &'a [RunPoses<'a>],
     cursors: Vec<TrackCursor<'a>>,
-    config: &'a Config,
-    runs: &'a [Run],
     rays: Vec<Vec<Ray>>,
     poses: Vec<Isometry3<f64>>,
 }
@@ -27,9 +100,9 @@ enum ScanPose {
 }
 
 impl<'a> Poser<'a> {
-    pub(crate) fn new(plan: &'a Plan, runs: &'a [Run], config: &'a Config) -> Self {
-        let cursors = plan.tracks(runs, config).iter().map(dmp_sensor::Track::cursor).collect();
-        Self { plan, cursors, config, runs, rays: vec![Vec::new(); runs.len()], poses: Vec::new() }
+    pub(crate) fn new(runs: &'a [RunPoses<'a>], filter: &'a ReturnFilter) -> Self {
+        let cursors = runs.iter().map(|run| run.track.cursor()).collect();
+        Self { filter, runs, cursors, rays: vec![Vec::new(); runs.len()], poses: Vec::new() }
     }
 
     /// Gives `each` the rays of the scan's used returns, block by block: one list for every run, the
@@ -41,13 +114,15 @@ impl<'a> Poser<'a> {
         mut each: impl FnMut(&[Vec<Ray>]) -> Result<(), E>,
     ) -> Result<ReturnCounts, E> {
         let mut counts = ReturnCounts::default();
-        let Some(scan_poses) = self.scan_poses(frame, scan) else {
+        let scan_poses: Option<Vec<ScanPose>> =
+            self.runs.iter().map(|run| run.of_scan(frame, scan)).collect();
+        let Some(scan_poses) = scan_poses else {
             counts.add_dropped(DropReason::NoPose, scan.len() as u64);
             return Ok(counts);
         };
         self.clear();
         for (index, &point) in scan.points_in_sensor_m.iter().enumerate() {
-            if let Err(reason) = self.plan.filter.check(point) {
+            if let Err(reason) = self.filter.check(point) {
                 counts.add_dropped(reason, 1);
                 continue;
             }
@@ -73,25 +148,6 @@ impl<'a> Poser<'a> {
 
     fn clear(&mut self) {
         self.rays.iter_mut().for_each(Vec::clear);
-    }
-
-    /// How each run's poses are found within the scan; `None` where a run has none for it.
-    fn scan_poses(&self, frame: &PlannedFrame, scan: &Scan) -> Option<Vec<ScanPose>> {
-        let timed = !scan.time_offsets_ns.is_empty();
-        let of_run = |(run, pairing): (usize, &Pairing)| match pairing {
-            Pairing::ByStamp => Some(ScanPose::After(frame.stamp_ns?)),
-            Pairing::ByLine => {
-                let trajectory = &self.runs[run].trajectory;
-                match trajectory.stamps_ns() {
-                    Some(stamps) if timed => Some(ScanPose::After(*stamps.get(frame.frame)?)),
-                    _ => {
-                        let pose = trajectory.poses().get(frame.frame)?;
-                        Some(ScanPose::Rigid(pose * self.config.body_from_sensor))
-                    }
-                }
-            }
-        };
-        self.plan.pairings.iter().enumerate().map(of_run).collect()
     }
 
     /// Finds every run's pose of one return; `false` where a run has none.

@@ -1,5 +1,5 @@
+use super::{Report, RunReport};
 use crate::plan::Plan;
-use crate::report::{Report, RunReport};
 
 /// Below this share of returns seen on another visit, nothing is said about the global shape.
 const REVISIT_NEEDED: f64 = 0.05;
@@ -11,7 +11,7 @@ const DROPS_TOLD: f64 = 0.2;
 const FRAMES_FEW: u64 = 40;
 
 /// Adds what a reader must know before believing the report.
-pub(crate) fn add(report: &mut Report, plan: &Plan) {
+pub(super) fn add(report: &mut Report, plan: &Plan<'_>) {
     for run in &mut report.runs {
         run.warnings = of_run(run);
     }
@@ -45,7 +45,7 @@ fn of_run(run: &RunReport) -> Vec<String> {
     warnings
 }
 
-fn of_report(report: &Report, plan: &Plan) -> Vec<String> {
+fn of_report(report: &Report, plan: &Plan<'_>) -> Vec<String> {
     let inputs = &report.inputs;
     let mut warnings = Vec::new();
     for lost in &inputs.damage {
@@ -57,10 +57,10 @@ fn of_report(report: &Report, plan: &Plan) -> Vec<String> {
             run.scans_without_pose, inputs.scans, run.name, inputs.scans_used
         ));
     }
-    if plan.out_of_order > 0 {
+    if plan.selection.out_of_order > 0 {
         warnings.push(format!(
             "the log's stamps go backwards {} times; scans were put in order of time",
-            plan.out_of_order
+            plan.selection.out_of_order
         ));
     }
     for (reason, count) in &inputs.dropped.0 {

@@ -1,11 +1,12 @@
 use dmp_log::ScanLog;
 use dmp_map::{DensityProbe, Lattice};
-use dmp_sensor::{EgoMask, EgoVotes, Scan};
+use dmp_sensor::{EgoMask, EgoVotes, ReturnFilter, Scan};
 
+use super::{Segments, VoxelChoice};
 use crate::config::{Config, Ego, Run};
 use crate::error::EvaluateError;
-use crate::plan::{Plan, PlannedFrame, VoxelChoice};
-use crate::pose::Poser;
+use crate::frames::PlannedFrame;
+use crate::pose::{Poser, RunPoses};
 use crate::watch::{Stage, Watch};
 
 /// Scans that vote on the vehicle, spread evenly over the log.
@@ -22,68 +23,65 @@ const BLOCK_RETURNS: u64 = 1_500_000;
 const VOXELS_M: [f64; 3] = [0.2, 0.3, 0.5];
 const FILLED_SHARE: f64 = 0.7;
 
-/// Completes the plan with what must be seen in the scans: the vehicle, then the voxel.
-pub(crate) fn complete(
-    plan: &mut Plan,
+/// Which returns are used: the ranges, and the vehicle as it is found or given.
+pub(super) fn filter(
     log: &dyn ScanLog,
-    runs: &[Run],
+    frames: &[PlannedFrame],
+    segments: &Segments,
     config: &Config,
     watch: &dyn Watch,
-) -> Result<(), EvaluateError> {
-    let voters = if config.ego == Ego::Auto && plan.segments.travel_m >= EGO_TRAVEL_M {
-        spread(plan.frames.len(), EGO_SCANS)
-    } else {
-        Vec::new()
-    };
-    let blocks = if config.voxel_m.is_none() { blocks_of(&plan.frames) } else { Vec::new() };
-    let scans = voters.len() + blocks.iter().map(ExactSizeIterator::len).sum::<usize>();
-    watch.begin(Stage::Survey, scans as u64);
-
-    let mut reader = log.reader()?;
-    let mut scan = Scan::default();
-    plan.filter.ego = match config.ego {
-        Ego::None => EgoMask::default(),
-        Ego::BoxMm(min, max) => EgoMask::from_box_mm(min, max),
+) -> Result<ReturnFilter, EvaluateError> {
+    let Config { min_range_m, max_range_m, .. } = *config;
+    let mut filter = ReturnFilter { min_range_m, max_range_m, ego: EgoMask::default() };
+    match config.ego {
+        Ego::None => {}
+        Ego::BoxMm(min, max) => filter.ego = EgoMask::from_box_mm(min, max),
+        Ego::Auto if segments.travel_m < EGO_TRAVEL_M => {}
         Ego::Auto => {
+            let voters = spread(frames.len(), EGO_SCANS);
+            watch.begin(Stage::Survey, voters.len() as u64);
+            let (mut reader, mut scan) = (log.reader()?, Scan::default());
             let mut votes = EgoVotes::default();
             for ordinal in voters {
-                reader.read(plan.frames[ordinal].frame, &mut scan)?;
-                let used = scan.points_in_sensor_m.iter().filter(|&&point| plan.filter.check(point).is_ok());
+                reader.read(frames[ordinal].frame, &mut scan)?;
+                let used = scan.points_in_sensor_m.iter().filter(|&&point| filter.check(point).is_ok());
                 votes.add_scan(used.copied());
                 watch.advance(1);
             }
-            votes.mask()
+            filter.ego = votes.mask();
         }
-    };
-    plan.voxel = match config.voxel_m {
-        Some(voxel_m) => VoxelChoice { voxel_m, filled_share: None },
-        None => choose_voxel(plan, &blocks, log, runs, config, watch)?,
-    };
-    Ok(())
+    }
+    Ok(filter)
 }
 
 /// The smallest edge at which enough returns share their voxel with two others, in the run that
 /// gathers them best: a poor trajectory scatters what a good one gathers, and density is a matter of
 /// the sensor and the drive.
-fn choose_voxel(
-    plan: &Plan,
-    blocks: &[std::ops::Range<usize>],
+pub(super) fn voxel(
     log: &dyn ScanLog,
+    frames: &[PlannedFrame],
     runs: &[Run],
+    poses: &[RunPoses<'_>],
+    filter: &ReturnFilter,
     config: &Config,
     watch: &dyn Watch,
 ) -> Result<VoxelChoice, EvaluateError> {
+    if let Some(voxel_m) = config.voxel_m {
+        return Ok(VoxelChoice { voxel_m, filled_share: None });
+    }
+    let blocks = blocks_of(frames);
+    watch.begin(Stage::Survey, blocks.iter().map(ExactSizeIterator::len).sum::<usize>() as u64);
     let mut shares = [0.0f64; VOXELS_M.len()];
     let mut probes = vec![[DensityProbe::default(); VOXELS_M.len()]; runs.len()];
     let mut reader = log.reader()?;
     let mut scan = Scan::default();
-    let mut poser = Poser::new(plan, runs, config);
+    let mut poser = Poser::new(poses, filter);
     let lattices = VOXELS_M.iter().map(|&voxel_m| Lattice::new(voxel_m)).collect::<Result<Vec<_>, _>>();
     let lattices = lattices.map_err(EvaluateError::Work)?;
     for block in blocks {
         let mut points = vec![Vec::new(); runs.len()];
         for ordinal in block.clone() {
-            let frame = &plan.frames[ordinal];
+            let frame = &frames[ordinal];
             reader.read(frame.frame, &mut scan)?;
             poser.blocks(frame, &scan, |rays| {
                 for (points, rays) in points.iter_mut().zip(rays) {

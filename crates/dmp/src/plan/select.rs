@@ -1,0 +1,101 @@
+use dmp_log::ScanLog;
+
+use crate::config::{Config, Run};
+use crate::error::EvaluateError;
+use crate::frames::PlannedFrame;
+use crate::pose::RunPoses;
+
+/// Share of the scans that must have a pose in a run; below, the two hardly belong together.
+const MIN_POSED_SHARE: f64 = 0.05;
+/// The scans to be scored, and what became of the others.
+#[derive(Debug, Clone)]
+pub(crate) struct Selection {
+    /// The scans that were asked for and have a pose in every run, in order of time.
+    pub(crate) frames: Vec<PlannedFrame>,
+    /// Scans that were asked for and have no pose, for each run.
+    pub(crate) without_pose: Vec<usize>,
+    /// Returns of scans that were not asked for.
+    pub(crate) unselected_returns: u64,
+    /// Returns of scans that lack a pose in some run.
+    pub(crate) unposed_returns: u64,
+    /// How often the log's stamps go backwards.
+    pub(crate) out_of_order: usize,
+}
+
+/// The scans that were asked for and have a pose in every run.
+pub(super) fn select(
+    log: &dyn ScanLog,
+    runs: &[Run],
+    poses: &[RunPoses<'_>],
+    config: &Config,
+) -> Result<Selection, EvaluateError> {
+    let mut selection = Selection {
+        frames: Vec::new(),
+        without_pose: vec![0; runs.len()],
+        unselected_returns: 0,
+        unposed_returns: 0,
+        out_of_order: 0,
+    };
+    for (frame, info) in log.frames().iter().enumerate() {
+        if frame % config.every != 0 {
+            selection.unselected_returns += info.returns;
+            continue;
+        }
+        let stamp_ns = info.stamp_ns.map(|stamp_ns| stamp_ns.saturating_add(config.time_offset_ns));
+        let planned = PlannedFrame { frame, stamp_ns, returns: info.returns, segment: 0 };
+        let mut posed = true;
+        for (poses, without_pose) in poses.iter().zip(&mut selection.without_pose) {
+            if poses.of_frame(&planned).is_none() {
+                *without_pose += 1;
+                posed = false;
+            }
+        }
+        if posed {
+            selection.frames.push(planned);
+        } else {
+            selection.unposed_returns += info.returns;
+        }
+    }
+    let asked = log.frames().len().div_ceil(config.every);
+    for (k, run) in runs.iter().enumerate() {
+        let found = asked - selection.without_pose[k];
+        if found == 0 || (found as f64) < MIN_POSED_SHARE * asked as f64 {
+            let why = why_no_overlap(log, run, config);
+            return Err(EvaluateError::NoOverlap { run: run.name.clone(), found, scans: asked, why });
+        }
+    }
+    if selection.frames.is_empty() {
+        return Err(EvaluateError::NothingInCommon);
+    }
+    selection.out_of_order =
+        selection.frames.windows(2).filter(|pair| pair[1].stamp_ns < pair[0].stamp_ns).count();
+    selection.frames.sort_by_key(|frame| (frame.stamp_ns, frame.frame));
+    Ok(selection)
+}
+
+fn why_no_overlap(log: &dyn ScanLog, run: &Run, config: &Config) -> String {
+    let (Some((first, last)), Some([start, .., end])) = (log.summary().span_ns, run.trajectory.stamps_ns())
+    else {
+        return "the trajectory holds too few poses".to_owned();
+    };
+    let (first, last) =
+        (first.saturating_add(config.time_offset_ns), last.saturating_add(config.time_offset_ns));
+    let s = |ns: i64| ns as f64 / 1e9;
+    let spans = format!(
+        "the log spans {:.3} to {:.3} s, the trajectory {:.3} to {:.3} s",
+        s(first),
+        s(last),
+        s(*start),
+        s(*end)
+    );
+    let gap_ns = start.saturating_sub(last).max(first.saturating_sub(*end));
+    if gap_ns > 0 {
+        let shift_s = s(start.saturating_sub(first));
+        format!(
+            "{spans}; they are {:.3} s apart. If their clocks differ, shift the log's: --time-offset {shift_s:.3}",
+            s(gap_ns)
+        )
+    } else {
+        format!("{spans}; gaps in the trajectory longer than --max-time-gap are not interpolated over")
+    }
+}

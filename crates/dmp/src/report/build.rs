@@ -1,0 +1,240 @@
+use dmp_log::ScanLog;
+use dmp_reduce::{
+    Basis, Comparison, Estimate, ScaleComparison, Verdict, log_likelihood_ratio_raw, log_likelihood_raw,
+};
+use dmp_sensor::{DropReason, ReturnCounts};
+
+use super::{
+    ConfigReport, CvScores, DropReport, InputReport, MapReport, MemoryReport, NearScores, PairReport,
+    PassTimes, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, SegmentReport, TileReport,
+    warnings,
+};
+use crate::cast::{HORIZON, Scored};
+use crate::config::{Config, Ego, MapSource, Run};
+use crate::fuse::{Maps, RunMap};
+use crate::memory;
+use crate::plan::Plan;
+use crate::pose::Pairing;
+
+/// The maps as they are before the caster takes them.
+pub(crate) fn map_reports(runs: &[Run], maps: &[RunMap]) -> Vec<MapReport> {
+    let report = |(_, map): (&Run, &RunMap)| MapReport {
+        surfels: map.store.surfels(),
+        tiles: map.store.entries().count() as u64,
+        thin_voxels: map.thin_voxels,
+        map_points_dropped: map.points_dropped,
+    };
+    runs.iter().zip(maps).map(report).collect()
+}
+
+/// Dropped returns by reason, as one line.
+pub(crate) fn drops_in_words(counts: &ReturnCounts) -> String {
+    let parts: Vec<String> = DropReason::ALL
+        .iter()
+        .filter(|&&reason| counts.dropped(reason) > 0)
+        .map(|&reason| format!("{} {}", counts.dropped(reason), reason.name()))
+        .collect();
+    if parts.is_empty() { "the scans are empty".to_owned() } else { parts.join(", ") }
+}
+
+/// The report of an evaluation: where everything meets.
+#[expect(clippy::too_many_arguments, reason = "the report is where everything meets")]
+pub(crate) fn build(
+    log: &dyn ScanLog,
+    runs: &[Run],
+    config: &Config,
+    plan: &Plan<'_>,
+    maps: &Maps,
+    map_reports: Vec<MapReport>,
+    scored: &Scored,
+    timing: PassTimes,
+) -> Report {
+    let reducer = &scored.reducer;
+    let comparisons = reducer.comparisons();
+    let ranked = reducer.order(&comparisons);
+    let name = |run: usize| runs[run].name.clone();
+    let ties = ranked
+        .windows(2)
+        .filter(|pair| pair[0].tied_with_next)
+        .map(|pair| [name(pair[0].run), name(pair[1].run)])
+        .collect();
+    let mut report = Report {
+        schema: "dmp-score/1",
+        dmp_version: env!("CARGO_PKG_VERSION"),
+        config: config_report(config, plan, scored),
+        inputs: input_report(log, runs, plan, &scored.counts),
+        runs: map_reports
+            .into_iter()
+            .enumerate()
+            .map(|(run, map)| run_report(run, runs, config, scored, map))
+            .collect(),
+        order: ranked.iter().map(|ranked| name(ranked.run)).collect(),
+        ties,
+        pairs: comparisons.iter().map(|pair| pair_report(pair, runs, config, plan, scored)).collect(),
+        sampling: SamplingReport {
+            frames_scored: reducer.layout().frames_scored(),
+            frames_total: reducer.layout().frames_total(),
+            seed: None,
+        },
+        warnings: Vec::new(),
+        timing,
+        memory: MemoryReport {
+            budget_bytes: config.memory_bytes,
+            peak_anon_bytes: memory::peak_anonymous_bytes(),
+            scratch_bytes: maps.scratch_bytes,
+            tile_loads: scored.tile_loads,
+        },
+        tiles: tile_reports(scored),
+    };
+    warnings::add(&mut report, plan);
+    report
+}
+
+fn config_report(config: &Config, plan: &Plan<'_>, scored: &Scored) -> ConfigReport {
+    let lattice = scored.casters[0].store().lattice();
+    let extrinsic = &config.body_from_sensor;
+    let (t, q) = (extrinsic.translation.vector, extrinsic.rotation.coords);
+    let starts = || plan.segments.starts.iter().map(|&ordinal| &plan.frames()[ordinal]);
+    ConfigReport {
+        voxel_m: lattice.voxel_m(),
+        voxel_filled_share: plan.voxel.filled_share,
+        tile_edge_m: lattice.tile_edge_m(),
+        disc_radius_m: lattice.disc_radius_m(),
+        segments: SegmentReport {
+            length_m: plan.segments.length_m,
+            count: plan.segments.starts.len(),
+            travel_m: plan.segments.travel_m,
+            starts_ns: starts().filter_map(|frame| frame.stamp_ns).collect(),
+            starts_scan: starts().map(|frame| frame.frame).collect(),
+        },
+        min_range_m: config.min_range_m,
+        max_range_m: config.max_range_m,
+        horizon_m: HORIZON * config.max_range_m,
+        ego: match config.ego {
+            Ego::Auto => "auto",
+            Ego::None => "none",
+            Ego::BoxMm(..) => "box",
+        },
+        ego_cells: plan.filter.ego.cells(),
+        every: config.every,
+        body_from_sensor: [t.x, t.y, t.z, q.x, q.y, q.z, q.w],
+        time_offset_s: config.time_offset_ns as f64 / 1e9,
+        sigma_m: config.sigma_m,
+    }
+}
+
+fn input_report(log: &dyn ScanLog, runs: &[Run], plan: &Plan<'_>, counts: &ReturnCounts) -> InputReport {
+    let summary = log.summary();
+    let run_input = |(k, run): (usize, &Run)| RunInputReport {
+        name: run.name.clone(),
+        poses: run.trajectory.len(),
+        pairing: match plan.poses[k].pairing {
+            Pairing::ByStamp => "by stamp",
+            Pairing::ByLine => "line by line",
+        },
+        scans_without_pose: plan.selection.without_pose[k],
+        map: match &run.map {
+            MapSource::Fused => "fused".to_owned(),
+            MapSource::Given(path) => path.display().to_string(),
+        },
+    };
+    InputReport {
+        log: summary.path.display().to_string(),
+        format: summary.format.name().to_owned(),
+        fingerprint: summary.fingerprint.clone(),
+        bytes: summary.bytes,
+        topic: summary.topic.clone(),
+        point_times: summary.point_times.clone(),
+        span_ns: summary.span_ns,
+        scans: log.frames().len(),
+        scans_used: plan.frames().len(),
+        returns: counts.total(),
+        returns_used: counts.used(),
+        dropped: DropReport(
+            DropReason::ALL.iter().map(|&reason| (reason.name(), counts.dropped(reason))).collect(),
+        ),
+        runs: runs.iter().enumerate().map(run_input).collect(),
+        notes: summary.notes.clone(),
+        damage: summary.damage.iter().map(|damage| format!("{}: {}", damage.place, damage.what)).collect(),
+    }
+}
+
+fn run_report(run: usize, runs: &[Run], config: &Config, scored: &Scored, map: MapReport) -> RunReport {
+    let scores = scored.reducer.scores(run);
+    let sums = &scores.sums;
+    let basis = scored.reducer.layout().bases()[run];
+    let withheld = sums.r_cv_withheld(basis);
+    let given = withheld.is_none();
+    let cv = |k: usize| scores.r_cv_m2[k].1.filter(|_| given).map(|estimate: Estimate| estimate.value_m2);
+    let near = |k: usize| scores.r_near_m2[k].1.map(|estimate| estimate.value_m2);
+    let cross_validated = |share: Option<f64>| share.filter(|_| basis == Basis::CrossValidated);
+    RunReport {
+        name: runs[run].name.clone(),
+        returns: sums.returns(),
+        frames: scored.reducer.frames_added() as usize,
+        dmp_sum_m2: sums.dmp_sum_m2(),
+        dmp_mean_m2: sums.dmp_mean_m2(),
+        r_cv_m2: CvScores { at_10: cv(0), at_2: cv(1), at_0_5: cv(2), at_0_2: cv(3) },
+        r_cv_10_ci99_m2: scores.r_cv_m2[0].1.filter(|_| given).and_then(interval_of),
+        r_cv_withheld: withheld.map(|why| why.to_string()),
+        r_near_m2: NearScores { at_5: near(0), at_2: near(1), at_0_5: near(2) },
+        miss_rate: sums.miss_rate(),
+        blocked_rate: sums.blocked_rate(),
+        coverage: cross_validated(sums.coverage()),
+        coverage_revisit: cross_validated(sums.coverage_revisit()),
+        log_likelihood_raw: log_likelihood_raw(sums.dmp_sum_m2(), config.sigma_m),
+        map,
+        warnings: Vec::new(),
+    }
+}
+
+fn interval_of(estimate: Estimate) -> Option<[f64; 2]> {
+    estimate.interval.map(|interval| [interval.low_m2, interval.high_m2])
+}
+
+fn pair_report(
+    pair: &Comparison,
+    runs: &[Run],
+    config: &Config,
+    plan: &Plan<'_>,
+    scored: &Scored,
+) -> PairReport {
+    let name = |run: usize| runs[run].name.clone();
+    let dmp = |run: usize| scored.reducer.scores(run).sums.dmp_sum_m2();
+    let scale = |scale: &ScaleComparison| ScaleReport {
+        scale_m: scale.scale_m,
+        mean_a_m2: scale.mean_a_m2,
+        mean_b_m2: scale.mean_b_m2,
+        difference_m2: scale.difference.map(|difference| difference.value_m2),
+        ci99_m2: scale.difference.and_then(interval_of),
+        returns: pair.common_returns,
+    };
+    let (verdict, better_on_the_whole, decided_at_m) = match &pair.verdict {
+        Verdict::Better { which, decided_at_m, .. } => (name(*which), None, Some(*decided_at_m)),
+        Verdict::Mixed { which, decided_at_m, .. } => {
+            ("mixed".into(), Some(name(*which)), Some(*decided_at_m))
+        }
+        Verdict::Undecided { .. } => ("undecided".into(), None, None),
+    };
+    PairReport {
+        a: name(pair.a),
+        b: name(pair.b),
+        score: match pair.basis {
+            Basis::CrossValidated => "R_cv",
+            Basis::Near => "R_near",
+        },
+        scales: pair.scales.iter().map(scale).collect(),
+        llr_raw: log_likelihood_ratio_raw(dmp(pair.a), dmp(pair.b), config.sigma_m),
+        verdict,
+        better_on_the_whole,
+        decided_at_m,
+        reason: pair.verdict.reason_with(|ordinal| plan.frames()[ordinal as usize].frame as u64),
+    }
+}
+
+fn tile_reports(scored: &Scored) -> Vec<TileReport> {
+    let mut tiles: Vec<TileReport> =
+        scored.tiles.iter().map(|(&(run, tile), &sums)| TileReport { run, tile, sums }).collect();
+    tiles.sort_by_key(|tile| (tile.run, tile.tile));
+    tiles
+}
