@@ -204,7 +204,8 @@ impl RayState {
         let nearest_is_final = query.measured_m + self.gap_m <= enter_m;
         let mut found = TileAnswer {
             first_m: open(self.first_m),
-            nearest_m: f32::INFINITY,
+            // Of two equally near the one found first along the ray stays.
+            nearest_m: if self.nearest_m.is_finite() { f32::NEG_INFINITY } else { f32::INFINITY },
             gap_m: if nearest_is_final { f32::NEG_INFINITY } else { self.gap_m as f32 },
             independent_m: open(self.independent_m),
             revisited: self.revisited,
@@ -214,7 +215,7 @@ impl RayState {
         if found.first_m < before.first_m {
             self.first_m = enter_m + f64::from(found.first_m);
         }
-        if found.nearest_m < f32::INFINITY {
+        if found.nearest_m.is_finite() {
             self.nearest_m = enter_m + f64::from(found.nearest_m);
             self.gap_m = (self.nearest_m - query.measured_m).abs();
         }

@@ -84,7 +84,8 @@ fn through(ray: &TileRay, inverse: [f32; 3], node: &Node) -> Option<(f32, f32)> 
     for (k, inverse) in inverse.into_iter().enumerate() {
         let a = (node.min[k] - ray.origin_m[k]) * inverse;
         let b = (node.max[k] - ray.origin_m[k]) * inverse;
-        // min and max pass over NaN (0 · ∞ on a face), which keeps the box.
+        // A ray along a face gives NaN (0 · ∞), which min and max pass over. Boxes have slack, so that no
+        // disc lies in a face.
         enter = enter.max(a.min(b));
         leave = leave.min(a.max(b));
     }

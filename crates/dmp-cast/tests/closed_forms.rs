@@ -102,3 +102,37 @@ fn a_cylinder_from_outside() {
         check(store, offset, [0.0, 0.0, 0.3], targets);
     }
 }
+
+#[test]
+fn a_stray_point_far_below_spoils_nothing() {
+    let at = |x: f64, y: f64| [x, y, -1.5];
+    let mut points: Vec<Point> =
+        grid(1.0, 15.0, 0.025).flat_map(|x| grid(1.0, 12.0, 0.025).map(move |y| at(x, y))).collect();
+    points.push([6.0, 6.0, -1e6]);
+    let store = map_of(points.into_iter(), [0.0; 3]);
+    let targets = grid(2.0, 9.0, 0.27).flat_map(|x| grid(2.0, 9.0, 0.29).map(move |y| at(x, y)));
+    check(store, [0.0; 3], [1.0, 1.0, 1.0], targets);
+}
+
+#[test]
+fn of_two_crossings_equally_near_the_nearer_to_the_sensor_is_told() {
+    // Two walls with a tile's border between them, the measured range midway.
+    let wall = |x: f64| {
+        grid(0.0, 4.0, 0.025).flat_map(move |y| grid(-1.0, 1.0, 0.025).map(move |z| [x, y + 1.0, z]))
+    };
+    let store = map_of(wall(30.0).chain(wall(34.0)), [0.0; 3]);
+    assert!(store.entries().count() == 2);
+    let origin_in_world_m = [20.0, 3.0, 0.0];
+    let direction_in_world = [1.0, 0.0, 0.0];
+    let query = |measured_m| Query { origin_in_world_m, direction_in_world, measured_m, segment: Some(10) };
+    let caster = Caster::new(store, CastSettings::default(), usize::MAX);
+    let mut answers = Vec::new();
+    let mut cast = |measured_m| {
+        caster.cast(&[query(measured_m)], &mut answers, &mut CastBuffers::default()).unwrap();
+        answers[0].nearest_m.unwrap()
+    };
+    // Where the two really are, then exactly between them.
+    let (near, far) = (cast(10.0), cast(14.0));
+    assert!(far - near > 3.9);
+    assert_eq!(cast(f64::midpoint(near, far)), near);
+}

@@ -1,47 +1,49 @@
+use crate::lattice::{TileId, Voxel};
 use crate::{Lattice, MapError};
 
 /// Returns a voxel needs to count as filled.
 const FILLED: usize = 3;
 
-/// How many points of a cloud share their voxel with enough others: what decides the voxel edge.
+/// How many points share their voxel with enough others: what decides the voxel edge.
 ///
-/// Order-free; shares of several blocks of scans add up by [`DensityProbe::merge`].
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+/// Points are gathered in blocks; a block is a stretch of the drive, whose points are counted together.
+/// Order-free within a block. 16 bytes a point of one block.
+#[derive(Debug, Clone)]
 pub struct DensityProbe {
+    lattice: Lattice,
+    block: Vec<(TileId, Voxel)>,
     points: u64,
     in_filled_voxels: u64,
 }
 
 impl DensityProbe {
-    /// Counts the points of one block of scans, world metres, on `lattice`. `O(n log n)`, 16 bytes
-    /// a point.
+    /// A probe on `lattice`, with room for blocks of `block_points`.
+    pub fn new(lattice: Lattice, block_points: usize) -> Self {
+        Self { lattice, block: Vec::with_capacity(block_points), points: 0, in_filled_voxels: 0 }
+    }
+
+    /// Adds a point of the block, world metres.
     ///
     /// # Errors
-    /// When a point lies outside the world.
-    pub fn of_block(
-        lattice: &Lattice,
-        points_in_world_m: impl Iterator<Item = [f64; 3]>,
-    ) -> Result<Self, MapError> {
-        let mut voxels = Vec::new();
-        for point in points_in_world_m {
-            let located = lattice.locate(point)?;
-            voxels.push((located.tile, located.voxel));
-        }
-        voxels.sort_unstable();
-        let filled = voxels.chunk_by(|a, b| a == b).filter(|voxel| voxel.len() >= FILLED);
-        let in_filled_voxels = filled.map(|voxel| voxel.len() as u64).sum();
-        Ok(Self { points: voxels.len() as u64, in_filled_voxels })
+    /// When the point lies outside the world.
+    pub fn add(&mut self, point_in_world_m: [f64; 3]) -> Result<(), MapError> {
+        let located = self.lattice.locate(point_in_world_m)?;
+        self.block.push((located.tile, located.voxel));
+        Ok(())
     }
 
-    /// Adds another block's counts.
-    pub fn merge(&mut self, other: &Self) {
-        self.points += other.points;
-        self.in_filled_voxels += other.in_filled_voxels;
+    /// Ends the block and counts it. `O(n log n)`.
+    pub fn end_block(&mut self) {
+        self.block.sort_unstable();
+        let filled = self.block.chunk_by(|a, b| a == b).filter(|voxel| voxel.len() >= FILLED);
+        self.in_filled_voxels += filled.map(|voxel| voxel.len() as u64).sum::<u64>();
+        self.points += self.block.len() as u64;
+        self.block.clear();
     }
 
-    /// Share of the points that lie in voxels with three or more; `None` without points.
-    pub fn filled_share(&self) -> Option<f64> {
-        (self.points > 0).then(|| self.in_filled_voxels as f64 / self.points as f64)
+    /// Share of the points of all blocks that lie in voxels with three or more; 0 without points.
+    pub fn filled_share(&self) -> f64 {
+        if self.points == 0 { 0.0 } else { self.in_filled_voxels as f64 / self.points as f64 }
     }
 }
 
@@ -50,14 +52,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_points_in_company_count() {
-        let lattice = Lattice::new(0.2).unwrap();
-        let crowd = [[0.05; 3], [0.06; 3], [0.07; 3]];
-        let pair = [[5.05; 3], [5.06; 3]];
-        let mut probe = DensityProbe::of_block(&lattice, crowd.into_iter().chain(pair)).unwrap();
-        assert_eq!(probe.filled_share(), Some(0.6));
-        probe.merge(&DensityProbe::of_block(&lattice, crowd.into_iter()).unwrap());
-        assert_eq!(probe.filled_share(), Some(0.75));
-        assert_eq!(DensityProbe::default().filled_share(), None);
+    fn only_points_in_company_count_and_blocks_keep_to_themselves() {
+        let mut probe = DensityProbe::new(Lattice::new(0.2).unwrap(), 5);
+        assert_eq!(probe.filled_share(), 0.0);
+        for point in [[0.05; 3], [5.05; 3], [0.06; 3], [5.06; 3], [0.07; 3]] {
+            probe.add(point).unwrap();
+        }
+        probe.end_block();
+        assert_eq!(probe.filled_share(), 0.6);
+        // A third point beside the pair comes too late: it belongs to another block.
+        probe.add([5.07; 3]).unwrap();
+        probe.end_block();
+        assert_eq!(probe.filled_share(), 0.5);
+        assert!(probe.add([f64::NAN; 3]).is_err());
     }
 }

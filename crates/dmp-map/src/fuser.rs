@@ -121,9 +121,8 @@ impl MapFuser {
                 open.moments.add(point.voxel, point.offset_units, segment);
             }
             open.last_use = now;
-            let grown = open.moments.bytes() - before;
-            drop(shard);
-            self.bytes.fetch_add(grown, Ordering::Relaxed);
+            // Counted while the tile is locked: whoever puts it aside takes off what was put on.
+            self.bytes.fetch_add(open.moments.bytes() - before, Ordering::Relaxed);
         }
         self.points.fetch_add(points_in_world_m.len() as u64, Ordering::Relaxed);
         if self.bytes.load(Ordering::Relaxed) > self.budget_bytes {
@@ -223,9 +222,8 @@ impl BorderQueue {
                 break;
             }
             let copies = entry.remove();
-            let base_z_m = writer.base_z_m(tile).unwrap_or_else(|| {
-                copies.iter().map(|c| c.centre_in_world_m[2]).fold(f64::INFINITY, f64::min)
-            });
+            let base_z_m =
+                writer.base_z_m(tile).unwrap_or_else(|| copies[copies.len() / 2].centre_in_world_m[2]);
             let surfels = copies.iter().map(|c| c.in_tile(&self.lattice, tile, base_z_m)).collect();
             writer.write_borders(tile, &TileSurfels { base_z_m, surfels, thin_voxels: 0 })?;
         }

@@ -5,7 +5,8 @@ use crate::lattice::Voxel;
 /// corner, and the segments they were seen in.
 ///
 /// Integers add in any order to the same value, so maps merge exactly. Offsets stay below 2¹⁴ units
-/// (voxels up to 2 m), their products below 2²⁸: 64 bits hold 2³⁶ points in one voxel.
+/// (voxels up to 2 m), their products below 2²⁸, or 2³⁰ seen from a cell of eight voxels: 64 bits hold 2³⁴
+/// points in one cell.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(crate) struct Moments {

@@ -50,9 +50,11 @@ pub(crate) struct TileSurfels {
 /// the 2 v cell around it. Cells never cross tiles, since a tile's edge is a multiple of 2 v.
 pub(crate) fn surfels_of(lattice: &Lattice, voxels: &[VoxelRecord]) -> TileSurfels {
     let mut tile = TileSurfels::default();
-    let Some(lowest) = voxels.first() else { return tile };
+    // From the middle of the tile's voxels, which a stray point far below does not move: f32 is precise
+    // near where z counts from.
+    let Some(middle) = voxels.get(voxels.len() / 2) else { return tile };
     let edge = lattice.voxel_units();
-    let base_z = i64::from(lowest.voxel().z) * i64::from(edge);
+    let base_z = i64::from(middle.voxel().z) * i64::from(edge);
     tile.base_z_m = base_z as f64 / UNITS_PER_M;
 
     let mut cells: HashMap<Voxel, Moments, BuildHasherDefault<MixHasher>> = HashMap::default();

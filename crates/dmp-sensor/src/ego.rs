@@ -2,6 +2,9 @@ use std::collections::{HashMap, HashSet};
 
 /// Edge of the cells in which the vehicle is looked for, metres.
 const CELL_M: f64 = 0.1;
+/// The vehicle ends within this distance of the sensor, metres. Further away, a floor or a wall that keeps
+/// its distance must not be taken for it.
+const REACH_M: f64 = 5.0;
 /// A cell that is hit in more than this share of the sampled scans belongs to the vehicle.
 const SHARE: f64 = 0.8;
 
@@ -54,10 +57,12 @@ pub struct EgoVotes {
 }
 
 impl EgoVotes {
-    /// Lets one scan vote: every cell with at least one of its `returns` (finite, within the used
-    /// ranges, sensor frame) gets one vote.
+    /// Lets one scan vote: every cell within 5 m of the sensor with at least one of its `returns` (finite,
+    /// within the used ranges, sensor frame) gets one vote.
     pub fn add_scan(&mut self, returns: impl Iterator<Item = [f32; 3]>) {
-        let cells: HashSet<Cell> = returns.map(cell_of).collect();
+        let near =
+            |p: &[f32; 3]| p.iter().map(|&c| f64::from(c) * f64::from(c)).sum::<f64>() <= REACH_M * REACH_M;
+        let cells: HashSet<Cell> = returns.filter(near).map(cell_of).collect();
         for cell in cells {
             *self.hits.entry(cell).or_default() += 1;
         }
@@ -94,9 +99,11 @@ mod tests {
         for scan in 0..20 {
             let bonnet = [2.03, 0.04, -1.01];
             let wall = [5.0 + scan as f32, 3.0, 0.0];
+            // A floor ring that keeps its distance, as on a level road.
+            let ring = [7.02, 0.01, -1.8];
             // A bush that is seen again and again, but not always.
             let bush = if scan % 2 == 0 { [4.0, 4.0, 0.5] } else { [40.0, 4.0, 0.5] };
-            votes.add_scan([bonnet, bonnet, wall, bush].into_iter());
+            votes.add_scan([bonnet, bonnet, wall, ring, bush].into_iter());
         }
         let mask = votes.mask();
         assert_eq!(mask.cells(), 1);

@@ -18,7 +18,7 @@ pub enum DropReason {
     NoPose,
     /// Its scan as a whole has no pose in some trajectory.
     ScanWithoutPose,
-    /// Its scan was not asked for (`--every`, `--start`, `--end`).
+    /// Its scan was not asked for (`--every`).
     ScanNotSelected,
 }
 

@@ -102,11 +102,18 @@ impl Default for Config {
             sigma_m: 0.02,
             memory_bytes: 2 << 30,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
-            work_folder: std::env::temp_dir(),
+            work_folder: work_folder(),
             save_maps: None,
             order: FrameOrder::Log,
         }
     }
+}
+
+/// The folder that `TMPDIR` names; else `/var/tmp`, which is a disk where `/tmp` is often memory; else
+/// the system's.
+fn work_folder() -> PathBuf {
+    let disk = PathBuf::from("/var/tmp");
+    if std::env::var_os("TMPDIR").is_none() && disk.is_dir() { disk } else { std::env::temp_dir() }
 }
 
 impl Config {

@@ -32,11 +32,13 @@ pub fn evaluate(
     let mut lap_s = || std::mem::replace(&mut lap, Instant::now()).elapsed().as_secs_f64();
 
     // The same returns z, voxels and segments for every run.
-    let plan = Plan::new(log, runs, config, watch)?;
+    let stores = fuse::given_stores(runs)?;
+    let voxel_m = fuse::voxel_of_stores(runs, &stores, config.voxel_m)?.or(config.voxel_m);
+    let plan = Plan::new(log, runs, &Config { voxel_m, ..config.clone() }, watch)?;
     let plan_s = lap_s();
 
     // M: each run's surfel map, fused from the scans with its trajectory, or given.
-    let mut maps = pool.install(|| fuse::maps_of(log, &plan, runs, config, watch))?;
+    let mut maps = pool.install(|| fuse::maps_of(log, &plan, runs, stores, config, watch))?;
     let fuse_s = lap_s();
 
     // z' = S(M, T_z) for every return of every scan (eq. 6–7), and Σ (z − z')² (eq. 13).

@@ -38,11 +38,59 @@ pub(crate) struct RunMap {
     pub(crate) points_dropped: u64,
 }
 
+/// Opens the stores among the given maps; `None` for the other runs.
+///
+/// Before anything else, so that stores with other voxels are refused before a long log is read.
+pub(crate) fn given_stores(runs: &[Run]) -> Result<Vec<Option<Store>>, EvaluateError> {
+    let open = |run: &Run| match &run.map {
+        MapSource::Given(path) if is_store(path) => {
+            Store::open(path).map(Some).map_err(EvaluateError::map_of(&run.name))
+        }
+        _ => Ok(None),
+    };
+    runs.iter().map(open).collect()
+}
+
+/// The voxel edge that the given stores have, metres; `None` where none is given.
+pub(crate) fn voxel_of_stores(
+    runs: &[Run],
+    stores: &[Option<Store>],
+    asked_m: Option<f64>,
+) -> Result<Option<f64>, EvaluateError> {
+    let mut given: Option<(&Run, f64)> = None;
+    for (run, store) in runs.iter().zip(stores) {
+        let Some(store) = store else { continue };
+        let voxel_m = store.lattice().voxel_m();
+        match given {
+            Some((other, other_m)) if other_m != voxel_m => {
+                return Err(EvaluateError::DifferentVoxels {
+                    a: other.name.clone(),
+                    b: run.name.clone(),
+                    a_m: other_m,
+                    b_m: voxel_m,
+                });
+            }
+            _ => given = Some((run, voxel_m)),
+        }
+    }
+    if let (Some((_, given_m)), Some(asked_m)) = (given, asked_m)
+        && Lattice::new(asked_m).map_err(EvaluateError::Work)?.voxel_m() != given_m
+    {
+        return Err(EvaluateError::Setting {
+            setting: "voxel",
+            value: format!("{asked_m} m"),
+            why: "a given map has voxels of another edge; leave --voxel out to take that",
+        });
+    }
+    Ok(given.map(|(_, voxel_m)| voxel_m))
+}
+
 /// Fuses the maps that are not given, all in one pass over the log, and opens those that are.
 pub(crate) fn maps_of(
     log: &dyn ScanLog,
     plan: &Plan<'_>,
     runs: &[Run],
+    stores: Vec<Option<Store>>,
     config: &Config,
     watch: &dyn Watch,
 ) -> Result<Maps, EvaluateError> {
@@ -66,26 +114,23 @@ pub(crate) fn maps_of(
 
     let mut scratch_bytes = 0;
     let mut maps = Vec::new();
-    for (run, fuser) in runs.iter().zip(fusers) {
+    for ((run, fuser), store) in runs.iter().zip(fusers).zip(stores) {
         let map_error = EvaluateError::map_of(&run.name);
         let file_name = format!("{}.dmpmap", file_stem(runs, run));
         let (path, durability) = match &config.save_maps {
             Some(folder) => (folder.join(file_name), Durability::Durable),
             None => (work.file(&file_name), Durability::Scratch),
         };
-        maps.push(match (fuser, &run.map) {
-            (Some(fuser), _) => {
+        maps.push(match (fuser, store, &run.map) {
+            (Some(fuser), ..) => {
                 scratch_bytes += fuser.scratch_bytes();
                 let (store, thin_voxels) =
                     finish(fuser, &path, &provenance(log, run, plan), durability, watch)
                         .map_err(map_error)?;
                 RunMap { store, fused: true, thin_voxels: Some(thin_voxels), points_dropped: 0 }
             }
-            (None, MapSource::Given(given)) if is_store(given) => {
-                let store = Store::open(given).map_err(map_error)?;
-                RunMap { store, fused: false, thin_voxels: None, points_dropped: 0 }
-            }
-            (None, MapSource::Given(given)) => {
+            (None, Some(store), _) => RunMap { store, fused: false, thin_voxels: None, points_dropped: 0 },
+            (None, None, MapSource::Given(given)) => {
                 let fuser = new_fuser(run)?;
                 let points_dropped = fuse_cloud(given, &run.name, &fuser, watch)?;
                 let text = format!("fused from {}", given.display());
@@ -94,11 +139,10 @@ pub(crate) fn maps_of(
                     finish(fuser, &path, &text, Durability::Scratch, watch).map_err(map_error)?;
                 RunMap { store, fused: false, thin_voxels: Some(thin_voxels), points_dropped }
             }
-            (None, MapSource::Fused) => continue,
+            (None, None, MapSource::Fused) => continue,
         });
         memory::look();
     }
-    same_voxels(runs, &maps)?;
     Ok(Maps { of_runs: maps, counts, scratch_bytes, _work: work })
 }
 
@@ -156,21 +200,6 @@ fn is_store(path: &Path) -> bool {
     !matches!(Store::open(path), Err(dmp_map::MapError::NotAStore { .. } | dmp_map::MapError::Io { .. }))
 }
 
-fn same_voxels(runs: &[Run], maps: &[RunMap]) -> Result<(), EvaluateError> {
-    let voxel_m = |map: &RunMap| map.store.lattice().voxel_m();
-    for ((run, map), (other, other_map)) in runs.iter().zip(maps).zip(runs.iter().zip(maps).skip(1)) {
-        if voxel_m(map) != voxel_m(other_map) {
-            return Err(EvaluateError::DifferentVoxels {
-                a: run.name.clone(),
-                b: other.name.clone(),
-                a_m: voxel_m(map),
-                b_m: voxel_m(other_map),
-            });
-        }
-    }
-    Ok(())
-}
-
 /// Fuses a cloud, whose points know no segment. Answers how many points were not finite.
 fn fuse_cloud(path: &Path, run: &str, fuser: &MapFuser, watch: &dyn Watch) -> Result<u64, EvaluateError> {
     let mut buffers = FuseScratch::default();
@@ -182,6 +211,9 @@ fn fuse_cloud(path: &Path, run: &str, fuser: &MapFuser, watch: &dyn Watch) -> Re
         finite.extend(batch.iter().filter(|point| point.iter().all(|c| c.is_finite())));
         dropped += (batch.len() - finite.len()) as u64;
         watch.advance(batch.len() as u64);
+        if watch.cancelled() {
+            return Err(EvaluateError::Cancelled);
+        }
         fuser.add(&finite, None, &mut buffers).map_err(EvaluateError::map_of(run))
     })?;
     Ok(dropped)

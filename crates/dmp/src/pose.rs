@@ -5,8 +5,10 @@ use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
 
-/// Returns handled at a time: bounds the memory of a thread however large a scan is.
-const BLOCK_RETURNS: usize = 1 << 14;
+/// Returns handled at a time, those of all runs together: bounds the memory of a thread however large a
+/// scan is and however many the runs are. No number depends on it.
+const BLOCK_RAYS: usize = 1 << 15;
+const MIN_BLOCK_RETURNS: usize = 1 << 10;
 
 /// How a run's poses are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,15 +24,17 @@ pub(crate) enum Pairing {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RunPoses<'a> {
     pub(crate) pairing: Pairing,
+    /// Longest gap between poses that is interpolated over, nanoseconds.
+    pub(crate) max_gap_ns: i64,
     track: Track<'a>,
 }
 
 impl<'a> RunPoses<'a> {
     /// Pairs the run's poses with the log's scans.
     pub(crate) fn new(log: &dyn ScanLog, run: &'a Run, config: &Config) -> Result<Self, EvaluateError> {
-        let gap_ns = config.max_time_gap_ns.unwrap_or_else(|| auto_gap_ns(run));
-        let track = Track::new(&run.trajectory, config.body_from_sensor, gap_ns);
-        Ok(Self { pairing: pairing_of(log, run)?, track })
+        let max_gap_ns = config.max_time_gap_ns.unwrap_or_else(|| auto_gap_ns(run));
+        let track = Track::new(&run.trajectory, config.body_from_sensor, max_gap_ns);
+        Ok(Self { pairing: pairing_of(log, run)?, max_gap_ns, track })
     }
 
     /// The sensor's pose at the stamp of a frame, or in its line.
@@ -39,6 +43,11 @@ impl<'a> RunPoses<'a> {
             Pairing::ByStamp => self.track.world_from_sensor_at(frame.stamp_ns?),
             Pairing::ByLine => self.track.world_from_sensor_of_line(frame.frame),
         }
+    }
+
+    /// Whether the log's times of points are of no use to this run, whose poses have no stamps.
+    pub(crate) fn ignores_point_times(&self) -> bool {
+        self.pairing == Pairing::ByLine && self.track.trajectory().stamps_ns().is_none()
     }
 
     /// How the poses of a scan's returns are found; `None` where the run has none for the scan.
@@ -120,6 +129,7 @@ impl<'a> Poser<'a> {
             counts.add_dropped(DropReason::NoPose, scan.len() as u64);
             return Ok(counts);
         };
+        let block_returns = (BLOCK_RAYS / self.runs.len().max(1)).max(MIN_BLOCK_RETURNS);
         self.clear();
         for (index, &point) in scan.points_in_sensor_m.iter().enumerate() {
             if let Err(reason) = self.filter.check(point) {
@@ -135,7 +145,7 @@ impl<'a> Poser<'a> {
             for (rays, pose) in self.rays.iter_mut().zip(&self.poses) {
                 rays.push(Ray::of_return(pose, point));
             }
-            if self.rays[0].len() == BLOCK_RETURNS {
+            if self.rays[0].len() == block_returns {
                 each(&self.rays)?;
                 self.clear();
             }

@@ -57,6 +57,7 @@ mod schema {
         pub(super) horizon_m: f64,
         pub(super) ego: String,
         pub(super) ego_cells: u64,
+        pub(super) ego_box_m: Option<[[f64; 3]; 2]>,
         pub(super) every: u64,
         pub(super) body_from_sensor: [f64; 7],
         pub(super) time_offset_s: f64,
@@ -101,6 +102,7 @@ mod schema {
         pub(super) name: String,
         pub(super) poses: u64,
         pub(super) pairing: String,
+        pub(super) max_time_gap_s: f64,
         pub(super) scans_without_pose: u64,
         pub(super) map: String,
     }
@@ -379,6 +381,8 @@ fn a_simulated_log_can_be_scored_in_both_formats() {
     run("simulate errors drive.truth.tum --drift-ate 0.5 --noise 0.05,0.2deg -o wrong.tum");
     run("score drive.mcap -t drive.truth.tum -t wrong.tum");
     run("score drive -t drive.truth.txt");
+    let in_place = dmp(folder.path(), "simulate errors drive.truth.tum --scale 2 -o ./drive.truth.tum");
+    assert_eq!(in_place.status.code(), Some(2), "the truth is not to be lost: {}", text(&in_place.stderr));
     // The same numbers, the same bytes.
     run("simulate town -o again.mcap --scans 40 --azimuth-steps 90 --seed 3");
     let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();

@@ -80,3 +80,35 @@ fn a_log_without_usable_returns_is_an_error_that_says_where_they_went() {
     let error = evaluate(open(&path).as_ref(), &[run], &Config::default(), &()).unwrap_err();
     assert_eq!(error.to_string(), "no return is used: 5 non_finite, 5 no_return");
 }
+
+#[test]
+fn a_vehicle_that_stands_most_of_the_time_is_not_the_world() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.mcap");
+    let (scans, truth) = small_town(40, 90);
+    // The first scan again and again, as at a red light, then the drive; a bonnet in every scan.
+    let stamps_ns = truth.stamps_ns().unwrap();
+    let wait_ns = 500_000_000 * 150;
+    let mut waiting: Vec<Scan> = Vec::new();
+    for k in 0..150 {
+        let stamp_ns = scans[0].stamp_ns.map(|ns| ns + 500_000_000 * k);
+        waiting.push(Scan { stamp_ns, ..scans[0].clone() });
+    }
+    waiting.extend(scans.iter().map(|s| Scan { stamp_ns: s.stamp_ns.map(|ns| ns + wait_ns), ..s.clone() }));
+    for scan in &mut waiting {
+        scan.points_in_sensor_m.push([2.03, 0.04, -0.51]);
+        scan.time_offsets_ns.push(0);
+    }
+    write_mcap(&path, &waiting);
+    let start = (stamps_ns[0], truth.poses()[0]);
+    let moved = stamps_ns.iter().map(|ns| ns + wait_ns).zip(truth.poses().iter().copied());
+    let run = Trajectory::stamped(std::iter::once(start).chain(moved).collect()).unwrap().trajectory;
+    let config = Config { max_time_gap_ns: Some(i64::MAX), ..Config::default() };
+    let report = evaluate(open(&path).as_ref(), &[Run::new("run", run)], &config, &()).unwrap();
+    assert!(report.config.segments.travel_m > 50.0);
+    assert_eq!(
+        report.inputs.dropped.0["vehicle"],
+        waiting.len() as u64,
+        "the bonnet, once a scan, and nothing else"
+    );
+}

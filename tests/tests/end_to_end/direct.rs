@@ -85,12 +85,13 @@ fn surfels(rays: &[Ray]) -> Vec<Disc> {
     discs
 }
 
-/// The scores, directly: Σ (z − z1)², R_cv at 10 m over all returns, R_near at 0.5 m, coverage.
-fn scores(rays: &[Ray], discs: &[Disc]) -> [f64; 4] {
+/// The scores, directly, by name.
+fn scores(rays: &[Ray], discs: &[Disc]) -> BTreeMap<&'static str, f64> {
     let radius = 0.8 * VOXEL_M;
-    let (mut dmp, mut cv, mut near, mut covered, mut hits) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    let mut sums: BTreeMap<&str, f64> = BTreeMap::new();
+    let mut add = |name, value| *sums.entry(name).or_default() += value;
     for ray in rays {
-        let (mut z1, mut zc, mut gap) = (f64::INFINITY, f64::INFINITY, 5.0f64);
+        let (mut z1, mut zc, mut gap, mut revisited) = (f64::INFINITY, f64::INFINITY, 5.0f64, false);
         for disc in discs {
             let cos = disc.normal.dot(&ray.direction);
             let t = disc.normal.dot(&(disc.centre - ray.origin)) / cos;
@@ -98,22 +99,35 @@ fn scores(rays: &[Ray], discs: &[Disc]) -> [f64; 4] {
             if cos.abs() >= 0.01 && off.norm() <= radius && (0.0..=200.0).contains(&t) {
                 z1 = z1.min(t);
                 gap = gap.min((t - ray.z).abs());
-                let before = disc.segments.iter().filter(|&&s| s < ray.segment - 1).count();
-                let after = disc.segments.iter().filter(|&&s| s > ray.segment + 1).count();
-                if before >= 3 || after >= 3 {
+                let independent = |reach: i64| {
+                    disc.segments.iter().filter(|&&s| s < ray.segment - reach).count() >= 3
+                        || disc.segments.iter().filter(|&&s| s > ray.segment + reach).count() >= 3
+                };
+                if independent(1) {
                     zc = zc.min(t);
                 }
+                revisited |= independent(5);
             }
         }
+        let cut = |residual: f64, tau: f64| residual.powi(2).min(tau * tau);
         if z1.is_finite() {
-            hits += 1.0;
-            dmp += (ray.z - z1).powi(2);
-            near += gap.powi(2).min(0.25);
+            add("hits", 1.0);
+            add("DMP", (ray.z - z1).powi(2));
+            for (name, tau) in [("near 5", 5.0), ("near 2", 2.0), ("near 0.5", 0.5)] {
+                add(name, cut(gap, tau));
+            }
         }
-        covered += f64::from(zc.is_finite());
-        cv += if zc.is_finite() { (ray.z - zc).powi(2).min(100.0) } else { 25.0 };
+        if zc.is_finite() {
+            add("covered", 1.0);
+            for (name, tau) in [("cv 2", 2.0), ("cv 0.5", 0.5), ("cv 0.2", 0.2)] {
+                add(name, cut(ray.z - zc, tau));
+            }
+        }
+        add("cv 10", if zc.is_finite() { cut(ray.z - zc, 10.0) } else { 25.0 });
+        add("revisited", f64::from(revisited));
+        add("blocked", f64::from(z1 < ray.z - 0.5));
     }
-    [dmp, cv / rays.len() as f64, near / hits, covered / rays.len() as f64]
+    sums
 }
 
 #[test]
@@ -136,19 +150,29 @@ fn the_pipeline_is_the_formulas() {
         assert_eq!(rays.len() as u64, reported.returns);
         let discs = surfels(&rays);
         assert_eq!(discs.len() as u64, reported.map.surfels);
-        let direct = scores(&rays, &discs);
-        let found = [
-            reported.dmp_sum_m2,
-            reported.r_cv_m2.at_10.unwrap(),
-            reported.r_near_m2.at_0_5.unwrap(),
-            reported.coverage.unwrap(),
+        let sums = scores(&rays, &discs);
+        let returns = rays.len() as f64;
+        let (hits, covered) = (sums["hits"], sums["covered"]);
+        let (cv, near) = (&reported.r_cv_m2, &reported.r_near_m2);
+        let all = [
+            ("DMP", Some(reported.dmp_sum_m2), sums["DMP"]),
+            ("mean", reported.dmp_mean_m2, sums["DMP"] / hits),
+            ("R_cv 10", cv.at_10, sums["cv 10"] / returns),
+            ("R_cv 2", cv.at_2, sums["cv 2"] / covered),
+            ("R_cv 0.5", cv.at_0_5, sums["cv 0.5"] / covered),
+            ("R_cv 0.2", cv.at_0_2, sums["cv 0.2"] / covered),
+            ("R_near 5", near.at_5, sums["near 5"] / hits),
+            ("R_near 2", near.at_2, sums["near 2"] / hits),
+            ("R_near 0.5", near.at_0_5, sums["near 0.5"] / hits),
+            ("miss", reported.miss_rate, 1.0 - hits / returns),
+            ("blocked", reported.blocked_rate, sums["blocked"] / returns),
+            ("coverage", reported.coverage, covered / returns),
+            ("revisit", reported.coverage_revisit, sums["revisited"] / returns),
         ];
-        for (name, (found, direct)) in
-            ["DMP", "R_cv(10)", "R_near(0.5)", "coverage"].iter().zip(found.iter().zip(direct))
-        {
-            let relative = (found / direct - 1.0).abs();
-            println!("{}: {name} {found} directly {direct}, relative {relative:.1e}", run.name);
-            assert!(relative < 1e-6, "{}: {name} {found}, directly {direct}", run.name);
+        for (name, found, direct) in all {
+            let relative = (found.unwrap() / direct - 1.0).abs();
+            println!("{}: {name} {found:?} directly {direct}, relative {relative:.1e}", run.name);
+            assert!(relative < 1e-6, "{}: {name} {found:?}, directly {direct}", run.name);
         }
         assert!(reported.coverage.unwrap() > 0.3, "the log must have revisits for this to mean anything");
     }

@@ -78,10 +78,18 @@ fn code_lines() -> Vec<(String, PathBuf, String)> {
     let mut lines = Vec::new();
     for (name, _) in TABLE {
         for file in rust_files(&workspace().join("crates").join(name).join("src")) {
+            // A file of tests.
+            if file.file_name().is_some_and(|name| name == "tests.rs") {
+                continue;
+            }
             let text = std::fs::read_to_string(&file).unwrap();
-            let code = text.lines().take_while(|line| line.trim() != "#[cfg(test)]");
+            let file_lines: Vec<&str> = text.lines().collect();
+            // A module of tests ends a file; a test's helper that is only declared does not.
+            let opens = |pair: &[&str]| pair[0].trim() == "#[cfg(test)]" && pair[1].ends_with('{');
+            let tests = file_lines.windows(2).position(opens).unwrap_or(file_lines.len());
+            let code = file_lines[..tests].iter();
             let code = code.filter(|line| !line.trim_start().starts_with("//"));
-            lines.extend(code.map(|line| (name.to_owned(), file.clone(), line.to_owned())));
+            lines.extend(code.map(|line| (name.to_owned(), file.clone(), (*line).to_owned())));
         }
     }
     assert!(lines.len() > 3000, "the crates were to be found");
@@ -153,6 +161,13 @@ fn sines_come_from_one_library() {
         ".powf(",
         ".cbrt()",
         ".hypot(",
+        ".exp2(",
+        ".log10(",
+        ".log2(",
+        ".ln_1p(",
+        ".powi(",
+        "f64::sin",
+        "f64::cos",
     ];
     for (name, file, line) in code_lines() {
         let scored =

@@ -138,6 +138,7 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             horizon_m: 200.0,
             ego: "auto",
             ego_cells: 0,
+            ego_box_m: None,
             every: 1,
             body_from_sensor: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
             time_offset_s: 0.0,

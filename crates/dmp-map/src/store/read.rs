@@ -33,7 +33,7 @@ pub struct Store {
 pub struct Tile {
     /// Which tile.
     pub id: TileId,
-    /// The place that the surfels' coordinates count from: the tile's corner and its lowest z, world metres.
+    /// The place that the surfels' coordinates count from: the tile's corner and a z amid its surfels, world metres.
     pub origin_in_world_m: [f64; 3],
     /// The surfels.
     pub surfels: Vec<Surfel>,

@@ -34,6 +34,8 @@ pub(crate) struct Plan<'a> {
 pub(crate) struct Segments {
     /// Length asked for or found, metres; `None` where every scan is a segment of its own.
     pub(crate) length_m: Option<f64>,
+    /// Whether a length was asked for.
+    pub(crate) given: bool,
     /// Ordinals of the frames that begin a segment.
     pub(crate) starts: Vec<usize>,
     /// The median over the runs of the way from scan to scan, added up, metres.

@@ -36,7 +36,7 @@ pub(super) fn cut_segments(steps_m: &[f64], segment_m: Option<f64>, frames: &mut
         }
         frame.segment = segment;
     }
-    Segments { length_m: by_travel.then_some(length_m), starts, travel_m }
+    Segments { length_m: by_travel.then_some(length_m), given: segment_m.is_some(), starts, travel_m }
 }
 
 /// The middle value; the mean of the two middle ones of an even number; 0 of none.

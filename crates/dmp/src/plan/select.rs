@@ -20,6 +20,8 @@ pub(crate) struct Selection {
     pub(crate) unposed_returns: u64,
     /// How often the log's stamps go backwards.
     pub(crate) out_of_order: usize,
+    /// Scans with the stamp of another.
+    pub(crate) same_stamp: usize,
 }
 
 /// The scans that were asked for and have a pose in every run.
@@ -35,6 +37,7 @@ pub(super) fn select(
         unselected_returns: 0,
         unposed_returns: 0,
         out_of_order: 0,
+        same_stamp: 0,
     };
     for (frame, info) in log.frames().iter().enumerate() {
         if frame % config.every != 0 {
@@ -70,6 +73,8 @@ pub(super) fn select(
     selection.out_of_order =
         selection.frames.windows(2).filter(|pair| pair[1].stamp_ns < pair[0].stamp_ns).count();
     selection.frames.sort_by_key(|frame| (frame.stamp_ns, frame.frame));
+    let same = |pair: &&[PlannedFrame]| pair[0].stamp_ns.is_some() && pair[0].stamp_ns == pair[1].stamp_ns;
+    selection.same_stamp = selection.frames.windows(2).filter(same).count();
     Ok(selection)
 }
 
@@ -78,6 +83,9 @@ fn why_no_overlap(log: &dyn ScanLog, run: &Run, config: &Config) -> String {
     else {
         return "the trajectory holds too few poses".to_owned();
     };
+    if first == last && log.frames().len() > 1 {
+        return format!("the log's stamps are all the same, {:.3} s: they tell nothing", first as f64 / 1e9);
+    }
     let (first, last) =
         (first.saturating_add(config.time_offset_ns), last.saturating_add(config.time_offset_ns));
     let s = |ns: i64| ns as f64 / 1e9;

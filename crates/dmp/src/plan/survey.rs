@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use dmp_log::ScanLog;
 use dmp_map::{DensityProbe, Lattice};
 use dmp_sensor::{EgoMask, EgoVotes, ReturnFilter, Scan};
@@ -6,6 +8,7 @@ use super::{Segments, VoxelChoice};
 use crate::config::{Config, Ego, Run};
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
+use crate::memory;
 use crate::pose::{Poser, RunPoses};
 use crate::watch::{Stage, Watch};
 
@@ -18,7 +21,7 @@ const EGO_TRAVEL_M: f64 = 20.0;
 /// the latest.
 const BLOCKS: usize = 5;
 const BLOCK_SCANS: usize = 20;
-const BLOCK_RETURNS: u64 = 1_500_000;
+const BLOCK_RETURNS: u64 = 1_000_000;
 /// The voxel edges to choose from, metres, and the share of returns in filled voxels that is enough.
 const VOXELS_M: [f64; 3] = [0.2, 0.3, 0.5];
 const FILLED_SHARE: f64 = 0.7;
@@ -38,7 +41,9 @@ pub(super) fn filter(
         Ego::BoxMm(min, max) => filter.ego = EgoMask::from_box_mm(min, max),
         Ego::Auto if segments.travel_m < EGO_TRAVEL_M => {}
         Ego::Auto => {
-            let voters = spread(frames.len(), EGO_SCANS);
+            // At equal steps of the way, not of time: a vehicle that stands sees everything keep its place.
+            let voters: Vec<usize> =
+                spread(segments.starts.len(), EGO_SCANS).into_iter().map(|k| segments.starts[k]).collect();
             watch.begin(Stage::Survey, voters.len() as u64);
             let (mut reader, mut scan) = (log.reader()?, Scan::default());
             let mut votes = EgoVotes::default();
@@ -54,9 +59,9 @@ pub(super) fn filter(
     Ok(filter)
 }
 
-/// The smallest edge at which enough returns share their voxel with two others, in the run that
-/// gathers them best: a poor trajectory scatters what a good one gathers, and density is a matter of
-/// the sensor and the drive.
+/// The voxel edge given, or the smallest at which enough returns of some run share their voxel with two
+/// others: a poor trajectory scatters what a good one gathers, and density is a matter of the sensor and
+/// the drive. One run and one edge at a time, since each takes memory for a whole block of scans.
 pub(super) fn voxel(
     log: &dyn ScanLog,
     frames: &[PlannedFrame],
@@ -70,41 +75,56 @@ pub(super) fn voxel(
         return Ok(VoxelChoice { voxel_m, filled_share: None });
     }
     let blocks = blocks_of(frames);
-    watch.begin(Stage::Survey, blocks.iter().map(ExactSizeIterator::len).sum::<usize>() as u64);
-    let mut shares = [0.0f64; VOXELS_M.len()];
-    let mut probes = vec![[DensityProbe::default(); VOXELS_M.len()]; runs.len()];
-    let mut reader = log.reader()?;
-    let mut scan = Scan::default();
-    let mut poser = Poser::new(poses, filter);
-    let lattices = VOXELS_M.iter().map(|&voxel_m| Lattice::new(voxel_m)).collect::<Result<Vec<_>, _>>();
-    let lattices = lattices.map_err(EvaluateError::Work)?;
+    let scans: usize = blocks.iter().map(ExactSizeIterator::len).sum();
+    let mut choice = VoxelChoice { voxel_m: VOXELS_M[0], filled_share: None };
+    for voxel_m in VOXELS_M {
+        let lattice = Lattice::new(voxel_m).map_err(EvaluateError::Work)?;
+        let mut best: f64 = 0.0;
+        for (run, poses) in runs.iter().zip(poses) {
+            watch.begin(Stage::Survey, scans as u64);
+            let share = filled_share(log, frames, &blocks, lattice, run, poses, filter, watch)?;
+            best = best.max(share);
+            if best >= FILLED_SHARE {
+                return Ok(VoxelChoice { voxel_m, filled_share: Some(best) });
+            }
+        }
+        choice = VoxelChoice { voxel_m, filled_share: Some(best) };
+    }
+    Ok(choice)
+}
+
+/// Share of one run's returns that lie in filled voxels of `lattice`.
+#[expect(clippy::too_many_arguments, reason = "it is the inside of two loops of the only caller")]
+fn filled_share(
+    log: &dyn ScanLog,
+    frames: &[PlannedFrame],
+    blocks: &[Range<usize>],
+    lattice: Lattice,
+    run: &Run,
+    poses: &RunPoses<'_>,
+    filter: &ReturnFilter,
+    watch: &dyn Watch,
+) -> Result<f64, EvaluateError> {
+    let returns = |block: &Range<usize>| frames[block.clone()].iter().map(|f| f.returns as usize).sum();
+    let mut probe = DensityProbe::new(lattice, blocks.iter().map(returns).max().unwrap_or(0));
+    let (mut reader, mut scan) = (log.reader()?, Scan::default());
+    let mut poser = Poser::new(std::slice::from_ref(poses), filter);
     for block in blocks {
-        let mut points = vec![Vec::new(); runs.len()];
-        for ordinal in block.clone() {
-            let frame = &frames[ordinal];
+        for frame in &frames[block.clone()] {
+            if watch.cancelled() {
+                return Err(EvaluateError::Cancelled);
+            }
             reader.read(frame.frame, &mut scan)?;
             poser.blocks(frame, &scan, |rays| {
-                for (points, rays) in points.iter_mut().zip(rays) {
-                    points.extend(rays.iter().map(dmp_sensor::Ray::endpoint_in_world));
-                }
-                Ok::<(), EvaluateError>(())
+                let mut points = rays[0].iter().map(dmp_sensor::Ray::endpoint_in_world);
+                points.try_for_each(|point| probe.add(point)).map_err(EvaluateError::map_of(&run.name))
             })?;
             watch.advance(1);
         }
-        for ((probes, points), run) in probes.iter_mut().zip(&points).zip(runs) {
-            for (probe, lattice) in probes.iter_mut().zip(&lattices) {
-                let block = DensityProbe::of_block(lattice, points.iter().copied());
-                probe.merge(&block.map_err(EvaluateError::map_of(&run.name))?);
-            }
-        }
+        probe.end_block();
+        memory::look();
     }
-    for probes in &probes {
-        for (share, probe) in shares.iter_mut().zip(probes) {
-            *share = share.max(probe.filled_share().unwrap_or(0.0));
-        }
-    }
-    let chosen = shares.iter().position(|&share| share >= FILLED_SHARE).unwrap_or(VOXELS_M.len() - 1);
-    Ok(VoxelChoice { voxel_m: VOXELS_M[chosen], filled_share: Some(shares[chosen]) })
+    Ok(probe.filled_share())
 }
 
 /// Up to `count` of `total` ordinals, evenly spread.
@@ -114,8 +134,8 @@ fn spread(total: usize, count: usize) -> Vec<usize> {
 }
 
 /// Blocks of successive frames, evenly spread over the log, none of them over another.
-fn blocks_of(frames: &[PlannedFrame]) -> Vec<std::ops::Range<usize>> {
-    let mut blocks: Vec<std::ops::Range<usize>> = Vec::new();
+fn blocks_of(frames: &[PlannedFrame]) -> Vec<Range<usize>> {
+    let mut blocks: Vec<Range<usize>> = Vec::new();
     for start in spread(frames.len(), BLOCKS) {
         let start = start.max(blocks.last().map_or(0, |block| block.end));
         let (mut end, mut returns) = (start, 0);

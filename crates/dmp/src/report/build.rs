@@ -116,6 +116,10 @@ fn config_report(config: &Config, plan: &Plan<'_>, scored: &Scored) -> ConfigRep
             Ego::BoxMm(..) => "box",
         },
         ego_cells: plan.filter.ego.cells(),
+        ego_box_m: match config.ego {
+            Ego::BoxMm(min, max) => Some([min, max].map(|corner| corner.map(|mm| mm as f64 / 1e3))),
+            Ego::Auto | Ego::None => None,
+        },
         every: config.every,
         body_from_sensor: [t.x, t.y, t.z, q.x, q.y, q.z, q.w],
         time_offset_s: config.time_offset_ns as f64 / 1e9,
@@ -132,6 +136,7 @@ fn input_report(log: &dyn ScanLog, runs: &[Run], plan: &Plan<'_>, counts: &Retur
             Pairing::ByStamp => "by stamp",
             Pairing::ByLine => "line by line",
         },
+        max_time_gap_s: plan.poses[k].max_gap_ns as f64 / 1e9,
         scans_without_pose: plan.selection.without_pose[k],
         map: match &run.map {
             MapSource::Fused => "fused".to_owned(),

@@ -63,6 +63,8 @@ pub struct ConfigReport {
     pub ego: &'static str,
     /// Cells of 0.1 m found on the vehicle.
     pub ego_cells: usize,
+    /// The box given for it, smallest and largest corner, metres; null where none was.
+    pub ego_box_m: Option<[[f64; 3]; 2]>,
     /// Every n-th scan was used.
     pub every: usize,
     /// body_from_sensor as x, y, z (metres), qx, qy, qz, qw.
@@ -129,7 +131,7 @@ pub struct InputReport {
 pub struct DropReport(pub BTreeMap<&'static str, u64>);
 
 /// A run's inputs.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunInputReport {
     /// Name of the run.
     pub name: String,
@@ -137,6 +139,8 @@ pub struct RunInputReport {
     pub poses: usize,
     /// `by stamp` or `line by line`.
     pub pairing: &'static str,
+    /// Longest gap between poses that is interpolated over, seconds.
+    pub max_time_gap_s: f64,
     /// Scans without a pose in this run.
     pub scans_without_pose: usize,
     /// Its map: `fused`, or the file given.

@@ -1,12 +1,16 @@
-use super::{Report, RunReport};
+use super::{PairReport, Report, RunReport};
 use crate::plan::Plan;
 
 /// Below this share of returns seen on another visit, nothing is said about the global shape.
 const REVISIT_NEEDED: f64 = 0.05;
+/// Above this share of returns with something in front, trajectory and log hardly belong together.
+const BLOCKED_SUSPECT: f64 = 0.6;
 /// Above this share of misses, scans and map hardly belong together.
 const MISSES_SUSPECT: f64 = 0.5;
 /// A share of dropped returns worth a word.
 const DROPS_TOLD: f64 = 0.2;
+/// A share of returns taken for the vehicle that is worth a word.
+const VEHICLE_TOLD: f64 = 0.05;
 /// Frames below which intervals come from few batches.
 const FRAMES_FEW: u64 = 40;
 
@@ -25,6 +29,12 @@ fn of_run(run: &RunReport) -> Vec<String> {
         warnings.push(format!(
             "{:.0} % of the returns hit nothing: is the trajectory that of this log and this frame (--extrinsic, --time-offset)?",
             percent(miss_rate)
+        ));
+    }
+    if let Some(rate) = run.blocked_rate.filter(|&rate| rate > BLOCKED_SUSPECT) {
+        warnings.push(format!(
+            "{:.0} % of the returns have something in front of them: a map this inconsistent is ruined, or the trajectory is not that of this log and frame (--extrinsic, --time-offset, order of the quaternion)",
+            percent(rate)
         ));
     }
     if let Some(why) = run.r_cv_withheld.as_deref().filter(|why| why.starts_with("coverage")) {
@@ -63,6 +73,33 @@ fn of_report(report: &Report, plan: &Plan<'_>) -> Vec<String> {
             plan.selection.out_of_order
         ));
     }
+    if plan.segments.given && plan.segments.length_m.is_none() {
+        warnings.push(format!(
+            "the segment length asked for cuts {:.1} m of travel into fewer than 8: every scan is a segment of its own",
+            plan.segments.travel_m
+        ));
+    }
+    if plan.selection.same_stamp > 0 {
+        warnings.push(format!(
+            "{} scans have the stamp of another scan: a log that holds scans twice counts them twice",
+            plan.selection.same_stamp
+        ));
+    }
+    if inputs.point_times.is_some() {
+        for (run, _) in inputs.runs.iter().zip(&plan.poses).filter(|(_, poses)| poses.ignores_point_times()) {
+            warnings.push(format!(
+                "the poses of `{}` have no stamps, so the times of points are not used: each scan has one pose",
+                run.name
+            ));
+        }
+    }
+    let vehicle = inputs.dropped.0.get("vehicle").copied().unwrap_or(0) as f64 / inputs.returns.max(1) as f64;
+    if vehicle > VEHICLE_TOLD && vehicle <= DROPS_TOLD {
+        warnings.push(format!(
+            "{:.0} % of the returns were taken for the vehicle: if that is too many, give --ego a box, or none",
+            100.0 * vehicle
+        ));
+    }
     for (reason, count) in &inputs.dropped.0 {
         let share = *count as f64 / inputs.returns.max(1) as f64;
         if share > DROPS_TOLD && *reason != "scan_not_selected" {
@@ -70,10 +107,37 @@ fn of_report(report: &Report, plan: &Plan<'_>) -> Vec<String> {
         }
     }
     if report.sampling.frames_scored < FRAMES_FEW {
-        warnings.push(format!("only {} scans: intervals are wide", report.sampling.frames_scored));
+        warnings.push(format!(
+            "few scans ({}): intervals are wide, if there are any",
+            report.sampling.frames_scored
+        ));
     }
     if report.runs.iter().any(|run| run.coverage.is_none()) {
         warnings.push("a map was given: returns may be compared with surfels made of themselves".to_owned());
+        if report.runs.iter().any(|run| run.coverage.is_some()) {
+            warnings.push(
+                "maps that were given stand beside maps that were fused: the one with more scans in it looks better"
+                    .to_owned(),
+            );
+        }
     }
+    warnings.extend(contradictions(report));
     warnings
+}
+
+/// Runs that are decided to be better although their R_cv at 10 m is larger: they miss more, or other,
+/// returns, and the column counts all returns while the pair counts those that both predict.
+fn contradictions(report: &Report) -> Vec<String> {
+    let r_cv = |name: &str| report.runs.iter().find(|run| run.name == name)?.r_cv_m2.at_10;
+    let told = |pair: &PairReport| {
+        let worse = if pair.verdict == pair.a { &pair.b } else { &pair.a };
+        let decided = pair.verdict == pair.a || pair.verdict == pair.b;
+        (decided && r_cv(&pair.verdict)? > r_cv(worse)?).then(|| {
+            format!(
+                "`{}` is better than `{worse}` on the returns that both predict, though its R_cv at 10 m over all returns is larger: believe the pair",
+                pair.verdict
+            )
+        })
+    };
+    report.pairs.iter().filter_map(told).collect()
 }
