@@ -56,7 +56,12 @@ impl StoreWriter {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
         };
-        let file = tempfile::Builder::new().prefix(".dmp-store-").tempfile_in(folder);
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".dmp-store-");
+        // As any other output file: others may read it, as far as the user's mask lets them.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let file = builder.tempfile_in(folder);
         let file = file.map_err(MapError::io(path, "cannot create the store"))?;
         let mut header = Vec::new();
         header.extend(MAGIC);
