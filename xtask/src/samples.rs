@@ -6,6 +6,8 @@ use std::path::Path;
 
 use anyhow::{Context as _, ensure};
 use clap::Args;
+use dmp::{Config, Run, evaluate};
+use dmp_log::{LogOptions, open_log, read_trajectory};
 
 /// The commands that make the samples, each in the folder that `{}` stands for.
 ///
@@ -20,8 +22,12 @@ const COMMANDS: [&str; 4] = [
     "simulate errors {}/truth.tum -o {}/collapsed.tum --collapse 0.25",
 ];
 
-/// What they make.
-const FILES: [&str; 5] = ["town.mcap", "truth.tum", "drift.tum", "noise.tum", "collapsed.tum"];
+/// What they make, and the scores of it.
+const FILES: [&str; 6] = ["town.mcap", "truth.tum", "drift.tum", "noise.tum", "collapsed.tum", SCORES];
+
+/// The scores of the samples, to the last bit: the same on every machine, or `--check` fails.
+const SCORES: &str = "scores.json";
+const RUNS: [&str; 4] = ["truth", "drift", "noise", "collapsed"];
 
 /// All of it may have this many bytes: it is part of every clone of the repository.
 const MOST_BYTES: u64 = 3_000_000;
@@ -38,6 +44,7 @@ pub(crate) fn run(arguments: &SamplesArgs) -> anyhow::Result<()> {
     let samples = crate::root().join("data-samples");
     let fresh = tempfile::tempdir()?;
     make(fresh.path())?;
+    fs::write(fresh.path().join(SCORES), score(fresh.path())?)?;
     let mut total_bytes = 0;
     for file in FILES {
         let made = fs::read(fresh.path().join(file))?;
@@ -65,6 +72,26 @@ fn make(folder: &Path) -> anyhow::Result<()> {
         ensure!(exit == dmp_cli::Exit::Done, "`dmp {command}` ended with {exit:?}");
     }
     Ok(())
+}
+
+/// The report of the samples as JSON, without what tells of this machine, this folder or this version.
+fn score(folder: &Path) -> anyhow::Result<String> {
+    let log = open_log(&folder.join("town.mcap"), &LogOptions::default())?;
+    let run = |name: &str| -> anyhow::Result<Run> {
+        Ok(Run::new(name, read_trajectory(&folder.join(name).with_extension("tum"))?.trajectory))
+    };
+    let runs = RUNS.into_iter().map(run).collect::<anyhow::Result<Vec<_>>>()?;
+    let report = evaluate(log.as_ref(), &runs, &Config::default(), &())?;
+    let mut json = serde_json::to_value(report)?;
+    let top = json.as_object_mut().context("a report is an object")?;
+    for of_the_moment in ["timing", "memory", "dmp_version"] {
+        top.remove(of_the_moment);
+    }
+    top.get_mut("inputs")
+        .and_then(|inputs| inputs.as_object_mut())
+        .context("a report has inputs")?
+        .remove("log");
+    Ok(serde_json::to_string_pretty(&json)? + "\n")
 }
 
 fn compare(path: &Path, made: &[u8]) -> anyhow::Result<()> {
