@@ -1,5 +1,5 @@
 //! Tests of the readers and writers on whole files.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test that cannot go on has failed")]
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod cloud;
 mod common;
