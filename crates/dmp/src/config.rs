@@ -75,7 +75,7 @@ pub struct Config {
     pub max_time_gap_ns: Option<i64>,
     /// The sensor's range noise, metres: scales the raw log-likelihood, nothing else.
     pub sigma_m: f64,
-    /// Memory to stay within, bytes.
+    /// Memory to aim for, bytes. Each run takes a part that does not shrink: the tiles in hand and its buffers.
     pub memory_bytes: usize,
     /// Threads that read, fuse and cast.
     pub threads: usize,

@@ -80,6 +80,14 @@ pub(super) fn done(report: &Report) {
         Some(peak) => format!("; {} of memory", text::bytes(peak)),
         None => String::new(),
     };
+    let budget = report.memory.budget_bytes as u64;
+    if let Some(peak) = report.memory.peak_anon_bytes.filter(|&peak| peak > budget + budget / 10) {
+        eprintln!(
+            "note: {} of memory were needed, more than the {} of --memory: each run takes a part that cannot shrink",
+            text::bytes(peak),
+            text::bytes(budget)
+        );
+    }
     eprintln!(
         "{} scored for {} in {} ({rate} returns/s){memory}",
         counted(returns, "return"),

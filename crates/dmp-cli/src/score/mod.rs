@@ -94,7 +94,8 @@ pub(crate) struct ScoreArgs {
     #[arg(value_parser = crate::parse::length_m, help_heading = "Returns and map")]
     sigma: f64,
 
-    /// Memory to stay within, as 2GiB or 500MB, or `unlimited` [default: a quarter of the machine's]
+    /// Memory to aim for, as 2GiB or 500MB, or `unlimited`; what does not fit goes to --work. Many runs on a
+    /// dense log may need more than a small budget: that is told [default: a quarter of the machine's]
     #[arg(long, value_name = "SIZE", value_parser = parse::memory_bytes, help_heading = "Resources")]
     memory: Option<usize>,
     /// Threads that read, fuse and cast [default: one for each core]
