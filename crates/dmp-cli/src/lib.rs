@@ -17,6 +17,7 @@ mod save;
 mod score;
 mod simulate;
 mod text;
+mod truth;
 
 use std::ffi::OsString;
 use std::io::{self, Write as _};
@@ -58,6 +59,8 @@ enum Command {
     Score(Box<score::ScoreArgs>),
     Info(info::InfoArgs),
     #[command(subcommand)]
+    Truth(truth::Truth),
+    #[command(subcommand)]
     Simulate(simulate::Simulate),
 }
 
@@ -66,6 +69,7 @@ impl Command {
         match self {
             Self::Score(arguments) => score::run(arguments, common, out),
             Self::Info(arguments) => info::run(arguments, out),
+            Self::Truth(command) => command.run(common, out),
             Self::Simulate(command) => command.run(common, out),
         }
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::common::workspace;
 
 /// What each crate may name in its `[dependencies]`: the table of `docs/architecture.md`.
-const TABLE: [(&str, &[&str]); 8] = [
+const TABLE: [(&str, &[&str]); 10] = [
     ("dmp-sensor", &["nalgebra", "thiserror"]),
     (
         "dmp-log",
@@ -42,6 +42,11 @@ const TABLE: [(&str, &[&str]); 8] = [
             "thiserror",
         ],
     ),
+    ("dmp-truth", &["dmp-map", "dmp-sensor", "libm", "nalgebra", "rayon", "rstar", "thiserror"]),
+    (
+        "dmp-study",
+        &["dmp", "dmp-log", "dmp-map", "dmp-sensor", "dmp-truth", "rayon", "rstar", "serde", "thiserror"],
+    ),
     (
         "dmp-cli",
         &[
@@ -52,10 +57,13 @@ const TABLE: [(&str, &[&str]); 8] = [
             "dmp-log",
             "dmp-sensor",
             "dmp-sim",
+            "dmp-study",
+            "dmp-truth",
             "indicatif",
             "serde",
             "serde_json",
             "tempfile",
+            "zip",
         ],
     ),
 ];

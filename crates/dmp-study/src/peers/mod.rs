@@ -1,0 +1,1 @@
+//! Map metrics without ground truth that others use, as baselines.

@@ -1,0 +1,1 @@
+//! How well two orders of the same runs agree: Kendall tau-b and Spearman rho.

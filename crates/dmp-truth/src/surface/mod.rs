@@ -1,0 +1,1 @@
+//! Distance of a map from a reference surface.

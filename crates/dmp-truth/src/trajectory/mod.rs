@@ -1,0 +1,1 @@
+//! Absolute and relative pose error of a trajectory against a reference.
