@@ -12,7 +12,7 @@ use crate::frames::{PlannedFrame, Worker, each_frame};
 use crate::fuse::RunMap;
 use crate::plan::Plan;
 use crate::pose::Poser;
-use crate::watch::{Stage, Watch};
+use crate::watch::{ScoredReturns, Stage, Watch};
 
 /// Share of the memory that the tiles of all maps may take while rays are cast.
 const CAST_SHARE: f64 = 0.5;
@@ -40,7 +40,10 @@ struct CastWorker<'a> {
     queries: Vec<Query>,
     answers: Vec<Vec<Answer>>,
     buffers: CastBuffers,
-    residuals: Vec<Residuals>,
+    /// Of the returns at hand, for every run.
+    residuals: Vec<Vec<Residuals>>,
+    /// Of one return, for every run.
+    of_return: Vec<Residuals>,
     frame: FrameSums,
     reducer: Reducer,
     tiles: HashMap<(usize, TileId), RunSums>,
@@ -49,7 +52,20 @@ struct CastWorker<'a> {
 
 impl Worker for CastWorker<'_> {
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
-        let Self { poser, runs, casters, bases, queries, answers, buffers, residuals, tiles, .. } = self;
+        let Self {
+            poser,
+            runs,
+            casters,
+            watch,
+            bases,
+            queries,
+            answers,
+            buffers,
+            residuals,
+            of_return,
+            tiles,
+            ..
+        } = self;
         self.frame.clear();
         let sums = &mut self.frame;
         let counts = poser.blocks(frame, scan, |rays| {
@@ -61,17 +77,22 @@ impl Worker for CastWorker<'_> {
                     .cast(queries, &mut answers[run], buffers)
                     .map_err(EvaluateError::map_of(&runs[run].name))?;
             }
-            for index in 0..rays[0].len() {
-                residuals.clear();
-                for (run, rays) in rays.iter().enumerate() {
-                    let residual = residuals_of(rays[index].range_m, &answers[run][index]);
-                    let tile = casters[run].store().lattice().tile_of(rays[index].endpoint_in_world());
+            for (run, rays) in rays.iter().enumerate() {
+                residuals[run].clear();
+                for (ray, answer) in rays.iter().zip(&answers[run]) {
+                    let residual = residuals_of(ray.range_m, answer);
+                    let tile = casters[run].store().lattice().tile_of(ray.endpoint_in_world());
                     let tile = tile.map_err(EvaluateError::map_of(&runs[run].name))?;
                     tiles.entry((run, tile)).or_default().add(&residual);
-                    residuals.push(residual);
+                    residuals[run].push(residual);
                 }
-                sums.add_return(residuals);
             }
+            for index in 0..rays[0].len() {
+                of_return.clear();
+                of_return.extend(residuals.iter().map(|of_run| of_run[index]));
+                sums.add_return(of_return);
+            }
+            watch.returns_scored(&ScoredReturns { frame: frame.frame, rays, residuals });
             Ok::<(), EvaluateError>(())
         })?;
         self.reducer.add_frame(ordinal as u64, &self.frame)?;
@@ -130,7 +151,8 @@ pub(crate) fn score(
         queries: Vec::new(),
         answers: vec![Vec::new(); runs.len()],
         buffers: CastBuffers::default(),
-        residuals: Vec::new(),
+        residuals: vec![Vec::new(); runs.len()],
+        of_return: Vec::new(),
         frame: FrameSums::new(&bases),
         reducer: Reducer::new(layout.clone()),
         tiles: HashMap::new(),

@@ -46,4 +46,6 @@ pub use report::{
     ConfigReport, CvScores, DropReport, InputReport, MapReport, MemoryReport, NearScores, PairReport,
     PassTimes, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, SegmentReport, TileReport,
 };
-pub use watch::{Stage, Watch};
+pub use watch::{ScoredReturns, Stage, Watch};
+
+pub use dmp_reduce::{Residuals, RunSums};

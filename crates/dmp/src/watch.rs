@@ -1,4 +1,5 @@
-use dmp_reduce::RunSums;
+use dmp_reduce::{Residuals, RunSums};
+use dmp_sensor::Ray;
 
 /// What is being done at the moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +17,17 @@ pub enum Stage {
     Cast,
 }
 
+/// Used returns of one frame, as they were cast. A frame comes in one or more such parts.
+#[derive(Debug, Clone, Copy)]
+pub struct ScoredReturns<'a> {
+    /// The frame's index in the log.
+    pub frame: usize,
+    /// For every run, the rays of the same returns in the same order: `rays[run][index]`.
+    pub rays: &'a [Vec<Ray>],
+    /// For every run, what the rays left: `residuals[run][index]`.
+    pub residuals: &'a [Vec<Residuals>],
+}
+
 /// Somebody who follows an evaluation; called from several threads at once.
 ///
 /// `()` watches nothing.
@@ -28,6 +40,11 @@ pub trait Watch: Sync {
     /// So much more of the stage is done.
     fn advance(&self, amount: u64) {
         let _ = amount;
+    }
+
+    /// Returns are scored. Parts of a frame come in order, frames in any order.
+    fn returns_scored(&self, returns: &ScoredReturns<'_>) {
+        let _ = returns;
     }
 
     /// A frame is scored: its index in the log and each run's sums. Frames come in any order.
