@@ -10,7 +10,7 @@
 //! | what | formats |
 //! |---|---|
 //! | scan log | MCAP with `sensor_msgs/msg/PointCloud2` in CDR; a folder of KITTI `.bin` scans, with `times.txt` and `times/*.f32` |
-//! | trajectory | TUM; KITTI rows, with `times.txt` |
+//! | trajectory | TUM; KITTI rows, with `times.txt`; EuRoC csv |
 //! | cloud | LAS, LAZ, PLY |
 //!
 //! Nothing a file says is believed: sizes are compared with the file's length before anything is
@@ -66,8 +66,8 @@ pub use log::{
 pub use open::open_log;
 pub use point_time::{PointTime, TimeUnit};
 pub use trajectory::{
-    TrajectoryFile, TrajectoryFormat, TrajectoryParseError, parse_kitti, parse_tum, read_trajectory,
-    write_kitti, write_tum,
+    RawTrajectory, TrajectoryFile, TrajectoryFormat, TrajectoryParseError, parse_euroc, parse_kitti,
+    parse_raw, parse_tum, read_raw_trajectory, read_trajectory, write_kitti, write_tum,
 };
 pub use write_folder::BinFolderWriter;
 pub use write_mcap::{McapCompression, McapScanWriter, McapWriterOptions};

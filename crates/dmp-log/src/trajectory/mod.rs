@@ -1,16 +1,20 @@
 //! Trajectories in text files.
 
+mod euroc;
 mod kitti;
+mod raw;
 mod tum;
 
+pub use euroc::parse_euroc;
 pub use kitti::{parse_kitti, write_kitti};
+pub use raw::{RawTrajectory, parse_raw, read_raw_trajectory};
 pub use tum::{parse_tum, write_tum};
 
 use crate::decimal::shorten;
 use crate::folder::parse_times;
 use crate::text::lines;
 use crate::{LogError, ParseError, Place, fingerprint};
-use dmp_sensor::{Trajectory, TrajectoryRepairs};
+use dmp_sensor::{Isometry3, Quaternion, Trajectory, TrajectoryRepairs, Translation3, UnitQuaternion};
 use std::fs;
 use std::path::Path;
 
@@ -18,6 +22,8 @@ use std::path::Path;
 const MAX_PLACE_M: f64 = 1e8;
 /// Largest trajectory that is read. A day at 200 poses a second has 2 GiB; more is another file.
 const MAX_BYTES: u64 = 4 << 30;
+/// How far the norm of a quaternion may be from 1: text is rounded, but not by this much.
+const NORM_TOLERANCE: f64 = 0.1;
 
 /// The formats of trajectories.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,6 +33,8 @@ pub enum TrajectoryFormat {
     Tum,
     /// Lines of the twelve numbers of a 3 × 4 matrix.
     Kitti,
+    /// Lines of `stamp_ns,x,y,z,qw,qx,qy,qz` and perhaps more columns.
+    Euroc,
 }
 
 impl TrajectoryFormat {
@@ -35,6 +43,7 @@ impl TrajectoryFormat {
         match self {
             Self::Tum => "TUM",
             Self::Kitti => "KITTI",
+            Self::Euroc => "EuRoC",
         }
     }
 }
@@ -78,41 +87,70 @@ impl TrajectoryParseError {
     }
 }
 
-/// Reads a trajectory in TUM or KITTI format, told apart by the columns of its first line. Poses in
+/// Reads a trajectory in TUM, KITTI or EuRoC format, told apart by the columns of its first line. Poses in
 /// KITTI format have the stamps of a `times.txt` beside the file where that has as many lines.
 ///
 /// # Errors
-/// When the file cannot be read, has no poses, is in neither format, or breaks it in some line.
+/// When the file cannot be read, has no poses, is in no such format, or breaks it in some line.
 pub fn read_trajectory(path: &Path) -> Result<TrajectoryFile, LogError> {
+    let bytes = read_bytes(path)?;
+    let fingerprint = fingerprint::of_file(path).map_err(|e| LogError::io(path, "read", e))?;
+    let mut notes = Vec::new();
+    let format = find_format(path, &bytes)?;
+    let repairs = match format {
+        TrajectoryFormat::Tum => parse_tum(&bytes).map_err(|e| e.in_file(path))?,
+        TrajectoryFormat::Euroc => parse_euroc(&bytes).map_err(|e| e.in_file(path))?,
+        TrajectoryFormat::Kitti => read_kitti(path, &bytes, &mut notes)?,
+    };
+    let TrajectoryRepairs { trajectory, out_of_order, repeated } = repairs;
+    Ok(TrajectoryFile { format, trajectory, out_of_order, repeated, notes, fingerprint })
+}
+
+/// The bytes of a file that is not too large to be a trajectory.
+fn read_bytes(path: &Path) -> Result<Vec<u8>, LogError> {
     let length = fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
     if length > MAX_BYTES {
         let problem = format!("{length} bytes are no trajectory, at most {MAX_BYTES} are read");
         return Err(LogError::malformed(path, Place::WholeFile, problem));
     }
-    let bytes = fs::read(path).map_err(|e| LogError::io(path, "read", e))?;
-    let fingerprint = fingerprint::of_file(path).map_err(|e| LogError::io(path, "read", e))?;
-    let (place, columns) = match lines(&bytes).next() {
-        None => {
-            let problem = format!("no poses in {length} bytes");
-            return Err(LogError::malformed(path, Place::WholeFile, problem));
-        }
-        Some(first) => first.map_err(|e| e.in_file(path))?,
+    fs::read(path).map_err(|e| LogError::io(path, "read", e))
+}
+
+/// The format, by the first line with data.
+fn find_format(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat, LogError> {
+    let Some(first) = lines(bytes).next() else {
+        let problem = format!("no poses in {} bytes", bytes.len());
+        return Err(LogError::malformed(path, Place::WholeFile, problem));
     };
-    let mut notes = Vec::new();
-    let (format, repairs) = match columns.len() {
-        8 => (TrajectoryFormat::Tum, parse_tum(&bytes).map_err(|e| e.in_file(path))?),
-        12 => (TrajectoryFormat::Kitti, read_kitti(path, &bytes, &mut notes)?),
+    let (place, columns) = first.map_err(|e| e.in_file(path))?;
+    if is_euroc(bytes, place, &columns) {
+        return Ok(TrajectoryFormat::Euroc);
+    }
+    match columns.len() {
+        8 => Ok(TrajectoryFormat::Tum),
+        12 => Ok(TrajectoryFormat::Kitti),
         count => {
             let first = columns.first().copied().unwrap_or_default();
             let problem = format!(
-                "{count} columns starting with `{}`: neither TUM (8: stamp tx ty tz qx qy qz qw) nor KITTI (12)",
+                "{count} columns starting with `{}`: neither TUM (8: stamp tx ty tz qx qy qz qw) nor KITTI (12) \
+                nor EuRoC (8 or more with commas: stamp_ns,x,y,z,qw,qx,qy,qz)",
                 shorten(first)
             );
-            return Err(LogError::malformed(path, place, problem));
+            Err(LogError::malformed(path, place, problem))
         }
-    };
-    let TrajectoryRepairs { trajectory, out_of_order, repeated } = repairs;
-    Ok(TrajectoryFile { format, trajectory, out_of_order, repeated, notes, fingerprint })
+    }
+}
+
+/// Whether the lines are EuRoC's: parted by commas, and stamps in nanoseconds, by the heading (`[ns]`) or
+/// by their digits (TUM's seconds since 1970 have ten before the point).
+fn is_euroc(bytes: &[u8], place: Place, columns: &[&str]) -> bool {
+    let Place::Line(number) = place else { return false };
+    let count = usize::try_from(number).unwrap_or(usize::MAX);
+    let mut commented = bytes.split(|&c| c == b'\n').take(count);
+    let line = commented.clone().last().unwrap_or_default();
+    let mut in_ns = || commented.any(|line| line.starts_with(b"#") && line.windows(4).any(|w| w == b"[ns]"));
+    let whole = |stamp: &&str| stamp.len() >= 15 && stamp.bytes().all(|c| c.is_ascii_digit());
+    columns.len() >= euroc::COLUMNS && line.contains(&b',') && (columns.first().is_some_and(whole) || in_ns())
 }
 
 fn read_kitti(path: &Path, bytes: &[u8], notes: &mut Vec<String>) -> Result<TrajectoryRepairs, LogError> {
@@ -145,6 +183,11 @@ fn numbers<const N: usize>(place: Place, columns: &[&str], what: &str) -> Result
         let problem = format!("{} columns, expected {N} ({what}): is the line cut?", columns.len());
         return Err(ParseError::new(place, problem));
     }
+    values(place, columns)
+}
+
+/// The first `N` columns as finite numbers. There must be as many.
+fn values<const N: usize>(place: Place, columns: &[&str]) -> Result<[f64; N], ParseError> {
     let mut values = [0.0; N];
     for (value, &column) in values.iter_mut().zip(columns) {
         *value = match column.parse::<f64>() {
@@ -154,6 +197,26 @@ fn numbers<const N: usize>(place: Place, columns: &[&str], what: &str) -> Result
         };
     }
     Ok(values)
+}
+
+/// A pose of a place and a quaternion `(x, y, z, w)` that is nearly of unit length.
+fn pose_of(
+    place: Place,
+    position_m: [f64; 3],
+    [qx, qy, qz, qw]: [f64; 4],
+) -> Result<Isometry3<f64>, ParseError> {
+    let quaternion = Quaternion::new(qw, qx, qy, qz);
+    let norm = quaternion.norm();
+    if norm < 1e-6 {
+        let problem = format!("the quaternion ({qx}, {qy}, {qz}, {qw}) is zero: no rotation");
+        return Err(ParseError::new(place, problem));
+    }
+    if (norm - 1.0).abs() > NORM_TOLERANCE {
+        let problem = format!("the quaternion ({qx}, {qy}, {qz}, {qw}) has the norm {norm:.4}, not 1");
+        return Err(ParseError::new(place, problem));
+    }
+    let rotation = UnitQuaternion::from_quaternion(quaternion);
+    Ok(Isometry3::from_parts(Translation3::from(position_m), rotation))
 }
 
 fn check_place(place: Place, position_m: [f64; 3]) -> Result<(), ParseError> {

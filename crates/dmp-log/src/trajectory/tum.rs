@@ -1,12 +1,9 @@
-use super::{TrajectoryParseError, check_place, numbers};
+use super::{TrajectoryParseError, check_place, numbers, pose_of};
 use crate::decimal::{ns_to_seconds, seconds_to_ns};
 use crate::text::lines;
 use crate::{ParseError, Place};
-use dmp_sensor::{Isometry3, Quaternion, Trajectory, TrajectoryRepairs, Translation3, UnitQuaternion};
+use dmp_sensor::{Isometry3, Trajectory, TrajectoryRepairs};
 use std::io::{self, Write};
-
-/// How far the norm of a quaternion may be from 1: text is rounded, but not by this much.
-const NORM_TOLERANCE: f64 = 0.1;
 
 /// Parses the TUM format: lines of `stamp tx ty tz qx qy qz qw`, `world_from_body`. Stamps are read to
 /// the nanosecond; quaternions within 10 % of unit length are normalised.
@@ -28,18 +25,7 @@ fn parse_line(place: Place, columns: &[&str]) -> Result<(i64, Isometry3<f64>), P
     let stamp = columns.first().copied().unwrap_or_default();
     let stamp_ns = seconds_to_ns(stamp).map_err(|problem| ParseError::new(place, problem))?;
     check_place(place, [tx, ty, tz])?;
-    let quaternion = Quaternion::new(qw, qx, qy, qz);
-    let norm = quaternion.norm();
-    if norm < 1e-6 {
-        let problem = format!("the quaternion ({qx}, {qy}, {qz}, {qw}) is zero: no rotation");
-        return Err(ParseError::new(place, problem));
-    }
-    if (norm - 1.0).abs() > NORM_TOLERANCE {
-        let problem = format!("the quaternion ({qx}, {qy}, {qz}, {qw}) has the norm {norm:.4}, not 1");
-        return Err(ParseError::new(place, problem));
-    }
-    let rotation = UnitQuaternion::from_quaternion(quaternion);
-    Ok((stamp_ns, Isometry3::from_parts(Translation3::new(tx, ty, tz), rotation)))
+    Ok((stamp_ns, pose_of(place, [tx, ty, tz], [qx, qy, qz, qw])?))
 }
 
 /// Writes the TUM format; [`parse_tum`] gives the same stamps and places back.

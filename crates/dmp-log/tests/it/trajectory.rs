@@ -1,5 +1,8 @@
 use crate::common::{Random, assert_says};
-use dmp_log::{TrajectoryFormat, parse_kitti, parse_tum, read_trajectory, write_kitti, write_tum};
+use dmp_log::{
+    TrajectoryFormat, parse_euroc, parse_kitti, parse_raw, parse_tum, read_raw_trajectory, read_trajectory,
+    write_kitti, write_tum,
+};
 use dmp_sensor::{Isometry3, Trajectory, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use std::fs;
@@ -162,16 +165,101 @@ fn kitti_stamps_come_from_times_txt() {
     assert_says(&read.notes.join("; "), &["times.txt has 2 lines for 3 poses"]);
 }
 
+const EUROC: &str = "#timestamp [ns], p_x [m], p_y [m], p_z [m], q_w [], q_x [], q_y [], q_z [], v_x, v_y, v_z, \
+    b_x, b_y, b_z, a_x, a_y, a_z\n\
+    1403636580838555648,4.6,-1.7,0.7,0.53,-0.15,-0.82,-0.08,0,0,0,0,0,0,0,0,0\n\
+    1403636580843555328,4.7,-1.8,0.8,0.53,-0.15,-0.82,-0.08,0,0,0,0,0,0,0,0,0\n";
+
+#[test]
+fn euroc_is_found_by_looking() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("data.csv");
+    fs::write(&path, EUROC).unwrap();
+    let read = read_trajectory(&path).unwrap();
+    assert_eq!(read.format, TrajectoryFormat::Euroc);
+    assert_eq!(
+        read.trajectory.stamps_ns(),
+        Some(&[1_403_636_580_838_555_648, 1_403_636_580_843_555_328][..])
+    );
+    let tum = parse_tum(b"0 4.6 -1.7 0.7 -0.15 -0.82 -0.08 0.53").unwrap().trajectory;
+    assert!(read.trajectory.poses()[0].rotation.angle_to(&tum.poses()[0].rotation) < 1e-7);
+    assert_eq!(read.trajectory.poses()[0].translation, tum.poses()[0].translation);
+    // Eight columns without a heading, and small stamps with one.
+    for (text, format) in [
+        ("1403636580838555648,1,2,3,1,0,0,0", TrajectoryFormat::Euroc),
+        ("#timestamp [ns]\n5000,1,2,3,1,0,0,0", TrajectoryFormat::Euroc),
+        ("# stamp\n5000,1,2,3,0,0,0,1", TrajectoryFormat::Tum),
+        ("1403636580.838555648,1,2,3,0,0,0,1", TrajectoryFormat::Tum),
+    ] {
+        fs::write(&path, text).unwrap();
+        let read = read_trajectory(&path).unwrap();
+        assert_eq!(read.format, format, "{text}");
+        assert!(read.trajectory.poses()[0].rotation.angle() < 1e-12);
+        assert_eq!(read_raw_trajectory(&path, None).unwrap().format, format);
+    }
+}
+
+#[test]
+fn broken_euroc_lines_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("data.csv");
+    let cases = [
+        ("1403636580848555520,4.7,-1.8,0.8,0.53,-0.15,-0.82", &["7 columns", "17", "cut?"][..]),
+        ("1403636580848555520,4.7,x,0.8,0.53,-0.15,-0.82,-0.08,0,0,0,0,0,0,0,0,0", &["`x` is not a number"]),
+        (
+            "1403636580848.5,4.7,1,0.8,0.53,-0.15,-0.82,-0.08,0,0,0,0,0,0,0,0,0",
+            &["`1403636580848.5`", "nanoseconds"],
+        ),
+        ("1403636580848555520,4.7,1,0.8,0,0,0,0,0,0,0,0,0,0,0,0,0", &["(0, 0, 0, 0) is zero"]),
+    ];
+    for (line, parts) in cases {
+        fs::write(&path, format!("{EUROC}{line}\n")).unwrap();
+        let error = read_trajectory(&path).unwrap_err().to_string();
+        assert_says(&error, &["data.csv: line 4: "]);
+        assert_says(&error, parts);
+    }
+}
+
+#[test]
+fn raw_poses_stay_as_they_are_written() {
+    let text = b"3.25 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 2\n1 2 0 0 0 0 0 0\n1 1 0 0 0 0 0 1\n";
+    let raw = parse_raw(text, TrajectoryFormat::Tum).unwrap();
+    assert_eq!(raw.stamps_s.as_deref(), Some(&[3.25, 1.0, 1.0, 1.0][..]));
+    assert_eq!(raw.positions_m.iter().map(|p| p.x).collect::<Vec<_>>(), [0.0, 1.0, 2.0, 1.0]);
+    assert_eq!((raw.rotations[1], raw.zero_quaternions), (raw.rotations[0], 1));
+    let raw = parse_raw(b"0.707 -0.707 0 1 0.707 0.707 0 2 0 0 1 3\n", TrajectoryFormat::Kitti).unwrap();
+    assert_eq!((raw.stamps_s, raw.rotations[0][(0, 0)]), (None, 0.707));
+    let raw = parse_raw(EUROC.as_bytes(), TrajectoryFormat::Euroc).unwrap();
+    assert_eq!(
+        raw.stamps_s,
+        Some(vec![1_403_636_580_838_555_648.0 / 1e9, 1_403_636_580_843_555_328.0 / 1e9])
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.tum");
+    fs::write(&path, "1 0 0 0 0 0 0 1\n").unwrap();
+    let error = read_raw_trajectory(&path, Some(TrajectoryFormat::Kitti)).unwrap_err().to_string();
+    assert_says(&error, &["run.tum: line 1", "8 columns", "12"]);
+    fs::write(&path, "# nothing\n").unwrap();
+    assert_says(
+        &read_raw_trajectory(&path, Some(TrajectoryFormat::Tum)).unwrap_err().to_string(),
+        &["no poses"],
+    );
+}
+
 proptest! {
     #[test]
     fn no_text_makes_a_parser_panic(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
         let _ = parse_tum(&bytes);
         let _ = parse_kitti(&bytes);
+        let _ = parse_euroc(&bytes);
+        let _ = parse_raw(&bytes, TrajectoryFormat::Euroc);
     }
 
     #[test]
     fn no_numbers_make_a_parser_panic(text in "[-+0-9.eEna# ,\t\r\n]{0,200}") {
         let _ = parse_tum(text.as_bytes());
         let _ = parse_kitti(text.as_bytes());
+        let _ = parse_euroc(text.as_bytes());
+        let _ = parse_raw(text.as_bytes(), TrajectoryFormat::Euroc);
     }
 }

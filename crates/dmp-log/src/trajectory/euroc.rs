@@ -1,0 +1,52 @@
+use super::{TrajectoryParseError, check_place, pose_of, values};
+use crate::decimal::shorten;
+use crate::text::lines;
+use crate::{ParseError, Place};
+use dmp_sensor::{Trajectory, TrajectoryRepairs};
+
+/// Columns that are used; velocities and biases may follow.
+pub(super) const COLUMNS: usize = 8;
+
+/// Parses the ground truth format of EuRoC: lines of `stamp_ns,x,y,z,qw,qx,qy,qz` and perhaps more columns,
+/// which are not used; `world_from_body`. Quaternions within 10 % of unit length are normalised.
+///
+/// # Errors
+/// In the first line that has fewer or other columns than the first, a stamp that is no whole number of
+/// nanoseconds, and as [`parse_tum`](super::parse_tum).
+pub fn parse_euroc(bytes: &[u8]) -> Result<TrajectoryRepairs, TrajectoryParseError> {
+    let mut poses = Vec::new();
+    let mut width = None;
+    for line in lines(bytes) {
+        let (place, columns) = line?;
+        let values = row(place, &columns, &mut width)?;
+        let stamp = columns.first().copied().unwrap_or_default();
+        let stamp_ns = stamp.parse::<i64>().map_err(|_| {
+            ParseError::new(
+                place,
+                format!("the stamp `{}` is no whole number of nanoseconds", shorten(stamp)),
+            )
+        })?;
+        let [_, x, y, z, qw, qx, qy, qz] = values;
+        check_place(place, [x, y, z])?;
+        poses.push((stamp_ns, pose_of(place, [x, y, z], [qx, qy, qz, qw])?));
+    }
+    Ok(Trajectory::stamped(poses)?)
+}
+
+/// The used columns of a line; all lines must have as many as the first.
+pub(super) fn row(
+    place: Place,
+    columns: &[&str],
+    width: &mut Option<usize>,
+) -> Result<[f64; COLUMNS], ParseError> {
+    let expected = *width.get_or_insert(columns.len());
+    if columns.len() != expected || columns.len() < COLUMNS {
+        let problem = format!(
+            "{} columns, expected {} (stamp_ns,x,y,z,qw,qx,qy,qz and the state): is the line cut?",
+            columns.len(),
+            expected.max(COLUMNS)
+        );
+        return Err(ParseError::new(place, problem));
+    }
+    values(place, columns)
+}
