@@ -70,8 +70,8 @@ pub enum MapError {
         /// What is wrong with it, with the values.
         detail: String,
     },
-    /// Partial tiles put aside while fusing could not be read back as they were written.
-    #[error("the scratch file of the map under construction changed on disk (tile {tile})")]
+    /// Records put aside could not be read back as they were written.
+    #[error("the scratch file changed on disk (tile {tile})")]
     ScratchDamaged {
         /// The tile.
         tile: TileId,

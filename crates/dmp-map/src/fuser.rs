@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::MapError;
 use crate::lattice::{Lattice, LatticePoint, TileId};
+use crate::moments::VoxelRecord;
 use crate::scratch::Scratch;
 use crate::store::{Durability, StoreSummary, StoreWriter};
 use crate::surfel::{Border, TileSurfels, borders_of, surfels_of};
@@ -37,7 +38,7 @@ pub struct MapFuser {
     bytes: AtomicUsize,
     clock: AtomicU64,
     points: AtomicU64,
-    scratch: Scratch,
+    scratch: Scratch<VoxelRecord>,
 }
 
 /// Per-thread buffers of [`MapFuser::add`].
@@ -197,7 +198,10 @@ impl MapFuser {
     fn content_of(&self, tile: TileId) -> Result<TileSurfels, MapError> {
         let open = lock(&self.shards[shard_of(tile)]).remove(&tile).unwrap_or_default();
         let mut moments = open.moments;
-        self.scratch.read(tile, |record| moments.merge(record))?;
+        self.scratch.read(tile, |record| {
+            moments.merge(record);
+            Ok::<(), MapError>(())
+        })?;
         Ok(surfels_of(&self.lattice, &moments.into_sorted()))
     }
 }

@@ -7,6 +7,8 @@
 //! and writes them tile by tile into a [`Store`]: one immutable, checksummed file, from which a [`Tile`]
 //! is loaded at a time, usually through a [`BudgetCache`].
 //!
+//! [`TileBuckets`] sorts other records into tiles out of core, for joins of two clouds tile by tile.
+//!
 //! The same points give the same bytes, whatever the number of threads, the budget or the order.
 //!
 //! ```
@@ -23,6 +25,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod buckets;
 mod cache;
 mod density;
 mod error;
@@ -36,6 +39,7 @@ mod support;
 mod surfel;
 mod tile_moments;
 
+pub use buckets::TileBuckets;
 pub use cache::{BudgetCache, Weight};
 pub use density::DensityProbe;
 pub use error::MapError;

@@ -1,22 +1,25 @@
 use std::collections::{BTreeSet, HashMap};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
+use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use bytemuck::Pod;
+
 use crate::MapError;
 use crate::lattice::TileId;
-use crate::moments::VoxelRecord;
 
 /// Records read back at a time.
 const BATCH: usize = 4096;
 
-/// Partial tiles of a map under construction, in one file without a name: it vanishes with the process,
+/// Parts of tiles that do not fit in memory, in one file without a name: it vanishes with the process,
 /// however that ends.
 #[derive(Debug)]
-pub(crate) struct Scratch {
+pub(crate) struct Scratch<T> {
     folder: PathBuf,
     inner: Mutex<Inner>,
+    records: PhantomData<fn() -> T>,
 }
 
 #[derive(Debug)]
@@ -33,12 +36,12 @@ struct Part {
     crc32: u32,
 }
 
-impl Scratch {
+impl<T: Pod> Scratch<T> {
     pub(crate) fn new(folder: &Path) -> Result<Self, MapError> {
         let file =
             tempfile::tempfile_in(folder).map_err(MapError::io(folder, "cannot make a scratch file here"))?;
         let inner = Inner { file, end: 0, parts: HashMap::new() };
-        Ok(Self { folder: folder.to_path_buf(), inner: Mutex::new(inner) })
+        Ok(Self { folder: folder.to_path_buf(), inner: Mutex::new(inner), records: PhantomData })
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Inner> {
@@ -53,8 +56,8 @@ impl Scratch {
         self.lock().parts.keys().copied().collect()
     }
 
-    /// Puts a part of a tile behind what is there; the parts of a tile are summed on reading.
-    pub(crate) fn append(&self, tile: TileId, records: &[VoxelRecord]) -> Result<(), MapError> {
+    /// Puts a part of a tile behind what is there; reading gives the parts one after the other.
+    pub(crate) fn append(&self, tile: TileId, records: &[T]) -> Result<(), MapError> {
         let bytes: &[u8] = bytemuck::cast_slice(records);
         let crc32 = crc32fast::hash(bytes);
         let mut inner = self.lock();
@@ -66,25 +69,30 @@ impl Scratch {
         Ok(())
     }
 
-    pub(crate) fn read(&self, tile: TileId, mut each: impl FnMut(&VoxelRecord)) -> Result<(), MapError> {
+    /// Hands over a tile's records, part by part.
+    pub(crate) fn read<E: From<MapError>>(
+        &self,
+        tile: TileId,
+        mut each: impl FnMut(&T) -> Result<(), E>,
+    ) -> Result<(), E> {
         let parts = self.lock().parts.get(&tile).cloned().unwrap_or_default();
         let mut buffer = vec![bytemuck::Zeroable::zeroed(); if parts.is_empty() { 0 } else { BATCH }];
         for part in parts {
             let mut crc = crc32fast::Hasher::new();
             for start in (0..part.records).step_by(BATCH) {
-                let batch: &mut [VoxelRecord] = &mut buffer[..BATCH.min(part.records - start)];
+                let batch: &mut [T] = &mut buffer[..BATCH.min(part.records - start)];
                 let bytes: &mut [u8] = bytemuck::cast_slice_mut(batch);
-                let offset = part.offset + (start * size_of::<VoxelRecord>()) as u64;
+                let offset = part.offset + (start * size_of::<T>()) as u64;
                 let mut inner = self.lock();
                 let read =
                     inner.file.seek(SeekFrom::Start(offset)).and_then(|_| inner.file.read_exact(bytes));
                 drop(inner);
                 read.map_err(MapError::io(&self.folder, "cannot read the scratch file in this folder"))?;
                 crc.update(bytes);
-                batch.iter().for_each(&mut each);
+                batch.iter().try_for_each(&mut each)?;
             }
             if crc.finalize() != part.crc32 {
-                return Err(MapError::ScratchDamaged { tile });
+                return Err(MapError::ScratchDamaged { tile }.into());
             }
         }
         Ok(())
