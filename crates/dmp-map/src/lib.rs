@@ -45,6 +45,7 @@ pub use density::DensityProbe;
 pub use error::MapError;
 pub use fuser::{FuseScratch, MapFuser, WorkFolder};
 pub use lattice::{Lattice, TileId, UNITS_PER_M};
+pub use normal::smallest_eigenvector;
 pub use store::{Durability, Store, StoreSummary, Tile, TileEntry, VERSION};
 pub use support::{Independence, Support};
 pub use surfel::Surfel;

@@ -2,7 +2,7 @@
 /// unit length, its largest component positive; and the three eigenvalues, ascending.
 ///
 /// Cyclic Jacobi rotations: only + − × ÷ and square roots, so the same bits everywhere.
-pub(crate) fn smallest_eigenvector(m: [f64; 6]) -> ([f64; 3], [f64; 3]) {
+pub fn smallest_eigenvector(m: [f64; 6]) -> ([f64; 3], [f64; 3]) {
     let mut a = [[m[0], m[1], m[2]], [m[1], m[3], m[4]], [m[2], m[4], m[5]]];
     let mut v = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     // Convergence is quadratic; four sweeps reach rounding error for 3×3, eight are a bound.

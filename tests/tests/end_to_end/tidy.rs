@@ -45,7 +45,18 @@ const TABLE: [(&str, &[&str]); 10] = [
     ("dmp-truth", &["dmp-map", "dmp-sensor", "libm", "nalgebra", "rayon", "rstar", "thiserror"]),
     (
         "dmp-study",
-        &["dmp", "dmp-log", "dmp-map", "dmp-sensor", "dmp-truth", "rayon", "rstar", "serde", "thiserror"],
+        &[
+            "dmp",
+            "dmp-log",
+            "dmp-map",
+            "dmp-sensor",
+            "dmp-truth",
+            "libm",
+            "rayon",
+            "rstar",
+            "serde",
+            "thiserror",
+        ],
     ),
     (
         "dmp-cli",
