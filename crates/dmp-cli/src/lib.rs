@@ -15,6 +15,7 @@ mod progress;
 mod runs;
 mod save;
 mod score;
+mod settings;
 mod simulate;
 mod text;
 mod truth;

@@ -16,6 +16,11 @@ pub(crate) fn save_trajectory(path: &Path, trajectory: &Trajectory) -> anyhow::R
     })
 }
 
+/// Writes a text file.
+pub(crate) fn save_text(path: &Path, text: &str) -> anyhow::Result<()> {
+    save(path, |out| out.write_all(text.as_bytes()))
+}
+
 /// Writes a file that is there whole or not at all: under a temporary name first.
 fn save(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>) -> anyhow::Result<()> {
     let name = path.file_name().with_context(|| format!("{}: not the name of a file", path.display()))?;

@@ -8,7 +8,7 @@ use crate::runs::LoadedRun;
 use crate::text::{self, counted};
 
 /// What was found: a line for the log, a line for what was guessed of it, a line for each run.
-pub(super) fn found(log: &dyn ScanLog, runs: &[LoadedRun]) {
+pub(crate) fn found(log: &dyn ScanLog, runs: &[LoadedRun]) {
     let summary = log.summary();
     eprintln!("{}: {}", summary.path.display(), log_in_words(summary, log.frames().len()));
     if !summary.notes.is_empty() {
@@ -72,7 +72,7 @@ fn poses_in_words(trajectory: &Trajectory) -> String {
 }
 
 /// What it took.
-pub(super) fn done(report: &Report) {
+pub(crate) fn done(report: &Report) {
     let total_s = report.timing.total_s;
     let returns = report.inputs.returns_used;
     let rate = text::short(returns as f64 / total_s.max(1e-9));

@@ -1,0 +1,91 @@
+//! How runs are scored: what `dmp score` and `dmp truth study` have in common.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use dmp::{Config, Ego};
+use dmp_sensor::Isometry3;
+
+use crate::score::parse;
+
+/// How returns become a score.
+#[derive(Debug, Args)]
+pub(crate) struct SettingsArgs {
+    /// Use only every N-th scan, for the map and for the score
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Input")]
+    every: usize,
+
+    /// Where the sensor sits on the body that the trajectories move, body_from_sensor: metres and a
+    /// quaternion, or `identity`
+    #[arg(long, value_name = "X,Y,Z,QX,QY,QZ,QW", default_value = "identity", value_parser = parse::extrinsic)]
+    #[arg(allow_hyphen_values = true, help_heading = "Place and time")]
+    extrinsic: Isometry3<f64>,
+    /// Added to every stamp of the log before poses are looked up, seconds
+    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = parse::seconds_ns)]
+    #[arg(allow_hyphen_values = true, help_heading = "Place and time")]
+    time_offset: i64,
+    /// Do not interpolate between poses further apart than this, seconds [default: 1, or three times a
+    /// trajectory's median interval where that is longer]
+    #[arg(long, value_name = "SECONDS", value_parser = crate::parse::interval_ns, help_heading = "Place and time")]
+    max_time_gap: Option<i64>,
+
+    /// Smallest range used, metres
+    #[arg(long, value_name = "METRES", default_value_t = Config::default().min_range_m)]
+    #[arg(value_parser = crate::parse::length_m, help_heading = "Returns and map")]
+    min_range: f64,
+    /// Largest range used, metres
+    #[arg(long, value_name = "METRES", default_value_t = Config::default().max_range_m)]
+    #[arg(value_parser = crate::parse::length_m, help_heading = "Returns and map")]
+    max_range: f64,
+    /// The vehicle, whose returns are left out: `auto` (what moves with the sensor), `none`, or a box in the
+    /// sensor frame, metres: xmin,ymin,zmin,xmax,ymax,zmax
+    #[arg(long, value_name = "EGO", default_value = "auto", value_parser = parse::ego)]
+    #[arg(allow_hyphen_values = true, help_heading = "Returns and map")]
+    ego: Ego,
+    /// Edge of a voxel, metres; `auto` takes 0.2, 0.3 or 0.5 m by the density of the scans
+    #[arg(long, value_name = "METRES", default_value = "auto", help_heading = "Returns and map")]
+    voxel: parse::AutoLength,
+    /// Length of a segment of the drive, metres: a return is not compared with what was seen in its own
+    /// segment and the two beside it. `auto` is 12 m, or a sixteenth of a shorter drive
+    #[arg(long, value_name = "METRES", default_value = "auto", help_heading = "Returns and map")]
+    segment: parse::AutoLength,
+    /// The sensor's range noise, metres: scales the raw log-likelihood, nothing else
+    #[arg(long, value_name = "METRES", default_value_t = Config::default().sigma_m)]
+    #[arg(value_parser = crate::parse::length_m, help_heading = "Returns and map")]
+    sigma: f64,
+
+    /// Memory to aim for, as 2GiB or 500MB, or `unlimited`; what does not fit goes to --work. Many runs on a
+    /// dense log may need more than a small budget: that is told [default: a quarter of the machine's]
+    #[arg(long, value_name = "SIZE", value_parser = parse::memory_bytes, help_heading = "Resources")]
+    memory: Option<usize>,
+    /// Threads that read, fuse and cast [default: one for each core]
+    #[arg(long, value_name = "N", help_heading = "Resources")]
+    threads: Option<usize>,
+    /// Folder for scratch files and for the maps while they are needed [default: the system's for such files]
+    #[arg(long, value_name = "FOLDER", help_heading = "Resources")]
+    work: Option<PathBuf>,
+}
+
+impl SettingsArgs {
+    pub(crate) fn config(&self) -> Config {
+        let default = Config::default();
+        let quarter = || dmp::machine_memory_bytes().map(|bytes| (bytes / 4) as usize);
+        Config {
+            voxel_m: self.voxel.0,
+            segment_m: self.segment.0,
+            min_range_m: self.min_range,
+            max_range_m: self.max_range,
+            ego: self.ego,
+            every: self.every,
+            body_from_sensor: self.extrinsic,
+            time_offset_ns: self.time_offset,
+            max_time_gap_ns: self.max_time_gap,
+            sigma_m: self.sigma,
+            memory_bytes: self.memory.or_else(quarter).unwrap_or(default.memory_bytes),
+            threads: self.threads.unwrap_or(default.threads),
+            work_folder: self.work.clone().unwrap_or(default.work_folder),
+            save_maps: None,
+            order: default.order,
+        }
+    }
+}

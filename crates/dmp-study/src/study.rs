@@ -1,0 +1,278 @@
+use dmp::{Config, Report, Run, Watch, evaluate};
+use dmp_log::ScanLog;
+use dmp_sensor::Trajectory;
+use dmp_truth::surface::SurfaceSettings;
+use serde::Serialize;
+
+use crate::clouds::{CloudWatch, RunClouds};
+use crate::columns::{lower, of_report};
+use crate::error::StudyError;
+use crate::peers::{MapSharpness, PeerOptions, map_sharpness, mutually_orthogonal, orthogonal_subset};
+use crate::table::{Correlation, StudyTable};
+use crate::truth::{
+    ReferenceSurface, SurfaceProblem, TrajectoryErrors, TruthOptions, surface_distances, trajectory_errors,
+};
+
+/// What can be set beside the scoring itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StudyOptions {
+    /// How runs are compared with the reference trajectory.
+    pub truth: TruthOptions,
+    /// A distance from the reference surface beyond this counts as this, metres.
+    pub surface_cap_m: f64,
+    /// The map metrics of others; `None` leaves them out.
+    pub peers: Option<PeerOptions>,
+    /// About so many returns of each run stand for its map, where peers and surface distance are taken.
+    pub max_points: usize,
+    /// MOM looks for its planes in as many of the first scans as have so many used returns.
+    pub mom_returns: usize,
+}
+
+impl Default for StudyOptions {
+    fn default() -> Self {
+        Self {
+            truth: TruthOptions::default(),
+            surface_cap_m: 1.0,
+            peers: Some(PeerOptions::default()),
+            max_points: 300_000,
+            mom_returns: 3_000,
+        }
+    }
+}
+
+/// The scores of a log's runs beside ground truth and other metrics. Serialised, it is the command's JSON:
+/// schema `dmp-study/1`, described in `docs/study.md`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Study {
+    /// Always `dmp-study/1`.
+    pub schema: &'static str,
+    /// Version of this program.
+    pub dmp_version: &'static str,
+    /// Every quantity of every run.
+    #[serde(flatten)]
+    pub table: StudyTable,
+    /// Every pair of columns.
+    pub correlations: Vec<Correlation>,
+    /// How runs were compared with the reference trajectory.
+    pub truth: TruthReport,
+    /// How they were compared with the reference surface; null without one.
+    pub surface: Option<SurfaceReport>,
+    /// How the metrics of others were taken; null where they were left out.
+    pub peers: Option<PeerReport>,
+    /// What a reader should know.
+    pub notes: Vec<String>,
+    /// The whole report of the scores: schema `dmp-score/1`.
+    pub score: Report,
+}
+
+/// How runs were compared with the reference trajectory.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TruthReport {
+    /// Poses of the reference.
+    pub reference_poses: usize,
+    /// Largest difference of stamps, seconds.
+    pub max_diff_s: f64,
+    /// Way between the poses of a relative error, metres.
+    pub rpe_delta_m: f64,
+    /// Poses with a partner, for each run.
+    pub matched_poses: Vec<usize>,
+}
+
+/// How runs were compared with the reference surface.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SurfaceReport {
+    /// A distance beyond this counted as this, metres.
+    pub cap_m: f64,
+    /// Points of each run.
+    pub points: usize,
+}
+
+/// How the metrics of others were taken.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PeerReport {
+    /// Points closer than this are neighbours, metres.
+    pub radius_m: f64,
+    /// More neighbours than this are needed, the point itself included.
+    pub min_neighbours: usize,
+    /// Points of each run.
+    pub points: usize,
+    /// Those with enough neighbours, for each run.
+    pub used: Vec<usize>,
+    /// Scans in which MOM's planes were looked for.
+    pub mom_scans: usize,
+    /// The run in whose scans they were found; null where no run has any.
+    pub mom_planes_from: Option<String>,
+    /// Returns on each of the three directions.
+    pub mom_returns: Option<[usize; 3]>,
+}
+
+/// Scores `runs` on `log` and compares each with `reference`, and with `surface` where there is one.
+///
+/// `reference` moves the same body as the runs do. The numbers do not depend on threads, memory or the order
+/// of reading, as those of [`evaluate`] do not.
+///
+/// # Errors
+/// When a run and the reference have no poses in common, a setting makes no sense, the runs cannot be scored,
+/// or the surface cannot be read. What is quick to find out is found out first.
+pub fn study(
+    log: &dyn ScanLog,
+    runs: &[Run],
+    reference: &Trajectory,
+    surface: Option<&ReferenceSurface<'_>>,
+    config: &Config,
+    options: &StudyOptions,
+    watch: &dyn Watch,
+) -> Result<Study, StudyError> {
+    check(options)?;
+    let against_reference = |run: &Run| {
+        let errors = trajectory_errors(reference, &run.trajectory, &options.truth);
+        errors.map_err(|source| StudyError::Reference { run: run.name.clone(), source })
+    };
+    let errors: Vec<TrajectoryErrors> = runs.iter().map(against_reference).collect::<Result<_, _>>()?;
+
+    let wants_points = surface.is_some() || options.peers.is_some();
+    let max_points = if wants_points { options.max_points } else { 0 };
+    let mom_returns = if options.peers.is_some() { options.mom_returns } else { 0 };
+    let collecting = CloudWatch::new(watch, max_points, mom_returns);
+    let score = evaluate(log, runs, config, &collecting)?;
+    let clouds = collecting.finish();
+
+    let mut notes = Vec::new();
+    let mut columns = of_report(&score);
+    columns.push(lower("ate_rmse_m", "ATE", "m", errors.iter().map(|e| Some(e.ate_rmse_m)).collect()));
+    for (run, errors) in runs.iter().zip(&errors) {
+        if let Err(why) = &errors.rpe_rmse_m {
+            notes.push(format!("run `{}` has no RPE: {why}", run.name));
+        }
+    }
+    let steps = errors.iter().map(|e| e.rpe_rmse_m.as_ref().ok().copied());
+    columns.push(lower("rpe_rmse_m", "RPE", "m", steps.collect()));
+
+    if let Some(surface) = surface {
+        let distances = distances_of(runs, &errors, &clouds, surface, config, options)?;
+        columns.push(lower("smd_mean_m", "SMD", "m", distances.iter().map(|d| Some(d.0)).collect()));
+        columns.push(lower("smd_median_m", "SMD median", "m", distances.iter().map(|d| Some(d.1)).collect()));
+    }
+    let points = clouds.clouds.first().map_or(0, Vec::len);
+    let mut peer_report = None;
+    if let Some(peers) = &options.peers {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
+        let pool = pool.map_err(|source| StudyError::Threads { threads: config.threads, source })?;
+        let sharpness: Vec<MapSharpness> =
+            pool.install(|| clouds.clouds.iter().map(|cloud| map_sharpness(cloud, peers)).collect());
+        let mom = pool.install(|| mom_of(runs, &clouds, peers, &mut notes));
+        columns.push(lower("mme", "MME", "nats", sharpness.iter().map(|s| s.mme).collect()));
+        columns.push(lower("mpv_m2", "MPV", "m²", sharpness.iter().map(|s| s.mpv_m2).collect()));
+        columns.push(lower("mom_m2", "MOM", "m²", mom.values));
+        peer_report = Some(PeerReport {
+            radius_m: peers.radius_m,
+            min_neighbours: peers.min_neighbours,
+            points,
+            used: sharpness.iter().map(|s| s.used).collect(),
+            mom_scans: clouds.first_scan_count,
+            mom_planes_from: mom.planes_from,
+            mom_returns: mom.returns,
+        });
+    }
+    let table = StudyTable { runs: runs.iter().map(|run| run.name.clone()).collect(), columns };
+    Ok(Study {
+        schema: "dmp-study/1",
+        dmp_version: env!("CARGO_PKG_VERSION"),
+        correlations: table.correlations(),
+        table,
+        truth: TruthReport {
+            reference_poses: reference.len(),
+            max_diff_s: options.truth.max_diff_s,
+            rpe_delta_m: options.truth.rpe_delta_m,
+            matched_poses: errors.iter().map(|e| e.poses).collect(),
+        },
+        surface: surface.map(|_| SurfaceReport { cap_m: options.surface_cap_m, points }),
+        peers: peer_report,
+        notes,
+        score,
+    })
+}
+
+fn check(options: &StudyOptions) -> Result<(), StudyError> {
+    let lengths = [
+        ("largest difference of stamps, s,", options.truth.max_diff_s, 0.0..=1e6),
+        ("way of a relative error, m,", options.truth.rpe_delta_m, 1e-3..=1e6),
+        ("radius of the neighbours, m,", options.peers.unwrap_or_default().radius_m, 0.01..=10.0),
+        ("cap of the surface distance, m,", options.surface_cap_m, 0.001..=100.0),
+    ];
+    for (setting, value, range) in lengths {
+        if !range.contains(&value) {
+            let why = "it is out of its range";
+            return Err(StudyError::Setting { setting, value, why });
+        }
+    }
+    Ok(())
+}
+
+/// Mean and median surface distance of every run.
+fn distances_of(
+    runs: &[Run],
+    errors: &[TrajectoryErrors],
+    clouds: &RunClouds,
+    surface: &ReferenceSurface<'_>,
+    config: &Config,
+    options: &StudyOptions,
+) -> Result<Vec<(f64, f64)>, StudyError> {
+    let settings = SurfaceSettings {
+        cap_m: options.surface_cap_m,
+        thresholds_m: Vec::new(),
+        memory_bytes: config.memory_bytes,
+        threads: config.threads,
+        work_folder: config.work_folder.clone(),
+        ..SurfaceSettings::default()
+    };
+    let of_run = |((run, errors), cloud): ((&Run, &TrajectoryErrors), &Vec<[f64; 3]>)| {
+        let distances = surface_distances(cloud, errors.reference_from_run, surface, &settings);
+        distances.map_err(|problem| match problem {
+            SurfaceProblem::Measuring(source) => StudyError::Surface { run: run.name.clone(), source },
+            SurfaceProblem::Reading(source) => StudyError::ReadSurface(source),
+        })
+    };
+    runs.iter().zip(errors).zip(&clouds.clouds).map(of_run).collect()
+}
+
+struct Mom {
+    values: Vec<Option<f64>>,
+    planes_from: Option<String>,
+    returns: Option<[usize; 3]>,
+}
+
+/// MOM of every run, around the same returns: those of the run in whose first scans most are on planes at
+/// right angles.
+fn mom_of(runs: &[Run], clouds: &RunClouds, options: &PeerOptions, notes: &mut Vec<String>) -> Mom {
+    let mut best = None;
+    let mut why_not = None;
+    for (run, scans) in clouds.first_scans.iter().enumerate() {
+        match orthogonal_subset(scans, options) {
+            Ok(subset) => {
+                if best.as_ref().is_none_or(|(_, most): &(usize, _)| subset_count(most) < subset.count()) {
+                    best = Some((run, subset.points));
+                }
+            }
+            Err(why) => why_not = why_not.or(Some(why)),
+        }
+    }
+    let Some((from, planes)) = best else {
+        let why = why_not.map_or_else(String::new, |why| format!(": {why}"));
+        notes.push(format!("there is no MOM, for the first scans have no planes at right angles{why}"));
+        return Mom { values: vec![None; runs.len()], planes_from: None, returns: None };
+    };
+    let of_run = |(scans, cloud): (&Vec<[f64; 3]>, &Vec<[f64; 3]>)| {
+        let places = planes.each_ref().map(|points| points.iter().map(|&k| scans[k]).collect::<Vec<_>>());
+        mutually_orthogonal(cloud, &places, options)
+    };
+    Mom {
+        values: clouds.first_scans.iter().zip(&clouds.clouds).map(of_run).collect(),
+        planes_from: Some(runs[from].name.clone()),
+        returns: Some(planes.each_ref().map(Vec::len)),
+    }
+}
+
+fn subset_count(planes: &[Vec<usize>; 3]) -> usize {
+    planes.iter().map(Vec::len).sum()
+}
