@@ -22,7 +22,10 @@ pub(crate) fn save_text(path: &Path, text: &str) -> anyhow::Result<()> {
 }
 
 /// Writes a file that is there whole or not at all: under a temporary name first.
-fn save(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>) -> anyhow::Result<()> {
+pub(crate) fn save(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
+) -> anyhow::Result<()> {
     let name = path.file_name().with_context(|| format!("{}: not the name of a file", path.display()))?;
     let temporary = path.with_file_name(format!(".{}.{}.tmp", name.to_string_lossy(), std::process::id()));
     let written = File::create(&temporary).and_then(|file| {

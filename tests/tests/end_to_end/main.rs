@@ -12,3 +12,4 @@ mod direct;
 mod given_maps;
 mod real;
 mod tidy;
+mod truth_trajectory;

@@ -1,11 +1,68 @@
-use clap::Args;
+use clap::{Args, ValueEnum};
+use dmp_truth::trajectory::{Relation, absolute};
 
-use crate::Exit;
+use super::compare::{CompareArgs, Metric};
+use crate::{Common, Exit};
 
 /// Absolute pose error of a trajectory against a reference, as evo_ape
+///
+/// Poses are brought together by their stamps (KITTI files: line by line), the estimate is aligned if
+/// asked, and the errors of all poses are summed up. Options, printed text and numbers are those of
+/// evo_ape 1.38.1.
 #[derive(Debug, Args)]
-pub(crate) struct ApeArgs {}
+#[command(
+    override_usage = "dmp truth ape [OPTIONS] [tum|kitti|euroc] REFERENCE ESTIMATE",
+    after_help = "Examples:\n  \
+    dmp truth ape truth.tum run.tum -a\n  \
+    dmp truth ape kitti gt/00.txt run.txt -as\n  \
+    dmp truth ape euroc data.csv run.tum -a -r angle_deg --json\n  \
+    dmp truth ape truth.tum run.tum -a --save_results run.zip && evo_res run.zip"
+)]
+pub(crate) struct ApeArgs {
+    #[command(flatten)]
+    compare: CompareArgs,
+    /// What of the difference of two poses is the error
+    #[arg(
+        short = 'r',
+        long = "pose_relation",
+        alias = "pose-relation",
+        value_name = "RELATION",
+        default_value = "trans_part",
+        help_heading = "Error"
+    )]
+    relation: RelationName,
+}
 
-pub(crate) fn run(_arguments: &ApeArgs, _out: &mut impl std::io::Write) -> anyhow::Result<Exit> {
-    anyhow::bail!("not there yet")
+#[derive(Debug, Clone, Copy, ValueEnum)]
+#[value(rename_all = "snake_case")]
+enum RelationName {
+    Full,
+    TransPart,
+    RotPart,
+    AngleDeg,
+    AngleRad,
+    PointDistance,
+}
+
+pub(crate) fn run(
+    arguments: &ApeArgs,
+    common: &Common,
+    out: &mut impl std::io::Write,
+) -> anyhow::Result<Exit> {
+    let relation = match arguments.relation {
+        RelationName::Full => Relation::FullTransformation,
+        RelationName::TransPart => Relation::TranslationPart,
+        RelationName::RotPart => Relation::RotationPart,
+        RelationName::AngleDeg => Relation::RotationAngleDeg,
+        RelationName::AngleRad => Relation::RotationAngleRad,
+        RelationName::PointDistance => Relation::PointDistance,
+    };
+    let metric = Metric {
+        name: "ape",
+        relation,
+        title_tail: String::new(),
+        pairs: None,
+        errors: &|prepared| absolute(&prepared.reference, &prepared.estimate, relation),
+    };
+    arguments.compare.run(&metric, common, out)
 }

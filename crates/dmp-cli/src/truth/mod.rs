@@ -1,6 +1,8 @@
 //! `dmp truth`: comparison with ground truth.
 
 mod ape;
+mod compare;
+mod results_zip;
 mod rpe;
 mod smd;
 mod study;
@@ -21,8 +23,8 @@ pub(crate) enum Truth {
 impl Truth {
     pub(crate) fn run(&self, common: &Common, out: &mut impl std::io::Write) -> anyhow::Result<Exit> {
         match self {
-            Self::Ape(arguments) => ape::run(arguments, out),
-            Self::Rpe(arguments) => rpe::run(arguments, out),
+            Self::Ape(arguments) => ape::run(arguments, common, out),
+            Self::Rpe(arguments) => rpe::run(arguments, common, out),
             Self::Smd(arguments) => smd::run(arguments, common, out),
             Self::Study(arguments) => study::run(arguments, common, out),
         }

@@ -1,11 +1,127 @@
-use clap::Args;
+use clap::{Args, ValueEnum};
+use dmp_truth::trajectory::{DeltaUnit, PairOptions, Relation, relative};
 
-use crate::Exit;
+use super::compare::{CompareArgs, Metric, PairsJson, as_python};
+use crate::{Common, Exit};
 
 /// Relative pose error of a trajectory against a reference, as evo_rpe
+///
+/// Pairs of poses at a distance of delta (frames, metres, degrees or radians) are compared by their
+/// relative motion. Options, printed text and numbers are those of evo_rpe 1.38.1.
 #[derive(Debug, Args)]
-pub(crate) struct RpeArgs {}
+#[command(
+    override_usage = "dmp truth rpe [OPTIONS] [tum|kitti|euroc] REFERENCE ESTIMATE",
+    after_help = "Examples:\n  \
+    dmp truth rpe truth.tum run.tum\n  \
+    dmp truth rpe kitti gt/00.txt run.txt -d 100 -u m --all_pairs\n  \
+    dmp truth rpe truth.tum run.tum -d 10 -u d -r angle_deg --json"
+)]
+pub(crate) struct RpeArgs {
+    #[command(flatten)]
+    compare: CompareArgs,
+    /// What of the difference of two motions is the error
+    #[arg(
+        short = 'r',
+        long = "pose_relation",
+        alias = "pose-relation",
+        value_name = "RELATION",
+        default_value = "trans_part",
+        help_heading = "Error"
+    )]
+    relation: RelationName,
+    /// Distance of the poses of a pair [default: 1]
+    #[arg(short = 'd', long, value_name = "DELTA", allow_negative_numbers = true, help_heading = "Pairs")]
+    delta: Option<f64>,
+    /// Unit of delta: frames, degrees, radians, metres
+    #[arg(
+        short = 'u',
+        long = "delta_unit",
+        alias = "delta-unit",
+        value_name = "UNIT",
+        default_value = "f",
+        help_heading = "Pairs"
+    )]
+    delta_unit: DeltaUnitName,
+    /// With --all_pairs: how far from delta a pair may be, as a share of it
+    #[arg(
+        short = 't',
+        long = "delta_tol",
+        alias = "delta-tol",
+        value_name = "SHARE",
+        default_value_t = 0.1,
+        help_heading = "Pairs"
+    )]
+    delta_tol: f64,
+    /// A pair from every pose, not only one behind the other
+    #[arg(long = "all_pairs", alias = "all-pairs", help_heading = "Pairs")]
+    all_pairs: bool,
+    /// Take the pairs from the reference
+    #[arg(long = "pairs_from_reference", alias = "pairs-from-reference", help_heading = "Pairs")]
+    pairs_from_reference: bool,
+}
 
-pub(crate) fn run(_arguments: &RpeArgs, _out: &mut impl std::io::Write) -> anyhow::Result<Exit> {
-    anyhow::bail!("not there yet")
+#[derive(Debug, Clone, Copy, ValueEnum)]
+#[value(rename_all = "snake_case")]
+enum RelationName {
+    Full,
+    TransPart,
+    RotPart,
+    AngleDeg,
+    AngleRad,
+    PointDistance,
+    PointDistanceErrorRatio,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum DeltaUnitName {
+    F,
+    D,
+    R,
+    M,
+}
+
+pub(crate) fn run(
+    arguments: &RpeArgs,
+    common: &Common,
+    out: &mut impl std::io::Write,
+) -> anyhow::Result<Exit> {
+    let relation = match arguments.relation {
+        RelationName::Full => Relation::FullTransformation,
+        RelationName::TransPart => Relation::TranslationPart,
+        RelationName::RotPart => Relation::RotationPart,
+        RelationName::AngleDeg => Relation::RotationAngleDeg,
+        RelationName::AngleRad => Relation::RotationAngleRad,
+        RelationName::PointDistance => Relation::PointDistance,
+        RelationName::PointDistanceErrorRatio => Relation::PointDistanceErrorRatio,
+    };
+    let unit = match arguments.delta_unit {
+        DeltaUnitName::F => DeltaUnit::Frames,
+        DeltaUnitName::D => DeltaUnit::Degrees,
+        DeltaUnitName::R => DeltaUnit::Radians,
+        DeltaUnitName::M => DeltaUnit::Meters,
+    };
+    let RpeArgs { delta, delta_tol, all_pairs, pairs_from_reference, .. } = *arguments;
+    // A delta that is not given is a whole number in evo's text, whatever its unit.
+    let shown = match delta {
+        Some(delta) if unit != DeltaUnit::Frames => as_python(delta),
+        delta => format!("{:.0}", delta.unwrap_or(1.0)),
+    };
+    let options = PairOptions { delta: delta.unwrap_or(1.0), unit, relative_tolerance: delta_tol, all_pairs };
+    let which = if all_pairs { "all" } else { "consecutive" };
+    let metric = Metric {
+        name: "rpe",
+        relation,
+        title_tail: format!("\nfor delta = {shown} ({}) using {which} pairs", unit.name()),
+        pairs: Some(PairsJson {
+            delta: options.delta,
+            delta_unit: unit.name(),
+            delta_tol,
+            all_pairs,
+            from_reference: pairs_from_reference,
+        }),
+        errors: &|prepared| {
+            relative(&prepared.reference, &prepared.estimate, relation, &options, pairs_from_reference)
+        },
+    };
+    arguments.compare.run(&metric, common, out)
 }

@@ -141,6 +141,9 @@ fn interpolate(path: &PosePath, stamps_s: &[f64], shift_s: f64) -> Result<PosePa
     if path.len() < 2 {
         return Err(CompareError::NothingToInterpolate);
     }
+    if let Some(index) = (1..own.len()).find(|&k| own[k] < own[k - 1]) {
+        return Err(CompareError::OutOfOrder { index });
+    }
     let asked: Vec<f64> = stamps_s.iter().map(|stamp| stamp + shift_s).collect();
     let at = |&stamp: &f64| {
         let after = own.partition_point(|&s| s < stamp).clamp(1, own.len() - 1);
@@ -286,5 +289,7 @@ mod tests {
         assert!((found.poses()[0].rotation - turn(0.25, 0.0).rotation).amax() < 1e-15);
         assert_eq!(found.poses()[0].position_m.x, 1.0);
         assert_eq!(found.poses()[1..], [long.poses()[0], long.poses()[1]]);
+        let back = PosePath::new(long.poses().to_vec(), Some(vec![1.0, 0.0])).unwrap();
+        assert_eq!(interpolate(&back, &[0.5], 0.0), Err(CompareError::OutOfOrder { index: 1 }));
     }
 }

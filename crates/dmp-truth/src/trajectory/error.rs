@@ -49,6 +49,12 @@ pub enum CompareError {
     /// One pose has no neighbour.
     #[error("a trajectory of one pose cannot be interpolated")]
     NothingToInterpolate,
+    /// Between stamps that go back there is no between.
+    #[error("stamps out of order cannot be interpolated: that of pose {index} (from 0) is before the last")]
+    OutOfOrder {
+        /// The pose, from 0.
+        index: usize,
+    },
     /// An alignment needs poses.
     #[error("no poses to align")]
     NothingToAlign,
