@@ -59,9 +59,15 @@ impl Lidar {
                 Sweep::Instant => (still, stamp_ns),
             };
             let time_s = (at_ns - start_ns) as f64 * 1e-9;
-            let mut random = Random::new(self.options.seed, &[b'l'.into(), index as u64, firing as u64]);
-            for bearing in self.bearings(TAU * share - PI) {
-                let Some(point) = self.measure(town, &pose, bearing, time_s, &mut random) else { continue };
+            let place = [index as u64, firing as u64];
+            let mut random = Random::new(self.options.seed, &[b'l'.into(), place[0], place[1]]);
+            // A stream of its own: without this noise, all else is what it was.
+            let mut aside = Random::new(self.options.seed, &[b'l'.into(), b'b'.into(), place[0], place[1]]);
+            for fired in self.bearings(TAU * share - PI) {
+                let told = self.reported(fired, &mut aside);
+                let Some(point) = self.measure(town, &pose, [fired, told], time_s, &mut random) else {
+                    continue;
+                };
                 scan.points_in_sensor_m.push(point);
                 if sweep == Sweep::Spinning {
                     scan.time_offsets_ns.push(offset_ns);
@@ -77,25 +83,38 @@ impl Lidar {
         self.elevations.iter().map(move |&(up, level)| Vector3::new(level * cos, level * sin, up))
     }
 
-    /// The point of one beam, sensor frame; `None` where there is to be none.
+    /// The bearing that the sensor believes it fired along.
+    fn reported(&self, fired: Vector3<f64>, random: &mut Random) -> Vector3<f64> {
+        let sigma = self.options.bearing_noise_rad;
+        if sigma == 0.0 {
+            return fired;
+        }
+        // No beam is vertical: the elevations lie within ±π/2.
+        let left = Vector3::new(-fired.y, fired.x, 0.0).normalize();
+        let up = fired.cross(&left);
+        (fired + (left * random.normal() + up * random.normal()) * sigma).normalize()
+    }
+
+    /// The point of one beam, sensor frame, from the bearing it was fired along and the one reported; `None`
+    /// where there is to be none.
     fn measure(
         &self,
         town: &Town,
         world_from_sensor: &Isometry3<f64>,
-        bearing: Vector3<f64>,
+        [fired, told]: [Vector3<f64>; 2],
         time_s: f64,
         random: &mut Random,
     ) -> Option<[f32; 3]> {
         let options = &self.options;
         // Drawn in any case: what one beam meets does not change the noise of the next.
         let (lost, noise) = (random.chance(options.drop_out), random.normal());
-        let direction = world_from_sensor.rotation * bearing;
+        let direction = world_from_sensor.rotation * fired;
         let hit = town.cast(world_from_sensor.translation.vector, direction, time_s);
         let range_m =
             hit.filter(|hit| !lost && self.sees(hit)).map(|hit| hit.range_m + options.range_noise_m * noise);
         match range_m.filter(|&range_m| range_m >= options.min_range_m) {
             Some(range_m) => {
-                Some((bearing * range_m).map(|c| round_to(c, options.resolution_m) as f32).into())
+                Some((told * range_m).map(|c| round_to(c, options.resolution_m) as f32).into())
             }
             None => match options.no_return {
                 NoReturn::Omitted => None,
@@ -190,6 +209,28 @@ mod tests {
     }
 
     #[test]
+    fn bearings_are_off_by_the_noise_asked_for_and_ranges_are_not() {
+        let exact = LidarOptions { resolution_m: 0.0, ..small() };
+        let sigma = 0.002;
+        let (sharp, blurred) =
+            (scene(exact.clone()), scene(LidarOptions { bearing_noise_rad: sigma, ..exact.clone() }));
+        assert_eq!(sharp.time_offsets_ns, blurred.time_offsets_ns);
+        let up = |p: Vector3<f64>| libm::atan2(p.z, libm::hypot(p.x, p.y));
+        let (mut across, mut along) = (0.0, 0.0);
+        for (a, b) in sharp.points_in_sensor_m.iter().zip(&blurred.points_in_sensor_m) {
+            let [a, b] = [a, b].map(|p| Vector3::from(p.map(f64::from)));
+            assert!((a.norm() - b.norm()).abs() < 1e-4, "the range is that of the direction fired along");
+            let turn = libm::atan2(a.x * b.y - a.y * b.x, a.x * b.x + a.y * b.y) * libm::cos(up(a));
+            across += turn * turn;
+            along += (up(b) - up(a)).powi(2);
+        }
+        for squares in [across, along] {
+            let deviation = (squares / sharp.len() as f64).sqrt();
+            assert!((deviation / sigma - 1.0).abs() < 0.05, "{deviation}");
+        }
+    }
+
+    #[test]
     fn an_instant_sweep_has_no_times() {
         let scan = scene(LidarOptions { sweep: Sweep::Instant, ..small() });
         assert!(scan.time_offsets_ns.is_empty() && !scan.is_empty());
@@ -200,6 +241,7 @@ mod tests {
         for options in [
             LidarOptions { beams: 0, ..small() },
             LidarOptions { range_noise_m: -0.1, ..small() },
+            LidarOptions { bearing_noise_rad: -0.1, ..small() },
             LidarOptions { rate_hz: f64::NAN, ..small() },
             LidarOptions { elevation_rad: [0.2, 0.1], ..small() },
         ] {

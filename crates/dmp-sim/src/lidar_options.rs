@@ -45,6 +45,9 @@ pub struct LidarOptions {
     pub min_range_m: f64,
     /// Standard deviation of the measured range, metres.
     pub range_noise_m: f64,
+    /// Standard deviation of the reported bearing against the true direction of firing, radians, along each
+    /// of the two axes across it: what is left of an imperfect calibration and encoder. Drawn per return.
+    pub bearing_noise_rad: f64,
     /// Share of the returns that get lost for no reason.
     pub drop_out: f64,
     /// Coordinates are rounded to multiples of this, metres; 0 for none. A power of two keeps files small.
@@ -68,6 +71,7 @@ impl LidarOptions {
             max_range_m: 100.0,
             min_range_m: 0.5,
             range_noise_m: 0.02,
+            bearing_noise_rad: 0.0,
             drop_out: 0.01,
             resolution_m: 1.0 / 512.0,
             no_return: NoReturn::Omitted,
@@ -99,6 +103,8 @@ impl LidarOptions {
         require(self.min_range_m >= 0.0, "the smallest range in m", "0 or more", self.min_range_m)?;
         let noise = (0.0..=10.0).contains(&self.range_noise_m);
         require(noise, "the range noise in m", "from 0 to 10", self.range_noise_m)?;
+        let noise = (0.0..=0.1).contains(&self.bearing_noise_rad);
+        require(noise, "the bearing noise in rad", "from 0 to 0.1", self.bearing_noise_rad)?;
         require(
             (0.0..=1.0).contains(&self.drop_out),
             "the share of drop-outs",
