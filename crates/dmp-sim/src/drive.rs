@@ -1,12 +1,13 @@
-use std::f64::consts::TAU;
 use std::ops::Range;
 
 use dmp_sensor::{Isometry3, Trajectory, TrajectoryError, Translation3, UnitQuaternion};
 
 use crate::error::{SimError, require};
 use crate::path::{Path, STEP_M, hermite};
+use crate::profile::Profile;
 use crate::random::Random;
 use crate::route::Route;
+use crate::sway::{Sway, Sways};
 use crate::town::{Town, TownOptions};
 
 /// The drive goes on for this long before the first and after the last instant asked for.
@@ -18,6 +19,10 @@ const FORWARD_M_S2: f64 = 1.2;
 const SMOOTHING: usize = 8;
 /// A car's speed over a street at most, its share of wavering included.
 const WAVER: f64 = 0.08;
+/// Stairs are taken more slowly, by this much per unit of slope, and with so much of the slope as pitch: a
+/// walker leans, but does not lie on the stairs as a car on a hill.
+const EFFORT: f64 = 1.2;
+const LEAN: f64 = 0.15;
 
 /// How a [`Drive`] goes.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,6 +67,8 @@ impl DriveOptions {
 #[derive(Debug, Clone)]
 struct Plan {
     path: Path,
+    /// How high it leads, on foot; a car follows the ground.
+    profile: Option<Profile>,
     /// Speed at each station of the path, m/s, and the time after the start at which it is passed, s.
     speeds: Vec<f64>,
     times_s: Vec<f64>,
@@ -72,13 +79,14 @@ impl Plan {
         let length_m = options.speed_m_s * (1.0 + WAVER) * (options.duration_s + 2.0 * MARGIN_S) + 10.0;
         let path = options.route.path(town, travel_m, length_m);
         let waver = Sway::new(WAVER, &mut Random::new(options.seed, &[b'd'.into(), b'v'.into()]));
-        let speeds = speeds(&path, options.speed_m_s, &waver);
+        let profile = (options.route == Route::Campus).then(|| Profile::of_walk(&path));
+        let speeds = speeds(&path, profile.as_ref(), options.speed_m_s, &waver);
         let mut times_s = vec![-MARGIN_S];
         for pair in speeds.windows(2) {
             let before = times_s[times_s.len() - 1];
             times_s.push(before + 2.0 * STEP_M / (pair[0] + pair[1]));
         }
-        Self { path, speeds, times_s }
+        Self { path, profile, speeds, times_s }
     }
 
     /// Way on the line of the path at `time_s` after the start, metres.
@@ -91,41 +99,22 @@ impl Plan {
     }
 }
 
-/// A swaying motion: amplitude, frequency and phase of two waves.
-#[derive(Debug, Clone, Copy)]
-struct Sway([[f64; 3]; 2]);
-
-impl Sway {
-    fn new(amplitude: f64, random: &mut Random) -> Self {
-        Self([0.6, 0.4].map(|share| [amplitude * share, random.between(0.4, 1.1), random.between(0.0, TAU)]))
-    }
-
-    /// Its value at `at`: seconds, or units of the way.
-    fn at(&self, at: f64) -> f64 {
-        self.0
-            .iter()
-            .map(|[amplitude, frequency, phase]| amplitude * libm::sin(TAU * frequency * at + phase))
-            .sum()
-    }
-}
-
-/// A vehicle's way through a town: where its body is, and how it lies, at every instant.
+/// A vehicle's way through a town, or a walker's over a campus: where the body is, and how it lies, at every
+/// instant.
 #[derive(Debug, Clone)]
 pub struct Drive<'a> {
     town: &'a Town,
     options: DriveOptions,
     plan: Plan,
-    pitch: Sway,
-    roll: Sway,
-    heave: Sway,
-    beside: Sway,
+    sways: Sways,
 }
 
 impl<'a> Drive<'a> {
     /// Plans the drive through `town`.
     ///
     /// # Errors
-    /// When speed or duration are not positive, or beyond what a car does.
+    /// When speed or duration are not positive, or beyond what a car does; when a walk is to lead through
+    /// streets or a car over a campus.
     pub fn new(town: &'a Town, options: DriveOptions) -> Result<Self, SimError> {
         let DriveOptions { speed_m_s, duration_s, height_m, .. } = options;
         require((0.5..=40.0).contains(&speed_m_s), "the speed in m/s", "from 0.5 to 40", speed_m_s)?;
@@ -136,10 +125,13 @@ impl<'a> Drive<'a> {
             duration_s,
         )?;
         require((0.2..=10.0).contains(&height_m), "the sensor's height in m", "from 0.2 to 10", height_m)?;
+        let on_foot = options.route == Route::Campus;
+        if on_foot != town.is_campus() {
+            return Err(SimError::OtherPlace { route: options.route });
+        }
         let plan = Plan::new(&options, town.options(), options.travel_m(town.options()));
-        let mut random = Random::new(options.seed, &[b'd'.into(), b's'.into()]);
-        let [pitch, roll, heave, beside] = [0.005, 0.006, 0.012, 0.25].map(|a| Sway::new(a, &mut random));
-        Ok(Self { town, options, plan, pitch, roll, heave, beside })
+        let sways = if on_foot { Sways::of_walker(options.seed) } else { Sways::of_car(options.seed) };
+        Ok(Self { town, options, plan, sways })
     }
 
     /// How it goes.
@@ -154,21 +146,28 @@ impl<'a> Drive<'a> {
         let time_s = time_s.clamp(-MARGIN_S, self.options.duration_s + MARGIN_S);
         let path_m = self.plan.path_m(time_s);
         let at = self.plan.path.at(path_m);
-        // Nobody keeps the middle of a lane: waves of 40 to 100 m lead to either side of it.
-        let unit_m = 40.0;
-        let beside_m = self.beside.at(path_m / unit_m);
+        let Sways { beside, beside_unit_m: unit_m, .. } = &self.sways;
+        let beside_m = beside.at(path_m / unit_m);
         let step_m = 1e-3;
-        let drift = (self.beside.at((path_m + step_m) / unit_m) - beside_m) / step_m;
+        let drift = (beside.at((path_m + step_m) / unit_m) - beside_m) / step_m;
         let (sin, cos) = libm::sincos(at.heading_rad);
         let (x, y) = (at.x - sin * beside_m, at.y + cos * beside_m);
         let yaw = at.heading_rad + libm::atan2(drift, 1.0 - at.curvature * beside_m);
 
-        let [slope_x, slope_y] = self.town.slope(x, y);
-        let (sin, cos) = libm::sincos(yaw);
-        // Uphill lifts the nose (negative pitch), rising ground on the left lifts the left side.
-        let pitch = -libm::atan(slope_x * cos + slope_y * sin) + self.pitch.at(time_s);
-        let roll = libm::atan(slope_y * cos - slope_x * sin) + self.roll.at(time_s);
-        let z = self.town.ground_m(x, y) + self.options.height_m + self.heave.at(time_s);
+        let (floor_m, pitch, roll) = if let Some(profile) = &self.plan.profile {
+            let (height_m, slope) = profile.at(path_m);
+            (height_m, -LEAN * libm::atan(slope), 0.0)
+        } else {
+            let [slope_x, slope_y] = self.town.slope(x, y);
+            let (sin, cos) = libm::sincos(yaw);
+            // Uphill lifts the nose (negative pitch), rising ground on the left lifts the left side.
+            let pitch = -libm::atan(slope_x * cos + slope_y * sin);
+            (self.town.ground_m(x, y), pitch, libm::atan(slope_y * cos - slope_x * sin))
+        };
+        let pitch = pitch + self.sways.pitch.at(time_s);
+        let roll = roll + self.sways.roll.at(time_s);
+        let yaw = yaw + self.sways.yaw.at(time_s);
+        let z = floor_m + self.options.height_m + self.sways.heave.at(time_s);
         Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
     }
 
@@ -200,11 +199,12 @@ fn around(k: usize, reach: usize, count: usize) -> Range<usize> {
     k.saturating_sub(reach)..(k + reach + 1).min(count)
 }
 
-/// Speeds at the stations: as fast as asked and as curves allow, without haste.
-fn speeds(path: &Path, speed_m_s: f64, waver: &Sway) -> Vec<f64> {
+/// Speeds at the stations: as fast as asked and as curves and stairs allow, without haste.
+fn speeds(path: &Path, profile: Option<&Profile>, speed_m_s: f64, waver: &Sway) -> Vec<f64> {
     let limit = |(k, curvature): (usize, f64)| {
         let wanted = speed_m_s * (1.0 + waver.at(k as f64 * STEP_M / 60.0));
-        wanted.min(libm::sqrt(SIDEWAYS_M_S2 / curvature.abs().max(1e-9)))
+        let effort = profile.map_or(0.0, |profile| EFFORT * profile.slope(k).abs());
+        (wanted / (1.0 + effort)).min(libm::sqrt(SIDEWAYS_M_S2 / curvature.abs().max(1e-9)))
     };
     let curvatures = path.stations().iter().map(|station| station.curvature);
     let limits: Vec<f64> = curvatures.enumerate().map(limit).collect();
@@ -230,66 +230,4 @@ fn speeds(path: &Path, speed_m_s: f64, waver: &Sway) -> Vec<f64> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn town(route: Route, options: &DriveOptions) -> Town {
-        let town = TownOptions::default();
-        Town::new(TownOptions { blocks: route.blocks(options.travel_m(&town), town.block_m), ..town })
-            .unwrap()
-    }
-
-    #[test]
-    fn the_trajectory_covers_the_drive_and_interpolates_to_millimetres() {
-        for route in [Route::Loop, Route::OutAndBack, Route::OneWay] {
-            let options = DriveOptions { route, ..DriveOptions::default() };
-            let town = town(route, &options);
-            let drive = Drive::new(&town, options.clone()).unwrap();
-            let run = drive.trajectory(20.0).unwrap();
-            let (mut worst_m, mut worst_rad) = (0.0, 0.0);
-            for k in 0..=3000 {
-                let stamp_ns = options.start_ns + k * 10_000_000;
-                let between = run.world_from_body_at(stamp_ns, i64::MAX).expect("covered");
-                let truth = drive.world_from_body_at(stamp_ns);
-                worst_m = f64::max(worst_m, (between.translation.vector - truth.translation.vector).norm());
-                worst_rad = f64::max(worst_rad, between.rotation.angle_to(&truth.rotation));
-            }
-            assert!(worst_m < 1e-3 && worst_rad < 3e-4, "{route:?}: {worst_m} m, {worst_rad} rad");
-        }
-    }
-
-    #[test]
-    fn the_motion_is_smooth_and_of_the_speed_asked_for() {
-        for route in [Route::Loop, Route::OutAndBack, Route::OneWay] {
-            let options = DriveOptions { route, ..DriveOptions::default() };
-            let town = town(route, &options);
-            let drive = Drive::new(&town, options.clone()).unwrap();
-            let place = |k: i64| drive.world_from_body_at(options.start_ns + k * 20_000_000);
-            let mut travel_m = 0.0;
-            for k in 0..1498 {
-                let [a, b, c] = [place(k), place(k + 1), place(k + 2)];
-                let step = b.translation.vector - a.translation.vector;
-                let acceleration = (c.translation.vector - b.translation.vector - step) / (0.02 * 0.02);
-                assert!(acceleration.norm() < 4.0, "{route:?}: {} m/s2", acceleration.norm());
-                assert!(step.norm() / 0.02 < 7.0);
-                assert!(a.rotation.angle_to(&b.rotation) / 0.02 < 1.6);
-                // The car looks where it goes, and lies on the slope.
-                let ahead = a.rotation.inverse() * step.normalize();
-                assert!(ahead.x > 0.99, "{route:?} {k}: {ahead:?}");
-                travel_m += step.norm();
-            }
-            let nominal_m = options.travel_m(town.options());
-
-            assert!((0.9..1.1).contains(&(travel_m / nominal_m)), "{route:?}: {travel_m} m of {nominal_m}");
-        }
-    }
-
-    #[test]
-    fn impossible_drives_are_refused() {
-        let town = Town::new(TownOptions::default()).unwrap();
-        let options = DriveOptions { speed_m_s: 0.0, ..DriveOptions::default() };
-        assert!(Drive::new(&town, options).is_err());
-        let drive = Drive::new(&town, DriveOptions::default()).unwrap();
-        assert!(drive.trajectory(0.0).is_err());
-    }
-}
+mod tests;

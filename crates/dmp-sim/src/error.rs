@@ -1,3 +1,5 @@
+use crate::route::Route;
+
 /// Why a simulation cannot be made as asked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -27,6 +29,12 @@ pub enum SimError {
         asked_m: f64,
         /// The largest distance between two of its places, metres.
         largest_m: f64,
+    },
+    /// Streets are driven through, a campus is walked over.
+    #[error("the route {route:?} leads over a campus or through streets, and the place is not of that kind")]
+    OtherPlace {
+        /// The route asked for.
+        route: Route,
     },
     /// An error that grows along the way needs a way.
     #[error("the run does not move, so {what} has no meaning for it")]

@@ -2,7 +2,8 @@
 //!
 //! # Brief overview
 //! A [`Town`] is made of a seed and answers one question: what is the first surface along a ray, at a certain
-//! time? A [`Drive`] takes a body through its streets along a [`Route`] and knows its pose at every instant.
+//! time? A [`Drive`] takes a body through its streets along a [`Route`] and knows its pose at every instant; on
+//! a [campus](Town::campus) it is a walker who carries the sensor, up and down the stairs.
 //! A [`Lidar`] on that body measures scans, each firing from where the sensor is at that moment. A
 //! [`Recording`] ties the three together: scans in order, and the truth. [`SlamErrors`] turn a true
 //! trajectory into one that a SLAM system might have put out, with errors of known kind and size.
@@ -32,9 +33,11 @@ mod errors;
 mod lidar;
 mod lidar_options;
 mod path;
+mod profile;
 mod random;
 mod route;
 mod simulation;
+mod sway;
 mod town;
 
 pub use drive::{Drive, DriveOptions};

@@ -3,10 +3,12 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::path::{Path, Piece};
-use crate::town::{LANE_M, TownOptions};
+use crate::town::{LANE_M, TownOptions, WALK};
 
 /// Length of the curve round a corner, metres: its smallest radius is 4.8 m.
 const CORNER_M: f64 = 14.0;
+/// On foot, metres: 1 m.
+const FOOT_CORNER_M: f64 = 3.0;
 /// What is driven straight before the first crossing of an open route, metres.
 const RUN_IN_M: f64 = 12.0;
 
@@ -16,28 +18,40 @@ pub enum Route {
     /// Round a rectangle of blocks, again and again: about two thirds of the travel is one lap.
     #[default]
     Loop,
+    /// Round a rectangle of blocks twice in the same lane: about half of the travel is one lap.
+    TwoLaps,
+    /// Round a large rectangle of blocks: a lap takes nearly all of the travel, so the drive meets its own
+    /// way at the very end only.
+    Ring,
     /// Half of the travel out, round one corner, then back in the opposite lane.
     OutAndBack,
     /// Up one street and down the next: no place is seen twice from the same street.
     OneWay,
+    /// On foot over a [campus](crate::Town::campus): through passages and an arcade, up and down its stairs
+    /// twice, and home after about 365 m; then again.
+    Campus,
 }
 
 impl Route {
-    /// The blocks a town needs for about `travel_m` of this route: one ring of blocks lies around it.
+    /// The blocks a town needs for about `travel_m` of this route: one ring of blocks lies around it. A
+    /// campus has none.
     pub fn blocks(self, travel_m: f64, block_m: [f64; 2]) -> [usize; 2] {
-        self.core(travel_m, block_m).map(|blocks| blocks + 2)
+        if self == Self::Campus { [0, 0] } else { self.core(travel_m, block_m).map(|blocks| blocks + 2) }
     }
 
     /// The blocks within the ring.
     fn core(self, travel_m: f64, [east_m, north_m]: [f64; 2]) -> [usize; 2] {
+        // A rectangle as square as can be.
+        let round = |half_lap_m: f64| {
+            let east = (half_lap_m / 2.0 / east_m).round().max(1.0);
+            let north = ((half_lap_m - east * east_m) / north_m).round().max(1.0);
+            [east as usize, north as usize]
+        };
         match self {
-            Self::Loop => {
-                // A lap of about 2/3 of the travel, as square as can be.
-                let half_lap_m = travel_m / 3.0;
-                let east = (half_lap_m / 2.0 / east_m).round().max(1.0);
-                let north = ((half_lap_m - east * east_m) / north_m).round().max(1.0);
-                [east as usize, north as usize]
-            }
+            Self::Loop => round(travel_m / 3.0),
+            Self::TwoLaps => round(travel_m / 4.0),
+            Self::Ring => round((travel_m - RUN_IN_M) / 2.0),
+            Self::Campus => [0, 0],
             Self::OutAndBack => {
                 let leg_m = ((travel_m - 2.0 * RUN_IN_M) / 4.0).max(0.0);
                 [east_m, north_m].map(|pitch| (leg_m / pitch).round().max(1.0) as usize)
@@ -61,19 +75,19 @@ impl Route {
         let [i0, j0] = first;
         let [i1, j1] = [i0 + core[0], j0 + core[1]];
         match self {
-            Self::Loop => {
+            Self::Loop | Self::TwoLaps | Self::Ring => {
                 // From the middle of the southern side round to it again.
                 let middle = [0, 1].map(|k| f64::midpoint(node(i0, j0)[k], node(i1, j0)[k]));
                 let corners = lane(&[middle, node(i1, j0), node(i1, j1), node(i0, j1), node(i0, j0), middle]);
-                Path::new(corners[0], 0.0, rounded(&corners).into_iter().cycle(), length_m)
+                Path::new(corners[0], 0.0, rounded(&corners, CORNER_M).into_iter().cycle(), length_m)
             }
             Self::OutAndBack => {
                 let out = lane(&[west_of(node(i0, j0)), node(i1, j0), node(i1, j1)]);
                 let (u_turn, before_m) = u_turn();
-                let mut there = rounded(&out);
+                let mut there = rounded(&out, CORNER_M);
                 shorten_last(&mut there, before_m);
                 let back = lane(&[node(i1, j1), node(i1, j0), west_of(node(i0, j0))]);
-                let mut home = rounded(&back);
+                let mut home = rounded(&back, CORNER_M);
                 if let Some(first) = home.first_mut() {
                     first.length_m -= before_m;
                 }
@@ -88,7 +102,11 @@ impl Route {
                 // The first crossing is passed straight on.
                 nodes.remove(1);
                 let corners = lane(&nodes);
-                Path::new(corners[0], 0.0, rounded(&corners), length_m)
+                Path::new(corners[0], 0.0, rounded(&corners, CORNER_M), length_m)
+            }
+            Self::Campus => {
+                let pieces = rounded(&WALK, FOOT_CORNER_M);
+                Path::new(WALK[0], 0.0, pieces.into_iter().cycle(), length_m)
             }
         }
     }
@@ -98,8 +116,8 @@ fn west_of([x, y]: [f64; 2]) -> [f64; 2] {
     [x - RUN_IN_M, y]
 }
 
-fn corner(sign: f64) -> Piece {
-    Piece { length_m: CORNER_M, turn_rad: sign * FRAC_PI_2 }
+fn corner(length_m: f64, sign: f64) -> Piece {
+    Piece { length_m, turn_rad: sign * FRAC_PI_2 }
 }
 
 /// From the middles of the streets to the right-hand lanes: where the lanes of two legs, at right angles,
@@ -120,8 +138,8 @@ fn lane(nodes: &[[f64; 2]]) -> Vec<[f64; 2]> {
 }
 
 /// Straights and curves along a line of corners at right angles, from the first to the last.
-fn rounded(corners: &[[f64; 2]]) -> Vec<Piece> {
-    let reach = corner(1.0).end()[0];
+fn rounded(corners: &[[f64; 2]], corner_m: f64) -> Vec<Piece> {
+    let reach = corner(corner_m, 1.0).end()[0];
     let legs: Vec<_> = corners.windows(2).map(|p| [p[1][0] - p[0][0], p[1][1] - p[0][1]]).collect();
     let mut pieces = Vec::new();
     for (n, leg) in legs.iter().enumerate() {
@@ -129,7 +147,7 @@ fn rounded(corners: &[[f64; 2]]) -> Vec<Piece> {
         let length_m = (libm::hypot(leg[0], leg[1]) - curves * reach).max(0.1);
         pieces.push(Piece { length_m, turn_rad: 0.0 });
         if let Some(next) = legs.get(n + 1) {
-            pieces.push(corner((leg[0] * next[1] - leg[1] * next[0]).signum()));
+            pieces.push(corner(corner_m, (leg[0] * next[1] - leg[1] * next[0]).signum()));
         }
     }
     pieces
@@ -182,7 +200,7 @@ mod tests {
 
     #[test]
     fn every_route_keeps_to_the_streets_and_to_the_right() {
-        for route in [Route::Loop, Route::OutAndBack, Route::OneWay] {
+        for route in [Route::Loop, Route::TwoLaps, Route::Ring, Route::OutAndBack, Route::OneWay] {
             for travel_m in [100.0, 400.0, 900.0] {
                 let town = town(route, travel_m);
                 let path = route.path(&town, travel_m, travel_m);
@@ -200,16 +218,19 @@ mod tests {
     }
 
     #[test]
-    fn a_loop_closes_after_two_thirds_of_the_travel() {
-        for travel_m in [200.0, 500.0, 2000.0] {
-            let town = town(Route::Loop, travel_m);
-            let path = Route::Loop.path(&town, travel_m, 2.0 * travel_m);
-            let start = path.at(0.0);
-            let lap_m = (100..(2.0 * travel_m) as usize)
-                .map(|s| s as f64)
-                .find(|&s| libm::hypot(path.at(s).x - start.x, path.at(s).y - start.y) < 1.0)
-                .unwrap();
-            assert!((0.55..0.78).contains(&(lap_m / travel_m)), "{travel_m}: lap {lap_m}");
+    fn round_routes_close_after_their_share_of_the_travel() {
+        let shares = [(Route::Loop, 0.55..0.78), (Route::TwoLaps, 0.4..0.6), (Route::Ring, 0.85..1.08)];
+        for (route, expected) in shares {
+            for travel_m in [300.0, 500.0, 2000.0] {
+                let town = town(route, travel_m);
+                let path = route.path(&town, travel_m, 2.0 * travel_m);
+                let start = path.at(0.0);
+                let lap_m = (100..(2.0 * travel_m) as usize)
+                    .map(|s| s as f64)
+                    .find(|&s| libm::hypot(path.at(s).x - start.x, path.at(s).y - start.y) < 1.0)
+                    .unwrap();
+                assert!(expected.contains(&(lap_m / travel_m)), "{route:?} {travel_m}: lap {lap_m}");
+            }
         }
     }
 

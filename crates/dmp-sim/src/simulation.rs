@@ -16,6 +16,8 @@ const BATCH: usize = 16;
 const REVISIT_M: f64 = 5.0;
 /// … after at least this much other travel.
 const AWAY_M: f64 = 30.0;
+/// Height of a sensor that is carried, metres; on a car it is that of [`DriveOptions::default`].
+const CARRIED_M: f64 = 1.2;
 
 /// A whole recording: a sensor on a drive of so many scans through a town that is large enough for it.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,7 +30,7 @@ pub struct RecordingOptions {
     pub route: Route,
     /// Speed on a straight street, metres per second.
     pub speed_m_s: f64,
-    /// Number of moving cars.
+    /// Number of moving cars; a campus has none.
     pub traffic: usize,
     /// The sensor; its seed is that of the recording.
     pub lidar: LidarOptions,
@@ -38,10 +40,12 @@ impl RecordingOptions {
     fn drive(&self) -> DriveOptions {
         let duration_s = self.scans as f64 / self.lidar.rate_hz;
         let (seed, route, speed_m_s) = (self.seed, self.route, self.speed_m_s);
-        DriveOptions { seed, route, speed_m_s, duration_s, ..DriveOptions::default() }
+        let common = DriveOptions::default();
+        let height_m = if route == Route::Campus { CARRIED_M } else { common.height_m };
+        DriveOptions { seed, route, speed_m_s, duration_s, height_m, ..common }
     }
 
-    /// The town around this recording's route: pass it to [`Recording::new`].
+    /// The town around this recording's route, or the campus of a walk: pass it to [`Recording::new`].
     ///
     /// # Errors
     /// When a number is outside its range.
@@ -56,6 +60,11 @@ impl RecordingOptions {
         let drive = self.drive();
         let travel_m = drive.speed_m_s * drive.duration_s;
         require(travel_m <= 1e6, "the travel in m", "up to 1000000", travel_m)?;
+        if self.route == Route::Campus {
+            let traffic = self.traffic as f64;
+            require(self.traffic == 0, "the number of cars that drive over a campus", "0", traffic)?;
+            return Ok(Town::campus(self.seed));
+        }
         let town = TownOptions { seed: self.seed, moving_cars: self.traffic, ..TownOptions::default() };
         let travel_m = drive.travel_m(&town);
         Town::new(TownOptions { blocks: self.route.blocks(travel_m, town.block_m), ..town })
@@ -152,9 +161,12 @@ mod tests {
 
     #[test]
     fn routes_come_back_or_do_not() {
-        for (route, expected) in
-            [(Route::Loop, 0.2..0.5), (Route::OutAndBack, 0.25..0.6), (Route::OneWay, 0.0..0.01)]
-        {
+        for (route, expected) in [
+            (Route::Loop, 0.2..0.5),
+            (Route::TwoLaps, 0.35..0.6),
+            (Route::OutAndBack, 0.25..0.6),
+            (Route::OneWay, 0.0..0.01),
+        ] {
             let options = RecordingOptions { scans: 110, ..options(route) };
             let town = options.town().unwrap();
             let (travel_m, revisits) = Recording::new(&town, &options).unwrap().travel_and_revisits();

@@ -75,6 +75,54 @@ pub(super) fn build_block(
     }
 }
 
+/// One large building over `area` (from–to east and north), `top_m` high: a core, and on its four sides a
+/// lattice of pillars and bands before the windows.
+pub(super) fn build_hall(
+    area: [[f64; 2]; 2],
+    top_m: f64,
+    ground: &Ground,
+    random: &mut Random,
+    solids: &mut Vec<Solid>,
+) {
+    let [[x0, x1], [y0, y1]] = area;
+    let recess = random.between(0.15, 0.3);
+    let albedo = random.between(0.35, 0.7);
+    let floor_m = random.between(3.0, 3.6);
+    let sides = [
+        ([x0, y0], [1.0, 0.0], [0.0, 1.0], x1 - x0),
+        ([x1, y0], [0.0, 1.0], [-1.0, 0.0], y1 - y0),
+        ([x1, y1], [-1.0, 0.0], [0.0, -1.0], x1 - x0),
+        ([x0, y1], [0.0, -1.0], [1.0, 0.0], y1 - y0),
+    ];
+    for (side, (corner, along, inward, length_m)) in sides.into_iter().enumerate() {
+        let mut frontage = Frontage { corner, along, inward, ground, solids };
+        if side == 0 {
+            let inner = [recess, length_m - recess];
+            frontage.put(inner, [recess, y1 - y0 - recess], [-0.5, top_m], albedo * 0.5, Surface::Building);
+        }
+        let bays = (length_m / random.between(2.6, 4.2)).floor().max(1.0);
+        let pitch_m = (length_m - 0.5) / bays;
+        for pillar in 0..=bays as usize {
+            let start = pitch_m * pillar as f64;
+            frontage.put([start, start + 0.5], [0.0, recess], [-0.5, top_m], albedo, Surface::Building);
+        }
+        let mut low = -0.5;
+        let mut sill = random.between(0.6, 1.0);
+        while sill + 2.0 < top_m {
+            frontage.put([0.0, length_m], [0.04, recess], [low, sill], albedo, Surface::Building);
+            low = sill + 1.7;
+            sill += floor_m;
+        }
+        frontage.put(
+            [0.0, length_m],
+            [0.04, recess],
+            [low.min(top_m - 0.3), top_m],
+            albedo,
+            Surface::Building,
+        );
+    }
+}
+
 fn build_house(frontage: &mut Frontage<'_>, [from, to]: [f64; 2], depth_m: f64, random: &mut Random) {
     let garden = random.chance(0.2);
     let front = if garden { random.between(2.0, 3.0) } else { random.between(0.0, 0.8) };

@@ -1,4 +1,5 @@
 mod building;
+mod campus;
 mod grid;
 mod ground;
 mod shape;
@@ -10,6 +11,7 @@ use nalgebra::Vector3;
 use crate::error::{SimError, require};
 use crate::random::Random;
 use building::build_block;
+pub(crate) use campus::{WALK, walkable_m};
 use grid::Grid;
 use ground::Ground;
 pub(crate) use shape::Shape;
@@ -25,6 +27,8 @@ pub enum Surface {
     Ground,
     /// A house, with everything that is built onto it.
     Building,
+    /// A flight of stairs, a terrace, and the low walls and benches on them.
+    Stairs,
     /// A lamp post, sign post or bollard.
     Pole,
     /// A tree or a hedge.
@@ -148,9 +152,26 @@ impl Town {
         Ok(Self { options, ground, solids, grid, cars })
     }
 
-    /// The numbers it was built from.
+    /// Builds a campus instead: halls with narrow passages between them, an arcade, two terraces and the
+    /// stairs between them, on level paving. It has no blocks and no traffic; its one walk is
+    /// [`Route::Campus`](crate::Route::Campus).
+    pub fn campus(seed: u64) -> Self {
+        let options =
+            TownOptions { seed, blocks: [0, 0], relief_m: 0.0, moving_cars: 0, ..TownOptions::default() };
+        let ground = Ground::new(0.0, seed);
+        let solids = campus::build(seed, &ground);
+        let grid = Grid::new(solids.iter().map(|solid| &solid.shape));
+        Self { options, ground, solids, grid, cars: Vec::new() }
+    }
+
+    /// The numbers it was built from; of a campus the seed alone tells anything.
     pub fn options(&self) -> &TownOptions {
         &self.options
+    }
+
+    /// Whether it is a campus, where one walks, and not a town of streets.
+    pub(crate) fn is_campus(&self) -> bool {
+        self.options.blocks == [0, 0]
     }
 
     /// Height of the ground at a place, metres.

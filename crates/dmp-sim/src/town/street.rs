@@ -62,12 +62,12 @@ pub(super) fn furnish_street(
     }
 }
 
-fn put_pole(foot: Vector3<f64>, height_m: f64, radius_m: f64, solids: &mut Vec<Solid>) {
+pub(super) fn put_pole(foot: Vector3<f64>, height_m: f64, radius_m: f64, solids: &mut Vec<Solid>) {
     let shape = Shape::Cylinder { foot: foot - Vector3::z(), radius_m, height_m: height_m + 1.0 };
     solids.push(Solid { shape, reflectivity: 0.4, surface: Surface::Pole });
 }
 
-fn plant_tree(foot: Vector3<f64>, random: &mut Random, solids: &mut Vec<Solid>) {
+pub(super) fn plant_tree(foot: Vector3<f64>, random: &mut Random, solids: &mut Vec<Solid>) {
     let crown_m = random.between(3.6, 5.0);
     let (radius_m, foot_m) = (random.between(0.1, 0.22), foot - Vector3::z());
     let trunk = Shape::Cylinder { foot: foot_m, radius_m, height_m: crown_m + 1.0 };
