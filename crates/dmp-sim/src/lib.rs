@@ -13,7 +13,7 @@
 //! are one: x ahead, y left, z up.
 //!
 //! ```
-//! use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route, SlamErrors, ate_rmse_m};
+//! use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route, SlamErrors, ate_rmse_m, close_loop};
 //!
 //! let lidar = LidarOptions { azimuth_steps: 60, rate_hz: 2.0, ..LidarOptions::with_beams(16) };
 //! let options = RecordingOptions { seed: 1, scans: 20, route: Route::Loop, speed_m_s: 5.0, traffic: 0, lidar };
@@ -42,7 +42,7 @@ mod town;
 
 pub use drive::{Drive, DriveOptions};
 pub use error::SimError;
-pub use errors::{Noise, SlamErrors, ate_rmse_m};
+pub use errors::{Noise, SlamErrors, ate_rmse_m, close_loop};
 pub use lidar::Lidar;
 pub use lidar_options::{LidarOptions, NoReturn, Sweep};
 pub use route::Route;

@@ -1,6 +1,7 @@
 //! Wrong trajectories made from a good one, with the errors that SLAM systems make.
 
 mod align;
+mod closure;
 mod drift;
 mod false_loop;
 mod noise;
@@ -10,6 +11,7 @@ use dmp_sensor::{Isometry3, Trajectory};
 
 use crate::error::{SimError, require};
 pub use align::ate_rmse_m;
+pub use closure::close_loop;
 pub use noise::Noise;
 
 type Poses = Vec<Isometry3<f64>>;
