@@ -1,6 +1,7 @@
 //! The project's own chores: `cargo xtask <task>`.
 
 mod samples;
+mod study;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,11 +13,13 @@ use clap::Parser;
 #[command(name = "cargo xtask")]
 enum Task {
     Samples(samples::SamplesArgs),
+    Study(study::StudyArgs),
 }
 
 fn main() -> ExitCode {
     let done = match Task::parse() {
         Task::Samples(arguments) => samples::run(&arguments),
+        Task::Study(arguments) => study::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -7,7 +7,7 @@ use crate::error::SimError;
 /// What odometry errs by in a metre of travel, as a pose graph is told: metres and radians. Their ratio
 /// decides how a correction is shared between places and directions.
 const SIGMA_M: f64 = 0.01;
-const SIGMA_RAD: f64 = 0.001;
+const SIGMA_RAD: f64 = 0.0005;
 /// The end is met to this, metres and radians; two or three rounds suffice.
 const MET: f64 = 1e-10;
 const ROUNDS: usize = 50;

@@ -1,0 +1,220 @@
+//! What is to be told apart on each drive: the truth, and about twenty wrong trajectories of known kind.
+
+use std::path::PathBuf;
+
+use anyhow::Context as _;
+use dmp_log::read_trajectory;
+use dmp_sensor::Trajectory;
+use dmp_sim::{Noise, SimError, SlamErrors, ate_rmse_m, close_loop};
+
+use super::drives::DriveSpec;
+
+/// The two configurations of the odometry whose runs lie in `xtask/odometry`.
+pub(crate) const ODOMETRY: [&str; 2] = ["default", "coarse"];
+
+/// What is wrong with an estimate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) enum Kind {
+    /// Nothing.
+    Truth,
+    /// White noise of every scan's pose.
+    Noise,
+    /// Smooth drift.
+    Drift,
+    /// Drift whose end was pulled back to the truth.
+    LoopClosed,
+    /// Two distinct places mapped onto each other.
+    FalseLoop,
+    /// A stretch of the way lost.
+    Collapsed,
+    /// All distances too long.
+    Scale,
+    /// The whole bent upwards.
+    Bend,
+    /// Drift and noise.
+    Mixed,
+    /// What an odometry made of the scans.
+    Odometry,
+}
+
+/// A trajectory to be scored.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Estimate {
+    /// Its kind and size.
+    pub(crate) name: String,
+    /// What is wrong with it.
+    pub(crate) kind: Kind,
+    /// The poses.
+    pub(crate) trajectory: Trajectory,
+}
+
+/// All estimates of a drive, the truth first. The same drive gives the same estimates, to the bit.
+pub(crate) fn estimates(spec: &DriveSpec, truth: &Trajectory) -> anyhow::Result<Vec<Estimate>> {
+    let mut estimates = simulated(spec, truth)?;
+    for config in ODOMETRY {
+        estimates.push(Estimate {
+            name: format!("odometry-{config}"),
+            kind: Kind::Odometry,
+            trajectory: odometry(spec, config, truth)?,
+        });
+    }
+    Ok(estimates)
+}
+
+/// Those that are made from the truth.
+pub(crate) fn simulated(spec: &DriveSpec, truth: &Trajectory) -> anyhow::Result<Vec<Estimate>> {
+    let mut made = Making { spec, truth, estimates: Vec::new() };
+    made.keep("truth".into(), Kind::Truth, truth.clone());
+    for (sigma_m, sigma_deg) in [(0.01, 0.05), (0.03, 0.1), (0.1, 0.3), (0.3, 1.0)] {
+        let noise = Some(made.noise(sigma_m, sigma_deg));
+        made.wrong(format!("noise-{sigma_m}m"), Kind::Noise, SlamErrors { noise, ..made.errors() })?;
+    }
+    for ate_m in [0.1, 0.3, 1.0, 3.0] {
+        let errors = SlamErrors { drift_ate_m: Some(ate_m), ..made.errors() };
+        made.wrong(format!("drift-{ate_m}m"), Kind::Drift, errors)?;
+    }
+    made.largest_drift(&[10.0, 6.0, 4.0])?;
+    for ate_m in [1.0, 3.0] {
+        let drifted = SlamErrors { drift_ate_m: Some(ate_m), ..made.errors() }.apply(truth)?;
+        made.keep(format!("closed-{ate_m}m"), Kind::LoopClosed, close_loop(&drifted, truth)?);
+    }
+    for jump_m in [10.0, 30.0] {
+        let errors = SlamErrors { false_loop_m: Some(jump_m), ..made.errors() };
+        made.wrong(format!("false-loop-{jump_m}m"), Kind::FalseLoop, errors)?;
+    }
+    for share in [0.1, 0.3] {
+        let errors = SlamErrors { collapse_share: Some(share), ..made.errors() };
+        made.wrong(format!("collapsed-{share}"), Kind::Collapsed, errors)?;
+    }
+    made.wrong("scale-1.01".into(), Kind::Scale, SlamErrors { scale: Some(1.01), ..made.errors() })?;
+    made.wrong("bend-2m".into(), Kind::Bend, SlamErrors { bend_m: Some(2.0), ..made.errors() })?;
+    let noise = Some(made.noise(0.03, 0.1));
+    let mixed = SlamErrors { drift_ate_m: Some(0.3), noise, ..made.errors() };
+    made.wrong("mixed-0.3m".into(), Kind::Mixed, mixed)?;
+    Ok(made.estimates)
+}
+
+/// Estimates in the making.
+struct Making<'a> {
+    spec: &'a DriveSpec,
+    truth: &'a Trajectory,
+    estimates: Vec<Estimate>,
+}
+
+impl Making<'_> {
+    /// No errors yet, with a seed for the next estimate alone: no two drifts bend alike.
+    fn errors(&self) -> SlamErrors {
+        SlamErrors {
+            seed: self.spec.options.seed * 100 + self.estimates.len() as u64,
+            ..SlamErrors::default()
+        }
+    }
+
+    fn noise(&self, sigma_m: f64, sigma_deg: f64) -> Noise {
+        Noise { sigma_m, sigma_rad: sigma_deg.to_radians(), interval_ns: self.spec.scan_period_ns() }
+    }
+
+    fn keep(&mut self, name: String, kind: Kind, trajectory: Trajectory) {
+        self.estimates.push(Estimate { name, kind, trajectory });
+    }
+
+    fn wrong(&mut self, name: String, kind: Kind, errors: SlamErrors) -> anyhow::Result<()> {
+        let wrong = errors.apply(self.truth).with_context(|| format!("{}: {name}", self.spec.name))?;
+        self.keep(name, kind, wrong);
+        Ok(())
+    }
+
+    /// The first of these drifts, largest first, that the drive is long enough for.
+    fn largest_drift(&mut self, ates_m: &[f64]) -> anyhow::Result<()> {
+        for &ate_m in ates_m {
+            let errors = SlamErrors { drift_ate_m: Some(ate_m), ..self.errors() };
+            match errors.apply(self.truth) {
+                Ok(wrong) => {
+                    self.keep(format!("drift-{ate_m}m"), Kind::Drift, wrong);
+                    return Ok(());
+                }
+                Err(SimError::DriftNotReached { .. }) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        anyhow::bail!("{}: none of the drifts of {ates_m:?} m is reached", self.spec.name)
+    }
+}
+
+/// Where the run of an odometry on a drive is kept.
+pub(crate) fn odometry_path(spec: &DriveSpec, config: &str) -> PathBuf {
+    crate::root().join("xtask").join("odometry").join(format!("{}-{config}.tum", spec.name))
+}
+
+/// The kept run of an odometry, moved so that its first pose is the true one: an odometry starts anywhere.
+fn odometry(spec: &DriveSpec, config: &str, truth: &Trajectory) -> anyhow::Result<Trajectory> {
+    let path = odometry_path(spec, config);
+    let run = read_trajectory(&path)
+        .with_context(
+            || "a kept run of the odometry is missing; xtask/odometry/README.md tells how to make it",
+        )?
+        .trajectory;
+    let (Some(stamps_ns), Some(first)) = (run.stamps_ns(), run.poses().first()) else {
+        anyhow::bail!("{}: the run has no stamps", path.display());
+    };
+    let Some(true_first) = truth.world_from_body_at(stamps_ns[0], i64::MAX) else {
+        anyhow::bail!("{}: the first stamp, {} ns, is not within the drive", path.display(), stamps_ns[0]);
+    };
+    let motion = true_first * first.inverse();
+    let poses = stamps_ns.iter().copied().zip(run.poses().iter().map(|pose| motion * pose));
+    Ok(Trajectory::stamped(poses.collect())?.trajectory)
+}
+
+/// Absolute trajectory error of an estimate against the truth at the estimate's own stamps, metres.
+pub(crate) fn ate_m(estimate: &Trajectory, truth: &Trajectory) -> anyhow::Result<f64> {
+    let stamps_ns = estimate.stamps_ns().context("an estimate has stamps")?;
+    let common = stamps_ns.iter().zip(estimate.poses()).filter_map(|(&stamp_ns, pose)| {
+        Some(((stamp_ns, *pose), (stamp_ns, truth.world_from_body_at(stamp_ns, i64::MAX)?)))
+    });
+    let (ours, theirs) = common.unzip();
+    Ok(ate_rmse_m(&Trajectory::stamped(ours)?.trajectory, &Trajectory::stamped(theirs)?.trajectory))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::drives::drives;
+    use super::*;
+    use dmp_sim::Recording;
+    use std::collections::BTreeSet;
+
+    fn truth(spec: &DriveSpec) -> Trajectory {
+        let town = spec.options.town().unwrap();
+        spec.truth(&Recording::new(&town, &spec.options).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn errors_are_of_the_size_in_their_names() {
+        for spec in drives() {
+            let truth = truth(&spec);
+            let made = simulated(&spec, &truth).unwrap();
+            assert_eq!(made, simulated(&spec, &truth).unwrap());
+            let names: BTreeSet<_> = made.iter().map(|estimate| &estimate.name).collect();
+            assert_eq!((made.len(), names.len()), (19, 19));
+            for Estimate { name, kind, trajectory } in &made {
+                let ate_m = ate_m(trajectory, &truth).unwrap();
+                let size = name.trim_end_matches('m').rsplit('-').next().and_then(|size| size.parse().ok());
+                let asked: f64 = size.unwrap_or(0.0);
+                let expected = match kind {
+                    Kind::Truth => 0.0..1e-9,
+                    // Three axes.
+                    Kind::Noise => asked * 1.6..asked * 1.9,
+                    Kind::Drift => asked * 0.99..asked * 1.01,
+                    Kind::Mixed => asked * 0.99..asked * 1.05,
+                    Kind::LoopClosed => 0.03..asked * 1.2,
+                    _ => 0.05..100.0,
+                };
+                assert!(expected.contains(&ate_m), "{}: {name} has an ATE of {ate_m} m", spec.name);
+                assert_eq!(trajectory.stamps_ns(), truth.stamps_ns());
+                if *kind == Kind::LoopClosed {
+                    let [ours, theirs] = [trajectory, &truth].map(|run| *run.poses().last().unwrap());
+                    assert!(ours.inv_mul(&theirs).translation.vector.norm() < 1e-7);
+                }
+            }
+        }
+    }
+}

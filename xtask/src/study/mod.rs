@@ -1,0 +1,68 @@
+//! The study: how well scores tell good trajectories from bad ones, on drives whose truth is known.
+
+pub(crate) mod drives;
+pub(crate) mod estimates;
+mod survey;
+
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, ensure};
+use clap::{Args, Subcommand};
+use dmp_log::{BinFolderWriter, write_tum};
+use dmp_sim::Recording;
+use drives::{DriveSpec, drives};
+
+/// Score the simulated suite
+#[derive(Debug, Args)]
+pub(crate) struct StudyArgs {
+    #[command(subcommand)]
+    task: StudyTask,
+}
+
+#[derive(Debug, Subcommand)]
+enum StudyTask {
+    /// Write a drive as a folder of scans with times, and its truth beside it as FOLDER.truth.tum
+    Export {
+        /// Name of the drive, e.g. loop-64
+        drive: String,
+        /// The folder to make
+        #[arg(short, long, value_name = "FOLDER")]
+        output: PathBuf,
+    },
+    /// Tell what the drives and their estimates are like
+    Drives,
+}
+
+pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
+    match &arguments.task {
+        StudyTask::Export { drive, output } => export(&find(drive)?, output),
+        StudyTask::Drives => drives().iter().try_for_each(survey::print),
+    }
+}
+
+fn find(name: &str) -> anyhow::Result<DriveSpec> {
+    let names: Vec<_> = drives().iter().map(|drive| drive.name).collect();
+    let drive = drives().into_iter().find(|drive| drive.name == name);
+    drive.with_context(|| format!("{name}: no such drive; they are {}", names.join(", ")))
+}
+
+fn export(spec: &DriveSpec, folder: &Path) -> anyhow::Result<()> {
+    let town = spec.options.town()?;
+    let recording = Recording::new(&town, &spec.options)?;
+    let mut writer = BinFolderWriter::create(folder)?;
+    let mut returns = 0;
+    for scan in recording.scans() {
+        returns += scan.len();
+        writer.write_scan(&scan)?;
+    }
+    writer.finish()?;
+    ensure!(returns > 0, "{}: nothing came back", spec.name);
+    let truth = folder.with_extension("truth.tum");
+    let mut out = BufWriter::new(File::create(&truth).with_context(|| format!("{}", truth.display()))?);
+    write_tum(&mut out, &spec.truth(&recording)?)?;
+    out.flush()?;
+    println!("{}: {} scans, {returns} returns", folder.display(), recording.len());
+    Ok(())
+}
