@@ -3,6 +3,7 @@ use std::process::ExitCode;
 
 use dmp::EvaluateError;
 use dmp_log::LogError;
+use dmp_truth::surface::SurfaceError;
 
 /// How a command ended. Scripts rely on the codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -44,11 +45,13 @@ pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
     error.is::<Usage>()
         || error.downcast_ref::<EvaluateError>().is_some_and(EvaluateError::is_usage)
         || error.downcast_ref::<LogError>().is_some_and(LogError::is_usage)
+        || error.downcast_ref::<SurfaceError>().is_some_and(SurfaceError::is_usage)
 }
 
 /// Whether somebody stopped the command.
 pub(crate) fn is_interrupt(error: &anyhow::Error) -> bool {
     matches!(error.downcast_ref(), Some(EvaluateError::Cancelled))
+        || matches!(error.downcast_ref(), Some(SurfaceError::Cancelled))
 }
 
 /// The error and its causes in one line, joined by `: `. A cause that its error has already told is left out.

@@ -2,6 +2,7 @@ use std::fmt;
 use std::io::IsTerminal as _;
 
 use dmp::{Stage, Watch};
+use dmp_truth::surface::{SurfaceError, SurfaceWatch};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use crate::{Common, process, text};
@@ -15,6 +16,43 @@ impl Progress {
         let shown = !common.quiet && !common.no_progress && std::io::stderr().is_terminal();
         let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         Self(ProgressBar::with_draw_target(None, target))
+    }
+
+    /// Something begins; `total` is 0 where its end is not known.
+    fn start(&self, what: &'static str, unit: &'static str, total: u64) {
+        // The looks first: every later call may draw.
+        self.0.set_style(style(unit, total > 0));
+        self.0.set_prefix(what);
+        match total {
+            0 => self.0.unset_length(),
+            _ => self.0.set_length(total),
+        }
+        self.0.reset();
+    }
+
+    /// A cloud or a mesh is read, of unknown length.
+    pub(crate) fn reading(&self, what: &'static str, unit: &'static str) {
+        self.start(what, unit, 0);
+    }
+
+    /// So much more of it is read; fails where somebody asked to stop.
+    pub(crate) fn read(&self, amount: usize) -> Result<(), SurfaceError> {
+        self.0.inc(amount as u64);
+        if process::interrupted() { Err(SurfaceError::Cancelled) } else { Ok(()) }
+    }
+}
+
+impl SurfaceWatch for Progress {
+    fn begin(&self, points: u64) {
+        self.start("measuring", "points/s", points);
+    }
+
+    fn advance(&self, points: u64) {
+        self.0.inc(points);
+    }
+
+    fn cancelled(&self) -> bool {
+        process::interrupted()
     }
 }
 
@@ -34,14 +72,7 @@ impl Watch for Progress {
             Stage::Cast => ("casting rays", "points/s"),
             _ => ("working", "steps/s"),
         };
-        // The looks first: every later call may draw.
-        self.0.set_style(style(unit, total > 0));
-        self.0.set_prefix(what);
-        match total {
-            0 => self.0.unset_length(),
-            _ => self.0.set_length(total),
-        }
-        self.0.reset();
+        self.start(what, unit, total);
     }
 
     fn advance(&self, amount: u64) {

@@ -4,14 +4,15 @@
 //! [`open_log`] looks at a path, opens what is there and gives a [`ScanLog`]: a table of its scans
 //! ([`FrameInfo`]), a [`LogSummary`] of what was found, guessed and damaged, and a [`ScanReader`] for each
 //! thread, which fills a [`Scan`](dmp_sensor::Scan) with one scan at a time. [`read_trajectory`] reads
-//! poses. [`read_cloud`] streams the points of a map. [`McapScanWriter`], [`BinFolderWriter`],
-//! [`write_tum`] and [`write_kitti`] write what the readers read.
+//! poses. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a reference.
+//! [`McapScanWriter`], [`BinFolderWriter`], [`write_tum`] and [`write_kitti`] write what the readers read.
 //!
 //! | what | formats |
 //! |---|---|
 //! | scan log | MCAP with `sensor_msgs/msg/PointCloud2` in CDR; a folder of KITTI `.bin` scans, with `times.txt` and `times/*.f32` |
 //! | trajectory | TUM; KITTI rows, with `times.txt`; EuRoC csv |
 //! | cloud | LAS, LAZ, PLY |
+//! | mesh | PLY, OBJ |
 //!
 //! Nothing a file says is believed: sizes are compared with the file's length before anything is
 //! allocated, checksums are compared before anything is used, and no bytes make a reader panic. A log that
@@ -50,6 +51,7 @@ mod fingerprint;
 mod folder;
 mod log;
 mod mcap_log;
+mod mesh;
 mod open;
 mod point_cloud2;
 mod point_time;
@@ -63,6 +65,7 @@ pub use error::{LogError, ParseError, Place};
 pub use log::{
     Damage, FieldInfo, FrameInfo, LogFormat, LogOptions, LogSummary, ScanLog, ScanReader, TopicInfo,
 };
+pub use mesh::{MeshFormat, MeshSummary, is_mesh, read_mesh};
 pub use open::open_log;
 pub use point_time::{PointTime, TimeUnit};
 pub use trajectory::{

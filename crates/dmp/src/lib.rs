@@ -32,6 +32,7 @@ mod error;
 mod evaluate;
 mod frames;
 mod fuse;
+mod maps;
 mod memory;
 mod plan;
 mod pose;
@@ -41,6 +42,7 @@ mod watch;
 pub use config::{Config, Ego, FrameOrder, MapSource, Run};
 pub use error::EvaluateError;
 pub use evaluate::evaluate;
+pub use maps::{RunMaps, fuse_maps};
 pub use memory::{machine_memory_bytes, peak_anonymous_bytes};
 pub use report::{
     ConfigReport, CvScores, DropReport, InputReport, MapReport, MemoryReport, NearScores, PairReport,

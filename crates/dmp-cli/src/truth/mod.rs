@@ -16,7 +16,7 @@ use crate::{Common, Exit};
 pub(crate) enum Truth {
     Ape(ape::ApeArgs),
     Rpe(rpe::RpeArgs),
-    Smd(smd::SmdArgs),
+    Smd(Box<smd::SmdArgs>),
     Study(Box<study::StudyArgs>),
 }
 

@@ -2,8 +2,8 @@
 
 mod las_cloud;
 mod las_header;
-mod ply_cloud;
-mod ply_header;
+pub(crate) mod ply_cloud;
+pub(crate) mod ply_header;
 
 use crate::{LogError, Place};
 use std::fs::File;

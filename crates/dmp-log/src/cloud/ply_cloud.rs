@@ -3,7 +3,7 @@ use super::{Batches, CloudFormat, CloudSummary, broken};
 use crate::decimal::shorten;
 use crate::{LogError, Place};
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 /// Reads the vertices of a PLY file row by row; other elements are passed over or never reached.
@@ -17,24 +17,32 @@ where
     let mut input = BufReader::with_capacity(1 << 16, file);
     let header = read_header(&mut input).map_err(|e| e.in_file(path))?;
     let mut batches = Batches::new(sink);
-    match header.encoding {
-        Encoding::Ascii => read_text(path, &mut input, &header, &mut batches)?,
-        _ => read_binary(path, &mut input, &header, length, &mut batches)?,
-    }
+    read_vertices(path, &mut input, &header, length, |point| batches.push(point))?;
     batches.flush()?;
     Ok(CloudSummary { format: CloudFormat::Ply, points: batches.points })
 }
 
-fn read_text<E, F>(
+/// Reads the vertices behind the header of a file of `length` bytes. Answers the number of the last line
+/// read, in text.
+pub(crate) fn read_vertices<E: From<LogError>>(
     path: &Path,
-    input: &mut BufReader<File>,
+    input: &mut impl BufRead,
     header: &PlyHeader,
-    batches: &mut Batches<'_, F>,
-) -> Result<(), E>
-where
-    E: From<LogError>,
-    F: FnMut(&[[f64; 3]]) -> Result<(), E>,
-{
+    length: u64,
+    each: impl FnMut([f64; 3]) -> Result<(), E>,
+) -> Result<u64, E> {
+    match header.encoding {
+        Encoding::Ascii => read_text(path, input, header, each),
+        _ => read_binary(path, input, header, length, each).map(|()| header.lines),
+    }
+}
+
+fn read_text<E: From<LogError>>(
+    path: &Path,
+    input: &mut impl BufRead,
+    header: &PlyHeader,
+    mut each: impl FnMut([f64; 3]) -> Result<(), E>,
+) -> Result<u64, E> {
     let skipped = header.before.iter().fold(0_u64, |sum, &(rows, _)| sum.saturating_add(rows));
     let (mut number, mut row, mut line) = (header.lines, 0, Vec::new());
     while row < header.vertices.saturating_add(skipped) {
@@ -60,23 +68,19 @@ where
                 })
             };
             let [x, y, z] = header.xyz;
-            batches.push([coordinate(x)?, coordinate(y)?, coordinate(z)?])?;
+            each([coordinate(x)?, coordinate(y)?, coordinate(z)?])?;
         }
     }
-    Ok(())
+    Ok(number)
 }
 
-fn read_binary<E, F>(
+fn read_binary<E: From<LogError>>(
     path: &Path,
-    input: &mut BufReader<File>,
+    input: &mut impl BufRead,
     header: &PlyHeader,
     length: u64,
-    batches: &mut Batches<'_, F>,
-) -> Result<(), E>
-where
-    E: From<LogError>,
-    F: FnMut(&[[f64; 3]]) -> Result<(), E>,
-{
+    mut each: impl FnMut([f64; 3]) -> Result<(), E>,
+) -> Result<(), E> {
     let left = length.saturating_sub(header.bytes);
     let of = |rows: u64, bytes: u64| rows.checked_mul(bytes);
     let skipped =
@@ -97,7 +101,7 @@ where
     for _ in 0..header.vertices {
         input.read_exact(&mut vertex).map_err(io)?;
         let big_endian = header.encoding == Encoding::BigEndian;
-        batches.push(header.xyz.map(|axis| coordinate(&vertex, axis, big_endian)))?;
+        each(header.xyz.map(|axis| coordinate(&vertex, axis, big_endian)))?;
     }
     Ok(())
 }

@@ -3,12 +3,12 @@ use crate::{ParseError, Place};
 use std::io::{self, BufRead, Read};
 
 /// Longest line of a header, and of a vertex in text.
-pub(super) const MAX_LINE_BYTES: u64 = 64 * 1024;
+pub(crate) const MAX_LINE_BYTES: u64 = 64 * 1024;
 const MAX_HEADER_LINES: u64 = 10_000;
 
 /// The order of a file's bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Encoding {
+pub(crate) enum Encoding {
     Ascii,
     LittleEndian,
     BigEndian,
@@ -16,28 +16,48 @@ pub(super) enum Encoding {
 
 /// A coordinate: its column, its first byte, and whether it is a double.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Coordinate {
-    pub(super) column: usize,
-    pub(super) offset: usize,
-    pub(super) double: bool,
+pub(crate) struct Coordinate {
+    pub(crate) column: usize,
+    pub(crate) offset: usize,
+    pub(crate) double: bool,
 }
 
-/// What the header says of the vertices.
+/// What the header says of the vertices, and what comes after them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct PlyHeader {
-    pub(super) encoding: Encoding,
+pub(crate) struct PlyHeader {
+    pub(crate) encoding: Encoding,
     /// Lines in front of the first element's data.
-    pub(super) lines: u64,
+    pub(crate) lines: u64,
     /// Bytes in front of the first element's data.
-    pub(super) bytes: u64,
+    pub(crate) bytes: u64,
     /// Elements in front of the vertices: how many rows, and how many bytes each (0 in text).
-    pub(super) before: Vec<(u64, u64)>,
-    pub(super) vertices: u64,
-    pub(super) vertex_bytes: usize,
-    pub(super) xyz: [Coordinate; 3],
+    pub(crate) before: Vec<(u64, u64)>,
+    pub(crate) vertices: u64,
+    pub(crate) vertex_bytes: usize,
+    pub(crate) xyz: [Coordinate; 3],
+    /// Elements behind the vertices.
+    pub(crate) after: Vec<PlyElement>,
+}
+
+/// An element: so many rows of the same properties.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct PlyElement {
+    pub(crate) name: String,
+    pub(crate) rows: u64,
+    pub(crate) properties: Vec<PlyProperty>,
+}
+
+/// A property of a row; types by the names in the header.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum PlyProperty {
+    /// A number of so many bytes.
+    Scalar { bytes: u64 },
+    /// A count of one type, then so many numbers of the other.
+    List { name: String, count: String, item: String },
 }
 
 struct Element {
+    properties: Vec<PlyProperty>,
     name: String,
     rows: u64,
     bytes: u64,
@@ -48,7 +68,7 @@ struct Element {
 }
 
 /// One line, without its end, of at most [`MAX_LINE_BYTES`]; `None` at the end of the file.
-pub(super) fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<u64>> {
+pub(crate) fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<u64>> {
     line.clear();
     let count = input.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', line)? as u64;
     if count == 0 {
@@ -67,7 +87,7 @@ pub(super) fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Res
 }
 
 /// Reads the header up to and including its `end_header` line.
-pub(super) fn read_header(input: &mut impl BufRead) -> Result<PlyHeader, ParseError> {
+pub(crate) fn read_header(input: &mut impl BufRead) -> Result<PlyHeader, ParseError> {
     let (mut number, mut bytes, mut line) = (0, 0, Vec::new());
     let mut encoding = None;
     let mut elements: Vec<Element> = Vec::new();
@@ -102,6 +122,7 @@ pub(super) fn read_header(input: &mut impl BufRead) -> Result<PlyHeader, ParseEr
                     rows,
                     bytes: 0,
                     columns: 0,
+                    properties: Vec::new(),
                     list: None,
                     xyz: [None; 3],
                     line: number,
@@ -124,7 +145,12 @@ pub(super) fn read_header(input: &mut impl BufRead) -> Result<PlyHeader, ParseEr
 
 fn add_property(element: &mut Element, definition: &[&str]) -> Result<(), String> {
     match definition {
-        ["list", _, _, name] => {
+        ["list", count, item, name] => {
+            element.properties.push(PlyProperty::List {
+                name: (*name).to_owned(),
+                count: (*count).to_owned(),
+                item: (*item).to_owned(),
+            });
             element.list.get_or_insert((*name).to_owned());
             Ok(())
         }
@@ -155,6 +181,7 @@ fn add_property(element: &mut Element, definition: &[&str]) -> Result<(), String
                 }
                 *axis = Some(Coordinate { column: element.columns, offset: element.bytes as usize, double });
             }
+            element.properties.push(PlyProperty::Scalar { bytes });
             element.bytes += bytes;
             element.columns += 1;
             Ok(())
@@ -170,7 +197,8 @@ fn assemble(
     elements: Vec<Element>,
 ) -> Result<PlyHeader, ParseError> {
     let mut before = Vec::new();
-    for element in elements {
+    let mut elements = elements.into_iter();
+    for element in elements.by_ref() {
         let wrong = |problem: String| ParseError::new(Place::Line(element.line), problem);
         let is_vertex = element.name == "vertex";
         if let Some(list) = element.list.as_ref().filter(|_| is_vertex || encoding != Encoding::Ascii) {
@@ -187,15 +215,16 @@ fn assemble(
         let [Some(x), Some(y), Some(z)] = element.xyz else {
             return Err(wrong("the vertices lack x, y or z".into()));
         };
-        let vertex_bytes = element.bytes as usize;
+        let after = elements.map(|e| PlyElement { name: e.name, rows: e.rows, properties: e.properties });
         return Ok(PlyHeader {
             encoding,
             lines,
             bytes,
             before,
             vertices: element.rows,
-            vertex_bytes,
+            vertex_bytes: element.bytes as usize,
             xyz: [x, y, z],
+            after: after.collect(),
         });
     }
     Err(ParseError::new(Place::Line(lines), "no element `vertex` in the header"))

@@ -1,0 +1,182 @@
+use std::path::Path;
+
+use anyhow::Context as _;
+use dmp::{Config, Run, fuse_maps};
+use dmp_log::{LogError, LogOptions, is_mesh, open_log, read_cloud, read_mesh, read_trajectory};
+use dmp_sensor::{Isometry3, Trajectory};
+use dmp_truth::surface::{
+    EvaluatedPoints, MapError, Store, SurfaceError, SurfaceReport, SurfaceSettings, alignment, surfel_centres,
+};
+
+use super::SmdArgs;
+use crate::exit::Usage;
+use crate::progress::Progress;
+use crate::runs::{self, NamedFile};
+
+/// Every map against the reference.
+#[derive(Debug)]
+pub(super) struct Measured {
+    pub(super) reference_format: &'static str,
+    pub(super) maps: Vec<MeasuredMap>,
+    /// Whether part of the log was lost.
+    pub(super) damaged: bool,
+}
+
+/// One map against the reference.
+#[derive(Debug)]
+pub(super) struct MeasuredMap {
+    pub(super) name: String,
+    pub(super) format: &'static str,
+    pub(super) reference_from_map: Isometry3<f64>,
+    pub(super) report: SurfaceReport,
+}
+
+struct Bench<'a> {
+    reference: &'a Path,
+    mesh: bool,
+    format: &'static str,
+    settings: &'a SurfaceSettings,
+    progress: &'a Progress,
+}
+
+pub(super) fn measure(
+    arguments: &SmdArgs,
+    config: &Config,
+    settings: &SurfaceSettings,
+    progress: &Progress,
+) -> anyhow::Result<Measured> {
+    let reference = &arguments.reference;
+    let mut bench = Bench { reference, mesh: is_mesh(reference)?, format: "", settings, progress };
+    if !arguments.map.exists() {
+        return Err(LogError::NotFound { path: arguments.map.clone() }.into());
+    }
+    let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
+    let (maps, damaged) = if files.is_empty() {
+        (vec![bench.measure_file(&arguments.map, &arguments.align)?], false)
+    } else {
+        bench.measure_runs(arguments, &files, config)?
+    };
+    Ok(Measured { reference_format: bench.format, maps, damaged })
+}
+
+impl Bench<'_> {
+    /// A cloud or a store, moved as its trajectory is.
+    fn measure_file(&mut self, path: &Path, align: &[std::path::PathBuf]) -> anyhow::Result<MeasuredMap> {
+        let of_log = path.is_dir() || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("mcap"));
+        if of_log {
+            let text = format!("{}: a log has no map of its own: name a run with -t RUN.tum", path.display());
+            return Err(Usage(text).into());
+        }
+        let reference_from_map = match align {
+            [] => Isometry3::identity(),
+            [reference, estimate] => {
+                align_files(&read_trajectory(reference)?.trajectory, reference, estimate)?
+            }
+            _ => return Err(Usage("--align needs REFERENCE.tum and the map's ESTIMATE.tum".into()).into()),
+        };
+        let mut points = EvaluatedPoints::new(self.settings, reference_from_map)?;
+        self.progress.reading("reading the map", "points/s");
+        let format = match Store::open(path) {
+            Ok(store) => {
+                self.add_store(&store, &mut points)?;
+                "surfels"
+            }
+            Err(MapError::NotAStore { .. }) => {
+                let summary = read_cloud(path, |batch| -> anyhow::Result<()> {
+                    self.progress.read(batch.len())?;
+                    Ok(points.add(batch)?)
+                })?;
+                summary.format.name()
+            }
+            Err(error) => return Err(error.into()),
+        };
+        let name = path.display().to_string();
+        let report = self.measure_points(points, &name)?;
+        Ok(MeasuredMap { name, format, reference_from_map, report })
+    }
+
+    /// The maps of runs, fused from the log.
+    fn measure_runs(
+        &mut self,
+        arguments: &SmdArgs,
+        files: &[NamedFile],
+        config: &Config,
+    ) -> anyhow::Result<(Vec<MeasuredMap>, bool)> {
+        let reference = match arguments.align.as_slice() {
+            [] => None,
+            [reference] => Some((read_trajectory(reference)?.trajectory, reference)),
+            _ => {
+                return Err(
+                    Usage("--align needs REFERENCE.tum alone: the runs are given with -t".into()).into()
+                );
+            }
+        };
+        let loaded = runs::load(files)?;
+        let mut moves = Vec::new();
+        for run in &loaded {
+            moves.push(match &reference {
+                None => Isometry3::identity(),
+                Some((trajectory, path)) => align(trajectory, path, &run.file.trajectory, &run.path)?,
+            });
+        }
+        let options = LogOptions { topic: arguments.topic.clone(), point_time: arguments.point_time };
+        let log = open_log(&arguments.map, &options)?;
+        let runs: Vec<Run> = loaded.into_iter().map(|run| Run::new(run.name, run.file.trajectory)).collect();
+        let maps = fuse_maps(log.as_ref(), &runs, config, self.progress)?;
+        let mut measured = Vec::new();
+        for ((name, store), reference_from_map) in maps.iter().zip(moves) {
+            let mut points = EvaluatedPoints::new(self.settings, reference_from_map)?;
+            self.progress.reading("reading the map", "points/s");
+            self.add_store(store, &mut points)?;
+            let report = self.measure_points(points, name)?;
+            measured.push(MeasuredMap {
+                name: name.to_owned(),
+                format: "surfels",
+                reference_from_map,
+                report,
+            });
+        }
+        Ok((measured, !log.summary().damage.is_empty()))
+    }
+
+    fn add_store(&self, store: &Store, points: &mut EvaluatedPoints) -> Result<(), SurfaceError> {
+        surfel_centres(store, |centres| {
+            self.progress.read(centres.len())?;
+            points.add(centres)
+        })
+    }
+
+    fn measure_points(&mut self, points: EvaluatedPoints, name: &str) -> anyhow::Result<SurfaceReport> {
+        let mut reference = points.against_reference().with_context(|| name.to_owned())?;
+        self.progress.reading("reading the reference", "/s");
+        self.format = if self.mesh {
+            let summary = read_mesh(self.reference, |batch| -> anyhow::Result<()> {
+                self.progress.read(batch.len())?;
+                Ok(reference.add_triangles(batch)?)
+            });
+            summary?.format.name()
+        } else {
+            let summary = read_cloud(self.reference, |batch| -> anyhow::Result<()> {
+                self.progress.read(batch.len())?;
+                Ok(reference.add_points(batch)?)
+            });
+            summary?.format.name()
+        };
+        let context = || format!("{name} against {}", self.reference.display());
+        reference.measure(self.progress).with_context(context)
+    }
+}
+
+fn align_files(reference: &Trajectory, path: &Path, estimate: &Path) -> anyhow::Result<Isometry3<f64>> {
+    align(reference, path, &read_trajectory(estimate)?.trajectory, estimate)
+}
+
+fn align(
+    reference: &Trajectory,
+    reference_path: &Path,
+    estimate: &Trajectory,
+    estimate_path: &Path,
+) -> anyhow::Result<Isometry3<f64>> {
+    let context = || format!("{} onto {}", estimate_path.display(), reference_path.display());
+    alignment(reference, estimate).with_context(context)
+}

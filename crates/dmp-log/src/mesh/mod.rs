@@ -1,0 +1,142 @@
+//! Triangle meshes given as a reference.
+
+mod obj;
+mod ply_mesh;
+mod ply_rows;
+
+use crate::{LogError, Place};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// Most triangles handed over at once.
+const BATCH: usize = 16_384;
+
+/// The formats of meshes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum MeshFormat {
+    /// PLY with a `face` element.
+    Ply,
+    /// Wavefront OBJ.
+    Obj,
+}
+
+impl MeshFormat {
+    /// Its name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ply => "PLY mesh",
+            Self::Obj => "OBJ mesh",
+        }
+    }
+}
+
+/// What was read of a mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MeshSummary {
+    /// The file's format.
+    pub format: MeshFormat,
+    /// Vertices, used or not.
+    pub vertices: u64,
+    /// Triangles handed over; a polygon of n corners gives n − 2.
+    pub triangles: u64,
+    /// Faces of fewer than three corners, which were passed over.
+    pub thin_faces: u64,
+}
+
+/// Whether a file is a mesh: a PLY file with faces, or a file whose name ends in `.obj`. Everything else is
+/// for [`read_cloud`](crate::read_cloud) to read or to refuse.
+///
+/// # Errors
+/// When the file cannot be read, or a PLY header makes no sense.
+pub fn is_mesh(path: &Path) -> Result<bool, LogError> {
+    let mut start = Vec::new();
+    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj")) {
+        return Ok(true);
+    }
+    file.take(4).read_to_end(&mut start).map_err(|e| LogError::io(path, "read", e))?;
+    Ok(matches!(start.as_slice(), [b'p', b'l', b'y', b'\n' | b'\r']) && ply_mesh::has_faces(path)?)
+}
+
+/// Reads the triangles of a PLY or OBJ mesh, in metres of the file's own frame, and hands them to `sink` in
+/// batches of at most 16,384, in the file's order. Polygons are cut into triangles from their first corner.
+///
+/// The vertices are held in memory, 24 bytes each; the faces are not.
+///
+/// # Errors
+/// When the file cannot be read, is no mesh, ends early, or a face names a vertex that is not there; and
+/// the first error of `sink`.
+pub fn read_mesh<E: From<LogError>>(
+    path: &Path,
+    mut sink: impl FnMut(&[[[f64; 3]; 3]]) -> Result<(), E>,
+) -> Result<MeshSummary, E> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj")) {
+        obj::read(path, &mut sink)
+    } else {
+        ply_mesh::read(path, &mut sink)
+    }
+}
+
+/// Makes triangles of polygons and hands them over in batches.
+struct Fans<'a, F> {
+    sink: &'a mut F,
+    batch: Vec<[[f64; 3]; 3]>,
+    /// First and latest corner of the polygon at hand, and how many it has so far.
+    polygon: ([f64; 3], [f64; 3], u64),
+    triangles: u64,
+    thin_faces: u64,
+}
+
+impl<'a, F> Fans<'a, F> {
+    fn new(sink: &'a mut F) -> Self {
+        Self { sink, batch: Vec::new(), polygon: ([0.0; 3], [0.0; 3], 0), triangles: 0, thin_faces: 0 }
+    }
+
+    /// One more corner of the polygon at hand.
+    fn corner<E>(&mut self, corner: [f64; 3]) -> Result<(), E>
+    where
+        F: FnMut(&[[[f64; 3]; 3]]) -> Result<(), E>,
+    {
+        let (first, latest, count) = self.polygon;
+        self.polygon = (if count == 0 { corner } else { first }, corner, count + 1);
+        if count < 2 {
+            return Ok(());
+        }
+        self.batch.push([first, latest, corner]);
+        self.triangles += 1;
+        if self.batch.len() == BATCH { self.flush() } else { Ok(()) }
+    }
+
+    /// The polygon at hand has all its corners.
+    fn end_face(&mut self) {
+        self.thin_faces += u64::from(self.polygon.2 < 3);
+        self.polygon.2 = 0;
+    }
+
+    fn flush<E>(&mut self) -> Result<(), E>
+    where
+        F: FnMut(&[[[f64; 3]; 3]]) -> Result<(), E>,
+    {
+        if !self.batch.is_empty() {
+            (self.sink)(&self.batch)?;
+            self.batch.clear();
+        }
+        Ok(())
+    }
+}
+
+/// The vertex that a face names, counted from 0.
+fn vertex<E: From<LogError>>(
+    path: &Path,
+    place: Place,
+    vertices: &[[f64; 3]],
+    index: i64,
+) -> Result<[f64; 3], E> {
+    let found = usize::try_from(index).ok().and_then(|index| vertices.get(index));
+    found.copied().ok_or_else(|| {
+        let problem = format!("a face names vertex {index} (from 0) of {}", vertices.len());
+        LogError::malformed(path, place, problem).into()
+    })
+}

@@ -1,0 +1,43 @@
+use dmp_log::ScanLog;
+use dmp_map::Store;
+
+use crate::config::{Config, Run};
+use crate::error::EvaluateError;
+use crate::fuse;
+use crate::plan::Plan;
+use crate::watch::Watch;
+
+/// The maps of some runs, on disk as long as this lives.
+#[derive(Debug)]
+pub struct RunMaps {
+    names: Vec<String>,
+    maps: fuse::Maps,
+}
+
+impl RunMaps {
+    /// Every run's name and map, in the order given.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &Store)> {
+        self.names.iter().map(String::as_str).zip(self.maps.of_runs.iter().map(|map| &map.store))
+    }
+}
+
+/// Fuses the maps of `runs` from `log`, as [`evaluate`](crate::evaluate) does, and scores nothing: the
+/// maps that its scores would speak of. Scans without a pose in any of the runs are left out of all.
+///
+/// # Errors
+/// As [`evaluate`](crate::evaluate).
+pub fn fuse_maps(
+    log: &dyn ScanLog,
+    runs: &[Run],
+    config: &Config,
+    watch: &dyn Watch,
+) -> Result<RunMaps, EvaluateError> {
+    config.check()?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
+    let pool = pool.map_err(|source| EvaluateError::Threads { threads: config.threads, source })?;
+    let stores = fuse::given_stores(runs)?;
+    let voxel_m = fuse::voxel_of_stores(runs, &stores, config.voxel_m)?.or(config.voxel_m);
+    let plan = Plan::new(log, runs, &Config { voxel_m, ..config.clone() }, watch)?;
+    let maps = pool.install(|| fuse::maps_of(log, &plan, runs, stores, config, watch))?;
+    Ok(RunMaps { names: runs.iter().map(|run| run.name.clone()).collect(), maps })
+}
