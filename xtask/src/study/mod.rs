@@ -1,8 +1,17 @@
 //! The study: how well scores tell good trajectories from bad ones, on drives whose truth is known.
 
+mod consistency;
 pub(crate) mod drives;
 pub(crate) mod estimates;
+mod evaluate;
+mod interval;
+mod judge;
+mod observe;
+mod result;
+mod score;
+mod setting;
 mod survey;
+mod tables;
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
@@ -14,7 +23,7 @@ use dmp_log::{BinFolderWriter, write_tum};
 use dmp_sim::Recording;
 use drives::{DriveSpec, drives};
 
-/// Score the simulated suite
+/// The simulated study: does the score rank maps as the truth does?
 #[derive(Debug, Args)]
 pub(crate) struct StudyArgs {
     #[command(subcommand)]
@@ -23,6 +32,8 @@ pub(crate) struct StudyArgs {
 
 #[derive(Debug, Subcommand)]
 enum StudyTask {
+    /// Score the drives and print the tables
+    Score(score::ScoreArgs),
     /// Write a drive as a folder of scans with times, and its truth beside it as FOLDER.truth.tum
     Export {
         /// Name of the drive, e.g. loop-64
@@ -37,6 +48,7 @@ enum StudyTask {
 
 pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
     match &arguments.task {
+        StudyTask::Score(arguments) => score::run(arguments),
         StudyTask::Export { drive, output } => export(&find(drive)?, output),
         StudyTask::Drives => drives().iter().try_for_each(survey::print),
     }

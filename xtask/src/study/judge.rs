@@ -1,0 +1,211 @@
+//! Scores and verdicts judged by the truth.
+
+use std::collections::BTreeMap;
+
+use super::observe::CV_M;
+use super::result::{DriveResult, PairResult, RunResult, Said};
+
+/// Which of two is better by some measure; `None` where they are equal or it is not known.
+fn smaller(a: Option<f64>, b: Option<f64>) -> Option<bool> {
+    match (a?, b?) {
+        (a, b) if a < b => Some(true),
+        (a, b) if a > b => Some(false),
+        _ => None,
+    }
+}
+
+/// Whether the first of a pair is better by each true error.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Truth {
+    pub(super) by_ate: Option<bool>,
+    /// By ATE, RPE and SMD alike; `None` where they contradict each other.
+    pub(super) by_all: Option<bool>,
+    /// By the disagreement of sightings, at the truncation that belongs to the question.
+    pub(super) by_consistency: Option<bool>,
+}
+
+impl Truth {
+    /// Whether trajectory error and map consistency say the same; `None` where one says nothing.
+    pub(super) fn agree(&self) -> Option<bool> {
+        Some(self.by_ate? == self.by_consistency?)
+    }
+}
+
+/// The true errors that must say the same for a pair to count as known.
+const ERRORS: [&str; 3] = ["ATE", "RPE", "SMD"];
+
+/// What is true of two estimates, where the question is asked at truncation `scale_m`.
+pub(super) fn truth_of(a: &RunResult, b: &RunResult, scale_m: f64) -> Truth {
+    let error = |run: &RunResult, name: &str| run.truth.get(name).copied();
+    let by = |name: &str| smaller(error(a, name), error(b, name));
+    let known = ERRORS.iter().filter(|name| error(a, name).is_some());
+    let all: Vec<Option<bool>> = known.map(|name| by(name)).collect();
+    let by_all = all[0].filter(|_| all.iter().all(|said| *said == all[0]));
+    let scale = CV_M.iter().position(|t| *t == scale_m).unwrap_or(1);
+    let of = |run: &RunResult| run.inconsistency_m2.get(scale).copied();
+    Truth { by_ate: by("ATE"), by_all, by_consistency: smaller(of(a), of(b)) }
+}
+
+/// What a rule says of a pair.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Saying {
+    pub(super) said: Said,
+    /// On which side the mean difference lies, decided or not.
+    pub(super) leaning: Option<bool>,
+    pub(super) scale_m: f64,
+}
+
+/// A way to tell the better of two estimates.
+#[derive(Debug, Clone)]
+pub(super) enum Rule {
+    /// The verdict of `dmp score`.
+    Command,
+    /// One score's mean difference and its interval, and the truncation it belongs to.
+    Single(String, f64),
+}
+
+impl Rule {
+    pub(super) fn name(&self) -> String {
+        match self {
+            Self::Command => "`dmp score`".to_owned(),
+            Self::Single(name, _) => name.clone(),
+        }
+    }
+
+    pub(super) fn say(&self, pair: &PairResult) -> Saying {
+        match self {
+            Self::Command => {
+                let first = pair.singles.get("R_cv(10) common").map(|d| d.value_m2 < 0.0);
+                let leaning = match pair.verdict {
+                    Said::A => Some(true),
+                    Said::B => Some(false),
+                    Said::Mixed(a) => Some(a),
+                    Said::Nothing => first,
+                };
+                Saying { said: pair.verdict, leaning, scale_m: pair.decided_at_m.unwrap_or(10.0) }
+            }
+            Self::Single(name, scale_m) => {
+                let difference = pair.singles.get(name);
+                Saying {
+                    said: difference.map_or(Said::Nothing, |d| d.said()),
+                    leaning: difference.and_then(|d| smaller(Some(d.value_m2), Some(0.0))),
+                    scale_m: *scale_m,
+                }
+            }
+        }
+    }
+}
+
+/// How often a rule was right.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Tally {
+    pub(super) pairs: u32,
+    pub(super) right: u32,
+    pub(super) wrong: u32,
+    pub(super) mixed: u32,
+    /// Leaning to the right side, decided or not.
+    pub(super) sign: u32,
+}
+
+impl Tally {
+    pub(super) fn add(&mut self, saying: Saying, truth: Option<bool>) {
+        let Some(a_better) = truth else { return };
+        self.pairs += 1;
+        match saying.said {
+            Said::A | Said::B if (saying.said == Said::A) == a_better => self.right += 1,
+            Said::A | Said::B => self.wrong += 1,
+            Said::Mixed(_) => self.mixed += 1,
+            Said::Nothing => {}
+        }
+        self.sign += u32::from(saying.leaning == Some(a_better));
+    }
+
+    pub(super) fn share(&self, count: u32) -> f64 {
+        f64::from(count) / f64::from(self.pairs.max(1))
+    }
+
+    /// Of the decided pairs, the share that is right.
+    pub(super) fn of_decided(&self) -> f64 {
+        f64::from(self.right) / f64::from((self.right + self.wrong).max(1))
+    }
+}
+
+/// Every pair of some drives with what the rule and the truth say.
+pub(super) fn tally(
+    drives: &[&DriveResult],
+    rule: &Rule,
+    wanted: impl Fn(&RunResult, &RunResult, &Truth) -> Option<bool>,
+) -> Tally {
+    let mut tally = Tally::default();
+    for drive in drives {
+        for pair in &drive.pairs {
+            let (a, b) = (&drive.runs[pair.a], &drive.runs[pair.b]);
+            let saying = rule.say(pair);
+            let truth = truth_of(a, b, saying.scale_m);
+            tally.add(saying, wanted(a, b, &truth));
+        }
+    }
+    tally
+}
+
+/// One score over a drive's runs.
+pub(super) fn column(drive: &DriveResult, score: &str) -> Vec<Option<f64>> {
+    drive.runs.iter().map(|run| run.scores.get(score).copied().flatten()).collect()
+}
+
+/// A true error over a drive's runs.
+pub(super) fn errors(drive: &DriveResult, name: &str) -> Vec<Option<f64>> {
+    drive.runs.iter().map(|run| run.truth.get(name).copied()).collect()
+}
+
+/// Share of the pairs whose order all true errors agree on that a score puts in that order; a score that
+/// is equal or missing for one of the two puts them in none.
+pub(super) fn consistent_pairs(drive: &DriveResult, score: &str) -> f64 {
+    let values = column(drive, score);
+    let mut tally = Tally::default();
+    for pair in &drive.pairs {
+        let truth = truth_of(&drive.runs[pair.a], &drive.runs[pair.b], 10.0);
+        let leaning = smaller(values[pair.a], values[pair.b]);
+        tally.add(Saying { said: Said::Nothing, leaning, scale_m: 10.0 }, truth.by_all);
+    }
+    tally.share(tally.sign)
+}
+
+/// Whether the truth is the best of a drive's estimates by a score.
+pub(super) fn truth_is_first(drive: &DriveResult, score: &str) -> bool {
+    let values = column(drive, score);
+    values[0].is_some_and(|truth| values[1..].iter().all(|value| value.is_none_or(|value| truth < value)))
+}
+
+/// Steps of the ladder truth, then drift by its size, that a score gets right, over all pairs of steps.
+pub(super) fn ladder(drive: &DriveResult, score: &str) -> (u32, u32) {
+    let on_ladder = |run: &&RunResult| run.kind == "Truth" || run.kind == "Drift";
+    let mut steps: Vec<(f64, Option<f64>)> = drive
+        .runs
+        .iter()
+        .filter(on_ladder)
+        .map(|run| (run.truth.get("ATE").copied().unwrap_or(0.0), run.scores.get(score).copied().flatten()))
+        .collect();
+    steps.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut counts = (0, 0);
+    for (k, a) in steps.iter().enumerate() {
+        for b in &steps[k + 1..] {
+            counts.0 += u32::from(smaller(a.1, b.1) == Some(true));
+            counts.1 += 1;
+        }
+    }
+    counts
+}
+
+/// The kinds of error that occur, in the order in which they come.
+pub(super) fn kinds(drives: &[&DriveResult]) -> Vec<String> {
+    let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
+    for drive in drives {
+        for (index, run) in drive.runs.iter().enumerate() {
+            seen.entry(&run.kind).or_insert(index);
+        }
+    }
+    let mut kinds: Vec<_> = seen.into_iter().collect();
+    kinds.sort_by_key(|(_, index)| *index);
+    kinds.into_iter().map(|(kind, _)| kind.to_owned()).collect()
+}

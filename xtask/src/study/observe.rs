@@ -1,0 +1,166 @@
+//! Follows an evaluation and sums up what the report does not have: other truncations, pair by pair.
+
+use std::sync::Mutex;
+
+use dmp::{Residuals, ScoredReturns, Watch};
+
+use super::consistency::Sightings;
+
+/// Truncations at which R_cv is looked at, metres.
+pub(super) const CV_M: [f64; 7] = [30.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2];
+/// Truncations at which R_near is looked at, metres.
+pub(super) const NEAR_M: [f64; 4] = [5.0, 2.0, 1.0, 0.5];
+
+/// A sum of squared residuals, or of their differences, over so many returns.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Sum {
+    pub(super) sum_m2: f64,
+    pub(super) returns: f64,
+}
+
+impl Sum {
+    fn add(&mut self, value_m2: f64) {
+        self.sum_m2 += value_m2;
+        self.returns += 1.0;
+    }
+}
+
+/// One run in one frame.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct RunFrame {
+    pub(super) returns: f64,
+    /// Over returns with zc.
+    pub(super) cv: [Sum; CV_M.len()],
+    /// Over returns with z1.
+    pub(super) near: [Sum; NEAR_M.len()],
+    /// (z − z1)², without truncation.
+    pub(super) first: Sum,
+}
+
+/// Two runs in one frame, over the returns that both predict: differences first minus second.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct PairFrame {
+    pub(super) cv: [Sum; CV_M.len()],
+    /// Sum of both runs' squares at each truncation, for their level.
+    pub(super) cv_level_m2: [f64; CV_M.len()],
+    pub(super) near: [Sum; NEAR_M.len()],
+    pub(super) first: Sum,
+}
+
+/// All runs and pairs in one frame.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Frame {
+    pub(super) runs: Vec<RunFrame>,
+    /// In the order of [`pairs`].
+    pub(super) pairs: Vec<PairFrame>,
+}
+
+/// Every two of `runs` runs, the lower first.
+pub(super) fn pairs(runs: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..runs).flat_map(move |a| (a + 1..runs).map(move |b| (a, b)))
+}
+
+/// Sums by frame, and sightings of the same places. The first run is the truth.
+#[derive(Debug)]
+pub(super) struct Observer {
+    frames: Mutex<Vec<Option<Box<Frame>>>>,
+    sightings: Option<Mutex<Sightings>>,
+    runs: usize,
+}
+
+/// What one return gives for one run.
+#[derive(Debug, Clone, Copy, Default)]
+struct Squares {
+    cv: Option<[f64; CV_M.len()]>,
+    near: Option<[f64; NEAR_M.len()]>,
+    first: Option<f64>,
+}
+
+impl Squares {
+    fn of(residuals: &Residuals) -> Self {
+        Self {
+            cv: residuals.independent_m.map(|r| CV_M.map(|t| (r * r).min(t * t))),
+            near: residuals
+                .first_m
+                .map(|_| NEAR_M.map(|t| residuals.nearest_m.map_or(t * t, |r| (r * r).min(t * t)))),
+            first: residuals.first_m.map(|r| r * r),
+        }
+    }
+}
+
+impl Observer {
+    /// Of an evaluation of so many runs of a log of so many frames; with `sightings`, places that are seen
+    /// again are remembered.
+    pub(super) fn new(frames: usize, runs: usize, sightings: bool) -> Self {
+        let sightings = sightings.then(|| Mutex::new(Sightings::new(runs)));
+        Self { frames: Mutex::new(vec![None; frames]), sightings, runs }
+    }
+
+    /// Frames in order of the log, without those that were not scored; and the sightings.
+    pub(super) fn finish(self) -> (Vec<Frame>, Option<Sightings>) {
+        let frames = self.frames.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let sightings =
+            self.sightings.map(|s| s.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner));
+        (frames.into_iter().flatten().map(|frame| *frame).collect(), sightings)
+    }
+}
+
+impl Watch for Observer {
+    fn returns_scored(&self, scored: &ScoredReturns<'_>) {
+        let taken =
+            self.frames.lock().unwrap_or_else(std::sync::PoisonError::into_inner)[scored.frame].take();
+        let mut frame = taken.unwrap_or_else(|| {
+            let pairs = vec![PairFrame::default(); pairs(self.runs).count()];
+            Box::new(Frame { runs: vec![RunFrame::default(); self.runs], pairs })
+        });
+        let mut of_return = vec![Squares::default(); self.runs];
+        for index in 0..scored.residuals[0].len() {
+            for (run, squares) in of_return.iter_mut().enumerate() {
+                *squares = Squares::of(&scored.residuals[run][index]);
+                frame.runs[run].add(squares);
+            }
+            for ((a, b), pair) in pairs(self.runs).zip(&mut frame.pairs) {
+                pair.add(&of_return[a], &of_return[b]);
+            }
+        }
+        self.frames.lock().unwrap_or_else(std::sync::PoisonError::into_inner)[scored.frame] = Some(frame);
+        if let Some(sightings) = &self.sightings {
+            let seen = Sightings::of(scored);
+            sightings.lock().unwrap_or_else(std::sync::PoisonError::into_inner).merge(seen);
+        }
+    }
+}
+
+impl RunFrame {
+    fn add(&mut self, squares: &Squares) {
+        self.returns += 1.0;
+        if let Some(cv) = squares.cv {
+            self.cv.iter_mut().zip(cv).for_each(|(sum, square)| sum.add(square));
+        }
+        if let Some(near) = squares.near {
+            self.near.iter_mut().zip(near).for_each(|(sum, square)| sum.add(square));
+        }
+        if let Some(first) = squares.first {
+            self.first.add(first);
+        }
+    }
+}
+
+impl PairFrame {
+    fn add(&mut self, a: &Squares, b: &Squares) {
+        if let (Some(a), Some(b)) = (a.cv, b.cv) {
+            for k in 0..CV_M.len() {
+                self.cv[k].add(a[k] - b[k]);
+                self.cv_level_m2[k] += a[k] + b[k];
+            }
+        }
+        if let (Some(a), Some(b)) = (a.near, b.near) {
+            for k in 0..NEAR_M.len() {
+                self.near[k].add(a[k] - b[k]);
+            }
+        }
+        if let (Some(a), Some(b)) = (a.first, b.first) {
+            self.first.add(a - b);
+        }
+    }
+}

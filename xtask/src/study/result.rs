@@ -1,0 +1,89 @@
+//! What comes of one drive under one setting, as it is kept between runs of the study.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// One drive, all estimates of it, one setting.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct DriveResult {
+    pub(super) drive: String,
+    pub(super) held_out: bool,
+    pub(super) setting: String,
+    pub(super) voxel_m: f64,
+    pub(super) segment_m: Option<f64>,
+    pub(super) segments: usize,
+    pub(super) travel_m: f64,
+    pub(super) frames: usize,
+    pub(super) returns: u64,
+    /// Pairs of sightings behind the inconsistency, of any two frames and of independent segments.
+    pub(super) sightings: [u64; 2],
+    pub(super) seconds: f64,
+    pub(super) runs: Vec<RunResult>,
+    pub(super) pairs: Vec<PairResult>,
+}
+
+/// One estimate. The first of a drive is the truth.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct RunResult {
+    pub(super) name: String,
+    pub(super) kind: String,
+    /// Larger is worse, all of them: `ATE`, `RPE`, `SMD` in metres.
+    pub(super) truth: BTreeMap<String, f64>,
+    /// Mean squared disagreement of sightings, truncated at [`super::observe::CV_M`], of any two frames.
+    pub(super) inconsistency_m2: Vec<f64>,
+    /// The same of frames in independent segments.
+    pub(super) inconsistency_apart_m2: Vec<f64>,
+    /// Mean distance between sightings, without truncation, of any two frames, and of independent segments.
+    pub(super) inconsistency_m: Option<f64>,
+    pub(super) inconsistency_apart_m: Option<f64>,
+    /// Every score, lower is better; `None` where it is not defined.
+    pub(super) scores: BTreeMap<String, Option<f64>>,
+    /// Shares that are not scores: coverage, revisit coverage, misses.
+    pub(super) shares: BTreeMap<String, Option<f64>>,
+}
+
+/// Two estimates, by index.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct PairResult {
+    pub(super) a: usize,
+    pub(super) b: usize,
+    /// What `dmp score` says.
+    pub(super) verdict: Said,
+    /// The scale that decided, metres.
+    pub(super) decided_at_m: Option<f64>,
+    /// Common returns per return.
+    pub(super) common: f64,
+    /// Mean differences a − b of single scores, and half of their 99 % intervals.
+    pub(super) singles: BTreeMap<String, Difference>,
+    /// Mean difference over mean level at ten places along the drive, at the scales of the guard.
+    pub(super) places: BTreeMap<String, Vec<f64>>,
+}
+
+/// A mean difference.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Difference {
+    pub(super) value_m2: f64,
+    pub(super) half_width_m2: Option<f64>,
+}
+
+impl Difference {
+    /// Which of two is better beyond doubt.
+    pub(super) fn said(self) -> Said {
+        match self.half_width_m2 {
+            Some(half) if self.value_m2 < -half => Said::A,
+            Some(half) if self.value_m2 > half => Said::B,
+            _ => Said::Nothing,
+        }
+    }
+}
+
+/// A verdict over two estimates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum Said {
+    A,
+    B,
+    /// Better on the whole, worse at places; true where the first is better on the whole.
+    Mixed(bool),
+    Nothing,
+}

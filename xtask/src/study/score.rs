@@ -1,0 +1,95 @@
+//! `cargo xtask study score`: every drive under every setting, then the tables.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+
+use super::drives::drives;
+use super::evaluate::evaluate;
+use super::result::DriveResult;
+use super::setting::{Setting, settings};
+use super::tables;
+
+/// What is scored, and where the results are kept.
+#[derive(Debug, clap::Args)]
+pub(super) struct ScoreArgs {
+    /// Only these drives, comma-separated; all of them by default
+    #[arg(long, value_delimiter = ',')]
+    drives: Vec<String>,
+    /// Only these settings, comma-separated, e.g. "default,voxel 0.2 m"; all of them by default
+    #[arg(long, value_delimiter = ',')]
+    settings: Vec<String>,
+    /// Where scans and results are kept. Results that are there are taken as they are: remove the folder to
+    /// score anew
+    #[arg(long, default_value = "target/study", value_name = "FOLDER")]
+    out: PathBuf,
+    /// Score nothing, print the tables of what is there
+    #[arg(long)]
+    tables: bool,
+}
+
+pub(super) fn run(arguments: &ScoreArgs) -> anyhow::Result<()> {
+    let ScoreArgs { drives: only_drives, settings: only_settings, out, tables: tables_only } = arguments;
+    std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
+    let wanted = |name: &str, only: &[String]| only.is_empty() || only.iter().any(|wanted| wanted == name);
+    if !tables_only {
+        for setting in settings().iter().filter(|setting| wanted(setting.name, only_settings)) {
+            for spec in drives().iter().filter(|drive| wanted(drive.name, only_drives)) {
+                let path = path_of(out, spec.name, setting);
+                if path.exists() {
+                    continue;
+                }
+                let result = evaluate(spec, setting, out)?;
+                eprintln!("{} under {}: {:.0} s", spec.name, setting.name, result.seconds);
+                std::fs::write(&path, serde_json::to_string(&result)?)
+                    .with_context(|| path.display().to_string())?;
+            }
+        }
+    }
+    print!("{}", tables_of(&results(out)?));
+    Ok(())
+}
+
+fn path_of(out: &Path, drive: &str, setting: &Setting) -> PathBuf {
+    out.join(format!("{drive}.{}.json", setting.file_stem()))
+}
+
+/// Every result that is kept, in the order of settings and drives.
+fn results(out: &Path) -> anyhow::Result<Vec<DriveResult>> {
+    let mut results = Vec::new();
+    for setting in settings() {
+        for spec in drives() {
+            let path = path_of(out, spec.name, &setting);
+            if path.exists() {
+                let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+                results.push(serde_json::from_str(&text).with_context(|| path.display().to_string())?);
+            }
+        }
+    }
+    Ok(results)
+}
+
+fn tables_of(results: &[DriveResult]) -> String {
+    let under = |name: &str| -> Vec<&DriveResult> {
+        results.iter().filter(|result| result.setting == name).collect()
+    };
+    let default = under("default");
+    let half = |held_out: bool| -> Vec<&DriveResult> {
+        default.iter().copied().filter(|result| result.held_out == held_out).collect()
+    };
+    let settings = settings();
+    let others = settings.iter().skip(1).map(|setting| (setting.name, under(setting.name)));
+    let others: Vec<(&str, Vec<&DriveResult>)> = others.filter(|(_, drives)| !drives.is_empty()).collect();
+    [
+        tables::single_scores(&default),
+        tables::pair_rules("Pairs, all drives", &default),
+        tables::pair_rules("Pairs, chosen drives", &half(false)),
+        tables::pair_rules("Pairs, drives held out", &half(true)),
+        tables::by_drive(&default),
+        tables::by_kind(&default),
+        tables::truncations(&default),
+        tables::by_setting(&others),
+        tables::contradictions(&default),
+    ]
+    .concat()
+}

@@ -1,0 +1,332 @@
+//! The tables of docs/accuracy.md.
+
+use std::fmt::Write as _;
+
+use dmp_truth::rank::kendall_tau_b;
+
+use super::evaluate::KAPPAS;
+use super::judge::{Rule, column, consistent_pairs, errors, kinds, ladder, tally, truth_is_first};
+use super::observe::CV_M;
+use super::result::{DriveResult, Said};
+
+/// A table in Markdown.
+struct Table {
+    title: String,
+    header: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    fn new(title: &str, header: &[&str]) -> Self {
+        let header = header.iter().map(|&h| h.to_owned()).collect();
+        Self { title: title.to_owned(), header, rows: Vec::new() }
+    }
+
+    fn print(&self) -> String {
+        let mut text = format!("### {}\n\n", self.title);
+        let width = |k: usize| {
+            self.rows.iter().chain([&self.header]).map(|row| row[k].chars().count()).max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..self.header.len()).map(width).collect();
+        let mut line = |row: &[String]| {
+            for (k, (cell, &width)) in row.iter().zip(&widths).enumerate() {
+                let blank = " ".repeat(width - cell.chars().count());
+                let _ =
+                    if k == 0 { write!(text, "| {cell}{blank} ") } else { write!(text, "| {blank}{cell} ") };
+            }
+            text.push_str("|\n");
+        };
+        line(&self.header);
+        let rule: Vec<String> = widths
+            .iter()
+            .enumerate()
+            .map(|(k, &width)| if k == 0 { "-".repeat(width) } else { format!("{}:", "-".repeat(width - 1)) })
+            .collect();
+        line(&rule);
+        self.rows.iter().for_each(|row| line(row));
+        text.push('\n');
+        text
+    }
+}
+
+fn share(value: f64) -> String {
+    format!("{value:.3}")
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0u32), |(sum, count), v| (sum + v, count + 1));
+    sum / f64::from(count.max(1))
+}
+
+/// Scores that are looked at, and how they are called.
+fn scores() -> Vec<(String, &'static str)> {
+    let named = [
+        ("R_cv(10) κ=0.25", "R_cv(10)"),
+        ("R_cv(2) hits", "R_cv(2)"),
+        ("R_cv(0.5) hits", "R_cv(0.5)"),
+        ("R_cv(0.2) hits", "R_cv(0.2)"),
+        ("R_near(5)", "R_near(5)"),
+        ("R_near(2)", "R_near(2)"),
+        ("R_near(0.5)", "R_near(0.5)"),
+        ("DMP mean", "DMP, mean over hits"),
+        ("DMP sum", "DMP, sum over hits"),
+        ("miss", "miss rate"),
+        ("blocked", "blocked"),
+        ("MOM", "MOM"),
+        ("MPV", "MPV"),
+        ("MME", "MME"),
+    ];
+    named.map(|(key, name)| (key.to_owned(), name)).to_vec()
+}
+
+fn has(drives: &[&DriveResult], score: &str) -> bool {
+    drives.iter().all(|drive| drive.runs.iter().all(|run| run.scores.contains_key(score)))
+}
+
+fn score_row(drives: &[&DriveResult], key: &str, name: &str) -> Vec<String> {
+    let cons: Vec<f64> = drives.iter().map(|drive| consistent_pairs(drive, key)).collect();
+    let of_half = |held_out: bool| {
+        mean(drives.iter().zip(&cons).filter(|(d, _)| d.held_out == held_out).map(|(_, c)| *c))
+    };
+    let tau =
+        |truth: &str| mean(drives.iter().filter_map(|d| kendall_tau_b(&column(d, key), &errors(d, truth))));
+    let inconsistency = |d: &DriveResult| -> Vec<Option<f64>> {
+        d.runs.iter().map(|run| run.inconsistency_m2.get(1).copied()).collect()
+    };
+    let tau_inconsistency =
+        mean(drives.iter().filter_map(|d| kendall_tau_b(&column(d, key), &inconsistency(d))));
+    let (right, all) =
+        drives.iter().map(|d| ladder(d, key)).fold((0, 0), |(a, b), (right, all)| (a + right, b + all));
+    let first = drives.iter().filter(|drive| truth_is_first(drive, key)).count();
+    vec![
+        name.to_owned(),
+        share(mean(cons.iter().copied())),
+        share(cons.iter().copied().fold(f64::INFINITY, f64::min)),
+        share(of_half(false)),
+        share(of_half(true)),
+        share(tau("ATE")),
+        share(tau("SMD")),
+        share(tau_inconsistency),
+        format!("{first} of {}", drives.len()),
+        share(f64::from(right) / f64::from(all.max(1))),
+    ]
+}
+
+const SCORE_HEADER: [&str; 10] = [
+    "score",
+    "right order",
+    "worst drive",
+    "chosen",
+    "held out",
+    "tau ATE",
+    "tau SMD",
+    "tau consistency",
+    "truth first",
+    "drift ladder",
+];
+
+/// Scores of single runs against the truth.
+pub(super) fn single_scores(drives: &[&DriveResult]) -> String {
+    let mut table = Table::new("Scores of single runs", &SCORE_HEADER);
+    for (key, name) in scores() {
+        if has(drives, &key) {
+            table.rows.push(score_row(drives, &key, name));
+        }
+    }
+    table.print()
+}
+
+/// R_cv by truncation and by the price of a miss.
+pub(super) fn truncations(drives: &[&DriveResult]) -> String {
+    let mut table = Table::new("R_cv by truncation τ and price of a miss κ", &SCORE_HEADER);
+    for t in CV_M {
+        let key = format!("R_cv({t}) hits");
+        table.rows.push(score_row(drives, &key, &format!("τ {t} m, hits only")));
+    }
+    for t in [30.0, 10.0, 5.0, 2.0] {
+        for kappa in KAPPAS {
+            let key = format!("R_cv({t}) κ={kappa}");
+            table.rows.push(score_row(drives, &key, &format!("τ {t} m, κ {kappa}")));
+        }
+    }
+    table.print()
+}
+
+/// Rules that decide pairs.
+pub(super) fn rules() -> Vec<Rule> {
+    let single = |name: &str, scale_m: f64| Rule::Single(name.to_owned(), scale_m);
+    vec![
+        Rule::Command,
+        single("R_cv(10) common", 10.0),
+        single("R_cv(2) common", 2.0),
+        single("R_cv(0.5) common", 0.5),
+        single("R_cv(0.2) common", 0.2),
+        single("R_cv(10) κ=0.25", 10.0),
+        single("R_near(5)", 5.0),
+        single("R_near(2)", 2.0),
+        single("R_near(0.5)", 0.5),
+        single("DMP mean", 30.0),
+    ]
+}
+
+const RULE_HEADER: [&str; 9] = [
+    "rule",
+    "right",
+    "wrong",
+    "mixed",
+    "sign",
+    "agreeing: right",
+    "agreeing: wrong",
+    "consistency: wrong",
+    "consistency of decided",
+];
+
+fn rule_row(drives: &[&DriveResult], rule: &Rule, name: String) -> Vec<String> {
+    let ate = tally(drives, rule, |_, _, truth| truth.by_ate);
+    let agreeing = tally(drives, rule, |_, _, truth| truth.by_ate.filter(|_| truth.agree() == Some(true)));
+    let consistency = tally(drives, rule, |_, _, truth| truth.by_consistency);
+    vec![
+        name,
+        share(ate.share(ate.right)),
+        share(ate.share(ate.wrong)),
+        share(ate.share(ate.mixed)),
+        share(ate.share(ate.sign)),
+        share(agreeing.share(agreeing.right)),
+        share(agreeing.share(agreeing.wrong)),
+        share(consistency.share(consistency.wrong)),
+        share(consistency.of_decided()),
+    ]
+}
+
+/// Pairs of runs: what is decided, and whether it is right.
+pub(super) fn pair_rules(title: &str, drives: &[&DriveResult]) -> String {
+    let mut table = Table::new(title, &RULE_HEADER);
+    for rule in rules() {
+        table.rows.push(rule_row(drives, &rule, rule.name()));
+    }
+    table.print()
+}
+
+/// The verdicts of the command, drive by drive.
+pub(super) fn by_drive(drives: &[&DriveResult]) -> String {
+    let mut header = RULE_HEADER.to_vec();
+    header[0] = "drive";
+    let mut table = Table::new("Verdicts of `dmp score` by drive", &header);
+    for drive in drives {
+        let name = format!("{}{}", drive.drive, if drive.held_out { " (held out)" } else { "" });
+        table.rows.push(rule_row(&[drive], &Rule::Command, name));
+    }
+    table.print()
+}
+
+/// The verdicts of the command by what is wrong with one of the two.
+pub(super) fn by_kind(drives: &[&DriveResult]) -> String {
+    let mut table = Table::new(
+        "Verdicts of `dmp score` on the pairs with an estimate of this kind",
+        &["kind", "pairs", "right", "wrong", "mixed", "sign", "truth against it: right", "wrong"],
+    );
+    for kind in kinds(drives) {
+        let all = tally(drives, &Rule::Command, |a, b, truth| {
+            truth.by_ate.filter(|_| a.kind == kind || b.kind == kind)
+        });
+        let against = tally(drives, &Rule::Command, |a, b, truth| {
+            truth.by_ate.filter(|_| a.kind == "Truth" && b.kind == kind)
+        });
+        table.rows.push(vec![
+            kind,
+            all.pairs.to_string(),
+            share(all.share(all.right)),
+            share(all.share(all.wrong)),
+            share(all.share(all.mixed)),
+            share(all.share(all.sign)),
+            share(against.share(against.right)),
+            share(against.share(against.wrong)),
+        ]);
+    }
+    table.print()
+}
+
+/// The settings side by side.
+pub(super) fn by_setting(settings: &[(&str, Vec<&DriveResult>)]) -> String {
+    let mut table = Table::new(
+        "By setting",
+        &[
+            "setting",
+            "drives",
+            "right",
+            "wrong",
+            "mixed",
+            "sign",
+            "consistency of decided",
+            "R_cv(10) order",
+            "tau ATE",
+            "coverage",
+        ],
+    );
+    for (name, drives) in settings {
+        let ate = tally(drives, &Rule::Command, |_, _, truth| truth.by_ate);
+        let consistency = tally(drives, &Rule::Command, |_, _, truth| truth.by_consistency);
+        let key = "R_cv(10) κ=0.25";
+        let coverage = |drive: &&DriveResult| drive.runs[0].shares.get("coverage").copied().flatten();
+        table.rows.push(vec![
+            (*name).to_owned(),
+            drives.len().to_string(),
+            share(ate.share(ate.right)),
+            share(ate.share(ate.wrong)),
+            share(ate.share(ate.mixed)),
+            share(ate.share(ate.sign)),
+            share(consistency.of_decided()),
+            share(mean(drives.iter().map(|drive| consistent_pairs(drive, key)))),
+            share(mean(drives.iter().filter_map(|d| kendall_tau_b(&column(d, key), &errors(d, "ATE"))))),
+            share(mean(drives.iter().filter_map(coverage))),
+        ]);
+    }
+    table.print()
+}
+
+/// Decided pairs whose verdict the truth about consistency contradicts, one a line.
+pub(super) fn contradictions(drives: &[&DriveResult]) -> String {
+    let mut text = String::from("### Verdicts that the truth contradicts\n\n");
+    for drive in drives {
+        for pair in &drive.pairs {
+            let (a, b) = (&drive.runs[pair.a], &drive.runs[pair.b]);
+            let saying = Rule::Command.say(pair);
+            let truth = super::judge::truth_of(a, b, saying.scale_m);
+            let said = match saying.said {
+                Said::A => true,
+                Said::B => false,
+                _ => continue,
+            };
+            let contradicted = |truth: Option<bool>| truth.is_some_and(|truth| truth != said);
+            let by: Vec<&str> = [("ATE", truth.by_ate), ("consistency", truth.by_consistency)]
+                .iter()
+                .filter(|(_, truth)| contradicted(*truth))
+                .map(|(name, _)| *name)
+                .collect();
+            if by.is_empty() {
+                continue;
+            }
+            let (better, worse) = if said { (a, b) } else { (b, a) };
+            let ate = |run: &super::result::RunResult| run.truth.get("ATE").copied().unwrap_or(f64::NAN);
+            let scale = CV_M.iter().position(|t| *t == saying.scale_m).unwrap_or(1);
+            let off = |run: &super::result::RunResult| {
+                run.inconsistency_m2.get(scale).copied().unwrap_or(f64::NAN).sqrt()
+            };
+            let _ = writeln!(
+                text,
+                "- {}: {} over {} at {} m, against {}: ATE {:.3} and {:.3} m, sightings {:.3} and {:.3} m apart",
+                drive.drive,
+                better.name,
+                worse.name,
+                saying.scale_m,
+                by.join(" and "),
+                ate(better),
+                ate(worse),
+                off(better),
+                off(worse),
+            );
+        }
+    }
+    text.push('\n');
+    text
+}
