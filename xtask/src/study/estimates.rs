@@ -67,11 +67,11 @@ pub(crate) fn simulated(spec: &DriveSpec, truth: &Trajectory) -> anyhow::Result<
     made.keep("truth".into(), Kind::Truth, truth.clone());
     for (sigma_m, sigma_deg) in [(0.01, 0.05), (0.03, 0.1), (0.1, 0.3), (0.3, 1.0)] {
         let noise = Some(made.noise(sigma_m, sigma_deg));
-        made.wrong(format!("noise-{sigma_m}m"), Kind::Noise, SlamErrors { noise, ..made.errors() })?;
+        made.wrong(format!("noise-{sigma_m}m"), Kind::Noise, &SlamErrors { noise, ..made.errors() })?;
     }
     for ate_m in [0.1, 0.3, 1.0, 3.0] {
         let errors = SlamErrors { drift_ate_m: Some(ate_m), ..made.errors() };
-        made.wrong(format!("drift-{ate_m}m"), Kind::Drift, errors)?;
+        made.wrong(format!("drift-{ate_m}m"), Kind::Drift, &errors)?;
     }
     made.largest_drift(&[10.0, 6.0, 4.0])?;
     for ate_m in [1.0, 3.0] {
@@ -80,17 +80,17 @@ pub(crate) fn simulated(spec: &DriveSpec, truth: &Trajectory) -> anyhow::Result<
     }
     for jump_m in [10.0, 30.0] {
         let errors = SlamErrors { false_loop_m: Some(jump_m), ..made.errors() };
-        made.wrong(format!("false-loop-{jump_m}m"), Kind::FalseLoop, errors)?;
+        made.wrong(format!("false-loop-{jump_m}m"), Kind::FalseLoop, &errors)?;
     }
     for share in [0.1, 0.3] {
         let errors = SlamErrors { collapse_share: Some(share), ..made.errors() };
-        made.wrong(format!("collapsed-{share}"), Kind::Collapsed, errors)?;
+        made.wrong(format!("collapsed-{share}"), Kind::Collapsed, &errors)?;
     }
-    made.wrong("scale-1.01".into(), Kind::Scale, SlamErrors { scale: Some(1.01), ..made.errors() })?;
-    made.wrong("bend-2m".into(), Kind::Bend, SlamErrors { bend_m: Some(2.0), ..made.errors() })?;
+    made.wrong("scale-1.01".into(), Kind::Scale, &SlamErrors { scale: Some(1.01), ..made.errors() })?;
+    made.wrong("bend-2m".into(), Kind::Bend, &SlamErrors { bend_m: Some(2.0), ..made.errors() })?;
     let noise = Some(made.noise(0.03, 0.1));
     let mixed = SlamErrors { drift_ate_m: Some(0.3), noise, ..made.errors() };
-    made.wrong("mixed-0.3m".into(), Kind::Mixed, mixed)?;
+    made.wrong("mixed-0.3m".into(), Kind::Mixed, &mixed)?;
     Ok(made.estimates)
 }
 
@@ -118,7 +118,7 @@ impl Making<'_> {
         self.estimates.push(Estimate { name, kind, trajectory });
     }
 
-    fn wrong(&mut self, name: String, kind: Kind, errors: SlamErrors) -> anyhow::Result<()> {
+    fn wrong(&mut self, name: String, kind: Kind, errors: &SlamErrors) -> anyhow::Result<()> {
         let wrong = errors.apply(self.truth).with_context(|| format!("{}: {name}", self.spec.name))?;
         self.keep(name, kind, wrong);
         Ok(())
@@ -215,6 +215,27 @@ mod tests {
                     assert!(ours.inv_mul(&theirs).translation.vector.norm() < 1e-7);
                 }
             }
+        }
+    }
+    #[test]
+    fn the_odometry_was_run_on_every_drive_and_starts_where_the_drive_does() {
+        for spec in drives() {
+            let truth = truth(&spec);
+            let start_ns = truth.stamps_ns().unwrap()[0];
+            let made = estimates(&spec, &truth).unwrap();
+            let runs: Vec<_> = made.iter().filter(|estimate| estimate.kind == Kind::Odometry).collect();
+            assert_eq!((made.len(), runs.len()), (21, 2));
+            for Estimate { name, trajectory, .. } in runs {
+                let stamps_ns = trajectory.stamps_ns().unwrap();
+                let scan = |stamp_ns: &i64| (stamp_ns - start_ns).div_euclid(spec.scan_period_ns());
+                let scans: BTreeSet<_> = stamps_ns.iter().map(scan).collect();
+                let covered = scans.range(0..spec.options.scans as i64).count();
+                assert!(covered * 100 >= spec.options.scans * 95, "{} {name}: {covered} scans", spec.name);
+                let first = truth.world_from_body_at(stamps_ns[0], i64::MAX).unwrap();
+                assert!(first.inv_mul(&trajectory.poses()[0]).translation.vector.norm() < 1e-6);
+            }
+            let [fine, poor] = ODOMETRY.map(|config| odometry(&spec, config, &truth).unwrap());
+            assert_ne!(fine.poses(), poor.poses());
         }
     }
 }
