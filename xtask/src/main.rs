@@ -1,5 +1,6 @@
 //! The project's own chores: `cargo xtask <task>`.
 
+mod bench;
 mod samples;
 mod study;
 
@@ -12,12 +13,15 @@ use clap::Parser;
 #[derive(Debug, Parser)]
 #[command(name = "cargo xtask")]
 enum Task {
+    #[command(subcommand)]
+    Bench(bench::Bench),
     Samples(samples::SamplesArgs),
     Study(study::StudyArgs),
 }
 
 fn main() -> ExitCode {
     let done = match Task::parse() {
+        Task::Bench(bench) => bench::run(&bench),
         Task::Samples(arguments) => samples::run(&arguments),
         Task::Study(arguments) => study::run(&arguments),
     };
