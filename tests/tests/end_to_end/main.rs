@@ -13,3 +13,4 @@ mod given_maps;
 mod real;
 mod tidy;
 mod truth_trajectory;
+mod truth_study;
