@@ -33,7 +33,7 @@ pub enum StudyError {
         /// The run.
         run: String,
         /// Why.
-        source: SurfaceError,
+        source: Box<SurfaceError>,
     },
     /// The reference surface cannot be read.
     #[error("the reference surface cannot be read")]

@@ -13,6 +13,7 @@
 mod clouds;
 mod columns;
 mod error;
+mod maps;
 pub mod peers;
 mod plots;
 mod study;

@@ -1,17 +1,15 @@
-use dmp::{Config, Report, Run, Watch, evaluate};
+use dmp::{Config, EvaluateError, Report, Run, Watch, evaluate};
 use dmp_log::ScanLog;
 use dmp_sensor::Trajectory;
-use dmp_truth::surface::SurfaceSettings;
 use serde::Serialize;
 
-use crate::clouds::{CloudWatch, RunClouds};
+use crate::clouds::CloudWatch;
 use crate::columns::{lower, of_report};
 use crate::error::StudyError;
-use crate::peers::{MapSharpness, PeerOptions, map_sharpness, mutually_orthogonal, orthogonal_subset};
+use crate::maps::{distances_of, go_on, mom_of};
+use crate::peers::{MapSharpness, PeerOptions, map_sharpness};
 use crate::table::{Correlation, StudyTable};
-use crate::truth::{
-    ReferenceSurface, SurfaceProblem, TrajectoryErrors, TruthOptions, surface_distances, trajectory_errors,
-};
+use crate::truth::{ReferenceSurface, TrajectoryErrors, TruthOptions, trajectory_errors};
 
 /// What can be set beside the scoring itself.
 #[derive(Debug, Clone, PartialEq)]
@@ -149,7 +147,7 @@ pub fn study(
     columns.push(lower("rpe_rmse_m", "RPE", "m", steps.collect()));
 
     if let Some(surface) = surface {
-        let distances = distances_of(runs, &errors, &clouds, surface, config, options)?;
+        let distances = distances_of(runs, &errors, &clouds, surface, config, options, watch)?;
         columns.push(lower("smd_mean_m", "SMD", "m", distances.iter().map(|d| Some(d.0)).collect()));
         columns.push(lower("smd_median_m", "SMD median", "m", distances.iter().map(|d| Some(d.1)).collect()));
     }
@@ -158,8 +156,13 @@ pub fn study(
     if let Some(peers) = &options.peers {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
         let pool = pool.map_err(|source| StudyError::Threads { threads: config.threads, source })?;
+        let sharpness_of = |cloud: &Vec<[f64; 3]>| {
+            go_on(watch)?;
+            Ok(map_sharpness(cloud, peers))
+        };
         let sharpness: Vec<MapSharpness> =
-            pool.install(|| clouds.clouds.iter().map(|cloud| map_sharpness(cloud, peers)).collect());
+            pool.install(|| clouds.clouds.iter().map(sharpness_of).collect::<Result<_, EvaluateError>>())?;
+        go_on(watch)?;
         let mom = pool.install(|| mom_of(runs, &clouds, peers, &mut notes));
         columns.push(lower("mme", "MME", "nats", sharpness.iter().map(|s| s.mme).collect()));
         columns.push(lower("mpv_m2", "MPV", "m²", sharpness.iter().map(|s| s.mpv_m2).collect()));
@@ -207,72 +210,4 @@ fn check(options: &StudyOptions) -> Result<(), StudyError> {
         }
     }
     Ok(())
-}
-
-/// Mean and median surface distance of every run.
-fn distances_of(
-    runs: &[Run],
-    errors: &[TrajectoryErrors],
-    clouds: &RunClouds,
-    surface: &ReferenceSurface<'_>,
-    config: &Config,
-    options: &StudyOptions,
-) -> Result<Vec<(f64, f64)>, StudyError> {
-    let settings = SurfaceSettings {
-        cap_m: options.surface_cap_m,
-        thresholds_m: Vec::new(),
-        memory_bytes: config.memory_bytes,
-        threads: config.threads,
-        work_folder: config.work_folder.clone(),
-        ..SurfaceSettings::default()
-    };
-    let of_run = |((run, errors), cloud): ((&Run, &TrajectoryErrors), &Vec<[f64; 3]>)| {
-        let distances = surface_distances(cloud, errors.reference_from_run, surface, &settings);
-        distances.map_err(|problem| match problem {
-            SurfaceProblem::Measuring(source) => StudyError::Surface { run: run.name.clone(), source },
-            SurfaceProblem::Reading(source) => StudyError::ReadSurface(source),
-        })
-    };
-    runs.iter().zip(errors).zip(&clouds.clouds).map(of_run).collect()
-}
-
-struct Mom {
-    values: Vec<Option<f64>>,
-    planes_from: Option<String>,
-    returns: Option<[usize; 3]>,
-}
-
-/// MOM of every run, around the same returns: those of the run in whose first scans most are on planes at
-/// right angles.
-fn mom_of(runs: &[Run], clouds: &RunClouds, options: &PeerOptions, notes: &mut Vec<String>) -> Mom {
-    let mut best = None;
-    let mut why_not = None;
-    for (run, scans) in clouds.first_scans.iter().enumerate() {
-        match orthogonal_subset(scans, options) {
-            Ok(subset) => {
-                if best.as_ref().is_none_or(|(_, most): &(usize, _)| subset_count(most) < subset.count()) {
-                    best = Some((run, subset.points));
-                }
-            }
-            Err(why) => why_not = why_not.or(Some(why)),
-        }
-    }
-    let Some((from, planes)) = best else {
-        let why = why_not.map_or_else(String::new, |why| format!(": {why}"));
-        notes.push(format!("there is no MOM, for the first scans have no planes at right angles{why}"));
-        return Mom { values: vec![None; runs.len()], planes_from: None, returns: None };
-    };
-    let of_run = |(scans, cloud): (&Vec<[f64; 3]>, &Vec<[f64; 3]>)| {
-        let places = planes.each_ref().map(|points| points.iter().map(|&k| scans[k]).collect::<Vec<_>>());
-        mutually_orthogonal(cloud, &places, options)
-    };
-    Mom {
-        values: clouds.first_scans.iter().zip(&clouds.clouds).map(of_run).collect(),
-        planes_from: Some(runs[from].name.clone()),
-        returns: Some(planes.each_ref().map(Vec::len)),
-    }
-}
-
-fn subset_count(planes: &[Vec<usize>; 3]) -> usize {
-    planes.iter().map(Vec::len).sum()
 }

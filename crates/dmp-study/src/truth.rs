@@ -16,9 +16,15 @@ pub type ReferenceSurface<'a> =
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum SurfaceProblem {
     #[error(transparent)]
-    Measuring(#[from] SurfaceError),
+    Measuring(Box<SurfaceError>),
     #[error(transparent)]
     Reading(#[from] Box<dyn std::error::Error + Send + Sync>),
+}
+
+impl From<SurfaceError> for SurfaceProblem {
+    fn from(error: SurfaceError) -> Self {
+        Self::Measuring(Box::new(error))
+    }
 }
 
 /// How runs are compared with the reference trajectory. The default is what `evo_ape tum --align` and

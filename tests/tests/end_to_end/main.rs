@@ -12,5 +12,5 @@ mod direct;
 mod given_maps;
 mod real;
 mod tidy;
-mod truth_trajectory;
 mod truth_study;
+mod truth_trajectory;

@@ -49,7 +49,8 @@ fn direct(a: &[f64], b: &[f64]) -> (f64, f64) {
 fn the_study_of_the_samples_is_what_its_parts_say() {
     let folder = tempfile::tempdir().unwrap();
     let surface = folder.path().join("truth.ply");
-    let corners: String = (0..4000).map(|k| format!("{} {} 0\n", k % 100, k / 100)).collect();
+    let corners: String =
+        (0..4000).fold(String::new(), |text, k| text + &format!("{} {} 0\n", k % 100, k / 100));
     let header = "ply\nformat ascii 1.0\nelement vertex 4000\nproperty double x\nproperty double y\nproperty double z\nend_header\n";
     std::fs::write(&surface, format!("{header}{corners}")).unwrap();
     let output = dmp(
@@ -195,8 +196,7 @@ fn few_runs_and_strangers_are_told() {
         .unwrap()
         .lines()
         .filter(|line| !line.starts_with('#'))
-        .map(|line| format!("2{}\n", &line[1..]))
-        .collect();
+        .fold(String::new(), |text, line| text + "2" + &line[1..] + "\n");
     std::fs::write(folder.path().join("later.tum"), shifted).unwrap();
     let output = dmp(folder.path(), &format!("{study} -t @/truth.tum -t @/noise.tum --reference later.tum"));
     assert_eq!(output.status.code(), Some(1));

@@ -61,6 +61,7 @@ struct Input {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[expect(dead_code, reason = "every field must be there; not every one is asserted on")]
+#[expect(clippy::struct_field_names, reason = "the names are those of the JSON")]
 struct Pairs {
     delta: f64,
     delta_unit: String,

@@ -1,9 +1,9 @@
 //! The truth about a map's consistency: how far apart one true place comes to lie when two frames see it.
 //!
-//! A return that truly hit X is put at X + u by an estimate, with u the difference of the estimate's and
-//! the true endpoint. Two returns a and b of one small place, made in different frames, disagree by
-//! |u_a − u_b|, whatever the estimate's own world frame is up to a small rotation. No map, ray or score
-//! occurs in this number.
+//! A return that truly hit X is put at X + u by an estimate, u being the estimate's endpoint minus the true
+//! one. Two returns of one small place, made in different frames, disagree by the distance d between their
+//! two u, whatever the estimate's own world frame is, up to a small rotation. No map, ray or score occurs in
+//! this number.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -33,9 +33,9 @@ struct Sighting {
 /// How far apart one true place comes to lie.
 #[derive(Debug)]
 pub(super) struct Inconsistency {
-    /// For each run and truncation τ, the mean of min(|u_a − u_b|², τ²).
+    /// For each run and truncation τ, the mean of min(d², τ²).
     pub(super) squares_m2: Vec<Vec<f64>>,
-    /// For each run, the mean of |u_a − u_b|.
+    /// For each run, the mean of d.
     pub(super) distances_m: Vec<f64>,
     /// Pairs of sightings.
     pub(super) pairs: u64,

@@ -17,17 +17,17 @@ fn smaller(a: Option<f64>, b: Option<f64>) -> Option<bool> {
 /// Whether the first of a pair is better by each true error.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Truth {
-    pub(super) by_ate: Option<bool>,
+    pub(super) ate: Option<bool>,
     /// By ATE, RPE and SMD alike; `None` where they contradict each other.
-    pub(super) by_all: Option<bool>,
+    pub(super) all: Option<bool>,
     /// By the disagreement of sightings, at the truncation that belongs to the question.
-    pub(super) by_consistency: Option<bool>,
+    pub(super) consistency: Option<bool>,
 }
 
 impl Truth {
     /// Whether trajectory error and map consistency say the same; `None` where one says nothing.
     pub(super) fn agree(&self) -> Option<bool> {
-        Some(self.by_ate? == self.by_consistency?)
+        Some(self.ate? == self.consistency?)
     }
 }
 
@@ -40,10 +40,10 @@ pub(super) fn truth_of(a: &RunResult, b: &RunResult, scale_m: f64) -> Truth {
     let by = |name: &str| smaller(error(a, name), error(b, name));
     let known = ERRORS.iter().filter(|name| error(a, name).is_some());
     let all: Vec<Option<bool>> = known.map(|name| by(name)).collect();
-    let by_all = all[0].filter(|_| all.iter().all(|said| *said == all[0]));
+    let all = all[0].filter(|_| all.iter().all(|said| *said == all[0]));
     let scale = CV_M.iter().position(|t| *t == scale_m).unwrap_or(1);
     let of = |run: &RunResult| run.inconsistency_m2.get(scale).copied();
-    Truth { by_ate: by("ATE"), by_all, by_consistency: smaller(of(a), of(b)) }
+    Truth { ate: by("ATE"), all, consistency: smaller(of(a), of(b)) }
 }
 
 /// What a rule says of a pair.
@@ -166,7 +166,7 @@ pub(super) fn consistent_pairs(drive: &DriveResult, score: &str) -> f64 {
     for pair in &drive.pairs {
         let truth = truth_of(&drive.runs[pair.a], &drive.runs[pair.b], 10.0);
         let leaning = smaller(values[pair.a], values[pair.b]);
-        tally.add(Saying { said: Said::Nothing, leaning, scale_m: 10.0 }, truth.by_all);
+        tally.add(Saying { said: Said::Nothing, leaning, scale_m: 10.0 }, truth.all);
     }
     tally.share(tally.sign)
 }

@@ -182,9 +182,9 @@ const RULE_HEADER: [&str; 9] = [
 ];
 
 fn rule_row(drives: &[&DriveResult], rule: &Rule, name: String) -> Vec<String> {
-    let ate = tally(drives, rule, |_, _, truth| truth.by_ate);
-    let agreeing = tally(drives, rule, |_, _, truth| truth.by_ate.filter(|_| truth.agree() == Some(true)));
-    let consistency = tally(drives, rule, |_, _, truth| truth.by_consistency);
+    let ate = tally(drives, rule, |_, _, truth| truth.ate);
+    let agreeing = tally(drives, rule, |_, _, truth| truth.ate.filter(|_| truth.agree() == Some(true)));
+    let consistency = tally(drives, rule, |_, _, truth| truth.consistency);
     vec![
         name,
         share(ate.share(ate.right)),
@@ -227,10 +227,10 @@ pub(super) fn by_kind(drives: &[&DriveResult]) -> String {
     );
     for kind in kinds(drives) {
         let all = tally(drives, &Rule::Command, |a, b, truth| {
-            truth.by_ate.filter(|_| a.kind == kind || b.kind == kind)
+            truth.ate.filter(|_| a.kind == kind || b.kind == kind)
         });
         let against = tally(drives, &Rule::Command, |a, b, truth| {
-            truth.by_ate.filter(|_| a.kind == "Truth" && b.kind == kind)
+            truth.ate.filter(|_| a.kind == "Truth" && b.kind == kind)
         });
         table.rows.push(vec![
             kind,
@@ -264,8 +264,8 @@ pub(super) fn by_setting(settings: &[(&str, Vec<&DriveResult>)]) -> String {
         ],
     );
     for (name, drives) in settings {
-        let ate = tally(drives, &Rule::Command, |_, _, truth| truth.by_ate);
-        let consistency = tally(drives, &Rule::Command, |_, _, truth| truth.by_consistency);
+        let ate = tally(drives, &Rule::Command, |_, _, truth| truth.ate);
+        let consistency = tally(drives, &Rule::Command, |_, _, truth| truth.consistency);
         let key = "R_cv(10) κ=0.25";
         let coverage = |drive: &&DriveResult| drive.runs[0].shares.get("coverage").copied().flatten();
         table.rows.push(vec![
@@ -298,7 +298,7 @@ pub(super) fn contradictions(drives: &[&DriveResult]) -> String {
                 _ => continue,
             };
             let contradicted = |truth: Option<bool>| truth.is_some_and(|truth| truth != said);
-            let by: Vec<&str> = [("ATE", truth.by_ate), ("consistency", truth.by_consistency)]
+            let by: Vec<&str> = [("ATE", truth.ate), ("consistency", truth.consistency)]
                 .iter()
                 .filter(|(_, truth)| contradicted(*truth))
                 .map(|(name, _)| *name)

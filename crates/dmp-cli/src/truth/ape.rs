@@ -4,11 +4,11 @@ use dmp_truth::trajectory::{Relation, absolute};
 use super::compare::{CompareArgs, Metric};
 use crate::{Common, Exit};
 
-/// Absolute pose error of a trajectory against a reference, as evo_ape
+/// Absolute pose error of a trajectory against a reference, as `evo_ape`
 ///
 /// Poses are brought together by their stamps (KITTI files: line by line), the estimate is aligned if
 /// asked, and the errors of all poses are summed up. Options, printed text and numbers are those of
-/// evo_ape 1.38.1.
+/// `evo_ape` 1.38.1.
 #[derive(Debug, Args)]
 #[command(
     override_usage = "dmp truth ape [OPTIONS] [tum|kitti|euroc] REFERENCE ESTIMATE",

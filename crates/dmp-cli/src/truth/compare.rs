@@ -1,5 +1,6 @@
 //! What `dmp truth ape` and `dmp truth rpe` share: arguments, reading, preparing, telling.
 
+use std::fmt::Write as _;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -18,6 +19,7 @@ use crate::{Common, Exit};
 
 /// Arguments of both, named as users of evo know them.
 #[derive(Debug, Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 pub(crate) struct CompareArgs {
     /// Reference and estimate, after the format of the files (tum, kitti or euroc) if it is to be given
     #[arg(value_name = "[FORMAT] REFERENCE ESTIMATE", num_args = 2..=3, required = true)]
@@ -69,7 +71,7 @@ pub(crate) struct CompareArgs {
     /// Print one JSON object (schema dmp-truth/1)
     #[arg(long, help_heading = "Output")]
     json: bool,
-    /// Write a result file for evo_res
+    /// Write a result file for `evo_res`
     #[arg(long = "save_results", alias = "save-results", value_name = "FILE.zip", help_heading = "Output")]
     save_results: Option<PathBuf>,
     /// Put the compared trajectories into the result file too
@@ -286,7 +288,6 @@ impl CompareArgs {
     }
 
     /// Reference and estimate, and the formats they must have.
-    #[expect(clippy::type_complexity, reason = "two files and two formats")]
     fn files(&self) -> anyhow::Result<(&PathBuf, &PathBuf, [Option<TrajectoryFormat>; 2])> {
         use TrajectoryFormat::{Euroc, Kitti, Tum};
         match self.files.as_slice() {
@@ -365,13 +366,13 @@ impl CompareArgs {
             (false, false, true) => "",
         };
         if (self.align || self.correct_scale) && self.n_to_align != -1 {
-            title += &format!(" (aligned poses: {})", self.n_to_align);
+            let _ = write!(title, " (aligned poses: {})", self.n_to_align);
         }
         if self.align_origin {
             title += "\n(with origin alignment)";
         }
         if let Some(plane) = self.project_to_plane {
-            title += &format!("\n(projected to {} plane)", format!("{plane:?}").to_lowercase());
+            let _ = write!(title, "\n(projected to {} plane)", format!("{plane:?}").to_lowercase());
         }
         title
     }

@@ -1,4 +1,4 @@
-//! Result files as evo writes them: a ZIP with `info.json`, `stats.json` and arrays in NumPy's format.
+//! Result files as evo writes them: a ZIP with `info.json`, `stats.json` and arrays in numpy's format.
 
 use std::io::{Seek, Write};
 
@@ -74,15 +74,17 @@ fn entry(zip: &mut ZipWriter<impl Write + Seek>, name: &str, bytes: &[u8]) -> st
     zip.write_all(bytes)
 }
 
-/// NumPy's format, version 1.0: magic, length of the heading, heading padded to 64 bytes, numbers.
+/// numpy's format, version 1.0: magic, length of the heading, heading padded to 64 bytes, numbers.
 fn array(
     zip: &mut ZipWriter<impl Write + Seek>,
     name: &str,
     shape: &[usize],
     values: &[f64],
 ) -> std::io::Result<()> {
-    let shape: String = shape.iter().map(|length| format!("{length},")).collect();
-    let heading = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({shape}), }}");
+    let shape: Vec<String> = shape.iter().map(usize::to_string).collect();
+    // A tuple of one has a comma behind it; one more behind others does no harm.
+    let shape = shape.join(",");
+    let heading = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({shape},), }}");
     let width = (10 + heading.len() + 1).next_multiple_of(64) - 10 - 1;
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
     bytes.extend(((width + 1) as u16).to_le_bytes());

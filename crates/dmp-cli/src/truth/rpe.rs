@@ -4,10 +4,10 @@ use dmp_truth::trajectory::{DeltaUnit, PairOptions, Relation, relative};
 use super::compare::{CompareArgs, Metric, PairsJson, as_python};
 use crate::{Common, Exit};
 
-/// Relative pose error of a trajectory against a reference, as evo_rpe
+/// Relative pose error of a trajectory against a reference, as `evo_rpe`
 ///
 /// Pairs of poses at a distance of delta (frames, metres, degrees or radians) are compared by their
-/// relative motion. Options, printed text and numbers are those of evo_rpe 1.38.1.
+/// relative motion. Options, printed text and numbers are those of `evo_rpe` 1.38.1.
 #[derive(Debug, Args)]
 #[command(
     override_usage = "dmp truth rpe [OPTIONS] [tum|kitti|euroc] REFERENCE ESTIMATE",
@@ -42,7 +42,7 @@ pub(crate) struct RpeArgs {
         help_heading = "Pairs"
     )]
     delta_unit: DeltaUnitName,
-    /// With --all_pairs: how far from delta a pair may be, as a share of it
+    /// With `--all_pairs`: how far from delta a pair may be, as a share of it
     #[arg(
         short = 't',
         long = "delta_tol",

@@ -68,6 +68,9 @@ pub struct Plot {
     pub series: Vec<Series>,
 }
 
+/// A point and its pixels.
+type Placed<'a> = (f64, f64, &'a Point);
+
 /// Where the axes are, pixels.
 #[derive(Debug, Clone, Copy)]
 struct Frame {
@@ -98,11 +101,15 @@ impl Plot {
 
         let mut svg = String::new();
         // Writing to a string cannot fail.
-        let _ = self.draw(&mut svg, &frame, &x, &y, &names);
+        let _ = self
+            .draw_axes(&mut svg, &frame, &x, &y, &names)
+            .and_then(|()| self.draw_points(&mut svg, &frame, &x, &y));
+        svg.push_str("</svg>\n");
         svg
     }
 
-    fn draw(
+    /// Everything but the points.
+    fn draw_axes(
         &self,
         svg: &mut String,
         frame: &Frame,
@@ -144,19 +151,19 @@ impl Plot {
         text(svg, (middle, height - 12.0), r#"text-anchor="middle""#, &self.x.title)?;
         let middle = f64::midpoint(top, bottom);
         let turned = format!(r#"text-anchor="middle" transform="rotate(-90 18 {middle:.1})""#);
-        text(svg, (18.0, middle), &turned, &self.y.title)?;
+        text(svg, (18.0, middle), &turned, &self.y.title)
+    }
 
+    /// The points, their lines and names, the legend.
+    fn draw_points(&self, svg: &mut String, frame: &Frame, x: &Scale, y: &Scale) -> std::fmt::Result {
+        let Frame { left, right, top, bottom, .. } = *frame;
         let mut labels = Labels::within(Boxed { x0: left + 2.0, y0: top, x1: right, y1: bottom - 2.0 });
         let mut legend_at = right;
-        let drawn: Vec<(&Series, Vec<(f64, f64, &Point)>)> = self
-            .series
-            .iter()
-            .map(|series| {
-                let place = |point: &'_ Point| Some((x.at(point.x)?, y.at(point.y)?));
-                let points = series.points.iter().filter_map(|p| place(p).map(|(px, py)| (px, py, p)));
-                (series, points.collect())
-            })
-            .collect();
+        let mut drawn: Vec<(&Series, Vec<Placed<'_>>)> = Vec::new();
+        for series in &self.series {
+            let points = series.points.iter().filter_map(|p| Some((x.at(p.x)?, y.at(p.y)?, p)));
+            drawn.push((series, points.collect()));
+        }
         for (_, points) in &drawn {
             points.iter().for_each(|&(px, py, _)| labels.cover(Boxed::around(px, py, 4.5)));
         }
@@ -195,7 +202,6 @@ impl Plot {
                 text(svg, (place.x0, place.y1 - 3.0), r#"font-size="11""#, &name)?;
             }
         }
-        svg.push_str("</svg>\n");
         Ok(())
     }
 }

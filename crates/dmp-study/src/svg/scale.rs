@@ -66,7 +66,7 @@ impl Scale {
         let show = |value: f64| {
             if value == 0.0 {
                 "0".to_owned()
-            } else if largest >= 1e5 || largest < 1e-3 {
+            } else if !(1e-3..1e5).contains(&largest) {
                 // As many digits as tell one step from the next.
                 let digits = (libm::floor(libm::log10(value.abs())) as i32 - exponent).max(0);
                 format!("{value:.*e}", digits as usize)

@@ -58,7 +58,8 @@ pub fn umeyama(
         share * sum(x.iter().zip(y).map(product))
     });
     let Svd { u, d, v } = svd(&covariance);
-    if d.iter().filter(|&&value| value > f64::EPSILON).count() < 2 {
+    // evo's bound is absolute; below the relative one a value is rounding, and so would the rotation be.
+    if d[1] <= f64::EPSILON * (3.0 * d[0]).max(1.0) {
         return Err(CompareError::DegenerateAlignment);
     }
     // eq. 43: no reflection.
@@ -230,6 +231,11 @@ mod tests {
     fn lines_and_points_have_no_rotation() {
         let line: Vec<[f64; 3]> = (0..5).map(|k| [f64::from(k), 0.0, 0.0]).collect();
         let refused = umeyama(&path(&line), &path(&line), false, None);
+        assert_eq!(refused, Err(CompareError::DegenerateAlignment));
+        // Oblique and far from the origin, so that rounding leaves something beside the line.
+        let oblique: Vec<[f64; 3]> =
+            (0..50).map(f64::from).map(|k| [5e5 + 7.3 * k, 0.7 * k, -3.1 * k]).collect();
+        let refused = umeyama(&path(&oblique), &path(&oblique), false, None);
         assert_eq!(refused, Err(CompareError::DegenerateAlignment));
         assert_eq!(
             umeyama(&path(&POINTS), &path(&POINTS[..3]), false, None),

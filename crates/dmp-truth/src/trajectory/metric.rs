@@ -144,13 +144,13 @@ pub fn absolute(
     relation: Relation,
 ) -> Result<Errors, CompareError> {
     same_length(reference, estimate)?;
-    let both = reference.poses().iter().zip(estimate.poses()).enumerate();
+    let both = reference.poses().iter().zip(estimate.poses());
     let values = match relation {
         Relation::PointDistanceErrorRatio => return Err(CompareError::RelationOfPairs),
         Relation::TranslationPart | Relation::PointDistance => {
-            both.map(|(_, (q, p))| (p.position_m - q.position_m).norm()).collect()
+            both.map(|(q, p)| (p.position_m - q.position_m).norm()).collect()
         }
-        _ => both.map(|(k, (q, p))| size(&p.to(q), relation, k)).collect::<Result<_, _>>()?,
+        _ => both.enumerate().map(|(k, (q, p))| size(&p.to(q), relation, k)).collect::<Result<_, _>>()?,
     };
     Ok(Errors { unit: relation.unit(), values, poses: (0..estimate.len()).collect() })
 }

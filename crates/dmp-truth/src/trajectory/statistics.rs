@@ -30,7 +30,7 @@ impl Statistics {
         let sse = sum(values.iter().map(|value| value * value));
         let variance = sum(values.iter().map(|value| (value - mean) * (value - mean))) / count;
         let (half, upper) = (sorted.len() / 2, sorted[sorted.len() / 2]);
-        let median = if sorted.len() % 2 == 1 { upper } else { (sorted[half - 1] + upper) / 2.0 };
+        let median = if sorted.len() % 2 == 1 { upper } else { f64::midpoint(sorted[half - 1], upper) };
         Some(Self { max, mean, median, min, rmse: (sse / count).sqrt(), sse, std: variance.sqrt() })
     }
 

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use clap::Args;
 use dmp::Run;
-use dmp_log::{LogError, read_cloud, read_trajectory};
+use dmp_log::{LogError, is_mesh, read_cloud, read_mesh, read_trajectory};
 use dmp_study::peers::PeerOptions;
 use dmp_study::{ReferenceSurface, Study, StudyError, StudyOptions, TruthOptions, plots_of, study};
 use dmp_truth::surface::Reference;
@@ -46,7 +46,7 @@ pub(crate) struct StudyArgs {
     /// The true trajectory of the same body, in a world of its own
     #[arg(long, value_name = "FILE", help_heading = "Input")]
     reference: PathBuf,
-    /// The true surface, in the world of --reference: a cloud (LAS, LAZ, PLY)
+    /// The true surface, in the world of --reference: a mesh (PLY with faces, OBJ) or a cloud (LAS, LAZ, PLY)
     #[arg(long, value_name = "FILE", help_heading = "Input")]
     reference_map: Option<PathBuf>,
     #[command(flatten)]
@@ -152,11 +152,15 @@ pub(crate) fn run(arguments: &StudyArgs, common: &Common, out: &mut impl Write) 
     Ok(if study.score.inputs.damage.is_empty() { Exit::Done } else { Exit::InputDamaged })
 }
 
-/// Reads the points of a cloud into the reference.
+/// Reads a mesh or a cloud into the reference.
 fn surface_of(path: &Path) -> impl Fn(&mut Reference) -> Result<(), Box<dyn Error + Send + Sync>> {
     move |reference| {
-        read_cloud::<anyhow::Error>(path, |points| Ok(reference.add_points(points)?))?;
-        Ok(())
+        let read = if is_mesh(path)? {
+            read_mesh(path, |batch| -> anyhow::Result<()> { Ok(reference.add_triangles(batch)?) }).map(|_| ())
+        } else {
+            read_cloud(path, |batch| -> anyhow::Result<()> { Ok(reference.add_points(batch)?) }).map(|_| ())
+        };
+        Ok(read?)
     }
 }
 
