@@ -7,6 +7,7 @@ mod folder;
 mod forged;
 mod mcap_damage;
 mod mcap_messages;
+mod mesh;
 mod mutation;
 mod point_time;
 mod real_data;
