@@ -2,6 +2,7 @@
 
 use crate::common::assert_says;
 use dmp_log::{LogError, MeshFormat, MeshSummary, is_mesh, read_cloud, read_mesh};
+use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -45,12 +46,12 @@ fn header(format: &str, corners: &str) -> String {
 fn text_body() -> String {
     let mut body = String::new();
     for [x, y, z] in CORNERS {
-        body += &format!("{x} {y} {z}\n");
+        writeln!(body, "{x} {y} {z}").unwrap();
     }
     body += "2 0.5 0.25 7\n";
     for face in FACES {
         let corners: Vec<String> = face.iter().map(u32::to_string).collect();
-        body += &format!("\n9 {} {} 1 0.5\n", face.len(), corners.join(" "));
+        writeln!(body, "\n9 {} {} 1 0.5", face.len(), corners.join(" ")).unwrap();
     }
     body
 }
@@ -173,7 +174,7 @@ fn what_is_wrong_is_named_with_its_place() {
         assert_says(&error("c.obj", text.as_bytes()), &["line 2:", &format!("`{index}` names no vertex")]);
     }
     assert_says(&error("c.obj", b"v 1 2 3\n"), &["c.obj: the whole file: 1 vertices and no face"]);
-    assert_says(&error("c.obj", &[b'v'; 70_000]), &["line 1:", "longer than 65536"]);
+    assert_says(&error("c.obj", &vec![b'v'; 70_000]), &["line 1:", "longer than 65536"]);
 }
 
 /// Every byte of every file, changed in three ways, and every length: an answer, no panic, and triangles
