@@ -176,11 +176,12 @@ mod tests {
     fn rho_oracle(a: &[f64], b: &[f64]) -> Option<f64> {
         let rank = |values: &[f64], x: f64| {
             let below = values.iter().filter(|v| **v < x).count() as f64;
-            below + f64::midpoint(values.iter().filter(|v| **v == x).count() as f64, 1.0)
+            let same = values.iter().filter(|v| **v == x).count() as f64;
+            below + 0.5 * (same + 1.0)
         };
         let ranks = |values: &[f64]| values.iter().map(|&x| rank(values, x)).collect::<Vec<_>>();
         let (a, b) = (ranks(a), ranks(b));
-        let mean = f64::midpoint(a.len() as f64, 1.0);
+        let mean = 0.5 * (a.len() as f64 + 1.0);
         let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| (x - mean) * (y - mean)).sum::<f64>();
         let norm = (dot(&a, &a) * dot(&b, &b)).sqrt();
         (norm > 0.0).then(|| dot(&a, &b) / norm)
