@@ -13,4 +13,5 @@ mod given_maps;
 mod real;
 mod tidy;
 mod truth_study;
+mod truth_surface;
 mod truth_trajectory;
