@@ -1,5 +1,6 @@
 //! `dmp truth smd`: the command on meshes, clouds, stores and runs, and what bad input gets.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -29,7 +30,7 @@ fn cloud(path: &Path, points: &[[f64; 3]]) {
     let count = points.len();
     let mut text = format!("ply\nformat ascii 1.0\nelement vertex {count}\n");
     text += "property double x\nproperty double y\nproperty double z\nend_header\n";
-    points.iter().for_each(|[x, y, z]| text += &format!("{x} {y} {z}\n"));
+    points.iter().for_each(|[x, y, z]| writeln!(text, "{x} {y} {z}").unwrap());
     fs::write(path, text).unwrap();
 }
 
@@ -37,8 +38,9 @@ fn cloud(path: &Path, points: &[[f64; 3]]) {
 fn floor(folder: &Path) {
     let (x, y) = (458_000.0, 5_421_000.0);
     let corners = [(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0)];
-    let vertices: String = corners.iter().map(|(u, v)| format!("v {} {} 100\n", x + u, y + v)).collect();
-    fs::write(folder.join("floor.obj"), format!("{vertices}f 1 2 3 4\n")).unwrap();
+    let mut text = String::new();
+    corners.iter().for_each(|(u, v)| writeln!(text, "v {} {} 100", x + u, y + v).unwrap());
+    fs::write(folder.join("floor.obj"), text + "f 1 2 3 4\n").unwrap();
     let point = |k: u32| [x + 0.1 + f64::from(k % 100) * 0.2, y + 0.1 + f64::from(k / 100) * 0.2, 100.07];
     cloud(&folder.join("map.ply"), &(0..10_000).map(point).collect::<Vec<_>>());
 }
