@@ -28,7 +28,7 @@ pub(crate) fn run(arguments: &TruthArgs) -> anyhow::Result<()> {
     std::fs::write(&reference, trajectory(arguments.poses, 0.0))?;
     std::fs::write(&estimate, trajectory(arguments.poses, 0.05))?;
     println!("{} poses, {} runs of each, interleaved; {}", arguments.poses, arguments.runs, circumstances());
-    println!("{:<34}{:>12}{:>22}", "command", "median s", "least – largest s");
+    println!("{:<40}{:>12}{:>22}", "command", "median s", "least – largest s");
     for (metric, options) in [("ape", &["-a"][..]), ("rpe", &["-d", "100", "-u", "m"])] {
         let files = ["tum".into(), reference.display().to_string(), estimate.display().to_string()];
         let with = |start: Vec<String>| -> Vec<String> {
@@ -53,7 +53,7 @@ pub(crate) fn run(arguments: &TruthArgs) -> anyhow::Result<()> {
         let ours_s = told(&shown(&format!("dmp truth {metric}")), ours_s);
         if evo_is_there {
             let theirs_s = told(&shown(&evo), theirs_s);
-            println!("{:<34}{:>11.1}x", "ratio of the medians", theirs_s / ours_s);
+            println!("{:<40}{:>11.1}x", "ratio of the medians", theirs_s / ours_s);
         }
     }
     Ok(())
@@ -62,7 +62,7 @@ pub(crate) fn run(arguments: &TruthArgs) -> anyhow::Result<()> {
 /// Prints a row of times and says their median.
 fn told(command: &str, times_s: Vec<f64>) -> f64 {
     let [median, least, largest] = spread(times_s);
-    println!("{command:<34}{median:>12.3}{:>22}", format!("{least:.3} – {largest:.3}"));
+    println!("{command:<40}{median:>12.3}{:>22}", format!("{least:.3} – {largest:.3}"));
     median
 }
 
