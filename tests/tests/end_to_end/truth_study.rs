@@ -183,6 +183,16 @@ fn the_check_of_pictures_sees_faults() {
 #[test]
 fn few_runs_and_strangers_are_told() {
     let folder = tempfile::tempdir().unwrap();
+    let floor = "v -200 -200 0\nv 200 -200 0\nv 200 200 0\nv -200 200 0\nf 1 2 3 4\n";
+    std::fs::write(folder.path().join("floor.obj"), floor).unwrap();
+    let runs = "-t @/truth.tum -t @/drift.tum -t @/noise.tum -t @/collapsed.tum --reference @/truth.tum";
+    let output =
+        dmp(folder.path(), &format!("truth study @/town.mcap --every 10 --reference-map floor.obj {runs}"));
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let table = text(&output.stdout);
+    assert!(table.contains("MOM") && table.contains("SMD median"), "{table}");
+    assert!(table.lines().all(|line| line.chars().count() <= 100), "{table}");
+
     let study = "truth study @/town.mcap --every 10 --no-peers";
     let output =
         dmp(folder.path(), &format!("{study} -t @/truth.tum -t @/noise.tum --reference @/truth.tum"));

@@ -20,7 +20,7 @@ const SCORES: [(&str, [&str; 2]); 9] = [
 ];
 
 /// Columns of the second table.
-const OTHERS: [(&str, [&str; 2]); 11] = [
+const OTHERS: [(&str, [&str; 2]); 7] = [
     ("ate_rmse_m", ["ATE", "m"]),
     ("rpe_rmse_m", ["RPE", "m"]),
     ("smd_mean_m", ["SMD", "m"]),
@@ -28,18 +28,24 @@ const OTHERS: [(&str, [&str; 2]); 11] = [
     ("mme", ["MME", "nats"]),
     ("mpv_m2", ["MPV", "m²"]),
     ("mom_m2", ["MOM", "m²"]),
+];
+
+/// Columns of the third table.
+const SHARES: [(&str, [&str; 2]); 4] = [
     ("miss_rate", ["miss", "%"]),
     ("blocked_rate", ["blocked", "%"]),
     ("coverage", ["coverage", "%"]),
     ("coverage_revisit", ["revisit", "%"]),
 ];
 
-/// Writes the tables: scores, errors and other metrics, agreement. Runs are in order of their ATE.
+/// Writes the tables: scores, errors and other metrics, shares, agreement. Runs are in order of their ATE.
 pub(super) fn study(out: &mut impl Write, study: &Study) -> io::Result<()> {
     writeln!(out, "Scores without ground truth, m²: lower is better")?;
     values(out, study, &SCORES)?;
-    writeln!(out, "\nErrors against ground truth, metrics of others, shares")?;
+    writeln!(out, "\nErrors against ground truth, metrics of others: lower is better")?;
     values(out, study, &OTHERS)?;
+    writeln!(out, "\nShares of returns")?;
+    values(out, study, &SHARES)?;
     writeln!(out, "\nAgreement with ground truth over {}: Kendall τ-b and Spearman ρ", runs_of(study))?;
     agreement(out, study)?;
     let why = study.correlations.iter().find(|c| study.table.runs.len() < 3 && c.reason.is_some());
