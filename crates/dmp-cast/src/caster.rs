@@ -36,6 +36,7 @@ struct RayState {
     nearest_m: f64,
     gap_m: f64,
     independent_m: f64,
+    independent_cos: f32,
     revisited: bool,
 }
 
@@ -157,6 +158,7 @@ impl RayState {
             nearest_m: f64::INFINITY,
             gap_m: settings.window_m,
             independent_m: f64::INFINITY,
+            independent_cos: 0.0,
             revisited: false,
         }
     }
@@ -208,6 +210,7 @@ impl RayState {
             nearest_m: if self.nearest_m.is_finite() { f32::NEG_INFINITY } else { f32::INFINITY },
             gap_m: if nearest_is_final { f32::NEG_INFINITY } else { self.gap_m as f32 },
             independent_m: open(self.independent_m),
+            independent_cos: self.independent_cos,
             revisited: self.revisited,
         };
         let before = found;
@@ -222,6 +225,7 @@ impl RayState {
         if found.independent_m < before.independent_m {
             self.independent_m = enter_m + f64::from(found.independent_m);
         }
+        self.independent_cos = found.independent_cos;
         self.revisited = found.revisited;
     }
 
@@ -231,6 +235,7 @@ impl RayState {
             first_m: range(self.first_m),
             nearest_m: range(self.nearest_m),
             independent_m: range(self.independent_m),
+            independent_cos: self.independent_m.is_finite().then_some(self.independent_cos),
             revisited: self.revisited,
         }
     }

@@ -28,6 +28,8 @@ pub(crate) struct TileAnswer {
     /// |nearest − measured|; before there is one, the half-width of the window.
     pub(crate) gap_m: f32,
     pub(crate) independent_m: f32,
+    /// |n·d| there.
+    pub(crate) independent_cos: f32,
     pub(crate) revisited: bool,
 }
 
@@ -54,8 +56,13 @@ impl TileAnswer {
         let holds = |independence: Option<Independence>| {
             independence.is_some_and(|i| i.holds(surfel.third_lowest, surfel.third_highest))
         };
-        if range_m < self.independent_m && holds(ray.independence) {
-            self.independent_m = range_m;
+        if range_m <= self.independent_m && holds(ray.independence) {
+            let (n, d) = (surfel.normal, ray.direction);
+            let cos = (n[0] * d[0] + n[1] * d[1] + n[2] * d[2]).abs();
+            // Of two at the same range the one hit more squarely, whichever came first.
+            if range_m < self.independent_m || cos > self.independent_cos {
+                (self.independent_m, self.independent_cos) = (range_m, cos);
+            }
         }
         self.revisited = self.revisited || holds(ray.revisit);
     }

@@ -24,6 +24,8 @@ pub struct Answer {
     pub nearest_m: Option<f64>,
     /// zc: the first independent surfel crossed.
     pub independent_m: Option<f64>,
+    /// |n·d| between that surfel's normal and the ray: 1 where it is hit squarely.
+    pub independent_cos: Option<f32>,
     /// Whether any surfel crossed is independent at the wider reach: the place was seen on another visit.
     pub revisited: bool,
 }

@@ -18,18 +18,32 @@ pub struct Residuals {
     pub nearest_m: Option<f64>,
     /// z − zc, to the first independent surfel crossed.
     pub independent_m: Option<f64>,
+    /// |n·d| between that surfel's normal and the ray: 1 where it is hit squarely.
+    pub independent_cos: Option<f32>,
     /// Whether an independent crossing exists even when five segments to either side are left out.
     pub revisited: bool,
 }
 
 impl Residuals {
     /// A return at which nothing is crossed at all.
-    pub const MISS: Self = Self { first_m: None, nearest_m: None, independent_m: None, revisited: false };
+    pub const MISS: Self = Self {
+        first_m: None,
+        nearest_m: None,
+        independent_m: None,
+        independent_cos: None,
+        revisited: false,
+    };
 
-    /// One surfel crossed, independent of the return and revisited, `residual_m` short of it.
+    /// One surfel crossed squarely, independent of the return and revisited, `residual_m` short of it.
     pub fn all(residual_m: f64) -> Self {
         let residual = Some(residual_m);
-        Self { first_m: residual, nearest_m: residual, independent_m: residual, revisited: true }
+        Self {
+            first_m: residual,
+            nearest_m: residual,
+            independent_m: residual,
+            independent_cos: Some(1.0),
+            revisited: true,
+        }
     }
 }
 

@@ -119,6 +119,7 @@ fn residuals_of(range_m: f64, answer: &Answer) -> Residuals {
         first_m: residual(answer.first_m),
         nearest_m: residual(answer.nearest_m),
         independent_m: residual(answer.independent_m),
+        independent_cos: answer.independent_cos,
         revisited: answer.revisited,
     }
 }

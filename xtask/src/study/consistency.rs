@@ -8,6 +8,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use dmp::ScoredReturns;
+use serde::{Deserialize, Serialize};
 
 /// Edge of a place, metres.
 const PLACE_M: f64 = 0.5;
@@ -20,7 +21,16 @@ const KEPT: usize = 8;
 #[derive(Debug)]
 pub(super) struct Sightings {
     runs: usize,
-    places: HashMap<[i64; 3], BTreeMap<u64, Sighting>>,
+    places: HashMap<[i64; 3], Place>,
+}
+
+/// What is remembered of a place.
+#[derive(Debug, Default)]
+struct Place {
+    /// Returns that were remembered, kept or not.
+    returns: u64,
+    /// The kept ones by their hashes.
+    kept: BTreeMap<u64, Sighting>,
 }
 
 /// One return: its frame and each run's displacement u, metres.
@@ -30,15 +40,22 @@ struct Sighting {
     displacement_m: Box<[[f32; 3]]>,
 }
 
-/// How far apart one true place comes to lie.
-#[derive(Debug)]
+/// What counts how much.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Weigh {
+    /// Every pair of sightings alike.
+    Pairs,
+    /// A place by the returns that it gave, as they count in a score.
+    Returns,
+}
+
+/// How far apart one true place comes to lie in a run.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Inconsistency {
-    /// For each run and truncation τ, the mean of min(d², τ²).
-    pub(super) squares_m2: Vec<Vec<f64>>,
-    /// For each run, the mean of d.
-    pub(super) distances_m: Vec<f64>,
-    /// Pairs of sightings.
-    pub(super) pairs: u64,
+    /// For each truncation τ, the mean of min(d², τ²).
+    pub(super) squares_m2: Vec<f64>,
+    /// The mean of d.
+    pub(super) distance_m: f64,
 }
 
 impl Sightings {
@@ -71,63 +88,83 @@ impl Sightings {
     }
 
     fn keep(&mut self, place: [i64; 3], hash: u64, sighting: impl FnOnce() -> Sighting) {
-        let kept = self.places.entry(place).or_default();
-        if kept.len() < KEPT || kept.last_key_value().is_some_and(|(&last, _)| hash < last) {
-            kept.insert(hash, sighting());
-            if kept.len() > KEPT {
-                kept.pop_last();
-            }
-        }
+        let place = self.places.entry(place).or_default();
+        place.returns += 1;
+        place.keep(hash, sighting);
     }
 
     pub(super) fn merge(&mut self, other: Self) {
-        for (place, sightings) in other.places {
-            for (hash, sighting) in sightings {
-                self.keep(place, hash, || sighting);
+        for (place, seen) in other.places {
+            let place = self.places.entry(place).or_default();
+            place.returns += seen.returns;
+            for (hash, sighting) in seen.kept {
+                place.keep(hash, || sighting);
             }
         }
     }
 
-    /// For each run, means over all pairs of sightings of one place from two frames that `apart` calls far
-    /// enough apart.
+    /// For each run, means over the pairs of sightings of one place from two frames that `apart` calls far
+    /// enough apart; and how many pairs there are.
     pub(super) fn inconsistency(
         &self,
         truncations_m: &[f64],
+        weigh: Weigh,
         apart: impl Fn(usize, usize) -> bool,
-    ) -> Inconsistency {
+    ) -> (Vec<Inconsistency>, u64) {
         let mut places: Vec<_> = self.places.iter().collect();
         places.sort_unstable_by_key(|(place, _)| **place);
-        let mut sums = vec![vec![0.0; truncations_m.len()]; self.runs];
-        let mut distances_m = vec![0.0; self.runs];
-        let mut count = 0u64;
-        for (_, sightings) in places {
-            let sightings: Vec<&Sighting> = sightings.values().collect();
+        let none = Inconsistency { squares_m2: vec![0.0; truncations_m.len()], distance_m: 0.0 };
+        let mut runs = vec![none; self.runs];
+        let (mut count, mut total) = (0u64, 0.0);
+        for (_, place) in places {
+            let sightings: Vec<&Sighting> = place.kept.values().collect();
+            let weight = match weigh {
+                Weigh::Pairs => 1.0,
+                Weigh::Returns => place.returns as f64 / choose_two(sightings.len()),
+            };
             for (k, a) in sightings.iter().enumerate() {
                 for b in &sightings[k + 1..] {
                     if a.frame == b.frame || !apart(a.frame, b.frame) {
                         continue;
                     }
-                    count += 1;
-                    for (run, (sums, distance_m)) in sums.iter_mut().zip(&mut distances_m).enumerate() {
+                    (count, total) = (count + 1, total + weight);
+                    for (run, sums) in runs.iter_mut().enumerate() {
                         let (u, v) = (a.displacement_m[run], b.displacement_m[run]);
                         let square: f64 = (0..3).map(|k| f64::from(u[k] - v[k]).powi(2)).sum();
-                        *distance_m += square.sqrt();
-                        for (sum, t) in sums.iter_mut().zip(truncations_m) {
-                            *sum += square.min(t * t);
+                        sums.distance_m += weight * square.sqrt();
+                        for (sum, t) in sums.squares_m2.iter_mut().zip(truncations_m) {
+                            *sum += weight * square.min(t * t);
                         }
                     }
                 }
             }
         }
-        for sum in sums.iter_mut().flatten().chain(&mut distances_m) {
-            *sum /= count.max(1) as f64;
+        for run in &mut runs {
+            for sum in run.squares_m2.iter_mut().chain([&mut run.distance_m]) {
+                *sum /= if count == 0 { 1.0 } else { total };
+            }
         }
-        Inconsistency { squares_m2: sums, distances_m, pairs: count }
+        (runs, count)
     }
 }
 
+impl Place {
+    fn keep(&mut self, hash: u64, sighting: impl FnOnce() -> Sighting) {
+        if self.kept.len() < KEPT || self.kept.last_key_value().is_some_and(|(&last, _)| hash < last) {
+            self.kept.insert(hash, sighting());
+            if self.kept.len() > KEPT {
+                self.kept.pop_last();
+            }
+        }
+    }
+}
+
+fn choose_two(count: usize) -> f64 {
+    (count * count.saturating_sub(1)) as f64 / 2.0
+}
+
 /// `SplitMix64`'s output function: spreads every bit over all.
-fn mix(value: u64) -> u64 {
+pub(super) fn mix(value: u64) -> u64 {
     let z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -11,11 +11,11 @@ use dmp_sensor::Point3;
 use dmp_sim::Recording;
 use dmp_study::{ReferenceSurface, Study, StudyOptions, StudyTable, study};
 
-use super::consistency::Inconsistency;
+use super::consistency::{Inconsistency, Sightings, Weigh};
 use super::drives::{DriveSpec, Half};
 use super::estimates::{Estimate, estimates};
-use super::interval::{difference, places};
-use super::observe::{CV_M, Frame, NEAR_M, Observer, Sum, pairs};
+use super::interval::{BATCHES, difference, parts};
+use super::observe::{Both, CV_M, Frame, NEAR_M, Observer, Sum, pairs};
 use super::result::{DriveResult, PairResult, RunResult, Said};
 use super::setting::Setting;
 
@@ -56,21 +56,15 @@ pub(super) fn evaluate(spec: &DriveSpec, setting: &Setting, work: &Path) -> anyh
     let (frames, sightings) = observer.finish();
     let segments = &report.config.segments;
     let segment_of = |frame: usize| segments.starts_scan.partition_point(|&start| start <= frame) as i64 - 1;
-    let any = sightings.as_ref().map(|s| s.inconsistency(&CV_M, |_, _| true));
-    let apart = sightings.map(|s| s.inconsistency(&CV_M, |a, b| (segment_of(a) - segment_of(b)).abs() > 1));
-    let squares = |of: &Option<Inconsistency>, run: usize| {
-        of.as_ref().map_or_else(Vec::new, |of| of.squares_m2[run].clone())
-    };
-    let distance = |of: &Option<Inconsistency>, run: usize| of.as_ref().map(|of| of.distances_m[run]);
+    let (spreads, sightings) = sightings.map_or_else(Default::default, |s| {
+        spreads(&s, |a, b| (segment_of(a) - segment_of(b)).abs() > 1)
+    });
 
     let run_results = estimates.iter().enumerate().map(|(index, estimate)| RunResult {
         name: estimate.name.clone(),
         kind: format!("{:?}", estimate.kind),
         truth: truths(&study.table, index),
-        inconsistency_m2: squares(&any, index),
-        inconsistency_apart_m2: squares(&apart, index),
-        inconsistency_m: distance(&any, index),
-        inconsistency_apart_m: distance(&apart, index),
+        inconsistency: spreads.iter().map(|(name, runs)| (name.clone(), runs[index].clone())).collect(),
         scores: scores(&study, index, &frames),
         shares: shares(report, index),
     });
@@ -86,9 +80,27 @@ pub(super) fn evaluate(spec: &DriveSpec, setting: &Setting, work: &Path) -> anyh
         returns: report.inputs.returns_used,
         runs: run_results.collect(),
         pairs: pair_results(report, &estimates, &frames),
-        sightings: [any, apart].map(|of| of.map_or(0, |of| of.pairs)),
+        sightings,
         seconds: start.elapsed().as_secs_f64(),
     })
+}
+
+/// Inconsistency of every run by each definition: of any two frames or of independent segments, every pair
+/// of sightings alike or by the returns of its place.
+fn spreads(
+    sightings: &Sightings,
+    apart: impl Fn(usize, usize) -> bool,
+) -> (BTreeMap<String, Vec<Inconsistency>>, BTreeMap<String, u64>) {
+    let (mut spreads, mut counts) = (BTreeMap::new(), BTreeMap::new());
+    for (weigh, by) in [(Weigh::Pairs, "pairs"), (Weigh::Returns, "returns")] {
+        for any in [true, false] {
+            let (runs, count) = sightings.inconsistency(&CV_M, weigh, |a, b| any || apart(a, b));
+            let name = format!("{}, by {by}", if any { "any" } else { "apart" });
+            spreads.insert(name.clone(), runs);
+            counts.insert(name, count);
+        }
+    }
+    (spreads, counts)
 }
 
 /// Writes the drive's scans, unless they lie there already.
@@ -162,6 +174,16 @@ fn scores(study: &Study, index: usize, frames: &[Frame]) -> BTreeMap<String, Opt
             scores.insert(format!("R_cv({t}) κ={kappa}"), Some(all));
         }
     }
+    for (k, t) in CV_M.iter().enumerate() {
+        let hits = total(of_run().map(|frame| frame.square_on[k]));
+        let mean = (hits.returns > 0.0).then(|| hits.sum_m2 / hits.returns);
+        scores.insert(format!("R_cv({t}) cos² hits"), mean);
+        let missing = returns - hits.returns;
+        scores.insert(
+            format!("R_cv({t}) cos² κ=0.1"),
+            Some((hits.sum_m2 + 0.1 * t * t * missing) / returns),
+        );
+    }
     for (k, t) in NEAR_M.iter().enumerate() {
         let hits = total(of_run().map(|frame| frame.near[k]));
         scores.insert(format!("R_near({t})"), (hits.returns > 0.0).then(|| hits.sum_m2 / hits.returns));
@@ -184,6 +206,16 @@ fn shares(report: &Report, index: usize) -> BTreeMap<String, Option<f64>> {
     ])
 }
 
+/// Name of R_cv(t) over the returns with zc in both runs.
+pub(super) fn common_cv(t: f64) -> String {
+    format!("R_cv({t}) common")
+}
+
+/// The same with every square weighed by the incidence, cos².
+pub(super) fn square_on(t: f64) -> String {
+    format!("R_cv({t}) cos² common")
+}
+
 fn pair_results(report: &Report, estimates: &[Estimate], frames: &[Frame]) -> Vec<PairResult> {
     let of_pair = |(index, (a, b)): (usize, (usize, usize))| {
         let said = report.pairs.iter().find(|p| p.a == estimates[a].name && p.b == estimates[b].name);
@@ -193,14 +225,16 @@ fn pair_results(report: &Report, estimates: &[Estimate], frames: &[Frame]) -> Ve
             name if name == pair.a => Said::A,
             _ => Said::B,
         });
-        let mut singles = BTreeMap::new();
-        let mut single = |name: String, frames: Vec<Sum>| {
+        let (mut singles, mut batches) = (BTreeMap::new(), BTreeMap::new());
+        let mut single = |name: String, frames: Vec<Both>| {
             if let Some(value) = difference(&frames) {
+                batches.insert(name.clone(), parts(&frames, BATCHES));
                 singles.insert(name, value);
             }
         };
         for (k, t) in CV_M.iter().enumerate() {
-            single(format!("R_cv({t}) common"), frames.iter().map(|f| f.pairs[index].cv[k]).collect());
+            single(common_cv(*t), frames.iter().map(|f| f.pairs[index].cv[k]).collect());
+            single(square_on(*t), frames.iter().map(|f| f.pairs[index].square_on[k]).collect());
         }
         for (k, t) in NEAR_M.iter().enumerate() {
             single(format!("R_near({t})"), frames.iter().map(|f| f.pairs[index].near[k]).collect());
@@ -211,13 +245,10 @@ fn pair_results(report: &Report, estimates: &[Estimate], frames: &[Frame]) -> Ve
             let value = |run: usize| {
                 f.runs[run].cv[1].sum_m2 + 25.0 * (f.runs[run].returns - f.runs[run].cv[1].returns)
             };
-            Sum { sum_m2: value(a) - value(b), returns: f.runs[a].returns }
+            let (a_m2, b_m2) = (value(a), value(b));
+            Both { difference_m2: a_m2 - b_m2, level_m2: a_m2 + b_m2, returns: f.runs[a].returns }
         };
         single("R_cv(10) κ=0.25".to_owned(), frames.iter().map(all).collect());
-        let at = |k: usize| {
-            let sums: Vec<Sum> = frames.iter().map(|f| f.pairs[index].cv[k]).collect();
-            places(&sums, frames.iter().map(|f| f.pairs[index].cv_level_m2[k]))
-        };
         let common: f64 = frames.iter().map(|f| f.pairs[index].cv[0].returns).sum();
         PairResult {
             a,
@@ -226,11 +257,7 @@ fn pair_results(report: &Report, estimates: &[Estimate], frames: &[Frame]) -> Ve
             decided_at_m: said.and_then(|pair| pair.decided_at_m),
             common: common / report.inputs.returns_used.max(1) as f64,
             singles,
-            places: BTreeMap::from([
-                ("30".to_owned(), at(0)),
-                ("10".to_owned(), at(1)),
-                ("2".to_owned(), at(3)),
-            ]),
+            batches,
         }
     };
     pairs(estimates.len()).enumerate().map(of_pair).collect()

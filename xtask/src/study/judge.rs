@@ -14,13 +14,38 @@ fn smaller(a: Option<f64>, b: Option<f64>) -> Option<bool> {
     }
 }
 
+/// A way to sum up how far apart sightings of one place lie.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Spread {
+    /// The mean distance in metres, over these pairs of sightings.
+    Distance(&'static str),
+    /// The root of the mean square, truncated at the scale in question.
+    Root(&'static str),
+}
+
+/// The one that is meant where nothing else is said.
+pub(super) const CONSISTENCY: Spread = Spread::Distance("any, by pairs");
+
+impl Spread {
+    /// In metres; `None` where it was not measured.
+    pub(super) fn of(self, run: &RunResult, scale_m: f64) -> Option<f64> {
+        match self {
+            Self::Distance(pairs) => run.inconsistency.get(pairs).map(|spread| spread.distance_m),
+            Self::Root(pairs) => {
+                let k = CV_M.iter().position(|t| *t == scale_m)?;
+                run.inconsistency.get(pairs).map(|spread| spread.squares_m2[k].sqrt())
+            }
+        }
+    }
+}
+
 /// Whether the first of a pair is better by each true error.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Truth {
     pub(super) ate: Option<bool>,
     /// By ATE, RPE and SMD alike; `None` where they contradict each other.
     pub(super) all: Option<bool>,
-    /// By the disagreement of sightings, at the truncation that belongs to the question.
+    /// By the distance between sightings of one place.
     pub(super) consistency: Option<bool>,
 }
 
@@ -41,9 +66,8 @@ pub(super) fn truth_of(a: &RunResult, b: &RunResult, scale_m: f64) -> Truth {
     let known = ERRORS.iter().filter(|name| error(a, name).is_some());
     let all: Vec<Option<bool>> = known.map(|name| by(name)).collect();
     let all = all[0].filter(|_| all.iter().all(|said| *said == all[0]));
-    let scale = CV_M.iter().position(|t| *t == scale_m).unwrap_or(1);
-    let of = |run: &RunResult| run.inconsistency_m2.get(scale).copied();
-    Truth { ate: by("ATE"), all, consistency: smaller(of(a), of(b)) }
+    let consistency = smaller(CONSISTENCY.of(a, scale_m), CONSISTENCY.of(b, scale_m));
+    Truth { ate: by("ATE"), all, consistency }
 }
 
 /// What a rule says of a pair.
@@ -62,6 +86,71 @@ pub(super) enum Rule {
     Command,
     /// One score's mean difference and its interval, and the truncation it belongs to.
     Single(String, f64),
+    /// The first of several scores that decides, unless places speak against it.
+    Cascade(Cascade),
+}
+
+/// Scores asked one after the other, and the guard over places (docs/metric.md).
+#[derive(Debug, Clone)]
+pub(super) struct Cascade {
+    pub(super) name: String,
+    /// Scores and the truncations they belong to.
+    pub(super) levels: Vec<(String, f64)>,
+    pub(super) guard: Vec<Guard>,
+}
+
+/// A verdict is mixed where the places that oppose it weigh more than both.
+#[derive(Debug, Clone)]
+pub(super) struct Guard {
+    /// The score whose places are looked at.
+    pub(super) score: String,
+    /// In parts of the mean level of both runs.
+    pub(super) opposing: f64,
+    /// In parts of what supports the verdict.
+    pub(super) of_supporting: f64,
+}
+
+/// Places of the guard: so many consecutive parts of the frames.
+const PLACES: usize = 10;
+
+impl Guard {
+    fn speaks_against(&self, pair: &PairResult, a_better: bool) -> bool {
+        let Some(batches) = pair.batches.get(&self.score) else { return false };
+        let (level_m2, returns) =
+            batches.iter().fold((0.0, 0.0), |(l, n), b| (l + 0.5 * b.level_m2, n + b.returns));
+        let places = batches.chunks(batches.len() / PLACES).map(|place| {
+            let (difference_m2, returns) =
+                place.iter().fold((0.0, 0.0), |(d, n), b| (d + b.difference_m2, n + b.returns));
+            (returns > 0.0).then(|| difference_m2 / returns)
+        });
+        // Below zero speaks for the first run.
+        let signed: Vec<f64> = places.flatten().map(|d| if a_better { -d } else { d }).collect();
+        let mean = |part: fn(f64) -> f64| {
+            signed.iter().map(|&d| part(d)).sum::<f64>() / signed.len() as f64 / (level_m2 / returns)
+        };
+        let (supporting, opposing) = (mean(|d| d.max(0.0)), mean(|d| (-d).max(0.0)));
+        opposing > self.opposing && opposing > self.of_supporting * supporting
+    }
+}
+
+impl Cascade {
+    fn say(&self, pair: &PairResult) -> Saying {
+        let deciding = self.levels.iter().find_map(|(name, scale_m)| {
+            let said = pair.singles.get(name)?.said();
+            (said != Said::Nothing).then_some((said == Said::A, *scale_m))
+        });
+        let Some((a_better, scale_m)) = deciding else {
+            let (name, scale_m) = &self.levels[0];
+            let leaning = pair.singles.get(name).map(|d| d.value_m2 < 0.0);
+            return Saying { said: Said::Nothing, leaning, scale_m: *scale_m };
+        };
+        let said = match self.guard.iter().any(|guard| guard.speaks_against(pair, a_better)) {
+            true => Said::Mixed(a_better),
+            false if a_better => Said::A,
+            false => Said::B,
+        };
+        Saying { said, leaning: Some(a_better), scale_m }
+    }
 }
 
 impl Rule {
@@ -69,6 +158,7 @@ impl Rule {
         match self {
             Self::Command => "`dmp score`".to_owned(),
             Self::Single(name, _) => name.clone(),
+            Self::Cascade(cascade) => cascade.name.clone(),
         }
     }
 
@@ -84,6 +174,7 @@ impl Rule {
                 };
                 Saying { said: pair.verdict, leaning, scale_m: pair.decided_at_m.unwrap_or(10.0) }
             }
+            Self::Cascade(cascade) => cascade.say(pair),
             Self::Single(name, scale_m) => {
                 let difference = pair.singles.get(name);
                 Saying {

@@ -12,6 +12,7 @@ mod score;
 mod setting;
 mod survey;
 mod tables;
+mod trap;
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
@@ -42,6 +43,12 @@ enum StudyTask {
         #[arg(short, long, value_name = "FOLDER")]
         output: PathBuf,
     },
+    /// Score four trajectories of one street, among them a collapsed one that other metrics prefer
+    Trap {
+        /// Which street
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
     /// Tell what the drives and their estimates are like
     Drives,
 }
@@ -50,6 +57,7 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
     match &arguments.task {
         StudyTask::Score(arguments) => score::run(arguments),
         StudyTask::Export { drive, output } => export(&find(drive)?, output),
+        StudyTask::Trap { seed } => trap::run(*seed),
         StudyTask::Drives => drives().iter().try_for_each(survey::print),
     }
 }

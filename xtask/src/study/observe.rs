@@ -31,6 +31,8 @@ pub(super) struct RunFrame {
     pub(super) returns: f64,
     /// Over returns with zc.
     pub(super) cv: [Sum; CV_M.len()],
+    /// The same with every square weighed by the incidence, cos².
+    pub(super) square_on: [Sum; CV_M.len()],
     /// Over returns with z1.
     pub(super) near: [Sum; NEAR_M.len()],
     /// (z − z1)², without truncation.
@@ -40,11 +42,27 @@ pub(super) struct RunFrame {
 /// Two runs in one frame, over the returns that both predict: differences first minus second.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct PairFrame {
-    pub(super) cv: [Sum; CV_M.len()],
-    /// Sum of both runs' squares at each truncation, for their level.
-    pub(super) cv_level_m2: [f64; CV_M.len()],
-    pub(super) near: [Sum; NEAR_M.len()],
-    pub(super) first: Sum,
+    pub(super) cv: [Both; CV_M.len()],
+    /// The same with every square weighed by the incidence, cos².
+    pub(super) square_on: [Both; CV_M.len()],
+    pub(super) near: [Both; NEAR_M.len()],
+    pub(super) first: Both,
+}
+
+/// Two runs over so many returns.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Both {
+    pub(super) difference_m2: f64,
+    pub(super) level_m2: f64,
+    pub(super) returns: f64,
+}
+
+impl Both {
+    fn add(&mut self, a_m2: f64, b_m2: f64) {
+        self.difference_m2 += a_m2 - b_m2;
+        self.level_m2 += a_m2 + b_m2;
+        self.returns += 1.0;
+    }
 }
 
 /// All runs and pairs in one frame.
@@ -72,14 +90,17 @@ pub(super) struct Observer {
 #[derive(Debug, Clone, Copy, Default)]
 struct Squares {
     cv: Option<[f64; CV_M.len()]>,
+    square_on: Option<[f64; CV_M.len()]>,
     near: Option<[f64; NEAR_M.len()]>,
     first: Option<f64>,
 }
 
 impl Squares {
     fn of(residuals: &Residuals) -> Self {
+        let cv = residuals.independent_m.map(|r| CV_M.map(|t| (r * r).min(t * t)));
         Self {
-            cv: residuals.independent_m.map(|r| CV_M.map(|t| (r * r).min(t * t))),
+            cv,
+            square_on: cv.zip(residuals.independent_cos).map(|(cv, cos)| cv.map(|square| square * f64::from(cos * cos))),
             near: residuals
                 .first_m
                 .map(|_| NEAR_M.map(|t| residuals.nearest_m.map_or(t * t, |r| (r * r).min(t * t)))),
@@ -137,6 +158,9 @@ impl RunFrame {
         if let Some(cv) = squares.cv {
             self.cv.iter_mut().zip(cv).for_each(|(sum, square)| sum.add(square));
         }
+        if let Some(square_on) = squares.square_on {
+            self.square_on.iter_mut().zip(square_on).for_each(|(sum, square)| sum.add(square));
+        }
         if let Some(near) = squares.near {
             self.near.iter_mut().zip(near).for_each(|(sum, square)| sum.add(square));
         }
@@ -148,19 +172,16 @@ impl RunFrame {
 
 impl PairFrame {
     fn add(&mut self, a: &Squares, b: &Squares) {
-        if let (Some(a), Some(b)) = (a.cv, b.cv) {
-            for k in 0..CV_M.len() {
-                self.cv[k].add(a[k] - b[k]);
-                self.cv_level_m2[k] += a[k] + b[k];
+        fn all<const N: usize>(sums: &mut [Both; N], a: Option<[f64; N]>, b: Option<[f64; N]>) {
+            if let (Some(a), Some(b)) = (a, b) {
+                sums.iter_mut().zip(a.into_iter().zip(b)).for_each(|(sum, (a, b))| sum.add(a, b));
             }
         }
-        if let (Some(a), Some(b)) = (a.near, b.near) {
-            for k in 0..NEAR_M.len() {
-                self.near[k].add(a[k] - b[k]);
-            }
-        }
+        all(&mut self.cv, a.cv, b.cv);
+        all(&mut self.square_on, a.square_on, b.square_on);
+        all(&mut self.near, a.near, b.near);
         if let (Some(a), Some(b)) = (a.first, b.first) {
-            self.first.add(a - b);
+            self.first.add(a, b);
         }
     }
 }

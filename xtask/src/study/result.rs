@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::consistency::Inconsistency;
+
 /// One drive, all estimates of it, one setting.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct DriveResult {
@@ -16,8 +18,8 @@ pub(super) struct DriveResult {
     pub(super) travel_m: f64,
     pub(super) frames: usize,
     pub(super) returns: u64,
-    /// Pairs of sightings behind the inconsistency, of any two frames and of independent segments.
-    pub(super) sightings: [u64; 2],
+    /// Pairs of sightings behind each definition of the inconsistency.
+    pub(super) sightings: BTreeMap<String, u64>,
     pub(super) seconds: f64,
     pub(super) runs: Vec<RunResult>,
     pub(super) pairs: Vec<PairResult>,
@@ -30,13 +32,8 @@ pub(super) struct RunResult {
     pub(super) kind: String,
     /// Larger is worse, all of them: `ATE`, `RPE`, `SMD` in metres.
     pub(super) truth: BTreeMap<String, f64>,
-    /// Mean squared disagreement of sightings, truncated at [`super::observe::CV_M`], of any two frames.
-    pub(super) inconsistency_m2: Vec<f64>,
-    /// The same of frames in independent segments.
-    pub(super) inconsistency_apart_m2: Vec<f64>,
-    /// Mean distance between sightings, without truncation, of any two frames, and of independent segments.
-    pub(super) inconsistency_m: Option<f64>,
-    pub(super) inconsistency_apart_m: Option<f64>,
+    /// How far apart sightings of one place lie, by the definitions of [`super::evaluate::spreads`].
+    pub(super) inconsistency: BTreeMap<String, Inconsistency>,
     /// Every score, lower is better; `None` where it is not defined.
     pub(super) scores: BTreeMap<String, Option<f64>>,
     /// Shares that are not scores: coverage, revisit coverage, misses.
@@ -56,8 +53,18 @@ pub(super) struct PairResult {
     pub(super) common: f64,
     /// Mean differences a − b of single scores, and half of their 99 % intervals.
     pub(super) singles: BTreeMap<String, Difference>,
-    /// Mean difference over mean level at ten places along the drive, at the scales of the guard.
-    pub(super) places: BTreeMap<String, Vec<f64>>,
+    /// The same scores over [`super::interval::BATCHES`] consecutive parts of the frames.
+    pub(super) batches: BTreeMap<String, Vec<Batch>>,
+}
+
+/// Two runs in a part of the frames.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub(super) struct Batch {
+    /// Sum of the differences a − b.
+    pub(super) difference_m2: f64,
+    /// Sum over both runs.
+    pub(super) level_m2: f64,
+    pub(super) returns: f64,
 }
 
 /// A mean difference.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use dmp_truth::rank::kendall_tau_b;
 
 use super::evaluate::KAPPAS;
-use super::judge::{Rule, column, consistent_pairs, errors, kinds, ladder, tally, truth_is_first};
+use super::judge::{CONSISTENCY, Rule, column, consistent_pairs, errors, kinds, ladder, tally, truth_is_first};
 use super::observe::CV_M;
 use super::result::{DriveResult, Said};
 
@@ -91,7 +91,7 @@ fn score_row(drives: &[&DriveResult], key: &str, name: &str) -> Vec<String> {
     let tau =
         |truth: &str| mean(drives.iter().filter_map(|d| kendall_tau_b(&column(d, key), &errors(d, truth))));
     let inconsistency = |d: &DriveResult| -> Vec<Option<f64>> {
-        d.runs.iter().map(|run| run.inconsistency_m2.get(1).copied()).collect()
+        d.runs.iter().map(|run| CONSISTENCY.of(run, 10.0)).collect()
     };
     let tau_inconsistency =
         mean(drives.iter().filter_map(|d| kendall_tau_b(&column(d, key), &inconsistency(d))));
@@ -308,9 +308,8 @@ pub(super) fn contradictions(drives: &[&DriveResult]) -> String {
             }
             let (better, worse) = if said { (a, b) } else { (b, a) };
             let ate = |run: &super::result::RunResult| run.truth.get("ATE").copied().unwrap_or(f64::NAN);
-            let scale = CV_M.iter().position(|t| *t == saying.scale_m).unwrap_or(1);
             let off = |run: &super::result::RunResult| {
-                run.inconsistency_m2.get(scale).copied().unwrap_or(f64::NAN).sqrt()
+                CONSISTENCY.of(run, saying.scale_m).unwrap_or(f64::NAN)
             };
             let _ = writeln!(
                 text,
