@@ -132,7 +132,7 @@ impl Caster {
     }
 }
 
-fn wait(waiting: &mut Vec<Vec<(TileId, u32)>>, walk: &Walk, index: u32) {
+pub(crate) fn wait(waiting: &mut Vec<Vec<(TileId, u32)>>, walk: &Walk, index: u32) {
     let steps = walk.steps as usize;
     if waiting.len() <= steps {
         waiting.resize_with(steps + 1, Vec::new);
@@ -140,7 +140,7 @@ fn wait(waiting: &mut Vec<Vec<(TileId, u32)>>, walk: &Walk, index: u32) {
     waiting[steps].push((walk.tile, index));
 }
 
-fn reaches_heights(query: &Query, entry: &TileEntry, enter_m: f64, leave_m: f64) -> bool {
+pub(crate) fn reaches_heights(query: &Query, entry: &TileEntry, enter_m: f64, leave_m: f64) -> bool {
     let z_at = |range_m: f64| query.origin_in_world_m[2] + query.direction_in_world[2] * range_m;
     let (a, b) = (z_at(enter_m - 1.0), z_at(leave_m + 1.0));
     // A metre before and behind: discs reach a little over the tile's border.

@@ -100,6 +100,36 @@ fn through(ray: &TileRay, inverse: [f32; 3], node: &Node) -> Option<(f32, f32)> 
     (enter <= leave * (1.0 + 4.0 * f32::EPSILON) + 1e-5).then_some((enter, leave))
 }
 
+/// Tells `each` every disc the ray crosses and where, in no order that means anything.
+pub(crate) fn each_crossing(
+    tile: &CastTile,
+    ray: &TileRay,
+    stack: &mut Vec<u32>,
+    mut each: impl FnMut(usize, f32),
+) {
+    let inverse = ray.direction.map(|d| 1.0 / d);
+    stack.clear();
+    if !tile.nodes.is_empty() {
+        stack.push(0);
+    }
+    while let Some(index) = stack.pop() {
+        let node = &tile.nodes[index as usize];
+        if through(ray, inverse, node).is_none() {
+            continue;
+        }
+        if node.surfels == 0 {
+            stack.extend([node.first, node.first + 1]);
+            continue;
+        }
+        let first = node.first as usize;
+        for place in first..first + node.surfels as usize {
+            if let Some(range_m) = crossing(ray, &tile.surfels[place], tile.radius_m) {
+                each(place, range_m);
+            }
+        }
+    }
+}
+
 /// Improves `answer` by the tile's crossings. The result does not depend on the shape of the tree:
 /// boxes are left out only when nothing in them can matter.
 pub(crate) fn cast(tile: &CastTile, ray: &TileRay, answer: &mut TileAnswer, stack: &mut Vec<u32>) {

@@ -29,10 +29,12 @@
 //! ```
 
 mod caster;
+mod counter;
 mod kernel;
 mod query;
 mod tree;
 mod walk;
 
 pub use caster::{CastBuffers, Caster};
+pub use counter::{CountBuffers, CrossingCounter};
 pub use query::{Answer, CastSettings, Query};

@@ -39,13 +39,18 @@ pub(crate) struct Node {
 impl CastTile {
     /// Builds the tree. `O(n log n)`.
     pub(crate) fn new(tile: &Tile, radius_m: f32) -> Self {
+        Self::numbered(tile, radius_m).0
+    }
+
+    /// The same, and for each surfel its place in `tile`.
+    pub(crate) fn numbered(tile: &Tile, radius_m: f32) -> (Self, Vec<u32>) {
         let boxes: Vec<Aabb> = tile.surfels.iter().map(|s| box_of(s, radius_m)).collect();
         let params = BvhBuildParams { max_prims_per_leaf: LEAF_SURFELS, ..BvhBuildParams::very_fast_build() };
         let tree = build_bvh2(&boxes, params, &mut std::time::Duration::default());
         let surfels: Vec<Surfel> =
             tree.primitive_indices.iter().map(|&index| tile.surfels[index as usize]).collect();
         let nodes = copy_nodes(&tree, &surfels);
-        Self { origin_in_world_m: tile.origin_in_world_m, radius_m, surfels, nodes }
+        (Self { origin_in_world_m: tile.origin_in_world_m, radius_m, surfels, nodes }, tree.primitive_indices)
     }
 }
 

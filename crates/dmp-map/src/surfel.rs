@@ -109,6 +109,8 @@ fn normal_of(cell: &Moments) -> Option<[f32; 3]> {
 pub(crate) struct Border {
     pub(crate) centre_in_world_m: [f64; 3],
     pub(crate) surfel: Surfel,
+    /// Its place among the surfels of the tile it comes from.
+    pub(crate) index: usize,
 }
 
 /// Copies of the discs that reach over a border of `tile`, with the tile each reaches into.
@@ -119,7 +121,7 @@ pub(crate) fn borders_of(lattice: &Lattice, tile: TileId, content: &TileSurfels)
     let corner = lattice.tile_corner_m(tile);
     let radius_m = lattice.disc_radius_m() as f32;
     let mut copies = Vec::new();
-    for surfel in &content.surfels {
+    for (index, surfel) in content.surfels.iter().enumerate() {
         let half = surfel.half_extents_m(radius_m);
         let [x, y, z] = surfel.centre_in_tile_m;
         let steps = |centre: f32, half: f32| {
@@ -133,7 +135,7 @@ pub(crate) fn borders_of(lattice: &Lattice, tile: TileId, content: &TileSurfels)
                     let centre_in_world_m =
                         [corner[0] + f64::from(x), corner[1] + f64::from(y), content.base_z_m + f64::from(z)];
                     let neighbour = TileId { x: tile.x + dx, y: tile.y + dy };
-                    copies.push((neighbour, Border { centre_in_world_m, surfel: *surfel }));
+                    copies.push((neighbour, Border { centre_in_world_m, surfel: *surfel, index }));
                 }
             }
         }

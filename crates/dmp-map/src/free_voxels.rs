@@ -1,0 +1,163 @@
+use std::collections::hash_map::Entry;
+use std::collections::{BTreeSet, HashMap};
+use std::hash::BuildHasherDefault;
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::MapError;
+use crate::cache::{BudgetCache, Weight};
+use crate::lattice::{Lattice, TileId, UNITS_PER_M, Voxel};
+use crate::store::{Durability, Store, StoreWriter, Tile, TileEntry};
+use crate::surfel::{Surfel, TileSurfels, borders_of};
+use crate::tally::{Met, Tally};
+use crate::tile_moments::MixHasher;
+
+/// The voxels of a map that rays have shown to be free, looked up under a byte budget.
+///
+/// They are kept as a store of their own with the surfels of those voxels.
+#[derive(Debug)]
+pub struct FreeVoxels {
+    store: Store,
+    tiles: BudgetCache<TileId, VoxelSet>,
+}
+
+/// Per-thread buffers of [`FreeVoxels::mark`].
+#[derive(Debug, Default)]
+pub struct MarkBuffers {
+    tiles: HashMap<TileId, Arc<VoxelSet>, BuildHasherDefault<MixHasher>>,
+}
+
+/// Voxels of a tile, sorted.
+#[derive(Debug)]
+struct VoxelSet(Vec<Voxel>);
+
+impl Weight for VoxelSet {
+    fn weight_bytes(&self) -> usize {
+        self.0.capacity() * size_of::<Voxel>() + 64
+    }
+}
+
+impl FreeVoxels {
+    /// The voxels of `map` whose surfels were met so that `is_free` says so; kept in the file `path`, whose
+    /// name is taken away, and looked up with about `budget_bytes` of them in memory.
+    ///
+    /// # Errors
+    /// When the map or the tally cannot be read, or the file cannot be written.
+    pub fn find(
+        map: &Store,
+        tally: &Tally,
+        is_free: impl Fn(Met) -> bool,
+        path: &Path,
+        budget_bytes: usize,
+    ) -> Result<Self, MapError> {
+        let lattice = map.lattice();
+        let mut writer = StoreWriter::create(path, lattice, "voxels that are free")?;
+        let tiles: BTreeSet<TileId> = map.entries().map(|entry| entry.tile).collect();
+        // Copies of a tile's discs follow its neighbours' own, in the order of the tiles they come from.
+        let mut copies_before: HashMap<TileId, usize, BuildHasherDefault<MixHasher>> = HashMap::default();
+        let mut of_copies = CopyCounts { tally, tiles: HashMap::new() };
+        for &id in &tiles {
+            let Some(Tile { origin_in_world_m, surfels, own, .. }) = map.load(id)? else { continue };
+            of_copies.forget_rows_below(id.y - 1);
+            let mut met = tally.of_tile(id, surfels.len())?;
+            met.truncate(own);
+            let mut content = TileSurfels { base_z_m: origin_in_world_m[2], surfels, thin_voxels: 0 };
+            content.surfels.truncate(own);
+            for (neighbour, index) in borders_of(&lattice, id, &content).iter().map(|c| (c.0, c.1.index)) {
+                let Some(entry) = map.entry(neighbour) else { continue };
+                let before = copies_before.entry(neighbour).or_default();
+                let place = *before;
+                *before += 1;
+                let counts = of_copies.of_tile(entry)?;
+                if let (Some(met), Some(count)) = (met.get_mut(index), counts.get(place)) {
+                    met.merge(count);
+                }
+            }
+            let mut met = met.into_iter();
+            content.surfels.retain(|_| met.next().is_some_and(&is_free));
+            writer.write_own(id, &content)?;
+        }
+        writer.finish(Durability::Scratch)?;
+        Ok(Self { store: Store::open_once(path)?, tiles: BudgetCache::new(budget_bytes) })
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> u64 {
+        self.store.surfels()
+    }
+
+    /// Says for each point, world metres, whether its voxel is free; `marks` is overwritten.
+    ///
+    /// # Errors
+    /// When a point lies outside the world, or a tile is damaged.
+    pub fn mark(
+        &self,
+        points_in_world_m: impl Iterator<Item = [f64; 3]>,
+        marks: &mut Vec<bool>,
+        buffers: &mut MarkBuffers,
+    ) -> Result<(), MapError> {
+        marks.clear();
+        buffers.tiles.clear();
+        let lattice = self.store.lattice();
+        for point in points_in_world_m {
+            let place = lattice.locate(point)?;
+            if self.store.entry(place.tile).is_none() {
+                marks.push(false);
+                continue;
+            }
+            let voxels = match buffers.tiles.entry(place.tile) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(new) => new.insert(self.tiles.get(place.tile, || self.load(place.tile))?),
+            };
+            marks.push(voxels.0.binary_search(&place.voxel).is_ok());
+        }
+        Ok(())
+    }
+
+    fn load(&self, id: TileId) -> Result<VoxelSet, MapError> {
+        let lattice = self.store.lattice();
+        let mut voxels: Vec<Voxel> = match self.store.load(id)? {
+            Some(tile) => tile.surfels.iter().map(|s| voxel_of(&lattice, tile.base_z_m(), s)).collect(),
+            None => Vec::new(),
+        };
+        voxels.sort_unstable();
+        Ok(VoxelSet(voxels))
+    }
+}
+
+/// The voxel that a tile's own surfel was made of: the one that holds its centre.
+///
+/// Lattice places are exact in `f32` within a kilometre of the tile's origin, and a mean of lattice places lies
+/// a whole unit below the voxel's upper faces; so no rounding moves it into the next voxel.
+fn voxel_of(lattice: &Lattice, base_z_m: f64, surfel: &Surfel) -> Voxel {
+    let edge = i64::from(lattice.voxel_units());
+    let base = [0, 0, (base_z_m * UNITS_PER_M).round() as i64];
+    let [x, y, z] = std::array::from_fn(|k| {
+        let units = (f64::from(surfel.centre_in_tile_m[k]) * UNITS_PER_M).floor() as i64;
+        (units + base[k]).div_euclid(edge)
+    });
+    Voxel { x: x as u16, y: y as u16, z: z as i32 }
+}
+
+/// Counts of the copies in each tile, read once and kept while their rows are at hand.
+struct CopyCounts<'a> {
+    tally: &'a Tally,
+    tiles: HashMap<TileId, Vec<Met>>,
+}
+
+impl CopyCounts<'_> {
+    fn of_tile(&mut self, entry: &TileEntry) -> Result<&[Met], MapError> {
+        Ok(match self.tiles.entry(entry.tile) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(new) => {
+                let mut counts = self.tally.of_tile(entry.tile, entry.surfels() as usize)?;
+                new.insert(counts.split_off(entry.own.surfels as usize))
+            }
+        })
+    }
+
+    /// Tiles come row by row: those two rows back are not asked for again.
+    fn forget_rows_below(&mut self, row: i32) {
+        self.tiles.retain(|tile, _| tile.y >= row);
+    }
+}
