@@ -6,15 +6,15 @@ use crate::query::Query;
 use crate::tree::CastTile;
 use crate::walk::Walk;
 
-/// A crossing within this of the measured range is where the ray ended; one further in front was passed,
-/// metres.
+/// A ray that measured something within this of a crossing ended there; one that measured something
+/// further than this behind the surfel's plane went through, metres.
 const ON_M: f64 = 0.5;
 
 /// Counts which surfels of a stored map rays go through and on which they end.
 ///
 /// A ray *ends on* every surfel that it crosses within 0.5 m of its measured range, whatever was seen when. It
-/// *goes through* a surfel that it crosses more than 0.5 m before that; this is counted where the surfel is
-/// independent of the ray, so that no part of the drive speaks against itself.
+/// *goes through* a surfel whose plane it leaves more than 0.5 m behind, at right angles to the plane; this is
+/// counted where the surfel is independent of the ray, so that no part of the drive speaks against itself.
 #[derive(Debug)]
 pub struct CrossingCounter {
     store: Store,
@@ -169,8 +169,13 @@ impl CrossingCounter {
             let surfel = &tile.surfels[place];
             let is_independent =
                 || independence.is_some_and(|i| i.holds(surfel.third_lowest, surfel.third_highest));
-            let on = range_m >= ray.measured_m - ON_M as f32;
-            if range_m < leave_m && (on || is_independent()) {
+            let beyond_m = ray.measured_m - range_m;
+            let on = beyond_m <= ON_M as f32;
+            // At grazing incidence the ray leaves the surfel's plane slowly, and a small error of the plane
+            // moves the crossing far.
+            let cos: f32 = (0..3).map(|k| ray.direction[k] * surfel.normal[k]).sum();
+            let through = || beyond_m * cos.abs() > ON_M as f32 && is_independent();
+            if range_m < leave_m && (on || through()) {
                 crossings.push(Crossing { surfel: places[place], on });
             }
         });

@@ -69,6 +69,7 @@ impl Watch for Progress {
             Stage::ReadMap => ("reading the map", "points/s"),
             Stage::Fuse => ("fusing maps", "points/s"),
             Stage::Surfels => ("making surfels", "tiles/s"),
+            Stage::Trails => ("finding trails", "points/s"),
             Stage::Cast => ("casting rays", "points/s"),
             _ => ("working", "steps/s"),
         };

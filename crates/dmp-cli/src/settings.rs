@@ -49,6 +49,10 @@ pub(crate) struct SettingsArgs {
     /// segment and the two beside it. `auto` is 12 m, or a sixteenth of a shorter drive
     #[arg(long, value_name = "METRES", default_value = "auto", help_heading = "Returns and map")]
     segment: parse::AutoLength,
+    /// Keep returns on the trails of moving objects out of all maps: those whose surfels are passed through by
+    /// rays of other parts of the drive. Reads the log four times instead of twice; not with --map
+    #[arg(long, help_heading = "Returns and map")]
+    free_space: bool,
     /// The sensor's range noise, metres: scales the raw log-likelihood, nothing else
     #[arg(long, value_name = "METRES", default_value_t = Config::default().sigma_m)]
     #[arg(value_parser = crate::parse::length_m, help_heading = "Returns and map")]
@@ -80,6 +84,7 @@ impl SettingsArgs {
             body_from_sensor: self.extrinsic,
             time_offset_ns: self.time_offset,
             max_time_gap_ns: self.max_time_gap,
+            free_space: self.free_space,
             sigma_m: self.sigma,
             memory_bytes: self.memory.or_else(quarter).unwrap_or(default.memory_bytes),
             threads: self.threads.unwrap_or(default.threads),

@@ -61,6 +61,7 @@ fn scores_are_one_json_object_or_a_table() {
         "dmp_version",
         "config",
         "inputs",
+        "free_space",
         "runs",
         "order",
         "ties",

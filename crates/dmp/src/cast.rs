@@ -103,7 +103,7 @@ impl Worker for CastWorker<'_> {
     }
 }
 
-fn query_of(ray: &Ray, segment: Option<i32>) -> Query {
+pub(crate) fn query_of(ray: &Ray, segment: Option<i32>) -> Query {
     Query {
         origin_in_world_m: ray.origin_in_world,
         direction_in_world: ray.direction_in_world,

@@ -73,6 +73,9 @@ pub struct Config {
     /// Poses further apart than this are not interpolated between, nanoseconds; `None`: 1 s, or three
     /// times a trajectory's median interval where that is longer.
     pub max_time_gap_ns: Option<i64>,
+    /// Whether returns on the trails of moving objects are kept out of the maps: two more passes over the log.
+    /// The maps must be fused from the scans.
+    pub free_space: bool,
     /// The sensor's range noise, metres: scales the raw log-likelihood, nothing else.
     pub sigma_m: f64,
     /// Memory to aim for, bytes. Each run takes a part that does not shrink: the tiles in hand and its buffers.
@@ -99,6 +102,7 @@ impl Default for Config {
             body_from_sensor: Isometry3::identity(),
             time_offset_ns: 0,
             max_time_gap_ns: None,
+            free_space: false,
             sigma_m: 0.02,
             memory_bytes: 2 << 30,
             threads: std::thread::available_parallelism().map_or(1, usize::from),

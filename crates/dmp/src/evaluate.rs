@@ -8,12 +8,13 @@ use crate::error::EvaluateError;
 use crate::plan::Plan;
 use crate::report::{PassTimes, Report};
 use crate::watch::Watch;
-use crate::{cast, fuse, memory, report};
+use crate::{cast, fuse, given, memory, report, trails};
 
 /// Scores `runs` on `log`: plan, fuse, cast, reduce.
 ///
-/// Reads the log twice, and a sample of it once before. The report is the same to the bit for every
-/// number of threads, memory budget and order of reading, but for its `timing` and `memory`.
+/// Reads the log twice, and a sample of it once before; four times with [`Config::free_space`]. The report
+/// is the same to the bit for every number of threads, memory budget and order of reading, but for its
+/// `timing` and `memory`.
 ///
 /// # Errors
 /// When log and runs do not belong together, a file is damaged beyond what can be left out, the work
@@ -25,6 +26,7 @@ pub fn evaluate(
     watch: &dyn Watch,
 ) -> Result<Report, EvaluateError> {
     config.check()?;
+    given::check_free_space(runs, config)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
     let pool = pool.map_err(|source| EvaluateError::Threads { threads: config.threads, source })?;
     let start = Instant::now();
@@ -32,18 +34,24 @@ pub fn evaluate(
     let mut lap_s = || std::mem::replace(&mut lap, Instant::now()).elapsed().as_secs_f64();
 
     // The same returns z, voxels and segments for every run.
-    let stores = fuse::given_stores(runs)?;
-    let voxel_m = fuse::voxel_of_stores(runs, &stores, config.voxel_m)?.or(config.voxel_m);
+    let stores = given::given_stores(runs)?;
+    let voxel_m = given::voxel_of_stores(runs, &stores, config.voxel_m)?.or(config.voxel_m);
     let plan = Plan::new(log, runs, &Config { voxel_m, ..config.clone() }, watch)?;
     let plan_s = lap_s();
 
     // M: each run's surfel map, fused from the scans with its trajectory, or given.
-    let mut maps = pool.install(|| fuse::maps_of(log, &plan, runs, stores, config, watch))?;
+    let mut maps = pool.install(|| fuse::maps_of(log, &plan, runs, stores, None, config, watch))?;
     let fuse_s = lap_s();
+
+    // Where asked for: the same without the returns on trails, which the rays of the log pass through.
+    if config.free_space {
+        maps = pool.install(|| trails::keep_out(log, &plan, runs, maps, config, watch))?;
+    }
+    let trails_s = lap_s();
 
     // z' = S(M, T_z) for every return of every scan (eq. 6–7), and Σ (z − z')² (eq. 13).
     let run_maps = std::mem::take(&mut maps.of_runs);
-    let map_reports = report::map_reports(runs, &run_maps);
+    let map_reports = report::map_reports(&run_maps, maps.trails.as_ref());
     let mut scored = cast::score(log, &plan, runs, run_maps, config, watch)?;
     let cast_s = lap_s();
 
@@ -58,6 +66,6 @@ pub fn evaluate(
     }
     memory::look();
     let total_s = start.elapsed().as_secs_f64();
-    let times = PassTimes { plan_s, fuse_s, cast_s, total_s, threads: config.threads };
+    let times = PassTimes { plan_s, fuse_s, trails_s, cast_s, total_s, threads: config.threads };
     Ok(report::build(log, runs, config, &plan, &maps, map_reports, &scored, times))
 }

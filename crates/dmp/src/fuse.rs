@@ -1,15 +1,17 @@
 use std::path::Path;
 
-use dmp_log::{ScanLog, read_cloud};
+use dmp_log::ScanLog;
 use dmp_map::{Durability, FuseScratch, Lattice, MapFuser, Store, WorkFolder};
 use dmp_sensor::{Ray, ReturnCounts, Scan};
 
 use crate::config::{Config, MapSource, Run};
 use crate::error::EvaluateError;
 use crate::frames::{PlannedFrame, Worker, each_frame};
+use crate::given::fuse_cloud;
 use crate::memory;
 use crate::plan::Plan;
 use crate::pose::Poser;
+use crate::trails::{TrailBuffers, TrailSummary, Trails};
 use crate::watch::{Stage, Watch};
 
 /// Share of the memory that the maps under construction may take.
@@ -21,6 +23,10 @@ pub(crate) struct Maps {
     pub(crate) of_runs: Vec<RunMap>,
     /// Where the returns went; `None` when no map had to be fused.
     pub(crate) counts: Option<ReturnCounts>,
+    /// Used returns that are in no map, for they lie on trails.
+    pub(crate) left_out: u64,
+    /// Where trails were looked for: what was found.
+    pub(crate) trails: Option<TrailSummary>,
     pub(crate) scratch_bytes: u64,
     /// Holds the stores; goes with them.
     _work: WorkFolder,
@@ -38,59 +44,14 @@ pub(crate) struct RunMap {
     pub(crate) points_dropped: u64,
 }
 
-/// Opens the stores among the given maps; `None` for the other runs.
-///
-/// Before anything else, so that stores with other voxels are refused before a long log is read.
-pub(crate) fn given_stores(runs: &[Run]) -> Result<Vec<Option<Store>>, EvaluateError> {
-    let open = |run: &Run| match &run.map {
-        MapSource::Given(path) if is_store(path) => {
-            Store::open(path).map(Some).map_err(EvaluateError::map_of(&run.name))
-        }
-        _ => Ok(None),
-    };
-    runs.iter().map(open).collect()
-}
-
-/// The voxel edge that the given stores have, metres; `None` where none is given.
-pub(crate) fn voxel_of_stores(
-    runs: &[Run],
-    stores: &[Option<Store>],
-    asked_m: Option<f64>,
-) -> Result<Option<f64>, EvaluateError> {
-    let mut given: Option<(&Run, f64)> = None;
-    for (run, store) in runs.iter().zip(stores) {
-        let Some(store) = store else { continue };
-        let voxel_m = store.lattice().voxel_m();
-        match given {
-            Some((other, other_m)) if other_m != voxel_m => {
-                return Err(EvaluateError::DifferentVoxels {
-                    a: other.name.clone(),
-                    b: run.name.clone(),
-                    a_m: other_m,
-                    b_m: voxel_m,
-                });
-            }
-            _ => given = Some((run, voxel_m)),
-        }
-    }
-    if let (Some((_, given_m)), Some(asked_m)) = (given, asked_m)
-        && Lattice::new(asked_m).map_err(EvaluateError::Work)?.voxel_m() != given_m
-    {
-        return Err(EvaluateError::Setting {
-            setting: "voxel",
-            value: format!("{asked_m} m"),
-            why: "a given map has voxels of another edge; leave --voxel out to take that",
-        });
-    }
-    Ok(given.map(|(_, voxel_m)| voxel_m))
-}
-
-/// Fuses the maps that are not given, all in one pass over the log, and opens those that are.
+/// Fuses the maps that are not given, all in one pass over the log, and opens those that are. Returns on
+/// `trails` are left out of all.
 pub(crate) fn maps_of(
     log: &dyn ScanLog,
     plan: &Plan<'_>,
     runs: &[Run],
     stores: Vec<Option<Store>>,
+    trails: Option<&Trails>,
     config: &Config,
     watch: &dyn Watch,
 ) -> Result<Maps, EvaluateError> {
@@ -106,11 +67,12 @@ pub(crate) fn maps_of(
         .iter()
         .map(|run| (run.map == MapSource::Fused).then(|| new_fuser(run)).transpose())
         .collect::<Result<Vec<_>, _>>()?;
-    let counts = if fusers.iter().any(Option::is_some) {
-        Some(fuse_scans(log, plan, runs, config, &fusers, watch)?)
+    let fused = if fusers.iter().any(Option::is_some) {
+        Some(fuse_scans(log, plan, runs, config, &fusers, trails, watch)?)
     } else {
         None
     };
+    let (counts, left_out) = fused.unzip();
 
     let mut scratch_bytes = 0;
     let mut maps = Vec::new();
@@ -118,8 +80,11 @@ pub(crate) fn maps_of(
         let map_error = EvaluateError::map_of(&run.name);
         let file_name = format!("{}.dmpmap", file_stem(runs, run));
         let (path, durability) = match &config.save_maps {
-            Some(folder) => (folder.join(file_name), Durability::Durable),
-            None => (work.file(&file_name), Durability::Scratch),
+            // Maps that are fused once more without trails are saved then.
+            Some(folder) if trails.is_some() || !config.free_space => {
+                (folder.join(file_name), Durability::Durable)
+            }
+            _ => (work.file(&file_name), Durability::Scratch),
         };
         maps.push(match (fuser, store, &run.map) {
             (Some(fuser), ..) => {
@@ -143,7 +108,8 @@ pub(crate) fn maps_of(
         });
         memory::look();
     }
-    Ok(Maps { of_runs: maps, counts, scratch_bytes, _work: work })
+    let left_out = left_out.unwrap_or(0);
+    Ok(Maps { of_runs: maps, counts, left_out, trails: None, scratch_bytes, _work: work })
 }
 
 fn finish(
@@ -195,34 +161,15 @@ fn file_stem(runs: &[Run], run: &Run) -> String {
     }
 }
 
-fn is_store(path: &Path) -> bool {
-    // Whatever is wrong with the file is better said by the one that reads it as a whole.
-    !matches!(Store::open(path), Err(dmp_map::MapError::NotAStore { .. } | dmp_map::MapError::Io { .. }))
-}
-
-/// Fuses a cloud, whose points know no segment. Answers how many points were not finite.
-fn fuse_cloud(path: &Path, run: &str, fuser: &MapFuser, watch: &dyn Watch) -> Result<u64, EvaluateError> {
-    let mut buffers = FuseScratch::default();
-    let mut finite = Vec::new();
-    let mut dropped = 0;
-    watch.begin(Stage::ReadMap, 0);
-    read_cloud(path, |batch| {
-        finite.clear();
-        finite.extend(batch.iter().filter(|point| point.iter().all(|c| c.is_finite())));
-        dropped += (batch.len() - finite.len()) as u64;
-        watch.advance(batch.len() as u64);
-        if watch.cancelled() {
-            return Err(EvaluateError::Cancelled);
-        }
-        fuser.add(&finite, None, &mut buffers).map_err(EvaluateError::map_of(run))
-    })?;
-    Ok(dropped)
-}
-
 struct FuseWorker<'a> {
     poser: Poser<'a>,
     runs: &'a [Run],
     fusers: &'a [Option<MapFuser>],
+    trails: Option<&'a Trails>,
+    /// Of the returns at hand: whether they are in no map. Empty where all are.
+    on_trail: Vec<bool>,
+    trail_buffers: TrailBuffers,
+    left_out: u64,
     watch: &'a dyn Watch,
     buffers: FuseScratch,
     points: Vec<[f64; 3]>,
@@ -231,12 +178,21 @@ struct FuseWorker<'a> {
 
 impl Worker for FuseWorker<'_> {
     fn frame(&mut self, _: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
-        let Self { poser, runs, fusers, buffers, points, .. } = self;
+        let Self { poser, runs, fusers, buffers, points, trails, on_trail, trail_buffers, left_out, .. } =
+            self;
         let counts = poser.blocks(frame, scan, |rays| {
+            match trails {
+                Some(trails) => trails.mark(runs, rays, on_trail, trail_buffers)?,
+                None => on_trail.clear(),
+            }
+            *left_out += on_trail.iter().filter(|&&on_trail| on_trail).count() as u64;
             for ((fuser, rays), run) in fusers.iter().zip(rays).zip(*runs) {
                 if let Some(fuser) = fuser {
+                    let fused = |&(k, _): &(usize, &Ray)| !on_trail.get(k).copied().unwrap_or(false);
                     points.clear();
-                    points.extend(rays.iter().map(Ray::endpoint_in_world));
+                    points.extend(
+                        rays.iter().enumerate().filter(fused).map(|(_, ray)| ray.endpoint_in_world()),
+                    );
                     fuser
                         .add(points, Some(frame.segment), buffers)
                         .map_err(EvaluateError::map_of(&run.name))?;
@@ -256,24 +212,30 @@ fn fuse_scans(
     runs: &[Run],
     config: &Config,
     fusers: &[Option<MapFuser>],
+    trails: Option<&Trails>,
     watch: &dyn Watch,
-) -> Result<ReturnCounts, EvaluateError> {
+) -> Result<(ReturnCounts, u64), EvaluateError> {
     watch.begin(Stage::Fuse, plan.returns());
     let worker = |_| FuseWorker {
         poser: Poser::new(&plan.poses, &plan.filter),
         runs,
         fusers,
+        trails,
+        on_trail: Vec::new(),
+        trail_buffers: TrailBuffers::default(),
+        left_out: 0,
         watch,
         buffers: FuseScratch::default(),
         points: Vec::new(),
         counts: ReturnCounts::default(),
     };
     let workers = (0..config.threads).map(worker).collect();
-    let mut counts = ReturnCounts::default();
+    let (mut counts, mut left_out) = (ReturnCounts::default(), 0);
     for worker in each_frame(log, plan.frames(), config.order, watch, workers)? {
         counts.merge(&worker.counts);
+        left_out += worker.left_out;
     }
-    Ok(counts)
+    Ok((counts, left_out))
 }
 
 #[cfg(test)]

@@ -5,8 +5,8 @@
 //! map, and gives a [`Report`]: the scores of every run, every pair's verdict, the order of the runs.
 //! It makes a plan (which scans, which returns, which voxels and segments: the same for all runs),
 //! fuses each run's map, casts every return into every run's map, and reduces the residuals. The log is
-//! read twice, in any order, by any number of threads, in bounded memory; the numbers do not depend on
-//! any of these.
+//! read twice, or four times with [`Config::free_space`], in any order, by any number of threads, in
+//! bounded memory; the numbers do not depend on any of these.
 //!
 //! The metric is that of Zhang & Chen, "A metric for evaluating 3D reconstruction and mapping
 //! performance with no ground truthing" (ICIP 2021), with what LiDAR needs beyond it; `docs/metric.md`
@@ -32,11 +32,13 @@ mod error;
 mod evaluate;
 mod frames;
 mod fuse;
+mod given;
 mod maps;
 mod memory;
 mod plan;
 mod pose;
 mod report;
+mod trails;
 mod watch;
 
 pub use config::{Config, Ego, FrameOrder, MapSource, Run};
@@ -45,8 +47,9 @@ pub use evaluate::evaluate;
 pub use maps::{RunMaps, fuse_maps};
 pub use memory::{machine_memory_bytes, peak_anonymous_bytes};
 pub use report::{
-    ConfigReport, CvScores, DropReport, InputReport, MapReport, MemoryReport, NearScores, PairReport,
-    PassTimes, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, SegmentReport, TileReport,
+    ConfigReport, CvScores, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport, NearScores,
+    PairReport, PassTimes, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, SegmentReport,
+    TileReport,
 };
 pub use watch::{ScoredReturns, Stage, Watch};
 

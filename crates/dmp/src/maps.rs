@@ -3,9 +3,9 @@ use dmp_map::Store;
 
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
-use crate::fuse;
 use crate::plan::Plan;
 use crate::watch::Watch;
+use crate::{fuse, given, trails};
 
 /// The maps of some runs, on disk as long as this lives.
 #[derive(Debug)]
@@ -33,11 +33,15 @@ pub fn fuse_maps(
     watch: &dyn Watch,
 ) -> Result<RunMaps, EvaluateError> {
     config.check()?;
+    given::check_free_space(runs, config)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
     let pool = pool.map_err(|source| EvaluateError::Threads { threads: config.threads, source })?;
-    let stores = fuse::given_stores(runs)?;
-    let voxel_m = fuse::voxel_of_stores(runs, &stores, config.voxel_m)?.or(config.voxel_m);
+    let stores = given::given_stores(runs)?;
+    let voxel_m = given::voxel_of_stores(runs, &stores, config.voxel_m)?.or(config.voxel_m);
     let plan = Plan::new(log, runs, &Config { voxel_m, ..config.clone() }, watch)?;
-    let maps = pool.install(|| fuse::maps_of(log, &plan, runs, stores, config, watch))?;
+    let mut maps = pool.install(|| fuse::maps_of(log, &plan, runs, stores, None, config, watch))?;
+    if config.free_space {
+        maps = pool.install(|| trails::keep_out(log, &plan, runs, maps, config, watch))?;
+    }
     Ok(RunMaps { names: runs.iter().map(|run| run.name.clone()).collect(), maps })
 }

@@ -13,6 +13,8 @@ pub enum Stage {
     Fuse,
     /// Surfels are made and stored. Counted in tiles.
     Surfels,
+    /// What returns' rays pass through is counted, to find trails. Counted in returns.
+    Trails,
     /// Returns are cast into every run's map. Counted in returns.
     Cast,
 }

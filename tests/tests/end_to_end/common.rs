@@ -28,9 +28,13 @@ pub(crate) fn workspace() -> PathBuf {
 /// A simulated drive with a revisit: its scans and its truth, one pose each 50 ms.
 pub(crate) fn small_town(scans: usize, azimuth_steps: usize) -> (Vec<Scan>, Trajectory) {
     let lidar = LidarOptions { azimuth_steps, rate_hz: 2.0, ..LidarOptions::with_beams(16) };
-    let options = RecordingOptions { seed: 4, scans, route: Route::Loop, speed_m_s: 6.0, traffic: 2, lidar };
+    recorded(&RecordingOptions { seed: 4, scans, route: Route::Loop, speed_m_s: 6.0, traffic: 2, lidar })
+}
+
+/// The scans and the truth of a recording, one pose each 50 ms.
+pub(crate) fn recorded(options: &RecordingOptions) -> (Vec<Scan>, Trajectory) {
     let town = options.town().unwrap();
-    let recording = Recording::new(&town, &options).unwrap();
+    let recording = Recording::new(&town, options).unwrap();
     (recording.scans().collect(), recording.drive().trajectory(20.0).unwrap())
 }
 

@@ -9,23 +9,63 @@ use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::common::{drift, noise, runs_of, score, small_town, write_mcap};
 
-const VOXEL_M: f64 = 1.0;
+pub(crate) const VOXEL_M: f64 = 1.0;
 
-struct Disc {
+pub(crate) struct Disc {
+    pub(crate) voxel: [i64; 3],
     centre: Vector3<f64>,
     normal: Vector3<f64>,
     segments: Vec<i64>,
 }
 
-struct Ray {
+#[derive(Clone, Copy)]
+pub(crate) struct Ray {
     origin: Vector3<f64>,
     direction: Vector3<f64>,
-    z: f64,
+    pub(crate) z: f64,
     segment: i64,
 }
 
+impl Ray {
+    /// The end of the ray in whole units of the lattice.
+    fn end_units(&self) -> [i64; 3] {
+        let end = self.origin + self.direction * self.z;
+        [end.x, end.y, end.z].map(|c| (c * 8192.0).round() as i64)
+    }
+
+    /// The voxel that the ray ends in.
+    pub(crate) fn voxel(&self) -> [i64; 3] {
+        self.end_units().map(|c| c.div_euclid((VOXEL_M * 8192.0) as i64))
+    }
+
+    /// Where the ray crosses a disc, if it does.
+    pub(crate) fn crossing(&self, disc: &Disc) -> Option<f64> {
+        let cos = disc.normal.dot(&self.direction);
+        let t = disc.normal.dot(&(disc.centre - self.origin)) / cos;
+        let off = self.origin + self.direction * t - disc.centre;
+        (cos.abs() >= 0.01 && off.norm() <= 0.8 * VOXEL_M && (0.0..=200.0).contains(&t)).then_some(t)
+    }
+
+    /// How far the ray ends behind the disc's plane when it crosses it at `t`, metres.
+    pub(crate) fn depth(&self, disc: &Disc, t: f64) -> f64 {
+        (self.z - t) * disc.normal.dot(&self.direction).abs()
+    }
+
+    /// Whether the disc was seen often enough more than `reach` segments from the ray's own.
+    pub(crate) fn is_independent_of(&self, disc: &Disc, reach: i64) -> bool {
+        disc.segments.iter().filter(|&&s| s < self.segment - reach).count() >= 3
+            || disc.segments.iter().filter(|&&s| s > self.segment + reach).count() >= 3
+    }
+}
+
+/// The segment of each scan. Segments are cut once for all runs; they are taken as the report states them.
+pub(crate) fn segments_of(report: &dmp::Report, scans: usize) -> Vec<i64> {
+    let starts = &report.config.segments.starts_scan;
+    (0..scans).map(|k| starts.iter().filter(|&&start| start <= k).count() as i64 - 1).collect()
+}
+
 /// Every return of the log as a ray of one run.
-fn rays(scans: &[Scan], run: &Trajectory, segment_of: &[i64]) -> Vec<Ray> {
+pub(crate) fn rays(scans: &[Scan], run: &Trajectory, segment_of: &[i64]) -> Vec<Ray> {
     let track = Track::new(run, dmp_sensor::Isometry3::identity(), i64::MAX);
     let mut rays = Vec::new();
     for (scan, &segment) in scans.iter().zip(segment_of) {
@@ -45,14 +85,12 @@ fn rays(scans: &[Scan], run: &Trajectory, segment_of: &[i64]) -> Vec<Ray> {
 }
 
 /// The surfel map of the definition, from sorted lists.
-fn surfels(rays: &[Ray]) -> Vec<Disc> {
-    let on_lattice = |c: f64| (c * 8192.0).round() as i64;
+pub(crate) fn surfels(rays: &[Ray]) -> Vec<Disc> {
     let edge = (VOXEL_M * 8192.0) as i64;
     let mut voxels: BTreeMap<[i64; 3], Vec<([i64; 3], i64)>> = BTreeMap::new();
     let mut cells: BTreeMap<[i64; 3], Vec<Vector3<f64>>> = BTreeMap::new();
     for ray in rays {
-        let end = ray.origin + ray.direction * ray.z;
-        let p = [on_lattice(end.x), on_lattice(end.y), on_lattice(end.z)];
+        let p = ray.end_units();
         voxels.entry(p.map(|c| c.div_euclid(edge))).or_default().push((p, ray.segment));
         cells
             .entry(p.map(|c| c.div_euclid(2 * edge)))
@@ -75,6 +113,7 @@ fn surfels(rays: &[Ray]) -> Vec<Disc> {
                     members.iter().map(|m| Vector3::from(m.0.map(|c| c as f64 / 8192.0))).collect();
                 let normal = eigen.eigenvectors.column(order[0]).into_owned();
                 discs.push(Disc {
+                    voxel: *voxel,
                     centre: mean(&points),
                     normal,
                     segments: members.iter().map(|m| m.1).collect(),
@@ -86,27 +125,19 @@ fn surfels(rays: &[Ray]) -> Vec<Disc> {
 }
 
 /// The scores, directly, by name.
-fn scores(rays: &[Ray], discs: &[Disc]) -> BTreeMap<&'static str, f64> {
-    let radius = 0.8 * VOXEL_M;
+pub(crate) fn scores(rays: &[Ray], discs: &[Disc]) -> BTreeMap<&'static str, f64> {
     let mut sums: BTreeMap<&str, f64> = BTreeMap::new();
     let mut add = |name, value| *sums.entry(name).or_default() += value;
     for ray in rays {
         let (mut z1, mut zc, mut gap, mut revisited) = (f64::INFINITY, f64::INFINITY, 5.0f64, false);
         for disc in discs {
-            let cos = disc.normal.dot(&ray.direction);
-            let t = disc.normal.dot(&(disc.centre - ray.origin)) / cos;
-            let off = ray.origin + ray.direction * t - disc.centre;
-            if cos.abs() >= 0.01 && off.norm() <= radius && (0.0..=200.0).contains(&t) {
+            if let Some(t) = ray.crossing(disc) {
                 z1 = z1.min(t);
                 gap = gap.min((t - ray.z).abs());
-                let independent = |reach: i64| {
-                    disc.segments.iter().filter(|&&s| s < ray.segment - reach).count() >= 3
-                        || disc.segments.iter().filter(|&&s| s > ray.segment + reach).count() >= 3
-                };
-                if independent(1) {
+                if ray.is_independent_of(disc, 1) {
                     zc = zc.min(t);
                 }
-                revisited |= independent(5);
+                revisited |= ray.is_independent_of(disc, 5);
             }
         }
         let cut = |residual: f64, tau: f64| residual.powi(2).min(tau * tau);
@@ -141,10 +172,7 @@ fn the_pipeline_is_the_formulas() {
     let report = score(&path, &runs, &config);
     assert_eq!(report.config.voxel_m, VOXEL_M);
 
-    // The segments are cut once for all runs; take them as the report states them.
-    let starts = &report.config.segments.starts_scan;
-    let segment_of: Vec<i64> =
-        (0..scans.len()).map(|k| starts.iter().filter(|&&start| start <= k).count() as i64 - 1).collect();
+    let segment_of = segments_of(&report, scans.len());
     for (run, reported) in runs.iter().zip(&report.runs) {
         let rays = rays(&scans, &run.trajectory, &segment_of);
         assert_eq!(rays.len() as u64, reported.returns);

@@ -12,6 +12,7 @@ mod direct;
 mod given_maps;
 mod real;
 mod tidy;
+mod trails;
 mod truth_study;
 mod truth_surface;
 mod truth_trajectory;

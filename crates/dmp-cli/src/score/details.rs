@@ -46,13 +46,18 @@ fn scores(out: &mut impl Write, report: &Report) -> io::Result<()> {
         ("thin voxels", &|run| run.map.thin_voxels.map_or(NONE.to_owned(), count)),
         ("tiles", &|run| count(run.map.tiles)),
     ];
+    let of_trails: [Row<'_>; 2] = [
+        ("surfels with trails", &|run| run.map.surfels_with_trails.map_or(NONE.to_owned(), count)),
+        ("  contradicted", &|run| run.map.surfels_contradicted.map_or(NONE.to_owned(), count)),
+    ];
+    let of_trails = of_trails.iter().filter(|_| report.free_space.is_some());
     let runs: Vec<&RunReport> =
         report.order.iter().filter_map(|name| report.runs.iter().find(|run| run.name == *name)).collect();
     let mut sides = vec![Side::Left];
     sides.resize(1 + runs.len(), Side::Right);
     let mut table = Table::new(sides);
-    for (title, value) in rows {
-        table.row(std::iter::once(title.to_owned()).chain(runs.iter().map(|run| value(run))));
+    for (title, value) in rows.iter().chain(of_trails) {
+        table.row(std::iter::once((*title).to_owned()).chain(runs.iter().map(|run| value(run))));
     }
     table.write(out, "")
 }
@@ -71,9 +76,13 @@ fn returns(out: &mut impl Write, report: &Report) -> io::Result<()> {
 
 fn effort(out: &mut impl Write, report: &Report) -> io::Result<()> {
     let (timing, memory) = (&report.timing, &report.memory);
+    let trails = match report.free_space {
+        Some(_) => format!("trails {}, ", text::duration(timing.trails_s)),
+        None => String::new(),
+    };
     writeln!(
         out,
-        "Time    plan {}, fuse {}, cast {}, all {}; {}",
+        "Time    plan {}, fuse {}, {trails}cast {}, all {}; {}",
         text::duration(timing.plan_s),
         text::duration(timing.fuse_s),
         text::duration(timing.cast_s),

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use dmp::{Report, RunReport};
+use dmp::{FreeSpaceReport, Report, RunReport};
 
 use super::{details, pairs};
 use crate::text::{self, NONE, Side, Table, counted, digits, percent};
@@ -56,6 +56,9 @@ const NEAREST: [Column; 6] = [
 /// Writes the report: settings, runs, pairs, warnings.
 pub(super) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io::Result<()> {
     writeln!(out, "{}", settings(report))?;
+    if let Some(free_space) = &report.free_space {
+        writeln!(out, "{}", left_out(free_space, report.inputs.returns_used))?;
+    }
     writeln!(out)?;
     runs(out, report)?;
     if !report.pairs.is_empty() {
@@ -100,6 +103,17 @@ fn settings(report: &Report) -> String {
         (1e3 * config.voxel_m).round() / 1e3,
         config.min_range_m,
         config.max_range_m
+    )
+}
+
+/// What was kept out of the maps, and by whose word.
+fn left_out(free_space: &FreeSpaceReport, used: u64) -> String {
+    let share = free_space.returns_left_out as f64 / used.max(1) as f64;
+    format!(
+        "in no map: {} ({} %) on trails, which rays pass through in {}",
+        counted(free_space.returns_left_out, "return"),
+        percent(share),
+        free_space.votes.join(", ")
     )
 }
 

@@ -89,7 +89,14 @@ fn run(name: &str, factor: f64) -> RunReport {
         coverage: Some(0.8125),
         coverage_revisit: Some(0.345),
         log_likelihood_raw: factor * -5_120_000_000.0,
-        map: MapReport { surfels: 345_678, tiles: 91, thin_voxels: Some(12_345), map_points_dropped: 0 },
+        map: MapReport {
+            surfels: 345_678,
+            tiles: 91,
+            thin_voxels: Some(12_345),
+            map_points_dropped: 0,
+            surfels_with_trails: None,
+            surfels_contradicted: None,
+        },
         warnings: Vec::new(),
     }
 }
@@ -143,6 +150,7 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             body_from_sensor: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
             time_offset_s: 0.0,
             sigma_m: 0.02,
+            free_space: false,
         },
         inputs: InputReport {
             log: "town.mcap".into(),
@@ -161,13 +169,21 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             notes: Vec::new(),
             damage: Vec::new(),
         },
+        free_space: None,
         runs,
         order: order.iter().map(|&name| name.to_owned()).collect(),
         ties: Vec::new(),
         pairs,
         sampling: SamplingReport { frames_scored: 597, frames_total: 597, seed: None },
         warnings: Vec::new(),
-        timing: PassTimes { plan_s: 0.5, fuse_s: 1.25, cast_s: 61.25, total_s: 63.0, threads: 2 },
+        timing: PassTimes {
+            plan_s: 0.5,
+            fuse_s: 1.25,
+            trails_s: 0.0,
+            cast_s: 61.25,
+            total_s: 63.0,
+            threads: 2,
+        },
         memory: MemoryReport {
             budget_bytes: 2 << 30,
             peak_anon_bytes: Some(300 << 20),

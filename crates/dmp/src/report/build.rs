@@ -5,9 +5,9 @@ use dmp_reduce::{
 use dmp_sensor::{DropReason, ReturnCounts};
 
 use super::{
-    ConfigReport, CvScores, DropReport, InputReport, MapReport, MemoryReport, NearScores, PairReport,
-    PassTimes, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, SegmentReport, TileReport,
-    warnings,
+    ConfigReport, CvScores, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport, NearScores,
+    PairReport, PassTimes, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, SegmentReport,
+    TileReport, warnings,
 };
 use crate::cast::{HORIZON, Scored};
 use crate::config::{Config, Ego, MapSource, Run};
@@ -15,16 +15,19 @@ use crate::fuse::{Maps, RunMap};
 use crate::memory;
 use crate::plan::Plan;
 use crate::pose::Pairing;
+use crate::trails::TrailSummary;
 
 /// The maps as they are before the caster takes them.
-pub(crate) fn map_reports(runs: &[Run], maps: &[RunMap]) -> Vec<MapReport> {
-    let report = |(_, map): (&Run, &RunMap)| MapReport {
+pub(crate) fn map_reports(maps: &[RunMap], trails: Option<&TrailSummary>) -> Vec<MapReport> {
+    let report = |(run, map): (usize, &RunMap)| MapReport {
         surfels: map.store.surfels(),
         tiles: map.store.entries().count() as u64,
         thin_voxels: map.thin_voxels,
         map_points_dropped: map.points_dropped,
+        surfels_with_trails: trails.map(|trails| trails.surfels[run]),
+        surfels_contradicted: trails.map(|trails| trails.contradicted[run]),
     };
-    runs.iter().zip(maps).map(report).collect()
+    maps.iter().enumerate().map(report).collect()
 }
 
 /// Dropped returns by reason, as one line.
@@ -63,6 +66,10 @@ pub(crate) fn build(
         dmp_version: env!("CARGO_PKG_VERSION"),
         config: config_report(config, plan, scored),
         inputs: input_report(log, runs, plan, &scored.counts),
+        free_space: maps.trails.as_ref().map(|trails| FreeSpaceReport {
+            votes: (0..runs.len()).filter(|&run| trails.votes[run]).map(name).collect(),
+            returns_left_out: maps.left_out,
+        }),
         runs: map_reports
             .into_iter()
             .enumerate()
@@ -124,6 +131,7 @@ fn config_report(config: &Config, plan: &Plan<'_>, scored: &Scored) -> ConfigRep
         body_from_sensor: [t.x, t.y, t.z, q.x, q.y, q.z, q.w],
         time_offset_s: config.time_offset_ns as f64 / 1e9,
         sigma_m: config.sigma_m,
+        free_space: config.free_space,
     }
 }
 

@@ -19,6 +19,8 @@ pub struct Report {
     pub config: ConfigReport,
     /// What was read, used and dropped.
     pub inputs: InputReport,
+    /// What was kept out of all maps; null where trails were not looked for.
+    pub free_space: Option<FreeSpaceReport>,
     /// The runs, in the order given.
     pub runs: Vec<RunReport>,
     /// Names of the runs, best first.
@@ -73,6 +75,8 @@ pub struct ConfigReport {
     pub time_offset_s: f64,
     /// Range noise behind the raw log-likelihood, metres.
     pub sigma_m: f64,
+    /// Whether returns on the trails of moving objects were kept out of the maps.
+    pub free_space: bool,
 }
 
 /// How the drive was cut into segments, the same for all runs.
@@ -227,6 +231,19 @@ pub struct MapReport {
     pub thin_voxels: Option<u64>,
     /// Points of a given cloud that are not finite.
     pub map_points_dropped: u64,
+    /// Surfels with all returns in the map; null where trails were not looked for.
+    pub surfels_with_trails: Option<u64>,
+    /// How many of those rays pass through: see `docs/metric.md`.
+    pub surfels_contradicted: Option<u64>,
+}
+
+/// What was kept out of all maps.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct FreeSpaceReport {
+    /// The runs that say what a trail is.
+    pub votes: Vec<String>,
+    /// Used returns that are in no map; they are scored all the same.
+    pub returns_left_out: u64,
 }
 
 /// Two runs compared on their common returns.
@@ -287,6 +304,8 @@ pub struct PassTimes {
     pub plan_s: f64,
     /// Fusing the maps, seconds.
     pub fuse_s: f64,
+    /// Finding trails and fusing the maps without them, seconds.
+    pub trails_s: f64,
     /// Casting and reducing, seconds.
     pub cast_s: f64,
     /// All, seconds.

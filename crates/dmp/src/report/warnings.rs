@@ -5,6 +5,8 @@ use crate::plan::Plan;
 const REVISIT_NEEDED: f64 = 0.05;
 /// Above this share of returns with something in front, trajectory and log hardly belong together.
 const BLOCKED_SUSPECT: f64 = 0.6;
+/// Above this share of returns kept out of the maps, it is hardly traffic alone.
+const LEFT_OUT_SUSPECT: f64 = 0.2;
 /// Above this share of misses, scans and map hardly belong together.
 const MISSES_SUSPECT: f64 = 0.5;
 /// A share of dropped returns worth a word.
@@ -122,6 +124,7 @@ fn of_report(report: &Report, plan: &Plan<'_>) -> Vec<String> {
         }
     }
     warnings.extend(contradictions(report));
+    warnings.extend(free_space(report));
     warnings
 }
 
@@ -140,4 +143,23 @@ fn contradictions(report: &Report) -> Vec<String> {
         })
     };
     report.pairs.iter().filter_map(told).collect()
+}
+
+fn free_space(report: &Report) -> Vec<String> {
+    let Some(free_space) = &report.free_space else { return Vec::new() };
+    let mut warnings = Vec::new();
+    if report.runs.len() == 1 {
+        warnings.push(
+            "with one run nobody vouches for what its rays contradict: --free-space also hides its own doubled walls"
+                .to_owned(),
+        );
+    }
+    let share = free_space.returns_left_out as f64 / report.inputs.returns_used.max(1) as f64;
+    if share > LEFT_OUT_SUSPECT {
+        warnings.push(format!(
+            "{:.0} % of the returns were kept out of the maps: that is more than traffic; are all runs wrong?",
+            100.0 * share
+        ));
+    }
+    warnings
 }
