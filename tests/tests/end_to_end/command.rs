@@ -33,6 +33,7 @@ mod schema {
         pub(super) dmp_version: String,
         pub(super) config: Config,
         pub(super) inputs: Inputs,
+        pub(super) free_space: Option<FreeSpace>,
         pub(super) runs: Vec<Run>,
         pub(super) order: Vec<String>,
         pub(super) ties: Vec<[String; 2]>,
@@ -62,6 +63,14 @@ mod schema {
         pub(super) body_from_sensor: [f64; 7],
         pub(super) time_offset_s: f64,
         pub(super) sigma_m: f64,
+        pub(super) free_space: bool,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub(super) struct FreeSpace {
+        pub(super) votes: Vec<String>,
+        pub(super) returns_left_out: u64,
     }
 
     #[derive(Debug, Deserialize)]
@@ -129,6 +138,8 @@ mod schema {
         pub(super) tiles: u64,
         pub(super) thin_voxels: Option<u64>,
         pub(super) map_points_dropped: u64,
+        pub(super) surfels_with_trails: Option<u64>,
+        pub(super) surfels_contradicted: Option<u64>,
         pub(super) warnings: Vec<String>,
     }
 
@@ -213,6 +224,29 @@ fn the_json_is_as_documented() {
             part.as_object().unwrap().keys().filter(|f| !documented_field(f)).collect();
         assert!(missing.is_empty(), "not in docs/json.md: {missing:?}");
     }
+}
+
+#[test]
+fn free_space_is_told_and_not_used_with_given_maps() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = dmp(folder.path(), &format!("{MAIN_JOB} --free-space --json --quiet"));
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let report: schema::Report = serde_json::from_slice(&output.stdout).unwrap();
+    let free_space = report.free_space.unwrap();
+    assert!(report.config.free_space && free_space.returns_left_out < report.inputs.returns_used / 20);
+    assert_eq!(free_space.votes[0], "truth");
+    assert_eq!(report.order[0], "truth");
+    for run in &report.runs {
+        assert!(run.surfels_contradicted < run.surfels_with_trails, "{run:?}");
+        assert!(Some(run.surfels) <= run.surfels_with_trails);
+    }
+    let table = text(&dmp(folder.path(), &format!("{MAIN_JOB} --free-space --verbose")).stdout);
+    for words in ["in no map: ", "which rays pass through in truth", "surfels with trails", ", trails "] {
+        assert!(table.contains(words), "no `{words}` in\n{table}");
+    }
+    let cloud = write(folder.path(), "cloud.ply", "ply");
+    let given = format!("score @/town.mcap -t @/truth.tum --free-space --map {}", cloud.display());
+    check_error(folder.path(), &given, 2, &["free-space", "`truth`", "--map"]);
 }
 
 #[test]

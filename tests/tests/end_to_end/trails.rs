@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use dmp::{Config, Ego, EvaluateError, FrameOrder, MapSource, Report, Run, evaluate};
+use dmp::{Config, Ego, EvaluateError, FrameOrder, MapSource, Report, Run, evaluate, fuse_maps};
 use dmp_sim::{LidarOptions, RecordingOptions, Route, SlamErrors};
 
 use crate::common::{collapse, comparable, drift, noise, open, recorded, runs_of, score, write_mcap};
@@ -163,11 +163,18 @@ fn saved_maps_are_those_without_trails() {
     let (scans, truth) = recorded(&street(2, 60, 5.0, 30));
     write_mcap(&path, &scans);
     let config = Config { save_maps: Some(folder.path().to_owned()), ..with(true) };
-    let report = score(&path, &runs_of(&truth, &[]), &config);
+    let runs = runs_of(&truth, &[]);
+    let report = score(&path, &runs, &config);
     let saved = dmp_map::Store::open(&folder.path().join("truth.dmpmap")).unwrap();
     assert_eq!(saved.surfels(), report.runs[0].map.surfels);
     assert!(report.runs[0].map.surfels_with_trails.unwrap() > saved.surfels());
     assert!(report.warnings.iter().any(|warning| warning.contains("with one run")));
+
+    let only_fused = fuse_maps(open(&path).as_ref(), &runs, &with(true), &()).unwrap();
+    assert!(only_fused.iter().map(|(_, map)| map.surfels()).eq([saved.surfels()]));
+    let given = Run { map: MapSource::Given(folder.path().join("truth.dmpmap")), ..runs[0].clone() };
+    let error = fuse_maps(open(&path).as_ref(), &[given], &with(true), &()).unwrap_err();
+    assert!(error.is_usage(), "{error}");
 }
 
 /// Off and on.

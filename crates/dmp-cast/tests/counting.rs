@@ -1,0 +1,153 @@
+//! How rays meet surfels, counted by the walk through the tiles and ray by ray, in `f64`.
+//!
+//! Rounding may decide differently only at a disc's rim or at the 0.5 m that part passing from ending. So the
+//! oracle counts twice, with limits a little tighter and a little wider, and every count must lie between.
+
+#![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+
+use std::cell::RefCell;
+
+use dmp_cast::{CountBuffers, CrossingCounter, Query};
+use dmp_map::{
+    Durability, FreeVoxels, FuseScratch, Independence, Lattice, MapFuser, MarkBuffers, Met, Store, Tally,
+    TileId,
+};
+
+struct Random(u64);
+
+impl Random {
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// Discs strewn over several tiles in all orientations, seen in random segments.
+fn strewn(random: &mut Random, voxels: usize) -> Store {
+    let folder = tempfile::tempdir().unwrap();
+    let fuser = MapFuser::new(Lattice::new(0.5).unwrap(), usize::MAX, folder.path()).unwrap();
+    for _ in 0..voxels {
+        let corner = [random.between(-40.0, 40.0), random.between(-40.0, 40.0), random.between(-4.0, 4.0)];
+        let points: Vec<[f64; 3]> =
+            (0..5).map(|_| corner.map(|c| (c * 2.0).floor() / 2.0 + random.between(0.01, 0.49))).collect();
+        let segment = random.between(0.0, 30.0) as i32;
+        fuser.add(&points, Some(segment), &mut FuseScratch::default()).unwrap();
+    }
+    let path = folder.path().join("map");
+    fuser.finish(&path, "", Durability::Scratch, &|_, _| ()).unwrap();
+    Store::open(&path).unwrap()
+}
+
+fn queries(random: &mut Random, count: usize) -> Vec<Query> {
+    let query = |_| {
+        let (heading, up) = (random.between(0.0, 6.3), random.between(-0.1, 0.1));
+        Query {
+            origin_in_world_m: [
+                random.between(-45.0, 45.0),
+                random.between(-45.0, 45.0),
+                random.between(-2.0, 2.0),
+            ],
+            direction_in_world: [heading.cos() * up.cos(), heading.sin() * up.cos(), up.sin()],
+            measured_m: random.between(1.5, 60.0),
+            segment: Some(random.between(0.0, 31.0) as i32),
+        }
+    };
+    (0..count).map(query).collect()
+}
+
+/// How all rays meet the surfels of a map, in the order of tiles and of surfels in them, with the centres.
+fn direct(store: &Store, queries: &[Query], slack: f64) -> Vec<([f64; 3], Met)> {
+    let mut tiles: Vec<TileId> = store.entries().map(|entry| entry.tile).collect();
+    tiles.sort_unstable();
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let mut all = Vec::new();
+    for tile in tiles {
+        let tile = store.load(tile).unwrap().unwrap();
+        for surfel in &tile.surfels[..tile.own] {
+            let centre: [f64; 3] =
+                std::array::from_fn(|k| tile.origin_in_world_m[k] + f64::from(surfel.centre_in_tile_m[k]));
+            let normal = surfel.normal.map(f64::from);
+            let mut met = Met::default();
+            for query in queries {
+                let (o, d) = (query.origin_in_world_m, query.direction_in_world);
+                let to: [f64; 3] = std::array::from_fn(|k| centre[k] - o[k]);
+                let cos = dot(normal, d);
+                let t = dot(normal, to) / cos;
+                let off: [f64; 3] = std::array::from_fn(|k| t * d[k] - to[k]);
+                if cos.abs() < 0.01 * (1.0 - slack)
+                    || dot(off, off).sqrt() > store.lattice().disc_radius_m() + slack
+                    || t < -slack
+                {
+                    continue;
+                }
+                let beyond_m = query.measured_m - t;
+                let independence = Independence::of(query.segment.unwrap(), 1);
+                met.on += u32::from(beyond_m.abs() <= 0.5 + slack);
+                met.through += u32::from(
+                    beyond_m * cos.abs() > 0.5 - slack
+                        && beyond_m > 0.5 - slack
+                        && independence.holds(surfel.third_lowest, surfel.third_highest),
+                );
+            }
+            all.push((centre, met));
+        }
+    }
+    all
+}
+
+/// What was counted, in the same order.
+fn counted(store: Store, queries: &[Query], budget_bytes: usize, block: usize) -> (Vec<Met>, FreeVoxels) {
+    let folder = tempfile::tempdir().unwrap();
+    let tally = Tally::new(budget_bytes, folder.path()).unwrap();
+    let counter = CrossingCounter::new(store, 1, budget_bytes);
+    let mut buffers = CountBuffers::default();
+    for block in queries.chunks(block) {
+        counter.count(block, &tally, &mut buffers).unwrap();
+    }
+    let met = RefCell::new(Vec::new());
+    let is_free = |one: Met| {
+        met.borrow_mut().push(one);
+        one.through > one.on
+    };
+    let free =
+        FreeVoxels::find(counter.store(), &tally, is_free, &folder.path().join("free"), usize::MAX).unwrap();
+    (met.into_inner(), free)
+}
+
+#[test]
+fn every_count_is_that_of_all_rays_and_all_discs() {
+    let store = strewn(&mut Random(3), 6000);
+    let copies: u32 = store.entries().map(|entry| entry.borders.surfels).sum();
+    assert!(store.entries().count() >= 9 && copies > 100, "{copies} copies over borders");
+    let queries = queries(&mut Random(4), 6000);
+    let (surely, perhaps) = (direct(&store, &queries, -1e-4), direct(&store, &queries, 1e-4));
+    let (found, free) = counted(store, &queries, usize::MAX, 500);
+    assert_eq!(found.len(), surely.len());
+    let (mut sure, mut through, mut marks) = (0, 0, Vec::new());
+    for ((found, (_, surely)), (_, perhaps)) in found.iter().zip(&surely).zip(&perhaps) {
+        assert!(
+            surely.through <= found.through && found.through <= perhaps.through,
+            "{surely:?} {found:?} {perhaps:?}"
+        );
+        assert!(surely.on <= found.on && found.on <= perhaps.on, "{surely:?} {found:?} {perhaps:?}");
+        sure += usize::from(surely == perhaps);
+        through += found.through;
+    }
+    assert!(sure * 10 > found.len() * 9 && through > 10_000, "{sure} of {}, {through}", found.len());
+    // A voxel is free where its surfel was found to be.
+    free.mark(surely.iter().map(|disc| disc.0), &mut marks, &mut MarkBuffers::default()).unwrap();
+    let expected: Vec<bool> = found.iter().map(|met| met.through > met.on).collect();
+    assert!(marks == expected);
+    assert_eq!(free.count(), expected.iter().filter(|&&free| free).count() as u64);
+}
+
+#[test]
+fn blocks_and_budget_change_no_count() {
+    let queries = queries(&mut Random(4), 800);
+    let of = |budget_bytes, block| counted(strewn(&mut Random(3), 3000), &queries, budget_bytes, block).0;
+    let whole = of(usize::MAX, 800);
+    assert!(whole.iter().any(|met| met.through > 0) && whole.iter().any(|met| met.on > 0));
+    for (budget_bytes, block) in [(0, 800), (20_000, 7), (usize::MAX, 1)] {
+        assert!(of(budget_bytes, block) == whole, "{budget_bytes} bytes, blocks of {block}");
+    }
+}
