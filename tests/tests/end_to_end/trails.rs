@@ -109,7 +109,7 @@ fn traffic_no_longer_blocks_and_a_street_without_stays_as_it_is() {
         assert_eq!(off.runs[0].returns, on.runs[0].returns);
         assert_eq!(off.inputs.dropped, on.inputs.dropped);
         if traffic == 0 {
-            assert!(left_out < 0.02, "{left_out}");
+            assert!(left_out < 0.01, "{left_out}");
         } else {
             assert!(blocked(&on) < 0.8 * blocked(&off) && left_out < 0.1, "{left_out}");
         }
@@ -263,14 +263,13 @@ fn wrong_runs_stay_wrong() {
                 });
                 println!("  {:10} blocked {:.3} then {:.3}{near}", all[*run], off / count, on / count);
             }
-            for (when, [right, other, mixed, undecided]) in ["off", "on"].iter().zip(&told.verdicts) {
-                println!(
-                    "  {when:3} verdicts: {} down the list, {} up {other:?}, {} mixed {mixed:?}, {} undecided {undecided:?}",
-                    right.len(),
-                    other.len(),
-                    mixed.len(),
-                    undecided.len()
-                );
+            for (when, kinds) in ["off", "on"].iter().zip(&told.verdicts) {
+                let [right, other, mixed, undecided] = kinds.each_ref().map(Vec::len);
+                if kinds.iter().any(|kind| !kind.is_empty()) {
+                    println!(
+                        "  {when:3} verdicts: {right} down the list, {other} up, {mixed} mixed, {undecided} undecided"
+                    );
+                }
             }
             for verdicts in &told.verdicts {
                 assert!(!verdicts[1].iter().any(|pair| pair.contains("truth")), "truth was beaten");
