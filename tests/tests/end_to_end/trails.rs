@@ -74,6 +74,8 @@ fn what_is_left_out_is_what_counting_ray_by_ray_says() {
     assert_eq!(free_space.votes, voters.iter().map(|&run| runs[run].name.clone()).collect::<Vec<_>>());
     assert_eq!(free_space.returns_left_out, left_out.len() as u64);
     assert!(left_out.len() > 100 && !voters.is_empty());
+    let is_told = report.warnings.iter().any(|warning| warning.contains("says what a trail is"));
+    assert_eq!(is_told, voters.len() == 1, "{voters:?}");
 
     // The maps hold the rest, and every return is scored.
     for (rays, reported) in rays.iter().zip(&report.runs) {
@@ -168,7 +170,7 @@ fn saved_maps_are_those_without_trails() {
     let saved = dmp_map::Store::open(&folder.path().join("truth.dmpmap")).unwrap();
     assert_eq!(saved.surfels(), report.runs[0].map.surfels);
     assert!(report.runs[0].map.surfels_with_trails.unwrap() > saved.surfels());
-    assert!(report.warnings.iter().any(|warning| warning.contains("with one run")));
+    assert!(report.warnings.iter().any(|warning| warning.contains("only `truth` says")));
 
     let only_fused = fuse_maps(open(&path).as_ref(), &runs, &with(true), &()).unwrap();
     assert!(only_fused.iter().map(|(_, map)| map.surfels()).eq([saved.surfels()]));

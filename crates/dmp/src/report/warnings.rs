@@ -148,11 +148,11 @@ fn contradictions(report: &Report) -> Vec<String> {
 fn free_space(report: &Report) -> Vec<String> {
     let Some(free_space) = &report.free_space else { return Vec::new() };
     let mut warnings = Vec::new();
-    if report.runs.len() == 1 {
-        warnings.push(
-            "with one run nobody vouches for what its rays contradict: --free-space also hides its own doubled walls"
-                .to_owned(),
-        );
+    if let [only] = free_space.votes.as_slice() {
+        warnings.push(format!(
+            "only `{only}` says what a trail is, and nobody vouches for what its rays contradict: --free-space also \
+             hides its own doubled walls"
+        ));
     }
     let share = free_space.returns_left_out as f64 / report.inputs.returns_used.max(1) as f64;
     if share > LEFT_OUT_SUSPECT {
