@@ -26,13 +26,8 @@ pub struct Residuals {
 
 impl Residuals {
     /// A return at which nothing is crossed at all.
-    pub const MISS: Self = Self {
-        first_m: None,
-        nearest_m: None,
-        independent_m: None,
-        independent_cos: None,
-        revisited: false,
-    };
+    pub const MISS: Self =
+        Self { first_m: None, nearest_m: None, independent_m: None, independent_cos: None, revisited: false };
 
     /// One surfel crossed squarely, independent of the return and revisited, `residual_m` short of it.
     pub fn all(residual_m: f64) -> Self {
@@ -109,6 +104,7 @@ mod tests {
             first_m: Some(f64::INFINITY),
             nearest_m: Some(0.1),
             independent_m: Some(f64::NAN),
+            independent_cos: Some(1.0),
             revisited: false,
         };
         let squares = Squares::of(&residuals);

@@ -1,10 +1,10 @@
 //! The study's view of ground truth.
 
-use dmp_sensor::{Isometry3, Trajectory, UnitQuaternion};
+use dmp_sensor::{Isometry3, Trajectory};
 use dmp_truth::surface::{EvaluatedPoints, Reference, SurfaceError, SurfaceSettings};
 use dmp_truth::trajectory::{
-    Alignment, CompareError, DeltaUnit, Matching, PairOptions, Pose, PosePath, Preparation, Relation,
-    Statistics, absolute, relative,
+    Alignment, CompareError, DeltaUnit, Matching, PairOptions, PosePath, Preparation, Relation, Statistics,
+    absolute, relative,
 };
 
 /// Hands the triangles or points of the reference surface over, in the frame of the reference trajectory.
@@ -70,16 +70,14 @@ pub(crate) fn trajectory_errors(
         alignment: Alignment { pose: true, ..Alignment::default() },
         ..Preparation::default()
     };
-    let prepared = preparation.apply(path_of(reference)?, path_of(estimate)?)?;
+    let prepared = preparation.apply(PosePath::of(reference)?, PosePath::of(estimate)?)?;
     let places = absolute(&prepared.reference, &prepared.estimate, Relation::TranslationPart)?;
     let pairs = PairOptions { delta: options.rpe_delta_m, unit: DeltaUnit::Meters, ..PairOptions::default() };
     let steps = relative(&prepared.reference, &prepared.estimate, Relation::TranslationPart, &pairs, false);
     Ok(TrajectoryErrors {
         poses: places.values.len(),
         ate_rmse_m: rmse(&places.values),
-        reference_from_run: prepared
-            .moved_by
-            .map_or_else(Isometry3::identity, |moved| isometry_of(&moved.pose)),
+        reference_from_run: prepared.moved_by.map_or_else(Isometry3::identity, |moved| moved.isometry()),
         rpe_rmse_m: steps.map(|steps| rmse(&steps.values)),
     })
 }
@@ -101,18 +99,4 @@ pub(crate) fn surface_distances(
 
 fn rmse(values: &[f64]) -> f64 {
     Statistics::of(values).map_or(f64::NAN, |statistics| statistics.rmse)
-}
-
-fn path_of(trajectory: &Trajectory) -> Result<PosePath, CompareError> {
-    let pose = |pose: &Isometry3<f64>| Pose {
-        rotation: pose.rotation.to_rotation_matrix().into_inner(),
-        position_m: pose.translation.vector,
-    };
-    let stamps_s = trajectory.stamps_ns().map(|stamps| stamps.iter().map(|&ns| ns as f64 / 1e9).collect());
-    PosePath::new(trajectory.poses().iter().map(pose).collect(), stamps_s)
-}
-
-fn isometry_of(pose: &Pose) -> Isometry3<f64> {
-    let rotation = UnitQuaternion::from_matrix(&pose.rotation);
-    Isometry3::from_parts(pose.position_m.into(), rotation)
 }

@@ -56,9 +56,8 @@ pub(super) fn evaluate(spec: &DriveSpec, setting: &Setting, work: &Path) -> anyh
     let (frames, sightings) = observer.finish();
     let segments = &report.config.segments;
     let segment_of = |frame: usize| segments.starts_scan.partition_point(|&start| start <= frame) as i64 - 1;
-    let (spreads, sightings) = sightings.map_or_else(Default::default, |s| {
-        spreads(&s, |a, b| (segment_of(a) - segment_of(b)).abs() > 1)
-    });
+    let (spreads, sightings) = sightings
+        .map_or_else(Default::default, |s| spreads(&s, |a, b| (segment_of(a) - segment_of(b)).abs() > 1));
 
     let run_results = estimates.iter().enumerate().map(|(index, estimate)| RunResult {
         name: estimate.name.clone(),
@@ -179,10 +178,7 @@ fn scores(study: &Study, index: usize, frames: &[Frame]) -> BTreeMap<String, Opt
         let mean = (hits.returns > 0.0).then(|| hits.sum_m2 / hits.returns);
         scores.insert(format!("R_cv({t}) cos² hits"), mean);
         let missing = returns - hits.returns;
-        scores.insert(
-            format!("R_cv({t}) cos² κ=0.1"),
-            Some((hits.sum_m2 + 0.1 * t * t * missing) / returns),
-        );
+        scores.insert(format!("R_cv({t}) cos² κ=0.1"), Some((hits.sum_m2 + 0.1 * t * t * missing) / returns));
     }
     for (k, t) in NEAR_M.iter().enumerate() {
         let hits = total(of_run().map(|frame| frame.near[k]));

@@ -4,6 +4,7 @@ mod consistency;
 pub(crate) mod drives;
 pub(crate) mod estimates;
 mod evaluate;
+mod figures;
 mod interval;
 mod judge;
 mod observe;

@@ -100,7 +100,9 @@ impl Squares {
         let cv = residuals.independent_m.map(|r| CV_M.map(|t| (r * r).min(t * t)));
         Self {
             cv,
-            square_on: cv.zip(residuals.independent_cos).map(|(cv, cos)| cv.map(|square| square * f64::from(cos * cos))),
+            square_on: cv
+                .zip(residuals.independent_cos)
+                .map(|(cv, cos)| cv.map(|square| square * f64::from(cos * cos))),
             near: residuals
                 .first_m
                 .map(|_| NEAR_M.map(|t| residuals.nearest_m.map_or(t * t, |r| (r * r).min(t * t)))),

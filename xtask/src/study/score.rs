@@ -26,10 +26,14 @@ pub(super) struct ScoreArgs {
     /// Score nothing, print the tables of what is there
     #[arg(long)]
     tables: bool,
+    /// Draw the figures into this folder
+    #[arg(long, value_name = "FOLDER")]
+    figures: Option<PathBuf>,
 }
 
 pub(super) fn run(arguments: &ScoreArgs) -> anyhow::Result<()> {
-    let ScoreArgs { drives: only_drives, settings: only_settings, out, tables: tables_only } = arguments;
+    let ScoreArgs { drives: only_drives, settings: only_settings, out, tables: tables_only, figures } =
+        arguments;
     std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
     let wanted = |name: &str, only: &[String]| only.is_empty() || only.iter().any(|wanted| wanted == name);
     if !tables_only {
@@ -46,7 +50,16 @@ pub(super) fn run(arguments: &ScoreArgs) -> anyhow::Result<()> {
             }
         }
     }
-    print!("{}", tables_of(&results(out)?));
+    let results = results(out)?;
+    print!("{}", tables_of(&results));
+    if let Some(folder) = figures {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        let default: Vec<&DriveResult> = results.iter().filter(|r| r.setting == "default").collect();
+        for picture in super::figures::figures(&default) {
+            let path = folder.join(picture.file_name);
+            std::fs::write(&path, picture.svg).with_context(|| path.display().to_string())?;
+        }
+    }
     Ok(())
 }
 

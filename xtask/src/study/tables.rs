@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 use dmp_truth::rank::kendall_tau_b;
 
 use super::evaluate::KAPPAS;
-use super::judge::{CONSISTENCY, Rule, column, consistent_pairs, errors, kinds, ladder, tally, truth_is_first};
+use super::judge::{
+    CONSISTENCY, Rule, column, consistent_pairs, errors, kinds, ladder, tally, truth_is_first,
+};
 use super::observe::CV_M;
 use super::result::{DriveResult, Said};
 
@@ -308,9 +310,8 @@ pub(super) fn contradictions(drives: &[&DriveResult]) -> String {
             }
             let (better, worse) = if said { (a, b) } else { (b, a) };
             let ate = |run: &super::result::RunResult| run.truth.get("ATE").copied().unwrap_or(f64::NAN);
-            let off = |run: &super::result::RunResult| {
-                CONSISTENCY.of(run, saying.scale_m).unwrap_or(f64::NAN)
-            };
+            let off =
+                |run: &super::result::RunResult| CONSISTENCY.of(run, saying.scale_m).unwrap_or(f64::NAN);
             let _ = writeln!(
                 text,
                 "- {}: {} over {} at {} m, against {}: ATE {:.3} and {:.3} m, sightings {:.3} and {:.3} m apart",

@@ -121,7 +121,8 @@ impl Street {
                 if x_m > 68.0 {
                     break;
                 }
-                let (deep_m, wide_m, high_m) = (0.3 + 0.5 * random(1), 0.4 + 0.8 * random(2), 3.0 + 6.0 * random(3));
+                let (deep_m, wide_m, high_m) =
+                    (0.3 + 0.5 * random(1), 0.4 + 0.8 * random(2), 3.0 + 6.0 * random(3));
                 let [a, b] = [half_m, half_m - deep_m].map(|y| side * y);
                 boxes.push([[x_m, a.min(b), 0.0], [x_m + wide_m, a.max(b), high_m]]);
             }
@@ -138,10 +139,14 @@ impl Street {
             for beam in 0..BEAMS {
                 let elevation = (-25.0 + 40.0 * beam as f64 / (BEAMS - 1) as f64).to_radians();
                 let flat = libm::cos(elevation);
-                let bearing = Vector3::new(flat * libm::cos(azimuth), flat * libm::sin(azimuth), libm::sin(elevation));
-                let Some(range_m) = self.range_m(pose.translation.vector, pose.rotation * bearing) else { continue };
+                let bearing =
+                    Vector3::new(flat * libm::cos(azimuth), flat * libm::sin(azimuth), libm::sin(elevation));
+                let Some(range_m) = self.range_m(pose.translation.vector, pose.rotation * bearing) else {
+                    continue;
+                };
                 // The sum of twelve even numbers is nearly normal.
-                let noise: f64 = (0..12).map(|k| unit(&[self.seed, scan as u64, step as u64, beam as u64, k]) - 0.5).sum();
+                let noise: f64 =
+                    (0..12).map(|k| unit(&[self.seed, scan as u64, step as u64, beam as u64, k]) - 0.5).sum();
                 let point = bearing * (range_m + NOISE_M * noise);
                 seen.points_in_sensor_m.push([point.x as f32, point.y as f32, point.z as f32]);
                 seen.time_offsets_ns.push(0);

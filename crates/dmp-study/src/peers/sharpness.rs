@@ -106,7 +106,7 @@ pub(super) mod tests {
         for &point in &cloud[..cloud.len() - 1] {
             let (count, covariance) = covariance(&cloud, point, 1.0);
             if count > 5 {
-                entropies.push(0.5 * (2.0 * PI * E * covariance).determinant().ln());
+                entropies.push(0.5 * libm::log((2.0 * PI * E * covariance).determinant()));
                 variances.push(covariance.symmetric_eigenvalues().min());
             }
         }

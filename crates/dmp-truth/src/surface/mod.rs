@@ -25,7 +25,6 @@
 //! # Ok::<(), dmp_truth::surface::SurfaceError>(())
 //! ```
 
-mod align;
 mod error;
 mod gather;
 mod grid;
@@ -38,7 +37,6 @@ mod tally;
 mod targets;
 mod triangle;
 
-pub use align::{AlignError, alignment};
 pub use error::{Extent, SurfaceError};
 pub use gather::{EvaluatedPoints, Reference};
 pub use measure::SurfaceWatch;

@@ -26,6 +26,7 @@ mod metric;
 mod pairs;
 mod path;
 mod prepare;
+mod rigid;
 mod rotation;
 mod statistics;
 mod sum;
@@ -37,6 +38,7 @@ pub use metric::{ErrorUnit, Errors, Relation, absolute, relative};
 pub use pairs::{DeltaUnit, PairOptions, pairs};
 pub use path::{Plane, Pose, PosePath};
 pub use prepare::{Alignment, Preparation, Prepared};
+pub use rigid::rigid_alignment;
 pub use statistics::Statistics;
 
 /// The unit quaternion `(x, y, z, w)` of a pose's rotation, `w` not negative.

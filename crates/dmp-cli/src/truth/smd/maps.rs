@@ -5,8 +5,9 @@ use dmp::{Config, Run, fuse_maps};
 use dmp_log::{LogError, LogOptions, is_mesh, open_log, read_cloud, read_mesh, read_trajectory};
 use dmp_sensor::{Isometry3, Trajectory};
 use dmp_truth::surface::{
-    EvaluatedPoints, MapError, Store, SurfaceError, SurfaceReport, SurfaceSettings, alignment, surfel_centres,
+    EvaluatedPoints, MapError, Store, SurfaceError, SurfaceReport, SurfaceSettings, surfel_centres,
 };
+use dmp_truth::trajectory::rigid_alignment;
 
 use super::SmdArgs;
 use crate::exit::Usage;
@@ -178,5 +179,5 @@ fn align(
     estimate_path: &Path,
 ) -> anyhow::Result<Isometry3<f64>> {
     let context = || format!("{} onto {}", estimate_path.display(), reference_path.display());
-    alignment(reference, estimate).with_context(context)
+    rigid_alignment(reference, estimate).with_context(context)
 }
