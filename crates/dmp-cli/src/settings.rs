@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use dmp::{Config, Ego};
+use dmp::{Config, Ego, MissPrice};
 use dmp_sensor::Isometry3;
 
 use crate::score::parse;
@@ -53,6 +53,11 @@ pub(crate) struct SettingsArgs {
     /// rays of other parts of the drive. Reads the log four times instead of twice; not with --map
     #[arg(long, help_heading = "Returns and map")]
     free_space: bool,
+    /// What a return that no independent surfel predicts costs in R_cv(10): this share of the full square,
+    /// 100 m², from 0 to 1
+    #[arg(long, value_name = "SHARE", default_value_t = Config::default().miss_price, value_parser = parse::miss_price)]
+    #[arg(help_heading = "Returns and map")]
+    miss_price: MissPrice,
     /// The sensor's range noise, metres: scales the raw log-likelihood, nothing else
     #[arg(long, value_name = "METRES", default_value_t = Config::default().sigma_m)]
     #[arg(value_parser = crate::parse::length_m, help_heading = "Returns and map")]
@@ -85,6 +90,7 @@ impl SettingsArgs {
             time_offset_ns: self.time_offset,
             max_time_gap_ns: self.max_time_gap,
             free_space: self.free_space,
+            miss_price: self.miss_price,
             sigma_m: self.sigma,
             memory_bytes: self.memory.or_else(quarter).unwrap_or(default.memory_bytes),
             threads: self.threads.unwrap_or(default.threads),

@@ -3,6 +3,7 @@ use crate::fixed::FixedSum;
 use crate::frame::{FrameSums, pairs_of};
 use crate::order::{Ranked, order_runs};
 use crate::pair::PairTotals;
+use crate::price::MissPrice;
 use crate::ratio::{Estimate, Ratio, Sampling, Total};
 use crate::run::RunSums;
 use crate::verdict::{Comparison, Verdict, compare};
@@ -16,6 +17,7 @@ const ALL_RETURNS: u64 = 1 << 44;
 pub struct Layout {
     sampling: Sampling,
     bases: Vec<Basis>,
+    miss_price: MissPrice,
 }
 
 /// What a [`Reducer`] does not take.
@@ -65,7 +67,18 @@ impl Layout {
         if scored > total {
             return Err(ReduceError::SampleTooLarge { scored, total });
         }
-        Ok(Self { sampling: Sampling { scored, total }, bases })
+        Ok(Self { sampling: Sampling { scored, total }, bases, miss_price: MissPrice::default() })
+    }
+
+    /// With another price of a return that has no independent crossing.
+    #[must_use]
+    pub fn with_miss_price(self, miss_price: MissPrice) -> Self {
+        Self { miss_price, ..self }
+    }
+
+    /// What a return without an independent crossing costs.
+    pub fn miss_price(&self) -> MissPrice {
+        self.miss_price
     }
 
     /// Frames to be scored.
@@ -150,7 +163,7 @@ impl Reducer {
         }
         self.frames_added += 1;
         for (totals, run) in self.runs.iter_mut().zip(frame.runs()) {
-            totals.add_frame(ordinal, run, sampling);
+            totals.add_frame(ordinal, run, &self.layout);
         }
         for (totals, pair) in self.pairs.iter_mut().zip(frame.pair_sums()) {
             totals.add_frame(ordinal, &pair, sampling);
@@ -239,7 +252,9 @@ impl Reducer {
     /// that all runs have. See [`order_runs`].
     pub fn order(&self, comparisons: &[Comparison]) -> Vec<Ranked> {
         let near = self.layout.bases.contains(&Basis::Near);
-        let score = |run: &RunTotals| if near { run.sums.r_near_m2()[0].1 } else { run.sums.r_cv_10_m2() };
+        let price = self.layout.miss_price;
+        let score =
+            |run: &RunTotals| if near { run.sums.r_near_m2()[0].1 } else { run.sums.r_cv_10_m2(price) };
         let scores: Vec<_> = self.runs.iter().map(score).collect();
         let decided: Vec<_> = comparisons
             .iter()
@@ -253,11 +268,12 @@ impl Reducer {
 }
 
 impl RunTotals {
-    fn add_frame(&mut self, ordinal: u64, frame: &RunSums, sampling: Sampling) {
+    fn add_frame(&mut self, ordinal: u64, frame: &RunSums, layout: &Layout) {
+        let (sampling, miss_price) = (layout.sampling, layout.miss_price);
         let total = |(sum, returns): (FixedSum, u64)| Total { sum: sum.units(), returns };
         self.sums.merge(frame);
         for (k, ratio) in self.cv.iter_mut().enumerate() {
-            ratio.add_frame(ordinal, total(frame.cv_ratio(CV_10 + k)), sampling);
+            ratio.add_frame(ordinal, total(frame.cv_ratio(CV_10 + k, miss_price)), sampling);
         }
         for (k, ratio) in self.near.iter_mut().enumerate() {
             ratio.add_frame(ordinal, total(frame.near_ratio(k)), sampling);

@@ -1,10 +1,9 @@
 use crate::Basis;
-use crate::basis::{CV_10, CV_LIMITS, CV_SCALES_M, NEAR_LIMITS, NEAR_SCALES_M, SCALES};
-use crate::fixed::{FixedSum, units_of};
+use crate::basis::{CV_10, CV_SCALES_M, NEAR_LIMITS, NEAR_SCALES_M, SCALES};
+use crate::fixed::FixedSum;
+use crate::price::MissPrice;
 use crate::residuals::{Residuals, Squares};
 
-/// What a return without an independent crossing costs in `R_cv(10)`: κ τ² with κ = ¼, square metres.
-const MISS_COST_M2: f64 = 25.0;
 /// Below this share of returns with an independent crossing `R_cv` is not given.
 const COVERAGE_NEEDED: f64 = 0.5;
 
@@ -118,18 +117,18 @@ impl RunSums {
         self.dmp.mean_m2(self.with_first)
     }
 
-    /// `R_cv(10)`: the mean over *all* returns of min((z − zc)², 100), or 25 where there is no zc. Given
+    /// `R_cv(10)`: the mean over *all* returns of min((z − zc)², 100), or the price where there is no zc. Given
     /// whatever the coverage, see [`Self::r_cv_withheld`].
-    pub fn r_cv_10_m2(&self) -> Option<f64> {
-        let (sum, count) = self.cv_ratio(CV_10);
+    pub fn r_cv_10_m2(&self, price: MissPrice) -> Option<f64> {
+        let (sum, count) = self.cv_ratio(CV_10, price);
         sum.mean_m2(count)
     }
 
     /// `R_cv` at 10, 2, 0.5 and 0.2 m as (scale in metres, score): the first is [`Self::r_cv_10_m2`], the
     /// others are the mean of min((z − zc)², τ²) over the returns with zc.
-    pub fn r_cv_m2(&self) -> [(f64, Option<f64>); SCALES - CV_10] {
+    pub fn r_cv_m2(&self, price: MissPrice) -> [(f64, Option<f64>); SCALES - CV_10] {
         std::array::from_fn(|k| {
-            let (sum, count) = self.cv_ratio(CV_10 + k);
+            let (sum, count) = self.cv_ratio(CV_10 + k, price);
             (CV_SCALES_M[CV_10 + k], sum.mean_m2(count))
         })
     }
@@ -176,13 +175,12 @@ impl RunSums {
     }
 
     /// Numerator and denominator of `R_cv` at the `scale`-th of [`CV_SCALES_M`].
-    pub(crate) fn cv_ratio(&self, scale: usize) -> (FixedSum, u64) {
+    pub(crate) fn cv_ratio(&self, scale: usize, price: MissPrice) -> (FixedSum, u64) {
         if scale != CV_10 {
             return (self.cv[scale], self.with_independent);
         }
         let missing = i128::from(self.returns - self.with_independent);
-        let price = FixedSum::from_units(missing * i128::from(units_of(MISS_COST_M2)));
-        (self.cv[scale] + price, self.returns)
+        (self.cv[scale] + FixedSum::from_units(missing * price.units()), self.returns)
     }
 
     /// Numerator and denominator of `R_near` at the `scale`-th of [`NEAR_SCALES_M`].
@@ -190,8 +188,6 @@ impl RunSums {
         (self.near[scale], self.with_first)
     }
 }
-
-const _: () = assert!(units_of(MISS_COST_M2) < CV_LIMITS[CV_10]);
 
 #[cfg(test)]
 mod tests {
@@ -204,9 +200,10 @@ mod tests {
     #[test]
     fn nothing_has_no_score() {
         let sums = RunSums::default();
-        assert_eq!((sums.dmp_sum_m2(), sums.dmp_mean_m2(), sums.r_cv_10_m2()), (0.0, None, None));
+        let price = MissPrice::default();
+        assert_eq!((sums.dmp_sum_m2(), sums.dmp_mean_m2(), sums.r_cv_10_m2(price)), (0.0, None, None));
         assert_eq!((sums.miss_rate(), sums.blocked_rate(), sums.coverage()), (None, None, None));
-        assert!(sums.r_near_m2().iter().chain(&sums.r_cv_m2()).all(|(_, score)| score.is_none()));
+        assert!(sums.r_near_m2().iter().chain(&sums.r_cv_m2(price)).all(|(_, score)| score.is_none()));
         assert_eq!(sums.r_cv_withheld(Basis::CrossValidated), Some(Withheld::NoReturns));
     }
 
@@ -217,8 +214,10 @@ mod tests {
         sums.add(&independent(-40.0));
         sums.add(&Residuals::MISS);
         sums.add(&Residuals::MISS);
-        assert_eq!(sums.r_cv_10_m2(), Some((9.0 + 100.0 + 50.0) / 4.0));
-        assert_eq!(sums.r_cv_m2()[1], (2.0, Some(4.0)));
+        let [quarter, default] = [MissPrice::new(0.25).unwrap(), MissPrice::default()];
+        assert_eq!(sums.r_cv_10_m2(quarter), Some((9.0 + 100.0 + 50.0) / 4.0));
+        assert_eq!(sums.r_cv_10_m2(default), Some((9.0 + 100.0 + 30.0) / 4.0));
+        assert_eq!(sums.r_cv_m2(default)[1], (2.0, Some(4.0)));
     }
 
     #[test]
@@ -231,6 +230,6 @@ mod tests {
         sums.add(&Residuals::MISS);
         let why = sums.r_cv_withheld(Basis::CrossValidated).unwrap();
         assert_eq!(why.to_string(), "coverage is 0.333, below 0.5");
-        assert!(sums.r_cv_10_m2().is_some());
+        assert!(sums.r_cv_10_m2(MissPrice::default()).is_some());
     }
 }

@@ -1,7 +1,7 @@
 //! The sums, against the formulas written out; and that neither order nor splitting changes a bit.
 
 use dmp_reduce::{
-    Basis, Comparison, FrameSums, IntervalFrom, Layout, ReduceError, Reducer, Residuals, RunSums,
+    Basis, Comparison, FrameSums, IntervalFrom, Layout, MissPrice, ReduceError, Reducer, Residuals, RunSums,
 };
 use proptest::prelude::*;
 
@@ -17,6 +17,7 @@ fn residuals() -> impl Strategy<Value = Residuals> {
         first_m,
         nearest_m: first_m.filter(|_| near).map(|first: f64| if first.abs() < 5.0 { first } else { nearest }),
         independent_m: first_m.filter(|_| !own).map(|_| zc),
+        independent_cos: None,
         revisited: revisited && !own,
     })
 }
@@ -47,10 +48,14 @@ proptest! {
         let dmp = |r: &Residuals| r.first_m.map(|m| m * m);
         prop_assert!(close(Some(sums.dmp_sum_m2()), Some(returns.iter().filter_map(dmp).sum())));
         prop_assert!(close(sums.dmp_mean_m2(), mean(returns.iter().filter_map(dmp))));
-        let cost = |r: &Residuals| r.independent_m.map_or(25.0, |m| cut(m, 10.0));
-        prop_assert!(close(sums.r_cv_10_m2(), mean(returns.iter().map(cost))));
-        prop_assert_eq!(sums.r_cv_m2()[0], (10.0, sums.r_cv_10_m2()));
-        for (tau, score) in &sums.r_cv_m2()[1..] {
+        for share in [0.0, 0.1, 0.25, 1.0] {
+            let price = MissPrice::new(share).unwrap();
+            let cost = |r: &Residuals| r.independent_m.map_or(100.0 * share, |m| cut(m, 10.0));
+            prop_assert!(close(sums.r_cv_10_m2(price), mean(returns.iter().map(cost))));
+        }
+        let price = MissPrice::default();
+        prop_assert_eq!(sums.r_cv_m2(price)[0], (10.0, sums.r_cv_10_m2(price)));
+        for (tau, score) in &sums.r_cv_m2(price)[1..] {
             let expected = mean(returns.iter().filter_map(|r| r.independent_m).map(|m| cut(m, *tau)));
             prop_assert!(close(*score, expected), "R_cv({tau})");
         }
@@ -203,7 +208,9 @@ fn a_sample_of_all_frames_is_no_sample() -> Result<(), ReduceError> {
 #[test]
 fn a_runs_own_score_has_an_interval() -> Result<(), ReduceError> {
     let scores = reducer_of(60, 600)?.scores(1);
-    for (plain, (scale_m, estimate)) in scores.sums.r_cv_m2().into_iter().zip(scores.r_cv_m2) {
+    for (plain, (scale_m, estimate)) in
+        scores.sums.r_cv_m2(MissPrice::default()).into_iter().zip(scores.r_cv_m2)
+    {
         let estimate = estimate.unwrap();
         assert_eq!(plain, (scale_m, Some(estimate.value_m2)));
         let interval = estimate.interval.unwrap();

@@ -200,5 +200,7 @@ fn runs_are_listed_along_the_verdicts() {
     let runs: Vec<_> = order.iter().map(|r| r.run).collect();
     assert_eq!((runs[0], runs[3]), (2, 0));
     assert_eq!(order.iter().map(|r| r.tied_with_next).collect::<Vec<_>>(), [false, true, false, false]);
-    assert!(reducer.scores(2).sums.r_cv_10_m2() > reducer.scores(0).sums.r_cv_10_m2());
+    assert!(
+        reducer.scores(2).r_cv_m2[0].1.unwrap().value_m2 > reducer.scores(0).r_cv_m2[0].1.unwrap().value_m2
+    );
 }

@@ -140,7 +140,7 @@ pub(crate) fn score(
     let casters: Vec<Caster> =
         maps.into_iter().map(|map| Caster::new(map.store, settings, budget_bytes)).collect();
     let frames = plan.frames().len() as u64;
-    let layout = Layout::new(frames, frames, bases.clone())?;
+    let layout = Layout::new(frames, frames, bases.clone())?.with_miss_price(config.miss_price);
 
     watch.begin(Stage::Cast, plan.returns());
     let worker = |_| CastWorker {

@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use dmp_reduce::MissPrice;
 use dmp_sensor::{Isometry3, Trajectory};
 
 use crate::error::EvaluateError;
@@ -76,6 +77,8 @@ pub struct Config {
     /// Whether returns on the trails of moving objects are kept out of the maps: two more passes over the log.
     /// The maps must be fused from the scans.
     pub free_space: bool,
+    /// What a return that no independent surfel predicts costs in `R_cv(10)`.
+    pub miss_price: MissPrice,
     /// The sensor's range noise, metres: scales the raw log-likelihood, nothing else.
     pub sigma_m: f64,
     /// Memory to aim for, bytes. Each run takes a part that does not shrink: the tiles in hand and its buffers.
@@ -103,6 +106,7 @@ impl Default for Config {
             time_offset_ns: 0,
             max_time_gap_ns: None,
             free_space: false,
+            miss_price: MissPrice::default(),
             sigma_m: 0.02,
             memory_bytes: 2 << 30,
             threads: std::thread::available_parallelism().map_or(1, usize::from),

@@ -53,4 +53,4 @@ pub use report::{
 };
 pub use watch::{ScoredReturns, Stage, Watch};
 
-pub use dmp_reduce::{Residuals, RunSums};
+pub use dmp_reduce::{MissPrice, Residuals, RunSums};

@@ -154,7 +154,7 @@ pub(crate) fn scores(rays: &[Ray], discs: &[Disc]) -> BTreeMap<&'static str, f64
                 add(name, cut(ray.z - zc, tau));
             }
         }
-        add("cv 10", if zc.is_finite() { cut(ray.z - zc, 10.0) } else { 25.0 });
+        add("cv 10", if zc.is_finite() { cut(ray.z - zc, 10.0) } else { 15.0 });
         add("revisited", f64::from(revisited));
         add("blocked", f64::from(z1 < ray.z - 0.5));
     }

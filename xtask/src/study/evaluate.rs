@@ -151,7 +151,7 @@ fn total(sums: impl Iterator<Item = Sum>) -> Sum {
 }
 
 /// Share of the full square that a missing prediction costs in R_cv.
-pub(super) const KAPPAS: [f64; 5] = [0.0, 0.1, 0.25, 0.5, 1.0];
+pub(super) const KAPPAS: [f64; 7] = [0.0, 0.1, 0.15, 0.2, 0.25, 0.5, 1.0];
 
 fn scores(study: &Study, index: usize, frames: &[Frame]) -> BTreeMap<String, Option<f64>> {
     let run = &study.score.runs[index];
@@ -178,7 +178,8 @@ fn scores(study: &Study, index: usize, frames: &[Frame]) -> BTreeMap<String, Opt
         let mean = (hits.returns > 0.0).then(|| hits.sum_m2 / hits.returns);
         scores.insert(format!("R_cv({t}) cos² hits"), mean);
         let missing = returns - hits.returns;
-        scores.insert(format!("R_cv({t}) cos² κ=0.1"), Some((hits.sum_m2 + 0.1 * t * t * missing) / returns));
+        scores
+            .insert(format!("R_cv({t}) cos² κ=0.15"), Some((hits.sum_m2 + 0.15 * t * t * missing) / returns));
     }
     for (k, t) in NEAR_M.iter().enumerate() {
         let hits = total(of_run().map(|frame| frame.near[k]));

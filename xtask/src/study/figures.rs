@@ -8,7 +8,7 @@ use super::result::DriveResult;
 
 /// Scores shown against the true errors, and the names of their files.
 const SHOWN: [(&str, &str, &str); 3] = [
-    ("R_cv(10) κ=0.25", "R_cv(10)", "r_cv_10"),
+    ("R_cv(10) κ=0.15", "R_cv(10)", "r_cv_10"),
     ("R_near(5)", "R_near(5)", "r_near_5"),
     ("MME", "MME", "mme"),
 ];

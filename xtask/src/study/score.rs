@@ -8,7 +8,7 @@ use super::drives::drives;
 use super::evaluate::evaluate;
 use super::result::DriveResult;
 use super::setting::{Setting, settings};
-use super::tables;
+use super::{pair_tables, tables};
 
 /// What is scored, and where the results are kept.
 #[derive(Debug, clap::Args)]
@@ -93,16 +93,20 @@ fn tables_of(results: &[DriveResult]) -> String {
     let settings = settings();
     let others = settings.iter().skip(1).map(|setting| (setting.name, under(setting.name)));
     let others: Vec<(&str, Vec<&DriveResult>)> = others.filter(|(_, drives)| !drives.is_empty()).collect();
+    let (chosen, held_out) = (half(false), half(true));
     [
         tables::single_scores(&default),
-        tables::pair_rules("Pairs, all drives", &default),
-        tables::pair_rules("Pairs, chosen drives", &half(false)),
-        tables::pair_rules("Pairs, drives held out", &half(true)),
-        tables::by_drive(&default),
-        tables::by_kind(&default),
+        pair_tables::pair_rules("Pairs, all drives", &default),
+        pair_tables::pair_rules("Pairs, chosen drives", &chosen),
+        pair_tables::pair_rules("Pairs, drives held out", &held_out),
+        pair_tables::cascades(&chosen, &held_out),
+        pair_tables::errors_and_messages(&default),
+        pair_tables::definitions(&chosen, &held_out),
+        pair_tables::by_drive(&default),
+        pair_tables::by_kind(&default),
         tables::truncations(&default),
         tables::by_setting(&others),
-        tables::contradictions(&default),
+        pair_tables::contradictions(&default),
     ]
     .concat()
 }

@@ -5,26 +5,25 @@ use std::fmt::Write as _;
 use dmp_truth::rank::kendall_tau_b;
 
 use super::evaluate::KAPPAS;
-use super::judge::{
-    CONSISTENCY, Rule, column, consistent_pairs, errors, kinds, ladder, tally, truth_is_first,
-};
+use super::judge::{CONSISTENCY, column, consistent_pairs, errors, ladder, tally, truth_is_first};
 use super::observe::CV_M;
-use super::result::{DriveResult, Said};
+use super::result::DriveResult;
+use super::rule::Rule;
 
 /// A table in Markdown.
-struct Table {
+pub(super) struct Table {
     title: String,
     header: Vec<String>,
-    rows: Vec<Vec<String>>,
+    pub(super) rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    fn new(title: &str, header: &[&str]) -> Self {
+    pub(super) fn new(title: &str, header: &[&str]) -> Self {
         let header = header.iter().map(|&h| h.to_owned()).collect();
         Self { title: title.to_owned(), header, rows: Vec::new() }
     }
 
-    fn print(&self) -> String {
+    pub(super) fn print(&self) -> String {
         let mut text = format!("### {}\n\n", self.title);
         let width = |k: usize| {
             self.rows.iter().chain([&self.header]).map(|row| row[k].chars().count()).max().unwrap_or(0)
@@ -51,7 +50,7 @@ impl Table {
     }
 }
 
-fn share(value: f64) -> String {
+pub(super) fn share(value: f64) -> String {
     format!("{value:.3}")
 }
 
@@ -63,10 +62,13 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 /// Scores that are looked at, and how they are called.
 fn scores() -> Vec<(String, &'static str)> {
     let named = [
-        ("R_cv(10) κ=0.25", "R_cv(10)"),
+        ("R_cv(10) κ=0.15", "R_cv(10)"),
+        ("R_cv(10) κ=0.25", "R_cv(10), κ 0.25"),
         ("R_cv(2) hits", "R_cv(2)"),
         ("R_cv(0.5) hits", "R_cv(0.5)"),
         ("R_cv(0.2) hits", "R_cv(0.2)"),
+        ("R_cv(10) cos² κ=0.15", "R_cv(10) cos²"),
+        ("R_cv(2) cos² hits", "R_cv(2) cos²"),
         ("R_near(5)", "R_near(5)"),
         ("R_near(2)", "R_near(2)"),
         ("R_near(0.5)", "R_near(0.5)"),
@@ -154,100 +156,6 @@ pub(super) fn truncations(drives: &[&DriveResult]) -> String {
     table.print()
 }
 
-/// Rules that decide pairs.
-pub(super) fn rules() -> Vec<Rule> {
-    let single = |name: &str, scale_m: f64| Rule::Single(name.to_owned(), scale_m);
-    vec![
-        Rule::Command,
-        single("R_cv(10) common", 10.0),
-        single("R_cv(2) common", 2.0),
-        single("R_cv(0.5) common", 0.5),
-        single("R_cv(0.2) common", 0.2),
-        single("R_cv(10) κ=0.25", 10.0),
-        single("R_near(5)", 5.0),
-        single("R_near(2)", 2.0),
-        single("R_near(0.5)", 0.5),
-        single("DMP mean", 30.0),
-    ]
-}
-
-const RULE_HEADER: [&str; 9] = [
-    "rule",
-    "right",
-    "wrong",
-    "mixed",
-    "sign",
-    "agreeing: right",
-    "agreeing: wrong",
-    "consistency: wrong",
-    "consistency of decided",
-];
-
-fn rule_row(drives: &[&DriveResult], rule: &Rule, name: String) -> Vec<String> {
-    let ate = tally(drives, rule, |_, _, truth| truth.ate);
-    let agreeing = tally(drives, rule, |_, _, truth| truth.ate.filter(|_| truth.agree() == Some(true)));
-    let consistency = tally(drives, rule, |_, _, truth| truth.consistency);
-    vec![
-        name,
-        share(ate.share(ate.right)),
-        share(ate.share(ate.wrong)),
-        share(ate.share(ate.mixed)),
-        share(ate.share(ate.sign)),
-        share(agreeing.share(agreeing.right)),
-        share(agreeing.share(agreeing.wrong)),
-        share(consistency.share(consistency.wrong)),
-        share(consistency.of_decided()),
-    ]
-}
-
-/// Pairs of runs: what is decided, and whether it is right.
-pub(super) fn pair_rules(title: &str, drives: &[&DriveResult]) -> String {
-    let mut table = Table::new(title, &RULE_HEADER);
-    for rule in rules() {
-        table.rows.push(rule_row(drives, &rule, rule.name()));
-    }
-    table.print()
-}
-
-/// The verdicts of the command, drive by drive.
-pub(super) fn by_drive(drives: &[&DriveResult]) -> String {
-    let mut header = RULE_HEADER.to_vec();
-    header[0] = "drive";
-    let mut table = Table::new("Verdicts of `dmp score` by drive", &header);
-    for drive in drives {
-        let name = format!("{}{}", drive.drive, if drive.held_out { " (held out)" } else { "" });
-        table.rows.push(rule_row(&[drive], &Rule::Command, name));
-    }
-    table.print()
-}
-
-/// The verdicts of the command by what is wrong with one of the two.
-pub(super) fn by_kind(drives: &[&DriveResult]) -> String {
-    let mut table = Table::new(
-        "Verdicts of `dmp score` on the pairs with an estimate of this kind",
-        &["kind", "pairs", "right", "wrong", "mixed", "sign", "truth against it: right", "wrong"],
-    );
-    for kind in kinds(drives) {
-        let all = tally(drives, &Rule::Command, |a, b, truth| {
-            truth.ate.filter(|_| a.kind == kind || b.kind == kind)
-        });
-        let against = tally(drives, &Rule::Command, |a, b, truth| {
-            truth.ate.filter(|_| a.kind == "Truth" && b.kind == kind)
-        });
-        table.rows.push(vec![
-            kind,
-            all.pairs.to_string(),
-            share(all.share(all.right)),
-            share(all.share(all.wrong)),
-            share(all.share(all.mixed)),
-            share(all.share(all.sign)),
-            share(against.share(against.right)),
-            share(against.share(against.wrong)),
-        ]);
-    }
-    table.print()
-}
-
 /// The settings side by side.
 pub(super) fn by_setting(settings: &[(&str, Vec<&DriveResult>)]) -> String {
     let mut table = Table::new(
@@ -268,7 +176,7 @@ pub(super) fn by_setting(settings: &[(&str, Vec<&DriveResult>)]) -> String {
     for (name, drives) in settings {
         let ate = tally(drives, &Rule::Command, |_, _, truth| truth.ate);
         let consistency = tally(drives, &Rule::Command, |_, _, truth| truth.consistency);
-        let key = "R_cv(10) κ=0.25";
+        let key = "R_cv(10) κ=0.15";
         let coverage = |drive: &&DriveResult| drive.runs[0].shares.get("coverage").copied().flatten();
         table.rows.push(vec![
             (*name).to_owned(),
@@ -284,49 +192,4 @@ pub(super) fn by_setting(settings: &[(&str, Vec<&DriveResult>)]) -> String {
         ]);
     }
     table.print()
-}
-
-/// Decided pairs whose verdict the truth about consistency contradicts, one a line.
-pub(super) fn contradictions(drives: &[&DriveResult]) -> String {
-    let mut text = String::from("### Verdicts that the truth contradicts\n\n");
-    for drive in drives {
-        for pair in &drive.pairs {
-            let (a, b) = (&drive.runs[pair.a], &drive.runs[pair.b]);
-            let saying = Rule::Command.say(pair);
-            let truth = super::judge::truth_of(a, b, saying.scale_m);
-            let said = match saying.said {
-                Said::A => true,
-                Said::B => false,
-                _ => continue,
-            };
-            let contradicted = |truth: Option<bool>| truth.is_some_and(|truth| truth != said);
-            let by: Vec<&str> = [("ATE", truth.ate), ("consistency", truth.consistency)]
-                .iter()
-                .filter(|(_, truth)| contradicted(*truth))
-                .map(|(name, _)| *name)
-                .collect();
-            if by.is_empty() {
-                continue;
-            }
-            let (better, worse) = if said { (a, b) } else { (b, a) };
-            let ate = |run: &super::result::RunResult| run.truth.get("ATE").copied().unwrap_or(f64::NAN);
-            let off =
-                |run: &super::result::RunResult| CONSISTENCY.of(run, saying.scale_m).unwrap_or(f64::NAN);
-            let _ = writeln!(
-                text,
-                "- {}: {} over {} at {} m, against {}: ATE {:.3} and {:.3} m, sightings {:.3} and {:.3} m apart",
-                drive.drive,
-                better.name,
-                worse.name,
-                saying.scale_m,
-                by.join(" and "),
-                ate(better),
-                ate(worse),
-                off(better),
-                off(worse),
-            );
-        }
-    }
-    text.push('\n');
-    text
 }

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use dmp::Ego;
+use dmp::{Ego, MissPrice};
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::parse::length_m;
@@ -66,6 +66,12 @@ pub(crate) fn extrinsic(text: &str) -> Result<Isometry3<f64>, String> {
             "the quaternion {qx},{qy},{qz},{qw} has the length {norm:.4}, not 1: the order is qx,qy,qz,qw"
         ))
     }
+}
+
+/// A share from 0 to 1.
+pub(crate) fn miss_price(text: &str) -> Result<MissPrice, String> {
+    let share = text.trim().parse().ok().and_then(MissPrice::new);
+    share.ok_or_else(|| format!("`{text}` is no share from 0 to 1"))
 }
 
 /// `auto`, `none`, or a box `xmin,ymin,zmin,xmax,ymax,zmax` in metres.

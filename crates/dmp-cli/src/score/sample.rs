@@ -150,6 +150,7 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             body_from_sensor: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
             time_offset_s: 0.0,
             sigma_m: 0.02,
+            miss_price: 0.15,
             free_space: false,
         },
         inputs: InputReport {

@@ -130,6 +130,7 @@ fn config_report(config: &Config, plan: &Plan<'_>, scored: &Scored) -> ConfigRep
         every: config.every,
         body_from_sensor: [t.x, t.y, t.z, q.x, q.y, q.z, q.w],
         time_offset_s: config.time_offset_ns as f64 / 1e9,
+        miss_price: config.miss_price.share(),
         sigma_m: config.sigma_m,
         free_space: config.free_space,
     }

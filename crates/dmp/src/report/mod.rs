@@ -75,6 +75,8 @@ pub struct ConfigReport {
     pub time_offset_s: f64,
     /// Range noise behind the raw log-likelihood, metres.
     pub sigma_m: f64,
+    /// Share of the full square, 100 m², that a return without an independent crossing costs in `R_cv(10)`.
+    pub miss_price: f64,
     /// Whether returns on the trails of moving objects were kept out of the maps.
     pub free_space: bool,
 }

@@ -1,0 +1,55 @@
+use std::fmt;
+
+use crate::basis::{CV_10, CV_LIMITS};
+
+/// What a return without an independent crossing costs in `R_cv(10)`: the share κ of the full square, 100 m².
+///
+/// It must cost something, or runs with holes win, but less than a wrong hit at its worst. The default is
+/// κ = 0.15; `docs/metric.md` has the evidence. Kept in whole thousandths, so that equal prices are equal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct MissPrice {
+    thousandths: u16,
+}
+
+impl MissPrice {
+    /// The share κ, from 0 to 1, to the nearest thousandth; `None` outside.
+    pub fn new(share: f64) -> Option<Self> {
+        (0.0..=1.0).contains(&share).then(|| Self { thousandths: (share * 1000.0).round() as u16 })
+    }
+
+    /// κ.
+    pub fn share(self) -> f64 {
+        f64::from(self.thousandths) / 1000.0
+    }
+
+    /// In the units of [`FixedSum`](crate::FixedSum), rounded down.
+    pub(crate) fn units(self) -> i128 {
+        i128::from(CV_LIMITS[CV_10]) * i128::from(self.thousandths) / 1000
+    }
+}
+
+impl fmt::Display for MissPrice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.share().fmt(f)
+    }
+}
+
+impl Default for MissPrice {
+    fn default() -> Self {
+        Self { thousandths: 150 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_price_is_a_share_of_the_full_square() {
+        assert_eq!(MissPrice::default(), MissPrice::new(0.15).unwrap());
+        assert_eq!(MissPrice::new(0.25).unwrap().units(), i128::from(CV_LIMITS[CV_10] / 4));
+        assert_eq!(MissPrice::new(1.0).unwrap().units(), i128::from(CV_LIMITS[CV_10]));
+        assert!([-0.1, 1.1, f64::NAN].into_iter().all(|share| MissPrice::new(share).is_none()));
+        assert!((MissPrice::new(0.123).unwrap().share() - 0.123).abs() < 1e-12);
+    }
+}
