@@ -63,6 +63,7 @@ mod schema {
         pub(super) body_from_sensor: [f64; 7],
         pub(super) time_offset_s: f64,
         pub(super) sigma_m: f64,
+        pub(super) miss_price: f64,
         pub(super) free_space: bool,
     }
 

@@ -91,7 +91,10 @@ fn tables_of(results: &[DriveResult]) -> String {
         default.iter().copied().filter(|result| result.held_out == held_out).collect()
     };
     let settings = settings();
-    let others = settings.iter().skip(1).map(|setting| (setting.name, under(setting.name)));
+    let chosen_under = |name: &str| -> Vec<&DriveResult> {
+        under(name).into_iter().filter(|result| !result.held_out).collect()
+    };
+    let others = settings.iter().skip(1).map(|setting| (setting.name, chosen_under(setting.name)));
     let others: Vec<(&str, Vec<&DriveResult>)> = others.filter(|(_, drives)| !drives.is_empty()).collect();
     let (chosen, held_out) = (half(false), half(true));
     [

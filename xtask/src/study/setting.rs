@@ -9,6 +9,7 @@ pub(super) struct Setting {
     voxel_m: Option<f64>,
     segment_m: Option<f64>,
     every: usize,
+    free_space: bool,
     /// Only these estimates; all of them where there is none.
     only: &'static [&'static str],
     /// Whether surface distance, the peers and the truth about consistency are measured: they do not depend on
@@ -16,8 +17,15 @@ pub(super) struct Setting {
     pub(super) against_truth: bool,
 }
 
-const DEFAULT: Setting =
-    Setting { name: "default", voxel_m: None, segment_m: None, every: 1, only: &[], against_truth: true };
+const DEFAULT: Setting = Setting {
+    name: "default",
+    voxel_m: None,
+    segment_m: None,
+    every: 1,
+    free_space: false,
+    only: &[],
+    against_truth: true,
+};
 
 /// Estimates that settings are compared on: some of every kind.
 const SOME: [&str; 11] = [
@@ -49,13 +57,14 @@ pub(super) fn settings() -> Vec<Setting> {
         segment("segments of 4 m", 4.0),
         segment("segments of 24 m", 24.0),
         segment("segments of 60 m", 60.0),
+        Setting { name: "free space", free_space: true, ..HALF },
     ]
 }
 
 impl Setting {
     pub(super) fn config(&self) -> Config {
-        let Self { voxel_m, segment_m, every, .. } = *self;
-        Config { voxel_m, segment_m, every, ..Config::default() }
+        let Self { voxel_m, segment_m, every, free_space, .. } = *self;
+        Config { voxel_m, segment_m, every, free_space, ..Config::default() }
     }
 
     pub(super) fn wants(&self, estimate: &str) -> bool {

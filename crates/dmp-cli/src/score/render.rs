@@ -143,9 +143,10 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
     let rates = "rays that hit nothing; blocked: that hit something over 0.5 m too early";
     if is_cross_validated(report) {
         writeln!(out, "R_cv      {means};")?;
+        let missing_m = 10.0 * report.config.miss_price.sqrt();
         writeln!(
             out,
-            "          predicted from other parts of the drive; at 10 m, 5 m off where that is impossible"
+            "          predicted from other parts of the drive; at 10 m, {missing_m:.1} m off where that is impossible"
         )?;
         writeln!(out, "R_near    the same with the nearest surfel on the ray, whenever it was seen")?;
         writeln!(out, "DMP       mean square to the first surfel on the ray, not cut off")?;
@@ -201,7 +202,7 @@ mod tests {
 
     const LEGEND: &str = "
 R_cv      RMS of measured minus predicted range, cut off at the length above; less is better;
-          predicted from other parts of the drive; at 10 m, 5 m off where that is impossible
+          predicted from other parts of the drive; at 10 m, 3.9 m off where that is impossible
 R_near    the same with the nearest surfel on the ray, whenever it was seen
 DMP       mean square to the first surfel on the ray, not cut off
 coverage  returns predicted from other parts of the drive; revisit: from another visit
