@@ -53,8 +53,8 @@ pub(crate) struct SettingsArgs {
     /// rays of other parts of the drive. Reads the log four times instead of twice; not with --map
     #[arg(long, help_heading = "Returns and map")]
     free_space: bool,
-    /// What a return that no independent surfel predicts costs in R_cv(10): this share of the full square,
-    /// 100 m², from 0 to 1
+    /// What a return that other parts of the drive do not predict costs at the scale of 10 m: this share of the
+    /// full square, 100 m², from 0 to 1
     #[arg(long, value_name = "SHARE", default_value_t = Config::default().miss_price, value_parser = parse::miss_price)]
     #[arg(help_heading = "Returns and map")]
     miss_price: MissPrice,

@@ -16,6 +16,7 @@ use super::drives::{DriveSpec, Half};
 use super::estimates::{Estimate, estimates};
 use super::interval::{BATCHES, difference, parts};
 use super::observe::{Both, CV_M, Frame, NEAR_M, Observer, Sum, pairs};
+use super::removal::frames_without_own;
 use super::result::{DriveResult, PairResult, RunResult, Said};
 use super::setting::Setting;
 
@@ -53,8 +54,12 @@ pub(super) fn evaluate(spec: &DriveSpec, setting: &Setting, work: &Path) -> anyh
     )
     .with_context(|| format!("{} under {}", spec.name, setting.name))?;
     let report = &study.score;
-    let (frames, sightings) = observer.finish();
+    let (mut frames, sightings) = observer.finish();
     let segments = &report.config.segments;
+    if setting.fuse_without_own {
+        let (config, voxel_m) = (setting.config(), report.config.voxel_m);
+        frames = frames_without_own(log.as_ref(), &runs, &segments.starts_scan, &config, voxel_m)?;
+    }
     let segment_of = |frame: usize| segments.starts_scan.partition_point(|&start| start <= frame) as i64 - 1;
     let (spreads, sightings) = sightings
         .map_or_else(Default::default, |s| spreads(&s, |a, b| (segment_of(a) - segment_of(b)).abs() > 1));
@@ -78,7 +83,7 @@ pub(super) fn evaluate(spec: &DriveSpec, setting: &Setting, work: &Path) -> anyh
         frames: frames.len(),
         returns: report.inputs.returns_used,
         runs: run_results.collect(),
-        pairs: pair_results(report, &estimates, &frames),
+        pairs: pair_results(setting, report, &estimates, &frames),
         sightings,
         seconds: start.elapsed().as_secs_f64(),
     })
@@ -203,7 +208,7 @@ fn shares(report: &Report, index: usize) -> BTreeMap<String, Option<f64>> {
     ])
 }
 
-/// Name of R_cv(t) over the returns with zc in both runs.
+/// Name of `R_cv(t)` over the returns with zc in both runs.
 pub(super) fn common_cv(t: f64) -> String {
     format!("R_cv({t}) common")
 }
@@ -213,14 +218,21 @@ pub(super) fn square_on(t: f64) -> String {
     format!("R_cv({t}) cos² common")
 }
 
-fn pair_results(report: &Report, estimates: &[Estimate], frames: &[Frame]) -> Vec<PairResult> {
+fn pair_results(
+    setting: &Setting,
+    report: &Report,
+    estimates: &[Estimate],
+    frames: &[Frame],
+) -> Vec<PairResult> {
     let of_pair = |(index, (a, b)): (usize, (usize, usize))| {
         let said = report.pairs.iter().find(|p| p.a == estimates[a].name && p.b == estimates[b].name);
-        let verdict = said.map_or(Said::Nothing, |pair| match pair.verdict.as_str() {
-            "undecided" => Said::Nothing,
-            "mixed" => Said::Mixed(pair.better_on_the_whole.as_ref() == Some(&pair.a)),
-            name if name == pair.a => Said::A,
-            _ => Said::B,
+        let verdict = said.filter(|_| !setting.fuse_without_own).map_or(Said::Nothing, |pair| {
+            match pair.verdict.as_str() {
+                "undecided" => Said::Nothing,
+                "mixed" => Said::Mixed(pair.better_on_the_whole.as_ref() == Some(&pair.a)),
+                name if name == pair.a => Said::A,
+                _ => Said::B,
+            }
         });
         let (mut singles, mut batches) = (BTreeMap::new(), BTreeMap::new());
         let mut single = |name: String, frames: Vec<Both>| {

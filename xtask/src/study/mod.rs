@@ -9,6 +9,7 @@ mod interval;
 mod judge;
 mod observe;
 mod pair_tables;
+mod removal;
 mod result;
 mod rule;
 mod score;

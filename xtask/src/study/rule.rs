@@ -88,6 +88,12 @@ impl Cascade {
 }
 
 impl Rule {
+    /// The rule of docs/metric.md, from the study's own sums.
+    pub(super) fn documented() -> Self {
+        let guards = Some([[0.1, 0.05], [0.02, 0.25]]);
+        Self::Cascade(Cascade::new("as documented", Square::Plain, &[10.0, 2.0, 0.5, 0.2], guards))
+    }
+
     pub(super) fn name(&self) -> String {
         match self {
             Self::Command => "`dmp score`".to_owned(),

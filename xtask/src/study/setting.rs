@@ -10,6 +10,8 @@ pub(super) struct Setting {
     segment_m: Option<f64>,
     every: usize,
     free_space: bool,
+    /// Whether own points are kept out by fusing maps without them.
+    pub(super) fuse_without_own: bool,
     /// Only these estimates; all of them where there is none.
     only: &'static [&'static str],
     /// Whether surface distance, the peers and the truth about consistency are measured: they do not depend on
@@ -23,6 +25,7 @@ const DEFAULT: Setting = Setting {
     segment_m: None,
     every: 1,
     free_space: false,
+    fuse_without_own: false,
     only: &[],
     against_truth: true,
 };
@@ -57,6 +60,7 @@ pub(super) fn settings() -> Vec<Setting> {
         segment("segments of 4 m", 4.0),
         segment("segments of 24 m", 24.0),
         segment("segments of 60 m", 60.0),
+        Setting { name: "maps without own points", fuse_without_own: true, ..HALF },
         Setting { name: "free space", free_space: true, ..HALF },
     ]
 }

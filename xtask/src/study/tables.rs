@@ -163,7 +163,7 @@ pub(super) fn by_setting(settings: &[(&str, Vec<&DriveResult>)]) -> String {
         &["setting", "drives", "right", "wrong", "mixed", "sign", "R_cv(10) order", "tau ATE", "coverage"],
     );
     for (name, drives) in settings {
-        let ate = tally(drives, &Rule::Command, |_, _, truth| truth.ate);
+        let ate = tally(drives, &Rule::documented(), |_, _, truth| truth.ate);
         let key = "R_cv(10) κ=0.15";
         let coverage = |drive: &&DriveResult| drive.runs[0].shares.get("coverage").copied().flatten();
         table.rows.push(vec![

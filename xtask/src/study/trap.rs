@@ -4,6 +4,7 @@
 //! and the street's ends tell that something is wrong. A collapsed map of such a street is small and
 //! smooth, and metrics that look at nothing but the map take it for the better one.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use dmp::{Config, Run};
@@ -201,11 +202,11 @@ fn table(study: &Study) -> String {
         let values: Vec<String> = column.values.iter().map(value).collect();
         let unit = if column.unit.is_empty() { String::new() } else { format!(", {}", column.unit) };
         let best = best(column).map_or("–", |run| RUNS[run]);
-        text.push_str(&format!("| {}{unit} | {} | {best} |\n", column.title, values.join(" | ")));
+        let _ = writeln!(text, "| {}{unit} | {} | {best} |", column.title, values.join(" | "));
     }
     for pair in &study.score.pairs {
         let scale = pair.decided_at_m.map_or(String::new(), |scale_m| format!(" at {scale_m} m"));
-        text.push_str(&format!("\n- {} and {}: {}{scale}", pair.a, pair.b, pair.verdict));
+        let _ = write!(text, "\n- {} and {}: {}{scale}", pair.a, pair.b, pair.verdict);
     }
     text.push('\n');
     text
