@@ -32,7 +32,7 @@ pub(super) struct RunResult {
     pub(super) kind: String,
     /// Larger is worse, all of them: `ATE`, `RPE`, `SMD` in metres.
     pub(super) truth: BTreeMap<String, f64>,
-    /// How far apart sightings of one place lie, by the definitions of [`super::evaluate::spreads`].
+    /// How far apart sightings of one place lie, by definition.
     pub(super) inconsistency: BTreeMap<String, Inconsistency>,
     /// Every score, lower is better; `None` where it is not defined.
     pub(super) scores: BTreeMap<String, Option<f64>>,
