@@ -170,3 +170,55 @@ pub(super) fn mix(value: u64) -> u64 {
     let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seen(at: &[(u64, usize, [f32; 3])]) -> Sightings {
+        let mut seen = Sightings::new(2);
+        for &(hash, frame, off) in at {
+            seen.keep([0; 3], hash, || Sighting { frame, displacement_m: Box::new([[0.0; 3], off]) });
+        }
+        seen
+    }
+
+    #[test]
+    fn distances_are_between_frames_and_merging_has_no_order() {
+        let parts = [
+            seen(&[(5, 0, [0.0; 3]), (1, 1, [3.0, 4.0, 0.0])]),
+            seen(&[(3, 1, [3.0, 4.0, 0.0]), (9, 2, [0.0; 3])]),
+        ];
+        let merged = |order: [usize; 2]| {
+            let mut all = Sightings::new(2);
+            order.into_iter().for_each(|k| {
+                let at: Vec<_> = parts[k].places[&[0; 3]]
+                    .kept
+                    .iter()
+                    .map(|(&hash, s)| (hash, s.frame, s.displacement_m[1]))
+                    .collect();
+                all.merge(seen(&at));
+            });
+            all
+        };
+        for order in [[0, 1], [1, 0]] {
+            let (runs, pairs) = merged(order).inconsistency(&[2.0], Weigh::Pairs, |_, _| true);
+            // Of six pairs one is within a frame; four are 5 m apart, one not at all.
+            assert_eq!(pairs, 5);
+            assert_eq!((runs[0].distance_m, runs[0].squares_m2[0]), (0.0, 0.0));
+            assert!((runs[1].distance_m - 4.0).abs() < 1e-12);
+            assert!((runs[1].squares_m2[0] - 16.0 / 5.0).abs() < 1e-12);
+            let (_, apart) = merged(order).inconsistency(&[2.0], Weigh::Returns, |a, b| a.abs_diff(b) > 1);
+            assert_eq!(apart, 1);
+        }
+    }
+
+    #[test]
+    fn the_lowest_hashes_stay() {
+        let at: Vec<(u64, usize, [f32; 3])> = (0..20).rev().map(|k| (k, k as usize, [0.0; 3])).collect();
+        let seen = seen(&at);
+        let place = &seen.places[&[0; 3]];
+        assert_eq!(place.returns, 20);
+        assert_eq!(place.kept.keys().copied().collect::<Vec<_>>(), (0..KEPT as u64).collect::<Vec<_>>());
+    }
+}

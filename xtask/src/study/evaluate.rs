@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 use std::time::Instant;
 
-use anyhow::Context as _;
+use anyhow::{Context as _, ensure};
 use dmp::{Report, Run};
 use dmp_log::{LogOptions, McapScanWriter, McapWriterOptions, open_log};
 use dmp_sensor::Point3;
@@ -18,6 +18,7 @@ use super::interval::{BATCHES, difference, parts};
 use super::observe::{Both, CV_M, Frame, NEAR_M, Observer, Sum, pairs};
 use super::removal::frames_without_own;
 use super::result::{DriveResult, PairResult, RunResult, Said};
+use super::rule::Rule;
 use super::setting::Setting;
 
 /// Of the true surface one point is kept in each cell of this edge, metres.
@@ -83,7 +84,7 @@ pub(super) fn evaluate(spec: &DriveSpec, setting: &Setting, work: &Path) -> anyh
         frames: frames.len(),
         returns: report.inputs.returns_used,
         runs: run_results.collect(),
-        pairs: pair_results(setting, report, &estimates, &frames),
+        pairs: pair_results(setting, report, &estimates, &frames)?,
         sightings,
         seconds: start.elapsed().as_secs_f64(),
     })
@@ -110,11 +111,14 @@ fn spreads(
 /// Writes the drive's scans, unless they lie there already.
 fn write_log(recording: &Recording<'_>, path: &Path) -> anyhow::Result<()> {
     if !path.exists() {
-        let mut log = McapScanWriter::create(path, &McapWriterOptions::default())?;
+        // Under another name until it is whole.
+        let partial = path.with_extension("partial");
+        let mut log = McapScanWriter::create(&partial, &McapWriterOptions::default())?;
         for scan in recording.scans() {
             log.write_scan(&scan)?;
         }
         log.finish()?;
+        std::fs::rename(&partial, path).with_context(|| path.display().to_string())?;
     }
     Ok(())
 }
@@ -165,6 +169,7 @@ fn scores(study: &Study, index: usize, frames: &[Frame]) -> BTreeMap<String, Opt
         ("DMP mean".to_owned(), run.dmp_mean_m2),
         ("miss".to_owned(), run.miss_rate),
         ("blocked".to_owned(), run.blocked_rate),
+        ("R_cv(10) as shown".to_owned(), run.r_cv_m2.at_10),
     ]);
     let of_run = || frames.iter().map(|frame| &frame.runs[index]);
     let returns: f64 = of_run().map(|frame| frame.returns).sum();
@@ -223,17 +228,20 @@ fn pair_results(
     report: &Report,
     estimates: &[Estimate],
     frames: &[Frame],
-) -> Vec<PairResult> {
+) -> anyhow::Result<Vec<PairResult>> {
     let of_pair = |(index, (a, b)): (usize, (usize, usize))| {
-        let said = report.pairs.iter().find(|p| p.a == estimates[a].name && p.b == estimates[b].name);
-        let verdict = said.filter(|_| !setting.fuse_without_own).map_or(Said::Nothing, |pair| {
-            match pair.verdict.as_str() {
-                "undecided" => Said::Nothing,
-                "mixed" => Said::Mixed(pair.better_on_the_whole.as_ref() == Some(&pair.a)),
-                name if name == pair.a => Said::A,
-                _ => Said::B,
-            }
-        });
+        let [name_a, name_b] = [a, b].map(|run| &estimates[run].name);
+        let pair = report.pairs.iter().find(|pair| pair.a == *name_a && pair.b == *name_b);
+        let pair = pair.with_context(|| format!("{name_a} and {name_b} were not compared"))?;
+        let verdict = match pair.verdict.as_str() {
+            // The command's verdict is about other sums.
+            _ if setting.fuse_without_own => Said::Nothing,
+            "undecided" => Said::Nothing,
+            "mixed" => Said::Mixed(pair.better_on_the_whole.as_ref() == Some(name_a)),
+            name if name == name_a => Said::A,
+            name if name == name_b => Said::B,
+            other => anyhow::bail!("{name_a} and {name_b}: {other} is no verdict"),
+        };
         let (mut singles, mut batches) = (BTreeMap::new(), BTreeMap::new());
         let mut single = |name: String, frames: Vec<Both>| {
             if let Some(value) = difference(&frames) {
@@ -249,25 +257,13 @@ fn pair_results(
             single(format!("R_near({t})"), frames.iter().map(|f| f.pairs[index].near[k]).collect());
         }
         single("DMP mean".to_owned(), frames.iter().map(|f| f.pairs[index].first).collect());
-        // Over all returns, a missing prediction at a quarter of the full square.
-        let all = |f: &Frame| {
-            let value = |run: usize| {
-                f.runs[run].cv[1].sum_m2 + 25.0 * (f.runs[run].returns - f.runs[run].cv[1].returns)
-            };
-            let (a_m2, b_m2) = (value(a), value(b));
-            Both { difference_m2: a_m2 - b_m2, level_m2: a_m2 + b_m2, returns: f.runs[a].returns }
-        };
-        single("R_cv(10) κ=0.25".to_owned(), frames.iter().map(all).collect());
-        let common: f64 = frames.iter().map(|f| f.pairs[index].cv[0].returns).sum();
-        PairResult {
-            a,
-            b,
-            verdict,
-            decided_at_m: said.and_then(|pair| pair.decided_at_m),
-            common: common / report.inputs.returns_used.max(1) as f64,
-            singles,
-            batches,
-        }
+        let result = PairResult { a, b, verdict, decided_at_m: pair.decided_at_m, singles, batches };
+        let again = Rule::documented().say(&result);
+        ensure!(
+            setting.fuse_without_own || again.said == verdict,
+            "{name_a} and {name_b}: the command says {verdict:?}, its rule on the study's own sums {again:?}"
+        );
+        Ok(result)
     };
     pairs(estimates.len()).enumerate().map(of_pair).collect()
 }

@@ -78,6 +78,8 @@ pub(super) struct Tally {
     pub(super) right: u32,
     pub(super) wrong: u32,
     pub(super) mixed: u32,
+    /// Mixed, and better on the whole is the one that is.
+    pub(super) mixed_right: u32,
     /// Leaning to the right side, decided or not.
     pub(super) sign: u32,
 }
@@ -89,7 +91,10 @@ impl Tally {
         match saying.said {
             Said::A | Said::B if (saying.said == Said::A) == a_better => self.right += 1,
             Said::A | Said::B => self.wrong += 1,
-            Said::Mixed(_) => self.mixed += 1,
+            Said::Mixed(a) => {
+                self.mixed += 1;
+                self.mixed_right += u32::from(a == a_better);
+            }
             Said::Nothing => {}
         }
         self.sign += u32::from(saying.leaning == Some(a_better));
@@ -183,4 +188,69 @@ pub(super) fn kinds(drives: &[&DriveResult]) -> Vec<String> {
     let mut kinds: Vec<_> = seen.into_iter().collect();
     kinds.sort_by_key(|(_, index)| *index);
     kinds.into_iter().map(|(kind, _)| kind.to_owned()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drive(runs: &[(&str, f64, Option<f64>)]) -> DriveResult {
+        let run = |&(kind, ate_m, score): &(&str, f64, Option<f64>)| RunResult {
+            name: format!("{kind}-{ate_m}"),
+            kind: kind.to_owned(),
+            truth: BTreeMap::from(["ATE", "RPE", "SMD"].map(|name| (name.to_owned(), ate_m))),
+            inconsistency: BTreeMap::new(),
+            scores: BTreeMap::from([("score".to_owned(), score)]),
+            shares: BTreeMap::new(),
+        };
+        let pair = |(a, b)| super::super::result::PairResult {
+            a,
+            b,
+            verdict: Said::Nothing,
+            decided_at_m: None,
+            singles: BTreeMap::new(),
+            batches: BTreeMap::new(),
+        };
+        DriveResult {
+            drive: "one".to_owned(),
+            held_out: false,
+            setting: "default".to_owned(),
+            voxel_m: 0.2,
+            segment_m: None,
+            segments: 1,
+            travel_m: 1.0,
+            frames: 1,
+            returns: 1,
+            sightings: BTreeMap::new(),
+            seconds: 0.0,
+            runs: runs.iter().map(run).collect(),
+            pairs: super::super::observe::pairs(runs.len()).map(pair).collect(),
+        }
+    }
+
+    #[test]
+    fn order_ladder_and_the_first_are_counted() {
+        let drive = drive(&[
+            ("Truth", 0.0, Some(1.0)),
+            ("Drift", 0.3, Some(2.0)),
+            ("Drift", 1.0, Some(1.5)),
+            ("Noise", 0.1, None),
+        ]);
+        // Of six pairs three are with the run that has no score, and one is upside down.
+        assert!((consistent_pairs(&drive, "score") - 2.0 / 6.0).abs() < 1e-12);
+        assert_eq!(ladder(&drive, "score"), (2, 3));
+        assert!(truth_is_first(&drive, "score"));
+        assert_eq!(kinds(&[&drive]), ["Truth", "Drift", "Noise"]);
+    }
+
+    #[test]
+    fn a_tally_counts_each_saying_once() {
+        let mut tally = Tally::default();
+        for said in [Said::A, Said::B, Said::Mixed(true), Said::Mixed(false), Said::Nothing] {
+            tally.add(Saying { said, leaning: Some(true), scale_m: 10.0 }, Some(true));
+        }
+        tally.add(Saying { said: Said::A, leaning: Some(true), scale_m: 10.0 }, None);
+        let counts = (tally.pairs, tally.right, tally.wrong, tally.mixed, tally.mixed_right, tally.sign);
+        assert_eq!(counts, (5, 1, 1, 2, 1, 5));
+    }
 }

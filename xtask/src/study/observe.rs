@@ -35,8 +35,6 @@ pub(super) struct RunFrame {
     pub(super) square_on: [Sum; CV_M.len()],
     /// Over returns with z1.
     pub(super) near: [Sum; NEAR_M.len()],
-    /// (z − z1)², without truncation.
-    pub(super) first: Sum,
 }
 
 /// Two runs in one frame, over the returns that both predict: differences first minus second.
@@ -165,9 +163,6 @@ impl RunFrame {
         }
         if let Some(near) = squares.near {
             self.near.iter_mut().zip(near).for_each(|(sum, square)| sum.add(square));
-        }
-        if let Some(first) = squares.first {
-            self.first.add(first);
         }
     }
 }

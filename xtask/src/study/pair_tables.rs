@@ -16,7 +16,6 @@ pub(super) fn rules() -> Vec<Rule> {
         single("R_cv(2) common", 2.0),
         single("R_cv(0.5) common", 0.5),
         single("R_cv(0.2) common", 0.2),
-        single("R_cv(10) κ=0.25", 10.0),
         single("R_near(5)", 5.0),
         single("R_near(2)", 2.0),
         single("R_near(0.5)", 0.5),
@@ -128,7 +127,8 @@ pub(super) fn errors_and_messages(drives: &[&DriveResult]) -> String {
             "with ATE",
             "with consistency",
             "against both",
-            "mixed",
+            "mixed, leaning with ATE",
+            "mixed, against",
             "undecided",
         ],
     );
@@ -137,15 +137,15 @@ pub(super) fn errors_and_messages(drives: &[&DriveResult]) -> String {
             tally(drives, &Rule::Command, |_, _, t| truth(t).filter(|_| t.agree() == Some(agree)))
         };
         let (ate, consistency) = (of(|t| t.ate), of(|t| t.consistency));
-        let against_both = if agree { ate.wrong } else { 0 };
         let decided = ate.right + ate.wrong;
         table.rows.push(vec![
             name.to_owned(),
             ate.pairs.to_string(),
             ate.right.to_string(),
             consistency.right.to_string(),
-            against_both.to_string(),
-            ate.mixed.to_string(),
+            if agree { ate.wrong.to_string() } else { "–".to_owned() },
+            ate.mixed_right.to_string(),
+            (ate.mixed - ate.mixed_right).to_string(),
             (ate.pairs - decided - ate.mixed).to_string(),
         ]);
     }
@@ -187,10 +187,13 @@ fn tally_by(drives: &[&DriveResult], spread: Spread) -> Tally {
 pub(super) fn by_drive(drives: &[&DriveResult]) -> String {
     let mut header = RULE_HEADER.to_vec();
     header[0] = "drive";
+    header.push("apart");
     let mut table = Table::new("Verdicts of `dmp score` by drive", &header);
     for drive in drives {
         let name = format!("{}{}", drive.drive, if drive.held_out { " (held out)" } else { "" });
-        table.rows.push(rule_row(&[drive], &Rule::Command, name));
+        let mut row = rule_row(&[drive], &Rule::Command, name);
+        row.push(share(tally_by(&[drive], Spread::Distance("apart, by pairs")).of_decided()));
+        table.rows.push(row);
     }
     table.print()
 }

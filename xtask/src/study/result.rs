@@ -49,8 +49,6 @@ pub(super) struct PairResult {
     pub(super) verdict: Said,
     /// The scale that decided, metres.
     pub(super) decided_at_m: Option<f64>,
-    /// Common returns per return.
-    pub(super) common: f64,
     /// Mean differences a − b of single scores, and half of their 99 % intervals.
     pub(super) singles: BTreeMap<String, Difference>,
     /// The same scores over [`super::interval::BATCHES`] consecutive parts of the frames.

@@ -157,3 +157,58 @@ impl Cascade {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::result::{Batch, Difference};
+    use super::*;
+    use std::collections::BTreeMap;
+
+    /// A pair that differs by `differences_m2` in 20 equal parts, at a level of 1 m² each, at all scales.
+    fn pair(differences_m2: [f64; 20], half_width_m2: f64) -> PairResult {
+        let batches: Vec<Batch> = differences_m2
+            .iter()
+            .map(|d| Batch { difference_m2: d * 10.0, level_m2: 20.0, returns: 10.0 })
+            .collect();
+        let value_m2 = differences_m2.iter().sum::<f64>() / 20.0;
+        let single = Difference { value_m2, half_width_m2: Some(half_width_m2) };
+        let names = || [30.0, 10.0, 2.0, 0.5, 0.2].map(common_cv);
+        PairResult {
+            a: 0,
+            b: 1,
+            verdict: Said::Nothing,
+            decided_at_m: None,
+            singles: names().map(|name| (name, single)).into_iter().collect(),
+            batches: names().map(|name| (name, batches.clone())).into_iter().collect::<BTreeMap<_, _>>(),
+        }
+    }
+
+    #[test]
+    fn a_pair_is_decided_mixed_or_neither() {
+        let rule = Rule::documented();
+        let all_better = rule.say(&pair([-0.4; 20], 0.1));
+        assert_eq!((all_better.said, all_better.leaning, all_better.scale_m), (Said::A, Some(true), 10.0));
+        assert_eq!(rule.say(&pair([0.4; 20], 0.1)).said, Said::B);
+        let unsure = rule.say(&pair([0.4; 20], 0.5));
+        assert_eq!((unsure.said, unsure.leaning), (Said::Nothing, Some(false)));
+        // Two places of ten oppose by as much as the others support: 0.2 of the level, a quarter of 0.8.
+        let mut places = [-1.0; 20];
+        places[4..8].fill(1.0);
+        assert_eq!(rule.say(&pair(places, 0.1)).said, Said::Mixed(true));
+        // One half of a place opposes: its other half outweighs that.
+        let mut places = [-1.0; 20];
+        places[4] = 0.9;
+        assert_eq!(rule.say(&pair(places, 0.1)).said, Said::A);
+    }
+
+    #[test]
+    fn the_first_scale_that_decides_answers() {
+        let mut pair = pair([-0.4; 20], 0.1);
+        for scale_m in [10.0, 2.0] {
+            let single = Difference { value_m2: 0.4, half_width_m2: Some(0.5) };
+            pair.singles.insert(common_cv(scale_m), single);
+        }
+        let said = Rule::documented().say(&pair);
+        assert_eq!((said.said, said.scale_m), (Said::A, 0.5));
+    }
+}

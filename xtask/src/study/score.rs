@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
+use anyhow::{Context as _, ensure};
 
 use super::drives::drives;
 use super::evaluate::evaluate;
@@ -35,6 +35,13 @@ pub(super) fn run(arguments: &ScoreArgs) -> anyhow::Result<()> {
     let ScoreArgs { drives: only_drives, settings: only_settings, out, tables: tables_only, figures } =
         arguments;
     std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
+    for name in only_drives {
+        super::find(name)?;
+    }
+    for name in only_settings {
+        let names: Vec<_> = settings().iter().map(|setting| setting.name).collect();
+        ensure!(names.contains(&name.as_str()), "{name}: no such setting; they are {}", names.join(", "));
+    }
     let wanted = |name: &str, only: &[String]| only.is_empty() || only.iter().any(|wanted| wanted == name);
     if !tables_only {
         for setting in settings().iter().filter(|setting| wanted(setting.name, only_settings)) {
