@@ -58,7 +58,8 @@ impl TileAnswer {
         };
         if range_m <= self.independent_m && holds(ray.independence) {
             let (n, d) = (surfel.normal, ray.direction);
-            let cos = (n[0] * d[0] + n[1] * d[1] + n[2] * d[2]).abs();
+            // Rounding must not lift it over 1.
+            let cos = (n[0] * d[0] + n[1] * d[1] + n[2] * d[2]).abs().min(1.0);
             // Of two at the same range the one hit more squarely, whichever came first.
             if range_m < self.independent_m || cos > self.independent_cos {
                 (self.independent_m, self.independent_cos) = (range_m, cos);
@@ -159,5 +160,81 @@ pub(crate) fn cast(tile: &CastTile, ray: &TileRay, answer: &mut TileAnswer, stac
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Discs around one place, seen from segment 0, with every `leaf` of them in a leaf of one tree.
+    fn tile_of(centre_m: [f32; 3], normals: &[[f32; 3]], leaf: usize) -> CastTile {
+        let surfel =
+            |&normal| Surfel { centre_in_tile_m: centre_m, normal, third_lowest: 0, third_highest: 0 };
+        let node = |first: usize, surfels: usize| Node {
+            min: centre_m.map(|c| c - 1.0),
+            max: centre_m.map(|c| c + 1.0),
+            first: first as u32,
+            surfels: surfels as u32,
+            min_third_lowest: 0,
+            max_third_highest: 0,
+        };
+        let nodes = match normals.len() - leaf {
+            0 => vec![node(0, leaf)],
+            rest => vec![node(1, 0), node(0, leaf), node(leaf, rest)],
+        };
+        let surfels = normals.iter().map(surfel).collect();
+        CastTile { origin_in_world_m: [0.0; 3], radius_m: 0.5, surfels, nodes }
+    }
+
+    /// The range and |n·d| of the independent crossing of a ray from the origin.
+    fn independent(tile: &CastTile, direction: [f32; 3]) -> (f32, f32) {
+        let ray = TileRay {
+            origin_m: [0.0; 3],
+            direction,
+            measured_m: 4.0,
+            from_m: 0.0,
+            to_m: 60.0,
+            independence: Some(Independence::of(9, 1)),
+            revisit: None,
+        };
+        let mut answer = TileAnswer {
+            first_m: f32::INFINITY,
+            nearest_m: f32::INFINITY,
+            gap_m: 5.0,
+            independent_m: f32::INFINITY,
+            independent_cos: 0.0,
+            revisited: false,
+        };
+        cast(tile, &ray, &mut answer, &mut Vec::new());
+        (answer.independent_m, answer.independent_cos)
+    }
+
+    #[test]
+    fn of_two_discs_at_the_same_range_the_one_hit_more_squarely_counts() {
+        // Times 4 and by itself again: all three are crossed at 4 m to the last bit.
+        let (square, oblique, grazed) = ([-1.0, 0.0, 0.0], [0.6, 0.8, 0.0], [0.28, 0.0, 0.96]);
+        let cases = [([square, oblique], 1.0), ([square, grazed], 1.0), ([oblique, grazed], 0.6)];
+        for ([a, b], cos) in cases {
+            for normals in [[a, b], [b, a]] {
+                for leaf in [1, 2] {
+                    let tile = tile_of([4.0, 0.0, 0.0], &normals, leaf);
+                    assert_eq!(independent(&tile, [1.0, 0.0, 0.0]), (4.0, cos), "{normals:?} {leaf}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_disc_hit_squarely_is_not_hit_more_than_squarely() {
+        let mut over = 0;
+        for k in 0..200u8 {
+            let t = f64::from(k) / 200.0;
+            let d = [(1.0 - t * t) / (1.0 + t * t), 2.0 * t / (1.0 + t * t), 0.0].map(|c| c as f32);
+            over += usize::from(d[0] * d[0] + d[1] * d[1] > 1.0);
+            let (range_m, cos) = independent(&tile_of(d.map(|c| 4.0 * c), &[d], 1), d);
+            assert!((range_m - 4.0).abs() < 1e-5 && (0.999_999..=1.0).contains(&cos), "{d:?} {cos}");
+        }
+        assert!(over > 0, "no product is rounded up");
     }
 }

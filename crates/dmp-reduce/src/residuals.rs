@@ -18,7 +18,8 @@ pub struct Residuals {
     pub nearest_m: Option<f64>,
     /// z − zc, to the first independent surfel crossed.
     pub independent_m: Option<f64>,
-    /// |n·d| between that surfel's normal and the ray: 1 where it is hit squarely.
+    /// |n·d| between that surfel's normal and the ray: 1 where it is hit squarely. In no score of the report:
+    /// the study looks at it.
     pub independent_cos: Option<f32>,
     /// Whether an independent crossing exists even when five segments to either side are left out.
     pub revisited: bool,
