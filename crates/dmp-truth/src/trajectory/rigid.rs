@@ -1,8 +1,8 @@
 //! From and to the types of the pipeline.
 
-use dmp_sensor::{Isometry3, Trajectory, UnitQuaternion};
+use dmp_sensor::{Isometry3, Quaternion, Trajectory, UnitQuaternion};
 
-use super::{Alignment, CompareError, Matching, Pose, PosePath, Preparation, Similarity};
+use super::{Alignment, CompareError, Matching, Pose, PosePath, Preparation, Similarity, quaternion_xyzw};
 
 impl PosePath {
     /// The poses and stamps of a trajectory.
@@ -23,7 +23,8 @@ impl PosePath {
 impl Similarity {
     /// Its rotation and translation, without the scale.
     pub fn isometry(&self) -> Isometry3<f64> {
-        let rotation = UnitQuaternion::from_matrix(&self.pose.rotation);
+        let [x, y, z, w] = quaternion_xyzw(&self.pose);
+        let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
         Isometry3::from_parts(self.pose.position_m.into(), rotation)
     }
 }
@@ -32,7 +33,8 @@ impl Similarity {
 /// those nearest in time and at most 0.01 s apart; without stamps, line by line.
 ///
 /// # Errors
-/// When none belong together, or their places lie on a line.
+/// When none belong together, when one has stamps and the other has none or a different number of poses, or
+/// when their places lie on a line.
 pub fn rigid_alignment(
     reference: &Trajectory,
     estimate: &Trajectory,
@@ -43,7 +45,7 @@ pub fn rigid_alignment(
         ..Preparation::default()
     };
     let prepared = preparation.apply(PosePath::of(reference)?, PosePath::of(estimate)?)?;
-    Ok(prepared.moved_by.map_or_else(Isometry3::identity, |moved| moved.isometry()))
+    prepared.moved_by.map(|moved| moved.isometry()).ok_or(CompareError::NothingToAlign)
 }
 
 #[cfg(test)]
@@ -70,6 +72,40 @@ mod tests {
             let back = found * (moved * pose);
             assert!((back.translation.vector - pose.translation.vector).norm() < 1e-6);
         }
+    }
+
+    #[test]
+    fn half_a_turn_is_turned_back() {
+        for axis in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [-0.8, 0.6, 0.0]] {
+            let [x, y, z] = axis;
+            let turn = UnitQuaternion::from_quaternion(Quaternion::new(0.0, x, y, z));
+            let rotation = turn.to_rotation_matrix().into_inner();
+            let similarity = Similarity { pose: Pose { rotation, ..Pose::identity() }, scale: 1.0 };
+            assert!(similarity.isometry().rotation.angle_to(&turn) < 1e-15, "{axis:?}");
+            let moved = Isometry3::from_parts(Translation3::new(7.0, -3.0, 2.0), turn);
+            let reference = run(0, 1, &Isometry3::identity());
+            let found = rigid_alignment(&reference, &run(0, 1, &moved)).unwrap();
+            assert!((found.rotation * turn).angle() < 1e-9, "{axis:?}");
+            for pose in reference.poses() {
+                let back = found * (moved * pose);
+                assert!((back.translation.vector - pose.translation.vector).norm() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn without_stamps_poses_belong_together_line_by_line() {
+        let turn = UnitQuaternion::from_euler_angles(-0.1, 0.4, 1.0);
+        let moved = Isometry3::from_parts(Translation3::new(10.0, 20.0, -3.0), turn);
+        let lines = |moved: &Isometry3<f64>| run(0, 1, moved).poses().to_vec();
+        let unstamped = |poses: &[Isometry3<f64>]| Trajectory::unstamped(poses.to_vec()).unwrap();
+        let reference = unstamped(&lines(&Isometry3::identity()));
+        let found = rigid_alignment(&reference, &unstamped(&lines(&moved))).unwrap();
+        for (pose, line) in reference.poses().iter().zip(lines(&moved)) {
+            assert!(((found * line).translation.vector - pose.translation.vector).norm() < 1e-6);
+        }
+        let error = rigid_alignment(&reference, &unstamped(&lines(&moved)[1..])).unwrap_err();
+        assert_eq!(error, CompareError::Lengths { reference: 100, estimate: 99 });
     }
 
     #[test]
