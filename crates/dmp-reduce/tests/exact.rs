@@ -234,6 +234,13 @@ fn what_does_not_fit_the_layout_is_refused() -> Result<(), ReduceError> {
     assert_eq!(reducer.merge(&half), Err(ReduceError::FrameTwice { scored: 2 }));
     let other = Reducer::new(Layout::new(2, 3, vec![CV; 2])?);
     assert_eq!(reducer.merge(&other), Err(ReduceError::OtherLayout));
+    let priced = |share| {
+        Ok(Reducer::new(Layout::new(2, 2, vec![CV; 2])?.with_miss_price(MissPrice::new(share).unwrap())))
+    };
+    for (share, merged) in [(0.25, Err(ReduceError::OtherLayout)), (0.15, Ok(()))] {
+        assert_eq!(reducer.merge(&priced(share)?), merged);
+        assert_eq!(priced(share)?.merge(&reducer), merged);
+    }
     assert_eq!(reducer.frames_added(), 2);
     Ok(())
 }

@@ -1,7 +1,9 @@
 //! What a pair of runs is told: the cascade of scales, the place guard, the reasons.
 #![expect(clippy::expect_used, reason = "a case that cannot be set up is a failed test")]
 
-use dmp_reduce::{Basis, Comparison, FrameSums, Layout, Place, Reducer, Residuals, UndecidedReason, Verdict};
+use dmp_reduce::{
+    Basis, Comparison, FrameSums, Layout, MissPrice, Place, Reducer, Residuals, UndecidedReason, Verdict,
+};
 
 const CV: Basis = Basis::CrossValidated;
 const RETURNS: u32 = 40;
@@ -203,4 +205,34 @@ fn runs_are_listed_along_the_verdicts() {
     assert!(
         reducer.scores(2).r_cv_m2[0].1.unwrap().value_m2 > reducer.scores(0).r_cv_m2[0].1.unwrap().value_m2
     );
+}
+
+#[test]
+fn undecided_runs_are_listed_by_the_price_of_a_miss() {
+    // Of every fourth return run 0 predicts nothing and run 1 is 3 m off, 9 of the 100 m² of a full square;
+    // on the others, those in common, they are alike.
+    let listed = |share: f64| {
+        let price = MissPrice::new(share).expect("a share");
+        let layout = Layout::new(50, 50, vec![CV; 2]).expect("a full run").with_miss_price(price);
+        let mut reducer = Reducer::new(layout);
+        let mut sums = FrameSums::new(&[CV; 2]);
+        for frame in 0..50 {
+            sums.clear();
+            for k in 0..RETURNS {
+                let alike = Residuals::all(noise(frame, k, 1));
+                let apart = [Residuals::MISS, Residuals::all(3.0)];
+                sums.add_return(&if k % 4 == 0 { apart } else { [alike; 2] });
+            }
+            reducer.add_frame(frame, &sums).expect("the frames of the layout");
+        }
+        let comparisons = reducer.comparisons();
+        assert_eq!(comparisons[0].verdict, Verdict::Undecided { reason: UndecidedReason::Alike });
+        reducer.order(&comparisons).iter().map(|r| (r.run, r.tied_with_next)).collect::<Vec<_>>()
+    };
+    for share in [0.0, 0.089] {
+        assert_eq!(listed(share), [(0, true), (1, false)], "{share}");
+    }
+    for share in [0.091, 0.15, 1.0] {
+        assert_eq!(listed(share), [(1, true), (0, false)], "{share}");
+    }
 }
