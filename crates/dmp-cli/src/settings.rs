@@ -53,10 +53,10 @@ pub(crate) struct SettingsArgs {
     /// rays of other parts of the drive. Reads the log four times instead of twice; not with --map
     #[arg(long, help_heading = "Returns and map")]
     free_space: bool,
-    /// What a return that other parts of the drive do not predict costs at the scale of 10 m: this share of the
-    /// full square, 100 m², from 0 to 1
+    /// For fused maps: what a return that other parts of the drive do not predict costs at the scale of 10 m, as
+    /// a share of the full square, 100 m²: from 0 to 1, to the thousandth
     #[arg(long, value_name = "SHARE", default_value_t = Config::default().miss_price, value_parser = parse::miss_price)]
-    #[arg(help_heading = "Returns and map")]
+    #[arg(allow_hyphen_values = true, help_heading = "Returns and map")]
     miss_price: MissPrice,
     /// The sensor's range noise, metres: scales the raw log-likelihood, nothing else
     #[arg(long, value_name = "METRES", default_value_t = Config::default().sigma_m)]

@@ -271,6 +271,35 @@ fn threads_memory_and_folder_leave_the_json_alone() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is left behind");
 }
 
+#[test]
+fn the_price_of_a_miss_changes_the_score_and_no_pair() {
+    let folder = tempfile::tempdir().unwrap();
+    let json = |options: &str| {
+        let output = dmp(folder.path(), &format!("{MAIN_JOB} --json --quiet {options}"));
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap()
+    };
+    let (default, dearer) = (json(""), json("--miss-price 0.25"));
+    assert_eq!(
+        (&default["config"]["miss_price"], &dearer["config"]["miss_price"]),
+        (&0.15.into(), &0.25.into())
+    );
+    assert_eq!(default["pairs"].as_array().unwrap().len(), 6);
+    assert_eq!(default["pairs"], dearer["pairs"]);
+    let runs_of = |report: &serde_json::Value| report["runs"].as_array().unwrap().clone();
+    for (before, after) in runs_of(&default).iter().zip(&runs_of(&dearer)) {
+        let r_cv_m2 = |run: &serde_json::Value, scale: &str| run["r_cv_m2"][scale].as_f64().unwrap();
+        let expected = (0.25 - 0.15) * 100.0 * (1.0 - before["coverage"].as_f64().unwrap());
+        let difference = r_cv_m2(after, "10") - r_cv_m2(before, "10");
+        assert!(expected > 0.1, "a run without misses shows nothing");
+        assert!((difference / expected - 1.0).abs() < 1e-9, "{difference} is not {expected}");
+        assert!(["2", "0.5", "0.2"].iter().all(|scale| r_cv_m2(before, scale) == r_cv_m2(after, scale)));
+    }
+    let refused = dmp(folder.path(), &format!("{MAIN_JOB} --miss-price -0.1"));
+    assert_eq!((refused.status.code(), text(&refused.stdout)), (Some(2), String::new()));
+    assert!(text(&refused.stderr).contains("`-0.1` is no share from 0 to 1"), "{}", text(&refused.stderr));
+}
+
 /// A bad input: what to run, the exit code, and words that must stand in the one line on stderr.
 fn check_error(folder: &Path, arguments: &str, code: i32, words: &[&str]) {
     let output = dmp(folder, &format!("{arguments} --quiet"));

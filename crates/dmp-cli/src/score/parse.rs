@@ -68,7 +68,7 @@ pub(crate) fn extrinsic(text: &str) -> Result<Isometry3<f64>, String> {
     }
 }
 
-/// A share from 0 to 1.
+/// A share from 0 to 1, to the nearest thousandth.
 pub(crate) fn miss_price(text: &str) -> Result<MissPrice, String> {
     let share = text.trim().parse().ok().and_then(MissPrice::new);
     share.ok_or_else(|| format!("`{text}` is no share from 0 to 1"))
@@ -154,6 +154,16 @@ mod tests {
         ];
         for (text, part) in bad {
             assert!(extrinsic(text).is_err_and(|e| e.contains(part)), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_price_of_a_miss_is_a_share() {
+        for (text, share) in [("0", 0.0), ("0.25", 0.25), ("1", 1.0), (" 0.1 ", 0.1), ("0.12345", 0.123)] {
+            assert_eq!(miss_price(text).map(Some), Ok(MissPrice::new(share)), "{text}");
+        }
+        for text in ["-0.1", "1.5", "nan", "inf", "x", "", "15%"] {
+            assert_eq!(miss_price(text), Err(format!("`{text}` is no share from 0 to 1")));
         }
     }
 
