@@ -77,7 +77,7 @@ pub(crate) fn trajectory_errors(
     Ok(TrajectoryErrors {
         poses: places.values.len(),
         ate_rmse_m: rmse(&places.values),
-        reference_from_run: prepared.moved_by.map_or_else(Isometry3::identity, |moved| moved.isometry()),
+        reference_from_run: prepared.moved_by.ok_or(CompareError::NothingToAlign)?.isometry(),
         rpe_rmse_m: steps.map(|steps| rmse(&steps.values)),
     })
 }

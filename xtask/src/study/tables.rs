@@ -173,25 +173,34 @@ pub(super) fn by_setting(settings: &[(&str, Vec<&DriveResult>)]) -> String {
             "coverage",
         ],
     );
+    let base = settings.first().map_or(&[] as &[_], |(_, drives)| drives.as_slice());
     for (name, drives) in settings {
         // On too short a drive every scan becomes a segment, whatever length was asked for.
         let took_effect = |drive: &&&DriveResult| !name.starts_with("segments") || drive.segment_m.is_some();
         let drives: Vec<&DriveResult> = drives.iter().filter(took_effect).copied().collect();
-        let drives = drives.as_slice();
-        let ate = tally(drives, &Rule::documented(), |_, _, truth| truth.ate);
-        let key = "R_cv(10) κ=0.15";
-        let coverage = |drive: &&DriveResult| drive.runs[0].shares.get("coverage").copied().flatten();
-        table.rows.push(vec![
-            (*name).to_owned(),
-            drives.len().to_string(),
-            share(ate.share(ate.right)),
-            share(ate.share(ate.wrong)),
-            share(ate.share(ate.mixed)),
-            share(ate.share(ate.sign)),
-            share(mean(drives.iter().map(|drive| consistent_pairs(drive, key)))),
-            share(mean(drives.iter().filter_map(|d| kendall_tau_b(&column(d, key), &errors(d, "ATE"))))),
-            share(mean(drives.iter().filter_map(coverage))),
-        ]);
+        table.rows.push(setting_row((*name).to_owned(), &drives));
+        if drives.len() < base.len() {
+            let is_there = |of: &&&DriveResult| drives.iter().any(|drive| drive.drive == of.drive);
+            let same: Vec<&DriveResult> = base.iter().filter(is_there).copied().collect();
+            table.rows.push(setting_row(format!("{} on these", settings[0].0), &same));
+        }
     }
     table.print()
+}
+
+fn setting_row(name: String, drives: &[&DriveResult]) -> Vec<String> {
+    let ate = tally(drives, &Rule::documented(), |_, _, truth| truth.ate);
+    let key = "R_cv(10) κ=0.15";
+    let coverage = |drive: &&DriveResult| drive.runs[0].shares.get("coverage").copied().flatten();
+    vec![
+        name,
+        drives.len().to_string(),
+        share(ate.share(ate.right)),
+        share(ate.share(ate.wrong)),
+        share(ate.share(ate.mixed)),
+        share(ate.share(ate.sign)),
+        share(mean(drives.iter().map(|drive| consistent_pairs(drive, key)))),
+        share(mean(drives.iter().filter_map(|d| kendall_tau_b(&column(d, key), &errors(d, "ATE"))))),
+        share(mean(drives.iter().filter_map(coverage))),
+    ]
 }
