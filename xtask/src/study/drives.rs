@@ -17,7 +17,7 @@ const TRAFFIC: usize = 24;
 pub(crate) enum Half {
     /// Thresholds and settings were looked at on these.
     Chosen,
-    /// Looked at once, when everything was settled.
+    /// Nothing was chosen by these: they tell whether a choice holds.
     HeldOut,
 }
 
