@@ -1,28 +1,23 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::hash::BuildHasherDefault;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
 use crate::MapError;
 use crate::lattice::{Lattice, LatticePoint, TileId};
 use crate::moments::VoxelRecord;
+use crate::open_tiles::{OpenTiles, Sums};
 use crate::scratch::Scratch;
 use crate::store::{Durability, StoreSummary, StoreWriter};
 use crate::surfel::{Border, TileSurfels, borders_of, surfels_of};
 use crate::tile_moments::{MixHasher, TileMoments};
 
-/// Locks over which tiles are spread, so that threads rarely wait for each other.
-const SHARDS: usize = 64;
-
-type Shard = HashMap<TileId, OpenTile, BuildHasherDefault<MixHasher>>;
-
-#[derive(Debug, Default)]
-struct OpenTile {
-    moments: TileMoments,
-    last_use: u64,
+impl Sums for TileMoments {
+    fn bytes(&self) -> usize {
+        Self::bytes(self)
+    }
 }
 
 /// Fuses points into a surfel map, out of core.
@@ -33,10 +28,7 @@ struct OpenTile {
 #[derive(Debug)]
 pub struct MapFuser {
     lattice: Lattice,
-    budget_bytes: usize,
-    shards: Vec<Mutex<Shard>>,
-    bytes: AtomicUsize,
-    clock: AtomicU64,
+    open: OpenTiles<TileMoments>,
     points: AtomicU64,
     scratch: Scratch<VoxelRecord>,
 }
@@ -45,12 +37,6 @@ pub struct MapFuser {
 #[derive(Debug, Default)]
 pub struct FuseScratch {
     by_tile: HashMap<TileId, Vec<LatticePoint>, BuildHasherDefault<MixHasher>>,
-}
-
-/// A lock whose holder panicked still holds whole sums of whole points: no state is ever half written
-/// where it would be read again, since the panic ends the run.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl MapFuser {
@@ -62,10 +48,7 @@ impl MapFuser {
     pub fn new(lattice: Lattice, budget_bytes: usize, scratch_folder: &Path) -> Result<Self, MapError> {
         Ok(Self {
             lattice,
-            budget_bytes,
-            shards: (0..SHARDS).map(|_| Mutex::default()).collect(),
-            bytes: AtomicUsize::new(0),
-            clock: AtomicU64::new(0),
+            open: OpenTiles::new(budget_bytes),
             points: AtomicU64::new(0),
             scratch: Scratch::new(scratch_folder)?,
         })
@@ -113,42 +96,15 @@ impl MapFuser {
         // Places the sensor has left keep no buffers.
         buffers.by_tile.retain(|_, list| !list.is_empty());
 
-        let now = self.clock.fetch_add(1, Ordering::Relaxed);
         for (&tile, list) in &buffers.by_tile {
-            let mut shard = lock(&self.shards[shard_of(tile)]);
-            let open = shard.entry(tile).or_default();
-            let before = open.moments.bytes();
-            for point in list {
-                open.moments.add(point.voxel, point.offset_units, segment);
-            }
-            open.last_use = now;
-            // Counted while the tile is locked: whoever puts it aside takes off what was put on.
-            self.bytes.fetch_add(open.moments.bytes() - before, Ordering::Relaxed);
+            self.open.add(tile, |moments| {
+                for point in list {
+                    moments.add(point.voxel, point.offset_units, segment);
+                }
+            });
         }
         self.points.fetch_add(points_in_world_m.len() as u64, Ordering::Relaxed);
-        if self.bytes.load(Ordering::Relaxed) > self.budget_bytes {
-            self.put_aside(self.budget_bytes / 4 * 3)?;
-        }
-        Ok(())
-    }
-
-    /// Writes the tiles unused for longest to the scratch file until `target_bytes` remain in memory.
-    fn put_aside(&self, target_bytes: usize) -> Result<(), MapError> {
-        let mut ages: Vec<(u64, TileId)> = Vec::new();
-        for shard in &self.shards {
-            ages.extend(lock(shard).iter().map(|(&tile, open)| (open.last_use, tile)));
-        }
-        ages.sort_unstable();
-        for (_, tile) in ages {
-            if self.bytes.load(Ordering::Relaxed) <= target_bytes {
-                break;
-            }
-            // Another thread may have put it aside, or put new points in: either is fine.
-            let Some(open) = lock(&self.shards[shard_of(tile)]).remove(&tile) else { continue };
-            self.bytes.fetch_sub(open.moments.bytes(), Ordering::Relaxed);
-            self.scratch.append(tile, &open.moments.into_sorted())?;
-        }
-        Ok(())
+        self.open.keep_budget(|tile, moments| self.scratch.append(tile, &moments.into_sorted()))
     }
 
     /// Turns the sums into surfels and writes the store at `path`; `provenance` is kept in it as it is.
@@ -165,9 +121,7 @@ impl MapFuser {
         on_tile: &(dyn Fn(u64, u64) + Sync),
     ) -> Result<StoreSummary, MapError> {
         let mut tiles: BTreeSet<TileId> = self.scratch.tiles();
-        for shard in &self.shards {
-            tiles.extend(lock(shard).keys());
-        }
+        tiles.extend(self.open.tiles());
         let total = tiles.len() as u64;
         let mut writer = StoreWriter::create(path, self.lattice, provenance)?;
         let mut borders = BorderQueue { lattice: self.lattice, waiting: BTreeMap::new() };
@@ -196,18 +150,13 @@ impl MapFuser {
     }
 
     fn content_of(&self, tile: TileId) -> Result<TileSurfels, MapError> {
-        let open = lock(&self.shards[shard_of(tile)]).remove(&tile).unwrap_or_default();
-        let mut moments = open.moments;
+        let mut moments = self.open.take(tile).unwrap_or_default();
         self.scratch.read(tile, |record| {
             moments.merge(record);
             Ok::<(), MapError>(())
         })?;
         Ok(surfels_of(&self.lattice, &moments.into_sorted()))
     }
-}
-
-fn shard_of(tile: TileId) -> usize {
-    (tile.x.wrapping_add(tile.y.wrapping_mul(7))).rem_euclid(SHARDS as i32) as usize
 }
 
 /// Discs copied over borders wait here until all neighbours of their tile are done: tiles come row by

@@ -34,6 +34,7 @@ mod fuser;
 mod lattice;
 mod moments;
 mod normal;
+mod open_tiles;
 mod scratch;
 mod store;
 mod support;

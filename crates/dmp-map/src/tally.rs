@@ -1,16 +1,9 @@
-use std::collections::HashMap;
-use std::hash::BuildHasherDefault;
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::MapError;
 use crate::lattice::TileId;
+use crate::open_tiles::{OpenTiles, Sums};
 use crate::scratch::Scratch;
-use crate::tile_moments::MixHasher;
-
-/// Locks over which tiles are spread, so that threads rarely wait for each other.
-const SHARDS: usize = 64;
 
 /// How rays met one surfel. Counts stop at 2³² − 1, which no order of adding changes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -47,13 +40,11 @@ struct Record {
     on: u32,
 }
 
-#[derive(Debug, Default)]
-struct OpenTile {
-    met: Vec<Met>,
-    last_use: u64,
+impl Sums for Vec<Met> {
+    fn bytes(&self) -> usize {
+        self.len() * size_of::<Met>()
+    }
 }
-
-type Shard = HashMap<TileId, OpenTile, BuildHasherDefault<MixHasher>>;
 
 /// Counts how rays met the surfels of a map, out of core.
 ///
@@ -62,20 +53,8 @@ type Shard = HashMap<TileId, OpenTile, BuildHasherDefault<MixHasher>>;
 /// end.
 #[derive(Debug)]
 pub struct Tally {
-    budget_bytes: usize,
-    shards: Vec<Mutex<Shard>>,
-    bytes: AtomicUsize,
-    clock: AtomicU64,
+    open: OpenTiles<Vec<Met>>,
     scratch: Scratch<Record>,
-}
-
-/// Counts are whole whenever the lock is free: a panic meanwhile ends the run.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn shard_of(tile: TileId) -> usize {
-    (tile.x.wrapping_add(tile.y.wrapping_mul(7))).rem_euclid(SHARDS as i32) as usize
 }
 
 impl Tally {
@@ -85,13 +64,7 @@ impl Tally {
     /// # Errors
     /// When the scratch file cannot be made.
     pub fn new(budget_bytes: usize, scratch_folder: &Path) -> Result<Self, MapError> {
-        Ok(Self {
-            budget_bytes,
-            shards: (0..SHARDS).map(|_| Mutex::default()).collect(),
-            bytes: AtomicUsize::new(0),
-            clock: AtomicU64::new(0),
-            scratch: Scratch::new(scratch_folder)?,
-        })
+        Ok(Self { open: OpenTiles::new(budget_bytes), scratch: Scratch::new(scratch_folder)? })
     }
 
     /// Bytes of counts put aside so far.
@@ -107,47 +80,22 @@ impl Tally {
     /// # Panics
     /// Where a crossing is of a surfel beyond those.
     pub fn add(&self, tile: TileId, surfels: usize, crossings: &[Crossing]) -> Result<(), MapError> {
-        {
-            let mut shard = lock(&self.shards[shard_of(tile)]);
-            let open = shard.entry(tile).or_default();
-            if open.met.is_empty() {
-                open.met = vec![Met::default(); surfels];
-                self.bytes.fetch_add(surfels * size_of::<Met>(), Ordering::Relaxed);
+        self.open.add(tile, |counts| {
+            if counts.is_empty() {
+                *counts = vec![Met::default(); surfels];
             }
             for crossing in crossings {
-                let met = &mut open.met[crossing.surfel as usize];
+                let met = &mut counts[crossing.surfel as usize];
                 let count = if crossing.on { &mut met.on } else { &mut met.through };
                 *count = count.saturating_add(1);
             }
-            open.last_use = self.clock.fetch_add(1, Ordering::Relaxed);
-        }
-        if self.bytes.load(Ordering::Relaxed) > self.budget_bytes {
-            self.put_aside(self.budget_bytes / 4 * 3)?;
-        }
-        Ok(())
-    }
-
-    fn put_aside(&self, target_bytes: usize) -> Result<(), MapError> {
-        let mut ages: Vec<(u64, TileId)> = Vec::new();
-        for shard in &self.shards {
-            ages.extend(lock(shard).iter().map(|(&tile, open)| (open.last_use, tile)));
-        }
-        ages.sort_unstable();
-        for (_, tile) in ages {
-            if self.bytes.load(Ordering::Relaxed) <= target_bytes {
-                break;
-            }
-            // Another thread may have put it aside meanwhile.
-            let Some(open) = lock(&self.shards[shard_of(tile)]).remove(&tile) else { continue };
-            self.bytes.fetch_sub(open.met.len() * size_of::<Met>(), Ordering::Relaxed);
-            let records: Vec<Record> = (0u32..)
-                .zip(&open.met)
-                .filter(|(_, met)| **met != Met::default())
-                .map(|(surfel, met)| Record { surfel, through: met.through, on: met.on })
-                .collect();
-            self.scratch.append(tile, &records)?;
-        }
-        Ok(())
+        });
+        self.open.keep_budget(|tile, counts| {
+            let counted = (0u32..).zip(&counts).filter(|(_, met)| **met != Met::default());
+            let records: Vec<Record> =
+                counted.map(|(surfel, met)| Record { surfel, through: met.through, on: met.on }).collect();
+            self.scratch.append(tile, &records)
+        })
     }
 
     /// The counts of a tile's `surfels` surfels, copies over its borders among them.
@@ -156,9 +104,7 @@ impl Tally {
     /// When the scratch file cannot be read back as it was written.
     pub fn of_tile(&self, tile: TileId, surfels: usize) -> Result<Vec<Met>, MapError> {
         let mut counts = vec![Met::default(); surfels];
-        if let Some(open) = lock(&self.shards[shard_of(tile)]).get(&tile) {
-            counts.copy_from_slice(&open.met);
-        }
+        self.open.look(tile, |met| counts.copy_from_slice(met));
         self.scratch.read(tile, |record| {
             if let Some(count) = counts.get_mut(record.surfel as usize) {
                 count.merge(&Met { through: record.through, on: record.on });
@@ -173,6 +119,7 @@ impl Tally {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use std::collections::HashMap;
 
     proptest! {
         #[test]
