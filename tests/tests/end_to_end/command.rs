@@ -1,22 +1,11 @@
 //! The command itself: its main job on the samples, its JSON, and what bad input gets.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
 use serde::Deserialize;
 
-use crate::common::{real_data, workspace};
-
-/// Runs the command with arguments separated by blanks, `@` standing for the samples' folder.
-fn dmp(folder: &Path, arguments: &str) -> Output {
-    let samples = workspace().join("data-samples");
-    let arguments = arguments.split_whitespace().map(|a| a.replace('@', &samples.display().to_string()));
-    Command::new(env!("CARGO_BIN_EXE_dmp-under-test")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
+use crate::common::{dmp, real_data, text, workspace};
 
 const MAIN_JOB: &str = "score @/town.mcap -t @/truth.tum -t @/drift.tum -t @/noise.tum -t @/collapsed.tum";
 

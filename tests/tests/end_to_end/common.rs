@@ -1,6 +1,7 @@
 //! What several tests need: small logs on disk, real data, reports to compare.
 
 use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
 
 use dmp::{Config, Report, Run, evaluate};
 use dmp_log::{LogOptions, McapScanWriter, McapWriterOptions, ScanLog, open_log};
@@ -78,4 +79,15 @@ pub(crate) fn comparable(report: &Report) -> serde_json::Value {
     let object = json.as_object_mut().unwrap();
     assert!(object.remove("timing").is_some() && object.remove("memory").is_some());
     json
+}
+
+/// Runs the command with arguments separated by blanks, `@` standing for the samples' folder.
+pub(crate) fn dmp(folder: &Path, arguments: &str) -> Output {
+    let samples = workspace().join("data-samples");
+    let arguments = arguments.split_whitespace().map(|a| a.replace('@', &samples.display().to_string()));
+    Command::new(env!("CARGO_BIN_EXE_dmp-under-test")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+pub(crate) fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
 }

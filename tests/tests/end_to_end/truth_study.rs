@@ -1,26 +1,13 @@
 //! `dmp truth study` on the samples, and the hook that its points come from.
 
 use std::collections::BTreeMap;
-use std::path::Path;
-use std::process::{Command, Output};
 use std::sync::Mutex;
 
 use dmp::{Config, RunSums, ScoredReturns, Watch, evaluate};
 use dmp_log::read_trajectory;
 use serde_json::Value;
 
-use crate::common::{collapse, drift, noise, open, runs_of, small_town, workspace, write_mcap};
-
-/// Runs the command with arguments separated by blanks, `@` standing for the samples' folder.
-fn dmp(folder: &Path, arguments: &str) -> Output {
-    let samples = workspace().join("data-samples");
-    let arguments = arguments.split_whitespace().map(|a| a.replace('@', &samples.display().to_string()));
-    Command::new(env!("CARGO_BIN_EXE_dmp-under-test")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
+use crate::common::{collapse, dmp, drift, noise, open, runs_of, small_town, text, workspace, write_mcap};
 
 const RUNS: [&str; 4] = ["truth", "drift", "noise", "collapsed"];
 
