@@ -152,6 +152,43 @@ pub(super) fn errors_and_messages(drives: &[&DriveResult]) -> String {
     table.print()
 }
 
+/// How many verdicts against ATE that map consistency confirms have white noise on one side.
+pub(super) fn messages(drives: &[&DriveResult]) -> String {
+    let count = |wanted: fn(&RunResult) -> bool| {
+        tally(drives, &Rule::Command, |a, b, truth| {
+            truth.consistency.filter(|_| truth.agree() == Some(false) && (wanted(a) || wanted(b)))
+        })
+        .right
+    };
+    let noisy = |run: &RunResult| run.kind == "Noise" || run.kind == "Mixed";
+    format!("{} of these {} verdicts have noise on one side.\n\n", count(noisy), count(|_| true))
+}
+
+/// What a score has to go by on each drive.
+pub(super) fn grounds(drives: &[&DriveResult]) -> String {
+    let mut table = Table::new(
+        "The drives",
+        &["drive", "pairs of known order", "R_cv(10) not shown", "coverage of the truth", "revisit coverage"],
+    );
+    for drive in drives {
+        let known = drive
+            .pairs
+            .iter()
+            .filter(|pair| truth_of(&drive.runs[pair.a], &drive.runs[pair.b], 10.0).all.is_some());
+        let hidden = drive.runs.iter().filter(|run| run.scores.get("R_cv(10) as shown") == Some(&None));
+        let of_truth =
+            |name: &str| drive.runs[0].shares.get(name).copied().flatten().map_or("–".to_owned(), share);
+        table.rows.push(vec![
+            drive.drive.clone(),
+            known.count().to_string(),
+            hidden.count().to_string(),
+            of_truth("coverage"),
+            of_truth("revisit coverage"),
+        ]);
+    }
+    table.print()
+}
+
 /// The decided verdicts against every way to sum up the true inconsistency.
 pub(super) fn definitions(chosen: &[&DriveResult], held_out: &[&DriveResult]) -> String {
     let mut table = Table::new(

@@ -105,12 +105,14 @@ fn tables_of(results: &[DriveResult]) -> String {
     let others: Vec<(&str, Vec<&DriveResult>)> = others.filter(|(_, drives)| !drives.is_empty()).collect();
     let (chosen, held_out) = (half(false), half(true));
     [
+        pair_tables::grounds(&default),
         tables::single_scores(&default),
         pair_tables::pair_rules("Pairs, all drives", &default),
         pair_tables::pair_rules("Pairs, chosen drives", &chosen),
         pair_tables::pair_rules("Pairs, drives held out", &held_out),
         pair_tables::cascades(&chosen, &held_out),
         pair_tables::errors_and_messages(&default),
+        pair_tables::messages(&default),
         pair_tables::definitions(&chosen, &held_out),
         pair_tables::by_drive(&default),
         pair_tables::by_kind(&default),
