@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use dmp_log::{LogError, LogOptions, PointTime, ScanLog, open_log};
+use dmp_log::{LogError, LogOptions, PointTime, ScanLog, StampAt, open_log};
 
 /// The log and how it is to be read.
 #[derive(Debug, Args)]
@@ -12,8 +12,9 @@ pub(crate) struct LogArgs {
     /// The topic with the scans, where the log has several
     #[arg(long, value_name = "NAME", help_heading = "Input")]
     topic: Option<String>,
-    /// Times of points: `s`, `ms`, `us` or `ns` after the scan's stamp, `absolute-s` … `absolute-ns` on the
-    /// clock of the stamps, `ignore`, or `auto`: found from the values
+    /// Times of points: `s`, `ms`, `us` or `ns` after the scan's stamp; `absolute-s` … on the clock of the
+    /// stamps; `first-s` … on a clock of their own, after the scan's first point; `ignore`; or `auto`: found
+    /// from the values
     #[arg(
         long,
         value_name = "UNIT",
@@ -22,10 +23,15 @@ pub(crate) struct LogArgs {
         help_heading = "Input"
     )]
     point_time: PointTime,
+    /// Which instant of a scan its stamp is: its first point (`start`), the middle (`mid`) or its last point
+    /// (`end`). It matters where times of points count from the scan's beginning
+    #[arg(long, value_name = "AT", default_value = "start", help_heading = "Place and time")]
+    stamp: StampAt,
 }
 
 impl LogArgs {
     pub(crate) fn open(&self) -> Result<Box<dyn ScanLog>, LogError> {
-        open_log(&self.log, &LogOptions { topic: self.topic.clone(), point_time: self.point_time })
+        let Self { topic, point_time, stamp, .. } = self;
+        open_log(&self.log, &LogOptions { topic: topic.clone(), point_time: *point_time, stamp_at: *stamp })
     }
 }

@@ -3,7 +3,7 @@
 use crate::decimal::seconds_to_ns;
 use crate::log::{period_ns, runs_of_eight, span_ns};
 use crate::open::files_with_extension;
-use crate::point_time::{PointTime, RawTime, TimeRule, TimeUnit};
+use crate::points::{Origin, PointTime, RawTime, TimeRule, TimeUnit};
 use crate::text::lines;
 use crate::{
     Damage, FieldInfo, FrameInfo, LogError, LogFormat, LogOptions, LogSummary, Place, ScanLog, ScanReader,
@@ -184,8 +184,8 @@ fn find_times(
         notes.push(format!("{}: not used, as was asked", times.display()));
         return Ok(None);
     }
-    let rule = TimeRule::given(point_time).unwrap_or(TimeRule { unit: TimeUnit::Seconds, absolute: false });
-    if rule.absolute && !stamped {
+    let rule = TimeRule::given(point_time).unwrap_or(TimeRule::new(TimeUnit::Seconds, Origin::Stamp));
+    if rule.origin == Origin::Clock && !stamped {
         let problem =
             format!("--point-time {point_time} needs stamps of the scans, and there is no times.txt");
         return Err(LogError::Option { path: folder.into(), problem });
@@ -268,7 +268,7 @@ impl ScanReader for BinReader<'_> {
         let (words, _) = self.bytes.as_chunks::<4>();
         for (word, point) in words.iter().zip(&mut scan.points_in_sensor_m) {
             let raw = RawTime::Float(f32::from_le_bytes(*word).into());
-            let offset_ns = rule.offset_ns(raw, info.stamp_ns.unwrap_or(0));
+            let offset_ns = rule.offset_ns(raw, info.stamp_ns.unwrap_or(0), None);
             if offset_ns.is_none() {
                 *point = [f32::NAN; 3];
             }

@@ -43,18 +43,18 @@
 //! ```
 
 mod atomic;
-mod cdr;
+mod bag;
+mod bag_log;
 mod cloud;
 mod decimal;
 mod error;
 mod fingerprint;
 mod folder;
 mod log;
-mod mcap_log;
 mod mesh;
 mod open;
-mod point_cloud2;
-mod point_time;
+mod points;
+mod ros;
 mod text;
 mod trajectory;
 mod write_folder;
@@ -67,7 +67,7 @@ pub use log::{
 };
 pub use mesh::{MeshFormat, MeshSummary, is_mesh, read_mesh};
 pub use open::open_log;
-pub use point_time::{PointTime, TimeUnit};
+pub use points::{PointTime, StampAt, TimeUnit};
 pub use trajectory::{
     RawTrajectory, TrajectoryFile, TrajectoryFormat, TrajectoryParseError, parse_euroc, parse_kitti,
     parse_raw, parse_tum, read_raw_trajectory, read_trajectory, write_kitti, write_tum,

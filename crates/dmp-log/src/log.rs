@@ -1,4 +1,4 @@
-use crate::{LogError, PointTime};
+use crate::{LogError, PointTime, StampAt};
 use dmp_sensor::Scan;
 use std::fmt::Debug;
 use std::ops::Range;
@@ -11,6 +11,8 @@ pub struct LogOptions {
     pub topic: Option<String>,
     /// What the times of the points mean.
     pub point_time: PointTime,
+    /// Which instant of a scan its stamp is.
+    pub stamp_at: StampAt,
 }
 
 /// What is known of a scan before it is read.
@@ -56,8 +58,12 @@ pub trait ScanReader: Send {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LogFormat {
-    /// An MCAP file with `sensor_msgs/msg/PointCloud2` in CDR.
+    /// An MCAP file with ROS messages.
     Mcap,
+    /// A rosbag2 folder with MCAP files.
+    Rosbag2Mcap,
+    /// A rosbag2 `SQLite` file, or a folder with them.
+    Rosbag2Sqlite,
     /// A folder of files with float32 x, y, z, intensity.
     BinFolder,
 }
@@ -67,6 +73,8 @@ impl LogFormat {
     pub fn name(self) -> &'static str {
         match self {
             Self::Mcap => "MCAP",
+            Self::Rosbag2Mcap => "rosbag2 (MCAP)",
+            Self::Rosbag2Sqlite => "rosbag2 (SQLite)",
             Self::BinFolder => "folder of KITTI .bin scans",
         }
     }
@@ -81,6 +89,8 @@ pub struct TopicInfo {
     pub message_type: String,
     /// How many messages were found.
     pub messages: u64,
+    /// When the first and the last of them were recorded, nanoseconds.
+    pub span_ns: Option<(u64, u64)>,
 }
 
 /// A field of a point as the log stores it.

@@ -1,5 +1,6 @@
+use crate::bag::Bag;
+use crate::bag_log::BagLog;
 use crate::folder::BinFolder;
-use crate::mcap_log::McapLog;
 use crate::{LogError, LogOptions, ScanLog};
 use std::fs::{self, File};
 use std::io::Read;
@@ -23,9 +24,9 @@ pub fn open_log(path: &Path, options: &LogOptions) -> Result<Box<dyn ScanLog>, L
     }
     let mut start = Vec::new();
     let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
-    file.take(mcap::MAGIC.len() as u64).read_to_end(&mut start).map_err(|e| LogError::io(path, "read", e))?;
-    if start == mcap::MAGIC {
-        return Ok(Box::new(McapLog::open(path, options)?));
+    file.take(16).read_to_end(&mut start).map_err(|e| LogError::io(path, "read", e))?;
+    if let Some(bag) = Bag::of_file(path, &start) {
+        return Ok(Box::new(BagLog::open(bag, options)?));
     }
     let looked_for = format!("{LOOKED_FOR}; the file starts with {start:02x?}");
     Err(LogError::UnknownFormat { path: path.into(), looked_for })
@@ -35,20 +36,13 @@ fn open_folder(path: &Path, options: &LogOptions) -> Result<Box<dyn ScanLog>, Lo
     if let Some(folder) = BinFolder::open(path, options)? {
         return Ok(Box::new(folder));
     }
-    let mcaps = files_with_extension(path, "mcap")?;
-    match mcaps.as_slice() {
-        [] => {
-            let looked_for = format!(
-                "{LOOKED_FOR} (in it, in scans/, velodyne/ or velodyne_points/data/); the folder has neither"
-            );
-            Err(LogError::UnknownFormat { path: path.into(), looked_for })
-        }
-        [only] => Ok(Box::new(McapLog::open(only, options)?)),
-        several => {
-            let problem = format!("{} MCAP files in the folder: name one of them", several.len());
-            Err(LogError::Option { path: path.into(), problem })
-        }
+    if let Some(bag) = Bag::of_folder(path)? {
+        return Ok(Box::new(BagLog::open(bag, options)?));
     }
+    let looked_for = format!(
+        "{LOOKED_FOR} (in it, in scans/, velodyne/ or velodyne_points/data/); the folder has neither"
+    );
+    Err(LogError::UnknownFormat { path: path.into(), looked_for })
 }
 
 /// The files in a folder with an extension, sorted by name.

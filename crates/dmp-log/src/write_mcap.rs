@@ -1,6 +1,6 @@
 use crate::LogError;
 use crate::atomic::Pending;
-use crate::cdr::CdrWriter;
+use crate::ros::{CdrWriter, POINT_CLOUD2_SCHEMA};
 use dmp_sensor::Scan;
 use mcap::records::MessageHeader;
 use std::collections::BTreeMap;
@@ -9,7 +9,6 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-const SCHEMA: &str = include_str!("point_cloud2_schema.txt");
 /// `FLOAT32` and `UINT32` of `sensor_msgs/msg/PointField`.
 const FLOAT32: u8 = 7;
 const UINT32: u8 = 6;
@@ -95,7 +94,8 @@ impl McapScanWriter {
             .chunk_size(Some(options.chunk_bytes))
             .create(BufWriter::new(file))
             .map_err(mcap_error)?;
-        let schema = writer.add_schema("sensor_msgs/msg/PointCloud2", "ros2msg", SCHEMA.as_bytes());
+        let schema =
+            writer.add_schema("sensor_msgs/msg/PointCloud2", "ros2msg", POINT_CLOUD2_SCHEMA.as_bytes());
         let schema_id = schema.map_err(mcap_error)?;
         let channel = writer.add_channel(schema_id, &options.topic, "cdr", &BTreeMap::new());
         let channel_id = channel.map_err(mcap_error)?;

@@ -135,9 +135,9 @@ fn topics_are_chosen_or_asked_for() {
     let cloud = Message::of(&POINTS_M).encode();
     let left = ("/left", POINTS.1, "cdr");
     let imu = ("/imu", "sensor_msgs/msg/Imu", "cdr");
-    let ros1 = ("/old", "sensor_msgs/PointCloud2", "ros1");
+    let other = ("/other", "sensor_msgs/PointCloud2", "json");
     let two = [(0, cloud.clone()), (1, cloud.clone()), (1, cloud.clone()), (2, vec![1]), (3, cloud.clone())];
-    write_messages(&path, &[POINTS, left, imu, ros1], &two);
+    write_messages(&path, &[POINTS, left, imu, other], &two);
 
     let error = open_log(&path, &LogOptions::default()).unwrap_err();
     assert!(error.is_usage());
@@ -146,16 +146,16 @@ fn topics_are_chosen_or_asked_for() {
         &text,
         &["log.mcap", "--topic", "/left [sensor_msgs/msg/PointCloud2 (cdr), 2 messages]", "/points"],
     );
-    assert!(!text.contains("/imu") && !text.contains("/old"), "{text}");
+    assert!(!text.contains("/imu") && !text.contains("/other"), "{text}");
 
     let options = |topic: &str| LogOptions { topic: Some(topic.into()), ..LogOptions::default() };
     assert_eq!(open_log(&path, &options("/left")).unwrap().frames().len(), 2);
-    for missing in ["/right", "/imu", "/old"] {
+    for missing in ["/right", "/imu", "/other"] {
         let error = open_log(&path, &options(missing)).unwrap_err();
         assert!(error.is_usage());
         assert_says(
             &error.to_string(),
-            &["log.mcap", &format!("`{missing}`"), "/imu [sensor_msgs/msg/Imu (cdr)", "(ros1)"],
+            &["log.mcap", &format!("`{missing}`"), "/imu [sensor_msgs/msg/Imu (cdr)", "(json)"],
         );
     }
 

@@ -120,7 +120,8 @@ impl Bench<'_> {
                 Some((trajectory, path)) => align(trajectory, path, &run.file.trajectory, &run.path)?,
             });
         }
-        let options = LogOptions { topic: arguments.topic.clone(), point_time: arguments.point_time };
+        let (topic, point_time) = (arguments.topic.clone(), arguments.point_time);
+        let options = LogOptions { topic, point_time, ..LogOptions::default() };
         let log = open_log(&arguments.map, &options)?;
         let runs: Vec<Run> = loaded.into_iter().map(|run| Run::new(run.name, run.file.trajectory)).collect();
         let maps = fuse_maps(log.as_ref(), &runs, config, self.progress)?;

@@ -8,9 +8,8 @@ use std::path::Path;
 pub(super) const HEAD_BYTES: u64 = 9;
 /// Bytes of the header of a message record.
 pub(super) const MESSAGE_HEAD_BYTES: usize = 22;
-/// Largest chunk, message or summary that is read, uncompressed. A message with 128 beams, 4096 columns
-/// and 48 bytes a point has 24 MiB; what claims more than ten times that is a lie.
-pub(super) const MAX_RECORD_BYTES: u64 = 256 << 20;
+/// Largest chunk, message or summary that is read, uncompressed.
+pub(super) const MAX_RECORD_BYTES: u64 = crate::bag::MAX_MESSAGE_BYTES;
 
 /// A file read at any place, with its length known.
 #[derive(Debug)]
@@ -101,8 +100,19 @@ impl<'a> Iterator for Records<'a> {
     }
 }
 
-/// The channel of a message and the message itself; `None` where the body is too short for a header.
-pub(super) fn split_message(body: &[u8]) -> Option<(u16, &[u8])> {
-    let message = body.get(MESSAGE_HEAD_BYTES..)?;
-    Some((u16::from_le_bytes(*body.first_chunk()?), message))
+/// A message's record, taken apart.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MessageRecord<'a> {
+    pub(super) channel_id: u16,
+    pub(super) log_time_ns: u64,
+    pub(super) data: &'a [u8],
+}
+
+/// The parts of a message's record; `None` where the body is too short for a header.
+pub(super) fn split_message(body: &[u8]) -> Option<MessageRecord<'_>> {
+    let (head, data) = body.split_first_chunk::<MESSAGE_HEAD_BYTES>()?;
+    // Number of the channel, number of the message, time of recording, time of publishing.
+    let [c0, c1, _, _, _, _, time @ ..] = head;
+    let log_time_ns = u64::from_le_bytes(*time.first_chunk()?);
+    Some(MessageRecord { channel_id: u16::from_le_bytes([*c0, *c1]), log_time_ns, data })
 }

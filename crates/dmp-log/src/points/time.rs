@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// The names under which drivers store the time of a point, most telling first.
-const FIELD_NAMES: [&str; 14] = [
+const FIELD_NAMES: [&str; 17] = [
     "t",
     "time",
     "timestamp",
@@ -19,6 +19,9 @@ const FIELD_NAMES: [&str; 14] = [
     "point_time",
     "timestamps",
     "times",
+    "gps_time",
+    "GpsTime",
+    "gpstime",
 ];
 
 /// Period taken for the test of units where a log has too few stamps to tell its own, nanoseconds.
@@ -40,7 +43,7 @@ pub enum TimeUnit {
 impl TimeUnit {
     const ALL: [Self; 4] = [Self::Seconds, Self::Milliseconds, Self::Microseconds, Self::Nanoseconds];
 
-    fn in_ns(self) -> i64 {
+    pub(super) fn in_ns(self) -> i64 {
         match self {
             Self::Seconds => 1_000_000_000,
             Self::Milliseconds => 1_000_000,
@@ -70,8 +73,8 @@ impl TimeUnit {
 
 /// What the user says about the times of the points.
 ///
-/// As text: `auto`, `ignore`, `s`, `ms`, `us`, `ns` (after the scan's stamp), `absolute-s`,
-/// `absolute-ms`, `absolute-us`, `absolute-ns` (on the clock of the stamps).
+/// As text: `auto`, `ignore`, `s`, `ms`, `us`, `ns` (after the scan's stamp), `absolute-s`, … (on the clock
+/// of the stamps), `first-s`, … (on a clock of their own: after the first point of the scan).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum PointTime {
     /// Unit and origin are found from the values.
@@ -83,6 +86,8 @@ pub enum PointTime {
     Relative(TimeUnit),
     /// On the clock of the stamps.
     Absolute(TimeUnit),
+    /// On another clock: what counts is how long after the scan's first point.
+    FromFirst(TimeUnit),
 }
 
 impl fmt::Display for PointTime {
@@ -92,6 +97,7 @@ impl fmt::Display for PointTime {
             Self::Ignore => f.write_str("ignore"),
             Self::Relative(unit) => f.write_str(unit.symbol()),
             Self::Absolute(unit) => write!(f, "absolute-{}", unit.symbol()),
+            Self::FromFirst(unit) => write!(f, "first-{}", unit.symbol()),
         }
     }
 }
@@ -101,17 +107,51 @@ impl FromStr for PointTime {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let unit = |symbol: &str| TimeUnit::ALL.into_iter().find(|unit| unit.symbol() == symbol);
-        let meaning = match text {
-            "auto" => Some(Self::Auto),
-            "ignore" => Some(Self::Ignore),
-            _ => match text.strip_prefix("absolute-") {
-                Some(symbol) => unit(symbol).map(Self::Absolute),
-                None => unit(text).map(Self::Relative),
-            },
+        let meaning = match (text, text.split_once('-')) {
+            ("auto", _) => Some(Self::Auto),
+            ("ignore", _) => Some(Self::Ignore),
+            (_, Some(("absolute", symbol))) => unit(symbol).map(Self::Absolute),
+            (_, Some(("first", symbol))) => unit(symbol).map(Self::FromFirst),
+            _ => unit(text).map(Self::Relative),
         };
         meaning.ok_or_else(|| {
-            format!("`{text}` is none of auto, ignore, s, ms, us, ns, absolute-s, absolute-ms, absolute-us, absolute-ns")
+            format!(
+                "`{text}` is none of auto, ignore, s, ms, us, ns, absolute-s, absolute-ms, absolute-us, absolute-ns, \
+                 first-s, first-ms, first-us, first-ns"
+            )
         })
+    }
+}
+
+/// Which instant of a scan its stamp is. It matters where times count from the scan's beginning.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum StampAt {
+    /// Its first point.
+    #[default]
+    Start,
+    /// The middle between first and last point.
+    Mid,
+    /// Its last point.
+    End,
+}
+
+impl StampAt {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Start => "start",
+            Self::Mid => "mid",
+            Self::End => "end",
+        }
+    }
+}
+
+impl FromStr for StampAt {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = [Self::Start, Self::Mid, Self::End].into_iter().find(|at| at.name() == text);
+        found.ok_or_else(|| format!("`{text}` is none of start, mid, end"))
     }
 }
 
@@ -123,6 +163,20 @@ pub(crate) enum RawTime {
 }
 
 impl RawTime {
+    /// A time beyond 63 bits keeps what a double keeps of it.
+    #[inline]
+    pub(super) fn of_u64(value: u64) -> Self {
+        i64::try_from(value).map_or(Self::Float(value as f64), Self::Integer)
+    }
+
+    #[inline]
+    fn minus(self, other: Self) -> Option<Self> {
+        match (self, other) {
+            (Self::Integer(a), Self::Integer(b)) => a.checked_sub(b).map(Self::Integer),
+            (a, b) => Some(Self::Float(a.as_f64() - b.as_f64())),
+        }
+    }
+
     pub(crate) fn as_f64(self) -> f64 {
         match self {
             Self::Integer(value) => value as f64,
@@ -131,39 +185,77 @@ impl RawTime {
     }
 }
 
+/// From where the times of a log's points count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Origin {
+    /// The scan's stamp, or the instant that the shift puts it at.
+    Stamp,
+    /// Where the stamps count from.
+    Clock,
+    /// The scan's first point.
+    FirstPoint,
+}
+
 /// How the times of a log's points are turned into nanoseconds after the stamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct TimeRule {
     pub(crate) unit: TimeUnit,
-    pub(crate) absolute: bool,
+    pub(crate) origin: Origin,
+    /// Added to every offset, nanoseconds: where the stamp is not where the times count from.
+    pub(crate) shift_ns: i64,
 }
 
 impl TimeRule {
+    pub(crate) fn new(unit: TimeUnit, origin: Origin) -> Self {
+        Self { unit, origin, shift_ns: 0 }
+    }
+
     /// What the user has said; `None` for `auto` and `ignore`.
     pub(crate) fn given(point_time: PointTime) -> Option<Self> {
         match point_time {
             PointTime::Auto | PointTime::Ignore => None,
-            PointTime::Relative(unit) => Some(Self { unit, absolute: false }),
-            PointTime::Absolute(unit) => Some(Self { unit, absolute: true }),
+            PointTime::Relative(unit) => Some(Self::new(unit, Origin::Stamp)),
+            PointTime::Absolute(unit) => Some(Self::new(unit, Origin::Clock)),
+            PointTime::FromFirst(unit) => Some(Self::new(unit, Origin::FirstPoint)),
         }
     }
 
-    /// Nanoseconds after `stamp_ns`; `None` for what is not a number or beyond all dates.
+    pub(super) fn needs_first(self) -> bool {
+        self.origin == Origin::FirstPoint
+    }
+
+    /// Nanoseconds after `stamp_ns`; `None` for what is not a number or beyond all dates. `first` is the
+    /// scan's first point, for a rule that counts from it.
     #[inline]
-    pub(crate) fn offset_ns(self, raw: RawTime, stamp_ns: i64) -> Option<i64> {
-        let ns = match raw {
-            RawTime::Integer(value) => value.checked_mul(self.unit.in_ns())?,
+    pub(crate) fn offset_ns(self, raw: RawTime, stamp_ns: i64, first: Option<RawTime>) -> Option<i64> {
+        let ns = match (self.origin, raw) {
+            // Differences first: a double of seconds since 1970 resolves 240 ns, its differences are exact.
+            (Origin::FirstPoint, raw) => self.ns(raw.minus(first?)?)?,
+            (Origin::Clock, raw) => self.ns(raw)?.checked_sub(stamp_ns)?,
+            (Origin::Stamp, raw) => self.ns(raw)?,
+        };
+        ns.checked_add(self.shift_ns)
+    }
+
+    #[inline]
+    fn ns(self, raw: RawTime) -> Option<i64> {
+        match raw {
+            RawTime::Integer(value) => value.checked_mul(self.unit.in_ns()),
             RawTime::Float(value) => {
                 let ns = (value * self.unit.in_ns() as f64).round();
                 // Compares as false for NaN. The limit is 2^63, which `i64::MAX as f64` rounds to.
-                if ns.abs() < i64::MAX as f64 { ns as i64 } else { return None }
+                (ns.abs() < i64::MAX as f64).then_some(ns as i64)
             }
-        };
-        if self.absolute { ns.checked_sub(stamp_ns) } else { Some(ns) }
+        }
     }
 
     pub(crate) fn words(self) -> String {
-        let origin = if self.absolute { "on the clock of the stamps" } else { "after the scan's stamp" };
+        let origin = match self.origin {
+            Origin::Stamp if self.shift_ns == 0 => "after the scan's stamp",
+            Origin::Stamp => "after the scan's start",
+            Origin::Clock => "on the clock of the stamps",
+            Origin::FirstPoint => "after the scan's first point",
+        };
         format!("{} {origin}", self.unit.name())
     }
 }
@@ -190,8 +282,8 @@ pub(crate) struct SampledScan {
 pub(crate) enum Finding {
     /// One value a scan: no times.
     Constant,
-    /// Unit and origin, and the span of a scan in nanoseconds.
-    Rule(TimeRule, f64),
+    /// Unit and origin.
+    Rule(TimeRule),
     /// Neither; why not.
     Unclear(String),
 }
@@ -218,26 +310,27 @@ pub(crate) fn find_rule(sample: &[SampledScan], period_ns: i64) -> Finding {
     let relative = |scan: &SampledScan| scan.smallest * ns > -near && scan.largest * ns < near;
     let absolute = |scan: &SampledScan| (scan.smallest * ns - scan.stamp_ns as f64).abs() < near.max(1e9);
     let origin = match (sample.iter().all(relative), sample.iter().all(absolute)) {
-        (true, false) => Some(false),
-        (false, true) => Some(true),
+        (true, false) => Some(Origin::Stamp),
+        (false, true) => Some(Origin::Clock),
         (false, false) => None,
         (true, true) => origin_near_zero(sample, ns, period),
     };
-    if let Some(absolute) = origin {
-        return Finding::Rule(TimeRule { unit, absolute }, span * ns);
+    if let Some(origin) = origin {
+        return Finding::Rule(TimeRule::new(unit, origin));
     }
     let first = sample.first().map_or(f64::NAN, |scan| scan.smallest);
     Finding::Unclear(format!(
         "a scan spans {span}, as {} near the {:.4} s from scan to scan, but the first value {first} is neither \
-         near 0 nor near the stamp",
+         near 0 nor near the stamp: where it is a clock of the sensor's own, say --point-time first-{}",
         unit.name(),
-        period / 1e9
+        period / 1e9,
+        unit.symbol()
     ))
 }
 
 /// Stamps that start at 0 are near both origins. Absolute times go on with the stamps, relative ones
 /// begin anew with every scan.
-fn origin_near_zero(sample: &[SampledScan], ns: f64, period: f64) -> Option<bool> {
+fn origin_near_zero(sample: &[SampledScan], ns: f64, period: f64) -> Option<Origin> {
     let spread = |value: &dyn Fn(&SampledScan) -> f64| {
         let (low, high) = sample
             .iter()
@@ -250,11 +343,11 @@ fn origin_near_zero(sample: &[SampledScan], ns: f64, period: f64) -> Option<bool
     let absolute = spread(&|scan| scan.smallest * ns - scan.stamp_ns as f64);
     if stamps < 0.5 * period {
         // All near 0: both say the same, to within the stamps themselves.
-        return sample.iter().all(|scan| scan.stamp_ns == 0).then_some(false);
+        return sample.iter().all(|scan| scan.stamp_ns == 0).then_some(Origin::Stamp);
     }
     match (relative < 0.5 * period, absolute < 0.5 * period) {
-        (true, false) => Some(false),
-        (false, true) => Some(true),
+        (true, false) => Some(Origin::Stamp),
+        (false, true) => Some(Origin::Clock),
         _ => None,
     }
 }
@@ -286,7 +379,7 @@ mod tests {
                     });
                     let found = find_rule(&relative, 100_000_000);
                     assert!(
-                        matches!(found, Finding::Rule(rule, _) if rule == TimeRule { unit, absolute: false }),
+                        found == Finding::Rule(TimeRule::new(unit, Origin::Stamp)),
                         "{stamp_ns} {unit:?} {start_ns} {found:?}"
                     );
                     let absolute = scans(stamp_ns, 100_000_000, |stamp| {
@@ -294,7 +387,7 @@ mod tests {
                     });
                     let found = find_rule(&absolute, 100_000_000);
                     assert!(
-                        matches!(found, Finding::Rule(rule, _) if rule == TimeRule { unit, absolute: true }),
+                        found == Finding::Rule(TimeRule::new(unit, Origin::Clock)),
                         "{stamp_ns} {unit:?} {start_ns} {found:?}"
                     );
                 }
@@ -323,15 +416,15 @@ mod tests {
 
     #[test]
     fn offsets_are_exact_and_never_overflow() {
-        let absolute = TimeRule { unit: TimeUnit::Nanoseconds, absolute: true };
-        assert_eq!(absolute.offset_ns(RawTime::Integer(STAMP_NS + 3), STAMP_NS), Some(3));
-        assert_eq!(absolute.offset_ns(RawTime::Integer(i64::MAX), i64::MIN), None);
-        let seconds = TimeRule { unit: TimeUnit::Seconds, absolute: false };
-        assert_eq!(seconds.offset_ns(RawTime::Float(0.0123), 5), Some(12_300_000));
+        let absolute = TimeRule::new(TimeUnit::Nanoseconds, Origin::Clock);
+        assert_eq!(absolute.offset_ns(RawTime::Integer(STAMP_NS + 3), STAMP_NS, None), Some(3));
+        assert_eq!(absolute.offset_ns(RawTime::Integer(i64::MAX), i64::MIN, None), None);
+        let seconds = TimeRule::new(TimeUnit::Seconds, Origin::Stamp);
+        assert_eq!(seconds.offset_ns(RawTime::Float(0.0123), 5, None), Some(12_300_000));
         for none in [f64::NAN, f64::INFINITY, 1e30, -1e30] {
-            assert_eq!(seconds.offset_ns(RawTime::Float(none), 0), None);
+            assert_eq!(seconds.offset_ns(RawTime::Float(none), 0, None), None);
         }
-        assert_eq!(seconds.offset_ns(RawTime::Integer(i64::MAX), 0), None);
+        assert_eq!(seconds.offset_ns(RawTime::Integer(i64::MAX), 0, None), None);
     }
 
     #[test]
@@ -347,6 +440,10 @@ mod tests {
             "absolute-ms",
             "absolute-us",
             "absolute-ns",
+            "first-s",
+            "first-ms",
+            "first-us",
+            "first-ns",
         ] {
             assert_eq!(text.parse::<PointTime>().unwrap().to_string(), text);
         }

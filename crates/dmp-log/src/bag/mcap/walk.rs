@@ -1,114 +1,52 @@
-//! One pass over an MCAP file: which scans it has and where they are.
+//! One pass over an MCAP file: which messages it has and where they are.
 
+use super::McapPlace;
 use super::channels::Channels;
 use super::chunk::{ChunkDecoder, ChunkFault};
 use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, MESSAGE_HEAD_BYTES, Records, Source, split_message};
 use super::summary_hint::{self, SummaryHint};
 use crate::Damage;
-use crate::point_cloud2::{Cloud, Layout};
+use crate::bag::{Channel, FileWalked};
 use mcap::records::op;
-use std::collections::BTreeMap;
 use std::io;
+use std::path::Path;
 
 /// Largest schema or channel record outside a chunk that is read.
 const MAX_DESCRIPTION_BYTES: u64 = 16 << 20;
 
-/// Where a message is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Location {
-    /// Where the chunk's record starts in the file, or the message's own record outside a chunk.
-    pub(super) record_at: u64,
-    /// Bytes of that record's body.
-    pub(super) record_bytes: u64,
-    /// Place of the message's body in the unpacked chunk; `None` outside a chunk.
-    pub(super) in_chunk: Option<u64>,
-    /// Bytes of the message's body.
-    pub(super) body_bytes: u64,
-}
+/// What is done with a message: its channel, the time it was recorded, its place, its body.
+type Each<'a> = dyn FnMut(&Channel, u64, McapPlace, &[u8]) + 'a;
 
-/// A scan of a topic.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Entry {
-    pub(super) location: Location,
-    pub(super) stamp_ns: i64,
-    pub(super) returns: u64,
-    /// Its place among the topic's layouts.
-    pub(super) layout: usize,
-    /// Its number among the topic's messages.
-    pub(super) message: u64,
-}
-
-/// The scans of one topic.
-#[derive(Debug, Default)]
-pub(super) struct TopicIndex {
-    pub(super) entries: Vec<Entry>,
-    pub(super) layouts: Vec<Layout>,
-    pub(super) frame_id: Option<String>,
-    pub(super) other_frame_ids: u64,
-    pub(super) damage: Vec<Damage>,
-    messages: u64,
-}
-
-impl TopicIndex {
-    fn add(&mut self, location: Location, message: &[u8]) {
-        let number = self.messages;
-        self.messages += 1;
-        let cloud = match Cloud::parse(message) {
-            Ok(cloud) => cloud,
-            Err(problem) => {
-                let place = format!("message {number} (byte {})", location.record_at);
-                self.damage.push(Damage { place, what: format!("{problem}; the scan is skipped") });
-                return;
-            }
-        };
-        match &self.frame_id {
-            None => self.frame_id = Some(cloud.frame_id.to_owned()),
-            Some(first) => self.other_frame_ids += u64::from(first != cloud.frame_id),
-        }
-        let (stamp_ns, returns) = (cloud.stamp_ns, cloud.returns());
-        // The last layout is almost always the one.
-        let known = self.layouts.iter().rposition(|known| *known == cloud.layout);
-        let layout = known.unwrap_or(self.layouts.len());
-        if known.is_none() {
-            self.layouts.push(cloud.layout);
-        }
-        self.entries.push(Entry { location, stamp_ns, returns, layout, message: number });
+/// Reads the whole file once, one chunk at a time. Only the operating system makes it fail: whatever is
+/// wrong with the bytes is damage.
+pub(in crate::bag) fn walk(path: &Path, each: &mut Each<'_>) -> io::Result<FileWalked> {
+    let mut source = Source::open(path)?;
+    let hint = summary_hint::read(&mut source);
+    let mut walk =
+        Walk { channels: Channels::default(), damage: Vec::new(), unchunked_messages: false, each };
+    for (opcode, body) in &hint.descriptions {
+        // A hint that cannot be read is none.
+        let _ = walk.channels.describe(*opcode, body);
     }
+    walk.records(&mut source, &hint)?;
+    for (id, count) in walk.channels.unknown() {
+        let what = format!("{count} messages of a channel that is not described before them are lost");
+        walk.damage.push(Damage { place: format!("channel {id}"), what });
+    }
+    let bytes = source.length();
+    Ok(FileWalked { channels: walk.channels.into_channels(), damage: walk.damage, bytes })
 }
 
 /// What the pass finds.
-#[derive(Debug, Default)]
-pub(super) struct Index {
-    pub(super) channels: Channels,
-    /// By topic; every topic with clouds has one, also where no message of it could be read.
-    pub(super) clouds: BTreeMap<String, TopicIndex>,
-    pub(super) damage: Vec<Damage>,
+struct Walk<'a, 'b> {
+    channels: Channels,
+    damage: Vec<Damage>,
     unchunked_messages: bool,
+    each: &'a mut Each<'b>,
 }
 
-impl Index {
-    /// Reads the whole file once, one chunk at a time. Only the operating system makes it fail: whatever
-    /// is wrong with the bytes is damage.
-    pub(super) fn of(source: &mut Source) -> io::Result<Self> {
-        let hint = summary_hint::read(source);
-        let mut index = Self::default();
-        for (opcode, body) in &hint.descriptions {
-            // A hint that cannot be read is none.
-            let _ = index.channels.describe(*opcode, body);
-        }
-        index.walk(source, &hint)?;
-        for (id, count) in index.channels.undescribed().collect::<Vec<_>>() {
-            let what = format!("{count} messages of a channel that is nowhere described are lost");
-            index.damage.push(Damage { place: format!("channel {id}"), what });
-        }
-        let cloud_topics = index.channels.cloud_topics();
-        for topic in cloud_topics {
-            index.clouds.entry(topic).or_default();
-        }
-        Ok(index)
-    }
-
-    fn walk(&mut self, source: &mut Source, hint: &SummaryHint) -> io::Result<()> {
+impl Walk<'_, '_> {
+    fn records(&mut self, source: &mut Source, hint: &SummaryHint) -> io::Result<()> {
         let length = source.length();
         let mut decoder = ChunkDecoder::default();
         let mut at = mcap::MAGIC.len() as u64;
@@ -181,13 +119,13 @@ impl Index {
                     self.lost(at, format!("in the chunk: {problem}"));
                 }
             } else if opcode == op::MESSAGE {
-                let location = Location {
+                let place = McapPlace {
                     record_at: at,
                     record_bytes: body_bytes,
                     in_chunk: Some(place),
                     body_bytes: body.len() as u64,
                 };
-                self.add(location, body);
+                self.add(place, body);
             }
         }
         let rest = walk.rest();
@@ -205,23 +143,18 @@ impl Index {
         }
         let mut body = Vec::new();
         source.read_into(at + HEAD_BYTES, body_bytes, &mut body)?;
-        let location = Location { record_at: at, record_bytes: body_bytes, in_chunk: None, body_bytes };
-        self.add(location, &body);
+        let place = McapPlace { record_at: at, record_bytes: body_bytes, in_chunk: None, body_bytes };
+        self.add(place, &body);
         Ok(())
     }
 
-    fn add(&mut self, location: Location, body: &[u8]) {
-        let Some((id, message)) = split_message(body) else {
+    fn add(&mut self, place: McapPlace, body: &[u8]) {
+        let Some(message) = split_message(body) else {
             let what = format!("a message of {} bytes is shorter than its header", body.len());
-            return self.lost(location.record_at, what);
+            return self.lost(place.record_at, what);
         };
-        self.channels.count_message(id);
-        let Some(channel) = self.channels.get(id) else { return };
-        if self.channels.is_cloud(channel) {
-            match self.clouds.get_mut(&channel.topic) {
-                Some(topic) => topic.add(location, message),
-                None => self.clouds.entry(channel.topic.clone()).or_default().add(location, message),
-            }
+        if let Some(channel) = self.channels.of_message(message.channel_id) {
+            (self.each)(channel, message.log_time_ns, place, message.data);
         }
     }
 

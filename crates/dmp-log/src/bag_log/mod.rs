@@ -1,0 +1,257 @@
+//! Scan logs in bags: one topic of messages with scans.
+
+mod topic;
+
+use crate::bag::{Bag, BagReader, Walked, in_words};
+use crate::log::{period_ns, runs_of_eight, span_ns};
+use crate::points::{Field, SampledScan, TimeChoice, TimeRule, choose_time, sampled_frames};
+use crate::ros::{Cloud, ScanCoding};
+use crate::{FrameInfo, LogError, LogOptions, LogSummary, Place, ScanLog, ScanReader, TopicInfo};
+use dmp_sensor::Scan;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::Path;
+use topic::{Entry, TopicIndex};
+
+/// A bag with one topic of scans chosen.
+#[derive(Debug)]
+pub(crate) struct BagLog {
+    bag: Bag,
+    frames: Vec<FrameInfo>,
+    topic: TopicIndex,
+    time: Option<TimeChoice>,
+    summary: LogSummary,
+}
+
+impl BagLog {
+    /// Reads the bag once from start to end, one chunk in memory at a time.
+    pub(crate) fn open(bag: Bag, options: &LogOptions) -> Result<Self, LogError> {
+        let (walked, clouds) = clouds_of(&bag)?;
+        let topics = walked.topics.infos();
+        if let (true, Some(first)) = (clouds.is_empty(), walked.damage.first()) {
+            let problem = format!("no scan can be read; {}: {}", first.place, first.what);
+            return Err(LogError::malformed(bag.path(), Place::WholeFile, problem));
+        }
+        let (name, topic) = choose_topic(bag.path(), clouds, options.topic.as_deref(), &topics)?;
+        let mut notes = Vec::new();
+        if options.topic.is_none() {
+            notes.push(format!("topic {name}: the only one with point clouds"));
+        }
+        Self::of_topic(bag, name, topic, walked, notes, options)
+    }
+
+    fn of_topic(
+        bag: Bag,
+        name: String,
+        mut topic: TopicIndex,
+        walked: Walked,
+        mut notes: Vec<String>,
+        options: &LogOptions,
+    ) -> Result<Self, LogError> {
+        let topics = walked.topics.infos();
+        let mut damage = walked.damage;
+        damage.append(&mut topic.damage);
+        if topic.other_frame_ids > 0 {
+            notes.push(format!("{} scans name another frame_id than the first", topic.other_frame_ids));
+        }
+        let summary = LogSummary {
+            path: bag.path().into(),
+            format: bag.format(),
+            topic: Some(name),
+            frame_id: topic.frame_id.clone(),
+            fields: Vec::new(),
+            point_bytes: 0,
+            returns: 0,
+            span_ns: None,
+            period_ns: None,
+            point_times: None,
+            notes,
+            damage,
+            fingerprint: bag.fingerprint()?,
+            bytes: walked.bytes,
+            topics,
+        };
+        let mut log = Self { bag, frames: Vec::new(), topic, time: None, summary };
+        log.describe();
+        log.decide_time(options)?;
+        log.describe();
+        if log.frames.is_empty() {
+            let lost = log.summary.damage.first().map(|first| format!("; {}: {}", first.place, first.what));
+            let problem = format!(
+                "topic {} has no scan that can be read{}",
+                log.summary.topic.as_deref().unwrap_or_default(),
+                lost.unwrap_or_default()
+            );
+            return Err(LogError::malformed(log.bag.path(), Place::WholeFile, problem));
+        }
+        Ok(log)
+    }
+
+    /// Fills what follows from the entries.
+    fn describe(&mut self) {
+        let info = |entry: &Entry| FrameInfo { stamp_ns: Some(entry.stamp_ns), returns: entry.returns };
+        self.frames = self.topic.entries.iter().map(info).collect();
+        self.summary.returns = self.frames.iter().map(|frame| frame.returns).sum();
+        self.summary.span_ns = span_ns(&self.frames);
+        self.summary.period_ns = period_ns(&self.frames);
+        if let Some(layout) = self.topic.first_layout() {
+            self.summary.fields = layout.field_infos();
+            self.summary.point_bytes = layout.point_bytes();
+        }
+    }
+
+    /// Finds the field with the times and what they mean, and gives up the scans that lack it.
+    fn decide_time(&mut self, options: &LogOptions) -> Result<(), LogError> {
+        let Some(layout) = self.topic.first_layout().filter(|_| self.summary.returns > 0) else {
+            return Ok(());
+        };
+        let mut notes = std::mem::take(&mut self.summary.notes);
+        let period_ns = self.summary.period_ns;
+        let sample = |fields: &[String]| self.sample(fields);
+        let choice = choose_time(self.bag.path(), layout, options, period_ns, &mut notes, sample);
+        self.summary.notes = notes;
+        let Some(choice) = choice? else { return Ok(()) };
+        self.summary.point_times = Some(choice.words.clone());
+        let (layouts, damage) = (&self.topic.layouts, &mut self.summary.damage);
+        self.topic.entries.retain(|entry| {
+            let layout = layouts.get(entry.layout as usize);
+            let kept =
+                entry.returns == 0 || layout.is_some_and(|layout| layout.field(&choice.field).is_some());
+            if !kept {
+                let place = format!("message {} ({})", entry.message, entry.location.in_words());
+                let what = format!(
+                    "no field `{}`, which the log's first scan has; the scan is skipped",
+                    choice.field
+                );
+                damage.push(crate::Damage { place, what });
+            }
+            kept
+        });
+        self.time = Some(choice);
+        Ok(())
+    }
+
+    /// What a few scans have in the fields that may hold times.
+    fn sample(&self, fields: &[String]) -> Result<Vec<Vec<SampledScan>>, LogError> {
+        let mut samples: Vec<Vec<SampledScan>> = vec![Vec::new(); fields.len()];
+        let mut reader = BagScanReader { log: self, bag: self.bag.reader() };
+        for frame in sampled_frames(self.topic.entries.iter().map(|entry| entry.returns)) {
+            reader.with_cloud(frame, |cloud| {
+                for (field, sample) in fields.iter().zip(&mut samples) {
+                    let extremes = cloud.layout.field(field).and_then(|field| cloud.rows().extremes(field));
+                    if let Some((smallest, largest)) = extremes {
+                        sample.push(SampledScan { stamp_ns: cloud.stamp_ns, smallest, largest });
+                    }
+                }
+            })?;
+        }
+        Ok(samples)
+    }
+}
+
+/// Walks over the bag once: every topic with scans that are read, also those of which no message could be.
+fn clouds_of(bag: &Bag) -> Result<(Walked, BTreeMap<String, TopicIndex>), LogError> {
+    let mut clouds: BTreeMap<String, TopicIndex> = BTreeMap::new();
+    let walked = bag.walk(&mut |message| {
+        let Some(coding) = ScanCoding::of(message.channel) else { return };
+        match clouds.get_mut(&message.channel.topic) {
+            Some(topic) => topic.add(coding, message),
+            None => clouds.entry(message.channel.topic.clone()).or_default().add(coding, message),
+        }
+    })?;
+    for channel in walked.topics.channels().filter(|channel| ScanCoding::of(channel).is_some()) {
+        clouds.entry(channel.topic.clone()).or_default();
+    }
+    Ok((walked, clouds))
+}
+
+fn choose_topic(
+    path: &Path,
+    mut clouds: BTreeMap<String, TopicIndex>,
+    wanted: Option<&str>,
+    topics: &[TopicInfo],
+) -> Result<(String, TopicIndex), LogError> {
+    let all = || in_words(topics);
+    if let Some(wanted) = wanted {
+        return clouds.remove_entry(wanted).ok_or_else(|| LogError::UnknownTopic {
+            path: path.into(),
+            wanted: wanted.into(),
+            topics: all(),
+        });
+    }
+    if clouds.len() > 1 {
+        let readable: Vec<_> =
+            topics.iter().filter(|topic| clouds.contains_key(&topic.name)).cloned().collect();
+        return Err(LogError::SeveralTopics { path: path.into(), topics: in_words(&readable) });
+    }
+    clouds.pop_first().ok_or_else(|| LogError::NoCloudTopic { path: path.into(), topics: all() })
+}
+
+impl ScanLog for BagLog {
+    fn summary(&self) -> &LogSummary {
+        &self.summary
+    }
+
+    fn frames(&self) -> &[FrameInfo] {
+        &self.frames
+    }
+
+    fn reader(&self) -> Result<Box<dyn ScanReader + '_>, LogError> {
+        Ok(Box::new(BagScanReader { log: self, bag: self.bag.reader() }))
+    }
+
+    fn groups(&self) -> Vec<Range<usize>> {
+        let entries = &self.topic.entries;
+        if !entries.iter().any(|entry| entry.location.is_in_chunk()) {
+            return runs_of_eight(entries.len());
+        }
+        let mut start = 0;
+        let chunks = entries.chunk_by(|a, b| a.location.shares_chunk(&b.location));
+        chunks
+            .map(|chunk| {
+                let group = start..start + chunk.len();
+                start = group.end;
+                group
+            })
+            .collect()
+    }
+}
+
+/// Reads scans of a [`BagLog`].
+#[derive(Debug)]
+struct BagScanReader<'a> {
+    log: &'a BagLog,
+    bag: BagReader<'a>,
+}
+
+impl BagScanReader<'_> {
+    fn with_cloud(&mut self, frame: usize, use_it: impl FnOnce(&Cloud<'_>)) -> Result<(), LogError> {
+        let malformed =
+            |problem: String| LogError::malformed(self.log.bag.path(), Place::Frame(frame as u64), problem);
+        let entries = &self.log.topic.entries;
+        let Some(entry) = entries.get(frame) else {
+            return Err(malformed(format!("the log has {} scans", entries.len())));
+        };
+        let message = self.bag.message(&entry.location, frame)?;
+        let cloud = Cloud::parse(entry.coding, message).map_err(malformed)?;
+        if cloud.returns() != entry.returns || cloud.stamp_ns != entry.stamp_ns {
+            return Err(malformed("the file has changed since it was opened".into()));
+        }
+        use_it(&cloud);
+        Ok(())
+    }
+}
+
+impl ScanReader for BagScanReader<'_> {
+    fn read(&mut self, frame: usize, scan: &mut Scan) -> Result<(), LogError> {
+        scan.clear();
+        let time = self.log.time.as_ref();
+        self.with_cloud(frame, |cloud| {
+            let of_field = |choice: &TimeChoice| -> Option<(Field, TimeRule)> {
+                Some((cloud.layout.field(&choice.field)?, choice.rule))
+            };
+            scan.stamp_ns = Some(cloud.stamp_ns);
+            cloud.rows().append_to(time.and_then(of_field), scan);
+        })
+    }
+}

@@ -1,0 +1,66 @@
+use crate::Damage;
+use crate::bag::{Location, Message};
+use crate::points::Layout;
+use crate::ros::{Cloud, ScanCoding};
+
+/// A scan of a topic.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Entry {
+    pub(super) location: Location,
+    pub(super) coding: ScanCoding,
+    pub(super) stamp_ns: i64,
+    pub(super) returns: u64,
+    /// Its place among the topic's layouts.
+    pub(super) layout: u32,
+    /// Its number among the topic's messages.
+    pub(super) message: u64,
+}
+
+/// The scans of one topic.
+#[derive(Debug, Default)]
+pub(super) struct TopicIndex {
+    pub(super) entries: Vec<Entry>,
+    pub(super) layouts: Vec<Layout>,
+    pub(super) frame_id: Option<String>,
+    pub(super) other_frame_ids: u64,
+    pub(super) damage: Vec<Damage>,
+    messages: u64,
+}
+
+impl TopicIndex {
+    pub(super) fn add(&mut self, coding: ScanCoding, message: Message<'_>) {
+        let Message { location, body, .. } = message;
+        let number = self.messages;
+        self.messages += 1;
+        let cloud = match Cloud::parse(coding, body) {
+            Ok(cloud) => cloud,
+            Err(problem) => {
+                let place = format!("message {number} ({})", location.in_words());
+                self.damage.push(Damage { place, what: format!("{problem}; the scan is skipped") });
+                return;
+            }
+        };
+        match &self.frame_id {
+            None => self.frame_id = Some(cloud.frame_id.to_owned()),
+            Some(first) => self.other_frame_ids += u64::from(first != cloud.frame_id),
+        }
+        let (stamp_ns, returns) = (cloud.stamp_ns, cloud.returns());
+        // The last layout is almost always the one.
+        let known = self.layouts.iter().rposition(|known| *known == cloud.layout);
+        let layout = known.unwrap_or(self.layouts.len()) as u32;
+        if known.is_none() {
+            self.layouts.push(cloud.layout);
+        }
+        self.entries.push(Entry { location, coding, stamp_ns, returns, layout, message: number });
+    }
+
+    pub(super) fn layout_of(&self, entry: &Entry) -> Option<&Layout> {
+        self.layouts.get(entry.layout as usize)
+    }
+
+    /// The layout of the first scan with points; without any, that of the first scan.
+    pub(super) fn first_layout(&self) -> Option<&Layout> {
+        let first = self.entries.iter().find(|entry| entry.returns > 0).or(self.entries.first());
+        first.and_then(|entry| self.layout_of(entry))
+    }
+}

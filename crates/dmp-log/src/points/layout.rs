@@ -1,0 +1,90 @@
+use super::Kind;
+use crate::FieldInfo;
+
+/// A field of a point that can be read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Field {
+    pub(crate) offset: usize,
+    pub(crate) kind: Kind,
+}
+
+/// How the points of a scan are stored: rows of `point_step` bytes with named fields in them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Layout {
+    named: Vec<(String, Field)>,
+    pub(super) xyz: [Field; 3],
+    pub(super) big_endian: bool,
+    pub(super) point_step: usize,
+}
+
+impl Layout {
+    /// A layout that holds together: a step, every field within it, and coordinates that are floats. What
+    /// is wrong is said with its value.
+    pub(crate) fn new(
+        named: Vec<(String, Field)>,
+        big_endian: bool,
+        point_step: u32,
+    ) -> Result<Self, String> {
+        if point_step == 0 {
+            return Err("point_step is 0".into());
+        }
+        for (name, field) in &named {
+            let end = field.offset as u64 + u64::from(field.kind.bytes());
+            if end > u64::from(point_step) {
+                return Err(format!("field `{name}` ends at byte {end} of a point of {point_step} bytes"));
+            }
+        }
+        let coordinate = |wanted: &str| match find(&named, wanted) {
+            Some(field) if field.kind.is_float() => Ok(field),
+            Some(field) => Err(format!("field `{wanted}` is {}, not float32 or float64", field.kind.name())),
+            None => {
+                let names: Vec<&str> = named.iter().map(|(name, _)| name.as_str()).take(20).collect();
+                Err(format!("no field `{wanted}` among [{}]", names.join(", ")))
+            }
+        };
+        let xyz = [coordinate("x")?, coordinate("y")?, coordinate("z")?];
+        Ok(Self { named, xyz, big_endian, point_step: point_step as usize })
+    }
+
+    /// The layout of a scan without points: drivers send those without any fields.
+    pub(crate) fn of_nothing(named: Vec<(String, Field)>, big_endian: bool, point_step: u32) -> Self {
+        let nowhere = Field { offset: 0, kind: Kind::F32 };
+        let xyz = ["x", "y", "z"].map(|name| find(&named, name).unwrap_or(nowhere));
+        Self { named, xyz, big_endian, point_step: point_step as usize }
+    }
+
+    pub(crate) fn field(&self, name: &str) -> Option<Field> {
+        find(&self.named, name)
+    }
+
+    pub(crate) fn names(&self) -> Vec<&str> {
+        self.named.iter().map(|(name, _)| name.as_str()).collect()
+    }
+
+    pub(crate) fn point_bytes(&self) -> u32 {
+        self.point_step as u32
+    }
+
+    pub(crate) fn field_infos(&self) -> Vec<FieldInfo> {
+        let info = |(name, field): &(String, Field)| FieldInfo {
+            name: name.clone(),
+            kind: field.kind.name(),
+            offset_bytes: field.offset as u32,
+        };
+        self.named.iter().map(info).collect()
+    }
+
+    /// Whether x, y and z are float32 one behind the other in this machine's usual order.
+    pub(super) fn packed_xyz(&self) -> Option<usize> {
+        let [x, y, z] = self.xyz;
+        let packed = !self.big_endian
+            && self.xyz.iter().all(|field| field.kind == Kind::F32)
+            && y.offset == x.offset + 4
+            && z.offset == x.offset + 8;
+        packed.then_some(x.offset)
+    }
+}
+
+fn find(named: &[(String, Field)], wanted: &str) -> Option<Field> {
+    named.iter().find(|(name, _)| name == wanted).map(|&(_, field)| field)
+}

@@ -1,0 +1,15 @@
+//! Points as rows of named numbers: what messages, PCD and PLY files have in common, and how such rows
+//! become a scan.
+
+mod layout;
+mod number;
+mod rows;
+mod time;
+mod time_choice;
+
+pub(crate) use layout::{Field, Layout};
+pub(crate) use number::Kind;
+pub(crate) use rows::Rows;
+pub(crate) use time::{Origin, RawTime, SampledScan, TimeRule};
+pub use time::{PointTime, StampAt, TimeUnit};
+pub(crate) use time_choice::{TimeChoice, choose_time, sampled_frames};

@@ -1,0 +1,134 @@
+use super::RawTime;
+
+/// The numbers a field may hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+impl Kind {
+    pub(crate) fn bytes(self) -> u32 {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+        }
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::I8 => "int8",
+            Self::U8 => "uint8",
+            Self::I16 => "int16",
+            Self::U16 => "uint16",
+            Self::I32 => "int32",
+            Self::U32 => "uint32",
+            Self::I64 => "int64",
+            Self::U64 => "uint64",
+            Self::F32 => "float32",
+            Self::F64 => "float64",
+        }
+    }
+
+    pub(crate) fn is_float(self) -> bool {
+        matches!(self, Self::F32 | Self::F64)
+    }
+}
+
+/// A number in a row of bytes.
+pub(super) trait Number: Copy {
+    /// The value at `offset`; `None` where the row is too short.
+    fn read(row: &[u8], offset: usize, big_endian: bool) -> Option<Self>;
+
+    fn raw(self) -> RawTime;
+}
+
+macro_rules! number {
+    ($($type:ty => $raw:expr),*) => {$(
+        impl Number for $type {
+            #[inline]
+            fn read(row: &[u8], offset: usize, big_endian: bool) -> Option<Self> {
+                let bytes = *row.get(offset..)?.first_chunk()?;
+                Some(if big_endian { Self::from_be_bytes(bytes) } else { Self::from_le_bytes(bytes) })
+            }
+
+            #[inline]
+            fn raw(self) -> RawTime {
+                $raw(self)
+            }
+        }
+    )*};
+}
+
+number!(
+    i8 => |value| RawTime::Integer(i64::from(value)),
+    u8 => |value| RawTime::Integer(i64::from(value)),
+    i16 => |value| RawTime::Integer(i64::from(value)),
+    u16 => |value| RawTime::Integer(i64::from(value)),
+    i32 => |value| RawTime::Integer(i64::from(value)),
+    u32 => |value| RawTime::Integer(i64::from(value)),
+    i64 => RawTime::Integer,
+    u64 => RawTime::of_u64,
+    f32 => |value| RawTime::Float(f64::from(value)),
+    f64 => RawTime::Float
+);
+
+/// Does something with the type `$number` that a [`Kind`] stands for, so that the kind is looked at once
+/// and not for every point.
+macro_rules! with_number {
+    ($kind:expr, $number:ident => $body:expr) => {
+        match $kind {
+            Kind::I8 => {
+                type $number = i8;
+                $body
+            }
+            Kind::U8 => {
+                type $number = u8;
+                $body
+            }
+            Kind::I16 => {
+                type $number = i16;
+                $body
+            }
+            Kind::U16 => {
+                type $number = u16;
+                $body
+            }
+            Kind::I32 => {
+                type $number = i32;
+                $body
+            }
+            Kind::U32 => {
+                type $number = u32;
+                $body
+            }
+            Kind::I64 => {
+                type $number = i64;
+                $body
+            }
+            Kind::U64 => {
+                type $number = u64;
+                $body
+            }
+            Kind::F32 => {
+                type $number = f32;
+                $body
+            }
+            Kind::F64 => {
+                type $number = f64;
+                $body
+            }
+        }
+    };
+}
+pub(super) use with_number;

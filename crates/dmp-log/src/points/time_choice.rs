@@ -1,0 +1,143 @@
+//! Which field of a log's points holds their times, and what it means there.
+
+use super::time::{Finding, Origin, StampAt, USUAL_PERIOD_NS, candidates, find_rule};
+use super::{Layout, PointTime, SampledScan, TimeRule};
+use crate::{LogError, LogOptions};
+use std::path::Path;
+
+/// Scans looked at for the meaning of the times of points.
+const SAMPLED_SCANS: usize = 5;
+
+/// The field with the times, how it is read, and both in words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct TimeChoice {
+    pub(crate) field: String,
+    pub(crate) rule: TimeRule,
+    pub(crate) words: String,
+}
+
+/// The frames to look at: the first three, the middle and the last with returns.
+pub(crate) fn sampled_frames(returns: impl Iterator<Item = u64>) -> Vec<usize> {
+    let filled: Vec<usize> =
+        returns.enumerate().filter(|&(_, returns)| returns > 0).map(|(k, _)| k).collect();
+    let mut chosen: Vec<usize> = filled.iter().copied().take(SAMPLED_SCANS - 2).collect();
+    chosen.extend(filled.get(filled.len() / 2));
+    chosen.extend(filled.last());
+    chosen.dedup();
+    chosen
+}
+
+/// Finds the field with the times of points and what they mean, or takes what the options say; `None`
+/// where there are no times, or none are wanted. `sample` gives, for each of the fields it is asked for,
+/// what a few scans have there.
+///
+/// # Errors
+/// When the times could mean this or that, and when the options ask for what is not there.
+pub(crate) fn choose_time(
+    path: &Path,
+    layout: &Layout,
+    options: &LogOptions,
+    period_ns: Option<i64>,
+    notes: &mut Vec<String>,
+    sample: impl FnOnce(&[String]) -> Result<Vec<Vec<SampledScan>>, LogError>,
+) -> Result<Option<TimeChoice>, LogError> {
+    let names = layout.names();
+    let fields: Vec<String> = candidates(&names).into_iter().map(|(_, name)| name.to_owned()).collect();
+    let option = |problem: String| Err(LogError::Option { path: path.into(), problem });
+    let given = TimeRule::given(options.point_time);
+    let Some(first_field) = fields.first() else {
+        if given.is_some() {
+            let (point_time, names) = (options.point_time, names.join(", "));
+            return option(format!(
+                "--point-time {point_time} was given, but the points have no field for a time among [{names}]"
+            ));
+        }
+        return without_times(options).or_else(option);
+    };
+    if options.point_time == PointTime::Ignore {
+        notes.push(format!("field `{first_field}`: not used as the time of a point, as was asked"));
+        return without_times(options).or_else(option);
+    }
+    let samples = sample(&fields)?;
+    let period_ns = period_ns.unwrap_or_else(|| {
+        if given.is_none() {
+            notes.push("too few stamps to tell the scan period: 0.1 s is taken".into());
+        }
+        USUAL_PERIOD_NS
+    });
+    let mut unclear = None;
+    for (field, sample) in fields.iter().zip(&samples) {
+        match given.map_or_else(|| find_rule(sample, period_ns), Finding::Rule) {
+            Finding::Rule(rule) => {
+                let evidence = if given.is_some() { "as was said" } else { "found from the values" };
+                return place_stamp(field, rule, options.stamp_at, sample, evidence)
+                    .map(Some)
+                    .or_else(option);
+            }
+            Finding::Constant => {
+                notes.push(format!(
+                    "field `{field}` is the same for all points of a scan: no times of points"
+                ));
+            }
+            Finding::Unclear(problem) => unclear = unclear.or(Some((field, problem))),
+        }
+    }
+    match unclear {
+        None => without_times(options).or_else(option),
+        Some((field, problem)) => {
+            let field = format!("in field `{field}`");
+            Err(LogError::PointTime { path: path.into(), field, problem })
+        }
+    }
+}
+
+/// Without times a scan is one instant, its stamp, wherever that lies in it.
+fn without_times(options: &LogOptions) -> Result<Option<TimeChoice>, String> {
+    match options.stamp_at {
+        StampAt::Start => Ok(None),
+        at => Err(format!(
+            "--stamp {} was given, but the points have no times of their own: to move the stamps, give --time-offset",
+            at.name()
+        )),
+    }
+}
+
+/// Puts times that count from the scan's beginning where the stamp is the middle or the end of it.
+pub(super) fn place_stamp(
+    field: &str,
+    mut rule: TimeRule,
+    at: StampAt,
+    sample: &[SampledScan],
+    evidence: &str,
+) -> Result<TimeChoice, String> {
+    let unit_ns = rule.unit.in_ns() as f64;
+    // The longest of the sampled scans: the others lack returns at their ends.
+    let span_ns = sample.iter().map(|scan| (scan.largest - scan.smallest) * unit_ns).fold(0.0, f64::max);
+    let first_ns = sample.iter().map(|scan| scan.smallest * unit_ns).fold(f64::INFINITY, f64::min);
+    let from_start = match rule.origin {
+        Origin::Stamp => first_ns > -0.1 * span_ns,
+        Origin::Clock => false,
+        Origin::FirstPoint => true,
+    };
+    if at != StampAt::Start && !from_start {
+        return Err(format!(
+            "--stamp {} was given, but the times in `{field}` say themselves where the stamp lies: the first is {:.4} s from it",
+            at.name(),
+            if rule.origin == Origin::Clock {
+                sample.first().map_or(f64::NAN, |scan| (scan.smallest * unit_ns - scan.stamp_ns as f64) / 1e9)
+            } else {
+                first_ns / 1e9
+            }
+        ));
+    }
+    rule.shift_ns = match at {
+        StampAt::Start => 0,
+        StampAt::Mid => -(span_ns / 2.0).round() as i64,
+        StampAt::End => -span_ns.round() as i64,
+    };
+    let stamp = if from_start { format!(", the stamp is its {}", at.name()) } else { String::new() };
+    let span =
+        if sample.is_empty() { String::new() } else { format!(", a scan spans {:.4} s", span_ns / 1e9) };
+    let words = format!("field `{field}`: {}, {evidence}{span}{stamp}", rule.words());
+    Ok(TimeChoice { field: field.into(), rule, words })
+}

@@ -1,0 +1,45 @@
+//! `CustomMsg` of the Livox drivers: points with a time each, in nanoseconds after the
+//! message's stamp.
+//!
+//! Fields as in `livox_ros_driver2/msg/CustomMsg.msg` and `CustomPoint.msg`; those of the older driver are
+//! the same.
+
+use super::Cloud;
+use super::wire::{WireError, WireReader};
+use crate::points::{Field, Kind, Layout};
+
+/// Bytes of a point. Where numbers are aligned, one more follows it, but not behind the last.
+const POINT_BYTES: u32 = 19;
+const FIELDS: [(&str, usize, Kind); 7] = [
+    ("offset_time", 0, Kind::U32),
+    ("x", 4, Kind::F32),
+    ("y", 8, Kind::F32),
+    ("z", 12, Kind::F32),
+    ("reflectivity", 16, Kind::U8),
+    ("tag", 17, Kind::U8),
+    ("line", 18, Kind::U8),
+];
+
+/// Reads and checks a message.
+pub(super) fn parse(mut message: WireReader<'_>) -> Result<Cloud<'_>, WireError> {
+    let (stamp_ns, frame_id) = message.header()?;
+    let _timebase = message.u64("timebase")?;
+    let _point_num = message.u32("point_num")?;
+    let _lidar_id = message.u8("lidar_id")?;
+    for _ in 0..3 {
+        message.u8("rsvd")?;
+    }
+    let count = message.u32("points")? as usize;
+    let (big_endian, message_is_aligned) = (message.is_big_endian(), message.is_aligned());
+    let data = message.rest();
+    let step = POINT_BYTES + u32::from(message_is_aligned);
+    let needed = count.saturating_mul(step as usize).saturating_sub(usize::from(message_is_aligned));
+    if needed > data.len() {
+        let problem = format!("{count} points of {step} bytes do not fit in {} bytes of data", data.len());
+        return Err(WireError(problem));
+    }
+    let named = FIELDS.map(|(name, offset, kind)| (name.to_owned(), Field { offset, kind }));
+    let layout = Layout::new(named.into(), big_endian, step).map_err(WireError)?;
+    let data = data.get(..needed).unwrap_or_default();
+    Ok(Cloud { stamp_ns, frame_id, layout, width: count, height: 1, row_step: data.len(), data })
+}
