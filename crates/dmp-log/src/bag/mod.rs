@@ -242,7 +242,7 @@ pub(crate) struct BagReader<'a> {
 
 #[derive(Debug)]
 enum FileReader {
-    Mcap(mcap::McapMessages),
+    Mcap(Box<mcap::McapMessages>),
     Sqlite(sqlite::SqliteMessages),
 }
 
@@ -257,7 +257,7 @@ impl BagReader<'_> {
             // The one before is closed first.
             self.open = None;
             let reader = match kind {
-                Kind::Mcap => mcap::McapMessages::open(path).map(FileReader::Mcap),
+                Kind::Mcap => mcap::McapMessages::open(path).map(|reader| FileReader::Mcap(Box::new(reader))),
                 Kind::Sqlite => sqlite::SqliteMessages::open(path).map(FileReader::Sqlite),
             };
             self.open = Some((location.file, reader.map_err(|e| LogError::io(path, "open", e))?));

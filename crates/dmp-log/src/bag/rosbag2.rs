@@ -1,18 +1,157 @@
-//! Folders as rosbag2 writes them.
+//! Folders as rosbag2 writes them: `metadata.yaml` and the files it names.
 
-use crate::LogError;
+use crate::decimal::shorten;
 use crate::open::files_with_extension;
+use crate::{LogError, ParseError, Place};
+use saphyr_parser::{Event, Parser};
+use std::fs;
 use std::path::{Path, PathBuf};
+
+/// Largest metadata that is read. It has a few lines for a topic and for a file.
+const MAX_METADATA_BYTES: u64 = 16 << 20;
 
 /// The bag's files in a folder, in order; `None` where there are none.
 pub(super) fn files_of(folder: &Path) -> Result<Option<Vec<PathBuf>>, LogError> {
-    let files = files_with_extension(folder, "mcap")?;
+    let path = folder.join("metadata.yaml");
+    if path.is_file() {
+        return named_files(folder, &path).map(Some);
+    }
+    let mut files = files_with_extension(folder, "mcap")?;
+    files.append(&mut files_with_extension(folder, "db3")?);
     match files.len() {
         0 => Ok(None),
         1 => Ok(Some(files)),
         several => {
-            let problem = format!("{several} MCAP files in the folder: name one of them");
+            let problem = format!(
+                "{several} MCAP or SQLite files in the folder and no metadata.yaml: name one of them"
+            );
             Err(LogError::Option { path: folder.into(), problem })
         }
+    }
+}
+
+/// The files that the metadata names, all of them there.
+fn named_files(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, LogError> {
+    let length = fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
+    if length > MAX_METADATA_BYTES {
+        let problem = format!("{length} bytes are no metadata, at most {MAX_METADATA_BYTES} are read");
+        return Err(LogError::malformed(path, Place::WholeFile, problem));
+    }
+    let bytes = fs::read(path).map_err(|e| LogError::io(path, "read", e))?;
+    let metadata = parse_metadata(&bytes).map_err(|e| e.in_file(path))?;
+    if !metadata.compression_mode.is_empty() {
+        let problem = format!(
+            "the bag is packed by rosbag2 itself (compression_mode {}): unpack it with `ros2 bag convert`",
+            shorten(&metadata.compression_mode)
+        );
+        return Err(LogError::malformed(path, Place::WholeFile, problem));
+    }
+    if metadata.files.is_empty() {
+        return Err(LogError::malformed(
+            path,
+            Place::WholeFile,
+            "it names no files under relative_file_paths",
+        ));
+    }
+    let found = |(line, name): &(u64, String)| {
+        // Old versions write the folder's own name in front.
+        let file_name = Path::new(name).file_name().unwrap_or_default();
+        let places = [folder.join(name), folder.join(file_name)];
+        let there = places.into_iter().find(|file| file.is_file());
+        there.ok_or_else(|| {
+            let problem = format!("the file `{}` that it names is not there", shorten(name));
+            LogError::malformed(path, Place::Line(*line), problem)
+        })
+    };
+    metadata.files.iter().map(found).collect()
+}
+
+/// What is used of the metadata.
+#[derive(Debug, Default, PartialEq, Eq)]
+struct Metadata {
+    /// Line and name of each file, in order.
+    files: Vec<(u64, String)>,
+    /// `FILE`, `MESSAGE`, or empty.
+    compression_mode: String,
+}
+
+/// A mapping or list that has begun and not ended.
+struct Open {
+    /// In a mapping, the key whose value comes next.
+    key: Option<String>,
+    is_mapping: bool,
+}
+
+/// Reads events as they come: aliases are never followed, so that nothing grows beyond the file.
+fn parse_metadata(bytes: &[u8]) -> Result<Metadata, ParseError> {
+    let text = std::str::from_utf8(bytes).map_err(|e| {
+        ParseError::new(Place::Byte(e.valid_up_to() as u64), "not text, where metadata should be")
+    })?;
+    let mut metadata = Metadata::default();
+    let mut open: Vec<Open> = Vec::new();
+    for event in Parser::new_from_str(text) {
+        let (event, span) =
+            event.map_err(|e| ParseError::new(Place::Line(e.marker().line() as u64), shorten(e.info())))?;
+        match event {
+            Event::MappingStart(..) | Event::SequenceStart(..) => {
+                open.push(Open { key: None, is_mapping: matches!(event, Event::MappingStart(..)) });
+            }
+            Event::MappingEnd | Event::SequenceEnd => {
+                open.pop();
+                value_is_over(&mut open);
+            }
+            Event::Alias(_) => value_is_over(&mut open),
+            Event::Scalar(value, ..) => {
+                if let Some(inner) = open.last_mut().filter(|inner| inner.is_mapping && inner.key.is_none()) {
+                    inner.key = Some(value.into_owned());
+                    continue;
+                }
+                let keys: Vec<&str> =
+                    open.iter().map(|outer| outer.key.as_deref().unwrap_or_default()).collect();
+                match keys.as_slice() {
+                    ["rosbag2_bagfile_information", "relative_file_paths", ""] => {
+                        metadata.files.push((span.start.line() as u64, value.into_owned()));
+                    }
+                    ["rosbag2_bagfile_information", "compression_mode"] => {
+                        metadata.compression_mode = value.into_owned();
+                    }
+                    _ => {}
+                }
+                value_is_over(&mut open);
+            }
+            _ => {}
+        }
+    }
+    Ok(metadata)
+}
+
+fn value_is_over(open: &mut [Open]) {
+    if let Some(outer) = open.last_mut() {
+        outer.key = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_files_are_those_of_the_list_alone() {
+        let text = "rosbag2_bagfile_information:\n  version: 9\n  storage_identifier: mcap\n  compression_mode: \"\"\n  \
+                    relative_file_paths:\n    - a_0.mcap\n    - 'b 1.mcap'\n  files:\n    - path: c.mcap\n      \
+                    relative_file_paths: [no]\nrelative_file_paths: [no]\n";
+        let files = [(6, "a_0.mcap".to_owned()), (7, "b 1.mcap".to_owned())];
+        let expected = Metadata { files: files.into(), compression_mode: String::new() };
+        assert_eq!(parse_metadata(text.as_bytes()), Ok(expected));
+    }
+
+    #[test]
+    fn what_is_no_yaml_is_named_with_its_line() {
+        let error = parse_metadata(b"rosbag2_bagfile_information:\n  version: [1\n").unwrap_err();
+        assert!(matches!(error.place, Place::Line(2..=4)), "{error}");
+        assert_eq!(parse_metadata(b"a\xff").unwrap_err().place, Place::Byte(1));
+        // A bomb of aliases stays as small as it is written.
+        let bomb = "a: &a [x, x]\nb: &b [*a, *a, *a]\nc: &c [*b, *b, *b]\nd: [*c, *c, *c]\n";
+        assert_eq!(parse_metadata(bomb.as_bytes()), Ok(Metadata::default()));
     }
 }

@@ -1,27 +1,186 @@
-//! Messages of a `SQLite` file as rosbag2 writes it (`.db3`).
+//! Messages of a `SQLite` file as rosbag2 writes it (`.db3`): the tables `topics` and `messages`.
 
-use super::{Channel, FileWalked, MessageFault};
+use super::{Channel, FileWalked, MAX_MESSAGE_BYTES, MessageFault};
+use crate::Damage;
+use crate::decimal::shorten;
+use rusqlite::limits::Limit;
+use rusqlite::types::ValueRef;
+use rusqlite::{Connection, OpenFlags};
+use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
 /// The first bytes of every `SQLite` 3 file.
 pub(super) const MAGIC: &[u8] = b"SQLite format 3\0";
+/// How often reading goes on behind a place that cannot be read.
+const MAX_HOLES: usize = 64;
 
+/// What is done with a message: its channel, the time it was recorded, its row, its body.
 type Each<'a> = dyn FnMut(&Channel, u64, i64, &[u8]) + 'a;
 
-pub(super) fn walk(_path: &Path, _each: &mut Each<'_>) -> io::Result<FileWalked> {
-    Err(io::Error::other("SQLite bags are not read yet"))
+/// Reads the messages in the order of their rows. What cannot be read is damage; a file that is no bag at
+/// all is an error.
+pub(super) fn walk(path: &Path, each: &mut Each<'_>) -> io::Result<FileWalked> {
+    let connection = open(path)?;
+    let channels = channels_of(&connection).map_err(to_io)?;
+    let mut walked = FileWalked {
+        channels: channels.values().cloned().collect(),
+        bytes: path.metadata()?.len(),
+        ..FileWalked::default()
+    };
+    let mut walk = Walk { channels, next: i64::MIN, unknown: BTreeMap::new(), damage: Vec::new(), each };
+    let mut holes = 0;
+    let mut step = 1;
+    loop {
+        let before = walk.next;
+        match walk.messages(&connection) {
+            Ok(()) => break,
+            Err(error) if holes == MAX_HOLES || before == i64::MAX => {
+                walk.lost(format!("{}: what follows is lost", shorten(&error.to_string())));
+                break;
+            }
+            Err(error) => {
+                if walk.next != before {
+                    step = 1;
+                }
+                walk.lost(format!("{}: messages from here are lost", shorten(&error.to_string())));
+                let from =
+                    if walk.next == i64::MIN { first_row(&connection).unwrap_or(0) } else { walk.next };
+                walk.next = from.saturating_add(step);
+                step = step.saturating_mul(2);
+                holes += 1;
+            }
+        }
+    }
+    for (id, count) in std::mem::take(&mut walk.unknown) {
+        let what = format!("{count} messages of a topic that is nowhere described are lost");
+        walk.damage.push(Damage { place: format!("topic {id}"), what });
+    }
+    walked.damage = walk.damage;
+    Ok(walked)
 }
 
-#[derive(Debug)]
-pub(super) struct SqliteMessages {}
+struct Walk<'a, 'b> {
+    channels: BTreeMap<i64, Channel>,
+    /// The row from which to read.
+    next: i64,
+    unknown: BTreeMap<i64, u64>,
+    damage: Vec<Damage>,
+    each: &'a mut Each<'b>,
+}
 
-impl SqliteMessages {
-    pub(super) fn open(_path: &Path) -> io::Result<Self> {
-        Err(io::Error::other("SQLite bags are not read yet"))
+impl Walk<'_, '_> {
+    fn messages(&mut self, connection: &Connection) -> rusqlite::Result<()> {
+        let mut statement = connection
+            .prepare("SELECT id, topic_id, timestamp, data FROM messages WHERE id >= ?1 ORDER BY id")?;
+        let mut rows = statement.query([self.next])?;
+        while let Some(row) = rows.next()? {
+            let id: i64 = row.get(0)?;
+            self.next = id.saturating_add(1);
+            let (ValueRef::Integer(topic), ValueRef::Integer(time_ns), ValueRef::Blob(body)) =
+                (row.get_ref(1)?, row.get_ref(2)?, row.get_ref(3)?)
+            else {
+                let what = "a row that is no topic, time and bytes is lost".to_owned();
+                self.damage.push(Damage { place: format!("row {id}"), what });
+                continue;
+            };
+            match self.channels.get(&topic) {
+                Some(channel) => (self.each)(channel, time_ns.max(0).cast_unsigned(), id, body),
+                None => *self.unknown.entry(topic).or_default() += 1,
+            }
+        }
+        Ok(())
     }
 
-    pub(super) fn message(&mut self, _row: i64) -> Result<&[u8], MessageFault> {
-        Err(MessageFault::Changed("not read yet".into()))
+    fn lost(&mut self, what: String) {
+        let place =
+            if self.next == i64::MIN { "the first row".to_owned() } else { format!("row {}", self.next) };
+        self.damage.push(Damage { place, what });
+    }
+}
+
+fn first_row(connection: &Connection) -> rusqlite::Result<i64> {
+    connection.query_row("SELECT min(id) FROM messages", [], |row| row.get(0))
+}
+
+fn channels_of(connection: &Connection) -> rusqlite::Result<BTreeMap<i64, Channel>> {
+    let mut statement = connection.prepare("SELECT id, name, type, serialization_format FROM topics")?;
+    let channel = |row: &rusqlite::Row<'_>| {
+        Ok((row.get(0)?, Channel { topic: row.get(1)?, message_type: row.get(2)?, encoding: row.get(3)? }))
+    };
+    let channels = statement.query_map([], channel)?;
+    channels.collect()
+}
+
+/// Opens a file for reading alone; it is not written to, nor is anything beside it.
+fn open(path: &Path) -> io::Result<Connection> {
+    // Says what is missing better than the library does.
+    std::fs::File::open(path)?;
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let beside = |suffix: &str| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(suffix);
+        Path::new(&name).exists()
+    };
+    // Without a journal nobody is writing, and the file needs no locks and no folder that can be written to.
+    let connection = if beside("-wal") || beside("-journal") {
+        Connection::open_with_flags(path, flags)
+    } else {
+        let uri = format!("file:{}?immutable=1", percent_encoded(path));
+        Connection::open_with_flags(uri, flags | OpenFlags::SQLITE_OPEN_URI)
+    };
+    let connection = connection.map_err(to_io)?;
+    connection.set_limit(Limit::SQLITE_LIMIT_LENGTH, MAX_MESSAGE_BYTES as i32).map_err(to_io)?;
+    // Nothing in the file is to be run, and its cells are checked before they are used.
+    let settings = "PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON; PRAGMA mmap_size = 0; \
+                    PRAGMA query_only = ON; PRAGMA cache_size = -2048;";
+    connection.execute_batch(settings).map_err(to_io)?;
+    Ok(connection)
+}
+
+/// A path as a URI has it.
+fn percent_encoded(path: &Path) -> String {
+    let encode = |byte: &u8| match byte {
+        b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'/' | b'.' | b'_' | b'-' => char::from(*byte).to_string(),
+        other => format!("%{other:02X}"),
+    };
+    path.as_os_str().as_encoded_bytes().iter().map(encode).collect()
+}
+
+#[expect(clippy::needless_pass_by_value, reason = "for map_err")]
+fn to_io(error: rusqlite::Error) -> io::Error {
+    io::Error::other(format!("as a rosbag2 file: {}", shorten(&error.to_string())))
+}
+
+/// Reads single messages of a file.
+#[derive(Debug)]
+pub(super) struct SqliteMessages {
+    connection: Connection,
+    message: Vec<u8>,
+}
+
+impl SqliteMessages {
+    pub(super) fn open(path: &Path) -> io::Result<Self> {
+        Ok(Self { connection: open(path)?, message: Vec::new() })
+    }
+
+    pub(super) fn message(&mut self, row: i64) -> Result<&[u8], MessageFault> {
+        let changed = |problem: String| MessageFault::Changed(format!("row {row}: {problem}"));
+        let mut statement = self
+            .connection
+            .prepare("SELECT data FROM messages WHERE id = ?1")
+            .map_err(|e| changed(shorten(&e.to_string())))?;
+        let message = &mut self.message;
+        message.clear();
+        let copied = statement.query_row([row], |row| {
+            let ValueRef::Blob(body) = row.get_ref(0)? else { return Ok(false) };
+            message.extend_from_slice(body);
+            Ok(true)
+        });
+        match copied {
+            Ok(true) => Ok(&self.message),
+            Ok(false) => Err(changed("was bytes when the log was opened and is not any more".into())),
+            Err(error) => Err(changed(shorten(&error.to_string()))),
+        }
     }
 }
