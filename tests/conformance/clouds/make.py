@@ -30,7 +30,7 @@ def write(name, files, points, coordinates, time=None, faces=None, unit_m=(1.0, 
         "points": s.rows(points), "time": time, "faces": faces})
 
 
-def seen(seed, rings=4, columns=10):
+def seen(seed, rings=3, columns=10):
     return s.look(np.random.default_rng(seed), 0, rings, columns)[0].reshape(-1, 3)
 
 
@@ -53,13 +53,13 @@ def pcd_by_pypcd4(name, columns, time=None, viewpoint=None):
 def pcd():
     points = np.round(seen(31) * 16) / np.float32(16)
     xyz = [(name, points[:, axis].copy()) for axis, name in enumerate("xyz")]
-    share = np.tile(np.arange(10) / 10, 4)
-    grey = ("intensity", np.arange(40, dtype=np.float32) * 6.5)
+    share = np.tile(np.arange(10) / 10, 3)
+    grey = ("intensity", np.arange(30, dtype=np.float32) * 6.5)
     t = np.round(share * 99_960_320).astype(np.uint32)
     stamp = (s.START_NS + np.round(share * 99_900_000)) / 1e9
     pcd_by_pypcd4("xyz", xyz)
     pcd_by_pypcd4("xyz_intensity", [*xyz, grey])
-    pcd_by_pypcd4("t_uint32", [*xyz, grey, ("t", t), ("ring", np.repeat(np.arange(4), 10).astype(np.uint16))],
+    pcd_by_pypcd4("t_uint32", [*xyz, grey, ("t", t), ("ring", np.repeat(np.arange(3), 10).astype(np.uint16))],
                   {"name": "t", "datatype": "uint32", "unit": "ns", "from": "start", "values": t.tolist()})
     # The pose of a sensor in VIEWPOINT is a note: the points are as they stand.
     pcd_by_pypcd4("timestamp_float64", [*xyz, grey, ("timestamp", stamp)],
@@ -86,7 +86,7 @@ def pcd():
 def ply():
     points = seen(32)
     cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(points.astype(float) + 4e5))
-    cloud.normals = open3d.utility.Vector3dVector(np.tile([0.0, 0.0, 1.0], (40, 1)))
+    cloud.normals = open3d.utility.Vector3dVector(np.tile([0.0, 0.0, 1.0], (30, 1)))
     cloud.paint_uniform_color([0.2, 0.4, 0.6])
     assert open3d.io.write_point_cloud(str(FOLDER / "open3d_binary.ply"), cloud)
     write("ply_open3d", ["open3d_binary.ply"], points.astype(float) + 4e5, "float64")
@@ -96,9 +96,9 @@ def ply():
     write("ply_open3d_ascii", ["open3d_ascii.ply"],
           np.array([[float(word) for word in line.split()[:3]] for line in text.splitlines()]), "float64")
 
-    time = np.tile(np.arange(10) / 10, 4) * 0.0998
+    time = np.tile(np.arange(10) / 10, 3) * 0.0998
     for width, coordinates in [("f4", "float32"), ("f8", "float64")]:
-        vertices = np.zeros(40, [("x", width), ("y", width), ("z", width), ("intensity", "u1"), ("time", "f8")])
+        vertices = np.zeros(30, [("x", width), ("y", width), ("z", width), ("intensity", "u1"), ("time", "f8")])
         for axis, name in enumerate("xyz"):
             vertices[name] = points[:, axis]
         if width == "f8":
@@ -135,8 +135,9 @@ def meshes():
     write("mesh", files, corners, "float64", faces=faces.tolist())
 
 
-def las_file(name, point_format, version, whole, scale, offset, crs=None, gps_time=None, extra=False, more_keys=()):
-    """`whole`: the integers of the file. Both as .las and .laz."""
+def las_file(name, point_format, version, whole, scale, offset, crs=None, gps_time=None, extra=False, more_keys=(),
+             kinds=("las", "laz")):
+    """`whole`: the integers of the file."""
     header = laspy.LasHeader(point_format=point_format, version=version)
     header.creation_date = datetime.date(2024, 5, 17)
     header.scales, header.offsets = scale, offset
@@ -158,9 +159,9 @@ def las_file(name, point_format, version, whole, scale, offset, crs=None, gps_ti
     if gps_time is not None:
         cloud.gps_time = gps_time[1]
     if extra:
-        cloud.range_m = np.linspace(1, 40, len(whole), dtype=np.float32)
+        cloud.range_m = np.linspace(1, 30, len(whole), dtype=np.float32)
         cloud.scan = np.arange(len(whole)) // 10
-    files = [f"{name}.las", f"{name}.laz"]
+    files = [f"{name}.{kind}" for kind in kinds]
     for file in files:
         cloud.write(str(FOLDER / file))
     return files
@@ -171,7 +172,7 @@ def las():
     whole = np.round(points * 1000).astype(np.int32)
     utm, scale = np.array([691_234.0, 5_334_765.0, 512.0]), np.array([0.001, 0.001, 0.001])
     at_utm = whole * scale + utm
-    step = np.tile(np.arange(10), 4) * 0.01
+    step = np.tile(np.arange(10), 3) * 0.01
     week, adjusted = ("week", 345_600.25 + step), ("adjusted", 384_000_018.123_456 + step)
 
     def time(kind):
@@ -197,12 +198,12 @@ def las():
         # Only the EPSG code and a name: the unit is in no key.
         "feet_us_geotiff_code": (1, "1.2", "EPSG:2229", (), (us, us)),
         # ProjLinearUnits and VerticalUnits: 9003 is the US survey foot. laspy writes neither by itself.
-        "feet_us_geotiff_units": (1, "1.2", "EPSG:2229", ((3076, 9003), (4099, 9003)), (us, us)),
+        "feet_us_geotiff_units": (1, "1.2", "EPSG:2229", ((3076, 9003), (3099, 9003)), (us, us)),
         "degrees_wkt": (6, "1.4", "EPSG:4326", (), None),
     }
     for name, (point_format, version, crs, keys, unit_m) in cases.items():
         at, fine = (feet, coarse) if unit_m else (np.array([11.5, 48.1, 500.0]), np.array([1e-7, 1e-7, 0.001]))
-        files = las_file(name, point_format, version, whole, fine, at, crs, None, more_keys=keys)
+        files = las_file(name, point_format, version, whole, fine, at, crs, None, more_keys=keys, kinds=["laz"])
         write(name, files, in_feet if unit_m else whole * fine + at, "integers times scale plus offset", None,
               unit_m=unit_m)
 

@@ -124,13 +124,17 @@ def main():
         shutil.rmtree(FOLDER / name, ignore_errors=True)
     ros.write_bag(FOLDER / "sqlite3", log, sqlite)
     ros.write_bag(FOLDER / "mcap", log, mcap)
-    ros.write_bag(FOLDER / "message_zstd", log, sqlite, compression=(CompressionMode.MESSAGE, zstd))
     ros.write_bag(FOLDER / "file_zstd", log, sqlite, compression=(CompressionMode.FILE, zstd))
     with tempfile.TemporaryDirectory() as scratch:
         parts = [Path(scratch) / "first", Path(scratch) / "second"]
-        ros.write_bag(parts[0], log[:5], sqlite)
-        ros.write_bag(parts[1], log[5:], sqlite)
+        halves = [Path(scratch) / "as_written_1", Path(scratch) / "as_written_2"]
+        for part, half, messages in zip(parts, halves, [log[:5], log[5:]]):
+            ros.write_bag(half, messages, sqlite)
+            as_humble(part, half)
         join(FOLDER / "sqlite3_split", parts)
+        newest = Path(scratch) / "message_zstd_as_written"
+        ros.write_bag(newest, log, sqlite, compression=(CompressionMode.MESSAGE, zstd))
+        as_humble(FOLDER / "message_zstd", newest)
     as_humble(FOLDER / "sqlite3_humble", FOLDER / "sqlite3")
     s.write_json(FOLDER / "bags.json", {"files": names, "compressed_files": compressed, "topics": topics})
 

@@ -15,7 +15,7 @@ sys.path.insert(0, str(FOLDER.parent))
 
 import shared as s  # noqa: E402
 
-COUNT = 24
+COUNT = 16
 
 
 def write(name, content):
