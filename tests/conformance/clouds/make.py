@@ -215,7 +215,6 @@ def copc():
     config = copclib.CopcConfigWriter(7, copclib.Vector3(0.001, 0.001, 0.001), copclib.Vector3(*offset),
                                       pyproj.CRS("EPSG:32633").to_wkt())
     header = config.las_header
-    header.min, header.max = copclib.Vector3(*offset), copclib.Vector3(*(offset + 16))
     header.creation_day, header.creation_year = 138, 2024
     config.copc_info.spacing = 1.0
     config.copc_info.center_x, config.copc_info.center_y, config.copc_info.center_z = offset + 8
@@ -235,6 +234,8 @@ def copc():
             rows.append(np.round((place - offset) * 1000).astype(int) * 0.001 + offset)
             times.append(point.gps_time)
         writer.AddNode(copclib.VoxelKey(*key), points)
+    header = writer.copc_config.las_header
+    header.min, header.max = copclib.Vector3(*np.min(rows, axis=0)), copclib.Vector3(*np.max(rows, axis=0))
     writer.Close()
     write("copc", ["tree.copc.laz"], np.array(rows), "integers times scale plus offset",
           {"name": "gps_time", "datatype": "float64", "unit": "s", "from": "gps_week", "values": times})

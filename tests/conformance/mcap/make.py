@@ -286,7 +286,7 @@ def main():
     write("two_clouds", ["two_clouds.mcap", "two_clouds_rosbags.mcap"], [front[1], rear[1]])
 
     log, topics, derived = poses(np.random.default_rng(12))
-    ros.write_mcap(FOLDER / "poses.mcap", log, **ros.ZSTD, repeat_schemas=False)
+    ros.write_mcap(FOLDER / "poses.mcap", log, **ros.ZSTD)
     ros.write_rosbags_mcap(FOLDER / "poses_rosbags.mcap", log, scratch.name, compression=BAG_ZSTD)
     write("poses", ["poses.mcap", "poses_rosbags.mcap"], topics, derived=derived)
 

@@ -1,0 +1,395 @@
+#!/usr/bin/env python3
+"""Reads files that `dmp` wrote with other software, and compares with what should be in them.
+
+    python read_back.py FOLDER                # FOLDER/manifest.json says what to expect
+    python read_back.py --self-test           # that it finds what is wrong
+
+The manifest and the printed lines are described in README.md. Exit code 1 on any difference.
+"""
+
+import argparse
+import json
+import math
+import sys
+import tempfile
+import traceback
+from fractions import Fraction
+from pathlib import Path
+
+import laspy
+import numpy as np
+import open3d
+from evo.core.transformations import quaternion_from_matrix
+from evo.tools import file_interface
+from mcap.reader import NonSeekingReader, make_reader
+from mcap_ros2.decoder import DecoderFactory
+from plyfile import PlyData
+from pypcd4 import PointCloud
+
+NUMPY_TYPE = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+UNIT_NS = {"s": 1_000_000_000, "ns": 1}
+QUATERNION_TOLERANCE = 1e-9
+
+
+class Difference(Exception):
+    """The first one in a file."""
+
+
+def same_number(what, found, wanted, tolerance=0.0):
+    """null stands for NaN and infinite."""
+    if wanted is None:
+        if not math.isfinite(found):
+            return
+    elif found == wanted or abs(found - wanted) <= tolerance:
+        return
+    raise Difference(f"{what} is {found!r}, the manifest has {wanted!r}")
+
+
+def same_count(what, found, wanted):
+    if len(found) != len(wanted):
+        raise Difference(f"{len(found)} {what}, the manifest has {len(wanted)}")
+
+
+def same_points(found, wanted, tolerance, where="point"):
+    same_count("points" if where == "point" else f"points in {where}", found, wanted)
+    for number, (a, b) in enumerate(zip(found, wanted)):
+        for axis in range(3):
+            # A float32 in the file is compared with the float32 that the manifest's decimal stands for.
+            value = b[axis]
+            if value is not None and isinstance(a[axis], np.float32):
+                value = float(np.float32(value))
+            same_number(f"{'xyz'[axis]} of {where} {number}", float(a[axis]), value, tolerance)
+    return len(wanted)
+
+
+def same_times(found, wanted, where="time"):
+    if wanted is None:
+        return 0
+    if found is None:
+        raise Difference(f"no {where}s, the manifest has {len(wanted)}")
+    same_count(f"{where}s", found, wanted)
+    for number, (a, b) in enumerate(zip(found, wanted)):
+        same_number(f"{where} {number}", a, b)
+    return len(wanted)
+
+
+def same_poses(positions, quaternions, wanted, tolerance, quaternion_tolerance):
+    same_count("poses", positions, wanted)
+    for number, (place, turn, pose) in enumerate(zip(positions, quaternions, wanted)):
+        for axis in range(3):
+            same_number(f"{'xyz'[axis]} of pose {number}", float(place[axis]), pose[axis], tolerance)
+        turn, other = np.array(turn) / np.linalg.norm(turn), np.array(pose[3:]) / np.linalg.norm(pose[3:])
+        if min(np.abs(turn - other).max(), np.abs(turn + other).max()) > quaternion_tolerance:
+            raise Difference(f"quaternion of pose {number} is {turn.tolist()}, the manifest has {other.tolist()}")
+
+
+def same_stamps(found_s, wanted_ns):
+    """evo and numpy hold stamps as doubles of seconds: within one step of a double."""
+    if wanted_ns is None:
+        return 0
+    same_count("stamps", found_s, wanted_ns)
+    for number, (a, b) in enumerate(zip(found_s, wanted_ns)):
+        same_number(f"stamp {number}", float(a), b / 1e9, float(np.spacing(abs(b / 1e9))))
+    return len(wanted_ns)
+
+
+def trajectory(path, entry):
+    kind = entry["kind"]
+    if kind == "kitti":
+        read = file_interface.read_kitti_poses_file(str(path))
+        quaternions = [np.roll(quaternion_from_matrix(pose), -1) for pose in read.poses_se3]
+        times = entry.get("times_file")
+        stamps = np.loadtxt(path.parent / times, ndmin=1) if times else []
+    else:
+        read = (file_interface.read_tum_trajectory_file if kind == "tum"
+                else file_interface.read_euroc_csv_trajectory)(str(path))
+        quaternions, stamps = np.roll(read.orientations_quat_wxyz, -1, axis=1), read.timestamps
+    same_poses(read.positions_xyz, quaternions, entry["poses"], entry.get("tolerance_m", 0.0),
+               entry.get("quaternion_tolerance", QUATERNION_TOLERANCE))
+    return f"{len(entry['poses'])} poses, {same_stamps(stamps, entry.get('stamps_ns'))} stamps equal"
+
+
+def cloud_text(entry, found, columns):
+    """`columns` gives the values of a field by its name."""
+    time = entry.get("time")
+    values = [float(value) for value in columns(time["name"])] if time else None
+    points = same_points(found, entry["points"], entry.get("tolerance_m", 0.0))
+    return f"{points} points, {same_times(values, time and time['values'])} times equal"
+
+
+def las(path, entry):
+    cloud = laspy.read(path)
+    if cloud.header.point_count != len(cloud.points):
+        raise Difference(f"header counts {cloud.header.point_count} points, {len(cloud.points)} are there")
+    found = np.stack([np.asarray(cloud.x), np.asarray(cloud.y), np.asarray(cloud.z)], axis=1)
+    for axis in range(3):
+        if len(found):
+            slack = float(cloud.header.scales[axis]) / 1000
+            same_number(f"least {'xyz'[axis]} in the header", cloud.header.mins[axis], found[:, axis].min(), slack)
+            same_number(f"largest {'xyz'[axis]} in the header", cloud.header.maxs[axis], found[:, axis].max(), slack)
+    # The order of the sums of integer, scale and offset may differ.
+    slack = max(entry.get("tolerance_m", 0.0), float(min(cloud.header.scales)) / 1000)
+    return cloud_text(entry | {"tolerance_m": slack}, found, lambda name: cloud[name])
+
+
+def by_open3d(path, entry, stored):
+    """The second reader of PLY and PCD; it keeps all coordinates as float64. `stored` is the type in the file."""
+    if path.suffix == ".pcd" and stored != np.float32:
+        return  # It takes float64 coordinates of a binary PCD for zeros.
+    read = open3d.io.read_point_cloud(str(path), remove_nan_points=False, remove_infinite_points=False)
+    same_points(np.asarray(read.points).astype(stored), entry["points"], entry.get("tolerance_m", 0.0), "open3d's point")
+
+
+def ply(path, entry):
+    vertices = PlyData.read(path)["vertex"]
+    found = list(zip(vertices["x"], vertices["y"], vertices["z"]))
+    text = cloud_text(entry, found, lambda name: vertices[name])
+    by_open3d(path, entry, np.dtype(type(found[0][0])) if found else np.float32)
+    return text
+
+
+def pcd(path, entry):
+    cloud = PointCloud.from_path(path)
+    found = list(zip(*(cloud.pc_data[name] for name in "xyz")))
+    text = cloud_text(entry, found, lambda name: cloud.pc_data[name])
+    by_open3d(path, entry, cloud.pc_data["x"].dtype)
+    return text
+
+
+def cloud_message(message, time_field):
+    """Points and times (ns after the stamp) of a decoded PointCloud2 or CustomMsg."""
+    stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+    if hasattr(message, "timebase"):
+        points = [tuple(np.float32(value) for value in (point.x, point.y, point.z)) for point in message.points]
+        return stamp, points, [point.offset_time + message.timebase - stamp for point in message.points]
+    order = ">" if message.is_bigendian else "<"
+    kind = np.dtype({"names": [field.name for field in message.fields],
+                     "formats": [order + NUMPY_TYPE[field.datatype] for field in message.fields],
+                     "offsets": [field.offset for field in message.fields], "itemsize": message.point_step})
+    data = bytes(message.data)
+    width = message.width * message.point_step
+    cloud = np.concatenate([np.frombuffer(data[row * message.row_step:row * message.row_step + width], kind)
+                            for row in range(message.height)])
+    points = list(zip(*(cloud[name].astype(kind[name].newbyteorder("=")) for name in "xyz")))
+    if time_field is None:
+        return stamp, points, None
+    base = stamp if time_field["from"] == "clock" else 0
+    return stamp, points, [round(Fraction(value.item()) * UNIT_NS[time_field["unit"]]) - base
+                           for value in cloud[time_field["name"]]]
+
+
+def messages(path, topic):
+    """Through the summary where there is one and once more without it; checksums are compared both times."""
+    decoders = [DecoderFactory()]
+    with open(path, "rb") as file:
+        straight = [(row.channel.topic, row.decoded_message) for row in
+                    NonSeekingReader(file, validate_crcs=True, decoder_factories=decoders).iter_decoded_messages()]
+    with open(path, "rb") as file:
+        reader = make_reader(file, validate_crcs=True, decoder_factories=[DecoderFactory()])
+        summary = reader.get_summary()
+        indexed = list(reader.iter_messages())
+    same_count("messages through the summary", indexed, straight)
+    if summary and summary.statistics and summary.statistics.message_count != len(straight):
+        raise Difference(f"statistics count {summary.statistics.message_count} messages, {len(straight)} are there")
+    if topic is None:
+        topics = {at for at, message in straight if hasattr(message, "point_step") or hasattr(message, "timebase")}
+        if len(topics) != 1:
+            raise Difference(f"clouds in {len(topics)} topics, and the manifest names none")
+        topic = topics.pop()
+    return [message for at, message in straight if at == topic]
+
+
+def mcap(path, entry):
+    found = messages(path, entry.get("topic"))
+    if "poses" in entry:
+        def inner(message):
+            return inner(message.pose) if hasattr(message, "pose") else message
+        stamps = [message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec for message in found]
+        places, turns = [inner(message).position for message in found], [inner(message).orientation for message in found]
+        same_poses([(p.x, p.y, p.z) for p in places], [(q.x, q.y, q.z, q.w) for q in turns], entry["poses"],
+                   entry.get("tolerance_m", 0.0), entry.get("quaternion_tolerance", QUATERNION_TOLERANCE))
+        return f"{len(entry['poses'])} poses, {same_times(stamps, entry['stamps_ns'], 'stamp')} stamps equal"
+    scans = entry["scans"]
+    same_count("clouds", found, scans)
+    points = times = 0
+    field = entry.get("time_field", {"name": "t", "unit": "ns", "from": "stamp"})
+    for number, (message, scan) in enumerate(zip(found, scans)):
+        stamp, cloud, offsets = cloud_message(message, field)
+        same_number(f"stamp of scan {number}", stamp, scan["stamp_ns"])
+        points += same_points(cloud, scan["points"], entry.get("tolerance_m", 0.0), f"scan {number}, point")
+        times += same_times(offsets, scan.get("offsets_ns"), f"scan {number}'s time")
+    return f"{points} points, {times} times equal"
+
+
+def kitti_bin(path, entry):
+    """One file with `points`, or a folder with `scans`: scans/*.bin, times.txt and times/*.f32."""
+    if "scans" not in entry:
+        return f"{same_points(np.fromfile(path, '<f4').reshape(-1, 4), entry['points'], 0.0)} points, 0 times equal"
+    files = sorted((path / "scans").glob("*.bin"))
+    same_count("scans", files, entry["scans"])
+    seconds = (path / "times.txt").read_text().split() if (path / "times.txt").exists() else []
+    same_count("stamps", seconds, [scan for scan in entry["scans"] if scan.get("stamp_ns") is not None])
+    points = times = 0
+    for number, (file, scan) in enumerate(zip(files, entry["scans"])):
+        if seconds:
+            same_number(f"stamp of scan {number}", round(Fraction(seconds[number]) * 1_000_000_000), scan["stamp_ns"])
+        points += same_points(np.fromfile(file, "<f4").reshape(-1, 4), scan["points"], entry.get("tolerance_m", 0.0),
+                              f"scan {number}, point")
+        after = path / "times" / f"{file.stem}.f32"
+        found = np.fromfile(after, "<f4") if after.exists() else None
+        wanted = scan.get("offsets_ns")
+        # As float32 seconds: the nearest to the manifest's nanoseconds.
+        times += same_times(found, wanted and [np.float32(ns / 1e9) for ns in wanted], f"scan {number}'s time")
+    return f"{points} points, {times} times equal"
+
+
+READ = {"tum": trajectory, "kitti": trajectory, "euroc": trajectory, "las": las, "laz": las, "ply": ply, "pcd": pcd,
+        "mcap": mcap, "bin": kitti_bin}
+KNOWN = {".tum", ".csv", ".las", ".laz", ".ply", ".pcd", ".mcap", ".bin"}
+
+
+def compare(folder, say=print, complete=True):
+    """Paths with a difference; `complete`: a file that the manifest does not name is one."""
+    wrong, named = [], set()
+    for entry in json.loads((folder / "manifest.json").read_text())["files"]:
+        named.add(Path(entry["path"]))
+        try:
+            say(f"{entry['path']}: {READ[entry['kind']](folder / entry['path'], entry)}")
+        except Difference as difference:
+            wrong.append(entry["path"])
+            say(f"{entry['path']}: {difference}")
+        except Exception as error:  # noqa: BLE001: whatever a library makes of a bad file is a difference
+            wrong.append(entry["path"])
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            say(f"{entry['path']}: not read: {type(error).__name__}: {error} ({Path(place.filename).name})")
+    for path in sorted(folder.rglob("*")):
+        inside = path.relative_to(folder)
+        if complete and path.suffix in KNOWN and named.isdisjoint([inside, *inside.parents]):
+            wrong.append(str(path.relative_to(folder)))
+            say(f"{path.relative_to(folder)}: not in the manifest")
+    if not named:
+        raise SystemExit("the manifest names no file")
+    say(f"{len(named)} files, {len(wrong)} with a difference")
+    return wrong
+
+
+def self_test():
+    """On the files of the folders beside this script: equal as they are; then with one number of one entry changed at
+    a time, which must be found in that file and in no other."""
+    here, entries = Path(__file__).resolve().parent, []
+    for path in sorted((here / "clouds").glob("*.json")):
+        known = json.loads(path.read_text())
+        for file in known["files"]:
+            kind = Path(file).suffix[1:]
+            if kind in READ:
+                entries.append({"path": f"clouds/{file}", "kind": kind, "points": known["points"],
+                                "time": known["time"]})
+    for path in sorted((here / "trajectories").glob("*.json")):
+        known = json.loads(path.read_text())
+        if known["format"] in ("tum", "kitti", "euroc") and "files" in known:
+            entries += [{"path": f"trajectories/{file}", "kind": known["format"], "poses": known["poses"],
+                         "stamps_ns": known["stamps_ns"], "tolerance_m": 1e-12, "times_file": known["times"],
+                         "quaternion_tolerance": known["quaternion_tolerance"]} for file in known["files"]]
+    for path in sorted((here / "mcap").glob("*.json")):
+        known = json.loads(path.read_text())
+        for topic in known["topics"]:
+            if topic["kind"] == "scans" or topic["type"].endswith(("Odometry", "PoseStamped")):
+                wanted = {name: topic[name] for name in ("scans", "time_field", "poses", "stamps_ns") if name in topic}
+                # mcap-ros2-support reads little-endian messages only.
+                entries += [{"path": f"mcap/{file}", "kind": "mcap", "topic": topic["topic"], **wanted}
+                            for file in known["files"] if "cdr_be" not in file]
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        raw = np.array([[1.5, -2.25, 3.125, 0.0], [4.0, 5.0, 6.0, 0.0]], "<f4")
+        raw.tofile(folder / "one.bin")
+        entries.append({"path": "one.bin", "kind": "bin", "points": raw[:, :3].tolist()})
+        for name in ("scans", "times"):
+            (folder / "bins" / name).mkdir(parents=True)
+        scans = []
+        for number in range(3):
+            raw.tofile(folder / f"bins/scans/{number:06d}.bin")
+            np.array([0.0, 0.05], "<f4").tofile(folder / f"bins/times/{number:06d}.f32")
+            scans.append({"stamp_ns": number * 100_000_000, "points": raw[:, :3].tolist(), "offsets_ns": [0, 50_000_000]})
+        (folder / "bins/times.txt").write_text("0.0\n0.1\n0.2\n")
+        entries.append({"path": "bins", "kind": "bin", "scans": scans})
+        for name in ("clouds", "trajectories", "mcap"):
+            (folder / name).symlink_to(here / name)
+        lines = []
+
+        def run(rows, complete=False):
+            (folder / "manifest.json").write_text(json.dumps({"files": rows}))
+            return compare(folder, lines.append, complete)
+
+        if wrong := run(entries):
+            print("\n".join(lines))
+            return f"differences where there are none: {wrong}"
+        if run([*entries[:3], entries[-1]], complete=True) != ["one.bin"]:
+            return "a file that is in no manifest was not found"
+        missed = changes = 0
+        for entry in entries:
+            for change in changed(entry):
+                changes += 1
+                if run([change]) != [entry["path"]]:
+                    missed += 1
+                    print(f"{entry['path']}: a change was not found")
+        print(f"{len(entries)} entries equal; {changes - missed} of {changes} changes found")
+        return f"{missed} changes not found" if missed else None
+
+
+def changed(entry):
+    """Copies of an entry with one thing wrong."""
+    def copy():
+        return json.loads(json.dumps(entry))
+
+    def bump(rows, number, by):
+        rows[number] = 1.0 if rows[number] is None else rows[number] + by
+
+    for rows in ("points", "poses"):
+        if rows in entry:
+            other = copy()
+            bump(other[rows][-1], 2, 0.01)
+            yield other
+            other = copy()
+            del other[rows][0]
+            yield other
+    if "poses" in entry:
+        other = copy()
+        other["poses"][3][3] += 0.01
+        yield other
+        other = copy()
+        other["stamps_ns"][5 if len(other["stamps_ns"]) > 5 else 0] += 1000
+        yield other
+    if entry.get("time"):
+        other = copy()
+        other["time"]["values"][2] += 1e-6 if other["time"]["unit"] == "s" else 1
+        yield other
+    if "scans" in entry:
+        other = copy()
+        bump(other["scans"][-1]["points"][1], 0, 1e-5)
+        yield other
+        other = copy()
+        other["scans"][0]["stamp_ns"] += 1
+        yield other
+        if entry["scans"][0]["offsets_ns"]:
+            other = copy()
+            other["scans"][1]["offsets_ns"][1] += 5
+            yield other
+        other = copy()
+        del other["scans"][1]
+        yield other
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, nargs="?")
+    parser.add_argument("--self-test", action="store_true")
+    options = parser.parse_args()
+    if options.self_test:
+        return self_test()
+    if options.folder is None:
+        parser.error("a folder, or --self-test")
+    return 1 if compare(options.folder) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
