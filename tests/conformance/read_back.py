@@ -161,7 +161,7 @@ def cloud_message(message, time_field):
     stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
     if hasattr(message, "timebase"):
         points = [tuple(np.float32(value) for value in (point.x, point.y, point.z)) for point in message.points]
-        return stamp, points, [point.offset_time + message.timebase - stamp for point in message.points]
+        return stamp, points, [point.offset_time for point in message.points]
     order = ">" if message.is_bigendian else "<"
     kind = np.dtype({"names": [field.name for field in message.fields],
                      "formats": [order + NUMPY_TYPE[field.datatype] for field in message.fields],

@@ -105,13 +105,14 @@ def livox(rng, topic="/livox/lidar", scans=3):
 
 
 def livox_custom(rng):
-    """CustomMsg; timebase is the stamp in the driver, and `offset_time` counts from it. In the last scan timebase lies
-    500 us behind the stamp, as after a change of clocks: offsets in the JSON are from the stamp of the header."""
+    """CustomMsg; `timebase` is the stamp in the driver, and `offset_time` counts from it. In the last scan `timebase` is
+    the sensor's time since it was switched on while the header has the computer's, as in logs of the older driver and
+    of restamped topics: offsets count from the stamp of the header all the same."""
     log, scans = [], []
     for scan in range(3):
         cloud, shares = fill(s.LIVOX, rng, scan, 4, 12)
         stamp = s.stamp_ns(scan)
-        timebase = stamp + (500_000 if scan == 2 else 0)
+        timebase = 812_345_678_901 if scan == 2 else stamp
         offsets = np.round(shares * 99_990_000).astype(int)
         points = [{"offset_time": int(offset), "x": row["x"].item(), "y": row["y"].item(), "z": row["z"].item(),
                    "reflectivity": int(row["intensity"]), "tag": 16, "line": int(row["line"])}
@@ -120,8 +121,8 @@ def livox_custom(rng):
         log.append(("/livox/lidar", ros.CUSTOM, log_ns, ros.custom_message(stamp, "livox_frame", timebase, points)))
         scans.append({"log_time_ns": log_ns, "stamp_ns": stamp, "timebase_ns": timebase,
                       "points": s.rows(np.stack([cloud[0][name] for name in "xyz"], axis=1)),
-                      "offsets_ns": [int(offset) + timebase - stamp for offset in offsets[0]]})
-    field = {"name": "offset_time", "datatype": "uint32", "unit": "ns", "from": "timebase"}
+                      "offsets_ns": offsets[0].tolist()})
+    field = {"name": "offset_time", "datatype": "uint32", "unit": "ns", "from": "stamp"}
     return log, {"topic": "/livox/lidar", "type": ros.CUSTOM, "kind": "scans", "frame_id": "livox_frame",
                  "point_step": None, "time_field": field, "height": 1, "width": 48, "scans": scans}
 
