@@ -1,5 +1,6 @@
 //! Benchmarks: what `docs/performance.md` tells comes from here.
 
+mod decode;
 mod truth;
 
 use std::process::{Command, Stdio};
@@ -11,11 +12,13 @@ use clap::Subcommand;
 /// Measure the command on this machine
 #[derive(Debug, Subcommand)]
 pub(crate) enum Bench {
+    Decode(decode::DecodeArgs),
     Truth(truth::TruthArgs),
 }
 
 pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
     match bench {
+        Bench::Decode(arguments) => decode::run(arguments),
         Bench::Truth(arguments) => truth::run(arguments),
     }
 }

@@ -26,53 +26,74 @@ impl<'a> Rows<'a> {
         self.width * self.height
     }
 
-    fn points(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
-        let (data, row_step, step) = (self.data, self.row_step, self.layout.point_step.max(1));
-        let row_bytes = self.width * self.layout.point_step;
+    /// The rows of points. In the last, the padding behind the last point may be missing.
+    fn rows(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
+        let (data, row_step, row_bytes) = (self.data, self.row_step, self.width * self.layout.point_step);
         let height = if row_bytes == 0 { 0 } else { self.height };
-        (0..height)
-            .filter_map(move |row| data.get(row * row_step..))
-            .flat_map(move |rest| rest.get(..row_bytes).unwrap_or(rest).chunks(step))
+        (0..height).map(move |row| {
+            let rest = data.get(row * row_step..).unwrap_or_default();
+            rest.get(..row_bytes).unwrap_or(rest)
+        })
+    }
+
+    fn points(&self) -> impl Iterator<Item = &'a [u8]> + use<'a> {
+        let step = self.layout.point_step.max(1);
+        self.rows().flat_map(move |row| row.chunks(step))
     }
 
     /// Appends the points to `scan`, with their times where a field and its meaning are given. The scan's
     /// stamp must be set.
     pub(crate) fn append_to(&self, time: Option<(Field, TimeRule)>, scan: &mut Scan) {
+        let step = self.layout.point_step.max(1);
         let points = &mut scan.points_in_sensor_m;
+        let start = points.len();
         // Reserved by what is there, not by what is claimed: both were compared.
         points.reserve(self.len());
-        if let Some(offset) = self.layout.packed_xyz() {
-            points.extend(self.points().map(|point| packed_f32(point, offset)));
-        } else {
-            points.extend(self.points().map(|point| self.place(point)));
+        // Row by row: an iterator over all points at once does not know its length, and costs twice the time.
+        for row in self.rows() {
+            if let Some(offset) = self.layout.packed_xyz() {
+                points.extend(row.chunks(step).map(|point| packed_f32(point, offset)));
+            } else {
+                points.extend(row.chunks(step).map(|point| self.place(point)));
+            }
         }
         let Some((field, rule)) = time else { return };
+        let places = points.get_mut(start..).unwrap_or_default();
+        scan.time_offsets_ns.reserve(places.len());
+        let times = &mut scan.time_offsets_ns;
+        if let (Kind::U32, Some(ns_of)) = (field.kind, rule.of_u32()) {
+            for row in self.rows() {
+                let value = |point| u32::read(point, field.offset, self.layout.big_endian).unwrap_or(0);
+                times.extend(row.chunks(step).map(|point| ns_of(value(point))));
+            }
+            return;
+        }
+        let stamp_ns = scan.stamp_ns.unwrap_or(0);
         // Only rules that count from the scan's first point need to know it.
         let first = if rule.needs_first() { self.first(field) } else { None };
-        with_number!(field.kind, T => self.append_times::<T>(field.offset, rule, first, scan));
+        let ns_of = |raw: RawTime| rule.offset_ns(raw, stamp_ns, first);
+        with_number!(field.kind, T => self.append_times::<T>(field.offset, ns_of, places, times));
     }
 
     fn append_times<T: Number>(
         &self,
         offset: usize,
-        rule: TimeRule,
-        first: Option<RawTime>,
-        scan: &mut Scan,
+        ns_of: impl Fn(RawTime) -> Option<i64>,
+        mut places: &mut [[f32; 3]],
+        times: &mut Vec<i64>,
     ) {
-        let stamp_ns = scan.stamp_ns.unwrap_or(0);
-        let times = &mut scan.time_offsets_ns;
-        times.reserve(self.len());
-        let start = scan.points_in_sensor_m.len() - self.len();
-        let places = scan.points_in_sensor_m.get_mut(start..).unwrap_or_default();
-        let big_endian = self.layout.big_endian;
-        times.extend(self.points().zip(places).map(|(point, place)| {
-            let raw = T::read(point, offset, big_endian).map(T::raw);
-            let offset_ns = raw.and_then(|raw| rule.offset_ns(raw, stamp_ns, first));
-            if offset_ns.is_none() {
-                *place = [f32::NAN; 3];
-            }
-            offset_ns.unwrap_or(0)
-        }));
+        let (step, big_endian) = (self.layout.point_step.max(1), self.layout.big_endian);
+        for row in self.rows() {
+            let (now, later) = places.split_at_mut_checked(self.width).unwrap_or_default();
+            places = later;
+            times.extend(row.chunks(step).zip(now).map(|(point, place)| {
+                let offset_ns = T::read(point, offset, big_endian).and_then(|value| ns_of(value.raw()));
+                if offset_ns.is_none() {
+                    *place = [f32::NAN; 3];
+                }
+                offset_ns.unwrap_or(0)
+            }));
+        }
     }
 
     /// Smallest and largest value of a field over the returns that have a place: rows without one often

@@ -237,6 +237,14 @@ impl TimeRule {
         ns.checked_add(self.shift_ns)
     }
 
+    /// The offset of a 32-bit number of the most common kind, counted from the stamp: it fits in 64 bits in
+    /// every unit, so nothing has to be checked.
+    pub(super) fn of_u32(self) -> Option<impl Fn(u32) -> i64> {
+        let (unit_ns, shift_ns) = (self.unit.in_ns(), self.shift_ns);
+        let fits = shift_ns.abs() < 1 << 40;
+        (self.origin == Origin::Stamp && fits).then_some(move |value| i64::from(value) * unit_ns + shift_ns)
+    }
+
     #[inline]
     fn ns(self, raw: RawTime) -> Option<i64> {
         match raw {

@@ -1,14 +1,15 @@
 //! A chunk of an MCAP file, read, checked and unpacked.
 
 use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, Source};
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use std::fmt;
-use std::io;
+use std::io::{self, Read};
+use zstd::bulk::Decompressor;
 
 /// Fixed part of a chunk's header: two times, size, checksum, length of the compression's name.
 const FIXED_BYTES: u64 = 32;
-/// A record type of our own, fed behind a chunk: when it comes out, all of the chunk has.
-const END_OF_CHUNK: u8 = 0xff;
+/// How much more a chunk of points may have unpacked than packed before its claim is doubted. More is
+/// read too, but no memory is taken for it before the bytes are there.
+const USUAL_RATIO: u64 = 32;
 
 /// Why a chunk gives nothing.
 #[derive(Debug)]
@@ -29,11 +30,11 @@ fn damaged<T>(problem: impl Into<String>) -> Result<T, ChunkFault> {
     Err(ChunkFault::Damaged(problem.into()))
 }
 
-/// Unpacks one chunk after the other into the same buffer.
+/// Unpacks one chunk after the other into the same buffers.
 #[derive(Default)]
 pub(super) struct ChunkDecoder {
-    /// Keeps its decompression contexts from chunk to chunk; given up after a fault.
-    linear: Option<LinearReader>,
+    zstd: Option<Decompressor<'static>>,
+    packed: Vec<u8>,
     records: Vec<u8>,
 }
 
@@ -43,10 +44,17 @@ impl fmt::Debug for ChunkDecoder {
     }
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Packing {
+    None,
+    Zstd,
+    Lz4,
+}
+
 struct ChunkHead {
     uncompressed_bytes: u64,
     crc: u32,
-    compressed: bool,
+    packing: Packing,
     data_at: u64,
     compressed_bytes: u64,
 }
@@ -62,20 +70,24 @@ impl ChunkDecoder {
     ) -> Result<&[u8], ChunkFault> {
         self.records.clear();
         let head = read_head(source, at, body_bytes)?;
-        if head.compressed {
-            let mut linear = self.linear.take().unwrap_or_else(new_reader);
-            self.unpack(&mut linear, source, at, HEAD_BYTES + body_bytes)?;
-            self.linear = Some(linear);
-            if self.records.len() as u64 != head.uncompressed_bytes {
-                let (got, claimed) = (self.records.len(), head.uncompressed_bytes);
-                return damaged(format!("its whole records have {got} bytes, its header says {claimed}"));
+        match head.packing {
+            Packing::None => source.read_into(head.data_at, head.compressed_bytes, &mut self.records)?,
+            Packing::Zstd => {
+                source.read_into(head.data_at, head.compressed_bytes, &mut self.packed)?;
+                self.unpack_zstd(head.uncompressed_bytes)?;
             }
-        } else {
-            source.read_into(head.data_at, head.compressed_bytes, &mut self.records)?;
-            let crc = crc32fast::hash(&self.records);
-            if head.crc != 0 && head.crc != crc {
-                return damaged(format!("its CRC is {crc:08x}, its header says {:08x}", head.crc));
+            Packing::Lz4 => {
+                source.read_into(head.data_at, head.compressed_bytes, &mut self.packed)?;
+                self.unpack_lz4(head.uncompressed_bytes)?;
             }
+        }
+        if self.records.len() as u64 != head.uncompressed_bytes {
+            let (got, claimed) = (self.records.len(), head.uncompressed_bytes);
+            return damaged(format!("it unpacks to {got} bytes, its header says {claimed}"));
+        }
+        let crc = crc32fast::hash(&self.records);
+        if head.crc != 0 && head.crc != crc {
+            return damaged(format!("its CRC is {crc:08x}, its header says {:08x}", head.crc));
         }
         Ok(&self.records)
     }
@@ -85,57 +97,33 @@ impl ChunkDecoder {
         &self.records
     }
 
-    fn unpack(
-        &mut self,
-        linear: &mut LinearReader,
-        source: &mut Source,
-        mut at: u64,
-        mut left: u64,
-    ) -> Result<(), ChunkFault> {
-        let mut end_fed = false;
-        while let Some(event) = linear.next_event() {
-            match event {
-                Ok(LinearReadEvent::ReadRequest(wanted)) if left > 0 => {
-                    let count = left.min(wanted as u64).max(1);
-                    let space = linear.insert(count as usize);
-                    let Some(space) = space.get_mut(..count as usize) else { break };
-                    source.read_at(at, space)?;
-                    linear.notify_read(count as usize);
-                    at += count;
-                    left -= count;
-                }
-                Ok(LinearReadEvent::ReadRequest(wanted)) if !end_fed && wanted as u64 == HEAD_BYTES => {
-                    let mut end = [0; HEAD_BYTES as usize];
-                    if let Some(first) = end.first_mut() {
-                        *first = END_OF_CHUNK;
-                    }
-                    let space = linear.insert(end.len());
-                    let Some(space) = space.get_mut(..end.len()) else { break };
-                    space.copy_from_slice(&end);
-                    linear.notify_read(end.len());
-                    end_fed = true;
-                }
-                Ok(LinearReadEvent::ReadRequest(_)) => break,
-                Ok(LinearReadEvent::Record { opcode: END_OF_CHUNK, data: [] }) if end_fed => return Ok(()),
-                Ok(LinearReadEvent::Record { opcode, data }) => {
-                    self.records.push(opcode);
-                    self.records.extend_from_slice(&(data.len() as u64).to_le_bytes());
-                    self.records.extend_from_slice(data);
-                }
-                Err(error) => return damaged(one_line(&error.to_string())),
-            }
+    fn unpack_zstd(&mut self, claimed_bytes: u64) -> Result<(), ChunkFault> {
+        let usual_bytes = claimed_bytes.min((self.packed.len() as u64).saturating_mul(USUAL_RATIO));
+        self.records.reserve(usual_bytes as usize);
+        if self.records.capacity() as u64 >= claimed_bytes {
+            let zstd = match self.zstd.take() {
+                Some(zstd) => zstd,
+                None => Decompressor::new()?,
+            };
+            let zstd = self.zstd.insert(zstd);
+            let unpacked = zstd.decompress_to_buffer(&self.packed, &mut self.records);
+            return unpacked.map(|_| ()).or_else(|error| damaged(one_line(&error.to_string())));
         }
-        damaged("its contents end before they should")
+        // An unusual claim: memory grows with what is there.
+        let zstd = zstd::stream::read::Decoder::new(self.packed.as_slice())?;
+        read_at_most(zstd, claimed_bytes, &mut self.records)
+    }
+
+    fn unpack_lz4(&mut self, claimed_bytes: u64) -> Result<(), ChunkFault> {
+        let lz4 = lz4::Decoder::new(self.packed.as_slice())?;
+        read_at_most(lz4, claimed_bytes, &mut self.records)
     }
 }
 
-fn new_reader() -> LinearReader {
-    let options = LinearReaderOptions::default()
-        .with_skip_start_magic(true)
-        .with_skip_end_magic(true)
-        .with_prevalidate_chunk_crcs(true)
-        .with_record_length_limit(MAX_RECORD_BYTES as usize);
-    LinearReader::new_with_options(options)
+/// Reads what an unpacker gives, at most one byte more than is claimed.
+fn read_at_most(unpacker: impl Read, claimed_bytes: u64, records: &mut Vec<u8>) -> Result<(), ChunkFault> {
+    let read = unpacker.take(claimed_bytes + 1).read_to_end(records);
+    read.map(|_| ()).or_else(|error| damaged(one_line(&error.to_string())))
 }
 
 /// Reads and checks a chunk's header, so that nothing claimed there is believed further down.
@@ -155,9 +143,10 @@ fn read_head(source: &mut Source, at: u64, body_bytes: u64) -> Result<ChunkHead,
     let mut rest = vec![0; name_bytes as usize + 8];
     source.read_at(body_at + FIXED_BYTES, &mut rest)?;
     let (name, size) = rest.split_at(name_bytes as usize);
-    let compressed = match name {
-        b"" => false,
-        b"zstd" | b"lz4" => true,
+    let packing = match name {
+        b"" => Packing::None,
+        b"zstd" => Packing::Zstd,
+        b"lz4" => Packing::Lz4,
         other => return damaged(format!("unknown compression `{}`", String::from_utf8_lossy(other))),
     };
     let compressed_bytes = word_at(size, 0);
@@ -171,13 +160,13 @@ fn read_head(source: &mut Source, at: u64, body_bytes: u64) -> Result<ChunkHead,
             "it claims {uncompressed_bytes} bytes unpacked, more than the {most} allowed"
         ));
     }
-    if !compressed && uncompressed_bytes != compressed_bytes {
+    if packing == Packing::None && uncompressed_bytes != compressed_bytes {
         return damaged(format!(
             "it is not compressed, yet claims {compressed_bytes} bytes packed and {uncompressed_bytes} unpacked"
         ));
     }
     let data_at = body_at + FIXED_BYTES + name_bytes + 8;
-    Ok(ChunkHead { uncompressed_bytes, crc, compressed, data_at, compressed_bytes })
+    Ok(ChunkHead { uncompressed_bytes, crc, packing, data_at, compressed_bytes })
 }
 
 fn word_at(bytes: &[u8], at: usize) -> u64 {
