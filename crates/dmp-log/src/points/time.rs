@@ -250,9 +250,12 @@ impl TimeRule {
         match raw {
             RawTime::Integer(value) => value.checked_mul(self.unit.in_ns()),
             RawTime::Float(value) => {
-                let ns = (value * self.unit.in_ns() as f64).round();
+                // Whole units apart: as a double, nanoseconds since 1970 resolve 256 ns, coarser than seconds do.
+                let (whole, unit_ns) = (value.trunc(), self.unit.in_ns());
                 // Compares as false for NaN. The limit is 2^63, which `i64::MAX as f64` rounds to.
-                (ns.abs() < i64::MAX as f64).then_some(ns as i64)
+                let whole_units = (whole.abs() < i64::MAX as f64).then_some(whole as i64)?;
+                let part_ns = ((value - whole) * unit_ns as f64).round() as i64;
+                whole_units.checked_mul(unit_ns)?.checked_add(part_ns)
             }
         }
     }
