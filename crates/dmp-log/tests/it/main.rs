@@ -3,6 +3,7 @@
 
 mod cloud;
 mod common;
+mod conformance;
 mod folder;
 mod forged;
 mod mcap_damage;

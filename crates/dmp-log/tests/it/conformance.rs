@@ -1,0 +1,256 @@
+//! Files of other software against what is in them: `tests/conformance/README.md` says what wrote them and
+//! what the JSON means. The folders are listed, so a new file there is tested without a word here.
+
+use crate::common::read_all;
+use dmp_log::{LogError, LogOptions, open_log, read_cloud, read_mesh, read_trajectory};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What is in the folders and not read yet: it must be refused as unknown; once read, it must be equal.
+const NOT_READ_YET: [&str; 4] = ["pcd", "npy", "g2o", "rosbag2 (compressed)"];
+
+fn folder(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/conformance").join(name)
+}
+
+/// Every JSON of a folder, with its name.
+fn expectations(name: &str) -> Vec<(String, Value)> {
+    let mut found: Vec<(String, Value)> = fs::read_dir(folder(name))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "json"))
+        .map(|path| {
+            let json = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
+            (path.file_stem().unwrap().to_string_lossy().into_owned(), json)
+        })
+        .collect();
+    found.sort_by(|a, b| a.0.cmp(&b.0));
+    found
+}
+
+/// The strings of a list; none where there is no list.
+fn names<'a>(json: &'a Value, list: &str) -> impl Iterator<Item = &'a str> {
+    json[list].as_array().into_iter().flatten().map(|name| name.as_str().unwrap())
+}
+
+fn list<'a>(json: &'a Value, name: &str) -> &'a [Value] {
+    json[name].as_array().unwrap()
+}
+
+/// `null` is NaN here; which of the numbers that are not finite it was does not matter.
+fn numbers<const N: usize>(row: &Value) -> [f64; N] {
+    let row = row.as_array().unwrap();
+    assert_eq!(row.len(), N);
+    std::array::from_fn(|k| row[k].as_f64().unwrap_or(f64::NAN))
+}
+
+fn integers(json: &Value) -> Option<Vec<i64>> {
+    Some(json.as_array()?.iter().map(|value| value.as_i64().unwrap()).collect())
+}
+
+/// Gives a result back unless it is a refusal of what is known not to be read yet.
+fn read_or_unknown<T>(result: Result<T, LogError>, kind: &str, path: &Path) -> Option<T> {
+    match result {
+        Ok(read) => Some(read),
+        Err(error) if NOT_READ_YET.contains(&kind) => {
+            println!("{}: not read yet: {error}", path.display());
+            None
+        }
+        Err(error) => panic!("{}: {error}", path.display()),
+    }
+}
+
+/// Every file of the folder is named in one of its JSON.
+fn assert_all_named(name: &str) {
+    let expectations = expectations(name);
+    let mut named: Vec<&str> = expectations
+        .iter()
+        .flat_map(|(_, json)| {
+            let lists =
+                ["files", "compressed_files", "refused"].into_iter().flat_map(|list| names(json, list));
+            lists.chain(json["times"].as_str())
+        })
+        .collect();
+    named.sort_unstable();
+    named.dedup();
+    let mut found: Vec<String> = fs::read_dir(folder(name))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+        .filter(|file| !["json", "py"].contains(&file.rsplit('.').next().unwrap()) && file != "__pycache__")
+        .collect();
+    found.sort_unstable();
+    assert_eq!(found, named, "{name}");
+}
+
+#[test]
+fn no_file_of_other_software_is_left_out() {
+    for name in ["mcap", "rosbag2", "clouds", "trajectories"] {
+        assert_all_named(name);
+    }
+}
+
+/// Compares every topic with scans of a log, each chosen by name.
+fn assert_log(path: &Path, topics: &[Value], kind: &str) {
+    for topic in topics.iter().filter(|topic| topic["kind"] == "scans") {
+        let name = topic["topic"].as_str().unwrap();
+        let place = format!("{} {name}", path.display());
+        let options = LogOptions { topic: Some(name.into()), ..LogOptions::default() };
+        let Some(log) = read_or_unknown(open_log(path, &options), kind, path) else { return };
+        let summary = log.summary();
+        assert_eq!(summary.frame_id.as_deref(), topic["frame_id"].as_str(), "{place}");
+        assert!(summary.damage.is_empty(), "{place}: {:?}", summary.damage);
+        assert_eq!(
+            summary.has_point_times(),
+            topic["time_field"].is_object(),
+            "{place}: {:?}",
+            summary.notes
+        );
+        let scans = read_all(log.as_ref());
+        assert_eq!(scans.len(), list(topic, "scans").len(), "{place}");
+        for (number, (scan, wanted)) in scans.iter().zip(list(topic, "scans")).enumerate() {
+            let place = format!("{place}, scan {number}");
+            assert_eq!(scan.stamp_ns, wanted["stamp_ns"].as_i64(), "{place}");
+            let points = list(wanted, "points").iter().map(|row| numbers::<3>(row).map(|c| c as f32));
+            assert_eq!(scan.len(), points.len(), "{place}");
+            for (k, (point, wanted)) in scan.points_in_sensor_m.iter().zip(points).enumerate() {
+                let same = |(a, b): (&f32, f32)| *a == b || !a.is_finite() && !b.is_finite();
+                assert!(point.iter().zip(wanted).all(same), "{place}, point {k}: {point:?}, not {wanted:?}");
+            }
+            let wanted = integers(&wanted["offsets_ns"]).unwrap_or_default();
+            assert_eq!(scan.time_offsets_ns, wanted, "{place}");
+        }
+    }
+}
+
+#[test]
+fn logs_of_other_software_are_read() {
+    for (_, json) in expectations("mcap") {
+        for file in names(&json, "files") {
+            assert_log(&folder("mcap").join(file), list(&json, "topics"), "MCAP");
+        }
+    }
+}
+
+#[test]
+fn bags_of_other_software_are_read() {
+    for (_, json) in expectations("rosbag2") {
+        for file in names(&json, "files") {
+            assert_log(&folder("rosbag2").join(file), list(&json, "topics"), "rosbag2");
+        }
+        for file in names(&json, "compressed_files") {
+            assert_log(&folder("rosbag2").join(file), list(&json, "topics"), "rosbag2 (compressed)");
+        }
+    }
+}
+
+#[test]
+fn of_several_topics_one_must_be_named() {
+    for (name, json) in expectations("mcap") {
+        let clouds: Vec<&Value> =
+            list(&json, "topics").iter().filter(|topic| topic["kind"] == "scans").collect();
+        for file in names(&json, "files") {
+            let opened = open_log(&folder("mcap").join(file), &LogOptions::default());
+            if clouds.len() == 1 {
+                assert_eq!(opened.unwrap().summary().topic.as_deref(), clouds[0]["topic"].as_str(), "{name}");
+                continue;
+            }
+            let error = opened.unwrap_err();
+            assert!(matches!(error, LogError::SeveralTopics { .. }), "{file}: {error}");
+            for topic in &clouds {
+                assert!(error.to_string().contains(topic["topic"].as_str().unwrap()), "{file}: {error}");
+            }
+        }
+    }
+}
+
+/// Those in metres; what says otherwise is in the tests of units.
+#[test]
+fn clouds_of_other_software_are_read() {
+    let mut compared = 0;
+    for (_, json) in expectations("clouds") {
+        let in_metres = json["unit_m"]["horizontal"] == 1.0 && json["unit_m"]["vertical"] == 1.0;
+        let is_float32 = json["coordinates"] == "float32";
+        if !in_metres || json["faces"].is_array() {
+            continue;
+        }
+        for file in names(&json, "files") {
+            let path = folder("clouds").join(file);
+            let mut points = Vec::new();
+            let result = read_cloud(&path, |batch| {
+                points.extend_from_slice(batch);
+                Ok::<(), LogError>(())
+            });
+            let kind = path.extension().unwrap().to_string_lossy().into_owned();
+            let Some(summary) = read_or_unknown(result, &kind, &path) else { continue };
+            let wanted: Vec<[f64; 3]> = list(&json, "points").iter().map(numbers).collect();
+            assert_eq!((points.len(), summary.points), (wanted.len(), wanted.len() as u64), "{file}");
+            // The order of the sums of integer, scale and offset may differ: a thousandth of a scale of 1 mm.
+            let tolerance =
+                if json["coordinates"].as_str().unwrap().starts_with("integers") { 1e-6 } else { 0.0 };
+            for (k, (point, wanted)) in points.iter().zip(&wanted).enumerate() {
+                let same = |(&a, &b): (&f64, &f64)| {
+                    let b = if is_float32 { f64::from(b as f32) } else { b };
+                    !a.is_finite() && !b.is_finite() || (a - b).abs() <= tolerance
+                };
+                assert!(point.iter().zip(wanted).all(same), "{file}, point {k}: {point:?}, not {wanted:?}");
+            }
+            compared += 1;
+        }
+    }
+    assert!(compared > 0);
+}
+
+#[test]
+fn meshes_of_other_software_are_read_in_full() {
+    let mut compared = 0;
+    for (_, json) in expectations("clouds") {
+        let Some(faces) = json["faces"].as_array() else { continue };
+        let corners: Vec<[f64; 3]> = list(&json, "points").iter().map(numbers).collect();
+        let wanted: Vec<[[f64; 3]; 3]> =
+            faces.iter().map(|face| numbers::<3>(face).map(|corner| corners[corner as usize])).collect();
+        for file in names(&json, "files") {
+            let mut triangles = Vec::new();
+            let summary = read_mesh(&folder("clouds").join(file), |batch| {
+                triangles.extend_from_slice(batch);
+                Ok::<(), LogError>(())
+            });
+            assert_eq!(summary.unwrap().vertices, corners.len() as u64, "{file}");
+            assert_eq!(triangles, wanted, "{file}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 0);
+}
+
+#[test]
+fn trajectories_of_other_software_are_read() {
+    for (_, json) in expectations("trajectories") {
+        let kind = json["format"].as_str().unwrap();
+        for file in names(&json, "refused") {
+            let error = read_trajectory(&folder("trajectories").join(file)).unwrap_err();
+            assert!(error.to_string().contains(file), "{error}");
+        }
+        for file in names(&json, "files") {
+            let path = folder("trajectories").join(file);
+            let Some(read) = read_or_unknown(read_trajectory(&path), kind, &path) else { continue };
+            assert_eq!((read.out_of_order, read.repeated), (0, 0), "{file}");
+            let trajectory = read.trajectory;
+            let stamps_ns = trajectory.stamps_ns().map(<[i64]>::to_vec);
+            assert_eq!(stamps_ns, integers(&json["stamps_ns"]), "{file}");
+            assert_eq!(trajectory.len(), list(&json, "poses").len(), "{file}");
+            let tolerance = json["quaternion_tolerance"].as_f64().unwrap();
+            for (k, (pose, wanted)) in trajectory.poses().iter().zip(list(&json, "poses")).enumerate() {
+                let [x, y, z, turn @ ..] = numbers::<7>(wanted);
+                let place = pose.translation.vector;
+                let apart = (place - dmp_sensor::Translation3::new(x, y, z).vector).amax();
+                assert!(apart <= 1e-14, "{file}, pose {k}: {place:?}, not {x} {y} {z}");
+                let norm = turn.iter().map(|c| c * c).sum::<f64>().sqrt();
+                let found = pose.rotation.coords;
+                let off =
+                    |sign: f64| (0..4).map(|c| (found[c] - sign * turn[c] / norm).abs()).fold(0.0, f64::max);
+                assert!(off(1.0).min(off(-1.0)) <= tolerance, "{file}, pose {k}: {found:?}, not {turn:?}");
+            }
+        }
+    }
+}
