@@ -70,6 +70,18 @@ pub enum MapError {
         /// What is wrong with it, with the values.
         detail: String,
     },
+    /// A mesh with more area than can be sampled.
+    #[error(
+        "triangle {triangle} (from 0) brings the mesh to {area_m2:.3e} m², too much for a sample each {spacing_m} m: choose a larger spacing, or is it in another unit?"
+    )]
+    TooManySamples {
+        /// The triangle's number, from 0.
+        triangle: u64,
+        /// Area up to it, square metres.
+        area_m2: f64,
+        /// The spacing, metres.
+        spacing_m: f64,
+    },
     /// Records put aside could not be read back as they were written.
     #[error("the scratch file changed on disk (tile {tile})")]
     ScratchDamaged {

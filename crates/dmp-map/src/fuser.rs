@@ -64,6 +64,11 @@ impl MapFuser {
         self.scratch.bytes()
     }
 
+    /// The grid the map lives on.
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
     /// Adds points in world metres, seen in `segment` (0 to `i32::MAX - 1`), or in no known segment.
     ///
     /// # Errors

@@ -75,16 +75,6 @@ pub enum SurfaceError {
         /// Where the reference is.
         reference: Extent,
     },
-    /// A mesh with more area than can be sampled.
-    #[error(
-        "the mesh has {area_m2:.3e} m² and more, too much for a sample each {spacing_m} m: choose a larger spacing"
-    )]
-    TooManySamples {
-        /// Area so far, square metres.
-        area_m2: f64,
-        /// The spacing, metres.
-        spacing_m: f64,
-    },
     /// Whoever watches asked for it to stop.
     #[error("stopped before the end")]
     Cancelled,

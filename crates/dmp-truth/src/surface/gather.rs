@@ -1,12 +1,13 @@
-use dmp_map::{TileBuckets, TileId};
+use dmp_map::{TileBuckets, TileId, TriangleSampler};
 use dmp_sensor::{Isometry3, Point3};
 
 use super::grid::{Grid, in_world};
-use super::sample::Sampler;
 use super::{EvaluatedCounts, Extent, ReferenceCounts, SurfaceError, SurfaceSettings, Triangle};
 
 /// Share of the memory that each of the buckets may take before it goes to disk.
 const BUCKET_SHARE: f64 = 1.0 / 16.0;
+/// Most samples of a mesh.
+const MAX_SAMPLES: u64 = 1 << 32;
 
 pub(super) type PointBuckets = TileBuckets<[f64; 3]>;
 
@@ -102,7 +103,7 @@ impl EvaluatedPoints {
             samples: PointBuckets::new(budget_bytes(settings), &settings.work_folder)?,
             triangles: TileBuckets::new(budget_bytes(settings), &settings.work_folder)?,
             unreached: 0,
-            sampler: Sampler::new(settings.spacing_m),
+            sampler: TriangleSampler::new(settings.spacing_m, MAX_SAMPLES),
             counts: ReferenceCounts {
                 points: 0,
                 triangles: 0,
@@ -125,7 +126,7 @@ pub struct Reference {
     pub(super) triangles: TileBuckets<[f64; 9]>,
     /// Points and samples with no evaluated point anywhere near: they need not be sorted.
     pub(super) unreached: u64,
-    sampler: Sampler,
+    sampler: TriangleSampler,
     pub(super) counts: ReferenceCounts,
 }
 
@@ -178,18 +179,18 @@ impl Reference {
             triangle.iter().for_each(|corner| self.counts.extent.include(corner));
             self.sort_triangle(triangle, &extent)?;
             // The sampler is lent out while its samples are sorted.
-            let mut sampler = std::mem::replace(&mut self.sampler, Sampler::new(1.0));
+            let mut sampler = std::mem::replace(&mut self.sampler, TriangleSampler::new(1.0, 0));
             let sampled = sampler.sample(triangle, |sample| {
                 if self.is_wanted(&sample) {
                     self.counts.samples += 1;
                     self.add_query(self.evaluated.grid.tile_of(&sample), sample, true)?;
                 }
-                Ok(())
+                Ok::<(), SurfaceError>(())
             });
             self.sampler = sampler;
             sampled?;
         }
-        self.counts.area_m2 = self.sampler.area_m2;
+        self.counts.area_m2 = self.sampler.area_m2();
         Ok(())
     }
 

@@ -30,7 +30,6 @@ mod gather;
 mod grid;
 mod measure;
 mod report;
-mod sample;
 mod settings;
 mod store;
 mod tally;

@@ -49,12 +49,6 @@ pub(super) fn cross(a: Vector, b: Vector) -> Vector {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Square metres.
-pub(super) fn area_m2(triangle: &Triangle) -> f64 {
-    let normal = cross(sub(triangle[1], triangle[0]), sub(triangle[2], triangle[0]));
-    0.5 * dot(normal, normal).sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
