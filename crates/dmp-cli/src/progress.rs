@@ -9,25 +9,28 @@ use crate::{Common, process, text};
 
 /// The progress of an evaluation, on standard error where that is a terminal. Gone when dropped.
 #[derive(Debug)]
-pub(crate) struct Progress(ProgressBar);
+pub(crate) struct Progress {
+    bar: ProgressBar,
+    quiet: bool,
+}
 
 impl Progress {
     pub(crate) fn new(common: &Common) -> Self {
         let shown = !common.quiet && !common.no_progress && std::io::stderr().is_terminal();
         let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        Self(ProgressBar::with_draw_target(None, target))
+        Self { bar: ProgressBar::with_draw_target(None, target), quiet: common.quiet }
     }
 
     /// Something begins; `total` is 0 where its end is not known.
     fn start(&self, what: &'static str, unit: &'static str, total: u64) {
         // The looks first: every later call may draw.
-        self.0.set_style(style(unit, total > 0));
-        self.0.set_prefix(what);
+        self.bar.set_style(style(unit, total > 0));
+        self.bar.set_prefix(what);
         match total {
-            0 => self.0.unset_length(),
-            _ => self.0.set_length(total),
+            0 => self.bar.unset_length(),
+            _ => self.bar.set_length(total),
         }
-        self.0.reset();
+        self.bar.reset();
     }
 
     /// A cloud or a mesh is read, of unknown length.
@@ -37,7 +40,7 @@ impl Progress {
 
     /// So much more of it is read; fails where somebody asked to stop.
     pub(crate) fn read(&self, amount: usize) -> Result<(), SurfaceError> {
-        self.0.inc(amount as u64);
+        self.bar.inc(amount as u64);
         if process::interrupted() { Err(SurfaceError::Cancelled) } else { Ok(()) }
     }
 }
@@ -48,7 +51,7 @@ impl SurfaceWatch for Progress {
     }
 
     fn advance(&self, points: u64) {
-        self.0.inc(points);
+        self.bar.inc(points);
     }
 
     fn cancelled(&self) -> bool {
@@ -58,7 +61,7 @@ impl SurfaceWatch for Progress {
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
     }
 }
 
@@ -77,7 +80,13 @@ impl Watch for Progress {
     }
 
     fn advance(&self, amount: u64) {
-        self.0.inc(amount);
+        self.bar.inc(amount);
+    }
+
+    fn note(&self, text: &str) {
+        if !self.quiet {
+            self.bar.suspend(|| eprintln!("note: {text}"));
+        }
     }
 
     fn cancelled(&self) -> bool {

@@ -82,6 +82,7 @@ impl SettingsArgs {
         Config {
             voxel_m: self.voxel.0,
             segment_m: self.segment.0,
+            map_unit: None,
             min_range_m: self.min_range,
             max_range_m: self.max_range,
             ego: self.ego,

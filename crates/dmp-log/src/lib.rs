@@ -11,7 +11,7 @@
 //! |---|---|
 //! | scan log | MCAP with `sensor_msgs/msg/PointCloud2` in CDR; a folder of KITTI `.bin` scans, with `times.txt` and `times/*.f32` |
 //! | trajectory | TUM; KITTI rows, with `times.txt`; EuRoC csv |
-//! | cloud | LAS, LAZ, PLY |
+//! | cloud | LAS, LAZ, PLY, PCD |
 //! | mesh | PLY, OBJ |
 //!
 //! Nothing a file says is believed: sizes are compared with the file's length before anything is
@@ -53,10 +53,12 @@ mod folder;
 mod log;
 mod mesh;
 mod open;
+mod pcd;
 mod points;
 mod ros;
 mod text;
 mod trajectory;
+mod unit;
 mod write_folder;
 mod write_mcap;
 
@@ -72,5 +74,6 @@ pub use trajectory::{
     RawTrajectory, TrajectoryFile, TrajectoryFormat, TrajectoryParseError, parse_euroc, parse_kitti,
     parse_raw, parse_tum, read_raw_trajectory, read_trajectory, write_kitti, write_tum,
 };
+pub use unit::LengthUnit;
 pub use write_folder::BinFolderWriter;
 pub use write_mcap::{McapCompression, McapScanWriter, McapWriterOptions};

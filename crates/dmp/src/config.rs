@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use dmp_log::LengthUnit;
 use dmp_reduce::MissPrice;
 use dmp_sensor::{Isometry3, Trajectory};
 
@@ -28,7 +29,8 @@ impl Run {
 pub enum MapSource {
     /// Fused from the scans with the run's trajectory.
     Fused,
-    /// A file the user gives, in the trajectory's world frame: LAS, LAZ, PLY or a store of our own.
+    /// A file the user gives, in the trajectory's world frame: LAS, LAZ, PLY, PCD, a mesh in PLY or OBJ, or a
+    /// store of our own.
     Given(PathBuf),
 }
 
@@ -59,6 +61,8 @@ pub struct Config {
     pub voxel_m: Option<f64>,
     /// Length of a segment of the drive, metres; `None`: 12 m, or a sixteenth of a shorter drive.
     pub segment_m: Option<f64>,
+    /// The unit of given clouds and meshes; `None`: what the file says, else the metre.
+    pub map_unit: Option<LengthUnit>,
     /// Smallest range used, metres.
     pub min_range_m: f64,
     /// Largest range used, metres. Predictions are looked for up to twice as far.
@@ -98,6 +102,7 @@ impl Default for Config {
         Self {
             voxel_m: None,
             segment_m: None,
+            map_unit: None,
             min_range_m: 1.5,
             max_range_m: 100.0,
             ego: Ego::Auto,

@@ -7,7 +7,7 @@ use dmp_sensor::{Ray, ReturnCounts, Scan};
 use crate::config::{Config, MapSource, Run};
 use crate::error::EvaluateError;
 use crate::frames::{PlannedFrame, Worker, each_frame};
-use crate::given::fuse_cloud;
+use crate::given::fuse_given;
 use crate::memory;
 use crate::plan::Plan;
 use crate::pose::Poser;
@@ -28,6 +28,8 @@ pub(crate) struct Maps {
     /// Where trails were looked for: what was found.
     pub(crate) trails: Option<TrailSummary>,
     pub(crate) scratch_bytes: u64,
+    /// For every run, what was made of a map that was given, in words.
+    pub(crate) notes: Vec<Vec<String>>,
     /// Holds the stores; goes with them.
     _work: WorkFolder,
 }
@@ -40,7 +42,7 @@ pub(crate) struct RunMap {
     pub(crate) fused: bool,
     /// Occupied voxels without a surfel; `None` for a store that was given.
     pub(crate) thin_voxels: Option<u64>,
-    /// Points of a given cloud that are not finite.
+    /// Points of a given cloud, or triangles of a mesh, that are not finite.
     pub(crate) points_dropped: u64,
 }
 
@@ -76,7 +78,8 @@ pub(crate) fn maps_of(
 
     let mut scratch_bytes = 0;
     let mut maps = Vec::new();
-    for ((run, fuser), store) in runs.iter().zip(fusers).zip(stores) {
+    let mut notes = vec![Vec::new(); runs.len()];
+    for (((run, fuser), store), notes) in runs.iter().zip(fusers).zip(stores).zip(&mut notes) {
         let map_error = EvaluateError::map_of(&run.name);
         let file_name = format!("{}.dmpmap", file_stem(runs, run));
         let (path, durability) = match &config.save_maps {
@@ -97,19 +100,20 @@ pub(crate) fn maps_of(
             (None, Some(store), _) => RunMap { store, fused: false, thin_voxels: None, points_dropped: 0 },
             (None, None, MapSource::Given(given)) => {
                 let fuser = new_fuser(run)?;
-                let points_dropped = fuse_cloud(given, &run.name, &fuser, watch)?;
+                let found = fuse_given(given, &run.name, config.map_unit, &fuser, watch)?;
+                *notes = found.notes;
                 let text = format!("fused from {}", given.display());
                 let path = work.file(&format!("given-{}.dmpmap", file_stem(runs, run)));
                 let (store, thin_voxels) =
                     finish(fuser, &path, &text, Durability::Scratch, watch).map_err(map_error)?;
-                RunMap { store, fused: false, thin_voxels: Some(thin_voxels), points_dropped }
+                RunMap { store, fused: false, thin_voxels: Some(thin_voxels), points_dropped: found.dropped }
             }
             (None, None, MapSource::Fused) => continue,
         });
         memory::look();
     }
     let left_out = left_out.unwrap_or(0);
-    Ok(Maps { of_runs: maps, counts, left_out, trails: None, scratch_bytes, _work: work })
+    Ok(Maps { of_runs: maps, counts, left_out, trails: None, scratch_bytes, notes, _work: work })
 }
 
 fn finish(

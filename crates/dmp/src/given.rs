@@ -1,13 +1,20 @@
-//! Maps that the user gives: stores and clouds.
+//! Maps that the user gives: stores, clouds and meshes.
 
 use std::path::Path;
 
-use dmp_log::read_cloud;
-use dmp_map::{FuseScratch, Lattice, MapFuser, Store};
+use dmp_log::{LengthUnit, is_mesh, read_cloud, read_mesh};
+use dmp_map::{FuseScratch, Lattice, MapError, MapFuser, Store, TriangleSampler};
 
 use crate::config::{Config, MapSource, Run};
 use crate::error::EvaluateError;
 use crate::watch::{Stage, Watch};
+
+/// Samples of a mesh along the edge of a voxel: 25 on a face that it fills, where three make a surfel.
+const SAMPLES_PER_VOXEL: f64 = 5.0;
+/// Most samples of a mesh: 16 km² at voxels of 0.2 m.
+const MAX_SAMPLES: u64 = 10_000_000_000;
+/// Samples fused at once.
+const BATCH: usize = 65_536;
 
 /// Refuses given maps where trails are to be kept out of maps.
 pub(crate) fn check_free_space(runs: &[Run], config: &Config) -> Result<(), EvaluateError> {
@@ -73,26 +80,125 @@ fn is_store(path: &Path) -> bool {
     !matches!(Store::open(path), Err(dmp_map::MapError::NotAStore { .. } | dmp_map::MapError::Io { .. }))
 }
 
-/// Fuses a cloud, whose points know no segment. Answers how many points were not finite.
-pub(crate) fn fuse_cloud(
+/// What a given cloud or mesh brought.
+#[derive(Debug, Default)]
+pub(crate) struct GivenMap {
+    /// Points or triangles that are not finite.
+    pub(crate) dropped: u64,
+    /// What was made of it, in words.
+    pub(crate) notes: Vec<String>,
+}
+
+/// Fuses a cloud or a mesh, whose points know no segment.
+pub(crate) fn fuse_given(
     path: &Path,
     run: &str,
+    unit: Option<LengthUnit>,
     fuser: &MapFuser,
     watch: &dyn Watch,
-) -> Result<u64, EvaluateError> {
-    let mut buffers = FuseScratch::default();
-    let mut finite = Vec::new();
-    let mut dropped = 0;
+) -> Result<GivenMap, EvaluateError> {
     watch.begin(Stage::ReadMap, 0);
-    read_cloud(path, |batch| {
-        finite.clear();
-        finite.extend(batch.iter().filter(|point| point.iter().all(|c| c.is_finite())));
-        dropped += (batch.len() - finite.len()) as u64;
-        watch.advance(batch.len() as u64);
-        if watch.cancelled() {
+    let mut points = Points { fuser, run, watch, buffers: FuseScratch::default(), batch: Vec::new() };
+    let mut given = if is_mesh(path)? {
+        fuse_mesh(path, unit, &mut points)?
+    } else {
+        fuse_cloud(path, unit, &mut points)?
+    };
+    if let Some(unit) = unit {
+        given.notes.push(format!("in {}, as --map-unit says: brought to metres", unit.name()));
+    }
+    for note in &given.notes {
+        watch.note(&format!("map of `{run}`: {note}"));
+    }
+    Ok(given)
+}
+
+/// Finite points on their way into a map.
+struct Points<'a> {
+    fuser: &'a MapFuser,
+    run: &'a str,
+    watch: &'a dyn Watch,
+    buffers: FuseScratch,
+    batch: Vec<[f64; 3]>,
+}
+
+impl Points<'_> {
+    /// Fuses what is collected.
+    fn flush(&mut self) -> Result<(), EvaluateError> {
+        self.watch.advance(self.batch.len() as u64);
+        if self.watch.cancelled() {
             return Err(EvaluateError::Cancelled);
         }
-        fuser.add(&finite, None, &mut buffers).map_err(EvaluateError::map_of(run))
+        let added = self.fuser.add(&self.batch, None, &mut self.buffers);
+        self.batch.clear();
+        added.map_err(EvaluateError::map_of(self.run))
+    }
+}
+
+fn fuse_cloud(
+    path: &Path,
+    unit: Option<LengthUnit>,
+    points: &mut Points<'_>,
+) -> Result<GivenMap, EvaluateError> {
+    let mut dropped = 0;
+    let summary = read_cloud(path, unit, |batch| {
+        points.batch.extend(batch.iter().filter(|point| point.iter().all(|c| c.is_finite())));
+        dropped += (batch.len() - points.batch.len()) as u64;
+        points.flush()
     })?;
-    Ok(dropped)
+    Ok(GivenMap { dropped, notes: summary.unit_note.into_iter().collect() })
+}
+
+/// Samples a mesh densely enough that each voxel it passes through becomes a surfel: `docs/formats.md` says
+/// why it is not cast itself. The samples of one triangle come in batches too, however large it is.
+fn fuse_mesh(
+    path: &Path,
+    unit: Option<LengthUnit>,
+    points: &mut Points<'_>,
+) -> Result<GivenMap, EvaluateError> {
+    let scale = unit.unwrap_or(LengthUnit::Metre).metres();
+    let spacing_m = points.fuser.lattice().voxel_m() / SAMPLES_PER_VOXEL;
+    let mut sampler = TriangleSampler::new(spacing_m, MAX_SAMPLES);
+    let run = points.run;
+    let mut dropped = 0;
+    let summary = read_mesh(path, |batch| {
+        for triangle in batch {
+            if !triangle.as_flattened().iter().all(|c| c.is_finite()) {
+                dropped += 1;
+                continue;
+            }
+            let in_metres = triangle.map(|corner| corner.map(|c| c * scale));
+            let sampled = sampler.sample(&in_metres, |sample| {
+                points.batch.push(sample);
+                if points.batch.len() < BATCH {
+                    return Ok(());
+                }
+                points.flush().map_err(SampleError::Fuse)
+            });
+            sampled.map_err(|error| match error {
+                SampleError::Fuse(error) => error,
+                SampleError::Mesh(error) => EvaluateError::map_of(run)(error),
+            })?;
+        }
+        points.flush()
+    })?;
+    let note = format!(
+        "{} of {} triangles, {:.1} m², sampled each {spacing_m:.3} m",
+        summary.format.name(),
+        summary.triangles,
+        sampler.area_m2()
+    );
+    Ok(GivenMap { dropped, notes: vec![note] })
+}
+
+/// What may end the sampling of a triangle.
+enum SampleError {
+    Mesh(MapError),
+    Fuse(EvaluateError),
+}
+
+impl From<MapError> for SampleError {
+    fn from(error: MapError) -> Self {
+        Self::Mesh(error)
+    }
 }

@@ -53,4 +53,5 @@ pub use report::{
 };
 pub use watch::{ScoredReturns, Stage, Watch};
 
+pub use dmp_log::LengthUnit;
 pub use dmp_reduce::{MissPrice, Residuals, RunSums};

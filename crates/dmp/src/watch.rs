@@ -44,6 +44,11 @@ pub trait Watch: Sync {
         let _ = amount;
     }
 
+    /// Something worth knowing while the evaluation goes on; the report has it too.
+    fn note(&self, text: &str) {
+        let _ = text;
+    }
+
     /// Returns are scored. Parts of a frame come in order, frames in any order.
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
         let _ = returns;

@@ -104,6 +104,7 @@ mod schema {
         pub(super) max_time_gap_s: f64,
         pub(super) scans_without_pose: u64,
         pub(super) map: String,
+        pub(super) map_notes: Vec<String>,
     }
 
     #[derive(Debug, Deserialize)]

@@ -42,6 +42,16 @@ fn write_ply(path: &Path, points: &[[f64; 3]]) {
     std::fs::write(path, bytes).unwrap();
 }
 
+fn write_pcd(path: &Path, points: &[[f64; 3]]) {
+    let mut bytes = format!(
+        "VERSION 0.7\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nWIDTH {0}\nHEIGHT 1\nPOINTS {0}\nDATA binary\n",
+        points.len()
+    )
+    .into_bytes();
+    points.iter().flatten().for_each(|c| bytes.extend(c.to_le_bytes()));
+    std::fs::write(path, bytes).unwrap();
+}
+
 fn write_las(path: &Path, points: &[[f64; 3]], compressed: bool) {
     let mut builder = las::Builder::from((1, 4));
     builder.point_format.is_compressed = compressed;
@@ -62,13 +72,15 @@ fn a_cloud_of_the_same_points_gives_the_same_map_in_every_format() {
     let config = Config { save_maps: Some(folder.path().to_path_buf()), ..config };
     let fused = score(&log, &[Run::new("fused", truth.clone())], &config);
     let store = folder.path().join("fused.dmpmap");
-    let [ply, las, laz] = ["map.ply", "map.las", "map.laz"].map(|name| folder.path().join(name));
+    let [ply, pcd, las, laz] =
+        ["map.ply", "map.pcd", "map.las", "map.laz"].map(|name| folder.path().join(name));
     write_ply(&ply, &points);
+    write_pcd(&pcd, &points);
     write_las(&las, &points, false);
     write_las(&laz, &points, true);
 
     let of_fused = &fused.runs[0];
-    for map in [store, ply, las, laz] {
+    for map in [store, ply, pcd, las, laz] {
         let report = score(&log, &with_map(&truth, map.clone()), &config);
         let given = &report.runs[0];
         // The same surfels: LAS rounds to 10 µm, where points may change voxels.
@@ -139,4 +151,72 @@ fn maps_of_different_voxels_are_not_compared() {
     let runs = [save(0.2, "fine"), save(0.5, "coarse")];
     let error = evaluate(open(&log).as_ref(), &runs, &Config::default(), &()).unwrap_err();
     assert!(matches!(error, EvaluateError::DifferentVoxels { .. }), "{error}");
+}
+
+#[test]
+fn row_08_points_of_a_map_that_are_not_finite_are_dropped_and_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, truth, points) = town(folder.path());
+    let holes: Vec<[f64; 3]> =
+        points.iter().flat_map(|&p| [p, [f64::NAN, p[1], p[2]], [p[0], p[1], f64::INFINITY]]).collect();
+    for (name, write) in [("map.ply", write_ply as fn(&Path, &[[f64; 3]])), ("map.pcd", write_pcd)] {
+        let map = folder.path().join(name);
+        write(&map, &points);
+        let whole = score(&log, &with_map(&truth, map.clone()), &Config::default()).runs.remove(0);
+        write(&map, &holes);
+        let run = score(&log, &with_map(&truth, map), &Config::default()).runs.remove(0);
+        assert_eq!((run.dmp_sum_m2, run.map.surfels), (whole.dmp_sum_m2, whole.map.surfels));
+        assert_eq!((whole.map.map_points_dropped, run.map.map_points_dropped), (0, 2 * points.len() as u64));
+        assert!(
+            run.warnings.iter().any(|w| w.contains("of the given map are not finite")),
+            "{:?}",
+            run.warnings
+        );
+    }
+}
+
+/// The voxels are a quarter of a metre, and the shift a whole number of them: nothing may change but by the
+/// rounding of coordinates in the millions, which is below 1 nm.
+#[test]
+fn row_12_a_map_in_utm_coordinates_scores_as_at_the_origin() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, truth, points) = town(folder.path());
+    let shift = [458_000.0, 5_421_000.0, 110.0];
+    let far: Vec<[f64; 3]> = points.iter().map(|p| std::array::from_fn(|k| p[k] + shift[k])).collect();
+    let stamped = truth.stamps_ns().unwrap().iter().zip(truth.poses()).map(|(&stamp_ns, pose)| {
+        let mut pose = *pose;
+        pose.translation.vector += nalgebra::Vector3::from(shift);
+        (stamp_ns, pose)
+    });
+    let far_truth = Trajectory::stamped(stamped.collect()).unwrap().trajectory;
+    let [near_map, far_map] = ["near.pcd", "far.pcd"].map(|name| folder.path().join(name));
+    write_pcd(&near_map, &points);
+    write_pcd(&far_map, &far);
+    let config = Config { voxel_m: Some(0.25), ..Config::default() };
+    let near = score(&log, &with_map(&truth, near_map), &config).runs.remove(0);
+    let far = score(&log, &with_map(&far_truth, far_map), &config).runs.remove(0);
+    assert_eq!(near.map.surfels, far.map.surfels);
+    assert_eq!((near.miss_rate, near.blocked_rate), (far.miss_rate, far.blocked_rate));
+    let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-5;
+    assert!(close(near.dmp_sum_m2, far.dmp_sum_m2), "{} {}", near.dmp_sum_m2, far.dmp_sum_m2);
+    assert!(close(near.r_near_m2.at_0_5.unwrap(), far.r_near_m2.at_0_5.unwrap()));
+}
+
+#[test]
+fn row_13_a_million_identical_points_make_no_surfel_and_no_trouble() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, truth, mut points) = town(folder.path());
+    let map = folder.path().join("map.pcd");
+    write_pcd(&map, &points);
+    let without = score(&log, &with_map(&truth, map.clone()), &Config::default()).runs.remove(0);
+    let alone = vec![[3.0, 4.0, 500.0]; 1_000_000];
+    points.extend(&alone);
+    write_pcd(&map, &points);
+    let with = score(&log, &with_map(&truth, map.clone()), &Config::default()).runs.remove(0);
+    assert_eq!((with.dmp_sum_m2, with.map.surfels), (without.dmp_sum_m2, without.map.surfels));
+    assert_eq!(with.map.thin_voxels, without.map.thin_voxels.map(|thin| thin + 1));
+    write_pcd(&map, &alone);
+    let nothing = score(&log, &with_map(&truth, map), &Config::default()).runs.remove(0);
+    assert_eq!((nothing.map.surfels, nothing.miss_rate, nothing.dmp_sum_m2), (0, Some(1.0), 0.0));
+    assert!(nothing.warnings.iter().any(|w| w.contains("hit nothing")), "{:?}", nothing.warnings);
 }

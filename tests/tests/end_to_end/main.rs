@@ -10,6 +10,7 @@ mod counts;
 mod determinism;
 mod direct;
 mod given_maps;
+mod mesh_maps;
 mod real;
 mod tidy;
 mod trails;

@@ -42,10 +42,14 @@ pub(crate) struct ScoreArgs {
     #[arg(short = 't', long = "trajectory", value_name = "[NAME=]RUN", help_heading = "Input")]
     #[arg(required_unless_present = "more")]
     trajectories: Vec<NamedFile>,
-    /// A map to score against instead of the one fused from the scans: LAS, LAZ, PLY or a saved map, in the
-    /// world frame of the run NAME, or of all runs
+    /// A map to score against instead of the one fused from the scans: LAS, LAZ, PLY, PCD, a mesh in PLY or
+    /// OBJ, or a saved map, in the world frame of the run NAME, or of all runs
     #[arg(long = "map", value_name = "[NAME=]FILE", help_heading = "Input")]
     maps: Vec<NamedFile>,
+    /// The unit of the clouds and meshes given with --map: `auto` (what the file says, else metres), `m`, `ft`
+    /// or `us-ft`
+    #[arg(long, value_name = "UNIT", default_value = "auto", help_heading = "Input")]
+    map_unit: parse::AutoUnit,
     #[command(flatten)]
     log: LogArgs,
     /// More runs: what a shell makes of `-t runs/*.tum`
@@ -67,7 +71,7 @@ pub(crate) struct ScoreArgs {
 
 impl ScoreArgs {
     fn config(&self) -> Config {
-        Config { save_maps: self.save_maps.clone(), ..self.settings.config() }
+        Config { save_maps: self.save_maps.clone(), map_unit: self.map_unit.0, ..self.settings.config() }
     }
 }
 

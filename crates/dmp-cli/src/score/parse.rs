@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use dmp::{Ego, MissPrice};
+use dmp::{Ego, LengthUnit, MissPrice};
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::parse::length_m;
@@ -21,6 +21,24 @@ impl FromStr for AutoLength {
 
     fn from_str(text: &str) -> Result<Self, String> {
         if text == "auto" { Ok(Self(None)) } else { length_m(text).map(|m| Self(Some(m))) }
+    }
+}
+
+/// The unit of a map, which may be left to its file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct AutoUnit(pub(crate) Option<LengthUnit>);
+
+impl FromStr for AutoUnit {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Ok(Self(match text {
+            "auto" => None,
+            "m" => Some(LengthUnit::Metre),
+            "ft" => Some(LengthUnit::Foot),
+            "us-ft" => Some(LengthUnit::UsSurveyFoot),
+            _ => return Err(format!("`{text}` is no unit: try auto, m, ft or us-ft")),
+        }))
     }
 }
 

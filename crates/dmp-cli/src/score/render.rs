@@ -59,6 +59,11 @@ pub(super) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io
     if let Some(free_space) = &report.free_space {
         writeln!(out, "{}", left_out(free_space, report.inputs.returns_used))?;
     }
+    for run in &report.inputs.runs {
+        for note in &run.map_notes {
+            writeln!(out, "map of {}: {note}", run.name)?;
+        }
+    }
     writeln!(out)?;
     runs(out, report)?;
     if !report.pairs.is_empty() {

@@ -1,7 +1,8 @@
 use super::las_header::{self, LasHeader};
-use super::{BATCH, Batches, CloudFormat, CloudSummary, broken};
+use super::las_units::{self, ToMetres};
+use super::{BATCH, Batches, CloudFormat, broken};
 use crate::decimal::shorten;
-use crate::{LogError, Place};
+use crate::{LengthUnit, LogError, Place};
 use las::reader::{LazParallelism, ReaderOptions};
 use las::{PointData, PointDataBuilder, Reader};
 use std::fs::File;
@@ -9,8 +10,13 @@ use std::io::{BufReader, Seek};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-/// Reads the points of a LAS or LAZ file batch by batch.
-pub(super) fn read<E, F>(path: &Path, sink: &mut F) -> Result<CloudSummary, E>
+/// Reads the points of a LAS or LAZ file batch by batch, in `unit` or in what the file says. Also answers what
+/// is to be said of the unit.
+pub(super) fn read<E, F>(
+    path: &Path,
+    unit: Option<LengthUnit>,
+    sink: &mut F,
+) -> Result<(CloudFormat, u64, Option<String>), E>
 where
     E: From<LogError>,
     F: FnMut(&[[f64; 3]]) -> Result<(), E>,
@@ -18,15 +24,19 @@ where
     let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
     let length = file.metadata().map_err(|e| LogError::io(path, "read", e))?.len();
     let mut input = BufReader::with_capacity(1 << 16, file);
-    let LasHeader { points, compressed } =
-        las_header::check(&mut input, length).map_err(|e| e.in_file(path))?;
+    let header = las_header::check(&mut input, length).map_err(|e| e.in_file(path))?;
+    let ToMetres { scale, note } = match unit {
+        Some(unit) => ToMetres { scale: [unit.metres(); 3], note: None },
+        None => las_units::of(&header).map_err(|e| e.in_file(path))?,
+    };
+    let LasHeader { points, compressed, .. } = header;
     input.rewind().map_err(|e| LogError::io(path, "read", e))?;
     // Batches as small as these are not worth the parallel decoder, which trusts the chunk table more.
     let options = ReaderOptions::default().with_laz_parallelism(LazParallelism::No);
     let reader = guarded(|| Reader::with_options(input, options));
     let mut reader = reader.map_err(|problem| broken::<E>(path, Place::WholeFile, problem))?;
     let mut data = PointDataBuilder::new().for_header(reader.header()).build();
-    let mut batches = Batches::new(sink);
+    let mut batches = Batches::scaled(sink, scale);
     while batches.points < points {
         let done = batches.points;
         let wanted = (points - done).min(BATCH as u64);
@@ -48,7 +58,7 @@ where
     }
     batches.flush()?;
     let format = if compressed { CloudFormat::Laz } else { CloudFormat::Las };
-    Ok(CloudSummary { format, points })
+    Ok((format, points, note))
 }
 
 fn hand_over<E, F>(data: &PointData, batches: &mut Batches<'_, F>) -> Result<(), E>

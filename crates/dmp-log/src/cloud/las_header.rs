@@ -3,29 +3,47 @@
 //! The decoders further down allocate what a header, a variable-length record, a chunk table or a layer
 //! claims. Offsets are those of the LAS 1.4 R15 and `LASzip` specifications.
 
+use super::las_crs::{self, CrsRecord};
 use crate::{ParseError, Place};
 use std::io::{self, Read, Seek, SeekFrom};
 
-const VLR_HEAD_BYTES: u64 = 54;
-const EVLR_HEAD_BYTES: u64 = 60;
+pub(super) const VLR_HEAD_BYTES: u64 = 54;
+pub(super) const EVLR_HEAD_BYTES: u64 = 60;
 /// Extra bytes of a point up to which compressed files are read; each costs kilobytes of decoder.
 const MAX_EXTRA_BYTES: u16 = 1024;
 
 /// A LAS header that does not lie about sizes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct LasHeader {
     pub(super) points: u64,
     pub(super) compressed: bool,
+    /// What it says of its coordinate system, in the file's order.
+    pub(super) crs: Vec<CrsRecord>,
+    /// Whether the well-known text counts, not the `GeoTIFF` keys.
+    pub(super) says_wkt: bool,
+    /// The largest of the bounds it claims for x and y, without their signs; `None` where they make no sense.
+    pub(super) extent: Option<f64>,
 }
 
 /// Reads at any place of a file of known length.
-struct Bytes<'a, R> {
+pub(super) struct Bytes<'a, R> {
     input: &'a mut R,
-    length: u64,
+    pub(super) length: u64,
 }
 
 impl<R: Read + Seek> Bytes<'_, R> {
-    fn at<const N: usize>(&mut self, at: u64, what: &str) -> Result<[u8; N], ParseError> {
+    /// So many bytes, which must lie in the file.
+    pub(super) fn some(&mut self, at: u64, count: u16) -> Result<Vec<u8>, ParseError> {
+        let mut bytes = vec![0; count.into()];
+        let mut read = || -> io::Result<()> {
+            self.input.seek(SeekFrom::Start(at))?;
+            self.input.read_exact(&mut bytes)
+        };
+        read().map_err(|e| ParseError::new(Place::Byte(at), format!("cannot read a record: {e}")))?;
+        Ok(bytes)
+    }
+
+    pub(super) fn at<const N: usize>(&mut self, at: u64, what: &str) -> Result<[u8; N], ParseError> {
         let mut bytes = [0; N];
         if at.checked_add(N as u64).is_none_or(|end| end > self.length) {
             let problem = format!("{what} is beyond the file's end at byte {}", self.length);
@@ -39,15 +57,15 @@ impl<R: Read + Seek> Bytes<'_, R> {
         Ok(bytes)
     }
 
-    fn u16(&mut self, at: u64, what: &str) -> Result<u16, ParseError> {
+    pub(super) fn u16(&mut self, at: u64, what: &str) -> Result<u16, ParseError> {
         self.at(at, what).map(u16::from_le_bytes)
     }
 
-    fn u32(&mut self, at: u64, what: &str) -> Result<u32, ParseError> {
+    pub(super) fn u32(&mut self, at: u64, what: &str) -> Result<u32, ParseError> {
         self.at(at, what).map(u32::from_le_bytes)
     }
 
-    fn u64(&mut self, at: u64, what: &str) -> Result<u64, ParseError> {
+    pub(super) fn u64(&mut self, at: u64, what: &str) -> Result<u64, ParseError> {
         self.at(at, what).map(u64::from_le_bytes)
     }
 }
@@ -106,7 +124,16 @@ pub(super) fn check(input: &mut (impl Read + Seek), length: u64) -> Result<LasHe
     if compressed {
         check_laz(&mut bytes, header_bytes, data_at, record_bytes, points)?;
     }
-    Ok(LasHeader { points, compressed })
+    let crs = las_crs::records(&mut bytes, header_bytes, data_at, minor)?;
+    let says_wkt = bytes.u16(6, "the global encoding")? & 16 != 0;
+    let mut extent = 0.0_f64;
+    for k in 0..4 {
+        let bound = f64::from_bits(bytes.u64(179 + 8 * k, "the bounds")?).abs();
+        // A bound that is no number makes no sense of the others either.
+        extent = if bound.is_finite() { extent.max(bound) } else { f64::INFINITY };
+    }
+    let extent = Some(extent).filter(|extent| extent.is_finite());
+    Ok(LasHeader { points, compressed, crs, says_wkt, extent })
 }
 
 fn check_evlr<R: Read + Seek>(bytes: &mut Bytes<'_, R>) -> Result<(), ParseError> {

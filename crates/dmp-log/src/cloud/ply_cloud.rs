@@ -1,5 +1,5 @@
 use super::ply_header::{Coordinate, Encoding, PlyHeader, read_header, read_line};
-use super::{Batches, CloudFormat, CloudSummary, broken};
+use super::{Batches, CloudFormat, broken};
 use crate::decimal::shorten;
 use crate::{LogError, Place};
 use std::fs::File;
@@ -7,7 +7,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 /// Reads the vertices of a PLY file row by row; other elements are passed over or never reached.
-pub(super) fn read<E, F>(path: &Path, sink: &mut F) -> Result<CloudSummary, E>
+pub(super) fn read<E, F>(path: &Path, scale: [f64; 3], sink: &mut F) -> Result<(CloudFormat, u64), E>
 where
     E: From<LogError>,
     F: FnMut(&[[f64; 3]]) -> Result<(), E>,
@@ -16,10 +16,10 @@ where
     let length = file.metadata().map_err(|e| LogError::io(path, "read", e))?.len();
     let mut input = BufReader::with_capacity(1 << 16, file);
     let header = read_header(&mut input).map_err(|e| e.in_file(path))?;
-    let mut batches = Batches::new(sink);
+    let mut batches = Batches::scaled(sink, scale);
     read_vertices(path, &mut input, &header, length, |point| batches.push(point))?;
     batches.flush()?;
-    Ok(CloudSummary { format: CloudFormat::Ply, points: batches.points })
+    Ok((CloudFormat::Ply, batches.points))
 }
 
 /// Reads the vertices behind the header of a file of `length` bytes. Answers the number of the last line

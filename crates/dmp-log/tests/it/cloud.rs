@@ -1,5 +1,5 @@
 use crate::common::assert_says;
-use dmp_log::{CloudFormat, CloudSummary, LogError, read_cloud};
+use dmp_log::{CloudFormat, CloudSummary, LengthUnit, LogError, read_cloud};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ type Points = Vec<[f64; 3]>;
 
 pub(crate) fn read(path: &Path) -> Result<(CloudSummary, Points), LogError> {
     let mut points = Points::new();
-    let summary = read_cloud(path, |batch| {
+    let summary = read_cloud(path, None, |batch| {
         assert!(!batch.is_empty() && batch.len() <= 65_536);
         points.extend_from_slice(batch);
         Ok::<(), LogError>(())
@@ -16,7 +16,7 @@ pub(crate) fn read(path: &Path) -> Result<(CloudSummary, Points), LogError> {
     Ok((summary, points))
 }
 
-fn error(path: &Path) -> String {
+pub(crate) fn error(path: &Path) -> String {
     read(path).unwrap_err().to_string()
 }
 
@@ -73,7 +73,7 @@ fn las_and_laz_are_read_in_batches() {
 }
 
 #[test]
-fn a_cut_or_lying_las_is_named() {
+fn row_03_a_cut_or_lying_las_is_named() {
     let folder = tempfile::tempdir().unwrap();
     for (path, _, format) in las_files(&folder, 3000) {
         let bytes = fs::read(&path).unwrap();
@@ -113,7 +113,7 @@ fn a_cut_or_lying_las_is_named() {
 }
 
 #[test]
-fn a_lying_laz_chunk_is_named() {
+fn row_03_a_lying_laz_chunk_is_named() {
     let folder = tempfile::tempdir().unwrap();
     for (path, ..) in las_files(&folder, 3000).split_off(1) {
         let bytes = fs::read(&path).unwrap();
@@ -244,13 +244,48 @@ fn the_sinks_own_error_passes_through() {
     let path = folder.path().join("a.las");
     write_las(&path, 100_000, 1);
     let mut batches = 0;
-    let result = read_cloud(&path, |_| {
+    let result = read_cloud(&path, None, |_| {
         batches += 1;
         Err(Full::Disk)
     });
     assert!(matches!(result, Err(Full::Disk)));
     assert_eq!(batches, 1);
     fs::write(&path, "%PDF").unwrap();
-    assert_says(&error(&path), &["a.las", "LAS, LAZ or PLY", "[25, 50, 44, 46]"]);
-    assert!(matches!(read_cloud(&path, |_| Err(Full::Disk)), Err(Full::Log(_))));
+    assert_says(&error(&path), &["a.las", "LAS, LAZ, PLY or PCD", "[25, 50, 44, 46]"]);
+    assert!(matches!(read_cloud(&path, None, |_| Err(Full::Disk)), Err(Full::Log(_))));
+}
+
+/// A cloud-optimised point cloud is a LAZ file with chunks of different lengths. This one is in feet on the
+/// ground and in US survey feet upwards, by the text in its records.
+#[test]
+fn copc_is_read_as_laz_and_its_units_are_brought_to_metres() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/autzen.copc.laz");
+    let (summary, points) = read(&path).unwrap();
+    assert_eq!((summary.format, summary.points), (CloudFormat::Laz, 107));
+    assert_says(&summary.unit_note.unwrap(), &["in feet, heights in US survey feet", "well-known text"]);
+    let mut as_kept = Points::new();
+    let metres = Some(LengthUnit::Metre);
+    let summary = read_cloud(&path, metres, |batch| {
+        as_kept.extend_from_slice(batch);
+        Ok::<(), LogError>(())
+    });
+    assert_eq!(summary.unwrap().unit_note, None);
+    // The bounds that the file claims.
+    let of = |axis: usize, pick: fn(f64, f64) -> f64| as_kept.iter().map(|p| p[axis]).reduce(pick).unwrap();
+    assert!((of(0, f64::max) - 638_864.3).abs() < 1e-6 && (of(2, f64::min) - 408.14).abs() < 1e-6);
+    let scaled = as_kept.iter().map(|p| [p[0] * 0.3048, p[1] * 0.3048, p[2] * 1200.0 / 3937.0]).collect();
+    assert_near(&points, &scaled);
+}
+
+#[test]
+fn row_03_bounds_that_lie_change_no_point() {
+    let folder = tempfile::tempdir().unwrap();
+    for (path, points, _) in las_files(&folder, 3000) {
+        let mut bytes = fs::read(&path).unwrap();
+        for (k, lie) in [f64::NAN, f64::INFINITY, -1e300, 0.0, 1.0, -1.0].into_iter().enumerate() {
+            bytes[179 + 8 * k..187 + 8 * k].copy_from_slice(&lie.to_le_bytes());
+        }
+        fs::write(&path, bytes).unwrap();
+        assert_near(&read(&path).unwrap().1, &points);
+    }
 }

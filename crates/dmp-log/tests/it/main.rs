@@ -10,6 +10,7 @@ mod mcap_damage;
 mod mcap_messages;
 mod mesh;
 mod mutation;
+mod pcd;
 mod point_time;
 mod real_data;
 mod round_trip;

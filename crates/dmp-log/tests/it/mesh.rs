@@ -124,7 +124,7 @@ fn a_ply_without_faces_is_a_cloud() {
         let text = format!("ply\nformat ascii 1.0\nelement vertex 1\n{xyz}{faces}{body}");
         let path = write(&folder, "cloud.ply", text.as_bytes());
         assert!(!is_mesh(&path).unwrap());
-        assert_eq!(read_cloud(&path, |_| Ok::<(), LogError>(())).unwrap().points, 1);
+        assert_eq!(read_cloud(&path, None, |_| Ok::<(), LogError>(())).unwrap().points, 1);
     }
     assert!(!is_mesh(&write(&folder, "a.laz", b"LASF")).unwrap());
     assert!(matches!(is_mesh(&folder.path().join("none.obj")), Err(LogError::NotFound { .. })));

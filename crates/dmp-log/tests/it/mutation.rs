@@ -125,4 +125,9 @@ fn clouds() {
         fs::write(&path, bytes).unwrap();
         for_each_mutation(&path, 40 + seed as u64, |path| drop(crate::cloud::read(path)));
     }
+    let path = folder.path().join("map.pcd");
+    for (seed, data) in ["ascii", "binary", "binary_compressed"].into_iter().enumerate() {
+        fs::write(&path, crate::pcd::file(data, 20)).unwrap();
+        for_each_mutation(&path, 50 + seed as u64, |path| drop(crate::cloud::read(path)));
+    }
 }

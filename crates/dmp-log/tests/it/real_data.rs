@@ -49,7 +49,9 @@ fn nclt_has_no_times() {
 
 #[test]
 fn las_maps_are_read_whole() {
-    for (name, points, extent_m) in [("autzen_trim.laz", 110_000, 1178.0), ("lone-star.laz", 518_862, 32.0)] {
+    // The first is 1177.46 ft wide and says so; the second is in metres.
+    for (name, points, extent_m) in [("autzen_trim.laz", 110_000, 358.89), ("lone-star.laz", 518_862, 32.445)]
+    {
         let Some(path) = data("las_maps") else { return };
         let (summary, cloud) = read(&path.join(name)).unwrap();
         assert_eq!((summary.format, summary.points), (CloudFormat::Laz, points));
@@ -57,8 +59,11 @@ fn las_maps_are_read_whole() {
             .iter()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| (low.min(p[0]), high.max(p[0])));
         let extent = high - low;
-        println!("{name}: {extent} along x");
-        assert!(extent > 0.5 * extent_m && extent < 5.0 * extent_m, "{extent}");
+        println!("{name}: {extent} along x; {:?}", summary.unit_note);
+        assert!((extent - extent_m).abs() < 0.01, "{extent}");
+        let in_feet =
+            summary.unit_note.is_some_and(|note| note.starts_with("in feet, heights too by its GeoTIFF"));
+        assert_eq!(in_feet, name == "autzen_trim.laz");
     }
 }
 

@@ -65,7 +65,7 @@ pub(crate) fn build(
         schema: "dmp-score/1",
         dmp_version: env!("CARGO_PKG_VERSION"),
         config: config_report(config, plan, scored),
-        inputs: input_report(log, runs, plan, &scored.counts),
+        inputs: input_report(log, runs, plan, maps, &scored.counts),
         free_space: maps.trails.as_ref().map(|trails| FreeSpaceReport {
             votes: (0..runs.len()).filter(|&run| trails.votes[run]).map(name).collect(),
             returns_left_out: maps.left_out,
@@ -136,7 +136,13 @@ fn config_report(config: &Config, plan: &Plan<'_>, scored: &Scored) -> ConfigRep
     }
 }
 
-fn input_report(log: &dyn ScanLog, runs: &[Run], plan: &Plan<'_>, counts: &ReturnCounts) -> InputReport {
+fn input_report(
+    log: &dyn ScanLog,
+    runs: &[Run],
+    plan: &Plan<'_>,
+    maps: &Maps,
+    counts: &ReturnCounts,
+) -> InputReport {
     let summary = log.summary();
     let run_input = |(k, run): (usize, &Run)| RunInputReport {
         name: run.name.clone(),
@@ -151,6 +157,7 @@ fn input_report(log: &dyn ScanLog, runs: &[Run], plan: &Plan<'_>, counts: &Retur
             MapSource::Fused => "fused".to_owned(),
             MapSource::Given(path) => path.display().to_string(),
         },
+        map_notes: maps.notes[k].clone(),
     };
     InputReport {
         log: summary.path.display().to_string(),

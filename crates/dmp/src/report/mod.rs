@@ -151,6 +151,8 @@ pub struct RunInputReport {
     pub scans_without_pose: usize,
     /// Its map: `fused`, or the file given.
     pub map: String,
+    /// What was made of a map that was given: its unit where that is not plainly the metre, the samples of a mesh.
+    pub map_notes: Vec<String>,
 }
 
 /// The scores of a run; squares in m². Null where there is nothing to divide by.
@@ -231,7 +233,7 @@ pub struct MapReport {
     pub tiles: u64,
     /// Occupied voxels with too few points for a surfel; null for a store that was given.
     pub thin_voxels: Option<u64>,
-    /// Points of a given cloud that are not finite.
+    /// Points of a given cloud, or triangles of a given mesh, that are not finite.
     pub map_points_dropped: u64,
     /// Surfels with all returns in the map; null where trails were not looked for.
     pub surfels_with_trails: Option<u64>,

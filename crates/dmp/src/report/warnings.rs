@@ -50,7 +50,7 @@ fn of_run(run: &RunReport) -> Vec<String> {
     }
     if run.map.map_points_dropped > 0 {
         warnings.push(format!(
-            "{} points of the given map are not finite and were left out",
+            "{} points or triangles of the given map are not finite and were left out",
             run.map.map_points_dropped
         ));
     }

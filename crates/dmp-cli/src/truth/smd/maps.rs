@@ -83,7 +83,7 @@ impl Bench<'_> {
                 "surfels"
             }
             Err(MapError::NotAStore { .. }) => {
-                let summary = read_cloud(path, |batch| -> anyhow::Result<()> {
+                let summary = read_cloud(path, None, |batch| -> anyhow::Result<()> {
                     self.progress.read(batch.len())?;
                     Ok(points.add(batch)?)
                 })?;
@@ -158,7 +158,7 @@ impl Bench<'_> {
             });
             summary?.format.name()
         } else {
-            let summary = read_cloud(self.reference, |batch| -> anyhow::Result<()> {
+            let summary = read_cloud(self.reference, None, |batch| -> anyhow::Result<()> {
                 self.progress.read(batch.len())?;
                 Ok(reference.add_points(batch)?)
             });

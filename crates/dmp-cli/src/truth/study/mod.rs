@@ -158,7 +158,8 @@ fn surface_of(path: &Path) -> impl Fn(&mut Reference) -> Result<(), Box<dyn Erro
         let read = if is_mesh(path)? {
             read_mesh(path, |batch| -> anyhow::Result<()> { Ok(reference.add_triangles(batch)?) }).map(|_| ())
         } else {
-            read_cloud(path, |batch| -> anyhow::Result<()> { Ok(reference.add_points(batch)?) }).map(|_| ())
+            read_cloud(path, None, |batch| -> anyhow::Result<()> { Ok(reference.add_points(batch)?) })
+                .map(|_| ())
         };
         Ok(read?)
     }

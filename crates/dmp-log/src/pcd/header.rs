@@ -1,0 +1,393 @@
+//! The header of a PCD file: which fields a point has, how many points there are, and how they are kept.
+
+use crate::cloud::ply_header::read_line;
+use crate::decimal::shorten;
+use crate::{ParseError, Place};
+use std::io::BufRead;
+
+const MAX_HEADER_LINES: u64 = 1000;
+/// Most bytes of a point: above this a header is believed to be damaged.
+const MAX_POINT_BYTES: u64 = 1 << 20;
+
+/// The kinds of numbers a field may have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum PcdKind {
+    I8,
+    I16,
+    I32,
+    I64,
+    U8,
+    U16,
+    U32,
+    U64,
+    F32,
+    F64,
+}
+
+impl PcdKind {
+    fn new(letter: &str, size: &str) -> Option<Self> {
+        Some(match (letter, size) {
+            ("I", "1") => Self::I8,
+            ("I", "2") => Self::I16,
+            ("I", "4") => Self::I32,
+            ("I", "8") => Self::I64,
+            ("U", "1") => Self::U8,
+            ("U", "2") => Self::U16,
+            ("U", "4") => Self::U32,
+            ("U", "8") => Self::U64,
+            ("F", "4") => Self::F32,
+            ("F", "8") => Self::F64,
+            _ => return None,
+        })
+    }
+
+    /// Bytes of one number.
+    pub(crate) fn bytes(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+        }
+    }
+
+    /// Its name for people.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::I8 => "int8",
+            Self::I16 => "int16",
+            Self::I32 => "int32",
+            Self::I64 => "int64",
+            Self::U8 => "uint8",
+            Self::U16 => "uint16",
+            Self::U32 => "uint32",
+            Self::U64 => "uint64",
+            Self::F32 => "float32",
+            Self::F64 => "float64",
+        }
+    }
+}
+
+/// A field of a point.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct PcdField {
+    /// Its name; `_` is padding.
+    pub(crate) name: String,
+    pub(crate) kind: PcdKind,
+    /// First byte in a point of binary data.
+    pub(crate) offset_bytes: usize,
+    /// First column in a line of text.
+    pub(crate) column: usize,
+    /// How many numbers of the kind.
+    pub(crate) count: usize,
+}
+
+impl PcdField {
+    /// Bytes of all its numbers.
+    pub(crate) fn bytes(&self) -> usize {
+        self.kind.bytes() * self.count
+    }
+}
+
+/// How the points are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum PcdData {
+    /// A line each.
+    Ascii,
+    /// One behind the other, little-endian.
+    Binary,
+    /// Field by field, all of them compressed together: see [`PcdHeader::columns`].
+    BinaryCompressed,
+}
+
+/// What a header says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct PcdHeader {
+    /// Padding included, in order.
+    pub(crate) fields: Vec<PcdField>,
+    /// Bytes of a point of binary data.
+    pub(crate) point_bytes: usize,
+    pub(crate) points: u64,
+    pub(crate) data: PcdData,
+    /// Lines in front of the data.
+    pub(crate) lines: u64,
+    /// Bytes in front of the data.
+    pub(crate) bytes: u64,
+}
+
+impl PcdHeader {
+    /// The field of a name.
+    pub(crate) fn field(&self, name: &str) -> Option<&PcdField> {
+        self.fields.iter().find(|field| field.name == name)
+    }
+
+    /// x, y and z, each one float32 or float64.
+    pub(crate) fn xyz(&self) -> Result<[&PcdField; 3], ParseError> {
+        let wrong = |problem: String| ParseError::new(Place::Line(self.lines), problem);
+        let axis = |name: &str| {
+            let field =
+                self.field(name).ok_or_else(|| wrong(format!("the points lack the field `{name}`")))?;
+            match (field.kind, field.count) {
+                (PcdKind::F32 | PcdKind::F64, 1) => Ok(field),
+                (kind, 1) => Err(wrong(format!("field `{name}` is {}, not float32 or float64", kind.name()))),
+                (_, count) => Err(wrong(format!("field `{name}` has {count} numbers, not one"))),
+            }
+        };
+        Ok([axis("x")?, axis("y")?, axis("z")?])
+    }
+
+    /// Compares the data's size with the `length` of the file, bytes.
+    pub(crate) fn check_length(&self, length: u64) -> Result<(), ParseError> {
+        let left = length.saturating_sub(self.bytes);
+        let needed = match self.data {
+            // A digit and a blank or a line's end for each number, but for the last.
+            PcdData::Ascii => {
+                let numbers: usize = self.fields.iter().map(|field| field.count).sum();
+                self.points.checked_mul(2 * numbers as u64).map(|bytes| bytes.saturating_sub(1))
+            }
+            PcdData::Binary => self.points.checked_mul(self.point_bytes as u64),
+            PcdData::BinaryCompressed => Some(8),
+        };
+        if needed.is_some_and(|needed| needed <= left) {
+            return Ok(());
+        }
+        let problem = format!(
+            "{} points of {} do not fit in the {left} bytes behind the header",
+            self.points,
+            match self.data {
+                PcdData::Ascii => "text".to_owned(),
+                _ => format!("{} bytes", self.point_bytes),
+            }
+        );
+        Err(ParseError::new(Place::Byte(self.bytes), problem))
+    }
+
+    /// Where the numbers of each field begin in the unpacked bytes of compressed data, all points of one
+    /// field after all of the one before. `claimed` is the unpacked size as the file has it: writers leave
+    /// padding out, some keep it.
+    pub(crate) fn columns(&self, claimed: u64) -> Result<Vec<(&PcdField, u64)>, ParseError> {
+        let size = |padded: bool| {
+            let fields = self.fields.iter().filter(|field| padded || field.name != "_");
+            let point: u64 = fields.map(|field| field.bytes() as u64).sum();
+            self.points.checked_mul(point)
+        };
+        let padded = match (size(false), size(true)) {
+            (Some(bytes), _) if bytes == claimed => false,
+            (_, Some(bytes)) if bytes == claimed => true,
+            _ => {
+                let problem = format!(
+                    "{claimed} bytes unpacked, for {} points of {} bytes",
+                    self.points, self.point_bytes
+                );
+                return Err(ParseError::new(Place::Byte(self.bytes + 4), problem));
+            }
+        };
+        let mut at = 0;
+        let mut columns = Vec::new();
+        for field in self.fields.iter().filter(|field| padded || field.name != "_") {
+            columns.push((field, at));
+            at += self.points * field.bytes() as u64;
+        }
+        Ok(columns)
+    }
+}
+
+/// Whether a file that begins like this is a PCD file; `#` alone may begin any other.
+pub(crate) fn starts_like_pcd(start: &[u8]) -> bool {
+    let text = start.strip_prefix(b"#").unwrap_or(start).trim_ascii_start();
+    text.starts_with(b".PCD") || text.starts_with(b"VERSION") || text.starts_with(b"FIELDS")
+}
+
+/// The lines of a header, as found.
+#[derive(Default)]
+struct Lines {
+    fields: Vec<String>,
+    sizes: Vec<String>,
+    types: Vec<String>,
+    counts: Vec<String>,
+    width: Option<u64>,
+    height: Option<u64>,
+    points: Option<u64>,
+}
+
+/// Reads a header up to and including its `DATA` line.
+pub(crate) fn read_header(input: &mut impl BufRead) -> Result<PcdHeader, ParseError> {
+    let (mut number, mut bytes, mut line, mut found) = (0, 0, Vec::new(), Lines::default());
+    let data = loop {
+        number += 1;
+        let wrong = |problem: String| ParseError::new(Place::Line(number), problem);
+        match read_line(input, &mut line).map_err(|e| wrong(e.to_string()))? {
+            None => return Err(wrong("the file ends in the header".into())),
+            Some(_) if number > MAX_HEADER_LINES => return Err(wrong("the header does not end".into())),
+            Some(count) => bytes += count,
+        }
+        let text = std::str::from_utf8(&line).map_err(|_| wrong("not text in the header".into()))?;
+        let text = text.split('#').next().unwrap_or_default();
+        let mut words = text.split_ascii_whitespace();
+        let Some(key) = words.next() else { continue };
+        let list = || text.split_ascii_whitespace().skip(1).map(str::to_owned).collect();
+        let count = || {
+            let value = text.split_ascii_whitespace().nth(1).unwrap_or_default();
+            let count = value.parse::<u64>();
+            count.map(Some).map_err(|_| wrong(format!("{key} of `{}` is no count", shorten(value))))
+        };
+        match key {
+            "VERSION" | "VIEWPOINT" => {}
+            "FIELDS" | "COLUMNS" => found.fields = list(),
+            "SIZE" => found.sizes = list(),
+            "TYPE" => found.types = list(),
+            "COUNT" => found.counts = list(),
+            "WIDTH" => found.width = count()?,
+            "HEIGHT" => found.height = count()?,
+            "POINTS" => found.points = count()?,
+            "DATA" => match words.next().unwrap_or_default() {
+                "ascii" => break PcdData::Ascii,
+                "binary" => break PcdData::Binary,
+                "binary_compressed" => break PcdData::BinaryCompressed,
+                other => return Err(wrong(format!("data kept as `{}` is not read", shorten(other)))),
+            },
+            _ => return Err(wrong(format!("not a line of a PCD header: `{}`", shorten(text)))),
+        }
+    };
+    let wrong = |problem: String| ParseError::new(Place::Line(number), problem);
+    let points = points_of(&found).map_err(wrong)?;
+    let (fields, point_bytes) = fields_of(&found).map_err(wrong)?;
+    Ok(PcdHeader { fields, point_bytes, points, data, lines: number, bytes })
+}
+
+fn points_of(found: &Lines) -> Result<u64, String> {
+    let grid = match (found.width, found.height) {
+        (Some(width), Some(height)) => {
+            let product = width.checked_mul(height);
+            Some(product.ok_or_else(|| format!("WIDTH {width} times HEIGHT {height} is too large"))?)
+        }
+        (Some(width), None) => Some(width),
+        (None, Some(height)) => return Err(format!("HEIGHT {height} without WIDTH")),
+        (None, None) => None,
+    };
+    match (grid, found.points) {
+        (Some(grid), Some(points)) if grid != points => {
+            Err(format!("{points} POINTS, but WIDTH times HEIGHT is {grid}"))
+        }
+        (Some(points), _) | (None, Some(points)) => Ok(points),
+        (None, None) => Err("neither POINTS nor WIDTH in the header".into()),
+    }
+}
+
+fn fields_of(found: &Lines) -> Result<(Vec<PcdField>, usize), String> {
+    let names = found.fields.len();
+    let lists = [("SIZE", &found.sizes), ("TYPE", &found.types), ("COUNT", &found.counts)];
+    for (key, list) in lists {
+        let may_lack = key == "COUNT" && list.is_empty();
+        if list.len() != names && !may_lack {
+            return Err(format!("{names} FIELDS, but {} entries in {key}", list.len()));
+        }
+    }
+    let (mut fields, mut offset, mut column) = (Vec::new(), 0_u64, 0);
+    for (k, ((name, size), letter)) in found.fields.iter().zip(&found.sizes).zip(&found.types).enumerate() {
+        let short = shorten(name);
+        let kind = PcdKind::new(letter, size).ok_or_else(|| {
+            format!("field `{short}` has the unknown type {} of {} bytes", shorten(letter), shorten(size))
+        })?;
+        let count = found.counts.get(k).map_or("1", String::as_str);
+        let count = count.parse::<u64>().ok().filter(|&count| count <= MAX_POINT_BYTES);
+        let count = count.ok_or_else(|| {
+            let value = found.counts.get(k).map_or("", String::as_str);
+            format!("field `{short}` has a COUNT of `{}`", shorten(value))
+        })?;
+        let field = PcdField {
+            name: name.clone(),
+            kind,
+            offset_bytes: offset as usize,
+            column,
+            count: count as usize,
+        };
+        column += field.count;
+        offset += field.bytes() as u64;
+        if offset > MAX_POINT_BYTES {
+            return Err(format!("a point of {offset} bytes and more; at most {MAX_POINT_BYTES} are read"));
+        }
+        fields.push(field);
+    }
+    Ok((fields, offset as usize))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header(text: &str) -> Result<PcdHeader, String> {
+        read_header(&mut text.as_bytes()).map_err(|error| error.to_string())
+    }
+
+    const FULL: &str = "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z _ rgb normal t\n\
+        SIZE 8 4 4 1 4 4 8\nTYPE F F F U U F I\nCOUNT 1 1 1 3 1 3 1\nWIDTH 4\nHEIGHT 2\n\
+        VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 8\nDATA binary\n";
+
+    #[test]
+    fn fields_have_their_places() {
+        let header = header(&format!("{FULL}xyz")).unwrap();
+        let places: Vec<_> = header
+            .fields
+            .iter()
+            .map(|f| (f.name.as_str(), f.kind, f.offset_bytes, f.column, f.count))
+            .collect();
+        assert_eq!(
+            places,
+            [
+                ("x", PcdKind::F64, 0, 0, 1),
+                ("y", PcdKind::F32, 8, 1, 1),
+                ("z", PcdKind::F32, 12, 2, 1),
+                ("_", PcdKind::U8, 16, 3, 3),
+                ("rgb", PcdKind::U32, 19, 6, 1),
+                ("normal", PcdKind::F32, 23, 7, 3),
+                ("t", PcdKind::I64, 35, 10, 1),
+            ]
+        );
+        assert_eq!((header.point_bytes, header.points, header.data), (43, 8, PcdData::Binary));
+        assert_eq!((header.lines, header.bytes), (11, FULL.len() as u64));
+        assert_eq!(header.xyz().unwrap().map(|field| field.offset_bytes), [0, 8, 12]);
+        assert!(header.check_length(header.bytes + 344).is_ok());
+        assert!(header.check_length(header.bytes + 343).is_err());
+        // Compressed, the padding is left out, or kept.
+        let at = |claimed| -> Vec<u64> { header.columns(claimed).unwrap().iter().map(|c| c.1).collect() };
+        assert_eq!(at(8 * 40), [0, 64, 96, 128, 160, 256]);
+        assert_eq!(at(8 * 43), [0, 64, 96, 128, 152, 184, 280]);
+        assert!(header.columns(8 * 41).is_err());
+    }
+
+    #[test]
+    fn old_and_short_headers_are_read() {
+        let old = "COLUMNS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 5\nDATA ascii\n";
+        assert_eq!(header(old).unwrap().points, 5);
+        let text = "FIELDS x y z\r\nSIZE 4 4 4\r\nTYPE F F F\r\nWIDTH 7\r\nDATA ascii\r\n";
+        assert_eq!(header(text).unwrap().points, 7);
+    }
+
+    #[test]
+    fn lies_are_named() {
+        let cases = [
+            ("POINTS 8", "POINTS 9", "9 POINTS, but WIDTH times HEIGHT is 8"),
+            ("HEIGHT 2", "HEIGHT 18446744073709551615", "is too large"),
+            ("POINTS 8", "POINTS -8", "line 10: POINTS of `-8` is no count"),
+            ("COUNT 1 1 1 3 1 3 1", "COUNT 1 1 1 3", "7 FIELDS, but 4 entries in COUNT"),
+            ("COUNT 1 1 1 3", "COUNT 1 1 1 x", "`_` has a COUNT of `x`"),
+            ("COUNT 1 1 1 3", "COUNT 1 1 1 18446744073709551615", "a COUNT of `18446744073709551615`"),
+            ("COUNT 1 1 1 3 1 3", "COUNT 1 1 1 3 1 1000000", "a point of 4000023 bytes"),
+            ("SIZE 8 4", "SIZE 3 4", "`x` has the unknown type F of 3 bytes"),
+            ("DATA binary", "DATA zip", "line 11: data kept as `zip`"),
+            ("VIEWPOINT", "VIEW", "not a line of a PCD header"),
+            ("DATA binary\n", "", "line 11: the file ends in the header"),
+            ("WIDTH 4\n", "", "HEIGHT 2 without WIDTH"),
+        ];
+        for (from, to, problem) in cases {
+            assert!(FULL.contains(from), "{from}");
+            let error = header(&FULL.replace(from, to)).unwrap_err();
+            assert!(error.contains(problem), "{error}");
+        }
+        let lacks = |from, to| header(&FULL.replace(from, to)).unwrap().xyz().unwrap_err().to_string();
+        assert!(lacks("FIELDS x", "FIELDS X").contains("lack the field `x`"));
+        assert!(lacks("TYPE F F F", "TYPE F F I").contains("field `z` is int32"));
+        assert!(lacks("COUNT 1 1 1", "COUNT 1 1 2").contains("field `z` has 2 numbers"));
+    }
+}

@@ -1,0 +1,252 @@
+//! Triangle meshes given as maps: what is cast into the surfels of their samples, against the triangles.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use dmp::{Config, Ego, MapSource, Residuals, Run, ScoredReturns, Watch, evaluate};
+use dmp_sensor::{Isometry3, Scan, Trajectory};
+use nalgebra::Vector3;
+
+use crate::common::{open, score, small_town, write_mcap};
+
+type Triangle = [[f64; 3]; 3];
+const VOXEL_M: f64 = 0.2;
+
+/// Two triangles for each face of a room or a house.
+fn cuboid(low: [f64; 3], high: [f64; 3]) -> Vec<Triangle> {
+    let corner =
+        |k: usize| std::array::from_fn(|axis| if k >> axis & 1 == 0 { low[axis] } else { high[axis] });
+    let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+    faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).map(|t| t.map(corner)).collect()
+}
+
+/// The inside of a silo of flat strips.
+fn cylinder(radius_m: f64, height_m: f64, strips: usize) -> Vec<Triangle> {
+    let at = |k: usize, z: f64| {
+        let angle = std::f64::consts::TAU * k as f64 / strips as f64;
+        [radius_m * angle.cos(), radius_m * angle.sin(), z]
+    };
+    let strip = |k: usize| {
+        let [a, b, c, d] = [at(k, 0.0), at(k + 1, 0.0), at(k + 1, height_m), at(k, height_m)];
+        [[a, b, c], [a, c, d]]
+    };
+    (0..strips).flat_map(strip).collect()
+}
+
+fn write_obj(path: &Path, triangles: &[Triangle]) {
+    let mut text = String::new();
+    for [x, y, z] in triangles.iter().flatten() {
+        writeln!(text, "v {x} {y} {z}").unwrap();
+    }
+    for k in 0..triangles.len() {
+        writeln!(text, "f {} {} {}", 3 * k + 1, 3 * k + 2, 3 * k + 3).unwrap();
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+fn write_ply(path: &Path, triangles: &[Triangle]) {
+    let count = triangles.len();
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
+         element face {count}\nproperty list uchar int vertex_indices\nend_header\n",
+        3 * count
+    );
+    for [x, y, z] in triangles.iter().flatten() {
+        writeln!(text, "{x} {y} {z}").unwrap();
+    }
+    for k in 0..count {
+        writeln!(text, "3 {} {} {}", 3 * k, 3 * k + 1, 3 * k + 2).unwrap();
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+fn small_log(folder: &Path) -> (PathBuf, Trajectory) {
+    let path = folder.join("town.mcap");
+    let (scans, truth) = small_town(10, 60);
+    write_mcap(&path, &scans);
+    (path, truth)
+}
+
+/// The first triangle along a ray: its range and the cosine of the incidence (Möller & Trumbore 1997).
+fn first_triangle(
+    origin: Vector3<f64>,
+    direction: Vector3<f64>,
+    triangles: &[Triangle],
+) -> Option<(f64, f64)> {
+    let hit = |triangle: &Triangle| {
+        let [a, b, c] = triangle.map(Vector3::from);
+        let (ab, ac) = (b - a, c - a);
+        let p = direction.cross(&ac);
+        let determinant = ab.dot(&p);
+        let (from, q) = (origin - a, (origin - a).cross(&ab));
+        let (u, v) = (from.dot(&p) / determinant, direction.dot(&q) / determinant);
+        let range_m = ac.dot(&q) / determinant;
+        let inside = u >= -1e-12 && v >= -1e-12 && u + v <= 1.0 + 1e-12 && range_m > 0.0;
+        let cos = ab.cross(&ac).normalize().dot(&direction).abs();
+        (determinant.abs() > 1e-12 && inside).then_some((range_m, cos))
+    };
+    triangles.iter().filter_map(hit).min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// Directions spread over the sphere.
+fn directions(count: usize) -> impl Iterator<Item = Vector3<f64>> {
+    (0..count).map(move |k| {
+        let z = 1.0 - (2.0 * k as f64 + 1.0) / count as f64;
+        let (around, flat) = (2.399_963 * k as f64, (1.0 - z * z).sqrt());
+        Vector3::new(flat * around.cos(), flat * around.sin(), z)
+    })
+}
+
+/// Keeps the residuals of a scan in its order.
+struct Seen(Mutex<Vec<Residuals>>);
+
+impl Watch for Seen {
+    fn returns_scored(&self, returns: &ScoredReturns<'_>) {
+        self.0.lock().unwrap().extend_from_slice(&returns.residuals[0]);
+    }
+}
+
+/// Off the plane of the mesh where the caster is, metres, for rays that meet it at `clear_m` or more of any
+/// edge of the shape and not too flat; and the share of those rays that hit nothing.
+fn errors_of(
+    name: &str,
+    triangles: &[Triangle],
+    origin: [f64; 3],
+    clear: impl Fn(Vector3<f64>) -> bool,
+) -> (Vec<f64>, f64) {
+    let folder = tempfile::tempdir().unwrap();
+    let map = folder.path().join(name);
+    if name.ends_with("obj") {
+        write_obj(&map, triangles)
+    } else {
+        write_ply(&map, triangles)
+    }
+    // A sensor that stands still and measures the triangles themselves.
+    let origin = Vector3::from(origin);
+    let (mut points, mut cosines) = (Vec::new(), Vec::new());
+    for direction in directions(20_000) {
+        let Some((range_m, cos)) = first_triangle(origin, direction, triangles) else { continue };
+        if cos > 0.2 && clear(origin + direction * range_m) {
+            points.push((direction * range_m).map(|c| c as f32).into());
+            cosines.push(cos);
+        }
+    }
+    let log = folder.path().join("still.mcap");
+    let scan = Scan { stamp_ns: Some(0), points_in_sensor_m: points, time_offsets_ns: Vec::new() };
+    write_mcap(&log, &[scan]);
+    let pose = Isometry3::translation(origin.x, origin.y, origin.z);
+    let still = Trajectory::stamped(vec![(-1, pose), (1, pose)]).unwrap().trajectory;
+    let runs = [Run { map: MapSource::Given(map), ..Run::new("given", still) }];
+    let config = Config { voxel_m: Some(VOXEL_M), ego: Ego::None, ..Config::default() };
+    let residuals = Seen(Mutex::new(Vec::new()));
+    evaluate(open(&log).as_ref(), &runs, &config, &residuals).unwrap();
+    let residuals = residuals.0.into_inner().unwrap();
+    assert_eq!(residuals.len(), cosines.len());
+    let mut errors: Vec<f64> = residuals
+        .iter()
+        .zip(&cosines)
+        .filter_map(|(residual, cos)| Some(residual.first_m?.abs() * cos))
+        .collect();
+    let missed = 1.0 - errors.len() as f64 / cosines.len() as f64;
+    errors.sort_by(f64::total_cmp);
+    let at = |share: f64| 1e3 * errors[(share * (errors.len() - 1) as f64) as usize];
+    println!(
+        "{name}: {} rays, {missed:.5} hit nothing; median {:.3} mm, 99 % below {:.3} mm, largest {:.3} mm",
+        cosines.len(),
+        at(0.5),
+        at(0.99),
+        at(1.0)
+    );
+    (errors, missed)
+}
+
+/// Whether a place is a cell's edge or more from all planes of a box but the one it is on.
+fn off_edges(place: Vector3<f64>, low: [f64; 3], high: [f64; 3], clear_m: f64) -> bool {
+    let near = (0..3).filter(|&k| (place[k] - low[k]).min(high[k] - place[k]).abs() < clear_m);
+    near.count() == 1
+}
+
+#[test]
+fn rays_into_a_sampled_mesh_stop_where_its_triangles_are() {
+    // A room whose walls are not on the voxels' borders, a tilted plane, a silo.
+    let (low, high) = ([-7.33, -4.71, -1.57], [8.13, 5.29, 3.41]);
+    let (errors, missed) = errors_of("room.obj", &cuboid(low, high), [0.3, 0.2, 0.1], |p| {
+        off_edges(p, low, high, 4.0 * VOXEL_M)
+    });
+    assert!(missed == 0.0 && *errors.last().unwrap() < 1e-3);
+    let plane = [[[-30.0, -30.0, -4.0], [30.0, -30.0, -1.0], [30.0, 30.0, -2.0]]];
+    let far = |p: Vector3<f64>| p.x - p.y > 2.0 && p.x < 28.0 && p.y > -28.0;
+    let (errors, missed) = errors_of("plane.ply", &plane, [3.0, -3.0, 1.0], far);
+    assert!(missed == 0.0 && *errors.last().unwrap() < 1e-3);
+    let silo = cylinder(5.0, 12.0, 720);
+    let inside = |p: Vector3<f64>| (1.0..11.0).contains(&p.z);
+    let (errors, missed) = errors_of("silo.obj", &silo, [0.4, -0.2, 6.1], inside);
+    assert!(missed == 0.0 && *errors.last().unwrap() < 3e-3);
+}
+
+/// Near an edge the map is what a fused one is there too: a voxel on the edge mixes both sides.
+#[test]
+fn near_an_edge_a_sampled_mesh_is_off_by_less_than_half_a_voxel() {
+    let (low, high) = ([-7.33, -4.71, -1.57], [8.13, 5.29, 3.41]);
+    let (errors, missed) = errors_of("room.obj", &cuboid(low, high), [0.3, 0.2, 0.1], |p| {
+        !off_edges(p, low, high, 2.0 * VOXEL_M)
+    });
+    let within = errors.iter().filter(|e| **e < 0.5 * VOXEL_M).count() as f64 / errors.len() as f64;
+    println!("{within:.4} of them within half a voxel");
+    assert!(missed < 0.01 && within > 0.95);
+}
+
+#[test]
+fn a_mesh_is_the_same_in_ply_and_obj_and_says_what_was_made_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, truth) = small_log(folder.path());
+    let mut triangles = cuboid([-40.0, -40.0, 0.0], [40.0, 40.0, 12.0]);
+    let [ply, obj] = ["room.ply", "room.obj"].map(|name| folder.path().join(name));
+    triangles.push([[f64::NAN, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    write_ply(&ply, &triangles);
+    write_obj(&obj, &triangles);
+    let config = Config { voxel_m: Some(0.5), ..Config::default() };
+    let of = |map: &PathBuf, config: &Config| {
+        let report = score(
+            &log,
+            &[Run { map: MapSource::Given(map.clone()), ..Run::new("given", truth.clone()) }],
+            config,
+        );
+        (report.runs[0].clone(), report.inputs.runs[0].map_notes.clone())
+    };
+    let ((from_ply, notes), (from_obj, _)) = (of(&ply, &config), of(&obj, &config));
+    assert_eq!(from_ply, from_obj);
+    assert_eq!(from_ply.map.map_points_dropped, 1);
+    assert!(from_ply.warnings.iter().any(|w| w.starts_with("1 points or triangles of the given map")));
+    assert_eq!(notes, ["PLY mesh of 13 triangles, 16640.0 m², sampled each 0.100 m"]);
+    // The same room in feet.
+    let in_feet: Vec<Triangle> = triangles.iter().map(|t| t.map(|c| c.map(|x| x / 0.3048))).collect();
+    write_obj(&obj, &in_feet);
+    let (from_feet, notes) = of(&obj, &Config { map_unit: Some(dmp::LengthUnit::Foot), ..config });
+    let (a, b) = (from_feet.r_near_m2.at_0_5.unwrap(), from_obj.r_near_m2.at_0_5.unwrap());
+    assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
+    assert_eq!(notes[1], "in feet, as --map-unit says: brought to metres");
+}
+
+#[test]
+fn row_03_a_triangle_beyond_reason_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, truth) = small_log(folder.path());
+    let map = folder.path().join("huge.obj");
+    let mut triangles = cuboid([-5.0; 3], [5.0; 3]);
+    triangles.push([[0.0; 3], [1e7, 0.0, 0.0], [0.0, 1e7, 0.0]]);
+    let fail = |triangles: &[Triangle]| {
+        write_obj(&map, triangles);
+        let runs = [Run { map: MapSource::Given(map.clone()), ..Run::new("given", truth.clone()) }];
+        let error = evaluate(open(&log).as_ref(), &runs, &Config::default(), &()).unwrap_err();
+        let chain = std::iter::successors(Some(&error as &dyn std::error::Error), |cause| cause.source());
+        chain.map(ToString::to_string).collect::<Vec<_>>().join(": ")
+    };
+    let text = fail(&triangles);
+    assert!(text.contains("run `given`: triangle 12 (from 0)") && text.contains("5.000e13 m²"), "{text}");
+    // A sliver has hardly any area, and still leaves the world.
+    let sliver = [[[0.0; 3], [1e9, 0.0, 0.0], [1e9, 1e-5, 0.0]]];
+    let text = fail(&sliver);
+    assert!(text.contains("outside the world"), "{text}");
+}
