@@ -29,6 +29,7 @@ mod ray;
 mod returns;
 mod scan;
 mod trajectory;
+mod travel;
 
 pub use ego::{EgoMask, EgoVotes};
 pub use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
