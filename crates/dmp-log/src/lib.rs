@@ -5,12 +5,14 @@
 //! ([`FrameInfo`]), a [`LogSummary`] of what was found, guessed and damaged, and a [`ScanReader`] for each
 //! thread, which fills a [`Scan`](dmp_sensor::Scan) with one scan at a time. [`read_trajectory`] reads
 //! poses. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a reference.
-//! [`McapScanWriter`], [`BinFolderWriter`], [`write_tum`] and [`write_kitti`] write what the readers read.
+//! [`McapScanWriter`], [`BinFolderWriter`], [`write_tum`], [`write_euroc`] and [`write_kitti`] write what the
+//! readers read. [`read_calib`] says where a LiDAR sits on a camera.
 //!
 //! | what | formats |
 //! |---|---|
 //! | scan log | MCAP with `sensor_msgs/msg/PointCloud2` in CDR; a folder of KITTI `.bin` scans, with `times.txt` and `times/*.f32` |
-//! | trajectory | TUM; KITTI rows, with `times.txt`; EuRoC csv |
+//! | trajectory | TUM; KITTI rows and `.npy`, with `times.txt`; EuRoC csv; vertices of g2o graphs |
+//! | calibration | KITTI `calib.txt`, `calib_velo_to_cam.txt` |
 //! | cloud | LAS, LAZ, PLY, PCD |
 //! | mesh | PLY, OBJ |
 //!
@@ -45,6 +47,7 @@
 mod atomic;
 mod bag;
 mod bag_log;
+mod calib;
 mod cloud;
 mod decimal;
 mod error;
@@ -62,6 +65,7 @@ mod unit;
 mod write_folder;
 mod write_mcap;
 
+pub use calib::{Calib, find_calib, parse_calib, read_calib};
 pub use cloud::{CloudFormat, CloudSummary, read_cloud};
 pub use error::{LogError, ParseError, Place};
 pub use log::{
@@ -71,8 +75,9 @@ pub use mesh::{MeshFormat, MeshSummary, is_mesh, read_mesh};
 pub use open::open_log;
 pub use points::{PointTime, StampAt, TimeUnit};
 pub use trajectory::{
-    RawTrajectory, TrajectoryFile, TrajectoryFormat, TrajectoryParseError, parse_euroc, parse_kitti,
-    parse_raw, parse_tum, read_raw_trajectory, read_trajectory, write_kitti, write_tum,
+    GraphVertices, RawTrajectory, TrajectoryFile, TrajectoryFormat, TrajectoryParseError, parse_euroc,
+    parse_g2o, parse_kitti, parse_npy, parse_raw, parse_tum, read_raw_trajectory, read_trajectory,
+    read_trajectory_as, write_euroc, write_kitti, write_tum,
 };
 pub use unit::LengthUnit;
 pub use write_folder::BinFolderWriter;

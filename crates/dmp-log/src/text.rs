@@ -25,3 +25,9 @@ pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = Result<(Place, Vec<&st
         }
     })
 }
+
+/// Whether the last line has data but no line end, as in a file that is cut.
+pub(crate) fn is_cut(bytes: &[u8]) -> bool {
+    let last = bytes.rsplit(|&c| c == b'\n').next().unwrap_or_default();
+    last.iter().any(|c| !c.is_ascii_whitespace())
+}

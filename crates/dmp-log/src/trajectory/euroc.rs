@@ -1,8 +1,10 @@
-use super::{TrajectoryParseError, check_place, pose_of, values};
+use super::TrajectoryParseError;
+use super::numbers::{pose_of, values};
 use crate::decimal::shorten;
 use crate::text::lines;
 use crate::{ParseError, Place};
 use dmp_sensor::{Trajectory, TrajectoryRepairs};
+use std::io::{self, Write};
 
 /// Columns that are used; velocities and biases may follow.
 pub(super) const COLUMNS: usize = 8;
@@ -27,7 +29,6 @@ pub fn parse_euroc(bytes: &[u8]) -> Result<TrajectoryRepairs, TrajectoryParseErr
             )
         })?;
         let [_, x, y, z, qw, qx, qy, qz] = values;
-        check_place(place, [x, y, z])?;
         poses.push((stamp_ns, pose_of(place, [x, y, z], [qx, qy, qz, qw])?));
     }
     Ok(Trajectory::stamped(poses)?)
@@ -49,4 +50,26 @@ pub(super) fn row(
         return Err(ParseError::new(place, problem));
     }
     values(place, columns)
+}
+
+/// Writes the ground truth format of EuRoC, with the heading of the dataset and without the state behind
+/// the pose; [`parse_euroc`] gives the same stamps and places back.
+///
+/// # Errors
+/// When the trajectory has no stamps (`InvalidInput`), or as `out` does.
+pub fn write_euroc(out: &mut impl Write, trajectory: &Trajectory) -> io::Result<()> {
+    let Some(stamps_ns) = trajectory.stamps_ns() else {
+        let problem = "the EuRoC format needs stamps, and the trajectory has none";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+    };
+    writeln!(
+        out,
+        "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []"
+    )?;
+    for (&stamp_ns, pose) in stamps_ns.iter().zip(trajectory.poses()) {
+        let [x, y, z] = pose.translation.vector.into();
+        let [qx, qy, qz, qw]: [f64; 4] = pose.rotation.coords.into();
+        writeln!(out, "{stamp_ns},{x},{y},{z},{qw},{qx},{qy},{qz}")?;
+    }
+    Ok(())
 }

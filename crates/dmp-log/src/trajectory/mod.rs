@@ -1,52 +1,32 @@
-//! Trajectories in text files.
+//! Trajectories in files.
 
 mod euroc;
+mod format;
+mod g2o;
 mod kitti;
+mod npy;
+pub(crate) mod numbers;
 mod raw;
+mod stamps;
 mod tum;
 
-pub use euroc::parse_euroc;
+pub use euroc::{parse_euroc, write_euroc};
+pub use format::TrajectoryFormat;
+pub use g2o::{GraphVertices, parse_g2o};
 pub use kitti::{parse_kitti, write_kitti};
+pub use npy::parse_npy;
 pub use raw::{RawTrajectory, parse_raw, read_raw_trajectory};
 pub use tum::{parse_tum, write_tum};
 
-use crate::decimal::shorten;
-use crate::folder::parse_times;
-use crate::text::lines;
+use crate::text::is_cut;
 use crate::{LogError, ParseError, Place, fingerprint};
-use dmp_sensor::{Isometry3, Quaternion, Trajectory, TrajectoryRepairs, Translation3, UnitQuaternion};
+use dmp_sensor::{Trajectory, TrajectoryRepairs};
+use format::{find_format, no_poses};
 use std::fs;
 use std::path::Path;
 
-/// Farthest a pose may be from the world's origin, metres: ten times the size of the Earth.
-const MAX_PLACE_M: f64 = 1e8;
 /// Largest trajectory that is read. A day at 200 poses a second has 2 GiB; more is another file.
 const MAX_BYTES: u64 = 4 << 30;
-/// How far the norm of a quaternion may be from 1: text is rounded, but not by this much.
-const NORM_TOLERANCE: f64 = 0.1;
-
-/// The formats of trajectories.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum TrajectoryFormat {
-    /// Lines of `stamp tx ty tz qx qy qz qw`.
-    Tum,
-    /// Lines of the twelve numbers of a 3 × 4 matrix.
-    Kitti,
-    /// Lines of `stamp_ns,x,y,z,qw,qx,qy,qz` and perhaps more columns.
-    Euroc,
-}
-
-impl TrajectoryFormat {
-    /// Its name for people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Tum => "TUM",
-            Self::Kitti => "KITTI",
-            Self::Euroc => "EuRoC",
-        }
-    }
-}
 
 /// A trajectory read from a file.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,23 +67,63 @@ impl TrajectoryParseError {
     }
 }
 
-/// Reads a trajectory in TUM, KITTI or EuRoC format, told apart by the columns of its first line. Poses in
-/// KITTI format have the stamps of a `times.txt` beside the file where that has as many lines.
+/// Reads a trajectory in the format that is found by looking: arrays by their first bytes, text by its
+/// first line with data. Poses in a format without stamps (KITTI, `.npy`) have those of a `times.txt`
+/// beside the file where that has as many lines.
 ///
 /// # Errors
 /// When the file cannot be read, has no poses, is in no such format, or breaks it in some line.
 pub fn read_trajectory(path: &Path) -> Result<TrajectoryFile, LogError> {
+    read_trajectory_as(path, None)
+}
+
+/// As [`read_trajectory`], in this format where one is given.
+///
+/// # Errors
+/// As [`read_trajectory`].
+pub fn read_trajectory_as(path: &Path, format: Option<TrajectoryFormat>) -> Result<TrajectoryFile, LogError> {
     let bytes = read_bytes(path)?;
     let fingerprint = fingerprint::of_file(path).map_err(|e| LogError::io(path, "read", e))?;
     let mut notes = Vec::new();
-    let format = find_format(path, &bytes)?;
-    let repairs = match format {
-        TrajectoryFormat::Tum => parse_tum(&bytes).map_err(|e| e.in_file(path))?,
-        TrajectoryFormat::Euroc => parse_euroc(&bytes).map_err(|e| e.in_file(path))?,
-        TrajectoryFormat::Kitti => read_kitti(path, &bytes, &mut notes)?,
+    let format = match format {
+        Some(format) => format,
+        None => find_format(path, &bytes)?,
     };
+    let in_file = |error: TrajectoryParseError| match error {
+        TrajectoryParseError::Poses(dmp_sensor::TrajectoryError::Empty) => no_poses(&bytes).in_file(path),
+        error => error.in_file(path),
+    };
+    let repairs = match format {
+        TrajectoryFormat::Tum => parse_tum(&bytes).map_err(in_file)?,
+        TrajectoryFormat::Euroc => parse_euroc(&bytes).map_err(in_file)?,
+        TrajectoryFormat::Kitti => {
+            stamps::from_times_beside(path, parse_kitti(&bytes).map_err(in_file)?, &mut notes)?
+        }
+        TrajectoryFormat::Npy => {
+            stamps::from_times_beside(path, parse_npy(&bytes).map_err(in_file)?, &mut notes)?
+        }
+        TrajectoryFormat::G2o => of_graph(parse_g2o(&bytes).map_err(in_file)?, &mut notes),
+    };
+    if format != TrajectoryFormat::Npy && is_cut(&bytes) {
+        notes.push("the last line has no end: it may be cut".into());
+    }
     let TrajectoryRepairs { trajectory, out_of_order, repeated } = repairs;
     Ok(TrajectoryFile { format, trajectory, out_of_order, repeated, notes, fingerprint })
+}
+
+fn of_graph(graph: GraphVertices, notes: &mut Vec<String>) -> TrajectoryRepairs {
+    let GraphVertices { trajectory, ids, out_of_order, repeated, other_vertices } = graph;
+    if let (Some(first), Some(last)) = (ids.first(), ids.last()) {
+        let whole = i64::try_from(ids.len()).is_ok_and(|count| last.checked_sub(*first) == Some(count - 1));
+        let gaps = if whole { "" } else { ", not all of them" };
+        notes.push(format!(
+            "no stamps: the n-th pose in the order of the ids ({first} to {last}{gaps}) belongs to the n-th scan"
+        ));
+    }
+    if other_vertices > 0 {
+        notes.push(format!("{other_vertices} vertices of other types left out"));
+    }
+    TrajectoryRepairs { trajectory, out_of_order, repeated }
 }
 
 /// The bytes of a file that is not too large to be a trajectory.
@@ -114,117 +134,4 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, LogError> {
         return Err(LogError::malformed(path, Place::WholeFile, problem));
     }
     fs::read(path).map_err(|e| LogError::io(path, "read", e))
-}
-
-/// The format, by the first line with data.
-fn find_format(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat, LogError> {
-    let Some(first) = lines(bytes).next() else {
-        let problem = format!("no poses in {} bytes", bytes.len());
-        return Err(LogError::malformed(path, Place::WholeFile, problem));
-    };
-    let (place, columns) = first.map_err(|e| e.in_file(path))?;
-    if is_euroc(bytes, place, &columns) {
-        return Ok(TrajectoryFormat::Euroc);
-    }
-    match columns.len() {
-        8 => Ok(TrajectoryFormat::Tum),
-        12 => Ok(TrajectoryFormat::Kitti),
-        count => {
-            let first = columns.first().copied().unwrap_or_default();
-            let problem = format!(
-                "{count} columns starting with `{}`: neither TUM (8: stamp tx ty tz qx qy qz qw) nor KITTI (12) \
-                nor EuRoC (8 or more with commas: stamp_ns,x,y,z,qw,qx,qy,qz)",
-                shorten(first)
-            );
-            Err(LogError::malformed(path, place, problem))
-        }
-    }
-}
-
-/// Whether the lines are EuRoC's: parted by commas, and stamps in nanoseconds, by the heading (`[ns]`) or
-/// by their digits (TUM's seconds since 1970 have ten before the point).
-fn is_euroc(bytes: &[u8], place: Place, columns: &[&str]) -> bool {
-    let Place::Line(number) = place else { return false };
-    let count = usize::try_from(number).unwrap_or(usize::MAX);
-    let mut commented = bytes.split(|&c| c == b'\n').take(count);
-    let line = commented.clone().last().unwrap_or_default();
-    let mut in_ns = || commented.any(|line| line.starts_with(b"#") && line.windows(4).any(|w| w == b"[ns]"));
-    let whole = |stamp: &&str| stamp.len() >= 15 && stamp.bytes().all(|c| c.is_ascii_digit());
-    columns.len() >= euroc::COLUMNS && line.contains(&b',') && (columns.first().is_some_and(whole) || in_ns())
-}
-
-fn read_kitti(path: &Path, bytes: &[u8], notes: &mut Vec<String>) -> Result<TrajectoryRepairs, LogError> {
-    let trajectory = parse_kitti(bytes).map_err(|e| e.in_file(path))?;
-    let times = path.with_file_name("times.txt");
-    if times.is_file() && times != path {
-        let text = fs::read(&times).map_err(|e| LogError::io(&times, "read", e))?;
-        let stamps_ns = parse_times(&text).map_err(|e| e.in_file(&times))?;
-        if stamps_ns.len() == trajectory.len() {
-            notes.push(format!("stamps from {}", times.display()));
-            let poses = stamps_ns.into_iter().zip(trajectory.poses().iter().copied()).collect();
-            return Trajectory::stamped(poses)
-                .map_err(|source| LogError::Trajectory { path: times.clone(), source });
-        }
-        notes.push(format!(
-            "{} has {} lines for {} poses and is not used: the n-th pose belongs to the n-th scan",
-            times.display(),
-            stamps_ns.len(),
-            trajectory.len()
-        ));
-    } else {
-        notes.push("no stamps: the n-th pose belongs to the n-th scan".into());
-    }
-    Ok(TrajectoryRepairs { trajectory, out_of_order: 0, repeated: 0 })
-}
-
-/// The columns of a line as `N` finite numbers.
-fn numbers<const N: usize>(place: Place, columns: &[&str], what: &str) -> Result<[f64; N], ParseError> {
-    if columns.len() != N {
-        let problem = format!("{} columns, expected {N} ({what}): is the line cut?", columns.len());
-        return Err(ParseError::new(place, problem));
-    }
-    values(place, columns)
-}
-
-/// The first `N` columns as finite numbers. There must be as many.
-fn values<const N: usize>(place: Place, columns: &[&str]) -> Result<[f64; N], ParseError> {
-    let mut values = [0.0; N];
-    for (value, &column) in values.iter_mut().zip(columns) {
-        *value = match column.parse::<f64>() {
-            Ok(number) if number.is_finite() => number,
-            Ok(_) => return Err(ParseError::new(place, format!("`{}` is not finite", shorten(column)))),
-            Err(_) => return Err(ParseError::new(place, format!("`{}` is not a number", shorten(column)))),
-        };
-    }
-    Ok(values)
-}
-
-/// A pose of a place and a quaternion `(x, y, z, w)` that is nearly of unit length.
-fn pose_of(
-    place: Place,
-    position_m: [f64; 3],
-    [qx, qy, qz, qw]: [f64; 4],
-) -> Result<Isometry3<f64>, ParseError> {
-    let quaternion = Quaternion::new(qw, qx, qy, qz);
-    let norm = quaternion.norm();
-    if norm < 1e-6 {
-        let problem = format!("the quaternion ({qx}, {qy}, {qz}, {qw}) is zero: no rotation");
-        return Err(ParseError::new(place, problem));
-    }
-    if (norm - 1.0).abs() > NORM_TOLERANCE {
-        let problem = format!("the quaternion ({qx}, {qy}, {qz}, {qw}) has the norm {norm:.4}, not 1");
-        return Err(ParseError::new(place, problem));
-    }
-    let rotation = UnitQuaternion::from_quaternion(quaternion);
-    Ok(Isometry3::from_parts(Translation3::from(position_m), rotation))
-}
-
-fn check_place(place: Place, position_m: [f64; 3]) -> Result<(), ParseError> {
-    let [x, y, z] = position_m;
-    match position_m.into_iter().find(|c| c.abs() > MAX_PLACE_M) {
-        None => Ok(()),
-        Some(far) => {
-            Err(ParseError::new(place, format!("the position ({x}, {y}, {z}) is {far:e} m from the origin")))
-        }
-    }
 }

@@ -1,4 +1,5 @@
-use super::{TrajectoryParseError, check_place, numbers, pose_of};
+use super::TrajectoryParseError;
+use super::numbers::{numbers, pose_of};
 use crate::decimal::{ns_to_seconds, seconds_to_ns};
 use crate::text::lines;
 use crate::{ParseError, Place};
@@ -24,7 +25,6 @@ fn parse_line(place: Place, columns: &[&str]) -> Result<(i64, Isometry3<f64>), P
     let [_, tx, ty, tz, qx, qy, qz, qw] = numbers::<8>(place, columns, "stamp tx ty tz qx qy qz qw")?;
     let stamp = columns.first().copied().unwrap_or_default();
     let stamp_ns = seconds_to_ns(stamp).map_err(|problem| ParseError::new(place, problem))?;
-    check_place(place, [tx, ty, tz])?;
     Ok((stamp_ns, pose_of(place, [tx, ty, tz], [qx, qy, qz, qw])?))
 }
 

@@ -1,17 +1,21 @@
 //! Tests of the readers and writers on whole files.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod calib;
 mod cloud;
 mod common;
 mod conformance;
 mod folder;
 mod forged;
+mod g2o;
 mod mcap_damage;
 mod mcap_messages;
 mod mesh;
 mod mutation;
+mod npy;
 mod pcd;
 mod point_time;
 mod real_data;
 mod round_trip;
+mod row_18;
 mod trajectory;

@@ -1,7 +1,8 @@
 //! A few hundred damaged files of each format: whatever comes of them, it is an answer and no panic.
 
 use crate::common::{Message, POINTS, Random, scans, write_mcap, write_with};
-use dmp_log::{LogOptions, McapCompression, open_log, read_trajectory};
+use crate::npy::{IDENTITY, npy};
+use dmp_log::{LogOptions, McapCompression, open_log, read_calib, read_trajectory};
 use dmp_sensor::Scan;
 use std::fs;
 use std::path::Path;
@@ -107,6 +108,13 @@ fn trajectories() {
         fs::write(&path, line.repeat(5)).unwrap();
         for_each_mutation(&path, 20 + seed as u64, |path| drop(read_trajectory(path)));
     }
+    let array = "{'descr': '<f8', 'fortran_order': False, 'shape': (5, 4, 4), }";
+    fs::write(&path, npy(array, &IDENTITY.repeat(5))).unwrap();
+    for_each_mutation(&path, 22, |path| drop(read_trajectory(path)));
+    fs::write(&path, "VERTEX_SE3:QUAT 7 1 2 3 0 0 0 1\nVERTEX_SE2 9 1 2 3\nEDGE_SE2 7 9 1\n").unwrap();
+    for_each_mutation(&path, 23, |path| drop(read_trajectory(path)));
+    fs::write(&path, "P0: 1 2\nTr: 0 -1 0 0 0 0 -1 -0.1 1 0 0 -0.3\n").unwrap();
+    for_each_mutation(&path, 24, |path| drop(read_calib(path)));
 }
 
 #[test]

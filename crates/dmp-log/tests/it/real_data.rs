@@ -76,3 +76,24 @@ fn kitti_rows_of_a_pose_graph_are_read() {
         assert_eq!(run.trajectory.stamps_ns(), None);
     }
 }
+
+/// Everyone writes the same poses: rows of matrices to seven digits before and after the optimisation,
+/// vertices to six decimals.
+#[test]
+fn vertices_of_a_pose_graph_are_its_odometry() {
+    let Some(folder) = data("pose_graphs") else { return };
+    let graph = read_trajectory(&folder.join("scdlo_singlesession_posegraph.g2o")).unwrap();
+    assert_eq!((graph.trajectory.len(), graph.format), (292, TrajectoryFormat::G2o));
+    assert_eq!((graph.out_of_order, graph.repeated, graph.trajectory.stamps_ns()), (0, 0, None));
+    assert_says(&graph.notes.join("; "), &["ids (0 to 291)"]);
+    let farthest_m = |name: &str| {
+        let rows = read_trajectory(&folder.join(name)).unwrap().trajectory;
+        let apart = graph.trajectory.poses().iter().zip(rows.poses());
+        let apart = apart.map(|(a, b)| (a.translation.vector - b.translation.vector).norm());
+        apart.fold(0.0, f64::max)
+    };
+    let (odometry_m, optimized_m) =
+        (farthest_m("scdlo_odom_poses.txt"), farthest_m("scdlo_optimized_poses.txt"));
+    println!("vertices lie {odometry_m} m from the odometry, {optimized_m} m from the optimised poses");
+    assert!(odometry_m < 1e-3 && optimized_m > 0.1);
+}

@@ -1,0 +1,33 @@
+use crate::LogError;
+use crate::folder::parse_times;
+use dmp_sensor::{Trajectory, TrajectoryRepairs};
+use std::fs;
+use std::path::Path;
+
+/// Gives poses without stamps those of a `times.txt` beside their file, where that has as many lines.
+pub(super) fn from_times_beside(
+    path: &Path,
+    trajectory: Trajectory,
+    notes: &mut Vec<String>,
+) -> Result<TrajectoryRepairs, LogError> {
+    let times = path.with_file_name("times.txt");
+    if times.is_file() && times != path {
+        let text = fs::read(&times).map_err(|e| LogError::io(&times, "read", e))?;
+        let stamps_ns = parse_times(&text).map_err(|e| e.in_file(&times))?;
+        if stamps_ns.len() == trajectory.len() {
+            notes.push(format!("stamps from {}", times.display()));
+            let poses = stamps_ns.into_iter().zip(trajectory.poses().iter().copied()).collect();
+            return Trajectory::stamped(poses)
+                .map_err(|source| LogError::Trajectory { path: times.clone(), source });
+        }
+        notes.push(format!(
+            "{} has {} lines for {} poses and is not used: the n-th pose belongs to the n-th scan",
+            times.display(),
+            stamps_ns.len(),
+            trajectory.len()
+        ));
+    } else {
+        notes.push("no stamps: the n-th pose belongs to the n-th scan".into());
+    }
+    Ok(TrajectoryRepairs { trajectory, out_of_order: 0, repeated: 0 })
+}
