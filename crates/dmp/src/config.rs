@@ -15,12 +15,40 @@ pub struct Run {
     pub trajectory: Trajectory,
     /// Its map.
     pub map: MapSource,
+    /// Where the sensor sits on the body that this trajectory moves; `None`: [`Config::body_from_sensor`].
+    pub body_from_sensor: Option<Isometry3<f64>>,
+    /// Where all this comes from, for the report.
+    pub source: RunSource,
+}
+
+/// Where a run comes from, in words. No number depends on it.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct RunSource {
+    /// The file or topic of the trajectory.
+    pub file: Option<String>,
+    /// Its format.
+    pub format: Option<String>,
+    /// Why `body_from_sensor` is what it is.
+    pub body_from_sensor: Option<String>,
+    /// What was guessed.
+    pub notes: Vec<String>,
 }
 
 impl Run {
-    /// A run whose map is fused from the scans.
+    /// A run whose map is fused from the scans, with the extrinsic of the settings.
     pub fn new(name: impl Into<String>, trajectory: Trajectory) -> Self {
-        Self { name: name.into(), trajectory, map: MapSource::Fused }
+        Self {
+            name: name.into(),
+            trajectory,
+            map: MapSource::Fused,
+            body_from_sensor: None,
+            source: RunSource::default(),
+        }
+    }
+
+    /// Where the sensor sits on the body of this run.
+    pub(crate) fn body_from_sensor(&self, config: &Config) -> Isometry3<f64> {
+        self.body_from_sensor.unwrap_or(config.body_from_sensor)
     }
 }
 
@@ -71,7 +99,7 @@ pub struct Config {
     pub ego: Ego,
     /// Only every n-th scan of the log is used, for the map and for the score.
     pub every: usize,
-    /// Where the sensor sits on the body that the trajectories move.
+    /// Where the sensor sits on the body that the trajectories move, for runs that do not say it themselves.
     pub body_from_sensor: Isometry3<f64>,
     /// Added to every stamp of the log before it is looked up in a trajectory, nanoseconds.
     pub time_offset_ns: i64,

@@ -41,7 +41,7 @@ mod report;
 mod trails;
 mod watch;
 
-pub use config::{Config, Ego, FrameOrder, MapSource, Run};
+pub use config::{Config, Ego, FrameOrder, MapSource, Run, RunSource};
 pub use error::EvaluateError;
 pub use evaluate::evaluate;
 pub use maps::{RunMaps, fuse_maps};

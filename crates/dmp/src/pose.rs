@@ -33,7 +33,7 @@ impl<'a> RunPoses<'a> {
     /// Pairs the run's poses with the log's scans.
     pub(crate) fn new(log: &dyn ScanLog, run: &'a Run, config: &Config) -> Result<Self, EvaluateError> {
         let max_gap_ns = config.max_time_gap_ns.unwrap_or_else(|| auto_gap_ns(run));
-        let track = Track::new(&run.trajectory, config.body_from_sensor, max_gap_ns);
+        let track = Track::new(&run.trajectory, run.body_from_sensor(config), max_gap_ns);
         Ok(Self { pairing: pairing_of(log, run)?, max_gap_ns, track })
     }
 

@@ -49,7 +49,7 @@ mod schema {
         pub(super) ego_cells: u64,
         pub(super) ego_box_m: Option<[[f64; 3]; 2]>,
         pub(super) every: u64,
-        pub(super) body_from_sensor: [f64; 7],
+        pub(super) body_from_sensor: Option<[f64; 7]>,
         pub(super) time_offset_s: f64,
         pub(super) sigma_m: f64,
         pub(super) miss_price: f64,
@@ -99,12 +99,17 @@ mod schema {
     #[expect(dead_code, reason = "every field must be there; not every one is asserted on")]
     pub(super) struct RunInput {
         pub(super) name: String,
+        pub(super) file: Option<String>,
+        pub(super) format: Option<String>,
         pub(super) poses: u64,
+        pub(super) body_from_sensor: [f64; 7],
+        pub(super) body_from_sensor_source: String,
         pub(super) pairing: String,
         pub(super) max_time_gap_s: f64,
         pub(super) scans_without_pose: u64,
         pub(super) map: String,
         pub(super) map_notes: Vec<String>,
+        pub(super) notes: Vec<String>,
     }
 
     #[derive(Debug, Deserialize)]
@@ -208,9 +213,15 @@ fn the_json_is_as_documented() {
     let documented = std::fs::read_to_string(workspace().join("docs/json.md")).unwrap();
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let documented_field = |field: &String| documented.contains(&format!("`{field}`"));
-    for part in
-        [&json, &json["config"], &json["inputs"], &json["runs"][0], &json["pairs"][0], &json["timing"]]
-    {
+    for part in [
+        &json,
+        &json["config"],
+        &json["inputs"],
+        &json["inputs"]["runs"][0],
+        &json["runs"][0],
+        &json["pairs"][0],
+        &json["timing"],
+    ] {
         let missing: Vec<&String> =
             part.as_object().unwrap().keys().filter(|f| !documented_field(f)).collect();
         assert!(missing.is_empty(), "not in docs/json.md: {missing:?}");

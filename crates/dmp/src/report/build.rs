@@ -2,7 +2,7 @@ use dmp_log::ScanLog;
 use dmp_reduce::{
     Basis, Comparison, Estimate, ScaleComparison, Verdict, log_likelihood_ratio_raw, log_likelihood_raw,
 };
-use dmp_sensor::{DropReason, ReturnCounts};
+use dmp_sensor::{DropReason, Isometry3, ReturnCounts};
 
 use super::{
     ConfigReport, CvScores, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport, NearScores,
@@ -64,8 +64,8 @@ pub(crate) fn build(
     let mut report = Report {
         schema: "dmp-score/1",
         dmp_version: env!("CARGO_PKG_VERSION"),
-        config: config_report(config, plan, scored),
-        inputs: input_report(log, runs, plan, maps, &scored.counts),
+        config: config_report(runs, config, plan, scored),
+        inputs: input_report(log, runs, config, plan, maps, &scored.counts),
         free_space: maps.trails.as_ref().map(|trails| FreeSpaceReport {
             votes: (0..runs.len()).filter(|&run| trails.votes[run]).map(name).collect(),
             returns_left_out: maps.left_out,
@@ -97,10 +97,20 @@ pub(crate) fn build(
     report
 }
 
-fn config_report(config: &Config, plan: &Plan<'_>, scored: &Scored) -> ConfigReport {
+/// A transform as x, y, z, qx, qy, qz, qw.
+fn seven(transform: Isometry3<f64>) -> [f64; 7] {
+    let (t, q) = (transform.translation.vector, transform.rotation.coords);
+    [t.x, t.y, t.z, q.x, q.y, q.z, q.w]
+}
+
+/// What all have in common; `None` where two differ.
+fn common<T: PartialEq>(mut values: impl Iterator<Item = T>) -> Option<T> {
+    let first = values.next()?;
+    values.all(|value| value == first).then_some(first)
+}
+
+fn config_report(runs: &[Run], config: &Config, plan: &Plan<'_>, scored: &Scored) -> ConfigReport {
     let lattice = scored.casters[0].store().lattice();
-    let extrinsic = &config.body_from_sensor;
-    let (t, q) = (extrinsic.translation.vector, extrinsic.rotation.coords);
     let starts = || plan.segments.starts.iter().map(|&ordinal| &plan.frames()[ordinal]);
     ConfigReport {
         voxel_m: lattice.voxel_m(),
@@ -128,7 +138,7 @@ fn config_report(config: &Config, plan: &Plan<'_>, scored: &Scored) -> ConfigRep
             Ego::Auto | Ego::None => None,
         },
         every: config.every,
-        body_from_sensor: [t.x, t.y, t.z, q.x, q.y, q.z, q.w],
+        body_from_sensor: common(runs.iter().map(|run| run.body_from_sensor(config))).map(seven),
         time_offset_s: config.time_offset_ns as f64 / 1e9,
         miss_price: config.miss_price.share(),
         sigma_m: config.sigma_m,
@@ -139,6 +149,7 @@ fn config_report(config: &Config, plan: &Plan<'_>, scored: &Scored) -> ConfigRep
 fn input_report(
     log: &dyn ScanLog,
     runs: &[Run],
+    config: &Config,
     plan: &Plan<'_>,
     maps: &Maps,
     counts: &ReturnCounts,
@@ -146,7 +157,15 @@ fn input_report(
     let summary = log.summary();
     let run_input = |(k, run): (usize, &Run)| RunInputReport {
         name: run.name.clone(),
+        file: run.source.file.clone(),
+        format: run.source.format.clone(),
         poses: run.trajectory.len(),
+        body_from_sensor: seven(run.body_from_sensor(config)),
+        body_from_sensor_source: match (&run.source.body_from_sensor, run.body_from_sensor) {
+            (Some(source), _) => source.clone(),
+            (None, Some(_)) => "given for the run".to_owned(),
+            (None, None) => "the settings, for all runs".to_owned(),
+        },
         pairing: match plan.poses[k].pairing {
             Pairing::ByStamp => "by stamp",
             Pairing::ByLine => "line by line",
@@ -158,6 +177,7 @@ fn input_report(
             MapSource::Given(path) => path.display().to_string(),
         },
         map_notes: maps.notes[k].clone(),
+        notes: run.source.notes.clone(),
     };
     InputReport {
         log: summary.path.display().to_string(),

@@ -69,8 +69,8 @@ pub struct ConfigReport {
     pub ego_box_m: Option<[[f64; 3]; 2]>,
     /// Every n-th scan was used.
     pub every: usize,
-    /// body_from_sensor as x, y, z (metres), qx, qy, qz, qw.
-    pub body_from_sensor: [f64; 7],
+    /// body_from_sensor as x, y, z (metres), qx, qy, qz, qw; null where the runs have different ones.
+    pub body_from_sensor: Option<[f64; 7]>,
     /// Added to the log's stamps, seconds.
     pub time_offset_s: f64,
     /// Range noise behind the raw log-likelihood, metres.
@@ -141,8 +141,16 @@ pub struct DropReport(pub BTreeMap<&'static str, u64>);
 pub struct RunInputReport {
     /// Name of the run.
     pub name: String,
+    /// The file or topic of the trajectory; null where the caller did not say.
+    pub file: Option<String>,
+    /// Its format; null where the caller did not say.
+    pub format: Option<String>,
     /// Poses of the trajectory.
     pub poses: usize,
+    /// Where the sensor sits on its body: x, y, z (metres), qx, qy, qz, qw.
+    pub body_from_sensor: [f64; 7],
+    /// Where that is from, in words.
+    pub body_from_sensor_source: String,
     /// `by stamp` or `line by line`.
     pub pairing: &'static str,
     /// Longest gap between poses that is interpolated over, seconds.
@@ -153,6 +161,8 @@ pub struct RunInputReport {
     pub map: String,
     /// What was made of a map that was given: its unit where that is not plainly the metre, the samples of a mesh.
     pub map_notes: Vec<String>,
+    /// What was guessed about the trajectory.
+    pub notes: Vec<String>,
 }
 
 /// The scores of a run; squares in m². Null where there is nothing to divide by.
