@@ -7,6 +7,7 @@
 //! would miss does not belong here.
 
 mod exit;
+mod extrinsic;
 mod info;
 mod log_args;
 mod parse;

@@ -3,10 +3,11 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use dmp::MapSource;
-use dmp_log::{LogError, TrajectoryFile, read_trajectory};
+use dmp::{MapSource, Run, RunSource};
+use dmp_log::{LogError, TrajectoryFile, TrajectoryFormat, read_trajectory_as};
 
 use crate::exit::Usage;
+use crate::extrinsic::BodyFromSensor;
 
 /// A file, perhaps with a name for what is in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -36,11 +37,11 @@ pub(crate) struct LoadedRun {
     pub(crate) file: TrajectoryFile,
 }
 
-/// Names the runs and reads their trajectories.
-pub(crate) fn load(files: &[NamedFile]) -> anyhow::Result<Vec<LoadedRun>> {
+/// Names the runs and reads their trajectories, in this format where one is given.
+pub(crate) fn load(files: &[NamedFile], format: Option<TrajectoryFormat>) -> anyhow::Result<Vec<LoadedRun>> {
     let names = names_of(files)?;
     let load = |(name, file): (String, &NamedFile)| {
-        Ok(LoadedRun { name, path: file.path.clone(), file: read_trajectory(&file.path)? })
+        Ok(LoadedRun { name, path: file.path.clone(), file: read_trajectory_as(&file.path, format)? })
     };
     Ok(names.into_iter().zip(files).map(load).collect::<Result<_, LogError>>()?)
 }
@@ -85,40 +86,70 @@ pub(crate) fn maps_of(runs: &[LoadedRun], maps: &[NamedFile]) -> anyhow::Result<
     if let Some(map) = maps.iter().find(|map| !map.path.exists()) {
         return Err(LogError::NotFound { path: map.path.clone() }.into());
     }
-    Ok(assign(runs, maps)?)
+    Ok(map_sources(runs, maps)?)
 }
 
-fn assign(runs: &[LoadedRun], maps: &[NamedFile]) -> Result<Vec<MapSource>, Usage> {
-    let mut of_runs: Vec<Option<&Path>> = vec![None; runs.len()];
-    let mut of_all = None;
-    for map in maps {
-        let (place, whose) = match &map.name {
+fn map_sources(runs: &[LoadedRun], maps: &[NamedFile]) -> Result<Vec<MapSource>, Usage> {
+    let values = maps.iter().map(|map| (map.name.as_deref(), map.path.display().to_string(), &map.path));
+    let source = |map: Option<&PathBuf>| map.map_or(MapSource::Fused, |path| MapSource::Given(path.clone()));
+    Ok(assign("--map", runs, values)?.into_iter().map(source).collect())
+}
+
+/// Gives each run its value of an option `[NAME=]VALUE`: the one given for it by name, else the one given
+/// for all. Values come with the run's name and with their text.
+pub(crate) fn assign<'a, T: Copy>(
+    option: &str,
+    runs: &[LoadedRun],
+    values: impl IntoIterator<Item = (Option<&'a str>, String, T)>,
+) -> Result<Vec<Option<T>>, Usage> {
+    let mut of_runs: Vec<Option<(String, T)>> = runs.iter().map(|_| None).collect();
+    let mut of_all: Option<(String, T)> = None;
+    for (name, text, value) in values {
+        let (place, whose) = match name {
             None => (&mut of_all, "all runs".to_owned()),
             Some(name) => {
-                let Some(run) = runs.iter().position(|run| run.name == *name) else {
+                let Some(run) = runs.iter().position(|run| run.name == name) else {
                     let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
                     let names = names.join(", ");
-                    return Err(Usage(format!("--map {name}=…: no run has this name; the runs are {names}")));
+                    return Err(Usage(format!(
+                        "{option} {name}=…: no run has this name; the runs are {names}"
+                    )));
                 };
                 (&mut of_runs[run], format!("run `{name}`"))
             }
         };
-        if let Some(first) = place.replace(&map.path) {
-            return Err(Usage(format!(
-                "--map: {} and {} are both given for {whose}",
-                first.display(),
-                map.path.display()
-            )));
+        if let Some((first, _)) = place.replace((text.clone(), value)) {
+            return Err(Usage(format!("{option}: {first} and {text} are both given for {whose}")));
         }
     }
-    let source = |map: Option<&Path>| map.map_or(MapSource::Fused, |path| MapSource::Given(path.to_owned()));
-    Ok(of_runs.into_iter().map(|map| source(map.or(of_all))).collect())
+    let of_all = of_all.map(|(_, value)| value);
+    Ok(of_runs.into_iter().map(|of_run| of_run.map(|(_, value)| value).or(of_all)).collect())
+}
+
+/// The runs as they are scored.
+pub(crate) fn to_score(
+    loaded: Vec<LoadedRun>,
+    maps: impl IntoIterator<Item = MapSource>,
+    extrinsics: Vec<BodyFromSensor>,
+) -> Vec<Run> {
+    let run = |((run, map), extrinsic): ((LoadedRun, MapSource), BodyFromSensor)| Run {
+        name: run.name,
+        source: RunSource {
+            file: Some(run.path.display().to_string()),
+            format: Some(run.file.format.name().to_owned()),
+            body_from_sensor: Some(extrinsic.source),
+            notes: run.file.notes,
+        },
+        trajectory: run.file.trajectory,
+        map,
+        body_from_sensor: Some(extrinsic.transform),
+    };
+    loaded.into_iter().zip(maps).zip(extrinsics).map(run).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dmp_log::TrajectoryFormat;
     use dmp_sensor::{Isometry3, Trajectory};
 
     fn named(text: &str) -> NamedFile {
@@ -174,7 +205,7 @@ mod tests {
         let runs = [run("a"), run("b")];
         let maps = |texts: &[&str]| {
             let maps: Vec<NamedFile> = texts.iter().map(|text| named(text)).collect();
-            assign(&runs, &maps).map_err(|error| error.to_string())
+            map_sources(&runs, &maps).map_err(|error| error.to_string())
         };
         let given = |path: &str| MapSource::Given(path.into());
         assert_eq!(maps(&[]).unwrap(), [MapSource::Fused, MapSource::Fused]);

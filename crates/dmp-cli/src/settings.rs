@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use dmp::{Config, Ego, MissPrice};
-use dmp_sensor::Isometry3;
 
+use crate::extrinsic::{self, NamedExtrinsic};
 use crate::score::parse;
 
 /// How returns become a score.
@@ -15,11 +15,9 @@ pub(crate) struct SettingsArgs {
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Input")]
     every: usize,
 
-    /// Where the sensor sits on the body that the trajectories move, body_from_sensor: metres and a
-    /// quaternion, or `identity`
-    #[arg(long, value_name = "X,Y,Z,QX,QY,QZ,QW", default_value = "identity", value_parser = parse::extrinsic)]
+    #[arg(long, value_name = "[NAME=]EXTRINSIC", help = extrinsic::HELP)]
     #[arg(allow_hyphen_values = true, help_heading = "Place and time")]
-    extrinsic: Isometry3<f64>,
+    pub(crate) extrinsic: Vec<NamedExtrinsic>,
     /// Added to every stamp of the log before poses are looked up, seconds
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = parse::seconds_ns)]
     #[arg(allow_hyphen_values = true, help_heading = "Place and time")]
@@ -87,7 +85,8 @@ impl SettingsArgs {
             max_range_m: self.max_range,
             ego: self.ego,
             every: self.every,
-            body_from_sensor: self.extrinsic,
+            // Each run has its own.
+            body_from_sensor: default.body_from_sensor,
             time_offset_ns: self.time_offset,
             max_time_gap_ns: self.max_time_gap,
             free_space: self.free_space,

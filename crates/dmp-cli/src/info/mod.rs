@@ -6,6 +6,7 @@ mod render;
 use std::io::Write;
 
 use clap::Args;
+use dmp_log::TrajectoryFormat;
 
 use crate::Exit;
 use crate::log_args::LogArgs;
@@ -23,9 +24,12 @@ use crate::runs::{self, NamedFile};
     dmp info kitti/07/ --json"
 )]
 pub(crate) struct InfoArgs {
-    /// A trajectory to look at with the log: TUM format or KITTI rows
+    /// A trajectory to look at with the log: TUM, KITTI rows, EuRoC, .npy or g2o
     #[arg(short = 't', long = "trajectory", value_name = "[NAME=]RUN", help_heading = "Input")]
     trajectories: Vec<NamedFile>,
+    /// The format of the trajectories, where it is not to be found by looking: tum, kitti, euroc, npy or g2o
+    #[arg(long, value_name = "FORMAT", help_heading = "Input")]
+    trajectory_format: Option<TrajectoryFormat>,
     #[command(flatten)]
     log: LogArgs,
     /// More trajectories: what a shell makes of `-t runs/*.tum`
@@ -38,7 +42,7 @@ pub(crate) struct InfoArgs {
 
 pub(crate) fn run(arguments: &InfoArgs, out: &mut impl Write) -> anyhow::Result<Exit> {
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
-    let trajectories = runs::load(&files)?;
+    let trajectories = runs::load(&files, arguments.trajectory_format)?;
     let log = arguments.log.open()?;
     let info = found::Info::new(log.as_ref(), &trajectories);
     if arguments.json {

@@ -4,6 +4,7 @@ use dmp::Report;
 use dmp_log::{LogSummary, ScanLog};
 use dmp_sensor::Trajectory;
 
+use crate::extrinsic::BodyFromSensor;
 use crate::runs::LoadedRun;
 use crate::text::{self, counted};
 
@@ -16,6 +17,20 @@ pub(crate) fn found(log: &dyn ScanLog, runs: &[LoadedRun]) {
     }
     for run in runs {
         eprintln!("{}: {}", run.name, run_in_words(run, summary));
+    }
+}
+
+/// Where the sensor sits on each run's body, and who says so; in one line where it is the same for all.
+pub(crate) fn extrinsics(runs: &[LoadedRun], extrinsics: &[BodyFromSensor]) {
+    match extrinsics {
+        [first, ..] if extrinsics.iter().all(|extrinsic| extrinsic == first) => {
+            eprintln!("body_from_sensor: {}", first.source);
+        }
+        _ => {
+            for (run, extrinsic) in runs.iter().zip(extrinsics) {
+                eprintln!("{}: body_from_sensor: {}", run.name, extrinsic.source);
+            }
+        }
     }
 }
 

@@ -14,8 +14,10 @@ use std::path::PathBuf;
 
 use anyhow::Context as _;
 use clap::Args;
-use dmp::{Config, Run, evaluate};
+use dmp::{Config, evaluate};
+use dmp_log::TrajectoryFormat;
 
+use crate::extrinsic;
 use crate::log_args::LogArgs;
 use crate::progress::Progress;
 use crate::runs::{self, NamedFile};
@@ -33,15 +35,19 @@ use crate::{Common, Exit};
     dmp score drive.mcap -t runs/*.tum\n  \
     dmp score drive.mcap -t old=a/traj.tum -t new=b/traj.tum --extrinsic 0,0,0.28,0,0,0,1\n  \
     dmp score kitti/07/ -t poses.txt --every 5 --memory 2GiB\n  \
-    dmp score drive.mcap -t run.tum --map survey.laz --json > scores.json\n\n\
+    dmp score drive.mcap -t run.tum --map survey.laz --json > scores.json\n  \
+    dmp score kitti/07/ -t truth=poses/07.txt -t kiss=kiss.npy --extrinsic kiss=identity\n\n\
     Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged."
 )]
 pub(crate) struct ScoreArgs {
-    /// A run to score: its trajectory in TUM format or KITTI rows, world_from_body in metres. Called NAME, or
-    /// like the file
+    /// A run to score: its trajectory (TUM, KITTI rows, EuRoC, .npy, g2o), world_from_body in metres. Called
+    /// NAME, or like the file
     #[arg(short = 't', long = "trajectory", value_name = "[NAME=]RUN", help_heading = "Input")]
     #[arg(required_unless_present = "more")]
     trajectories: Vec<NamedFile>,
+    /// The format of the trajectories, where it is not to be found by looking: tum, kitti, euroc, npy or g2o
+    #[arg(long, value_name = "FORMAT", help_heading = "Input")]
+    trajectory_format: Option<TrajectoryFormat>,
     /// A map to score against instead of the one fused from the scans: LAS, LAZ, PLY, PCD, a mesh in PLY or
     /// OBJ, or a saved map, in the world frame of the run NAME, or of all runs
     #[arg(long = "map", value_name = "[NAME=]FILE", help_heading = "Input")]
@@ -80,7 +86,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     config.check()?;
     // What is short comes first, so that a mistake in it is told before a long log is read.
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
-    let loaded = runs::load(&files)?;
+    let loaded = runs::load(&files, arguments.trajectory_format)?;
     let maps = runs::maps_of(&loaded, &arguments.maps)?;
     if let Some(folder) = &arguments.save_maps {
         fs::create_dir_all(folder)
@@ -90,11 +96,11 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     if !common.quiet {
         announce::found(log.as_ref(), &loaded);
     }
-    let runs: Vec<Run> = loaded
-        .into_iter()
-        .zip(maps)
-        .map(|(run, map)| Run { name: run.name, trajectory: run.file.trajectory, map })
-        .collect();
+    let extrinsics = extrinsic::of_runs(&arguments.settings.extrinsic, &loaded, log.summary())?;
+    if !common.quiet {
+        announce::extrinsics(&loaded, &extrinsics);
+    }
+    let runs = runs::to_score(loaded, maps, extrinsics);
 
     let progress = Progress::new(common);
     let report = evaluate(log.as_ref(), &runs, &config, &progress)?;

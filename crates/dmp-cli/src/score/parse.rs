@@ -68,12 +68,10 @@ pub(crate) fn memory_bytes(text: &str) -> Result<usize, String> {
     }
 }
 
-/// `identity`, or `x,y,z,qx,qy,qz,qw`.
-pub(crate) fn extrinsic(text: &str) -> Result<Isometry3<f64>, String> {
-    if text == "identity" {
-        return Ok(Isometry3::identity());
-    }
-    let [x, y, z, qx, qy, qz, qw] = numbers(text, "x,y,z,qx,qy,qz,qw or identity")?;
+/// A transform, `x,y,z,qx,qy,qz,qw`.
+pub(crate) fn transform(text: &str) -> Result<Isometry3<f64>, String> {
+    let expected = "x,y,z,qx,qy,qz,qw or auto, identity, calib, calib:FILE, frame:NAME";
+    let [x, y, z, qx, qy, qz, qw] = numbers(text, expected)?;
     let quaternion = Quaternion::new(qw, qx, qy, qz);
     let norm = quaternion.norm();
     // Compares as false for NaN.
@@ -153,12 +151,12 @@ mod tests {
     }
 
     #[test]
-    fn an_extrinsic_is_seven_numbers_and_a_rotation() {
-        assert_eq!(extrinsic("identity"), Ok(Isometry3::identity()));
-        let half_turn = extrinsic("1,-2.5, 3,0,0,1,0").unwrap();
+    fn a_transform_is_seven_numbers_and_a_rotation() {
+        assert_eq!(transform("0,0,0,0,0,0,1"), Ok(Isometry3::identity()));
+        let half_turn = transform("1,-2.5, 3,0,0,1,0").unwrap();
         assert_eq!(half_turn.translation.vector.as_slice(), [1.0, -2.5, 3.0]);
         assert!((half_turn.rotation.angle() - std::f64::consts::PI).abs() < 1e-12);
-        let typed = extrinsic("0,0,0,0,0,0.707,0.707").unwrap();
+        let typed = transform("0,0,0,0,0,0.707,0.707").unwrap();
         assert!((typed.rotation.norm() - 1.0).abs() < 1e-12);
         let bad = [
             ("0,0,0,0,0,0,0", "length 0.0000"),
@@ -171,7 +169,7 @@ mod tests {
             ("unit", "1 of 7"),
         ];
         for (text, part) in bad {
-            assert!(extrinsic(text).is_err_and(|e| e.contains(part)), "{text}");
+            assert!(transform(text).is_err_and(|e| e.contains(part)), "{text}");
         }
     }
 

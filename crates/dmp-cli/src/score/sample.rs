@@ -147,7 +147,7 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             ego_cells: 0,
             ego_box_m: None,
             every: 1,
-            body_from_sensor: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+            body_from_sensor: Some([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
             time_offset_s: 0.0,
             sigma_m: 0.02,
             miss_price: 0.15,

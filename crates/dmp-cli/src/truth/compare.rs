@@ -21,7 +21,8 @@ use crate::{Common, Exit};
 #[derive(Debug, Args)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 pub(crate) struct CompareArgs {
-    /// Reference and estimate, after the format of the files (tum, kitti or euroc) if it is to be given
+    /// Reference and estimate, after the format of the files (tum, kitti, euroc, npy or g2o) if it is to be
+    /// given
     #[arg(value_name = "[FORMAT] REFERENCE ESTIMATE", num_args = 2..=3, required = true)]
     files: Vec<PathBuf>,
     /// Align with Umeyama's method (rotation and translation)
@@ -90,7 +91,7 @@ pub(crate) struct CompareArgs {
     silent: bool,
 }
 
-/// How stamps are matched. Not for KITTI files, which have none.
+/// How stamps are matched. Not for files without stamps.
 #[derive(Debug, Args)]
 struct TimeArgs {
     /// Largest difference of stamps that belong together, seconds [default: 0.01]
@@ -289,20 +290,13 @@ impl CompareArgs {
 
     /// Reference and estimate, and the formats they must have.
     fn files(&self) -> anyhow::Result<(&PathBuf, &PathBuf, [Option<TrajectoryFormat>; 2])> {
-        use TrajectoryFormat::{Euroc, Kitti, Tum};
+        use TrajectoryFormat::Euroc;
         match self.files.as_slice() {
             [reference, estimate] => Ok((reference, estimate, [None; 2])),
             [word, reference, estimate] => {
-                let formats = match word.to_str() {
-                    Some("tum") => [Some(Tum); 2],
-                    Some("kitti") => [Some(Kitti); 2],
-                    // As evo has it, but an estimate in EuRoC's own format is found by looking.
-                    Some("euroc") => [Some(Euroc), None],
-                    _ => {
-                        let problem = format!("`{}` is no format: tum, kitti or euroc", word.display());
-                        return Err(Usage(problem).into());
-                    }
-                };
+                let format = word.to_string_lossy().parse().map_err(Usage)?;
+                // As evo has it, but an estimate in EuRoC's own format is found by looking.
+                let formats = [Some(format), Some(format).filter(|&format| format != Euroc)];
                 Ok((reference, estimate, formats))
             }
             _ => Err(Usage("a reference and an estimate are needed".into()).into()),

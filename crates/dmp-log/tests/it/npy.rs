@@ -1,4 +1,4 @@
-//! Arrays of poses: files that NumPy wrote (`tests/data`), and files that it would not write.
+//! Arrays of poses: files that `NumPy` wrote (`tests/data`), and files that it would not write.
 
 use crate::common::assert_says;
 use dmp_log::{TrajectoryFormat, parse_kitti, parse_npy, parse_raw, read_raw_trajectory, read_trajectory};

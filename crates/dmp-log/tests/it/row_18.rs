@@ -50,7 +50,7 @@ fn row_18_every_line_end_blank_mark_and_comment_is_read() {
             tabs("\t"),
             tabs("   "),
             format!("\u{feff}{}\n\n\n", lines.join("\n")),
-            format!("\u{feff}# first\r\n\r\n  {}\n", comments),
+            format!("\u{feff}# first\r\n\r\n  {comments}\n"),
         ] {
             let read = read(&text).unwrap();
             assert_eq!((read.format, &read.trajectory), (format, &plain.trajectory), "{text}");

@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use anyhow::Context as _;
-use dmp::{Config, Run, fuse_maps};
+use dmp::{Config, MapSource, fuse_maps};
 use dmp_log::{LogError, LogOptions, is_mesh, open_log, read_cloud, read_mesh, read_trajectory};
 use dmp_sensor::{Isometry3, Trajectory};
 use dmp_truth::surface::{
@@ -10,9 +10,12 @@ use dmp_truth::surface::{
 use dmp_truth::trajectory::rigid_alignment;
 
 use super::SmdArgs;
+use crate::Common;
 use crate::exit::Usage;
+use crate::extrinsic;
 use crate::progress::Progress;
 use crate::runs::{self, NamedFile};
+use crate::score::announce;
 
 /// Every map against the reference.
 #[derive(Debug)]
@@ -45,6 +48,7 @@ pub(super) fn measure(
     config: &Config,
     settings: &SurfaceSettings,
     progress: &Progress,
+    common: &Common,
 ) -> anyhow::Result<Measured> {
     let reference = &arguments.reference;
     let mut bench = Bench { reference, mesh: is_mesh(reference)?, format: "", settings, progress };
@@ -55,7 +59,7 @@ pub(super) fn measure(
     let (maps, damaged) = if files.is_empty() {
         (vec![bench.measure_file(&arguments.map, &arguments.align)?], false)
     } else {
-        bench.measure_runs(arguments, &files, config)?
+        bench.measure_runs(arguments, &files, config, common)?
     };
     Ok(Measured { reference_format: bench.format, maps, damaged })
 }
@@ -102,6 +106,7 @@ impl Bench<'_> {
         arguments: &SmdArgs,
         files: &[NamedFile],
         config: &Config,
+        common: &Common,
     ) -> anyhow::Result<(Vec<MeasuredMap>, bool)> {
         let reference = match arguments.align.as_slice() {
             [] => None,
@@ -112,7 +117,7 @@ impl Bench<'_> {
                 );
             }
         };
-        let loaded = runs::load(files)?;
+        let loaded = runs::load(files, None)?;
         let mut moves = Vec::new();
         for run in &loaded {
             moves.push(match &reference {
@@ -123,7 +128,11 @@ impl Bench<'_> {
         let (topic, point_time) = (arguments.topic.clone(), arguments.point_time);
         let options = LogOptions { topic, point_time, ..LogOptions::default() };
         let log = open_log(&arguments.map, &options)?;
-        let runs: Vec<Run> = loaded.into_iter().map(|run| Run::new(run.name, run.file.trajectory)).collect();
+        let extrinsics = extrinsic::of_runs(&arguments.extrinsic, &loaded, log.summary())?;
+        if !common.quiet {
+            announce::extrinsics(&loaded, &extrinsics);
+        }
+        let runs = runs::to_score(loaded, std::iter::repeat(MapSource::Fused), extrinsics);
         let maps = fuse_maps(log.as_ref(), &runs, config, self.progress)?;
         let mut measured = Vec::new();
         for ((name, store), reference_from_map) in maps.iter().zip(moves) {

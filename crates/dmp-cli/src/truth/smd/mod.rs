@@ -11,9 +11,9 @@ use std::time::Instant;
 use clap::Args;
 use dmp::Config;
 use dmp_log::PointTime;
-use dmp_sensor::Isometry3;
 use dmp_truth::surface::SurfaceSettings;
 
+use crate::extrinsic::NamedExtrinsic;
 use crate::parse::length_m;
 use crate::progress::Progress;
 use crate::runs::NamedFile;
@@ -82,9 +82,9 @@ pub(crate) struct SmdArgs {
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Maps fused from a log")]
     every: usize,
     /// Where the sensor sits on the body that the trajectories move, as for dmp score
-    #[arg(long, value_name = "X,Y,Z,QX,QY,QZ,QW", default_value = "identity", value_parser = parse::extrinsic)]
+    #[arg(long, value_name = "[NAME=]EXTRINSIC")]
     #[arg(allow_hyphen_values = true, help_heading = "Maps fused from a log")]
-    extrinsic: Isometry3<f64>,
+    extrinsic: Vec<NamedExtrinsic>,
     /// Edge of a voxel, metres; `auto` takes 0.2, 0.3 or 0.5 m by the density of the scans
     #[arg(long, value_name = "METRES", default_value = "auto", help_heading = "Maps fused from a log")]
     voxel: parse::AutoLength,
@@ -111,7 +111,6 @@ impl SmdArgs {
         Config {
             voxel_m: self.voxel.0,
             every: self.every,
-            body_from_sensor: self.extrinsic,
             memory_bytes: self.memory.or_else(quarter).unwrap_or(default.memory_bytes),
             threads: self.threads.unwrap_or(default.threads),
             work_folder: self.work.clone().unwrap_or(default.work_folder.clone()),
@@ -143,7 +142,7 @@ pub(crate) fn run(arguments: &SmdArgs, common: &Common, out: &mut impl Write) ->
     let settings = arguments.settings(&config);
     settings.check()?;
     let progress = Progress::new(common);
-    let measured = maps::measure(arguments, &config, &settings, &progress)?;
+    let measured = maps::measure(arguments, &config, &settings, &progress, common)?;
     drop(progress);
     let result = result::SmdResult::new(arguments, &settings, &measured, start.elapsed().as_secs_f64());
     if arguments.json {

@@ -9,13 +9,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use clap::Args;
-use dmp::Run;
-use dmp_log::{LogError, is_mesh, read_cloud, read_mesh, read_trajectory};
+use dmp::MapSource;
+use dmp_log::{LogError, TrajectoryFormat, is_mesh, read_cloud, read_mesh, read_trajectory};
 use dmp_study::peers::PeerOptions;
 use dmp_study::{ReferenceSurface, Study, StudyError, StudyOptions, TruthOptions, plots_of, study};
 use dmp_truth::surface::Reference;
 
 use crate::exit::Usage;
+use crate::extrinsic;
 use crate::log_args::LogArgs;
 use crate::progress::Progress;
 use crate::runs::{self, NamedFile};
@@ -38,11 +39,14 @@ use crate::{Common, Exit};
     Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged."
 )]
 pub(crate) struct StudyArgs {
-    /// A run: its trajectory in TUM format or KITTI rows, world_from_body in metres. Called NAME, or like the
-    /// file
+    /// A run: its trajectory (TUM, KITTI rows, EuRoC, .npy, g2o), world_from_body in metres. Called NAME, or
+    /// like the file
     #[arg(short = 't', long = "trajectory", value_name = "[NAME=]RUN", help_heading = "Input")]
     #[arg(required_unless_present = "more")]
     trajectories: Vec<NamedFile>,
+    /// The format of the trajectories, where it is not to be found by looking: tum, kitti, euroc, npy or g2o
+    #[arg(long, value_name = "FORMAT", help_heading = "Input")]
+    trajectory_format: Option<TrajectoryFormat>,
     /// The true trajectory of the same body, in a world of its own
     #[arg(long, value_name = "FILE", help_heading = "Input")]
     reference: PathBuf,
@@ -110,7 +114,7 @@ pub(crate) fn run(arguments: &StudyArgs, common: &Common, out: &mut impl Write) 
     let config = arguments.settings.config();
     config.check()?;
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
-    let loaded = runs::load(&files)?;
+    let loaded = runs::load(&files, arguments.trajectory_format)?;
     let reference = read_trajectory(&arguments.reference)?;
     // Told before the log is read, not after.
     if let Some(path) = arguments.reference_map.as_ref().filter(|path| !path.exists()) {
@@ -124,7 +128,12 @@ pub(crate) fn run(arguments: &StudyArgs, common: &Common, out: &mut impl Write) 
     if !common.quiet {
         announce::found(log.as_ref(), &loaded);
     }
-    let runs: Vec<Run> = loaded.into_iter().map(|run| Run::new(run.name, run.file.trajectory)).collect();
+    let extrinsics = extrinsic::of_runs(&arguments.settings.extrinsic, &loaded, log.summary())?;
+    if !common.quiet {
+        announce::extrinsics(&loaded, &extrinsics);
+    }
+    let fused = std::iter::repeat(MapSource::Fused);
+    let runs = runs::to_score(loaded, fused, extrinsics);
 
     let feed = arguments.reference_map.as_deref().map(surface_of);
     let surface = feed.as_ref().map(|feed| feed as &ReferenceSurface<'_>);

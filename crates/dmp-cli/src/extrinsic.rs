@@ -1,0 +1,202 @@
+//! Where the sensor sits on the body that a trajectory moves: `--extrinsic`.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use dmp_log::{Calib, LogSummary, find_calib, read_calib};
+use dmp_sensor::Isometry3;
+
+use crate::exit::Usage;
+use crate::runs::{LoadedRun, assign};
+use crate::score::parse;
+
+/// How much of a body's movement must go along an axis for the axis to be its direction: 37 degrees.
+const ALONG: f64 = 0.8;
+
+/// What the help says of the option.
+pub(crate) const HELP: &str = "Where the sensor sits on the body that the trajectories move, body_from_sensor: \
+    `auto` (KITTI's calib.txt where the body travels as a camera does, else the sensor is the body), `identity`, \
+    metres and a quaternion X,Y,Z,QX,QY,QZ,QW, `calib` or `calib:FILE` (KITTI's calibration), `frame:NAME` \
+    (/tf_static of the log); for the run NAME, or for all runs [default: auto]";
+
+/// The extrinsic as it is asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Extrinsic {
+    /// Found by looking.
+    Auto,
+    Identity,
+    Given(Isometry3<f64>),
+    /// KITTI's: of this file, or of the `calib.txt` beside trajectory or log.
+    Calib(Option<PathBuf>),
+    /// From the frame of the trajectory's body to the scans' frame, by the log's static frames.
+    Frame(String),
+}
+
+impl FromStr for Extrinsic {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Ok(match text.split_once(':') {
+            None if text == "auto" => Self::Auto,
+            None if text == "identity" => Self::Identity,
+            None if text == "calib" => Self::Calib(None),
+            Some(("calib", file)) if !file.is_empty() => Self::Calib(Some(file.into())),
+            Some(("frame", name)) if !name.is_empty() => Self::Frame(name.into()),
+            _ => Self::Given(parse::transform(text)?),
+        })
+    }
+}
+
+/// An extrinsic of one run or of all: `[NAME=]VALUE`.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct NamedExtrinsic {
+    run: Option<String>,
+    extrinsic: Extrinsic,
+    text: String,
+}
+
+impl FromStr for NamedExtrinsic {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        // A file of `calib:FILE` may have such a sign in its name.
+        let (run, value) = match text.split_once('=') {
+            Some((name, value)) if !name.is_empty() && !name.contains(':') => (Some(name), value),
+            _ => (None, text),
+        };
+        Ok(Self { run: run.map(str::to_owned), extrinsic: value.parse()?, text: value.to_owned() })
+    }
+}
+
+/// The extrinsic that takes effect.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct BodyFromSensor {
+    pub(crate) transform: Isometry3<f64>,
+    /// Where it is from, in words.
+    pub(crate) source: String,
+}
+
+impl BodyFromSensor {
+    fn identity(why: impl fmt::Display) -> Self {
+        Self { transform: Isometry3::identity(), source: format!("identity: {why}") }
+    }
+}
+
+/// Each run's extrinsic: the one given for it by name, else the one given for all, else found by looking.
+pub(crate) fn of_runs(
+    given: &[NamedExtrinsic],
+    runs: &[LoadedRun],
+    log: &LogSummary,
+) -> anyhow::Result<Vec<BodyFromSensor>> {
+    let values = given.iter().map(|given| (given.run.as_deref(), given.text.clone(), &given.extrinsic));
+    let of_runs = assign("--extrinsic", runs, values)?;
+    runs.iter()
+        .zip(of_runs)
+        .map(|(run, extrinsic)| of_run(extrinsic.unwrap_or(&Extrinsic::Auto), run, log))
+        .collect()
+}
+
+fn of_run(extrinsic: &Extrinsic, run: &LoadedRun, log: &LogSummary) -> anyhow::Result<BodyFromSensor> {
+    match extrinsic {
+        Extrinsic::Auto => auto(run, log),
+        Extrinsic::Identity => Ok(BodyFromSensor::identity("as given")),
+        Extrinsic::Given(transform) => Ok(BodyFromSensor { transform: *transform, source: "given".into() }),
+        Extrinsic::Calib(file) => {
+            let calib = match file {
+                Some(path) => Calib { path: path.clone(), camera_from_velodyne: read_calib(path)? },
+                None => calib_beside(run, log)?.ok_or_else(|| no_calib(run, log))?,
+            };
+            Ok(of_calib(&calib, "as asked for"))
+        }
+        Extrinsic::Frame(name) => {
+            let problem = format!(
+                "--extrinsic frame:{name}: {} has no static frames that are read; give X,Y,Z,QX,QY,QZ,QW instead",
+                log.path.display()
+            );
+            Err(Usage(problem).into())
+        }
+    }
+}
+
+/// What files and movement say. KITTI's own poses move the camera while the scans are the LiDAR's, and what
+/// others make of its logs moves either: the direction of travel in the body's axes tells which.
+fn auto(run: &LoadedRun, log: &LogSummary) -> anyhow::Result<BodyFromSensor> {
+    let Some(calib) = calib_beside(run, log)? else {
+        return Ok(BodyFromSensor::identity("neither a calib.txt nor frames say otherwise"));
+    };
+    let path = calib.path.display();
+    match run.file.trajectory.travel_in_body() {
+        Some(travel) if travel.z > ALONG => {
+            Ok(of_calib(&calib, "the body travels along its z, as a camera does"))
+        }
+        Some(travel) if travel.x.abs() > ALONG => Ok(BodyFromSensor::identity(format!(
+            "the body travels along its x, not as a camera does: {path} not used"
+        ))),
+        travel => {
+            let moves = travel.map_or("does not travel in one direction".to_owned(), |travel| {
+                let [x, y, z] = travel.into();
+                format!("travels along ({x:.2}, {y:.2}, {z:.2})")
+            });
+            Err(Usage(format!(
+                "run `{}`: its body {moves}, so it is neither clearly KITTI's camera (z ahead) nor its LiDAR (x ahead): \
+                 say with --extrinsic calib that {path} is to be used, or with --extrinsic identity that it is not",
+                run.name
+            ))
+            .into())
+        }
+    }
+}
+
+fn of_calib(calib: &Calib, why: &str) -> BodyFromSensor {
+    let source = format!("{}: {why}", calib.path.display());
+    BodyFromSensor { transform: calib.camera_from_velodyne, source }
+}
+
+/// KITTI's calibration beside the trajectory, in the log's folder or in that one's parent.
+fn calib_beside(run: &LoadedRun, log: &LogSummary) -> anyhow::Result<Option<Calib>> {
+    let folders = calib_folders(run, log);
+    Ok(find_calib(folders.iter().map(PathBuf::as_path))?)
+}
+
+fn calib_folders(run: &LoadedRun, log: &LogSummary) -> Vec<PathBuf> {
+    // The parent of `velodyne` is `.`, not nothing.
+    let parent = |path: &Path| std::path::absolute(path).ok()?.parent().map(Path::to_owned);
+    let log_folder = if log.path.is_dir() { Some(log.path.clone()) } else { parent(&log.path) };
+    let above = log_folder.as_deref().and_then(parent);
+    [parent(&run.path), log_folder, above].into_iter().flatten().collect()
+}
+
+fn no_calib(run: &LoadedRun, log: &LogSummary) -> Usage {
+    let folders: Vec<String> =
+        calib_folders(run, log).iter().map(|folder| folder.display().to_string()).collect();
+    Usage(format!("--extrinsic calib: no calib.txt with Tr in {}; try calib:FILE", folders.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn extrinsics_are_words_numbers_files_and_frames() {
+        let cases = [
+            ("auto", Extrinsic::Auto),
+            ("identity", Extrinsic::Identity),
+            ("calib", Extrinsic::Calib(None)),
+            ("calib:a/calib.txt", Extrinsic::Calib(Some("a/calib.txt".into()))),
+            ("frame:base_link", Extrinsic::Frame("base_link".into())),
+            ("1,0,0,0,0,0,1", Extrinsic::Given(Isometry3::translation(1.0, 0.0, 0.0))),
+        ];
+        for (text, extrinsic) in cases {
+            let of_all: NamedExtrinsic = text.parse().unwrap();
+            assert_eq!((of_all.run, of_all.extrinsic), (None, extrinsic.clone()), "{text}");
+            let of_one: NamedExtrinsic = format!("run a={text}").parse().unwrap();
+            assert_eq!((of_one.run.as_deref(), of_one.extrinsic), (Some("run a"), extrinsic), "{text}");
+        }
+        let file: NamedExtrinsic = "calib:a=b.txt".parse().unwrap();
+        assert_eq!((file.run, file.extrinsic), (None, Extrinsic::Calib(Some("a=b.txt".into()))));
+        for text in ["", "frame:", "calib:", "Auto", "1,2,3", "a=", "=identity", "0,0,0,0,0,0,0"] {
+            assert!(text.parse::<NamedExtrinsic>().is_err(), "{text}");
+        }
+    }
+}
