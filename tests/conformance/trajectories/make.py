@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Makes the trajectories and pose graphs here and the JSON beside them: see ../README.md."""
 
+import math
 import sys
 from decimal import ROUND_HALF_EVEN, Decimal
 from pathlib import Path
@@ -139,7 +140,14 @@ def graphs(poses):
         factors.add(gtsam.BetweenFactorPose2(number, number + 1, flat[number].between(flat[number + 1]),
                                              gtsam.noiseModel.Isotropic.Sigma(3, 0.1)))
     gtsam.writeG2o(factors, values, str(FOLDER / "gtsam_flat.g2o"))
-    write("g2o_refused", {"refused": ["gtsam_flat.g2o"], "format": "g2o"})
+    ids, in_file, edges = [], [], []
+    for row in lines(FOLDER / "gtsam_flat.g2o"):
+        if row[0] == "VERTEX_SE2":
+            ids.append(int(row[1]))
+            x, y, turn = (float(word) for word in row[2:])
+            in_file.append([x, y, 0.0, 0.0, 0.0, math.sin(turn / 2), math.cos(turn / 2)])
+    write("g2o_flat", {"files": ["gtsam_flat.g2o"], "format": "g2o", "times": None, "stamps_ns": None, "ids": ids,
+                       "poses": in_file, "edges": edges, "quaternion_tolerance": 1e-12})
 
 
 if __name__ == "__main__":

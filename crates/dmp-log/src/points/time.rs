@@ -448,7 +448,7 @@ mod tests {
 
     #[test]
     fn the_nearest_integer_is_that_of_round() {
-        let halves = [0.49999999999999994, 0.5, 1.5, 2.5, 1e9 - 0.5, 1e9 + 0.25];
+        let halves = [0.499_999_999_999_999_94, 0.5, 1.5, 2.5, 1e9 - 0.5, 1e9 + 0.25];
         let many = (0..10_000).map(|k| f64::from(k) * 0.137_531 - 600.0);
         for value in halves.into_iter().flat_map(|half: f64| [half, -half]).chain(many) {
             assert_eq!(nearest(value), value.round() as i64, "{value}");
