@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use dmp_log::{LogError, LogOptions, PointTime, ScanLog, StampAt, open_log};
+use dmp_log::{LogError, LogOptions, LogSurvey, PointTime, ScanLog, StampAt, open_log, survey_log};
 
 /// The log and how it is to be read.
 #[derive(Debug, Args)]
@@ -31,7 +31,16 @@ pub(crate) struct LogArgs {
 
 impl LogArgs {
     pub(crate) fn open(&self) -> Result<Box<dyn ScanLog>, LogError> {
+        open_log(&self.log, &self.options())
+    }
+
+    /// Everything that the log holds, also where it cannot be opened without being told more.
+    pub(crate) fn survey(&self) -> Result<LogSurvey, LogError> {
+        survey_log(&self.log, &self.options())
+    }
+
+    fn options(&self) -> LogOptions {
         let Self { topic, point_time, stamp, .. } = self;
-        open_log(&self.log, &LogOptions { topic: topic.clone(), point_time: *point_time, stamp_at: *stamp })
+        LogOptions { topic: topic.clone(), point_time: *point_time, stamp_at: *stamp }
     }
 }

@@ -6,8 +6,8 @@ use crate::open::files_with_extension;
 use crate::points::{Origin, PointTime, RawTime, TimeRule, TimeUnit};
 use crate::text::lines;
 use crate::{
-    Damage, FieldInfo, FrameInfo, LogError, LogFormat, LogOptions, LogSummary, Place, ScanLog, ScanReader,
-    fingerprint,
+    Damage, FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogOptions, LogSummary, Place, ScanLog,
+    ScanReader, fingerprint,
 };
 use dmp_sensor::Scan;
 use std::fs::{self, File};
@@ -89,6 +89,7 @@ impl BinFolder {
             name: name.into(),
             kind: "float32",
             offset_bytes,
+            meaning: if offset_bytes < 12 { FieldMeaning::Coordinate } else { FieldMeaning::NotUsed },
         };
         let point_times = time.as_ref().map(|rule| format!("files times/*.f32: {}", rule.words()));
         let summary = LogSummary {

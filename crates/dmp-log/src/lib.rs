@@ -69,10 +69,11 @@ pub use calib::{Calib, find_calib, parse_calib, read_calib};
 pub use cloud::{CloudFormat, CloudSummary, read_cloud};
 pub use error::{LogError, ParseError, Place};
 pub use log::{
-    Damage, FieldInfo, FrameInfo, LogFormat, LogOptions, LogSummary, ScanLog, ScanReader, TopicInfo,
+    Damage, FieldInfo, FieldMeaning, FrameInfo, LogFormat, LogOptions, LogSummary, LogSurvey, ScanLog,
+    ScanReader, ScanStream, TopicInfo,
 };
 pub use mesh::{MeshFormat, MeshSummary, is_mesh, read_mesh};
-pub use open::open_log;
+pub use open::{open_log, survey_log};
 pub use points::{PointTime, StampAt, TimeUnit};
 pub use trajectory::{
     GraphVertices, RawTrajectory, TrajectoryFile, TrajectoryFormat, TrajectoryParseError, parse_euroc,

@@ -102,6 +102,31 @@ pub struct FieldInfo {
     pub kind: &'static str,
     /// Its place in the point's record.
     pub offset_bytes: u32,
+    /// What it is taken for.
+    pub meaning: FieldMeaning,
+}
+
+/// What a field of a point is taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FieldMeaning {
+    /// A coordinate in the sensor's frame, metres.
+    Coordinate,
+    /// The time of the point.
+    Time,
+    /// It is not used.
+    NotUsed,
+}
+
+impl FieldMeaning {
+    /// Its name in machine output: `coordinate`, `time`, `not_used`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Coordinate => "coordinate",
+            Self::Time => "time",
+            Self::NotUsed => "not_used",
+        }
+    }
 }
 
 /// Something that is lost.
@@ -153,6 +178,39 @@ impl LogSummary {
     pub fn has_point_times(&self) -> bool {
         self.point_times.is_some()
     }
+}
+
+/// Everything that a log holds, also where it cannot be scored as it is.
+#[derive(Debug)]
+pub struct LogSurvey {
+    /// The file or folder that was named.
+    pub path: PathBuf,
+    /// The log's format.
+    pub format: LogFormat,
+    /// Bytes of the log.
+    pub bytes: u64,
+    /// As [`LogSummary::fingerprint`].
+    pub fingerprint: String,
+    /// Every topic; none for a format without topics.
+    pub topics: Vec<TopicInfo>,
+    /// Every stream of scans: one a topic.
+    pub streams: Vec<ScanStream>,
+    /// What is lost, but for single scans of a stream.
+    pub damage: Vec<Damage>,
+}
+
+/// The scans of one topic, or of a log without topics.
+#[derive(Debug)]
+pub struct ScanStream {
+    /// The topic.
+    pub topic: Option<String>,
+    /// Its scans, without times of their points where those are not understood; `None` where there is no scan
+    /// that can be read.
+    pub log: Option<Box<dyn ScanLog>>,
+    /// Single scans of it that are lost.
+    pub damage: Vec<Damage>,
+    /// What keeps it from being opened as a log.
+    pub problem: Option<LogError>,
 }
 
 /// Smallest and largest stamp of the frames.

@@ -1,43 +1,88 @@
 use crate::bag::Bag;
 use crate::bag_log::BagLog;
 use crate::folder::BinFolder;
-use crate::{LogError, LogOptions, ScanLog};
+use crate::{LogError, LogOptions, LogSurvey, ScanLog, ScanStream};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-const LOOKED_FOR: &str = "looked for an MCAP file or for a folder with .bin scans";
+const LOOKED_FOR: &str = "looked for an MCAP file, a rosbag2 file or folder, or a folder with .bin scans";
 
-/// Opens the log at `path`: an MCAP file, a folder with one, or a folder of `.bin` scans.
+/// What lies at a path.
+enum Found {
+    Bag(Bag),
+    Folder(Box<BinFolder>),
+}
+
+/// Opens the log at `path`: an MCAP file, rosbag2's files or folders, or a folder of scans.
 ///
-/// Opening reads an MCAP file once from start to end and takes stock of what is damaged; of a folder it
-/// reads the lengths of the files.
+/// Opening reads a bag once from start to end and takes stock of what is damaged; of a folder it reads the
+/// lengths of the files.
 ///
 /// # Errors
 /// When there is nothing at the path, when it is in no format known here, when the choice of a topic or
 /// the meaning of the times is left open, and when there is no scan in it. Damage to a part is no error,
 /// see [`crate::LogSummary::damage`].
 pub fn open_log(path: &Path, options: &LogOptions) -> Result<Box<dyn ScanLog>, LogError> {
+    Ok(match find(path, options)? {
+        Found::Bag(bag) => Box::new(BagLog::open(bag, options)?),
+        Found::Folder(folder) => folder,
+    })
+}
+
+/// Tells what the log at `path` holds, also where [`open_log`] would ask for a topic or for the meaning of
+/// the times.
+///
+/// # Errors
+/// When there is nothing at the path, it cannot be read, is in no format known here, or has no such topic.
+pub fn survey_log(path: &Path, options: &LogOptions) -> Result<LogSurvey, LogError> {
+    match find(path, options)? {
+        Found::Bag(bag) => BagLog::survey(&bag, options),
+        Found::Folder(folder) => {
+            let summary = folder.summary();
+            Ok(LogSurvey {
+                path: summary.path.clone(),
+                format: summary.format,
+                bytes: summary.bytes,
+                fingerprint: summary.fingerprint.clone(),
+                topics: Vec::new(),
+                damage: summary.damage.clone(),
+                streams: vec![ScanStream {
+                    topic: None,
+                    log: Some(folder),
+                    damage: Vec::new(),
+                    problem: None,
+                }],
+            })
+        }
+    }
+}
+
+fn find(path: &Path, options: &LogOptions) -> Result<Found, LogError> {
     let metadata = fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?;
     if metadata.is_dir() {
-        return open_folder(path, options);
+        return find_in_folder(path, options);
     }
     let mut start = Vec::new();
     let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
     file.take(16).read_to_end(&mut start).map_err(|e| LogError::io(path, "read", e))?;
     if let Some(bag) = Bag::of_file(path, &start) {
-        return Ok(Box::new(BagLog::open(bag, options)?));
+        return Ok(Found::Bag(bag));
     }
-    let looked_for = format!("{LOOKED_FOR}; the file starts with {start:02x?}");
+    let looked_for = if start.starts_with(b"#ROSBAG V") {
+        "a ROS 1 bag: convert it with `mcap convert IN.bag OUT.mcap`, which is read as it is".to_owned()
+    } else {
+        format!("{LOOKED_FOR}; the file starts with {start:02x?}")
+    };
     Err(LogError::UnknownFormat { path: path.into(), looked_for })
 }
 
-fn open_folder(path: &Path, options: &LogOptions) -> Result<Box<dyn ScanLog>, LogError> {
+fn find_in_folder(path: &Path, options: &LogOptions) -> Result<Found, LogError> {
     if let Some(folder) = BinFolder::open(path, options)? {
-        return Ok(Box::new(folder));
+        return Ok(Found::Folder(Box::new(folder)));
     }
     if let Some(bag) = Bag::of_folder(path)? {
-        return Ok(Box::new(BagLog::open(bag, options)?));
+        return Ok(Found::Bag(bag));
     }
     let looked_for = format!(
         "{LOOKED_FOR} (in it, in scans/, velodyne/ or velodyne_points/data/); the folder has neither"

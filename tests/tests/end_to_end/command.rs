@@ -427,10 +427,36 @@ fn info_tells_what_is_in_a_log() {
     for words in ["sensor_msgs/msg/PointCloud2", "100", "2.00 Hz"] {
         assert!(people.contains(words), "no `{words}` in\n{people}");
     }
+    assert_eq!(info["streams"][0]["scans"]["fields"][3]["meaning"], "time");
+    assert_eq!(info["trajectories"][0]["scans_within"], 100);
     if let Some(data) = real_data("rs32_static") {
         let folder_log = text(&dmp(&data, "info .").stdout);
         assert!(folder_log.contains("14") && folder_log.contains("579"), "{folder_log}");
     }
+}
+
+/// Where `score` asks, `info` answers: several topics, and times that could mean this or that.
+#[test]
+fn info_describes_what_cannot_be_scored_as_it_is() {
+    let logs = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("conformance/mcap");
+    let output = dmp(&logs, "info two_clouds.mcap --json");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let info: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let topics: Vec<&str> =
+        info["streams"].as_array().unwrap().iter().map(|stream| stream["topic"].as_str().unwrap()).collect();
+    assert_eq!(topics, ["/front/points", "/rear/points"]);
+    assert_eq!(info["streams"][1]["scans"]["frame_id"], "livox_frame");
+    assert_eq!(info["topics"].as_array().unwrap().len(), 3);
+    assert_eq!(dmp(&logs, "info two_clouds.mcap --topic /chatter").status.code(), Some(2));
+
+    let unclear = dmp(&logs, "info velodyne_none.mcap --point-time absolute-ms --json");
+    let info: serde_json::Value = serde_json::from_slice(&unclear.stdout).unwrap();
+    assert!(info["streams"][0]["problem"].is_null(), "{info}");
+    let refused = dmp(&logs, "info velodyne_none.mcap --point-time absolute-ms --stamp end --json");
+    let info: serde_json::Value = serde_json::from_slice(&refused.stdout).unwrap();
+    let problem = info["streams"][0]["problem"].as_str().unwrap();
+    assert!(problem.contains("--stamp end") && problem.contains("`time`"), "{problem}");
+    assert_eq!(info["streams"][0]["scans"]["scans"], 3);
 }
 
 #[test]

@@ -1,6 +1,7 @@
-use dmp_log::{FrameInfo, ScanLog};
+use dmp_log::{Damage, FrameInfo, LogSurvey, ScanStream, TopicInfo};
 use serde::Serialize;
 
+use crate::exit::one_line;
 use crate::runs::LoadedRun;
 
 /// What is in a log. Serialised, it is the command's JSON: schema `dmp-info/1`.
@@ -10,7 +11,7 @@ pub(super) struct Info {
     pub(super) schema: &'static str,
     /// Version of this program.
     pub(super) dmp_version: &'static str,
-    /// The file, or the folder with the scans.
+    /// The file or folder.
     pub(super) log: String,
     pub(super) format: &'static str,
     pub(super) bytes: u64,
@@ -18,14 +19,47 @@ pub(super) struct Info {
     pub(super) fingerprint: String,
     /// Every topic, whether it can be read or not; empty for a format without topics.
     pub(super) topics: Vec<Topic>,
-    /// The topic that is read.
+    /// The scans: of every topic that has some, or of the log where it has no topics.
+    pub(super) streams: Vec<Stream>,
+    pub(super) trajectories: Vec<TrajectoryInfo>,
+    /// What is lost, but for single scans of a stream.
+    pub(super) damage: Vec<Lost>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Topic {
+    pub(super) name: String,
+    #[serde(rename = "type")]
+    pub(super) message_type: String,
+    pub(super) messages: u64,
+    /// When the first and the last message were recorded, nanoseconds.
+    pub(super) span_ns: Option<[u64; 2]>,
+    /// Messages less one, over that time.
+    pub(super) rate_hz: Option<f64>,
+}
+
+/// The scans of one topic.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Stream {
+    /// Null for a log without topics.
     pub(super) topic: Option<String>,
+    /// What keeps it from being scored as it is; null where nothing does.
+    pub(super) problem: Option<String>,
+    /// Null where no scan can be read.
+    pub(super) scans: Option<Scans>,
+    /// Scans that are lost.
+    pub(super) damage: Vec<Lost>,
+}
+
+/// What is known of scans.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Scans {
     /// The name of the sensor's frame.
     pub(super) frame_id: Option<String>,
     pub(super) fields: Vec<Field>,
     /// Bytes from one point to the next.
     pub(super) point_bytes: u32,
-    /// How the times of points are understood; null where there are none.
+    /// How the times of points are understood; null where there are none, or they are not understood.
     pub(super) point_times: Option<String>,
     pub(super) scans: usize,
     pub(super) returns: u64,
@@ -37,18 +71,8 @@ pub(super) struct Info {
     pub(super) period_ns: Option<i64>,
     /// Its inverse.
     pub(super) rate_hz: Option<f64>,
-    pub(super) trajectories: Vec<TrajectoryInfo>,
     /// What was guessed or left aside.
     pub(super) notes: Vec<String>,
-    pub(super) damage: Vec<Lost>,
-}
-
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub(super) struct Topic {
-    pub(super) name: String,
-    #[serde(rename = "type")]
-    pub(super) message_type: String,
-    pub(super) messages: u64,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -57,6 +81,8 @@ pub(super) struct Field {
     #[serde(rename = "type")]
     pub(super) kind: &'static str,
     pub(super) offset_bytes: u32,
+    /// `coordinate`, `time` or `not_used`.
+    pub(super) meaning: &'static str,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -97,38 +123,73 @@ pub(super) struct TrajectoryInfo {
 }
 
 impl Info {
-    pub(super) fn new(log: &dyn ScanLog, trajectories: &[LoadedRun]) -> Self {
-        let (summary, frames) = (log.summary().clone(), log.frames());
-        let topics = summary.topics.into_iter();
-        let fields = summary.fields.into_iter();
-        let damage = summary.damage.into_iter();
+    pub(super) fn new(survey: LogSurvey, trajectories: &[LoadedRun]) -> Self {
+        // Trajectories are held against the first stream: what several have in common is one clock.
+        let log = survey.streams.iter().find_map(|stream| stream.log.as_deref());
+        let frames = log.map(|log| log.frames()).unwrap_or_default();
         Self {
             schema: "dmp-info/1",
             dmp_version: env!("CARGO_PKG_VERSION"),
-            log: summary.path.display().to_string(),
-            format: summary.format.name(),
-            bytes: summary.bytes,
-            fingerprint: summary.fingerprint,
-            topics: topics
-                .map(|t| Topic { name: t.name, message_type: t.message_type, messages: t.messages })
-                .collect(),
-            topic: summary.topic,
-            frame_id: summary.frame_id,
-            fields: fields
-                .map(|f| Field { name: f.name, kind: f.kind, offset_bytes: f.offset_bytes })
-                .collect(),
-            point_bytes: summary.point_bytes,
-            point_times: summary.point_times,
-            scans: frames.len(),
-            returns: summary.returns,
-            returns_per_scan: spread(frames.iter().map(|frame| frame.returns).collect()),
-            span_ns: summary.span_ns.map(|(first, last)| [first, last]),
-            period_ns: summary.period_ns,
-            rate_hz: rate_hz(summary.period_ns),
+            log: survey.path.display().to_string(),
+            format: survey.format.name(),
+            bytes: survey.bytes,
+            fingerprint: survey.fingerprint,
+            topics: survey.topics.into_iter().map(Topic::new).collect(),
             trajectories: trajectories.iter().map(|run| TrajectoryInfo::new(run, frames)).collect(),
-            notes: summary.notes,
-            damage: damage.map(|damage| Lost { place: damage.place, what: damage.what }).collect(),
+            streams: survey.streams.into_iter().map(Stream::new).collect(),
+            damage: survey.damage.into_iter().map(Lost::new).collect(),
         }
+    }
+
+    /// Whether anything is lost.
+    pub(super) fn is_damaged(&self) -> bool {
+        !self.damage.is_empty() || self.streams.iter().any(|stream| !stream.damage.is_empty())
+    }
+}
+
+impl Topic {
+    fn new(topic: TopicInfo) -> Self {
+        let TopicInfo { name, message_type, messages, span_ns } = topic;
+        let span_s = span_ns.map(|(first, last)| last.saturating_sub(first) as f64 / 1e9);
+        // Messages all at once have no rate.
+        let rate_hz = span_s.filter(|&s| s > 1e-3).map(|s| messages.saturating_sub(1) as f64 / s);
+        Self { name, message_type, messages, span_ns: span_ns.map(|(first, last)| [first, last]), rate_hz }
+    }
+}
+
+impl Stream {
+    fn new(stream: ScanStream) -> Self {
+        let ScanStream { topic, log, damage, problem } = stream;
+        let scans = log.map(|log| {
+            let (summary, frames) = (log.summary(), log.frames());
+            let field = |field: &dmp_log::FieldInfo| Field {
+                name: field.name.clone(),
+                kind: field.kind,
+                offset_bytes: field.offset_bytes,
+                meaning: field.meaning.name(),
+            };
+            Scans {
+                frame_id: summary.frame_id.clone(),
+                fields: summary.fields.iter().map(field).collect(),
+                point_bytes: summary.point_bytes,
+                point_times: summary.point_times.clone(),
+                scans: frames.len(),
+                returns: summary.returns,
+                returns_per_scan: spread(frames.iter().map(|frame| frame.returns).collect()),
+                span_ns: summary.span_ns.map(|(first, last)| [first, last]),
+                period_ns: summary.period_ns,
+                rate_hz: rate_hz(summary.period_ns),
+                notes: summary.notes.clone(),
+            }
+        });
+        let problem = problem.map(|problem| one_line(&problem.into()));
+        Self { topic, problem, scans, damage: damage.into_iter().map(Lost::new).collect() }
+    }
+}
+
+impl Lost {
+    fn new(damage: Damage) -> Self {
+        Self { place: damage.place, what: damage.what }
     }
 }
 

@@ -14,7 +14,8 @@ use crate::runs::{self, NamedFile};
 
 /// Tell what is in a log: topics, fields, scans, times, damage
 ///
-/// With trajectories, also how many of the scans they cover. Reads the log's structure, not its points.
+/// Also where a log cannot be scored without being told more: several topics with scans, times that could mean
+/// this or that. With trajectories, also how many of the scans they cover.
 #[derive(Debug, Args)]
 #[command(
     override_usage = "dmp info [OPTIONS] LOG [-t [NAME=]RUN.tum ...]",
@@ -43,13 +44,12 @@ pub(crate) struct InfoArgs {
 pub(crate) fn run(arguments: &InfoArgs, out: &mut impl Write) -> anyhow::Result<Exit> {
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
     let trajectories = runs::load(&files, arguments.trajectory_format)?;
-    let log = arguments.log.open()?;
-    let info = found::Info::new(log.as_ref(), &trajectories);
+    let info = found::Info::new(arguments.log.survey()?, &trajectories);
     if arguments.json {
         serde_json::to_writer_pretty(&mut *out, &info).map_err(std::io::Error::from)?;
         writeln!(out)?;
     } else {
         render::info(out, &info)?;
     }
-    Ok(if info.damage.is_empty() { Exit::Done } else { Exit::InputDamaged })
+    Ok(if info.is_damaged() { Exit::InputDamaged } else { Exit::Done })
 }

@@ -1,6 +1,6 @@
 use std::io::{self, Write};
 
-use super::found::{Info, TrajectoryInfo};
+use super::found::{Info, Scans, Stream, Topic, TrajectoryInfo};
 use crate::text::{self, NONE, Side, Table, count, counted, digits, seconds};
 
 /// Writes what is in a log for a person.
@@ -9,41 +9,83 @@ pub(super) fn info(out: &mut impl Write, info: &Info) -> io::Result<()> {
     let mut table = Table::new([Side::Left, Side::Left]);
     table.row(["format", info.format]);
     table.row(["size".to_owned(), format!("{}, {}", text::bytes(info.bytes), info.fingerprint)]);
-    let optional = [("topic", &info.topic), ("frame", &info.frame_id)];
-    for (title, value) in optional {
-        if let Some(value) = value {
-            table.row([title, value]);
-        }
-    }
-    let fields: Vec<String> =
-        info.fields.iter().map(|field| format!("{} {}", field.name, field.kind)).collect();
-    table.row(["point".to_owned(), format!("{} ({} bytes)", fields.join(", "), info.point_bytes)]);
-    table.row(["point times", info.point_times.as_deref().unwrap_or("none")]);
-    table.row(["scans".to_owned(), count(info.scans as u64)]);
-    table.row(["returns".to_owned(), returns(info)]);
-    table.row(["stamps".to_owned(), stamps(info.span_ns, info.period_ns)]);
     table.write(out, "  ")?;
     if !info.topics.is_empty() {
         writeln!(out, "\nTopics")?;
-        let mut table = Table::new([Side::Left, Side::Left, Side::Right]);
+        let mut table = Table::new([Side::Left, Side::Left, Side::Right, Side::Right, Side::Left]);
         for topic in &info.topics {
-            table.row([topic.name.clone(), topic.message_type.clone(), counted(topic.messages, "message")]);
+            let rate = topic.rate_hz.map_or_else(|| NONE.to_owned(), |hz| format!("{} Hz", digits(hz)));
+            let (name, kind) = (topic.name.clone(), topic.message_type.clone());
+            table.row([name, kind, counted(topic.messages, "message"), rate, recorded(topic)]);
         }
         table.write(out, "  ")?;
     }
-    for run in &info.trajectories {
-        trajectory(out, run, info.scans)?;
+    if info.streams.is_empty() {
+        writeln!(out, "\nNo scans that can be read")?;
     }
-    list(out, "\nNotes", info.notes.iter().cloned())?;
+    for scans in &info.streams {
+        stream(out, scans)?;
+    }
+    let scans = info.streams.iter().find_map(|stream| stream.scans.as_ref()).map_or(0, |scans| scans.scans);
+    for run in &info.trajectories {
+        trajectory(out, run, scans)?;
+    }
     list(out, "\nDamage", info.damage.iter().map(|lost| format!("{}: {}", lost.place, lost.what)))
 }
 
-fn returns(info: &Info) -> String {
-    let each = info.returns_per_scan.map_or(String::new(), |each| {
+/// When a topic was recorded.
+fn recorded(topic: &Topic) -> String {
+    let Some([first, last]) = topic.span_ns else { return String::new() };
+    let s = |ns: u64| ns as f64 / 1e9;
+    format!("{:.3} to {:.3} s", s(first), s(last))
+}
+
+fn stream(out: &mut impl Write, stream: &Stream) -> io::Result<()> {
+    match &stream.topic {
+        Some(topic) => writeln!(out, "\nScans of {topic}")?,
+        None => writeln!(out, "\nScans")?,
+    }
+    let mut table = Table::new([Side::Left, Side::Left]);
+    if let Some(problem) = &stream.problem {
+        table.row(["problem", problem.as_str()]);
+    }
+    if let Some(scans) = &stream.scans {
+        scan_rows(&mut table, scans, stream.problem.is_some());
+    }
+    table.write(out, "  ")?;
+    let lost = stream.damage.iter().map(|lost| format!("{}: {}", lost.place, lost.what));
+    list(out, "  lost", lost)
+}
+
+fn scan_rows(table: &mut Table, scans: &Scans, has_problem: bool) {
+    if let Some(frame_id) = &scans.frame_id {
+        table.row(["frame", frame_id.as_str()]);
+    }
+    let fields: Vec<String> = scans
+        .fields
+        .iter()
+        .map(|field| {
+            let unused = if field.meaning == "not_used" { ", not used" } else { "" };
+            format!("{} ({}{unused})", field.name, field.kind)
+        })
+        .collect();
+    table.row(["point".to_owned(), format!("{}; {} bytes", fields.join(" "), scans.point_bytes)]);
+    let none = if has_problem { "not understood" } else { "none" };
+    table.row(["point times", scans.point_times.as_deref().unwrap_or(none)]);
+    table.row(["scans".to_owned(), count(scans.scans as u64)]);
+    table.row(["returns".to_owned(), returns(scans)]);
+    table.row(["stamps".to_owned(), stamps(scans.span_ns, scans.period_ns)]);
+    for note in &scans.notes {
+        table.row(["note", note.as_str()]);
+    }
+}
+
+fn returns(scans: &Scans) -> String {
+    let each = scans.returns_per_scan.map_or(String::new(), |each| {
         let [min, median, max] = [each.min, each.median, each.max].map(count);
         format!("; {min} to {max} a scan, median {median}")
     });
-    format!("{}{each}", count(info.returns))
+    format!("{}{each}", count(scans.returns))
 }
 
 /// First and last stamp, the time between them, the time from one to the next.

@@ -4,9 +4,13 @@ mod topic;
 
 use crate::bag::{Bag, BagReader, Walked, in_words};
 use crate::log::{period_ns, runs_of_eight, span_ns};
-use crate::points::{Field, SampledScan, TimeChoice, TimeRule, choose_time, sampled_frames};
+use crate::points::{
+    Field, PointTime, SampledScan, StampAt, TimeChoice, TimeRule, choose_time, sampled_frames,
+};
 use crate::ros::{Cloud, ScanCoding};
-use crate::{FrameInfo, LogError, LogOptions, LogSummary, Place, ScanLog, ScanReader, TopicInfo};
+use crate::{
+    FrameInfo, LogError, LogOptions, LogSummary, LogSurvey, Place, ScanLog, ScanReader, ScanStream, TopicInfo,
+};
 use dmp_sensor::Scan;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -37,19 +41,50 @@ impl BagLog {
         if options.topic.is_none() {
             notes.push(format!("topic {name}: the only one with point clouds"));
         }
-        Self::of_topic(bag, name, topic, walked, notes, options)
+        Self::of_topic(bag, name, topic, &walked, notes, options)
+    }
+
+    /// Reads the bag once and opens every topic with scans, or the one that the options name.
+    pub(crate) fn survey(bag: &Bag, options: &LogOptions) -> Result<LogSurvey, LogError> {
+        let (walked, clouds) = clouds_of(bag)?;
+        let topics = walked.topics.infos();
+        let clouds = match &options.topic {
+            None => clouds,
+            Some(wanted) => [choose_topic(bag.path(), clouds, Some(wanted), &topics)?].into(),
+        };
+        let stream = |(name, topic): (String, TopicIndex)| {
+            let open = |topic, options| {
+                Self::of_topic(bag.clone(), name.clone(), topic, &walked, Vec::new(), options)
+            };
+            let (log, problem) = match open(topic.clone(), options) {
+                Ok(log) => (Some(log), None),
+                Err(problem) => {
+                    let plain =
+                        LogOptions { topic: None, point_time: PointTime::Ignore, stamp_at: StampAt::Start };
+                    (open(topic, &plain).ok(), Some(problem))
+                }
+            };
+            let all = log.as_ref().map(|log| log.summary.damage.as_slice()).unwrap_or_default();
+            let damage = all.get(walked.damage.len()..).unwrap_or_default().to_vec();
+            let log = log.map(|log| Box::new(log) as Box<dyn ScanLog>);
+            ScanStream { topic: Some(name.clone()), log, damage, problem }
+        };
+        let streams = clouds.into_iter().map(stream).collect();
+        let (path, format) = (bag.path().into(), bag.format());
+        let (bytes, fingerprint) = (walked.bytes, bag.fingerprint()?);
+        Ok(LogSurvey { path, format, bytes, fingerprint, topics, streams, damage: walked.damage })
     }
 
     fn of_topic(
         bag: Bag,
         name: String,
         mut topic: TopicIndex,
-        walked: Walked,
+        walked: &Walked,
         mut notes: Vec<String>,
         options: &LogOptions,
     ) -> Result<Self, LogError> {
         let topics = walked.topics.infos();
-        let mut damage = walked.damage;
+        let mut damage = walked.damage.clone();
         damage.append(&mut topic.damage);
         if topic.other_frame_ids > 0 {
             notes.push(format!("{} scans name another frame_id than the first", topic.other_frame_ids));
@@ -95,7 +130,7 @@ impl BagLog {
         self.summary.span_ns = span_ns(&self.frames);
         self.summary.period_ns = period_ns(&self.frames);
         if let Some(layout) = self.topic.first_layout() {
-            self.summary.fields = layout.field_infos();
+            self.summary.fields = layout.field_infos(self.time.as_ref().map(|time| time.field.as_str()));
             self.summary.point_bytes = layout.point_bytes();
         }
     }

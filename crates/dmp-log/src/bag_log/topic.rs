@@ -17,7 +17,7 @@ pub(super) struct Entry {
 }
 
 /// The scans of one topic.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct TopicIndex {
     pub(super) entries: Vec<Entry>,
     pub(super) layouts: Vec<Layout>,

@@ -1,5 +1,5 @@
 use super::Kind;
-use crate::FieldInfo;
+use crate::{FieldInfo, FieldMeaning};
 
 /// A field of a point that can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,11 +65,18 @@ impl Layout {
         self.point_step as u32
     }
 
-    pub(crate) fn field_infos(&self) -> Vec<FieldInfo> {
+    /// The fields for people; `time` is the one with the times of the points.
+    pub(crate) fn field_infos(&self, time: Option<&str>) -> Vec<FieldInfo> {
+        let meaning = |name: &str| match name {
+            "x" | "y" | "z" => FieldMeaning::Coordinate,
+            name if time == Some(name) => FieldMeaning::Time,
+            _ => FieldMeaning::NotUsed,
+        };
         let info = |(name, field): &(String, Field)| FieldInfo {
             name: name.clone(),
             kind: field.kind.name(),
             offset_bytes: field.offset as u32,
+            meaning: meaning(name),
         };
         self.named.iter().map(info).collect()
     }
