@@ -1,8 +1,9 @@
 use super::{Batches, CloudFormat, broken};
 use crate::cloud::ply_header::read_line;
 use crate::decimal::shorten;
-use crate::pcd::header::{PcdData, PcdField, PcdHeader, PcdKind, read_header};
+use crate::pcd::header::{PcdData, PcdField, PcdHeader, read_header};
 use crate::pcd::lzf::{LzfReader, may_hold};
+use crate::points::Kind;
 use crate::{LogError, Place};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
@@ -122,7 +123,7 @@ fn read_compressed<E: From<LogError>, F: FnMut(&[[f64; 3]]) -> Result<(), E>>(
 
 /// The numbers of one axis, unpacked one by one.
 struct Axis {
-    kind: PcdKind,
+    kind: Kind,
     input: BufReader<LzfReader<io::Take<BufReader<File>>>>,
 }
 
@@ -131,7 +132,7 @@ impl Axis {
         path: &Path,
         starts_at: u64,
         compressed: u64,
-        kind: PcdKind,
+        kind: Kind,
         column_at: u64,
     ) -> Result<Self, E> {
         let mut file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
@@ -145,7 +146,7 @@ impl Axis {
 
     fn next(&mut self) -> io::Result<f64> {
         let mut bytes = [0; 8];
-        let bytes = bytes.get_mut(..self.kind.bytes()).unwrap_or_default();
+        let bytes = bytes.get_mut(..self.kind.bytes() as usize).unwrap_or_default();
         self.input.read_exact(bytes)?;
         Ok(number(self.kind, bytes))
     }
@@ -159,10 +160,10 @@ fn unpacking<E: From<LogError>>(path: &Path, place: Place, error: &io::Error) ->
     broken(path, place, format!("cannot unpack the points: {problem}"))
 }
 
-fn number(kind: PcdKind, bytes: &[u8]) -> f64 {
+fn number(kind: Kind, bytes: &[u8]) -> f64 {
     let value = match kind {
-        PcdKind::F32 => bytes.first_chunk().map(|b| f32::from_le_bytes(*b).into()),
-        PcdKind::F64 => bytes.first_chunk().map(|b| f64::from_le_bytes(*b)),
+        Kind::F32 => bytes.first_chunk().map(|b| f32::from_le_bytes(*b).into()),
+        Kind::F64 => bytes.first_chunk().map(|b| f64::from_le_bytes(*b)),
         // No header with coordinates of another kind comes this far.
         _ => None,
     };

@@ -2,6 +2,7 @@
 
 use crate::cloud::ply_header::read_line;
 use crate::decimal::shorten;
+use crate::points::Kind;
 use crate::{ParseError, Place};
 use std::io::BufRead;
 
@@ -9,63 +10,21 @@ const MAX_HEADER_LINES: u64 = 1000;
 /// Most bytes of a point: above this a header is believed to be damaged.
 const MAX_POINT_BYTES: u64 = 1 << 20;
 
-/// The kinds of numbers a field may have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum PcdKind {
-    I8,
-    I16,
-    I32,
-    I64,
-    U8,
-    U16,
-    U32,
-    U64,
-    F32,
-    F64,
-}
-
-impl PcdKind {
-    fn new(letter: &str, size: &str) -> Option<Self> {
-        Some(match (letter, size) {
-            ("I", "1") => Self::I8,
-            ("I", "2") => Self::I16,
-            ("I", "4") => Self::I32,
-            ("I", "8") => Self::I64,
-            ("U", "1") => Self::U8,
-            ("U", "2") => Self::U16,
-            ("U", "4") => Self::U32,
-            ("U", "8") => Self::U64,
-            ("F", "4") => Self::F32,
-            ("F", "8") => Self::F64,
-            _ => return None,
-        })
-    }
-
-    /// Bytes of one number.
-    pub(crate) fn bytes(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::I64 | Self::U64 | Self::F64 => 8,
-        }
-    }
-
-    /// Its name for people.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::I8 => "int8",
-            Self::I16 => "int16",
-            Self::I32 => "int32",
-            Self::I64 => "int64",
-            Self::U8 => "uint8",
-            Self::U16 => "uint16",
-            Self::U32 => "uint32",
-            Self::U64 => "uint64",
-            Self::F32 => "float32",
-            Self::F64 => "float64",
-        }
-    }
+/// A kind of number by its letter and its bytes.
+fn kind_of(letter: &str, size: &str) -> Option<Kind> {
+    Some(match (letter, size) {
+        ("I", "1") => Kind::I8,
+        ("I", "2") => Kind::I16,
+        ("I", "4") => Kind::I32,
+        ("I", "8") => Kind::I64,
+        ("U", "1") => Kind::U8,
+        ("U", "2") => Kind::U16,
+        ("U", "4") => Kind::U32,
+        ("U", "8") => Kind::U64,
+        ("F", "4") => Kind::F32,
+        ("F", "8") => Kind::F64,
+        _ => return None,
+    })
 }
 
 /// A field of a point.
@@ -73,7 +32,7 @@ impl PcdKind {
 pub(crate) struct PcdField {
     /// Its name; `_` is padding.
     pub(crate) name: String,
-    pub(crate) kind: PcdKind,
+    pub(crate) kind: Kind,
     /// First byte in a point of binary data.
     pub(crate) offset_bytes: usize,
     /// First column in a line of text.
@@ -85,7 +44,7 @@ pub(crate) struct PcdField {
 impl PcdField {
     /// Bytes of all its numbers.
     pub(crate) fn bytes(&self) -> usize {
-        self.kind.bytes() * self.count
+        self.kind.bytes() as usize * self.count
     }
 }
 
@@ -128,7 +87,7 @@ impl PcdHeader {
             let field =
                 self.field(name).ok_or_else(|| wrong(format!("the points lack the field `{name}`")))?;
             match (field.kind, field.count) {
-                (PcdKind::F32 | PcdKind::F64, 1) => Ok(field),
+                (Kind::F32 | Kind::F64, 1) => Ok(field),
                 (kind, 1) => Err(wrong(format!("field `{name}` is {}, not float32 or float64", kind.name()))),
                 (_, count) => Err(wrong(format!("field `{name}` has {count} numbers, not one"))),
             }
@@ -286,7 +245,7 @@ fn fields_of(found: &Lines) -> Result<(Vec<PcdField>, usize), String> {
     let (mut fields, mut offset, mut column) = (Vec::new(), 0_u64, 0);
     for (k, ((name, size), letter)) in found.fields.iter().zip(&found.sizes).zip(&found.types).enumerate() {
         let short = shorten(name);
-        let kind = PcdKind::new(letter, size).ok_or_else(|| {
+        let kind = kind_of(letter, size).ok_or_else(|| {
             format!("field `{short}` has the unknown type {} of {} bytes", shorten(letter), shorten(size))
         })?;
         let count = found.counts.get(k).map_or("1", String::as_str);
@@ -335,13 +294,13 @@ mod tests {
         assert_eq!(
             places,
             [
-                ("x", PcdKind::F64, 0, 0, 1),
-                ("y", PcdKind::F32, 8, 1, 1),
-                ("z", PcdKind::F32, 12, 2, 1),
-                ("_", PcdKind::U8, 16, 3, 3),
-                ("rgb", PcdKind::U32, 19, 6, 1),
-                ("normal", PcdKind::F32, 23, 7, 3),
-                ("t", PcdKind::I64, 35, 10, 1),
+                ("x", Kind::F64, 0, 0, 1),
+                ("y", Kind::F32, 8, 1, 1),
+                ("z", Kind::F32, 12, 2, 1),
+                ("_", Kind::U8, 16, 3, 3),
+                ("rgb", Kind::U32, 19, 6, 1),
+                ("normal", Kind::F32, 23, 7, 3),
+                ("t", Kind::I64, 35, 10, 1),
             ]
         );
         assert_eq!((header.point_bytes, header.points, header.data), (43, 8, PcdData::Binary));

@@ -13,7 +13,6 @@ const MAX_GROWTH: u64 = 88;
 /// Unpacks the whole of `input`, which must give exactly `expected_len` bytes.
 ///
 /// Allocates no more than `input` can hold, whatever is expected.
-#[cfg_attr(not(test), allow(dead_code, reason = "for readers of scans, which hold one scan whole"))]
 pub(crate) fn decompress(input: &[u8], expected_len: u64) -> Result<Vec<u8>, String> {
     if !may_hold(input.len() as u64, expected_len) {
         return Err(format!("{} compressed bytes cannot hold {expected_len}", input.len()));
