@@ -12,11 +12,22 @@ pub(super) const EVLR_HEAD_BYTES: u64 = 60;
 /// Extra bytes of a point up to which compressed files are read; each costs kilobytes of decoder.
 const MAX_EXTRA_BYTES: u16 = 1024;
 
+/// From where the times of points count, seconds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum GpsTime {
+    /// The beginning of the week.
+    Week,
+    /// The GPS epoch, and 10⁹ more.
+    Standard,
+}
+
 /// A LAS header that does not lie about sizes.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct LasHeader {
-    pub(super) points: u64,
-    pub(super) compressed: bool,
+pub(crate) struct LasHeader {
+    pub(crate) points: u64,
+    pub(crate) compressed: bool,
+    /// What the times of points count; `None` where they have none.
+    pub(crate) gps_time: Option<GpsTime>,
     /// What it says of its coordinate system, in the file's order.
     pub(super) crs: Vec<CrsRecord>,
     /// Whether the well-known text counts, not the `GeoTIFF` keys.
@@ -71,7 +82,7 @@ impl<R: Read + Seek> Bytes<'_, R> {
 }
 
 /// Checks a LAS or LAZ file of `length` bytes.
-pub(super) fn check(input: &mut (impl Read + Seek), length: u64) -> Result<LasHeader, ParseError> {
+pub(crate) fn check(input: &mut (impl Read + Seek), length: u64) -> Result<LasHeader, ParseError> {
     let mut bytes = Bytes { input, length };
     let wrong = |at: u64, problem: String| Err(ParseError::new(Place::Byte(at), problem));
     let [major, minor] = bytes.at(24, "the version")?;
@@ -125,7 +136,11 @@ pub(super) fn check(input: &mut (impl Read + Seek), length: u64) -> Result<LasHe
         check_laz(&mut bytes, header_bytes, data_at, record_bytes, points)?;
     }
     let crs = las_crs::records(&mut bytes, header_bytes, data_at, minor)?;
-    let says_wkt = bytes.u16(6, "the global encoding")? & 16 != 0;
+    let encoding = bytes.u16(6, "the global encoding")?;
+    let says_wkt = encoding & 16 != 0;
+    let kind = if encoding & 1 == 0 { GpsTime::Week } else { GpsTime::Standard };
+    // The highest bits mark compression.
+    let gps_time = (!matches!(format & 0x3f, 0 | 2)).then_some(kind);
     let mut extent = 0.0_f64;
     for k in 0..4 {
         let bound = f64::from_bits(bytes.u64(179 + 8 * k, "the bounds")?).abs();
@@ -133,7 +148,7 @@ pub(super) fn check(input: &mut (impl Read + Seek), length: u64) -> Result<LasHe
         extent = if bound.is_finite() { extent.max(bound) } else { f64::INFINITY };
     }
     let extent = Some(extent).filter(|extent| extent.is_finite());
-    Ok(LasHeader { points, compressed, crs, says_wkt, extent })
+    Ok(LasHeader { points, compressed, gps_time, crs, says_wkt, extent })
 }
 
 fn check_evlr<R: Read + Seek>(bytes: &mut Bytes<'_, R>) -> Result<(), ParseError> {

@@ -188,7 +188,7 @@ mod tests {
     }
 
     fn header(crs: Vec<CrsRecord>) -> LasHeader {
-        LasHeader { points: 1, compressed: false, crs, says_wkt: false, extent: Some(6e5) }
+        LasHeader { points: 1, compressed: false, gps_time: None, crs, says_wkt: false, extent: Some(6e5) }
     }
 
     fn to_metres(crs: Vec<CrsRecord>) -> ([f64; 3], String) {

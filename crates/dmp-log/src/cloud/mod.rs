@@ -2,7 +2,8 @@
 
 mod las_cloud;
 mod las_crs;
-mod las_header;
+pub(crate) mod las_header;
+pub(crate) mod las_points;
 mod las_units;
 mod pcd_cloud;
 pub(crate) mod ply_cloud;

@@ -1,4 +1,5 @@
 use crate::decimal::shorten;
+use crate::points::{Field, Kind};
 use crate::{ParseError, Place};
 use std::io::{self, BufRead, Read};
 
@@ -35,6 +36,8 @@ pub(crate) struct PlyHeader {
     pub(crate) vertices: u64,
     pub(crate) vertex_bytes: usize,
     pub(crate) xyz: [Coordinate; 3],
+    /// Every property of a vertex, in order: its name, and its place in binary rows.
+    pub(crate) named: Vec<(String, Field)>,
     /// Elements behind the vertices.
     pub(crate) after: Vec<PlyElement>,
 }
@@ -61,7 +64,7 @@ struct Element {
     name: String,
     rows: u64,
     bytes: u64,
-    columns: usize,
+    named: Vec<(String, Field)>,
     list: Option<String>,
     xyz: [Option<Coordinate>; 3],
     line: u64,
@@ -121,7 +124,7 @@ pub(crate) fn read_header(input: &mut impl BufRead) -> Result<PlyHeader, ParseEr
                     name,
                     rows,
                     bytes: 0,
-                    columns: 0,
+                    named: Vec::new(),
                     properties: Vec::new(),
                     list: None,
                     xyz: [None; 3],
@@ -155,18 +158,9 @@ fn add_property(element: &mut Element, definition: &[&str]) -> Result<(), String
             Ok(())
         }
         [kind, name] => {
-            let bytes = match *kind {
-                "char" | "uchar" | "int8" | "uint8" => 1,
-                "short" | "ushort" | "int16" | "uint16" => 2,
-                "int" | "uint" | "float" | "int32" | "uint32" | "float32" => 4,
-                "double" | "float64" => 8,
-                other => {
-                    return Err(format!(
-                        "property `{}` has the unknown type `{}`",
-                        shorten(name),
-                        shorten(other)
-                    ));
-                }
+            let Some(number) = kind_of(kind) else {
+                let (name, kind) = (shorten(name), shorten(kind));
+                return Err(format!("property `{name}` has the unknown type `{kind}`"));
             };
             let axis = match *name {
                 "x" => element.xyz.get_mut(0),
@@ -175,19 +169,35 @@ fn add_property(element: &mut Element, definition: &[&str]) -> Result<(), String
                 _ => None,
             };
             if let Some(axis) = axis {
-                let double = matches!(*kind, "double" | "float64");
-                if !double && !matches!(*kind, "float" | "float32") {
+                if !number.is_float() {
                     return Err(format!("property `{name}` is {kind}, not float or double"));
                 }
-                *axis = Some(Coordinate { column: element.columns, offset: element.bytes as usize, double });
+                let (column, offset) = (element.named.len(), element.bytes as usize);
+                *axis = Some(Coordinate { column, offset, double: number == Kind::F64 });
             }
+            let bytes = u64::from(number.bytes());
             element.properties.push(PlyProperty::Scalar { bytes });
+            element.named.push(((*name).to_owned(), Field { offset: element.bytes as usize, kind: number }));
             element.bytes += bytes;
-            element.columns += 1;
             Ok(())
         }
         _ => Err(format!("not a property: `{}`", shorten(&definition.join(" ")))),
     }
+}
+
+/// A type by its name, old or new.
+fn kind_of(name: &str) -> Option<Kind> {
+    Some(match name {
+        "char" | "int8" => Kind::I8,
+        "uchar" | "uint8" => Kind::U8,
+        "short" | "int16" => Kind::I16,
+        "ushort" | "uint16" => Kind::U16,
+        "int" | "int32" => Kind::I32,
+        "uint" | "uint32" => Kind::U32,
+        "float" | "float32" => Kind::F32,
+        "double" | "float64" => Kind::F64,
+        _ => return None,
+    })
 }
 
 fn assemble(
@@ -224,6 +234,7 @@ fn assemble(
             vertices: element.rows,
             vertex_bytes: element.bytes as usize,
             xyz: [x, y, z],
+            named: element.named,
             after: after.collect(),
         });
     }
