@@ -6,7 +6,8 @@ use dmp_log::{LogError, LogOptions, LogSurvey, PointTime, ScanLog, StampAt, open
 /// The log and how it is to be read.
 #[derive(Debug, Args)]
 pub(crate) struct LogArgs {
-    /// The log: FILE.mcap with PointCloud2, a folder with one, or a folder of KITTI scans (.bin)
+    /// The log: FILE.mcap with PointCloud2, a folder with one, or a folder with one scan a file (.bin, .pcd, .ply,
+    /// .las, .laz)
     #[arg(value_name = "LOG")]
     log: PathBuf,
     /// The topic with the scans, where the log has several

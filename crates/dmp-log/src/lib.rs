@@ -5,12 +5,12 @@
 //! ([`FrameInfo`]), a [`LogSummary`] of what was found, guessed and damaged, and a [`ScanReader`] for each
 //! thread, which fills a [`Scan`](dmp_sensor::Scan) with one scan at a time. [`read_trajectory`] reads
 //! poses. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a reference.
-//! [`McapScanWriter`], [`BinFolderWriter`], [`write_tum`], [`write_euroc`] and [`write_kitti`] write what the
+//! [`McapScanWriter`], [`FolderScanWriter`], [`write_tum`], [`write_euroc`] and [`write_kitti`] write what the
 //! readers read. [`read_calib`] says where a LiDAR sits on a camera.
 //!
 //! | what | formats |
 //! |---|---|
-//! | scan log | MCAP with `sensor_msgs/msg/PointCloud2` in CDR; a folder of KITTI `.bin` scans, with `times.txt` and `times/*.f32` |
+//! | scan log | MCAP and rosbag2 with `sensor_msgs/msg/PointCloud2` or Livox `CustomMsg`; a folder with one scan a file: KITTI `.bin` (with `times/*.f32`), PCD, PLY, LAS or LAZ, with stamps in a `times.txt`, a `timestamps.txt` or the file names |
 //! | trajectory | TUM; KITTI rows and `.npy`, with `times.txt`; EuRoC csv; vertices of g2o graphs |
 //! | calibration | KITTI `calib.txt`, `calib_velo_to_cam.txt` |
 //! | cloud | LAS, LAZ, PLY, PCD |
@@ -52,13 +52,13 @@ mod cloud;
 mod decimal;
 mod error;
 mod fingerprint;
-mod folder;
 mod log;
 mod mesh;
 mod open;
 mod pcd;
 mod points;
 mod ros;
+mod scan_folder;
 mod text;
 mod trajectory;
 mod unit;
@@ -81,5 +81,5 @@ pub use trajectory::{
     read_trajectory_as, write_euroc, write_kitti, write_tum,
 };
 pub use unit::LengthUnit;
-pub use write_folder::BinFolderWriter;
+pub use write_folder::{FolderFormat, FolderScanWriter};
 pub use write_mcap::{McapCompression, McapScanWriter, McapWriterOptions};

@@ -15,6 +15,13 @@ pub struct LogOptions {
     pub stamp_at: StampAt,
 }
 
+impl LogOptions {
+    /// As little as can be asked of a log: its scans, each an instant.
+    pub(crate) fn without_times() -> Self {
+        Self { point_time: PointTime::Ignore, ..Self::default() }
+    }
+}
+
 /// What is known of a scan before it is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FrameInfo {
@@ -66,6 +73,12 @@ pub enum LogFormat {
     Rosbag2Sqlite,
     /// A folder of files with float32 x, y, z, intensity.
     BinFolder,
+    /// A folder of PCD files.
+    PcdFolder,
+    /// A folder of PLY files.
+    PlyFolder,
+    /// A folder of LAS or LAZ files.
+    LasFolder,
 }
 
 impl LogFormat {
@@ -76,6 +89,9 @@ impl LogFormat {
             Self::Rosbag2Mcap => "rosbag2 (MCAP)",
             Self::Rosbag2Sqlite => "rosbag2 (SQLite)",
             Self::BinFolder => "folder of KITTI .bin scans",
+            Self::PcdFolder => "folder of PCD scans",
+            Self::PlyFolder => "folder of PLY scans",
+            Self::LasFolder => "folder of LAS scans",
         }
     }
 }

@@ -1,32 +1,34 @@
 use crate::bag::Bag;
 use crate::bag_log::BagLog;
-use crate::folder::BinFolder;
+use crate::scan_folder::{FoundScans, ScanFolder};
 use crate::{LogError, LogOptions, LogSurvey, ScanLog, ScanStream};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-const LOOKED_FOR: &str = "looked for an MCAP file, a rosbag2 file or folder, or a folder with .bin scans";
+const LOOKED_FOR: &str = "looked for an MCAP file, a rosbag2 file or folder, or a folder with one scan a file (.bin, \
+                          .pcd, .ply, .las, .laz)";
 
 /// What lies at a path.
 enum Found {
     Bag(Bag),
-    Folder(Box<BinFolder>),
+    Folder(FoundScans),
 }
 
-/// Opens the log at `path`: an MCAP file, rosbag2's files or folders, or a folder of scans.
+/// Opens the log at `path`: an MCAP file, rosbag2's files or folders, or a folder with one scan a file, as
+/// `.bin`, `.pcd`, `.ply`, `.las` or `.laz`.
 ///
-/// Opening reads a bag once from start to end and takes stock of what is damaged; of a folder it reads the
-/// lengths of the files.
+/// Opening reads a bag once from start to end and takes stock of what is damaged; of a folder of scans it reads
+/// the heads of the files, and the lines of those in text.
 ///
 /// # Errors
 /// When there is nothing at the path, when it is in no format known here, when the choice of a topic or
 /// the meaning of the times is left open, and when there is no scan in it. Damage to a part is no error,
 /// see [`crate::LogSummary::damage`].
 pub fn open_log(path: &Path, options: &LogOptions) -> Result<Box<dyn ScanLog>, LogError> {
-    Ok(match find(path, options)? {
+    Ok(match find(path)? {
         Found::Bag(bag) => Box::new(BagLog::open(bag, options)?),
-        Found::Folder(folder) => folder,
+        Found::Folder(scans) => Box::new(ScanFolder::open(scans, options)?),
     })
 }
 
@@ -36,32 +38,33 @@ pub fn open_log(path: &Path, options: &LogOptions) -> Result<Box<dyn ScanLog>, L
 /// # Errors
 /// When there is nothing at the path, it cannot be read, is in no format known here, or has no such topic.
 pub fn survey_log(path: &Path, options: &LogOptions) -> Result<LogSurvey, LogError> {
-    match find(path, options)? {
+    match find(path)? {
         Found::Bag(bag) => BagLog::survey(&bag, options),
-        Found::Folder(folder) => {
-            let summary = folder.summary();
-            Ok(LogSurvey {
-                path: summary.path.clone(),
-                format: summary.format,
-                bytes: summary.bytes,
-                fingerprint: summary.fingerprint.clone(),
-                topics: Vec::new(),
-                damage: summary.damage.clone(),
-                streams: vec![ScanStream {
-                    topic: None,
-                    log: Some(folder),
-                    damage: Vec::new(),
-                    problem: None,
-                }],
-            })
-        }
+        Found::Folder(scans) => survey_folder(scans, options),
     }
 }
 
-fn find(path: &Path, options: &LogOptions) -> Result<Found, LogError> {
+fn survey_folder(scans: FoundScans, options: &LogOptions) -> Result<LogSurvey, LogError> {
+    let (folder, problem) = match ScanFolder::open(scans.clone(), options) {
+        Ok(folder) => (folder, None),
+        Err(problem) => (ScanFolder::open(scans, &LogOptions::without_times())?, Some(problem)),
+    };
+    let summary = folder.summary();
+    Ok(LogSurvey {
+        path: summary.path.clone(),
+        format: summary.format,
+        bytes: summary.bytes,
+        fingerprint: summary.fingerprint.clone(),
+        topics: Vec::new(),
+        damage: summary.damage.clone(),
+        streams: vec![ScanStream { topic: None, log: Some(Box::new(folder)), damage: Vec::new(), problem }],
+    })
+}
+
+fn find(path: &Path) -> Result<Found, LogError> {
     let metadata = fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?;
     if metadata.is_dir() {
-        return find_in_folder(path, options);
+        return find_in_folder(path);
     }
     let mut start = Vec::new();
     let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
@@ -77,12 +80,16 @@ fn find(path: &Path, options: &LogOptions) -> Result<Found, LogError> {
     Err(LogError::UnknownFormat { path: path.into(), looked_for })
 }
 
-fn find_in_folder(path: &Path, options: &LogOptions) -> Result<Found, LogError> {
-    if let Some(folder) = BinFolder::open(path, options)? {
-        return Ok(Found::Folder(Box::new(folder)));
-    }
-    if let Some(bag) = Bag::of_folder(path)? {
+fn find_in_folder(path: &Path) -> Result<Found, LogError> {
+    let scans = FoundScans::under(path)?;
+    // A single file beside a bag is a map.
+    if scans.as_ref().is_none_or(|scans| scans.len() < 2)
+        && let Some(bag) = Bag::of_folder(path)?
+    {
         return Ok(Found::Bag(bag));
+    }
+    if let Some(scans) = scans {
+        return Ok(Found::Folder(scans));
     }
     let looked_for = format!(
         "{LOOKED_FOR} (in it, in scans/, velodyne/ or velodyne_points/data/); the folder has neither"

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use anyhow::Context as _;
 use clap::Args;
-use dmp_log::{BinFolderWriter, LogOptions, McapCompression, McapScanWriter, McapWriterOptions, open_log};
+use dmp_log::{FolderScanWriter, LogOptions, McapCompression, McapScanWriter, McapWriterOptions, open_log};
 use dmp_sensor::Scan;
 use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route};
 use serde::{Deserialize, Serialize};
@@ -210,7 +210,7 @@ fn mcap(path: &Path, compression: McapCompression, scans: Scans<'_>) -> anyhow::
 }
 
 fn bin(path: &Path, scans: Scans<'_>) -> anyhow::Result<()> {
-    let mut writer = BinFolderWriter::create(path)?;
+    let mut writer = FolderScanWriter::create(path)?;
     scans(&mut |scan| Ok(writer.write_scan(scan)?))?;
     Ok(writer.finish()?)
 }

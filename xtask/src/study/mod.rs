@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, ensure};
 use clap::{Args, Subcommand};
-use dmp_log::{BinFolderWriter, write_tum};
+use dmp_log::{FolderFormat, FolderScanWriter, write_tum};
 use dmp_sim::Recording;
 use drives::{DriveSpec, drives};
 
@@ -75,7 +75,7 @@ fn find(name: &str) -> anyhow::Result<DriveSpec> {
 fn export(spec: &DriveSpec, folder: &Path) -> anyhow::Result<()> {
     let town = spec.options.town()?;
     let recording = Recording::new(&town, &spec.options)?;
-    let mut writer = BinFolderWriter::create(folder)?;
+    let mut writer = FolderScanWriter::create(folder, FolderFormat::Bin)?;
     let mut returns = 0;
     for scan in recording.scans() {
         returns += scan.len();

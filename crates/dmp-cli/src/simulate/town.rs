@@ -2,7 +2,7 @@ use std::io::{IsTerminal as _, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use dmp_log::{BinFolderWriter, LogError, McapScanWriter, McapWriterOptions};
+use dmp_log::{FolderFormat, FolderScanWriter, LogError, McapScanWriter, McapWriterOptions};
 use dmp_sensor::Scan;
 use dmp_sim::{LidarOptions, NoReturn, Recording, RecordingOptions, Route, Sweep};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -165,7 +165,7 @@ pub(super) fn run(arguments: &TownArgs, common: &Common, out: &mut impl Write) -
 
 enum LogWriter {
     Mcap(Box<McapScanWriter>),
-    Folder(BinFolderWriter),
+    Folder(FolderScanWriter),
 }
 
 impl LogWriter {
@@ -175,7 +175,7 @@ impl LogWriter {
             Some(extension) if extension == "mcap" => {
                 Ok(Self::Mcap(Box::new(McapScanWriter::create(path, &McapWriterOptions::default())?)))
             }
-            None => Ok(Self::Folder(BinFolderWriter::create(path)?)),
+            None => Ok(Self::Folder(FolderScanWriter::create(path, FolderFormat::Bin)?)),
             Some(_) => {
                 let problem = "a log to write is FILE.mcap, or a folder: a name without extension";
                 Err(Usage(format!("{}: {problem}", path.display())).into())

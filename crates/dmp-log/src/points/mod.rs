@@ -10,6 +10,6 @@ mod time_choice;
 pub(crate) use layout::{Field, Layout};
 pub(crate) use number::Kind;
 pub(crate) use rows::Rows;
-pub(crate) use time::{Origin, RawTime, SampledScan, TimeRule};
+pub(crate) use time::{Origin, RawTime, SampledScan, TimeRule, candidates};
 pub use time::{PointTime, StampAt, TimeUnit};
-pub(crate) use time_choice::{TimeChoice, choose_time, sampled_frames};
+pub(crate) use time_choice::{TimeChoice, choose_time, place_stamp, sampled_frames};

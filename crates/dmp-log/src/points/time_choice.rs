@@ -103,7 +103,7 @@ fn without_times(options: &LogOptions) -> Result<Option<TimeChoice>, String> {
 }
 
 /// Puts times that count from the scan's beginning where the stamp is the middle or the end of it.
-pub(super) fn place_stamp(
+pub(crate) fn place_stamp(
     field: &str,
     mut rule: TimeRule,
     at: StampAt,

@@ -1,5 +1,5 @@
 use crate::LogError;
-use crate::folder::parse_times;
+use crate::scan_folder::parse_times;
 use dmp_sensor::{Trajectory, TrajectoryRepairs};
 use std::fs;
 use std::path::Path;

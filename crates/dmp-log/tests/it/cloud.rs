@@ -32,7 +32,7 @@ pub(crate) fn write_las(path: &Path, count: u32, format: u8) -> Points {
     for k in 0..count {
         let place = [500_000.0 + f64::from(k) * 0.25, 4_000_000.5, f64::from(k % 100) * 0.125];
         let [x, y, z] = place;
-        let gps_time = Some(f64::from(k));
+        let gps_time = writer.header().point_format().has_gps_time.then_some(f64::from(k));
         let color = writer.header().point_format().has_color.then(las::Color::default);
         writer.write_point(las::Point { x, y, z, gps_time, color, ..las::Point::default() }).unwrap();
         points.push(place);

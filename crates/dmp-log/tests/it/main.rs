@@ -18,4 +18,5 @@ mod point_time;
 mod real_data;
 mod round_trip;
 mod row_18;
+mod scan_folder;
 mod trajectory;

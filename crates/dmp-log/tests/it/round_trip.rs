@@ -1,5 +1,7 @@
 use crate::common::{assert_says, open, read_all, scan, scans, write_mcap};
-use dmp_log::{BinFolderWriter, LogFormat, McapCompression, McapScanWriter, McapWriterOptions};
+use dmp_log::{
+    FolderFormat, FolderScanWriter, LogFormat, McapCompression, McapScanWriter, McapWriterOptions,
+};
 use dmp_sensor::Scan;
 use std::fs;
 
@@ -119,14 +121,26 @@ fn stamps_before_1970_survive() {
     assert_eq!(read_all(&*open(&path)), written);
 }
 
+/// How far a scan may come back from how it was written: coordinates in metres, times in nanoseconds.
+fn tolerance(format: FolderFormat) -> (f32, i64) {
+    match format {
+        // Seconds as float32 keep 4 ns of 0.1 s.
+        FolderFormat::Bin => (0.0, 4),
+        FolderFormat::Laz => (6e-5, 0),
+        _ => (0.0, 0),
+    }
+}
+
 #[test]
 fn a_folder_gives_back_what_was_written() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, stamped, timed) in
-        [("a", true, true), ("b", true, false), ("c", false, true), ("d", false, false)]
+    let formats = [FolderFormat::Bin, FolderFormat::Pcd, FolderFormat::Ply, FolderFormat::Laz];
+    let cases = [("a", true, true), ("b", true, false), ("c", false, true), ("d", false, false)];
+    for (format, (name, stamped, timed)) in
+        formats.into_iter().flat_map(|format| cases.map(|case| (format, case)))
     {
-        let path = folder.path().join(name);
-        let mut writer = BinFolderWriter::create(&path).unwrap();
+        let path = folder.path().join(format!("{name}-{}", format.extension()));
+        let mut writer = FolderScanWriter::create(&path, format).unwrap();
         let mut written = scans(10, 50, timed);
         written[0] = scan(0, 0, false);
         for scan in &mut written {
@@ -139,24 +153,51 @@ fn a_folder_gives_back_what_was_written() {
         let log = open(&path);
         let read = read_all(&*log);
         assert_eq!(log.groups(), [0..8, 8..10]);
+        let (tolerance_m, tolerance_ns) = tolerance(format);
         for (read, written) in read.iter().zip(&written) {
-            assert_eq!(read.points_in_sensor_m, written.points_in_sensor_m);
+            let near_m = |(a, b): (&f32, &f32)| (a - b).abs() <= tolerance_m;
+            let places = |scan: &Scan| scan.points_in_sensor_m.as_flattened().to_vec();
+            assert!(places(read).iter().zip(&places(written)).all(near_m), "{format:?}");
+            assert_eq!(read.len(), written.len());
             assert_eq!(read.stamp_ns, written.stamp_ns);
-            assert_eq!(read.time_offsets_ns.len(), written.time_offsets_ns.len());
-            // Seconds as float32 keep 4 ns of 0.1 s.
-            let near = |(a, b): (&i64, &i64)| (a - b).abs() <= 4;
-            assert!(read.time_offsets_ns.iter().zip(&written.time_offsets_ns).all(near));
+            assert_eq!(read.time_offsets_ns.len(), written.time_offsets_ns.len(), "{format:?} {name}");
+            let near_ns = |(a, b): (&i64, &i64)| (a - b).abs() <= tolerance_ns;
+            assert!(read.time_offsets_ns.iter().zip(&written.time_offsets_ns).all(near_ns), "{format:?}");
         }
         assert_eq!(log.summary().has_point_times(), timed);
         assert_eq!(log.summary().damage, []);
-        let again = BinFolderWriter::create(&path).unwrap_err();
+        let again = FolderScanWriter::create(&path, format).unwrap_err();
         assert!(again.is_usage());
         assert_says(&again.to_string(), &[path.to_str().unwrap(), "not overwritten"]);
     }
-    let refused = BinFolderWriter::create(&folder.path().join("e")).and_then(|mut writer| {
-        writer.write_scan(&scan(0, 3, true))?;
-        writer.write_scan(&scan(1, 3, false))
-    });
+    let refused =
+        FolderScanWriter::create(&folder.path().join("e"), FolderFormat::Bin).and_then(|mut writer| {
+            writer.write_scan(&scan(0, 3, true))?;
+            writer.write_scan(&scan(1, 3, false))
+        });
     assert_says(&refused.unwrap_err().to_string(), &["frame 1", "0 times for 3 points"]);
     assert!(!folder.path().join("e").exists());
+}
+
+#[test]
+fn what_a_folder_cannot_say_is_refused_or_is_no_return() {
+    let folder = tempfile::tempdir().unwrap();
+    let refusal = |format, scan: Scan| {
+        let mut writer = FolderScanWriter::create(&folder.path().join("f"), format).unwrap();
+        writer.write_scan(&scan).unwrap_err().to_string()
+    };
+    for format in [FolderFormat::Pcd, FolderFormat::Ply] {
+        for beyond in [-1, 1 << 32] {
+            let scan = Scan { time_offsets_ns: vec![0, beyond, 2], ..scan(1, 3, false) };
+            assert_says(&refusal(format, scan), &["frame 0", &format!("{beyond} ns after")]);
+        }
+    }
+    let far = Scan { points_in_sensor_m: vec![[0.0, 3e5, 0.0]], ..scan(1, 0, false) };
+    assert_says(&refusal(FolderFormat::Laz, far), &["frame 0", "300000 m"]);
+    let path = folder.path().join("holes");
+    let mut writer = FolderScanWriter::create(&path, FolderFormat::Laz).unwrap();
+    let holes = vec![[f32::NAN, 1.0, 2.0], [1.0, 2.0, 3.0], [0.0, f32::INFINITY, 0.0]];
+    writer.write_scan(&Scan { points_in_sensor_m: holes, ..scan(1, 0, false) }).unwrap();
+    writer.finish().unwrap();
+    assert_eq!(read_all(&*open(&path))[0].points_in_sensor_m, [[0.0; 3], [1.0, 2.0, 3.0], [0.0; 3]]);
 }

@@ -1,0 +1,46 @@
+use crate::LogFormat;
+use std::path::Path;
+
+/// The formats of files with one scan each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum ScanFormat {
+    /// KITTI: float32 x, y, z, intensity and nothing else.
+    Bin,
+    Pcd,
+    Ply,
+    /// LAS or LAZ.
+    Las,
+}
+
+impl ScanFormat {
+    /// By the file's extension, in letters of either size.
+    pub(super) fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        Some(match extension.as_str() {
+            "bin" => Self::Bin,
+            "pcd" => Self::Pcd,
+            "ply" => Self::Ply,
+            "las" | "laz" => Self::Las,
+            _ => return None,
+        })
+    }
+
+    /// The extensions, in words.
+    pub(super) fn extensions(self) -> &'static str {
+        match self {
+            Self::Bin => ".bin",
+            Self::Pcd => ".pcd",
+            Self::Ply => ".ply",
+            Self::Las => ".las or .laz",
+        }
+    }
+
+    pub(super) fn of_log(self) -> LogFormat {
+        match self {
+            Self::Bin => LogFormat::BinFolder,
+            Self::Pcd => LogFormat::PcdFolder,
+            Self::Ply => LogFormat::PlyFolder,
+            Self::Las => LogFormat::LasFolder,
+        }
+    }
+}

@@ -1,0 +1,87 @@
+use super::format::ScanFormat;
+use super::names;
+use crate::LogError;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Where in a folder the scans may be.
+const PLACES: [&str; 4] = ["", "scans", "velodyne", "velodyne_points/data"];
+/// A file of another format among so many is no scan: people keep a map beside them.
+const MANY: usize = 3;
+
+/// The files with scans of a folder, in order.
+#[derive(Debug, Clone)]
+pub(crate) struct FoundScans {
+    pub(super) folder: PathBuf,
+    pub(super) format: ScanFormat,
+    pub(super) files: Vec<PathBuf>,
+    pub(super) notes: Vec<String>,
+}
+
+impl FoundScans {
+    /// The scans in or under `path`; `None` where there are none.
+    ///
+    /// # Errors
+    /// When the folder cannot be read, and when files of several formats could be the scans.
+    pub(crate) fn under(path: &Path) -> Result<Option<Self>, LogError> {
+        for place in PLACES {
+            let folder = if place.is_empty() { path.to_owned() } else { path.join(place) };
+            if folder.is_dir() {
+                let formats = files_by_format(&folder)?;
+                if !formats.is_empty() {
+                    return choose(folder, formats).map(Some);
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.files.len()
+    }
+}
+
+fn files_by_format(folder: &Path) -> Result<BTreeMap<ScanFormat, Vec<PathBuf>>, LogError> {
+    let entries = fs::read_dir(folder).map_err(|e| LogError::io(folder, "open", e))?;
+    let mut formats: BTreeMap<ScanFormat, Vec<PathBuf>> = BTreeMap::new();
+    for entry in entries {
+        let file = entry.map_err(|e| LogError::io(folder, "read", e))?.path();
+        // What begins with a full stop is hidden: some systems put such files beside each copied one.
+        let hidden = file.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+        if let Some(format) = ScanFormat::of(&file).filter(|_| !hidden && file.is_file()) {
+            formats.entry(format).or_default().push(file);
+        }
+    }
+    Ok(formats)
+}
+
+fn choose(folder: PathBuf, formats: BTreeMap<ScanFormat, Vec<PathBuf>>) -> Result<FoundScans, LogError> {
+    let counts = |formats: &BTreeMap<ScanFormat, Vec<PathBuf>>| {
+        let count = |(format, files): (&ScanFormat, &Vec<PathBuf>)| {
+            format!("{} {}", files.len(), format.extensions())
+        };
+        formats.iter().map(count).collect::<Vec<_>>().join(", ")
+    };
+    let mut several = formats;
+    let most =
+        several.iter().max_by_key(|(_, files)| files.len()).map(|(&format, files)| (format, files.len()));
+    let others_are_single = several.values().filter(|files| files.len() > 1).count() == 1;
+    match most {
+        Some((format, count)) if several.len() == 1 || (others_are_single && count >= MANY) => {
+            let mut files = several.remove(&format).unwrap_or_default();
+            let mut notes = Vec::new();
+            if !several.is_empty() {
+                notes.push(format!("left aside as no scans: {}", counts(&several)));
+            }
+            notes.push(names::put_in_order(&mut files).into());
+            Ok(FoundScans { folder, format, files, notes })
+        }
+        _ => {
+            let problem =
+                format!("scans of several formats: {}; leave those of one in the folder", counts(&several));
+            Err(LogError::Option { path: folder, problem })
+        }
+    }
+}

@@ -1,0 +1,55 @@
+use super::head::{Body, Head};
+use crate::cloud::las_header;
+use crate::cloud::las_points::LasPoints;
+use crate::points::{Field, Kind, Layout};
+use crate::{LogError, ParseError, Place};
+use std::io::{Read, Seek};
+use std::path::Path;
+
+/// The numbers of a point that are handed on, all float64.
+const FIELDS: [&str; 4] = ["x", "y", "z", "gps_time"];
+
+/// Reads and checks a head.
+pub(super) fn head(input: &mut (impl Read + Seek), length: u64) -> Result<Head, ParseError> {
+    let las = las_header::check(input, length)?;
+    let count = if las.gps_time.is_some() { 4 } else { 3 };
+    let field = |(k, name): (usize, &str)| (name.to_owned(), Field { offset: 8 * k, kind: Kind::F64 });
+    let named = FIELDS.into_iter().take(count).enumerate().map(field).collect();
+    let layout = Layout::new(named, false, 8 * count as u32)
+        .map_err(|problem| ParseError::new(Place::WholeFile, problem))?;
+    Ok(Head { layout, points: las.points, body: Body::Las })
+}
+
+/// Reads the first `points` points.
+pub(super) fn read_rows(
+    path: &Path,
+    points: u64,
+    layout: &Layout,
+    rows: &mut Vec<u8>,
+) -> Result<(), LogError> {
+    let mut file = LasPoints::open(path)?;
+    let timed = layout.field("gps_time").is_some();
+    let mut done = 0;
+    while done < points {
+        let batch = file.read(points - done)?;
+        let places = batch.x().zip(batch.y()).zip(batch.z());
+        match batch.gps_time().filter(|_| timed) {
+            Some(times) => {
+                for (((x, y), z), time) in places.zip(times) {
+                    rows.extend_from_slice([x, y, z, time].map(f64::to_le_bytes).as_flattened());
+                }
+            }
+            None if timed => {
+                let problem = "the file has changed since it was opened".to_owned();
+                return Err(LogError::malformed(path, Place::WholeFile, problem));
+            }
+            None => {
+                for ((x, y), z) in places {
+                    rows.extend_from_slice([x, y, z].map(f64::to_le_bytes).as_flattened());
+                }
+            }
+        }
+        done += batch.len() as u64;
+    }
+    Ok(())
+}

@@ -1,0 +1,304 @@
+//! Scan logs as a folder of files with one scan each.
+
+mod calendar;
+mod format;
+mod found;
+mod head;
+mod las;
+mod names;
+mod pcd;
+mod ply;
+mod stamps;
+mod text;
+mod times;
+
+use crate::log::{period_ns, runs_of_eight, span_ns};
+use crate::points::{
+    Layout, Origin, Rows, SampledScan, TimeChoice, TimeRule, candidates, choose_time, sampled_frames,
+};
+use crate::{Damage, FrameInfo, LogError, LogOptions, LogSummary, Place, ScanLog, ScanReader, fingerprint};
+use dmp_sensor::Scan;
+use format::ScanFormat;
+pub(crate) use found::FoundScans;
+use head::ScanFile;
+pub(crate) use stamps::parse_times;
+use std::ops::Range;
+use std::path::PathBuf;
+use times::{Beside, read_times};
+
+/// A folder of scans, one file each.
+#[derive(Debug)]
+pub(crate) struct ScanFolder {
+    format: ScanFormat,
+    entries: Vec<Entry>,
+    layouts: Vec<Layout>,
+    frames: Vec<FrameInfo>,
+    time: Option<Times>,
+    summary: LogSummary,
+}
+
+/// A file that can be read.
+#[derive(Debug)]
+struct Entry {
+    path: PathBuf,
+    points: u64,
+    /// Its place among the layouts.
+    layout: usize,
+    stamp_ns: Option<i64>,
+    /// Fewer points than there should be.
+    is_cut: bool,
+}
+
+/// Where the times of the points are.
+#[derive(Debug)]
+enum Times {
+    Field(TimeChoice),
+    Beside(Beside),
+}
+
+impl ScanFolder {
+    /// Reads the heads of the files; of those in text, every line.
+    pub(crate) fn open(found: FoundScans, options: &LogOptions) -> Result<Self, LogError> {
+        let FoundScans { folder, format, files, mut notes } = found;
+        if let Some(topic) = &options.topic {
+            let problem = format!("--topic {topic} was given, but a folder of scans has no topics");
+            return Err(LogError::Option { path: folder, problem });
+        }
+        let stamps_ns = stamps::find(&folder, &files, &mut notes)?;
+        let summary = LogSummary {
+            path: folder,
+            format: format.of_log(),
+            topic: None,
+            frame_id: None,
+            fields: Vec::new(),
+            point_bytes: 0,
+            returns: 0,
+            span_ns: None,
+            period_ns: None,
+            point_times: None,
+            notes,
+            damage: Vec::new(),
+            fingerprint: String::new(),
+            bytes: 0,
+            topics: Vec::new(),
+        };
+        let (entries, layouts, frames) = (Vec::new(), Vec::new(), Vec::new());
+        let mut log = Self { format, entries, layouts, frames, time: None, summary };
+        log.take_stock(&files, stamps_ns.as_deref())?;
+        log.describe();
+        log.decide_time(options)?;
+        log.describe();
+        if log.entries.is_empty() {
+            let first = log.summary.damage.first();
+            let lost = first.map(|first| format!("; {}: {}", first.place, first.what)).unwrap_or_default();
+            let problem = format!("no scan can be read{lost}");
+            return Err(LogError::malformed(&log.summary.path, Place::WholeFile, problem));
+        }
+        Ok(log)
+    }
+
+    fn take_stock(&mut self, files: &[PathBuf], stamps_ns: Option<&[i64]>) -> Result<(), LogError> {
+        let mut names = Vec::new();
+        for (number, path) in files.iter().enumerate() {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let length = std::fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
+            self.summary.bytes += length;
+            names.push((name, length));
+            let mut file = match ScanFile::open(path, self.format) {
+                Ok(file) => file,
+                Err(LogError::Malformed { path, place, problem }) => {
+                    let place = format!("{}, {place}", path.display());
+                    let what = format!("{problem}; the scan is skipped");
+                    self.summary.damage.push(Damage { place, what });
+                    continue;
+                }
+                Err(error) => return Err(error),
+            };
+            let (points, cut) = file.whole_points()?;
+            let is_cut = cut.is_some();
+            if let Some(cut) = cut {
+                let place = format!("{}, {}", path.display(), cut.place);
+                self.summary.damage.push(Damage { place, what: cut.what });
+            }
+            // The last layout is almost always the one.
+            let known = self.layouts.iter().rposition(|known| *known == file.head.layout);
+            let layout = known.unwrap_or(self.layouts.len());
+            if known.is_none() {
+                self.layouts.push(file.head.layout);
+            }
+            let stamp_ns = stamps_ns.and_then(|stamps| stamps.get(number).copied());
+            self.entries.push(Entry { path: path.clone(), points, layout, stamp_ns, is_cut });
+        }
+        let names = names.iter().map(|(name, length)| (name.as_str(), *length));
+        self.summary.fingerprint = fingerprint::of_names(names);
+        Ok(())
+    }
+
+    /// Fills what follows from the entries.
+    fn describe(&mut self) {
+        let info = |entry: &Entry| FrameInfo { stamp_ns: entry.stamp_ns, returns: entry.points };
+        self.frames = self.entries.iter().map(info).collect();
+        self.summary.returns = self.frames.iter().map(|frame| frame.returns).sum();
+        self.summary.span_ns = span_ns(&self.frames);
+        self.summary.period_ns = period_ns(&self.frames);
+        if let Some(layout) = self.first_layout() {
+            (self.summary.fields, self.summary.point_bytes) =
+                (layout.field_infos(self.time_field()), layout.point_bytes());
+        }
+    }
+
+    /// The field with the times of points, where they are in the scans themselves.
+    fn time_field(&self) -> Option<&str> {
+        match &self.time {
+            Some(Times::Field(choice)) => Some(&choice.field),
+            _ => None,
+        }
+    }
+
+    /// That of the first scan with points; without any, that of the first scan.
+    fn first_layout(&self) -> Option<&Layout> {
+        let first = self.entries.iter().find(|entry| entry.points > 0).or(self.entries.first());
+        self.layouts.get(first?.layout)
+    }
+
+    /// Finds the times of the points and what they mean, and gives up the scans that lack them.
+    fn decide_time(&mut self, options: &LogOptions) -> Result<(), LogError> {
+        let folder = self.summary.path.clone();
+        let stamped = self.entries.iter().any(|entry| entry.stamp_ns.is_some());
+        let option = |problem: String| Err(LogError::Option { path: folder.clone(), problem });
+        if let Some(times) = times::folder_beside(&folder) {
+            let beside = Beside::open(times, &self.entries, options, &mut self.summary.notes)?;
+            if let Some(beside) = beside {
+                if beside.rule.origin == Origin::Clock && !stamped {
+                    return option(needs_stamps(options));
+                }
+                self.summary.point_times = Some(beside.words.clone());
+                self.time = Some(Times::Beside(beside));
+            }
+            return Ok(());
+        }
+        let Some(layout) = self.first_layout().filter(|_| self.summary.returns > 0) else { return Ok(()) };
+        if TimeRule::given(options.point_time).is_some() && candidates(&layout.names()).is_empty() {
+            return option(format!(
+                "--point-time {} was given, but the points have no field for a time among [{}], and there is no folder times/ beside the scans",
+                options.point_time,
+                layout.names().join(", ")
+            ));
+        }
+        let mut notes = self.summary.notes.clone();
+        let sample = |fields: &[String]| self.sample(fields);
+        let choice = choose_time(&folder, layout, options, self.summary.period_ns, &mut notes, sample);
+        self.summary.notes = notes;
+        let Some(choice) = choice? else { return Ok(()) };
+        if choice.rule.origin == Origin::Clock && !stamped {
+            return option(needs_stamps(options));
+        }
+        self.summary.point_times = Some(choice.words.clone());
+        let (layouts, damage) = (&self.layouts, &mut self.summary.damage);
+        self.entries.retain(|entry| {
+            let layout = layouts.get(entry.layout);
+            let kept =
+                entry.points == 0 || layout.is_some_and(|layout| layout.field(&choice.field).is_some());
+            if !kept {
+                let what = format!(
+                    "no field `{}`, which the log's first scan has; the scan is skipped",
+                    choice.field
+                );
+                damage.push(Damage { place: entry.path.display().to_string(), what });
+            }
+            kept
+        });
+        self.time = Some(Times::Field(choice));
+        Ok(())
+    }
+
+    /// What a few scans have in the fields that may hold times.
+    fn sample(&self, fields: &[String]) -> Result<Vec<Vec<SampledScan>>, LogError> {
+        let mut samples: Vec<Vec<SampledScan>> = vec![Vec::new(); fields.len()];
+        let mut data = Vec::new();
+        for frame in sampled_frames(self.entries.iter().map(|entry| entry.points)) {
+            let Some(entry) = self.entries.get(frame) else { continue };
+            let rows = self.rows_of(entry, &mut data)?;
+            for (field, sample) in fields.iter().zip(&mut samples) {
+                let extremes = rows.layout.field(field).and_then(|field| rows.extremes(field));
+                if let Some((smallest, largest)) = extremes {
+                    let stamp_ns = entry.stamp_ns.unwrap_or(0);
+                    sample.push(SampledScan { stamp_ns, smallest, largest });
+                }
+            }
+        }
+        Ok(samples)
+    }
+
+    /// Reads the points of a file into `data`.
+    fn rows_of<'a>(&'a self, entry: &Entry, data: &'a mut Vec<u8>) -> Result<Rows<'a>, LogError> {
+        let changed = || {
+            let problem = "the file has changed since it was opened";
+            LogError::malformed(&entry.path, Place::WholeFile, problem)
+        };
+        let layout = self.layouts.get(entry.layout).ok_or_else(changed)?;
+        let mut file = ScanFile::open(&entry.path, self.format)?;
+        if file.head.layout != *layout {
+            return Err(changed());
+        }
+        file.read_rows(entry.points, data)?;
+        if data.len() as u64 != entry.points.saturating_mul(layout.point_bytes().into()) {
+            return Err(changed());
+        }
+        Ok(Rows::one(layout, data, entry.points as usize))
+    }
+}
+
+fn needs_stamps(options: &LogOptions) -> String {
+    format!(
+        "--point-time {} needs stamps of the scans, and there is neither a times.txt nor a stamp in the file names",
+        options.point_time
+    )
+}
+
+impl ScanLog for ScanFolder {
+    fn summary(&self) -> &LogSummary {
+        &self.summary
+    }
+
+    fn frames(&self) -> &[FrameInfo] {
+        &self.frames
+    }
+
+    fn reader(&self) -> Result<Box<dyn ScanReader + '_>, LogError> {
+        Ok(Box::new(FolderReader { log: self, data: Vec::new() }))
+    }
+
+    fn groups(&self) -> Vec<Range<usize>> {
+        runs_of_eight(self.entries.len())
+    }
+}
+
+/// Reads scans of a [`ScanFolder`].
+#[derive(Debug)]
+struct FolderReader<'a> {
+    log: &'a ScanFolder,
+    data: Vec<u8>,
+}
+
+impl ScanReader for FolderReader<'_> {
+    fn read(&mut self, frame: usize, scan: &mut Scan) -> Result<(), LogError> {
+        scan.clear();
+        let log = self.log;
+        let Some(entry) = log.entries.get(frame) else {
+            let problem = format!("the log has {} scans", log.entries.len());
+            return Err(LogError::malformed(&log.summary.path, Place::Frame(frame as u64), problem));
+        };
+        scan.stamp_ns = entry.stamp_ns;
+        let rows = log.rows_of(entry, &mut self.data)?;
+        let field = match &log.time {
+            Some(Times::Field(choice)) => rows.layout.field(&choice.field).map(|field| (field, choice.rule)),
+            _ => None,
+        };
+        rows.append_to(field, scan);
+        match &log.time {
+            Some(Times::Beside(beside)) => read_times(beside, entry, &mut self.data, scan),
+            _ => Ok(()),
+        }
+    }
+}

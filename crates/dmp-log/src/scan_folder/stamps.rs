@@ -1,0 +1,83 @@
+use super::{calendar, names};
+use crate::decimal::seconds_to_ns;
+use crate::text::lines;
+use crate::{LogError, ParseError};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Stamps of the scans, nanoseconds, in the order of their files: from a `times.txt` or `timestamps.txt`
+/// beside them, with a line for each, or from their names. `None` where there are none.
+pub(super) fn find(
+    folder: &Path,
+    files: &[PathBuf],
+    notes: &mut Vec<String>,
+) -> Result<Option<Vec<i64>>, LogError> {
+    let mut beside_them = ["times.txt", "timestamps.txt"].into_iter().flat_map(|name| beside(folder, name));
+    let Some(path) = beside_them.find(|path| path.is_file()) else {
+        if let Some((stamps_ns, unit)) = names::stamps_ns(files) {
+            notes.push(format!("stamps from the file names, as {unit}"));
+            return Ok(Some(stamps_ns));
+        }
+        notes.push("no times.txt: the scans have no stamps".into());
+        return Ok(None);
+    };
+    let bytes = fs::read(&path).map_err(|e| LogError::io(&path, "read", e))?;
+    let (stamps_ns, dated) = parse_dated(&bytes).map_err(|e| e.in_file(&path))?;
+    if stamps_ns.len() != files.len() {
+        return Err(LogError::CountMismatch {
+            path,
+            count: stamps_ns.len() as u64,
+            what: "stamps",
+            other: folder.into(),
+            other_count: files.len() as u64,
+        });
+    }
+    let utc = if dated { ", its dates taken as UTC" } else { "" };
+    notes.push(format!("stamps from {}{utc}", path.display()));
+    Ok(Some(stamps_ns))
+}
+
+/// Where a companion of the scans may be: in their folder, or beside it.
+pub(super) fn beside(folder: &Path, name: &str) -> Vec<PathBuf> {
+    let parent = folder.parent().map(|parent| parent.join(name));
+    std::iter::once(folder.join(name)).chain(parent).collect()
+}
+
+/// Stamps in nanoseconds from lines with one number of seconds each.
+pub(crate) fn parse_times(bytes: &[u8]) -> Result<Vec<i64>, ParseError> {
+    let mut stamps_ns = Vec::new();
+    for line in lines(bytes) {
+        let (place, columns) = line?;
+        let [seconds] = columns.as_slice() else {
+            let problem = format!("{} columns, expected one number of seconds", columns.len());
+            return Err(ParseError::new(place, problem));
+        };
+        stamps_ns.push(seconds_to_ns(seconds).map_err(|problem| ParseError::new(place, problem))?);
+    }
+    Ok(stamps_ns)
+}
+
+/// The same, or with a date and a time of day in each line; which of the two.
+fn parse_dated(bytes: &[u8]) -> Result<(Vec<i64>, bool), ParseError> {
+    let dated = match lines(bytes).next() {
+        Some(Ok((_, columns))) => columns.len() == 2 && columns.iter().all(|column| !is_seconds(column)),
+        _ => false,
+    };
+    if !dated {
+        return parse_times(bytes).map(|stamps_ns| (stamps_ns, false));
+    }
+    let mut stamps_ns = Vec::new();
+    for line in lines(bytes) {
+        let (place, columns) = line?;
+        let [date, time] = columns.as_slice() else {
+            let problem = format!("{} columns, expected a date and a time", columns.len());
+            return Err(ParseError::new(place, problem));
+        };
+        stamps_ns.push(calendar::stamp_ns(date, time).map_err(|problem| ParseError::new(place, problem))?);
+    }
+    Ok((stamps_ns, true))
+}
+
+fn is_seconds(text: &str) -> bool {
+    seconds_to_ns(text).is_ok()
+}

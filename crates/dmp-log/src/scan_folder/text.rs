@@ -1,0 +1,110 @@
+use crate::decimal::shorten;
+use crate::points::{Field, Kind};
+
+/// How lines of numbers become rows: which column goes where.
+#[derive(Debug)]
+pub(super) struct TextRows {
+    /// In the order of the columns.
+    columns: Vec<(usize, Kind)>,
+    row_bytes: u32,
+}
+
+impl TextRows {
+    /// Rows of the fields in these columns, each a name, its column and its kind; also the fields as they lie
+    /// in the rows, one behind the other.
+    pub(super) fn new(columns: &[(String, usize, Kind)]) -> (Self, Vec<(String, Field)>) {
+        let mut row_bytes = 0;
+        let place = |(name, _, kind): &(String, usize, Kind)| {
+            let field = Field { offset: row_bytes as usize, kind: *kind };
+            row_bytes += kind.bytes();
+            (name.clone(), field)
+        };
+        let named = columns.iter().map(place).collect();
+        let columns = columns.iter().map(|&(_, column, kind)| (column, kind)).collect();
+        (Self { columns, row_bytes }, named)
+    }
+
+    pub(super) fn row_bytes(&self) -> u32 {
+        self.row_bytes
+    }
+
+    /// Appends the row of one line. What is wrong is said with its value, and nothing is appended.
+    pub(super) fn push(&self, line: &[u8], rows: &mut Vec<u8>) -> Result<(), String> {
+        let before = rows.len();
+        let pushed = self.push_words(line, rows);
+        if pushed.is_err() {
+            rows.truncate(before);
+        }
+        pushed
+    }
+
+    fn push_words(&self, line: &[u8], rows: &mut Vec<u8>) -> Result<(), String> {
+        let text = std::str::from_utf8(line)
+            .map_err(|_| format!("not text: {:02x?}", line.get(..16).unwrap_or(line)))?;
+        let mut words = text.split_ascii_whitespace();
+        let mut at = 0;
+        for &(column, kind) in &self.columns {
+            let Some(word) = words.nth(column.saturating_sub(at)) else {
+                let found = text.split_ascii_whitespace().count();
+                return Err(format!("{found} columns, more were declared"));
+            };
+            at = column + 1;
+            if !push_number(kind, word, rows) {
+                let (word, kind) = (shorten(word), kind.name());
+                return Err(format!("`{word}` in column {at} is not a number of {kind}"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Appends a number in bytes; `false` where the text is none of its kind.
+fn push_number(kind: Kind, text: &str, rows: &mut Vec<u8>) -> bool {
+    macro_rules! push {
+        ($type:ty) => {
+            text.parse::<$type>().map(|value| rows.extend_from_slice(&value.to_le_bytes())).is_ok()
+        };
+    }
+    match kind {
+        Kind::I8 => push!(i8),
+        Kind::U8 => push!(u8),
+        Kind::I16 => push!(i16),
+        Kind::U16 => push!(u16),
+        Kind::I32 => push!(i32),
+        Kind::U32 => push!(u32),
+        Kind::I64 => push!(i64),
+        Kind::U64 => push!(u64),
+        Kind::F32 => push!(f32),
+        Kind::F64 => push!(f64),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_go_where_they_belong() {
+        let column = |name: &str, column, kind| (name.to_owned(), column, kind);
+        let (text, named) =
+            TextRows::new(&[column("x", 0, Kind::F64), column("t", 2, Kind::U16), column("i", 3, Kind::I8)]);
+        assert_eq!(text.row_bytes(), 11);
+        assert_eq!(named.iter().map(|(_, field)| field.offset).collect::<Vec<_>>(), [0, 8, 10]);
+        let mut rows = vec![7];
+        text.push(b" 1.5\tskipped  300 -1 more", &mut rows).unwrap();
+        assert_eq!(rows, [&[7], &1.5_f64.to_le_bytes()[..], &300_u16.to_le_bytes(), &[255]].concat());
+        for (line, problem) in [
+            (&b"1.5 0 x 1"[..], "`x` in column 3 is not a number of uint16"),
+            (b"1.5 0 70000 1", "`70000` in column 3"),
+            (b"1.5 0 3", "3 columns, more"),
+            (b"", "0 columns"),
+            (b"\xff 1 2 3", "not text: [ff"),
+        ] {
+            let error = text.push(line, &mut rows).unwrap_err();
+            assert!(error.contains(problem), "{error}");
+            assert_eq!(rows.len(), 12);
+        }
+        text.push(b"-nan 0 0 0", &mut rows).unwrap();
+        assert_eq!(rows.len(), 23);
+    }
+}

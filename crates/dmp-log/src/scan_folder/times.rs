@@ -1,0 +1,114 @@
+//! Times of points in files of their own beside the scans: `times/NAME.f32`, a float32 for each point.
+
+use super::Entry;
+use super::head::fill;
+use super::stamps::beside;
+use crate::points::{
+    Origin, PointTime, RawTime, SampledScan, TimeRule, TimeUnit, place_stamp, sampled_frames,
+};
+use crate::{LogError, LogOptions};
+use dmp_sensor::Scan;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+const TIME_BYTES: u64 = 4;
+
+/// A folder with a file for each scan.
+#[derive(Debug)]
+pub(super) struct Beside {
+    folder: PathBuf,
+    pub(super) rule: TimeRule,
+    /// The same in words.
+    pub(super) words: String,
+}
+
+/// The folder with times of the scans in `folder`.
+pub(super) fn folder_beside(folder: &Path) -> Option<PathBuf> {
+    beside(folder, "times").into_iter().find(|path| path.is_dir())
+}
+
+impl Beside {
+    /// Compares the counts; `None` where the times are not wanted.
+    pub(super) fn open(
+        folder: PathBuf,
+        entries: &[Entry],
+        options: &LogOptions,
+        notes: &mut Vec<String>,
+    ) -> Result<Option<Self>, LogError> {
+        if options.point_time == PointTime::Ignore {
+            notes.push(format!("{}: not used, as was asked", folder.display()));
+            return Ok(None);
+        }
+        let given = TimeRule::given(options.point_time);
+        let rule = given.unwrap_or(TimeRule::new(TimeUnit::Seconds, Origin::Stamp));
+        for entry in entries {
+            let path = file_of(&folder, entry);
+            let length = fs::metadata(&path).map_err(|e| LogError::io(&path, "open", e))?.len();
+            let count = length / TIME_BYTES;
+            // A cut scan has fewer points than times; the first ones belong together.
+            if count != entry.points && !(entry.is_cut && count > entry.points) {
+                let (other, other_count) = (entry.path.clone(), entry.points);
+                return Err(LogError::CountMismatch { path, count, what: "times", other, other_count });
+            }
+        }
+        let sample = sample(&folder, entries)?;
+        let evidence = if given.is_some() { "as was said" } else { "as such files have them" };
+        let choice = place_stamp("times/*.f32", rule, options.stamp_at, &sample, evidence)
+            .map_err(|problem| LogError::Option { path: folder.clone(), problem })?;
+        notes.push(format!("a time for each point from {}", folder.display()));
+        Ok(Some(Self { folder, rule: choice.rule, words: choice.words }))
+    }
+}
+
+fn file_of(folder: &Path, entry: &Entry) -> PathBuf {
+    // Not `with_extension`: names of stamps have a full stop in them.
+    let stem = entry.path.file_stem().unwrap_or_default();
+    let mut name = stem.to_owned();
+    name.push(".f32");
+    folder.join(name)
+}
+
+/// Reads the times of a scan's points.
+fn times_of(folder: &Path, entry: &Entry, bytes: &mut Vec<u8>) -> Result<(), LogError> {
+    let path = file_of(folder, entry);
+    let mut file = File::open(&path).map_err(|e| LogError::io(&path, "open", e))?;
+    fill(&path, &mut file, 0, entry.points * TIME_BYTES, bytes)
+}
+
+fn seconds(bytes: &[u8]) -> impl Iterator<Item = f64> {
+    let (words, _) = bytes.as_chunks::<4>();
+    words.iter().map(|word| f32::from_le_bytes(*word).into())
+}
+
+fn sample(folder: &Path, entries: &[Entry]) -> Result<Vec<SampledScan>, LogError> {
+    let (mut sample, mut bytes) = (Vec::new(), Vec::new());
+    for frame in sampled_frames(entries.iter().map(|entry| entry.points)) {
+        let Some(entry) = entries.get(frame) else { continue };
+        times_of(folder, entry, &mut bytes)?;
+        let finite = || seconds(&bytes).filter(|time| time.is_finite());
+        if let (Some(smallest), Some(largest)) = (finite().reduce(f64::min), finite().reduce(f64::max)) {
+            sample.push(SampledScan { stamp_ns: entry.stamp_ns.unwrap_or(0), smallest, largest });
+        }
+    }
+    Ok(sample)
+}
+
+/// Adds the times of its points to a scan.
+pub(super) fn read_times(
+    beside: &Beside,
+    entry: &Entry,
+    bytes: &mut Vec<u8>,
+    scan: &mut Scan,
+) -> Result<(), LogError> {
+    times_of(&beside.folder, entry, bytes)?;
+    let first = seconds(bytes).filter(|time| time.is_finite()).reduce(f64::min).map(RawTime::Float);
+    let stamp_ns = entry.stamp_ns.unwrap_or(0);
+    for (time, point) in seconds(bytes).zip(&mut scan.points_in_sensor_m) {
+        let offset_ns = beside.rule.offset_ns(RawTime::Float(time), stamp_ns, first);
+        if offset_ns.is_none() {
+            *point = [f32::NAN; 3];
+        }
+        scan.time_offsets_ns.push(offset_ns.unwrap_or(0));
+    }
+    Ok(())
+}
