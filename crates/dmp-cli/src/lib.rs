@@ -6,10 +6,12 @@
 //! output, everything else (progress, notes, errors) to standard error. What a user of the libraries
 //! would miss does not belong here.
 
+mod convert;
 mod exit;
 mod extrinsic;
 mod info;
 mod log_args;
+mod log_writer;
 mod parse;
 mod process;
 mod progress;
@@ -61,6 +63,8 @@ enum Command {
     Score(Box<score::ScoreArgs>),
     Info(info::InfoArgs),
     #[command(subcommand)]
+    Convert(convert::Convert),
+    #[command(subcommand)]
     Truth(truth::Truth),
     #[command(subcommand)]
     Simulate(simulate::Simulate),
@@ -71,6 +75,7 @@ impl Command {
         match self {
             Self::Score(arguments) => score::run(arguments, common, out),
             Self::Info(arguments) => info::run(arguments, out),
+            Self::Convert(command) => command.run(common, out),
             Self::Truth(command) => command.run(common, out),
             Self::Simulate(command) => command.run(common, out),
         }

@@ -8,6 +8,8 @@ use anyhow::Context as _;
 use dmp_log::{write_kitti, write_tum};
 use dmp_sensor::Trajectory;
 
+use crate::exit::Usage;
+
 /// Writes a trajectory: in TUM format where it has stamps, as KITTI rows where it has none.
 pub(crate) fn save_trajectory(path: &Path, trajectory: &Trajectory) -> anyhow::Result<()> {
     save(path, |out| match trajectory.stamps_ns() {
@@ -40,4 +42,17 @@ pub(crate) fn save(
         let _ = fs::remove_file(&temporary);
     }
     written.with_context(|| format!("{}: cannot write", path.display()))
+}
+
+/// Refuses an output that is its own input.
+pub(crate) fn refuse_same(input: &Path, output: &Path) -> Result<(), Usage> {
+    if same_file(input, output) {
+        return Err(Usage(format!("{}: the output would take the place of the input", output.display())));
+    }
+    Ok(())
+}
+
+/// Whether two paths lead to one file that exists.
+fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }

@@ -78,7 +78,7 @@ pub use points::{PointTime, StampAt, TimeUnit};
 pub use trajectory::{
     GraphVertices, RawTrajectory, TrajectoryFile, TrajectoryFormat, TrajectoryParseError, parse_euroc,
     parse_g2o, parse_kitti, parse_npy, parse_raw, parse_tum, read_raw_trajectory, read_trajectory,
-    read_trajectory_as, write_euroc, write_kitti, write_tum,
+    read_trajectory_as, write_euroc, write_kitti, write_times, write_tum,
 };
 pub use unit::LengthUnit;
 pub use write_folder::{FolderFormat, FolderScanWriter};

@@ -53,6 +53,7 @@ pub(super) struct Stream {
 
 /// What is known of scans.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[expect(clippy::struct_field_names, reason = "`scans` is how many, as in the other JSON")]
 pub(super) struct Scans {
     /// The name of the sensor's frame.
     pub(super) frame_id: Option<String>,
@@ -126,7 +127,7 @@ impl Info {
     pub(super) fn new(survey: LogSurvey, trajectories: &[LoadedRun]) -> Self {
         // Trajectories are held against the first stream: what several have in common is one clock.
         let log = survey.streams.iter().find_map(|stream| stream.log.as_deref());
-        let frames = log.map(|log| log.frames()).unwrap_or_default();
+        let frames = log.map(dmp_log::ScanLog::frames).unwrap_or_default();
         Self {
             schema: "dmp-info/1",
             dmp_version: env!("CARGO_PKG_VERSION"),

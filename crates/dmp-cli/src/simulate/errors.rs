@@ -1,13 +1,12 @@
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
 use dmp_log::read_trajectory;
 use dmp_sim::{Noise, SlamErrors, ate_rmse_m};
 
 use super::told;
-use crate::exit::Usage;
-use crate::save::save_trajectory;
+use crate::save::{refuse_same, save_trajectory};
 use crate::{Common, Exit, parse};
 
 /// Make a wrong trajectory from a good one
@@ -55,17 +54,9 @@ pub(crate) struct ErrorsArgs {
     seed: u64,
 }
 
-/// Whether two paths lead to one file that exists.
-fn same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
-}
-
 pub(super) fn run(arguments: &ErrorsArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
     let file = read_trajectory(&arguments.trajectory)?;
-    if same_file(&arguments.trajectory, &arguments.output) {
-        let output = arguments.output.display();
-        return Err(Usage(format!("{output}: the output would take the place of the input")).into());
-    }
+    refuse_same(&arguments.trajectory, &arguments.output)?;
     if !common.quiet {
         for note in &file.notes {
             eprintln!("note: {}: {note}", arguments.trajectory.display());

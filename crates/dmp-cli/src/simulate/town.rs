@@ -1,14 +1,12 @@
 use std::io::{IsTerminal as _, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use dmp_log::{FolderFormat, FolderScanWriter, LogError, McapScanWriter, McapWriterOptions};
-use dmp_sensor::Scan;
 use dmp_sim::{LidarOptions, NoReturn, Recording, RecordingOptions, Route, Sweep};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::told;
-use crate::exit::Usage;
+use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
 use crate::save::save_trajectory;
 use crate::{Common, Exit, parse};
 
@@ -139,7 +137,8 @@ pub(super) fn run(arguments: &TownArgs, common: &Common, out: &mut impl Write) -
         recording.drive().trajectory(arguments.truth_rate).map_err(told)?
     };
 
-    let mut log = LogWriter::create(&arguments.output)?;
+    let format = OutputFormat::of_name(&arguments.output)?;
+    let mut log = LogWriter::create(&arguments.output, format, CompressionArg::Zstd)?;
     let progress = progress(common, recording.len());
     let mut returns = 0;
     for scan in recording.scans() {
@@ -161,41 +160,6 @@ pub(super) fn run(arguments: &TownArgs, common: &Common, out: &mut impl Write) -
     )?;
     writeln!(out, "{}: {} poses", truth_path.display(), truth.len())?;
     Ok(Exit::Done)
-}
-
-enum LogWriter {
-    Mcap(Box<McapScanWriter>),
-    Folder(FolderScanWriter),
-}
-
-impl LogWriter {
-    /// The format follows from the name: `.mcap`, or a folder where there is no extension.
-    fn create(path: &Path) -> anyhow::Result<Self> {
-        match path.extension() {
-            Some(extension) if extension == "mcap" => {
-                Ok(Self::Mcap(Box::new(McapScanWriter::create(path, &McapWriterOptions::default())?)))
-            }
-            None => Ok(Self::Folder(FolderScanWriter::create(path, FolderFormat::Bin)?)),
-            Some(_) => {
-                let problem = "a log to write is FILE.mcap, or a folder: a name without extension";
-                Err(Usage(format!("{}: {problem}", path.display())).into())
-            }
-        }
-    }
-
-    fn write(&mut self, scan: &Scan) -> Result<(), LogError> {
-        match self {
-            Self::Mcap(writer) => writer.write_scan(scan),
-            Self::Folder(writer) => writer.write_scan(scan),
-        }
-    }
-
-    fn finish(self) -> Result<(), LogError> {
-        match self {
-            Self::Mcap(writer) => writer.finish(),
-            Self::Folder(writer) => writer.finish(),
-        }
-    }
 }
 
 fn progress(common: &Common, scans: usize) -> ProgressBar {

@@ -16,6 +16,7 @@ pub use g2o::{GraphVertices, parse_g2o};
 pub use kitti::{parse_kitti, write_kitti};
 pub use npy::parse_npy;
 pub use raw::{RawTrajectory, parse_raw, read_raw_trajectory};
+pub use stamps::write_times;
 pub use tum::{parse_tum, write_tum};
 
 use crate::text::is_cut;

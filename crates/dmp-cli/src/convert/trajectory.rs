@@ -1,0 +1,71 @@
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use dmp_log::{TrajectoryFormat, read_trajectory_as, write_euroc, write_kitti, write_times, write_tum};
+
+use crate::Exit;
+use crate::exit::Usage;
+use crate::save::{refuse_same, save};
+use crate::text::counted;
+
+/// The formats of trajectories that are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum To {
+    /// Lines of stamp, place, quaternion x y z w
+    Tum,
+    /// Lines of 3 × 4 matrices; stamps go into times.txt beside it
+    Kitti,
+    /// Lines of stamp in nanoseconds, place, quaternion w x y z
+    Euroc,
+}
+
+/// Write a trajectory in another format
+///
+/// Poses come out in order of time, repeated ones once.
+#[derive(Debug, Args)]
+#[command(
+    override_usage = "dmp convert trajectory [OPTIONS] RUN -o OUTPUT --to FORMAT",
+    after_help = "Example:\n  dmp convert trajectory kiss_poses.npy -o kiss.txt --to kitti"
+)]
+pub(crate) struct TrajectoryConvertArgs {
+    /// The trajectory: TUM, KITTI rows, EuRoC, .npy or g2o
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+    /// Its format, where it is not to be found by looking
+    #[arg(long, value_name = "FORMAT", help_heading = "Input")]
+    trajectory_format: Option<TrajectoryFormat>,
+    /// The file to write
+    #[arg(short, long, value_name = "OUTPUT", help_heading = "Output")]
+    output: PathBuf,
+    /// The format to write
+    #[arg(long, value_name = "FORMAT", help_heading = "Output")]
+    to: To,
+}
+
+pub(super) fn run(arguments: &TrajectoryConvertArgs, out: &mut impl Write) -> anyhow::Result<Exit> {
+    let TrajectoryConvertArgs { run, output, to, .. } = arguments;
+    let file = read_trajectory_as(run, arguments.trajectory_format)?;
+    refuse_same(run, output)?;
+    let trajectory = file.trajectory;
+    if trajectory.stamps_ns().is_none() && *to != To::Kitti {
+        let problem = "its poses have no stamps: they can be written as KITTI rows alone";
+        return Err(Usage(format!("{}: {problem}", run.display())).into());
+    }
+    let times = output.with_file_name("times.txt");
+    let stamps_ns = trajectory.stamps_ns().filter(|_| *to == To::Kitti);
+    if stamps_ns.is_some() && times.exists() {
+        return Err(Usage(format!("{}: is there already and would be overwritten", times.display())).into());
+    }
+    save(output, |out| match to {
+        To::Tum => write_tum(out, &trajectory),
+        To::Kitti => write_kitti(out, &trajectory),
+        To::Euroc => write_euroc(out, &trajectory),
+    })?;
+    writeln!(out, "{}: {}", output.display(), counted(trajectory.len() as u64, "pose"))?;
+    if let Some(stamps_ns) = stamps_ns {
+        save(&times, |out| write_times(out, stamps_ns))?;
+        writeln!(out, "{}: their stamps", times.display())?;
+    }
+    Ok(Exit::Done)
+}
