@@ -52,6 +52,7 @@ mod cloud;
 mod decimal;
 mod error;
 mod fingerprint;
+mod frames;
 mod log;
 mod mesh;
 mod open;
@@ -68,6 +69,7 @@ mod write_mcap;
 pub use calib::{Calib, find_calib, parse_calib, read_calib};
 pub use cloud::{CloudFormat, CloudSummary, read_cloud};
 pub use error::{LogError, ParseError, Place};
+pub use frames::StaticFrames;
 pub use log::{
     Damage, FieldInfo, FieldMeaning, FrameInfo, LogFormat, LogOptions, LogSummary, LogSurvey, ScanLog,
     ScanReader, ScanStream, TopicInfo,
@@ -76,9 +78,10 @@ pub use mesh::{MeshFormat, MeshSummary, is_mesh, read_mesh};
 pub use open::{open_log, survey_log};
 pub use points::{PointTime, StampAt, TimeUnit};
 pub use trajectory::{
-    GraphVertices, RawTrajectory, TrajectoryFile, TrajectoryFormat, TrajectoryParseError, parse_euroc,
-    parse_g2o, parse_kitti, parse_npy, parse_raw, parse_tum, read_raw_trajectory, read_trajectory,
-    read_trajectory_as, write_euroc, write_kitti, write_times, write_tum,
+    GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,
+    TrajectoryParseError, is_bag, parse_euroc, parse_g2o, parse_kitti, parse_npy, parse_raw, parse_tum,
+    read_raw_trajectory, read_topic_trajectory, read_trajectory, read_trajectory_as, write_euroc,
+    write_kitti, write_times, write_tum,
 };
 pub use unit::LengthUnit;
 pub use write_folder::{FolderFormat, FolderScanWriter};

@@ -1,4 +1,4 @@
-use crate::{LogError, PointTime, StampAt};
+use crate::{LogError, PointTime, StampAt, StaticFrames};
 use dmp_sensor::Scan;
 use std::fmt::Debug;
 use std::ops::Range;
@@ -35,6 +35,11 @@ pub struct FrameInfo {
 pub trait ScanLog: Send + Sync + Debug {
     /// What was found in the log.
     fn summary(&self) -> &LogSummary;
+
+    /// Where sensors and bodies sit on one another, where the log says it.
+    fn static_frames(&self) -> &StaticFrames {
+        StaticFrames::NONE
+    }
 
     /// Every scan that can be read, in the log's own order.
     fn frames(&self) -> &[FrameInfo];

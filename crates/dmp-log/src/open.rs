@@ -61,6 +61,15 @@ fn survey_folder(scans: FoundScans, options: &LogOptions) -> Result<LogSurvey, L
     })
 }
 
+/// The bag at a path; `None` where there is something else.
+pub(crate) fn bag_at(path: &Path) -> Result<Option<Bag>, LogError> {
+    match find(path) {
+        Ok(Found::Bag(bag)) => Ok(Some(bag)),
+        Ok(Found::Folder(_)) | Err(LogError::UnknownFormat { .. }) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
 fn find(path: &Path) -> Result<Found, LogError> {
     let metadata = fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?;
     if metadata.is_dir() {

@@ -3,13 +3,15 @@
 mod topic;
 
 use crate::bag::{Bag, BagReader, Walked, in_words};
+use crate::frames::STATIC_TOPIC;
 use crate::log::{period_ns, runs_of_eight, span_ns};
 use crate::points::{
     Field, PointTime, SampledScan, StampAt, TimeChoice, TimeRule, choose_time, sampled_frames,
 };
-use crate::ros::{Cloud, ScanCoding};
+use crate::ros::{Cloud, PoseCoding, ScanCoding};
 use crate::{
-    FrameInfo, LogError, LogOptions, LogSummary, LogSurvey, Place, ScanLog, ScanReader, ScanStream, TopicInfo,
+    Damage, FrameInfo, LogError, LogOptions, LogSummary, LogSurvey, Place, ScanLog, ScanReader, ScanStream,
+    StaticFrames, TopicInfo,
 };
 use dmp_sensor::Scan;
 use std::collections::BTreeMap;
@@ -25,12 +27,13 @@ pub(crate) struct BagLog {
     topic: TopicIndex,
     time: Option<TimeChoice>,
     summary: LogSummary,
+    static_frames: StaticFrames,
 }
 
 impl BagLog {
     /// Reads the bag once from start to end, one chunk in memory at a time.
     pub(crate) fn open(bag: Bag, options: &LogOptions) -> Result<Self, LogError> {
-        let (walked, clouds) = clouds_of(&bag)?;
+        let (walked, clouds, static_frames) = clouds_of(&bag)?;
         let topics = walked.topics.infos();
         if let (true, Some(first)) = (clouds.is_empty(), walked.damage.first()) {
             let problem = format!("no scan can be read; {}: {}", first.place, first.what);
@@ -41,12 +44,12 @@ impl BagLog {
         if options.topic.is_none() {
             notes.push(format!("topic {name}: the only one with point clouds"));
         }
-        Self::of_topic(bag, name, topic, &walked, notes, options)
+        Self::of_topic(bag, name, topic, (&walked, &static_frames), notes, options)
     }
 
     /// Reads the bag once and opens every topic with scans, or the one that the options name.
     pub(crate) fn survey(bag: &Bag, options: &LogOptions) -> Result<LogSurvey, LogError> {
-        let (walked, clouds) = clouds_of(bag)?;
+        let (walked, clouds, static_frames) = clouds_of(bag)?;
         let topics = walked.topics.infos();
         let clouds = match &options.topic {
             None => clouds,
@@ -54,7 +57,14 @@ impl BagLog {
         };
         let stream = |(name, topic): (String, TopicIndex)| {
             let open = |topic, options| {
-                Self::of_topic(bag.clone(), name.clone(), topic, &walked, Vec::new(), options)
+                Self::of_topic(
+                    bag.clone(),
+                    name.clone(),
+                    topic,
+                    (&walked, &static_frames),
+                    Vec::new(),
+                    options,
+                )
             };
             let (log, problem) = match open(topic.clone(), options) {
                 Ok(log) => (Some(log), None),
@@ -79,7 +89,7 @@ impl BagLog {
         bag: Bag,
         name: String,
         mut topic: TopicIndex,
-        walked: &Walked,
+        (walked, static_frames): (&Walked, &StaticFrames),
         mut notes: Vec<String>,
         options: &LogOptions,
     ) -> Result<Self, LogError> {
@@ -106,7 +116,8 @@ impl BagLog {
             bytes: walked.bytes,
             topics,
         };
-        let mut log = Self { bag, frames: Vec::new(), topic, time: None, summary };
+        let static_frames = static_frames.clone();
+        let mut log = Self { bag, frames: Vec::new(), topic, time: None, summary, static_frames };
         log.describe();
         log.decide_time(options)?;
         log.describe();
@@ -184,10 +195,19 @@ impl BagLog {
     }
 }
 
-/// Walks over the bag once: every topic with scans that are read, also those of which no message could be.
-fn clouds_of(bag: &Bag) -> Result<(Walked, BTreeMap<String, TopicIndex>), LogError> {
+/// Walks over the bag once: every topic with scans that are read, also those of which no message could be,
+/// and the frames that do not move.
+fn clouds_of(bag: &Bag) -> Result<(Walked, BTreeMap<String, TopicIndex>, StaticFrames), LogError> {
     let mut clouds: BTreeMap<String, TopicIndex> = BTreeMap::new();
-    let walked = bag.walk(&mut |message| {
+    let (mut static_frames, mut lost_frames) = (StaticFrames::default(), Vec::new());
+    let mut walked = bag.walk(&mut |message| {
+        if message.channel.topic == STATIC_TOPIC
+            && let Some(coding) = PoseCoding::of(message.channel)
+            && let Err(problem) = static_frames.add_message(coding, message.body)
+        {
+            let place = format!("{STATIC_TOPIC} ({})", message.location.in_words());
+            lost_frames.push(Damage { place, what: format!("{problem}; these frames are skipped") });
+        }
         let Some(coding) = ScanCoding::of(message.channel) else { return };
         match clouds.get_mut(&message.channel.topic) {
             Some(topic) => topic.add(coding, message),
@@ -197,7 +217,8 @@ fn clouds_of(bag: &Bag) -> Result<(Walked, BTreeMap<String, TopicIndex>), LogErr
     for channel in walked.topics.channels().filter(|channel| ScanCoding::of(channel).is_some()) {
         clouds.entry(channel.topic.clone()).or_default();
     }
-    Ok((walked, clouds))
+    walked.damage.append(&mut lost_frames);
+    Ok((walked, clouds, static_frames))
 }
 
 fn choose_topic(
@@ -225,6 +246,10 @@ fn choose_topic(
 impl ScanLog for BagLog {
     fn summary(&self) -> &LogSummary {
         &self.summary
+    }
+
+    fn static_frames(&self) -> &StaticFrames {
+        &self.static_frames
     }
 
     fn frames(&self) -> &[FrameInfo] {

@@ -2,10 +2,12 @@
 
 mod livox;
 mod point_cloud2;
+mod poses;
 mod wire;
 
 use crate::bag::Channel;
 use crate::points::{Layout, Rows};
+pub(crate) use poses::{PoseCoding, PoseType, StampedPose};
 pub(crate) use wire::{CdrWriter, Encoding, WireError, WireReader};
 
 /// The definition of `sensor_msgs/msg/PointCloud2`, as a writer has to give it.

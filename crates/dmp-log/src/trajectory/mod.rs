@@ -8,6 +8,8 @@ mod npy;
 pub(crate) mod numbers;
 mod raw;
 mod stamps;
+mod topic;
+mod tree;
 mod tum;
 
 pub use euroc::{parse_euroc, write_euroc};
@@ -17,6 +19,7 @@ pub use kitti::{parse_kitti, write_kitti};
 pub use npy::parse_npy;
 pub use raw::{RawTrajectory, parse_raw, read_raw_trajectory};
 pub use stamps::write_times;
+pub use topic::{PoseTopic, TopicTrajectory, is_bag, read_topic_trajectory};
 pub use tum::{parse_tum, write_tum};
 
 use crate::text::is_cut;

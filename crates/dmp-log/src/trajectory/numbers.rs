@@ -39,11 +39,16 @@ pub(super) fn values<const N: usize>(place: Place, columns: &[&str]) -> Result<[
 }
 
 /// A pose of a place, metres, and a quaternion `(x, y, z, w)` that is nearly of unit length.
-pub(super) fn pose_of(
+pub(crate) fn pose_of(
     place: Place,
     position_m: [f64; 3],
     [qx, qy, qz, qw]: [f64; 4],
 ) -> Result<Isometry3<f64>, ParseError> {
+    if position_m.iter().chain(&[qx, qy, qz, qw]).any(|number| !number.is_finite()) {
+        let problem =
+            format!("the pose {position_m:?} m, quaternion ({qx}, {qy}, {qz}, {qw}), is not finite");
+        return Err(ParseError::new(place, problem));
+    }
     check_place(place, position_m)?;
     let quaternion = Quaternion::new(qw, qx, qy, qz);
     let norm = quaternion.norm();

@@ -2,7 +2,11 @@
 //! what the JSON means. The folders are listed, so a new file there is tested without a word here.
 
 use crate::common::read_all;
-use dmp_log::{LengthUnit, LogError, LogOptions, open_log, read_cloud, read_mesh, read_trajectory};
+use dmp_log::{
+    LengthUnit, LogError, LogOptions, PoseTopic, open_log, read_cloud, read_mesh, read_topic_trajectory,
+    read_trajectory,
+};
+use dmp_sensor::Isometry3;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -231,19 +235,64 @@ fn trajectories_of_other_software_are_read() {
             let trajectory = read.trajectory;
             let stamps_ns = trajectory.stamps_ns().map(<[i64]>::to_vec);
             assert_eq!(stamps_ns, integers(&json["stamps_ns"]), "{file}");
-            assert_eq!(trajectory.len(), list(&json, "poses").len(), "{file}");
             let tolerance = json["quaternion_tolerance"].as_f64().unwrap();
-            for (k, (pose, wanted)) in trajectory.poses().iter().zip(list(&json, "poses")).enumerate() {
-                let [x, y, z, turn @ ..] = numbers::<7>(wanted);
-                let place = pose.translation.vector;
-                let apart = (place - dmp_sensor::Translation3::new(x, y, z).vector).amax();
-                assert!(apart <= 1e-14, "{file}, pose {k}: {place:?}, not {x} {y} {z}");
-                let norm = turn.iter().map(|c| c * c).sum::<f64>().sqrt();
-                let found = pose.rotation.coords;
-                let off =
-                    |sign: f64| (0..4).map(|c| (found[c] - sign * turn[c] / norm).abs()).fold(0.0, f64::max);
-                assert!(off(1.0).min(off(-1.0)) <= tolerance, "{file}, pose {k}: {found:?}, not {turn:?}");
-            }
+            assert_poses(trajectory.poses(), list(&json, "poses"), [1e-14, tolerance], file);
+        }
+    }
+}
+
+/// To `place` metres, and to `turn` in each number of the quaternion, either sign.
+fn assert_poses(poses: &[Isometry3<f64>], wanted: &[Value], [place, turn]: [f64; 2], what: &str) {
+    assert_eq!(poses.len(), wanted.len(), "{what}");
+    for (k, (pose, wanted)) in poses.iter().zip(wanted).enumerate() {
+        let [x, y, z, quaternion @ ..] = numbers::<7>(wanted);
+        let found = pose.translation.vector;
+        let apart = (found - dmp_sensor::Translation3::new(x, y, z).vector).amax();
+        assert!(apart <= place, "{what}, pose {k}: {found:?}, not {x} {y} {z}");
+        let norm = quaternion.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let found = pose.rotation.coords;
+        let off =
+            |sign: f64| (0..4).map(|c| (found[c] - sign * quaternion[c] / norm).abs()).fold(0.0, f64::max);
+        assert!(off(1.0).min(off(-1.0)) <= turn, "{what}, pose {k}: {found:?}, not {quaternion:?}");
+    }
+}
+
+#[test]
+fn topics_with_poses_of_other_software_are_read_and_frames_are_chained() {
+    let (_, json) = expectations("mcap").into_iter().find(|(name, _)| name == "poses").unwrap();
+    for file in names(&json, "files") {
+        let path = folder("mcap").join(file);
+        let read = |topic: &str, world: Option<&str>, body: Option<&str>| {
+            let [topic, world, body] = [Some(topic), world, body].map(|name| name.map(str::to_owned));
+            read_topic_trajectory(&path, &PoseTopic { topic, world, body }, Some("lidar")).unwrap()
+        };
+        let mut topics = 0;
+        for topic in list(&json, "topics").iter().filter(|topic| topic["kind"] == "poses") {
+            let name = topic["topic"].as_str().unwrap();
+            let run = read(name, None, None);
+            assert_eq!(
+                run.trajectory.stamps_ns().map(<[i64]>::to_vec),
+                integers(&topic["stamps_ns"]),
+                "{name}"
+            );
+            assert_poses(run.trajectory.poses(), list(topic, "poses"), [0.0, 1e-15], name);
+            assert_eq!(run.body_frame.as_deref(), topic["child_frame_id"].as_str());
+            assert!(run.damage.is_empty() && run.out_of_order == 0 && run.repeated == 0);
+            topics += 1;
+        }
+        assert_eq!(topics, 4);
+        // The chain has the stamps of the odometry, which comes more often; at those of the scans it is known.
+        for (world, body, wanted) in [
+            (None, None, "map_from_lidar"),
+            (Some("map"), Some("/lidar"), "map_from_lidar"),
+            (Some("map"), Some("base_link"), "map_from_base_link"),
+        ] {
+            let run = read("/tf", world, body);
+            let at = |stamp_ns: &i64| run.trajectory.world_from_body_at(*stamp_ns, 0).unwrap();
+            let found: Vec<_> = integers(&json["derived"]["stamps_ns"]).unwrap().iter().map(at).collect();
+            assert_poses(&found, list(&json["derived"], wanted), [1e-12, 1e-12], file);
+            assert_eq!(run.body_frame.as_deref(), Some(body.unwrap_or("lidar").trim_start_matches('/')));
+            assert!(run.trajectory.len() > found.len(), "{}", run.trajectory.len());
         }
     }
 }

@@ -19,4 +19,5 @@ mod real_data;
 mod round_trip;
 mod row_18;
 mod scan_folder;
+mod topics;
 mod trajectory;
