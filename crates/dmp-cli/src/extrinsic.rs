@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use dmp_log::{Calib, LogSummary, find_calib, read_calib};
+use dmp_log::{Calib, LogSummary, ScanLog, find_calib, read_calib};
 use dmp_sensor::Isometry3;
 
 use crate::exit::Usage;
@@ -16,7 +16,7 @@ const ALONG: f64 = 0.8;
 
 /// What the help says of the option.
 pub(crate) const HELP: &str = "Where the sensor sits on the body that the trajectories move, body_from_sensor: \
-    `auto` (KITTI's calib.txt where the body travels as a camera does, else the sensor is the body), `identity`, \
+    `auto` (/tf_static where messages name the body's frame; KITTI's calib.txt where the body travels as a camera does; the sensor is the body where there is neither), `identity`, \
     metres and a quaternion X,Y,Z,QX,QY,QZ,QW, `calib` or `calib:FILE` (KITTI's calibration), `frame:NAME` \
     (/tf_static of the log); for the run NAME, or for all runs [default: auto]";
 
@@ -87,17 +87,18 @@ impl BodyFromSensor {
 pub(crate) fn of_runs(
     given: &[NamedExtrinsic],
     runs: &[LoadedRun],
-    log: &LogSummary,
+    log: &dyn ScanLog,
 ) -> anyhow::Result<Vec<BodyFromSensor>> {
+    let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
     let values = given.iter().map(|given| (given.run.as_deref(), given.text.clone(), &given.extrinsic));
-    let of_runs = assign("--extrinsic", runs, values)?;
+    let of_runs = assign("--extrinsic", &names, values)?;
     runs.iter()
         .zip(of_runs)
         .map(|(run, extrinsic)| of_run(extrinsic.unwrap_or(&Extrinsic::Auto), run, log))
         .collect()
 }
 
-fn of_run(extrinsic: &Extrinsic, run: &LoadedRun, log: &LogSummary) -> anyhow::Result<BodyFromSensor> {
+fn of_run(extrinsic: &Extrinsic, run: &LoadedRun, log: &dyn ScanLog) -> anyhow::Result<BodyFromSensor> {
     match extrinsic {
         Extrinsic::Auto => auto(run, log),
         Extrinsic::Identity => Ok(BodyFromSensor::identity("as given")),
@@ -105,30 +106,75 @@ fn of_run(extrinsic: &Extrinsic, run: &LoadedRun, log: &LogSummary) -> anyhow::R
         Extrinsic::Calib(file) => {
             let calib = match file {
                 Some(path) => Calib { path: path.clone(), camera_from_velodyne: read_calib(path)? },
-                None => calib_beside(run, log)?.ok_or_else(|| no_calib(run, log))?,
+                None => calib_beside(run, log.summary())?.ok_or_else(|| no_calib(run, log.summary()))?,
             };
             Ok(of_calib(&calib, "as asked for"))
         }
-        Extrinsic::Frame(name) => {
-            let problem = format!(
-                "--extrinsic frame:{name}: {} has no static frames that are read; give X,Y,Z,QX,QY,QZ,QW instead",
-                log.path.display()
-            );
-            Err(Usage(problem).into())
-        }
+        Extrinsic::Frame(name) => of_frame(name, run, log),
     }
 }
 
-/// What files and movement say. KITTI's own poses move the camera while the scans are the LiDAR's, and what
-/// others make of its logs moves either: the direction of travel in the body's axes tells which.
-fn auto(run: &LoadedRun, log: &LogSummary) -> anyhow::Result<BodyFromSensor> {
-    let Some(calib) = calib_beside(run, log)? else {
-        return Ok(BodyFromSensor::identity("neither a calib.txt nor frames say otherwise"));
+/// What frames, files and movement say.
+fn auto(run: &LoadedRun, log: &dyn ScanLog) -> anyhow::Result<BodyFromSensor> {
+    if let Some(body) = &run.body_frame {
+        return of_frame(body, run, log);
+    }
+    if let Some(calib) = calib_beside(run, log.summary())? {
+        return of_camera_or_lidar(run, &calib);
+    }
+    if !log.static_frames().is_empty() {
+        return Err(Usage(which_frame(run, log)).into());
+    }
+    Ok(BodyFromSensor::identity("neither a calib.txt nor frames say otherwise"))
+}
+
+/// The scans' frame on the body's, by the static frames of the log or of the run's own bag.
+fn of_frame(body: &str, run: &LoadedRun, log: &dyn ScanLog) -> anyhow::Result<BodyFromSensor> {
+    let path = log.summary().path.display();
+    let Some(sensor) = log.summary().frame_id.as_deref().filter(|frame| !frame.is_empty()) else {
+        let problem = format!(
+            "run `{}`: the trajectory moves `{body}`, but the scans of {path} name no frame: give --extrinsic",
+            run.name
+        );
+        return Err(Usage(problem).into());
     };
+    if body.trim_start_matches('/') == sensor.trim_start_matches('/') {
+        return Ok(BodyFromSensor::identity(format!("the trajectory moves the scans' frame `{sensor}`")));
+    }
+    let found = [log.static_frames(), &run.static_frames].into_iter().find_map(|f| f.a_from_b(body, sensor));
+    if let Some(transform) = found {
+        return Ok(BodyFromSensor { transform, source: format!("/tf_static: `{sensor}` on `{body}`") });
+    }
+    let problem = format!(
+        "run `{}`: /tf_static does not say where the scans' frame `{sensor}` is on the trajectory's `{body}`: \
+         give --extrinsic X,Y,Z,QX,QY,QZ,QW, or identity where they are the same",
+        run.name
+    );
+    Err(Usage(problem).into())
+}
+
+/// A trajectory that does not say which frame it moves, in a log with frames: the choices.
+fn which_frame(run: &LoadedRun, log: &dyn ScanLog) -> String {
+    let sensor = log.summary().frame_id.as_deref().unwrap_or_default();
+    let mut choices = vec![format!("--extrinsic identity (the scans' own `{sensor}`)")];
+    let beside = log.static_frames().beside(sensor);
+    choices.extend(beside.iter().map(|frame| format!("--extrinsic frame:{frame}")));
+    format!(
+        "run `{}`: {} does not say which frame it moves, and {} has several: give {}",
+        run.name,
+        run.given,
+        log.summary().path.display(),
+        choices.join(" or ")
+    )
+}
+
+/// KITTI's own poses move the camera while the scans are the LiDAR's, and what others make of its logs moves
+/// either: the direction of travel in the body's axes tells which.
+fn of_camera_or_lidar(run: &LoadedRun, calib: &Calib) -> anyhow::Result<BodyFromSensor> {
     let path = calib.path.display();
-    match run.file.trajectory.travel_in_body() {
+    match run.trajectory.travel_in_body() {
         Some(travel) if travel.z > ALONG => {
-            Ok(of_calib(&calib, "the body travels along its z, as a camera does"))
+            Ok(of_calib(calib, "the body travels along its z, as a camera does"))
         }
         Some(travel) if travel.x.abs() > ALONG => Ok(BodyFromSensor::identity(format!(
             "the body travels along its x, not as a camera does: {path} not used"

@@ -196,10 +196,9 @@ impl Lost {
 
 impl TrajectoryInfo {
     fn new(run: &LoadedRun, frames: &[FrameInfo]) -> Self {
-        let LoadedRun { name, path, file } = run;
-        let stamps_ns = file.trajectory.stamps_ns();
+        let stamps_ns = run.trajectory.stamps_ns();
         let span_ns = stamps_ns.and_then(|stamps| Some([*stamps.first()?, *stamps.last()?]));
-        let poses = file.trajectory.len();
+        let poses = run.trajectory.len();
         let log_stamped = frames.iter().all(|frame| frame.stamp_ns.is_some());
         let (pairing, scans_within) = match span_ns {
             Some([first, last]) if log_stamped => {
@@ -211,19 +210,19 @@ impl TrajectoryInfo {
         };
         let period_ns = stamps_ns.and_then(median_step_ns);
         Self {
-            name: name.clone(),
-            file: path.display().to_string(),
-            format: file.format.name(),
-            fingerprint: file.fingerprint.clone(),
+            name: run.name.clone(),
+            file: run.given.clone(),
+            format: run.format,
+            fingerprint: run.fingerprint.clone(),
             poses,
             span_ns,
             period_ns,
             rate_hz: rate_hz(period_ns),
             pairing,
             scans_within,
-            out_of_order: file.out_of_order,
-            repeated: file.repeated,
-            notes: file.notes.clone(),
+            out_of_order: run.out_of_order,
+            repeated: run.repeated,
+            notes: run.notes.clone(),
         }
     }
 }

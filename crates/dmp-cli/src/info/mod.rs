@@ -10,7 +10,7 @@ use dmp_log::TrajectoryFormat;
 
 use crate::Exit;
 use crate::log_args::LogArgs;
-use crate::runs::{self, NamedFile};
+use crate::runs::{NamedFile, Runs};
 
 /// Tell what is in a log: topics, fields, scans, times, damage
 ///
@@ -25,7 +25,8 @@ use crate::runs::{self, NamedFile};
     dmp info kitti/07/ --json"
 )]
 pub(crate) struct InfoArgs {
-    /// A trajectory to look at with the log: TUM, KITTI rows, EuRoC, .npy or g2o
+    /// A trajectory to look at with the log: a file (TUM, KITTI rows, EuRoC, .npy, g2o), `topic:/odom` of the
+    /// log, or `BAG:/odom` of another bag
     #[arg(short = 't', long = "trajectory", value_name = "[NAME=]RUN", help_heading = "Input")]
     trajectories: Vec<NamedFile>,
     /// The format of the trajectories, where it is not to be found by looking: tum, kitti, euroc, npy or g2o
@@ -43,13 +44,21 @@ pub(crate) struct InfoArgs {
 
 pub(crate) fn run(arguments: &InfoArgs, out: &mut impl Write) -> anyhow::Result<Exit> {
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
-    let trajectories = runs::load(&files, arguments.trajectory_format)?;
-    let info = found::Info::new(arguments.log.survey()?, &trajectories);
+    let started = Runs::start(&files, arguments.trajectory_format)?;
+    let survey = arguments.log.survey()?;
+    // Of several streams of scans none is the one whose frame moves.
+    let frame = match survey.streams.as_slice() {
+        [only] => only.log.as_ref().and_then(|log| log.summary().frame_id.clone()),
+        _ => None,
+    };
+    let trajectories = started.finish_in(&survey.path, frame.as_deref())?;
+    let info = found::Info::new(survey, &trajectories);
     if arguments.json {
         serde_json::to_writer_pretty(&mut *out, &info).map_err(std::io::Error::from)?;
         writeln!(out)?;
     } else {
         render::info(out, &info)?;
     }
-    Ok(if info.is_damaged() { Exit::InputDamaged } else { Exit::Done })
+    let damaged = info.is_damaged() || trajectories.iter().any(|run| run.damaged);
+    Ok(if damaged { Exit::InputDamaged } else { Exit::Done })
 }

@@ -35,20 +35,19 @@ pub(crate) fn extrinsics(runs: &[LoadedRun], extrinsics: &[BodyFromSensor]) {
 }
 
 fn run_in_words(run: &LoadedRun, log: &LogSummary) -> String {
-    let LoadedRun { path, file, .. } = run;
-    let pairing = match (log.span_ns, file.trajectory.stamps_ns()) {
+    let pairing = match (log.span_ns, run.trajectory.stamps_ns()) {
         (Some(_), Some(_)) => "found by stamp",
         _ => "the n-th pose for the n-th scan",
     };
-    let poses = poses_in_words(&file.trajectory);
-    let mut parts = vec![format!("{}: {}, {poses}, {pairing}", path.display(), file.format.name())];
-    if file.out_of_order > 0 {
-        parts.push(format!("{} out of order of time, sorted", counted(file.out_of_order as u64, "pose")));
+    let poses = poses_in_words(&run.trajectory);
+    let mut parts = vec![format!("{}: {}, {poses}, {pairing}", run.given, run.format)];
+    if run.out_of_order > 0 {
+        parts.push(format!("{} out of order of time, sorted", counted(run.out_of_order as u64, "pose")));
     }
-    if file.repeated > 0 {
-        parts.push(format!("{} left out", counted(file.repeated as u64, "repeated pose")));
+    if run.repeated > 0 {
+        parts.push(format!("{} left out", counted(run.repeated as u64, "repeated pose")));
     }
-    parts.extend(file.notes.iter().cloned());
+    parts.extend(run.notes.iter().cloned());
     parts.join("; ")
 }
 

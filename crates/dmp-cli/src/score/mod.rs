@@ -20,7 +20,7 @@ use dmp_log::TrajectoryFormat;
 use crate::extrinsic;
 use crate::log_args::LogArgs;
 use crate::progress::Progress;
-use crate::runs::{self, NamedFile};
+use crate::runs::{self, NamedFile, Runs};
 use crate::settings::SettingsArgs;
 use crate::{Common, Exit};
 
@@ -36,12 +36,14 @@ use crate::{Common, Exit};
     dmp score drive.mcap -t old=a/traj.tum -t new=b/traj.tum --extrinsic 0,0,0.28,0,0,0,1\n  \
     dmp score kitti/07/ -t poses.txt --every 5 --memory 2GiB\n  \
     dmp score drive.mcap -t run.tum --map survey.laz --json > scores.json\n  \
+    dmp score drive.mcap -t topic:/odom -t slam=slam.mcap:/slam/path\n  \
     dmp score kitti/07/ -t truth=poses/07.txt -t kiss=kiss.npy --extrinsic kiss=identity\n\n\
     Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged."
 )]
 pub(crate) struct ScoreArgs {
-    /// A run to score: its trajectory (TUM, KITTI rows, EuRoC, .npy, g2o), world_from_body in metres. Called
-    /// NAME, or like the file
+    /// A run to score: its trajectory, world_from_body in metres. A file (TUM, KITTI rows, EuRoC, .npy, g2o),
+    /// `topic:/odom` of the log, or `BAG:/odom` of another bag (odometry, poses, a path; of frames,
+    /// `topic:/tf:WORLD:BODY`). Called NAME, or like the file
     #[arg(short = 't', long = "trajectory", value_name = "[NAME=]RUN", help_heading = "Input")]
     #[arg(required_unless_present = "more")]
     trajectories: Vec<NamedFile>,
@@ -86,20 +88,22 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     config.check()?;
     // What is short comes first, so that a mistake in it is told before a long log is read.
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
-    let loaded = runs::load(&files, arguments.trajectory_format)?;
-    let maps = runs::maps_of(&loaded, &arguments.maps)?;
+    let started = Runs::start(&files, arguments.trajectory_format)?;
+    let maps = runs::maps_of(&started.names(), &arguments.maps)?;
     if let Some(folder) = &arguments.save_maps {
         fs::create_dir_all(folder)
             .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
     }
     let log = arguments.log.open()?;
+    let loaded = started.finish(log.summary())?;
     if !common.quiet {
         announce::found(log.as_ref(), &loaded);
     }
-    let extrinsics = extrinsic::of_runs(&arguments.settings.extrinsic, &loaded, log.summary())?;
+    let extrinsics = extrinsic::of_runs(&arguments.settings.extrinsic, &loaded, log.as_ref())?;
     if !common.quiet {
         announce::extrinsics(&loaded, &extrinsics);
     }
+    let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
     let runs = runs::to_score(loaded, maps, extrinsics);
 
     let progress = Progress::new(common);
@@ -114,5 +118,5 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     if !common.quiet {
         announce::done(&report);
     }
-    Ok(if report.inputs.damage.is_empty() { Exit::Done } else { Exit::InputDamaged })
+    Ok(if damaged { Exit::InputDamaged } else { Exit::Done })
 }

@@ -14,7 +14,7 @@ use crate::Common;
 use crate::exit::Usage;
 use crate::extrinsic;
 use crate::progress::Progress;
-use crate::runs::{self, NamedFile};
+use crate::runs::{self, NamedFile, Runs};
 use crate::score::announce;
 
 /// Every map against the reference.
@@ -117,21 +117,23 @@ impl Bench<'_> {
                 );
             }
         };
-        let loaded = runs::load(files, None)?;
+        let started = Runs::start(files, None)?;
+        let (topic, point_time) = (arguments.topic.clone(), arguments.point_time);
+        let options = LogOptions { topic, point_time, ..LogOptions::default() };
+        let log = open_log(&arguments.map, &options)?;
+        let loaded = started.finish(log.summary())?;
         let mut moves = Vec::new();
         for run in &loaded {
             moves.push(match &reference {
                 None => Isometry3::identity(),
-                Some((trajectory, path)) => align(trajectory, path, &run.file.trajectory, &run.path)?,
+                Some((trajectory, path)) => align(trajectory, path, &run.trajectory, &run.path)?,
             });
         }
-        let (topic, point_time) = (arguments.topic.clone(), arguments.point_time);
-        let options = LogOptions { topic, point_time, ..LogOptions::default() };
-        let log = open_log(&arguments.map, &options)?;
-        let extrinsics = extrinsic::of_runs(&arguments.extrinsic, &loaded, log.summary())?;
+        let extrinsics = extrinsic::of_runs(&arguments.extrinsic, &loaded, log.as_ref())?;
         if !common.quiet {
             announce::extrinsics(&loaded, &extrinsics);
         }
+        let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
         let runs = runs::to_score(loaded, std::iter::repeat(MapSource::Fused), extrinsics);
         let maps = fuse_maps(log.as_ref(), &runs, config, self.progress)?;
         let mut measured = Vec::new();
@@ -147,7 +149,7 @@ impl Bench<'_> {
                 report,
             });
         }
-        Ok((measured, !log.summary().damage.is_empty()))
+        Ok((measured, damaged))
     }
 
     fn add_store(&self, store: &Store, points: &mut EvaluatedPoints) -> Result<(), SurfaceError> {

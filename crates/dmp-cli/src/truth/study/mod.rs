@@ -19,7 +19,7 @@ use crate::exit::Usage;
 use crate::extrinsic;
 use crate::log_args::LogArgs;
 use crate::progress::Progress;
-use crate::runs::{self, NamedFile};
+use crate::runs::{self, NamedFile, Runs};
 use crate::save::save_text;
 use crate::score::announce;
 use crate::settings::SettingsArgs;
@@ -39,7 +39,7 @@ use crate::{Common, Exit};
     Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged."
 )]
 pub(crate) struct StudyArgs {
-    /// A run: its trajectory (TUM, KITTI rows, EuRoC, .npy, g2o), world_from_body in metres. Called NAME, or
+    /// A run: its trajectory, world_from_body in metres: a file or a topic, as for dmp score. Called NAME, or
     /// like the file
     #[arg(short = 't', long = "trajectory", value_name = "[NAME=]RUN", help_heading = "Input")]
     #[arg(required_unless_present = "more")]
@@ -114,7 +114,7 @@ pub(crate) fn run(arguments: &StudyArgs, common: &Common, out: &mut impl Write) 
     let config = arguments.settings.config();
     config.check()?;
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
-    let loaded = runs::load(&files, arguments.trajectory_format)?;
+    let started = Runs::start(&files, arguments.trajectory_format)?;
     let reference = read_trajectory(&arguments.reference)?;
     // Told before the log is read, not after.
     if let Some(path) = arguments.reference_map.as_ref().filter(|path| !path.exists()) {
@@ -125,13 +125,15 @@ pub(crate) fn run(arguments: &StudyArgs, common: &Common, out: &mut impl Write) 
             .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
     }
     let log = arguments.log.open()?;
+    let loaded = started.finish(log.summary())?;
     if !common.quiet {
         announce::found(log.as_ref(), &loaded);
     }
-    let extrinsics = extrinsic::of_runs(&arguments.settings.extrinsic, &loaded, log.summary())?;
+    let extrinsics = extrinsic::of_runs(&arguments.settings.extrinsic, &loaded, log.as_ref())?;
     if !common.quiet {
         announce::extrinsics(&loaded, &extrinsics);
     }
+    let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
     let fused = std::iter::repeat(MapSource::Fused);
     let runs = runs::to_score(loaded, fused, extrinsics);
 
@@ -158,7 +160,7 @@ pub(crate) fn run(arguments: &StudyArgs, common: &Common, out: &mut impl Write) 
         tell(&study);
         announce::done(&study.score);
     }
-    Ok(if study.score.inputs.damage.is_empty() { Exit::Done } else { Exit::InputDamaged })
+    Ok(if damaged { Exit::InputDamaged } else { Exit::Done })
 }
 
 /// Reads a mesh or a cloud into the reference.
