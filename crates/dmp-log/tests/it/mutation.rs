@@ -2,8 +2,11 @@
 
 use crate::common::{Message, POINTS, Random, scans, write_mcap, write_with};
 use crate::npy::{IDENTITY, npy};
-use dmp_log::{LogOptions, McapCompression, open_log, read_calib, read_trajectory};
-use dmp_sensor::Scan;
+use crate::topics::{ODOMETRY, PATH, TF, TF_STATIC, odometry, path as path_of, transforms};
+use dmp_log::{
+    LogOptions, McapCompression, PoseTopic, open_log, read_calib, read_topic_trajectory, read_trajectory,
+};
+use dmp_sensor::{Isometry3, Scan};
 use std::fs;
 use std::path::Path;
 
@@ -115,6 +118,33 @@ fn trajectories() {
     for_each_mutation(&path, 23, |path| drop(read_trajectory(path)));
     fs::write(&path, "P0: 1 2\nTr: 0 -1 0 0 0 0 -1 -0.1 1 0 0 -0.3\n").unwrap();
     for_each_mutation(&path, 24, |path| drop(read_calib(path)));
+}
+
+/// Without checksums, so that the damage reaches the messages.
+#[test]
+fn topics_with_poses() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let still = Isometry3::translation(1.0, 2.0, 3.0);
+    let frames =
+        transforms(&[(0, "map", "base", still), (100, "map", "base", still), (0, "base", "lidar", still)]);
+    let messages = [
+        (0, Message::of(&[[1.0, 2.0, 3.0]; 8]).encode()),
+        (1, odometry(1000, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])),
+        (2, path_of(&[(1000, 0.0), (1100, 1.0)])),
+        (3, frames.clone()),
+        (4, frames),
+    ];
+    let options = mcap::WriteOptions::new().compression(None).calculate_chunk_crcs(false);
+    write_with(&path, options, &[POINTS, ODOMETRY, PATH, TF, TF_STATIC], &messages);
+    for_each_mutation(&path, 50, |path| {
+        read_what_opens(path);
+        for topic in ["/odom", "/path", "/tf"] {
+            let topic = PoseTopic { topic: Some(topic.into()), ..PoseTopic::default() };
+            let Ok(run) = read_topic_trajectory(path, &topic, Some("lidar")) else { continue };
+            assert!(run.trajectory.poses().iter().all(|pose| pose.translation.vector.amax() <= 1e9));
+        }
+    });
 }
 
 #[test]

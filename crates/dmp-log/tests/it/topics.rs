@@ -5,11 +5,11 @@ use dmp_log::{LogOptions, PoseTopic, TopicTrajectory, open_log, read_topic_traje
 use dmp_sensor::{Isometry3, Vector3};
 use std::path::PathBuf;
 
-const ODOMETRY: (&str, &str, &str) = ("/odom", "nav_msgs/msg/Odometry", "cdr");
+pub(crate) const ODOMETRY: (&str, &str, &str) = ("/odom", "nav_msgs/msg/Odometry", "cdr");
 const POSES: (&str, &str, &str) = ("/pose", "geometry_msgs/msg/PoseStamped", "cdr");
-const PATH: (&str, &str, &str) = ("/path", "nav_msgs/msg/Path", "cdr");
-const TF: (&str, &str, &str) = ("/tf", "tf2_msgs/msg/TFMessage", "cdr");
-const TF_STATIC: (&str, &str, &str) = ("/tf_static", "tf2_msgs/msg/TFMessage", "cdr");
+pub(crate) const PATH: (&str, &str, &str) = ("/path", "nav_msgs/msg/Path", "cdr");
+pub(crate) const TF: (&str, &str, &str) = ("/tf", "tf2_msgs/msg/TFMessage", "cdr");
+pub(crate) const TF_STATIC: (&str, &str, &str) = ("/tf_static", "tf2_msgs/msg/TFMessage", "cdr");
 const TEXT: (&str, &str, &str) = ("/chatter", "std_msgs/msg/String", "cdr");
 
 /// Little-endian CDR.
@@ -61,7 +61,7 @@ fn at_x(x: f64) -> [f64; 7] {
     [x, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 }
 
-fn odometry(stamp_ms: i64, numbers: [f64; 7]) -> Vec<u8> {
+pub(crate) fn odometry(stamp_ms: i64, numbers: [f64; 7]) -> Vec<u8> {
     let mut message = Cdr::new();
     message.pose(stamp_ms, "odom", Some("base_link"), numbers);
     message.0
@@ -73,7 +73,7 @@ fn pose(stamp_ms: i64, numbers: [f64; 7]) -> Vec<u8> {
     message.0
 }
 
-fn path(poses: &[(i64, f64)]) -> Vec<u8> {
+pub(crate) fn path(poses: &[(i64, f64)]) -> Vec<u8> {
     let mut message = Cdr::new();
     message.u32(9);
     message.u32(0);
@@ -85,7 +85,7 @@ fn path(poses: &[(i64, f64)]) -> Vec<u8> {
     message.0
 }
 
-fn transforms(transforms: &[(i64, &str, &str, Isometry3<f64>)]) -> Vec<u8> {
+pub(crate) fn transforms(transforms: &[(i64, &str, &str, Isometry3<f64>)]) -> Vec<u8> {
     let mut message = Cdr::new();
     message.u32(transforms.len() as u32);
     for (stamp_ms, parent, child, pose) in transforms {
