@@ -124,21 +124,27 @@ fn residuals_of(range_m: f64, answer: &Answer) -> Residuals {
     }
 }
 
+/// A caster into every run's map, and what can be told of its surfels.
+pub(crate) fn casters(maps: Vec<RunMap>, config: &Config) -> (Vec<Caster>, Vec<Basis>) {
+    let settings = CastSettings { horizon_m: HORIZON * config.max_range_m, ..CastSettings::default() };
+    let budget_bytes = (CAST_SHARE * config.memory_bytes as f64) as usize / maps.len().max(1);
+    let caster = |map: RunMap| {
+        let basis = if map.fused { Basis::CrossValidated } else { Basis::Near };
+        (Caster::new(map.store, settings, budget_bytes), basis)
+    };
+    maps.into_iter().map(caster).unzip()
+}
+
 /// Casts every return into every run's map and reduces the residuals, in one pass over the log.
 pub(crate) fn score(
     log: &dyn ScanLog,
     plan: &Plan<'_>,
     runs: &[Run],
-    maps: Vec<RunMap>,
+    casters: Vec<Caster>,
+    bases: Vec<Basis>,
     config: &Config,
     watch: &dyn Watch,
 ) -> Result<Scored, EvaluateError> {
-    let settings = CastSettings { horizon_m: HORIZON * config.max_range_m, ..CastSettings::default() };
-    let budget_bytes = (CAST_SHARE * config.memory_bytes as f64) as usize / runs.len();
-    let bases: Vec<Basis> =
-        maps.iter().map(|map| if map.fused { Basis::CrossValidated } else { Basis::Near }).collect();
-    let casters: Vec<Caster> =
-        maps.into_iter().map(|map| Caster::new(map.store, settings, budget_bytes)).collect();
     let frames = plan.frames().len() as u64;
     let layout = Layout::new(frames, frames, bases.clone())?.with_miss_price(config.miss_price);
 

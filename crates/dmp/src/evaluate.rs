@@ -8,11 +8,11 @@ use crate::error::EvaluateError;
 use crate::plan::Plan;
 use crate::report::{PassTimes, Report};
 use crate::watch::Watch;
-use crate::{cast, fuse, given, memory, report, trails};
+use crate::{cast, fuse, given, memory, report, sanity, trails};
 
 /// Scores `runs` on `log`: plan, fuse, cast, reduce.
 ///
-/// Reads the log twice, and a sample of it once before; four times with [`Config::free_space`]. The report
+/// Reads the log twice, a sample of it once before and a few scans in between; four times with [`Config::free_space`]. The report
 /// is the same to the bit for every number of threads, memory budget and order of reading, but for its
 /// `timing` and `memory`.
 ///
@@ -52,7 +52,10 @@ pub fn evaluate(
     // z' = S(M, T_z) for every return of every scan (eq. 6–7), and Σ (z − z')² (eq. 13).
     let run_maps = std::mem::take(&mut maps.of_runs);
     let map_reports = report::map_reports(&run_maps, maps.trails.as_ref());
-    let mut scored = cast::score(log, &plan, runs, run_maps, config, watch)?;
+    let (casters, bases) = cast::casters(run_maps, config);
+    // Where they hardly belong together: what is likely wrong, told before the long part.
+    let hints = sanity::look(log, &plan, runs, &casters, &bases, config, watch)?;
+    let mut scored = cast::score(log, &plan, runs, casters, bases, config, watch)?;
     let cast_s = lap_s();
 
     if let Some(first) = maps.counts.filter(|first| *first != scored.counts) {
@@ -67,5 +70,5 @@ pub fn evaluate(
     memory::look();
     let total_s = start.elapsed().as_secs_f64();
     let times = PassTimes { plan_s, fuse_s, trails_s, cast_s, total_s, threads: config.threads };
-    Ok(report::build(log, runs, config, &plan, &maps, map_reports, &scored, times))
+    Ok(report::build(log, runs, config, &plan, &maps, map_reports, &scored, &hints, times))
 }

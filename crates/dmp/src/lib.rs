@@ -38,6 +38,7 @@ mod memory;
 mod plan;
 mod pose;
 mod report;
+mod sanity;
 mod trails;
 mod watch;
 

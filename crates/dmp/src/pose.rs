@@ -37,6 +37,11 @@ impl<'a> RunPoses<'a> {
         Ok(Self { pairing: pairing_of(log, run)?, max_gap_ns, track })
     }
 
+    /// The same pairing with other poses of as many lines.
+    pub(crate) fn along<'b>(&self, track: Track<'b>) -> RunPoses<'b> {
+        RunPoses { pairing: self.pairing, max_gap_ns: self.max_gap_ns, track }
+    }
+
     /// The sensor's pose at the stamp of a frame, or in its line.
     pub(crate) fn of_frame(&self, frame: &PlannedFrame) -> Option<Isometry3<f64>> {
         match self.pairing {

@@ -12,6 +12,7 @@ mod direct;
 mod given_maps;
 mod mesh_maps;
 mod real;
+mod sanity;
 mod tidy;
 mod trails;
 mod truth_study;

@@ -50,6 +50,7 @@ pub(crate) fn build(
     maps: &Maps,
     map_reports: Vec<MapReport>,
     scored: &Scored,
+    hints: &[Option<String>],
     timing: PassTimes,
 ) -> Report {
     let reducer = &scored.reducer;
@@ -93,7 +94,7 @@ pub(crate) fn build(
         },
         tiles: tile_reports(scored),
     };
-    warnings::add(&mut report, plan);
+    warnings::add(&mut report, plan, hints);
     report
 }
 

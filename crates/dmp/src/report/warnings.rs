@@ -17,9 +17,10 @@ const VEHICLE_TOLD: f64 = 0.05;
 const FRAMES_FEW: u64 = 40;
 
 /// Adds what a reader must know before believing the report.
-pub(super) fn add(report: &mut Report, plan: &Plan<'_>) {
-    for run in &mut report.runs {
-        run.warnings = of_run(run);
+pub(super) fn add(report: &mut Report, plan: &Plan<'_>, hints: &[Option<String>]) {
+    for (run, hint) in report.runs.iter_mut().zip(hints) {
+        // What is likely wrong comes before what follows from it.
+        run.warnings = hint.iter().cloned().chain(of_run(run)).collect();
     }
     report.warnings = of_report(report, plan);
 }

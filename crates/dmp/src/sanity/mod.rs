@@ -1,0 +1,147 @@
+//! Whether log, trajectory and map belong together, looked at on a few scans before all are cast; and what
+//! is most likely wrong where they do not. It changes no score. `docs/metric.md` says what was measured.
+
+mod alternatives;
+mod extent;
+mod sample;
+
+use dmp_cast::{Answer, CastBuffers, Caster};
+use dmp_log::ScanLog;
+use dmp_reduce::Basis;
+use dmp_sensor::{Ray, Track};
+
+use crate::cast::query_of;
+use crate::config::{Config, Run};
+use crate::error::EvaluateError;
+use crate::plan::Plan;
+use crate::pose::{Pairing, RunPoses};
+use crate::watch::{Stage, Watch};
+use alternatives::{Alternative, all, inverted};
+use extent::Extent;
+use sample::{Fit, Sample};
+
+/// Another reading is told when the scans fit together better by this factor and this share with it. Right
+/// inputs gain less than a hundredth by any, wrong ones half as much again and more.
+const BETTER_BY: f64 = 1.25;
+const BETTER_BY_SHARE: f64 = 0.1;
+/// A time at which the vehicle goes less far than this part of its way proves nothing: scans of one place fit
+/// together wherever that is.
+const LEAST_WAY: f64 = 0.5;
+/// A return this near to a surface of a given map is where the map has one, metres, and a map in which fewer
+/// returns are is hardly of this world.
+const FIT_M: f64 = 0.5;
+const NEARLY_NOTHING: f64 = 0.25;
+
+/// For every run, what is likely wrong with it, in words; told to `watch` too.
+pub(crate) fn look(
+    log: &dyn ScanLog,
+    plan: &Plan<'_>,
+    runs: &[Run],
+    casters: &[Caster],
+    bases: &[Basis],
+    config: &Config,
+    watch: &dyn Watch,
+) -> Result<Vec<Option<String>>, EvaluateError> {
+    watch.begin(Stage::Survey, runs.len() as u64);
+    let sample = Sample::read(log, plan)?;
+    let mut hints = Vec::new();
+    for (((run, poses), caster), basis) in runs.iter().zip(&plan.poses).zip(casters).zip(bases) {
+        let look = Look { sample: &sample, plan, run, poses, config };
+        let mut hint = look.at_poses(log)?;
+        if hint.is_none() && *basis == Basis::Near {
+            hint = look.at_map(caster)?;
+        }
+        if let Some(hint) = &hint {
+            watch.note(&format!("run `{}`: {hint}", run.name));
+        }
+        hints.push(hint);
+        watch.advance(1);
+    }
+    Ok(hints)
+}
+
+/// One run, looked at.
+struct Look<'a> {
+    sample: &'a Sample,
+    plan: &'a Plan<'a>,
+    run: &'a Run,
+    poses: &'a RunPoses<'a>,
+    config: &'a Config,
+}
+
+impl Look<'_> {
+    /// Whether its scans fit together much better when what the user gave is read another way.
+    fn at_poses(&self, log: &dyn ScanLog) -> Result<Option<String>, EvaluateError> {
+        let filter = &self.plan.filter;
+        let given = self.sample.fit(self.poses, filter, 0)?;
+        let turned_round = inverted(&self.run.trajectory);
+        let mut best: Option<(Fit, Alternative)> = None;
+        let stamped = self.poses.pairing == Pairing::ByStamp;
+        for alternative in all(self.config.body_from_sensor, stamped, log.summary()) {
+            let trajectory = match &turned_round {
+                Some(inverted) if alternative.inverted => inverted,
+                _ => &self.run.trajectory,
+            };
+            let track = Track::new(trajectory, alternative.body_from_sensor, self.poses.max_gap_ns);
+            let fit = self.sample.fit(&self.poses.along(track), filter, alternative.shift_ns)?;
+            let stands = alternative.shift_ns != 0 && fit.way_m < LEAST_WAY * given.way_m;
+            if !stands && best.as_ref().is_none_or(|(best, _)| fit.together > best.together) {
+                best = Some((fit, alternative));
+            }
+        }
+        let better = |fit: &Fit| {
+            fit.together > BETTER_BY * given.together && fit.together > BETTER_BY_SHARE + given.together
+        };
+        Ok(best.filter(|(fit, _)| better(fit)).map(|(fit, alternative)| {
+            format!(
+                "only {:.0} % of the returns of {} scans meet those of other scans near by; with {} {:.0} % do: {}",
+                100.0 * given.together,
+                self.sample.scans,
+                alternative.with,
+                100.0 * fit.together,
+                alternative.ask
+            )
+        }))
+    }
+
+    /// Whether a map that was given is where the trajectory is.
+    fn at_map(&self, caster: &Caster) -> Result<Option<String>, EvaluateError> {
+        let places = self.plan.frames().iter().filter_map(|frame| self.poses.of_frame(frame));
+        let drive = Extent::of_points(places.map(|pose| pose.translation.vector.into()));
+        let Some((drive, map)) = drive.zip(Extent::of_store(caster.store())) else { return Ok(None) };
+        let gap_m = drive.gap_m(&map);
+        if gap_m > self.config.max_range_m {
+            return Ok(Some(format!(
+                "the trajectory is around {}, the map around {}, {gap_m:.0} m apart: is the map in the trajectory's frame?",
+                drive.centre_in_words(),
+                map.centre_in_words()
+            )));
+        }
+        let share = self.share_in_map(caster)?;
+        Ok((share < NEARLY_NOTHING).then(|| {
+            format!(
+                "only {:.0} % of the returns of {} scans are where its map has a surface: is the map in the trajectory's frame, and its unit right (--map-unit)?",
+                100.0 * share,
+                self.sample.scans
+            )
+        }))
+    }
+
+    /// Share of the sample's returns with a surface of the map where they were measured.
+    fn share_in_map(&self, caster: &Caster) -> Result<f64, EvaluateError> {
+        let (mut queries, mut answers, mut buffers) = (Vec::new(), Vec::new(), CastBuffers::default());
+        let mut found = 0_usize;
+        self.sample.rays(self.poses, &self.plan.filter, 0, |_, rays| {
+            queries.clear();
+            queries.extend(rays.iter().map(|ray| query_of(ray, None)));
+            let cast = caster.cast(&queries, &mut answers, &mut buffers);
+            cast.map_err(EvaluateError::map_of(&self.run.name))?;
+            let fits = |(ray, answer): &(&Ray, &Answer)| {
+                answer.nearest_m.is_some_and(|nearest_m| (nearest_m - ray.range_m).abs() <= FIT_M)
+            };
+            found += rays.iter().zip(&answers).filter(fits).count();
+            Ok(())
+        })?;
+        Ok(found as f64 / self.sample.returns.max(1) as f64)
+    }
+}
