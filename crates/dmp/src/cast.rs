@@ -141,12 +141,12 @@ pub(crate) fn score(
     plan: &Plan<'_>,
     runs: &[Run],
     casters: Vec<Caster>,
-    bases: Vec<Basis>,
+    bases: &[Basis],
     config: &Config,
     watch: &dyn Watch,
 ) -> Result<Scored, EvaluateError> {
     let frames = plan.frames().len() as u64;
-    let layout = Layout::new(frames, frames, bases.clone())?.with_miss_price(config.miss_price);
+    let layout = Layout::new(frames, frames, bases.to_vec())?.with_miss_price(config.miss_price);
 
     watch.begin(Stage::Cast, plan.returns());
     let worker = |_| CastWorker {
@@ -154,13 +154,13 @@ pub(crate) fn score(
         runs,
         casters: &casters,
         watch,
-        bases: &bases,
+        bases,
         queries: Vec::new(),
         answers: vec![Vec::new(); runs.len()],
         buffers: CastBuffers::default(),
         residuals: vec![Vec::new(); runs.len()],
         of_return: Vec::new(),
-        frame: FrameSums::new(&bases),
+        frame: FrameSums::new(bases),
         reducer: Reducer::new(layout.clone()),
         tiles: HashMap::new(),
         counts: ReturnCounts::default(),

@@ -55,7 +55,7 @@ pub fn evaluate(
     let (casters, bases) = cast::casters(run_maps, config);
     // Where they hardly belong together: what is likely wrong, told before the long part.
     let hints = sanity::look(log, &plan, runs, &casters, &bases, config, watch)?;
-    let mut scored = cast::score(log, &plan, runs, casters, bases, config, watch)?;
+    let mut scored = cast::score(log, &plan, runs, casters, &bases, config, watch)?;
     let cast_s = lap_s();
 
     if let Some(first) = maps.counts.filter(|first| *first != scored.counts) {

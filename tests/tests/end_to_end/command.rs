@@ -375,6 +375,7 @@ fn wrong_usage_exits_with_2() {
         "--extrinsic 0,0,0,0,0,0,0",
         "--threads 0",
         "--every 0",
+        "--map-unit yards",
         "--nonsense",
     ] {
         let output = dmp(folder.path(), &format!("{town} {options}"));

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use dmp::{Config, EvaluateError, MapSource, Run, evaluate};
 use dmp_sensor::{Ray, Scan, Track, Trajectory};
 
-use crate::common::{open, score, small_town, write_mcap};
+use crate::common::{dmp, open, score, small_town, text, write_mcap};
 
 /// A log, its truth, and all its points in the world.
 fn town(folder: &Path) -> (PathBuf, Trajectory, Vec<[f64; 3]>) {
@@ -53,7 +53,17 @@ fn write_pcd(path: &Path, points: &[[f64; 3]]) {
 }
 
 fn write_las(path: &Path, points: &[[f64; 3]], compressed: bool) {
+    write_las_with(path, points, compressed, None);
+}
+
+fn write_las_with(path: &Path, points: &[[f64; 3]], compressed: bool, wkt: Option<&str>) {
     let mut builder = las::Builder::from((1, 4));
+    builder.vlrs.extend(wkt.map(|text| las::Vlr {
+        user_id: "LASF_Projection".into(),
+        record_id: 2112,
+        description: String::new(),
+        data: text.into(),
+    }));
     builder.point_format.is_compressed = compressed;
     let scale = las::Transform { scale: 1e-5, offset: 0.0 };
     builder.transforms = las::Vector { x: scale, y: scale, z: scale };
@@ -219,4 +229,47 @@ fn row_13_a_million_identical_points_make_no_surfel_and_no_trouble() {
     let nothing = score(&log, &with_map(&truth, map), &Config::default()).runs.remove(0);
     assert_eq!((nothing.map.surfels, nothing.miss_rate, nothing.dmp_sum_m2), (0, Some(1.0), 0.0));
     assert!(nothing.warnings.iter().any(|w| w.contains("hit nothing")), "{:?}", nothing.warnings);
+}
+
+#[test]
+fn a_map_in_feet_is_brought_to_metres_and_the_report_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, truth, points) = town(folder.path());
+    let in_feet: Vec<[f64; 3]> = points.iter().map(|p| p.map(|c| c / 0.3048)).collect();
+    let [metres, feet] = ["metres.laz", "feet.laz"].map(|name| folder.path().join(name));
+    write_las(&metres, &points, true);
+    write_las_with(&feet, &in_feet, true, Some(r#"PROJCS["p",GEOGCS["g"],UNIT["foot",0.3048]]"#));
+    let config = Config { voxel_m: Some(0.3), ..Config::default() };
+    let [of_metres, of_feet] = [metres, feet].map(|map| score(&log, &with_map(&truth, map), &config));
+    let near = |report: &dmp::Report| report.runs[0].r_near_m2.at_0_5.unwrap();
+    assert!(
+        (near(&of_feet) / near(&of_metres) - 1.0).abs() < 1e-2,
+        "{} {}",
+        near(&of_feet),
+        near(&of_metres)
+    );
+    assert_eq!(of_metres.inputs.runs[0].map_notes, [""; 0]);
+    assert_eq!(
+        of_feet.inputs.runs[0].map_notes,
+        ["in feet, heights too by its well-known text: brought to metres"]
+    );
+}
+
+#[test]
+fn the_command_tells_of_units_and_refuses_degrees() {
+    let folder = tempfile::tempdir().unwrap();
+    let floor = [[0.0, 0.0, 0.0], [90.0, 0.0, 0.0], [0.0, 90.0, 0.0], [1.0, 1.0, 0.1]];
+    let map = folder.path().join("map.las");
+    write_las_with(&map, &floor, false, Some(r#"GEOGCS["WGS 84",UNIT["degree",0.0174532925199433]]"#));
+    let score = "score @/town.mcap -t a=@/truth.tum --map map.las";
+    let output = dmp(folder.path(), score);
+    assert_eq!(output.status.code(), Some(1));
+    let refusal = text(&output.stderr);
+    let refusal = refusal.lines().last().unwrap();
+    assert!(refusal.contains("map.las: ") && refusal.contains("longitude and latitude"), "{refusal}");
+    let output = dmp(folder.path(), &format!("{score} --map-unit us-ft"));
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let told = "in US survey feet, as --map-unit says: brought to metres";
+    assert!(text(&output.stderr).contains(&format!("note: map of `a`: {told}")), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains(&format!("map of a: {told}")), "{}", text(&output.stdout));
 }

@@ -118,9 +118,9 @@ fn errors_of(
     let folder = tempfile::tempdir().unwrap();
     let map = folder.path().join(name);
     if name.ends_with("obj") {
-        write_obj(&map, triangles)
+        write_obj(&map, triangles);
     } else {
-        write_ply(&map, triangles)
+        write_ply(&map, triangles);
     }
     // A sensor that stands still and measures the triangles themselves.
     let origin = Vector3::from(origin);
