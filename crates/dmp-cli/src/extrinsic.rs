@@ -98,6 +98,16 @@ pub(crate) fn of_runs(
         .collect()
 }
 
+/// That of the mapper whose points in the world are a log: the one given for all runs, where it needs no log.
+pub(crate) fn of_mapper(given: &[NamedExtrinsic]) -> anyhow::Result<Isometry3<f64>> {
+    let of_all = given.iter().find(|given| given.run.is_none()).map(|given| &given.extrinsic);
+    Ok(match of_all {
+        Some(Extrinsic::Given(transform)) => *transform,
+        Some(Extrinsic::Calib(Some(path))) => read_calib(path)?,
+        _ => Isometry3::identity(),
+    })
+}
+
 fn of_run(extrinsic: &Extrinsic, run: &LoadedRun, log: &dyn ScanLog) -> anyhow::Result<BodyFromSensor> {
     match extrinsic {
         Extrinsic::Auto => auto(run, log),

@@ -1,13 +1,19 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use dmp_log::{LogError, LogOptions, LogSurvey, PointTime, ScanLog, StampAt, open_log, survey_log};
+use dmp_log::{
+    LogError, LogOptions, LogSurvey, MadeWith, PointTime, ScanLog, StampAt, open_log, read_trajectory,
+    survey_log,
+};
+use dmp_sensor::Isometry3;
+
+use crate::parse;
 
 /// The log and how it is to be read.
 #[derive(Debug, Args)]
 pub(crate) struct LogArgs {
-    /// The log: FILE.mcap with PointCloud2, a folder with one, or a folder with one scan a file (.bin, .pcd, .ply,
-    /// .las, .laz)
+    /// The log: FILE.mcap with PointCloud2, a folder with one, a folder with one scan a file (.bin, .pcd, .ply,
+    /// .las, .laz), or one LAS or LAZ file in world coordinates, with --made-with
     #[arg(value_name = "LOG")]
     log: PathBuf,
     /// The topic with the scans, where the log has several
@@ -28,20 +34,50 @@ pub(crate) struct LogArgs {
     /// (`end`). It matters where times of points count from the scan's beginning
     #[arg(long, value_name = "AT", default_value = "start", help_heading = "Place and time")]
     stamp: StampAt,
+    /// For a LAS or LAZ file in world coordinates: the trajectory it was made with. It brings the points back
+    /// into the sensor's frame, by --extrinsic and --time-offset
+    #[arg(long, value_name = "TRAJECTORY", help_heading = "Input")]
+    made_with: Option<PathBuf>,
+    /// Length of the scans that such a file is cut into, seconds
+    #[arg(long, value_name = "SECONDS", default_value = "0.1", value_parser = parse::interval_ns)]
+    #[arg(requires = "made_with", help_heading = "Input")]
+    scan_period: i64,
+}
+
+/// Where the sensor sat and how clocks differ where a LAS file is brought back into the sensor's frame.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Mapper {
+    pub(crate) body_from_sensor: Isometry3<f64>,
+    pub(crate) time_offset_ns: i64,
+    pub(crate) max_gap_ns: Option<i64>,
 }
 
 impl LogArgs {
-    pub(crate) fn open(&self) -> Result<Box<dyn ScanLog>, LogError> {
-        open_log(&self.log, &self.options())
+    /// Opens the log.
+    pub(crate) fn open(&self, mapper: &Mapper) -> Result<Box<dyn ScanLog>, LogError> {
+        open_log(&self.log, &self.options(mapper)?)
     }
 
     /// Everything that the log holds, also where it cannot be opened without being told more.
-    pub(crate) fn survey(&self) -> Result<LogSurvey, LogError> {
-        survey_log(&self.log, &self.options())
+    pub(crate) fn survey(&self, mapper: &Mapper) -> Result<LogSurvey, LogError> {
+        survey_log(&self.log, &self.options(mapper)?)
     }
 
-    fn options(&self) -> LogOptions {
-        let Self { topic, point_time, stamp, .. } = self;
-        LogOptions { topic: topic.clone(), point_time: *point_time, stamp_at: *stamp }
+    fn options(&self, mapper: &Mapper) -> Result<LogOptions, LogError> {
+        let made_with = |path: &PathBuf| -> Result<MadeWith, LogError> {
+            Ok(MadeWith {
+                trajectory: read_trajectory(path)?.trajectory,
+                body_from_sensor: mapper.body_from_sensor,
+                time_offset_ns: mapper.time_offset_ns,
+                max_gap_ns: mapper.max_gap_ns,
+                scan_period_ns: self.scan_period,
+            })
+        };
+        Ok(LogOptions {
+            topic: self.topic.clone(),
+            point_time: self.point_time,
+            stamp_at: self.stamp,
+            made_with: self.made_with.as_ref().map(made_with).transpose()?,
+        })
     }
 }

@@ -6,6 +6,7 @@ use clap::Args;
 use dmp::{Config, Ego, MissPrice};
 
 use crate::extrinsic::{self, NamedExtrinsic};
+use crate::log_args::Mapper;
 use crate::score::parse;
 
 /// How returns become a score.
@@ -74,6 +75,15 @@ pub(crate) struct SettingsArgs {
 }
 
 impl SettingsArgs {
+    /// The mapper of a LAS file, of which --extrinsic and --time-offset speak too.
+    pub(crate) fn mapper(&self) -> anyhow::Result<Mapper> {
+        Ok(Mapper {
+            body_from_sensor: extrinsic::of_mapper(&self.extrinsic)?,
+            time_offset_ns: self.time_offset,
+            max_gap_ns: self.max_time_gap,
+        })
+    }
+
     pub(crate) fn config(&self) -> Config {
         let default = Config::default();
         let quarter = || dmp::machine_memory_bytes().map(|bytes| (bytes / 4) as usize);

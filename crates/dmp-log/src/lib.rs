@@ -10,7 +10,7 @@
 //!
 //! | what | formats |
 //! |---|---|
-//! | scan log | MCAP and rosbag2 with `sensor_msgs/msg/PointCloud2` or Livox `CustomMsg`; a folder with one scan a file: KITTI `.bin` (with `times/*.f32`), PCD, PLY, LAS or LAZ, with stamps in a `times.txt`, a `timestamps.txt` or the file names |
+//! | scan log | MCAP and rosbag2 with `sensor_msgs/msg/PointCloud2` or Livox `CustomMsg`; a folder with one scan a file: KITTI `.bin` (with `times/*.f32`), PCD, PLY, LAS or LAZ, with stamps in a `times.txt`, a `timestamps.txt` or the file names; one LAS or LAZ in world coordinates with `gps_time`, and the trajectory it was made with |
 //! | trajectory | TUM; KITTI rows and `.npy`, with `times.txt`; EuRoC csv; vertices of g2o graphs |
 //! | calibration | KITTI `calib.txt`, `calib_velo_to_cam.txt` |
 //! | cloud | LAS, LAZ, PLY, PCD |
@@ -53,6 +53,7 @@ mod decimal;
 mod error;
 mod fingerprint;
 mod frames;
+mod las_log;
 mod log;
 mod mesh;
 mod open;
@@ -70,6 +71,7 @@ pub use calib::{Calib, find_calib, parse_calib, read_calib};
 pub use cloud::{CloudFormat, CloudSummary, read_cloud};
 pub use error::{LogError, ParseError, Place};
 pub use frames::StaticFrames;
+pub use las_log::MadeWith;
 pub use log::{
     Damage, FieldInfo, FieldMeaning, FrameInfo, LogFormat, LogOptions, LogSummary, LogSurvey, ScanLog,
     ScanReader, ScanStream, TopicInfo,

@@ -1,11 +1,11 @@
-use crate::{LogError, PointTime, StampAt, StaticFrames};
+use crate::{LogError, MadeWith, PointTime, StampAt, StaticFrames};
 use dmp_sensor::Scan;
 use std::fmt::Debug;
 use std::ops::Range;
 use std::path::PathBuf;
 
 /// How a log is to be read.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct LogOptions {
     /// The topic with the scans; `None` where the log has only one.
     pub topic: Option<String>,
@@ -13,6 +13,8 @@ pub struct LogOptions {
     pub point_time: PointTime,
     /// Which instant of a scan its stamp is.
     pub stamp_at: StampAt,
+    /// What a file in world coordinates was made with; without it such a file is no log.
+    pub made_with: Option<MadeWith>,
 }
 
 impl LogOptions {
@@ -84,6 +86,8 @@ pub enum LogFormat {
     PlyFolder,
     /// A folder of LAS or LAZ files.
     LasFolder,
+    /// One LAS or LAZ file in world coordinates.
+    Las,
 }
 
 impl LogFormat {
@@ -97,6 +101,7 @@ impl LogFormat {
             Self::PcdFolder => "folder of PCD scans",
             Self::PlyFolder => "folder of PLY scans",
             Self::LasFolder => "folder of LAS scans",
+            Self::Las => "LAS in world coordinates",
         }
     }
 }

@@ -1,32 +1,39 @@
 use crate::bag::Bag;
 use crate::bag_log::BagLog;
+use crate::las_log::LasLog;
 use crate::scan_folder::{FoundScans, ScanFolder};
 use crate::{LogError, LogOptions, LogSurvey, ScanLog, ScanStream};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-const LOOKED_FOR: &str = "looked for an MCAP file, a rosbag2 file or folder, or a folder with one scan a file (.bin, \
+const LOOKED_FOR: &str = "looked for an MCAP file, a rosbag2 file or folder, a LAS or LAZ file, or a folder with one scan a file (.bin, \
                           .pcd, .ply, .las, .laz)";
 
 /// What lies at a path.
 enum Found {
     Bag(Bag),
     Folder(FoundScans),
+    /// A LAS or LAZ file.
+    Las,
 }
 
 /// Opens the log at `path`: an MCAP file, rosbag2's files or folders, or a folder with one scan a file, as
-/// `.bin`, `.pcd`, `.ply`, `.las` or `.laz`.
+/// `.bin`, `.pcd`, `.ply`, `.las` or `.laz`, or one LAS or LAZ file in world coordinates with what it was
+/// [made with](LogOptions::made_with).
 ///
 /// Opening reads a bag once from start to end and takes stock of what is damaged; of a folder of scans it reads
-/// the heads of the files, and the lines of those in text.
+/// the heads of the files, and the lines of those in text; of a LAS file all points, once.
 ///
 /// # Errors
 /// When there is nothing at the path, when it is in no format known here, when the choice of a topic or
 /// the meaning of the times is left open, and when there is no scan in it. Damage to a part is no error,
 /// see [`crate::LogSummary::damage`].
 pub fn open_log(path: &Path, options: &LogOptions) -> Result<Box<dyn ScanLog>, LogError> {
-    Ok(match find(path)? {
+    let found = find(path)?;
+    check_in_sensor_frame(path, &found, options)?;
+    Ok(match found {
+        Found::Las => Box::new(LasLog::open(path, options)?),
         Found::Bag(bag) => Box::new(BagLog::open(bag, options)?),
         Found::Folder(scans) => Box::new(ScanFolder::open(scans, options)?),
     })
@@ -38,34 +45,40 @@ pub fn open_log(path: &Path, options: &LogOptions) -> Result<Box<dyn ScanLog>, L
 /// # Errors
 /// When there is nothing at the path, it cannot be read, is in no format known here, or has no such topic.
 pub fn survey_log(path: &Path, options: &LogOptions) -> Result<LogSurvey, LogError> {
-    match find(path)? {
+    let found = find(path)?;
+    check_in_sensor_frame(path, &found, options)?;
+    match found {
+        Found::Las => Ok(survey_of(Box::new(LasLog::open(path, options)?), None)),
         Found::Bag(bag) => BagLog::survey(&bag, options),
-        Found::Folder(scans) => survey_folder(scans, options),
+        Found::Folder(scans) => {
+            let (folder, problem) = match ScanFolder::open(scans.clone(), options) {
+                Ok(folder) => (folder, None),
+                Err(problem) => (ScanFolder::open(scans, &LogOptions::without_times())?, Some(problem)),
+            };
+            Ok(survey_of(Box::new(folder), problem))
+        }
     }
 }
 
-fn survey_folder(scans: FoundScans, options: &LogOptions) -> Result<LogSurvey, LogError> {
-    let (folder, problem) = match ScanFolder::open(scans.clone(), options) {
-        Ok(folder) => (folder, None),
-        Err(problem) => (ScanFolder::open(scans, &LogOptions::without_times())?, Some(problem)),
-    };
-    let summary = folder.summary();
-    Ok(LogSurvey {
-        path: summary.path.clone(),
+/// A log without topics.
+fn survey_of(log: Box<dyn ScanLog>, problem: Option<LogError>) -> LogSurvey {
+    let summary = log.summary().clone();
+    LogSurvey {
+        path: summary.path,
         format: summary.format,
         bytes: summary.bytes,
-        fingerprint: summary.fingerprint.clone(),
+        fingerprint: summary.fingerprint,
         topics: Vec::new(),
-        damage: summary.damage.clone(),
-        streams: vec![ScanStream { topic: None, log: Some(Box::new(folder)), damage: Vec::new(), problem }],
-    })
+        damage: summary.damage,
+        streams: vec![ScanStream { topic: None, log: Some(log), damage: Vec::new(), problem }],
+    }
 }
 
 /// The bag at a path; `None` where there is something else.
 pub(crate) fn bag_at(path: &Path) -> Result<Option<Bag>, LogError> {
     match find(path) {
         Ok(Found::Bag(bag)) => Ok(Some(bag)),
-        Ok(Found::Folder(_)) | Err(LogError::UnknownFormat { .. }) => Ok(None),
+        Ok(_) | Err(LogError::UnknownFormat { .. }) => Ok(None),
         Err(error) => Err(error),
     }
 }
@@ -78,6 +91,9 @@ fn find(path: &Path) -> Result<Found, LogError> {
     let mut start = Vec::new();
     let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
     file.take(16).read_to_end(&mut start).map_err(|e| LogError::io(path, "read", e))?;
+    if start.starts_with(b"LASF") {
+        return Ok(Found::Las);
+    }
     if let Some(bag) = Bag::of_file(path, &start) {
         return Ok(Found::Bag(bag));
     }
@@ -104,6 +120,14 @@ fn find_in_folder(path: &Path) -> Result<Found, LogError> {
         "{LOOKED_FOR} (in it, in scans/, velodyne/ or velodyne_points/data/); the folder has neither"
     );
     Err(LogError::UnknownFormat { path: path.into(), looked_for })
+}
+
+fn check_in_sensor_frame(path: &Path, found: &Found, options: &LogOptions) -> Result<(), LogError> {
+    if options.made_with.is_none() || matches!(found, Found::Las) {
+        return Ok(());
+    }
+    let problem = "--made-with was given, but it is for a LAS or LAZ file in world coordinates".to_owned();
+    Err(LogError::Option { path: path.into(), problem })
 }
 
 /// The files in a folder with an extension, sorted by name.

@@ -93,6 +93,17 @@ impl Trajectory {
         self.world_from_body.len()
     }
 
+    /// The longest gap between poses that is interpolated over where nothing else is said, nanoseconds: a
+    /// second, or three times the median interval where that is longer.
+    pub fn usual_gap_ns(&self) -> i64 {
+        const SECOND_NS: i64 = 1_000_000_000;
+        let stamps = self.stamps_ns().unwrap_or_default();
+        let mut steps: Vec<i64> = stamps.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
+        steps.sort_unstable();
+        let median_ns = steps.get(steps.len() / 2).copied().unwrap_or(0);
+        median_ns.saturating_mul(3).max(SECOND_NS)
+    }
+
     /// The body's pose at `stamp_ns`, between its neighbours: the rotation by spherical, the place by
     /// linear interpolation (the geodesics of SO(3) × R³). `O(log n)`.
     ///

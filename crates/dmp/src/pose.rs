@@ -32,7 +32,7 @@ pub(crate) struct RunPoses<'a> {
 impl<'a> RunPoses<'a> {
     /// Pairs the run's poses with the log's scans.
     pub(crate) fn new(log: &dyn ScanLog, run: &'a Run, config: &Config) -> Result<Self, EvaluateError> {
-        let max_gap_ns = config.max_time_gap_ns.unwrap_or_else(|| auto_gap_ns(run));
+        let max_gap_ns = config.max_time_gap_ns.unwrap_or_else(|| run.trajectory.usual_gap_ns());
         let track = Track::new(&run.trajectory, run.body_from_sensor(config), max_gap_ns);
         Ok(Self { pairing: pairing_of(log, run)?, max_gap_ns, track })
     }
@@ -83,15 +83,6 @@ fn pairing_of(log: &dyn ScanLog, run: &Run) -> Result<Pairing, EvaluateError> {
     } else {
         Err(EvaluateError::LinePairing { run: run.name.clone(), poses, scans, which })
     }
-}
-
-fn auto_gap_ns(run: &Run) -> i64 {
-    const SECOND_NS: i64 = 1_000_000_000;
-    let stamps = run.trajectory.stamps_ns().unwrap_or_default();
-    let mut steps: Vec<i64> = stamps.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
-    steps.sort_unstable();
-    let median_ns = steps.get(steps.len() / 2).copied().unwrap_or(0);
-    median_ns.saturating_mul(3).max(SECOND_NS)
 }
 
 /// Turns scans into rays, one for every run and every return that is used.

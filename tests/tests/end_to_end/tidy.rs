@@ -14,6 +14,8 @@ const TABLE: [(&str, &[&str]); 10] = [
             "crc32fast",
             "dmp-sensor",
             "las",
+            "laz",
+            "lz4",
             "mcap",
             "nalgebra",
             "rusqlite",

@@ -3,11 +3,12 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use dmp_sensor::Scan;
+use dmp_sensor::{Isometry3, Scan};
 
-use crate::log_args::LogArgs;
+use crate::log_args::{LogArgs, Mapper};
 use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
 use crate::progress::Progress;
+use crate::score::parse;
 use crate::text::counted;
 use crate::{Common, Exit, process};
 
@@ -26,6 +27,14 @@ use crate::{Common, Exit, process};
 pub(crate) struct LogConvertArgs {
     #[command(flatten)]
     log: LogArgs,
+    /// With --made-with: where the sensor sat on the body, body_from_sensor, metres and a quaternion
+    #[arg(long, value_name = "X,Y,Z,QX,QY,QZ,QW", default_value = "0,0,0,0,0,0,1", value_parser = parse::transform)]
+    #[arg(requires = "made_with", allow_hyphen_values = true, help_heading = "Place and time")]
+    extrinsic: Isometry3<f64>,
+    /// With --made-with: added to the times of points before poses are looked up, seconds
+    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = parse::seconds_ns)]
+    #[arg(requires = "made_with", allow_hyphen_values = true, help_heading = "Place and time")]
+    time_offset: i64,
     /// What to write: FILE.mcap, or a folder that is not there yet
     #[arg(short, long, value_name = "OUTPUT", help_heading = "Output")]
     output: PathBuf,
@@ -42,7 +51,12 @@ pub(super) fn run(arguments: &LogConvertArgs, common: &Common, out: &mut impl Wr
         Some(format) => format,
         None => OutputFormat::of_name(&arguments.output)?,
     };
-    let log = arguments.log.open()?;
+    let mapper = Mapper {
+        body_from_sensor: arguments.extrinsic,
+        time_offset_ns: arguments.time_offset,
+        ..Mapper::default()
+    };
+    let log = arguments.log.open(&mapper)?;
     crate::save::refuse_same(&log.summary().path, &arguments.output)?;
     let mut writer = LogWriter::create(&arguments.output, format, arguments.compression)?;
     let progress = Progress::new(common);

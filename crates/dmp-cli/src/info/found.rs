@@ -124,7 +124,7 @@ pub(super) struct TrajectoryInfo {
 }
 
 impl Info {
-    pub(super) fn new(survey: LogSurvey, trajectories: &[LoadedRun]) -> Self {
+    pub(super) fn new(survey: LogSurvey, trajectories: &[LoadedRun], time_offset_ns: i64) -> Self {
         // Trajectories are held against the first stream: what several have in common is one clock.
         let log = survey.streams.iter().find_map(|stream| stream.log.as_deref());
         let frames = log.map(dmp_log::ScanLog::frames).unwrap_or_default();
@@ -136,7 +136,10 @@ impl Info {
             bytes: survey.bytes,
             fingerprint: survey.fingerprint,
             topics: survey.topics.into_iter().map(Topic::new).collect(),
-            trajectories: trajectories.iter().map(|run| TrajectoryInfo::new(run, frames)).collect(),
+            trajectories: trajectories
+                .iter()
+                .map(|run| TrajectoryInfo::new(run, frames, time_offset_ns))
+                .collect(),
             streams: survey.streams.into_iter().map(Stream::new).collect(),
             damage: survey.damage.into_iter().map(Lost::new).collect(),
         }
@@ -195,15 +198,16 @@ impl Lost {
 }
 
 impl TrajectoryInfo {
-    fn new(run: &LoadedRun, frames: &[FrameInfo]) -> Self {
+    fn new(run: &LoadedRun, frames: &[FrameInfo], time_offset_ns: i64) -> Self {
         let stamps_ns = run.trajectory.stamps_ns();
         let span_ns = stamps_ns.and_then(|stamps| Some([*stamps.first()?, *stamps.last()?]));
         let poses = run.trajectory.len();
         let log_stamped = frames.iter().all(|frame| frame.stamp_ns.is_some());
         let (pairing, scans_within) = match span_ns {
             Some([first, last]) if log_stamped => {
+                let stamp_ns = |frame: &FrameInfo| frame.stamp_ns?.checked_add(time_offset_ns);
                 let within =
-                    |frame: &&FrameInfo| frame.stamp_ns.is_some_and(|ns| (first..=last).contains(&ns));
+                    |frame: &&FrameInfo| stamp_ns(frame).is_some_and(|ns| (first..=last).contains(&ns));
                 ("by stamp", frames.iter().filter(within).count())
             }
             _ => ("line by line", frames.len().min(poses)),

@@ -9,7 +9,7 @@ use clap::Args;
 use dmp_log::TrajectoryFormat;
 
 use crate::Exit;
-use crate::log_args::LogArgs;
+use crate::log_args::{LogArgs, Mapper};
 use crate::runs::{NamedFile, Runs};
 
 /// Tell what is in a log: topics, fields, scans, times, damage
@@ -34,6 +34,10 @@ pub(crate) struct InfoArgs {
     trajectory_format: Option<TrajectoryFormat>,
     #[command(flatten)]
     log: LogArgs,
+    /// Added to every stamp of the log before it is looked up in a trajectory, seconds
+    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = crate::score::parse::seconds_ns)]
+    #[arg(allow_hyphen_values = true, help_heading = "Place and time")]
+    time_offset: i64,
     /// More trajectories: what a shell makes of `-t runs/*.tum`
     #[arg(value_name = "[NAME=]RUN", hide = true)]
     more: Vec<NamedFile>,
@@ -45,14 +49,15 @@ pub(crate) struct InfoArgs {
 pub(crate) fn run(arguments: &InfoArgs, out: &mut impl Write) -> anyhow::Result<Exit> {
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
     let started = Runs::start(&files, arguments.trajectory_format)?;
-    let survey = arguments.log.survey()?;
+    let mapper = Mapper { time_offset_ns: arguments.time_offset, ..Mapper::default() };
+    let survey = arguments.log.survey(&mapper)?;
     // Of several streams of scans none is the one whose frame moves.
     let frame = match survey.streams.as_slice() {
         [only] => only.log.as_ref().and_then(|log| log.summary().frame_id.clone()),
         _ => None,
     };
     let trajectories = started.finish_in(&survey.path, frame.as_deref())?;
-    let info = found::Info::new(survey, &trajectories);
+    let info = found::Info::new(survey, &trajectories, arguments.time_offset);
     if arguments.json {
         serde_json::to_writer_pretty(&mut *out, &info).map_err(std::io::Error::from)?;
         writeln!(out)?;

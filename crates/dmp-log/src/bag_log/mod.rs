@@ -5,9 +5,7 @@ mod topic;
 use crate::bag::{Bag, BagReader, Walked, in_words};
 use crate::frames::STATIC_TOPIC;
 use crate::log::{period_ns, runs_of_eight, span_ns};
-use crate::points::{
-    Field, PointTime, SampledScan, StampAt, TimeChoice, TimeRule, choose_time, sampled_frames,
-};
+use crate::points::{Field, SampledScan, TimeChoice, TimeRule, choose_time, sampled_frames};
 use crate::ros::{Cloud, PoseCoding, ScanCoding};
 use crate::{
     Damage, FrameInfo, LogError, LogOptions, LogSummary, LogSurvey, Place, ScanLog, ScanReader, ScanStream,
@@ -56,23 +54,12 @@ impl BagLog {
             Some(wanted) => [choose_topic(bag.path(), clouds, Some(wanted), &topics)?].into(),
         };
         let stream = |(name, topic): (String, TopicIndex)| {
-            let open = |topic, options| {
-                Self::of_topic(
-                    bag.clone(),
-                    name.clone(),
-                    topic,
-                    (&walked, &static_frames),
-                    Vec::new(),
-                    options,
-                )
-            };
+            let found = (&walked, &static_frames);
+            let open =
+                |topic, options| Self::of_topic(bag.clone(), name.clone(), topic, found, Vec::new(), options);
             let (log, problem) = match open(topic.clone(), options) {
                 Ok(log) => (Some(log), None),
-                Err(problem) => {
-                    let plain =
-                        LogOptions { topic: None, point_time: PointTime::Ignore, stamp_at: StampAt::Start };
-                    (open(topic, &plain).ok(), Some(problem))
-                }
+                Err(problem) => (open(topic, &LogOptions::without_times()).ok(), Some(problem)),
             };
             let all = log.as_ref().map(|log| log.summary.damage.as_slice()).unwrap_or_default();
             let damage = all.get(walked.damage.len()..).unwrap_or_default().to_vec();

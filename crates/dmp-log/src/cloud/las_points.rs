@@ -4,17 +4,24 @@ use super::BATCH;
 use super::las_header::{self, LasHeader};
 use crate::decimal::shorten;
 use crate::{LogError, Place};
-use las::reader::{LazParallelism, ReaderOptions};
-use las::{PointData, PointDataBuilder, Reader};
+use las::{PointData, PointDataBuilder};
+use laz::LasZipDecompressor;
 use std::fs::File;
-use std::io::{BufReader, Seek};
+use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+
+/// Where records of points come from.
+enum Source {
+    Plain { input: BufReader<File>, data_at: u64 },
+    // One thread decodes: batches as small as these are not worth more.
+    Compressed(Box<LasZipDecompressor<'static, BufReader<File>>>),
+}
 
 /// Reads the points of one file. Holds a batch.
 pub(crate) struct LasPoints {
     path: PathBuf,
-    reader: Reader,
+    source: Source,
     batch: PointData,
     header: LasHeader,
     next: u64,
@@ -37,12 +44,24 @@ impl LasPoints {
         let mut input = BufReader::with_capacity(1 << 16, file);
         let header = las_header::check(&mut input, length).map_err(|e| e.in_file(path))?;
         input.rewind().map_err(|e| LogError::io(path, "read", e))?;
-        // Batches as small as these are not worth the parallel decoder, which trusts the chunk table more.
-        let options = ReaderOptions::default().with_laz_parallelism(LazParallelism::No);
-        let reader = guarded(|| Reader::with_options(input, options))
-            .map_err(|problem| LogError::malformed(path, Place::WholeFile, problem))?;
-        let batch = PointDataBuilder::new().for_header(reader.header()).build();
-        Ok(Self { path: path.into(), reader, batch, header, next: 0 })
+        let opened = guarded(|| {
+            let header = las::Header::new(&mut input)?;
+            let batch = PointDataBuilder::new().for_header(&header).build();
+            let source = if header.point_format().is_compressed {
+                let decoder = LasZipDecompressor::new(input, header.laz_vlr()?)?;
+                Source::Compressed(Box::new(decoder))
+            } else {
+                Source::Plain { data_at: input.stream_position()?, input }
+            };
+            Ok((source, batch))
+        });
+        let (source, batch) =
+            opened.map_err(|problem| LogError::malformed(path, Place::WholeFile, problem))?;
+        Ok(Self { path: path.into(), source, batch, header, next: 0 })
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
     }
 
     pub(crate) fn header(&self) -> &LasHeader {
@@ -52,7 +71,16 @@ impl LasPoints {
     /// Goes to a point. In a compressed file those of its chunk before it are decoded.
     pub(crate) fn seek(&mut self, point: u64) -> Result<(), LogError> {
         if point != self.next {
-            guarded(|| self.reader.seek(point)).map_err(|problem| self.broken(point, &problem))?;
+            let record_bytes = self.batch.record_len() as u64;
+            let sought = guarded(|| match &mut self.source {
+                Source::Plain { input, data_at } => {
+                    let at = data_at.saturating_add(point.saturating_mul(record_bytes));
+                    input.seek(SeekFrom::Start(at))?;
+                    Ok(())
+                }
+                Source::Compressed(decoder) => Ok(decoder.seek(point)?),
+            });
+            sought.map_err(|problem| self.broken(point, &problem))?;
             self.next = point;
         }
         Ok(())
@@ -64,15 +92,17 @@ impl LasPoints {
     /// When there is none, or when they cannot be decoded.
     pub(crate) fn read(&mut self, wanted: u64) -> Result<&PointData, LogError> {
         let wanted = wanted.min(BATCH as u64).min(self.header.points.saturating_sub(self.next));
-        let read = guarded(|| self.reader.fill_points(wanted, &mut self.batch));
-        match read {
-            Ok(0) => Err(self.broken(self.next, "there are no more")),
-            Ok(read) => {
-                self.next += read;
-                Ok(&self.batch)
-            }
-            Err(problem) => Err(self.broken(self.next, &problem)),
+        if wanted == 0 {
+            return Err(self.broken(self.next, "there are no more"));
         }
+        let bytes = self.batch.resize_for(wanted as usize);
+        let read = guarded(|| match &mut self.source {
+            Source::Plain { input, .. } => Ok(input.read_exact(bytes)?),
+            Source::Compressed(decoder) => Ok(decoder.decompress_many(bytes)?),
+        });
+        read.map_err(|problem| self.broken(self.next, &problem))?;
+        self.next += wanted;
+        Ok(&self.batch)
     }
 
     fn broken(&self, point: u64, problem: &str) -> LogError {

@@ -18,9 +18,9 @@ const WKT: u16 = 2112;
 
 /// What brings a file's coordinates to metres, and what is to be said of it.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct ToMetres {
-    pub(super) scale: [f64; 3],
-    pub(super) note: Option<String>,
+pub(crate) struct ToMetres {
+    pub(crate) scale: [f64; 3],
+    pub(crate) note: Option<String>,
 }
 
 /// What one kind of record says.
@@ -32,7 +32,7 @@ struct Found {
 }
 
 /// What the file itself says of its unit.
-pub(super) fn of(header: &LasHeader) -> Result<ToMetres, ParseError> {
+pub(crate) fn of(header: &LasHeader) -> Result<ToMetres, ParseError> {
     let mut found: Vec<Found> =
         [from_keys(&header.crs), from_wkt(&header.crs)].into_iter().flatten().collect();
     if header.says_wkt {

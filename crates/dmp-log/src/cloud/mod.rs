@@ -4,7 +4,7 @@ mod las_cloud;
 mod las_crs;
 pub(crate) mod las_header;
 pub(crate) mod las_points;
-mod las_units;
+pub(crate) mod las_units;
 mod pcd_cloud;
 pub(crate) mod ply_cloud;
 pub(crate) mod ply_header;

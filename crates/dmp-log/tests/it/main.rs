@@ -8,6 +8,7 @@ mod conformance;
 mod folder;
 mod forged;
 mod g2o;
+mod las_log;
 mod mcap_damage;
 mod mcap_messages;
 mod mesh;

@@ -124,7 +124,7 @@ pub(crate) fn run(arguments: &StudyArgs, common: &Common, out: &mut impl Write) 
         fs::create_dir_all(folder)
             .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
     }
-    let log = arguments.log.open()?;
+    let log = arguments.log.open(&arguments.settings.mapper()?)?;
     let loaded = started.finish(log.summary())?;
     if !common.quiet {
         announce::found(log.as_ref(), &loaded);
