@@ -130,13 +130,14 @@ fn info_tells_what_is_in_a_log() {
     assert_eq!((code(&output), text(&output.stderr)), (0, ""));
     let info = json(&output);
     assert_eq!(info["schema"], "dmp-info/1");
-    assert_eq!(info["scans"], 40);
-    assert_eq!(info["topic"], info["topics"][0]["name"]);
-    assert_eq!(info["rate_hz"], 10.0);
+    let stream = &info["streams"][0];
+    let scans = &stream["scans"];
+    assert_eq!((&scans["scans"], &scans["rate_hz"]), (&40.into(), &10.0.into()));
+    assert_eq!(stream["topic"], info["topics"][0]["name"]);
     assert_eq!(info["trajectories"][0]["pairing"], "by stamp");
     assert_eq!(info["trajectories"][0]["scans_within"], 40);
     let fields: Vec<&str> =
-        info["fields"].as_array().unwrap().iter().map(|field| field["name"].as_str().unwrap()).collect();
+        scans["fields"].as_array().unwrap().iter().map(|field| field["name"].as_str().unwrap()).collect();
     assert_eq!(fields, ["x", "y", "z", "t"]);
     let output = dmp(&folder, "info town.mcap -t truth.tum");
     assert_eq!(code(&output), 0);
