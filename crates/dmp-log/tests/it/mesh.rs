@@ -180,7 +180,7 @@ fn what_is_wrong_is_named_with_its_place() {
 /// Every byte of every file, changed in two ways, and every length: an answer, no panic, and triangles
 /// only of vertices that are there.
 #[test]
-fn no_byte_is_trusted() {
+fn row_03_no_byte_is_trusted() {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in files() {
         let path = folder.path().join(name);
