@@ -21,4 +21,6 @@ mod round_trip;
 mod row_18;
 mod scan_folder;
 mod topics;
+mod scan_folder_rows;
+mod scan_mutation;
 mod trajectory;

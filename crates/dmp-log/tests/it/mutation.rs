@@ -13,7 +13,7 @@ use std::path::Path;
 const RUNS: usize = 300;
 
 /// Flips, overwrites, removes or repeats some bytes, or cuts the file.
-fn mutate(bytes: &[u8], random: &mut Random) -> Vec<u8> {
+pub(crate) fn mutate(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     for _ in 0..=random.next() % 3 {
         // Headers are short and matter most.
