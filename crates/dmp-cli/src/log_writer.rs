@@ -19,6 +19,8 @@ pub(crate) enum OutputFormat {
     Ply,
     /// A folder of LAZ, coordinates to 0.1 mm
     Laz,
+    /// A folder of LAS, coordinates to 0.1 mm
+    Las,
 }
 
 /// How the chunks of an MCAP file are packed.
@@ -52,6 +54,7 @@ impl OutputFormat {
             Self::Pcd => Some(FolderFormat::Pcd),
             Self::Ply => Some(FolderFormat::Ply),
             Self::Laz => Some(FolderFormat::Laz),
+            Self::Las => Some(FolderFormat::Las),
         }
     }
 

@@ -9,7 +9,9 @@ use std::time::Duration;
 
 use anyhow::Context as _;
 use clap::Args;
-use dmp_log::{FolderScanWriter, LogOptions, McapCompression, McapScanWriter, McapWriterOptions, open_log};
+use dmp_log::{
+    FolderFormat, FolderScanWriter, LogOptions, McapCompression, McapScanWriter, McapWriterOptions, open_log,
+};
 use dmp_sensor::Scan;
 use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route};
 use serde::{Deserialize, Serialize};
@@ -40,26 +42,24 @@ pub(crate) struct DecodeArgs {
 struct Format {
     name: &'static str,
     file: &'static str,
-    write: fn(&Path, Scans<'_>) -> anyhow::Result<()>,
+    kind: Kind,
 }
 
-const FORMATS: [Format; 4] = [
-    Format {
-        name: "MCAP, zstd",
-        file: "zstd.mcap",
-        write: |path, scans| mcap(path, McapCompression::Zstd, scans),
-    },
-    Format {
-        name: "MCAP, lz4",
-        file: "lz4.mcap",
-        write: |path, scans| mcap(path, McapCompression::Lz4, scans),
-    },
-    Format {
-        name: "MCAP, none",
-        file: "none.mcap",
-        write: |path, scans| mcap(path, McapCompression::None, scans),
-    },
-    Format { name: "folder of .bin", file: "bin", write: bin },
+#[derive(Clone, Copy)]
+enum Kind {
+    Mcap(McapCompression),
+    Folder(FolderFormat),
+}
+
+const FORMATS: [Format; 8] = [
+    Format { name: "MCAP, zstd", file: "zstd.mcap", kind: Kind::Mcap(McapCompression::Zstd) },
+    Format { name: "MCAP, lz4", file: "lz4.mcap", kind: Kind::Mcap(McapCompression::Lz4) },
+    Format { name: "MCAP, none", file: "none.mcap", kind: Kind::Mcap(McapCompression::None) },
+    Format { name: "folder of .bin", file: "bin", kind: Kind::Folder(FolderFormat::Bin) },
+    Format { name: "folder of .pcd", file: "pcd", kind: Kind::Folder(FolderFormat::Pcd) },
+    Format { name: "folder of .ply", file: "ply", kind: Kind::Folder(FolderFormat::Ply) },
+    Format { name: "folder of .las", file: "las", kind: Kind::Folder(FolderFormat::Las) },
+    Format { name: "folder of .laz", file: "laz", kind: Kind::Folder(FolderFormat::Laz) },
 ];
 
 /// What one reading took.
@@ -84,7 +84,7 @@ pub(crate) fn run(arguments: &DecodeArgs) -> anyhow::Result<()> {
     let mut bytes = Vec::new();
     for format in &formats {
         let path = folder.path().join(format.file);
-        (format.write)(&path, &mut |each| repeated(&distinct, arguments.points_millions * 1_000_000, each))?;
+        write(&path, format.kind, &distinct, arguments.points_millions * 1_000_000)?;
         bytes.push(size(&path)?);
     }
     drop(distinct);
@@ -180,39 +180,35 @@ fn simulate() -> anyhow::Result<Vec<Scan>> {
     Ok(Recording::new(&town, &options)?.scans().collect())
 }
 
-/// The scans again and again, ten a second, until there are as many points.
-fn repeated(
-    scans: &[Scan],
-    points: u64,
-    each: &mut dyn FnMut(&Scan) -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
+/// Writes the scans again and again, ten a second, until there are as many points.
+fn write(path: &Path, kind: Kind, scans: &[Scan], points: u64) -> anyhow::Result<()> {
+    let stamped = |(number, scan): (usize, &Scan)| Scan {
+        stamp_ns: Some(1_600_000_000_000_000_000 + number as i64 * 100_000_000),
+        ..scan.clone()
+    };
     let mut written = 0;
-    for (number, scan) in scans.iter().cycle().enumerate() {
-        if written >= points {
-            break;
-        }
-        each(&Scan {
-            stamp_ns: Some(1_600_000_000_000_000_000 + number as i64 * 100_000_000),
-            ..scan.clone()
-        })?;
+    let log = scans.iter().cycle().enumerate().map(stamped).take_while(|scan| {
+        let is_wanted = written < points;
         written += scan.len() as u64;
+        is_wanted
+    });
+    match kind {
+        Kind::Mcap(compression) => {
+            let options = McapWriterOptions { compression, ..McapWriterOptions::default() };
+            let mut writer = McapScanWriter::create(path, &options)?;
+            for scan in log {
+                writer.write_scan(&scan)?;
+            }
+            Ok(writer.finish()?)
+        }
+        Kind::Folder(format) => {
+            let mut writer = FolderScanWriter::create(path, format)?;
+            for scan in log {
+                writer.write_scan(&scan)?;
+            }
+            Ok(writer.finish()?)
+        }
     }
-    Ok(())
-}
-
-type Scans<'a> = &'a mut dyn FnMut(&mut dyn FnMut(&Scan) -> anyhow::Result<()>) -> anyhow::Result<()>;
-
-fn mcap(path: &Path, compression: McapCompression, scans: Scans<'_>) -> anyhow::Result<()> {
-    let mut writer =
-        McapScanWriter::create(path, &McapWriterOptions { compression, ..McapWriterOptions::default() })?;
-    scans(&mut |scan| Ok(writer.write_scan(scan)?))?;
-    Ok(writer.finish()?)
-}
-
-fn bin(path: &Path, scans: Scans<'_>) -> anyhow::Result<()> {
-    let mut writer = FolderScanWriter::create(path)?;
-    scans(&mut |scan| Ok(writer.write_scan(scan)?))?;
-    Ok(writer.finish()?)
 }
 
 /// Bytes of a file, or of everything in a folder.

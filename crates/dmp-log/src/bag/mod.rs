@@ -31,8 +31,6 @@ pub(crate) struct Channel {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Message<'a> {
     pub(crate) channel: &'a Channel,
-    /// When it was recorded, nanoseconds.
-    pub(crate) log_time_ns: u64,
     pub(crate) location: Location,
     pub(crate) body: &'a [u8],
 }
@@ -137,11 +135,6 @@ impl Bag {
         &self.path
     }
 
-    /// The files, in order.
-    pub(crate) fn files(&self) -> impl ExactSizeIterator<Item = &Path> {
-        self.files.iter().map(|(path, _)| path.as_path())
-    }
-
     /// Its format.
     pub(crate) fn format(&self) -> crate::LogFormat {
         match self.files.first() {
@@ -163,7 +156,7 @@ impl Bag {
             let topics = &mut walked.topics;
             let mut take = |channel: &Channel, log_time_ns: u64, within: Within, body: &[u8]| {
                 topics.count(channel, log_time_ns);
-                each(Message { channel, log_time_ns, location: Location { file, within }, body });
+                each(Message { channel, location: Location { file, within }, body });
             };
             let damage = match kind {
                 Kind::Mcap => mcap::walk(path, &mut |channel, time, place, body| {

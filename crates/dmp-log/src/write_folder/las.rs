@@ -1,4 +1,4 @@
-//! Scans as LAZ.
+//! Scans as LAS or LAZ.
 
 use dmp_sensor::Scan;
 use las::point::Format;
@@ -12,11 +12,11 @@ const POINT_FORMAT: u8 = 6;
 
 /// Writes a scan in memory, so that a full disk meets no writer that cannot say so. What cannot be written is
 /// said with its value.
-pub(super) fn write(scan: &Scan, bytes: &mut Vec<u8>) -> Result<(), String> {
+pub(super) fn write(scan: &Scan, is_compressed: bool, bytes: &mut Vec<u8>) -> Result<(), String> {
     let encoded = || -> las::Result<Vec<u8>> {
         let mut builder = Builder::from((1, 4));
         builder.point_format = Format::new(POINT_FORMAT)?;
-        builder.point_format.is_compressed = true;
+        builder.point_format.is_compressed = is_compressed;
         builder.generating_software = "dmp".into();
         // Files that are made again are the same.
         builder.date = None;

@@ -27,6 +27,8 @@ pub enum FolderFormat {
     /// LAZ 1.4 with points of format 6: coordinates to 0.1 mm; times of points in `gps_time`, seconds after the
     /// stamp. It has no NaN: a return that is not finite is written as 0, 0, 0, which is none.
     Laz,
+    /// The same without compression.
+    Las,
 }
 
 impl FolderFormat {
@@ -37,6 +39,7 @@ impl FolderFormat {
             Self::Pcd => "pcd",
             Self::Ply => "ply",
             Self::Laz => "laz",
+            Self::Las => "las",
         }
     }
 
@@ -44,7 +47,7 @@ impl FolderFormat {
     pub fn precision(self) -> Option<&'static str> {
         match self {
             Self::Bin => Some("times of points as float32 seconds, to 4 ns of 0.1 s"),
-            Self::Laz => Some("coordinates to 0.1 mm"),
+            Self::Laz | Self::Las => Some("coordinates to 0.1 mm"),
             Self::Pcd | Self::Ply => None,
         }
     }
@@ -90,8 +93,8 @@ impl FolderScanWriter {
             FolderFormat::Bin => rows::bin(scan, &mut self.bytes),
             FolderFormat::Pcd => rows::pcd(scan, timed, &mut self.bytes),
             FolderFormat::Ply => rows::ply(scan, timed, &mut self.bytes),
-            FolderFormat::Laz => {
-                let written = las::write(scan, &mut self.bytes);
+            FolderFormat::Laz | FolderFormat::Las => {
+                let written = las::write(scan, self.format == FolderFormat::Laz, &mut self.bytes);
                 written.map_err(|problem| self.unwritable(problem))?;
             }
         }

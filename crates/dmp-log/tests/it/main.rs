@@ -20,7 +20,7 @@ mod real_data;
 mod round_trip;
 mod row_18;
 mod scan_folder;
-mod topics;
 mod scan_folder_rows;
 mod scan_mutation;
+mod topics;
 mod trajectory;
