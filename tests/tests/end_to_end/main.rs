@@ -9,6 +9,7 @@ mod common;
 mod counts;
 mod determinism;
 mod direct;
+mod formats;
 mod given_maps;
 mod mesh_maps;
 mod real;
