@@ -10,6 +10,8 @@ const PLACES: [&str; 4] = ["", "scans", "velodyne", "velodyne_points/data"];
 /// A file of another format among so many is no scan: people keep a map beside them.
 const MANY: usize = 3;
 
+type Formats = BTreeMap<ScanFormat, Vec<PathBuf>>;
+
 /// The files with scans of a folder, in order.
 #[derive(Debug, Clone)]
 pub(crate) struct FoundScans {
@@ -20,21 +22,25 @@ pub(crate) struct FoundScans {
 }
 
 impl FoundScans {
-    /// The scans in or under `path`; `None` where there are none.
+    /// The scans in or under `path`, where most of one format are; `None` where there are none.
     ///
     /// # Errors
     /// When the folder cannot be read, and when files of several formats could be the scans.
     pub(crate) fn under(path: &Path) -> Result<Option<Self>, LogError> {
+        let mut best: Option<(usize, PathBuf, Formats)> = None;
         for place in PLACES {
             let folder = if place.is_empty() { path.to_owned() } else { path.join(place) };
-            if folder.is_dir() {
-                let formats = files_by_format(&folder)?;
-                if !formats.is_empty() {
-                    return choose(folder, formats).map(Some);
-                }
+            if !folder.is_dir() {
+                continue;
+            }
+            let formats = files_by_format(&folder)?;
+            let most = formats.values().map(Vec::len).max().unwrap_or(0);
+            // A map beside the folder with the scans is one file, they are many.
+            if most > best.as_ref().map_or(0, |best| best.0) {
+                best = Some((most, folder, formats));
             }
         }
-        Ok(None)
+        best.map(|(_, folder, formats)| choose(folder, formats)).transpose()
     }
 
     /// How many there are.
@@ -43,9 +49,9 @@ impl FoundScans {
     }
 }
 
-fn files_by_format(folder: &Path) -> Result<BTreeMap<ScanFormat, Vec<PathBuf>>, LogError> {
+fn files_by_format(folder: &Path) -> Result<Formats, LogError> {
     let entries = fs::read_dir(folder).map_err(|e| LogError::io(folder, "open", e))?;
-    let mut formats: BTreeMap<ScanFormat, Vec<PathBuf>> = BTreeMap::new();
+    let mut formats = Formats::new();
     for entry in entries {
         let file = entry.map_err(|e| LogError::io(folder, "read", e))?.path();
         // What begins with a full stop is hidden: some systems put such files beside each copied one.
@@ -57,8 +63,8 @@ fn files_by_format(folder: &Path) -> Result<BTreeMap<ScanFormat, Vec<PathBuf>>, 
     Ok(formats)
 }
 
-fn choose(folder: PathBuf, formats: BTreeMap<ScanFormat, Vec<PathBuf>>) -> Result<FoundScans, LogError> {
-    let counts = |formats: &BTreeMap<ScanFormat, Vec<PathBuf>>| {
+fn choose(folder: PathBuf, formats: Formats) -> Result<FoundScans, LogError> {
+    let counts = |formats: &Formats| {
         let count = |(format, files): (&ScanFormat, &Vec<PathBuf>)| {
             format!("{} {}", files.len(), format.extensions())
         };

@@ -1,6 +1,7 @@
 //! Scan logs as a folder of files with one scan each.
 
 mod calendar;
+mod decide;
 mod format;
 mod found;
 mod head;
@@ -13,9 +14,7 @@ mod text;
 mod times;
 
 use crate::log::{period_ns, runs_of_eight, span_ns};
-use crate::points::{
-    Layout, Origin, Rows, SampledScan, TimeChoice, TimeRule, candidates, choose_time, sampled_frames,
-};
+use crate::points::{Layout, Rows, TimeChoice};
 use crate::{Damage, FrameInfo, LogError, LogOptions, LogSummary, Place, ScanLog, ScanReader, fingerprint};
 use dmp_sensor::Scan;
 use format::ScanFormat;
@@ -161,75 +160,6 @@ impl ScanFolder {
         self.layouts.get(first?.layout)
     }
 
-    /// Finds the times of the points and what they mean, and gives up the scans that lack them.
-    fn decide_time(&mut self, options: &LogOptions) -> Result<(), LogError> {
-        let folder = self.summary.path.clone();
-        let stamped = self.entries.iter().any(|entry| entry.stamp_ns.is_some());
-        let option = |problem: String| Err(LogError::Option { path: folder.clone(), problem });
-        if let Some(times) = times::folder_beside(&folder) {
-            let beside = Beside::open(times, &self.entries, options, &mut self.summary.notes)?;
-            if let Some(beside) = beside {
-                if beside.rule.origin == Origin::Clock && !stamped {
-                    return option(needs_stamps(options));
-                }
-                self.summary.point_times = Some(beside.words.clone());
-                self.time = Some(Times::Beside(beside));
-            }
-            return Ok(());
-        }
-        let Some(layout) = self.first_layout().filter(|_| self.summary.returns > 0) else { return Ok(()) };
-        if TimeRule::given(options.point_time).is_some() && candidates(&layout.names()).is_empty() {
-            return option(format!(
-                "--point-time {} was given, but the points have no field for a time among [{}], and there is no folder times/ beside the scans",
-                options.point_time,
-                layout.names().join(", ")
-            ));
-        }
-        let mut notes = self.summary.notes.clone();
-        let sample = |fields: &[String]| self.sample(fields);
-        let choice = choose_time(&folder, layout, options, self.summary.period_ns, &mut notes, sample);
-        self.summary.notes = notes;
-        let Some(choice) = choice? else { return Ok(()) };
-        if choice.rule.origin == Origin::Clock && !stamped {
-            return option(needs_stamps(options));
-        }
-        self.summary.point_times = Some(choice.words.clone());
-        let (layouts, damage) = (&self.layouts, &mut self.summary.damage);
-        self.entries.retain(|entry| {
-            let layout = layouts.get(entry.layout);
-            let kept =
-                entry.points == 0 || layout.is_some_and(|layout| layout.field(&choice.field).is_some());
-            if !kept {
-                let what = format!(
-                    "no field `{}`, which the log's first scan has; the scan is skipped",
-                    choice.field
-                );
-                damage.push(Damage { place: entry.path.display().to_string(), what });
-            }
-            kept
-        });
-        self.time = Some(Times::Field(choice));
-        Ok(())
-    }
-
-    /// What a few scans have in the fields that may hold times.
-    fn sample(&self, fields: &[String]) -> Result<Vec<Vec<SampledScan>>, LogError> {
-        let mut samples: Vec<Vec<SampledScan>> = vec![Vec::new(); fields.len()];
-        let mut data = Vec::new();
-        for frame in sampled_frames(self.entries.iter().map(|entry| entry.points)) {
-            let Some(entry) = self.entries.get(frame) else { continue };
-            let rows = self.rows_of(entry, &mut data)?;
-            for (field, sample) in fields.iter().zip(&mut samples) {
-                let extremes = rows.layout.field(field).and_then(|field| rows.extremes(field));
-                if let Some((smallest, largest)) = extremes {
-                    let stamp_ns = entry.stamp_ns.unwrap_or(0);
-                    sample.push(SampledScan { stamp_ns, smallest, largest });
-                }
-            }
-        }
-        Ok(samples)
-    }
-
     /// Reads the points of a file into `data`.
     fn rows_of<'a>(&'a self, entry: &Entry, data: &'a mut Vec<u8>) -> Result<Rows<'a>, LogError> {
         let changed = || {
@@ -247,13 +177,6 @@ impl ScanFolder {
         }
         Ok(Rows::one(layout, data, entry.points as usize))
     }
-}
-
-fn needs_stamps(options: &LogOptions) -> String {
-    format!(
-        "--point-time {} needs stamps of the scans, and there is neither a times.txt nor a stamp in the file names",
-        options.point_time
-    )
 }
 
 impl ScanLog for ScanFolder {

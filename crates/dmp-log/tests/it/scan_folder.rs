@@ -144,6 +144,11 @@ fn las_scans_have_times_where_the_format_has() {
     // The first scan decides, and it has no times.
     assert_says(&open_error(folder.path(), &first), &["[x, y, z]", "times/"]);
     fs::remove_file(folder.path().join("a.las")).unwrap();
+    // From 0 to 99 s: as seconds, no scan of a turning sensor.
+    assert_says(
+        &open_error(folder.path(), &LogOptions::default()),
+        &["`gps_time`", "LAS has seconds", "--point-time"],
+    );
     let log = open_log(folder.path(), &first).unwrap();
     assert_eq!(read_all(&*log)[1].time_offsets_ns[..3], [0, 1_000_000, 2_000_000]);
 }
@@ -203,6 +208,17 @@ fn several_formats_are_refused_but_a_map_beside_scans_is_left_aside() {
     let log = open(folder.path());
     assert_eq!(log.frames().len(), 3);
     assert_says(&log.summary().notes.join("; "), &["left aside", "1 .ply"]);
+}
+
+#[test]
+fn a_map_beside_the_folder_of_scans_is_no_scan() {
+    let scan = pcd(&rows(), "binary");
+    let map = ply(&rows(), "ascii");
+    let folder = folder_of(&[("map.ply", &map), ("scans/0.pcd", &scan), ("scans/1.pcd", &scan)]);
+    let log = open(folder.path());
+    assert_eq!((log.summary().format, log.frames().len()), (LogFormat::PcdFolder, 2));
+    fs::remove_dir_all(folder.path().join("scans")).unwrap();
+    assert_eq!(open(folder.path()).summary().format, LogFormat::PlyFolder);
 }
 
 #[test]

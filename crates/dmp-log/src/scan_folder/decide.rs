@@ -1,0 +1,102 @@
+//! Where the times of a folder's points are, and what they mean.
+
+use super::format::ScanFormat;
+use super::times::{self, Beside};
+use super::{ScanFolder, Times};
+use crate::points::{
+    Origin, SampledScan, TimeChoice, TimeRule, TimeUnit, candidates, choose_time, sampled_frames,
+};
+use crate::{Damage, LogError, LogOptions};
+use std::path::PathBuf;
+
+impl ScanFolder {
+    /// Finds the times of the points and what they mean, and gives up the scans that lack them.
+    pub(super) fn decide_time(&mut self, options: &LogOptions) -> Result<(), LogError> {
+        let folder = self.summary.path.clone();
+        let stamped = self.entries.iter().any(|entry| entry.stamp_ns.is_some());
+        let option = |problem: String| Err(LogError::Option { path: folder.clone(), problem });
+        if let Some(times) = times::folder_beside(&folder) {
+            let beside = Beside::open(times, &self.entries, options, &mut self.summary.notes)?;
+            if let Some(beside) = beside {
+                if beside.rule.origin == Origin::Clock && !stamped {
+                    return option(needs_stamps(options));
+                }
+                self.summary.point_times = Some(beside.words.clone());
+                self.time = Some(Times::Beside(beside));
+            }
+            return Ok(());
+        }
+        let Some(layout) = self.first_layout().filter(|_| self.summary.returns > 0) else { return Ok(()) };
+        if TimeRule::given(options.point_time).is_some() && candidates(&layout.names()).is_empty() {
+            return option(format!(
+                "--point-time {} was given, but the points have no field for a time among [{}], and there is no folder times/ beside the scans",
+                options.point_time,
+                layout.names().join(", ")
+            ));
+        }
+        let mut notes = self.summary.notes.clone();
+        let sample = |fields: &[String]| self.sample(fields);
+        let choice = choose_time(&folder, layout, options, self.summary.period_ns, &mut notes, sample);
+        self.summary.notes = notes;
+        let Some(choice) = choice? else { return Ok(()) };
+        if choice.rule.origin == Origin::Clock && !stamped {
+            return option(needs_stamps(options));
+        }
+        if self.format == ScanFormat::Las && choice.rule.unit != TimeUnit::Seconds && is_open(options) {
+            return Err(las_has_seconds(folder, &choice));
+        }
+        self.summary.point_times = Some(choice.words.clone());
+        let (layouts, damage) = (&self.layouts, &mut self.summary.damage);
+        self.entries.retain(|entry| {
+            let layout = layouts.get(entry.layout);
+            let kept =
+                entry.points == 0 || layout.is_some_and(|layout| layout.field(&choice.field).is_some());
+            if !kept {
+                let what = format!(
+                    "no field `{}`, which the log's first scan has; the scan is skipped",
+                    choice.field
+                );
+                damage.push(Damage { place: entry.path.display().to_string(), what });
+            }
+            kept
+        });
+        self.time = Some(Times::Field(choice));
+        Ok(())
+    }
+
+    /// What a few scans have in the fields that may hold times.
+    fn sample(&self, fields: &[String]) -> Result<Vec<Vec<SampledScan>>, LogError> {
+        let mut samples: Vec<Vec<SampledScan>> = vec![Vec::new(); fields.len()];
+        let mut data = Vec::new();
+        for frame in sampled_frames(self.entries.iter().map(|entry| entry.points)) {
+            let Some(entry) = self.entries.get(frame) else { continue };
+            let rows = self.rows_of(entry, &mut data)?;
+            for (field, sample) in fields.iter().zip(&mut samples) {
+                let extremes = rows.layout.field(field).and_then(|field| rows.extremes(field));
+                if let Some((smallest, largest)) = extremes {
+                    let stamp_ns = entry.stamp_ns.unwrap_or(0);
+                    sample.push(SampledScan { stamp_ns, smallest, largest });
+                }
+            }
+        }
+        Ok(samples)
+    }
+}
+
+/// Whether the meaning of times is left to be found.
+fn is_open(options: &LogOptions) -> bool {
+    TimeRule::given(options.point_time).is_none()
+}
+
+/// Stations of a surveyor's scanner take minutes, which look like milliseconds of a turning one.
+fn las_has_seconds(path: PathBuf, choice: &TimeChoice) -> LogError {
+    let problem = format!("LAS has seconds there, but only as {} do they fit the scans", choice.rule.words());
+    LogError::PointTime { path, field: format!("in field `{}`", choice.field), problem }
+}
+
+fn needs_stamps(options: &LogOptions) -> String {
+    format!(
+        "--point-time {} needs stamps of the scans, and there is neither a times.txt nor a stamp in the file names",
+        options.point_time
+    )
+}
