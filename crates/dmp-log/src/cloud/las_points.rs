@@ -24,7 +24,11 @@ pub(crate) struct LasPoints {
     source: Source,
     batch: PointData,
     header: LasHeader,
+    /// Points of a chunk, which can be decoded without those before it; `None` where chunks differ.
+    chunk_points: Option<u64>,
     next: u64,
+    /// What a decoder leaves behind that failed is not used again.
+    has_failed: bool,
 }
 
 impl std::fmt::Debug for LasPoints {
@@ -47,17 +51,18 @@ impl LasPoints {
         let opened = guarded(|| {
             let header = las::Header::new(&mut input)?;
             let batch = PointDataBuilder::new().for_header(&header).build();
-            let source = if header.point_format().is_compressed {
-                let decoder = LasZipDecompressor::new(input, header.laz_vlr()?)?;
-                Source::Compressed(Box::new(decoder))
-            } else {
-                Source::Plain { data_at: input.stream_position()?, input }
-            };
-            Ok((source, batch))
+            if !header.point_format().is_compressed {
+                let data_at = input.stream_position()?;
+                return Ok((Source::Plain { input, data_at }, batch, None));
+            }
+            let vlr = header.laz_vlr()?;
+            let chunk_points = (!vlr.uses_variable_size_chunks()).then(|| u64::from(vlr.chunk_size()));
+            let decoder = LasZipDecompressor::new(input, vlr)?;
+            Ok((Source::Compressed(Box::new(decoder)), batch, chunk_points.filter(|&points| points > 0)))
         });
-        let (source, batch) =
+        let (source, batch, chunk_points) =
             opened.map_err(|problem| LogError::malformed(path, Place::WholeFile, problem))?;
-        Ok(Self { path: path.into(), source, batch, header, next: 0 })
+        Ok(Self { path: path.into(), source, batch, header, chunk_points, next: 0, has_failed: false })
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -68,8 +73,18 @@ impl LasPoints {
         &self.header
     }
 
+    /// Where the chunk of a point ends: from there on points can be read whatever is wrong with those before.
+    /// The end of the file where chunks differ.
+    pub(crate) fn end_of_chunk(&self, point: u64) -> u64 {
+        let chunk_end = self.chunk_points.and_then(|points| (point / points + 1).checked_mul(points));
+        chunk_end.unwrap_or(u64::MAX).min(self.header.points)
+    }
+
     /// Goes to a point. In a compressed file those of its chunk before it are decoded.
     pub(crate) fn seek(&mut self, point: u64) -> Result<(), LogError> {
+        if self.has_failed {
+            *self = Self::open(&self.path)?;
+        }
         if point != self.next {
             let record_bytes = self.batch.record_len() as u64;
             let sought = guarded(|| match &mut self.source {
@@ -80,6 +95,7 @@ impl LasPoints {
                 }
                 Source::Compressed(decoder) => Ok(decoder.seek(point)?),
             });
+            self.has_failed = sought.is_err();
             sought.map_err(|problem| self.broken(point, &problem))?;
             self.next = point;
         }
@@ -100,6 +116,7 @@ impl LasPoints {
             Source::Plain { input, .. } => Ok(input.read_exact(bytes)?),
             Source::Compressed(decoder) => Ok(decoder.decompress_many(bytes)?),
         });
+        self.has_failed = read.is_err();
         read.map_err(|problem| self.broken(self.next, &problem))?;
         self.next += wanted;
         Ok(&self.batch)

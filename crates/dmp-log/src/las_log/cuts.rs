@@ -10,6 +10,9 @@ const MAX_CUTS: usize = 1 << 22;
 /// How often a point may be decoded, on the whole, to read every scan once.
 const MAX_OVERLAP: u64 = 8;
 
+/// Chunks that may be broken before the rest is given up: each costs opening the file anew.
+const MAX_LOST_CHUNKS: usize = 100;
+
 /// The points of one scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Cut {
@@ -40,6 +43,8 @@ pub(super) struct Cuts {
     pub(super) without_pose: u64,
     /// Smallest and largest time, nanoseconds.
     pub(super) span_ns: (i64, i64),
+    /// Points that cannot be decoded, chunk by chunk.
+    pub(super) lost: Vec<Range<u64>>,
     pub(super) damage: Vec<Damage>,
 }
 
@@ -59,14 +64,20 @@ impl Cuts {
         let mut met: BTreeMap<i64, Met> = BTreeMap::new();
         let (mut origin_ns, mut span_ns) = (None, (i64::MAX, i64::MIN));
         let (mut index, mut no_number, mut without_pose) = (0_u64, 0_u64, 0_u64);
-        let mut damage = Vec::new();
+        let (mut damage, mut lost) = (Vec::<Damage>::new(), Vec::<Range<u64>>::new());
         while index < total {
-            let batch = match points.read(total - index) {
+            let chunk_end = points.end_of_chunk(index);
+            let read = points.seek(index).and_then(|()| points.read(chunk_end.max(index + 1) - index));
+            let batch = match read {
                 Ok(batch) => batch,
-                Err(LogError::Malformed { place, problem, .. }) if index > 0 => {
-                    let what = format!("{problem}; the {index} points before are kept");
-                    damage.push(Damage { place: format!("{place}"), what });
-                    break;
+                Err(LogError::Malformed { place, problem, .. }) => {
+                    let chunk_end = if lost.len() < MAX_LOST_CHUNKS { chunk_end } else { total };
+                    let count = chunk_end - index;
+                    let what = format!("{problem}; {count} points are lost");
+                    damage.push(Damage { place: place.to_string(), what });
+                    lost.push(index..chunk_end);
+                    index = chunk_end;
+                    continue;
                 }
                 Err(error) => return Err(error),
             };
@@ -105,10 +116,12 @@ impl Cuts {
             let what = format!(
                 "{no_number} points have a gps_time that is no number or beyond all dates: they are left out"
             );
-            damage.push(Damage { place: format!("{index} points"), what });
+            damage.push(Damage { place: "the whole file".into(), what });
         }
         let Some(origin_ns) = origin_ns else {
-            let problem = format!("none of {index} points has a time that is a number");
+            let first = damage.first().map(|first| format!("; {}: {}", first.place, first.what));
+            let problem =
+                format!("no point with a time that is a number can be read{}", first.unwrap_or_default());
             return Err(LogError::malformed(&path, Place::WholeFile, problem));
         };
         let cut = |(number, met): (i64, Met)| Cut {
@@ -129,7 +142,7 @@ impl Cuts {
             );
             return Err(LogError::malformed(&path, Place::WholeFile, problem));
         }
-        Ok(Self { scans: cuts, returns, without_pose, span_ns, damage })
+        Ok(Self { scans: cuts, returns, without_pose, span_ns, lost, damage })
     }
 }
 

@@ -29,6 +29,8 @@ pub(crate) struct LasLog {
     made_with: MadeWith,
     to_metres: [f64; 3],
     cuts: Vec<Cut>,
+    /// Points that could not be decoded on opening.
+    lost: Vec<Range<u64>>,
     frames: Vec<FrameInfo>,
     summary: LogSummary,
 }
@@ -89,7 +91,7 @@ impl LasLog {
             topics: Vec::new(),
         };
         let (path, made_with) = (path.into(), made_with.clone());
-        Ok(Self { path, made_with, to_metres: scale, cuts: found.scans, frames, summary })
+        Ok(Self { path, made_with, to_metres: scale, cuts: found.scans, lost: found.lost, frames, summary })
     }
 }
 
@@ -161,10 +163,16 @@ impl ScanReader for LasReader<'_> {
         };
         scan.stamp_ns = Some(cut.stamp_ns);
         let mut poses = log.made_with.poses();
-        self.points.seek(cut.points.start)?;
-        let mut left = cut.points.end - cut.points.start;
-        while left > 0 {
-            let batch = self.points.read(left)?;
+        let mut at = cut.points.start;
+        while at < cut.points.end {
+            if let Some(lost) = log.lost.iter().find(|lost| lost.contains(&at)) {
+                at = lost.end;
+                continue;
+            }
+            let before_lost = log.lost.iter().map(|lost| lost.start).filter(|&start| start > at).min();
+            let end = before_lost.unwrap_or(u64::MAX).min(cut.points.end);
+            self.points.seek(at)?;
+            let batch = self.points.read(end - at)?;
             let Some(times) = batch.gps_time() else { break };
             for (((x, y), z), time_s) in batch.x().zip(batch.y()).zip(batch.z()).zip(times) {
                 let Some(time_ns) = gps_ns(time_s).filter(|&time_ns| cut.holds(time_ns)) else { continue };
@@ -173,7 +181,7 @@ impl ScanReader for LasReader<'_> {
                 scan.points_in_sensor_m.push(poses.in_sensor(time_ns, &in_world));
                 scan.time_offsets_ns.push(time_ns - cut.stamp_ns);
             }
-            left -= batch.len() as u64;
+            at += batch.len() as u64;
         }
         if scan.len() as u64 != cut.returns {
             return Err(malformed("the file has changed since it was opened".into()));

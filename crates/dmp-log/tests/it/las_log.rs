@@ -310,3 +310,30 @@ fn points_out_of_order_are_read_where_they_nearly_are_and_refused_where_not() {
     let error = open_with(&path, MadeWith::new(run)).unwrap_err().to_string();
     assert_says(&error, &["world.laz", "not in order of time", "sort the file by gps_time"]);
 }
+
+#[test]
+fn row_02_a_broken_chunk_costs_its_own_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("world.laz");
+    let (run, few) = straight(1000);
+    // Three chunks of 50,000 points over 20 s; places that do not repeat, so that damage shows.
+    let mut random = crate::common::Random(3);
+    let mut noise = || (random.next() % 100_000) as f64 / 1000.0;
+    let point = |k: usize| (1000.0 + k as f64 * 1e-4, few[0].1 + Vector3::new(noise(), noise(), noise()));
+    let points: Vec<_> = (0..150_000).map(point).collect();
+    WorldFile { format: 6, standard_time: true, unit_m: 1.0, points: &points }.write(&path);
+    let whole = flat(&read_all(&*open_with(&path, MadeWith::new(run.clone())).unwrap()));
+    let mut bytes = std::fs::read(&path).unwrap();
+    let middle = bytes.len() / 2;
+    // Within the second chunk's first layers.
+    let noise: Vec<u8> = bytes[middle - 100_000..middle].iter().map(|byte| byte ^ 0x5a).collect();
+    bytes[middle - 100_000..middle].copy_from_slice(&noise);
+    std::fs::write(&path, bytes).unwrap();
+    let log = open_with(&path, MadeWith::new(run)).unwrap();
+    let [damage] = log.summary().damage.as_slice() else { panic!("{:?}", log.summary().damage) };
+    assert_says(&damage.place, &["point 50000"]);
+    assert_says(&damage.what, &["50000 points are lost"]);
+    // A scan with points on both sides of the hole is read around it.
+    let read = flat(&read_all(&*log));
+    assert_eq!(read[..], [&whole[..50_000], &whole[100_000..]].concat());
+}
