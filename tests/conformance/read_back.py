@@ -124,9 +124,12 @@ def las(path, entry):
     found = np.stack([np.asarray(cloud.x), np.asarray(cloud.y), np.asarray(cloud.z)], axis=1)
     for axis in range(3):
         if len(found):
-            slack = float(cloud.header.scales[axis]) / 1000
-            same_number(f"least {'xyz'[axis]} in the header", cloud.header.mins[axis], found[:, axis].min(), slack)
-            same_number(f"largest {'xyz'[axis]} in the header", cloud.header.maxs[axis], found[:, axis].max(), slack)
+            # Bounds hold all points; writers round them outwards, by less than a step and the last bit.
+            step = float(cloud.header.scales[axis])
+            least, largest = found[:, axis].min() - cloud.header.mins[axis], cloud.header.maxs[axis] - found[:, axis].max()
+            for what, outwards in (("least", least), ("largest", largest)):
+                if not -step / 1000 <= outwards <= step * 1.001:
+                    raise Difference(f"{what} {'xyz'[axis]} in the header lies {outwards} outside the points")
     # The order of the sums of integer, scale and offset may differ.
     slack = max(entry.get("tolerance_m", 0.0), float(min(cloud.header.scales)) / 1000)
     return cloud_text(entry | {"tolerance_m": slack}, found, lambda name: cloud[name])

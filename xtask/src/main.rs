@@ -3,6 +3,7 @@
 mod bench;
 mod samples;
 mod study;
+mod written;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -17,6 +18,7 @@ enum Task {
     Bench(bench::Bench),
     Samples(samples::SamplesArgs),
     Study(study::StudyArgs),
+    Written(written::WrittenArgs),
 }
 
 fn main() -> ExitCode {
@@ -24,6 +26,7 @@ fn main() -> ExitCode {
         Task::Bench(bench) => bench::run(&bench),
         Task::Samples(arguments) => samples::run(&arguments),
         Task::Study(arguments) => study::run(&arguments),
+        Task::Written(arguments) => written::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
