@@ -1,15 +1,18 @@
 //! Points as rows of named numbers: what messages, PCD and PLY files have in common, and how such rows
 //! become a scan.
 
+mod find_rule;
 mod layout;
 mod number;
 mod rows;
 mod time;
 mod time_choice;
+mod time_rule;
 
+pub(crate) use find_rule::{SampledScan, candidates};
 pub(crate) use layout::{Field, Layout};
 pub(crate) use number::Kind;
 pub(crate) use rows::Rows;
-pub(crate) use time::{Origin, RawTime, SampledScan, TimeRule, candidates};
 pub use time::{PointTime, StampAt, TimeUnit};
 pub(crate) use time_choice::{TimeChoice, choose_time, place_stamp, sampled_frames};
+pub(crate) use time_rule::{Origin, RawTime, TimeRule};

@@ -1,7 +1,7 @@
 //! Which field of a log's points holds their times, and what it means there.
 
-use super::time::{Finding, Origin, StampAt, USUAL_PERIOD_NS, candidates, find_rule};
-use super::{Layout, PointTime, SampledScan, TimeRule};
+use super::find_rule::{Finding, USUAL_PERIOD_NS, find_rule};
+use super::{Layout, Origin, PointTime, SampledScan, StampAt, TimeRule, candidates};
 use crate::{LogError, LogOptions};
 use std::path::Path;
 

@@ -1,0 +1,182 @@
+//! What the times of points mean, found from their values.
+
+use super::{Origin, TimeRule, TimeUnit};
+
+/// The names under which drivers store the time of a point, most telling first.
+const FIELD_NAMES: [&str; 17] = [
+    "t",
+    "time",
+    "timestamp",
+    "time_stamp",
+    "timeStamp",
+    "offset_time",
+    "time_offset",
+    "timeOffset",
+    "offsetTime",
+    "ts",
+    "stamp",
+    "point_time",
+    "timestamps",
+    "times",
+    "gps_time",
+    "GpsTime",
+    "gpstime",
+];
+
+/// Period taken for the test of units where a log has too few stamps to tell its own, nanoseconds.
+pub(crate) const USUAL_PERIOD_NS: i64 = 100_000_000;
+
+/// Position in `names` of the fields that may hold times, most telling first.
+pub(crate) fn candidates<'a>(names: &[&'a str]) -> Vec<(usize, &'a str)> {
+    FIELD_NAMES
+        .iter()
+        .filter_map(|wanted| names.iter().position(|name| name == wanted))
+        .filter_map(|index| names.get(index).map(|&name| (index, name)))
+        .collect()
+}
+
+/// The times of one scan's returns, as they stand in the file.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SampledScan {
+    pub(crate) stamp_ns: i64,
+    pub(crate) smallest: f64,
+    pub(crate) largest: f64,
+}
+
+/// What a sample of scans says about a field.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Finding {
+    /// One value a scan: no times.
+    Constant,
+    /// Unit and origin.
+    Rule(TimeRule),
+    /// Neither; why not.
+    Unclear(String),
+}
+
+/// Finds the unit in which a scan's times span what a scan takes, 20 to 150 % of `period_ns`, and
+/// whether they count from the stamp or from where the stamps count. Units are a thousand apart, so no
+/// two can fit.
+pub(crate) fn find_rule(sample: &[SampledScan], period_ns: i64) -> Finding {
+    let mut spans: Vec<f64> =
+        sample.iter().map(|scan| scan.largest - scan.smallest).filter(|&span| span > 0.0).collect();
+    spans.sort_by(f64::total_cmp);
+    let Some(&span) = spans.get(spans.len() / 2) else { return Finding::Constant };
+    let period = period_ns as f64;
+    let fits = |unit: &TimeUnit| (0.2 * period..=1.5 * period).contains(&(span * unit.in_ns() as f64));
+    let Some(unit) = TimeUnit::ALL.into_iter().find(fits) else {
+        return Finding::Unclear(format!(
+            "a scan spans {span}, which in no unit is near the {:.4} s from scan to scan",
+            period / 1e9
+        ));
+    };
+    let ns = unit.in_ns() as f64;
+    // A stamp may be the scan's start, middle or end.
+    let near = 2.0 * period;
+    let relative = |scan: &SampledScan| scan.smallest * ns > -near && scan.largest * ns < near;
+    let absolute = |scan: &SampledScan| (scan.smallest * ns - scan.stamp_ns as f64).abs() < near.max(1e9);
+    let origin = match (sample.iter().all(relative), sample.iter().all(absolute)) {
+        (true, false) => Some(Origin::Stamp),
+        (false, true) => Some(Origin::Clock),
+        (false, false) => None,
+        (true, true) => origin_near_zero(sample, ns, period),
+    };
+    if let Some(origin) = origin {
+        return Finding::Rule(TimeRule::new(unit, origin));
+    }
+    let first = sample.first().map_or(f64::NAN, |scan| scan.smallest);
+    Finding::Unclear(format!(
+        "a scan spans {span}, as {} near the {:.4} s from scan to scan, but the first value {first} is neither \
+         near 0 nor near the stamp: where it is a clock of the sensor's own, say --point-time first-{}",
+        unit.name(),
+        period / 1e9,
+        unit.symbol()
+    ))
+}
+
+/// Stamps that start at 0 are near both origins. Absolute times go on with the stamps, relative ones
+/// begin anew with every scan.
+fn origin_near_zero(sample: &[SampledScan], ns: f64, period: f64) -> Option<Origin> {
+    let spread = |value: &dyn Fn(&SampledScan) -> f64| {
+        let (low, high) = sample
+            .iter()
+            .map(value)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        high - low
+    };
+    let stamps = spread(&|scan| scan.stamp_ns as f64);
+    let relative = spread(&|scan| scan.smallest * ns);
+    let absolute = spread(&|scan| scan.smallest * ns - scan.stamp_ns as f64);
+    if stamps < 0.5 * period {
+        // All near 0: both say the same, to within the stamps themselves.
+        return sample.iter().all(|scan| scan.stamp_ns == 0).then_some(Origin::Stamp);
+    }
+    match (relative < 0.5 * period, absolute < 0.5 * period) {
+        (true, false) => Some(Origin::Stamp),
+        (false, true) => Some(Origin::Clock),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STAMP_NS: i64 = 1_690_309_709_285_305_500;
+
+    fn scans(stamp_ns: i64, period_ns: i64, values: impl Fn(i64) -> (f64, f64)) -> Vec<SampledScan> {
+        (0..5)
+            .map(|k| {
+                let stamp_ns = stamp_ns + k * period_ns;
+                let (smallest, largest) = values(stamp_ns);
+                SampledScan { stamp_ns, smallest, largest }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn every_unit_and_origin_is_found() {
+        for stamp_ns in [STAMP_NS, 0] {
+            for unit in TimeUnit::ALL {
+                let per_unit = unit.in_ns() as f64;
+                for start_ns in [0.0, -5e7, -1e8] {
+                    let relative = scans(stamp_ns, 100_000_000, |_| {
+                        (start_ns / per_unit, (start_ns + 9.9e7) / per_unit)
+                    });
+                    let found = find_rule(&relative, 100_000_000);
+                    assert!(
+                        found == Finding::Rule(TimeRule::new(unit, Origin::Stamp)),
+                        "{stamp_ns} {unit:?} {start_ns} {found:?}"
+                    );
+                    let absolute = scans(stamp_ns, 100_000_000, |stamp| {
+                        ((stamp as f64 + start_ns) / per_unit, (stamp as f64 + start_ns + 9.9e7) / per_unit)
+                    });
+                    let found = find_rule(&absolute, 100_000_000);
+                    assert!(
+                        found == Finding::Rule(TimeRule::new(unit, Origin::Clock)),
+                        "{stamp_ns} {unit:?} {start_ns} {found:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_time_is_not_taken_for_one() {
+        assert_eq!(find_rule(&scans(STAMP_NS, 100_000_000, |_| (0.0, 0.0)), 100_000_000), Finding::Constant);
+        assert_eq!(find_rule(&scans(STAMP_NS, 100_000_000, |_| (7.5, 7.5)), 100_000_000), Finding::Constant);
+        assert_eq!(find_rule(&[], 100_000_000), Finding::Constant);
+        let garbage = find_rule(&scans(STAMP_NS, 100_000_000, |_| (0.0, 3.0)), 100_000_000);
+        assert!(
+            matches!(&garbage, Finding::Unclear(why) if why.contains("spans 3") && why.contains("0.1000 s")),
+            "{garbage:?}"
+        );
+        let other_clock = find_rule(&scans(STAMP_NS, 100_000_000, |_| (5000.0, 5000.1)), 100_000_000);
+        assert!(
+            matches!(&other_clock, Finding::Unclear(why) if why.contains("5000") && why.contains("near the stamp")),
+            "{other_clock:?}"
+        );
+        let infinite = find_rule(&scans(STAMP_NS, 100_000_000, |_| (0.0, f64::INFINITY)), 100_000_000);
+        assert!(matches!(infinite, Finding::Unclear(_)));
+    }
+}
