@@ -32,6 +32,11 @@ impl StaticFrames {
         self.parents.is_empty()
     }
 
+    /// Every frame that hangs on another, by name: parent, child, `parent_from_child`.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &str, &Isometry3<f64>)> {
+        self.parents.iter().map(|(child, (parent, pose))| (parent.as_str(), child.as_str(), pose))
+    }
+
     /// Takes in a message of `/tf_static`. What was said before stays where the message is broken.
     pub(crate) fn add_message(&mut self, coding: PoseCoding, message: &[u8]) -> Result<(), String> {
         if coding.pose_type != PoseType::Transforms {

@@ -221,6 +221,8 @@ pub struct LogSurvey {
     pub topics: Vec<TopicInfo>,
     /// Every stream of scans: one a topic.
     pub streams: Vec<ScanStream>,
+    /// Frames that hang on one another without moving.
+    pub static_frames: StaticFrames,
     /// What is lost, but for single scans of a stream.
     pub damage: Vec<Damage>,
 }

@@ -69,6 +69,7 @@ fn survey_of(log: Box<dyn ScanLog>, problem: Option<LogError>) -> LogSurvey {
         bytes: summary.bytes,
         fingerprint: summary.fingerprint,
         topics: Vec::new(),
+        static_frames: log.static_frames().clone(),
         damage: summary.damage,
         streams: vec![ScanStream { topic: None, log: Some(log), damage: Vec::new(), problem }],
     }

@@ -1,4 +1,5 @@
 use dmp_log::{Damage, FrameInfo, LogSurvey, ScanStream, TopicInfo};
+use dmp_sensor::Isometry3;
 use serde::Serialize;
 
 use crate::exit::one_line;
@@ -21,6 +22,8 @@ pub(super) struct Info {
     pub(super) topics: Vec<Topic>,
     /// The scans: of every topic that has some, or of the log where it has no topics.
     pub(super) streams: Vec<Stream>,
+    /// Frames that hang on one another without moving (`/tf_static`).
+    pub(super) frames: Vec<Frame>,
     pub(super) trajectories: Vec<TrajectoryInfo>,
     /// What is lost, but for single scans of a stream.
     pub(super) damage: Vec<Lost>,
@@ -36,6 +39,14 @@ pub(super) struct Topic {
     pub(super) span_ns: Option<[u64; 2]>,
     /// Messages less one, over that time.
     pub(super) rate_hz: Option<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Frame {
+    pub(super) parent: String,
+    pub(super) child: String,
+    /// `parent_from_child` as x, y, z (metres), qx, qy, qz, qw.
+    pub(super) parent_from_child: [f64; 7],
 }
 
 /// The scans of one topic.
@@ -140,6 +151,7 @@ impl Info {
                 .iter()
                 .map(|run| TrajectoryInfo::new(run, frames, time_offset_ns))
                 .collect(),
+            frames: survey.static_frames.iter().map(Frame::new).collect(),
             streams: survey.streams.into_iter().map(Stream::new).collect(),
             damage: survey.damage.into_iter().map(Lost::new).collect(),
         }
@@ -148,6 +160,14 @@ impl Info {
     /// Whether anything is lost.
     pub(super) fn is_damaged(&self) -> bool {
         !self.damage.is_empty() || self.streams.iter().any(|stream| !stream.damage.is_empty())
+    }
+}
+
+impl Frame {
+    fn new((parent, child, pose): (&str, &str, &Isometry3<f64>)) -> Self {
+        let (t, q) = (pose.translation.vector, pose.rotation.coords);
+        let parent_from_child = [t.x, t.y, t.z, q.x, q.y, q.z, q.w];
+        Self { parent: parent.into(), child: child.into(), parent_from_child }
     }
 }
 

@@ -1,6 +1,6 @@
 use std::io::{self, Write};
 
-use super::found::{Info, Scans, Stream, Topic, TrajectoryInfo};
+use super::found::{Frame, Info, Scans, Stream, Topic, TrajectoryInfo};
 use crate::text::{self, NONE, Side, Table, count, counted, digits, seconds};
 
 /// Writes what is in a log for a person.
@@ -26,11 +26,18 @@ pub(super) fn info(out: &mut impl Write, info: &Info) -> io::Result<()> {
     for scans in &info.streams {
         stream(out, scans)?;
     }
+    list(out, "\nFrames (/tf_static), child in parent: x,y,z,qx,qy,qz,qw", info.frames.iter().map(frame))?;
     let scans = info.streams.iter().find_map(|stream| stream.scans.as_ref()).map_or(0, |scans| scans.scans);
     for run in &info.trajectories {
         trajectory(out, run, scans)?;
     }
     list(out, "\nDamage", info.damage.iter().map(|lost| format!("{}: {}", lost.place, lost.what)))
+}
+
+/// A frame as `--extrinsic` would take it.
+fn frame(frame: &Frame) -> String {
+    let numbers: Vec<String> = frame.parent_from_child.iter().map(f64::to_string).collect();
+    format!("{} in {}: {}", frame.child, frame.parent, numbers.join(","))
 }
 
 /// When a topic was recorded.

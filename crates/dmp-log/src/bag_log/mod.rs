@@ -69,7 +69,8 @@ impl BagLog {
         let streams = clouds.into_iter().map(stream).collect();
         let (path, format) = (bag.path().into(), bag.format());
         let (bytes, fingerprint) = (walked.bytes, bag.fingerprint()?);
-        Ok(LogSurvey { path, format, bytes, fingerprint, topics, streams, damage: walked.damage })
+        let damage = walked.damage;
+        Ok(LogSurvey { path, format, bytes, fingerprint, topics, streams, static_frames, damage })
     }
 
     fn of_topic(
