@@ -62,10 +62,12 @@ pub(crate) fn ns_to_seconds(ns: i64) -> String {
     format!("{sign}{}.{:09}", magnitude / 1_000_000_000, magnitude % 1_000_000_000)
 }
 
-/// The beginning of a text that goes into an error message: files may have lines of any length.
+/// The beginning of a text that goes into an error message, on one line: files may have anything in them.
 pub(crate) fn shorten(text: &str) -> String {
     const MOST: usize = 60;
-    if text.chars().count() <= MOST { text.into() } else { text.chars().take(MOST).chain(['…']).collect() }
+    let mut chars = text.chars().map(|c| if c.is_control() { ' ' } else { c });
+    let start: String = chars.by_ref().take(MOST).collect();
+    if chars.next().is_some() { start + "…" } else { start }
 }
 
 #[cfg(test)]
@@ -101,6 +103,14 @@ mod tests {
         for text in ["1403636579763555584", "1e400", "9223372036.854775808", "1e2147483647"] {
             assert!(seconds_to_ns(text).unwrap_err().contains("another unit"), "{text}");
         }
+    }
+
+    #[test]
+    fn a_text_of_a_file_stays_short_and_on_its_line() {
+        assert_eq!(shorten("a topic"), "a topic");
+        assert_eq!(shorten("a\ntopic\u{1b}[2J"), "a topic [2J");
+        assert_eq!(shorten(&"é".repeat(60)), "é".repeat(60));
+        assert_eq!(shorten(&"é".repeat(100_000)), "é".repeat(60) + "…");
     }
 
     #[test]

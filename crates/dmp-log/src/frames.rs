@@ -1,5 +1,6 @@
 //! Frames that hang on one another: what `/tf_static` says, and the tree of `/tf`.
 
+use crate::decimal::shorten;
 use crate::ros::{PoseCoding, PoseType};
 use crate::trajectory::numbers::pose_of;
 use crate::{ParseError, Place};
@@ -63,6 +64,7 @@ impl StaticFrames {
             let apart_m = (pose.translation.vector - parent_from_child.translation.vector).norm();
             if other != parent || apart_m > 1e-3 || pose.rotation.angle_to(&parent_from_child.rotation) > 1e-3
             {
+                let [child, other, parent] = [child, other, parent].map(shorten);
                 return Err(format!("the frame `{child}` has two places, in `{other}` and in `{parent}`"));
             }
             return Ok(());

@@ -5,7 +5,7 @@ use crate::Damage;
 use crate::decimal::shorten;
 use rusqlite::limits::Limit;
 use rusqlite::types::ValueRef;
-use rusqlite::{Connection, OpenFlags};
+use rusqlite::{Connection, OpenFlags, OptionalExtension as _};
 use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
@@ -22,6 +22,7 @@ type Each<'a> = dyn FnMut(&Channel, u64, i64, &[u8]) + 'a;
 /// all is an error.
 pub(super) fn walk(path: &Path, each: &mut Each<'_>) -> io::Result<FileWalked> {
     let connection = open(path)?;
+    check_tables(&connection).map_err(to_io)?;
     let channels = channels_of(&connection).map_err(to_io)?;
     let mut walked = FileWalked {
         channels: channels.values().cloned().collect(),
@@ -97,6 +98,22 @@ impl Walk<'_, '_> {
             if self.next == i64::MIN { "the first row".to_owned() } else { format!("row {}", self.next) };
         self.damage.push(Damage { place, what });
     }
+}
+
+/// Refuses what makes rows as it is read: a view may have rows without an end, a computed column bytes
+/// without an end. rosbag2 writes plain tables.
+fn check_tables(connection: &Connection) -> rusqlite::Result<()> {
+    for table in ["topics", "messages"] {
+        let has_pages = "SELECT rootpage > 0 AND type = 'table' FROM sqlite_schema WHERE name = ?1";
+        let is_stored: Option<bool> =
+            connection.query_row(has_pages, [table], |row| row.get(0)).optional()?;
+        let computed = "SELECT count(*) FROM pragma_table_xinfo(?1) WHERE hidden <> 0";
+        let computed: i64 = connection.query_row(computed, [table], |row| row.get(0))?;
+        if is_stored != Some(true) || computed > 0 {
+            return Err(rusqlite::Error::InvalidParameterName(format!("`{table}` is no plain table")));
+        }
+    }
+    Ok(())
 }
 
 fn first_row(connection: &Connection) -> rusqlite::Result<i64> {

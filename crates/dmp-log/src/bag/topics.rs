@@ -1,5 +1,6 @@
 use super::Channel;
 use crate::TopicInfo;
+use crate::decimal::shorten;
 use std::collections::BTreeMap;
 
 /// Every channel of a bag with what was counted of it; a topic with several equal channels is one.
@@ -53,12 +54,39 @@ impl Topics {
     }
 }
 
+/// Most topics that a message names.
+const MOST_NAMED: usize = 50;
+
 /// The topics in one line, for messages.
 pub(crate) fn in_words(topics: &[TopicInfo]) -> String {
     if topics.is_empty() {
         return "no topics".into();
     }
-    let word =
-        |topic: &TopicInfo| format!("{} [{}, {} messages]", topic.name, topic.message_type, topic.messages);
-    topics.iter().map(word).collect::<Vec<_>>().join(", ")
+    let word = |topic: &TopicInfo| {
+        let (name, message_type) = (shorten(&topic.name), shorten(&topic.message_type));
+        format!("{name} [{message_type}, {} messages]", topic.messages)
+    };
+    let named = topics.iter().take(MOST_NAMED).map(word).collect::<Vec<_>>().join(", ");
+    match topics.len().saturating_sub(MOST_NAMED) {
+        0 => named,
+        more => format!("{named} and {more} more"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands_of_topics_fit_in_a_line() {
+        let topic = |k: usize| TopicInfo {
+            name: format!("/{k}\n{}", "x".repeat(100_000)),
+            message_type: "a (cdr)".into(),
+            messages: 1,
+            span_ns: None,
+        };
+        let words = in_words(&(0..60).map(topic).collect::<Vec<_>>());
+        assert!(words.starts_with("/0 xxx") && words.ends_with(" and 10 more"), "{words}");
+        assert!(words.len() < 10_000 && !words.contains('\n'));
+    }
 }

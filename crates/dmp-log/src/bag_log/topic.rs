@@ -3,6 +3,9 @@ use crate::bag::{Location, Message};
 use crate::points::Layout;
 use crate::ros::{Cloud, ScanCoding};
 
+/// Layouts, the last ones, that a new message's is compared with.
+const COMPARED_LAYOUTS: usize = 16;
+
 /// A scan of a topic.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Entry {
@@ -45,8 +48,10 @@ impl TopicIndex {
             Some(first) => self.other_frame_ids += u64::from(first != cloud.frame_id),
         }
         let (stamp_ns, returns) = (cloud.stamp_ns, cloud.returns());
-        // The last layout is almost always the one.
-        let known = self.layouts.iter().rposition(|known| *known == cloud.layout);
+        // The last layout is almost always the one; a file where it never is must not be compared with all.
+        let from = self.layouts.len().saturating_sub(COMPARED_LAYOUTS);
+        let last = self.layouts.get(from..).unwrap_or_default();
+        let known = last.iter().rposition(|known| *known == cloud.layout).map(|k| from + k);
         let layout = known.unwrap_or(self.layouts.len()) as u32;
         if known.is_none() {
             self.layouts.push(cloud.layout);

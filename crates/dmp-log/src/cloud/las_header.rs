@@ -12,6 +12,10 @@ pub(super) const EVLR_HEAD_BYTES: u64 = 60;
 /// Extra bytes of a point up to which compressed files are read; each costs kilobytes of decoder.
 const MAX_EXTRA_BYTES: u16 = 1024;
 
+/// Bytes beside the points up to which a file is read: the decoder holds its records, and what lies between
+/// them and the points.
+const MAX_HELD_BYTES: u64 = 256 << 20;
+
 /// From where the times of points count, seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum GpsTime {
@@ -39,18 +43,32 @@ pub(crate) struct LasHeader {
 /// Reads at any place of a file of known length.
 pub(super) struct Bytes<'a, R> {
     input: &'a mut R,
+    /// Where the input is; `None` where a read failed.
+    position: Option<u64>,
     pub(super) length: u64,
 }
 
 impl<R: Read + Seek> Bytes<'_, R> {
+    fn read(&mut self, at: u64, bytes: &mut [u8]) -> io::Result<()> {
+        let step = self
+            .position
+            .take()
+            .and_then(|position| i64::try_from(i128::from(at) - i128::from(position)).ok());
+        match step {
+            // Keeps what is buffered: there may be millions of records, each of some bytes.
+            Some(step) => self.input.seek_relative(step)?,
+            None => self.input.seek(SeekFrom::Start(at)).map(|_| ())?,
+        }
+        self.input.read_exact(bytes)?;
+        self.position = at.checked_add(bytes.len() as u64);
+        Ok(())
+    }
+
     /// So many bytes, which must lie in the file.
     pub(super) fn some(&mut self, at: u64, count: u16) -> Result<Vec<u8>, ParseError> {
         let mut bytes = vec![0; count.into()];
-        let mut read = || -> io::Result<()> {
-            self.input.seek(SeekFrom::Start(at))?;
-            self.input.read_exact(&mut bytes)
-        };
-        read().map_err(|e| ParseError::new(Place::Byte(at), format!("cannot read a record: {e}")))?;
+        self.read(at, &mut bytes)
+            .map_err(|e| ParseError::new(Place::Byte(at), format!("cannot read a record: {e}")))?;
         Ok(bytes)
     }
 
@@ -60,11 +78,8 @@ impl<R: Read + Seek> Bytes<'_, R> {
             let problem = format!("{what} is beyond the file's end at byte {}", self.length);
             return Err(ParseError::new(Place::Byte(at), problem));
         }
-        let mut read = || -> io::Result<()> {
-            self.input.seek(SeekFrom::Start(at))?;
-            self.input.read_exact(&mut bytes)
-        };
-        read().map_err(|e| ParseError::new(Place::Byte(at), format!("cannot read {what}: {e}")))?;
+        self.read(at, &mut bytes)
+            .map_err(|e| ParseError::new(Place::Byte(at), format!("cannot read {what}: {e}")))?;
         Ok(bytes)
     }
 
@@ -83,7 +98,7 @@ impl<R: Read + Seek> Bytes<'_, R> {
 
 /// Checks a LAS or LAZ file of `length` bytes.
 pub(crate) fn check(input: &mut (impl Read + Seek), length: u64) -> Result<LasHeader, ParseError> {
-    let mut bytes = Bytes { input, length };
+    let mut bytes = Bytes { input, position: None, length };
     let wrong = |at: u64, problem: String| Err(ParseError::new(Place::Byte(at), problem));
     let [major, minor] = bytes.at(24, "the version")?;
     if major != 1 || minor > 4 {
@@ -95,6 +110,12 @@ pub(crate) fn check(input: &mut (impl Read + Seek), length: u64) -> Result<LasHe
         return wrong(
             96,
             format!("a header of {header_bytes} bytes, points from byte {data_at}, a file of {length} bytes"),
+        );
+    }
+    if data_at > MAX_HELD_BYTES {
+        return wrong(
+            96,
+            format!("points from byte {data_at} on: records of more than {MAX_HELD_BYTES} bytes"),
         );
     }
     let [format] = bytes.at(104, "the point format")?;
@@ -116,7 +137,6 @@ pub(crate) fn check(input: &mut (impl Read + Seek), length: u64) -> Result<LasHe
         if points == 0 {
             points = bytes.u64(247, "the number of points")?;
         }
-        check_evlr(&mut bytes)?;
     }
     // The two highest bits of the format mark compression.
     let compressed = format & 0xc0 != 0;
@@ -131,6 +151,11 @@ pub(crate) fn check(input: &mut (impl Read + Seek), length: u64) -> Result<LasHe
                 ),
             );
         }
+    }
+    if minor == 4 {
+        // Of compressed points only the decoder knows the end.
+        let points_end = (!compressed).then_some(points_bytes.unwrap_or(0) + data_at);
+        check_evlr(&mut bytes, points_end)?;
     }
     if compressed {
         check_laz(&mut bytes, header_bytes, data_at, record_bytes, points)?;
@@ -151,7 +176,7 @@ pub(crate) fn check(input: &mut (impl Read + Seek), length: u64) -> Result<LasHe
     Ok(LasHeader { points, compressed, gps_time, crs, says_wkt, extent })
 }
 
-fn check_evlr<R: Read + Seek>(bytes: &mut Bytes<'_, R>) -> Result<(), ParseError> {
+fn check_evlr<R: Read + Seek>(bytes: &mut Bytes<'_, R>, points_end: Option<u64>) -> Result<(), ParseError> {
     let start = bytes.u64(235, "the first extended record")?;
     let count = bytes.u32(243, "the number of extended records")?;
     if count == 0 || start == 0 {
@@ -161,6 +186,13 @@ fn check_evlr<R: Read + Seek>(bytes: &mut Bytes<'_, R>) -> Result<(), ParseError
     let end = start.checked_add(EVLR_HEAD_BYTES).and_then(|at| at.checked_add(claimed));
     if end.is_none_or(|end| end > bytes.length) {
         let problem = format!("an extended record of {claimed} bytes does not fit in {} bytes", bytes.length);
+        return Err(ParseError::new(Place::Byte(start), problem));
+    }
+    let gap = points_end.map_or(0, |points_end| start.saturating_sub(points_end));
+    if gap.saturating_add(claimed) > MAX_HELD_BYTES {
+        let problem = format!(
+            "an extended record of {claimed} bytes, {gap} bytes behind the points: more than {MAX_HELD_BYTES}"
+        );
         return Err(ParseError::new(Place::Byte(start), problem));
     }
     Ok(())

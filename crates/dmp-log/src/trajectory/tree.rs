@@ -1,12 +1,15 @@
 //! Frames that move on one another, as `/tf` has them.
 
 use super::topic::PoseTopic;
+use crate::decimal::shorten;
 use crate::frames::{StaticFrames, frame_name};
 use dmp_sensor::{Isometry3, Trajectory};
 use std::collections::BTreeMap;
 
 /// More links from a body to its world than any robot has: a loop.
 const MAX_LINKS: usize = 1000;
+/// Most links that a message names.
+const MOST_NAMED: usize = 50;
 const SECOND_NS: i64 = 1_000_000_000;
 
 /// The frames of `/tf`, each with its poses in its parent.
@@ -55,7 +58,8 @@ impl MovingFrames {
     ) -> Result<(), String> {
         if let Some(link) = self.links.get_mut(child) {
             if link.parent != parent {
-                return Err(format!("the frame `{child}` hangs on `{}` and on `{parent}`", link.parent));
+                let [child, one, other] = [child, &link.parent, parent].map(shorten);
+                return Err(format!("the frame `{child}` hangs on `{one}` and on `{other}`"));
             }
             link.poses.push((stamp_ns, parent_from_child));
             return Ok(());
@@ -121,8 +125,13 @@ impl MovingFrames {
     }
 
     fn in_words(&self) -> String {
-        let link = |(child, link): (&String, &Link)| format!("{} to {child}", link.parent);
-        self.links.iter().map(link).collect::<Vec<_>>().join(", ")
+        let link =
+            |(child, link): (&String, &Link)| format!("{} to {}", shorten(&link.parent), shorten(child));
+        let named = self.links.iter().take(MOST_NAMED).map(link).collect::<Vec<_>>().join(", ");
+        match self.links.len().saturating_sub(MOST_NAMED) {
+            0 => named,
+            more => format!("{named} and {more} more"),
+        }
     }
 }
 

@@ -1,49 +1,79 @@
 //! Which channel of an MCAP file carries what.
 
-use super::chunk::one_line;
+use super::records::Fields;
 use crate::bag::Channel;
-use mcap::records::{Record, op};
-use std::collections::{BTreeMap, btree_map::Entry};
+use mcap::records::op;
+use std::collections::{BTreeMap, BTreeSet, btree_map::Entry};
 
 /// The schemas and channels met so far.
 #[derive(Debug, Default)]
 pub(super) struct Channels {
     schema_names: BTreeMap<u16, String>,
-    described: BTreeMap<u16, Described>,
-    by_id: BTreeMap<u16, Channel>,
+    /// By schema, the channels that name it.
+    of_schema: BTreeMap<u16, BTreeSet<u16>>,
+    by_id: BTreeMap<u16, Described>,
     /// Messages of channels not described when they were met.
     unknown: BTreeMap<u16, u64>,
 }
 
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug)]
 struct Described {
-    topic: String,
-    encoding: String,
     schema_id: u16,
+    /// Its type follows when the schema is met.
+    channel: Channel,
 }
 
 impl Channels {
     /// Takes in a schema or channel record. The first description of a number holds.
     pub(super) fn describe(&mut self, opcode: u8, body: &[u8]) -> Result<(), String> {
-        let record = mcap::parse_record(opcode, body).map_err(|e| one_line(&e.to_string()))?;
-        match record {
-            Record::Schema { header, .. } => insert(&mut self.schema_names, header.id, header.name)
-                .map_err(|id| format!("schema {id} is described twice, differently"))?,
-            Record::Channel(channel) => {
-                let (id, topic) = (channel.id, channel.topic);
-                let described =
-                    Described { topic, encoding: channel.message_encoding, schema_id: channel.schema_id };
-                insert(&mut self.described, id, described)
-                    .map_err(|id| format!("channel {id} is described twice, differently"))?;
+        let mut fields = Fields(body);
+        match opcode {
+            op::SCHEMA => {
+                let (id, name) = (fields.u16("a schema's number")?, fields.string("a schema's name")?);
+                self.schema(id, name)
             }
-            _ => return Ok(()),
+            op::CHANNEL => {
+                let (id, schema_id) = (fields.u16("a channel's number")?, fields.u16("a channel's schema")?);
+                let topic = fields.string("a channel's topic")?;
+                let encoding = fields.string("a channel's encoding")?;
+                self.channel(id, schema_id, topic, encoding)
+            }
+            _ => Ok(()),
         }
-        let resolved = self.described.iter().map(|(&id, described)| {
-            let name = self.schema_names.get(&described.schema_id).cloned().unwrap_or_default();
-            let (topic, encoding) = (described.topic.clone(), described.encoding.clone());
-            (id, Channel { topic, message_type: name, encoding })
-        });
-        self.by_id = resolved.collect();
+    }
+
+    fn schema(&mut self, id: u16, name: &str) -> Result<(), String> {
+        match self.schema_names.entry(id) {
+            Entry::Occupied(known) if known.get() == name => return Ok(()),
+            Entry::Occupied(_) => return Err(format!("schema {id} is described twice, differently")),
+            Entry::Vacant(place) => place.insert(name.to_owned()),
+        };
+        for channel in self.of_schema.get(&id).into_iter().flatten() {
+            if let Some(described) = self.by_id.get_mut(channel) {
+                name.clone_into(&mut described.channel.message_type);
+            }
+        }
+        Ok(())
+    }
+
+    fn channel(&mut self, id: u16, schema_id: u16, topic: &str, encoding: &str) -> Result<(), String> {
+        match self.by_id.entry(id) {
+            Entry::Occupied(known) => {
+                let Described { schema_id: known_schema, channel } = known.get();
+                if (*known_schema, channel.topic.as_str(), channel.encoding.as_str())
+                    != (schema_id, topic, encoding)
+                {
+                    return Err(format!("channel {id} is described twice, differently"));
+                }
+            }
+            Entry::Vacant(place) => {
+                let message_type = self.schema_names.get(&schema_id).cloned().unwrap_or_default();
+                let channel =
+                    Channel { topic: topic.to_owned(), message_type, encoding: encoding.to_owned() };
+                place.insert(Described { schema_id, channel });
+                self.of_schema.entry(schema_id).or_default().insert(id);
+            }
+        }
         Ok(())
     }
 
@@ -56,7 +86,7 @@ impl Channels {
         if !self.by_id.contains_key(&id) {
             *self.unknown.entry(id).or_default() += 1;
         }
-        self.by_id.get(&id)
+        self.by_id.get(&id).map(|described| &described.channel)
     }
 
     /// Numbers of channels whose messages were met before any description.
@@ -65,17 +95,69 @@ impl Channels {
     }
 
     pub(super) fn into_channels(self) -> Vec<Channel> {
-        self.by_id.into_values().collect()
+        self.by_id.into_values().map(|described| described.channel).collect()
     }
 }
 
-fn insert<T: PartialEq>(map: &mut BTreeMap<u16, T>, id: u16, value: T) -> Result<(), u16> {
-    match map.entry(id) {
-        Entry::Vacant(place) => {
-            place.insert(value);
-            Ok(())
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(bytes: &mut Vec<u8>, text: &str) {
+        bytes.extend((text.len() as u32).to_le_bytes());
+        bytes.extend(text.bytes());
+    }
+
+    fn schema(id: u16, name: &str) -> Vec<u8> {
+        let mut body = id.to_le_bytes().to_vec();
+        text(&mut body, name);
+        body
+    }
+
+    fn channel(id: u16, schema_id: u16, topic: &str) -> Vec<u8> {
+        let mut body = [id.to_le_bytes(), schema_id.to_le_bytes()].concat();
+        text(&mut body, topic);
+        text(&mut body, "cdr");
+        body
+    }
+
+    #[test]
+    fn types_are_found_in_any_order_and_the_first_description_holds() {
+        let mut channels = Channels::default();
+        channels.describe(op::CHANNEL, &channel(1, 7, "/a")).unwrap();
+        channels.describe(op::SCHEMA, &schema(7, "Cloud")).unwrap();
+        channels.describe(op::CHANNEL, &channel(2, 7, "/b")).unwrap();
+        channels.describe(op::CHANNEL, &channel(1, 7, "/a")).unwrap();
+        for (opcode, body) in [(op::CHANNEL, channel(1, 7, "/c")), (op::SCHEMA, schema(7, "Other"))] {
+            assert!(channels.describe(opcode, &body).unwrap_err().contains("twice, differently"));
         }
-        Entry::Occupied(known) if *known.get() == value => Ok(()),
-        Entry::Occupied(_) => Err(id),
+        for (id, topic) in [(1, "/a"), (2, "/b")] {
+            let found = channels.of_message(id).unwrap();
+            assert_eq!((found.topic.as_str(), found.message_type.as_str()), (topic, "Cloud"));
+        }
+        assert!(channels.of_message(3).is_none());
+        assert_eq!(channels.unknown().collect::<Vec<_>>(), [(3, 1)]);
+    }
+
+    /// No memory is taken for a name before its bytes are there.
+    #[test]
+    fn claimed_lengths_are_checked() {
+        let forged = [&[1, 0][..], &u32::MAX.to_le_bytes(), b"abc"].concat();
+        let error = Channels::default().describe(op::SCHEMA, &forged).unwrap_err();
+        assert_eq!(error, "a schema's name claims 4294967295 bytes of 3");
+        assert!(Channels::default().describe(op::CHANNEL, &[1]).is_err());
+    }
+
+    /// Sixty thousand channels, each described many times: what they cost does not grow with their number.
+    #[test]
+    fn many_channels_of_one_schema_are_described() {
+        let mut channels = Channels::default();
+        for _ in 0..4 {
+            for id in 0..60_000 {
+                channels.describe(op::CHANNEL, &channel(id, 7, "/a")).unwrap();
+            }
+        }
+        channels.describe(op::SCHEMA, &schema(7, "Cloud")).unwrap();
+        assert!(channels.into_channels().iter().all(|channel| channel.message_type == "Cloud"));
     }
 }

@@ -1,6 +1,7 @@
 //! A chunk of an MCAP file, read, checked and unpacked.
 
 use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, Source};
+use crate::decimal::shorten;
 use std::fmt;
 use std::io::{self, Read};
 use zstd::bulk::Decompressor;
@@ -147,7 +148,9 @@ fn read_head(source: &mut Source, at: u64, body_bytes: u64) -> Result<ChunkHead,
         b"" => Packing::None,
         b"zstd" => Packing::Zstd,
         b"lz4" => Packing::Lz4,
-        other => return damaged(format!("unknown compression `{}`", String::from_utf8_lossy(other))),
+        other => {
+            return damaged(format!("unknown compression `{}`", shorten(&String::from_utf8_lossy(other))));
+        }
     };
     let compressed_bytes = word_at(size, 0);
     let available = body_bytes - FIXED_BYTES - name_bytes - 8;
@@ -175,5 +178,5 @@ fn word_at(bytes: &[u8], at: usize) -> u64 {
 
 /// A message of another library, without its line breaks.
 pub(super) fn one_line(text: &str) -> String {
-    crate::decimal::shorten(&text.split_whitespace().collect::<Vec<_>>().join(" "))
+    shorten(&text.split_whitespace().collect::<Vec<_>>().join(" "))
 }

@@ -116,3 +116,35 @@ pub(super) fn split_message(body: &[u8]) -> Option<MessageRecord<'_>> {
     let log_time_ns = u64::from_le_bytes(*time.first_chunk()?);
     Some(MessageRecord { channel_id: u16::from_le_bytes([*c0, *c1]), log_time_ns, data })
 }
+
+/// The fields of a record, from the first on.
+#[derive(Debug)]
+pub(super) struct Fields<'a>(pub(super) &'a [u8]);
+
+impl<'a> Fields<'a> {
+    pub(super) fn array<const N: usize>(&mut self, what: &str) -> Result<[u8; N], String> {
+        let Some((array, rest)) = self.0.split_first_chunk() else {
+            return Err(format!("{what} takes {N} bytes, the record has {} left", self.0.len()));
+        };
+        self.0 = rest;
+        Ok(*array)
+    }
+
+    pub(super) fn u16(&mut self, what: &str) -> Result<u16, String> {
+        self.array(what).map(u16::from_le_bytes)
+    }
+
+    pub(super) fn u64(&mut self, what: &str) -> Result<u64, String> {
+        self.array(what).map(u64::from_le_bytes)
+    }
+
+    /// A text behind its length, which is not believed.
+    pub(super) fn string(&mut self, what: &str) -> Result<&'a str, String> {
+        let claimed = u32::from_le_bytes(self.array(what)?);
+        let text = usize::try_from(claimed).ok().and_then(|length| self.0.split_at_checked(length));
+        let (text, rest) =
+            text.ok_or_else(|| format!("{what} claims {claimed} bytes of {}", self.0.len()))?;
+        self.0 = rest;
+        std::str::from_utf8(text).map_err(|_| format!("{what} is not text"))
+    }
+}

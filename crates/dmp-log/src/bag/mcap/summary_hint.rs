@@ -1,8 +1,8 @@
 //! The summary at the end of an MCAP file. The log is read without it; it helps where the data before it
 //! is damaged: a channel described only in a lost chunk, a place from which to go on.
 
-use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, Records, Source};
-use mcap::records::{Record, op};
+use super::records::{Fields, HEAD_BYTES, MAX_RECORD_BYTES, Records, Source};
+use mcap::records::op;
 use std::collections::BTreeSet;
 
 /// Bytes of the footer's body and of the magic behind it.
@@ -32,18 +32,21 @@ fn try_read(source: &mut Source) -> Option<SummaryHint> {
         return None;
     }
     let (opcode, _, body) = Records::of(footer).next()?;
-    let Record::Footer(claims) = mcap::parse_record(opcode, body).ok()? else { return None };
-    let summary_bytes = footer_at.checked_sub(claims.summary_start)?;
-    if claims.summary_start == 0 || claims.summary_crc == 0 || summary_bytes > MAX_RECORD_BYTES {
+    let mut fields = Fields(body);
+    let summary_start = fields.u64("the summary's start").ok()?;
+    let _offsets_start = fields.u64("the start of the summary's offsets").ok()?;
+    let summary_crc = u32::from_le_bytes(fields.array("the summary's CRC").ok()?);
+    let summary_bytes = footer_at.checked_sub(summary_start)?;
+    if opcode != op::FOOTER || summary_start == 0 || summary_crc == 0 || summary_bytes > MAX_RECORD_BYTES {
         return None;
     }
     let mut summary = Vec::new();
-    source.read_into(claims.summary_start, summary_bytes, &mut summary).ok()?;
+    source.read_into(summary_start, summary_bytes, &mut summary).ok()?;
     let mut hasher = crc32fast::Hasher::new_with_initial(0);
     hasher.update(&summary);
     // The checksum covers the footer up to itself.
     hasher.update(footer.get(..footer.len() - 4)?);
-    if hasher.finalize() != claims.summary_crc {
+    if hasher.finalize() != summary_crc {
         return None;
     }
     let mut hint = SummaryHint::default();
@@ -51,8 +54,10 @@ fn try_read(source: &mut Source) -> Option<SummaryHint> {
         match opcode {
             op::SCHEMA | op::CHANNEL => hint.descriptions.push((opcode, body.to_vec())),
             op::CHUNK_INDEX => {
-                if let Ok(Record::ChunkIndex(index)) = mcap::parse_record(opcode, body) {
-                    hint.chunks_at.insert(index.chunk_start_offset);
+                // Behind the times of its first and last message.
+                let times_and_start: Option<(&[u8; 16], &[u8])> = body.split_first_chunk();
+                if let Some(Ok(at)) = times_and_start.map(|(_, rest)| Fields(rest).u64("a chunk's start")) {
+                    hint.chunks_at.insert(at);
                 }
             }
             _ => {}
