@@ -21,6 +21,5 @@ mod round_trip;
 mod row_18;
 mod scan_folder;
 mod scan_folder_rows;
-mod scan_mutation;
 mod topics;
 mod trajectory;

@@ -91,7 +91,7 @@ fn write(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) -> PathBuf {
 }
 
 /// The same mesh in every format.
-fn files() -> Vec<(&'static str, Vec<u8>)> {
+pub(crate) fn files() -> Vec<(&'static str, Vec<u8>)> {
     let ply = |format: &str, corners: &str, body: &[u8]| [header(format, corners).as_bytes(), body].concat();
     vec![
         ("text.ply", ply("ascii", "vertex_indices", text_body().as_bytes())),

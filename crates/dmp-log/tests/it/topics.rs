@@ -6,7 +6,7 @@ use dmp_sensor::{Isometry3, Vector3};
 use std::path::PathBuf;
 
 pub(crate) const ODOMETRY: (&str, &str, &str) = ("/odom", "nav_msgs/msg/Odometry", "cdr");
-const POSES: (&str, &str, &str) = ("/pose", "geometry_msgs/msg/PoseStamped", "cdr");
+pub(crate) const POSES: (&str, &str, &str) = ("/pose", "geometry_msgs/msg/PoseStamped", "cdr");
 pub(crate) const PATH: (&str, &str, &str) = ("/path", "nav_msgs/msg/Path", "cdr");
 pub(crate) const TF: (&str, &str, &str) = ("/tf", "tf2_msgs/msg/TFMessage", "cdr");
 pub(crate) const TF_STATIC: (&str, &str, &str) = ("/tf_static", "tf2_msgs/msg/TFMessage", "cdr");
