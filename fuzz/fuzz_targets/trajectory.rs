@@ -1,0 +1,11 @@
+//! Trajectories in text: TUM, KITTI, EuRoC.
+#![no_main]
+
+use dmp_log::{TrajectoryFormat, parse_euroc, parse_kitti, parse_raw, parse_tum};
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    let _ = (parse_tum(bytes), parse_kitti(bytes), parse_euroc(bytes));
+    for format in TrajectoryFormat::ALL {
+        let _ = parse_raw(bytes, format);
+    }
+});

@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# Makes the first corpus of each target from the files of other software in tests/conformance.
+set -euo pipefail
+cd "$(dirname "$0")"
+others=../tests/conformance
+
+seed() {
+    local target=$1
+    shift
+    mkdir -p "corpus/$target"
+    cp "$@" "corpus/$target/"
+}
+
+seed bag $others/mcap/*.mcap $others/rosbag2/mcap/*.mcap
+seed sqlite $others/rosbag2/*/*.db3
+for folder in $others/rosbag2/*/; do
+    mkdir -p corpus/metadata
+    cp "$folder/metadata.yaml" "corpus/metadata/$(basename "$folder").yaml"
+done
+seed scan_pcd $others/clouds/*.pcd
+seed scan_ply $others/clouds/ply*.ply
+seed scan_las $others/clouds/*.la[sz]
+seed world_las $others/clouds/*.la[sz]
+seed cloud $others/clouds/*.pcd $others/clouds/*.ply $others/clouds/*.la[sz]
+seed mesh $others/mesh/*.ply $others/mesh/*.obj $others/clouds/mesh*.ply $others/clouds/mesh*.obj
+seed trajectory $others/trajectories/*.tum $others/trajectories/*.txt $others/trajectories/*.csv
+seed npy $others/trajectories/*.npy
+seed g2o $others/trajectories/*.g2o
+seed scan_times $others/trajectories/times.txt
+mkdir -p corpus/scan_bin corpus/calib
+head -c 1600 /dev/zero > corpus/scan_bin/zeros.bin
+printf 'P0: 1 2\nTr: 0 -1 0 0 0 0 -1 -0.1 1 0 0 -0.3\n' > corpus/calib/calib.txt
