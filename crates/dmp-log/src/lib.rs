@@ -49,6 +49,7 @@ mod bag;
 mod bag_log;
 mod calib;
 mod cloud;
+mod damage;
 mod decimal;
 mod error;
 mod fingerprint;

@@ -7,6 +7,7 @@ mod rosbag2;
 mod sqlite;
 mod topics;
 
+use crate::damage::DamageList;
 use crate::{Damage, LogError, Place};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -150,7 +151,7 @@ impl Bag {
     /// # Errors
     /// When a file cannot be read.
     pub(crate) fn walk(&self, each: &mut dyn FnMut(Message<'_>)) -> Result<Walked, LogError> {
-        let mut walked = Walked::default();
+        let (mut walked, mut damage) = (Walked::default(), DamageList::default());
         for (number, (path, kind)) in self.files.iter().enumerate() {
             let file = number as u32;
             let topics = &mut walked.topics;
@@ -158,7 +159,7 @@ impl Bag {
                 topics.count(channel, log_time_ns);
                 each(Message { channel, location: Location { file, within }, body });
             };
-            let damage = match kind {
+            let found = match kind {
                 Kind::Mcap => mcap::walk(path, &mut |channel, time, place, body| {
                     take(channel, time, Within::Mcap(place), body);
                 }),
@@ -166,13 +167,14 @@ impl Bag {
                     take(channel, time, Within::Sqlite(row), body);
                 }),
             };
-            let found = damage.map_err(|e| LogError::io(path, "read", e))?;
+            let found = found.map_err(|e| LogError::io(path, "read", e))?;
             for channel in found.channels {
                 walked.topics.describe(&channel);
             }
-            walked.damage.extend(found.damage.into_iter().map(|lost| self.in_file(path, lost)));
+            damage.append(found.damage, |lost| self.in_file(path, lost));
             walked.bytes += found.bytes;
         }
+        walked.damage = damage.into_vec();
         Ok(walked)
     }
 
@@ -208,7 +210,7 @@ impl Bag {
 #[derive(Debug, Default)]
 struct FileWalked {
     channels: Vec<Channel>,
-    damage: Vec<Damage>,
+    damage: DamageList,
     bytes: u64,
 }
 

@@ -2,6 +2,7 @@
 
 use super::{Channel, FileWalked, MAX_MESSAGE_BYTES, MessageFault};
 use crate::Damage;
+use crate::damage::DamageList;
 use crate::decimal::shorten;
 use rusqlite::limits::Limit;
 use rusqlite::types::ValueRef;
@@ -22,14 +23,17 @@ type Each<'a> = dyn FnMut(&Channel, u64, i64, &[u8]) + 'a;
 /// all is an error.
 pub(super) fn walk(path: &Path, each: &mut Each<'_>) -> io::Result<FileWalked> {
     let connection = open(path)?;
-    check_tables(&connection).map_err(to_io)?;
+    if let Some(problem) = wrong_table(&connection).map_err(to_io)? {
+        return Err(io::Error::other(problem));
+    }
     let channels = channels_of(&connection).map_err(to_io)?;
     let mut walked = FileWalked {
         channels: channels.values().cloned().collect(),
         bytes: path.metadata()?.len(),
         ..FileWalked::default()
     };
-    let mut walk = Walk { channels, next: i64::MIN, unknown: BTreeMap::new(), damage: Vec::new(), each };
+    let mut walk =
+        Walk { channels, next: i64::MIN, unknown: BTreeMap::new(), damage: DamageList::default(), each };
     let mut holes = 0;
     let mut step = 1;
     loop {
@@ -66,7 +70,7 @@ struct Walk<'a, 'b> {
     /// The row from which to read.
     next: i64,
     unknown: BTreeMap<i64, u64>,
-    damage: Vec<Damage>,
+    damage: DamageList,
     each: &'a mut Each<'b>,
 }
 
@@ -100,9 +104,9 @@ impl Walk<'_, '_> {
     }
 }
 
-/// Refuses what makes rows as it is read: a view may have rows without an end, a computed column bytes
+/// Says what makes rows as it is read: a view may have rows without an end, a computed column bytes
 /// without an end. rosbag2 writes plain tables.
-fn check_tables(connection: &Connection) -> rusqlite::Result<()> {
+fn wrong_table(connection: &Connection) -> rusqlite::Result<Option<String>> {
     for table in ["topics", "messages"] {
         let has_pages = "SELECT rootpage > 0 AND type = 'table' FROM sqlite_schema WHERE name = ?1";
         let is_stored: Option<bool> =
@@ -110,10 +114,10 @@ fn check_tables(connection: &Connection) -> rusqlite::Result<()> {
         let computed = "SELECT count(*) FROM pragma_table_xinfo(?1) WHERE hidden <> 0";
         let computed: i64 = connection.query_row(computed, [table], |row| row.get(0))?;
         if is_stored != Some(true) || computed > 0 {
-            return Err(rusqlite::Error::InvalidParameterName(format!("`{table}` is no plain table")));
+            return Ok(Some(format!("as a rosbag2 file: `{table}` is no plain table")));
         }
     }
-    Ok(())
+    Ok(None)
 }
 
 fn first_row(connection: &Connection) -> rusqlite::Result<i64> {
@@ -198,6 +202,40 @@ impl SqliteMessages {
             Ok(true) => Ok(&self.message),
             Ok(false) => Err(changed("was bytes when the log was opened and is not any more".into())),
             Err(error) => Err(changed(shorten(&error.to_string()))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn walk_of(schema: &str) -> io::Result<FileWalked> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.db3");
+        Connection::open(&path).unwrap().execute_batch(schema).unwrap();
+        walk(&path, &mut |_, _, _, body| assert!(body.len() < 10))
+    }
+
+    #[test]
+    fn only_plain_tables_are_read() {
+        let topics =
+            "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);
+                      INSERT INTO topics VALUES(1, '/points', 'sensor_msgs/msg/PointCloud2', 'cdr');";
+        let plain =
+            "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);
+                     INSERT INTO messages VALUES(1, 1, 5, x'0001');";
+        assert!(walk_of(&format!("{topics}{plain}")).unwrap().damage.into_vec().is_empty());
+        // Rows without an end, and bytes out of nothing.
+        let endless =
+            "CREATE VIEW messages AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n)
+                       SELECT id, 1 AS topic_id, 5 AS timestamp, x'00' AS data FROM n;";
+        let computed = "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER,
+                        data BLOB GENERATED ALWAYS AS (zeroblob(200000000)));
+                        INSERT INTO messages(topic_id, timestamp) VALUES(1, 5);";
+        for messages in [endless, computed, ""] {
+            let error = walk_of(&format!("{topics}{messages}")).unwrap_err().to_string();
+            assert!(error.contains("`messages` is no plain table"), "{error}");
         }
     }
 }

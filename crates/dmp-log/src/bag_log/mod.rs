@@ -3,6 +3,7 @@
 mod topic;
 
 use crate::bag::{Bag, BagReader, Walked, in_words};
+use crate::damage::DamageList;
 use crate::frames::STATIC_TOPIC;
 use crate::log::{period_ns, runs_of_eight, span_ns};
 use crate::points::{Field, SampledScan, TimeChoice, TimeRule, choose_time, sampled_frames};
@@ -83,7 +84,7 @@ impl BagLog {
     ) -> Result<Self, LogError> {
         let topics = walked.topics.infos();
         let mut damage = walked.damage.clone();
-        damage.append(&mut topic.damage);
+        damage.append(&mut std::mem::take(&mut topic.damage).into_vec());
         if topic.other_frame_ids > 0 {
             notes.push(format!("{} scans name another frame_id than the first", topic.other_frame_ids));
         }
@@ -146,7 +147,7 @@ impl BagLog {
         self.summary.notes = notes;
         let Some(choice) = choice? else { return Ok(()) };
         self.summary.point_times = Some(choice.words.clone());
-        let (layouts, damage) = (&self.topic.layouts, &mut self.summary.damage);
+        let (layouts, mut damage) = (&self.topic.layouts, DamageList::default());
         self.topic.entries.retain(|entry| {
             let layout = layouts.get(entry.layout as usize);
             let kept =
@@ -157,10 +158,11 @@ impl BagLog {
                     "no field `{}`, which the log's first scan has; the scan is skipped",
                     choice.field
                 );
-                damage.push(crate::Damage { place, what });
+                damage.push(Damage { place, what });
             }
             kept
         });
+        self.summary.damage.append(&mut damage.into_vec());
         self.time = Some(choice);
         Ok(())
     }
@@ -187,7 +189,7 @@ impl BagLog {
 /// and the frames that do not move.
 fn clouds_of(bag: &Bag) -> Result<(Walked, BTreeMap<String, TopicIndex>, StaticFrames), LogError> {
     let mut clouds: BTreeMap<String, TopicIndex> = BTreeMap::new();
-    let (mut static_frames, mut lost_frames) = (StaticFrames::default(), Vec::new());
+    let (mut static_frames, mut lost_frames) = (StaticFrames::default(), DamageList::default());
     let mut walked = bag.walk(&mut |message| {
         if message.channel.topic == STATIC_TOPIC
             && let Some(coding) = PoseCoding::of(message.channel)
@@ -205,7 +207,7 @@ fn clouds_of(bag: &Bag) -> Result<(Walked, BTreeMap<String, TopicIndex>, StaticF
     for channel in walked.topics.channels().filter(|channel| ScanCoding::of(channel).is_some()) {
         clouds.entry(channel.topic.clone()).or_default();
     }
-    walked.damage.append(&mut lost_frames);
+    walked.damage.append(&mut lost_frames.into_vec());
     Ok((walked, clouds, static_frames))
 }
 

@@ -1,5 +1,6 @@
 use crate::Damage;
 use crate::bag::{Location, Message};
+use crate::damage::DamageList;
 use crate::points::Layout;
 use crate::ros::{Cloud, ScanCoding};
 
@@ -26,7 +27,7 @@ pub(super) struct TopicIndex {
     pub(super) layouts: Vec<Layout>,
     pub(super) frame_id: Option<String>,
     pub(super) other_frame_ids: u64,
-    pub(super) damage: Vec<Damage>,
+    pub(super) damage: DamageList,
     messages: u64,
 }
 

@@ -133,10 +133,8 @@ pub(crate) fn check(input: &mut (impl Read + Seek), length: u64) -> Result<LasHe
         }
     }
     let mut points = u64::from(bytes.u32(107, "the number of points")?);
-    if minor == 4 {
-        if points == 0 {
-            points = bytes.u64(247, "the number of points")?;
-        }
+    if minor == 4 && points == 0 {
+        points = bytes.u64(247, "the number of points")?;
     }
     // The two highest bits of the format mark compression.
     let compressed = format & 0xc0 != 0;

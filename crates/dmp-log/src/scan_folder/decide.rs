@@ -3,6 +3,7 @@
 use super::format::ScanFormat;
 use super::times::{self, Beside};
 use super::{ScanFolder, Times};
+use crate::damage::DamageList;
 use crate::points::{
     Origin, SampledScan, TimeChoice, TimeRule, TimeUnit, candidates, choose_time, sampled_frames,
 };
@@ -46,7 +47,7 @@ impl ScanFolder {
             return Err(las_has_seconds(folder, &choice));
         }
         self.summary.point_times = Some(choice.words.clone());
-        let (layouts, damage) = (&self.layouts, &mut self.summary.damage);
+        let (layouts, mut damage) = (&self.layouts, DamageList::default());
         self.entries.retain(|entry| {
             let layout = layouts.get(entry.layout);
             let kept =
@@ -60,6 +61,7 @@ impl ScanFolder {
             }
             kept
         });
+        self.summary.damage.append(&mut damage.into_vec());
         self.time = Some(Times::Field(choice));
         Ok(())
     }

@@ -13,6 +13,7 @@ mod stamps;
 mod text;
 mod times;
 
+use crate::damage::DamageList;
 use crate::log::{period_ns, runs_of_eight, span_ns};
 use crate::points::{Layout, Rows, TimeChoice};
 use crate::{Damage, FrameInfo, LogError, LogOptions, LogSummary, Place, ScanLog, ScanReader, fingerprint};
@@ -97,7 +98,7 @@ impl ScanFolder {
     }
 
     fn take_stock(&mut self, files: &[PathBuf], stamps_ns: Option<&[i64]>) -> Result<(), LogError> {
-        let mut names = Vec::new();
+        let (mut names, mut damage) = (Vec::new(), DamageList::default());
         for (number, path) in files.iter().enumerate() {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let length = std::fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
@@ -108,7 +109,7 @@ impl ScanFolder {
                 Err(LogError::Malformed { path, place, problem }) => {
                     let place = format!("{}, {place}", path.display());
                     let what = format!("{problem}; the scan is skipped");
-                    self.summary.damage.push(Damage { place, what });
+                    damage.push(Damage { place, what });
                     continue;
                 }
                 Err(error) => return Err(error),
@@ -117,7 +118,7 @@ impl ScanFolder {
             let is_cut = cut.is_some();
             if let Some(cut) = cut {
                 let place = format!("{}, {}", path.display(), cut.place);
-                self.summary.damage.push(Damage { place, what: cut.what });
+                damage.push(Damage { place, what: cut.what });
             }
             // The last layout is almost always the one.
             let known = self.layouts.iter().rposition(|known| *known == file.head.layout);
@@ -128,6 +129,7 @@ impl ScanFolder {
             let stamp_ns = stamps_ns.and_then(|stamps| stamps.get(number).copied());
             self.entries.push(Entry { path: path.clone(), points, layout, stamp_ns, is_cut });
         }
+        self.summary.damage = damage.into_vec();
         let names = names.iter().map(|(name, length)| (name.as_str(), *length));
         self.summary.fingerprint = fingerprint::of_names(names);
         Ok(())

@@ -74,3 +74,21 @@ fn a_bomb_is_not_unpacked() {
     let error = open_log(&path, &LogOptions::default()).unwrap_err().to_string();
     assert_says(&error, &["log.mcap", "no scan that can be read", "268435456 allowed"]);
 }
+
+/// A hundred thousand messages that are lost are a short list.
+#[test]
+fn much_damage_is_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    write_mcap(&path, &scans(8, 300, false), McapCompression::Lz4);
+    let good = fs::read(&path).unwrap();
+    let header = 8 + 9 + u64::from_le_bytes(good[9..17].try_into().unwrap()) as usize;
+    let short_messages = record(0x05, &[0; 21]).repeat(100_000);
+    fs::write(&path, [&good[..header], &short_messages, &good[header..good.len() - 8]].concat()).unwrap();
+    let log = open_log(&path, &LogOptions::default()).unwrap();
+    assert_eq!(log.frames().len(), 8);
+    let damage = &log.summary().damage;
+    assert!(damage.len() < 120);
+    let counted = damage.iter().find(|lost| lost.what == "a message of …").unwrap();
+    assert_eq!(counted.place, "99900 more places");
+}

@@ -7,6 +7,7 @@ use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, MESSAGE_HEAD_BYTES, Records, 
 use super::summary_hint::{self, SummaryHint};
 use crate::Damage;
 use crate::bag::{Channel, FileWalked};
+use crate::damage::DamageList;
 use mcap::records::op;
 use std::io;
 use std::path::Path;
@@ -22,8 +23,12 @@ type Each<'a> = dyn FnMut(&Channel, u64, McapPlace, &[u8]) + 'a;
 pub(in crate::bag) fn walk(path: &Path, each: &mut Each<'_>) -> io::Result<FileWalked> {
     let mut source = Source::open(path)?;
     let hint = summary_hint::read(&mut source);
-    let mut walk =
-        Walk { channels: Channels::default(), damage: Vec::new(), unchunked_messages: false, each };
+    let mut walk = Walk {
+        channels: Channels::default(),
+        damage: DamageList::default(),
+        unchunked_messages: false,
+        each,
+    };
     for (opcode, body) in &hint.descriptions {
         // A hint that cannot be read is none.
         let _ = walk.channels.describe(*opcode, body);
@@ -40,7 +45,7 @@ pub(in crate::bag) fn walk(path: &Path, each: &mut Each<'_>) -> io::Result<FileW
 /// What the pass finds.
 struct Walk<'a, 'b> {
     channels: Channels,
-    damage: Vec<Damage>,
+    damage: DamageList,
     unchunked_messages: bool,
     each: &'a mut Each<'b>,
 }
