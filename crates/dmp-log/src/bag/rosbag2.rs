@@ -4,6 +4,7 @@ use crate::decimal::shorten;
 use crate::open::files_with_extension;
 use crate::{LogError, ParseError, Place};
 use saphyr_parser::{Event, Parser};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -63,6 +64,13 @@ fn named_files(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, LogError> {
             LogError::malformed(path, Place::Line(*line), problem)
         })
     };
+    let mut met = BTreeSet::new();
+    for (line, name) in &metadata.files {
+        if !met.insert(name) {
+            let problem = format!("the file `{}` is named twice", shorten(name));
+            return Err(LogError::malformed(path, Place::Line(*line), problem));
+        }
+    }
     metadata.files.iter().map(found).collect()
 }
 
@@ -106,6 +114,11 @@ fn parse_metadata(bytes: &[u8]) -> Result<Metadata, ParseError> {
                     inner.key = Some(value.into_owned());
                     continue;
                 }
+                // What is used is not deeper; a file may be millions deep.
+                if open.len() > 3 {
+                    value_is_over(&mut open);
+                    continue;
+                }
                 let keys: Vec<&str> =
                     open.iter().map(|outer| outer.key.as_deref().unwrap_or_default()).collect();
                 match keys.as_slice() {
@@ -134,6 +147,30 @@ fn value_is_over(open: &mut [Open]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Brackets in brackets, and as many words as they are deep: an answer, and soon.
+    #[test]
+    fn deep_metadata_is_answered() {
+        for (depth, words) in [(100, 100_000), (200_000, 200_000)] {
+            let text = format!("a: {}{}{}\n", "[".repeat(depth), "b, ".repeat(words), "]".repeat(depth));
+            assert!(
+                parse_metadata(text.as_bytes()).is_ok_and(|found| found == Metadata::default())
+                    || depth > 100
+            );
+        }
+        let blocks = "- ".repeat(2_000) + "a\n";
+        assert!(parse_metadata(blocks.as_bytes()).is_ok_and(|found| found.files.is_empty()));
+    }
+
+    #[test]
+    fn a_file_named_twice_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let list = "rosbag2_bagfile_information:\n  relative_file_paths:\n    - a.mcap\n    - a.mcap\n";
+        fs::write(folder.path().join("metadata.yaml"), list).unwrap();
+        fs::write(folder.path().join("a.mcap"), "").unwrap();
+        let error = files_of(folder.path()).unwrap_err().to_string();
+        assert!(error.ends_with("line 4: the file `a.mcap` is named twice"), "{error}");
+    }
 
     #[test]
     fn the_files_are_those_of_the_list_alone() {

@@ -4,10 +4,8 @@ use super::topic::PoseTopic;
 use crate::decimal::shorten;
 use crate::frames::{StaticFrames, frame_name};
 use dmp_sensor::{Isometry3, Trajectory};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-/// More links from a body to its world than any robot has: a loop.
-const MAX_LINKS: usize = 1000;
 /// Most links that a message names.
 const MOST_NAMED: usize = 50;
 const SECOND_NS: i64 = 1_000_000_000;
@@ -81,6 +79,7 @@ impl MovingFrames {
         let body = body.ok_or_else(|| format!("the scans name no frame that could move: {asked}"))?;
         let wanted_world = wanted.world.as_deref().map(frame_name);
         let (mut steps, mut stamps, mut frame) = (Vec::new(), Stamps::default(), body);
+        let mut met = BTreeSet::from([frame]);
         while wanted_world != Some(frame) {
             let parent = if let Some(link) = self.links.get(frame) {
                 steps.push(link.step(&mut stamps).map_err(|e| format!("the frame `{frame}`: {e}"))?);
@@ -91,8 +90,10 @@ impl MovingFrames {
             } else {
                 break;
             };
-            if steps.len() > MAX_LINKS {
-                return Err(format!("the frames above `{body}` go round in a loop"));
+            // Before its poses are taken once more.
+            if !met.insert(parent) {
+                let [body, parent] = [body, parent].map(shorten);
+                return Err(format!("the frames above `{body}` go round in a loop through `{parent}`"));
             }
             frame = parent;
         }

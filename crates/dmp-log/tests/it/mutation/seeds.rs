@@ -94,7 +94,9 @@ pub(super) fn log_with_poses() -> Vec<u8> {
 /// The messages of a type in all logs of other software, no larger ones than are quickly read.
 pub(super) fn messages(kind: &str) -> Vec<Vec<u8>> {
     let mut found = Vec::new();
-    for log in chosen("mcap", |name| name.ends_with(".mcap") && !name.contains("velodyne")) {
+    for log in chosen("mcap", |name| {
+        name.split_once('.').is_some_and(|(log, kind)| kind == "mcap" && !log.contains("velodyne"))
+    }) {
         for message in mcap::MessageStream::new(&log).unwrap() {
             let message = message.unwrap();
             let name = message.channel.schema.as_ref().map(|schema| schema.name.clone()).unwrap_or_default();
