@@ -1,4 +1,5 @@
-use super::las_header::{Bytes, EVLR_HEAD_BYTES, VLR_HEAD_BYTES};
+use super::las_bytes::Bytes;
+use super::las_header::{EVLR_HEAD_BYTES, VLR_HEAD_BYTES};
 use crate::ParseError;
 use std::io::{Read, Seek};
 

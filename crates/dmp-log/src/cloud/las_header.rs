@@ -3,9 +3,10 @@
 //! The decoders further down allocate what a header, a variable-length record, a chunk table or a layer
 //! claims. Offsets are those of the LAS 1.4 R15 and `LASzip` specifications.
 
+use super::las_bytes::Bytes;
 use super::las_crs::{self, CrsRecord};
 use crate::{ParseError, Place};
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{Read, Seek};
 
 pub(super) const VLR_HEAD_BYTES: u64 = 54;
 pub(super) const EVLR_HEAD_BYTES: u64 = 60;
@@ -40,65 +41,9 @@ pub(crate) struct LasHeader {
     pub(super) extent: Option<f64>,
 }
 
-/// Reads at any place of a file of known length.
-pub(super) struct Bytes<'a, R> {
-    input: &'a mut R,
-    /// Where the input is; `None` where a read failed.
-    position: Option<u64>,
-    pub(super) length: u64,
-}
-
-impl<R: Read + Seek> Bytes<'_, R> {
-    fn read(&mut self, at: u64, bytes: &mut [u8]) -> io::Result<()> {
-        let step = self
-            .position
-            .take()
-            .and_then(|position| i64::try_from(i128::from(at) - i128::from(position)).ok());
-        match step {
-            // Keeps what is buffered: there may be millions of records, each of some bytes.
-            Some(step) => self.input.seek_relative(step)?,
-            None => self.input.seek(SeekFrom::Start(at)).map(|_| ())?,
-        }
-        self.input.read_exact(bytes)?;
-        self.position = at.checked_add(bytes.len() as u64);
-        Ok(())
-    }
-
-    /// So many bytes, which must lie in the file.
-    pub(super) fn some(&mut self, at: u64, count: u16) -> Result<Vec<u8>, ParseError> {
-        let mut bytes = vec![0; count.into()];
-        self.read(at, &mut bytes)
-            .map_err(|e| ParseError::new(Place::Byte(at), format!("cannot read a record: {e}")))?;
-        Ok(bytes)
-    }
-
-    pub(super) fn at<const N: usize>(&mut self, at: u64, what: &str) -> Result<[u8; N], ParseError> {
-        let mut bytes = [0; N];
-        if at.checked_add(N as u64).is_none_or(|end| end > self.length) {
-            let problem = format!("{what} is beyond the file's end at byte {}", self.length);
-            return Err(ParseError::new(Place::Byte(at), problem));
-        }
-        self.read(at, &mut bytes)
-            .map_err(|e| ParseError::new(Place::Byte(at), format!("cannot read {what}: {e}")))?;
-        Ok(bytes)
-    }
-
-    pub(super) fn u16(&mut self, at: u64, what: &str) -> Result<u16, ParseError> {
-        self.at(at, what).map(u16::from_le_bytes)
-    }
-
-    pub(super) fn u32(&mut self, at: u64, what: &str) -> Result<u32, ParseError> {
-        self.at(at, what).map(u32::from_le_bytes)
-    }
-
-    pub(super) fn u64(&mut self, at: u64, what: &str) -> Result<u64, ParseError> {
-        self.at(at, what).map(u64::from_le_bytes)
-    }
-}
-
 /// Checks a LAS or LAZ file of `length` bytes.
 pub(crate) fn check(input: &mut (impl Read + Seek), length: u64) -> Result<LasHeader, ParseError> {
-    let mut bytes = Bytes { input, position: None, length };
+    let mut bytes = Bytes::of(input, length);
     let wrong = |at: u64, problem: String| Err(ParseError::new(Place::Byte(at), problem));
     let [major, minor] = bytes.at(24, "the version")?;
     if major != 1 || minor > 4 {

@@ -1,5 +1,6 @@
 //! Point clouds given as maps.
 
+mod las_bytes;
 mod las_cloud;
 mod las_crs;
 pub(crate) mod las_header;
