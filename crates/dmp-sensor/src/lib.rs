@@ -34,6 +34,6 @@ mod travel;
 pub use ego::{EgoMask, EgoVotes};
 pub use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 pub use ray::Ray;
-pub use returns::{DropReason, ReturnCounts, ReturnFilter};
+pub use returns::{DropReason, ReturnCounts, ReturnFilter, is_implausible};
 pub use scan::Scan;
 pub use trajectory::{Track, TrackCursor, Trajectory, TrajectoryError, TrajectoryRepairs};

@@ -55,6 +55,7 @@ impl DropReason {
 pub struct ReturnCounts {
     used: u64,
     dropped: [u64; DropReason::ALL.len()],
+    implausible: u64,
 }
 
 impl ReturnCounts {
@@ -70,12 +71,18 @@ impl ReturnCounts {
         self.dropped[reason as usize] += count;
     }
 
+    /// Notes that one of the dropped returns has a range that no LiDAR measures: see [`is_implausible`].
+    pub fn add_implausible(&mut self) {
+        self.implausible += 1;
+    }
+
     /// Adds the counts of another part of the log.
     pub fn merge(&mut self, other: &Self) {
         self.used += other.used;
         for (mine, theirs) in self.dropped.iter_mut().zip(other.dropped) {
             *mine += theirs;
         }
+        self.implausible += other.implausible;
     }
 
     /// Returns used.
@@ -88,10 +95,27 @@ impl ReturnCounts {
         self.dropped[reason as usize]
     }
 
+    /// Those among the dropped returns that no LiDAR measures.
+    pub fn implausible(&self) -> u64 {
+        self.implausible
+    }
+
     /// All returns: used and dropped.
     pub fn total(&self) -> u64 {
         self.used + self.dropped.iter().sum::<u64>()
     }
+}
+
+/// Ranges outside these, metres, are of no LiDAR: what is read was never a coordinate in metres.
+const PLAUSIBLE_M: std::ops::RangeInclusive<f64> = 1e-3..=1e5;
+
+/// Whether the range of a point is so small or large that its bytes are hardly what they were taken for, such as
+/// numbers read in the wrong order of bytes. Points that are not finite or exactly (0, 0, 0) are not: sensors
+/// send those where nothing came back.
+pub fn is_implausible(point_in_sensor_m: [f32; 3]) -> bool {
+    let [x, y, z] = point_in_sensor_m.map(f64::from);
+    let range_m = (x * x + y * y + z * z).sqrt();
+    range_m.is_finite() && range_m > 0.0 && !PLAUSIBLE_M.contains(&range_m)
 }
 
 /// Which returns are used, by what can be seen in the sensor frame alone.
@@ -153,6 +177,17 @@ mod tests {
         ];
         for (point, expected) in cases {
             assert_eq!(filter.check(point), expected, "{point:?}");
+        }
+    }
+
+    #[test]
+    fn numbers_in_the_wrong_order_of_bytes_are_implausible() {
+        for point in [[0.0; 3], [f32::NAN, 1.0, 1.0], [0.001, 0.001, 0.0], [0.0, 99_000.0, 0.0]] {
+            assert!(!is_implausible(point), "{point:?}");
+        }
+        for point in [[10.5_f32, -3.25, 1.0], [0.5, 70.0, -0.125]] {
+            let swapped = point.map(|c| f32::from_bits(c.to_bits().swap_bytes()));
+            assert!(is_implausible(swapped) && !is_implausible(point), "{swapped:?}");
         }
     }
 

@@ -1,5 +1,7 @@
 use dmp_log::ScanLog;
-use dmp_sensor::{DropReason, Isometry3, Ray, ReturnCounts, ReturnFilter, Scan, Track, TrackCursor};
+use dmp_sensor::{
+    DropReason, Isometry3, Ray, ReturnCounts, ReturnFilter, Scan, Track, TrackCursor, is_implausible,
+};
 
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
@@ -130,6 +132,9 @@ impl<'a> Poser<'a> {
         for (index, &point) in scan.points_in_sensor_m.iter().enumerate() {
             if let Err(reason) = self.filter.check(point) {
                 counts.add_dropped(reason, 1);
+                if is_implausible(point) {
+                    counts.add_implausible();
+                }
                 continue;
             }
             let offset_ns = scan.time_offsets_ns.get(index).copied().unwrap_or(0);

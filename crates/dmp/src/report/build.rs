@@ -37,7 +37,11 @@ pub(crate) fn drops_in_words(counts: &ReturnCounts) -> String {
         .filter(|&&reason| counts.dropped(reason) > 0)
         .map(|&reason| format!("{} {}", counts.dropped(reason), reason.name()))
         .collect();
-    if parts.is_empty() { "the scans are empty".to_owned() } else { parts.join(", ") }
+    if parts.is_empty() {
+        return "the scans are empty".to_owned();
+    }
+    let implausible = warnings::implausible(counts).map_or(String::new(), |warning| format!("; {warning}"));
+    format!("{}{implausible}", parts.join(", "))
 }
 
 /// The report of an evaluation: where everything meets.
@@ -94,7 +98,7 @@ pub(crate) fn build(
         },
         tiles: tile_reports(scored),
     };
-    warnings::add(&mut report, plan, hints);
+    warnings::add(&mut report, plan, &scored.counts, hints);
     report
 }
 

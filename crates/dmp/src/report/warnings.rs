@@ -1,3 +1,5 @@
+use dmp_sensor::ReturnCounts;
+
 use super::{PairReport, Report, RunReport};
 use crate::plan::Plan;
 
@@ -13,16 +15,31 @@ const MISSES_SUSPECT: f64 = 0.5;
 const DROPS_TOLD: f64 = 0.2;
 /// A share of returns taken for the vehicle that is worth a word.
 const VEHICLE_TOLD: f64 = 0.05;
+/// A share of returns with ranges of no LiDAR that is worth a word.
+const IMPLAUSIBLE_TOLD: f64 = 0.05;
 /// Frames below which intervals come from few batches.
 const FRAMES_FEW: u64 = 40;
 
 /// Adds what a reader must know before believing the report.
-pub(super) fn add(report: &mut Report, plan: &Plan<'_>, hints: &[Option<String>]) {
+pub(super) fn add(report: &mut Report, plan: &Plan<'_>, counts: &ReturnCounts, hints: &[Option<String>]) {
     for (run, hint) in report.runs.iter_mut().zip(hints) {
         // What is likely wrong comes before what follows from it.
         run.warnings = hint.iter().cloned().chain(of_run(run)).collect();
     }
     report.warnings = of_report(report, plan);
+    report.warnings.extend(implausible(counts));
+}
+
+/// Where the numbers of the points are hardly coordinates in metres.
+pub(super) fn implausible(counts: &ReturnCounts) -> Option<String> {
+    let share = counts.implausible() as f64 / counts.total().max(1) as f64;
+    (share > IMPLAUSIBLE_TOLD).then(|| {
+        format!(
+            "{:.0} % of the ranges are below 1 mm or above 100 km, which no LiDAR measures: are the points' bytes in the order \
+             that the log says (is_bigendian), and their fields where it says?",
+            100.0 * share
+        )
+    })
 }
 
 fn of_run(run: &RunReport) -> Vec<String> {
