@@ -1,10 +1,10 @@
 //! Output files of the command.
 
-use std::fs::{self, File};
+use std::fs::{File, TryLockError};
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
 
-use anyhow::Context as _;
+use anyhow::{Context as _, bail};
 use dmp_log::{write_kitti, write_tum};
 use dmp_sensor::Trajectory;
 
@@ -29,18 +29,22 @@ pub(crate) fn save(
     write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
 ) -> anyhow::Result<()> {
     let name = path.file_name().with_context(|| format!("{}: not the name of a file", path.display()))?;
-    let temporary = path.with_file_name(format!(".{}.{}.tmp", name.to_string_lossy(), std::process::id()));
-    let written = File::create(&temporary).and_then(|file| {
-        let mut out = BufWriter::new(file);
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let prefix = format!(".{}.", name.to_string_lossy());
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&prefix).suffix(".tmp");
+    // As any other output file: others may read it, as far as the user's mask lets them.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    // A name of its own, removed unless it is kept: nothing of another program, or of a killed one, is touched.
+    let written = builder.tempfile_in(folder).and_then(|temporary| {
+        let mut out = BufWriter::new(temporary.as_file().try_clone()?);
         write(&mut out)?;
         out.flush()?;
         out.get_ref().sync_all()?;
-        fs::rename(&temporary, path)
+        drop(out);
+        temporary.persist(path).map(drop).map_err(|refused| refused.error)
     });
-    if written.is_err() {
-        // It may never have been created; the first error is the one to tell.
-        let _ = fs::remove_file(&temporary);
-    }
     written.with_context(|| format!("{}: cannot write", path.display()))
 }
 
@@ -55,4 +59,18 @@ pub(crate) fn refuse_same(input: &Path, output: &Path) -> Result<(), Usage> {
 /// Whether two paths lead to one file that exists.
 fn same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// Takes a folder for the outputs of this process alone, until the answer is dropped or the process ends in
+/// whatever way. Nothing is left in the folder by it.
+pub(crate) fn take_folder(folder: &Path) -> anyhow::Result<Option<File>> {
+    // Where a folder cannot be opened or locked, two programs at once are the user's to avoid.
+    let Ok(handle) = File::open(folder) else { return Ok(None) };
+    match handle.try_lock() {
+        Ok(()) => Ok(Some(handle)),
+        Err(TryLockError::WouldBlock) => {
+            bail!("{}: another dmp is saving here: wait for it, or name another folder", folder.display())
+        }
+        Err(TryLockError::Error(_)) => Ok(None),
+    }
 }

@@ -2,6 +2,7 @@
 
 use crate::LogError;
 use std::fs::{self, File, OpenOptions};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -27,10 +28,7 @@ impl Pending {
 
     /// A new file that will be `target`.
     pub(crate) fn file(target: &Path) -> Result<(Self, File), LogError> {
-        let pending = Self::new(target)?;
-        let file = OpenOptions::new().write(true).create_new(true).open(&pending.temporary);
-        let file = file.map_err(|e| LogError::io(&pending.temporary, "create", e))?;
-        Ok((pending, file))
+        Self::make(target, |temporary| OpenOptions::new().write(true).create_new(true).open(temporary))
     }
 
     /// A new folder that will be `target`, where there must be nothing yet.
@@ -39,9 +37,29 @@ impl Pending {
             let problem = "there is something already, it is not overwritten".to_owned();
             return Err(LogError::Option { path: target.into(), problem });
         }
-        let pending = Self::new(target)?;
-        fs::create_dir(&pending.temporary).map_err(|e| LogError::io(&pending.temporary, "create", e))?;
-        Ok(pending)
+        Ok(Self::make(target, |temporary| fs::create_dir(temporary))?.0)
+    }
+
+    /// Makes what is to be `target` under a temporary name that nothing has yet: what a killed program left, or
+    /// another one is writing, is never touched.
+    fn make<T>(target: &Path, make: impl Fn(&Path) -> io::Result<T>) -> Result<(Self, T), LogError> {
+        loop {
+            let mut pending = Self::new(target)?;
+            match make(&pending.temporary) {
+                Ok(made) => return Ok((pending, made)),
+                Err(error) => {
+                    // It is not ours to remove.
+                    pending.committed = true;
+                    if error.kind() != io::ErrorKind::AlreadyExists {
+                        return Err(LogError::io(
+                            target,
+                            "create a temporary file beside it for writing",
+                            error,
+                        ));
+                    }
+                }
+            }
+        }
     }
 
     pub(crate) fn path(&self) -> &Path {

@@ -21,6 +21,7 @@ use crate::extrinsic;
 use crate::log_args::LogArgs;
 use crate::progress::Progress;
 use crate::runs::{self, NamedFile, Runs};
+use crate::save::take_folder;
 use crate::settings::SettingsArgs;
 use crate::{Common, Exit};
 
@@ -90,9 +91,11 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
     let started = Runs::start(&files, arguments.trajectory_format)?;
     let maps = runs::maps_of(&started.names(), &arguments.maps)?;
+    let mut _taken = None;
     if let Some(folder) = &arguments.save_maps {
         fs::create_dir_all(folder)
             .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
+        _taken = take_folder(folder)?;
     }
     let log = arguments.log.open(&arguments.settings.mapper()?)?;
     let loaded = started.finish(log.summary())?;
