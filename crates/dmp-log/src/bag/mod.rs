@@ -263,6 +263,10 @@ impl BagReader<'_> {
             _ => Err(MessageFault::Changed("the message lies in a file of another kind".into())),
         };
         body.map_err(|fault| match fault {
+            MessageFault::Io(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
+                let problem = "the file is shorter than it was when it was opened";
+                LogError::malformed(path, Place::Frame(frame as u64), problem)
+            }
             MessageFault::Io(error) => LogError::io(path, "read", error),
             MessageFault::Changed(problem) => LogError::malformed(path, Place::Frame(frame as u64), problem),
         })

@@ -8,6 +8,7 @@ use crate::{LogError, ParseError, Place};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 /// Bytes read at once: heads are short, and there are many files.
 const BUFFER_BYTES: usize = 1 << 13;
@@ -18,6 +19,8 @@ pub(super) struct ScanFile {
     path: PathBuf,
     input: BufReader<File>,
     pub(super) length: u64,
+    /// When it was last written; `None` where the system does not tell.
+    pub(super) modified: Option<SystemTime>,
     pub(super) head: Head,
 }
 
@@ -58,7 +61,8 @@ impl ScanFile {
     /// [`LogError::Malformed`] when the head makes no sense or claims what is not there.
     pub(super) fn open(path: &Path, format: ScanFormat) -> Result<Self, LogError> {
         let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
-        let length = file.metadata().map_err(|e| LogError::io(path, "read", e))?.len();
+        let metadata = file.metadata().map_err(|e| LogError::io(path, "read", e))?;
+        let (length, modified) = (metadata.len(), metadata.modified().ok());
         let mut input = BufReader::with_capacity(BUFFER_BYTES, file);
         let head = match format {
             ScanFormat::Bin => bin_head(length),
@@ -67,7 +71,7 @@ impl ScanFile {
             ScanFormat::Las => las::head(&mut input, length),
         };
         let head = head.map_err(|e| e.in_file(path))?;
-        Ok(Self { path: path.into(), input, length, head })
+        Ok(Self { path: path.into(), input, length, modified, head })
     }
 
     /// How many of the points claimed are there, and what is missing. Only a text has to be read for it.

@@ -24,6 +24,7 @@ use head::ScanFile;
 pub(crate) use stamps::parse_times;
 use std::ops::Range;
 use std::path::PathBuf;
+use std::time::SystemTime;
 use times::{Beside, read_times};
 
 /// A folder of scans, one file each.
@@ -45,6 +46,9 @@ struct Entry {
     /// Its place among the layouts.
     layout: usize,
     stamp_ns: Option<i64>,
+    /// Length and time of the last change: whatever differs later is another file.
+    length: u64,
+    modified: Option<SystemTime>,
     /// Fewer points than there should be.
     is_cut: bool,
 }
@@ -127,7 +131,9 @@ impl ScanFolder {
                 self.layouts.push(file.head.layout);
             }
             let stamp_ns = stamps_ns.and_then(|stamps| stamps.get(number).copied());
-            self.entries.push(Entry { path: path.clone(), points, layout, stamp_ns, is_cut });
+            let ScanFile { length, modified, .. } = file;
+            let path = path.clone();
+            self.entries.push(Entry { path, points, layout, stamp_ns, length, modified, is_cut });
         }
         self.summary.damage = damage.into_vec();
         let names = names.iter().map(|(name, length)| (name.as_str(), *length));
@@ -170,7 +176,7 @@ impl ScanFolder {
         };
         let layout = self.layouts.get(entry.layout).ok_or_else(changed)?;
         let mut file = ScanFile::open(&entry.path, self.format)?;
-        if file.head.layout != *layout {
+        if (file.length, file.modified) != (entry.length, entry.modified) || file.head.layout != *layout {
             return Err(changed());
         }
         file.read_rows(entry.points, data)?;
