@@ -69,6 +69,12 @@ pub(crate) fn choose_time(
     for (field, sample) in fields.iter().zip(&samples) {
         match given.map_or_else(|| find_rule(sample, period_ns), Finding::Rule) {
             Finding::Rule(rule) => {
+                let later = fields.iter().zip(&samples).skip_while(|(other, _)| *other != field).skip(1);
+                if let (None, Some((other, problem))) = (given, disagreement(rule, sample, later, period_ns))
+                {
+                    let field = format!("in fields `{field}` and `{other}`");
+                    return Err(LogError::PointTime { path: path.into(), field, problem });
+                }
                 let evidence = if given.is_some() { "as was said" } else { "found from the values" };
                 return place_stamp(field, rule, options.stamp_at, sample, evidence)
                     .map(Some)
@@ -89,6 +95,32 @@ pub(crate) fn choose_time(
             Err(LogError::PointTime { path: path.into(), field, problem })
         }
     }
+}
+
+/// Another field whose values are times as well and say that scans take longer or shorter, by more than a tenth of
+/// the period: its name, and both spans in words.
+fn disagreement<'a>(
+    rule: TimeRule,
+    sample: &[SampledScan],
+    later: impl Iterator<Item = (&'a String, &'a Vec<SampledScan>)>,
+    period_ns: i64,
+) -> Option<(&'a str, String)> {
+    let span_ns =
+        |rule: TimeRule, scan: &SampledScan| (scan.largest - scan.smallest) * rule.unit.in_ns() as f64;
+    for (other, other_sample) in later {
+        let Finding::Rule(other_rule) = find_rule(other_sample, period_ns) else { continue };
+        for (scan, other_scan) in sample.iter().zip(other_sample) {
+            let (a_ns, b_ns) = (span_ns(rule, scan), span_ns(other_rule, other_scan));
+            if (a_ns - b_ns).abs() > 0.1 * period_ns as f64 {
+                let (a_s, b_s) = (a_ns / 1e9, b_ns / 1e9);
+                return Some((
+                    other,
+                    format!("they disagree: a scan spans {a_s:.4} s by the one, {b_s:.4} s by the other"),
+                ));
+            }
+        }
+    }
+    None
 }
 
 /// Without times a scan is one instant, its stamp, wherever that lies in it.
