@@ -248,15 +248,15 @@ pub(crate) fn span_ns(frames: &[FrameInfo]) -> Option<(i64, i64)> {
 }
 
 /// Median of the positive differences of successive stamps: the time from scan to scan, whatever
-/// pauses, repetitions and steps back the log has.
+/// pauses, repetitions and steps back the log has. Where it has no order to speak of, those in order of time count.
 pub(crate) fn period_ns(frames: &[FrameInfo]) -> Option<i64> {
-    let mut steps: Vec<i64> = frames
-        .windows(2)
-        .filter_map(|pair| match pair {
-            [a, b] => b.stamp_ns?.checked_sub(a.stamp_ns?).filter(|&step| step > 0),
-            _ => None,
-        })
-        .collect();
+    let mut stamps_ns: Vec<i64> = frames.iter().filter_map(|frame| frame.stamp_ns).collect();
+    let back = stamps_ns.windows(2).filter(|pair| pair[1] < pair[0]).count();
+    if 4 * back > stamps_ns.len() {
+        stamps_ns.sort_unstable();
+    }
+    let steps = stamps_ns.windows(2).filter_map(|pair| pair[1].checked_sub(pair[0]));
+    let mut steps: Vec<i64> = steps.filter(|&step| step > 0).collect();
     steps.sort_unstable();
     steps.get(steps.len() / 2).copied()
 }

@@ -83,6 +83,10 @@ pub(super) struct Scans {
     pub(super) period_ns: Option<i64>,
     /// Its inverse.
     pub(super) rate_hz: Option<f64>,
+    /// How often a stamp is before that of the scan in front of it.
+    pub(super) steps_back: usize,
+    /// Scans with the stamp of another.
+    pub(super) same_stamp: usize,
     /// What was guessed or left aside.
     pub(super) notes: Vec<String>,
 }
@@ -203,6 +207,8 @@ impl Stream {
                 span_ns: summary.span_ns.map(|(first, last)| [first, last]),
                 period_ns: summary.period_ns,
                 rate_hz: rate_hz(summary.period_ns),
+                steps_back: frames.windows(2).filter(|pair| pair[1].stamp_ns < pair[0].stamp_ns).count(),
+                same_stamp: same_stamp(frames),
                 notes: summary.notes.clone(),
             }
         });
@@ -254,6 +260,15 @@ impl TrajectoryInfo {
 fn spread(mut values: Vec<u64>) -> Option<Spread> {
     values.sort_unstable();
     Some(Spread { min: *values.first()?, median: values[values.len() / 2], max: *values.last()? })
+}
+
+/// Scans with the stamp of another, those that have it first not counted.
+fn same_stamp(frames: &[FrameInfo]) -> usize {
+    let mut stamps_ns: Vec<i64> = frames.iter().filter_map(|frame| frame.stamp_ns).collect();
+    let stamped = stamps_ns.len();
+    stamps_ns.sort_unstable();
+    stamps_ns.dedup();
+    stamped - stamps_ns.len()
 }
 
 fn median_step_ns(stamps_ns: &[i64]) -> Option<i64> {

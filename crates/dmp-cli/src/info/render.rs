@@ -82,6 +82,15 @@ fn scan_rows(table: &mut Table, scans: &Scans, has_problem: bool) {
     table.row(["scans".to_owned(), count(scans.scans as u64)]);
     table.row(["returns".to_owned(), returns(scans)]);
     table.row(["stamps".to_owned(), stamps(scans.span_ns, scans.period_ns)]);
+    if scans.steps_back > 0 {
+        table.row(["out of order".to_owned(), format!("stamps go backwards {} times", scans.steps_back)]);
+    }
+    if scans.same_stamp > 0 {
+        table.row([
+            "repeated".to_owned(),
+            format!("{} with the stamp of another", counted(scans.same_stamp as u64, "scan")),
+        ]);
+    }
     for note in &scans.notes {
         table.row(["note", note.as_str()]);
     }
