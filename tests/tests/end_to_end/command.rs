@@ -1,11 +1,8 @@
 //! The command itself: its main job on the samples, its JSON, and what bad input gets.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
 use serde::Deserialize;
 
-use crate::common::{dmp, real_data, text, workspace};
+use crate::common::{dmp, real_data, refused, text, workspace, write};
 
 const MAIN_JOB: &str = "score @/town.mcap -t @/truth.tum -t @/drift.tum -t @/noise.tum -t @/collapsed.tum";
 
@@ -248,7 +245,7 @@ fn free_space_is_told_and_not_used_with_given_maps() {
     }
     let cloud = write(folder.path(), "cloud.ply", "ply");
     let given = format!("score @/town.mcap -t @/truth.tum --free-space --map {}", cloud.display());
-    check_error(folder.path(), &given, 2, &["free-space", "`truth`", "--map"]);
+    refused(folder.path(), &given, 2, &["free-space", "`truth`", "--map"]);
 }
 
 #[test]
@@ -301,25 +298,6 @@ fn the_price_of_a_miss_changes_the_score_and_no_pair() {
     assert!(text(&refused.stderr).contains("`-0.1` is no share from 0 to 1"), "{}", text(&refused.stderr));
 }
 
-/// A bad input: what to run, the exit code, and words that must stand in the one line on stderr.
-fn check_error(folder: &Path, arguments: &str, code: i32, words: &[&str]) {
-    let output = dmp(folder, &format!("{arguments} --quiet"));
-    let stderr = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{arguments}\n{stderr}");
-    let lines: Vec<&str> = stderr.lines().collect();
-    assert!(lines.len() == 1 && lines[0].starts_with("error: "), "{arguments}\n{stderr}");
-    for word in words {
-        assert!(lines[0].contains(word), "{arguments}: no `{word}` in\n{stderr}");
-    }
-    assert_eq!(text(&output.stdout), "", "{arguments}");
-}
-
-fn write(folder: &Path, name: &str, content: &str) -> PathBuf {
-    let path = folder.join(name);
-    std::fs::write(&path, content).unwrap();
-    path
-}
-
 #[test]
 fn bad_input_gets_one_line_with_file_place_and_value() {
     let temporary = tempfile::tempdir().unwrap();
@@ -339,29 +317,29 @@ fn bad_input_gets_one_line_with_file_place_and_value() {
     std::fs::write(folder.join("zeros.mcap"), [0u8; 4096]).unwrap();
 
     let town = "score @/town.mcap -t";
-    check_error(folder, "score none.mcap -t good.tum", 2, &["none.mcap"]);
-    check_error(folder, "score nothing -t good.tum", 1, &["nothing"]);
-    check_error(folder, "score noise.bin -t good.tum", 1, &["noise.bin"]);
-    check_error(folder, "score zeros.mcap -t good.tum", 1, &["zeros.mcap"]);
-    check_error(folder, &format!("{town} none.tum"), 2, &["none.tum"]);
-    check_error(folder, &format!("{town} empty.tum"), 1, &["empty.tum", "no poses"]);
-    check_error(folder, &format!("{town} zero.tum"), 1, &["zero.tum", "line 2", "quaternion"]);
-    check_error(folder, &format!("{town} nan.tum"), 1, &["nan.tum", "line 3", "nan"]);
-    check_error(folder, &format!("{town} cut.tum"), 1, &["cut.tum", "line 2", "6"]);
-    check_error(folder, &format!("{town} words.tum"), 1, &["words.tum", "line 1", "zero"]);
-    check_error(folder, &format!("{town} two_runs.tum"), 1, &["two_runs.tum", "1700000000"]);
-    check_error(
+    refused(folder, "score none.mcap -t good.tum", 2, &["none.mcap"]);
+    refused(folder, "score nothing -t good.tum", 1, &["nothing"]);
+    refused(folder, "score noise.bin -t good.tum", 1, &["noise.bin"]);
+    refused(folder, "score zeros.mcap -t good.tum", 1, &["zeros.mcap"]);
+    refused(folder, &format!("{town} none.tum"), 2, &["none.tum"]);
+    refused(folder, &format!("{town} empty.tum"), 1, &["empty.tum", "no poses"]);
+    refused(folder, &format!("{town} zero.tum"), 1, &["zero.tum", "line 2", "quaternion"]);
+    refused(folder, &format!("{town} nan.tum"), 1, &["nan.tum", "line 3", "nan"]);
+    refused(folder, &format!("{town} cut.tum"), 1, &["cut.tum", "line 2", "6"]);
+    refused(folder, &format!("{town} words.tum"), 1, &["words.tum", "line 1", "zero"]);
+    refused(folder, &format!("{town} two_runs.tum"), 1, &["two_runs.tum", "1700000000"]);
+    refused(
         folder,
         &format!("{town} long_ago.tum"),
         1,
         &["long_ago", "0 of 100 scans", "--time-offset -16999999"],
     );
-    check_error(folder, &format!("{town} rows.kitti"), 1, &["rows", "1 poses for 100 scans"]);
-    check_error(folder, &format!("{town} same=@/truth.tum -t same=@/drift.tum"), 2, &["same"]);
-    check_error(folder, &format!("{town} @/truth.tum --topic /lidar"), 2, &["/lidar", "/points"]);
-    check_error(folder, &format!("{town} @/truth.tum --map none.las"), 2, &["none.las"]);
-    check_error(folder, &format!("{town} @/truth.tum --work nowhere"), 1, &["nowhere"]);
-    check_error(folder, &format!("{town} @/truth.tum --min-range 50 --max-range 20"), 2, &["50", "20"]);
+    refused(folder, &format!("{town} rows.kitti"), 1, &["rows", "1 poses for 100 scans"]);
+    refused(folder, &format!("{town} same=@/truth.tum -t same=@/drift.tum"), 2, &["same"]);
+    refused(folder, &format!("{town} @/truth.tum --topic /lidar"), 2, &["/lidar", "/points"]);
+    refused(folder, &format!("{town} @/truth.tum --map none.las"), 2, &["none.las"]);
+    refused(folder, &format!("{town} @/truth.tum --work nowhere"), 1, &["nowhere"]);
+    refused(folder, &format!("{town} @/truth.tum --min-range 50 --max-range 20"), 2, &["50", "20"]);
 }
 
 #[test]
@@ -383,37 +361,6 @@ fn wrong_usage_exits_with_2() {
         assert!(!output.stderr.is_empty() && output.stdout.is_empty(), "{options}");
     }
     assert_eq!(dmp(folder.path(), "score @/town.mcap").status.code(), Some(2), "no run");
-}
-
-#[test]
-fn a_log_cut_in_half_is_scored_as_far_as_it_goes() {
-    let folder = tempfile::tempdir().unwrap();
-    let whole = std::fs::read(workspace().join("data-samples/town.mcap")).unwrap();
-    std::fs::write(folder.path().join("half.mcap"), &whole[..whole.len() / 2]).unwrap();
-    let arguments = "score half.mcap -t @/truth.tum -t @/collapsed.tum --json";
-    let output = dmp(folder.path(), arguments);
-    assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
-    let report: schema::Report = serde_json::from_slice(&output.stdout).unwrap();
-    assert!((20..80).contains(&report.inputs.scans_used), "{}", report.inputs.scans_used);
-    assert!(report.inputs.damage.iter().any(|lost| lost.contains("byte")), "{:?}", report.inputs.damage);
-    assert!(report.warnings.iter().any(|warning| warning.contains("lost from the log")));
-    let table = dmp(folder.path(), "score half.mcap -t @/truth.tum -t @/collapsed.tum");
-    assert_eq!(table.status.code(), Some(3));
-    assert!(text(&table.stdout).contains("lost from the log"), "{}", text(&table.stdout));
-}
-
-#[test]
-fn one_bad_chunk_is_named_and_the_rest_is_scored() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut bytes = std::fs::read(workspace().join("data-samples/town.mcap")).unwrap();
-    let middle = bytes.len() / 2;
-    bytes[middle] ^= 0xff;
-    std::fs::write(folder.path().join("bad.mcap"), bytes).unwrap();
-    let output = dmp(folder.path(), "score bad.mcap -t @/truth.tum -t @/drift.tum --json");
-    assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
-    let report: schema::Report = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(report.order, ["truth", "drift"]);
-    assert!(report.inputs.scans_used < 100 && report.inputs.damage.len() == 1, "{:?}", report.inputs.damage);
 }
 
 #[test]
@@ -479,31 +426,4 @@ fn a_simulated_log_can_be_scored_in_both_formats() {
     run("simulate town -o again.mcap --scans 40 --azimuth-steps 90 --seed 3");
     let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert!(read("drive.mcap") == read("again.mcap") && read("drive.truth.tum") == read("again.truth.tum"));
-}
-
-#[cfg(unix)]
-#[test]
-fn an_interrupted_run_leaves_nothing_behind() {
-    let folder = tempfile::tempdir().unwrap();
-    let work = folder.path().join("work");
-    std::fs::create_dir(&work).unwrap();
-    // Many copies of one run, so that there is time to interrupt it.
-    let samples = workspace().join("data-samples");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_dmp-under-test"));
-    command.arg("score").arg(samples.join("town.mcap")).arg("--work").arg(&work);
-    for k in 0..20 {
-        command.arg("-t").arg(format!("run{k}={}", samples.join("drift.tum").display()));
-    }
-    let mut child =
-        command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::piped()).spawn().unwrap();
-    while std::fs::read_dir(&work).unwrap().next().is_none() {
-        assert_eq!(child.try_wait().unwrap(), None, "it was to run for a while");
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
-    let killed = Command::new("kill").arg("-TERM").arg(child.id().to_string()).status().unwrap();
-    assert!(killed.success());
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(130));
-    assert!(text(&output.stderr).ends_with("error: stopped before the end\n"), "{}", text(&output.stderr));
-    assert_eq!(std::fs::read_dir(&work).unwrap().count(), 0);
 }

@@ -91,3 +91,22 @@ pub(crate) fn dmp(folder: &Path, arguments: &str) -> Output {
 pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
+
+/// A bad input: what to run, the exit code, and words that must stand in the one line on stderr.
+pub(crate) fn refused(folder: &Path, arguments: &str, code: i32, words: &[&str]) {
+    let output = dmp(folder, &format!("{arguments} --quiet"));
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{arguments}\n{stderr}");
+    let lines: Vec<&str> = stderr.lines().collect();
+    assert!(lines.len() == 1 && lines[0].starts_with("error: "), "{arguments}\n{stderr}");
+    for word in words {
+        assert!(lines[0].contains(word), "{arguments}: no `{word}` in\n{stderr}");
+    }
+    assert_eq!(text(&output.stdout), "", "{arguments}");
+}
+
+pub(crate) fn write(folder: &Path, name: &str, content: &str) -> PathBuf {
+    let path = folder.join(name);
+    std::fs::write(&path, content).unwrap();
+    path
+}

@@ -1,0 +1,138 @@
+//! Rows 1, 2, 3 and 20: logs whose bytes are cut, wrong or lie.
+
+use std::fs;
+
+use dmp_log::FolderFormat;
+
+use super::raw::{Cloud, bag, bag_of_records, message_record, records_of, zstd_chunk, zstd_zeros};
+use super::{dmp_limited, report_of, says, scored, scores, town, write_folder};
+use crate::common::{dmp, refused, text, workspace};
+
+#[test]
+fn row_01_a_log_cut_short_is_scored_as_far_as_it_goes() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = fs::read(workspace().join("data-samples/town.mcap")).unwrap();
+    fs::write(folder.path().join("half.mcap"), &whole[..whole.len() / 2]).unwrap();
+    let arguments = "score half.mcap -t @/truth.tum -t @/collapsed.tum";
+    let report = scored(folder.path(), arguments, 3);
+    let used = report["inputs"]["scans_used"].as_u64().unwrap();
+    assert!((20..80).contains(&used), "{used}");
+    assert!(says(&report["inputs"]["damage"], &["byte"]), "{report}");
+    assert!(says(&report["warnings"], &["lost from the log"]), "{report}");
+    let table = dmp(folder.path(), arguments);
+    assert_eq!(table.status.code(), Some(3));
+    assert!(text(&table.stdout).contains("lost from the log"), "{}", text(&table.stdout));
+
+    // Where the cut lies in the summary, no scan is lost, and the scores are those of the whole.
+    let (_, _, summary) = records_of(&whole).into_iter().find(|&(_, opcode, _)| opcode == 15).unwrap();
+    let end_of_data = records_of(&whole).into_iter().find(|&(_, opcode, _)| opcode == 15).unwrap().0;
+    fs::write(folder.path().join("no_summary.mcap"), &whole[..end_of_data + 9 + summary as usize]).unwrap();
+    let runs = "-t @/truth.tum -t @/collapsed.tum";
+    let cut = scored(folder.path(), &format!("score no_summary.mcap {runs}"), 3);
+    let all = scored(folder.path(), &format!("score @/town.mcap {runs}"), 0);
+    assert_eq!(scores(&cut), scores(&all));
+    assert!(says(&cut["inputs"]["damage"], &["no scan is lost"]), "{cut}");
+}
+
+#[test]
+fn row_01_a_chunk_length_beyond_the_file_ends_what_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut bytes = fs::read(workspace().join("data-samples/town.mcap")).unwrap();
+    let chunks: Vec<usize> =
+        records_of(&bytes).into_iter().filter(|&(_, opcode, _)| opcode == 6).map(|record| record.0).collect();
+    let middle = chunks[chunks.len() / 2];
+    bytes[middle + 1..middle + 9].fill(0xff);
+    let runs = "-t @/truth.tum -t @/drift.tum";
+    // The summary knows where the next chunk is; without it, all behind the length is lost.
+    fs::write(folder.path().join("hinted.mcap"), &bytes).unwrap();
+    let hinted = scored(folder.path(), &format!("score hinted.mcap {runs}"), 3);
+    bytes.truncate(*chunks.last().unwrap());
+    fs::write(folder.path().join("cut.mcap"), &bytes).unwrap();
+    let cut = scored(folder.path(), &format!("score cut.mcap {runs}"), 3);
+    for report in [&hinted, &cut] {
+        let place = format!("byte {middle}");
+        assert!(says(&report["inputs"]["damage"], &[&place, "18446744073709551615 bytes"]), "{report}");
+        assert_eq!(report["order"][0], "truth");
+    }
+    let used = |report: &serde_json::Value| report["inputs"]["scans_used"].as_u64().unwrap();
+    assert!(used(&cut) > 30 && used(&cut) < used(&hinted) && used(&hinted) < 100);
+}
+
+#[test]
+fn row_02_one_bad_chunk_is_named_and_the_rest_is_scored() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut bytes = fs::read(workspace().join("data-samples/town.mcap")).unwrap();
+    let middle = bytes.len() / 2;
+    let records = records_of(&bytes);
+    let (chunk, ..) = records.iter().rfind(|&&(at, opcode, _)| opcode == 6 && at < middle).unwrap();
+    bytes[middle] ^= 0xff;
+    fs::write(folder.path().join("bad.mcap"), bytes).unwrap();
+    let report = scored(folder.path(), "score bad.mcap -t @/truth.tum -t @/drift.tum", 3);
+    assert_eq!(report["order"], serde_json::json!(["truth", "drift"]));
+    let used = report["inputs"]["scans_used"].as_u64().unwrap();
+    assert!(used > 50 && used < 100, "{used}");
+    assert_eq!(report["inputs"]["damage"].as_array().unwrap().len(), 1);
+    assert!(says(&report["inputs"]["damage"], &[&format!("byte {chunk}"), "skipped"]), "{report}");
+}
+
+/// What heads claim is compared with what is there, under a limit that the claims would break.
+#[cfg(unix)]
+#[test]
+fn row_03_claims_of_heads_are_not_believed() {
+    let (folder, scans) = town();
+    let path = folder.path();
+    write_folder(&path.join("pcd"), &scans, FolderFormat::Pcd);
+    let lying = path.join("pcd/scans/000005.pcd");
+    let whole = fs::read(&lying).unwrap();
+    let head_bytes = whole.windows(12).position(|window| window == b"DATA binary\n").unwrap();
+    let head = text(&whole[..head_bytes]);
+    let points = scans[5].len().to_string();
+    let told = head.replace(&points, "4000000000");
+    assert!(told.contains("POINTS 4000000000"), "{told}");
+    fs::write(&lying, [told.as_bytes(), &whole[head_bytes..]].concat()).unwrap();
+    // A message that claims four thousand million points, among others that are well.
+    let mut clouds: Vec<Cloud> = scans.iter().map(Cloud::of).collect();
+    clouds[5].width = u32::MAX;
+    clouds[5].row_step = u32::MAX;
+    fs::write(path.join("lying.mcap"), bag(&clouds)).unwrap();
+    for (log, used, words) in
+        [("pcd", 24, ["000005.pcd", "4000000000"]), ("lying.mcap", 23, ["message 5", "4294967295"])]
+    {
+        let arguments = format!("score {log} -t truth.tum -t drift.tum --threads 1 --json --quiet");
+        let output = dmp_limited(path, "ulimit -v 1500000", &arguments);
+        let report = report_of(&output, &arguments, 3);
+        assert_eq!(report["inputs"]["scans_used"], used);
+        assert!(says(&report["inputs"]["damage"], &words), "{report}");
+        assert_eq!(report["order"][0], "truth");
+    }
+}
+
+/// Ten kilobytes that unpack to 300 MiB, and a frame that claims 2⁶³ bytes: neither is unpacked beyond what its
+/// chunk says, and what the chunk says has a limit. The memory of the whole command is limited meanwhile.
+#[cfg(unix)]
+#[test]
+fn row_20_bombs_are_not_unpacked_and_forged_sizes_not_believed() {
+    let (folder, scans) = town();
+    let path = folder.path();
+    let bomb = zstd_zeros(2400, None);
+    assert!(bomb.len() < 10_000);
+    let clouds: Vec<Vec<u8>> = scans.iter().map(|scan| message_record(&Cloud::of(scan))).collect();
+    let packed = [
+        (zstd_chunk(300 << 20, &bomb), "268435456 allowed"),
+        (zstd_chunk(1 << 20, &bomb), "damaged"),
+        (zstd_chunk(u64::MAX, &bomb), "18446744073709551615"),
+        (zstd_chunk(1 << 20, &zstd_zeros(2400, Some(1 << 63))), "damaged"),
+    ];
+    for (chunk, word) in packed {
+        let records = [clouds[..12].concat(), chunk, clouds[12..].concat()].concat();
+        fs::write(path.join("bomb.mcap"), bag_of_records(&records)).unwrap();
+        let arguments = "score bomb.mcap -t truth.tum -t drift.tum --threads 1 --json --quiet";
+        let output = dmp_limited(path, "ulimit -v 250000", arguments);
+        let report = report_of(&output, arguments, 3);
+        assert_eq!(report["inputs"]["scans_used"], 24);
+        assert!(says(&report["inputs"]["damage"], &["byte ", word]), "{word}: {report}");
+        assert_eq!(report["order"][0], "truth");
+    }
+    fs::write(path.join("alone.mcap"), bag_of_records(&zstd_chunk(300 << 20, &bomb))).unwrap();
+    refused(path, "score alone.mcap -t truth.tum", 1, &["alone.mcap", "byte ", "268435456 allowed"]);
+}
