@@ -60,9 +60,10 @@ impl FromStr for NamedExtrinsic {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        // A file of `calib:FILE` may have such a sign in its name.
+        // A file of `calib:FILE` may have such a sign in its name; a run may be called like its topic.
+        let is_value = text.starts_with("calib:") || text.starts_with("frame:");
         let (run, value) = match text.split_once('=') {
-            Some((name, value)) if !name.is_empty() && !name.contains(':') => (Some(name), value),
+            Some((name, value)) if !name.is_empty() && !is_value => (Some(name), value),
             _ => (None, text),
         };
         Ok(Self { run: run.map(str::to_owned), extrinsic: value.parse()?, text: value.to_owned() })
@@ -98,13 +99,16 @@ pub(crate) fn of_runs(
         .collect()
 }
 
-/// That of the mapper whose points in the world are a log: the one given for all runs, where it needs no log.
-pub(crate) fn of_mapper(given: &[NamedExtrinsic]) -> anyhow::Result<Isometry3<f64>> {
+/// That of the mapper whose points in the world are a log: the one given for all runs, where it needs no log;
+/// `None` where it cannot be known before the log is open.
+pub(crate) fn of_mapper(given: &[NamedExtrinsic]) -> anyhow::Result<Option<Isometry3<f64>>> {
     let of_all = given.iter().find(|given| given.run.is_none()).map(|given| &given.extrinsic);
     Ok(match of_all {
-        Some(Extrinsic::Given(transform)) => *transform,
-        Some(Extrinsic::Calib(Some(path))) => read_calib(path)?,
-        _ => Isometry3::identity(),
+        None if given.is_empty() => Some(Isometry3::identity()),
+        Some(Extrinsic::Identity) => Some(Isometry3::identity()),
+        Some(Extrinsic::Given(transform)) => Some(*transform),
+        Some(Extrinsic::Calib(Some(path))) => Some(read_calib(path)?),
+        _ => None,
     })
 }
 
@@ -132,7 +136,8 @@ fn auto(run: &LoadedRun, log: &dyn ScanLog) -> anyhow::Result<BodyFromSensor> {
     if let Some(calib) = calib_beside(run, log.summary())? {
         return of_camera_or_lidar(run, &calib);
     }
-    if !log.static_frames().is_empty() {
+    let sensor = log.summary().frame_id.as_deref().unwrap_or_default();
+    if !log.static_frames().beside(sensor).is_empty() {
         return Err(Usage(which_frame(run, log)).into());
     }
     Ok(BodyFromSensor::identity("neither a calib.txt nor frames say otherwise"))
@@ -155,10 +160,16 @@ fn of_frame(body: &str, run: &LoadedRun, log: &dyn ScanLog) -> anyhow::Result<Bo
     if let Some(transform) = found {
         return Ok(BodyFromSensor { transform, source: format!("/tf_static: `{sensor}` on `{body}`") });
     }
+    let mut known = log.static_frames().beside(sensor);
+    known.extend(run.static_frames.beside(sensor));
+    if known.is_empty() {
+        known.push("no frame that it hangs on");
+    }
     let problem = format!(
-        "run `{}`: /tf_static does not say where the scans' frame `{sensor}` is on the trajectory's `{body}`: \
+        "run `{}`: /tf_static does not say where the scans' frame `{sensor}` is on the body's `{body}` (it knows {}): \
          give --extrinsic X,Y,Z,QX,QY,QZ,QW, or identity where they are the same",
-        run.name
+        run.name,
+        known.join(", ")
     );
     Err(Usage(problem).into())
 }

@@ -45,9 +45,10 @@ pub(crate) struct LogArgs {
 }
 
 /// Where the sensor sat and how clocks differ where a LAS file is brought back into the sensor's frame.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Mapper {
-    pub(crate) body_from_sensor: Isometry3<f64>,
+    /// `None` where it is not known before the log is open.
+    pub(crate) body_from_sensor: Option<Isometry3<f64>>,
     pub(crate) time_offset_ns: i64,
     pub(crate) max_gap_ns: Option<i64>,
 }
@@ -65,9 +66,15 @@ impl LogArgs {
 
     fn options(&self, mapper: &Mapper) -> Result<LogOptions, LogError> {
         let made_with = |path: &PathBuf| -> Result<MadeWith, LogError> {
+            let Some(body_from_sensor) = mapper.body_from_sensor else {
+                let problem = "--made-with needs to know where the sensor sat before the log is open: give --extrinsic for \
+                               all runs, as identity, X,Y,Z,QX,QY,QZ,QW or calib:FILE"
+                    .to_owned();
+                return Err(LogError::Option { path: self.log.clone(), problem });
+            };
             Ok(MadeWith {
                 trajectory: read_trajectory(path)?.trajectory,
-                body_from_sensor: mapper.body_from_sensor,
+                body_from_sensor,
                 time_offset_ns: mapper.time_offset_ns,
                 max_gap_ns: mapper.max_gap_ns,
                 scan_period_ns: self.scan_period,

@@ -100,6 +100,8 @@ fn find(path: &Path) -> Result<Found, LogError> {
     }
     let looked_for = if start.starts_with(b"#ROSBAG V") {
         "a ROS 1 bag: convert it with `mcap convert IN.bag OUT.mcap`, which is read as it is".to_owned()
+    } else if path.file_name().is_some_and(|name| name == "metadata.yaml") {
+        "what describes a rosbag2 folder: name the folder that it is in".to_owned()
     } else {
         format!("{LOOKED_FOR}; the file starts with {start:02x?}")
     };
@@ -107,6 +109,12 @@ fn find(path: &Path) -> Result<Found, LogError> {
 }
 
 fn find_in_folder(path: &Path) -> Result<Found, LogError> {
+    // What rosbag2 describes is a bag, whatever lies beside it.
+    if path.join("metadata.yaml").is_file()
+        && let Some(bag) = Bag::of_folder(path)?
+    {
+        return Ok(Found::Bag(bag));
+    }
     let scans = FoundScans::under(path)?;
     // A single file beside a bag is a map.
     if scans.as_ref().is_none_or(|scans| scans.len() < 2)
@@ -127,7 +135,7 @@ fn check_in_sensor_frame(path: &Path, found: &Found, options: &LogOptions) -> Re
     if options.made_with.is_none() || matches!(found, Found::Las) {
         return Ok(());
     }
-    let problem = "--made-with was given, but it is for a LAS or LAZ file in world coordinates".to_owned();
+    let problem = "--made-with was given, but it is for one LAS or LAZ file in world coordinates (several have to be merged into one)".to_owned();
     Err(LogError::Option { path: path.into(), problem })
 }
 

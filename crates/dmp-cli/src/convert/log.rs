@@ -5,6 +5,7 @@ use anyhow::bail;
 use clap::Args;
 use dmp_sensor::{Isometry3, Scan};
 
+use crate::exit::Usage;
 use crate::log_args::{LogArgs, Mapper};
 use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
 use crate::progress::Progress;
@@ -14,8 +15,8 @@ use crate::{Common, Exit, process};
 
 /// Write the scans of a log in another format
 ///
-/// Places and times of returns are kept, other fields are not. The times are written after the first return of
-/// their scan, whatever they counted from before.
+/// Places and times of returns are kept, other fields are not. A stamp that lies behind the first return of its
+/// scan is moved to it; the instants stay what they are.
 #[derive(Debug, Args)]
 #[command(
     override_usage = "dmp convert log [OPTIONS] LOG -o OUTPUT",
@@ -35,15 +36,15 @@ pub(crate) struct LogConvertArgs {
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = parse::seconds_ns)]
     #[arg(requires = "made_with", allow_hyphen_values = true, help_heading = "Place and time")]
     time_offset: i64,
-    /// What to write: FILE.mcap, or a folder that is not there yet
+    /// What to write: FILE.mcap or a folder, which must not be there yet
     #[arg(short, long, value_name = "OUTPUT", help_heading = "Output")]
     output: PathBuf,
     /// The format; without it MCAP where OUTPUT ends in .mcap, else a folder of .bin
     #[arg(long, value_name = "FORMAT", help_heading = "Output")]
     to: Option<OutputFormat>,
-    /// How an MCAP file is packed
-    #[arg(long, value_name = "KIND", default_value = "zstd", help_heading = "Output")]
-    compression: CompressionArg,
+    /// How an MCAP file is packed [default: zstd]
+    #[arg(long, value_name = "KIND", help_heading = "Output")]
+    compression: Option<CompressionArg>,
 }
 
 pub(super) fn run(arguments: &LogConvertArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
@@ -51,14 +52,16 @@ pub(super) fn run(arguments: &LogConvertArgs, common: &Common, out: &mut impl Wr
         Some(format) => format,
         None => OutputFormat::of_name(&arguments.output)?,
     };
+    check_output(arguments, format)?;
     let mapper = Mapper {
-        body_from_sensor: arguments.extrinsic,
+        body_from_sensor: Some(arguments.extrinsic),
         time_offset_ns: arguments.time_offset,
-        ..Mapper::default()
+        max_gap_ns: None,
     };
     let log = arguments.log.open(&mapper)?;
     crate::save::refuse_same(&log.summary().path, &arguments.output)?;
-    let mut writer = LogWriter::create(&arguments.output, format, arguments.compression)?;
+    let compression = arguments.compression.unwrap_or(CompressionArg::Zstd);
+    let mut writer = LogWriter::create(&arguments.output, format, compression)?;
     let progress = Progress::new(common);
     progress.reading("converting", "points/s");
     let mut reader = log.reader()?;
@@ -86,14 +89,36 @@ pub(super) fn run(arguments: &LogConvertArgs, common: &Common, out: &mut impl Wr
     Ok(if damage.is_empty() { Exit::Done } else { Exit::InputDamaged })
 }
 
-/// Formats that know no time before the stamp get a stamp before all times; the instants are the same.
+/// What would be a surprise is refused: a log that is there already, an option without effect, a folder that
+/// is called like a file.
+fn check_output(arguments: &LogConvertArgs, format: OutputFormat) -> Result<(), Usage> {
+    let path = arguments.output.display();
+    if arguments.output.exists() {
+        return Err(Usage(format!("{path}: there is something already, it is not overwritten")));
+    }
+    let is_mcap = format == OutputFormat::Mcap;
+    if arguments.compression.is_some() && !is_mcap {
+        return Err(Usage(format!("{path}: --compression is for MCAP files alone")));
+    }
+    if arguments.output.extension().is_some_and(|extension| extension == "mcap") != is_mcap {
+        return Err(Usage(format!("{path}: an MCAP file is FILE.mcap, a folder has another name")));
+    }
+    Ok(())
+}
+
+/// Formats that know no time before the stamp get a stamp before all times; the instants are the same. What
+/// did not come back has no instant: its time, often a zero on the clock of the stamps, becomes the stamp's.
 fn count_from_first(scan: &mut Scan) {
-    let first_ns = scan.time_offsets_ns.iter().copied().min().unwrap_or(0);
-    if let Some(stamp_ns) =
-        scan.stamp_ns.filter(|_| first_ns < 0).and_then(|stamp| stamp.checked_add(first_ns))
-    {
-        scan.stamp_ns = Some(stamp_ns);
-        scan.time_offsets_ns.iter_mut().for_each(|offset| *offset -= first_ns);
+    let came_back = |point: &[f32; 3]| point.iter().all(|c| c.is_finite()) && *point != [0.0; 3];
+    let points = &scan.points_in_sensor_m;
+    let of_returns = scan.time_offsets_ns.iter().zip(points).filter(|(_, point)| came_back(point));
+    let first_ns = of_returns.map(|(&offset_ns, _)| offset_ns).min().unwrap_or(0).min(0);
+    let Some(stamp_ns) = scan.stamp_ns.map_or(Some(0), |stamp_ns| stamp_ns.checked_add(first_ns)) else {
+        return;
+    };
+    scan.stamp_ns = scan.stamp_ns.map(|_| stamp_ns);
+    for (offset_ns, point) in scan.time_offsets_ns.iter_mut().zip(points) {
+        *offset_ns = if came_back(point) { *offset_ns - first_ns } else { 0 };
     }
 }
 
@@ -114,5 +139,17 @@ mod tests {
         let mut again = after.clone();
         count_from_first(&mut again);
         assert_eq!(again, after);
+        // A row without a place, and a zero on an absolute clock for its time.
+        let hole = Scan {
+            stamp_ns: Some(1_700_000_000_000_000_000),
+            points_in_sensor_m: vec![[0.0; 3], [1.0; 3], [f32::NAN; 3]],
+            time_offsets_ns: vec![-1_700_000_000_000_000_000, 5, 7],
+        };
+        let mut filled = hole.clone();
+        count_from_first(&mut filled);
+        assert_eq!(
+            (filled.stamp_ns, filled.time_offsets_ns.as_slice()),
+            (hole.stamp_ns, [0, 5, 0].as_slice())
+        );
     }
 }

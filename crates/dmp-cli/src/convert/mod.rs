@@ -18,7 +18,7 @@ impl Convert {
     pub(crate) fn run(&self, common: &Common, out: &mut impl std::io::Write) -> anyhow::Result<Exit> {
         match self {
             Self::Log(arguments) => log::run(arguments, common, out),
-            Self::Trajectory(arguments) => trajectory::run(arguments, out),
+            Self::Trajectory(arguments) => trajectory::run(arguments, common, out),
         }
     }
 }

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use dmp_log::{TrajectoryFormat, read_trajectory_as, write_euroc, write_kitti, write_times, write_tum};
 
-use crate::Exit;
 use crate::exit::Usage;
 use crate::save::{refuse_same, save};
 use crate::text::counted;
+use crate::{Common, Exit};
 
 /// The formats of trajectories that are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -43,10 +43,24 @@ pub(crate) struct TrajectoryConvertArgs {
     to: To,
 }
 
-pub(super) fn run(arguments: &TrajectoryConvertArgs, out: &mut impl Write) -> anyhow::Result<Exit> {
+pub(super) fn run(
+    arguments: &TrajectoryConvertArgs,
+    common: &Common,
+    out: &mut impl Write,
+) -> anyhow::Result<Exit> {
     let TrajectoryConvertArgs { run, output, to, .. } = arguments;
     let file = read_trajectory_as(run, arguments.trajectory_format)?;
     refuse_same(run, output)?;
+    if !common.quiet {
+        let counts = [
+            ("were sorted by their stamps", file.out_of_order),
+            ("are there twice, written once", file.repeated),
+        ];
+        for (what, count) in counts.into_iter().filter(|(_, count)| *count > 0) {
+            eprintln!("note: {}: {} {what}", run.display(), counted(count as u64, "pose"));
+        }
+        file.notes.iter().for_each(|note| eprintln!("note: {}: {note}", run.display()));
+    }
     let trajectory = file.trajectory;
     if trajectory.stamps_ns().is_none() && *to != To::Kitti {
         let problem = "its poses have no stamps: they can be written as KITTI rows alone";

@@ -9,6 +9,7 @@ use clap::Args;
 use dmp_log::TrajectoryFormat;
 
 use crate::Exit;
+use crate::extrinsic::{self, NamedExtrinsic};
 use crate::log_args::{LogArgs, Mapper};
 use crate::runs::{NamedFile, Runs};
 
@@ -34,6 +35,10 @@ pub(crate) struct InfoArgs {
     trajectory_format: Option<TrajectoryFormat>,
     #[command(flatten)]
     log: LogArgs,
+    /// With --made-with: where the sensor sat on the body, as identity, X,Y,Z,QX,QY,QZ,QW or calib:FILE
+    #[arg(long, value_name = "EXTRINSIC", requires = "made_with")]
+    #[arg(allow_hyphen_values = true, help_heading = "Place and time")]
+    extrinsic: Vec<NamedExtrinsic>,
     /// Added to every stamp of the log before it is looked up in a trajectory, seconds
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = crate::score::parse::seconds_ns)]
     #[arg(allow_hyphen_values = true, help_heading = "Place and time")]
@@ -49,7 +54,11 @@ pub(crate) struct InfoArgs {
 pub(crate) fn run(arguments: &InfoArgs, out: &mut impl Write) -> anyhow::Result<Exit> {
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
     let started = Runs::start(&files, arguments.trajectory_format)?;
-    let mapper = Mapper { time_offset_ns: arguments.time_offset, ..Mapper::default() };
+    let mapper = Mapper {
+        body_from_sensor: extrinsic::of_mapper(&arguments.extrinsic)?,
+        time_offset_ns: arguments.time_offset,
+        max_gap_ns: None,
+    };
     let survey = arguments.log.survey(&mapper)?;
     // Of several streams of scans none is the one whose frame moves.
     let frame = match survey.streams.as_slice() {

@@ -23,6 +23,16 @@ pub(super) fn find(
     };
     let bytes = fs::read(&path).map_err(|e| LogError::io(&path, "read", e))?;
     let (stamps_ns, dated) = parse_dated(&bytes).map_err(|e| e.in_file(&path))?;
+    let of_names = || names::stamps_ns(files);
+    if let (true, Some((of_names, unit))) = (stamps_ns.len() != files.len(), of_names()) {
+        notes.push(format!(
+            "{}: {} stamps for {} scans, not used; stamps from the file names, as {unit}",
+            path.display(),
+            stamps_ns.len(),
+            files.len()
+        ));
+        return Ok(Some(of_names));
+    }
     if stamps_ns.len() != files.len() {
         return Err(LogError::CountMismatch {
             path,
@@ -39,7 +49,9 @@ pub(super) fn find(
 
 /// Where a companion of the scans may be: in their folder, or beside it.
 pub(super) fn beside(folder: &Path, name: &str) -> Vec<PathBuf> {
-    let parent = folder.parent().map(|parent| parent.join(name));
+    // The parent of `.` is not nothing.
+    let absolute = std::path::absolute(folder).ok();
+    let parent = absolute.as_deref().and_then(Path::parent).map(|parent| parent.join(name));
     std::iter::once(folder.join(name)).chain(parent).collect()
 }
 

@@ -77,7 +77,7 @@ impl Look<'_> {
         let turned_round = inverted(&self.run.trajectory);
         let mut best: Option<(Fit, Alternative)> = None;
         let stamped = self.poses.pairing == Pairing::ByStamp;
-        for alternative in all(self.config.body_from_sensor, stamped, log.summary()) {
+        for alternative in all(self.run.body_from_sensor(self.config), stamped, log.summary()) {
             let trajectory = match &turned_round {
                 Some(inverted) if alternative.inverted => inverted,
                 _ => &self.run.trajectory,
