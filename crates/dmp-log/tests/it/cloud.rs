@@ -289,3 +289,18 @@ fn row_03_bounds_that_lie_change_no_point() {
         assert_near(&read(&path).unwrap().1, &points);
     }
 }
+
+/// The decoder would hold what lies between the points and the record behind them, however much it is.
+#[test]
+fn a_gap_behind_the_points_is_not_read_into_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.las");
+    write_las(&path, 10, 1);
+    let mut bytes = fs::read(&path).unwrap();
+    let far = 300_u64 << 20;
+    bytes[235..243].copy_from_slice(&far.to_le_bytes());
+    bytes[243..247].copy_from_slice(&1_u32.to_le_bytes());
+    fs::write(&path, bytes).unwrap();
+    fs::File::options().write(true).open(&path).unwrap().set_len(far + 60).unwrap();
+    assert_says(&error(&path), &["map.las", "byte 314572800", "bytes behind the points"]);
+}
