@@ -12,7 +12,8 @@ use crate::parse;
 /// The log and how it is to be read.
 #[derive(Debug, Args)]
 pub(crate) struct LogArgs {
-    /// The log: FILE.mcap with PointCloud2, a folder with one, a folder with one scan a file (.bin, .pcd, .ply,
+    /// The log: FILE.mcap or a rosbag2 folder or .db3 with PointCloud2 or Livox CustomMsg, a folder of scans
+    /// (.bin, .pcd, .ply, .las, .laz), or one .las or .laz with --made-with
     /// .las, .laz), or one LAS or LAZ file in world coordinates, with --made-with
     #[arg(value_name = "LOG")]
     log: PathBuf,

@@ -10,6 +10,11 @@ use std::path::{Path, PathBuf};
 const LOOKED_FOR: &str = "looked for an MCAP file, a rosbag2 file or folder, a LAS or LAZ file, or a folder with one scan a file (.bin, \
                           .pcd, .ply, .las, .laz)";
 
+/// The first bytes of a ROS 1 bag, and what to do with it.
+pub(crate) const ROS1_MAGIC: &[u8] = b"#ROSBAG V";
+pub(crate) const ROS1_ADVICE: &str =
+    "a ROS 1 bag: convert it with `mcap convert IN.bag OUT.mcap`, which is read as it is";
+
 /// What lies at a path.
 enum Found {
     Bag(Bag),
@@ -98,8 +103,8 @@ fn find(path: &Path) -> Result<Found, LogError> {
     if let Some(bag) = Bag::of_file(path, &start) {
         return Ok(Found::Bag(bag));
     }
-    let looked_for = if start.starts_with(b"#ROSBAG V") {
-        "a ROS 1 bag: convert it with `mcap convert IN.bag OUT.mcap`, which is read as it is".to_owned()
+    let looked_for = if start.starts_with(ROS1_MAGIC) {
+        ROS1_ADVICE.to_owned()
     } else if path.file_name().is_some_and(|name| name == "metadata.yaml") {
         "what describes a rosbag2 folder: name the folder that it is in".to_owned()
     } else {

@@ -38,7 +38,7 @@ pub(crate) struct LasHeader {
     /// Whether the well-known text counts, not the `GeoTIFF` keys.
     pub(super) says_wkt: bool,
     /// The largest of the bounds it claims for x and y, without their signs; `None` where they make no sense.
-    pub(super) extent: Option<f64>,
+    pub(crate) extent: Option<f64>,
 }
 
 /// Checks a LAS or LAZ file of `length` bytes.

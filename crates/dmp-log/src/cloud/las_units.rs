@@ -46,7 +46,7 @@ pub(crate) fn of(header: &LasHeader) -> Result<ToMetres, ParseError> {
         Axes::Length(unit_m) => unit_m,
         Axes::Angles if header.extent.is_some_and(|most| most <= MOST_DEGREES) => {
             let problem = format!(
-                "the coordinates are longitude and latitude by {}: project them to metres first, or say with --map-unit what they are",
+                "the coordinates are longitude and latitude by {}: project them to metres first",
                 first.source
             );
             return Err(ParseError::new(Place::WholeFile, problem));
@@ -59,8 +59,7 @@ pub(crate) fn of(header: &LasHeader) -> Result<ToMetres, ParseError> {
             return Ok(ToMetres { scale: [1.0; 3], note: Some(note) });
         }
         Axes::Unknown => {
-            let note =
-                format!("unit not known ({}): taken as metres; --map-unit says otherwise", first.source);
+            let note = format!("unit not known ({}): taken as metres", first.source);
             return Ok(ToMetres { scale: [1.0; 3], note: Some(note) });
         }
     };
@@ -229,7 +228,7 @@ mod tests {
         let named = |code| keys(&[[1024, 0, 1, 1], [3072, 0, 1, code]]);
         let (scale, note) = to_metres(vec![named(2992)]);
         assert_eq!(scale, [1.0; 3]);
-        assert!(note.contains("EPSG:2992 and no unit") && note.contains("--map-unit"), "{note}");
+        assert!(note.contains("EPSG:2992 and no unit"), "{note}");
         assert_eq!(to_metres(vec![named(32_631)]), ([1.0; 3], String::new()));
         assert!(to_metres(vec![keys(&[[3076, 0, 1, 9005]])]).1.contains("EPSG:9005"));
         assert!(to_metres(vec![wkt("nonsense")]).1.contains("cannot be read"));
@@ -261,7 +260,7 @@ mod tests {
         {
             let degrees = LasHeader { extent: Some(120.5), ..header(vec![crs.clone()]) };
             let error = of(&degrees).unwrap_err().to_string();
-            assert!(error.contains("longitude and latitude") && error.contains("--map-unit"), "{error}");
+            assert!(error.contains("longitude and latitude"), "{error}");
             let (scale, note) = to_metres(vec![crs]);
             assert_eq!(scale, [1.0; 3]);
             assert!(note.contains("too large for degrees"), "{note}");

@@ -59,7 +59,11 @@ pub(super) fn check_overlap(
         Some((offset_ns, meaning)) => {
             format!("{meaning}: --time-offset {} brings them together", seconds(offset_ns))
         }
-        None => "no change of clocks known here brings them together".to_owned(),
+        // What is known of GPS clocks does not help: the first instants put together.
+        None => format!(
+            "if their clocks differ, --time-offset {} puts their beginnings together",
+            seconds(i64::try_from(start - i128::from(span_ns.0)).unwrap_or(i64::MAX))
+        ),
     };
     Err(LogError::Option { path: path.into(), problem: format!("{spans}; {advice}") })
 }

@@ -1,17 +1,32 @@
 use super::head::{Body, Head};
 use crate::cloud::las_header;
 use crate::cloud::las_points::LasPoints;
+use crate::cloud::las_units;
 use crate::points::{Field, Kind, Layout};
 use crate::{LogError, ParseError, Place};
 use std::io::{Read, Seek};
 use std::path::Path;
 
+/// Farther than any sensor sees.
+const FARTHEST_M: f64 = 10_000.0;
 /// The numbers of a point that are handed on, all float64.
 const FIELDS: [&str; 4] = ["x", "y", "z", "gps_time"];
 
 /// Reads and checks a head.
 pub(super) fn head(input: &mut (impl Read + Seek), length: u64) -> Result<Head, ParseError> {
     let las = las_header::check(input, length)?;
+    if let Some(extent_m) = las.extent.filter(|&extent_m| extent_m > FARTHEST_M) {
+        let problem = format!(
+            "a coordinate of {extent_m} is no scan's, whose sensor is at 0,0,0: points in world coordinates are a map \
+             (--map), or with --made-with a log, as one file"
+        );
+        return Err(ParseError::new(Place::WholeFile, problem));
+    }
+    let to_metres = las_units::of(&las)?;
+    if to_metres.scale != [1.0; 3] {
+        let note = to_metres.note.unwrap_or_default();
+        return Err(ParseError::new(Place::WholeFile, format!("a scan is in metres: {note}")));
+    }
     let count = if las.gps_time.is_some() { 4 } else { 3 };
     let field = |(k, name): (usize, &str)| (name.to_owned(), Field { offset: 8 * k, kind: Kind::F64 });
     let named = FIELDS.into_iter().take(count).enumerate().map(field).collect();

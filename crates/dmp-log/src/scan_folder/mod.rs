@@ -136,9 +136,24 @@ impl ScanFolder {
             self.entries.push(Entry { path, points, layout, stamp_ns, length, modified, is_cut });
         }
         self.summary.damage = damage.into_vec();
+        self.check_bin()?;
         let names = names.iter().map(|(name, length)| (name.as_str(), *length));
         self.summary.fingerprint = fingerprint::of_names(names);
         Ok(())
+    }
+
+    /// Files without a header may be of another layout; one that ends within a point may be cut, most do not.
+    fn check_bin(&self) -> Result<(), LogError> {
+        let cut = self.entries.iter().filter(|entry| entry.is_cut).count();
+        if self.format != ScanFormat::Bin || cut < 2 || 2 * cut <= self.entries.len() {
+            return Ok(());
+        }
+        let problem = format!(
+            "{cut} of {} files are no whole number of points of 16 bytes (float32 x, y, z, intensity): they have \
+             another layout",
+            self.entries.len()
+        );
+        Err(LogError::malformed(&self.summary.path, Place::WholeFile, problem))
     }
 
     /// Fills what follows from the entries.

@@ -1,5 +1,6 @@
 use super::{euroc, g2o, npy};
 use crate::decimal::shorten;
+use crate::open::{ROS1_ADVICE, ROS1_MAGIC};
 use crate::text::lines;
 use crate::{LogError, ParseError, Place};
 use std::fmt;
@@ -73,6 +74,9 @@ impl FromStr for TrajectoryFormat {
 pub(super) fn find_format(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat, LogError> {
     if bytes.starts_with(npy::MAGIC) {
         return Ok(TrajectoryFormat::Npy);
+    }
+    if bytes.starts_with(ROS1_MAGIC) {
+        return Err(LogError::UnknownFormat { path: path.into(), looked_for: ROS1_ADVICE.into() });
     }
     let Some(first) = lines(bytes).next() else {
         return Err(no_poses(bytes).in_file(path));

@@ -4,6 +4,7 @@ use super::TrajectoryParseError;
 use super::numbers::pose_of;
 use super::tree::MovingFrames;
 use crate::bag::{Message, Walked, in_words};
+use crate::damage::DamageList;
 use crate::frames::{STATIC_TOPIC, StaticFrames, frame_name};
 use crate::open::bag_at;
 use crate::ros::{PoseCoding, PoseType, StampedPose};
@@ -68,10 +69,10 @@ pub fn read_topic_trajectory(
     };
     let mut found = Found::default();
     let walked = bag.walk(&mut |message| found.take(wanted.topic.as_deref(), message))?;
-    if let Some((place, problem)) = found.first_fault.take() {
+    let (topic, coding) = choose(path, &walked, wanted.topic.as_deref())?;
+    if let Some((place, problem)) = found.first_faults.remove(&topic) {
         return Err(LogError::malformed(path, place, problem));
     }
-    let (topic, coding) = choose(path, &walked, wanted.topic.as_deref())?;
     if coding.pose_type != PoseType::Transforms && (wanted.world.is_some() || wanted.body.is_some()) {
         let problem =
             format!("{topic} holds {}: world and body are chosen in /tf only", coding.pose_type.name());
@@ -79,7 +80,8 @@ pub fn read_topic_trajectory(
     }
     // Of a bag whose topic was not named, all that could be it were read.
     let poses = found.topics.remove(&topic).unwrap_or_default();
-    let lost = walked.damage;
+    let mut lost = walked.damage;
+    lost.append(&mut found.damage.into_vec());
     let fingerprint = bag.fingerprint()?;
     let trajectory_of = |poses| {
         Trajectory::stamped(poses).map_err(|source| TrajectoryParseError::Poses(source).in_file(path))
@@ -119,7 +121,9 @@ pub fn read_topic_trajectory(
 struct Found {
     topics: std::collections::BTreeMap<String, Poses>,
     static_frames: StaticFrames,
-    first_fault: Option<(Place, String)>,
+    first_faults: std::collections::BTreeMap<String, (Place, String)>,
+    /// What of `/tf_static` is lost.
+    damage: DamageList,
 }
 
 /// The poses of one topic.
@@ -140,9 +144,15 @@ impl Found {
     fn take(&mut self, wanted: Option<&str>, message: Message<'_>) {
         let Some(coding) = PoseCoding::of(message.channel) else { return };
         let topic = message.channel.topic.as_str();
-        let (place, fault) = if topic == STATIC_TOPIC {
-            (Place::WholeFile, self.static_frames.add_message(coding, message.body).err())
-        } else if wanted.is_none_or(|wanted| wanted == topic) {
+        if topic == STATIC_TOPIC {
+            // The poses are well without it; whoever needs the frame will miss it.
+            if let Err(problem) = self.static_frames.add_message(coding, message.body) {
+                let place = format!("topic {topic} ({})", message.location.in_words());
+                self.damage.push(Damage { place, what: problem });
+            }
+            return;
+        }
+        let (place, fault) = if wanted.is_none_or(|wanted| wanted == topic) {
             if !self.topics.contains_key(topic) {
                 self.topics.insert(topic.to_owned(), Poses::default());
             }
@@ -152,9 +162,9 @@ impl Found {
         } else {
             return;
         };
-        if let (Some(problem), None) = (fault, &self.first_fault) {
+        if let Some(problem) = fault {
             let problem = format!("topic {topic} ({}): {problem}", message.location.in_words());
-            self.first_fault = Some((place, problem));
+            self.first_faults.entry(topic.to_owned()).or_insert((place, problem));
         }
     }
 }

@@ -78,6 +78,20 @@ pub(super) fn select(
     Ok(selection)
 }
 
+/// What brings the log's span to the trajectory's: clocks differ by whole seconds more often than not, so these
+/// where as much is in common as with the beginnings put together.
+fn shift_of_clocks(log: (i64, i64), run: (i64, i64)) -> i64 {
+    const SECOND_NS: i64 = 1_000_000_000;
+    let shift_ns = run.0.saturating_sub(log.0);
+    let common_ns = |shift_ns: i64| {
+        let (first, last) = (log.0.saturating_add(shift_ns), log.1.saturating_add(shift_ns));
+        last.min(run.1).saturating_sub(first.max(run.0))
+    };
+    let below_ns = shift_ns.div_euclid(SECOND_NS).saturating_mul(SECOND_NS);
+    let whole = [below_ns, below_ns.saturating_add(SECOND_NS)];
+    whole.into_iter().find(|&whole| common_ns(whole) >= common_ns(shift_ns)).unwrap_or(shift_ns)
+}
+
 fn why_no_overlap(log: &dyn ScanLog, run: &Run, config: &Config) -> String {
     let (Some((first, last)), Some([start, .., end])) = (log.summary().span_ns, run.trajectory.stamps_ns())
     else {
@@ -98,10 +112,12 @@ fn why_no_overlap(log: &dyn ScanLog, run: &Run, config: &Config) -> String {
     );
     let gap_ns = start.saturating_sub(last).max(first.saturating_sub(*end));
     if gap_ns > 0 {
-        let shift_s = s(start.saturating_sub(first));
+        let shift_ns = shift_of_clocks((first, last), (*start, *end));
         format!(
-            "{spans}; they are {:.3} s apart. If their clocks differ, shift the log's: --time-offset {shift_s:.3}",
-            s(gap_ns)
+            "{spans}; they are {:.3} s apart. If their clocks differ, shift the log's: --time-offset {:.3} puts their \
+             beginnings together, as far as the stamps tell",
+            s(gap_ns),
+            s(shift_ns)
         )
     } else {
         format!("{spans}; gaps in the trajectory longer than --max-time-gap are not interpolated over")
