@@ -51,11 +51,7 @@ impl Pending {
                     // It is not ours to remove.
                     pending.committed = true;
                     if error.kind() != io::ErrorKind::AlreadyExists {
-                        return Err(LogError::io(
-                            target,
-                            "create a temporary file beside it for writing",
-                            error,
-                        ));
+                        return Err(LogError::io(&pending.temporary, "create", error));
                     }
                 }
             }

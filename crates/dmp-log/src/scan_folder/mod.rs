@@ -185,12 +185,13 @@ impl ScanFolder {
 
     /// Reads the points of a file into `data`.
     fn rows_of<'a>(&'a self, entry: &Entry, data: &'a mut Vec<u8>) -> Result<Rows<'a>, LogError> {
+        let mut file = ScanFile::open(&entry.path, self.format)?;
+        let (before, now) = (entry.length, file.length);
         let changed = || {
-            let problem = "the file has changed since it was opened";
+            let problem = format!("the file has changed since it was opened: {before} bytes then, {now} now");
             LogError::malformed(&entry.path, Place::WholeFile, problem)
         };
         let layout = self.layouts.get(entry.layout).ok_or_else(changed)?;
-        let mut file = ScanFile::open(&entry.path, self.format)?;
         if (file.length, file.modified) != (entry.length, entry.modified) || file.head.layout != *layout {
             return Err(changed());
         }

@@ -133,5 +133,5 @@ fn a_scan_that_shrinks_is_noticed() {
     let log = open(folder.path());
     write(&path, bin(1));
     let error = log.reader().unwrap().read(0, &mut dmp_sensor::Scan::default()).unwrap_err().to_string();
-    assert_says(&error, &["scan.bin", "byte 16", "64 bytes"]);
+    assert_says(&error, &["scan.bin", "changed since it was opened: 64 bytes then, 16 now"]);
 }
