@@ -162,6 +162,8 @@ fn of_frame(body: &str, run: &LoadedRun, log: &dyn ScanLog) -> anyhow::Result<Bo
     }
     let mut known = log.static_frames().beside(sensor);
     known.extend(run.static_frames.beside(sensor));
+    known.sort_unstable();
+    known.dedup();
     if known.is_empty() {
         known.push("no frame that it hangs on");
     }
