@@ -106,7 +106,7 @@ fn row_19_what_does_not_name_its_frame_is_asked_for_it() {
         "-t topic:/odom --extrinsic frame:camera",
         &["where the scans' frame `lidar` is on the body's `camera`", "--extrinsic X,Y,Z"],
     );
-    refused("-t topic:/tf:map:odom", &["`lidar` is on the trajectory's `odom`"]);
+    refused("-t topic:/tf:map:odom", &["`lidar` is on the body's `odom`"]);
 }
 
 #[test]

@@ -20,17 +20,25 @@ pub(crate) fn error(path: &Path) -> String {
     read(path).unwrap_err().to_string()
 }
 
-/// Writes `count` points on a line, format 1 (or 6, which LAZ keeps in layers).
-pub(crate) fn write_las(path: &Path, count: u32, format: u8) -> Points {
+/// Writes `count` points on a line, format 1 (or 6, which LAZ keeps in layers), far from 0, 0, 0 as maps are.
+fn write_las(path: &Path, count: u32, format: u8) -> Points {
+    write_las_at(path, count, format, [500_000.0, 4_000_000.0])
+}
+
+/// The same near the sensor.
+pub(crate) fn write_las_scan(path: &Path, count: u32, format: u8) -> Points {
+    write_las_at(path, count, format, [0.0; 2])
+}
+
+fn write_las_at(path: &Path, count: u32, format: u8, [east, north]: [f64; 2]) -> Points {
     let mut builder = las::Builder::from((1, 4));
     builder.point_format = las::point::Format::new(format).unwrap();
     let transform = |offset| las::Transform { scale: 0.001, offset };
-    builder.transforms =
-        las::Vector { x: transform(500_000.0), y: transform(4_000_000.0), z: transform(0.0) };
+    builder.transforms = las::Vector { x: transform(east), y: transform(north), z: transform(0.0) };
     let mut writer = las::Writer::from_path(path, builder.into_header().unwrap()).unwrap();
     let mut points = Points::new();
     for k in 0..count {
-        let place = [500_000.0 + f64::from(k) * 0.25, 4_000_000.5, f64::from(k % 100) * 0.125];
+        let place = [east + f64::from(k) * 0.25, north + 0.5, f64::from(k % 100) * 0.125];
         let [x, y, z] = place;
         let gps_time = writer.header().point_format().has_gps_time.then_some(f64::from(k));
         let color = writer.header().point_format().has_color.then(las::Color::default);

@@ -132,12 +132,12 @@ fn every_way_of_writing_gives_the_same_scan() {
 fn las_scans_have_times_where_the_format_has() {
     let folder = tempfile::tempdir().unwrap();
     for (name, format) in [("a.las", 0), ("b.laz", 1), ("c.LAZ", 6)] {
-        crate::cloud::write_las(&folder.path().join(name), 100, format);
+        crate::cloud::write_las_scan(&folder.path().join(name), 100, format);
     }
     let log = open(folder.path());
     assert_eq!((log.summary().format, log.summary().returns), (LogFormat::LasFolder, 300));
     for scan in read_all(&*log) {
-        assert_eq!(scan.points_in_sensor_m[8], [500_002.0, 4_000_000.5, 1.0]);
+        assert_eq!(scan.points_in_sensor_m[8], [2.0, 0.5, 1.0]);
     }
     let first =
         LogOptions { point_time: PointTime::FromFirst(TimeUnit::Milliseconds), ..LogOptions::default() };

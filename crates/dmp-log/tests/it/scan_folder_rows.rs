@@ -63,8 +63,8 @@ fn row_03_lying_headers_promise_nothing() {
 
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("1.laz");
-    crate::cloud::write_las(&folder.path().join("0.laz"), 10, 6);
-    crate::cloud::write_las(&path, 10, 6);
+    crate::cloud::write_las_scan(&folder.path().join("0.laz"), 10, 6);
+    crate::cloud::write_las_scan(&path, 10, 6);
     let mut bad = fs::read(&path).unwrap();
     bad[107..111].fill(0);
     bad[247..255].fill(0xff);

@@ -31,7 +31,7 @@ fn row_05_a_full_disk_leaves_what_was_there() {
             ["work", "cannot write the scratch file"],
         ),
         ("ulimit -f 8", format!("{score} --save-maps maps"), ["truth.dmpmap", "cannot write"]),
-        ("ulimit -f 8", "convert log town.mcap -o old.mcap".into(), ["old.mcap", "cannot write"]),
+        ("ulimit -f 8", "convert log town.mcap -o new.mcap".into(), ["new.mcap", "cannot write"]),
         ("ulimit -f 2", "convert log town.mcap -o new --to pcd".into(), ["new", "cannot write"]),
         ("ulimit -f 2", "convert log town.mcap -o new --to laz".into(), ["new", "cannot write"]),
         ("ulimit -f 8", "simulate town -o old.mcap --scans 20".into(), ["old.mcap", "cannot write"]),

@@ -206,7 +206,7 @@ fn folders() -> Vec<Format> {
         all.push(second(&format!("ply_{format}"), "ply", false, seeds));
     }
     for kind in seeds::LAS {
-        all.push(second(kind.name, kind.extension(), true, seeds::las(kind)));
+        all.push(second(kind.name, kind.extension(), true, seeds::las_scan(kind)));
     }
     let own = seeds::own_laz_scan();
     all.push(second("own_laz", "laz", true, vec![own]));

@@ -187,9 +187,14 @@ pub(super) const LAS: [Las; 3] = [
     Las { name: "layered_laz", file: "map.laz", format: 6 },
 ];
 
-/// As scans or as a map.
+/// As scans: near the sensor.
+pub(super) fn las_scan(kind: Las) -> Vec<Vec<u8>> {
+    vec![written(kind.file, |path| drop(crate::cloud::write_las_scan(path, 500, kind.format)))]
+}
+
+/// As a map.
 pub(super) fn las(kind: Las) -> Vec<Vec<u8>> {
-    let own = written(kind.file, |path| drop(crate::cloud::write_las(path, 500, kind.format)));
+    let own = written(kind.file, |path| drop(crate::cloud::write_las_scan(path, 500, kind.format)));
     let theirs = ["extra_bytes", "format1", "format3", "format6", "format7"];
     let theirs = theirs.iter().map(|name| of_others(&format!("clouds/las_{name}.{}", kind.extension())));
     std::iter::once(own).chain(theirs).collect()
