@@ -8,7 +8,8 @@ use dmp_log::{Calib, LogSummary, ScanLog, find_calib, read_calib};
 use dmp_sensor::Isometry3;
 
 use crate::exit::Usage;
-use crate::runs::{LoadedRun, assign};
+use crate::named::assign;
+use crate::runs::LoadedRun;
 use crate::score::parse;
 
 /// How much of a body's movement must go along an axis for the axis to be its direction: 37 degrees.

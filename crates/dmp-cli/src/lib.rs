@@ -12,6 +12,7 @@ mod extrinsic;
 mod info;
 mod log_args;
 mod log_writer;
+mod named;
 mod parse;
 mod process;
 mod progress;

@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::Path;
 
+use dmp_sensor::{Isometry3, Point3, Scan, Track};
 use serde_json::Value;
 
-use crate::common::{dmp, text, workspace};
+use crate::common::{dmp, open, text, workspace};
 
 /// The table that rosbag2 writes, as far as a reader needs it.
 const SCHEMA: &str = "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, \
@@ -69,6 +70,76 @@ fn largest_difference(a: &Value, b: &Value, place: &str) -> f64 {
         _ => {
             assert_eq!(a, b, "{place}");
             0.0
+        }
+    }
+}
+
+/// Seconds from GPS's own count (less 1e9) to that of Unix, with the leap seconds since 2017.
+const UNIX_FROM_GPS_S: f64 = 1e9 + 315_964_800.0 - 18.0;
+
+/// Writes the sample town as a mobile mapper would: one file in the world's coordinates, each point with its GPS
+/// time, coordinates to 0.1 mm.
+fn write_world_laz(path: &Path) {
+    let samples = workspace().join("data-samples");
+    let log = open(&samples.join("town.mcap"));
+    let truth = dmp_log::read_trajectory(&samples.join("truth.tum")).unwrap().trajectory;
+    let track = Track::new(&truth, Isometry3::identity(), 1_000_000_000);
+    let mut builder = las::Builder::from((1, 4));
+    builder.point_format = las::point::Format::new(6).unwrap();
+    builder.point_format.is_compressed = true;
+    builder.gps_time_type = las::GpsTimeType::Standard;
+    let axis = las::Transform { scale: 1e-4, offset: 0.0 };
+    builder.transforms = las::Vector { x: axis, y: axis, z: axis };
+    let mut writer = las::Writer::from_path(path, builder.into_header().unwrap()).unwrap();
+    let (mut reader, mut scan) = (log.reader().unwrap(), Scan::default());
+    for frame in 0..log.frames().len() {
+        reader.read(frame, &mut scan).unwrap();
+        for (point, offset_ns) in scan.points_in_sensor_m.iter().zip(&scan.time_offsets_ns) {
+            let stamp_ns = scan.stamp_ns.unwrap() + offset_ns;
+            let world_from_sensor = track.world_from_sensor_at(stamp_ns).unwrap();
+            let place = world_from_sensor * Point3::from(point.map(f64::from));
+            let gps_time = Some((stamp_ns as f64 / 1e9) - UNIX_FROM_GPS_S);
+            let [x, y, z] = [place.x, place.y, place.z];
+            writer.write_point(las::Point { x, y, z, gps_time, ..las::Point::default() }).unwrap();
+        }
+    }
+    writer.close().unwrap();
+}
+
+/// The file says when each point was measured, on a clock of its own; the error says how to bring the clocks
+/// together, and then the scores are those of the log.
+#[test]
+fn the_same_town_in_world_coordinates_gives_the_same_scores() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write_world_laz(&at.join("world.laz"));
+    let mapped = "world.laz --made-with @/truth.tum --scan-period 0.5";
+    let refused = dmp(at, &format!("score {mapped} -t @/truth.tum"));
+    let told = text(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{told}");
+    let offset = told.split("--time-offset ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+    assert_eq!(offset, "1315964782", "{told}");
+
+    let options = "--voxel 0.3 --json";
+    let score = |log: &str| -> Value {
+        let output =
+            dmp(at, &format!("score {log} -t @/truth.tum -t @/drift.tum -t @/collapsed.tum {options}"));
+        assert_eq!(output.status.code(), Some(0), "{log}: {}", text(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let found = score(&format!("{mapped} --time-offset {offset}"));
+    let expected = score("@/town.mcap");
+    assert_eq!(found["order"], expected["order"]);
+    // A return on the edge of the ranges that are used may fall on either side.
+    let [a, b] = [&found, &expected].map(|report| report["inputs"]["returns_used"].as_f64().unwrap());
+    assert!((a - b).abs() <= 1e-3 * b, "{a} and {b} returns");
+    for (found, expected) in
+        found["runs"].as_array().unwrap().iter().zip(expected["runs"].as_array().unwrap())
+    {
+        for score in [&["r_cv_m2", "2"], &["r_near_m2", "0.5"]] {
+            let [a, b] = [found, expected].map(|run| run[score[0]][score[1]].as_f64().unwrap());
+            println!("{} {score:?}: {a} from the world's file, {b} from the log", expected["name"]);
+            assert!((a - b).abs() <= 5e-3 * b, "{} {score:?}: {a} and {b}", expected["name"]);
         }
     }
 }

@@ -11,7 +11,8 @@ use dmp_log::TrajectoryFormat;
 use crate::Exit;
 use crate::extrinsic::{self, NamedExtrinsic};
 use crate::log_args::{LogArgs, Mapper};
-use crate::runs::{NamedFile, Runs};
+use crate::named::NamedFile;
+use crate::runs::Runs;
 
 /// Tell what is in a log: topics, fields, scans, times, damage
 ///

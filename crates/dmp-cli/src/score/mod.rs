@@ -19,8 +19,9 @@ use dmp_log::TrajectoryFormat;
 
 use crate::extrinsic;
 use crate::log_args::LogArgs;
+use crate::named::{NamedFile, maps_of};
 use crate::progress::Progress;
-use crate::runs::{self, NamedFile, Runs};
+use crate::runs::{self, Runs};
 use crate::save::take_folder;
 use crate::settings::SettingsArgs;
 use crate::{Common, Exit};
@@ -90,7 +91,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     // What is short comes first, so that a mistake in it is told before a long log is read.
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
     let started = Runs::start(&files, arguments.trajectory_format)?;
-    let maps = runs::maps_of(&started.names(), &arguments.maps)?;
+    let maps = maps_of(&started.names(), &arguments.maps)?;
     let mut _taken = None;
     if let Some(folder) = &arguments.save_maps {
         fs::create_dir_all(folder)

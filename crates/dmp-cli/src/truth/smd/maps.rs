@@ -13,8 +13,9 @@ use super::SmdArgs;
 use crate::Common;
 use crate::exit::Usage;
 use crate::extrinsic;
+use crate::named::NamedFile;
 use crate::progress::Progress;
-use crate::runs::{self, NamedFile, Runs};
+use crate::runs::{self, Runs};
 use crate::score::announce;
 
 /// Every map against the reference.

@@ -14,9 +14,9 @@ use dmp_log::PointTime;
 use dmp_truth::surface::SurfaceSettings;
 
 use crate::extrinsic::NamedExtrinsic;
+use crate::named::NamedFile;
 use crate::parse::length_m;
 use crate::progress::Progress;
-use crate::runs::NamedFile;
 use crate::score::parse;
 use crate::{Common, Exit};
 
