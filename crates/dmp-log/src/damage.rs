@@ -41,7 +41,7 @@ impl DamageList {
     pub(crate) fn into_vec(self) -> Vec<Damage> {
         let more = self.more.into_iter().map(|(what, count)| {
             let place = if count == 1 { "1 more place".to_owned() } else { format!("{count} more places") };
-            Damage { place, what }
+            Damage { place, what, places: count }
         });
         self.named.into_iter().chain(more).collect()
     }
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     fn damage(k: usize, what: &str) -> Damage {
-        Damage { place: format!("byte {k}"), what: what.to_owned() }
+        Damage::new(format!("byte {k}"), what)
     }
 
     #[test]
@@ -77,10 +77,10 @@ mod tests {
         let all = all.into_vec();
         assert_eq!(all.len(), MOST_NAMED + 2);
         assert_eq!(all[99].place, "a.mcap, byte 99");
-        let entry = |place: &str, what: &str| Damage { place: place.into(), what: what.into() };
+        let entry = |place: &str, what: &str, places| Damage { places, ..Damage::new(place, what) };
         assert_eq!(
             all[100..],
-            [entry("900 more places", "a chunk of …"), entry("2 more places", "the tail is lost")]
+            [entry("900 more places", "a chunk of …", 900), entry("2 more places", "the tail is lost", 2)]
         );
     }
 

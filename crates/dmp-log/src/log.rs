@@ -162,6 +162,15 @@ pub struct Damage {
     pub place: String,
     /// What is wrong there and what is lost by it.
     pub what: String,
+    /// How many places it stands for: one, or those beyond the first hundred that are counted by kind.
+    pub places: u64,
+}
+
+impl Damage {
+    /// Damage in one place.
+    pub(crate) fn new(place: impl Into<String>, what: impl Into<String>) -> Self {
+        Self { place: place.into(), what: what.into(), places: 1 }
+    }
 }
 
 /// What was found in a log on opening it.

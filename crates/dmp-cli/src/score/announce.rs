@@ -68,7 +68,10 @@ fn log_in_words(summary: &LogSummary, scans: usize) -> String {
         None => "no times of points".to_owned(),
     });
     if !summary.damage.is_empty() {
-        parts.push(format!("DAMAGED in {}", counted(summary.damage.len() as u64, "place")));
+        parts.push(format!(
+            "DAMAGED in {}",
+            counted(summary.damage.iter().map(|lost| lost.places).sum(), "place")
+        ));
     }
     parts.join("; ")
 }

@@ -184,7 +184,7 @@ impl Bag {
             return damage;
         }
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        Damage { place: format!("{name}, {}", damage.place), what: damage.what }
+        Damage { place: format!("{name}, {}", damage.place), ..damage }
     }
 
     /// What identifies the bag.

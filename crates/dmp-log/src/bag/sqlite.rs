@@ -59,7 +59,7 @@ pub(super) fn walk(path: &Path, each: &mut Each<'_>) -> io::Result<FileWalked> {
     }
     for (id, count) in std::mem::take(&mut walk.unknown) {
         let what = format!("{count} messages of a topic that is nowhere described are lost");
-        walk.damage.push(Damage { place: format!("topic {id}"), what });
+        walk.damage.push(Damage::new(format!("topic {id}"), what));
     }
     walked.damage = walk.damage;
     Ok(walked)
@@ -86,7 +86,7 @@ impl Walk<'_, '_> {
                 (row.get_ref(1)?, row.get_ref(2)?, row.get_ref(3)?)
             else {
                 let what = "a row that is no topic, time and bytes is lost".to_owned();
-                self.damage.push(Damage { place: format!("row {id}"), what });
+                self.damage.push(Damage::new(format!("row {id}"), what));
                 continue;
             };
             match self.channels.get(&topic) {
@@ -100,7 +100,7 @@ impl Walk<'_, '_> {
     fn lost(&mut self, what: String) {
         let place =
             if self.next == i64::MIN { "the first row".to_owned() } else { format!("row {}", self.next) };
-        self.damage.push(Damage { place, what });
+        self.damage.push(Damage::new(place, what));
     }
 }
 

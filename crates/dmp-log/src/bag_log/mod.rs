@@ -158,7 +158,7 @@ impl BagLog {
                     "no field `{}`, which the log's first scan has; the scan is skipped",
                     choice.field
                 );
-                damage.push(Damage { place, what });
+                damage.push(Damage::new(place, what));
             }
             kept
         });
@@ -196,7 +196,7 @@ fn clouds_of(bag: &Bag) -> Result<(Walked, BTreeMap<String, TopicIndex>, StaticF
             && let Err(problem) = static_frames.add_message(coding, message.body)
         {
             let place = format!("{STATIC_TOPIC} ({})", message.location.in_words());
-            lost_frames.push(Damage { place, what: format!("{problem}; these frames are skipped") });
+            lost_frames.push(Damage::new(place, format!("{problem}; these frames are skipped")));
         }
         let Some(coding) = ScanCoding::of(message.channel) else { return };
         match clouds.get_mut(&message.channel.topic) {

@@ -40,7 +40,7 @@ impl TopicIndex {
             Ok(cloud) => cloud,
             Err(problem) => {
                 let place = format!("message {number} ({})", location.in_words());
-                self.damage.push(Damage { place, what: format!("{problem}; the scan is skipped") });
+                self.damage.push(Damage::new(place, format!("{problem}; the scan is skipped")));
                 return;
             }
         };

@@ -74,7 +74,7 @@ impl Cuts {
                     let chunk_end = if lost.len() < MAX_LOST_CHUNKS { chunk_end } else { total };
                     let count = chunk_end - index;
                     let what = format!("{problem}; {count} points are lost");
-                    damage.push(Damage { place: place.to_string(), what });
+                    damage.push(Damage::new(place.to_string(), what));
                     lost.push(index..chunk_end);
                     index = chunk_end;
                     continue;
@@ -116,7 +116,7 @@ impl Cuts {
             let what = format!(
                 "{no_number} points have a gps_time that is no number or beyond all dates: they are left out"
             );
-            damage.push(Damage { place: "the whole file".into(), what });
+            damage.push(Damage::new("the whole file", what));
         }
         let Some(origin_ns) = origin_ns else {
             let first = damage.first().map(|first| format!("; {}: {}", first.place, first.what));

@@ -113,7 +113,7 @@ impl ScanFolder {
                 Err(LogError::Malformed { path, place, problem }) => {
                     let place = format!("{}, {place}", path.display());
                     let what = format!("{problem}; the scan is skipped");
-                    damage.push(Damage { place, what });
+                    damage.push(Damage::new(place, what));
                     continue;
                 }
                 Err(error) => return Err(error),
@@ -122,7 +122,7 @@ impl ScanFolder {
             let is_cut = cut.is_some();
             if let Some(cut) = cut {
                 let place = format!("{}, {}", path.display(), cut.place);
-                damage.push(Damage { place, what: cut.what });
+                damage.push(Damage::new(place, cut.what));
             }
             // The last layout is almost always the one.
             let known = self.layouts.iter().rposition(|known| *known == file.head.layout);

@@ -148,7 +148,7 @@ impl Found {
             // The poses are well without it; whoever needs the frame will miss it.
             if let Err(problem) = self.static_frames.add_message(coding, message.body) {
                 let place = format!("topic {topic} ({})", message.location.in_words());
-                self.damage.push(Damage { place, what: problem });
+                self.damage.push(Damage::new(place, problem));
             }
             return;
         }

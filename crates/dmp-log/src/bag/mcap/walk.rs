@@ -36,7 +36,7 @@ pub(in crate::bag) fn walk(path: &Path, each: &mut Each<'_>) -> io::Result<FileW
     walk.records(&mut source, &hint)?;
     for (id, count) in walk.channels.unknown() {
         let what = format!("{count} messages of a channel that is not described before them are lost");
-        walk.damage.push(Damage { place: format!("channel {id}"), what });
+        walk.damage.push(Damage::new(format!("channel {id}"), what));
     }
     let bytes = source.length();
     Ok(FileWalked { channels: walk.channels.into_channels(), damage: walk.damage, bytes })
@@ -99,7 +99,7 @@ impl Walk<'_, '_> {
     }
 
     fn lost(&mut self, at: u64, what: String) {
-        self.damage.push(Damage { place: format!("byte {at}"), what });
+        self.damage.push(Damage::new(format!("byte {at}"), what));
     }
 
     fn chunk(
