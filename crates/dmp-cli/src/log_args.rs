@@ -13,8 +13,7 @@ use crate::parse;
 #[derive(Debug, Args)]
 pub(crate) struct LogArgs {
     /// The log: FILE.mcap or a rosbag2 folder or .db3 with PointCloud2 or Livox CustomMsg, a folder of scans
-    /// (.bin, .pcd, .ply, .las, .laz), or one .las or .laz with --made-with
-    /// .las, .laz), or one LAS or LAZ file in world coordinates, with --made-with
+    /// (.bin, .pcd, .ply, .las, .laz), or one .las or .laz file in world coordinates with --made-with
     #[arg(value_name = "LOG")]
     log: PathBuf,
     /// The topic with the scans, where the log has several
