@@ -20,6 +20,20 @@ pub enum MapError {
         /// The largest coordinate allowed, metres.
         limit_m: f64,
     },
+    /// A length that must be a positive number of metres is none.
+    #[error("{metres} m is no {what}")]
+    NoLength {
+        /// What it should be.
+        what: &'static str,
+        /// The value, metres.
+        metres: f64,
+    },
+    /// A normal that is no unit vector.
+    #[error("{normal:?} is no unit vector, so no normal of a surfel")]
+    NoNormal {
+        /// The vector.
+        normal: [f32; 3],
+    },
     /// A file could not be read or written.
     #[error("{}: {what}", path.display())]
     Io {

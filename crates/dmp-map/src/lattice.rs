@@ -3,7 +3,7 @@ use crate::MapError;
 /// Lattice units per metre: coordinates are rounded to 2⁻¹³ m (0.12 mm) before anything is summed.
 pub const UNITS_PER_M: f64 = 8192.0;
 /// Coordinates beyond this are refused, metres. Earth-centred coordinates (6.4e6 m) are well inside.
-const WORLD_LIMIT_M: f64 = 5e7;
+pub(crate) const WORLD_LIMIT_M: f64 = 5e7;
 /// Tiles are as near to this edge as a whole number of 2 v cells allows, metres.
 const TILE_EDGE_M: f64 = 32.0;
 

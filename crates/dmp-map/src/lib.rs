@@ -42,6 +42,7 @@ mod support;
 mod surfel;
 mod tally;
 mod tile_moments;
+mod tiles;
 
 pub use buckets::TileBuckets;
 pub use cache::{BudgetCache, Weight};
@@ -56,3 +57,4 @@ pub use store::{Durability, Store, StoreSummary, Tile, TileEntry, VERSION};
 pub use support::{Independence, Support};
 pub use surfel::Surfel;
 pub use tally::{Crossing, Met, Tally};
+pub use tiles::{LooseSurfels, TileExtent, TileSource, WorldSurfel};

@@ -80,6 +80,12 @@ impl Independence {
         Self { before: segment.saturating_sub(reach), after: segment.saturating_add(reach) }
     }
 
+    /// Third-lowest segments below the first, and third-highest segments above the second, are independent.
+    #[inline]
+    pub fn bounds(self) -> [i32; 2] {
+        [self.before, self.after]
+    }
+
     /// Whether a surfel with these two integers is independent of the return.
     #[inline]
     pub fn holds(self, third_lowest: i32, third_highest: i32) -> bool {

@@ -1,5 +1,6 @@
 use crate::lattice::TileId;
 use crate::surfel::Surfel;
+use crate::tiles::TileExtent;
 
 /// Version of the store format this program writes and reads.
 pub const VERSION: u32 = 1;
@@ -41,25 +42,13 @@ pub struct TileEntry {
     pub borders: Blob,
     /// Height that the tile's z counts from, world metres.
     pub base_z_m: f64,
-    /// Lowest and highest world z any disc of the tile reaches, metres.
-    pub z_range_m: [f64; 2],
-    /// Smallest third-lowest segment of its surfels: no surfel of the tile can be independent earlier.
-    pub min_third_lowest: i32,
-    /// Largest third-highest segment of its surfels.
-    pub max_third_highest: i32,
+    /// Bounds of its surfels, copies included.
+    pub extent: TileExtent,
 }
 
 impl TileEntry {
     pub(super) fn new(tile: TileId, base_z_m: f64) -> Self {
-        Self {
-            tile,
-            own: Blob::default(),
-            borders: Blob::default(),
-            base_z_m,
-            z_range_m: [f64::INFINITY, f64::NEG_INFINITY],
-            min_third_lowest: i32::MAX,
-            max_third_highest: i32::MIN,
-        }
+        Self { tile, own: Blob::default(), borders: Blob::default(), base_z_m, extent: TileExtent::EMPTY }
     }
 
     /// Surfels to load: its own and the copies.
@@ -68,13 +57,7 @@ impl TileEntry {
     }
 
     pub(super) fn bound(&mut self, surfels: &[Surfel], radius_m: f32) {
-        for surfel in surfels {
-            let half = f64::from(surfel.half_extents_m(radius_m)[2]) + 1e-3;
-            let z = self.base_z_m + f64::from(surfel.centre_in_tile_m[2]);
-            self.z_range_m = [self.z_range_m[0].min(z - half), self.z_range_m[1].max(z + half)];
-            self.min_third_lowest = self.min_third_lowest.min(surfel.third_lowest);
-            self.max_third_highest = self.max_third_highest.max(surfel.third_highest);
-        }
+        surfels.iter().for_each(|surfel| self.extent.add(surfel, self.base_z_m, radius_m));
     }
 
     pub(super) fn encode(&self, out: &mut Vec<u8>) {
@@ -87,11 +70,12 @@ impl TileEntry {
             out.extend(blob.crc32.to_le_bytes());
             out.extend([0; 4]);
         }
-        for value in [self.base_z_m, self.z_range_m[0], self.z_range_m[1]] {
+        let TileExtent { z_range_m, min_third_lowest, max_third_highest } = self.extent;
+        for value in [self.base_z_m, z_range_m[0], z_range_m[1]] {
             out.extend(value.to_le_bytes());
         }
-        out.extend(self.min_third_lowest.to_le_bytes());
-        out.extend(self.max_third_highest.to_le_bytes());
+        out.extend(min_third_lowest.to_le_bytes());
+        out.extend(max_third_highest.to_le_bytes());
         out.extend([0; 8]);
     }
 
@@ -106,7 +90,8 @@ impl TileEntry {
         let (own, borders) = (blob(), blob());
         let (base_z_m, z_range_m) = (at.f64(), [at.f64(), at.f64()]);
         let (min_third_lowest, max_third_highest) = (at.i32(), at.i32());
-        Self { tile, own, borders, base_z_m, z_range_m, min_third_lowest, max_third_highest }
+        let extent = TileExtent { z_range_m, min_third_lowest, max_third_highest };
+        Self { tile, own, borders, base_z_m, extent }
     }
 }
 

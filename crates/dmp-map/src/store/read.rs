@@ -242,7 +242,7 @@ fn check_entry(entry: &TileEntry, blobs_end: u64) -> Result<(), String> {
             ));
         }
     }
-    let [low, high] = entry.z_range_m;
+    let [low, high] = entry.extent.z_range_m;
     if !(entry.base_z_m.is_finite() && low.is_finite() && high.is_finite() && low <= high) {
         return Err(format!("tile {}: heights {low} to {high} m over {} m", entry.tile, entry.base_z_m));
     }

@@ -17,10 +17,14 @@ impl Extent {
     pub(super) fn of_store(store: &Store) -> Option<Self> {
         let (lattice, edge_m) = (store.lattice(), store.lattice().tile_edge_m());
         let tile = |entry: &dmp_map::TileEntry| {
-            let ([x, y], [low, high]) = (lattice.tile_corner_m(entry.tile), entry.z_range_m);
+            let ([x, y], [low, high]) = (lattice.tile_corner_m(entry.tile), entry.extent.z_range_m);
             Self { low_m: [x, y, low], high_m: [x + edge_m, y + edge_m, high] }
         };
-        store.entries().filter(|entry| entry.z_range_m[0] <= entry.z_range_m[1]).map(tile).reduce(Self::with)
+        store
+            .entries()
+            .filter(|entry| entry.extent.z_range_m[0] <= entry.extent.z_range_m[1])
+            .map(tile)
+            .reduce(Self::with)
     }
 
     fn with(self, other: Self) -> Self {
