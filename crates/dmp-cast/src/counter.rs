@@ -1,10 +1,17 @@
-use dmp_map::{BudgetCache, Crossing, Independence, MapError, Store, Tally, TileId, Weight};
+use std::sync::Arc;
 
-use crate::caster::{reaches_heights, wait};
-use crate::kernel::{TileRay, each_crossing};
-use crate::query::Query;
-use crate::tree::CastTile;
-use crate::walk::Walk;
+use dmp_map::{
+    BudgetCache, Crossing, Independence, MapError, Store, Tally, TileExtent, TileId, TileSource, Weight,
+};
+
+use crate::journey::{JourneyBuffers, Tiles, Traveller, Wait, travel};
+use crate::lanes::{Job, Simd};
+use crate::packet::{PacketRays, RAYS};
+use crate::path::Path;
+use crate::query::{CastSettings, Query, Wanted};
+use crate::rays::Rays;
+use crate::search::{Each, SearchLists, SearchRays};
+use crate::tile::{CastTile, LEAF_DISCS};
 
 /// A ray that measured something within this of a crossing ended there; one that measured something
 /// further than this behind the surfel's plane went through, metres.
@@ -20,13 +27,15 @@ pub struct CrossingCounter {
     store: Store,
     reach: i32,
     tiles: BudgetCache<TileId, NumberedTile>,
+    path: Path,
 }
 
 #[derive(Debug)]
-struct NumberedTile {
+pub(crate) struct NumberedTile {
     tile: CastTile,
-    /// For each surfel of the leaves its place in the store's tile.
+    /// For each place of the leaves the surfel's place in the store's tile.
     places: Vec<u32>,
+    surfels: usize,
 }
 
 impl Weight for NumberedTile {
@@ -38,9 +47,9 @@ impl Weight for NumberedTile {
 /// Per-thread buffers of [`CrossingCounter::count`].
 #[derive(Debug, Default)]
 pub struct CountBuffers {
-    walks: Vec<Walk>,
-    waiting: Vec<Vec<(TileId, u32)>>,
-    stack: Vec<u32>,
+    journey: JourneyBuffers,
+    rays: PacketRays,
+    lists: SearchLists,
     crossings: Vec<Crossing>,
 }
 
@@ -48,7 +57,7 @@ impl CrossingCounter {
     /// A counter over `store` that keeps at most about `budget_bytes` of tiles in memory; `reach` segments to
     /// each side of a ray's own are not independent of it.
     pub fn new(store: Store, reach: i32, budget_bytes: usize) -> Self {
-        Self { store, reach, tiles: BudgetCache::new(budget_bytes) }
+        Self { store, reach, tiles: BudgetCache::new(budget_bytes), path: Path::best() }
     }
 
     /// The map.
@@ -72,112 +81,118 @@ impl CrossingCounter {
         tally: &Tally,
         buffers: &mut CountBuffers,
     ) -> Result<(), MapError> {
-        let CountBuffers { walks, waiting, stack, crossings } = buffers;
-        let edge_m = self.store.lattice().tile_edge_m();
-        walks.clear();
-        waiting.iter_mut().for_each(Vec::clear);
-        for (index, query) in queries.iter().enumerate() {
-            let mut walk = Walk::new(query.origin_in_world_m, query.direction_in_world, edge_m);
-            if self.next_tile(query, &mut walk) {
-                wait(waiting, &walk, index as u32);
-            }
-            walks.push(walk);
+        self.path.run(CountBlock { counter: self, queries, tally, buffers })
+    }
+}
+
+impl Tiles for CrossingCounter {
+    type Tile = NumberedTile;
+
+    fn edge_m(&self) -> f64 {
+        self.store.tile_edge_m()
+    }
+
+    fn bounds(&self) -> Option<[TileId; 2]> {
+        self.store.tile_bounds()
+    }
+
+    fn extent(&self, tile: TileId) -> Option<TileExtent> {
+        self.store.tile_extent(tile)
+    }
+
+    fn load(&self, tile: TileId) -> Result<Arc<NumberedTile>, MapError> {
+        let radius_m = self.store.disc_radius_m() as f32;
+        self.tiles.get(tile, || {
+            let loaded = self.store.load(tile)?;
+            let surfels = loaded.as_ref().map_or(0, |tile| tile.surfels.len());
+            let (tile, places) =
+                loaded.map_or_else(Default::default, |tile| CastTile::numbered(&tile, radius_m));
+            Ok(NumberedTile { tile, places, surfels })
+        })
+    }
+}
+
+struct CountBlock<'a> {
+    counter: &'a CrossingCounter,
+    queries: &'a [Query],
+    tally: &'a Tally,
+    buffers: &'a mut CountBuffers,
+}
+
+impl Job for CountBlock<'_> {
+    type Output = Result<(), MapError>;
+
+    #[inline(always)]
+    fn on<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { counter, queries, tally, buffers } = self;
+        let CountBuffers { journey, rays, lists, crossings } = buffers;
+        // Through all tiles up to where the ray ended, whatever it crosses on the way.
+        let settings = CastSettings {
+            horizon_m: f64::INFINITY,
+            beyond_m: ON_M,
+            wanted: Wanted::First,
+            ..CastSettings::default()
+        };
+        journey.order.as_given(queries);
+        let mut counting = Counting { reach: counter.reach, queries, tally, rays, lists, crossings };
+        travel(simd, counter, &settings, queries, journey, &mut counting)
+    }
+}
+
+struct Counting<'a> {
+    reach: i32,
+    queries: &'a [Query],
+    tally: &'a Tally,
+    rays: &'a mut PacketRays,
+    lists: &'a mut SearchLists,
+    crossings: &'a mut Vec<Crossing>,
+}
+
+impl Traveller for Counting<'_> {
+    type Tile = NumberedTile;
+
+    #[inline(always)]
+    fn visit<S: Simd>(
+        &mut self,
+        simd: S,
+        id: TileId,
+        numbered: &NumberedTile,
+        packets: &mut [Rays],
+        waits: &[Wait],
+    ) -> Result<(), MapError> {
+        let NumberedTile { tile, places, surfels } = numbered;
+        let Self { reach, queries, tally, rays, lists, crossings } = self;
+        crossings.clear();
+        for wait in waits {
+            let packet = &packets[wait.packet as usize];
+            let ends = packet.in_tile(tile.origin_in_world_m, rays);
+            rays.from_m = [0.0; RAYS];
+            // What lies on the border belongs to the next tile.
+            rays.to_m = ends.map(f32::next_down);
+            let segment = queries[packet.query(0)].segment;
+            let independence = segment.map(|segment| Independence::of(segment, *reach));
+            let each = |lane: usize, leaf: usize, disc: usize, range_m: f32| {
+                let [low, high] = tile.support[leaf].of(disc);
+                let is_independent = || independence.is_some_and(|i| i.holds(low, high));
+                let beyond_m = rays.measured_m[lane] - range_m;
+                let on = beyond_m <= ON_M as f32;
+                // At grazing incidence the ray leaves the surfel's plane slowly, and a small error of the plane
+                // moves the crossing far.
+                let normal = tile.leaves[leaf].disc(disc, 3);
+                let cos: f32 = (0..3).map(|k| rays.direction[k][lane] * normal[k]).sum();
+                let through = || beyond_m * cos.abs() > ON_M as f32 && is_independent();
+                if on || through() {
+                    crossings.push(Crossing { surfel: places[leaf * LEAF_DISCS + disc], on });
+                }
+            };
+            let (lanes, found) = (wait.lanes, &mut Each(each));
+            simd.run(SearchRays { tile, rays, lanes, found, lists });
         }
-        let mut steps = 0;
-        while steps < waiting.len() {
-            let mut list = std::mem::take(&mut waiting[steps]);
-            list.sort_unstable();
-            for group in list.chunk_by(|a, b| a.0 == b.0) {
-                let id = group[0].0;
-                let numbered = self.tiles.get(id, || self.load(id))?;
-                crossings.clear();
-                for &(_, index) in group {
-                    let (query, walk) = (&queries[index as usize], &mut walks[index as usize]);
-                    self.count_in(&numbered, query, walk, stack, crossings);
-                    if walk.leave_m() < f64::INFINITY {
-                        walk.advance();
-                        if self.next_tile(query, walk) {
-                            wait(waiting, walk, index);
-                        }
-                    }
-                }
-                if !crossings.is_empty() {
-                    tally.add(id, numbered.places.len(), crossings)?;
-                }
-            }
-            list.clear();
-            waiting[steps] = list;
-            steps += 1;
+        if !crossings.is_empty() {
+            tally.add(id, *surfels, crossings)?;
         }
         Ok(())
     }
 
-    fn load(&self, tile: TileId) -> Result<NumberedTile, MapError> {
-        let radius_m = self.store.lattice().disc_radius_m() as f32;
-        let (tile, places) =
-            self.store.load(tile)?.map_or_else(Default::default, |tile| CastTile::numbered(&tile, radius_m));
-        Ok(NumberedTile { tile, places })
-    }
-
-    fn next_tile(&self, query: &Query, walk: &mut Walk) -> bool {
-        let Some(bounds) = self.store.bounds() else { return false };
-        let end_m = query.measured_m + ON_M;
-        loop {
-            if walk.enter_m > end_m || walk.leaves(bounds) {
-                return false;
-            }
-            let leave_m = walk.leave_m().min(end_m);
-            if self
-                .store
-                .entry(walk.tile)
-                .is_some_and(|entry| reaches_heights(query, entry, walk.enter_m, leave_m))
-            {
-                return true;
-            }
-            if walk.leave_m() == f64::INFINITY {
-                return false;
-            }
-            walk.advance();
-        }
-    }
-
-    fn count_in(
-        &self,
-        numbered: &NumberedTile,
-        query: &Query,
-        walk: &Walk,
-        stack: &mut Vec<u32>,
-        crossings: &mut Vec<Crossing>,
-    ) {
-        let NumberedTile { tile, places } = numbered;
-        let enter_m = walk.enter_m;
-        let d = query.direction_in_world;
-        let independence = query.segment.map(|segment| Independence::of(segment, self.reach));
-        let leave_m = (walk.leave_m() - enter_m) as f32;
-        let ray = TileRay {
-            origin_m: std::array::from_fn(|k| {
-                (query.origin_in_world_m[k] + d[k] * enter_m - tile.origin_in_world_m[k]) as f32
-            }),
-            direction: d.map(|c| c as f32),
-            measured_m: (query.measured_m - enter_m) as f32,
-            from_m: 0.0,
-            to_m: leave_m.min((query.measured_m + ON_M - enter_m) as f32),
-            independence,
-            revisit: None,
-        };
-        each_crossing(tile, &ray, stack, |place, range_m| {
-            let surfel = &tile.surfels[place];
-            let is_independent =
-                || independence.is_some_and(|i| i.holds(surfel.third_lowest, surfel.third_highest));
-            let beyond_m = ray.measured_m - range_m;
-            let on = beyond_m <= ON_M as f32;
-            // At grazing incidence the ray leaves the surfel's plane slowly, and a small error of the plane
-            // moves the crossing far.
-            let cos: f32 = (0..3).map(|k| ray.direction[k] * surfel.normal[k]).sum();
-            let through = || beyond_m * cos.abs() > ON_M as f32 && is_independent();
-            if range_m < leave_m && (on || through()) {
-                crossings.push(Crossing { surfel: places[place], on });
-            }
-        });
-    }
+    fn arrive(&mut self, _: &[Rays]) {}
 }

@@ -1,11 +1,15 @@
 //! The tiled BVH caster: rays in; first, nearest and first-independent surfel ranges out.
 //!
 //! # Brief overview
-//! A [`Caster`] stands on a [`Store`](dmp_map::Store) and answers blocks of [`Query`]s with
-//! [`Answer`]s: where a ray crosses the map first (the z' of Zhang & Chen 2021, eq. 7), where nearest to
-//! the measured range, and where first among the surfels that owe nothing to the ray's own part of the
-//! drive. The three come from one walk. Rays go through the map's tiles nearest first; a block's rays
-//! are taken tile by tile, so each tile is loaded once for a block however little memory there is.
+//! A [`Caster`] stands on a map (a [`Store`](dmp_map::Store) on disk, or any [`TileSource`](dmp_map::TileSource)) and
+//! answers blocks of [`Query`]s with [`Answer`]s: where a ray crosses the map first (the z' of Zhang & Chen 2021,
+//! eq. 7), where nearest to the measured range, and where first among the surfels that owe nothing to the ray's own
+//! part of the drive. The three come from one walk.
+//!
+//! Rays go through the map's tiles nearest first, together with their neighbours: in packets of sixteen where that
+//! pays, one by one elsewhere. Every tile has a tree of its own, eight wide, over leaves of sixteen discs that are
+//! tested at once, with AVX-512, AVX2 or what every processor has ([`Path`]). None of this changes a bit of an
+//! answer. How it works and why is told in `docs/casting.md`, how fast it is in `docs/performance.md`.
 //!
 //! A miss is `None`, never a range. World coordinates are `f64`; inside a tile, `f32` from the place
 //! where the ray enters it.
@@ -28,13 +32,34 @@
 //! # Ok::<(), dmp_map::MapError>(())
 //! ```
 
-mod caster;
-mod counter;
-mod kernel;
-mod query;
-mod tree;
-mod walk;
+#![expect(
+    clippy::inline_always,
+    reason = "what holds vectors must be compiled for their instructions: see `lanes`"
+)]
+#![expect(
+    clippy::needless_bitwise_bool,
+    reason = "what is decided for sixteen rays at once must not jump for one"
+)]
+#![expect(clippy::needless_range_loop, reason = "columns of sixteen are gone through side by side, by lane")]
 
-pub use caster::{CastBuffers, Caster};
+mod answers;
+mod build;
+mod caster;
+mod casting;
+mod counter;
+mod frustum;
+mod journey;
+mod lanes;
+mod order;
+mod packet;
+mod path;
+mod query;
+mod rays;
+mod search;
+mod tile;
+
+pub use caster::Caster;
+pub use casting::{CastBuffers, Grouping};
 pub use counter::{CountBuffers, CrossingCounter};
-pub use query::{Answer, CastSettings, Query};
+pub use path::Path;
+pub use query::{Answer, CastSettings, Query, RETURN_M, Wanted};

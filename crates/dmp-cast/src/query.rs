@@ -2,6 +2,7 @@ use dmp_map::Independence;
 
 /// A ray and what was measured along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(align(64))] // Rays are taken out of order: each from one cache line.
 pub struct Query {
     /// Where the ray starts, world frame, metres.
     pub origin_in_world_m: [f64; 3],
@@ -16,6 +17,7 @@ pub struct Query {
 
 /// What the map predicts along a ray; ranges in metres from the ray's origin, `None` for a miss.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(align(64))] // Written out of order, as queries are read.
 pub struct Answer {
     /// z1: the first surfel crossed.
     pub first_m: Option<f64>,
@@ -27,9 +29,14 @@ pub struct Answer {
     /// |n·d| between that surfel's normal and the ray: 1 where it is hit squarely. Of two surfels at the same
     /// range the larger. In no score of the report: the study looks at it.
     pub independent_cos: Option<f32>,
-    /// Whether any surfel crossed is independent at the wider reach: the place was seen on another visit.
+    /// Whether a surfel crossed up to half a metre ([`RETURN_M`]) behind the return is independent at the wider
+    /// reach: the place was seen on another visit. What the ray would meet further on says nothing of the place.
     pub revisited: bool,
 }
+
+/// A crossing up to this far behind the measured range may still be of what was measured, metres. Rays go in packets
+/// as far as that.
+pub const RETURN_M: f64 = 0.5;
 
 /// How far and for what the caster looks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,11 +49,33 @@ pub struct CastSettings {
     pub reach: i32,
     /// The same for `revisited`.
     pub revisit_reach: i32,
+    /// Nothing further than this behind the measured range is looked for, metres: infinite for the predictions
+    /// that the scores are made of.
+    pub beyond_m: f64,
+    /// Which answers are wanted.
+    pub wanted: Wanted,
+}
+
+/// Which answers are wanted of the three.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Wanted {
+    /// z1 alone, the paper's: all else is `None`.
+    First,
+    /// z1, zn and zc.
+    #[default]
+    Three,
 }
 
 impl Default for CastSettings {
     fn default() -> Self {
-        Self { horizon_m: 200.0, window_m: 5.0, reach: 1, revisit_reach: 5 }
+        Self {
+            horizon_m: 200.0,
+            window_m: 5.0,
+            reach: 1,
+            revisit_reach: 5,
+            beyond_m: f64::INFINITY,
+            wanted: Wanted::Three,
+        }
     }
 }
 

@@ -6,7 +6,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
-use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query};
+use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Grouping, Path, Query, RETURN_M, Wanted};
 use dmp_map::{Durability, FuseScratch, Independence, Lattice, MapFuser, Store};
 use proptest::prelude::*;
 
@@ -111,7 +111,8 @@ fn brute_force(discs: &[Disc], query: &Query, settings: &CastSettings, radius_m:
                 (answer.independent_m, answer.independent_cos) = (Some(t), Some(cos.abs() as f32));
             }
         }
-        answer.revisited |= independent(disc, settings.revisit_reach);
+        let at_place = t <= query.measured_m + RETURN_M + slack;
+        answer.revisited |= at_place && independent(disc, settings.revisit_reach);
     }
     answer
 }
@@ -135,9 +136,24 @@ fn same_cos(perhaps: &Answer, found: &Answer, surely: &Answer) -> bool {
 fn check(store: Store, queries: &[Query], settings: CastSettings, budget_bytes: usize) -> [usize; 3] {
     let discs = discs_of(&store);
     let radius_m = store.lattice().disc_radius_m();
-    let caster = Caster::new(store, settings, budget_bytes);
+    let mut caster = Caster::new(store, settings, budget_bytes);
     let mut answers = Vec::new();
     caster.cast(queries, &mut answers, &mut CastBuffers::default()).unwrap();
+    // The same bits on every path, however rays are grouped.
+    for path in Path::all() {
+        for grouping in [Grouping::Auto, Grouping::Single, Grouping::Packets] {
+            caster = caster.with(path, grouping);
+            let mut again = Vec::new();
+            caster.cast(queries, &mut again, &mut CastBuffers::default()).unwrap();
+            let differ = answers.iter().zip(&again).position(|(a, b)| a != b);
+            assert!(
+                differ.is_none(),
+                "{} {grouping:?}: {:?}",
+                path.name(),
+                differ.map(|k| (answers[k], again[k]))
+            );
+        }
+    }
     let mut hits = [0; 3];
     for (query, found) in queries.iter().zip(&answers) {
         let surely = brute_force(&discs, query, &settings, radius_m, -1e-4);
@@ -177,6 +193,120 @@ fn random_queries(random: &mut Random, offset: [f64; 3], count: usize) -> Vec<Qu
             }
         })
         .collect()
+}
+
+/// Rays of a spinning sensor on its way, ring by ring or column by column, in segment 12.
+fn scan_queries(
+    random: &mut Random,
+    offset: [f64; 3],
+    rings: usize,
+    steps: usize,
+    by_column: bool,
+) -> Vec<Query> {
+    let (x, y) = (random.between(-20.0, 40.0), random.between(-20.0, 40.0));
+    let ray = |ring: usize, step: usize, random: &mut Random| {
+        let share = step as f64 / steps as f64;
+        let (heading, up) = (share * std::f64::consts::TAU, (ring as f64 / rings as f64 - 0.6) * 0.4);
+        Query {
+            origin_in_world_m: [offset[0] + x + 0.8 * share, offset[1] + y - 0.3 * share, offset[2] + 1.5],
+            direction_in_world: [heading.cos() * up.cos(), heading.sin() * up.cos(), up.sin()],
+            measured_m: random.between(4.0, 6.0) * 1.5f64.powi((step / 40 % 5) as i32),
+            segment: Some(12),
+        }
+    };
+    if by_column {
+        (0..steps).flat_map(|s| (0..rings).map(move |r| (r, s))).map(|(r, s)| ray(r, s, random)).collect()
+    } else {
+        (0..rings).flat_map(|r| (0..steps).map(move |s| (r, s))).map(|(r, s)| ray(r, s, random)).collect()
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+    #[test]
+    fn so_they_are_for_the_rays_of_a_scan(seed in any::<u64>(), far in any::<bool>(), by_column in any::<bool>()) {
+        let offset = if far { [500_000.0, 4_000_000.0, 250.0] } else { [0.0; 3] };
+        let mut random = Random(seed);
+        let store = random_map(&mut random, offset, 3000);
+        let queries = scan_queries(&mut random, offset, 12, 200, by_column);
+        let hits = check(store, &queries, CastSettings { horizon_m: 60.0, ..CastSettings::default() }, usize::MAX);
+        prop_assert!(hits.iter().all(|&hits| hits > 20), "{hits:?}");
+    }
+}
+
+#[test]
+fn a_bound_behind_the_return_leaves_out_what_lies_beyond_and_nothing_else() {
+    let mut random = Random(21);
+    let queries = scan_queries(&mut random, [0.0; 3], 16, 400, true);
+    let answers_of = |settings: CastSettings| {
+        let caster = Caster::new(random_map(&mut Random(22), [0.0; 3], 8000), settings, usize::MAX);
+        let mut answers = Vec::new();
+        caster.cast(&queries, &mut answers, &mut CastBuffers::default()).unwrap();
+        answers
+    };
+    let all = answers_of(CastSettings::default());
+    let mut left_out = 0;
+    for beyond_m in [0.2, 3.0] {
+        let bounded = answers_of(CastSettings { beyond_m, ..CastSettings::default() });
+        for ((query, all), bounded) in queries.iter().zip(&all).zip(&bounded) {
+            let near = |range_m: Option<f64>| range_m.filter(|&t| t <= query.measured_m + beyond_m);
+            // A bound is rounded as ranges are: to the bit only off its very edge.
+            let on_the_edge =
+                |t: Option<f64>| t.is_some_and(|t| (t - query.measured_m - beyond_m).abs() < 1e-4);
+            for (all, bounded) in [(all.first_m, bounded.first_m), (all.independent_m, bounded.independent_m)]
+            {
+                assert!(near(all) == bounded || on_the_edge(all), "{all:?} {bounded:?}");
+                left_out += usize::from(bounded.is_none() && all.is_some());
+            }
+        }
+    }
+    assert!(left_out > 500, "{left_out}");
+}
+
+#[test]
+fn the_first_alone_is_the_first_of_three() {
+    let mut random = Random(31);
+    let mut queries = scan_queries(&mut random, [0.0; 3], 16, 300, false);
+    queries.extend(random_queries(&mut random, [0.0; 3], 2000));
+    let answers_of = |wanted| {
+        let settings = CastSettings { wanted, ..CastSettings::default() };
+        let caster = Caster::new(random_map(&mut Random(32), [0.0; 3], 8000), settings, usize::MAX);
+        let mut answers = Vec::new();
+        caster.cast(&queries, &mut answers, &mut CastBuffers::default()).unwrap();
+        answers
+    };
+    for (three, first) in answers_of(Wanted::Three).iter().zip(&answers_of(Wanted::First)) {
+        assert_eq!(*first, Answer { first_m: three.first_m, ..Answer::default() });
+    }
+}
+
+#[test]
+fn numbers_that_are_none_give_no_answer_and_no_panic() {
+    let caster =
+        Caster::new(random_map(&mut Random(41), [0.0; 3], 2000), CastSettings::default(), usize::MAX);
+    let mut queries = random_queries(&mut Random(42), [0.0; 3], 64);
+    let whole = queries.clone();
+    for (k, query) in queries.iter_mut().enumerate().step_by(4) {
+        let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300][k / 4 % 4];
+        match k / 16 {
+            0 => query.origin_in_world_m[k / 4 % 3] = bad,
+            1 => query.direction_in_world[k / 4 % 3] = bad,
+            2 => query.measured_m = bad,
+            _ => query.direction_in_world = [0.0; 3],
+        }
+    }
+    let (mut answers, mut expected) = (Vec::new(), Vec::new());
+    for path in Path::all() {
+        let caster =
+            Caster::new(random_map(&mut Random(41), [0.0; 3], 2000), CastSettings::default(), usize::MAX)
+                .with(path, Grouping::Packets);
+        caster.cast(&queries, &mut answers, &mut CastBuffers::default()).unwrap();
+    }
+    caster.cast(&whole, &mut expected, &mut CastBuffers::default()).unwrap();
+    // The others answer as if nothing were beside them.
+    for k in (0..queries.len()).filter(|k| k % 4 != 0) {
+        assert_eq!(answers[k], expected[k]);
+    }
 }
 
 proptest! {
@@ -228,7 +358,7 @@ fn a_block_loads_a_tile_once_for_rays_from_one_place() {
     let store = random_map(&mut Random(6), [0.0; 3], 5000);
     let tiles = store.entries().count() as u64;
     let mut queries = random_queries(&mut Random(5), [0.0; 3], 500);
-    queries.iter_mut().for_each(|q| q.origin_in_world_m = [5.0, 6.0, 0.0]);
+    queries.iter_mut().for_each(|q| (q.origin_in_world_m, q.segment) = ([5.0, 6.0, 0.0], Some(7)));
     let caster = Caster::new(store, CastSettings::default(), 1);
     caster.cast(&queries, &mut Vec::new(), &mut CastBuffers::default()).unwrap();
     assert!(caster.tile_loads() <= tiles, "{} loads of {tiles} tiles", caster.tile_loads());

@@ -81,7 +81,7 @@ impl Worker for CastWorker<'_> {
                 residuals[run].clear();
                 for (ray, answer) in rays.iter().zip(&answers[run]) {
                     let residual = residuals_of(ray.range_m, answer);
-                    let tile = casters[run].store().lattice().tile_of(ray.endpoint_in_world());
+                    let tile = casters[run].map().lattice().tile_of(ray.endpoint_in_world());
                     let tile = tile.map_err(EvaluateError::map_of(&runs[run].name))?;
                     tiles.entry((run, tile)).or_default().add(&residual);
                     residuals[run].push(residual);

@@ -108,7 +108,7 @@ impl Look<'_> {
     fn at_map(&self, caster: &Caster) -> Result<Option<String>, EvaluateError> {
         let places = self.plan.frames().iter().filter_map(|frame| self.poses.of_frame(frame));
         let drive = Extent::of_points(places.map(|pose| pose.translation.vector.into()));
-        let Some((drive, map)) = drive.zip(Extent::of_store(caster.store())) else { return Ok(None) };
+        let Some((drive, map)) = drive.zip(Extent::of_store(caster.map())) else { return Ok(None) };
         let gap_m = drive.gap_m(&map);
         if gap_m > self.config.max_range_m {
             return Ok(Some(format!(

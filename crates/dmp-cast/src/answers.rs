@@ -1,0 +1,144 @@
+//! z1, zn and zc of rays that go one by one.
+
+use dmp_map::Independence;
+
+use crate::lanes::{Lanes, Simd};
+use crate::packet::{Column, PacketAnswers, PacketRays, RAYS};
+use crate::search::{Search, each_hit};
+use crate::tile::{CastTile, Node};
+
+/// z1 alone: the rays' bounds are to be no further than the best so far.
+pub(crate) struct First<'a>(pub(crate) &'a mut Column);
+
+impl Search for First<'_> {
+    #[inline(always)]
+    fn children<S: Simd>(
+        &self,
+        simd: S,
+        _: usize,
+        _: &Node,
+        _: S::Eight,
+        _: S::Eight,
+    ) -> <S::Eight as Lanes>::Mask {
+        S::Eight::mask_of(simd.eight(), u32::MAX)
+    }
+
+    #[inline(always)]
+    fn take<S: Simd>(
+        &mut self,
+        simd: S,
+        lane: usize,
+        _: usize,
+        ranges_m: S::Sixteen,
+        hits: <S::Sixteen as Lanes>::Mask,
+    ) {
+        let none = S::Sixteen::splat(simd.sixteen(), f32::INFINITY);
+        let first_m = ranges_m.where_or(hits, none).smallest();
+        self.0[lane] = self.0[lane].min(first_m);
+    }
+}
+
+/// z1, zn and zc.
+pub(crate) struct Three<'a> {
+    tile: &'a CastTile,
+    rays: &'a PacketRays,
+    independence: Option<Independence>,
+    revisit: Option<Independence>,
+    /// The best so far: bounds for what is still worth looking at.
+    answers: &'a mut PacketAnswers,
+    /// Between these a crossing may be the nearest.
+    window_m: [Column; 2],
+}
+
+impl<'a> Three<'a> {
+    #[inline(always)]
+    pub(crate) fn new(
+        tile: &'a CastTile,
+        rays: &'a PacketRays,
+        [independence, revisit]: [Option<Independence>; 2],
+        answers: &'a mut PacketAnswers,
+    ) -> Self {
+        let mut window_m = [[0.0; RAYS]; 2];
+        for lane in 0..RAYS {
+            window_m[0][lane] = rays.measured_m[lane] - answers.gap_m[lane];
+            window_m[1][lane] = rays.measured_m[lane] + answers.gap_m[lane];
+        }
+        Self { tile, rays, independence, revisit, answers, window_m }
+    }
+}
+
+impl Search for Three<'_> {
+    #[inline(always)]
+    fn children<S: Simd>(
+        &self,
+        simd: S,
+        lane: usize,
+        node: &Node,
+        enter_m: S::Eight,
+        leave_m: S::Eight,
+    ) -> <S::Eight as Lanes>::Mask {
+        let eight = simd.eight();
+        let first = enter_m.lt(S::Eight::splat(eight, self.answers.first_m[lane]));
+        let nearest = enter_m.le(S::Eight::splat(eight, self.window_m[1][lane]))
+            & S::Eight::splat(eight, self.window_m[0][lane]).le(leave_m);
+        let mut wanted = first | nearest;
+        if let Some(independence) = self.independence {
+            let nearer = enter_m.lt(S::Eight::splat(eight, self.answers.independent_m[lane]));
+            wanted = wanted | (nearer & may_hold(simd, node, independence));
+        }
+        if let (0, Some(revisit)) = (self.answers.revisited >> lane & 1, self.revisit) {
+            let at_place = enter_m.le(S::Eight::splat(eight, self.rays.place_m[lane]));
+            wanted = wanted | (at_place & may_hold(simd, node, revisit));
+        }
+        wanted
+    }
+
+    #[inline(always)]
+    fn take<S: Simd>(
+        &mut self,
+        _: S,
+        lane: usize,
+        leaf: usize,
+        ranges_m: S::Sixteen,
+        hits: <S::Sixteen as Lanes>::Mask,
+    ) {
+        each_hit(ranges_m, hits, |disc, range_m| self.take_one(lane, leaf, disc, range_m));
+    }
+}
+
+impl Three<'_> {
+    #[inline(always)]
+    fn take_one(&mut self, lane: usize, leaf: usize, disc: usize, range_m: f32) {
+        let answers = &mut *self.answers;
+        answers.first_m[lane] = answers.first_m[lane].min(range_m);
+        let gap_m = (range_m - self.rays.measured_m[lane]).abs();
+        let (nearest_m, least_m) = (&mut answers.nearest_m[lane], &mut answers.gap_m[lane]);
+        if gap_m < *least_m || (gap_m == *least_m && range_m < *nearest_m) {
+            (*nearest_m, *least_m) = (range_m, gap_m);
+        }
+        let [low, high] = self.tile.support[leaf].of(disc);
+        let holds = |independence: Option<Independence>| independence.is_some_and(|i| i.holds(low, high));
+        let (independent_m, best_cos) =
+            (&mut answers.independent_m[lane], &mut answers.independent_cos[lane]);
+        if range_m <= *independent_m && holds(self.independence) {
+            let [x, y, z] = self.tile.leaves[leaf].disc(disc, 3);
+            let d = self.rays.direction;
+            // Rounding must not lift it over 1.
+            let cos = (x * d[0][lane] + y * d[1][lane] + z * d[2][lane]).abs().min(1.0);
+            // Of two at the same range the one hit more squarely, whichever came first.
+            if range_m < *independent_m || cos > *best_cos {
+                (*independent_m, *best_cos) = (range_m, cos);
+            }
+        }
+        let at_place = range_m <= self.rays.place_m[lane];
+        answers.revisited |= u32::from(at_place && holds(self.revisit)) << lane;
+    }
+}
+
+/// Which children of a node may hold a surfel that is independent.
+#[inline(always)]
+fn may_hold<S: Simd>(simd: S, node: &Node, independence: Independence) -> <S::Eight as Lanes>::Mask {
+    let [below, above] = independence.bounds();
+    S::Eight::below(simd.eight(), &node.min_third_lowest, below)
+        | S::Eight::above(simd.eight(), &node.max_third_highest, above)
+}

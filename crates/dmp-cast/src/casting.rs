@@ -1,0 +1,161 @@
+//! What rays ask in each tile.
+
+use dmp_map::{MapError, TileId};
+
+use crate::answers::{First, Three};
+use crate::frustum::Frustum;
+use crate::journey::{JourneyBuffers, Traveller, Wait};
+use crate::lanes::Simd;
+use crate::packet::{CastPackets, PACKETS, PacketAnswers, PacketLists, RAYS, Visit};
+use crate::query::{Answer, Wanted};
+use crate::rays::Rays;
+use crate::search::{SearchLists, SearchRays};
+use crate::tile::CastTile;
+
+/// How rays are taken through a tile. No answer depends on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Grouping {
+    /// Packets where they pay, single rays elsewhere.
+    #[default]
+    Auto,
+    /// Every ray alone.
+    Single,
+    /// Packets wherever there is more than one ray.
+    Packets,
+}
+
+/// Per-thread buffers of a caster.
+#[derive(Debug, Default)]
+pub struct CastBuffers {
+    pub(crate) journey: JourneyBuffers,
+    pub(crate) lists: Lists,
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct Lists {
+    visits: Box<[Visit; PACKETS]>,
+    /// The visits' answers as they were.
+    before: Box<[PacketAnswers; PACKETS]>,
+    /// How far the visits' rays go in the tile.
+    ends: [[f32; RAYS]; PACKETS],
+    /// Which of them go in a packet.
+    packed: [u32; PACKETS],
+    of_packets: PacketLists,
+    of_rays: SearchLists,
+}
+
+/// Answers every query: what is done in each tile, and at the end.
+pub(crate) struct Casting<'a> {
+    pub(crate) grouping: Grouping,
+    pub(crate) wanted: Wanted,
+    /// As many as there are queries.
+    pub(crate) answers: &'a mut [Answer],
+    pub(crate) lists: &'a mut Lists,
+}
+
+impl Traveller for Casting<'_> {
+    type Tile = CastTile;
+
+    #[inline(always)]
+    fn visit<S: Simd>(
+        &mut self,
+        simd: S,
+        _: TileId,
+        tile: &CastTile,
+        packets: &mut [Rays],
+        waits: &[Wait],
+    ) -> Result<(), MapError> {
+        for waits in waits.chunks(PACKETS) {
+            visit_tile(simd, tile, packets, waits, self.grouping, self.wanted, self.lists);
+        }
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn arrive(&mut self, packets: &[Rays]) {
+        packets.iter().for_each(|rays| rays.answer(self.answers));
+    }
+}
+
+/// Improves the answers of packets by what is in a tile: up to [`PACKETS`] at a time.
+#[inline(always)]
+fn visit_tile<S: Simd>(
+    simd: S,
+    tile: &CastTile,
+    packets: &mut [Rays],
+    waits: &[Wait],
+    grouping: Grouping,
+    wanted: Wanted,
+    lists: &mut Lists,
+) {
+    let Lists { visits, before, ends, packed, of_packets, of_rays } = lists;
+    let mut together = 0;
+    for (k, wait) in waits.iter().enumerate() {
+        let (rays, visit) = (&packets[wait.packet as usize], &mut visits[k]);
+        let asked = rays.asked();
+        (visit.independence, visit.revisit) = (asked.independence, asked.revisit);
+        ends[k] = rays.in_tile(tile.origin_in_world_m, &mut visit.rays);
+        rays.answers_in_tile(&mut before[k]);
+        visit.answers.clone_from(&before[k]);
+        packed[k] = visit.rays.limit_to(simd, wait.lanes);
+        if grouping != Grouping::Single && packed[k].count_ones() > 1 {
+            let frustum = Frustum::around(simd, &visit.rays, packed[k], tile.radius_m);
+            let pays = |frustum: &Frustum| {
+                grouping == Grouping::Packets || frustum.pays(packed[k].count_ones(), tile.radius_m)
+            };
+            if let Some(frustum) = frustum.filter(pays) {
+                visit.frustum = frustum;
+                together |= 1 << k;
+            }
+        }
+    }
+    if together != 0 {
+        let (wanted_visits, lists) = (together, of_packets);
+        match wanted {
+            Wanted::First => {
+                simd.run(CastPackets::<false> { tile, visits, wanted: wanted_visits, lists });
+            }
+            Wanted::Three => {
+                simd.run(CastPackets::<true> { tile, visits, wanted: wanted_visits, lists });
+            }
+        }
+    }
+    for (k, wait) in waits.iter().enumerate() {
+        let visit = &mut visits[k];
+        let alone = if together >> k & 1 == 1 { 0 } else { packed[k] };
+        search_alone(simd, tile, visit, alone, wanted, of_rays);
+        // What a ray needs beyond its place in the tile it always looks for alone: few do.
+        let beyond = visit.go_beyond(simd, packed[k], &ends[k]) & wait.lanes;
+        search_alone(simd, tile, visit, beyond, wanted, of_rays);
+        packets[wait.packet as usize].take(wait.lanes, &before[k], &visit.answers);
+    }
+}
+
+/// Casts some rays of a visit one by one.
+#[inline(always)]
+fn search_alone<S: Simd>(
+    simd: S,
+    tile: &CastTile,
+    visit: &mut Visit,
+    lanes: u32,
+    wanted: Wanted,
+    lists: &mut SearchLists,
+) {
+    if lanes == 0 {
+        return;
+    }
+    let Visit { rays, answers, independence, revisit, .. } = visit;
+    match wanted {
+        Wanted::First => {
+            for lane in 0..RAYS {
+                rays.to_m[lane] = rays.to_m[lane].min(answers.first_m[lane]);
+            }
+            let found = &mut First(&mut answers.first_m);
+            simd.run(SearchRays { tile, rays, lanes, found, lists });
+        }
+        Wanted::Three => {
+            let found = &mut Three::new(tile, rays, [*independence, *revisit], answers);
+            simd.run(SearchRays { tile, rays, lanes, found, lists });
+        }
+    }
+}

@@ -1,0 +1,276 @@
+//! Sixteen rays of one tile at once.
+
+use dmp_map::Independence;
+
+use crate::frustum::Frustum;
+use crate::lanes::{Job, Lanes, Mask, Simd};
+use crate::search::{MIN_COS, plane_crossing};
+use crate::tile::{CastTile, LEAF_DISCS, WIDTH};
+
+/// Rays of a packet.
+pub(crate) const RAYS: usize = 16;
+pub(crate) type Column = [f32; RAYS];
+
+/// Sixteen rays inside one tile: ranges count from the places where they enter it. Where none goes `to_m` lies
+/// before `from_m`.
+#[derive(Debug, Clone, Default)]
+#[repr(align(64))]
+pub(crate) struct PacketRays {
+    /// From the tile's origin, metres.
+    pub(crate) origin_m: [Column; 3],
+    pub(crate) direction: [Column; 3],
+    pub(crate) measured_m: Column,
+    /// The last range that may be of what was measured: [`crate::RETURN_M`] behind that.
+    pub(crate) place_m: Column,
+    /// Crossings are looked for between these.
+    pub(crate) from_m: Column,
+    pub(crate) to_m: Column,
+}
+
+impl PacketRays {
+    /// Lets only some of the rays go; says which of them have a way to go.
+    #[inline(always)]
+    pub(crate) fn limit_to<S: Simd>(&mut self, simd: S, lanes: u32) -> u32 {
+        let wide = simd.sixteen();
+        let (from, to) = (S::Sixteen::load(wide, &self.from_m), S::Sixteen::load(wide, &self.to_m));
+        let goes = from.lt(to) & S::Sixteen::mask_of(wide, lanes);
+        to.where_or(goes, from - S::Sixteen::splat(wide, 1.0)).store(&mut self.to_m);
+        goes.bits()
+    }
+}
+
+/// The best answers so far; infinite where there is none, negatively infinite where the answer is final.
+#[derive(Debug, Clone, Default)]
+#[repr(align(64))]
+pub(crate) struct PacketAnswers {
+    pub(crate) first_m: Column,
+    pub(crate) nearest_m: Column,
+    /// |nearest − measured|; before there is one, the half-width of the window.
+    pub(crate) gap_m: Column,
+    pub(crate) independent_m: Column,
+    /// |n·d| there.
+    pub(crate) independent_cos: Column,
+    /// A bit for each ray.
+    pub(crate) revisited: u32,
+}
+
+/// Packets that are in a tile at the same time.
+pub(crate) const PACKETS: usize = 8;
+/// Bits of a pair that number the packet.
+const PACKET_BITS: u32 = PACKETS.ilog2();
+
+/// A packet in a tile.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Visit {
+    pub(crate) rays: PacketRays,
+    pub(crate) frustum: Frustum,
+    pub(crate) answers: PacketAnswers,
+    pub(crate) independence: Option<Independence>,
+    pub(crate) revisit: Option<Independence>,
+}
+
+impl Visit {
+    /// Lets the rays go on to `ends_m`, those that are `done` so far from where they came to; says which of them
+    /// may find something there that changes an answer.
+    #[inline(always)]
+    pub(crate) fn go_beyond<S: Simd>(&mut self, simd: S, done: u32, ends_m: &Column) -> u32 {
+        let wide = simd.sixteen();
+        let load = S::Sixteen::load;
+        let Self { rays, answers, .. } = self;
+        let from = load(wide, &rays.to_m).where_or(S::Sixteen::mask_of(wide, done), load(wide, &rays.from_m));
+        let to = load(wide, ends_m);
+        from.store(&mut rays.from_m);
+        to.store(&mut rays.to_m);
+        let window = load(wide, &rays.measured_m) + load(wide, &answers.gap_m);
+        let mut more = from.le(load(wide, &answers.first_m)) | from.le(window);
+        if self.independence.is_some() {
+            more = more | from.le(load(wide, &answers.independent_m));
+        }
+        if self.revisit.is_some() {
+            let unseen = S::Sixteen::mask_of(wide, !answers.revisited);
+            more = more | (unseen & from.lt(load(wide, &rays.place_m)));
+        }
+        (more & from.lt(to)).bits()
+    }
+}
+
+/// Lists of [`CastPackets`], kept for the next.
+#[derive(Debug, Default)]
+pub(crate) struct PacketLists {
+    /// A node and a packet.
+    nodes: Vec<u32>,
+    /// A leaf and a packet.
+    leaves: Vec<u32>,
+    /// For each packet discs: sixteen times the leaf, plus the place in it.
+    discs: [Vec<u32>; PACKETS],
+}
+
+/// Improves the answers of packets by all their crossings.
+///
+/// In three steps, each one plain loop: the nodes that the frustum around a packet meets give leaves, leaves give
+/// discs, and every disc meets all rays. One packet alone would wait at every node for what the last one said, so
+/// several take turns: the lists are worked off from the front and grow at their end.
+pub(crate) struct CastPackets<'a, const THREE: bool> {
+    pub(crate) tile: &'a CastTile,
+    pub(crate) visits: &'a mut [Visit; PACKETS],
+    /// A bit for each visit.
+    pub(crate) wanted: u32,
+    pub(crate) lists: &'a mut PacketLists,
+}
+
+impl<const THREE: bool> Job for CastPackets<'_, THREE> {
+    type Output = ();
+
+    #[inline(always)]
+    fn on<S: Simd>(self, simd: S) {
+        let Self { tile, visits, wanted, lists: PacketLists { nodes, leaves, discs } } = self;
+        if tile.nodes.is_empty() {
+            return;
+        }
+        let leaves = gather_leaves(simd, tile, visits, wanted, nodes, leaves);
+        let counts = gather_discs(simd, tile, visits, leaves, discs);
+        for (k, visit) in visits.iter_mut().enumerate() {
+            if wanted >> k & 1 == 1 {
+                cross::<S, THREE>(simd, tile, visit, &discs[k][..counts[k]]);
+            }
+        }
+    }
+}
+
+/// [`Independence::bounds`]; none that any surfel could meet, where nothing is independent.
+#[inline(always)]
+fn bounds_of(independence: Option<Independence>) -> [i32; 2] {
+    independence.map_or([i32::MIN, i32::MAX], Independence::bounds)
+}
+
+/// Makes a list at least so long. To be called where nothing is at hand yet that would have to be put aside.
+#[inline(always)]
+pub(crate) fn make_room(list: &mut Vec<u32>, length: usize) {
+    #[cold]
+    #[inline(never)]
+    fn grow(list: &mut Vec<u32>, length: usize) {
+        list.resize(2 * length, 0);
+    }
+    if list.len() < length {
+        grow(list, length);
+    }
+}
+
+#[inline(always)]
+fn gather_leaves<'a, S: Simd>(
+    simd: S,
+    tile: &CastTile,
+    visits: &[Visit; PACKETS],
+    wanted: u32,
+    nodes: &mut Vec<u32>,
+    leaves: &'a mut Vec<u32>,
+) -> &'a [u32] {
+    let eight = simd.eight();
+    make_room(nodes, RAYS);
+    // Every packet at the root.
+    S::Sixteen::pack_lanes(simd.sixteen(), 0, wanted, nodes);
+    let (mut at, mut end, mut count) = (0, wanted.count_ones() as usize, 0);
+    while at < end {
+        make_room(nodes, end + WIDTH);
+        make_room(leaves, count + WIDTH);
+        let (index, packet) = ((nodes[at] >> PACKET_BITS) as usize, nodes[at] as usize % PACKETS);
+        at += 1;
+        let node = &tile.nodes[index];
+        let inside = visits[packet].frustum.children(simd, node);
+        let (below, here) = (inside & !node.leaves, inside & node.leaves);
+        let children = S::Eight::tagged(eight, &node.children, PACKET_BITS, packet as u32);
+        S::Eight::pack(children, below, &mut nodes[end..]);
+        S::Eight::pack(children, here, &mut leaves[count..]);
+        end += below.count_ones() as usize;
+        count += here.count_ones() as usize;
+    }
+    &leaves[..count]
+}
+
+/// Fills the lists of discs; says how many there are in each.
+#[inline(always)]
+fn gather_discs<S: Simd>(
+    simd: S,
+    tile: &CastTile,
+    visits: &[Visit; PACKETS],
+    leaves: &[u32],
+    discs: &mut [Vec<u32>; PACKETS],
+) -> [usize; PACKETS] {
+    let mut counts = [0; PACKETS];
+    for &pair in leaves {
+        let (leaf, packet) = (pair >> PACKET_BITS, pair as usize % PACKETS);
+        let (list, count) = (&mut discs[packet], &mut counts[packet]);
+        make_room(list, *count + LEAF_DISCS);
+        let inside = visits[packet].frustum.discs(simd, &tile.leaves[leaf as usize]);
+        S::Sixteen::pack_lanes(simd.sixteen(), leaf * LEAF_DISCS as u32, inside, &mut list[*count..]);
+        *count += inside.count_ones() as usize;
+    }
+    counts
+}
+
+/// Every disc meets all rays. What of it hits is decided by masks, not by jumps, which would be guessed wrong
+/// every other time.
+#[inline(always)]
+fn cross<S: Simd, const THREE: bool>(simd: S, tile: &CastTile, visit: &mut Visit, discs: &[u32]) {
+    let Visit { rays, answers, .. } = visit;
+    let [independence, revisit] = [visit.independence, visit.revisit].map(bounds_of);
+    let wide = simd.sixteen();
+    let origin = load3::<S>(simd, &rays.origin_m);
+    let direction = load3::<S>(simd, &rays.direction);
+    let measured = S::Sixteen::load(wide, &rays.measured_m);
+    let (from, to) = (S::Sixteen::load(wide, &rays.from_m), S::Sixteen::load(wide, &rays.to_m));
+    let radius2 = S::Sixteen::splat(wide, tile.radius_m * tile.radius_m);
+    let min_cos = S::Sixteen::splat(wide, MIN_COS);
+    let (one, infinite) = (S::Sixteen::splat(wide, 1.0), S::Sixteen::splat(wide, f32::INFINITY));
+    let mut first = S::Sixteen::load(wide, &answers.first_m);
+    let mut nearest = S::Sixteen::load(wide, &answers.nearest_m);
+    let mut gap = S::Sixteen::load(wide, &answers.gap_m);
+    let mut independent = S::Sixteen::load(wide, &answers.independent_m);
+    let mut independent_cos = S::Sixteen::load(wide, &answers.independent_cos);
+    let mut revisited = answers.revisited;
+    for &disc in discs {
+        let (leaf, place) = (disc as usize / LEAF_DISCS, disc as usize % LEAF_DISCS);
+        let centre = S::Sixteen::splat3(wide, tile.leaves[leaf].disc(place, 0));
+        let normal = S::Sixteen::splat3(wide, tile.leaves[leaf].disc(place, 3));
+        let (range, cos, off2) = plane_crossing(origin, direction, centre, normal);
+        let cos = cos.abs();
+        let hits = min_cos.le(cos) & off2.le(radius2) & from.le(range) & range.le(to);
+        // Nowhere near anything where it does not hit.
+        let range = range.where_or(hits, infinite);
+        first = range.min(first);
+        if THREE {
+            let gap_here = (range - measured).abs();
+            let nearer = gap_here.lt(gap) | (gap_here.equal(gap) & range.lt(nearest));
+            nearest = range.where_or(nearer, nearest);
+            gap = gap_here.where_or(nearer, gap);
+            let [low, high] = tile.support[leaf].of(place);
+            let holds = |[below, above]: [i32; 2]| u32::from(low < below || high > above).wrapping_neg();
+            let cos = cos.min(one);
+            let better = hits
+                & S::Sixteen::mask_of(wide, holds(independence))
+                & (range.lt(independent) | (range.equal(independent) & independent_cos.lt(cos)));
+            independent = range.where_or(better, independent);
+            independent_cos = cos.where_or(better, independent_cos);
+            // All that is hit here lies before the end of the place.
+            revisited |= hits.bits() & holds(revisit);
+        }
+    }
+    first.store(&mut answers.first_m);
+    if THREE {
+        nearest.store(&mut answers.nearest_m);
+        gap.store(&mut answers.gap_m);
+        independent.store(&mut answers.independent_m);
+        independent_cos.store(&mut answers.independent_cos);
+        answers.revisited = revisited;
+    }
+}
+
+#[inline(always)]
+pub(crate) fn load3<S: Simd>(simd: S, columns: &[Column; 3]) -> [S::Sixteen; 3] {
+    let wide = simd.sixteen();
+    [
+        S::Sixteen::load(wide, &columns[0]),
+        S::Sixteen::load(wide, &columns[1]),
+        S::Sixteen::load(wide, &columns[2]),
+    ]
+}

@@ -1,0 +1,255 @@
+//! Rays of one tile one by one: each goes down the tree by itself.
+//!
+//! One ray alone would wait at every node for what the last one said. So sixteen are on their way at once, in turns:
+//! a list of pairs of a ray and a node is worked off from the front and grows at its end.
+
+use crate::lanes::{Job, Lanes, Mask, Simd, dot};
+use crate::packet::{Column, PacketRays, RAYS, load3, make_room};
+use crate::tile::{CastTile, LEAF_DISCS, Leaf, Node, WIDTH};
+
+/// A disc is crossed only where the ray is not almost parallel to it: |n·d| of at least this.
+pub(crate) const MIN_COS: f32 = 0.01;
+/// A box's corners and a ray's ranges are rounded: nothing is left out by less than this, metres.
+const SLACK_M: f32 = 1e-4;
+/// Stands for one over a direction of nothing: products with it are large, and never NaN.
+const STEEPEST: f32 = 1e20;
+/// Bits of a pair that number the ray.
+const LANE_BITS: u32 = RAYS.ilog2();
+
+/// What is looked for along rays.
+pub(crate) trait Search {
+    /// Which children of a node may hold something that matters to a ray, of those it goes through.
+    fn children<S: Simd>(
+        &self,
+        simd: S,
+        lane: usize,
+        node: &Node,
+        enter_m: S::Eight,
+        leave_m: S::Eight,
+    ) -> <S::Eight as Lanes>::Mask;
+
+    /// Where a ray crosses which discs of a leaf.
+    fn take<S: Simd>(
+        &mut self,
+        simd: S,
+        lane: usize,
+        leaf: usize,
+        ranges_m: S::Sixteen,
+        hits: <S::Sixteen as Lanes>::Mask,
+    );
+}
+
+/// Lists of [`SearchRays`], kept for the next.
+#[derive(Debug, Default)]
+pub(crate) struct SearchLists {
+    /// A node and a ray.
+    nodes: Vec<u32>,
+    /// A leaf and a ray.
+    leaves: Vec<u32>,
+}
+
+/// Tells `found` all crossings of some rays, in no order that means anything.
+pub(crate) struct SearchRays<'a, F> {
+    pub(crate) tile: &'a CastTile,
+    pub(crate) rays: &'a PacketRays,
+    /// A bit for each ray.
+    pub(crate) lanes: u32,
+    pub(crate) found: &'a mut F,
+    pub(crate) lists: &'a mut SearchLists,
+}
+
+impl<F: Search> Job for SearchRays<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn on<S: Simd>(self, simd: S) {
+        let Self { tile, rays, lanes, found, lists } = self;
+        if tile.nodes.is_empty() {
+            return;
+        }
+        let pairs = gather(simd, tile, rays, lanes, found, lists);
+        let wide = simd.sixteen();
+        let radius2 = S::Sixteen::splat(wide, tile.radius_m * tile.radius_m);
+        let min_cos = S::Sixteen::splat(wide, MIN_COS);
+        for &pair in pairs {
+            let (leaf, lane) = ((pair >> LANE_BITS) as usize, pair as usize % RAYS);
+            let discs = &tile.leaves[leaf];
+            let (origin, direction) = (of_lane(&rays.origin_m, lane), of_lane(&rays.direction, lane));
+            let (range, cos, off2) = plane_crossing(
+                S::Sixteen::splat3(wide, origin),
+                S::Sixteen::splat3(wide, direction),
+                columns(simd, discs, 0),
+                columns(simd, discs, 3),
+            );
+            let hits = min_cos.le(cos.abs())
+                & off2.le(radius2)
+                & S::Sixteen::splat(wide, rays.from_m[lane]).le(range)
+                & range.le(S::Sixteen::splat(wide, rays.to_m[lane]));
+            found.take(simd, lane, leaf, range, hits);
+        }
+    }
+}
+
+/// Pairs of a leaf and a ray that may meet.
+#[inline(always)]
+fn gather<'a, S: Simd, F: Search>(
+    simd: S,
+    tile: &CastTile,
+    rays: &PacketRays,
+    lanes: u32,
+    found: &F,
+    lists: &'a mut SearchLists,
+) -> &'a [u32] {
+    let eight = simd.eight();
+    let slabs = Slabs::new(simd, rays);
+    let SearchLists { nodes, leaves } = lists;
+    make_room(nodes, RAYS);
+    // Every ray at the root.
+    S::Sixteen::pack_lanes(simd.sixteen(), 0, lanes, nodes);
+    let (mut at, mut end, mut count) = (0, lanes.count_ones() as usize, 0);
+    while at < end {
+        make_room(nodes, end + WIDTH);
+        make_room(leaves, count + WIDTH);
+        let (index, lane) = ((nodes[at] >> LANE_BITS) as usize, nodes[at] as usize % RAYS);
+        at += 1;
+        let node = &tile.nodes[index];
+        let (enter, leave) = slabs.through(simd, rays, lane, node);
+        let inside = (enter.le(leave) & found.children(simd, lane, node, enter, leave)).bits();
+        let (below, here) = (inside & !node.leaves, inside & node.leaves);
+        let pair = S::Eight::tagged(eight, &node.children, LANE_BITS, lane as u32);
+        S::Eight::pack(pair, below, &mut nodes[end..]);
+        S::Eight::pack(pair, here, &mut leaves[count..]);
+        end += below.count_ones() as usize;
+        count += here.count_ones() as usize;
+    }
+    &leaves[..count]
+}
+
+#[inline(always)]
+fn of_lane(columns: &[Column; 3], lane: usize) -> [f32; 3] {
+    [columns[0][lane], columns[1][lane], columns[2][lane]]
+}
+
+/// Rays against the boxes of nodes.
+struct Slabs {
+    inverse: [Column; 3],
+    /// The bounds that are met first along each axis, the least or the largest, and last.
+    near: [[u32; RAYS]; 3],
+    far: [[u32; RAYS]; 3],
+}
+
+impl Slabs {
+    #[inline(always)]
+    fn new<S: Simd>(simd: S, rays: &PacketRays) -> Self {
+        let wide = simd.sixteen();
+        let steepest = S::Sixteen::splat(wide, STEEPEST);
+        let least = S::Sixteen::splat(wide, 1.0 / STEEPEST);
+        let mut slabs = Self { inverse: [[0.0; RAYS]; 3], near: [[0; RAYS]; 3], far: [[0; RAYS]; 3] };
+        let direction = load3(simd, &rays.direction);
+        for k in 0..3 {
+            let inverse = S::Sixteen::splat(wide, 1.0) / direction[k];
+            steepest.where_or(direction[k].abs().lt(least), inverse).store(&mut slabs.inverse[k]);
+            for lane in 0..RAYS {
+                let back = slabs.inverse[k][lane] < 0.0;
+                slabs.near[k][lane] = k as u32 + if back { 3 } else { 0 };
+                slabs.far[k][lane] = k as u32 + if back { 0 } else { 3 };
+            }
+        }
+        slabs
+    }
+
+    /// Where a ray enters and leaves each child's box: the other way round where it misses it.
+    #[inline(always)]
+    fn through<S: Simd>(&self, simd: S, rays: &PacketRays, lane: usize, node: &Node) -> (S::Eight, S::Eight) {
+        let eight = simd.eight();
+        let (x, far_x) = self.met(simd, rays, lane, node, 0);
+        let (y, far_y) = self.met(simd, rays, lane, node, 1);
+        let (z, far_z) = self.met(simd, rays, lane, node, 2);
+        let slack = S::Eight::splat(eight, SLACK_M);
+        let enter = x.max(y).max(z.max(S::Eight::splat(eight, rays.from_m[lane]))) - slack;
+        let leave = far_x.min(far_y).min(far_z.min(S::Eight::splat(eight, rays.to_m[lane]))) + slack;
+        (enter, leave)
+    }
+
+    #[inline(always)]
+    fn met<S: Simd>(
+        &self,
+        simd: S,
+        rays: &PacketRays,
+        lane: usize,
+        node: &Node,
+        axis: usize,
+    ) -> (S::Eight, S::Eight) {
+        let eight = simd.eight();
+        let (near, far) = (self.near[axis][lane] as usize, self.far[axis][lane] as usize);
+        let origin = S::Eight::splat(eight, rays.origin_m[axis][lane]);
+        let inverse = S::Eight::splat(eight, self.inverse[axis][lane]);
+        let near = (S::Eight::load(eight, &node.bounds[near]) - origin) * inverse;
+        (near, (S::Eight::load(eight, &node.bounds[far]) - origin) * inverse)
+    }
+}
+
+/// Three columns of a leaf, from `kind` on.
+#[inline(always)]
+pub(crate) fn columns<S: Simd>(simd: S, leaf: &Leaf, kind: usize) -> [S::Sixteen; 3] {
+    [
+        S::Sixteen::load(simd.sixteen(), &leaf.0[kind]),
+        S::Sixteen::load(simd.sixteen(), &leaf.0[kind + 1]),
+        S::Sixteen::load(simd.sixteen(), &leaf.0[kind + 2]),
+    ]
+}
+
+/// Where rays cross the planes of discs, the cosine of the incidence, and how far from the disc's centre,
+/// squared: the one place that says so, for one ray and many discs as for many rays and one disc.
+#[inline(always)]
+pub(crate) fn plane_crossing<L: Lanes>(o: [L; 3], d: [L; 3], c: [L; 3], n: [L; 3]) -> (L, L, L) {
+    let to_centre = [c[0] - o[0], c[1] - o[1], c[2] - o[2]];
+    let cos = dot(n, d);
+    let range = dot(n, to_centre) / cos;
+    let off = [range * d[0] - to_centre[0], range * d[1] - to_centre[1], range * d[2] - to_centre[2]];
+    (range, cos, dot(off, off))
+}
+
+/// Every crossing: the ray, the leaf, the disc in it, the range.
+pub(crate) struct Each<F>(pub(crate) F);
+
+impl<F: FnMut(usize, usize, usize, f32)> Search for Each<F> {
+    #[inline(always)]
+    fn children<S: Simd>(
+        &self,
+        simd: S,
+        _: usize,
+        _: &Node,
+        _: S::Eight,
+        _: S::Eight,
+    ) -> <S::Eight as Lanes>::Mask {
+        S::Eight::mask_of(simd.eight(), u32::MAX)
+    }
+
+    #[inline(always)]
+    fn take<S: Simd>(
+        &mut self,
+        _: S,
+        lane: usize,
+        leaf: usize,
+        ranges_m: S::Sixteen,
+        hits: <S::Sixteen as Lanes>::Mask,
+    ) {
+        each_hit(ranges_m, hits, |disc, range_m| (self.0)(lane, leaf, disc, range_m));
+    }
+}
+
+/// The discs of a leaf that are hit, with the ranges.
+#[inline(always)]
+pub(crate) fn each_hit<L: Lanes>(ranges_m: L, hits: L::Mask, mut hit: impl FnMut(usize, f32)) {
+    let mut hits = hits.bits();
+    if hits != 0 {
+        let mut ranges = [0.0; LEAF_DISCS];
+        ranges_m.store(&mut ranges);
+        while hits != 0 {
+            let disc = hits.trailing_zeros() as usize % LEAF_DISCS;
+            hits &= hits - 1;
+            hit(disc, ranges[disc]);
+        }
+    }
+}

@@ -1,0 +1,100 @@
+use dmp_map::Weight;
+
+/// Children of a node.
+pub(crate) const WIDTH: usize = 8;
+/// Discs a leaf has room for.
+pub(crate) const LEAF_DISCS: usize = 16;
+
+/// One tile ready for casting: a tree eight wide over leaves of up to sixteen discs.
+#[derive(Debug, Default)]
+pub(crate) struct CastTile {
+    pub(crate) origin_in_world_m: [f64; 3],
+    pub(crate) radius_m: f32,
+    /// The root first, parents before their children.
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) leaves: Vec<Leaf>,
+    /// Which segments saw the discs of each leaf.
+    pub(crate) support: Vec<LeafSupport>,
+    /// Most nodes that can wait on a way down the tree.
+    pub(crate) stack_nodes: usize,
+}
+
+/// Eight boxes with what is in them. A place without a child has a box that nothing can meet.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub(crate) struct Node {
+    /// Least x, y and z, then largest, of each child, metres from the tile's origin.
+    pub(crate) bounds: [[f32; WIDTH]; 6],
+    /// Of everything below each child: no surfel of it can be independent of an earlier segment.
+    pub(crate) min_third_lowest: [i32; WIDTH],
+    /// Nor of a later one.
+    pub(crate) max_third_highest: [i32; WIDTH],
+    /// Indices of nodes or leaves.
+    pub(crate) children: [u32; WIDTH],
+    /// A bit for each child that is a leaf.
+    pub(crate) leaves: u32,
+}
+
+/// Sixteen discs in columns, one number of all of them in a cache line: centre x, y, z (metres from the tile's
+/// origin), normal x, y, z. A place without a disc has no normal, so that no ray crosses it, and a centre far off.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub(crate) struct Leaf(pub(crate) [[f32; LEAF_DISCS]; 6]);
+
+/// Third lowest and third highest segments of sixteen discs.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub(crate) struct LeafSupport {
+    pub(crate) third_lowest: [i32; LEAF_DISCS],
+    pub(crate) third_highest: [i32; LEAF_DISCS],
+}
+
+impl Node {
+    pub(crate) const EMPTY: Self = {
+        // Finite, so that no product with it is NaN.
+        let (low, high) = ([1e30; WIDTH], [-1e30; WIDTH]);
+        Self {
+            bounds: [low, low, low, high, high, high],
+            min_third_lowest: [i32::MAX; WIDTH],
+            max_third_highest: [i32::MIN; WIDTH],
+            children: [0; WIDTH],
+            leaves: 0,
+        }
+    };
+
+    pub(crate) fn holds(&self, place: usize) -> bool {
+        self.bounds[0][place] <= self.bounds[3][place]
+    }
+}
+
+impl Leaf {
+    pub(crate) const EMPTY: Self = {
+        let (far, none) = ([1e15; LEAF_DISCS], [0.0; LEAF_DISCS]);
+        Self([far, far, far, none, none, none])
+    };
+
+    /// Three numbers of one disc, from `kind` on: 0 for its centre, 3 for its normal.
+    #[inline(always)]
+    pub(crate) fn disc(&self, disc: usize, kind: usize) -> [f32; 3] {
+        let disc = disc % LEAF_DISCS;
+        [self.0[kind][disc], self.0[kind + 1][disc], self.0[kind + 2][disc]]
+    }
+}
+
+impl LeafSupport {
+    pub(crate) const EMPTY: Self =
+        Self { third_lowest: [i32::MAX; LEAF_DISCS], third_highest: [i32::MIN; LEAF_DISCS] };
+
+    #[inline(always)]
+    pub(crate) fn of(&self, disc: usize) -> [i32; 2] {
+        [self.third_lowest[disc % LEAF_DISCS], self.third_highest[disc % LEAF_DISCS]]
+    }
+}
+
+impl Weight for CastTile {
+    fn weight_bytes(&self) -> usize {
+        self.nodes.capacity() * size_of::<Node>()
+            + self.leaves.capacity() * size_of::<Leaf>()
+            + self.support.capacity() * size_of::<LeafSupport>()
+    }
+}
