@@ -1,5 +1,6 @@
 //! Benchmarks: what `docs/performance.md` tells comes from here.
 
+mod cast;
 mod decode;
 mod truth;
 
@@ -12,12 +13,14 @@ use clap::Subcommand;
 /// Measure the command on this machine
 #[derive(Debug, Subcommand)]
 pub(crate) enum Bench {
+    CastScene(cast::scene::SceneArgs),
     Decode(decode::DecodeArgs),
     Truth(truth::TruthArgs),
 }
 
 pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
     match bench {
+        Bench::CastScene(arguments) => cast::scene::run(arguments),
         Bench::Decode(arguments) => decode::run(arguments),
         Bench::Truth(arguments) => truth::run(arguments),
     }

@@ -1,0 +1,3 @@
+//! The caster: its work as files.
+
+pub(crate) mod scene;
