@@ -13,6 +13,7 @@ use clap::Subcommand;
 /// Measure the command on this machine
 #[derive(Debug, Subcommand)]
 pub(crate) enum Bench {
+    CastPeers(cast::peer_modes::PeerArgs),
     CastScene(cast::scene::SceneArgs),
     Decode(decode::DecodeArgs),
     Truth(truth::TruthArgs),
@@ -20,6 +21,7 @@ pub(crate) enum Bench {
 
 pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
     match bench {
+        Bench::CastPeers(arguments) => cast::peer_modes::run(arguments),
         Bench::CastScene(arguments) => cast::scene::run(arguments),
         Bench::Decode(arguments) => decode::run(arguments),
         Bench::Truth(arguments) => truth::run(arguments),
