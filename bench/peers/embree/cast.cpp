@@ -1,7 +1,7 @@
 // Embree's oriented discs on the work files: how long a cast takes, and what it finds.
 //
 //   cast SURFELS RAYS [--mode MODE] [--reps N] [--ranges OUT] [--bound M] [--quality low|medium|high]
-//        [--flags none|compact|robust|compact+robust] [--device CONFIG] [--serve]
+//        [--flags none|compact|robust|compact+robust] [--isa sse4.2|avx|avx2|avx512] [--hugepages] [--serve]
 //
 // Modes: single, wide4, wide8, wide16 (rtcIntersect1, 4, 8, 16) and stream (rtcIntersect1M). Suffixes:
 // -bounded ends each ray at its measured range plus --bound; -incoherent withholds the hint of coherence
@@ -11,6 +11,9 @@
 // seconds, `ranges MODE OUT` writes the ranges and answers `ok`; the end of input ends the program.
 
 #include "work.hpp"
+
+#include <pmmintrin.h>
+#include <xmmintrin.h>
 
 #include <algorithm>
 #include <iostream>
@@ -180,13 +183,18 @@ Settings settings_of(Options& options) {
 }
 
 void run(int count, char** words) {
+    // As Embree's manual asks for.
+    _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
+    _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
     Options options(count, words);
     std::vector<Surfel> surfels = read_records<Surfel>(options.file("surfels"));
     const std::vector<Ray> rays = read_records<Ray>(options.file("rays"));
     const Settings settings = settings_of(options);
     const std::string name = options.value("--mode", "single"), out = options.value("--ranges", "");
     const int repetitions = std::stoi(options.value("--reps", "5"));
-    const RTCDevice device = open_device(options.value("--device", "threads=1,set_affinity=0"));
+    const std::string isa = options.value("--isa", "");
+    const RTCDevice device = open_device("threads=1,set_affinity=0" + (isa.empty() ? "" : ",isa=" + isa) +
+                                         (options.is_set("--hugepages") ? ",hugepages=1" : ""));
     const bool serve = options.is_set("--serve");
     options.done();
 

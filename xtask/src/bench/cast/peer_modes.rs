@@ -24,6 +24,9 @@ pub(crate) struct PeerArgs {
     /// The core that everything runs on
     #[arg(long, default_value_t = 0)]
     core: usize,
+    /// Options of `cast` of bench/peers/embree, in one word; once for each Embree to compare
+    #[arg(long, default_values = ["", "--isa avx2"], allow_hyphen_values = true)]
+    embree: Vec<String>,
     /// Only modes whose name contains this
     #[arg(long, default_value = "")]
     only: String,
@@ -62,10 +65,10 @@ pub(crate) fn run(arguments: &PeerArgs) -> anyhow::Result<()> {
 
 fn measure(arguments: &PeerArgs, scene: &str) -> anyhow::Result<()> {
     let [surfels, rays] = ["surfels", "rays"].map(|kind| arguments.folder.join(format!("{scene}.{kind}")));
-    let avx2 = PeerKind::Embree { device: "threads=1,set_affinity=0,isa=avx2".to_owned() };
+    let embrees = arguments.embree.iter().map(|options| PeerKind::embree(options));
     let open3d = PeerKind::Open3d { python: arguments.python.clone() };
     let (mut peers, mut rows) = (Vec::new(), Vec::new());
-    for kind in [PeerKind::embree(), avx2, open3d] {
+    for kind in embrees.chain([open3d]) {
         let modes = if matches!(kind, PeerKind::Embree { .. }) { &EMBREE_MODES[..] } else { &["single"] };
         match Peer::start(&kind, &surfels, &rays, Some(arguments.core)) {
             Ok(peer) => {
@@ -99,7 +102,7 @@ fn measure(arguments: &PeerArgs, scene: &str) -> anyhow::Result<()> {
     }
     let count = std::fs::metadata(&rays)?.len() as f64 / 28.0;
     println!(
-        "{:<16}{:<20}{:>10}{:>18}{:>10}   against exact first ranges",
+        "{:<34}{:<20}{:>10}{:>18}{:>10}   against exact first ranges",
         "caster", "mode", "M rays/s", "least – largest", "ratio"
     );
     let first_s = rows.first().map_or(1.0, |row| spread(row.times_s.clone())[0]);
@@ -107,7 +110,7 @@ fn measure(arguments: &PeerArgs, scene: &str) -> anyhow::Result<()> {
         let [median, least, largest] = spread(row.times_s.clone());
         let speed = |seconds: f64| count / seconds / 1e6;
         println!(
-            "{:<16}{:<20}{:>10.2}{:>18}{:>9.2}x   {told}",
+            "{:<34}{:<20}{:>10.2}{:>18}{:>9.2}x   {told}",
             peers[row.peer].name(),
             row.mode,
             speed(median),

@@ -11,24 +11,23 @@ use crate::root;
 /// Which caster.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum PeerKind {
-    /// Embree's oriented discs: `cast` of `bench/peers/embree`, under this device configuration.
-    Embree { device: String },
+    /// Embree's oriented discs: `cast` of `bench/peers/embree`, on one thread, with these options of its.
+    Embree { options: Vec<String> },
     /// Open3D on octagons, with a Python that has it.
     Open3d { python: PathBuf },
 }
 
 impl PeerKind {
-    /// Embree on one thread, with the instructions it takes by itself.
-    pub(crate) fn embree() -> Self {
-        Self::Embree { device: "threads=1,set_affinity=0".to_owned() }
+    /// Embree with the options of a line; an empty line is Embree as it comes.
+    pub(crate) fn embree(options: &str) -> Self {
+        Self::Embree { options: options.split_whitespace().map(str::to_owned).collect() }
     }
 
     pub(crate) fn name(&self) -> String {
         match self {
-            Self::Embree { device } => match device.split(',').find_map(|part| part.strip_prefix("isa=")) {
-                Some(isa) => format!("embree, {isa}"),
-                None => "embree".to_owned(),
-            },
+            Self::Embree { options } => {
+                ["embree"].into_iter().chain(options.iter().map(String::as_str)).collect::<Vec<_>>().join(" ")
+            }
             Self::Open3d { .. } => "open3d".to_owned(),
         }
     }
@@ -37,9 +36,9 @@ impl PeerKind {
     fn command(&self) -> anyhow::Result<(Vec<String>, Vec<String>)> {
         let serve = "--serve".to_owned();
         match self {
-            Self::Embree { device } => {
+            Self::Embree { options } => {
                 let cast = embree_folder()?.join("cast").display().to_string();
-                Ok((vec![cast], vec!["--device".to_owned(), device.clone(), serve]))
+                Ok((vec![cast], options.iter().cloned().chain([serve]).collect()))
             }
             Self::Open3d { python } => {
                 let has_it = Command::new(python).args(["-c", "import open3d"]).output();
