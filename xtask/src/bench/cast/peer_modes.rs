@@ -7,7 +7,7 @@ use clap::Args;
 use super::peers::{Exact, Peer, PeerKind};
 use crate::bench::{circumstances, spread};
 
-/// Embree and Open3D on a scene's files, in all their modes, beside exact ranges
+/// Embree and `open3d` on a scene's files, in all their modes, beside exact ranges
 #[derive(Debug, Args)]
 pub(crate) struct PeerArgs {
     /// Folder of the scenes
@@ -18,7 +18,7 @@ pub(crate) struct PeerArgs {
     /// Casts in each mode, interleaved
     #[arg(long, default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
-    /// A Python that has Open3D
+    /// A Python that has `open3d`
     #[arg(long, default_value = "python3")]
     python: PathBuf,
     /// The core that everything runs on

@@ -13,7 +13,7 @@ use crate::root;
 pub(crate) enum PeerKind {
     /// Embree's oriented discs: `cast` of `bench/peers/embree`, on one thread, with these options of its.
     Embree { options: Vec<String> },
-    /// Open3D on octagons, with a Python that has it.
+    /// `Open3D` on octagons, with a Python that has it.
     Open3d { python: PathBuf },
 }
 
@@ -167,6 +167,7 @@ const RAY_BYTES: u64 = 28;
 /// Exact ranges of every ray, by crossings computed in f64: first, nearest to the measured range within
 /// 5 m, first independent; NaN for a miss.
 #[derive(Debug)]
+#[expect(clippy::struct_field_names, reason = "the unit of each is part of its name")]
 pub(crate) struct Exact {
     pub(crate) first_m: Vec<f64>,
     pub(crate) nearest_m: Vec<f64>,
