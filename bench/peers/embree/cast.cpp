@@ -193,6 +193,9 @@ void run(int count, char** words) {
     const std::string name = options.value("--mode", "single"), out = options.value("--ranges", "");
     const int repetitions = std::stoi(options.value("--reps", "5"));
     const std::string isa = options.value("--isa", "");
+    // Embree itself takes any other word for the least it knows.
+    if (!isa.empty() && isa != "sse4.2" && isa != "avx" && isa != "avx2" && isa != "avx512")
+        throw std::runtime_error(isa + ": unknown isa");
     const RTCDevice device = open_device("threads=1,set_affinity=0" + (isa.empty() ? "" : ",isa=" + isa) +
                                          (options.is_set("--hugepages") ? ",hugepages=1" : ""));
     const bool serve = options.is_set("--serve");

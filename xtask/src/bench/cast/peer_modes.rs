@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use anyhow::{Context as _, ensure};
 use clap::Args;
 
-use super::peers::{Exact, Peer, PeerKind};
+use super::peers::{Exact, Peer, PeerKind, RAY_BYTES};
 use crate::bench::{circumstances, spread};
 
 /// Embree and `open3d` on a scene's files, in all their modes, beside exact ranges
@@ -65,6 +66,8 @@ pub(crate) fn run(arguments: &PeerArgs) -> anyhow::Result<()> {
 
 fn measure(arguments: &PeerArgs, scene: &str) -> anyhow::Result<()> {
     let [surfels, rays] = ["surfels", "rays"].map(|kind| arguments.folder.join(format!("{scene}.{kind}")));
+    let bytes = std::fs::metadata(&rays).with_context(|| rays.display().to_string())?.len();
+    let count = (bytes / RAY_BYTES) as f64;
     let embrees = arguments.embree.iter().map(|options| PeerKind::embree(options));
     let open3d = PeerKind::Open3d { python: arguments.python.clone() };
     let (mut peers, mut rows) = (Vec::new(), Vec::new());
@@ -80,6 +83,7 @@ fn measure(arguments: &PeerArgs, scene: &str) -> anyhow::Result<()> {
             Err(error) => println!("{scene}: without {}: {error:#}", kind.name()),
         }
     }
+    ensure!(!peers.is_empty(), "{scene}: no caster is left");
     let exact = Exact::of_scene(&arguments.folder, scene);
     let exact = exact.inspect_err(|error| println!("{scene}: without exact ranges: {error:#}")).ok();
     if let Some(exact) = &exact {
@@ -100,7 +104,6 @@ fn measure(arguments: &PeerArgs, scene: &str) -> anyhow::Result<()> {
             row.times_s.push(peers[row.peer].cast_s(row.mode)?);
         }
     }
-    let count = std::fs::metadata(&rays)?.len() as f64 / 28.0;
     println!(
         "{:<34}{:<20}{:>10}{:>18}{:>10}   against exact first ranges",
         "caster", "mode", "M rays/s", "least – largest", "ratio"

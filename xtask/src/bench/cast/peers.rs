@@ -162,7 +162,7 @@ impl Drop for Peer {
 }
 
 /// Bytes of a ray in a file.
-const RAY_BYTES: u64 = 28;
+pub(super) const RAY_BYTES: u64 = 28;
 
 /// Exact ranges of every ray, by crossings computed in f64: first, nearest to the measured range within
 /// 5 m, first independent; NaN for a miss.
