@@ -227,7 +227,7 @@ fn origin_of(store: &Store) -> Option<[f64; 3]> {
     let edge_m = store.lattice().tile_edge_m();
     let [low, high] = [low, high].map(|tile| store.lattice().tile_corner_m(tile));
     let middle = |k: usize| f64::midpoint(low[k], high[k] + edge_m).round();
-    let low_z_m = store.entries().map(|entry| entry.z_range_m[0]).fold(f64::INFINITY, f64::min);
+    let low_z_m = store.entries().map(|entry| entry.extent.z_range_m[0]).fold(f64::INFINITY, f64::min);
     Some([middle(0), middle(1), low_z_m.round()])
 }
 
