@@ -8,7 +8,8 @@
 // (single rays have none); -filter refuses grazing hits, |n·d| < 0.01, as the project does.
 //
 // With --serve, one line of input is one request: `go MODE` casts all rays once and answers with the
-// seconds, `ranges MODE OUT` writes the ranges and answers `ok`; the end of input ends the program.
+// seconds, `ranges MODE OUT` writes the ranges and answers `ok`, `rays FILE` goes over to other rays and
+// answers `ok`; the end of input ends the program.
 
 #include "work.hpp"
 
@@ -188,7 +189,7 @@ void run(int count, char** words) {
     _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
     Options options(count, words);
     std::vector<Surfel> surfels = read_records<Surfel>(options.file("surfels"));
-    const std::vector<Ray> rays = read_records<Ray>(options.file("rays"));
+    std::vector<Ray> rays = read_records<Ray>(options.file("rays"));
     const Settings settings = settings_of(options);
     const std::string name = options.value("--mode", "single"), out = options.value("--ranges", "");
     const int repetitions = std::stoi(options.value("--reps", "5"));
@@ -228,7 +229,14 @@ void run(int count, char** words) {
         for (std::string line; std::getline(std::cin, line);) {
             std::istringstream request(line);
             std::string verb, which, path;
-            request >> verb >> which;
+            request >> verb;
+            if (verb == "rays" && std::getline(request >> std::ws, path)) {
+                rays = read_records<Ray>(path);
+                ranges.resize(rays.size());
+                std::cout << "ok" << std::endl;
+                continue;
+            }
+            request >> which;
             const double taken_s = cast_once_s(which);
             if (verb == "go") {
                 std::cout << taken_s << std::endl;

@@ -5,7 +5,8 @@
 Open3D casts triangles only, without a bound on the range: each disc becomes the regular octagon of the same
 area, a fan of six triangles, so ranges near the rim of a disc differ. The only mode is `single`. With
 --serve, one line of input is one request: `go single` casts all rays once and answers with the seconds,
-`ranges single OUT` writes the ranges and answers `ok`; the end of input ends the program.
+`ranges single OUT` writes the ranges and answers `ok`, `rays FILE` goes over to other rays and answers `ok`; the
+end of input ends the program.
 """
 
 import argparse
@@ -46,6 +47,10 @@ def octagons(surfels):
     return corners.reshape(-1, 3), (first + fan).reshape(-1, 3)
 
 
+def queries_of(rays):
+    return o3d.core.Tensor(np.ascontiguousarray(rays[:, :6]))
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("surfels")
@@ -61,7 +66,7 @@ def main():
     scene = o3d.t.geometry.RaycastingScene(nthreads=1)
     scene.add_triangles(o3d.core.Tensor(corners), o3d.core.Tensor(triangles))
     del corners, triangles
-    queries = o3d.core.Tensor(np.ascontiguousarray(rays[:, :6]))
+    queries = queries_of(rays)
     scene.cast_rays(queries[:1], nthreads=1)  # builds the tree
     build_s = time.perf_counter() - start_s
 
@@ -75,6 +80,10 @@ def main():
     if arguments.serve:
         print(f"ready {len(surfels)} surfels, {len(rays)} rays, built in {build_s} s", flush=True)
         for line in sys.stdin:
+            if line.startswith("rays "):
+                queries = queries_of(records(line.rstrip("\n").split(" ", 1)[1]))
+                print("ok", flush=True)
+                continue
             verb, mode, *path = line.rstrip("\n").split(" ", 2)
             if mode != "single":
                 sys.exit(f"error: {mode}: unknown mode")

@@ -13,16 +13,17 @@ use clap::Subcommand;
 /// Measure the command on this machine
 #[derive(Debug, Subcommand)]
 pub(crate) enum Bench {
-    CastPeers(cast::peer_modes::PeerArgs),
-    CastScene(cast::scene::SceneArgs),
+    Cast(Box<cast::CastArgs>),
+    #[command(hide = true)]
+    CastServe(cast::serve::ServeArgs),
     Decode(decode::DecodeArgs),
     Truth(truth::TruthArgs),
 }
 
 pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
     match bench {
-        Bench::CastPeers(arguments) => cast::peer_modes::run(arguments),
-        Bench::CastScene(arguments) => cast::scene::run(arguments),
+        Bench::Cast(arguments) => cast::run(arguments),
+        Bench::CastServe(arguments) => cast::serve::run(arguments),
         Bench::Decode(arguments) => decode::run(arguments),
         Bench::Truth(arguments) => truth::run(arguments),
     }

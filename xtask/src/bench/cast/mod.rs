@@ -1,5 +1,144 @@
-//! The caster: its work as files, and other casters on the same work.
+//! The caster: how fast and how exact it is, beside others on the same work.
 
-pub(crate) mod peer_modes;
+mod agreement;
+mod bands;
+mod exact;
+mod files;
+mod own;
 mod peers;
-pub(crate) mod scene;
+mod scene;
+pub(crate) mod serve;
+mod speeds;
+
+use std::path::PathBuf;
+
+use clap::Args;
+use dmp_cast::Path;
+
+use self::exact::Exact;
+use self::files::{Files, Work, write_numbers};
+use self::own::Own;
+use self::speeds::Casters;
+use crate::bench::circumstances;
+
+/// Rays into surfels: speed and exactness beside Embree and `open3d`
+///
+/// Scenes are read from a folder, or made of a simulated drive, or of a log; or the work is anyone's own.
+#[derive(Debug, Args)]
+pub(crate) struct CastArgs {
+    /// Names of the scenes; dense, city and coarse are made where the folder has them not
+    #[arg(default_values = ["dense", "city", "coarse"])]
+    scenes: Vec<String>,
+    /// Folder of the scenes' files; without it they are not kept
+    #[arg(long)]
+    folder: Option<PathBuf>,
+    /// Only make the files of the scenes
+    #[arg(long, requires = "folder")]
+    only_files: bool,
+    #[command(flatten)]
+    making: scene::SceneArgs,
+    /// Surfels: little-endian f32, centre xyz, normal xyz, radius
+    #[arg(long, requires = "rays", conflicts_with_all = ["folder", "scenes", "log"])]
+    surfels: Option<PathBuf>,
+    /// Rays: little-endian f32, origin xyz, direction xyz, measured range
+    #[arg(long, requires = "surfels")]
+    rays: Option<PathBuf>,
+    /// Third lowest and third highest segment of each surfel, little-endian i32
+    #[arg(long, requires_all = ["surfels", "segments"])]
+    support: Option<PathBuf>,
+    /// Segment of each ray, little-endian i32
+    #[arg(long, requires = "support")]
+    segments: Option<PathBuf>,
+    /// Write the first range of each ray here, little-endian f32, NaN for a miss
+    #[arg(long, requires = "surfels")]
+    ranges: Option<PathBuf>,
+    /// Casts in each mode, in turns
+    #[arg(long, default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..))]
+    runs: u32,
+    /// The core that everything on one thread runs on
+    #[arg(long, default_value_t = 0)]
+    core: usize,
+    /// A Python that has `open3d`
+    #[arg(long, default_value = "python3")]
+    python: PathBuf,
+    /// Options of `cast` of bench/peers/embree, in one word; once for each Embree to compare
+    #[arg(long, default_values = ["", "--isa avx2"], allow_hyphen_values = true)]
+    embree: Vec<String>,
+    /// Everything that Embree can do
+    #[arg(long)]
+    all_modes: bool,
+    /// Only casters and modes whose names, as in the table, contain this; no other tables then
+    #[arg(long, default_value = "")]
+    only: String,
+}
+
+pub(crate) fn run(arguments: &CastArgs) -> anyhow::Result<()> {
+    if !arguments.only_files {
+        println!(
+            "one thread on core {}, {} casts in each mode, in turns; {}",
+            arguments.core,
+            arguments.runs,
+            circumstances()
+        );
+    }
+    if let (Some(surfels), Some(rays)) = (&arguments.surfels, &arguments.rays) {
+        let segments = arguments.support.clone().zip(arguments.segments.clone()).map(<[PathBuf; 2]>::from);
+        let name = surfels.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        return measure(arguments, &Files { name, surfels: surfels.clone(), rays: rays.clone(), segments });
+    }
+    let kept_nowhere = tempfile::tempdir_in("/var/tmp")?;
+    let folder = arguments.folder.as_deref().unwrap_or(kept_nowhere.path());
+    for files in scene::files(&arguments.making, folder, &arguments.scenes)? {
+        if !arguments.only_files {
+            measure(arguments, &files)?;
+        }
+    }
+    Ok(())
+}
+
+fn measure(arguments: &CastArgs, files: &Files) -> anyhow::Result<()> {
+    let work = Work::read(files)?;
+    let (surfels, rays) = (work.surfels.len(), work.rays.len());
+    println!("\n{}: {surfels} surfels, {rays} rays{}", files.name, told_scaled(&work));
+    let folder = tempfile::tempdir_in("/var/tmp")?;
+    let mut files = files.clone();
+    if work.scaled > 0 {
+        // Others take vectors as they are.
+        [files.surfels, files.rays] = ["surfels", "rays"].map(|name| folder.path().join(name));
+        work.write(&files)?;
+    }
+    let mut own = Own::new(Work::read(&files)?)?;
+    if let Some(path) = &arguments.ranges {
+        let mode = format!("{}-packets", Path::best().name()).parse()?;
+        let [first_m, ..] = own.ranges(mode)?;
+        let hits = first_m.iter().filter(|range| !range.is_nan()).count();
+        write_numbers(path, first_m.iter().map(|&range_m| (range_m as f32).to_le_bytes()))?;
+        println!("{}: {hits} ranges, {} misses", path.display(), rays - hits);
+    }
+    let mut casters = Casters::start(arguments, &files);
+    if arguments.only.is_empty() {
+        match Exact::of(&files) {
+            Ok(exact) => agreement::print(&mut own, &work, &mut casters, &exact)?,
+            Err(error) => println!("{}: without exact ranges: {error:#}", files.name),
+        }
+    }
+    drop(own);
+    println!();
+    casters.measure(arguments.runs)?;
+    casters.print();
+    if arguments.only.is_empty() {
+        println!();
+        casters.print_ratios(surfels as u64)?;
+        speeds::print_two_threads(&files, arguments.runs)?;
+        println!();
+        bands::print(&mut casters, &work, arguments.runs)?;
+    }
+    Ok(())
+}
+
+fn told_scaled(work: &Work) -> String {
+    if work.scaled == 0 {
+        return String::new();
+    }
+    format!("; {} of their vectors were brought to length one", work.scaled)
+}

@@ -1,4 +1,4 @@
-//! Other casters on the same work files, as processes that stay and cast on request: `bench/peers/`.
+//! Casters on the same work files, as processes that stay and cast on request: the project's own, and `bench/peers/`.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
@@ -6,6 +6,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use anyhow::{Context as _, bail, ensure};
 
+use super::files::{Files, RECORD_BYTES, numbers};
 use crate::root;
 
 /// Which caster.
@@ -15,6 +16,8 @@ pub(crate) enum PeerKind {
     Embree { options: Vec<String> },
     /// `Open3D` on octagons, with a Python that has it.
     Open3d { python: PathBuf },
+    /// The project's own: this program again.
+    Own,
 }
 
 impl PeerKind {
@@ -29,11 +32,12 @@ impl PeerKind {
                 ["embree"].into_iter().chain(options.iter().map(String::as_str)).collect::<Vec<_>>().join(" ")
             }
             Self::Open3d { .. } => "open3d".to_owned(),
+            Self::Own => "dmp".to_owned(),
         }
     }
 
-    /// Program and arguments in front of the files, and behind them.
-    fn command(&self) -> anyhow::Result<(Vec<String>, Vec<String>)> {
+    /// Program and arguments in front of the surfels and rays, and behind them.
+    fn command(&self, files: &Files) -> anyhow::Result<(Vec<String>, Vec<String>)> {
         let serve = "--serve".to_owned();
         match self {
             Self::Embree { options } => {
@@ -46,6 +50,11 @@ impl PeerKind {
                 ensure!(has_it.status.success(), "{} has no open3d", python.display());
                 let script = root().join("bench/peers/open3d/cast.py").display().to_string();
                 Ok((vec![python.display().to_string(), script], vec![serve]))
+            }
+            Self::Own => {
+                let program = std::env::current_exe()?.display().to_string();
+                let segments = files.segments.iter().flatten().map(|path| path.display().to_string());
+                Ok((vec![program, "bench".to_owned(), "cast-serve".to_owned()], segments.collect()))
             }
         }
     }
@@ -70,15 +79,10 @@ impl Peer {
     ///
     /// # Errors
     /// In one line, why this caster cannot be had on this machine, or what is wrong with the files.
-    pub(crate) fn start(
-        kind: &PeerKind,
-        surfels: &Path,
-        rays: &Path,
-        core: Option<usize>,
-    ) -> anyhow::Result<Self> {
+    pub(crate) fn start(kind: &PeerKind, files: &Files, core: Option<usize>) -> anyhow::Result<Self> {
         let name = kind.name();
-        let (mut words, behind) = kind.command()?;
-        words.extend([surfels, rays].map(|path| path.display().to_string()));
+        let (mut words, behind) = kind.command(files)?;
+        words.extend([&files.surfels, &files.rays].map(|path| path.display().to_string()));
         words.extend(behind);
         if let Some(core) = core.filter(|&core| can_pin(core)) {
             words.splice(0..0, ["taskset".to_owned(), "-c".to_owned(), core.to_string()]);
@@ -92,7 +96,7 @@ impl Peer {
             .with_context(|| format!("{program}: cannot start"))?;
         let requests = child.stdin.take();
         let answers = BufReader::new(child.stdout.take().context("a pipe was asked for")?);
-        let rays = std::fs::metadata(rays).with_context(|| rays.display().to_string())?.len() / RAY_BYTES;
+        let rays = count(&files.rays)?;
         let mut peer = Self { name, ready: String::new(), rays, child, requests, answers };
         let line = peer.answer()?;
         let ready =
@@ -104,6 +108,31 @@ impl Peer {
     /// What it is called in tables.
     pub(crate) fn name(&self) -> &str {
         &self.name
+    }
+
+    /// How many rays it casts.
+    pub(crate) fn rays(&self) -> u64 {
+        self.rays
+    }
+
+    /// Goes over to the rays of another file; the segments of rays are not known then.
+    ///
+    /// # Errors
+    /// When the caster cannot read them; it is gone then.
+    pub(crate) fn change_rays(&mut self, rays: &Path) -> anyhow::Result<()> {
+        let answer = self.ask(&format!("rays {}", rays.display()))?;
+        ensure!(answer == "ok", "{}: it says {answer:?}, not ok", self.name);
+        self.rays = count(rays)?;
+        Ok(())
+    }
+
+    /// Bytes of its own trees over all surfels, after `go build`.
+    ///
+    /// # Errors
+    /// When it is another caster: only the project's own can tell; it is gone then.
+    pub(crate) fn bytes(&mut self) -> anyhow::Result<u64> {
+        let answer = self.ask("bytes")?;
+        answer.parse().with_context(|| format!("{}: it says {answer:?}, not bytes", self.name))
     }
 
     /// Casts all rays once; seconds that the casting itself took.
@@ -161,44 +190,13 @@ impl Drop for Peer {
     }
 }
 
-/// Bytes of a ray in a file.
-pub(super) const RAY_BYTES: u64 = 28;
-
-/// Exact ranges of every ray, by crossings computed in f64: first, nearest to the measured range within
-/// 5 m, first independent; NaN for a miss.
-#[derive(Debug)]
-#[expect(clippy::struct_field_names, reason = "the unit of each is part of its name")]
-pub(crate) struct Exact {
-    pub(crate) first_m: Vec<f64>,
-    pub(crate) nearest_m: Vec<f64>,
-    pub(crate) independent_m: Vec<f64>,
-}
-
-impl Exact {
-    /// Asks `check` of `bench/peers/embree` about the scene `NAME.surfels`, `.rays`, `.support`,
-    /// `.segments` in a folder.
-    ///
-    /// # Errors
-    /// As [`Peer::start`].
-    pub(crate) fn of_scene(folder: &Path, name: &str) -> anyhow::Result<Self> {
-        let check = embree_folder()?.join("check");
-        let out = tempfile::tempdir()?;
-        let file = |kind: &str| folder.join(format!("{name}.{kind}"));
-        let mut command = Command::new(&check);
-        command.arg(file("surfels")).arg(file("rays")).arg(out.path().join("exact")).arg("--f64");
-        command.arg("--support").arg(file("support")).arg("--segments").arg(file("segments"));
-        succeed(&mut command)?;
-        let ranges = |answer| numbers(&out.path().join(format!("exact.{answer}64")), f64::from_le_bytes);
-        Ok(Self {
-            first_m: ranges("first")?,
-            nearest_m: ranges("nearest")?,
-            independent_m: ranges("independent")?,
-        })
-    }
+/// How many rays a file holds.
+fn count(rays: &Path) -> anyhow::Result<u64> {
+    Ok(std::fs::metadata(rays).with_context(|| rays.display().to_string())?.len() / RECORD_BYTES)
 }
 
 /// Builds the Embree programs and says where they are.
-fn embree_folder() -> anyhow::Result<PathBuf> {
+pub(super) fn embree_folder() -> anyhow::Result<PathBuf> {
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
     let folder = target.join("peers").join("embree");
     let source = root().join("bench/peers/embree");
@@ -209,7 +207,7 @@ fn embree_folder() -> anyhow::Result<PathBuf> {
 }
 
 /// Runs a command to its end, which must be a good one; else the first line it has of the error.
-fn succeed(command: &mut Command) -> anyhow::Result<()> {
+pub(super) fn succeed(command: &mut Command) -> anyhow::Result<()> {
     let program = command.get_program().display().to_string();
     let output = command.stdin(Stdio::null()).output().with_context(|| format!("{program}: cannot start"))?;
     let text = String::from_utf8_lossy(&output.stderr);
@@ -222,12 +220,4 @@ fn succeed(command: &mut Command) -> anyhow::Result<()> {
 fn can_pin(core: usize) -> bool {
     let pinned = Command::new("taskset").args(["-c", &core.to_string(), "true"]).output();
     pinned.is_ok_and(|output| output.status.success())
-}
-
-/// The little-endian numbers of a file.
-fn numbers<const N: usize, T>(path: &Path, number: fn([u8; N]) -> T) -> anyhow::Result<Vec<T>> {
-    let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
-    let (numbers, rest) = bytes.as_chunks::<N>();
-    ensure!(rest.is_empty(), "{}: {} bytes are no whole numbers of {N}", path.display(), bytes.len());
-    Ok(numbers.iter().copied().map(number).collect())
 }

@@ -1,13 +1,6 @@
 //! Work for casters: the surfels of a map and the rays that are cast into it, as the score has them.
-//!
-//! Files of little-endian numbers without a header, in metres from one whole-metre origin:
-//! `NAME.surfels`, seven f32 a surfel (centre xyz, unit normal xyz, radius); `NAME.rays`, seven f32 a ray
-//! (origin xyz, unit direction xyz, measured range), in the order of the log; `NAME.support`, two i32 a
-//! surfel (third lowest and third highest segment); `NAME.segments`, one i32 a ray.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -19,22 +12,22 @@ use dmp_map::Store;
 use dmp_sensor::{Ray, Trajectory};
 use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route};
 
-/// The scenes of the benchmark and their voxel edges, metres: all from one drive.
-pub(crate) const SCENES: [(&str, f64); 3] = [("dense", 0.1), ("city", 0.2), ("coarse", 0.5)];
+use super::files::{Files, Record, write_numbers, write_records};
 
-/// Write the surfels and rays of scenes as files for any caster
+/// The scenes of the benchmark and their voxel edges, metres: all from one drive.
+const SCENES: [(&str, f64); 3] = [("dense", 0.1), ("city", 0.2), ("coarse", 0.5)];
+
+/// What scenes are made of.
 #[derive(Debug, Args)]
-pub(crate) struct SceneArgs {
-    /// Folder for the files
-    folder: PathBuf,
+pub(super) struct SceneArgs {
     /// Scans of the simulated drive
     #[arg(long, default_value_t = 600, value_parser = clap::value_parser!(u32).range(1..))]
     scans: u32,
-    /// Scans whose rays are written, spread evenly over the drive
+    /// Scans whose rays are cast, spread evenly over the drive
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
     cast_scans: u32,
-    /// This log instead of a simulated drive
-    #[arg(long, requires = "trajectory")]
+    /// A scene of this log instead of a simulated drive
+    #[arg(long, requires = "trajectory", conflicts_with = "scenes")]
     log: Option<PathBuf>,
     /// Its trajectory
     #[arg(short, long, requires = "log")]
@@ -47,37 +40,55 @@ pub(crate) struct SceneArgs {
     voxel: f64,
 }
 
-pub(crate) fn run(arguments: &SceneArgs) -> anyhow::Result<()> {
+/// The scenes in a folder; those of the simulated drive and of the log are made where they are not there.
+///
+/// # Errors
+/// When a scene is none of these.
+pub(super) fn files(arguments: &SceneArgs, folder: &Path, names: &[String]) -> anyhow::Result<Vec<Files>> {
     let cast_scans = arguments.cast_scans as usize;
-    std::fs::create_dir_all(&arguments.folder)
-        .with_context(|| format!("{}: cannot make the folder", arguments.folder.display()))?;
-    let write = |name: &str, scene: Scene| -> anyhow::Result<()> {
-        scene.write(&arguments.folder, name)?;
-        println!("{name}: {}", scene.told());
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
+    let make = |files: &Files, scene: Scene| -> anyhow::Result<()> {
+        scene.write(files)?;
+        println!("{}: {}", files.name, scene.told());
         Ok(())
     };
     if let (Some(log), Some(trajectory)) = (&arguments.log, &arguments.trajectory) {
+        let files = Files::of_scene(folder, &arguments.name);
         let log = open_log(log, &LogOptions::default())?;
         let trajectory = read_trajectory(trajectory)?.trajectory;
-        return write(&arguments.name, Scene::of_log(log.as_ref(), trajectory, arguments.voxel, cast_scans)?);
+        make(&files, Scene::of_log(log.as_ref(), trajectory, arguments.voxel, cast_scans)?)?;
+        return Ok(vec![files]);
     }
     let work = tempfile::tempdir_in("/var/tmp")?;
-    let drive = SimulatedDrive::new(arguments.scans as usize, work.path())?;
-    for (name, voxel_m) in SCENES {
-        write(name, drive.scene(voxel_m, cast_scans)?)?;
+    let mut drive = None;
+    let mut scenes = Vec::new();
+    for name in names {
+        let files = Files::of_scene(folder, name);
+        if !files.are_there() {
+            let known = SCENES.iter().find(|(known, _)| known == name);
+            let &(_, voxel_m) = known.with_context(|| format!("{}: no such scene", files.rays.display()))?;
+            if drive.is_none() {
+                drive = Some(SimulatedDrive::new(arguments.scans as usize, work.path())?);
+            }
+            if let Some(drive) = &drive {
+                make(&files, drive.scene(voxel_m, cast_scans)?)?;
+            }
+        }
+        scenes.push(files);
     }
-    Ok(())
+    Ok(scenes)
 }
 
 /// A drive of a 64-beam sensor through streets with traffic, ten scans a second at 8 m/s.
-pub(crate) struct SimulatedDrive {
+struct SimulatedDrive {
     log: Box<dyn ScanLog>,
     truth: Trajectory,
 }
 
 impl SimulatedDrive {
     /// Simulates the drive and writes its log into a folder, which must live as long as this.
-    pub(crate) fn new(scans: usize, folder: &Path) -> anyhow::Result<Self> {
+    fn new(scans: usize, folder: &Path) -> anyhow::Result<Self> {
         let lidar = LidarOptions { azimuth_steps: 1800, ..LidarOptions::with_beams(64) };
         let options =
             RecordingOptions { seed: 1, scans, route: Route::Ring, speed_m_s: 8.0, traffic: 20, lidar };
@@ -96,22 +107,22 @@ impl SimulatedDrive {
     }
 
     /// The drive's own map at this voxel edge and rays of some of its scans.
-    pub(crate) fn scene(&self, voxel_m: f64, cast_scans: usize) -> anyhow::Result<Scene> {
+    fn scene(&self, voxel_m: f64, cast_scans: usize) -> anyhow::Result<Scene> {
         Scene::of_log(self.log.as_ref(), self.truth.clone(), voxel_m, cast_scans)
     }
 }
 
 /// A map and the rays that are cast into it.
 #[derive(Debug)]
-pub(crate) struct Scene {
+struct Scene {
     /// What was subtracted from every place, world metres.
     origin_in_world_m: [f64; 3],
     /// Centre, unit normal, radius.
-    surfels: Vec<[f32; 7]>,
+    surfels: Vec<Record>,
     /// Third lowest and third highest segment of each surfel.
     support: Vec<[i32; 2]>,
     /// Origin, unit direction, measured range.
-    rays: Vec<[f32; 7]>,
+    rays: Vec<Record>,
     /// Segment of each ray.
     segments: Vec<i32>,
 }
@@ -119,7 +130,7 @@ pub(crate) struct Scene {
 impl Scene {
     /// Scores the log with its trajectory and keeps what is cast: the fused map, and the used returns of
     /// `cast_scans` scans spread evenly over it.
-    pub(crate) fn of_log(
+    fn of_log(
         log: &dyn ScanLog,
         trajectory: Trajectory,
         voxel_m: f64,
@@ -179,13 +190,15 @@ impl Scene {
         }
     }
 
-    /// Writes the four files of the scene into a folder.
-    pub(crate) fn write(&self, folder: &Path, name: &str) -> anyhow::Result<()> {
-        let path = |kind: &str| folder.join(format!("{name}.{kind}"));
-        write(&path("surfels"), self.surfels.iter().flatten().map(|x| x.to_le_bytes()))?;
-        write(&path("support"), self.support.iter().flatten().map(|x| x.to_le_bytes()))?;
-        write(&path("rays"), self.rays.iter().flatten().map(|x| x.to_le_bytes()))?;
-        write(&path("segments"), self.segments.iter().map(|x| x.to_le_bytes()))
+    /// Writes the files of the scene.
+    fn write(&self, files: &Files) -> anyhow::Result<()> {
+        write_records(&files.surfels, self.surfels.iter())?;
+        write_records(&files.rays, self.rays.iter())?;
+        if let Some([support, segments]) = &files.segments {
+            write_numbers(support, self.support.iter().flatten().map(|x| x.to_le_bytes()))?;
+            write_numbers(segments, self.segments.iter().map(|x| x.to_le_bytes()))?;
+        }
+        Ok(())
     }
 
     /// Its size in words.
@@ -235,15 +248,6 @@ fn origin_of(store: &Store) -> Option<[f64; 3]> {
 fn segment_of(frame: usize, starts: &[usize]) -> anyhow::Result<i32> {
     let begun = starts.partition_point(|&start| start <= frame);
     Ok(i32::try_from(begun)? - 1)
-}
-
-fn write<const N: usize>(path: &Path, numbers: impl Iterator<Item = [u8; N]>) -> anyhow::Result<()> {
-    let at = || path.display().to_string();
-    let mut file = BufWriter::new(File::create(path).with_context(at)?);
-    for bytes in numbers {
-        file.write_all(&bytes).with_context(at)?;
-    }
-    file.flush().with_context(at)
 }
 
 #[cfg(test)]
