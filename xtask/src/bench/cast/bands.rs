@@ -2,7 +2,8 @@
 
 use dmp_cast::Path;
 
-use super::files::{Work, write_records};
+use super::files::Work;
+use super::records::write_records;
 use super::speeds::{Casters, Row, measure};
 
 /// Bands of the measured range, metres.

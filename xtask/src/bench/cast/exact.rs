@@ -3,8 +3,9 @@
 use std::path::Path;
 use std::process::Command;
 
-use super::files::{Files, numbers};
+use super::files::Files;
 use super::peers::{embree_folder, succeed};
+use super::records::numbers;
 
 /// Ranges by crossings computed in f64, metres, NaN for a miss: first, nearest to the measured range within 5 m,
 /// and, where segments are known, first independent.
@@ -68,6 +69,12 @@ impl Agreement {
             extra: pairs().filter(|(a, b)| !a.is_nan() && b.is_nan()).count(),
             missing: pairs().filter(|(a, b)| a.is_nan() && !b.is_nan()).count(),
         }
+    }
+
+    /// Whether nothing is off, extra or missing.
+    #[cfg(test)]
+    pub(super) fn is_exact(&self) -> bool {
+        self.off + self.extra + self.missing == 0
     }
 
     pub(super) fn header() -> String {

@@ -4,13 +4,13 @@
 //! normal xyz, radius), rays of seven f32 (origin xyz, unit direction xyz, measured range), support of two i32 a
 //! surfel (third lowest and third highest segment), segments of one i32 a ray.
 
-use std::fs::File;
-use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, ensure};
 use dmp_cast::Query;
 use dmp_map::WorldSurfel;
+
+use super::records::{RECORD_BYTES, Record, numbers, records, write_records};
 
 /// Where the work is.
 #[derive(Debug, Clone)]
@@ -37,12 +37,6 @@ impl Files {
     }
 }
 
-/// Centre, normal, radius; or origin, direction, measured range.
-pub(super) type Record = [f32; 7];
-
-/// Bytes of a record.
-pub(super) const RECORD_BYTES: u64 = size_of::<Record>() as u64;
-
 /// Coordinates beyond this are refused, metres, as in a map.
 const LIMIT_M: f32 = 5e7;
 /// Vectors whose length is further than this from one are refused.
@@ -57,6 +51,8 @@ pub(super) struct Work {
     pub(super) rays: Vec<Record>,
     /// How many normals and directions had another length.
     pub(super) scaled: usize,
+    /// What was subtracted from every place, metres.
+    pub(super) origin_m: [f32; 3],
     support: Option<Vec<[i32; 2]>>,
     segments: Option<Vec<i32>>,
 }
@@ -67,7 +63,7 @@ impl Work {
     /// # Errors
     /// Names the file, the record and the value that is no surfel or no ray.
     pub(super) fn read(files: &Files) -> anyhow::Result<Self> {
-        let (mut surfels, mut rays) = (records(&files.surfels)?, read_rays(&files.rays)?);
+        let (mut surfels, mut rays) = (records(&files.surfels)?, records(&files.rays)?);
         let mut scaled = 0;
         let radius_m = surfels.first().map_or(0.0, |surfel| surfel[6]);
         for (row, surfel) in surfels.iter_mut().enumerate() {
@@ -103,12 +99,16 @@ impl Work {
                 ensure!(count == wanted, "{}: {count} records of {wanted} {what}", path.display());
             }
         }
-        Ok(Self { surfels, rays, scaled, support, segments })
+        let origin_m = near(&surfels, &rays);
+        for record in surfels.iter_mut().chain(&mut rays) {
+            (0..3).for_each(|k| record[k] -= origin_m[k]);
+        }
+        Ok(Self { surfels, rays, scaled, origin_m, support, segments })
     }
 
     /// Other rays, without segments.
     pub(super) fn change_rays(&mut self, path: &Path) -> anyhow::Result<()> {
-        self.rays = read_rays(path)?;
+        self.rays = records(path)?;
         self.segments = None;
         Ok(())
     }
@@ -157,7 +157,7 @@ impl Work {
         diagonal_m + 2.0 * self.radius_m() + 1.0
     }
 
-    /// Writes surfels and rays for casters that take vectors as they are.
+    /// Writes surfels and rays for casters that take numbers as they are.
     pub(super) fn write(&self, files: &Files) -> anyhow::Result<()> {
         write_records(&files.surfels, self.surfels.iter())?;
         write_records(&files.rays, self.rays.iter())
@@ -173,6 +173,20 @@ fn corners<'a>(records: impl Iterator<Item = &'a Record>) -> [[f64; 3]; 2] {
         }
     }
     corners
+}
+
+/// A place near everything, where all can be brought without loss: casters that compute in f32 are lost where
+/// the files' coordinates are large.
+///
+/// A difference of two f32 is exact where neither is more than twice the other.
+fn near(surfels: &[Record], rays: &[Record]) -> [f32; 3] {
+    let [low, high] = corners(surfels.iter().chain(rays));
+    [0, 1, 2].map(|k| {
+        let (near, far) = (low[k].abs().min(high[k].abs()), low[k].abs().max(high[k].abs()));
+        let middle = (low[k].midpoint(high[k])).round() as f32;
+        let is_exact = low[k] * high[k] > 0.0 && far <= 1.25 * near && middle != 0.0;
+        if is_exact { middle } else { 0.0 }
+    })
 }
 
 fn moved(record: &Record, shift_m: [f64; 3]) -> [f64; 3] {
@@ -195,49 +209,6 @@ fn check(record: &mut Record, vector: &str) -> anyhow::Result<bool> {
         record[3..6].iter_mut().for_each(|x| *x = (f64::from(*x) / length) as f32);
     }
     Ok(is_scaled)
-}
-
-fn read_rays(path: &Path) -> anyhow::Result<Vec<Record>> {
-    records(path)
-}
-
-fn records(path: &Path) -> anyhow::Result<Vec<Record>> {
-    let records: Vec<Record> = numbers(path, |bytes: [u8; RECORD_BYTES as usize]| {
-        std::array::from_fn(|k| {
-            f32::from_le_bytes([bytes[4 * k], bytes[4 * k + 1], bytes[4 * k + 2], bytes[4 * k + 3]])
-        })
-    })?;
-    ensure!(!records.is_empty(), "{}: empty", path.display());
-    Ok(records)
-}
-
-/// The little-endian records of a file.
-pub(super) fn numbers<const N: usize, T>(path: &Path, record: fn([u8; N]) -> T) -> anyhow::Result<Vec<T>> {
-    let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
-    let (records, rest) = bytes.as_chunks::<N>();
-    ensure!(rest.is_empty(), "{}: {} bytes are no whole records of {N}", path.display(), bytes.len());
-    Ok(records.iter().copied().map(record).collect())
-}
-
-/// Writes records of f32.
-pub(super) fn write_records<'a>(
-    path: &Path,
-    records: impl Iterator<Item = &'a Record>,
-) -> anyhow::Result<()> {
-    write_numbers(path, records.flatten().map(|x| x.to_le_bytes()))
-}
-
-/// Writes the bytes of numbers one after the other.
-pub(super) fn write_numbers<const N: usize>(
-    path: &Path,
-    numbers: impl Iterator<Item = [u8; N]>,
-) -> anyhow::Result<()> {
-    let at = || path.display().to_string();
-    let mut file = BufWriter::new(File::create(path).with_context(at)?);
-    for bytes in numbers {
-        file.write_all(&bytes).with_context(at)?;
-    }
-    file.flush().with_context(at)
 }
 
 #[cfg(test)]
@@ -263,6 +234,26 @@ mod tests {
         assert_eq!((work.scaled, work.rays[1][4]), (1, 1.0));
         let [query, _] = work.queries([1.0, 0.0, 0.0])[..] else { panic!("two rays") };
         assert_eq!((query.origin_in_world_m, query.segment), ([1.0, 0.0, 0.0], None));
+    }
+
+    #[test]
+    fn places_far_from_zero_are_brought_near_without_loss() {
+        let at = |record: Record, place: [f32; 3]| {
+            let mut record = record;
+            record[..3].copy_from_slice(&place);
+            record
+        };
+        let surfels =
+            [at(SURFEL, [500_000.03, -5_400_000.5, 3.0]), at(SURFEL, [500_100.97, -5_400_100.0, 4.0])];
+        let work = read(&surfels, &[at(RAY, [500_050.5, -5_400_050.0, -1.0])]).unwrap();
+        assert_eq!(work.origin_m, [500_051.0, -5_400_050.0, 0.0]);
+        for (moved, surfel) in work.surfels.iter().zip(surfels) {
+            for k in 0..3 {
+                assert_eq!(f64::from(moved[k]) + f64::from(work.origin_m[k]), f64::from(surfel[k]));
+            }
+        }
+        assert!(work.surfels[0][0].abs() < 51.0);
+        assert_eq!(read(&[SURFEL], &[RAY]).unwrap().origin_m, [0.0; 3]);
     }
 
     #[test]
@@ -304,11 +295,5 @@ mod tests {
         ] {
             assert_eq!(read(&[SURFEL, surfel], &[RAY, ray]).unwrap_err(), message);
         }
-        assert_eq!(read(&[], &[RAY]).unwrap_err(), "s: empty");
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("cut");
-        std::fs::write(&path, [0; 30]).unwrap();
-        let error = records(&path).unwrap_err().to_string();
-        assert!(error.ends_with("cut: 30 bytes are no whole records of 28"), "{error}");
     }
 }

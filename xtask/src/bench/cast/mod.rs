@@ -6,18 +6,21 @@ mod exact;
 mod files;
 mod own;
 mod peers;
+mod records;
 mod scene;
 pub(crate) mod serve;
 mod speeds;
 
 use std::path::PathBuf;
 
+use anyhow::ensure;
 use clap::Args;
 use dmp_cast::Path;
 
 use self::exact::Exact;
-use self::files::{Files, Work, write_numbers};
+use self::files::{Files, Work};
 use self::own::Own;
+use self::records::write_numbers;
 use self::speeds::Casters;
 use crate::bench::circumstances;
 
@@ -99,11 +102,11 @@ pub(crate) fn run(arguments: &CastArgs) -> anyhow::Result<()> {
 fn measure(arguments: &CastArgs, files: &Files) -> anyhow::Result<()> {
     let work = Work::read(files)?;
     let (surfels, rays) = (work.surfels.len(), work.rays.len());
-    println!("\n{}: {surfels} surfels, {rays} rays{}", files.name, told_scaled(&work));
+    println!("\n{}: {surfels} surfels, {rays} rays{}", files.name, told_changes(&work));
     let folder = tempfile::tempdir_in("/var/tmp")?;
     let mut files = files.clone();
-    if work.scaled > 0 {
-        // Others take vectors as they are.
+    if work.scaled > 0 || work.origin_m != [0.0; 3] {
+        // Others take numbers as they are.
         [files.surfels, files.rays] = ["surfels", "rays"].map(|name| folder.path().join(name));
         work.write(&files)?;
     }
@@ -116,6 +119,12 @@ fn measure(arguments: &CastArgs, files: &Files) -> anyhow::Result<()> {
         println!("{}: {hits} ranges, {} misses", path.display(), rays - hits);
     }
     let mut casters = Casters::start(arguments, &files);
+    ensure!(
+        !casters.rows.is_empty(),
+        "{}: no caster has {:?} in its name or modes",
+        files.name,
+        arguments.only
+    );
     if arguments.only.is_empty() {
         match Exact::of(&files) {
             Ok(exact) => agreement::print(&mut own, &work, &mut casters, &exact)?,
@@ -136,9 +145,14 @@ fn measure(arguments: &CastArgs, files: &Files) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn told_scaled(work: &Work) -> String {
-    if work.scaled == 0 {
-        return String::new();
+/// What was done to the numbers of the files before anything was cast.
+fn told_changes(work: &Work) -> String {
+    let mut told = String::new();
+    if work.scaled > 0 {
+        told += &format!("; {} of their vectors brought to length one", work.scaled);
     }
-    format!("; {} of their vectors were brought to length one", work.scaled)
+    if work.origin_m != [0.0; 3] {
+        told += &format!("; {:?} m subtracted from every place, exactly", work.origin_m);
+    }
+    told
 }

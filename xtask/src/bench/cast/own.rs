@@ -268,18 +268,4 @@ fn cast_blocks<'a>(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn modes_have_names() {
-        let mode: Mode = "portable-packets-three-bounded-twice".parse().unwrap();
-        assert_eq!((mode.path.name(), mode.grouping, mode.twice), ("portable", Grouping::Auto, true));
-        assert_eq!(mode.kind, Kind { three: true, bounded: true, one_tree: false });
-        let mode: Mode = "portable-single-one-tree".parse().unwrap();
-        assert_eq!(mode.kind, Kind { three: false, bounded: false, one_tree: true });
-        for wrong in ["", "single", "portable-", "portable-many", "portable-single-fast", "mmx-single"] {
-            assert!(wrong.parse::<Mode>().is_err(), "{wrong}");
-        }
-    }
-}
+mod tests;

@@ -6,7 +6,8 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use anyhow::{Context as _, bail, ensure};
 
-use super::files::{Files, RECORD_BYTES, numbers};
+use super::files::Files;
+use super::records::{RECORD_BYTES, numbers};
 use crate::root;
 
 /// Which caster.

@@ -12,7 +12,8 @@ use dmp_map::Store;
 use dmp_sensor::{Ray, Trajectory};
 use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route};
 
-use super::files::{Files, Record, write_numbers, write_records};
+use super::files::Files;
+use super::records::{Record, write_numbers, write_records};
 
 /// The scenes of the benchmark and their voxel edges, metres: all from one drive.
 const SCENES: [(&str, f64); 3] = [("dense", 0.1), ("city", 0.2), ("coarse", 0.5)];

@@ -11,8 +11,9 @@ use std::time::Instant;
 use anyhow::bail;
 use clap::Args;
 
-use super::files::{Files, Work, write_numbers};
+use super::files::{Files, Work};
 use super::own::Own;
+use super::records::write_numbers;
 
 /// Cast on request: what `bench cast` starts
 #[derive(Debug, Clone, Args)]
