@@ -37,8 +37,14 @@ pub(super) fn print(own: &mut Own, work: &Work, casters: &mut Casters, exact: &E
                 }
             }
         }
+        let ways = 2 * Path::all().len();
         for (names, ranges) in distinct {
-            println!("dmp {}{}", names.join(", "), if names.len() > 1 { ": the same bits" } else { "" });
+            if names.len() == ways {
+                let paths: Vec<&str> = Path::all().into_iter().map(Path::name).collect();
+                println!("dmp single and packets{told} on {}: the same bits", paths.join(", "));
+            } else {
+                println!("dmp {}", names.join(", "));
+            }
             for ((answer, ranges), exact) in ANSWERS.iter().zip(&ranges).zip(&exact.0) {
                 println!("{:<52}{answer:<4}{}", "", told_of(ranges, exact));
             }

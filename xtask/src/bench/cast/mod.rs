@@ -147,12 +147,8 @@ fn measure(arguments: &CastArgs, files: &Files) -> anyhow::Result<()> {
 
 /// What was done to the numbers of the files before anything was cast.
 fn told_changes(work: &Work) -> String {
-    let mut told = String::new();
-    if work.scaled > 0 {
-        told += &format!("; {} of their vectors brought to length one", work.scaled);
-    }
-    if work.origin_m != [0.0; 3] {
-        told += &format!("; {:?} m subtracted from every place, exactly", work.origin_m);
-    }
-    told
+    let scaled = format!("; {} of their vectors brought to length one", work.scaled);
+    let moved = format!("; {:?} m subtracted from every place, exactly", work.origin_m);
+    let changes = [(scaled, work.scaled > 0), (moved, work.origin_m != [0.0; 3])];
+    changes.into_iter().filter(|(_, is_done)| *is_done).map(|(told, _)| told).collect()
 }
