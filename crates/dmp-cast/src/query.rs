@@ -4,7 +4,7 @@ use dmp_map::Independence;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))] // Rays are taken out of order: each from one cache line.
 pub struct Query {
-    /// Where the ray starts, world frame, metres.
+    /// Where the ray starts, world frame, metres. From beyond ±5e7 m, where no map is, it finds nothing.
     pub origin_in_world_m: [f64; 3],
     /// Unit direction, world frame.
     pub direction_in_world: [f64; 3],

@@ -11,6 +11,11 @@ use crate::query::{Answer, CastSettings, Query, RETURN_M, Wanted};
 /// over the border are in both tiles, so the same crossing from both sides is one crossing.
 const BORDER_SLACK_M: f64 = 1e-3;
 
+/// Rays from further out find nothing, nor do those of NaN: their ways would have no end. Maps end there too.
+const WORLD_LIMIT_M: f64 = 5e7;
+/// Any component of a unit vector is well below.
+const LONGEST_DIRECTION: f64 = 2.0;
+
 type Column = [f64; RAYS];
 
 /// A packet: up to sixteen rays of one segment with what is known of them so far, ranges from their origins.
@@ -115,6 +120,13 @@ impl Rays {
         for lane in 0..RAYS {
             let end_m = self.measured_m[lane] + settings.beyond_m;
             self.end_m[lane] = if end_m < settings.horizon_m { end_m } else { settings.horizon_m };
+        }
+        for k in 0..3 {
+            for lane in 0..RAYS {
+                let (o, d) = (self.origin_in_world_m[k][lane], self.direction_in_world[k][lane]);
+                let is_fine = (o.abs() <= WORLD_LIMIT_M) & (d.abs() <= LONGEST_DIRECTION);
+                self.end_m[lane] = if is_fine { self.end_m[lane] } else { f64::NEG_INFINITY };
+            }
         }
         for k in 0..2 {
             for lane in 0..RAYS {
