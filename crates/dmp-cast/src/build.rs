@@ -90,12 +90,10 @@ impl Collapse<'_> {
     fn run(&mut self) {
         self.cast.nodes.push(Node::EMPTY);
         // A node to fill, and the binary node it stands for.
-        let mut open = vec![(0usize, 0u32, 1usize)];
-        let mut deepest = 0;
-        while let Some((index, binary, depth)) = open.pop() {
-            deepest = deepest.max(depth);
+        let mut open = vec![(0usize, 0u32)];
+        while let Some((index, binary)) = open.pop() {
             let (children, count) = self.widen(binary);
-            let mut inner = [(0, 0, 0); WIDTH];
+            let mut inner = [(0, 0); WIDTH];
             let mut inners = 0;
             for (place, &child) in children[..count].iter().enumerate() {
                 let aabb = *self.tree.nodes[child as usize].aabb();
@@ -106,7 +104,7 @@ impl Collapse<'_> {
                 } else {
                     let node = self.cast.nodes.len();
                     self.cast.nodes.push(Node::EMPTY);
-                    inner[inners] = (node, child, depth + 1);
+                    inner[inners] = (node, child);
                     inners += 1;
                     node
                 };
@@ -119,7 +117,6 @@ impl Collapse<'_> {
             }
             open.extend(inner[..inners].iter().rev());
         }
-        self.cast.stack_nodes = deepest * WIDTH;
         self.bound_support();
     }
 

@@ -105,7 +105,7 @@ impl<M: TileSource> Job for CastBlock<'_, M> {
         answers.resize(queries.len(), Answer::default());
         match grouping {
             Grouping::Single => journey.order.as_given(queries),
-            Grouping::Auto | Grouping::Packets => journey.order.by_direction(queries),
+            _ => journey.order.by_direction(queries),
         }
         let mut casting = Casting { grouping, wanted: settings.wanted, answers, lists };
         travel(simd, caster, &settings, queries, journey, &mut casting)

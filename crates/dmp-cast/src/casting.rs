@@ -3,7 +3,7 @@
 use dmp_map::{MapError, TileId};
 
 use crate::answers::{First, Three};
-use crate::frustum::Frustum;
+use crate::frustum::{Frustum, SQUARES_PER_RAY};
 use crate::journey::{JourneyBuffers, Traveller, Wait};
 use crate::lanes::Simd;
 use crate::packet::{CastPackets, PACKETS, PacketAnswers, PacketLists, RAYS, Visit};
@@ -22,6 +22,9 @@ pub enum Grouping {
     Single,
     /// Packets wherever there is more than one ray.
     Packets,
+    /// Packets while there are at most so many squares of a disc's radius in the far end of their frustum for each
+    /// ray: what `Auto` does with the number that was measured to be best.
+    UpTo(u32),
 }
 
 /// Per-thread buffers of a caster.
@@ -100,8 +103,10 @@ fn visit_tile<S: Simd>(
         packed[k] = visit.rays.limit_to(simd, wait.lanes);
         if grouping != Grouping::Single && packed[k].count_ones() > 1 {
             let frustum = Frustum::around(simd, &visit.rays, packed[k], tile.radius_m);
-            let pays = |frustum: &Frustum| {
-                grouping == Grouping::Packets || frustum.pays(packed[k].count_ones(), tile.radius_m)
+            let pays = |frustum: &Frustum| match grouping {
+                Grouping::Packets => true,
+                Grouping::UpTo(squares) => frustum.is_within(squares, packed[k].count_ones(), tile.radius_m),
+                _ => frustum.is_within(SQUARES_PER_RAY, packed[k].count_ones(), tile.radius_m),
             };
             if let Some(frustum) = frustum.filter(pays) {
                 visit.frustum = frustum;

@@ -71,7 +71,7 @@ impl CrossingCounter {
     }
 
     /// Counts the crossings of all `queries` in `tally`. A disc over a border is counted in the tile in which
-    /// the ray crosses it, so once, as the tile's own or as its copy.
+    /// the ray crosses it, so once (but for rounding at the border itself), as the tile's own or as its copy.
     ///
     /// # Errors
     /// When a tile that a ray needs is damaged, or the tally cannot put counts aside.

@@ -11,12 +11,20 @@ const SLACK_M: f32 = 3e-3;
 /// Rays further than this from the packet's axis (cosine) do not make a frustum.
 const LEAST_COS: f32 = 0.5;
 
+/// Up to here rays cost less together than one by one.
+///
+/// Together every disc meets all rays, so it is the discs in the frustum that cost: they grow with the area of its far
+/// end. One by one it is the rays. `cargo xtask bench cast` prints the speed for other limits: it is flat around this one.
+pub(crate) const SQUARES_PER_RAY: u32 = 4;
+/// What a packet costs by itself is more than two rays cost alone.
+const LEAST_RAYS: u32 = 3;
+
 /// Four planes around some rays and one beyond their ends: what lies outside any of them no ray meets.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Frustum {
     planes: [Plane; 5],
-    /// Widest and deepest extent of the far end, and how many lengths of itself it is away: what a packet costs.
-    pub(crate) far_extents_m: [f32; 2],
+    /// Width and height of the far end.
+    far_extents_m: [f32; 2],
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -77,18 +85,11 @@ impl Frustum {
         Some(Self { planes, far_extents_m })
     }
 
-    /// Whether `rays` rays cost less together than one by one.
-    ///
-    /// Together every disc meets all rays, so it is the discs in the frustum that cost: they grow with the area of
-    /// its far end, in squares of a disc's radius. One by one it is the rays. Where the two meet was measured over
-    /// visits of packets to tiles, each cast both ways (`docs/performance.md`): anywhere from two to six squares for
-    /// a ray the sum is within a few per cent of the better of the two for every visit.
+    /// Whether there are enough rays, and for each of them at most so many squares of a disc's radius in the far end.
     #[inline(always)]
-    pub(crate) fn pays(&self, rays: u32, radius_m: f32) -> bool {
-        const LEAST_RAYS: u32 = 3;
-        const SQUARES_PER_RAY: f32 = 4.0;
+    pub(crate) fn is_within(&self, squares: u32, rays: u32, radius_m: f32) -> bool {
         let [width, height] = self.far_extents_m;
-        rays >= LEAST_RAYS && width * height < SQUARES_PER_RAY * rays as f32 * radius_m * radius_m
+        rays >= LEAST_RAYS && width * height < (squares * rays) as f32 * radius_m * radius_m
     }
 
     /// Which children of a node lie at least in part inside.

@@ -42,7 +42,8 @@ impl Order {
         self.sorted.extend(0..queries.len() as u64);
     }
 
-    /// Brings neighbours in direction and range together, among rays that follow each other from about one place.
+    /// Brings neighbours in direction and range together, among rays that follow each other from about one place
+    /// in one segment.
     ///
     /// Rays are cut into eight sectors, so that what is cast one after the other meets the same part of the map, a
     /// sector into shells by the octave of the measured range, a shell into bands of elevation about [`BAND_M`] high
@@ -54,13 +55,15 @@ impl Order {
         self.sorted.reserve(queries.len());
         self.other.resize(queries.len(), 0);
         let mut start = 0;
-        let mut place = queries.first().map_or([0.0; 3], |query| query.origin_in_world_m);
+        let Some(first) = queries.first() else { return };
+        let (mut place, mut segment) = (first.origin_in_world_m, first.segment);
         for (index, query) in queries.iter().enumerate() {
             let origin = query.origin_in_world_m;
             let is_near = |k: usize| (origin[k] - place[k]).abs() <= ORIGINS_M;
-            if !(is_near(0) & is_near(1) & is_near(2)) {
+            let same_segment = query.segment == segment;
+            if !(is_near(0) & is_near(1) & is_near(2) & same_segment) {
                 self.sort(start, index);
-                (start, place) = (index, origin);
+                (start, place, segment) = (index, origin, query.segment);
             }
             self.sorted.push(u64::from(key_of(query)) << 32 | index as u64);
         }

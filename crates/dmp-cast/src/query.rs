@@ -1,10 +1,11 @@
 use dmp_map::Independence;
 
-/// A ray and what was measured along it.
+/// A ray and what was measured along it. One that begins beyond ±5e7 m, where no map is, or whose direction is no unit
+/// vector finds nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))] // Rays are taken out of order: each from one cache line.
 pub struct Query {
-    /// Where the ray starts, world frame, metres. From beyond ±5e7 m, where no map is, it finds nothing.
+    /// Where the ray starts, world frame, metres.
     pub origin_in_world_m: [f64; 3],
     /// Unit direction, world frame.
     pub direction_in_world: [f64; 3],
@@ -29,7 +30,7 @@ pub struct Answer {
     /// |n·d| between that surfel's normal and the ray: 1 where it is hit squarely. Of two surfels at the same
     /// range the larger. In no score of the report: the study looks at it.
     pub independent_cos: Option<f32>,
-    /// Whether a surfel crossed up to half a metre ([`RETURN_M`]) behind the return is independent at the wider
+    /// Whether a surfel crossed from the sensor up to half a metre ([`RETURN_M`]) behind the return is independent at the wider
     /// reach: the place was seen on another visit. What the ray would meet further on says nothing of the place.
     pub revisited: bool,
 }

@@ -15,8 +15,6 @@ pub(crate) struct CastTile {
     pub(crate) leaves: Vec<Leaf>,
     /// Which segments saw the discs of each leaf.
     pub(crate) support: Vec<LeafSupport>,
-    /// Most nodes that can wait on a way down the tree.
-    pub(crate) stack_nodes: usize,
 }
 
 /// Eight boxes with what is in them. A place without a child has a box that nothing can meet.

@@ -7,7 +7,7 @@
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Grouping, Path, Query, RETURN_M, Wanted};
-use dmp_map::{Durability, FuseScratch, Independence, Lattice, MapFuser, Store};
+use dmp_map::{Durability, FuseScratch, Independence, Lattice, LooseSurfels, MapFuser, Store, WorldSurfel};
 use proptest::prelude::*;
 
 const TOLERANCE_M: f64 = 1e-3;
@@ -281,35 +281,81 @@ fn the_first_alone_is_the_first_of_three() {
 }
 
 #[test]
-fn numbers_that_are_none_give_no_answer_and_no_panic() {
+fn rays_that_are_none_find_nothing_and_spoil_no_packet() {
     let endless = CastSettings { horizon_m: f64::INFINITY, ..CastSettings::default() };
-    let caster = Caster::new(random_map(&mut Random(41), [0.0; 3], 2000), endless, usize::MAX);
-    let mut queries = random_queries(&mut Random(42), [0.0; 3], 64);
-    let whole = queries.clone();
-    for (k, query) in queries.iter_mut().enumerate().step_by(4) {
-        let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300][k / 4 % 4];
-        match k / 16 {
-            0 => query.origin_in_world_m[k / 4 % 3] = bad,
-            1 => query.direction_in_world[k / 4 % 3] = bad,
-            2 => query.measured_m = bad,
-            _ => query.direction_in_world = [0.0; 3],
+    let mut caster = Caster::new(random_map(&mut Random(41), [0.0; 3], 4000), endless, usize::MAX);
+    let whole = scan_queries(&mut Random(42), [0.0; 3], 16, 320, false);
+    let (mut answers, mut expected, mut buffers) = (Vec::new(), Vec::new(), CastBuffers::default());
+    caster.cast(&whole, &mut expected, &mut buffers).unwrap();
+    let axes: [&[usize]; 7] = [&[0], &[1], &[2], &[0, 1], &[0, 2], &[1, 2], &[0, 1, 2]];
+    let values = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, 4e38];
+    // One ray of every packet or so is none.
+    let mut queries = whole.clone();
+    for (n, query) in queries.iter_mut().step_by(11).enumerate() {
+        let (bad, axes) = (values[n / 7 % 5], axes[n % 7]);
+        let of = if n / 35 % 2 == 0 { &mut query.origin_in_world_m } else { &mut query.direction_in_world };
+        axes.iter().for_each(|&k| of[k] = bad);
+        if n % 50 == 49 {
+            query.direction_in_world = [0.0; 3];
         }
     }
-    let (mut answers, mut expected) = (Vec::new(), Vec::new());
-    caster.cast(&whole, &mut expected, &mut CastBuffers::default()).unwrap();
     for path in Path::all() {
-        let caster = Caster::new(random_map(&mut Random(41), [0.0; 3], 2000), endless, usize::MAX)
-            .with(path, Grouping::Packets);
-        caster.cast(&queries, &mut answers, &mut CastBuffers::default()).unwrap();
-        for (k, (answer, expected)) in answers.iter().zip(&expected).enumerate() {
-            match k % 4 {
-                0 if k < 32 => assert_eq!(*answer, Answer::default(), "{:?}", queries[k]),
-                0 => (),
-                // The others answer as if nothing were beside them.
-                _ => assert_eq!(answer, expected),
+        for grouping in [Grouping::Auto, Grouping::Single, Grouping::Packets] {
+            caster = caster.with(path, grouping);
+            caster.cast(&queries, &mut answers, &mut buffers).unwrap();
+            for (k, (answer, expected)) in answers.iter().zip(&expected).enumerate() {
+                let expected = if k % 11 == 0 { &Answer::default() } else { expected };
+                assert_eq!(answer, expected, "{} {grouping:?} {k}: {:?}", path.name(), queries[k]);
             }
         }
     }
+}
+
+#[test]
+fn scans_of_several_segments_and_a_sensor_on_its_side_are_cast_as_any() {
+    let mut random = Random(51);
+    let store = random_map(&mut random, [0.0; 3], 6000);
+    let mut queries = scan_queries(&mut random, [0.0; 3], 12, 200, true);
+    queries.iter_mut().enumerate().for_each(|(k, query)| query.segment = Some(10 + (k / 7 % 3) as i32));
+    // The same turned over, so that rays go straight up and down.
+    let turned: Vec<Query> = queries
+        .iter()
+        .map(|query| {
+            let [x, y, z] = query.direction_in_world;
+            Query { direction_in_world: [z, y, -x], segment: Some(12), ..*query }
+        })
+        .collect();
+    queries.extend(turned);
+    check(store, &queries, CastSettings::default(), usize::MAX);
+}
+
+#[test]
+fn one_tile_of_half_a_kilometre_is_cast_the_same_in_packets_and_alone() {
+    let mut random = Random(61);
+    let surfels = (0..20_000).map(|_| {
+        let to = [random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0)];
+        let length = to.iter().map(|c| c * c).sum::<f64>().sqrt();
+        WorldSurfel {
+            centre_in_world_m: [
+                random.between(0.0, 500.0),
+                random.between(0.0, 500.0),
+                random.between(0.0, 6.0),
+            ],
+            normal: to.map(|c| (c / length) as f32),
+            third_lowest: random.between(0.0, 30.0) as i32,
+            third_highest: random.between(0.0, 30.0) as i32,
+        }
+    });
+    let map = LooseSurfels::new(500.0, 0.4, surfels).unwrap();
+    let mut queries = scan_queries(&mut Random(62), [230.0, 240.0, 0.0], 32, 600, true);
+    queries.iter_mut().for_each(|query| query.measured_m *= 8.0);
+    let (mut alone, mut together) = (Vec::new(), Vec::new());
+    for (grouping, answers) in [(Grouping::Single, &mut alone), (Grouping::Packets, &mut together)] {
+        let caster = Caster::new(&map, CastSettings::default(), usize::MAX).with(Path::best(), grouping);
+        caster.cast(&queries, answers, &mut CastBuffers::default()).unwrap();
+    }
+    assert!(alone == together);
+    assert!(alone.iter().filter(|answer| answer.first_m.is_some()).count() > 300);
 }
 
 proptest! {

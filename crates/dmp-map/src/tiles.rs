@@ -127,8 +127,8 @@ impl LooseSurfels {
     /// `O(surfels)` time and memory.
     ///
     /// # Errors
-    /// A radius or an edge that is not a positive number of metres, a centre outside ±5e7 m, a normal that
-    /// is no unit vector.
+    /// A radius or an edge that is not a positive number of metres, an edge below the diameter of a disc or so
+    /// small that tiles cannot be numbered, a centre outside ±5e7 m, a normal that is no unit vector.
     pub fn new(
         tile_edge_m: f64,
         radius_m: f64,
@@ -138,6 +138,13 @@ impl LooseSurfels {
             if !(metres.is_finite() && metres > 0.0) {
                 return Err(MapError::NoLength { what, metres });
             }
+        }
+        let least_m = (2.0 * radius_m).max(crate::lattice::WORLD_LIMIT_M / f64::from(1 << 30));
+        if tile_edge_m < least_m {
+            return Err(MapError::NoLength {
+                what: "edge of tiles for discs of this radius",
+                metres: tile_edge_m,
+            });
         }
         let mut own: HashMap<TileId, Vec<WorldSurfel>> = HashMap::new();
         let mut copies: HashMap<TileId, Vec<WorldSurfel>> = HashMap::new();
@@ -271,6 +278,7 @@ mod tests {
         let up = [0.0, 0.0, 1.0];
         let of = |radius_m, one| LooseSurfels::new(32.0, radius_m, [one]);
         assert!(matches!(of(0.0, surfel([0.0; 3], up)), Err(MapError::NoLength { .. })));
+        assert!(matches!(of(20.0, surfel([0.0; 3], up)), Err(MapError::NoLength { .. })));
         assert!(matches!(of(0.1, surfel([f64::NAN, 0.0, 0.0], up)), Err(MapError::OutOfWorld { .. })));
         assert!(matches!(of(0.1, surfel([0.0; 3], [0.0; 3])), Err(MapError::NoNormal { .. })));
     }

@@ -11,10 +11,9 @@ use crate::query::{Answer, CastSettings, Query, RETURN_M, Wanted};
 /// over the border are in both tiles, so the same crossing from both sides is one crossing.
 const BORDER_SLACK_M: f64 = 1e-3;
 
-/// Rays from further out find nothing, nor do those of NaN: their ways would have no end. Maps end there too.
+/// Rays from further out find nothing, nor do those whose direction is no unit vector, or NaN: their ways would have no
+/// end, and they would spoil the packets they are in. Maps end there too.
 const WORLD_LIMIT_M: f64 = 5e7;
-/// Any component of a unit vector is well below.
-const LONGEST_DIRECTION: f64 = 2.0;
 
 type Column = [f64; RAYS];
 
@@ -121,12 +120,14 @@ impl Rays {
             let end_m = self.measured_m[lane] + settings.beyond_m;
             self.end_m[lane] = if end_m < settings.horizon_m { end_m } else { settings.horizon_m };
         }
-        for k in 0..3 {
-            for lane in 0..RAYS {
-                let (o, d) = (self.origin_in_world_m[k][lane], self.direction_in_world[k][lane]);
-                let is_fine = (o.abs() <= WORLD_LIMIT_M) & (d.abs() <= LONGEST_DIRECTION);
-                self.end_m[lane] = if is_fine { self.end_m[lane] } else { f64::NEG_INFINITY };
-            }
+        let ([ox, oy, oz], [dx, dy, dz]) = (&self.origin_in_world_m, &self.direction_in_world);
+        for lane in 0..RAYS {
+            let inside = |o: f64| o.abs() <= WORLD_LIMIT_M;
+            let norm2 = dx[lane] * dx[lane] + dy[lane] * dy[lane] + dz[lane] * dz[lane];
+            // False for NaN.
+            let is_ray =
+                inside(ox[lane]) & inside(oy[lane]) & inside(oz[lane]) & (norm2 > 0.5) & (norm2 < 2.0);
+            self.end_m[lane] = if is_ray { self.end_m[lane] } else { f64::NEG_INFINITY };
         }
         for k in 0..2 {
             for lane in 0..RAYS {

@@ -27,7 +27,7 @@ impl Rays {
         let d = self.direction_in_world[k][lane];
         self.enter_m[lane] = self.next_m[k][lane];
         self.next_m[k][lane] += tile_edge_m / d.abs();
-        // Saturates: a ray never comes that far, its horizon ends it.
+        // Saturates: a ray never comes that far, since it begins inside of the world and leaves the map before.
         self.tile[k][lane] = self.tile[k][lane].saturating_add(if d > 0.0 { 1 } else { -1 });
         self.steps[lane] += 1;
     }

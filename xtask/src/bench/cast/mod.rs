@@ -140,6 +140,8 @@ fn measure(arguments: &CastArgs, files: &Files) -> anyhow::Result<()> {
         casters.print_ratios(surfels as u64)?;
         speeds::print_two_threads(&files, arguments.runs)?;
         println!();
+        speeds::print_limits(&files, arguments.core, arguments.runs, rays as u64)?;
+        println!();
         bands::print(&mut casters, &work, arguments.runs)?;
     }
     Ok(())

@@ -39,7 +39,10 @@ pub(super) struct Kind {
     pub(super) one_tree: bool,
 }
 
-/// `PATH-single` or `PATH-packets`, then `-three`, `-bounded`, `-one-tree`, `-twice` where they are wanted.
+/// A limit to packets, see [`Grouping::UpTo`].
+pub(super) const UP_TO: &str = "packets-up-to-";
+
+/// `PATH-single`, `PATH-packets` or `PATH-packets-up-to-N`, then `-three`, `-bounded`, `-one-tree`, `-twice` where they are wanted.
 impl FromStr for Mode {
     type Err = anyhow::Error;
 
@@ -57,6 +60,7 @@ impl FromStr for Mode {
         let grouping = match grouping {
             "single" => Grouping::Single,
             "packets" => Grouping::Auto,
+            _ if grouping.starts_with(UP_TO) => Grouping::UpTo(grouping[UP_TO.len()..].parse()?),
             _ => bail!("{name}: unknown mode"),
         };
         Ok(Self { path, grouping, kind: Kind { three, bounded, one_tree }, twice })

@@ -4,6 +4,7 @@ use dmp_cast::Path;
 
 use super::CastArgs;
 use super::files::Files;
+use super::own::UP_TO;
 use super::peers::{Peer, PeerKind};
 use crate::bench::spread;
 
@@ -205,6 +206,21 @@ pub(super) fn print_two_threads(files: &Files, runs: u32) -> anyhow::Result<()> 
     for pair in rows.chunks(2) {
         let told = format!("two threads against one, {}", pair[0].mode);
         println!("{told:<52}{:>10.2}x", 2.0 * pair[0].median_s() / pair[1].median_s());
+    }
+    Ok(())
+}
+
+/// How fast rays are cast with other limits to packets, on one core.
+pub(super) fn print_limits(files: &Files, core: usize, runs: u32, rays: u64) -> anyhow::Result<()> {
+    let best = Path::best().name();
+    let mut peers = [Peer::start(&PeerKind::Own, files, Some(core))?];
+    let limits = [0, 1, 2, 3, 4, 6, 8, 16, 64, 1000];
+    let mut rows = limits.map(|squares| Row::new(0, &format!("{best}-{UP_TO}{squares}-bounded")));
+    measure(&mut peers, &mut rows, runs, 0.0)?;
+    println!("packets up to so many squares of a disc for each ray, bounded");
+    for (squares, row) in limits.iter().zip(&rows) {
+        let [median, least, largest] = row.millions_per_s(rays);
+        println!("{squares:>52}{median:>10.2} {:>18}", format!("({least:.2} – {largest:.2})"));
     }
     Ok(())
 }
