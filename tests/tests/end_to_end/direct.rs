@@ -137,7 +137,7 @@ pub(crate) fn scores(rays: &[Ray], discs: &[Disc]) -> BTreeMap<&'static str, f64
                 if ray.is_independent_of(disc, 1) {
                     zc = zc.min(t);
                 }
-                revisited |= ray.is_independent_of(disc, 5);
+                revisited |= t <= ray.z + 0.5 && ray.is_independent_of(disc, 5);
             }
         }
         let cut = |residual: f64, tau: f64| residual.powi(2).min(tau * tau);
