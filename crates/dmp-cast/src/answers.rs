@@ -12,18 +12,6 @@ pub(crate) struct First<'a>(pub(crate) &'a mut Column);
 
 impl Search for First<'_> {
     #[inline(always)]
-    fn children<S: Simd>(
-        &self,
-        simd: S,
-        _: usize,
-        _: &Node,
-        _: S::Eight,
-        _: S::Eight,
-    ) -> <S::Eight as Lanes>::Mask {
-        S::Eight::mask_of(simd.eight(), u32::MAX)
-    }
-
-    #[inline(always)]
     fn take<S: Simd>(
         &mut self,
         simd: S,

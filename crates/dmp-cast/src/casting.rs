@@ -3,7 +3,7 @@
 use dmp_map::{MapError, TileId};
 
 use crate::answers::{First, Three};
-use crate::frustum::{Frustum, SQUARES_PER_RAY};
+use crate::frustum::{Frustum, LEAST_RAYS, SQUARES_PER_RAY};
 use crate::journey::{JourneyBuffers, Traveller, Wait};
 use crate::lanes::Simd;
 use crate::packet::{CastPackets, PACKETS, PacketAnswers, PacketLists, RAYS, Visit};
@@ -20,11 +20,23 @@ pub enum Grouping {
     Auto,
     /// Every ray alone.
     Single,
-    /// Packets wherever there is more than one ray.
+    /// Packets wherever there are three rays.
     Packets,
     /// Packets while there are at most so many squares of a disc's radius in the far end of their frustum for each
     /// ray: what `Auto` does with the number that was measured to be best.
     UpTo(u32),
+}
+
+impl Grouping {
+    /// The limit of [`Frustum::is_within`].
+    fn squares_per_ray(self) -> u32 {
+        match self {
+            Self::Auto => SQUARES_PER_RAY,
+            Self::Single => 0,
+            Self::Packets => u32::MAX,
+            Self::UpTo(squares) => squares,
+        }
+    }
 }
 
 /// Per-thread buffers of a caster.
@@ -92,6 +104,7 @@ fn visit_tile<S: Simd>(
     lists: &mut Lists,
 ) {
     let Lists { visits, before, ends, packed, of_packets, of_rays } = lists;
+    let squares_per_ray = grouping.squares_per_ray();
     let mut together = 0;
     for (k, wait) in waits.iter().enumerate() {
         let (rays, visit) = (&packets[wait.packet as usize], &mut visits[k]);
@@ -101,13 +114,10 @@ fn visit_tile<S: Simd>(
         rays.answers_in_tile(&mut before[k]);
         visit.answers.clone_from(&before[k]);
         packed[k] = visit.rays.limit_to(simd, wait.lanes);
-        if grouping != Grouping::Single && packed[k].count_ones() > 1 {
+        let rays = packed[k].count_ones();
+        if squares_per_ray > 0 && rays >= LEAST_RAYS {
             let frustum = Frustum::around(simd, &visit.rays, packed[k], tile.radius_m);
-            let pays = |frustum: &Frustum| match grouping {
-                Grouping::Packets => true,
-                Grouping::UpTo(squares) => frustum.is_within(squares, packed[k].count_ones(), tile.radius_m),
-                _ => frustum.is_within(SQUARES_PER_RAY, packed[k].count_ones(), tile.radius_m),
-            };
+            let pays = |frustum: &Frustum| frustum.is_within(squares_per_ray, rays, tile.radius_m);
             if let Some(frustum) = frustum.filter(pays) {
                 visit.frustum = frustum;
                 together |= 1 << k;
@@ -115,14 +125,10 @@ fn visit_tile<S: Simd>(
         }
     }
     if together != 0 {
-        let (wanted_visits, lists) = (together, of_packets);
+        let lists = of_packets;
         match wanted {
-            Wanted::First => {
-                simd.run(CastPackets::<false> { tile, visits, wanted: wanted_visits, lists });
-            }
-            Wanted::Three => {
-                simd.run(CastPackets::<true> { tile, visits, wanted: wanted_visits, lists });
-            }
+            Wanted::First => simd.run(CastPackets::<false> { tile, visits, together, lists }),
+            Wanted::Three => simd.run(CastPackets::<true> { tile, visits, together, lists }),
         }
     }
     for (k, wait) in waits.iter().enumerate() {

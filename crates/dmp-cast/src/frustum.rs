@@ -17,7 +17,7 @@ const LEAST_COS: f32 = 0.5;
 /// end. One by one it is the rays. `cargo xtask bench cast` prints the speed for other limits: it is flat around this one.
 pub(crate) const SQUARES_PER_RAY: u32 = 4;
 /// What a packet costs by itself is more than two rays cost alone.
-const LEAST_RAYS: u32 = 3;
+pub(crate) const LEAST_RAYS: u32 = 3;
 
 /// Four planes around some rays and one beyond their ends: what lies outside any of them no ray meets.
 #[derive(Debug, Clone, Default)]
@@ -85,11 +85,11 @@ impl Frustum {
         Some(Self { planes, far_extents_m })
     }
 
-    /// Whether there are enough rays, and for each of them at most so many squares of a disc's radius in the far end.
+    /// Whether there are at most so many squares of a disc's radius in the far end for each of so many rays.
     #[inline(always)]
-    pub(crate) fn is_within(&self, squares: u32, rays: u32, radius_m: f32) -> bool {
+    pub(crate) fn is_within(&self, squares_per_ray: u32, rays: u32, radius_m: f32) -> bool {
         let [width, height] = self.far_extents_m;
-        rays >= LEAST_RAYS && width * height < (squares * rays) as f32 * radius_m * radius_m
+        width * height < squares_per_ray as f32 * rays as f32 * radius_m * radius_m
     }
 
     /// Which children of a node lie at least in part inside.

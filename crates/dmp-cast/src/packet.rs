@@ -113,8 +113,8 @@ pub(crate) struct PacketLists {
 pub(crate) struct CastPackets<'a, const THREE: bool> {
     pub(crate) tile: &'a CastTile,
     pub(crate) visits: &'a mut [Visit; PACKETS],
-    /// A bit for each visit.
-    pub(crate) wanted: u32,
+    /// A bit for each visit that is to be cast.
+    pub(crate) together: u32,
     pub(crate) lists: &'a mut PacketLists,
 }
 
@@ -123,14 +123,14 @@ impl<const THREE: bool> Job for CastPackets<'_, THREE> {
 
     #[inline(always)]
     fn on<S: Simd>(self, simd: S) {
-        let Self { tile, visits, wanted, lists: PacketLists { nodes, leaves, discs } } = self;
+        let Self { tile, visits, together, lists: PacketLists { nodes, leaves, discs } } = self;
         if tile.nodes.is_empty() {
             return;
         }
-        let leaves = gather_leaves(simd, tile, visits, wanted, nodes, leaves);
+        let leaves = gather_leaves(simd, tile, visits, together, nodes, leaves);
         let counts = gather_discs(simd, tile, visits, leaves, discs);
         for (k, visit) in visits.iter_mut().enumerate() {
-            if wanted >> k & 1 == 1 {
+            if together >> k & 1 == 1 {
                 cross::<S, THREE>(simd, tile, visit, &discs[k][..counts[k]]);
             }
         }
@@ -161,15 +161,15 @@ fn gather_leaves<'a, S: Simd>(
     simd: S,
     tile: &CastTile,
     visits: &[Visit; PACKETS],
-    wanted: u32,
+    together: u32,
     nodes: &mut Vec<u32>,
     leaves: &'a mut Vec<u32>,
 ) -> &'a [u32] {
     let eight = simd.eight();
     make_room(nodes, RAYS);
     // Every packet at the root.
-    S::Sixteen::pack_lanes(simd.sixteen(), 0, wanted, nodes);
-    let (mut at, mut end, mut count) = (0, wanted.count_ones() as usize, 0);
+    S::Sixteen::pack_lanes(simd.sixteen(), 0, together, nodes);
+    let (mut at, mut end, mut count) = (0, together.count_ones() as usize, 0);
     while at < end {
         make_room(nodes, end + WIDTH);
         make_room(leaves, count + WIDTH);

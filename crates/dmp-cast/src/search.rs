@@ -18,15 +18,18 @@ const LANE_BITS: u32 = RAYS.ilog2();
 
 /// What is looked for along rays.
 pub(crate) trait Search {
-    /// Which children of a node may hold something that matters to a ray, of those it goes through.
+    /// Which children of a node may hold something that matters to a ray, of those it goes through: all, unless said.
+    #[inline(always)]
     fn children<S: Simd>(
         &self,
         simd: S,
-        lane: usize,
-        node: &Node,
-        enter_m: S::Eight,
-        leave_m: S::Eight,
-    ) -> <S::Eight as Lanes>::Mask;
+        _lane: usize,
+        _node: &Node,
+        _enter_m: S::Eight,
+        _leave_m: S::Eight,
+    ) -> <S::Eight as Lanes>::Mask {
+        S::Eight::mask_of(simd.eight(), u32::MAX)
+    }
 
     /// Where a ray crosses which discs of a leaf.
     fn take<S: Simd>(
@@ -214,18 +217,6 @@ pub(crate) fn plane_crossing<L: Lanes>(o: [L; 3], d: [L; 3], c: [L; 3], n: [L; 3
 pub(crate) struct Each<F>(pub(crate) F);
 
 impl<F: FnMut(usize, usize, usize, f32)> Search for Each<F> {
-    #[inline(always)]
-    fn children<S: Simd>(
-        &self,
-        simd: S,
-        _: usize,
-        _: &Node,
-        _: S::Eight,
-        _: S::Eight,
-    ) -> <S::Eight as Lanes>::Mask {
-        S::Eight::mask_of(simd.eight(), u32::MAX)
-    }
-
     #[inline(always)]
     fn take<S: Simd>(
         &mut self,

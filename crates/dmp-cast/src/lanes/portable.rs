@@ -35,7 +35,7 @@ impl Simd for Portable {
 /// Four numbers, on targets for which there is nothing better; on x86-64 in tests only.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(16))]
-#[cfg_attr(target_arch = "x86_64", allow(dead_code))]
+#[cfg_attr(target_arch = "x86_64", allow(dead_code, reason = "tests hold it to the others there"))]
 pub(crate) struct Four([f32; 4]);
 
 /// All bits of a lane, or none.
