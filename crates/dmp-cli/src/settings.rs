@@ -106,6 +106,8 @@ impl SettingsArgs {
             threads: self.threads.unwrap_or(default.threads),
             work_folder: self.work.clone().unwrap_or(default.work_folder),
             save_maps: None,
+            checkpoint_every: None,
+            resume: false,
             order: default.order,
         }
     }

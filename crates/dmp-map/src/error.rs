@@ -96,6 +96,12 @@ pub enum MapError {
         /// The spacing, metres.
         spacing_m: f64,
     },
+    /// Another process works in the folder.
+    #[error("{}: another process is at work here", path.display())]
+    Locked {
+        /// The work folder.
+        path: PathBuf,
+    },
     /// Records put aside could not be read back as they were written.
     #[error("the scratch file changed on disk (tile {tile})")]
     ScratchDamaged {

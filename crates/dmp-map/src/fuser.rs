@@ -1,6 +1,6 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::hash::BuildHasherDefault;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
@@ -52,6 +52,58 @@ impl MapFuser {
             points: AtomicU64::new(0),
             scratch: Scratch::new(scratch_folder)?,
         })
+    }
+
+    /// As [`MapFuser::new`], with the partial tiles in the file `scratch`: with what [`MapFuser::put_down`] gave,
+    /// another process goes on from there.
+    ///
+    /// # Errors
+    /// When the scratch file cannot be made.
+    pub fn with_scratch(lattice: Lattice, budget_bytes: usize, scratch: &Path) -> Result<Self, MapError> {
+        Ok(Self {
+            lattice,
+            open: OpenTiles::new(budget_bytes),
+            points: AtomicU64::new(0),
+            scratch: Scratch::named(scratch)?,
+        })
+    }
+
+    /// The map as far as it was fused when it was put down: `state` is what [`MapFuser::put_down`] gave.
+    ///
+    /// # Errors
+    /// When the scratch file cannot be opened, or is shorter than it was.
+    pub fn resume(
+        lattice: Lattice,
+        budget_bytes: usize,
+        scratch: &Path,
+        state: &[u8],
+    ) -> Result<Self, MapError> {
+        let Some((points, list)) = state.split_first_chunk() else {
+            let detail = format!("it has {} bytes", state.len());
+            return Err(MapError::Damaged { path: scratch.to_path_buf(), part: "list of parts", detail });
+        };
+        Ok(Self {
+            lattice,
+            open: OpenTiles::new(budget_bytes),
+            points: AtomicU64::new(u64::from_le_bytes(*points)),
+            scratch: Scratch::resume(scratch, list)?,
+        })
+    }
+
+    /// Puts all tiles into the scratch file and brings it to disk, and tells what it takes to go on from there.
+    /// For when nobody is adding points.
+    ///
+    /// # Errors
+    /// When the scratch file cannot be written.
+    pub fn put_down(&self) -> Result<Vec<u8>, MapError> {
+        for tile in self.open.tiles() {
+            if let Some(moments) = self.open.take(tile) {
+                self.scratch.append(tile, &moments.into_sorted())?;
+            }
+        }
+        let mut state = self.points().to_le_bytes().to_vec();
+        state.extend(self.scratch.list()?);
+        Ok(state)
     }
 
     /// Points added so far.
@@ -186,32 +238,5 @@ impl BorderQueue {
             writer.write_borders(tile, &TileSurfels { base_z_m, surfels, thin_voxels: 0 })?;
         }
         Ok(())
-    }
-}
-
-/// Where the store of a run being scored lives: a folder of its own that is removed with all it holds.
-///
-/// The name holds a random part, so two runs at once, or a killed one's leftovers, never meet.
-#[derive(Debug)]
-pub struct WorkFolder(tempfile::TempDir);
-
-impl WorkFolder {
-    /// Makes the folder inside `parent`.
-    ///
-    /// # Errors
-    /// When it cannot be made there.
-    pub fn new(parent: &Path) -> Result<Self, MapError> {
-        let made = tempfile::Builder::new().prefix("dmp-work-").tempdir_in(parent);
-        made.map(Self).map_err(MapError::io(parent, "cannot make a work folder here"))
-    }
-
-    /// The folder.
-    pub fn path(&self) -> &Path {
-        self.0.path()
-    }
-
-    /// A file in it.
-    pub fn file(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
     }
 }

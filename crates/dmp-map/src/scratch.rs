@@ -1,5 +1,5 @@
 use std::collections::{BTreeSet, HashMap};
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
@@ -13,11 +13,12 @@ use crate::lattice::TileId;
 /// Records read back at a time.
 const BATCH: usize = 4096;
 
-/// Parts of tiles that do not fit in memory, in one file without a name: it vanishes with the process,
-/// however that ends.
+/// Parts of tiles that do not fit in memory, in one file. Without a name it vanishes with the process, however
+/// that ends; with one, another process can go on with it.
 #[derive(Debug)]
 pub(crate) struct Scratch<T> {
-    folder: PathBuf,
+    /// The folder, or the file where it has a name.
+    place: PathBuf,
     inner: Mutex<Inner>,
     records: PhantomData<fn() -> T>,
 }
@@ -36,12 +37,84 @@ struct Part {
     crc32: u32,
 }
 
+/// A part as it is listed for another process.
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct ListedPart {
+    y: i32,
+    x: i32,
+    offset: u64,
+    records: u64,
+    crc32: u32,
+    zero: u32,
+}
+
 impl<T: Pod> Scratch<T> {
     pub(crate) fn new(folder: &Path) -> Result<Self, MapError> {
         let file =
             tempfile::tempfile_in(folder).map_err(MapError::io(folder, "cannot make a scratch file here"))?;
+        Ok(Self::in_file(file, folder))
+    }
+
+    /// An empty file of this name, in place of what was there.
+    pub(crate) fn named(path: &Path) -> Result<Self, MapError> {
+        let file = OpenOptions::new().read(true).write(true).create(true).truncate(true).open(path);
+        Ok(Self::in_file(file.map_err(MapError::io(path, "cannot make the scratch file"))?, path))
+    }
+
+    /// The file as it was when `list` was [made](Self::list); what came behind is forgotten.
+    pub(crate) fn resume(path: &Path, list: &[u8]) -> Result<Self, MapError> {
+        let damaged =
+            |detail: String| MapError::Damaged { path: path.to_path_buf(), part: "list of parts", detail };
+        let file = OpenOptions::new().read(true).write(true).open(path);
+        let file = file.map_err(MapError::io(path, "cannot open the scratch file"))?;
+        let length = file.metadata().map_err(MapError::io(path, "cannot open the scratch file"))?.len();
+        let (rows, rest) = list.as_chunks::<{ size_of::<ListedPart>() }>();
+        if !rest.is_empty() {
+            return Err(damaged(format!("it has {} bytes", list.len())));
+        }
+        let (mut parts, mut end): (HashMap<_, Vec<Part>>, _) = (HashMap::new(), 0);
+        for row in rows {
+            let ListedPart { y, x, offset, records, crc32, .. } = bytemuck::pod_read_unaligned(row);
+            let bytes = records.checked_mul(size_of::<T>() as u64);
+            let part_end = bytes.and_then(|bytes| offset.checked_add(bytes)).filter(|&end| end <= length);
+            let Some(part_end) = part_end else {
+                return Err(damaged(format!("{records} records at byte {offset} of {length} do not fit")));
+            };
+            end = part_end.max(end);
+            let part = Part { offset, records: records as usize, crc32 };
+            parts.entry(TileId { y, x }).or_default().push(part);
+        }
+        file.set_len(end).map_err(MapError::io(path, "cannot cut the scratch file"))?;
+        let scratch = Self::in_file(file, path);
+        {
+            let mut inner = scratch.lock();
+            (inner.parts, inner.end) = (parts, end);
+        }
+        Ok(scratch)
+    }
+
+    fn in_file(file: File, place: &Path) -> Self {
         let inner = Inner { file, end: 0, parts: HashMap::new() };
-        Ok(Self { folder: folder.to_path_buf(), inner: Mutex::new(inner), records: PhantomData })
+        Self { place: place.to_path_buf(), inner: Mutex::new(inner), records: PhantomData }
+    }
+
+    /// Brings everything to disk and lists it.
+    pub(crate) fn list(&self) -> Result<Vec<u8>, MapError> {
+        let inner = self.lock();
+        inner.file.sync_data().map_err(MapError::io(&self.place, "cannot write the scratch file to disk"))?;
+        let listed = |(tile, part): (&TileId, &Part)| ListedPart {
+            y: tile.y,
+            x: tile.x,
+            offset: part.offset,
+            records: part.records as u64,
+            crc32: part.crc32,
+            zero: 0,
+        };
+        let parts = inner.parts.iter().flat_map(|(tile, parts)| parts.iter().map(move |part| (tile, part)));
+        let mut rows: Vec<ListedPart> = parts.map(listed).collect();
+        rows.sort_unstable_by_key(|row| row.offset);
+        Ok(bytemuck::cast_slice(&rows).to_vec())
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Inner> {
@@ -63,7 +136,7 @@ impl<T: Pod> Scratch<T> {
         let mut inner = self.lock();
         let offset = inner.end;
         let written = inner.file.seek(SeekFrom::Start(offset)).and_then(|_| inner.file.write_all(bytes));
-        written.map_err(MapError::io(&self.folder, "cannot write the scratch file in this folder"))?;
+        written.map_err(MapError::io(&self.place, "cannot write the scratch file here"))?;
         inner.end += bytes.len() as u64;
         inner.parts.entry(tile).or_default().push(Part { offset, records: records.len(), crc32 });
         Ok(())
@@ -87,7 +160,7 @@ impl<T: Pod> Scratch<T> {
                 let read =
                     inner.file.seek(SeekFrom::Start(offset)).and_then(|_| inner.file.read_exact(bytes));
                 drop(inner);
-                read.map_err(MapError::io(&self.folder, "cannot read the scratch file in this folder"))?;
+                read.map_err(MapError::io(&self.place, "cannot read the scratch file here"))?;
                 crc.update(bytes);
                 batch.iter().try_for_each(&mut each)?;
             }

@@ -201,3 +201,45 @@ fn every_disc_is_in_every_tile_it_reaches() {
     }
     assert!(copies > 50);
 }
+
+#[test]
+fn a_map_put_down_and_taken_up_again_has_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let scans = scans([100.0, -50.0, 3.0]);
+    let forward: Vec<usize> = (0..scans.len()).collect();
+    let whole = fuse(folder.path(), &scans, &forward, usize::MAX, 1);
+    let (lattice, scratch) = (Lattice::new(0.2).unwrap(), folder.path().join("scratch"));
+    let mut buffers = FuseScratch::default();
+    let mut fuser = MapFuser::with_scratch(lattice, 1 << 20, &scratch).unwrap();
+    for (s, points) in scans.iter().enumerate() {
+        fuser.add(points, Some(s as i32), &mut buffers).unwrap();
+        if s % 13 == 5 {
+            let state = fuser.put_down().unwrap();
+            // What comes after is lost with the process, as in a kill.
+            fuser.add(points, Some(s as i32), &mut buffers).unwrap();
+            drop(fuser);
+            fuser = MapFuser::resume(lattice, 1 << 20, &scratch, &state).unwrap();
+        }
+    }
+    let path = folder.path().join("resumed.dmpmap");
+    fuser.finish(&path, "test", Durability::Scratch, &|_, _| ()).unwrap();
+    assert!(std::fs::read(path).unwrap() == whole);
+}
+
+#[test]
+fn a_scratch_file_that_lost_its_end_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let (lattice, scratch) = (Lattice::new(0.2).unwrap(), folder.path().join("scratch"));
+    let fuser = MapFuser::with_scratch(lattice, 1 << 20, &scratch).unwrap();
+    fuser.add(&scans([0.0; 3])[0], Some(0), &mut FuseScratch::default()).unwrap();
+    let state = fuser.put_down().unwrap();
+    let bytes = std::fs::read(&scratch).unwrap();
+    std::fs::write(&scratch, &bytes[..bytes.len() - 1]).unwrap();
+    let error = MapFuser::resume(lattice, 1 << 20, &scratch, &state).unwrap_err();
+    assert!(error.to_string().contains("do not fit"), "{error}");
+    std::fs::write(&scratch, bytes.iter().map(|b| b ^ 1).collect::<Vec<u8>>()).unwrap();
+    let changed = MapFuser::resume(lattice, 1 << 20, &scratch, &state).unwrap();
+    let path = folder.path().join("map.dmpmap");
+    let error = changed.finish(&path, "test", Durability::Scratch, &|_, _| ()).unwrap_err();
+    assert!(error.to_string().contains("changed on disk"), "{error}");
+}

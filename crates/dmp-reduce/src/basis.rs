@@ -29,7 +29,7 @@ pub(crate) const TRUNCATED_BITS: u32 = 50;
 const _: () = assert!(CV_LIMITS[0] < 1 << TRUNCATED_BITS);
 
 /// By which crossings a run is judged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub enum Basis {
     /// The map was fused from the log: only crossings of independent surfels count (`R_cv`), so that no
     /// scan vouches for itself.

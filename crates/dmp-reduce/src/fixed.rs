@@ -39,7 +39,9 @@ pub(crate) fn near_square_units(residual_m: f64) -> u64 {
 /// assert_eq!(sum.to_m2(), 1e8 + 0.25);
 /// assert_eq!(FixedSum::of_square(f64::NAN), None);
 /// ```
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(
+    Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize,
+)]
 pub struct FixedSum(i128);
 
 impl FixedSum {

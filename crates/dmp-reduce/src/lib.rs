@@ -62,7 +62,7 @@ pub use likelihood::{log_likelihood_ratio_raw, log_likelihood_raw};
 pub use order::{Ranked, order_runs};
 pub use price::MissPrice;
 pub use ratio::{Estimate, Interval, IntervalFrom};
-pub use reducer::{Layout, ReduceError, Reducer, RunScores};
+pub use reducer::{Layout, ReduceError, Reducer, RunScores, Seen};
 pub use residuals::Residuals;
 pub use run::{RunSums, Withheld};
 pub use student::student_t_99;

@@ -7,7 +7,7 @@ use crate::ratio::{Ratio, Sampling, Total};
 const PLACES: u64 = 10;
 
 /// What a reducer keeps of a pair of runs: the sums over their common returns, scale by scale.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct PairTotals {
     pub(crate) basis: Basis,
     /// As [`Basis::scales_m`].
@@ -15,7 +15,7 @@ pub(crate) struct PairTotals {
 }
 
 /// A pair at one scale. The difference is a − b: negative where a is better.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct ScaleTotals {
     pub(crate) difference: Ratio,
     pub(crate) a: FixedSum,

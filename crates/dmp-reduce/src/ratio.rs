@@ -34,7 +34,7 @@ impl Sampling {
 }
 
 /// The sum of a quantity in units of 2^-40 m², and over how many returns.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Total {
     pub(crate) sum: i128,
     pub(crate) returns: u64,
@@ -59,7 +59,7 @@ impl Total {
 /// A truncated square, and the difference of two, is below 2^50 units. A frame has at most 2^32 and all
 /// frames together at most 2^44 returns (the reducer refuses more), so
 /// |ΣΔ| < 2^94, ΣN² ≤ 2^76 and |ΣΔN| < 2^126 fit an `i128`, and ΣΔ² < 2^176 a [`Wide`].
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Ratio {
     total: Total,
     batches: [Total; BATCHES as usize],
@@ -67,7 +67,7 @@ pub(crate) struct Ratio {
 }
 
 /// Second moments of the frames that have returns.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 struct FrameMoments {
     frames: u64,
     /// ΣΔ²

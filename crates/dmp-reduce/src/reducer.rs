@@ -111,8 +111,16 @@ pub struct Reducer {
     pairs: Vec<PairTotals>,
 }
 
+/// What a reducer has seen, without its layout: to be put down and taken up again by another process.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Seen {
+    frames: u64,
+    runs: Vec<RunTotals>,
+    pairs: Vec<PairTotals>,
+}
+
 /// What is kept of one run.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 struct RunTotals {
     sums: RunSums,
     cv: [Ratio; CV_SCALES_M.len() - CV_10],
@@ -141,6 +149,28 @@ impl Reducer {
             pairs: pairs.collect(),
             layout,
         }
+    }
+
+    /// What it has seen so far.
+    pub fn seen(&self) -> Seen {
+        Seen { frames: self.frames_added, runs: self.runs.clone(), pairs: self.pairs.clone() }
+    }
+
+    /// A reducer that has seen what another of the same layout had.
+    ///
+    /// # Errors
+    /// When `seen` is of other runs than the layout, or of more frames or returns than it has.
+    pub fn resume(layout: Layout, seen: Seen) -> Result<Self, ReduceError> {
+        let empty = Self::new(layout);
+        let basis =
+            |pairs: &[PairTotals]| pairs.iter().map(|p| (p.basis, p.scales.len())).collect::<Vec<_>>();
+        if seen.runs.len() != empty.runs.len() || basis(&seen.pairs) != basis(&empty.pairs) {
+            return Err(ReduceError::OtherRuns);
+        }
+        let resumed =
+            Self { frames_added: 0, runs: seen.runs, pairs: seen.pairs, layout: empty.layout.clone() };
+        empty.check_room(seen.frames, resumed.returns())?;
+        Ok(Self { frames_added: seen.frames, ..resumed })
     }
 
     /// Adds the frame that is the `ordinal`-th of the scored frames.

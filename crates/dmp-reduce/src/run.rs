@@ -11,7 +11,7 @@ const COVERAGE_NEEDED: f64 = 0.5;
 /// parts merge to the sums of the whole, bit for bit.
 ///
 /// Every score is `None` over nothing.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct RunSums {
     returns: u64,
     with_first: u64,

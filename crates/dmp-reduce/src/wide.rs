@@ -1,7 +1,7 @@
 use std::ops::{Add, AddAssign, Neg, Sub};
 
 /// A signed integer of 256 bits: just enough arithmetic for exact second moments.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Wide {
     high: i128,
     low: u128,

@@ -51,7 +51,7 @@ impl DropReason {
 }
 
 /// Where the returns of a log went: used, or dropped for one reason. Sums of counts are counts.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct ReturnCounts {
     used: u64,
     dropped: [u64; DropReason::ALL.len()],

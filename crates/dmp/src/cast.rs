@@ -2,14 +2,15 @@ use std::collections::HashMap;
 
 use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query};
 use dmp_log::ScanLog;
-use dmp_map::TileId;
+use dmp_map::{Lattice, TileId};
 use dmp_reduce::{Basis, FrameSums, Layout, Reducer, Residuals, RunSums};
 use dmp_sensor::{Ray, ReturnCounts, Scan};
 
+use crate::checkpoint::{Casting, Fused, Round, Work};
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
-use crate::frames::{PlannedFrame, Worker, each_frame};
-use crate::fuse::RunMap;
+use crate::frames::{FrameSet, Pauses, PlannedFrame, Worker, each_frame_in_parts};
+use crate::fuse::{self, RunMap};
 use crate::plan::Plan;
 use crate::pose::Poser;
 use crate::watch::{ScoredReturns, Stage, Watch};
@@ -28,7 +29,8 @@ pub(crate) struct Scored {
     /// Sums of the returns that lie in a tile, for each run and tile.
     pub(crate) tiles: HashMap<(usize, TileId), RunSums>,
     pub(crate) tile_loads: u64,
-    pub(crate) casters: Vec<Caster>,
+    /// The grid of the maps.
+    pub(crate) lattice: Lattice,
 }
 
 struct CastWorker<'a> {
@@ -135,46 +137,95 @@ pub(crate) fn casters(maps: Vec<RunMap>, config: &Config) -> (Vec<Caster>, Vec<B
     maps.into_iter().map(caster).unzip()
 }
 
-/// Casts every return into every run's map and reduces the residuals, in one pass over the log.
-pub(crate) fn score(
-    log: &dyn ScanLog,
-    plan: &Plan<'_>,
-    runs: &[Run],
-    casters: Vec<Caster>,
-    bases: &[Basis],
-    config: &Config,
-    watch: &dyn Watch,
-) -> Result<Scored, EvaluateError> {
-    let frames = plan.frames().len() as u64;
-    let layout = Layout::new(frames, frames, bases.to_vec())?.with_miss_price(config.miss_price);
+/// One pass over the log in which rays are cast.
+pub(crate) struct CastPass<'a> {
+    pub(crate) log: &'a dyn ScanLog,
+    pub(crate) plan: &'a Plan<'a>,
+    pub(crate) runs: &'a [Run],
+    pub(crate) casters: &'a [Caster],
+    pub(crate) bases: &'a [Basis],
+    pub(crate) config: &'a Config,
+    pub(crate) work: &'a Work,
+    /// The maps, as they are kept.
+    pub(crate) maps: &'a (Round, Fused),
+    pub(crate) watch: &'a dyn Watch,
+}
 
-    watch.begin(Stage::Cast, plan.returns());
-    let worker = |_| CastWorker {
-        poser: Poser::new(&plan.poses, &plan.filter),
-        runs,
-        casters: &casters,
-        watch,
-        bases,
-        queries: Vec::new(),
-        answers: vec![Vec::new(); runs.len()],
-        buffers: CastBuffers::default(),
-        residuals: vec![Vec::new(); runs.len()],
-        of_return: Vec::new(),
-        frame: FrameSums::new(bases),
-        reducer: Reducer::new(layout.clone()),
-        tiles: HashMap::new(),
-        counts: ReturnCounts::default(),
-    };
-    let workers = (0..config.threads).map(worker).collect();
-    let (mut reducer, mut counts, mut tiles) =
-        (Reducer::new(layout.clone()), ReturnCounts::default(), HashMap::new());
-    for worker in each_frame(log, plan.frames(), config.order, watch, workers)? {
-        reducer.merge(&worker.reducer)?;
-        counts.merge(&worker.counts);
-        for (tile, sums) in worker.tiles {
-            tiles.entry(tile).or_insert_with(RunSums::default).merge(&sums);
+type TileSums = HashMap<(usize, TileId), RunSums>;
+
+impl<'a> CastPass<'a> {
+    /// Casts every return into every run's map and reduces the residuals, in one pass over the log. What an earlier
+    /// process kept is taken up.
+    pub(crate) fn run(&self) -> Result<Scored, EvaluateError> {
+        let frames = self.plan.frames().len() as u64;
+        let layout =
+            Layout::new(frames, frames, self.bases.to_vec())?.with_miss_price(self.config.miss_price);
+        let (round, fused) = self.maps;
+        self.watch.begin(Stage::Cast, self.plan.returns());
+        let (before, done) = self.before(&layout, *round)?;
+        self.watch.advance(before.1.total());
+
+        let state = |workers: &[CastWorker<'_>]| {
+            let (mut reducer, mut counts, mut tiles) = before.clone();
+            for worker in workers {
+                reducer.merge(&worker.reducer)?;
+                counts.merge(&worker.counts);
+                for (tile, sums) in &worker.tiles {
+                    tiles.entry(*tile).or_insert_with(RunSums::default).merge(sums);
+                }
+            }
+            Ok::<_, EvaluateError>((reducer, counts, tiles))
+        };
+        let mut keep = |workers: &[CastWorker<'_>], done: &FrameSet| {
+            if !self.work.holds::<Fused>(*round) {
+                fuse::keep(self.work, *round, fused)?;
+            }
+            let (reducer, counts, tiles) = state(workers)?;
+            let tiles = tiles.into_iter().map(|((run, tile), sums)| (run as u64, tile.x, tile.y, sums));
+            let tiles = tiles.collect();
+            self.work.save(*round, &Casting { done: done.clone(), reducer: reducer.seen(), counts, tiles })
+        };
+        let workers = (0..self.config.threads).map(|_| self.worker(&layout)).collect();
+        let pauses = Pauses { every: self.work.every(), done, keep: &mut keep };
+        let reading = self.plan.reading(self.log, self.config, self.watch);
+        let (workers, _) = each_frame_in_parts(reading, workers, pauses)?;
+        let (reducer, counts, tiles) = state(&workers)?;
+        let tile_loads = self.casters.iter().map(Caster::tile_loads).sum();
+        let lattice = self.casters[0].map().lattice();
+        Ok(Scored { reducer, counts, tiles, tile_loads, lattice })
+    }
+
+    /// What is scored already, and which frames that is.
+    fn before(
+        &self,
+        layout: &Layout,
+        round: Round,
+    ) -> Result<((Reducer, ReturnCounts, TileSums), FrameSet), EvaluateError> {
+        let Some(kept) = self.work.load::<Casting>(round)? else {
+            let nothing = (Reducer::new(layout.clone()), ReturnCounts::default(), HashMap::new());
+            return Ok((nothing, FrameSet::default()));
+        };
+        let tiles = kept.tiles.into_iter().map(|(run, x, y, sums)| ((run as usize, TileId { x, y }), sums));
+        let reducer = Reducer::resume(layout.clone(), kept.reducer)?;
+        Ok(((reducer, kept.counts, tiles.collect()), kept.done))
+    }
+
+    fn worker(&self, layout: &Layout) -> CastWorker<'a> {
+        CastWorker {
+            poser: Poser::new(&self.plan.poses, &self.plan.filter),
+            runs: self.runs,
+            casters: self.casters,
+            watch: self.watch,
+            bases: self.bases,
+            queries: Vec::new(),
+            answers: vec![Vec::new(); self.runs.len()],
+            buffers: CastBuffers::default(),
+            residuals: vec![Vec::new(); self.runs.len()],
+            of_return: Vec::new(),
+            frame: FrameSums::new(self.bases),
+            reducer: Reducer::new(layout.clone()),
+            tiles: HashMap::new(),
+            counts: ReturnCounts::default(),
         }
     }
-    let tile_loads = casters.iter().map(Caster::tile_loads).sum();
-    Ok(Scored { reducer, counts, tiles, tile_loads, casters })
 }

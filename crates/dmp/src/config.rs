@@ -1,4 +1,5 @@
 use std::path::PathBuf;
+use std::time::Duration;
 
 use dmp_log::LengthUnit;
 use dmp_reduce::MissPrice;
@@ -121,6 +122,11 @@ pub struct Config {
     pub work_folder: PathBuf,
     /// Where to keep the fused maps, as `NAME.dmpmap`; `None` removes them at the end.
     pub save_maps: Option<PathBuf>,
+    /// After how much time what was done is kept in the work folder, so that another process can go on from there;
+    /// `None` keeps nothing.
+    pub checkpoint_every: Option<Duration>,
+    /// Whether to go on from what an evaluation of the same left in the work folder, where there is anything.
+    pub resume: bool,
     /// In which order the log is read.
     pub order: FrameOrder,
 }
@@ -145,6 +151,8 @@ impl Default for Config {
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             work_folder: work_folder(),
             save_maps: None,
+            checkpoint_every: None,
+            resume: false,
             order: FrameOrder::Log,
         }
     }

@@ -110,6 +110,9 @@ pub enum EvaluateError {
     /// From the work folder.
     #[error(transparent)]
     Work(MapError),
+    /// What was kept of an earlier process is not what this one would keep.
+    #[error("the checkpoint cannot be understood")]
+    Checkpoint(#[source] postcard::Error),
     /// From the reducer; these speak of this program, not of the user's input.
     #[error(transparent)]
     Reduce(#[from] ReduceError),

@@ -3,12 +3,14 @@ use std::time::Instant;
 use dmp_log::ScanLog;
 use dmp_sensor::DropReason;
 
+use crate::cast::{self, CastPass};
+use crate::checkpoint::Work;
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::plan::Plan;
 use crate::report::{PassTimes, Report};
 use crate::watch::Watch;
-use crate::{cast, fuse, given, memory, report, sanity, trails};
+use crate::{fuse, given, memory, report, sanity, trails};
 
 /// Scores `runs` on `log`: plan, fuse, cast, reduce.
 ///
@@ -18,7 +20,8 @@ use crate::{cast, fuse, given, memory, report, sanity, trails};
 ///
 /// # Errors
 /// When log and runs do not belong together, a file is damaged beyond what can be left out, the work
-/// folder is full, or a setting makes no sense. Nothing is left behind then.
+/// folder is full, or a setting makes no sense. Nothing is left behind then, but with
+/// [`Config::checkpoint_every`] what was kept: `watch` is told where it is.
 pub fn evaluate(
     log: &dyn ScanLog,
     runs: &[Run],
@@ -27,6 +30,30 @@ pub fn evaluate(
 ) -> Result<Report, EvaluateError> {
     config.check()?;
     given::check_free_space(runs, config)?;
+    let work = Work::open(log, runs, config)?;
+    if work.resumed() {
+        watch.note(&format!("goes on from what was done in {}", work.path().display()));
+    }
+    let report = evaluate_in(&work, log, runs, config, watch);
+    if report.is_err()
+        && let Some(folder) = work.leave()
+    {
+        let folder = folder.display();
+        watch.note(&format!(
+            "what was done so far is kept in {folder}: the same command with --resume goes on"
+        ));
+    }
+    report
+}
+
+/// Plan, fuse, cast, reduce.
+fn evaluate_in(
+    work: &Work,
+    log: &dyn ScanLog,
+    runs: &[Run],
+    config: &Config,
+    watch: &dyn Watch,
+) -> Result<Report, EvaluateError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
     let pool = pool.map_err(|source| EvaluateError::Threads { threads: config.threads, source })?;
     let start = Instant::now();
@@ -40,14 +67,21 @@ pub fn evaluate(
     let plan_s = lap_s();
 
     // M: each run's surfel map, fused from the scans with its trajectory, or given.
-    let mut maps = pool.install(|| fuse::maps_of(log, &plan, runs, stores, None, config, watch))?;
+    let kept = fuse::reopen_without_trails(work, runs)?;
+    let trails_kept = kept.is_some();
+    let mut maps = match kept {
+        Some(maps) => maps,
+        None => pool.install(|| fuse::maps_of(log, &plan, runs, stores, None, config, work, watch))?,
+    };
     let fuse_s = lap_s();
 
     // Where asked for: the same without the returns on trails, which the rays of the log pass through.
-    if config.free_space {
-        maps = pool.install(|| trails::keep_out(log, &plan, runs, maps, config, watch))?;
+    if config.free_space && !trails_kept {
+        fuse::keep_if_due(work, &maps)?;
+        maps = pool.install(|| trails::keep_out(log, &plan, runs, maps, config, work, watch))?;
     }
     let trails_s = lap_s();
+    let as_kept = fuse::keep_if_due(work, &maps)?;
 
     // z' = S(M, T_z) for every return of every scan (eq. 6–7), and Σ (z − z')² (eq. 13).
     let run_maps = std::mem::take(&mut maps.of_runs);
@@ -55,7 +89,9 @@ pub fn evaluate(
     let (casters, bases) = cast::casters(run_maps, config);
     // Where they hardly belong together: what is likely wrong, told before the long part.
     let hints = sanity::look(log, &plan, runs, &casters, &bases, config, watch)?;
-    let mut scored = cast::score(log, &plan, runs, casters, &bases, config, watch)?;
+    let (plan, casters, bases) = (&plan, &casters, &bases);
+    let pass = CastPass { log, plan, runs, casters, bases, config, work, maps: &as_kept, watch };
+    let mut scored = pass.run()?;
     let cast_s = lap_s();
 
     if let Some(first) = maps.counts.filter(|first| *first != scored.counts) {
@@ -70,5 +106,5 @@ pub fn evaluate(
     memory::look();
     let total_s = start.elapsed().as_secs_f64();
     let times = PassTimes { plan_s, fuse_s, trails_s, cast_s, total_s, threads: config.threads };
-    Ok(report::build(log, runs, config, &plan, &maps, map_reports, &scored, &hints, times))
+    Ok(report::build(log, runs, config, plan, &maps, map_reports, &scored, &hints, times))
 }

@@ -1,5 +1,6 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::bounded;
 use dmp_log::ScanLog;
@@ -29,18 +30,87 @@ pub(crate) trait Worker: Send {
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError>;
 }
 
+/// One reading of a log.
+#[derive(Clone, Copy)]
+pub(crate) struct Reading<'a> {
+    pub(crate) log: &'a dyn ScanLog,
+    pub(crate) frames: &'a [PlannedFrame],
+    pub(crate) order: FrameOrder,
+    pub(crate) watch: &'a dyn Watch,
+}
+
+/// Some of the planned frames, by their ordinals.
+#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub(crate) struct FrameSet(Vec<u64>);
+
+impl FrameSet {
+    pub(crate) fn insert(&mut self, ordinal: usize) {
+        if self.0.len() <= ordinal / 64 {
+            self.0.resize(ordinal / 64 + 1, 0);
+        }
+        self.0[ordinal / 64] |= 1 << (ordinal % 64);
+    }
+
+    pub(crate) fn contains(&self, ordinal: usize) -> bool {
+        self.0.get(ordinal / 64).is_some_and(|word| word >> (ordinal % 64) & 1 == 1)
+    }
+}
+
+/// What is kept of the workers, given the frames that they have done.
+type Keep<'a, W> = dyn FnMut(&[W], &FrameSet) -> Result<(), EvaluateError> + 'a;
+
+/// Times at which all workers rest, so that what they hold can be kept.
+pub(crate) struct Pauses<'a, W> {
+    /// After so much time; never where it is `None`.
+    pub(crate) every: Option<Duration>,
+    /// Frames that are done already.
+    pub(crate) done: FrameSet,
+    /// Called in each pause.
+    pub(crate) keep: &'a mut Keep<'a, W>,
+}
+
 /// Reads the planned frames once and hands each to one of the workers, a thread for each of them.
 ///
 /// Frames that are cheapest read together go to the same thread. The workers come back, in no order
 /// that means anything: what they hold must add up to the same, whoever held what.
-pub(crate) fn each_frame<W: Worker>(
-    log: &dyn ScanLog,
-    frames: &[PlannedFrame],
-    order: FrameOrder,
-    watch: &dyn Watch,
+pub(crate) fn each_frame<W: Worker>(reading: Reading<'_>, workers: Vec<W>) -> Result<Vec<W>, EvaluateError> {
+    let pauses = Pauses { every: None, done: FrameSet::default(), keep: &mut |_, _| Ok(()) };
+    each_frame_in_parts(reading, workers, pauses).map(|(workers, _)| workers)
+}
+
+/// The same for the frames that are not done yet, with pauses, but none at the end. All that is done then comes back.
+pub(crate) fn each_frame_in_parts<W: Worker>(
+    reading: Reading<'_>,
+    mut workers: Vec<W>,
+    pauses: Pauses<'_, W>,
+) -> Result<(Vec<W>, FrameSet), EvaluateError> {
+    let Pauses { every, mut done, keep } = pauses;
+    let mut jobs = jobs_of(reading, &done).into_iter().peekable();
+    loop {
+        let until = every.map(|every| Instant::now() + every);
+        let mut begun = false;
+        let mut part = std::iter::from_fn(|| {
+            // Whatever the time, something is done from pause to pause.
+            let go_on =
+                !std::mem::replace(&mut begun, true) || until.is_none_or(|until| Instant::now() < until);
+            let job = jobs.next_if(|_| go_on)?;
+            job.iter().for_each(|&ordinal| done.insert(ordinal));
+            Some(job)
+        });
+        workers = in_threads(reading, &mut part, workers)?;
+        if jobs.peek().is_none() {
+            return Ok((workers, done));
+        }
+        keep(&workers, &done)?;
+    }
+}
+
+/// Gives jobs to the workers, a thread for each, until there are no more.
+fn in_threads<W: Worker>(
+    reading: Reading<'_>,
+    jobs: &mut dyn Iterator<Item = Vec<usize>>,
     workers: Vec<W>,
 ) -> Result<Vec<W>, EvaluateError> {
-    let jobs = jobs_of(log, frames, order);
     let stopped = AtomicBool::new(false);
     let failure: Mutex<Option<EvaluateError>> = Mutex::new(None);
     let (sender, receiver) = bounded::<Vec<usize>>(2 * workers.len());
@@ -51,7 +121,7 @@ pub(crate) fn each_frame<W: Worker>(
             .map(|mut worker| {
                 let (receiver, stopped, failure) = (receiver.clone(), &stopped, &failure);
                 scope.spawn(move || {
-                    if let Err(error) = work(log, frames, &receiver, stopped, watch, &mut worker) {
+                    if let Err(error) = work(reading, &receiver, stopped, &mut worker) {
                         stopped.store(true, Ordering::Relaxed);
                         let mut failure = failure.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
                         failure.get_or_insert(error);
@@ -78,11 +148,9 @@ pub(crate) fn each_frame<W: Worker>(
 }
 
 fn work<W: Worker>(
-    log: &dyn ScanLog,
-    frames: &[PlannedFrame],
+    Reading { log, frames, watch, .. }: Reading<'_>,
     jobs: &crossbeam_channel::Receiver<Vec<usize>>,
     stopped: &AtomicBool,
-    watch: &dyn Watch,
     worker: &mut W,
 ) -> Result<(), EvaluateError> {
     let mut reader = log.reader()?;
@@ -104,10 +172,10 @@ fn work<W: Worker>(
     Ok(())
 }
 
-/// Ordinals of the planned frames, gathered by the log's groups.
-fn jobs_of(log: &dyn ScanLog, frames: &[PlannedFrame], order: FrameOrder) -> Vec<Vec<usize>> {
+/// Ordinals of the planned frames that are not done, gathered by the log's groups.
+fn jobs_of(Reading { log, frames, order, .. }: Reading<'_>, done: &FrameSet) -> Vec<Vec<usize>> {
     let mut ordinal_of: Vec<Option<usize>> = vec![None; log.frames().len()];
-    for (ordinal, frame) in frames.iter().enumerate() {
+    for (ordinal, frame) in frames.iter().enumerate().filter(|(ordinal, _)| !done.contains(*ordinal)) {
         ordinal_of[frame.frame] = Some(ordinal);
     }
     let mut jobs: Vec<Vec<usize>> =

@@ -1,12 +1,13 @@
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use dmp_log::ScanLog;
-use dmp_map::{Durability, FuseScratch, Lattice, MapFuser, Store, WorkFolder};
+use dmp_map::{Durability, FuseScratch, Lattice, MapFuser, Store};
 use dmp_sensor::{Ray, ReturnCounts, Scan};
 
+use crate::checkpoint::{Fused, FusedMap, Fusing, Round, Work};
 use crate::config::{Config, MapSource, Run};
 use crate::error::EvaluateError;
-use crate::frames::{PlannedFrame, Worker, each_frame};
+use crate::frames::{FrameSet, Pauses, PlannedFrame, Worker, each_frame_in_parts};
 use crate::given::fuse_given;
 use crate::memory;
 use crate::plan::Plan;
@@ -30,8 +31,6 @@ pub(crate) struct Maps {
     pub(crate) scratch_bytes: u64,
     /// For every run, what was made of a map that was given, in words.
     pub(crate) notes: Vec<Vec<String>>,
-    /// Holds the stores; goes with them.
-    _work: WorkFolder,
 }
 
 /// The map of one run.
@@ -47,7 +46,8 @@ pub(crate) struct RunMap {
 }
 
 /// Fuses the maps that are not given, all in one pass over the log, and opens those that are. Returns on
-/// `trails` are left out of all.
+/// `trails` are left out of all. What an earlier process kept is taken up.
+#[expect(clippy::too_many_arguments, reason = "everything there is goes into a map")]
 pub(crate) fn maps_of(
     log: &dyn ScanLog,
     plan: &Plan<'_>,
@@ -55,22 +55,41 @@ pub(crate) fn maps_of(
     stores: Vec<Option<Store>>,
     trails: Option<&Trails>,
     config: &Config,
+    work: &Work,
     watch: &dyn Watch,
 ) -> Result<Maps, EvaluateError> {
-    let work = WorkFolder::new(&config.work_folder).map_err(EvaluateError::Work)?;
+    let round = if trails.is_some() { Round::WithoutTrails } else { Round::First };
+    if let Some(fused) = work.load::<Fused>(round)? {
+        return reopen(fused, runs, stores);
+    }
+    let mut fusing = work.load::<Fusing>(round)?;
+    let places = Places { runs, work, round, config };
     let lattice = Lattice::new(plan.voxel.voxel_m).map_err(EvaluateError::Work)?;
     let to_fuse = runs.iter().filter(|run| run.map == MapSource::Fused).count().max(1);
     let budget_bytes = (FUSE_SHARE * config.memory_bytes as f64) as usize / to_fuse;
     let new_fuser = |run: &Run| {
-        MapFuser::new(lattice, budget_bytes, work.path()).map_err(EvaluateError::map_of(&run.name))
+        let fuser = if work.every().is_some() {
+            MapFuser::with_scratch(lattice, budget_bytes, &places.scratch(run))
+        } else {
+            MapFuser::new(lattice, budget_bytes, work.path())
+        };
+        fuser.map_err(EvaluateError::map_of(&run.name))
+    };
+    let mut states =
+        fusing.as_mut().map_or(Vec::new(), |fusing| std::mem::take(&mut fusing.fusers)).into_iter();
+    let mut fuser_of = |run: &Run| match states.next().flatten() {
+        Some(state) => MapFuser::resume(lattice, budget_bytes, &places.scratch(run), &state)
+            .map_err(EvaluateError::map_of(&run.name)),
+        None => new_fuser(run),
     };
 
     let fusers = runs
         .iter()
-        .map(|run| (run.map == MapSource::Fused).then(|| new_fuser(run)).transpose())
+        .map(|run| if run.map == MapSource::Fused { fuser_of(run).map(Some) } else { Ok(None) })
         .collect::<Result<Vec<_>, _>>()?;
     let fused = if fusers.iter().any(Option::is_some) {
-        Some(fuse_scans(log, plan, runs, config, &fusers, trails, watch)?)
+        let pass = FusePass { log, plan, runs, config, fusers: &fusers, trails, work, round, watch };
+        Some(pass.run(fusing)?)
     } else {
         None
     };
@@ -81,20 +100,12 @@ pub(crate) fn maps_of(
     let mut notes = vec![Vec::new(); runs.len()];
     for (((run, fuser), store), notes) in runs.iter().zip(fusers).zip(stores).zip(&mut notes) {
         let map_error = EvaluateError::map_of(&run.name);
-        let file_name = format!("{}.dmpmap", file_stem(runs, run));
-        let (path, durability) = match &config.save_maps {
-            // Maps that are fused once more without trails are saved then.
-            Some(folder) if trails.is_some() || !config.free_space => {
-                (folder.join(file_name), Durability::Durable)
-            }
-            _ => (work.file(&file_name), Durability::Scratch),
-        };
         maps.push(match (fuser, store, &run.map) {
             (Some(fuser), ..) => {
                 scratch_bytes += fuser.scratch_bytes();
+                let (path, keep) = places.map(run);
                 let (store, thin_voxels) =
-                    finish(fuser, &path, &provenance(log, run, plan), durability, watch)
-                        .map_err(map_error)?;
+                    finish(fuser, &path, &provenance(log, run, plan), keep, watch).map_err(map_error)?;
                 RunMap { store, fused: true, thin_voxels: Some(thin_voxels), points_dropped: 0 }
             }
             (None, Some(store), _) => RunMap { store, fused: false, thin_voxels: None, points_dropped: 0 },
@@ -105,7 +116,7 @@ pub(crate) fn maps_of(
                 let text = format!("fused from {}", given.display());
                 let path = work.file(&format!("given-{}.dmpmap", file_stem(runs, run)));
                 let (store, thin_voxels) =
-                    finish(fuser, &path, &text, Durability::Scratch, watch).map_err(map_error)?;
+                    finish(fuser, &path, &text, places.keep(), watch).map_err(map_error)?;
                 RunMap { store, fused: false, thin_voxels: Some(thin_voxels), points_dropped: found.dropped }
             }
             (None, None, MapSource::Fused) => continue,
@@ -113,17 +124,134 @@ pub(crate) fn maps_of(
         memory::look();
     }
     let left_out = left_out.unwrap_or(0);
-    Ok(Maps { of_runs: maps, counts, left_out, trails: None, scratch_bytes, notes, _work: work })
+    Ok(Maps { of_runs: maps, counts, left_out, trails: None, scratch_bytes, notes })
+}
+
+/// How long a finished map is to live.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Life {
+    /// Until nobody reads it any more.
+    Reader,
+    /// As long as the work folder.
+    Work,
+    /// It is the user's.
+    User,
+}
+
+/// Where files go.
+struct Places<'a> {
+    runs: &'a [Run],
+    work: &'a Work,
+    round: Round,
+    config: &'a Config,
+}
+
+impl Places<'_> {
+    fn scratch(&self, run: &Run) -> PathBuf {
+        self.work.file(&format!("{}.{}", file_stem(self.runs, run), scratch_extension(self.round)))
+    }
+
+    fn keep(&self) -> Life {
+        if self.work.every().is_some() { Life::Work } else { Life::Reader }
+    }
+
+    fn map(&self, run: &Run) -> (PathBuf, Life) {
+        let stem = file_stem(self.runs, run);
+        match (&self.config.save_maps, self.round) {
+            // Maps that are fused once more without trails are saved then.
+            (Some(folder), Round::WithoutTrails) => (folder.join(format!("{stem}.dmpmap")), Life::User),
+            (Some(folder), Round::First) if !self.config.free_space => {
+                (folder.join(format!("{stem}.dmpmap")), Life::User)
+            }
+            (_, Round::First) => (self.work.file(&format!("{stem}.dmpmap")), self.keep()),
+            (_, Round::WithoutTrails) => {
+                (self.work.file(&format!("{stem}.without-trails.dmpmap")), self.keep())
+            }
+        }
+    }
+}
+
+/// Ends the names of scratch files.
+fn scratch_extension(round: Round) -> &'static str {
+    match round {
+        Round::First => "scratch",
+        Round::WithoutTrails => "scratch-without-trails",
+    }
+}
+
+/// What an earlier process kept of finished maps.
+fn reopen(fused: Fused, runs: &[Run], stores: Vec<Option<Store>>) -> Result<Maps, EvaluateError> {
+    let (mut of_runs, mut notes) = (Vec::new(), Vec::new());
+    for ((map, run), given) in fused.maps.into_iter().zip(runs).zip(stores) {
+        let store = match (given, &map.path) {
+            (Some(store), _) => store,
+            (None, Some(path)) => Store::open(path).map_err(EvaluateError::map_of(&run.name))?,
+            (None, None) => continue,
+        };
+        let FusedMap { fused, thin_voxels, points_dropped, .. } = map;
+        of_runs.push(RunMap { store, fused, thin_voxels, points_dropped });
+        notes.push(map.notes);
+    }
+    let Fused { counts, left_out, scratch_bytes, trails, .. } = fused;
+    Ok(Maps { of_runs, counts, left_out, trails, scratch_bytes, notes })
+}
+
+/// The maps as they were finished without the returns on trails by an earlier process.
+pub(crate) fn reopen_without_trails(work: &Work, runs: &[Run]) -> Result<Option<Maps>, EvaluateError> {
+    let Some(fused) = work.load::<Fused>(Round::WithoutTrails)? else { return Ok(None) };
+    reopen(fused, runs, runs.iter().map(|_| None).collect()).map(Some)
+}
+
+/// Finished maps as another process finds them, and the round they are of.
+fn to_keep(maps: &Maps) -> (Round, Fused) {
+    let kept = |(map, notes): (&RunMap, &Vec<String>)| FusedMap {
+        // A store that was given is opened again where it was given.
+        path: map.thin_voxels.map(|_| map.store.path().to_path_buf()),
+        fused: map.fused,
+        thin_voxels: map.thin_voxels,
+        points_dropped: map.points_dropped,
+        notes: notes.clone(),
+    };
+    let round = if maps.trails.is_some() { Round::WithoutTrails } else { Round::First };
+    let fused = Fused {
+        counts: maps.counts,
+        left_out: maps.left_out,
+        scratch_bytes: maps.scratch_bytes,
+        trails: maps.trails.clone(),
+        maps: maps.of_runs.iter().zip(&maps.notes).map(kept).collect(),
+    };
+    (round, fused)
+}
+
+/// Keeps finished maps where it is time to; tells how they are kept.
+pub(crate) fn keep_if_due(work: &Work, maps: &Maps) -> Result<(Round, Fused), EvaluateError> {
+    let (round, fused) = to_keep(maps);
+    if work.due() && !work.holds::<Fused>(round) {
+        keep(work, round, &fused)?;
+    }
+    Ok((round, fused))
+}
+
+/// Keeps finished maps, and forgets what they were made of.
+pub(crate) fn keep(work: &Work, round: Round, fused: &Fused) -> Result<(), EvaluateError> {
+    for map in &fused.maps {
+        map.path.as_ref().map_or(Ok(()), |path| work.sync(path))?;
+    }
+    work.save(round, fused)?;
+    work.forget::<Fusing>(round);
+    work.remove_files(scratch_extension(round));
+    Ok(())
 }
 
 fn finish(
     fuser: MapFuser,
     path: &Path,
     provenance: &str,
-    durability: Durability,
+    life: Life,
     watch: &dyn Watch,
 ) -> Result<(Store, u64), dmp_map::MapError> {
     let done = std::sync::atomic::AtomicU64::new(0);
+    let durability = if life == Life::User { Durability::Durable } else { Durability::Scratch };
     let summary = fuser.finish(path, provenance, durability, &|tiles, total| {
         let before = done.swap(tiles, std::sync::atomic::Ordering::Relaxed);
         if before == 0 {
@@ -131,9 +259,9 @@ fn finish(
         }
         watch.advance(tiles - before);
     })?;
-    let store = match durability {
-        Durability::Durable => Store::open(&summary.path)?,
-        Durability::Scratch => Store::open_once(&summary.path)?,
+    let store = match life {
+        Life::Reader => Store::open_once(&summary.path)?,
+        Life::Work | Life::User => Store::open(&summary.path)?,
     };
     Ok((store, summary.thin_voxels))
 }
@@ -210,36 +338,71 @@ impl Worker for FuseWorker<'_> {
     }
 }
 
-fn fuse_scans(
-    log: &dyn ScanLog,
-    plan: &Plan<'_>,
-    runs: &[Run],
-    config: &Config,
-    fusers: &[Option<MapFuser>],
-    trails: Option<&Trails>,
-    watch: &dyn Watch,
-) -> Result<(ReturnCounts, u64), EvaluateError> {
-    watch.begin(Stage::Fuse, plan.returns());
-    let worker = |_| FuseWorker {
-        poser: Poser::new(&plan.poses, &plan.filter),
-        runs,
-        fusers,
-        trails,
-        on_trail: Vec::new(),
-        trail_buffers: TrailBuffers::default(),
-        left_out: 0,
-        watch,
-        buffers: FuseScratch::default(),
-        points: Vec::new(),
-        counts: ReturnCounts::default(),
-    };
-    let workers = (0..config.threads).map(worker).collect();
-    let (mut counts, mut left_out) = (ReturnCounts::default(), 0);
-    for worker in each_frame(log, plan.frames(), config.order, watch, workers)? {
-        counts.merge(&worker.counts);
-        left_out += worker.left_out;
+/// One pass over the log in which maps are fused.
+struct FusePass<'a> {
+    log: &'a dyn ScanLog,
+    plan: &'a Plan<'a>,
+    runs: &'a [Run],
+    config: &'a Config,
+    fusers: &'a [Option<MapFuser>],
+    trails: Option<&'a Trails>,
+    work: &'a Work,
+    round: Round,
+    watch: &'a dyn Watch,
+}
+
+impl<'a> FusePass<'a> {
+    /// Goes on from `before`, and tells where the returns went and how many of them are in no map.
+    fn run(&self, before: Option<Fusing>) -> Result<(ReturnCounts, u64), EvaluateError> {
+        self.watch.begin(Stage::Fuse, self.plan.returns());
+        let before = before.unwrap_or_default();
+        self.watch.advance(before.counts.total());
+        let state = |workers: &[FuseWorker<'_>]| {
+            let (mut counts, mut left_out) = (before.counts, before.left_out);
+            for worker in workers {
+                counts.merge(&worker.counts);
+                left_out += worker.left_out;
+            }
+            (counts, left_out)
+        };
+        let put_down = |workers: &[FuseWorker<'_>], done: &FrameSet| {
+            let fusers = self.fusers.iter().zip(self.runs).map(|(fuser, run)| {
+                let state = fuser.as_ref().map(MapFuser::put_down).transpose();
+                state.map_err(EvaluateError::map_of(&run.name))
+            });
+            let fusers = fusers.collect::<Result<_, _>>()?;
+            let (counts, left_out) = state(workers);
+            self.work.save(self.round, &Fusing { done: done.clone(), counts, left_out, fusers })
+        };
+        let workers = (0..self.config.threads).map(|_| self.worker()).collect();
+        let pauses = Pauses {
+            every: self.work.every(),
+            done: before.done.clone(),
+            keep: &mut |w, done| put_down(w, done),
+        };
+        let reading = self.plan.reading(self.log, self.config, self.watch);
+        let (workers, done) = each_frame_in_parts(reading, workers, pauses)?;
+        if self.work.due() {
+            put_down(&workers, &done)?;
+        }
+        Ok(state(&workers))
     }
-    Ok((counts, left_out))
+
+    fn worker(&self) -> FuseWorker<'a> {
+        FuseWorker {
+            poser: Poser::new(&self.plan.poses, &self.plan.filter),
+            runs: self.runs,
+            fusers: self.fusers,
+            trails: self.trails,
+            on_trail: Vec::new(),
+            trail_buffers: TrailBuffers::default(),
+            left_out: 0,
+            watch: self.watch,
+            buffers: FuseScratch::default(),
+            points: Vec::new(),
+            counts: ReturnCounts::default(),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -27,6 +27,7 @@
 //! ```
 
 mod cast;
+mod checkpoint;
 mod config;
 mod error;
 mod evaluate;

@@ -1,6 +1,7 @@
 use dmp_log::ScanLog;
 use dmp_map::Store;
 
+use crate::checkpoint::Work;
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::plan::Plan;
@@ -12,6 +13,8 @@ use crate::{fuse, given, trails};
 pub struct RunMaps {
     names: Vec<String>,
     maps: fuse::Maps,
+    /// Holds the stores; goes with them.
+    _work: Work,
 }
 
 impl RunMaps {
@@ -33,15 +36,16 @@ pub fn fuse_maps(
     watch: &dyn Watch,
 ) -> Result<RunMaps, EvaluateError> {
     config.check()?;
+    let work = Work::open(log, runs, config)?;
     given::check_free_space(runs, config)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
     let pool = pool.map_err(|source| EvaluateError::Threads { threads: config.threads, source })?;
     let stores = given::given_stores(runs)?;
     let voxel_m = given::voxel_of_stores(runs, &stores, config.voxel_m)?.or(config.voxel_m);
     let plan = Plan::new(log, runs, &Config { voxel_m, ..config.clone() }, watch)?;
-    let mut maps = pool.install(|| fuse::maps_of(log, &plan, runs, stores, None, config, watch))?;
+    let mut maps = pool.install(|| fuse::maps_of(log, &plan, runs, stores, None, config, &work, watch))?;
     if config.free_space {
-        maps = pool.install(|| trails::keep_out(log, &plan, runs, maps, config, watch))?;
+        maps = pool.install(|| trails::keep_out(log, &plan, runs, maps, config, &work, watch))?;
     }
-    Ok(RunMaps { names: runs.iter().map(|run| run.name.clone()).collect(), maps })
+    Ok(RunMaps { names: runs.iter().map(|run| run.name.clone()).collect(), maps, _work: work })
 }

@@ -1,9 +1,10 @@
 use dmp_cast::{CastSettings, CountBuffers, CrossingCounter, Query};
 use dmp_log::ScanLog;
-use dmp_map::{FreeVoxels, MarkBuffers, Met, Tally, WorkFolder};
+use dmp_map::{FreeVoxels, MarkBuffers, Met, Tally};
 use dmp_sensor::{Ray, ReturnCounts, Scan};
 
 use crate::cast::query_of;
+use crate::checkpoint::Work;
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::frames::{PlannedFrame, Worker, each_frame};
@@ -30,12 +31,10 @@ pub(crate) struct Trails {
     summary: TrailSummary,
     counts: ReturnCounts,
     scratch_bytes: u64,
-    /// Holds the voxels; goes with them.
-    _work: WorkFolder,
 }
 
 /// What was found, for the report.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct TrailSummary {
     /// Surfels of each run's map with all returns in it.
     pub(crate) surfels: Vec<u64>,
@@ -123,12 +122,13 @@ pub(crate) fn keep_out(
     runs: &[Run],
     maps: Maps,
     config: &Config,
+    work: &Work,
     watch: &dyn Watch,
 ) -> Result<Maps, EvaluateError> {
     let (first, scratch_bytes) = (maps.counts, maps.scratch_bytes);
-    let trails = find(log, plan, runs, maps, config, watch)?;
+    let trails = find(log, plan, runs, maps, config, work, watch)?;
     let none = runs.iter().map(|_| None).collect();
-    let mut maps = fuse::maps_of(log, plan, runs, none, Some(&trails), config, watch)?;
+    let mut maps = fuse::maps_of(log, plan, runs, none, Some(&trails), config, work, watch)?;
     for counts in [Some(trails.counts), maps.counts] {
         if let (Some(first), Some(second)) = (first, counts.filter(|counts| Some(*counts) != first)) {
             return Err(EvaluateError::LogChanged { first: first.used(), second: second.used() });
@@ -146,10 +146,10 @@ fn find(
     runs: &[Run],
     maps: Maps,
     config: &Config,
+    work: &Work,
     watch: &dyn Watch,
 ) -> Result<Trails, EvaluateError> {
     let share = |share: f64| (share * config.memory_bytes as f64) as usize / runs.len();
-    let work = WorkFolder::new(&config.work_folder).map_err(EvaluateError::Work)?;
     let reach = CastSettings::default().reach;
     let counters: Vec<CrossingCounter> = maps
         .of_runs
@@ -173,7 +173,7 @@ fn find(
     };
     let workers = (0..config.threads).map(worker).collect();
     let mut counts = ReturnCounts::default();
-    for worker in each_frame(log, plan.frames(), config.order, watch, workers)? {
+    for worker in each_frame(plan.reading(log, config, watch), workers)? {
         counts.merge(&worker.counts);
     }
     memory::look();
@@ -191,7 +191,7 @@ fn find(
     let contradicted: Vec<u64> = of_runs.iter().map(FreeVoxels::count).collect();
     let votes = votes_of(&contradicted, &surfels);
     let summary = TrailSummary { surfels, contradicted, votes };
-    Ok(Trails { of_runs, summary, counts, scratch_bytes, _work: work })
+    Ok(Trails { of_runs, summary, counts, scratch_bytes })
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ mod formats;
 mod given_maps;
 mod mesh_maps;
 mod real;
+mod resume;
 mod sanity;
 mod tidy;
 mod trails;

@@ -6,7 +6,7 @@ use crate::common::workspace;
 
 /// What each crate may name in its `[dependencies]`: the table of `docs/architecture.md`.
 const TABLE: [(&str, &[&str]); 10] = [
-    ("dmp-sensor", &["nalgebra", "thiserror"]),
+    ("dmp-sensor", &["nalgebra", "serde", "thiserror"]),
     (
         "dmp-log",
         &[
@@ -40,7 +40,7 @@ const TABLE: [(&str, &[&str]); 10] = [
         ],
     ),
     ("dmp-cast", &["dmp-map", "obvhs"]),
-    ("dmp-reduce", &["libm", "thiserror"]),
+    ("dmp-reduce", &["libm", "serde", "thiserror"]),
     ("dmp-sim", &["dmp-log", "dmp-sensor", "libm", "nalgebra", "rayon", "thiserror"]),
     (
         "dmp",
@@ -51,6 +51,7 @@ const TABLE: [(&str, &[&str]); 10] = [
             "dmp-map",
             "dmp-reduce",
             "dmp-sensor",
+            "postcard",
             "rayon",
             "serde",
             "thiserror",

@@ -37,6 +37,7 @@ use crate::{Common, Exit};
     dmp score drive.mcap -t runs/*.tum\n  \
     dmp score drive.mcap -t old=a/traj.tum -t new=b/traj.tum --extrinsic 0,0,0.28,0,0,0,1\n  \
     dmp score kitti/07/ -t poses.txt --every 5 --memory 2GiB\n  \
+    dmp score city.mcap -t run.tum --resume\n  \
     dmp score drive.mcap -t run.tum --map survey.laz --json > scores.json\n  \
     dmp score drive.mcap -t topic:/odom -t slam=slam.mcap:/slam/path\n  \
     dmp score kitti/07/ -t truth=poses/07.txt -t kiss=kiss.npy --extrinsic kiss=identity\n\n\
@@ -68,6 +69,14 @@ pub(crate) struct ScoreArgs {
     #[command(flatten)]
     settings: SettingsArgs,
 
+    /// Go on from where a killed or failed run of the same command stopped, where it left anything in --work
+    #[arg(long, help_heading = "Resources")]
+    resume: bool,
+    /// Keep what was done in --work after each so many seconds, for --resume, or `none`
+    #[arg(long, value_name = "SECONDS", default_value = "30")]
+    #[arg(help_heading = "Resources")]
+    checkpoint: parse::Every,
+
     /// Print one JSON object (schema dmp-score/1) instead of tables
     #[arg(long, help_heading = "Output")]
     json: bool,
@@ -81,7 +90,13 @@ pub(crate) struct ScoreArgs {
 
 impl ScoreArgs {
     fn config(&self) -> Config {
-        Config { save_maps: self.save_maps.clone(), map_unit: self.map_unit.0, ..self.settings.config() }
+        Config {
+            save_maps: self.save_maps.clone(),
+            map_unit: self.map_unit.0,
+            checkpoint_every: self.checkpoint.0,
+            resume: self.resume,
+            ..self.settings.config()
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Values on the command line of `dmp score`.
 
 use std::str::FromStr;
+use std::time::Duration;
 
 use dmp::{Ego, LengthUnit, MissPrice};
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
@@ -65,6 +66,23 @@ pub(crate) fn memory_bytes(text: &str) -> Result<usize, String> {
     match bytes {
         Some(bytes) if (0.0..=UNLIMITED_BYTES as f64).contains(&bytes) => Ok(bytes as usize),
         _ => Err(format!("`{text}` is no amount of memory: try 2GiB, 500MB or unlimited")),
+    }
+}
+
+/// A time after which something is done again, which may be never.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Every(pub(crate) Option<Duration>);
+
+impl FromStr for Every {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let seconds = match text {
+            "none" => return Ok(Self(None)),
+            _ => text.parse::<f64>().ok().filter(|seconds| (0.0..=1e6).contains(seconds)),
+        };
+        let seconds = seconds.ok_or_else(|| format!("`{text}` is no time: try 30 (seconds) or none"))?;
+        Ok(Self(Some(Duration::from_secs_f64(seconds))))
     }
 }
 
@@ -136,6 +154,15 @@ fn numbers<const N: usize>(text: &str, expected: &str) -> Result<[f64; N], Strin
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn checkpoints_may_be_left_out() {
+        assert_eq!("none".parse(), Ok(Every(None)));
+        assert_eq!("0.5".parse(), Ok(Every(Some(Duration::from_millis(500)))));
+        for text in ["", "-1", "nan", "1s", "inf", "1e300"] {
+            assert!(text.parse::<Every>().is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn amounts_of_memory_have_units() {

@@ -112,6 +112,11 @@ impl Store {
         Ok(store)
     }
 
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// The grid of the map.
     pub fn lattice(&self) -> Lattice {
         self.lattice

@@ -7,7 +7,7 @@ use dmp_sensor::ReturnFilter;
 
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
-use crate::frames::PlannedFrame;
+use crate::frames::{PlannedFrame, Reading};
 use crate::pose::RunPoses;
 use crate::watch::Watch;
 use segments::{cut_segments, median};
@@ -78,6 +78,16 @@ impl<'a> Plan<'a> {
     /// The scans to be scored.
     pub(crate) fn frames(&self) -> &[PlannedFrame] {
         &self.selection.frames
+    }
+
+    /// One reading of the planned scans.
+    pub(crate) fn reading<'b>(
+        &'b self,
+        log: &'b dyn ScanLog,
+        config: &Config,
+        watch: &'b dyn Watch,
+    ) -> Reading<'b> {
+        Reading { log, frames: self.frames(), order: config.order, watch }
     }
 
     /// Returns of all planned scans, used or not.

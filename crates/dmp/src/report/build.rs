@@ -115,7 +115,7 @@ fn common<T: PartialEq>(mut values: impl Iterator<Item = T>) -> Option<T> {
 }
 
 fn config_report(runs: &[Run], config: &Config, plan: &Plan<'_>, scored: &Scored) -> ConfigReport {
-    let lattice = scored.casters[0].map().lattice();
+    let lattice = scored.lattice;
     let starts = || plan.segments.starts.iter().map(|&ordinal| &plan.frames()[ordinal]);
     ConfigReport {
         voxel_m: lattice.voxel_m(),

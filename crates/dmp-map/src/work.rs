@@ -1,0 +1,291 @@
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use crate::MapError;
+
+/// Every work folder's name begins so.
+const PREFIX: &str = "dmp-work-";
+/// Held by the process that works in the folder.
+const LOCK: &str = "lock";
+/// Ends the name of a checkpoint.
+const CHECKPOINT: &str = "checkpoint";
+const MAGIC: [u8; 8] = *b"DMPCHECK";
+const VERSION: u32 = 1;
+/// Magic, version, CRC-32 of what follows it, length of the content.
+const HEADER_BYTES: usize = 24;
+
+/// Where scratch files, maps and checkpoints of one evaluation live: a folder that one process at a time works in.
+///
+/// It is removed with all it holds when it is dropped, unless it was [told to stay](Self::keep). A process that is
+/// killed leaves it behind: with a checkpoint in it, it can be [taken up](Self::resume); without one, the next
+/// process that makes a folder beside it removes it.
+#[derive(Debug)]
+pub struct WorkFolder {
+    path: PathBuf,
+    /// Locked as long as it is open.
+    lock: Option<File>,
+    kept: bool,
+}
+
+impl WorkFolder {
+    /// Makes a folder of a random name inside `parent`.
+    ///
+    /// # Errors
+    /// When it cannot be made there.
+    pub fn new(parent: &Path) -> Result<Self, MapError> {
+        sweep(parent);
+        let made = tempfile::Builder::new().prefix(PREFIX).tempdir_in(parent);
+        let path = made.map_err(MapError::io(parent, "cannot make a work folder here"))?.keep();
+        Self::in_folder(path)
+    }
+
+    /// The folder inside `parent` that belongs to `id`: empty, or, with `resume`, as it was left.
+    ///
+    /// # Errors
+    /// When it cannot be made or emptied there, or another process works in it.
+    pub fn of(parent: &Path, id: &str, resume: bool) -> Result<Self, MapError> {
+        sweep(parent);
+        let path = parent.join(format!("{PREFIX}{id}"));
+        fs::create_dir_all(&path).map_err(MapError::io(parent, "cannot make a work folder here"))?;
+        let folder = Self::in_folder(path)?;
+        if !resume {
+            folder.clear()?;
+        }
+        Ok(folder)
+    }
+
+    fn in_folder(path: PathBuf) -> Result<Self, MapError> {
+        let lock = OpenOptions::new().create(true).truncate(false).write(true).open(path.join(LOCK));
+        let lock = lock.map_err(MapError::io(&path, "cannot make a lock in the work folder"))?;
+        match lock.try_lock() {
+            Err(TryLockError::WouldBlock) => return Err(MapError::Locked { path }),
+            // Where a file system has no locks, the folder's name must do.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+        }
+        Ok(Self { path, lock: Some(lock), kept: false })
+    }
+
+    fn clear(&self) -> Result<(), MapError> {
+        let io = |what| MapError::io(&self.path, what);
+        for entry in fs::read_dir(&self.path).map_err(io("cannot list the work folder"))? {
+            let entry = entry.map_err(io("cannot list the work folder"))?;
+            if entry.file_name() != LOCK {
+                fs::remove_file(entry.path()).map_err(io("cannot empty the work folder"))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// A file in it.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Leaves the folder as it is when this is dropped.
+    pub fn keep(&mut self) {
+        self.kept = true;
+    }
+
+    /// Keeps `content` under `name`, in place of what was kept there before, so that it survives this process and
+    /// a power cut: whole, or not at all.
+    ///
+    /// # Errors
+    /// When it cannot be written; what was kept before is untouched then.
+    pub fn save(&self, name: &str, content: &[u8]) -> Result<(), MapError> {
+        let path = self.checkpoint(name);
+        let io = |what| MapError::io(&path, what);
+        let mut header = [0; HEADER_BYTES];
+        header[..8].copy_from_slice(&MAGIC);
+        header[8..12].copy_from_slice(&VERSION.to_le_bytes());
+        header[16..].copy_from_slice(&(content.len() as u64).to_le_bytes());
+        let crc32 = checksum(&header, content);
+        header[12..16].copy_from_slice(&crc32.to_le_bytes());
+        let file = tempfile::NamedTempFile::new_in(&self.path);
+        let mut file = file.map_err(io("cannot write the checkpoint"))?;
+        let written = file.write_all(&header).and_then(|()| file.write_all(content));
+        written.and_then(|()| file.as_file().sync_all()).map_err(io("cannot write the checkpoint"))?;
+        file.persist(&path).map_err(|error| io("cannot write the checkpoint")(error.error))?;
+        sync_folder(&self.path).map_err(io("cannot write the checkpoint"))
+    }
+
+    /// What was last kept under `name`; `None` where nothing was.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is not what was written.
+    pub fn load(&self, name: &str) -> Result<Option<Vec<u8>>, MapError> {
+        let path = self.checkpoint(name);
+        let bytes = match fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(MapError::io(&path, "cannot read the checkpoint")(error)),
+        };
+        let damaged = |detail: String| MapError::Damaged { path: path.clone(), part: "checkpoint", detail };
+        let Some((header, content)) = bytes.split_first_chunk::<HEADER_BYTES>() else {
+            return Err(damaged(format!("{} bytes are too few for one", bytes.len())));
+        };
+        let word =
+            |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
+        if header[..8] != MAGIC || word(8) != VERSION {
+            return Err(damaged(format!("it begins with {:02x?}", &header[..12])));
+        }
+        let (saved, calculated) = (word(12), checksum(header, content));
+        if saved != calculated || header[16..] != (content.len() as u64).to_le_bytes() {
+            return Err(damaged(format!("checksum {calculated:08x}, {saved:08x} was written")));
+        }
+        Ok(Some(content.to_vec()))
+    }
+
+    /// Brings a file of the folder to disk.
+    ///
+    /// # Errors
+    /// When that cannot be done.
+    pub fn sync(&self, file: &Path) -> Result<(), MapError> {
+        let io = |what| MapError::io(file, what);
+        File::open(file).and_then(|file| file.sync_all()).map_err(io("cannot write it to disk"))
+    }
+
+    /// Forgets what was kept under `name`.
+    pub fn forget(&self, name: &str) {
+        // What cannot be removed now goes with the folder.
+        let _ = fs::remove_file(self.checkpoint(name));
+    }
+
+    /// Whether anything is kept under `name`.
+    pub fn holds(&self, name: &str) -> bool {
+        self.checkpoint(name).exists()
+    }
+
+    /// Removes the files whose names end in `.extension`.
+    pub fn remove_files(&self, extension: &str) {
+        for entry in fs::read_dir(&self.path).into_iter().flatten().flatten() {
+            if entry.path().extension().is_some_and(|found| found == extension) {
+                // What cannot be removed now goes with the folder.
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+
+    /// Whether anything is kept.
+    pub fn has_checkpoint(&self) -> bool {
+        has_checkpoint(&self.path)
+    }
+
+    fn checkpoint(&self, name: &str) -> PathBuf {
+        self.path.join(format!("{name}.{CHECKPOINT}"))
+    }
+}
+
+impl Drop for WorkFolder {
+    fn drop(&mut self) {
+        if !self.kept {
+            // Whatever cannot be removed is left for the user to find; there is nobody to tell.
+            let _ = fs::remove_dir_all(&self.path);
+        }
+        drop(self.lock.take());
+    }
+}
+
+/// Of the checksum itself nothing, of everything else all.
+fn checksum(header: &[u8; HEADER_BYTES], content: &[u8]) -> u32 {
+    let mut crc = crc32fast::Hasher::new();
+    crc.update(&header[..12]);
+    crc.update(&header[16..]);
+    crc.update(content);
+    crc.finalize()
+}
+
+/// A new name in a folder is safe once the folder is written.
+pub(crate) fn sync_folder(folder: &Path) -> std::io::Result<()> {
+    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
+}
+
+fn has_checkpoint(folder: &Path) -> bool {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries
+        .into_iter()
+        .any(|entry| Path::new(&entry.file_name()).extension().is_some_and(|e| e == CHECKPOINT))
+}
+
+/// Removes the folders of killed processes that hold nothing to go on from. What cannot be looked at is let be.
+fn sweep(parent: &Path) {
+    for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
+        let folder = entry.path();
+        let named = entry.file_name().to_str().is_some_and(|name| name.starts_with(PREFIX));
+        if !named || has_checkpoint(&folder) {
+            continue;
+        }
+        // Without a lock it is being made just now, or is not ours to judge.
+        let Ok(lock) = OpenOptions::new().write(true).open(folder.join(LOCK)) else { continue };
+        if lock.try_lock().is_ok() {
+            let _ = fs::remove_dir_all(&folder);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_goes_with_its_owner_unless_it_is_to_stay() {
+        let parent = tempfile::tempdir().unwrap();
+        let path = WorkFolder::new(parent.path()).unwrap().path().to_owned();
+        assert!(!path.exists());
+        let mut work = WorkFolder::of(parent.path(), "a", false).unwrap();
+        fs::write(work.file("map"), b"surfels").unwrap();
+        work.save("fuse", b"half").unwrap();
+        assert!(matches!(WorkFolder::of(parent.path(), "a", true), Err(MapError::Locked { .. })));
+        work.keep();
+        drop(work);
+        let resumed = WorkFolder::of(parent.path(), "a", true).unwrap();
+        assert_eq!(resumed.load("fuse").unwrap().as_deref(), Some(&b"half"[..]));
+        assert!(resumed.load("cast").unwrap().is_none() && resumed.file("map").exists());
+        resumed.forget("fuse");
+        assert!(!resumed.has_checkpoint());
+        drop(resumed);
+        let mut afresh = WorkFolder::of(parent.path(), "a", false).unwrap();
+        assert!(!afresh.file("map").exists());
+        afresh.keep();
+        let left = afresh.path().to_owned();
+        drop(afresh);
+        // Nobody works there and nothing can be gone on from: the next one cleans up.
+        drop(WorkFolder::new(parent.path()).unwrap());
+        assert!(!left.exists());
+    }
+
+    #[test]
+    fn folders_in_use_or_with_a_checkpoint_are_left_alone() {
+        let parent = tempfile::tempdir().unwrap();
+        let in_use = WorkFolder::new(parent.path()).unwrap();
+        let mut kept = WorkFolder::of(parent.path(), "b", false).unwrap();
+        kept.save("cast", b"sums").unwrap();
+        kept.keep();
+        let path = kept.path().to_owned();
+        drop(kept);
+        drop(WorkFolder::new(parent.path()).unwrap());
+        assert!(in_use.path().exists() && path.exists());
+    }
+
+    #[test]
+    fn every_damaged_byte_of_a_checkpoint_is_found() {
+        let parent = tempfile::tempdir().unwrap();
+        let work = WorkFolder::new(parent.path()).unwrap();
+        work.save("fuse", b"forty-two bytes of what was done so far..").unwrap();
+        let path = work.file("fuse.checkpoint");
+        let whole = fs::read(&path).unwrap();
+        for at in 0..whole.len() {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 0x10;
+            fs::write(&path, bytes).unwrap();
+            assert!(matches!(work.load("fuse"), Err(MapError::Damaged { .. })), "byte {at}");
+            fs::write(&path, &whole[..at]).unwrap();
+            assert!(matches!(work.load("fuse"), Err(MapError::Damaged { .. })), "cut at {at}");
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! Evaluations that are stopped, killed or run out of disk, and are taken up again: the same bits at the end.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use dmp::{Config, EvaluateError, Report, Run, Watch, evaluate};
+use dmp_log::{McapScanWriter, McapWriterOptions};
+use dmp_sensor::Scan;
+use serde_json::Value;
+
+use crate::common::{comparable, drift, noise, open, runs_of, small_town, text};
+
+/// Every few scans can be kept, since a chunk is read as a whole.
+fn write_in_small_chunks(path: &Path, scans: &[Scan]) {
+    let options = McapWriterOptions { chunk_bytes: 64 << 10, ..McapWriterOptions::default() };
+    let mut writer = McapScanWriter::create(path, &options).unwrap();
+    scans.iter().for_each(|scan| writer.write_scan(scan).unwrap());
+    writer.finish().unwrap();
+}
+
+/// Asks to stop once so much was advanced.
+struct StopAfter {
+    left: AtomicU64,
+    done: AtomicU64,
+}
+
+impl StopAfter {
+    fn new(left: u64) -> Self {
+        Self { left: left.into(), done: 0.into() }
+    }
+}
+
+impl Watch for StopAfter {
+    fn advance(&self, amount: u64) {
+        self.done.fetch_add(amount, Ordering::Relaxed);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.done.load(Ordering::Relaxed) > self.left.load(Ordering::Relaxed)
+    }
+}
+
+/// Evaluates, stopped again and again after a little more; tells how often.
+fn in_pieces(log: &Path, runs: &[Run], config: &Config, piece: u64) -> (Report, usize) {
+    let log = open(log);
+    for stops in 0.. {
+        // What is done is counted anew each time, resumed work included: so each piece ends a little later.
+        match evaluate(log.as_ref(), runs, config, &StopAfter::new(piece * (stops as u64 + 1))) {
+            Ok(report) => return (report, stops),
+            Err(EvaluateError::Cancelled) => {}
+            Err(error) => panic!("{error}"),
+        }
+    }
+    unreachable!()
+}
+
+#[test]
+fn an_evaluation_in_many_pieces_is_the_one_in_one_piece() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.mcap");
+    let (scans, truth) = small_town(60, 180);
+    write_in_small_chunks(&path, &scans);
+    let runs = runs_of(&truth, &[("noise", noise(0.05, 0.2)), ("drift", drift(1.0))]);
+    for (free_space, every) in [(false, 0), (true, 0), (false, 3600)] {
+        let config = Config { free_space, memory_bytes: 32 << 20, ..Config::default() };
+        let whole = evaluate(open(&path).as_ref(), &runs, &config, &()).unwrap();
+        let pieces = Config {
+            work_folder: folder.path().to_path_buf(),
+            checkpoint_every: Some(Duration::from_secs(every)),
+            resume: true,
+            ..config
+        };
+        let (report, stops) = in_pieces(&path, &runs, &pieces, 25_000);
+        assert!(stops > 4, "{stops} stops");
+        assert_eq!(comparable(&report), comparable(&whole));
+        let names = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
+        assert_eq!(names.collect::<Vec<_>>(), ["town.mcap"], "nothing is left behind");
+    }
+}
+
+#[test]
+fn what_was_kept_of_another_evaluation_is_not_taken_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.mcap");
+    let (scans, truth) = small_town(20, 180);
+    write_in_small_chunks(&path, &scans);
+    let runs = runs_of(&truth, &[("drift", drift(1.0))]);
+    let config = Config {
+        work_folder: folder.path().to_path_buf(),
+        checkpoint_every: Some(Duration::ZERO),
+        resume: true,
+        ..Config::default()
+    };
+    let stopped = evaluate(open(&path).as_ref(), &runs, &config, &StopAfter::new(60_000));
+    assert!(matches!(stopped, Err(EvaluateError::Cancelled)));
+    let other = Config { segment_m: Some(5.0), ..config.clone() };
+    let expected = Config { segment_m: Some(5.0), ..Config::default() };
+    let report = |config| comparable(&evaluate(open(&path).as_ref(), &runs, config, &()).unwrap());
+    assert_eq!(report(&other), report(&expected));
+    // A damaged checkpoint is refused, not guessed at.
+    let left = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path()).find(|p| p.is_dir());
+    for file in fs::read_dir(left.unwrap()).unwrap().map(|entry| entry.unwrap().path()) {
+        if file.extension().is_some_and(|extension| extension == "checkpoint") {
+            let mut bytes = fs::read(&file).unwrap();
+            let middle = bytes.len() / 2;
+            bytes[middle] ^= 1;
+            fs::write(&file, bytes).unwrap();
+        }
+    }
+    let error = evaluate(open(&path).as_ref(), &runs, &config, &()).unwrap_err();
+    assert!(error.to_string().contains("checkpoint is damaged"), "{error}");
+    let afresh = Config { resume: false, ..config };
+    assert_eq!(report(&afresh), report(&Config::default()));
+}
+
+/// A log of a small town and two runs in `folder`, and the command that scores them there.
+fn town_command(folder: &Path) -> Command {
+    let (scans, truth) = small_town(60, 180);
+    write_in_small_chunks(&folder.join("town.mcap"), &scans);
+    for run in runs_of(&truth, &[("drift", drift(1.0))]) {
+        let lines =
+            run.trajectory.stamps_ns().unwrap().iter().zip(run.trajectory.poses()).map(|(ns, pose)| {
+                let (t, q) = (pose.translation.vector, pose.rotation.coords);
+                let (s, ns) = (ns.div_euclid(1_000_000_000), ns.rem_euclid(1_000_000_000));
+                format!("{s}.{ns:09} {} {} {} {} {} {} {}\n", t.x, t.y, t.z, q.x, q.y, q.z, q.w)
+            });
+        fs::write(folder.join(format!("{}.tum", run.name)), lines.collect::<String>()).unwrap();
+    }
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dmp-under-test"));
+    command.current_dir(folder).args("score town.mcap -t truth.tum -t drift.tum --work . --json".split(' '));
+    command
+}
+
+fn scores(json: &[u8]) -> Value {
+    let mut json: Value = serde_json::from_slice(json).unwrap();
+    let object = json.as_object_mut().unwrap();
+    assert!(object.remove("timing").is_some() && object.remove("memory").is_some());
+    json
+}
+
+#[test]
+fn a_hundred_kills_change_no_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = town_command(folder.path());
+    let begun = Instant::now();
+    let whole = command.output().unwrap();
+    let whole_time = begun.elapsed();
+    let expected = scores(&whole.stdout);
+    command.args(["--resume", "--checkpoint", "0.01", "--quiet", "--memory", "32MiB"]);
+    let (mut kills, mut finished, mut resumed) = (0, 0, 0);
+    let mut state = 1u64;
+    while kills < 100 || finished == 0 {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        resumed += usize::from(has_checkpoint(folder.path()));
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        std::thread::sleep(whole_time.mul_f64((state >> 40) as f64 / f64::from(1 << 24)));
+        if child.try_wait().unwrap().is_none() {
+            // SIGKILL: nothing of the process runs after this.
+            child.kill().unwrap();
+            child.wait().unwrap();
+            kills += 1;
+            continue;
+        }
+        let output = child.wait_with_output().unwrap();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert_eq!(scores(&output.stdout), expected, "after {kills} kills");
+        finished += 1;
+    }
+    assert!(resumed > 10, "{resumed} of {kills} kills left something to go on from");
+    println!("{kills} kills, {resumed} times gone on, {finished} times finished");
+}
+
+fn has_checkpoint(folder: &Path) -> bool {
+    let files =
+        |folder: &Path| fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    files(folder)
+        .filter(|path| path.is_dir())
+        .flat_map(|folder| files(&folder).collect::<Vec<_>>())
+        .any(|file| file.extension().is_some_and(|extension| extension == "checkpoint"))
+}
+
+#[test]
+fn a_full_disk_ends_it_and_room_lets_it_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = town_command(folder.path());
+    let expected = scores(&command.output().unwrap().stdout);
+    // A little disk of our own, where the system lets us make one.
+    let disk = folder.path().join("disk");
+    fs::create_dir(&disk).unwrap();
+    let dmp = env!("CARGO_BIN_EXE_dmp-under-test");
+    let score = format!(
+        "{dmp} score town.mcap -t truth.tum -t drift.tum --work disk --json --memory 32MiB --checkpoint 0.01"
+    );
+    let script = format!(
+        "mount -t tmpfs -o size=6m none disk || exit 99; \
+         {score} >/dev/null 2>first.txt; echo $? >first.code; \
+         mount -o remount,size=200m disk || exit 99; {score} --resume 2>second.txt"
+    );
+    let output = Command::new("unshare")
+        .args(["--map-root-user", "--mount", "sh", "-c", &script])
+        .current_dir(folder.path())
+        .output();
+    let output = match output {
+        Ok(output) if output.status.code() != Some(99) && folder.path().join("first.code").exists() => output,
+        _ => {
+            println!("skipped: this system does not let us mount a disk of our own");
+            return;
+        }
+    };
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    let first = read("first.txt");
+    assert_eq!(read("first.code").trim(), "1", "{first}");
+    assert!(first.contains("No space left on device") && first.contains("--resume"), "{first}");
+    assert!(read("second.txt").contains("goes on from"), "{}", read("second.txt"));
+    assert_eq!(scores(&output.stdout), expected);
+}
