@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use dmp_map::{BudgetCache, MapError, Store, TileExtent, TileId, TileSource};
+use dmp_map::{BudgetCache, MapError, NextUse, Store, TileExtent, TileId, TileSource};
 
 use crate::casting::{CastBuffers, Casting, Grouping};
 use crate::journey::{Tiles, travel};
@@ -9,12 +9,35 @@ use crate::path::Path;
 use crate::query::{Answer, CastSettings, Query};
 use crate::tile::CastTile;
 
+/// The tiles of one or more maps in memory, ready for casting, under one byte budget.
+#[derive(Debug)]
+pub struct TileCache(BudgetCache<(usize, TileId), CastTile>);
+
+impl TileCache {
+    /// Room for `budget_bytes`.
+    pub fn new(budget_bytes: usize) -> Self {
+        Self(BudgetCache::new(budget_bytes))
+    }
+
+    /// The same where it is known when a tile, given by the number of its map and its place, is needed next.
+    pub fn foreseeing(budget_bytes: usize, next_use: Box<NextUse<(usize, TileId)>>) -> Self {
+        Self(BudgetCache::foreseeing(budget_bytes, next_use))
+    }
+
+    /// How often a tile was loaded so far.
+    pub fn loads(&self) -> u64 {
+        self.0.loads()
+    }
+}
+
 /// Casts rays into a map, with the tiles it needs in memory under a byte budget.
 #[derive(Debug)]
 pub struct Caster<M = Store> {
     map: M,
     settings: CastSettings,
-    tiles: BudgetCache<TileId, CastTile>,
+    tiles: Arc<TileCache>,
+    /// Which of the maps in the cache this one is.
+    number: usize,
     path: Path,
     grouping: Grouping,
 }
@@ -22,8 +45,21 @@ pub struct Caster<M = Store> {
 impl<M: TileSource> Caster<M> {
     /// A caster into `map` that keeps at most about `budget_bytes` of tiles in memory.
     pub fn new(map: M, settings: CastSettings, budget_bytes: usize) -> Self {
-        let (tiles, path) = (BudgetCache::new(budget_bytes), Path::best());
-        Self { map, settings, tiles, path, grouping: Grouping::Auto }
+        Self::sharing(map, settings, &Arc::new(TileCache::new(budget_bytes)), 0)
+    }
+
+    /// A caster that shares its tiles' memory with others, whose maps have other numbers.
+    pub fn sharing(map: M, settings: CastSettings, tiles: &Arc<TileCache>, number: usize) -> Self {
+        let (tiles, path) = (Arc::clone(tiles), Path::best());
+        Self { map, settings, tiles, number, path, grouping: Grouping::Auto }
+    }
+
+    /// Loads a tile that will be needed.
+    ///
+    /// # Errors
+    /// When it is damaged; the rays that need it will find it so too.
+    pub fn prefetch(&self, tile: TileId) -> Result<(), MapError> {
+        self.load(tile).map(drop)
     }
 
     /// The same on another path of instructions and with rays grouped another way: for measurements, since no
@@ -38,14 +74,14 @@ impl<M: TileSource> Caster<M> {
         &self.map
     }
 
-    /// How often a tile was loaded so far.
+    /// How often a tile was loaded so far, by all that share its memory.
     pub fn tile_loads(&self) -> u64 {
-        self.tiles.loads()
+        self.tiles.0.loads()
     }
 
     /// Bytes of the tiles in memory.
     pub fn tile_bytes(&self) -> usize {
-        self.tiles.bytes()
+        self.tiles.0.bytes()
     }
 
     /// Answers every query, in order; `answers` is overwritten. The answers do not depend on how rays
@@ -80,7 +116,7 @@ impl<M: TileSource> Tiles for Caster<M> {
 
     fn load(&self, tile: TileId) -> Result<Arc<CastTile>, MapError> {
         let radius_m = self.map.disc_radius_m() as f32;
-        self.tiles.get(tile, || {
+        self.tiles.0.get((self.number, tile), || {
             let loaded = self.map.load_tile(tile)?;
             Ok(loaded.map_or_else(CastTile::default, |tile| CastTile::new(&tile, radius_m)))
         })

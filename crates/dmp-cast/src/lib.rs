@@ -58,7 +58,7 @@ mod rays;
 mod search;
 mod tile;
 
-pub use caster::Caster;
+pub use caster::{Caster, TileCache};
 pub use casting::{CastBuffers, Grouping};
 pub use counter::{CountBuffers, CrossingCounter};
 pub use path::Path;

@@ -1,3 +1,4 @@
+use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::hash::Hash;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,12 +11,22 @@ pub trait Weight {
 
 /// Values under a byte budget, loaded once by whoever asks first; others who ask meanwhile wait for it.
 ///
-/// When the budget is exceeded the values unused for longest are let go; one that is in use lives on
+/// When the budget is exceeded the values whose next use is furthest off are let go, as far as that is
+/// [foreseen](Self::foreseeing), and among those alike the ones unused for longest. One that is in use lives on
 /// until its last user drops it, so the budget can be exceeded by what is in use at the moment.
-#[derive(Debug)]
 pub struct BudgetCache<K, V> {
     budget_bytes: usize,
+    next_use: Box<NextUse<K>>,
     inner: Mutex<Inner<K, V>>,
+}
+
+/// When a value will be used next: the larger, the later.
+pub type NextUse<K> = dyn Fn(&K) -> u64 + Send + Sync;
+
+impl<K, V> std::fmt::Debug for BudgetCache<K, V> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("BudgetCache").field("budget_bytes", &self.budget_bytes).finish_non_exhaustive()
+    }
 }
 
 #[derive(Debug)]
@@ -41,8 +52,13 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 impl<K: Copy + Eq + Hash, V: Weight> BudgetCache<K, V> {
     /// An empty cache.
     pub fn new(budget_bytes: usize) -> Self {
+        Self::foreseeing(budget_bytes, Box::new(|_| 0))
+    }
+
+    /// An empty cache that is told when values will be used next. It is asked whenever a value is to be let go.
+    pub fn foreseeing(budget_bytes: usize, next_use: Box<NextUse<K>>) -> Self {
         let inner = Inner { slots: HashMap::new(), clock: 0, bytes: 0, loads: 0 };
-        Self { budget_bytes, inner: Mutex::new(inner) }
+        Self { budget_bytes, next_use, inner: Mutex::new(inner) }
     }
 
     /// The value of `key`, from memory or by `load`.
@@ -81,8 +97,9 @@ impl<K: Copy + Eq + Hash, V: Weight> BudgetCache<K, V> {
         inner.bytes += bytes;
         while inner.bytes > self.budget_bytes {
             let loaded = inner.slots.iter().filter(|&(&k, slot)| k != key && slot.bytes > 0);
-            let Some((&oldest, _)) = loaded.min_by_key(|(_, slot)| slot.last_use) else { break };
-            if let Some(slot) = inner.slots.remove(&oldest) {
+            let latest = loaded.max_by_key(|(k, slot)| ((self.next_use)(k), Reverse(slot.last_use)));
+            let Some((&latest, _)) = latest else { break };
+            if let Some(slot) = inner.slots.remove(&latest) {
                 inner.bytes -= slot.bytes;
             }
         }
@@ -119,6 +136,18 @@ mod tests {
         }
         // 3 pushed out 2, 2 pushed out 3; 1 stayed.
         assert_eq!((cache.loads(), cache.bytes()), (4, 200));
+    }
+
+    #[test]
+    fn what_is_used_last_of_all_goes_first() {
+        // 1 and 2 are needed soon, 9 never again: though it was used last, it goes.
+        let cache = BudgetCache::foreseeing(250, Box::new(|&key: &u64| key));
+        let load = || Ok::<_, ()>(Block(100));
+        for key in [1, 2, 9, 9, 3, 1, 2] {
+            cache.get(key, load).unwrap();
+        }
+        // 9 pushed out 2; 3 pushed out 9; 2 pushed out 3; 1 stayed.
+        assert_eq!((cache.loads(), cache.bytes()), (5, 200));
     }
 
     #[test]

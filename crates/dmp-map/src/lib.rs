@@ -46,7 +46,7 @@ mod tiles;
 mod work;
 
 pub use buckets::TileBuckets;
-pub use cache::{BudgetCache, Weight};
+pub use cache::{BudgetCache, NextUse, Weight};
 pub use density::DensityProbe;
 pub use error::MapError;
 pub use free_voxels::{FreeVoxels, MarkBuffers};

@@ -1,6 +1,8 @@
 use std::collections::HashMap;
+use std::sync::{Arc, OnceLock};
 
-use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query};
+use crossbeam_channel::bounded;
+use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query, TileCache};
 use dmp_log::ScanLog;
 use dmp_map::{Lattice, TileId};
 use dmp_reduce::{Basis, FrameSums, Layout, Reducer, Residuals, RunSums};
@@ -9,14 +11,20 @@ use dmp_sensor::{Ray, ReturnCounts, Scan};
 use crate::checkpoint::{Casting, Fused, Round, Work};
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
-use crate::frames::{FrameSet, Pauses, PlannedFrame, Worker, each_frame_in_parts};
+use crate::frames::{FrameSet, Pauses, PlannedFrame, Worker, each_frame_in_parts, jobs_of};
 use crate::fuse::{self, RunMap};
+use crate::memory::Budget;
 use crate::plan::Plan;
 use crate::pose::Poser;
+use crate::schedule::{RunTile, Schedule};
 use crate::watch::{ScoredReturns, Stage, Watch};
 
 /// Share of the memory that the tiles of all maps may take while rays are cast.
-const CAST_SHARE: f64 = 0.5;
+const CAST_SHARE: f64 = 0.75;
+/// Most tiles that wait to be loaded before they are needed.
+const PREFETCHED_TILES: usize = 256;
+/// Most jobs for each thread that are handed out and not done: those that wait and the one at work.
+const JOBS_AT_WORK: usize = 3;
 /// Predictions are looked for up to this many times the largest range used: further, a sensor would
 /// see nothing.
 pub(crate) const HORIZON: f64 = 2.0;
@@ -29,6 +37,9 @@ pub(crate) struct Scored {
     /// Sums of the returns that lie in a tile, for each run and tile.
     pub(crate) tiles: HashMap<(usize, TileId), RunSums>,
     pub(crate) tile_loads: u64,
+    /// Tiles that were ever within the sensor's reach, and how often they came into it.
+    pub(crate) tiles_in_reach: u64,
+    pub(crate) tile_visits: u64,
     /// The grid of the maps.
     pub(crate) lattice: Lattice,
 }
@@ -127,14 +138,30 @@ fn residuals_of(range_m: f64, answer: &Answer) -> Residuals {
 }
 
 /// A caster into every run's map, and what can be told of its surfels.
-pub(crate) fn casters(maps: Vec<RunMap>, config: &Config) -> (Vec<Caster>, Vec<Basis>) {
-    let settings = CastSettings { horizon_m: HORIZON * config.max_range_m, ..CastSettings::default() };
-    let budget_bytes = (CAST_SHARE * config.memory_bytes as f64) as usize / maps.len().max(1);
-    let caster = |map: RunMap| {
-        let basis = if map.fused { Basis::CrossValidated } else { Basis::Near };
-        (Caster::new(map.store, settings, budget_bytes), basis)
-    };
-    maps.into_iter().map(caster).unzip()
+pub(crate) struct Casters {
+    pub(crate) of_runs: Vec<Caster>,
+    pub(crate) bases: Vec<Basis>,
+    /// When tiles are needed, once that is known.
+    schedule: Arc<OnceLock<Schedule>>,
+    budget_bytes: usize,
+}
+
+impl Casters {
+    /// Casters that share the memory there is for tiles.
+    pub(crate) fn new(maps: Vec<RunMap>, config: &Config, budget: &Budget) -> Self {
+        let settings = CastSettings { horizon_m: HORIZON * config.max_range_m, ..CastSettings::default() };
+        let schedule: Arc<OnceLock<Schedule>> = Arc::default();
+        let foreseen = Arc::clone(&schedule);
+        let next_use = move |tile: &RunTile| foreseen.get().map_or(0, |schedule| schedule.next_use(tile));
+        let budget_bytes = budget.share(CAST_SHARE);
+        let tiles = Arc::new(TileCache::foreseeing(budget_bytes, Box::new(next_use)));
+        let caster = |(number, map): (usize, RunMap)| {
+            let basis = if map.fused { Basis::CrossValidated } else { Basis::Near };
+            (Caster::sharing(map.store, settings, &tiles, number), basis)
+        };
+        let (of_runs, bases) = maps.into_iter().enumerate().map(caster).unzip();
+        Self { of_runs, bases, schedule, budget_bytes }
+    }
 }
 
 /// One pass over the log in which rays are cast.
@@ -142,8 +169,7 @@ pub(crate) struct CastPass<'a> {
     pub(crate) log: &'a dyn ScanLog,
     pub(crate) plan: &'a Plan<'a>,
     pub(crate) runs: &'a [Run],
-    pub(crate) casters: &'a [Caster],
-    pub(crate) bases: &'a [Basis],
+    pub(crate) casters: &'a Casters,
     pub(crate) config: &'a Config,
     pub(crate) work: &'a Work,
     /// The maps, as they are kept.
@@ -159,7 +185,7 @@ impl<'a> CastPass<'a> {
     pub(crate) fn run(&self) -> Result<Scored, EvaluateError> {
         let frames = self.plan.frames().len() as u64;
         let layout =
-            Layout::new(frames, frames, self.bases.to_vec())?.with_miss_price(self.config.miss_price);
+            Layout::new(frames, frames, self.casters.bases.clone())?.with_miss_price(self.config.miss_price);
         let (round, fused) = self.maps;
         self.watch.begin(Stage::Cast, self.plan.returns());
         let (before, done) = self.before(&layout, *round)?;
@@ -186,13 +212,55 @@ impl<'a> CastPass<'a> {
             self.work.save(*round, &Casting { done: done.clone(), reducer: reducer.seen(), counts, tiles })
         };
         let workers = (0..self.config.threads).map(|_| self.worker(&layout)).collect();
-        let pauses = Pauses { every: self.work.every(), done, keep: &mut keep };
         let reading = self.plan.reading(self.log, self.config, self.watch);
-        let (workers, _) = each_frame_in_parts(reading, workers, pauses)?;
+        let schedule = self.casters.schedule.get_or_init(|| {
+            let jobs = jobs_of(reading, &done);
+            Schedule::new(self.plan, &self.casters.of_runs, &jobs, self.config.max_range_m)
+        });
+        let (needed, budget) = (schedule.bytes_in_reach(), self.casters.budget_bytes as u64);
+        if needed > budget {
+            self.watch.note(&format!(
+                "the tiles in reach of the sensor take up to {} MiB, more than the {} MiB there are for them: \
+                 some are loaded more than once a visit; more --memory would be faster",
+                needed.div_ceil(1 << 20),
+                budget >> 20
+            ));
+        }
+        let every = self.work.every();
+        let (workers, _) = self.with_prefetch(schedule, |ahead| {
+            each_frame_in_parts(reading, workers, Pauses { every, done, keep: &mut keep, ahead })
+        })?;
         let (reducer, counts, tiles) = state(&workers)?;
-        let tile_loads = self.casters.iter().map(Caster::tile_loads).sum();
-        let lattice = self.casters[0].map().lattice();
-        Ok(Scored { reducer, counts, tiles, tile_loads, lattice })
+        let tile_loads = self.casters.of_runs[0].tile_loads();
+        let lattice = self.casters.of_runs[0].map().lattice();
+        let (tiles_in_reach, tile_visits) = schedule.tiles_and_visits();
+        Ok(Scored { reducer, counts, tiles, tile_loads, tiles_in_reach, tile_visits, lattice })
+    }
+
+    /// Has the tiles loaded that come into reach, beside what reads and casts; `pass` is given what to tell of jobs.
+    fn with_prefetch<R>(&self, schedule: &Schedule, pass: impl FnOnce(&dyn Fn(usize)) -> R) -> R {
+        // Tiles that do not fit beside each other would only drive each other out.
+        let fits = schedule.bytes_in_reach() <= self.casters.budget_bytes as u64;
+        let (sender, receiver) = bounded::<RunTile>(if fits { PREFETCHED_TILES } else { 0 });
+        std::thread::scope(|scope| {
+            scope.spawn(move || {
+                for (run, tile) in receiver {
+                    // A damaged tile is told of by the ray that needs it.
+                    let _ = self.casters.of_runs[run].prefetch(tile);
+                }
+            });
+            let at_work = JOBS_AT_WORK * self.config.threads;
+            let ahead = move |job: usize| {
+                schedule.move_to(job.saturating_sub(at_work));
+                for tile in schedule.begin(job) {
+                    // What finds no place in the queue is loaded when it is needed.
+                    let _ = if fits { sender.try_send(*tile) } else { Ok(()) };
+                }
+            };
+            let result = pass(&ahead);
+            drop(ahead);
+            result
+        })
     }
 
     /// What is scored already, and which frames that is.
@@ -214,15 +282,15 @@ impl<'a> CastPass<'a> {
         CastWorker {
             poser: Poser::new(&self.plan.poses, &self.plan.filter),
             runs: self.runs,
-            casters: self.casters,
+            casters: &self.casters.of_runs,
             watch: self.watch,
-            bases: self.bases,
+            bases: &self.casters.bases,
             queries: Vec::new(),
             answers: vec![Vec::new(); self.runs.len()],
             buffers: CastBuffers::default(),
             residuals: vec![Vec::new(); self.runs.len()],
             of_return: Vec::new(),
-            frame: FrameSums::new(self.bases),
+            frame: FrameSums::new(&self.casters.bases),
             reducer: Reducer::new(layout.clone()),
             tiles: HashMap::new(),
             counts: ReturnCounts::default(),

@@ -36,6 +36,19 @@ pub enum EvaluateError {
         /// What it must be.
         why: &'static str,
     },
+    /// Less memory than the threads need.
+    #[error("memory {}: {threads} threads and {runs} runs on this log need at least {}; fewer --threads need less",
+        mebibytes(*asked), mebibytes(*needed))]
+    TooLittleMemory {
+        /// Bytes asked for.
+        asked: usize,
+        /// Bytes needed.
+        needed: usize,
+        /// Threads.
+        threads: usize,
+        /// Runs to score.
+        runs: usize,
+    },
     /// The log has no scans.
     #[error("{}: the log has no scans", path.display())]
     NoScans {
@@ -126,6 +139,11 @@ pub enum EvaluateError {
     },
 }
 
+/// Rounded up.
+fn mebibytes(bytes: usize) -> String {
+    format!("{} MiB", bytes.div_ceil(1 << 20))
+}
+
 impl EvaluateError {
     pub(crate) fn map_of(run: &str) -> impl Fn(MapError) -> Self {
         move |source| Self::Map { run: run.to_owned(), source }
@@ -134,7 +152,11 @@ impl EvaluateError {
     /// Whether the command was used wrongly, rather than the data being at fault.
     pub fn is_usage(&self) -> bool {
         match self {
-            Self::NoRuns | Self::SameName { .. } | Self::ReservedName { .. } | Self::Setting { .. } => true,
+            Self::TooLittleMemory { .. }
+            | Self::NoRuns
+            | Self::SameName { .. }
+            | Self::ReservedName { .. }
+            | Self::Setting { .. } => true,
             Self::Log(error) => error.is_usage(),
             _ => false,
         }

@@ -67,6 +67,8 @@ pub(crate) struct Pauses<'a, W> {
     pub(crate) done: FrameSet,
     /// Called in each pause.
     pub(crate) keep: &'a mut Keep<'a, W>,
+    /// Told the number of every job, of [`jobs_of`], before it is handed out.
+    pub(crate) ahead: &'a dyn Fn(usize),
 }
 
 /// Reads the planned frames once and hands each to one of the workers, a thread for each of them.
@@ -74,7 +76,7 @@ pub(crate) struct Pauses<'a, W> {
 /// Frames that are cheapest read together go to the same thread. The workers come back, in no order
 /// that means anything: what they hold must add up to the same, whoever held what.
 pub(crate) fn each_frame<W: Worker>(reading: Reading<'_>, workers: Vec<W>) -> Result<Vec<W>, EvaluateError> {
-    let pauses = Pauses { every: None, done: FrameSet::default(), keep: &mut |_, _| Ok(()) };
+    let pauses = Pauses { every: None, done: FrameSet::default(), keep: &mut |_, _| Ok(()), ahead: &|_| () };
     each_frame_in_parts(reading, workers, pauses).map(|(workers, _)| workers)
 }
 
@@ -84,8 +86,8 @@ pub(crate) fn each_frame_in_parts<W: Worker>(
     mut workers: Vec<W>,
     pauses: Pauses<'_, W>,
 ) -> Result<(Vec<W>, FrameSet), EvaluateError> {
-    let Pauses { every, mut done, keep } = pauses;
-    let mut jobs = jobs_of(reading, &done).into_iter().peekable();
+    let Pauses { every, mut done, keep, ahead } = pauses;
+    let mut jobs = jobs_of(reading, &done).into_iter().enumerate().peekable();
     loop {
         let until = every.map(|every| Instant::now() + every);
         let mut begun = false;
@@ -93,7 +95,8 @@ pub(crate) fn each_frame_in_parts<W: Worker>(
             // Whatever the time, something is done from pause to pause.
             let go_on =
                 !std::mem::replace(&mut begun, true) || until.is_none_or(|until| Instant::now() < until);
-            let job = jobs.next_if(|_| go_on)?;
+            let (number, job) = jobs.next_if(|_| go_on)?;
+            ahead(number);
             job.iter().for_each(|&ordinal| done.insert(ordinal));
             Some(job)
         });
@@ -173,7 +176,7 @@ fn work<W: Worker>(
 }
 
 /// Ordinals of the planned frames that are not done, gathered by the log's groups.
-fn jobs_of(Reading { log, frames, order, .. }: Reading<'_>, done: &FrameSet) -> Vec<Vec<usize>> {
+pub(crate) fn jobs_of(Reading { log, frames, order, .. }: Reading<'_>, done: &FrameSet) -> Vec<Vec<usize>> {
     let mut ordinal_of: Vec<Option<usize>> = vec![None; log.frames().len()];
     for (ordinal, frame) in frames.iter().enumerate().filter(|(ordinal, _)| !done.contains(*ordinal)) {
         ordinal_of[frame.frame] = Some(ordinal);

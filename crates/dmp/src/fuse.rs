@@ -9,14 +9,14 @@ use crate::config::{Config, MapSource, Run};
 use crate::error::EvaluateError;
 use crate::frames::{FrameSet, Pauses, PlannedFrame, Worker, each_frame_in_parts};
 use crate::given::fuse_given;
-use crate::memory;
+use crate::memory::{self, Budget};
 use crate::plan::Plan;
 use crate::pose::Poser;
 use crate::trails::{TrailBuffers, TrailSummary, Trails};
 use crate::watch::{Stage, Watch};
 
 /// Share of the memory that the maps under construction may take.
-const FUSE_SHARE: f64 = 0.5;
+const FUSE_SHARE: f64 = 0.6;
 
 /// Every run's map, ready to be cast into.
 #[derive(Debug)]
@@ -55,6 +55,7 @@ pub(crate) fn maps_of(
     stores: Vec<Option<Store>>,
     trails: Option<&Trails>,
     config: &Config,
+    budget: &Budget,
     work: &Work,
     watch: &dyn Watch,
 ) -> Result<Maps, EvaluateError> {
@@ -66,7 +67,7 @@ pub(crate) fn maps_of(
     let places = Places { runs, work, round, config };
     let lattice = Lattice::new(plan.voxel.voxel_m).map_err(EvaluateError::Work)?;
     let to_fuse = runs.iter().filter(|run| run.map == MapSource::Fused).count().max(1);
-    let budget_bytes = (FUSE_SHARE * config.memory_bytes as f64) as usize / to_fuse;
+    let budget_bytes = budget.share(FUSE_SHARE) / to_fuse;
     let new_fuser = |run: &Run| {
         let fuser = if work.every().is_some() {
             MapFuser::with_scratch(lattice, budget_bytes, &places.scratch(run))
@@ -379,6 +380,7 @@ impl<'a> FusePass<'a> {
             every: self.work.every(),
             done: before.done.clone(),
             keep: &mut |w, done| put_down(w, done),
+            ahead: &|_| (),
         };
         let reading = self.plan.reading(self.log, self.config, self.watch);
         let (workers, done) = each_frame_in_parts(reading, workers, pauses)?;

@@ -40,6 +40,7 @@ mod plan;
 mod pose;
 mod report;
 mod sanity;
+mod schedule;
 mod trails;
 mod watch;
 

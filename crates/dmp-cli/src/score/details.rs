@@ -91,10 +91,12 @@ fn effort(out: &mut impl Write, report: &Report) -> io::Result<()> {
     )?;
     writeln!(
         out,
-        "Memory  peak {} of {}; {} of scratch files, {}",
+        "Memory  peak {} of {}; {} of scratch files, {} for {} of {}",
         memory.peak_anon_bytes.map_or(NONE.to_owned(), text::bytes),
         text::bytes(memory.budget_bytes as u64),
         text::bytes(memory.scratch_bytes),
-        text::counted(memory.tile_loads, "tile load")
+        text::counted(memory.tile_loads, "tile load"),
+        text::counted(memory.tile_visits, "visit"),
+        text::counted(memory.tiles_in_reach, "tile")
     )
 }

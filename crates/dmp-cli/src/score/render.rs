@@ -284,7 +284,7 @@ Scores compare runs of this log under these settings only.
             "truth   größe  R_cv 0.2 m        -0.00508  -0.00614 to -0.00402         876,543\n",
             "  99 % interval      2.00 to 2.50  2.20 to 2.75             –\n",
             "dropped: too near     30,000\n",
-            "Memory  peak 300 MiB of 2.00 GiB; 0 B of scratch files, 182 tile loads\n",
+            "Memory  peak 300 MiB of 2.00 GiB; 0 B of scratch files, 182 tile loads for 182 visits of 160 tiles\n",
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }

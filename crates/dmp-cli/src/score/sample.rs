@@ -190,6 +190,8 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             peak_anon_bytes: Some(300 << 20),
             scratch_bytes: 0,
             tile_loads: 182,
+            tiles_in_reach: 160,
+            tile_visits: 182,
         },
         tiles: Vec::new(),
     }

@@ -95,6 +95,8 @@ pub(crate) fn build(
             peak_anon_bytes: memory::peak_anonymous_bytes(),
             scratch_bytes: maps.scratch_bytes,
             tile_loads: scored.tile_loads,
+            tiles_in_reach: scored.tiles_in_reach,
+            tile_visits: scored.tile_visits,
         },
         tiles: tile_reports(scored),
     };

@@ -339,6 +339,10 @@ pub struct MemoryReport {
     pub scratch_bytes: u64,
     /// How often a tile was loaded.
     pub tile_loads: u64,
+    /// Tiles of all maps that were ever within the sensor's reach.
+    pub tiles_in_reach: u64,
+    /// How often they came into it: no tile is loaded more often where the memory holds those in reach at once.
+    pub tile_visits: u64,
 }
 
 /// The sums of one run's returns that lie in one tile.
