@@ -28,6 +28,8 @@ pub(crate) enum OutputFormat {
 pub(crate) enum CompressionArg {
     /// The smallest file
     Zstd,
+    /// Nearly as small, in half the time
+    ZstdFast,
     /// Faster to write
     Lz4,
     /// Fastest to read
@@ -79,6 +81,7 @@ impl LogWriter {
         let Some(format) = format.folder() else {
             let compression = match compression {
                 CompressionArg::Zstd => McapCompression::Zstd,
+                CompressionArg::ZstdFast => McapCompression::ZstdFast,
                 CompressionArg::Lz4 => McapCompression::Lz4,
                 CompressionArg::None => McapCompression::None,
             };

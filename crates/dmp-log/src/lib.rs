@@ -84,7 +84,7 @@ pub use trajectory::{
     GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,
     TrajectoryParseError, is_bag, parse_euroc, parse_g2o, parse_kitti, parse_npy, parse_raw, parse_tum,
     read_raw_trajectory, read_topic_trajectory, read_trajectory, read_trajectory_as, write_euroc,
-    write_kitti, write_times, write_tum,
+    write_kitti, write_times, write_tum, write_tum_poses,
 };
 pub use unit::LengthUnit;
 pub use write_folder::{FolderFormat, FolderScanWriter};

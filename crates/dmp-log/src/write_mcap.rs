@@ -19,6 +19,8 @@ pub enum McapCompression {
     /// The smallest file.
     #[default]
     Zstd,
+    /// Zstd at its lowest level.
+    ZstdFast,
     /// Larger, and faster to write.
     Lz4,
     /// The fastest to read, by several times.
@@ -80,8 +82,10 @@ impl McapScanWriter {
     pub fn create(path: &Path, options: &McapWriterOptions) -> Result<Self, LogError> {
         let (pending, file) = Pending::file(path)?;
         let mcap_error = |error| mcap_error(path, error);
+        // Level 0 is that which the library has for its default.
+        let level = u32::from(options.compression == McapCompression::ZstdFast);
         let compression = match options.compression {
-            McapCompression::Zstd => Some(mcap::Compression::Zstd),
+            McapCompression::Zstd | McapCompression::ZstdFast => Some(mcap::Compression::Zstd),
             McapCompression::Lz4 => Some(mcap::Compression::Lz4),
             McapCompression::None => None,
         };
@@ -89,6 +93,7 @@ impl McapScanWriter {
             .profile("ros2")
             .library("dmp-log")
             .compression(compression)
+            .compression_level(level)
             // More threads would cut the data at places that depend on them.
             .compression_threads(0)
             .chunk_size(Some(options.chunk_bytes))

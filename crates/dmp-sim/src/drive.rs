@@ -1,13 +1,13 @@
 use std::ops::Range;
 
-use dmp_sensor::{Isometry3, Trajectory, TrajectoryError, Translation3, UnitQuaternion};
+use dmp_sensor::{Isometry3, Trajectory, TrajectoryError};
 
 use crate::error::{SimError, require};
 use crate::path::{Path, STEP_M, hermite};
 use crate::profile::Profile;
 use crate::random::Random;
 use crate::route::Route;
-use crate::sway::{Sway, Sways};
+use crate::sway::{Stance, Sway, Sways};
 use crate::town::{Town, TownOptions};
 
 /// The drive goes on for this long before the first and after the last instant asked for.
@@ -146,29 +146,15 @@ impl<'a> Drive<'a> {
         let time_s = time_s.clamp(-MARGIN_S, self.options.duration_s + MARGIN_S);
         let path_m = self.plan.path_m(time_s);
         let at = self.plan.path.at(path_m);
-        let Sways { beside, beside_unit_m: unit_m, .. } = &self.sways;
-        let beside_m = beside.at(path_m / unit_m);
-        let step_m = 1e-3;
-        let drift = (beside.at((path_m + step_m) / unit_m) - beside_m) / step_m;
-        let (sin, cos) = libm::sincos(at.heading_rad);
-        let (x, y) = (at.x - sin * beside_m, at.y + cos * beside_m);
-        let yaw = at.heading_rad + libm::atan2(drift, 1.0 - at.curvature * beside_m);
-
-        let (floor_m, pitch, roll) = if let Some(profile) = &self.plan.profile {
-            let (height_m, slope) = profile.at(path_m);
-            (height_m, -LEAN * libm::atan(slope), 0.0)
+        let on_map = self.sways.on_map(&at, path_m);
+        let stance = if let Some(profile) = &self.plan.profile {
+            let (floor_m, slope) = profile.at(path_m);
+            Stance { floor_m, pitch: -LEAN * libm::atan(slope), roll: 0.0 }
         } else {
-            let [slope_x, slope_y] = self.town.slope(x, y);
-            let (sin, cos) = libm::sincos(yaw);
-            // Uphill lifts the nose (negative pitch), rising ground on the left lifts the left side.
-            let pitch = -libm::atan(slope_x * cos + slope_y * sin);
-            (self.town.ground_m(x, y), pitch, libm::atan(slope_y * cos - slope_x * sin))
+            let [x, y, yaw] = on_map;
+            Stance::on_ground(self.town.ground_m(x, y), self.town.slope(x, y), yaw)
         };
-        let pitch = pitch + self.sways.pitch.at(time_s);
-        let roll = roll + self.sways.roll.at(time_s);
-        let yaw = yaw + self.sways.yaw.at(time_s);
-        let z = floor_m + self.options.height_m + self.sways.heave.at(time_s);
-        Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
+        self.sways.pose(on_map, &stance, self.options.height_m, time_s)
     }
 
     /// The true trajectory, `rate_hz` poses a second from just before the start to just after the end.

@@ -27,6 +27,7 @@
 //! # Ok::<(), dmp_sim::SimError>(())
 //! ```
 
+mod city;
 mod drive;
 mod error;
 mod errors;
@@ -40,6 +41,7 @@ mod simulation;
 mod sway;
 mod town;
 
+pub use city::{CityOptions, CityRecording};
 pub use drive::{Drive, DriveOptions};
 pub use error::SimError;
 pub use errors::{Noise, SlamErrors, ate_rmse_m, close_loop};

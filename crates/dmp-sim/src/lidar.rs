@@ -37,6 +37,11 @@ impl Lidar {
         &self.options
     }
 
+    /// Sine and cosine of each beam's elevation, lowest first.
+    pub(crate) fn elevations(&self) -> &[(f64, f64)] {
+        &self.elevations
+    }
+
     /// When sweep number `index` of a drive starts.
     pub fn stamp_ns(&self, start_ns: i64, index: usize) -> i64 {
         start_ns + libm::round(index as f64 * 1e9 / self.options.rate_hz) as i64
@@ -84,7 +89,7 @@ impl Lidar {
     }
 
     /// The bearing that the sensor believes it fired along.
-    fn reported(&self, fired: Vector3<f64>, random: &mut Random) -> Vector3<f64> {
+    pub(crate) fn reported(&self, fired: Vector3<f64>, random: &mut Random) -> Vector3<f64> {
         let sigma = self.options.bearing_noise_rad;
         if sigma == 0.0 {
             return fired;
@@ -113,7 +118,7 @@ impl Lidar {
         let range_m =
             hit.filter(|hit| !lost && self.sees(hit)).map(|hit| hit.range_m + options.range_noise_m * noise);
         match range_m.filter(|&range_m| range_m >= options.min_range_m) {
-            Some(range_m) => Some((told * range_m).map(|c| round_to(c, options.resolution_m) as f32).into()),
+            Some(range_m) => Some(self.rounded(told * range_m)),
             None => match options.no_return {
                 NoReturn::Omitted => None,
                 NoReturn::Zero => Some([0.0; 3]),
@@ -122,8 +127,13 @@ impl Lidar {
         }
     }
 
+    /// A point as it is told.
+    pub(crate) fn rounded(&self, point: Vector3<f64>) -> [f32; 3] {
+        point.map(|c| round_to(c, self.options.resolution_m) as f32).into()
+    }
+
     /// Whether enough light comes back.
-    fn sees(&self, hit: &Hit) -> bool {
+    pub(crate) fn sees(&self, hit: &Hit) -> bool {
         let nearer = self.options.max_range_m / hit.range_m;
         hit.range_m <= self.options.max_range_m
             && hit.reflectivity * hit.cos_incidence * nearer * nearer >= NOMINAL_REFLECTIVITY

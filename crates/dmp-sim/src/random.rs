@@ -24,14 +24,15 @@ impl Random {
         Self { state: path.iter().fold(mix(seed.wrapping_add(STRIDE)), |state, &word| key(state, word)) }
     }
 
-    fn next(&mut self) -> u64 {
+    /// 64 random bits.
+    pub(crate) fn word(&mut self) -> u64 {
         self.state = self.state.wrapping_add(STRIDE);
         mix(self.state)
     }
 
     /// In [0, 1), on the lattice of 2⁻⁵³.
     pub(crate) fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
+        (self.word() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
@@ -60,7 +61,7 @@ mod tests {
 
     #[test]
     fn the_same_place_gives_the_same_numbers_and_another_does_not() {
-        let first = |seed, path: &[u64]| Random::new(seed, path).next();
+        let first = |seed, path: &[u64]| Random::new(seed, path).word();
         assert_eq!(first(1, &[2, 3]), first(1, &[2, 3]));
         let all =
             [first(1, &[2, 3]), first(1, &[3, 2]), first(2, &[2, 3]), first(1, &[2]), first(1, &[2, 3, 0])];

@@ -116,13 +116,13 @@ fn west_of([x, y]: [f64; 2]) -> [f64; 2] {
     [x - RUN_IN_M, y]
 }
 
-fn corner(length_m: f64, sign: f64) -> Piece {
+pub(crate) fn corner(length_m: f64, sign: f64) -> Piece {
     Piece { length_m, turn_rad: sign * FRAC_PI_2 }
 }
 
 /// From the middles of the streets to the right-hand lanes: where the lanes of two legs, at right angles,
 /// cross. Both offsets add up there, each along its own axis.
-fn lane(nodes: &[[f64; 2]]) -> Vec<[f64; 2]> {
+pub(crate) fn lane(nodes: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let right = |a: [f64; 2], b: [f64; 2]| {
         let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
         let length = libm::hypot(dx, dy);

@@ -1,6 +1,9 @@
 //! `dmp simulate`: logs and trajectories with known truth.
 
+mod city;
 mod errors;
+mod progress;
+mod recording;
 mod town;
 
 use clap::Subcommand;
@@ -13,6 +16,7 @@ use crate::{Common, Exit};
 #[derive(Debug, Subcommand)]
 pub(crate) enum Simulate {
     Town(town::TownArgs),
+    City(city::CityArgs),
     Errors(errors::ErrorsArgs),
 }
 
@@ -20,6 +24,7 @@ impl Simulate {
     pub(crate) fn run(&self, common: &Common, out: &mut impl std::io::Write) -> anyhow::Result<Exit> {
         match self {
             Self::Town(arguments) => town::run(arguments, common, out),
+            Self::City(arguments) => city::run(arguments, common, out),
             Self::Errors(arguments) => errors::run(arguments, common, out),
         }
     }

@@ -20,7 +20,7 @@ pub use npy::parse_npy;
 pub use raw::{RawTrajectory, parse_raw, read_raw_trajectory};
 pub use stamps::write_times;
 pub use topic::{PoseTopic, TopicTrajectory, is_bag, read_topic_trajectory};
-pub use tum::{parse_tum, write_tum};
+pub use tum::{parse_tum, write_tum, write_tum_poses};
 
 use crate::text::is_cut;
 use crate::{LogError, ParseError, Place, fingerprint};

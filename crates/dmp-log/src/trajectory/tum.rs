@@ -37,8 +37,20 @@ pub fn write_tum(out: &mut impl Write, trajectory: &Trajectory) -> io::Result<()
         let problem = "the TUM format needs stamps, and the trajectory has none";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
     };
+    write_tum_poses(out, stamps_ns.iter().copied().zip(trajectory.poses().iter().copied()))
+}
+
+/// Writes the TUM format pose by pose, so that none need be held: stamps in nanoseconds, which ascend, and
+/// `world_from_body`.
+///
+/// # Errors
+/// As `out` does.
+pub fn write_tum_poses(
+    out: &mut impl Write,
+    poses: impl IntoIterator<Item = (i64, Isometry3<f64>)>,
+) -> io::Result<()> {
     writeln!(out, "# timestamp tx ty tz qx qy qz qw")?;
-    for (&stamp_ns, pose) in stamps_ns.iter().zip(trajectory.poses()) {
+    for (stamp_ns, pose) in poses {
         let [tx, ty, tz] = pose.translation.vector.into();
         let [qx, qy, qz, qw]: [f64; 4] = pose.rotation.coords.into();
         writeln!(out, "{} {tx} {ty} {tz} {qx} {qy} {qz} {qw}", ns_to_seconds(stamp_ns))?;

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use super::ground::Ground;
+use super::ground::Relief;
 use super::shape::Shape;
 use super::{Solid, Surface};
 use crate::random::Random;
@@ -13,7 +13,7 @@ struct Frontage<'a> {
     corner: [f64; 2],
     along: [f64; 2],
     inward: [f64; 2],
-    ground: &'a Ground,
+    ground: &'a dyn Relief,
     solids: &'a mut Vec<Solid>,
 }
 
@@ -44,11 +44,19 @@ impl Frontage<'_> {
     }
 }
 
+/// How high the houses of a block are: `least` storeys or up to `choices` − 1 more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Storeys {
+    pub(crate) least: usize,
+    pub(crate) choices: usize,
+}
+
 /// Fills a block, from its south-western `corner`, with a row of houses along each of its four sides.
-pub(super) fn build_block(
+pub(crate) fn build_block(
     corner: [f64; 2],
     size: [f64; 2],
-    ground: &Ground,
+    storeys: Storeys,
+    ground: &dyn Relief,
     random: &mut Random,
     solids: &mut Vec<Solid>,
 ) {
@@ -69,7 +77,7 @@ pub(super) fn build_block(
             if length_m - to < 5.0 {
                 to = length_m;
             }
-            build_house(&mut frontage, [from, to], depth_m, random);
+            build_house(&mut frontage, [from, to], depth_m, storeys, random);
             from = to + if random.chance(0.2) { random.between(1.2, 3.0) } else { 0.0 };
         }
     }
@@ -77,10 +85,10 @@ pub(super) fn build_block(
 
 /// One large building over `area` (from–to east and north), `top_m` high: a core, and on its four sides a
 /// lattice of pillars and bands before the windows.
-pub(super) fn build_hall(
+pub(crate) fn build_hall(
     area: [[f64; 2]; 2],
     top_m: f64,
-    ground: &Ground,
+    ground: &dyn Relief,
     random: &mut Random,
     solids: &mut Vec<Solid>,
 ) {
@@ -123,13 +131,19 @@ pub(super) fn build_hall(
     }
 }
 
-fn build_house(frontage: &mut Frontage<'_>, [from, to]: [f64; 2], depth_m: f64, random: &mut Random) {
+fn build_house(
+    frontage: &mut Frontage<'_>,
+    [from, to]: [f64; 2],
+    depth_m: f64,
+    storeys: Storeys,
+    random: &mut Random,
+) {
     let garden = random.chance(0.2);
     let front = if garden { random.between(2.0, 3.0) } else { random.between(0.0, 0.8) };
     let [a, b] = [from, to].map(|along| frontage.ground_m(along, front));
     // The ground floor starts at the middle of the slope, the walls reach below its lower end.
     let (base, low) = (f64::midpoint(a, b), a.min(b) - 1.5);
-    let floors = 2 + random.index(3);
+    let floors = storeys.least + random.index(storeys.choices);
     let floor_m = random.between(2.8, 3.4);
     let top = base + floor_m * floors as f64 + random.between(0.3, 1.2);
     let recess = random.between(0.12, 0.4);

@@ -18,6 +18,12 @@ struct Wave {
     phase_rad: f64,
 }
 
+/// The ground that something stands on.
+pub(crate) trait Relief {
+    /// Height at a place, metres.
+    fn height_m(&self, x: f64, y: f64) -> f64;
+}
+
 /// A height over every place of the world.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Ground {
@@ -48,10 +54,6 @@ impl Ground {
             slope += w.vector * (w.height_m * cos);
         }
         (height_m, slope)
-    }
-
-    pub(crate) fn height_m(&self, x: f64, y: f64) -> f64 {
-        self.at(x, y).0
     }
 
     /// Where the ray meets the ground before `far_m`; `None` where it does not, or starts below.
@@ -88,6 +90,12 @@ impl Ground {
         }
         let normal = Vector3::new(-slope.x, -slope.y, 1.0).normalize();
         (range_m <= far_m).then_some(Entry { range_m, normal })
+    }
+}
+
+impl Relief for Ground {
+    fn height_m(&self, x: f64, y: f64) -> f64 {
+        self.at(x, y).0
     }
 }
 

@@ -1,21 +1,21 @@
-mod building;
+pub(crate) mod building;
 mod campus;
 mod grid;
-mod ground;
-mod shape;
-mod street;
+pub(crate) mod ground;
+pub(crate) mod shape;
+pub(crate) mod street;
 mod traffic;
 
 use nalgebra::Vector3;
 
 use crate::error::{SimError, require};
 use crate::random::Random;
-use building::build_block;
+use building::{Storeys, build_block};
 pub(crate) use campus::{WALK, walkable_m};
 use grid::Grid;
-use ground::Ground;
+use ground::{Ground, Relief as _};
 pub(crate) use shape::Shape;
-use street::furnish_street;
+use street::{CROSSING_M, Stretch, furnish_street};
 pub(crate) use traffic::LANE_M;
 use traffic::MovingCar;
 
@@ -88,6 +88,9 @@ impl Default for TownOptions {
 /// A block takes about 30 kB of memory.
 const MOST_BLOCKS: usize = 20_000;
 
+/// The houses of a town.
+const HOUSES: Storeys = Storeys { least: 2, choices: 3 };
+
 /// A solid thing of the town.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Solid {
@@ -134,7 +137,7 @@ impl Town {
                 let mut random = Random::new(seed, &[b'b'.into(), i as u64, j as u64]);
                 let corner = [i as f64 * block_m[0] + street_m / 2.0, j as f64 * block_m[1] + street_m / 2.0];
                 let size = block_m.map(|pitch| pitch - street_m);
-                build_block(corner, size, &ground, &mut random, &mut solids);
+                build_block(corner, size, HOUSES, &ground, &mut random, &mut solids);
             }
         }
         for j in 0..=blocks[1] {
@@ -142,7 +145,16 @@ impl Town {
                 for axis in 0..2 {
                     if [i, j][axis] < blocks[axis] {
                         let mut random = Random::new(seed, &[b's'.into(), i as u64, j as u64, axis as u64]);
-                        furnish_street([i, j], axis, &options, &ground, &mut random, &mut solids);
+                        let stretch = Stretch {
+                            start: [i as f64 * block_m[0], j as f64 * block_m[1]],
+                            axis,
+                            length_m: block_m[axis],
+                            width_m: street_m,
+                            clear_m: [CROSSING_M; 2],
+                            corner_m: street_m / 2.0,
+                            parked: options.parked,
+                        };
+                        furnish_street(&stretch, &ground, &mut random, &mut solids);
                     }
                 }
             }

@@ -2,24 +2,41 @@
 
 use nalgebra::Vector3;
 
-use super::ground::Ground;
+use super::ground::Relief;
 use super::shape::Shape;
-use super::{Solid, Surface, TownOptions};
+use super::{Solid, Surface};
 use crate::random::Random;
 
 /// Along a street, nothing stands nearer than this to the middle of a crossing, metres.
-const CROSSING_M: f64 = 10.5;
+pub(crate) const CROSSING_M: f64 = 10.5;
 
-/// Furnishes the stretch of street from the crossing `node` to the next, east (`axis` 0) or north (1).
-pub(super) fn furnish_street(
-    node: [usize; 2],
-    axis: usize,
-    options: &TownOptions,
-    ground: &Ground,
+/// A street from one crossing to the next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stretch {
+    /// Middle of the first crossing, metres.
+    pub(crate) start: [f64; 2],
+    /// It leads east (0) or north (1).
+    pub(crate) axis: usize,
+    /// To the middle of the other crossing, metres.
+    pub(crate) length_m: f64,
+    /// From façade to façade, metres.
+    pub(crate) width_m: f64,
+    /// What is kept free from the middle of the first and of the other crossing, metres.
+    pub(crate) clear_m: [f64; 2],
+    /// Half the width of the street that crosses at the start, metres.
+    pub(crate) corner_m: f64,
+    /// Share of the kerb that has cars parked on it.
+    pub(crate) parked: f64,
+}
+
+/// Furnishes a stretch of street.
+pub(crate) fn furnish_street(
+    stretch: &Stretch,
+    ground: &dyn Relief,
     random: &mut Random,
     solids: &mut Vec<Solid>,
 ) {
-    let start = [0, 1].map(|k| node[k] as f64 * options.block_m[k]);
+    let Stretch { start, axis, .. } = *stretch;
     let place = |along_m: f64, side_m: f64| {
         let [x, y] = if axis == 0 {
             [start[0] + along_m, start[1] - side_m]
@@ -28,10 +45,10 @@ pub(super) fn furnish_street(
         };
         Vector3::new(x, y, ground.height_m(x, y))
     };
-    let half_m = options.street_m / 2.0;
-    let end = options.block_m[axis] - CROSSING_M;
+    let half_m = stretch.width_m / 2.0;
+    let [clear_m, end] = [stretch.clear_m[0], stretch.length_m - stretch.clear_m[1]];
     for side in [1.0, -1.0] {
-        let mut along = CROSSING_M + random.between(0.0, 3.0);
+        let mut along = clear_m + random.between(0.0, 3.0);
         while along < end {
             let foot = place(along, side * (half_m - 0.9));
             match random.index(10) {
@@ -42,9 +59,9 @@ pub(super) fn furnish_street(
             }
             along += random.between(4.0, 8.0);
         }
-        let mut along = CROSSING_M + 2.3;
+        let mut along = clear_m + 2.3;
         while along < end - 2.3 {
-            if random.chance(options.parked) {
+            if random.chance(stretch.parked) {
                 let middle = place(along, side * (half_m - 2.0 + random.between(-0.1, 0.1)));
                 let across = std::f64::consts::FRAC_PI_2 * axis as f64;
                 let yaw = across + random.between(-0.04, 0.04);
@@ -56,18 +73,18 @@ pub(super) fn furnish_street(
     // Lights and signs at the crossing itself.
     for side in [1.0, -1.0] {
         if random.chance(0.7) {
-            let foot = place(half_m - 0.5, side * (half_m - 0.5));
+            let foot = place(stretch.corner_m - 0.5, side * (half_m - 0.5));
             put_pole(foot, random.between(2.5, 6.0), random.between(0.05, 0.1), solids);
         }
     }
 }
 
-pub(super) fn put_pole(foot: Vector3<f64>, height_m: f64, radius_m: f64, solids: &mut Vec<Solid>) {
+pub(crate) fn put_pole(foot: Vector3<f64>, height_m: f64, radius_m: f64, solids: &mut Vec<Solid>) {
     let shape = Shape::Cylinder { foot: foot - Vector3::z(), radius_m, height_m: height_m + 1.0 };
     solids.push(Solid { shape, reflectivity: 0.4, surface: Surface::Pole });
 }
 
-pub(super) fn plant_tree(foot: Vector3<f64>, random: &mut Random, solids: &mut Vec<Solid>) {
+pub(crate) fn plant_tree(foot: Vector3<f64>, random: &mut Random, solids: &mut Vec<Solid>) {
     let crown_m = random.between(3.6, 5.0);
     let (radius_m, foot_m) = (random.between(0.1, 0.22), foot - Vector3::z());
     let trunk = Shape::Cylinder { foot: foot_m, radius_m, height_m: crown_m + 1.0 };
@@ -81,7 +98,7 @@ pub(super) fn plant_tree(foot: Vector3<f64>, random: &mut Random, solids: &mut V
 }
 
 /// A car on the ground at `middle`: a body and a cabin.
-pub(super) fn car(middle: Vector3<f64>, yaw_rad: f64, reflectivity: f64, surface: Surface) -> [Solid; 2] {
+pub(crate) fn car(middle: Vector3<f64>, yaw_rad: f64, reflectivity: f64, surface: Surface) -> [Solid; 2] {
     let (sin_yaw, cos_yaw) = libm::sincos(yaw_rad);
     let part = |back_m: f64, height_m: f64, half: [f64; 3]| {
         let centre = middle + Vector3::new(-cos_yaw * back_m, -sin_yaw * back_m, height_m);

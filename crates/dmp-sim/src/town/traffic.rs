@@ -1,6 +1,6 @@
 use nalgebra::Vector3;
 
-use super::ground::Ground;
+use super::ground::Relief;
 use super::street::car;
 use super::{Solid, Surface, TownOptions};
 use crate::random::Random;
@@ -59,7 +59,7 @@ impl MovingCar {
         direction: Vector3<f64>,
         far_m: f64,
         time_s: f64,
-        ground: &Ground,
+        ground: &dyn Relief,
     ) -> Option<[Solid; 2]> {
         let along_m = (self.along_m + self.speed_m_s * time_s).rem_euclid(self.length_m);
         let [x, y] = [0, 1].map(|k| self.start[k] + self.heading[k] * along_m);
@@ -82,6 +82,7 @@ impl MovingCar {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::town::ground::Ground;
 
     #[test]
     fn a_car_is_met_where_it_is_at_that_time_and_only_in_its_lane() {

@@ -1,0 +1,52 @@
+use std::cell::Cell;
+use std::io::IsTerminal as _;
+use std::time::Instant;
+
+use dmp_sensor::Scan;
+use indicatif::{HumanBytes, ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::Common;
+
+/// Bytes of a return in a packed log, about: what is told of the size is for the disk's owner to plan with.
+const PACKED_BYTES: f64 = 7.5;
+
+/// How far a simulation is, on standard error where that is a terminal. Gone when dropped.
+#[derive(Debug)]
+pub(super) struct Progress {
+    bar: ProgressBar,
+    scans: usize,
+    returns: Cell<u64>,
+    since: Instant,
+}
+
+impl Progress {
+    pub(super) fn new(common: &Common, scans: usize) -> Self {
+        let shown = !common.quiet && !common.no_progress && std::io::stderr().is_terminal();
+        let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let bar = ProgressBar::with_draw_target(Some(scans as u64), target);
+        // The template is fixed: a wrong one would show in any run on a terminal.
+        let style = ProgressStyle::with_template("{bar:30} {pos}/{len} scans, {msg}, {eta} left");
+        let bar = style.map(|style| bar.clone().with_style(style)).unwrap_or(bar);
+        Self { bar, scans, returns: Cell::new(0), since: Instant::now() }
+    }
+
+    /// A scan is in the log.
+    pub(super) fn written(&self, scan: &Scan) {
+        let returns = self.returns.get() + scan.len() as u64;
+        self.returns.set(returns);
+        self.bar.inc(1);
+        if self.bar.is_hidden() || self.bar.position() % 16 != 1 {
+            return;
+        }
+        let per_s = returns as f64 / self.since.elapsed().as_secs_f64().max(1e-3);
+        let whole = returns as f64 * self.scans as f64 / self.bar.position() as f64 * PACKED_BYTES;
+        let size = HumanBytes(whole as u64);
+        self.bar.set_message(format!("{:.1} M returns/s, about {size} in the end", per_s * 1e-6));
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,22 @@
+//! A city without end, made where the sensor is.
+//!
+//! `plan`, `terrain` and `block` say what stands where; `tour`, `way` and `drive` lead through it; `form`,
+//! `column`, `beams`, `view` and `profile` find what beams meet, and `scanner` makes scans of it.
+
+mod beams;
+mod block;
+mod blocks;
+mod column;
+mod drive;
+mod form;
+mod noise;
+mod plan;
+mod profile;
+mod recording;
+mod scanner;
+mod terrain;
+mod tour;
+mod view;
+mod way;
+
+pub use recording::{CityOptions, CityRecording};

@@ -1,0 +1,101 @@
+use dmp_sensor::{Isometry3, Scan};
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+
+use crate::city::blocks::Blocks;
+use crate::city::drive::{CityDrive, START_NS};
+use crate::city::plan::Plan;
+use crate::city::scanner::Scanner;
+use crate::error::{SimError, require};
+use crate::lidar::Lidar;
+use crate::lidar_options::LidarOptions;
+
+/// Scans that are measured at the same time, on all threads, and held in memory together.
+const BATCH: usize = 16;
+
+/// A recording of a drive through a city without end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CityOptions {
+    /// Seed of the city, the drive and the noise.
+    pub seed: u64,
+    /// Length of the drive, metres.
+    pub travel_m: f64,
+    /// Share of the way that is driven for a second time: of short drives, which have no room for a round, less.
+    /// With 0 the road never comes within 250 m of where it was, but for the last 400 m of the way.
+    pub revisit_share: f64,
+    /// Speed on a straight street, metres per second; curves are slower.
+    pub speed_m_s: f64,
+    /// The sensor; its seed is that of the recording.
+    pub lidar: LidarOptions,
+}
+
+/// The scans of a drive through a city, and the truth about it.
+///
+/// The city has no end: its streets, blocks and hills follow from the seed and their place, and only those in
+/// reach of the sensor are held. So memory does not grow with the length of the drive but for some 100 bytes a
+/// corner of the road. It has houses, halls, parks and squares, trees, poles and parked cars; nothing moves.
+#[derive(Debug, Clone)]
+pub struct CityRecording {
+    plan: Plan,
+    drive: CityDrive,
+    scanner: Scanner,
+    speed_m_s: f64,
+    travel_m: f64,
+}
+
+impl CityRecording {
+    /// Plans the drive.
+    ///
+    /// # Errors
+    /// When a number is outside its range.
+    pub fn new(options: &CityOptions) -> Result<Self, SimError> {
+        let CityOptions { seed, travel_m, revisit_share, speed_m_s, .. } = *options;
+        require((50.0..=1e6).contains(&travel_m), "the travel in m", "from 50 to 1000000", travel_m)?;
+        let share = (0.0..=0.9).contains(&revisit_share);
+        require(share, "the share of the way that is revisited", "from 0 to 0.9", revisit_share)?;
+        require((0.5..=40.0).contains(&speed_m_s), "the speed in m/s", "from 0.5 to 40", speed_m_s)?;
+        let lidar = Lidar::new(LidarOptions { seed, ..options.lidar.clone() })?;
+        let plan = Plan { seed };
+        let drive = CityDrive::new(plan, travel_m, revisit_share, speed_m_s);
+        Ok(Self { plan, drive, scanner: Scanner::new(lidar), speed_m_s, travel_m })
+    }
+
+    /// Number of scans.
+    #[expect(clippy::len_without_is_empty, reason = "a recording has at least one scan")]
+    pub fn len(&self) -> usize {
+        (self.drive.duration_s * self.scanner.lidar.options().rate_hz).floor().max(1.0) as usize
+    }
+
+    /// All scans in order, measured on all threads, a few at a time.
+    pub fn scans(&self) -> impl Iterator<Item = Scan> {
+        let mut blocks = Blocks::new(self.plan);
+        let reach_m = self.scanner.reach_m(self.speed_m_s);
+        (0..self.len()).step_by(BATCH).flat_map(move |first| {
+            let batch = first..(first + BATCH).min(self.len());
+            let places = batch.clone().map(|index| self.drive.place(self.scanner.stamp_ns(index)));
+            blocks.keep_around(places, reach_m);
+            let blocks = &blocks;
+            let measured = batch.into_par_iter();
+            let measured = measured.map(|index| self.scanner.scan(&self.drive, blocks, reach_m, index));
+            measured.collect::<Vec<Scan>>()
+        })
+    }
+
+    /// The true poses, `world_from_sensor`, `rate_hz` of them a second, from just before the first scan to just
+    /// after the last.
+    ///
+    /// # Errors
+    /// When the rate is below 1 Hz or above 10 kHz.
+    pub fn poses(&self, rate_hz: f64) -> Result<impl ExactSizeIterator<Item = (i64, Isometry3<f64>)>, SimError> {
+        require((1.0..=1e4).contains(&rate_hz), "the rate of the poses in Hz", "from 1 to 10000", rate_hz)?;
+        let count = (self.drive.duration_s * rate_hz).ceil() as usize + 3;
+        Ok((0..count).map(move |k| {
+            let stamp_ns = START_NS + libm::round((k as f64 - 1.0) * 1e9 / rate_hz) as i64;
+            (stamp_ns, self.drive.world_from_body_at(stamp_ns))
+        }))
+    }
+
+    /// Length of the way, metres, and the share of it that is driven for a second time or more.
+    pub fn travel_and_revisits(&self) -> (f64, f64) {
+        (self.travel_m, self.drive.revisited)
+    }
+}

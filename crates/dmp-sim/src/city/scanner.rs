@@ -1,0 +1,205 @@
+use std::f64::consts::{PI, TAU};
+
+use dmp_sensor::{Isometry3, Scan, Vector3};
+
+use crate::city::beams::Beams;
+use crate::city::blocks::Blocks;
+use crate::city::column::{GROUND, Group, LANES, NOTHING};
+use crate::city::drive::{CityDrive, START_NS};
+use crate::city::noise::Normal;
+use crate::city::profile::{Profile, refine};
+use crate::city::terrain::Patch;
+use crate::city::view::{Frame, View};
+use crate::lidar::Lidar;
+use crate::lidar_options::{LidarOptions, NoReturn, Sweep};
+use crate::random::Random;
+use crate::town::{Hit, Surface};
+
+/// The ground is at hand for this much more than the range of the sensor, metres.
+const BEYOND_M: f64 = 16.0;
+/// Share of the light that comes back from the ground.
+const GROUND_REFLECTIVITY: f64 = 0.25;
+
+/// Measures the scans of a drive through a city.
+///
+/// All beams of a firing start at one point and lie in one plane. So the forms are sorted once a scan into
+/// sectors of the horizon, nearest first, and met with eight beams at a time; the ground is looked at once a
+/// firing.
+#[derive(Debug, Clone)]
+pub(crate) struct Scanner {
+    pub(crate) lidar: Lidar,
+    beams: Beams,
+    normal: Normal,
+}
+
+/// One firing: where it starts, its axes, and its beams.
+struct Firing<'a> {
+    pose: &'a Isometry3<f64>,
+    /// Sine and cosine of the azimuth.
+    azimuth: (f64, f64),
+    groups: Vec<Group>,
+    /// Slope of the ground where a beam met it.
+    slopes: Vec<[f64; 2]>,
+    profile: Profile,
+}
+
+impl Scanner {
+    pub(crate) fn new(lidar: Lidar) -> Self {
+        Self { beams: Beams::new(lidar.elevations()), lidar, normal: Normal::new() }
+    }
+
+    /// What must be at hand of the city around the place of a scan, metres.
+    pub(crate) fn reach_m(&self, speed_m_s: f64) -> f64 {
+        self.lidar.options().max_range_m + speed_m_s * 1.2 / self.lidar.options().rate_hz + 1.0
+    }
+
+    pub(crate) fn stamp_ns(&self, index: usize) -> i64 {
+        self.lidar.stamp_ns(START_NS, index)
+    }
+
+    /// Sweep number `index` of a drive.
+    pub(crate) fn scan(&self, drive: &CityDrive, blocks: &Blocks, reach_m: f64, index: usize) -> Scan {
+        let LidarOptions { azimuth_steps, sweep, max_range_m, rate_hz, .. } = *self.lidar.options();
+        let stamp_ns = self.stamp_ns(index);
+        let place = drive.place(stamp_ns);
+        let ground = drive.terrain.patch(place, reach_m + BEYOND_M);
+        let offset_ns = |firing: usize| (1e9 / rate_hz * (firing as f64 / azimuth_steps as f64)) as i64;
+        let poses: Vec<_> = match sweep {
+            Sweep::Spinning => {
+                (0..azimuth_steps).map(|n| drive.world_from_body_on(&ground, stamp_ns + offset_ns(n))).collect()
+            }
+            Sweep::Instant => vec![drive.world_from_body_on(&ground, stamp_ns); azimuth_steps],
+        };
+        let frame = Frame::new(&poses, max_range_m);
+        let view = View::new(&frame, blocks.around(place, reach_m), &self.beams);
+
+        let mut scan = Scan { stamp_ns: Some(stamp_ns), ..Scan::default() };
+        let most = azimuth_steps * self.beams.elevations.len();
+        scan.points_in_sensor_m.reserve_exact(most);
+        if sweep == Sweep::Spinning {
+            scan.time_offsets_ns.reserve_exact(most);
+        }
+        let mut firing = Firing {
+            pose: &poses[0],
+            azimuth: (0.0, 0.0),
+            groups: Vec::with_capacity(self.beams.group_count()),
+            slopes: vec![[0.0; 2]; self.beams.elevations.len()],
+            profile: Profile::new(max_range_m),
+        };
+        for (n, pose) in poses.iter().enumerate() {
+            firing.pose = pose;
+            firing.azimuth = libm::sincos(TAU * (n as f64 / azimuth_steps as f64) - PI);
+            self.meet_ground(&mut firing, &ground);
+            let start = pose.translation.vector - frame.origin;
+            let start = [start.x as f32, start.y as f32, start.z as f32];
+            let heading = pose.rotation * Vector3::new(firing.azimuth.1, firing.azimuth.0, 0.0);
+            let from = |centre: [f32; 3]| [0, 1, 2].map(|k| centre[k] - start[k]);
+            for &number in view.in_sector(frame.sector(heading)) {
+                let seen = &view.seen[number as usize];
+                let [first, last] = seen.groups.map(usize::from);
+                for group in &mut firing.groups[first..=last] {
+                    if group.farthest_m > seen.near_m {
+                        group.meet(&seen.form, from(seen.form.centre), number);
+                    }
+                }
+            }
+            let random = Random::new(self.lidar.options().seed, &[b'c'.into(), index as u64, n as u64]);
+            self.measure(&firing, random, |number| (view.seen[number as usize].form, from), &mut scan);
+            if sweep == Sweep::Spinning {
+                scan.time_offsets_ns.resize(scan.points_in_sensor_m.len(), offset_ns(n));
+            }
+        }
+        scan
+    }
+
+    /// Aims all beams, and meets them with the ground.
+    fn meet_ground(&self, firing: &mut Firing<'_>, ground: &Patch) {
+        let max_range_m = self.lidar.options().max_range_m;
+        let origin = firing.pose.translation.vector;
+        let (sin, cos) = firing.azimuth;
+        let level = firing.pose.rotation * Vector3::new(cos, sin, 0.0);
+        let up = firing.pose.rotation * Vector3::z();
+        let flat = libm::hypot(level.x, level.y);
+        firing.profile.look(ground, origin, [level.x / flat, level.y / flat]);
+        firing.groups.clear();
+        let (mut step, mut lowest, mut over) = (0, f64::NEG_INFINITY, false);
+        for (number, beams) in self.beams.elevations.chunks(LANES).enumerate() {
+            let mut direction = [[0.0; LANES]; 3];
+            // Beams that are not there have no range to see anything in.
+            let (mut far_m, mut met) = ([0.0; LANES], [NOTHING; LANES]);
+            for (l, &(rise, share)) in beams.iter().enumerate() {
+                let beam = level * share + up * rise;
+                (0..3).for_each(|k| direction[k][l] = beam[k] as f32);
+                far_m[l] = max_range_m as f32;
+                let run = (beam.x * beam.x + beam.y * beam.y).sqrt().max(1e-9);
+                let slope = beam.z / run;
+                if slope < lowest {
+                    (step, over) = (0, false);
+                }
+                lowest = slope;
+                if over {
+                    continue;
+                }
+                let Some((below, range_m)) = firing.profile.first_below(slope, step) else {
+                    over = true;
+                    continue;
+                };
+                step = below;
+                if let Some((range_m, slope)) = refine(ground, origin, beam, range_m / run) {
+                    if range_m < max_range_m {
+                        (far_m[l], met[l]) = (range_m as f32, GROUND);
+                        firing.slopes[number * LANES + l] = slope;
+                    }
+                }
+            }
+            firing.groups.push(Group::new(direction, far_m, met));
+        }
+    }
+
+    /// Turns what the beams met into points.
+    fn measure<F: Fn([f32; 3]) -> [f32; 3]>(
+        &self,
+        firing: &Firing<'_>,
+        mut random: Random,
+        form: impl Fn(u32) -> (crate::city::form::Form, F),
+        scan: &mut Scan,
+    ) {
+        let options = self.lidar.options();
+        let (sin, cos) = firing.azimuth;
+        let lost_below = (options.drop_out * (1u64 << 24) as f64) as u64;
+        let mut aside = Random::new(options.seed, &[b'c'.into(), b'b'.into(), random.word()]);
+        for (beam, &(up, level)) in self.beams.elevations.iter().enumerate() {
+            // Drawn in any case: what one beam meets does not change the noise of the next.
+            let word = random.word();
+            let (group, l) = (&firing.groups[beam / LANES], beam % LANES);
+            let range_m = f64::from(group.far_m[l]);
+            let (cos_incidence, reflectivity) = match group.met[l] {
+                NOTHING => (0.0, 0.0),
+                GROUND => {
+                    let [x, y] = firing.slopes[beam];
+                    let d = [0, 1, 2].map(|k| f64::from(group.direction[k][l]));
+                    ((x * d[0] + y * d[1] - d[2]) / (1.0 + x * x + y * y).sqrt(), GROUND_REFLECTIVITY)
+                }
+                number => {
+                    let (form, from) = form(number);
+                    let cos = group.cos_incidence(l, &form, from(form.centre));
+                    (f64::from(cos), f64::from(form.reflectivity))
+                }
+            };
+            let hit = Hit { range_m, cos_incidence, reflectivity, surface: Surface::Ground };
+            let seen = (word & 0xff_ffff) >= lost_below && self.lidar.sees(&hit);
+            let measured_m = range_m + options.range_noise_m * self.normal.of(word);
+            let fired = Vector3::new(level * cos, level * sin, up);
+            let told = self.lidar.reported(fired, &mut aside);
+            if seen && measured_m >= options.min_range_m {
+                scan.points_in_sensor_m.push(self.lidar.rounded(told * measured_m));
+            } else {
+                match options.no_return {
+                    NoReturn::Omitted => {}
+                    NoReturn::Zero => scan.points_in_sensor_m.push([0.0; 3]),
+                    NoReturn::NotANumber => scan.points_in_sensor_m.push([f32::NAN; 3]),
+                }
+            }
+        }
+    }
+}
