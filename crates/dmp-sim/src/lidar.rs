@@ -118,18 +118,13 @@ impl Lidar {
         let range_m =
             hit.filter(|hit| !lost && self.sees(hit)).map(|hit| hit.range_m + options.range_noise_m * noise);
         match range_m.filter(|&range_m| range_m >= options.min_range_m) {
-            Some(range_m) => Some(self.rounded(told * range_m)),
+            Some(range_m) => Some((told * range_m).map(|c| round_to(c, options.resolution_m) as f32).into()),
             None => match options.no_return {
                 NoReturn::Omitted => None,
                 NoReturn::Zero => Some([0.0; 3]),
                 NoReturn::NotANumber => Some([f32::NAN; 3]),
             },
         }
-    }
-
-    /// A point as it is told.
-    pub(crate) fn rounded(&self, point: Vector3<f64>) -> [f32; 3] {
-        point.map(|c| round_to(c, self.options.resolution_m) as f32).into()
     }
 
     /// Whether enough light comes back.

@@ -23,9 +23,8 @@ pub(crate) fn build(plan: Plan, cell: [i64; 2]) -> Vec<Solid> {
     let terrain = Terrain { plan };
     let mut builder = Builder { terrain, random: plan.random(b'b', &cell), solids: Vec::new() };
     let [here, next] = [0, 1].map(|ahead| [0, 1].map(|axis| plan.street(axis, cell[axis] + ahead)));
-    let area = [0, 1].map(|k| {
-        [here[k].middle_m + here[k].width_m / 2.0, next[k].middle_m - next[k].width_m / 2.0]
-    });
+    let area =
+        [0, 1].map(|k| [here[k].middle_m + here[k].width_m / 2.0, next[k].middle_m - next[k].width_m / 2.0]);
     match plan.usage(cell) {
         Use::Houses(storeys) => builder.houses(area, storeys),
         Use::Lanes(storeys) => builder.lanes(area, storeys),
@@ -76,7 +75,8 @@ impl Builder {
         for hall in 0..count {
             let west = east[0] + width_m * hall as f64;
             let inset = [0; 4].map(|_| self.random.between(1.0, 7.0));
-            let area = [[west + inset[0], west + width_m - inset[1]], [north[0] + inset[2], north[1] - inset[3]]];
+            let area =
+                [[west + inset[0], west + width_m - inset[1]], [north[0] + inset[2], north[1] - inset[3]]];
             self.hall(area, [6.0, 30.0]);
         }
         self.scatter([east, north], 6, |builder, foot| put_pole(foot, 4.0, 0.08, &mut builder.solids));
@@ -198,7 +198,8 @@ mod tests {
     #[test]
     fn blocks_differ_and_are_the_same_every_time() {
         let plan = Plan { seed: 3 };
-        let cells: Vec<[i64; 2]> = (-3..3).flat_map(|i| (-3..3).map(move |j| [i * 7, j * 1_000_003])).collect();
+        let cells: Vec<[i64; 2]> =
+            (-3..3).flat_map(|i| (-3..3).map(move |j| [i * 7, j * 1_000_003])).collect();
         let blocks: Vec<Vec<Solid>> = cells.iter().map(|&cell| build(plan, cell)).collect();
         for (k, block) in blocks.iter().enumerate() {
             assert_eq!(*block, build(plan, cells[k]));
@@ -217,12 +218,18 @@ mod tests {
             for solid in build(plan, cell) {
                 let (low, high) = solid.shape.bounds();
                 for k in 0..2 {
-                    assert!(low[k] > west_south[k] - 16.0 && high[k] < east_north[k] + 16.0, "{cell:?} {solid:?}");
+                    assert!(
+                        low[k] > west_south[k] - 16.0 && high[k] < east_north[k] + 16.0,
+                        "{cell:?} {solid:?}"
+                    );
                     // Up to 2.5 m above the ground, the right-hand lanes of the streets are free.
                     let lane = west_south[k] + 1.2..west_south[k] + 2.6;
                     let ground = Terrain { plan }.at(low.x, low.y).0;
                     let free = high[k] < lane.start || low[k] > lane.end || low.z > ground + 2.3;
-                    assert!(free || solid.surface == Surface::Plant && low.z > ground, "{cell:?} {k} {solid:?}");
+                    assert!(
+                        free || solid.surface == Surface::Plant && low.z > ground,
+                        "{cell:?} {k} {solid:?}"
+                    );
                 }
             }
         }

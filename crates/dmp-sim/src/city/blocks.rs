@@ -46,7 +46,8 @@ impl Block {
 impl Cluster {
     fn new(forms: Vec<Form>) -> Self {
         let edge = |k: usize, sign: f32| {
-            forms.iter().map(|form| form.centre[k] * sign + form.reach[k]).fold(f32::NEG_INFINITY, f32::max) * sign
+            forms.iter().map(|form| form.centre[k] * sign + form.reach[k]).fold(f32::NEG_INFINITY, f32::max)
+                * sign
         };
         let (low, high) = ([0, 1, 2].map(|k| edge(k, -1.0)), [0, 1, 2].map(|k| edge(k, 1.0)));
         Self {
@@ -124,7 +125,8 @@ mod tests {
         for (cell, block) in &blocks.blocks {
             assert_eq!(*block, Block::new(plan, *cell));
         }
-        let all: usize = blocks.blocks.values().flat_map(|block| &block.clusters).map(|c| c.forms.len()).sum();
+        let all: usize =
+            blocks.blocks.values().flat_map(|block| &block.clusters).map(|c| c.forms.len()).sum();
         assert!(all > 5000, "{all}");
     }
 

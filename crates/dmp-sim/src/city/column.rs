@@ -68,14 +68,14 @@ impl Group {
 
     #[inline(always)]
     fn keep(&mut self, ranges_m: &Lanes, number: u32) -> bool {
-        let mut any = false;
+        let mut met = 0;
         for l in 0..LANES {
             let nearer = ranges_m[l] < self.far_m[l];
             self.far_m[l] = if nearer { ranges_m[l] } else { self.far_m[l] };
             self.met[l] = if nearer { number } else { self.met[l] };
-            any |= nearer;
+            met += u32::from(nearer);
         }
-        any
+        met > 0
     }
 
     #[inline(always)]
@@ -149,14 +149,17 @@ impl Group {
             Kind::Tube => {
                 let [x, y, z] = [0, 1, 2].map(|k| range_m * direction[k] - centre[k]);
                 // At an end the point lies within the radius, and at half the height.
-                if form.half[2] - z.abs() < 1e-4 * (1.0 + range_m) && x * x + y * y < 0.999 * form.half[0] * form.half[0] {
+                if form.half[2] - z.abs() < 1e-4 * (1.0 + range_m)
+                    && x * x + y * y < 0.999 * form.half[0] * form.half[0]
+                {
                     direction[2].abs()
                 } else {
                     -(x * direction[0] + y * direction[1]) / form.half[0]
                 }
             }
             Kind::Ball => {
-                let normal = [0, 1, 2].map(|k| (range_m * direction[k] - centre[k]) / (form.half[k] * form.half[k]));
+                let normal =
+                    [0, 1, 2].map(|k| (range_m * direction[k] - centre[k]) / (form.half[k] * form.half[k]));
                 let length = (normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]).sqrt();
                 -(normal[0] * direction[0] + normal[1] * direction[1] + normal[2] * direction[2]) / length
             }
@@ -167,18 +170,19 @@ impl Group {
 /// Where beams enter a box, by its three slabs; infinite where they do not.
 #[inline(always)]
 fn slabs(inverse: &[Lanes; 3], centre: [f32; 3], half: [f32; 3]) -> Lanes {
-    let (low, high) = ([0, 1, 2].map(|k| centre[k] - half[k]), [0, 1, 2].map(|k| centre[k] + half[k]));
-    let mut ranges_m = [f32::INFINITY; LANES];
-    for l in 0..LANES {
-        let [x, y, z] = [0, 1, 2].map(|k| {
-            let (a, b) = (low[k] * inverse[k][l], high[k] * inverse[k][l]);
-            (least(a, b), most(a, b))
-        });
-        let enter = most(most(x.0, y.0), z.0);
-        let leave = least(least(x.1, y.1), z.1);
-        ranges_m[l] = if (enter > 0.0) & (enter <= leave) { enter } else { f32::INFINITY };
+    let (mut enter, mut leave) = ([f32::NEG_INFINITY; LANES], [f32::INFINITY; LANES]);
+    for k in 0..3 {
+        let (low, high) = (centre[k] - half[k], centre[k] + half[k]);
+        for l in 0..LANES {
+            let (a, b) = (low * inverse[k][l], high * inverse[k][l]);
+            enter[l] = most(enter[l], least(a, b));
+            leave[l] = least(leave[l], most(a, b));
+        }
     }
-    ranges_m
+    for l in 0..LANES {
+        enter[l] = if (enter[l] > 0.0) & (enter[l] <= leave[l]) { enter[l] } else { f32::INFINITY };
+    }
+    enter
 }
 
 #[inline(always)]

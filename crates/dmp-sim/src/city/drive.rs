@@ -34,7 +34,8 @@ impl CityDrive {
         let lead_m = MARGIN_S * 1.1 * speed_m_s;
         // Curves cut the corners: less than a tenth of the way for blocks of this size.
         let tour = tour(plan, lead_m + travel_m * 1.12 + lead_m, share);
-        let way = Way::new(&lane(&tour.corners), corner(CORNER_M, 1.0), speed_m_s, &mut plan.random(b'v', &[]));
+        let way =
+            Way::new(&lane(&tour.corners), corner(CORNER_M, 1.0), speed_m_s, &mut plan.random(b'v', &[]));
         let lead_s = way.time_s(lead_m);
         let duration_s = way.time_s(lead_m + travel_m) - lead_s;
         let sways = Sways::of_car(plan.seed);
@@ -107,9 +108,8 @@ mod tests {
         for share in [0.2, 0.33, 0.6] {
             let places = places(&drive(share));
             let again = (0..places.len()).step_by(10).filter(|&n| {
-                let near = |m: &usize| {
-                    libm::hypot(places[n][0] - places[*m][0], places[n][1] - places[*m][1]) < 1.5
-                };
+                let near =
+                    |m: &usize| libm::hypot(places[n][0] - places[*m][0], places[n][1] - places[*m][1]) < 1.5;
                 (0..n.saturating_sub(150)).any(|m| near(&m))
             });
             let got = again.count() as f64 / (places.len() as f64 / 10.0);

@@ -46,7 +46,9 @@ mod tests {
     fn the_numbers_are_normal() {
         let (normal, mut random) = (Normal::new(), Random::new(2, &[]));
         let draws: Vec<f64> = (0..400_000).map(|_| normal.of(random.word())).collect();
-        let moment = |k: u32| draws.iter().map(|x| (0..k).map(|_| x).product::<f64>()).sum::<f64>() / draws.len() as f64;
+        let moment = |k: u32| {
+            draws.iter().map(|x| (0..k).map(|_| x).product::<f64>()).sum::<f64>() / draws.len() as f64
+        };
         assert!(moment(1).abs() < 0.01, "{}", moment(1));
         assert!((moment(2) - 1.0).abs() < 0.01, "{}", moment(2));
         assert!((moment(4) - 3.0).abs() < 0.1, "{}", moment(4));

@@ -6,9 +6,10 @@ use crate::city::terrain::Patch;
 
 /// Ranges at which the ground is looked at: from the first, each farther by this factor than the one before.
 const FIRST_M: f64 = 0.6;
-const GROWTH: f64 = 1.17;
-/// Newton's method ends when it is this near to the ground, metres.
-const EXACT_M: f64 = 1e-5;
+const GROWTH: f64 = 1.2;
+/// Newton's method takes its last step when it is this near to the ground, metres: what is left then is below
+/// 10⁻⁵ m where a ray comes down by more than a hundredth of its range.
+const NEAR_M: f64 = 2e-3;
 
 /// Heights of the ground over an origin, by range along a heading.
 #[derive(Debug, Clone, Default)]
@@ -59,14 +60,14 @@ pub(crate) fn refine(
         let (x, y) = (origin.x + direction.x * range_m, origin.y + direction.y * range_m);
         let (height_m, slope) = ground.at(x, y);
         let above_m = origin.z + direction.z * range_m - height_m;
-        if above_m.abs() < EXACT_M {
-            return (range_m > 0.0).then_some((range_m, slope));
-        }
         let rate = direction.z - slope[0] * direction.x - slope[1] * direction.y;
         if rate > -1e-6 {
             return None;
         }
         range_m -= above_m / rate;
+        if above_m.abs() < NEAR_M {
+            return (range_m > 0.0).then_some((range_m, slope));
+        }
     }
     None
 }

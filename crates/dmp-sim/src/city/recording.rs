@@ -85,7 +85,10 @@ impl CityRecording {
     ///
     /// # Errors
     /// When the rate is below 1 Hz or above 10 kHz.
-    pub fn poses(&self, rate_hz: f64) -> Result<impl ExactSizeIterator<Item = (i64, Isometry3<f64>)>, SimError> {
+    pub fn poses(
+        &self,
+        rate_hz: f64,
+    ) -> Result<impl ExactSizeIterator<Item = (i64, Isometry3<f64>)>, SimError> {
         require((1.0..=1e4).contains(&rate_hz), "the rate of the poses in Hz", "from 1 to 10000", rate_hz)?;
         let count = (self.drive.duration_s * rate_hz).ceil() as usize + 3;
         Ok((0..count).map(move |k| {
@@ -97,5 +100,57 @@ impl CityRecording {
     /// Length of the way, metres, and the share of it that is driven for a second time or more.
     pub fn travel_and_revisits(&self) -> (f64, f64) {
         (self.travel_m, self.drive.revisited)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn options() -> CityOptions {
+        let lidar = LidarOptions { azimuth_steps: 60, ..LidarOptions::with_beams(16) };
+        CityOptions { seed: 3, travel_m: 120.0, revisit_share: 0.3, speed_m_s: 10.0, lidar }
+    }
+
+    #[test]
+    fn the_same_scans_on_any_number_of_threads() {
+        let recording = CityRecording::new(&options()).unwrap();
+        let with = |threads| -> Vec<Scan> {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| recording.scans().collect())
+        };
+        let one = with(1);
+        assert!(one.len() == recording.len() && one.len() > 100, "{} scans", one.len());
+        assert!(one == with(3));
+        let other = CityRecording::new(&CityOptions { seed: 4, ..options() }).unwrap();
+        assert_ne!(other.scans().next(), one.into_iter().next());
+    }
+
+    #[test]
+    fn the_truth_covers_every_return() {
+        let recording = CityRecording::new(&options()).unwrap();
+        let poses: Vec<_> = recording.poses(20.0).unwrap().collect();
+        assert!(poses.is_sorted_by_key(|(stamp_ns, _)| *stamp_ns));
+        let (first_ns, last_ns) = (poses[0].0, poses[poses.len() - 1].0);
+        for scan in recording.scans() {
+            let stamp_ns = scan.stamp_ns.unwrap();
+            assert!(
+                stamp_ns > first_ns && scan.time_offsets_ns.iter().all(|offset| stamp_ns + offset <= last_ns)
+            );
+        }
+    }
+
+    #[test]
+    fn impossible_recordings_are_refused() {
+        for options in [
+            CityOptions { travel_m: 0.0, ..options() },
+            CityOptions { travel_m: f64::NAN, ..options() },
+            CityOptions { travel_m: 1e7, ..options() },
+            CityOptions { revisit_share: 1.0, ..options() },
+            CityOptions { speed_m_s: 0.0, ..options() },
+            CityOptions { lidar: LidarOptions { beams: 0, ..options().lidar }, ..options() },
+        ] {
+            assert!(matches!(CityRecording::new(&options), Err(SimError::OutOfRange { .. })));
+        }
     }
 }

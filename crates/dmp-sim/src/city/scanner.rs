@@ -30,6 +30,7 @@ pub(crate) struct Scanner {
     pub(crate) lidar: Lidar,
     beams: Beams,
     normal: Normal,
+    rounding: Rounding,
 }
 
 /// One firing: where it starts, its axes, and its beams.
@@ -43,9 +44,33 @@ struct Firing<'a> {
     profile: Profile,
 }
 
+/// Coordinates as they are told.
+#[derive(Debug, Clone, Copy)]
+struct Rounding {
+    step_m: f64,
+    per_m: f64,
+}
+
+impl Rounding {
+    /// To multiples of `step_m`; those of zero, or too fine to be seen in a point, are none.
+    fn new(step_m: f64) -> Self {
+        if step_m < 1e-9 { Self { step_m: 1.0, per_m: 0.0 } } else { Self { step_m, per_m: 1.0 / step_m } }
+    }
+
+    fn of(self, point: Vector3<f64>) -> [f32; 3] {
+        // Beyond 2⁵² doubles have no fraction: adding so much rounds, and taking it away leaves the rest.
+        const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
+        if self.per_m == 0.0 {
+            return point.map(|c| c as f32).into();
+        }
+        [point.x, point.y, point.z].map(|c| ((c * self.per_m + WHOLE - WHOLE) * self.step_m) as f32)
+    }
+}
+
 impl Scanner {
     pub(crate) fn new(lidar: Lidar) -> Self {
-        Self { beams: Beams::new(lidar.elevations()), lidar, normal: Normal::new() }
+        let rounding = Rounding::new(lidar.options().resolution_m);
+        Self { beams: Beams::new(lidar.elevations()), lidar, normal: Normal::new(), rounding }
     }
 
     /// What must be at hand of the city around the place of a scan, metres.
@@ -65,9 +90,9 @@ impl Scanner {
         let ground = drive.terrain.patch(place, reach_m + BEYOND_M);
         let offset_ns = |firing: usize| (1e9 / rate_hz * (firing as f64 / azimuth_steps as f64)) as i64;
         let poses: Vec<_> = match sweep {
-            Sweep::Spinning => {
-                (0..azimuth_steps).map(|n| drive.world_from_body_on(&ground, stamp_ns + offset_ns(n))).collect()
-            }
+            Sweep::Spinning => (0..azimuth_steps)
+                .map(|n| drive.world_from_body_on(&ground, stamp_ns + offset_ns(n)))
+                .collect(),
             Sweep::Instant => vec![drive.world_from_body_on(&ground, stamp_ns); azimuth_steps],
         };
         let frame = Frame::new(&poses, max_range_m);
@@ -94,12 +119,12 @@ impl Scanner {
             let start = [start.x as f32, start.y as f32, start.z as f32];
             let heading = pose.rotation * Vector3::new(firing.azimuth.1, firing.azimuth.0, 0.0);
             let from = |centre: [f32; 3]| [0, 1, 2].map(|k| centre[k] - start[k]);
-            for &number in view.in_sector(frame.sector(heading)) {
-                let seen = &view.seen[number as usize];
-                let [first, last] = seen.groups.map(usize::from);
+            for item in view.in_sector(frame.sector(heading)) {
+                let [first, last] = item.groups.map(usize::from);
                 for group in &mut firing.groups[first..=last] {
-                    if group.farthest_m > seen.near_m {
-                        group.meet(&seen.form, from(seen.form.centre), number);
+                    if group.farthest_m > item.near_m {
+                        let form = &view.seen[item.number as usize].form;
+                        group.meet(form, from(form.centre), item.number);
                     }
                 }
             }
@@ -192,7 +217,7 @@ impl Scanner {
             let fired = Vector3::new(level * cos, level * sin, up);
             let told = self.lidar.reported(fired, &mut aside);
             if seen && measured_m >= options.min_range_m {
-                scan.points_in_sensor_m.push(self.lidar.rounded(told * measured_m));
+                scan.points_in_sensor_m.push(self.rounding.of(told * measured_m));
             } else {
                 match options.no_return {
                     NoReturn::Omitted => {}
@@ -203,3 +228,6 @@ impl Scanner {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -19,9 +19,8 @@ impl Terrain {
     /// Height at a point of the lattice: random heights some points apart, eased between them.
     fn control_m(self, [i, j]: [i64; 2]) -> f64 {
         let hill = |(layer, &(every, reach_m)): (usize, &(i64, f64))| {
-            let random = |i: i64, j: i64| {
-                self.plan.random(b't', &[layer as i64, i, j]).between(-reach_m, reach_m)
-            };
+            let random =
+                |i: i64, j: i64| self.plan.random(b't', &[layer as i64, i, j]).between(-reach_m, reach_m);
             let ([i0, j0], ease) = ([i, j].map(|k| k.div_euclid(every)), |k: i64| {
                 let u = k.rem_euclid(every) as f64 / every as f64;
                 u * u * (3.0 - 2.0 * u)
@@ -48,7 +47,7 @@ impl Terrain {
 
     /// Height and slope (∂z/∂x, ∂z/∂y) at a place.
     pub(crate) fn at(self, x: f64, y: f64) -> (f64, [f64; 2]) {
-        spline(x, y, |i, j| self.control_m([i, j]))
+        spline(x, y, |i, j| [0, 1, 2].map(|b| [0, 1, 2].map(|a| self.control_m([i + a, j + b]))))
     }
 }
 
@@ -58,7 +57,7 @@ impl Relief for Terrain {
     }
 }
 
-/// A part of the ground. Beyond its rim the answers are those of the rim's lattice points.
+/// A part of the ground. Beyond its rim the answers go on from those at the rim.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Patch {
     first: [i64; 2],
@@ -68,12 +67,16 @@ pub(crate) struct Patch {
 
 impl Patch {
     /// Height and slope (∂z/∂x, ∂z/∂y) at a place: those of the terrain, to the bit.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn at(&self, x: f64, y: f64) -> (f64, [f64; 2]) {
         spline(x, y, |i, j| {
-            let i = (i - self.first[0]).clamp(0, self.size[0] as i64 - 1) as usize;
-            let j = (j - self.first[1]).clamp(0, self.size[1] as i64 - 1) as usize;
-            self.controls_m[j * self.size[0] + i]
+            let within = |k: usize, at: i64| (at - self.first[k]).clamp(0, self.size[k] as i64 - 3) as usize;
+            let (column, row) = (within(0, i), within(1, j));
+            [0, 1, 2].map(|b| {
+                let from = (row + b) * self.size[0] + column;
+                let near = &self.controls_m[from..from + 3];
+                [near[0], near[1], near[2]]
+            })
         })
     }
 }
@@ -84,18 +87,19 @@ impl Relief for Patch {
     }
 }
 
-/// The uniform quadratic B-spline of the nine lattice points around a place.
-#[inline]
-fn spline(x: f64, y: f64, control_m: impl Fn(i64, i64) -> f64) -> (f64, [f64; 2]) {
+/// The uniform quadratic B-spline of the nine lattice points around a place: `controls_m` gives them, rows
+/// from south to north, from the south-western one.
+#[inline(always)]
+fn spline(x: f64, y: f64, controls_m: impl FnOnce(i64, i64) -> [[f64; 3]; 3]) -> (f64, [f64; 2]) {
     let (i, wx, dx) = weights(x / LATTICE_M);
     let (j, wy, dy) = weights(y / LATTICE_M);
+    let rows = controls_m(i - 1, j - 1);
     let (mut height_m, mut slope) = (0.0, [0.0; 2]);
     for b in 0..3 {
         let (mut row, mut row_slope) = (0.0, 0.0);
         for a in 0..3 {
-            let control_m = control_m(i + a as i64 - 1, j + b as i64 - 1);
-            row += wx[a] * control_m;
-            row_slope += dx[a] * control_m;
+            row += wx[a] * rows[b][a];
+            row_slope += dx[a] * rows[b][a];
         }
         height_m += wy[b] * row;
         slope[0] += wy[b] * row_slope;
@@ -105,7 +109,7 @@ fn spline(x: f64, y: f64, control_m: impl Fn(i64, i64) -> f64) -> (f64, [f64; 2]
 }
 
 /// The nearest lattice point, and the weights of it and its two neighbours with their derivatives.
-#[inline]
+#[inline(always)]
 fn weights(u: f64) -> (i64, [f64; 3], [f64; 3]) {
     // A cast and a comparison: `floor` is a call where the processor's own is not taken for granted.
     let towards_zero = (u + 0.5) as i64;
@@ -126,7 +130,8 @@ mod tests {
         for centre in [[0.0, 0.0], [-1234.5, 77.0], [4e5, -9e5]] {
             let patch = TERRAIN.patch(centre, 60.0);
             for k in 0..500 {
-                let (x, y) = (centre[0] - 60.0 + f64::from(k % 25) * 5.0, centre[1] - 60.0 + f64::from(k / 25) * 6.0);
+                let (x, y) =
+                    (centre[0] - 60.0 + f64::from(k % 25) * 5.0, centre[1] - 60.0 + f64::from(k / 25) * 6.0);
                 assert_eq!(patch.at(x, y), TERRAIN.at(x, y));
             }
         }

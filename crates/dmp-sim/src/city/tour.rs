@@ -83,7 +83,8 @@ pub(crate) fn tour(plan: Plan, length_m: f64, share: f64) -> Tour {
     let mut north = false;
     while !walker.done() {
         if share > 0.0 {
-            let east = ((half_round as f64 * random.between(0.35, 0.65)).round() as usize).clamp(1, half_round - 1);
+            let east =
+                ((half_round as f64 * random.between(0.35, 0.65)).round() as usize).clamp(1, half_round - 1);
             for half in 0..2 * laps + 1 {
                 let sign = if half % 2 == 0 { 1 } else { -1 };
                 walker.go(EAST.map(|step| step * sign), east, half >= 2);
@@ -111,7 +112,9 @@ mod tests {
 
     #[test]
     fn corners_are_at_right_angles_and_as_much_is_driven_again_as_asked() {
-        for (length_m, share) in [(20e3, 0.0), (20e3, 0.1), (20e3, 0.3), (50e3, 0.333), (50e3, 0.5), (100e3, 0.8)] {
+        for (length_m, share) in
+            [(20e3, 0.0), (20e3, 0.1), (20e3, 0.3), (50e3, 0.333), (50e3, 0.5), (100e3, 0.8)]
+        {
             let tour = tour(Plan { seed: 4 }, length_m, share);
             for corner in tour.corners.windows(3) {
                 let [a, b] = [0, 1].map(|n| [0, 1].map(|k| corner[n + 1][k] - corner[n][k]));

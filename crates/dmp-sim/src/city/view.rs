@@ -16,11 +16,19 @@ const STEP_M: f32 = 0.25;
 pub(crate) struct Seen {
     /// Its centre is told from the origin of the view.
     pub(crate) form: Form,
+    near_m: f32,
+    groups: [u8; 2],
+    sectors: [u16; 2],
+}
+
+/// A form in the list of a sector.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Item {
+    pub(crate) number: u32,
     /// It is no nearer than this to any of the scan's firings, metres.
     pub(crate) near_m: f32,
     /// First and last group of beams that may meet it.
     pub(crate) groups: [u8; 2],
-    sectors: [u16; 2],
 }
 
 /// How the firings of a scan lie to each other.
@@ -82,9 +90,9 @@ impl Frame {
         let far_m = centre[0].abs() + reach[0] + centre[1].abs() + reach[1] + centre[2].abs() + reach[2];
         let slack_m = self.moved_m + self.tilted_rad * far_m;
         let centre = self.level(centre);
-        let reach = self.level_from_world.map(|row| {
-            row[0].abs() * reach[0] + row[1].abs() * reach[1] + row[2].abs() * reach[2] + slack_m
-        });
+        let reach = self
+            .level_from_world
+            .map(|row| row[0].abs() * reach[0] + row[1].abs() * reach[1] + row[2].abs() * reach[2] + slack_m);
         let (low, high) = ([0, 1, 2].map(|k| centre[k] - reach[k]), [0, 1, 2].map(|k| centre[k] + reach[k]));
         let gap = [0, 1, 2].map(|k| low[k].max(-high[k]).max(0.0));
         let level = gap[0] * gap[0] + gap[1] * gap[1];
@@ -136,7 +144,7 @@ pub(crate) struct View {
     pub(crate) seen: Vec<Seen>,
     /// `items[starts[s]..starts[s + 1]]` are the forms of sector `s`, nearest first.
     starts: Vec<u32>,
-    items: Vec<u32>,
+    items: Vec<Item>,
 }
 
 impl View {
@@ -144,7 +152,8 @@ impl View {
     pub(crate) fn new<'a>(frame: &Frame, blocks: impl Iterator<Item = &'a Block>, beams: &Beams) -> Self {
         let mut seen = Vec::new();
         for block in blocks {
-            let offset = [block.corner[0] - frame.origin.x, block.corner[1] - frame.origin.y, -frame.origin.z];
+            let offset =
+                [block.corner[0] - frame.origin.x, block.corner[1] - frame.origin.y, -frame.origin.z];
             let offset = offset.map(|c| c as f32);
             for Cluster { centre, reach, forms } in &block.clusters {
                 let from = |c: [f32; 3]| [0, 1, 2].map(|k| c[k] + offset[k]);
@@ -178,18 +187,19 @@ impl View {
             starts[sector + 1] += starts[sector];
         }
         let mut next = starts.clone();
-        let mut items = vec![0; starts[SECTORS] as usize];
+        let mut items = vec![Item::default(); starts[SECTORS] as usize];
         for (number, form) in seen.iter().enumerate() {
             spans(form.sectors).for_each(|sector| {
-                items[next[sector] as usize] = number as u32;
+                items[next[sector] as usize] =
+                    Item { number: number as u32, near_m: form.near_m, groups: form.groups };
                 next[sector] += 1;
             });
         }
         Self { seen, starts, items }
     }
 
-    /// Numbers of the forms that may be met in a sector, nearest first.
-    pub(crate) fn in_sector(&self, sector: usize) -> &[u32] {
+    /// The forms that may be met in a sector, nearest first.
+    pub(crate) fn in_sector(&self, sector: usize) -> &[Item] {
         &self.items[self.starts[sector] as usize..self.starts[sector + 1] as usize]
     }
 }

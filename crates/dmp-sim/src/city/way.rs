@@ -55,9 +55,11 @@ impl Way {
             let length_m = step[0].abs() + step[1].abs();
             let unit = step.map(|s| s / length_m);
             if n == 0 {
-                quarters = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]].iter().position(|u| *u == unit).unwrap_or(3) as i32;
+                quarters =
+                    [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]].iter().position(|u| *u == unit).unwrap_or(3) as i32;
             }
-            let turn = steps.get(n + 1).map_or(0, |next| (step[0] * next[1] - step[1] * next[0]).signum() as i32);
+            let turn =
+                steps.get(n + 1).map_or(0, |next| (step[0] * next[1] - step[1] * next[0]).signum() as i32);
             let cut_m = if n > 0 { reach_m } else { 0.0 };
             let end_cut_m = if turn == 0 { 0.0 } else { reach_m };
             let wanted = speed_m_s * (1.0 + random.between(-WAVER, WAVER));
@@ -68,7 +70,11 @@ impl Way {
                 quarters,
                 length_m: (length_m - cut_m - end_cut_m).max(0.1),
                 turn,
-                speeds_m_s: [if n > 0 { curve_m_s } else { wanted }, wanted, if turn == 0 { wanted } else { curve_m_s }],
+                speeds_m_s: [
+                    if n > 0 { curve_m_s } else { wanted },
+                    wanted,
+                    if turn == 0 { wanted } else { curve_m_s },
+                ],
             };
             let leg = leg.within_reach();
             start_s += leg.duration_s();
@@ -84,7 +90,8 @@ impl Way {
     }
 
     /// Length of the line, metres.
-    pub(crate) fn length_m(&self) -> f64 {
+    #[cfg(test)]
+    fn length_m(&self) -> f64 {
         self.legs.last().map_or(0.0, |leg| leg.start_m + leg.length_m)
     }
 
@@ -116,7 +123,8 @@ impl Way {
         let ahead = if leg.turn == 0 { self.curve_start() } else { self.curve.at(curve_m) };
         let side = f64::from(leg.turn);
         // Quarter turns are exact.
-        let (sin, cos) = [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)][leg.quarters.rem_euclid(4) as usize];
+        let (sin, cos) =
+            [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)][leg.quarters.rem_euclid(4) as usize];
         let (u, v) = (straight_m + ahead.x, side * ahead.y);
         let station = Station {
             x: leg.at[0] + cos * u - sin * v,
@@ -174,22 +182,16 @@ impl Leg {
     fn time_s(&self, along_m: f64) -> f64 {
         let [first, most, last] = self.speeds_m_s;
         let [(up_m, up_s), (down_m, _)] = self.ramps();
-        let ramp_s = |v: f64, way_m: f64| {
-            (libm::sqrt(v * v + 2.0 * FORWARD_M_S2 * way_m) - v) / FORWARD_M_S2
-        };
+        let ramp_s = |v: f64, way_m: f64| (libm::sqrt(v * v + 2.0 * FORWARD_M_S2 * way_m) - v) / FORWARD_M_S2;
         let left_m = self.length_m - along_m;
         if along_m < up_m {
             ramp_s(first, along_m)
         } else if left_m < down_m {
             self.duration_s() - ramp_s(last, left_m)
         } else {
-            up_s_of(self) + (along_m - up_m) / most
+            up_s + (along_m - up_m) / most
         }
     }
-}
-
-fn up_s_of(leg: &Leg) -> f64 {
-    leg.ramps()[0].1
 }
 
 #[cfg(test)]
@@ -197,8 +199,8 @@ mod tests {
     use super::*;
 
     fn way() -> Way {
-        let corners = [[0.0, 0.0], [200.0, 0.0], [200.0, 90.0], [120.0, 90.0], [120.0, 300.0], [121.0, 300.0 + 0.0]];
-        Way::new(&corners[..5], Piece { length_m: 14.0, turn_rad: FRAC_PI_2 }, 10.0, &mut Random::new(1, &[]))
+        let corners = [[0.0, 0.0], [200.0, 0.0], [200.0, 90.0], [120.0, 90.0], [120.0, 300.0]];
+        Way::new(&corners, Piece { length_m: 14.0, turn_rad: FRAC_PI_2 }, 10.0, &mut Random::new(1, &[]))
     }
 
     #[test]
