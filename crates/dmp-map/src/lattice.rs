@@ -29,6 +29,8 @@ impl std::fmt::Display for TileId {
 pub struct Lattice {
     voxel_units: u32,
     tile_voxels: u32,
+    by_voxel: Reciprocal,
+    by_tile: Reciprocal,
 }
 
 /// A point on the lattice: its tile, its voxel there, and its place in the voxel.
@@ -59,7 +61,9 @@ impl Lattice {
         }
         let voxel_units = (voxel_m * UNITS_PER_M).round() as u32;
         let cells = (TILE_EDGE_M * UNITS_PER_M / f64::from(2 * voxel_units)).round() as u32;
-        Ok(Self { voxel_units, tile_voxels: 2 * cells })
+        let tile_voxels = 2 * cells;
+        let by_tile = Reciprocal::of(tile_voxels * voxel_units);
+        Ok(Self { voxel_units, tile_voxels, by_voxel: Reciprocal::of(voxel_units), by_tile })
     }
 
     pub(crate) fn from_parts(voxel_units: u32, tile_voxels: u32) -> Option<Self> {
@@ -94,8 +98,10 @@ impl Lattice {
     ///
     /// # Errors
     /// When the place is not finite or outside ±5e7 m.
+    #[inline]
     pub fn tile_of(&self, point_in_world_m: [f64; 3]) -> Result<TileId, MapError> {
-        Ok(self.locate(point_in_world_m)?.tile)
+        let [x, y, _] = check_place(point_in_world_m)?.map(|c| self.units_from_origin(c));
+        Ok(self.tile_at(self.by_tile.quotient(x), self.by_tile.quotient(y)))
     }
 
     /// Corner of a tile with the smallest x and y, world metres.
@@ -103,24 +109,82 @@ impl Lattice {
         [f64::from(tile.x) * self.tile_edge_m(), f64::from(tile.y) * self.tile_edge_m()]
     }
 
+    #[inline]
     pub(crate) fn locate(&self, point_in_world_m: [f64; 3]) -> Result<LatticePoint, MapError> {
-        if !point_in_world_m.iter().all(|c| c.abs() <= WORLD_LIMIT_M) {
-            return Err(MapError::OutOfWorld { point_in_world_m, limit_m: WORLD_LIMIT_M });
-        }
-        let edge = i64::from(self.voxel_units);
-        let units = point_in_world_m.map(|c| (c * UNITS_PER_M).round() as i64);
-        let voxel = units.map(|u| u.div_euclid(edge));
-        let row = i64::from(self.tile_voxels);
-        let (tile_x, tile_y) = (voxel[0].div_euclid(row), voxel[1].div_euclid(row));
+        let [x, y, z] = check_place(point_in_world_m)?.map(|c| self.units_from_origin(c));
+        let edge = u64::from(self.tile_units());
+        let (tile_x, tile_y) = (self.by_tile.quotient(x), self.by_tile.quotient(y));
+        let in_tile = [x - tile_x * edge, y - tile_y * edge, z];
+        let voxel = in_tile.map(|units| self.by_voxel.quotient(units));
         Ok(LatticePoint {
-            tile: TileId { x: tile_x as i32, y: tile_y as i32 },
+            tile: self.tile_at(tile_x, tile_y),
             voxel: Voxel {
-                x: (voxel[0] - tile_x * row) as u16,
-                y: (voxel[1] - tile_y * row) as u16,
-                z: voxel[2] as i32,
+                x: voxel[0] as u16,
+                y: voxel[1] as u16,
+                z: (voxel[2] as i64 - i64::from(ORIGIN_TILES) * i64::from(self.tile_voxels)) as i32,
             },
-            offset_units: std::array::from_fn(|k| (units[k] - voxel[k] * edge) as u32),
+            offset_units: std::array::from_fn(|k| {
+                (in_tile[k] - voxel[k] * u64::from(self.voxel_units)) as u32
+            }),
         })
+    }
+
+    fn tile_units(&self) -> u32 {
+        self.tile_voxels * self.voxel_units
+    }
+
+    /// A coordinate in lattice units, counted from so far below that none is negative.
+    #[inline]
+    fn units_from_origin(&self, coordinate_m: f64) -> u64 {
+        let origin = i64::from(ORIGIN_TILES) * i64::from(self.tile_units());
+        (rounded(coordinate_m * UNITS_PER_M) + origin) as u64
+    }
+
+    #[inline]
+    fn tile_at(&self, x: u64, y: u64) -> TileId {
+        TileId { x: x as i32 - ORIGIN_TILES, y: y as i32 - ORIGIN_TILES }
+    }
+}
+
+/// How many tiles lie between the place that units are counted from and world zero: 6e7 m, as tiles are not
+/// smaller than 30 m.
+const ORIGIN_TILES: i32 = 1 << 21;
+
+#[inline]
+fn check_place(point_in_world_m: [f64; 3]) -> Result<[f64; 3], MapError> {
+    if point_in_world_m.iter().all(|c| c.abs() <= WORLD_LIMIT_M) {
+        Ok(point_in_world_m)
+    } else {
+        Err(MapError::OutOfWorld { point_in_world_m, limit_m: WORLD_LIMIT_M })
+    }
+}
+
+/// The nearest integer, halves away from zero, of a number below 2⁵¹: `f64::round`, which is a call into a
+/// library on processors that are not asked for more than the oldest instructions.
+#[inline]
+fn rounded(x: f64) -> i64 {
+    // From 2⁵² to 2⁵³ every f64 is an integer and its last bits count them: the sum rounds halves to even.
+    const SHIFT: f64 = 1.5 * (1u64 << 52) as f64;
+    let shifted = x + SHIFT;
+    let to_even = shifted.to_bits() as i64 - SHIFT.to_bits() as i64;
+    let rest = x - (shifted - SHIFT);
+    to_even + i64::from(rest == 0.5 && x > 0.0) - i64::from(rest == -0.5 && x < 0.0)
+}
+
+/// Division by a number that is known beforehand, as a multiplication.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Reciprocal(u64);
+
+impl Reciprocal {
+    fn of(divisor: u32) -> Self {
+        Self(u64::MAX / u64::from(divisor) + 1)
+    }
+
+    /// ⌊n / d⌋ for n · d < 2⁶⁴: the factor m is 2⁶⁴ / d rounded up, m d = 2⁶⁴ + e with e < d, so n m / 2⁶⁴ is
+    /// larger than n / d by n e / (2⁶⁴ d) < 1 / d, too little to reach the next integer.
+    #[inline]
+    fn quotient(self, n: u64) -> u64 {
+        ((u128::from(n) * u128::from(self.0)) >> 64) as u64
     }
 }
 
@@ -158,6 +222,58 @@ mod tests {
                 prop_assert!(p.offset_units[k] < lattice.voxel_units);
                 let units = voxel[k] * i64::from(lattice.voxel_units) + i64::from(p.offset_units[k]);
                 prop_assert!((units as f64 - c * UNITS_PER_M).abs() <= 0.5);
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_point_is_located_as_by_division(
+            metres in prop::array::uniform3(-5e7..5e7_f64), near in prop::array::uniform3(-40.0..40.0_f64),
+            halves in prop::array::uniform3(-1_000_000..1_000_000i64), v in 0.05..2.0_f64,
+        ) {
+            let lattice = Lattice::new(v).unwrap();
+            let edge = i64::from(lattice.voxel_units);
+            let row = i64::from(lattice.tile_voxels);
+            let halves = halves.map(|half| half as f64 / (2.0 * UNITS_PER_M));
+            let corners = halves.map(|half| (half / lattice.tile_edge_m()).round() * lattice.tile_edge_m());
+            for place in [metres, near, halves, corners, [WORLD_LIMIT_M; 3], [-WORLD_LIMIT_M; 3]] {
+                let units = place.map(|c| (c * UNITS_PER_M).round() as i64);
+                let voxel = units.map(|u| u.div_euclid(edge));
+                let [x, y] = [voxel[0].div_euclid(row), voxel[1].div_euclid(row)];
+                let expected = LatticePoint {
+                    tile: TileId { x: x as i32, y: y as i32 },
+                    voxel: Voxel {
+                        x: (voxel[0] - x * row) as u16,
+                        y: (voxel[1] - y * row) as u16,
+                        z: voxel[2] as i32,
+                    },
+                    offset_units: std::array::from_fn(|k| (units[k] - voxel[k] * edge) as u32),
+                };
+                prop_assert_eq!(lattice.locate(place).unwrap(), expected);
+                prop_assert_eq!(lattice.tile_of(place).unwrap(), expected.tile);
+            }
+        }
+
+        #[test]
+        fn rounding_is_that_of_the_library(x in -5e11..5e11_f64, unit in -1000..1000i64, ulps in -3..=3i64) {
+            prop_assert_eq!(rounded(x), x.round() as i64);
+            // Halves, integers and their neighbours.
+            let half = unit as f64 / 2.0;
+            let beside = f64::from_bits((half.to_bits() as i64 + ulps).max(0) as u64);
+            for x in [half, beside, -beside].into_iter().filter(|x| x.abs() < 1e15) {
+                prop_assert_eq!(rounded(x), x.round() as i64, "{:e}", x);
+            }
+        }
+
+        #[test]
+        fn multiplying_by_the_reciprocal_divides(n: u64, d in 1u32.., near in 0..3u64) {
+            let n = n % (u64::MAX / u64::from(d) + 1);
+            let reciprocal = Reciprocal::of(d);
+            // Beside a multiple, where a quotient changes, and anywhere.
+            let beside = (n / u64::from(d) * u64::from(d)).saturating_add(near).saturating_sub(1);
+            for n in [n, beside] {
+                prop_assert_eq!(reciprocal.quotient(n), n / u64::from(d));
             }
         }
     }
