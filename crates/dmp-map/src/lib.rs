@@ -42,6 +42,7 @@ mod support;
 mod surfel;
 mod tally;
 mod tile_moments;
+mod tile_table;
 mod tiles;
 mod work;
 
@@ -58,5 +59,6 @@ pub use store::{Durability, Store, StoreSummary, Tile, TileEntry, VERSION};
 pub use support::{Independence, Support};
 pub use surfel::Surfel;
 pub use tally::{Crossing, Met, Tally};
+pub use tile_table::TileTable;
 pub use tiles::{LooseSurfels, TileExtent, TileSource, WorldSurfel};
 pub use work::WorkFolder;

@@ -15,14 +15,27 @@ pub(crate) const fn units_of(area_m2: f64) -> u64 {
 #[inline]
 pub(crate) fn square_units(residual_m: f64) -> u128 {
     let length_m = residual_m.abs().min(LONGEST_M);
-    (length_m * length_m * UNITS_PER_M2).round_ties_even() as u128
+    let units = length_m * length_m * UNITS_PER_M2;
+    // From 2^52 on every f64 is an integer. A residual below 64 m does not come so far.
+    if units < INTEGERS_FROM { rounded(units).into() } else { units as u128 }
 }
 
 /// As [`square_units`], but at most 2^60 units (2^20 m²), which any truncation is far below.
 #[inline]
 pub(crate) fn near_square_units(residual_m: f64) -> u64 {
     let length_m = residual_m.abs().min(1024.0);
-    (length_m * length_m * UNITS_PER_M2).round_ties_even() as u64
+    let units = length_m * length_m * UNITS_PER_M2;
+    if units < INTEGERS_FROM { rounded(units) } else { units as u64 }
+}
+
+/// 2^52: from here to 2^53 every f64 is an integer, and its last 52 bits count them.
+const INTEGERS_FROM: f64 = (1u64 << 52) as f64;
+
+/// A number from 0 to below 2^52 rounded to the nearest integer, halves to even: `f64::round_ties_even`, which is a call
+/// into a library on processors that are not asked for more than the oldest instructions.
+#[inline]
+fn rounded(units: f64) -> u64 {
+    (units + INTEGERS_FROM).to_bits() - INTEGERS_FROM.to_bits()
 }
 
 /// Sum of squared residuals as an integer of 2^-40 m²: exact, so that neither the order of adding nor
@@ -116,6 +129,20 @@ mod tests {
             let square = FixedSum::of_square(residual_m).unwrap().to_m2();
             let error = (square - residual_m * residual_m).abs();
             prop_assert!(error <= (2f64).powi(-41) + 1e-15 * square, "{error}");
+        }
+
+        #[test]
+        fn squares_are_rounded_as_by_the_library(residual_m in -1e6..1e6f64, short_m in -70.0..70.0f64, half in 0..2000u32) {
+            // Lengths whose squares are halves of a unit, or next to them.
+            let half_m = (f64::from(half) * 0.5).sqrt() * (2f64).powi(-20);
+            let beside_m = f64::from_bits(half_m.to_bits() + 1);
+            for m in [residual_m, short_m, half_m, beside_m, f64::from(half)] {
+                let units = m.abs() * m.abs() * UNITS_PER_M2;
+                prop_assert_eq!(square_units(m), units.round_ties_even() as u128);
+            }
+            for units in [f64::from(half) * 0.5, units_of(short_m * short_m) as f64 + 0.5] {
+                prop_assert!(units >= INTEGERS_FROM || rounded(units) == units.round_ties_even() as u64);
+            }
         }
 
         #[test]

@@ -79,10 +79,25 @@ impl FrameSums {
     /// Where there are not as many residuals as runs.
     #[inline]
     pub fn add_return(&mut self, residuals: &[Residuals]) {
+        for (run, residuals) in self.runs.iter_mut().zip(residuals) {
+            run.add(residuals);
+        }
+        self.add_to_pairs(residuals);
+    }
+
+    /// Adds one return to the sums of the pairs alone: those of the runs are to come by [`Self::add_to_run`], from
+    /// sums that were made of the same returns anyway.
+    ///
+    /// # Panics
+    /// Where there are not as many residuals as runs.
+    #[inline]
+    pub fn add_to_pairs(&mut self, residuals: &[Residuals]) {
         assert_eq!(residuals.len(), self.runs.len(), "one set of residuals for each run");
-        for ((run, squares), residuals) in self.runs.iter_mut().zip(&mut self.squares).zip(residuals) {
+        if self.pairs.is_empty() {
+            return;
+        }
+        for (squares, residuals) in self.squares.iter_mut().zip(residuals) {
             *squares = Squares::of(residuals);
-            run.add_squares(squares);
         }
         let mut blocks = self.blocks.iter_mut().zip(&self.pairs);
         for (i, a) in self.squares.iter().enumerate() {
@@ -96,6 +111,14 @@ impl FrameSums {
         if self.in_block == BLOCK {
             self.carry();
         }
+    }
+
+    /// Adds the sums of some of the frame's returns to those of the `run`-th run, without any of the pairs.
+    ///
+    /// # Panics
+    /// Where there is no such run.
+    pub fn add_to_run(&mut self, run: usize, sums: &RunSums) {
+        self.runs[run].merge(sums);
     }
 
     /// Adds the sums of another part of the same frame.
@@ -229,6 +252,26 @@ mod tests {
         assert_eq!(pair.at(0).0.to_m2(), 900.0 * returns as f64);
         assert_eq!(pair.at(0).0, pair.at(0).1);
         assert_eq!(frame.runs()[0].dmp_sum_m2(), 1e8 * returns as f64);
+    }
+
+    #[test]
+    fn runs_and_pairs_may_be_added_to_by_themselves() {
+        let bases = [Basis::CrossValidated, Basis::Near];
+        let (mut whole, mut apart) = (FrameSums::new(&bases), FrameSums::new(&bases));
+        let mut tiles = [[RunSums::default(); 2]; 3];
+        for k in 0..20_000 {
+            let returned = [Residuals::all(f64::from(k) * 1e-3), Residuals::all(-0.3)];
+            whole.add_return(&returned);
+            apart.add_to_pairs(&returned);
+            for (run, residuals) in returned.iter().enumerate() {
+                tiles[k as usize % 3][run].add(residuals);
+            }
+        }
+        for (run, sums) in tiles.iter().flat_map(|of_tile| of_tile.iter().enumerate()) {
+            apart.add_to_run(run, sums);
+        }
+        assert_eq!(apart.runs(), whole.runs());
+        assert!(apart.pair_sums().eq(whole.pair_sums()));
     }
 
     #[test]

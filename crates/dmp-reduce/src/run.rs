@@ -44,12 +44,9 @@ pub enum Withheld {
 
 impl RunSums {
     /// Adds one return.
-    pub fn add(&mut self, residuals: &Residuals) {
-        self.add_squares(&Squares::of(residuals));
-    }
-
     #[inline]
-    pub(crate) fn add_squares(&mut self, squares: &Squares) {
+    pub fn add(&mut self, residuals: &Residuals) {
+        let squares = Squares::of(residuals);
         self.returns += 1;
         self.with_first += u64::from(squares.first.is_some());
         self.with_independent += u64::from(squares.independent.is_some());

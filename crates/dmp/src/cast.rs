@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 use crossbeam_channel::bounded;
 use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query, TileCache};
 use dmp_log::ScanLog;
-use dmp_map::{Lattice, TileId};
+use dmp_map::{Lattice, TileId, TileTable};
 use dmp_reduce::{Basis, FrameSums, Layout, Reducer, Residuals, RunSums};
 use dmp_sensor::{Ray, ReturnCounts, Scan};
 
@@ -57,6 +57,8 @@ struct CastWorker<'a> {
     residuals: Vec<Vec<Residuals>>,
     /// Of one return, for every run.
     of_return: Vec<Residuals>,
+    /// Of the frame's returns, for every run.
+    frame_tiles: Vec<TileTable<RunSums>>,
     frame: FrameSums,
     reducer: Reducer,
     tiles: HashMap<(usize, TileId), RunSums>,
@@ -76,7 +78,7 @@ impl Worker for CastWorker<'_> {
             buffers,
             residuals,
             of_return,
-            tiles,
+            frame_tiles,
             ..
         } = self;
         self.frame.clear();
@@ -91,23 +93,33 @@ impl Worker for CastWorker<'_> {
                     .map_err(EvaluateError::map_of(&runs[run].name))?;
             }
             for (run, rays) in rays.iter().enumerate() {
+                let of_answer = |(ray, answer): (&Ray, &Answer)| residuals_of(ray.range_m, answer);
                 residuals[run].clear();
-                for (ray, answer) in rays.iter().zip(&answers[run]) {
-                    let residual = residuals_of(ray.range_m, answer);
-                    let tile = casters[run].map().lattice().tile_of(ray.endpoint_in_world());
+                residuals[run].extend(rays.iter().zip(&answers[run]).map(of_answer));
+                let lattice = casters[run].map().lattice();
+                for (ray, residuals) in rays.iter().zip(&residuals[run]) {
+                    let tile = lattice.tile_of(ray.endpoint_in_world());
                     let tile = tile.map_err(EvaluateError::map_of(&runs[run].name))?;
-                    tiles.entry((run, tile)).or_default().add(&residual);
-                    residuals[run].push(residual);
+                    frame_tiles[run].entry(tile).add(residuals);
                 }
             }
-            for index in 0..rays[0].len() {
-                of_return.clear();
-                of_return.extend(residuals.iter().map(|of_run| of_run[index]));
-                sums.add_return(of_return);
+            if runs.len() > 1 {
+                for index in 0..rays[0].len() {
+                    of_return.clear();
+                    of_return.extend(residuals.iter().map(|of_run| of_run[index]));
+                    sums.add_to_pairs(of_return);
+                }
             }
             watch.returns_scored(&ScoredReturns { frame: frame.frame, rays, residuals });
             Ok::<(), EvaluateError>(())
         })?;
+        // A frame's sums are those of its tiles.
+        for (run, of_run) in self.frame_tiles.iter_mut().enumerate() {
+            for (tile, of_tile) in of_run.drain() {
+                self.frame.add_to_run(run, &of_tile);
+                self.tiles.entry((run, tile)).or_default().merge(&of_tile);
+            }
+        }
         self.reducer.add_frame(ordinal as u64, &self.frame)?;
         self.watch.frame_scored(frame.frame, self.frame.runs());
         self.counts.merge(&counts);
@@ -290,6 +302,7 @@ impl<'a> CastPass<'a> {
             buffers: CastBuffers::default(),
             residuals: vec![Vec::new(); self.runs.len()],
             of_return: Vec::new(),
+            frame_tiles: self.runs.iter().map(|_| TileTable::default()).collect(),
             frame: FrameSums::new(&self.casters.bases),
             reducer: Reducer::new(layout.clone()),
             tiles: HashMap::new(),
