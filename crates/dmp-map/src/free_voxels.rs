@@ -6,9 +6,10 @@ use std::sync::Arc;
 
 use crate::MapError;
 use crate::cache::{BudgetCache, Weight};
-use crate::lattice::{Lattice, TileId, UNITS_PER_M, Voxel};
-use crate::store::{Durability, Store, StoreWriter, Tile, TileEntry};
-use crate::surfel::{Surfel, TileSurfels, borders_of};
+use crate::code::SurfelCode;
+use crate::lattice::{TileId, Voxel};
+use crate::store::{Durability, Store, StoreWriter, TileEntry};
+use crate::surfel::borders_of;
 use crate::tally::{Met, Tally};
 use crate::tile_moments::MixHasher;
 
@@ -57,12 +58,11 @@ impl FreeVoxels {
         let mut copies_before: HashMap<TileId, usize, BuildHasherDefault<MixHasher>> = HashMap::default();
         let mut of_copies = CopyCounts { tally, tiles: HashMap::new() };
         for &id in &tiles {
-            let Some(Tile { origin_in_world_m, surfels, own, .. }) = map.load(id)? else { continue };
+            let mut content = map.own_codes(id)?;
+            let surfels = map.entry(id).map_or(0, TileEntry::surfels);
             of_copies.forget_rows_below(id.y - 1);
-            let mut met = tally.of_tile(id, surfels.len())?;
-            met.truncate(own);
-            let mut content = TileSurfels { base_z_m: origin_in_world_m[2], surfels, thin_voxels: 0 };
-            content.surfels.truncate(own);
+            let mut met = tally.of_tile(id, surfels as usize)?;
+            met.truncate(content.codes.len());
             for (neighbour, index) in borders_of(&lattice, id, &content).iter().map(|c| (c.0, c.1.index)) {
                 let Some(entry) = map.entry(neighbour) else { continue };
                 let before = copies_before.entry(neighbour).or_default();
@@ -74,7 +74,7 @@ impl FreeVoxels {
                 }
             }
             let mut met = met.into_iter();
-            content.surfels.retain(|_| met.next().is_some_and(&is_free));
+            content.codes.retain(|_| met.next().is_some_and(&is_free));
             writer.write_own(id, &content)?;
         }
         writer.finish(Durability::Scratch)?;
@@ -115,28 +115,15 @@ impl FreeVoxels {
     }
 
     fn load(&self, id: TileId) -> Result<VoxelSet, MapError> {
-        let lattice = self.store.lattice();
-        let mut voxels: Vec<Voxel> = match self.store.load(id)? {
-            Some(tile) => tile.surfels.iter().map(|s| voxel_of(&lattice, tile.base_z_m(), s)).collect(),
-            None => Vec::new(),
+        let content = self.store.own_codes(id)?;
+        let voxel = |code: &SurfelCode| {
+            let [x, y, z] = code.voxel;
+            Voxel { x: x as u16, y: y as u16, z }
         };
+        let mut voxels: Vec<Voxel> = content.codes.iter().map(voxel).collect();
         voxels.sort_unstable();
         Ok(VoxelSet(voxels))
     }
-}
-
-/// The voxel that a tile's own surfel was made of: the one that holds its centre.
-///
-/// Lattice places are exact in `f32` within a kilometre of the tile's origin, and a mean of lattice places lies
-/// a whole unit below the voxel's upper faces; so no rounding moves it into the next voxel.
-fn voxel_of(lattice: &Lattice, base_z_m: f64, surfel: &Surfel) -> Voxel {
-    let edge = i64::from(lattice.voxel_units());
-    let base = [0, 0, (base_z_m * UNITS_PER_M).round() as i64];
-    let [x, y, z] = std::array::from_fn(|k| {
-        let units = (f64::from(surfel.centre_in_tile_m[k]) * UNITS_PER_M).floor() as i64;
-        (units + base[k]).div_euclid(edge)
-    });
-    Voxel { x: x as u16, y: y as u16, z: z as i32 }
 }
 
 /// Counts of the copies in each tile, read once and kept while their rows are at hand.

@@ -181,7 +181,7 @@ impl MapFuser {
         tiles.extend(self.open.tiles());
         let total = tiles.len() as u64;
         let mut writer = StoreWriter::create(path, self.lattice, provenance)?;
-        let mut borders = BorderQueue { lattice: self.lattice, waiting: BTreeMap::new() };
+        let mut borders = BorderQueue { waiting: BTreeMap::new() };
         let mut done = 0;
         let mut tiles = tiles.into_iter();
         loop {
@@ -220,7 +220,6 @@ impl MapFuser {
 /// row, so what waits never exceeds about two rows of borders.
 #[derive(Debug)]
 struct BorderQueue {
-    lattice: Lattice,
     waiting: BTreeMap<TileId, Vec<Border>>,
 }
 
@@ -232,10 +231,10 @@ impl BorderQueue {
                 break;
             }
             let copies = entry.remove();
-            let base_z_m =
-                writer.base_z_m(tile).unwrap_or_else(|| copies[copies.len() / 2].centre_in_world_m[2]);
-            let surfels = copies.iter().map(|c| c.in_tile(&self.lattice, tile, base_z_m)).collect();
-            writer.write_borders(tile, &TileSurfels { base_z_m, surfels, thin_voxels: 0 })?;
+            let base_voxel_z =
+                writer.base_voxel_z(tile).unwrap_or_else(|| copies[copies.len() / 2].code.voxel[2]);
+            let codes = copies.iter().map(|copy| copy.code).collect();
+            writer.write_borders(tile, &TileSurfels { base_voxel_z, codes, thin_voxels: 0 })?;
         }
         Ok(())
     }

@@ -79,6 +79,12 @@ impl Lattice {
         self.tile_voxels
     }
 
+    /// Steps of a lattice unit to which centres of surfels are rounded within their discs: a power of two, so that
+    /// a voxel has up to 2¹³ of them, one where it has more units than that.
+    pub(crate) fn across_steps(&self) -> u32 {
+        1 << ((1 << 13) / self.voxel_units).max(1).ilog2()
+    }
+
     /// Voxel edge v, metres.
     pub fn voxel_m(&self) -> f64 {
         f64::from(self.voxel_units) / UNITS_PER_M

@@ -27,6 +27,7 @@
 
 mod buckets;
 mod cache;
+mod code;
 mod density;
 mod error;
 mod free_voxels;
@@ -55,7 +56,10 @@ pub use fuser::{FuseScratch, MapFuser};
 pub use lattice::{Lattice, TileId, UNITS_PER_M};
 pub use normal::smallest_eigenvector;
 pub use sample::TriangleSampler;
-pub use store::{Durability, Store, StoreSummary, Tile, TileEntry, VERSION};
+pub use store::{
+    Blob, Durability, Form, MappedBytes, Store, StoreSummary, StoredTiles, StoredTilesWriter, Tile,
+    TileEntry, VERSION,
+};
 pub use support::{Independence, Support};
 pub use surfel::Surfel;
 pub use tally::{Crossing, Met, Tally};

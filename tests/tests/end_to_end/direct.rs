@@ -112,9 +112,11 @@ pub(crate) fn surfels(rays: &[Ray]) -> Vec<Disc> {
                 let points: Vec<_> =
                     members.iter().map(|m| Vector3::from(m.0.map(|c| c as f64 / 8192.0))).collect();
                 let normal = eigen.eigenvectors.column(order[0]).into_owned();
+                let corner = Vector3::from(voxel.map(|v| (v * edge) as f64 / 8192.0));
+                let (centre, normal) = rounded(corner, mean(&points), normal);
                 discs.push(Disc {
                     voxel: *voxel,
-                    centre: mean(&points),
+                    centre,
                     normal,
                     segments: members.iter().map(|m| m.1).collect(),
                 });
@@ -122,6 +124,30 @@ pub(crate) fn surfels(rays: &[Ray]) -> Vec<Disc> {
         }
     }
     discs
+}
+
+/// A disc as it is kept: `docs/store-format.md`, "How a surfel is rounded".
+fn rounded(corner: Vector3<f64>, mean: Vector3<f64>, normal: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
+    let axis = normal.iamax();
+    // Its slopes against the axis it is most along, to 2⁻¹⁸.
+    let slopes = (normal / normal[axis]).map(|slope| (slope * 262_144.0).round() / 262_144.0);
+    // Lattice units from the voxel's corner.
+    let mean = (mean - corner) * 8192.0;
+    let height_over = |place: Vector3<f64>| {
+        let across: f64 = (0..3).filter(|&k| k != axis).map(|k| slopes[k] * (mean[k] - place[k])).sum();
+        ((mean[axis] + across) * 32.0).round() / 32.0
+    };
+    // Voxels of a metre have no more steps than units.
+    let mut place = mean.map(f64::round);
+    let last = VOXEL_M * 8192.0 - 1.0;
+    let height = height_over(place);
+    for k in (0..3).filter(|&k| k != axis && !(0.0..=last).contains(&height)) {
+        // Uphill where the plane is too low, downhill where it is too high.
+        let lower_place = (slopes[k] > 0.0) == (height < 0.0);
+        place[k] = if lower_place { mean[k].floor() } else { mean[k].ceil() };
+    }
+    place[axis] = height_over(place);
+    (corner + place / 8192.0, slopes.normalize())
 }
 
 /// The scores, directly, by name.

@@ -1,33 +1,76 @@
-use crate::lattice::TileId;
+use super::columns::{CELL_BYTES, SURFEL_BYTES};
+use crate::lattice::{Lattice, TileId, UNITS_PER_M};
 use crate::surfel::Surfel;
 use crate::tiles::TileExtent;
 
 /// Version of the store format this program writes and reads.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 pub(super) const MAGIC: [u8; 8] = *b"DMPSTORE";
 pub(super) const END_MAGIC: [u8; 8] = *b"DMPSTEND";
-/// Magic, version, voxel units, tile voxels, CRC-32 of those; then the blobs.
-pub(super) const HEADER_BYTES: usize = 24;
+/// Magic, version, form, voxel units, tile voxels, steps across, zeros, CRC-32 of those; then the blobs.
+pub(super) const HEADER_BYTES: usize = 64;
 /// Offset, length and CRC-32 of the directory, number of tiles, CRC-32 of those, end magic.
 pub(super) const FOOTER_BYTES: usize = 40;
-pub(super) const ENTRY_BYTES: usize = 96;
-pub(super) const SURFEL_BYTES: usize = 32;
+pub(super) const ENTRY_BYTES: usize = 84;
 /// Most surfels a tile may claim: bounds what a forged directory can make us allocate (1 GiB).
 pub(super) const MAX_TILE_SURFELS: u32 = 1 << 25;
 /// Longest provenance text kept in a store.
 pub(super) const MAX_PROVENANCE_BYTES: usize = 1 << 20;
+/// No zstd frame gives more than this for a byte: a block of at least 4 bytes gives at most 128 KiB.
+const MOST_INFLATION: u64 = 1 << 15;
 
-/// Where a compressed run of surfels lies in the file.
+/// What the blobs of a store hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Codes of surfels, compressed: small.
+    Archive,
+    /// What rays are cast into, as it lies in memory: used where it is mapped.
+    CastReady,
+}
+
+impl Form {
+    pub(super) const fn code(self) -> u32 {
+        match self {
+            Self::Archive => 1,
+            Self::CastReady => 2,
+        }
+    }
+
+    pub(super) fn from_code(code: u32) -> Option<Self> {
+        [Self::Archive, Self::CastReady].into_iter().find(|form| form.code() == code)
+    }
+
+    /// Blobs begin at multiples of this, and are filled up with zeros to the next.
+    pub(super) const fn alignment(self) -> usize {
+        match self {
+            Self::Archive => 1,
+            Self::CastReady => 64,
+        }
+    }
+}
+
+impl std::fmt::Display for Form {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Archive => "archive",
+            Self::CastReady => "cast-ready",
+        })
+    }
+}
+
+/// A run of bytes in the file, and what it stands for.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Blob {
     /// First byte.
     pub offset: u64,
-    /// Compressed length, bytes.
+    /// Length, bytes.
     pub bytes: u32,
-    /// Number of surfels in it.
+    /// Number of surfels: the tile's own in the first blob, copies in the second.
     pub surfels: u32,
-    /// CRC-32 of the compressed bytes.
+    /// Cells of an archive; in a cast-ready tile nodes in the first blob, leaves in the second.
+    pub rows: u32,
+    /// CRC-32 of the bytes.
     pub crc32: u32,
 }
 
@@ -40,15 +83,15 @@ pub struct TileEntry {
     pub own: Blob,
     /// Copies of neighbours' discs that reach into it.
     pub borders: Blob,
-    /// Height that the tile's z counts from, world metres.
-    pub base_z_m: f64,
+    /// z of the voxels on whose lower faces the tile's z is 0.
+    pub base_voxel_z: i32,
     /// Bounds of its surfels, copies included.
     pub extent: TileExtent,
 }
 
 impl TileEntry {
-    pub(super) fn new(tile: TileId, base_z_m: f64) -> Self {
-        Self { tile, own: Blob::default(), borders: Blob::default(), base_z_m, extent: TileExtent::EMPTY }
+    pub(super) fn new(tile: TileId, base_voxel_z: i32) -> Self {
+        Self { tile, own: Blob::default(), borders: Blob::default(), base_voxel_z, extent: TileExtent::EMPTY }
     }
 
     /// Surfels to load: its own and the copies.
@@ -56,42 +99,81 @@ impl TileEntry {
         u64::from(self.own.surfels) + u64::from(self.borders.surfels)
     }
 
-    pub(super) fn bound(&mut self, surfels: &[Surfel], radius_m: f32) {
-        surfels.iter().for_each(|surfel| self.extent.add(surfel, self.base_z_m, radius_m));
+    /// The place that the tile's coordinates count from: its corner, and a z amid its surfels, world metres.
+    pub fn origin_in_world_m(&self, lattice: &Lattice) -> [f64; 3] {
+        let [x, y] = lattice.tile_corner_m(self.tile);
+        let base_units = i64::from(self.base_voxel_z) * i64::from(lattice.voxel_units());
+        [x, y, base_units as f64 / UNITS_PER_M]
+    }
+
+    pub(super) fn bound(&mut self, surfels: impl Iterator<Item = Surfel>, lattice: &Lattice) {
+        let base_z_m = self.origin_in_world_m(lattice)[2];
+        let radius_m = lattice.disc_radius_m() as f32;
+        surfels.for_each(|surfel| self.extent.add(&surfel, base_z_m, radius_m));
     }
 
     pub(super) fn encode(&self, out: &mut Vec<u8>) {
-        out.extend(self.tile.y.to_le_bytes());
-        out.extend(self.tile.x.to_le_bytes());
-        for blob in [self.own, self.borders] {
-            out.extend(blob.offset.to_le_bytes());
-            out.extend(blob.bytes.to_le_bytes());
-            out.extend(blob.surfels.to_le_bytes());
-            out.extend(blob.crc32.to_le_bytes());
-            out.extend([0; 4]);
-        }
         let TileExtent { z_range_m, min_third_lowest, max_third_highest } = self.extent;
-        for value in [self.base_z_m, z_range_m[0], z_range_m[1]] {
+        for value in [self.tile.y, self.tile.x, self.base_voxel_z, min_third_lowest, max_third_highest] {
             out.extend(value.to_le_bytes());
         }
-        out.extend(min_third_lowest.to_le_bytes());
-        out.extend(max_third_highest.to_le_bytes());
-        out.extend([0; 8]);
+        for value in z_range_m {
+            out.extend(value.to_le_bytes());
+        }
+        for blob in [self.own, self.borders] {
+            out.extend(blob.offset.to_le_bytes());
+            for value in [blob.bytes, blob.surfels, blob.rows, blob.crc32] {
+                out.extend(value.to_le_bytes());
+            }
+        }
     }
 
     pub(super) fn decode(bytes: &[u8; ENTRY_BYTES]) -> Self {
         let mut at = Cursor { bytes, at: 0 };
         let tile = TileId { y: at.i32(), x: at.i32() };
-        let mut blob = || {
-            let blob = Blob { offset: at.u64(), bytes: at.u32(), surfels: at.u32(), crc32: at.u32() };
-            at.u32();
-            blob
-        };
+        let (base_voxel_z, min_third_lowest, max_third_highest) = (at.i32(), at.i32(), at.i32());
+        let z_range_m = [at.f64(), at.f64()];
+        let mut blob =
+            || Blob { offset: at.u64(), bytes: at.u32(), surfels: at.u32(), rows: at.u32(), crc32: at.u32() };
         let (own, borders) = (blob(), blob());
-        let (base_z_m, z_range_m) = (at.f64(), [at.f64(), at.f64()]);
-        let (min_third_lowest, max_third_highest) = (at.i32(), at.i32());
         let extent = TileExtent { z_range_m, min_third_lowest, max_third_highest };
-        Self { tile, own, borders, base_z_m, extent }
+        Self { tile, own, borders, base_voxel_z, extent }
+    }
+
+    /// Whether what it says can be true of a file of `form` whose blobs end at `blobs_end`.
+    pub(super) fn check(&self, form: Form, blobs_end: u64) -> Result<(), String> {
+        for blob in [&self.own, &self.borders] {
+            let end = blob.offset.checked_add(u64::from(blob.bytes));
+            let inside = blob.offset >= HEADER_BYTES as u64 && end.is_some_and(|end| end <= blobs_end);
+            let aligned = blob.offset % form.alignment() as u64 == 0;
+            let empty = blob.bytes == 0 && blob.rows == 0 && (blob.surfels == 0 || form == Form::CastReady);
+            let fits = form == Form::CastReady || blob.codes_fit();
+            if !(empty || inside && aligned && fits) || blob.surfels > MAX_TILE_SURFELS {
+                return Err(format!(
+                    "tile {}: {} surfels, {} rows, in {} bytes at byte {} do not fit the file",
+                    self.tile, blob.surfels, blob.rows, blob.bytes, blob.offset
+                ));
+            }
+        }
+        let [low, high] = self.extent.z_range_m;
+        if !(low.is_finite() && high.is_finite() && low <= high) {
+            return Err(format!("tile {}: heights {low} to {high} m", self.tile));
+        }
+        Ok(())
+    }
+}
+
+impl Blob {
+    /// Bytes of an archive's blob when unzipped.
+    pub(super) fn unzipped_bytes(&self) -> u64 {
+        u64::from(self.rows) * CELL_BYTES as u64 + u64::from(self.surfels) * SURFEL_BYTES as u64
+    }
+
+    /// Whether so many cells may have so many surfels, and both come out of so few bytes.
+    fn codes_fit(&self) -> bool {
+        let (cells, surfels) = (u64::from(self.rows), u64::from(self.surfels));
+        (cells..=8 * cells).contains(&surfels)
+            && self.unzipped_bytes() <= u64::from(self.bytes) * MOST_INFLATION
     }
 }
 
@@ -126,33 +208,4 @@ impl Cursor<'_> {
     pub(super) fn f64(&mut self) -> f64 {
         f64::from_le_bytes(self.take())
     }
-}
-
-/// Surfels as columns of 32-bit little-endian words: three of centre, three of normal, two of support.
-pub(super) fn encode_columns(surfels: &[Surfel], out: &mut Vec<u8>) {
-    out.clear();
-    out.reserve(surfels.len() * SURFEL_BYTES);
-    for k in 0..3 {
-        surfels.iter().for_each(|s| out.extend(s.centre_in_tile_m[k].to_le_bytes()));
-    }
-    for k in 0..3 {
-        surfels.iter().for_each(|s| out.extend(s.normal[k].to_le_bytes()));
-    }
-    surfels.iter().for_each(|s| out.extend(s.third_lowest.to_le_bytes()));
-    surfels.iter().for_each(|s| out.extend(s.third_highest.to_le_bytes()));
-}
-
-/// The inverse of [`encode_columns`], appended to `out`; `bytes` holds whole surfels.
-pub(super) fn decode_columns(bytes: &[u8], out: &mut Vec<Surfel>) {
-    let count = bytes.len() / SURFEL_BYTES;
-    let word = |column: usize, row: usize| {
-        let at = (column * count + row) * 4;
-        bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map_or(0, u32::from_le_bytes)
-    };
-    out.extend((0..count).map(|row| Surfel {
-        centre_in_tile_m: std::array::from_fn(|k| f32::from_bits(word(k, row))),
-        normal: std::array::from_fn(|k| f32::from_bits(word(3 + k, row))),
-        third_lowest: word(6, row) as i32,
-        third_highest: word(7, row) as i32,
-    }));
 }

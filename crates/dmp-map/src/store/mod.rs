@@ -1,14 +1,18 @@
-//! The store: one immutable file of compressed, checksummed tiles.
+//! The store: one immutable file of checksummed tiles.
 //!
-//! Header, tile blobs, directory, footer; all numbers little-endian. A blob is zstd over columns of
-//! 32-bit numbers, eight a surfel. The directory at the end says for every tile where its own surfels
-//! and the copies of its neighbours' border discs are, and what bounds them.
+//! Header, blobs, directory, footer; all numbers little-endian. There are two forms: the archive holds codes of
+//! surfels, compressed; what a cast-ready file holds is up to the caster, which uses it where it is mapped. The
+//! directory at the end says for every tile where its two blobs are and what bounds its surfels.
+//! `docs/store-format.md` has every byte.
 
+mod archive;
+mod columns;
 mod layout;
 mod read;
 mod write;
 
-pub use layout::{TileEntry, VERSION};
-pub use read::{Store, Tile};
-pub(crate) use write::StoreWriter;
-pub use write::{Durability, StoreSummary};
+pub(crate) use archive::StoreWriter;
+pub use archive::{Store, Tile};
+pub use layout::{Blob, Form, TileEntry, VERSION};
+pub use read::{MappedBytes, StoredTiles};
+pub use write::{Durability, StoreSummary, StoredTilesWriter};

@@ -1,59 +1,54 @@
 use std::collections::HashMap;
 use std::fs::File;
 use std::hash::BuildHasherDefault;
+use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use memmap2::Mmap;
 
 use super::layout::{
-    Blob, Cursor, END_MAGIC, ENTRY_BYTES, FOOTER_BYTES, HEADER_BYTES, MAGIC, MAX_TILE_SURFELS, SURFEL_BYTES,
-    TileEntry, VERSION, decode_columns,
+    Blob, Cursor, END_MAGIC, ENTRY_BYTES, FOOTER_BYTES, Form, HEADER_BYTES, MAGIC, TileEntry, VERSION,
 };
 use crate::MapError;
 use crate::lattice::{Lattice, TileId};
-use crate::surfel::Surfel;
 use crate::tile_moments::MixHasher;
 
-/// A finished store, opened for reading; shared freely between threads.
+/// A finished file of tiles, in either form, opened for reading; shared freely between threads.
 ///
-/// Opening checks everything but the tiles, loading a tile checks that tile: nothing damaged is ever
-/// handed out.
+/// Opening checks everything but the blobs, asking for a blob checks that blob: nothing damaged is ever handed
+/// out.
 #[derive(Debug)]
-pub struct Store {
+pub struct StoredTiles {
     path: PathBuf,
-    bytes: Mmap,
+    bytes: Arc<Mmap>,
     lattice: Lattice,
     provenance: String,
     entries: HashMap<TileId, TileEntry, BuildHasherDefault<MixHasher>>,
     bounds: Option<[TileId; 2]>,
 }
 
-/// One tile in memory: its own surfels, then the copies of its neighbours' border discs.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Tile {
-    /// Which tile.
-    pub id: TileId,
-    /// The place that the surfels' coordinates count from: the tile's corner and a z amid its surfels, world metres.
-    pub origin_in_world_m: [f64; 3],
-    /// The surfels.
-    pub surfels: Vec<Surfel>,
-    /// How many of them, in front, are the tile's own.
-    pub own: usize,
+/// Bytes of a mapped file, which stays mapped as long as they are held.
+#[derive(Debug, Clone)]
+pub struct MappedBytes {
+    file: Arc<Mmap>,
+    range: Range<usize>,
 }
 
-impl Tile {
-    /// Height that the tile's z counts from, world metres.
-    pub fn base_z_m(&self) -> f64 {
-        self.origin_in_world_m[2]
+impl Deref for MappedBytes {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        self.file.get(self.range.clone()).unwrap_or_default()
     }
 }
 
-impl Store {
-    /// Opens a store and checks its header, directory and footer.
+impl StoredTiles {
+    /// Opens a file of tiles and checks its header, directory and footer.
     ///
     /// # Errors
-    /// When the file cannot be read, is no store, is of another version, cut short or damaged.
-    pub fn open(path: &Path) -> Result<Self, MapError> {
+    /// When the file cannot be read, is none of ours, is of another version or form, cut short or damaged.
+    pub fn open(path: &Path, form: Form) -> Result<Self, MapError> {
         let file = File::open(path).map_err(MapError::io(path, "cannot open the map"))?;
         let length = file.metadata().map_err(MapError::io(path, "cannot read the map"))?.len();
         let not_a_store =
@@ -69,17 +64,7 @@ impl Store {
             return Err(not_a_store(&bytes[..8]));
         }
         let damaged = |part, detail| MapError::Damaged { path: path.to_path_buf(), part, detail };
-        let header = &bytes[..HEADER_BYTES];
-        let mut at = Cursor { bytes: header, at: 8 };
-        let (version, voxel_units, tile_voxels, crc32) = (at.u32(), at.u32(), at.u32(), at.u32());
-        if version != VERSION {
-            return Err(MapError::Version { path: path.to_path_buf(), found: version, known: VERSION });
-        }
-        check_crc(&header[..HEADER_BYTES - 4], crc32).map_err(|d| damaged("header", d))?;
-        let lattice = Lattice::from_parts(voxel_units, tile_voxels).ok_or_else(|| {
-            damaged("header", format!("voxels of {voxel_units} units, {tile_voxels} a tile: no such grid"))
-        })?;
-
+        let lattice = lattice_of(path, &bytes[..HEADER_BYTES], form)?;
         let directory = directory_of(&bytes).map_err(|(part, detail)| damaged(part, detail))?;
         let blobs_end = bytes.len() as u64 - FOOTER_BYTES as u64 - directory.bytes.len() as u64;
         let (provenance, rows) = split_directory(&directory).map_err(|d| damaged("directory", d))?;
@@ -87,7 +72,7 @@ impl Store {
         let mut bounds: Option<[TileId; 2]> = None;
         for row in rows {
             let entry = TileEntry::decode(row);
-            check_entry(&entry, blobs_end).map_err(|d| damaged("directory", d))?;
+            entry.check(form, blobs_end).map_err(|d| damaged("directory", d))?;
             let id = entry.tile;
             let [low, high] = bounds.get_or_insert([id, id]);
             *low = TileId { x: low.x.min(id.x), y: low.y.min(id.y) };
@@ -97,19 +82,13 @@ impl Store {
             }
         }
         let provenance = provenance.to_owned();
-        Ok(Self { path: path.to_path_buf(), bytes, lattice, provenance, entries, bounds })
+        let (path, bytes) = (path.to_path_buf(), Arc::new(bytes));
+        Ok(Self { path, bytes, lattice, provenance, entries, bounds })
     }
 
-    /// Opens a store and takes its name away: the file lives as long as somebody reads it and vanishes
-    /// then, however the process ends. (Where the system does not allow that, it keeps its name.)
-    ///
-    /// # Errors
-    /// As [`Store::open`].
-    pub fn open_once(path: &Path) -> Result<Self, MapError> {
-        let store = Self::open(path)?;
-        // A name that stays is removed with the work folder it is in.
-        let _ = std::fs::remove_file(path);
-        Ok(store)
+    /// Where it was opened.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// The file.
@@ -145,46 +124,52 @@ impl Store {
 
     /// Surfels of the map, copies over borders not counted.
     pub fn surfels(&self) -> u64 {
-        self.entries.values().map(|e| u64::from(e.own.surfels)).sum()
+        self.entries.values().map(|entry| u64::from(entry.own.surfels)).sum()
     }
 
-    /// Loads a tile; `None` where the map is empty. `O(surfels)`.
+    /// A blob's bytes as they lie in the file; empty where it does not lie in it.
+    pub fn blob_as_checked(&self, blob: &Blob) -> MappedBytes {
+        let start = blob.offset as usize;
+        MappedBytes { file: Arc::clone(&self.bytes), range: start..start + blob.bytes as usize }
+    }
+
+    /// A blob's bytes, compared with its checksum.
     ///
     /// # Errors
-    /// When the tile's bytes are not those that were written.
-    pub fn load(&self, tile: TileId) -> Result<Option<Tile>, MapError> {
-        let Some(entry) = self.entries.get(&tile) else { return Ok(None) };
-        let mut surfels = Vec::with_capacity(entry.surfels() as usize);
-        for blob in [&entry.own, &entry.borders] {
-            self.load_blob(blob, &mut surfels).map_err(|detail| MapError::DamagedTile {
-                path: self.path.clone(),
-                tile,
-                offset: blob.offset,
-                detail,
-            })?;
-        }
-        let [x, y] = self.lattice.tile_corner_m(tile);
-        let own = entry.own.surfels as usize;
-        Ok(Some(Tile { id: tile, origin_in_world_m: [x, y, entry.base_z_m], surfels, own }))
+    /// When they are not those that were written.
+    pub fn blob(&self, tile: TileId, blob: &Blob) -> Result<MappedBytes, MapError> {
+        let bytes = self.blob_as_checked(blob);
+        let checked = check_crc(&bytes, blob.crc32);
+        checked.map_err(|detail| self.damaged_tile(tile, blob, detail))?;
+        Ok(bytes)
     }
 
-    fn load_blob(&self, blob: &Blob, out: &mut Vec<Surfel>) -> Result<(), String> {
-        if blob.surfels == 0 {
-            return Ok(());
-        }
-        let start = blob.offset as usize;
-        let compressed =
-            self.bytes.get(start..start + blob.bytes as usize).ok_or("it ends outside the file")?;
-        check_crc(compressed, blob.crc32)?;
-        let wanted = blob.surfels as usize * SURFEL_BYTES;
-        let columns =
-            zstd::bulk::decompress(compressed, wanted).map_err(|e| format!("cannot decompress: {e}"))?;
-        if columns.len() != wanted {
-            return Err(format!("it holds {} bytes, not {wanted}", columns.len()));
-        }
-        decode_columns(&columns, out);
-        Ok(())
+    /// That a tile's blob holds what it cannot hold.
+    pub fn damaged_tile(&self, tile: TileId, blob: &Blob, detail: String) -> MapError {
+        MapError::DamagedTile { path: self.path.clone(), tile, offset: blob.offset, detail }
     }
+}
+
+fn lattice_of(path: &Path, header: &[u8], form: Form) -> Result<Lattice, MapError> {
+    let damaged = |detail| MapError::Damaged { path: path.to_path_buf(), part: "header", detail };
+    let mut at = Cursor { bytes: header, at: 8 };
+    let (version, found_form) = (at.u32(), at.u32());
+    let (voxel_units, tile_voxels, across_steps) = (at.u32(), at.u32(), at.u32());
+    if version != VERSION {
+        return Err(MapError::Version { path: path.to_path_buf(), found: version, known: VERSION });
+    }
+    let crc32 = Cursor { bytes: header, at: HEADER_BYTES - 4 }.u32();
+    check_crc(&header[..HEADER_BYTES - 4], crc32).map_err(damaged)?;
+    match Form::from_code(found_form) {
+        Some(found) if found == form => {}
+        Some(found) => return Err(MapError::OtherForm { path: path.to_path_buf(), found, wanted: form }),
+        None => return Err(damaged(format!("form {found_form} is none of version {VERSION}"))),
+    }
+    let lattice = Lattice::from_parts(voxel_units, tile_voxels);
+    lattice.filter(|lattice| lattice.across_steps() == across_steps).ok_or_else(|| {
+        let grid = format!("voxels of {voxel_units} units of {across_steps} steps, {tile_voxels} a tile");
+        damaged(format!("{grid}: no such grid"))
+    })
 }
 
 fn check_crc(bytes: &[u8], saved: u32) -> Result<(), String> {
@@ -233,23 +218,4 @@ fn split_directory<'a>(
         return Err(format!("it holds {} tiles, the footer says {}", rows.len(), directory.tiles));
     }
     Ok((text, rows.iter()))
-}
-
-fn check_entry(entry: &TileEntry, blobs_end: u64) -> Result<(), String> {
-    for blob in [&entry.own, &entry.borders] {
-        let end = blob.offset.checked_add(u64::from(blob.bytes));
-        let empty = blob.surfels == 0 && blob.bytes == 0;
-        let inside = blob.offset >= HEADER_BYTES as u64 && end.is_some_and(|end| end <= blobs_end);
-        if !(empty || inside) || blob.surfels > MAX_TILE_SURFELS {
-            return Err(format!(
-                "tile {}: {} surfels in {} bytes at byte {} do not fit the file",
-                entry.tile, blob.surfels, blob.bytes, blob.offset
-            ));
-        }
-    }
-    let [low, high] = entry.extent.z_range_m;
-    if !(entry.base_z_m.is_finite() && low.is_finite() && high.is_finite() && low <= high) {
-        return Err(format!("tile {}: heights {low} to {high} m over {} m", entry.tile, entry.base_z_m));
-    }
-    Ok(())
 }

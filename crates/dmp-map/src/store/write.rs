@@ -4,12 +4,9 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use super::layout::{
-    Blob, END_MAGIC, MAGIC, MAX_PROVENANCE_BYTES, MAX_TILE_SURFELS, TileEntry, VERSION, encode_columns,
-};
+use super::layout::{Blob, END_MAGIC, Form, HEADER_BYTES, MAGIC, MAX_PROVENANCE_BYTES, TileEntry, VERSION};
 use crate::MapError;
 use crate::lattice::{Lattice, TileId};
-use crate::surfel::TileSurfels;
 
 /// Whether a store is to survive a power cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,27 +28,30 @@ pub struct StoreSummary {
     pub surfels: u64,
     /// Copies of discs over tile borders.
     pub border_copies: u64,
-    /// Occupied voxels that gave no surfel: too few points, or no plane.
+    /// Occupied voxels that gave no surfel: too few points, or no plane. Not known of a store that was made of
+    /// another: 0.
     pub thin_voxels: u64,
     /// Length of the file.
     pub bytes: u64,
 }
 
-/// Writes a store tile by tile, under a temporary name until it is whole.
+/// Writes a file of tiles in either form, blob by blob, under a temporary name until it is whole.
 #[derive(Debug)]
-pub(crate) struct StoreWriter {
+pub struct StoredTilesWriter {
     path: PathBuf,
     file: BufWriter<NamedTempFile>,
     at: u64,
-    lattice: Lattice,
+    form: Form,
     provenance: String,
     entries: BTreeMap<TileId, TileEntry>,
-    thin_voxels: u64,
-    columns: Vec<u8>,
 }
 
-impl StoreWriter {
-    pub(crate) fn create(path: &Path, lattice: Lattice, provenance: &str) -> Result<Self, MapError> {
+impl StoredTilesWriter {
+    /// Begins a file at `path`; `provenance` is kept in it, up to a mebibyte.
+    ///
+    /// # Errors
+    /// When it cannot be made there.
+    pub fn create(path: &Path, form: Form, lattice: Lattice, provenance: &str) -> Result<Self, MapError> {
         let folder = match path.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
@@ -65,26 +65,36 @@ impl StoreWriter {
         let file = file.map_err(MapError::io(path, "cannot create the store"))?;
         let mut header = Vec::new();
         header.extend(MAGIC);
-        header.extend(VERSION.to_le_bytes());
-        header.extend(lattice.voxel_units().to_le_bytes());
-        header.extend(lattice.tile_voxels().to_le_bytes());
+        let grid = [lattice.voxel_units(), lattice.tile_voxels(), lattice.across_steps()];
+        for value in [VERSION, form.code()].into_iter().chain(grid) {
+            header.extend(value.to_le_bytes());
+        }
+        header.resize(HEADER_BYTES - 4, 0);
         header.extend(crc32fast::hash(&header).to_le_bytes());
         let mut cut = provenance.len().min(MAX_PROVENANCE_BYTES);
         while !provenance.is_char_boundary(cut) {
             cut -= 1;
         }
-        let mut writer = Self {
-            path: path.to_path_buf(),
-            file: BufWriter::new(file),
-            at: 0,
-            lattice,
-            provenance: provenance[..cut].to_owned(),
-            entries: BTreeMap::new(),
-            thin_voxels: 0,
-            columns: Vec::new(),
-        };
+        let (path, provenance) = (path.to_path_buf(), provenance[..cut].to_owned());
+        let (file, entries) = (BufWriter::new(file), BTreeMap::new());
+        let mut writer = Self { path, file, at: 0, form, provenance, entries };
         writer.put(&header)?;
         Ok(writer)
+    }
+
+    /// Where it is to be.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What the directory is to say of a tile.
+    pub fn entry(&self, tile: TileId) -> Option<&TileEntry> {
+        self.entries.get(&tile)
+    }
+
+    /// The same, to be changed; `new` where there is none yet.
+    pub fn entry_mut(&mut self, tile: TileId, new: impl FnOnce() -> TileEntry) -> &mut TileEntry {
+        self.entries.entry(tile).or_insert_with(new)
     }
 
     fn put(&mut self, bytes: &[u8]) -> Result<(), MapError> {
@@ -93,54 +103,34 @@ impl StoreWriter {
         Ok(())
     }
 
-    pub(crate) fn base_z_m(&self, tile: TileId) -> Option<f64> {
-        self.entries.get(&tile).map(|entry| entry.base_z_m)
-    }
-
-    pub(crate) fn write_own(&mut self, tile: TileId, content: &TileSurfels) -> Result<(), MapError> {
-        self.thin_voxels += content.thin_voxels;
-        if !content.surfels.is_empty() {
-            let blob = self.write_blob(tile, content)?;
-            self.entry(tile, content).own = blob;
-        }
-        Ok(())
-    }
-
-    pub(crate) fn write_borders(&mut self, tile: TileId, content: &TileSurfels) -> Result<(), MapError> {
-        let blob = self.write_blob(tile, content)?;
-        self.entry(tile, content).borders = blob;
-        Ok(())
-    }
-
-    fn entry(&mut self, tile: TileId, content: &TileSurfels) -> &mut TileEntry {
-        let radius_m = self.lattice.disc_radius_m() as f32;
-        let entry = self.entries.entry(tile).or_insert_with(|| TileEntry::new(tile, content.base_z_m));
-        entry.bound(&content.surfels, radius_m);
-        entry
-    }
-
-    fn write_blob(&mut self, tile: TileId, content: &TileSurfels) -> Result<Blob, MapError> {
-        let too_many = |count: usize| MapError::Damaged {
+    /// Writes a blob, one part after the other, and zeros up to where the next may begin. What the blob stands for
+    /// is left open.
+    ///
+    /// # Errors
+    /// When it cannot be written, or is longer than 4 GiB.
+    pub fn put_blob(&mut self, parts: &[&[u8]]) -> Result<Blob, MapError> {
+        let offset = self.at;
+        let content: usize = parts.iter().map(|part| part.len()).sum();
+        let zeros = [0; 64];
+        let filling = &zeros[..content.next_multiple_of(self.form.alignment()) - content];
+        let bytes = u32::try_from(content + filling.len()).map_err(|_| MapError::Damaged {
             path: self.path.clone(),
             part: "plan",
-            detail: format!(
-                "tile {tile} would hold {count} surfels, more than the {MAX_TILE_SURFELS} a tile may have"
-            ),
-        };
-        let surfels = u32::try_from(content.surfels.len()).map_err(|_| too_many(content.surfels.len()))?;
-        if surfels > MAX_TILE_SURFELS {
-            return Err(too_many(content.surfels.len()));
+            detail: format!("a tile would have {content} bytes, more than the 4 GiB it may have"),
+        })?;
+        let mut crc32 = crc32fast::Hasher::new();
+        for part in parts.iter().copied().chain([filling]) {
+            crc32.update(part);
+            self.put(part)?;
         }
-        encode_columns(&content.surfels, &mut self.columns);
-        let compressed = zstd::bulk::compress(&self.columns, 1)
-            .map_err(MapError::io(&self.path, "cannot compress a tile"))?;
-        let offset = self.at;
-        self.put(&compressed)?;
-        Ok(Blob { offset, bytes: compressed.len() as u32, surfels, crc32: crc32fast::hash(&compressed) })
+        Ok(Blob { offset, bytes, crc32: crc32.finalize(), ..Blob::default() })
     }
 
     /// Directory and footer, then the name.
-    pub(crate) fn finish(mut self, durability: Durability) -> Result<StoreSummary, MapError> {
+    ///
+    /// # Errors
+    /// When they cannot be written; then no file appears, and what was there before is untouched.
+    pub fn finish(mut self, durability: Durability) -> Result<StoreSummary, MapError> {
         let mut directory = Vec::new();
         directory.extend((self.provenance.len() as u32).to_le_bytes());
         directory.extend(self.provenance.as_bytes());
@@ -167,7 +157,7 @@ impl StoreWriter {
             tiles: self.entries.len() as u64,
             surfels: self.entries.values().map(|e| u64::from(e.own.surfels)).sum(),
             border_copies: self.entries.values().map(|e| u64::from(e.borders.surfels)).sum(),
-            thin_voxels: self.thin_voxels,
+            thin_voxels: 0,
             bytes: self.at,
             path: self.path,
         })
