@@ -1,17 +1,17 @@
 use std::sync::Arc;
 
-use dmp_map::{BudgetCache, MapError, NextUse, Store, TileExtent, TileId, TileSource};
+use dmp_map::{BudgetCache, MapError, NextUse, Store, TileExtent, TileId};
 
 use crate::casting::{CastBuffers, Casting, Grouping};
 use crate::journey::{Tiles, travel};
 use crate::lanes::{Job, Simd};
 use crate::path::Path;
 use crate::query::{Answer, CastSettings, Query};
-use crate::tile::CastTile;
+use crate::ready::{CastSource, ReadyTile};
 
 /// The tiles of one or more maps in memory, ready for casting, under one byte budget.
 #[derive(Debug)]
-pub struct TileCache(BudgetCache<(usize, TileId), CastTile>);
+pub struct TileCache(BudgetCache<(usize, TileId), ReadyTile>);
 
 impl TileCache {
     /// Room for `budget_bytes`.
@@ -42,7 +42,7 @@ pub struct Caster<M = Store> {
     grouping: Grouping,
 }
 
-impl<M: TileSource> Caster<M> {
+impl<M: CastSource> Caster<M> {
     /// A caster into `map` that keeps at most about `budget_bytes` of tiles in memory.
     pub fn new(map: M, settings: CastSettings, budget_bytes: usize) -> Self {
         Self::sharing(map, settings, &Arc::new(TileCache::new(budget_bytes)), 0)
@@ -99,27 +99,23 @@ impl<M: TileSource> Caster<M> {
     }
 }
 
-impl<M: TileSource> Tiles for Caster<M> {
-    type Tile = CastTile;
+impl<M: CastSource> Tiles for Caster<M> {
+    type Tile = ReadyTile;
 
     fn edge_m(&self) -> f64 {
-        self.map.tile_edge_m()
+        self.map.edge_m()
     }
 
     fn bounds(&self) -> Option<[TileId; 2]> {
-        self.map.tile_bounds()
+        self.map.bounds()
     }
 
     fn extent(&self, tile: TileId) -> Option<TileExtent> {
-        self.map.tile_extent(tile)
+        self.map.extent(tile)
     }
 
-    fn load(&self, tile: TileId) -> Result<Arc<CastTile>, MapError> {
-        let radius_m = self.map.disc_radius_m() as f32;
-        self.tiles.0.get((self.number, tile), || {
-            let loaded = self.map.load_tile(tile)?;
-            Ok(loaded.map_or_else(CastTile::default, |tile| CastTile::new(&tile, radius_m)))
-        })
+    fn load(&self, tile: TileId) -> Result<Arc<ReadyTile>, MapError> {
+        self.tiles.0.get((self.number, tile), || self.map.load_ready(tile))
     }
 }
 
@@ -130,7 +126,7 @@ struct CastBlock<'a, M> {
     buffers: &'a mut CastBuffers,
 }
 
-impl<M: TileSource> Job for CastBlock<'_, M> {
+impl<M: CastSource> Job for CastBlock<'_, M> {
     type Output = Result<(), MapError>;
 
     #[inline(always)]

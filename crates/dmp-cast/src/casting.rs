@@ -9,6 +9,7 @@ use crate::lanes::Simd;
 use crate::packet::{CastPackets, PACKETS, PacketAnswers, PacketLists, RAYS, Visit};
 use crate::query::{Answer, Wanted};
 use crate::rays::Rays;
+use crate::ready::ReadyTile;
 use crate::search::{SearchLists, SearchRays};
 use crate::tile::CastTile;
 
@@ -69,17 +70,18 @@ pub(crate) struct Casting<'a> {
 }
 
 impl Traveller for Casting<'_> {
-    type Tile = CastTile;
+    type Tile = ReadyTile;
 
     #[inline(always)]
     fn visit<S: Simd>(
         &mut self,
         simd: S,
         _: TileId,
-        tile: &CastTile,
+        tile: &ReadyTile,
         packets: &mut [Rays],
         waits: &[Wait],
     ) -> Result<(), MapError> {
+        let tile = &tile.view();
         for waits in waits.chunks(PACKETS) {
             visit_tile(simd, tile, packets, waits, self.grouping, self.wanted, self.lists);
         }

@@ -55,6 +55,8 @@ mod packet;
 mod path;
 mod query;
 mod rays;
+mod ready;
+mod ready_map;
 mod search;
 mod tile;
 
@@ -63,3 +65,5 @@ pub use casting::{CastBuffers, Grouping};
 pub use counter::{CountBuffers, CrossingCounter};
 pub use path::Path;
 pub use query::{Answer, CastSettings, Query, RETURN_M, Wanted};
+pub use ready::{CastSource, ReadyTile};
+pub use ready_map::ReadyMap;

@@ -39,7 +39,7 @@ const TABLE: [(&str, &[&str]); 10] = [
             "zstd",
         ],
     ),
-    ("dmp-cast", &["dmp-map", "obvhs"]),
+    ("dmp-cast", &["bytemuck", "dmp-map", "obvhs", "rayon"]),
     ("dmp-reduce", &["libm", "serde", "thiserror"]),
     ("dmp-sim", &["dmp-log", "dmp-sensor", "libm", "nalgebra", "rayon", "thiserror"]),
     (

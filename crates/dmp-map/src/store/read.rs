@@ -91,11 +91,6 @@ impl StoredTiles {
         &self.path
     }
 
-    /// The file.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// The grid of the map.
     pub fn lattice(&self) -> Lattice {
         self.lattice

@@ -48,13 +48,13 @@ fn row_21_a_store_that_is_not_whole_is_refused() {
     let mut newer = whole.clone();
     newer[8] += 1;
     fs::write(&map, &newer).unwrap();
-    refused(path, arguments, 1, &["map.dmpmap", "version 2"]);
+    refused(path, arguments, 1, &["map.dmpmap", "version 3"]);
     for length in [0, 7, 40, whole.len() / 2, whole.len() - 1] {
         fs::write(&map, &whole[..length]).unwrap();
         refused(path, arguments, 1, &["map.dmpmap"]);
     }
     // Tiles stand behind the header, the directory and the footer behind them.
-    for at in [40, whole.len() / 4, whole.len() / 2] {
+    for at in [80, whole.len() / 4, whole.len() / 2] {
         let mut flipped = whole.clone();
         flipped[at] ^= 0x10;
         fs::write(&map, &flipped).unwrap();
