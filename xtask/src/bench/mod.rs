@@ -2,6 +2,7 @@
 
 mod cast;
 mod decode;
+mod scale;
 mod truth;
 
 use std::process::{Command, Stdio};
@@ -17,6 +18,7 @@ pub(crate) enum Bench {
     #[command(hide = true)]
     CastServe(cast::serve::ServeArgs),
     Decode(decode::DecodeArgs),
+    Scale(scale::ScaleArgs),
     Truth(truth::TruthArgs),
 }
 
@@ -25,6 +27,7 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
         Bench::Cast(arguments) => cast::run(arguments),
         Bench::CastServe(arguments) => cast::serve::run(arguments),
         Bench::Decode(arguments) => decode::run(arguments),
+        Bench::Scale(arguments) => scale::run(arguments),
         Bench::Truth(arguments) => truth::run(arguments),
     }
 }

@@ -1,0 +1,290 @@
+//! How memory, time and reading grow with the length of a log.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use anyhow::Context as _;
+use clap::Args;
+use dmp_study::svg::{Axis, Plot, Point, Series};
+use serde_json::Value;
+
+use super::circumstances;
+
+/// Logs of a city of 1, 4 and 16 times the length, scored in the same memory
+#[derive(Debug, Args)]
+pub(crate) struct ScaleArgs {
+    /// Length of the shortest drive, kilometres
+    #[arg(long, default_value_t = 0.5)]
+    km: f64,
+    /// How many times as long the drives are
+    #[arg(long, value_delimiter = ',', default_values_t = [1, 4, 16])]
+    times: Vec<u32>,
+    /// Share of the way that is driven a second time
+    #[arg(long, default_value_t = 0.3)]
+    revisit: f64,
+    /// Firings of the sensor per turn
+    #[arg(long, default_value_t = 1024)]
+    azimuth_steps: u32,
+    /// Memory for scoring
+    #[arg(long, default_value = "512MiB")]
+    memory: String,
+    /// Drifting trajectories to be scored beside the true one
+    #[arg(long, default_value_t = 1)]
+    wrong: u32,
+    /// Also score with unlimited memory, and compare every number of the two
+    #[arg(long)]
+    compare: bool,
+    /// Where the logs are kept; those that are there already are used again
+    #[arg(long, default_value = "target/scale")]
+    folder: PathBuf,
+    /// Where to draw memory and time over the length
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+}
+
+/// What a whole process took.
+#[derive(Debug, Default)]
+struct Taken {
+    wall_s: f64,
+    /// Of all threads, user and system.
+    on_cores_s: f64,
+    peak_anon_bytes: u64,
+    read_bytes: u64,
+    written_bytes: u64,
+}
+
+pub(crate) fn run(arguments: &ScaleArgs) -> anyhow::Result<()> {
+    fs::create_dir_all(&arguments.folder)?;
+    let dmp = std::env::current_exe()?.with_file_name("dmp");
+    anyhow::ensure!(dmp.exists(), "no {}: cargo build --release -p dmp-cli", dmp.display());
+    println!(
+        "{} beside the true trajectory, {} of memory; {}",
+        arguments.wrong,
+        arguments.memory,
+        circumstances()
+    );
+    println!(
+        "{:>7}{:>10}{:>8}{:>9}{:>9}{:>9}{:>8}{:>11}{:>10}{:>11}{:>8}{:>8}{:>8}",
+        "km",
+        "M points",
+        "log GB",
+        "anon MiB",
+        "wall s",
+        "core s",
+        "busy %",
+        "ns a point",
+        "read GB",
+        "written GB",
+        "tiles",
+        "visits",
+        "loads"
+    );
+    let mut rows = Vec::new();
+    for times in &arguments.times {
+        let km = arguments.km * f64::from(*times);
+        let log = made(arguments, &dmp, km)?;
+        let mut command = score(arguments, &dmp, &log, &arguments.memory);
+        let (taken, report) = measured(&mut command)?;
+        let row = Row::new(km, &log, &taken, &report)?;
+        row.print();
+        rows.push(row);
+        if arguments.compare {
+            let (_, unlimited) = measured(&mut score(arguments, &dmp, &log, "unlimited"))?;
+            let same = numbers(&report) == numbers(&unlimited);
+            println!("        unlimited memory: {}", if same { "the same bits" } else { "OTHER NUMBERS" });
+            anyhow::ensure!(same, "{km} km: memory changed a number");
+        }
+    }
+    if let (Some(first), Some(last)) = (rows.first(), rows.last()) {
+        println!("time a point, longest to shortest: {:.3}", last.ns_a_point / first.ns_a_point);
+    }
+    if let Some(file) = &arguments.plot {
+        fs::write(file, plot(arguments, &rows))?;
+    }
+    Ok(())
+}
+
+/// The log of a drive with its truth and wrong trajectories beside it.
+fn made(arguments: &ScaleArgs, dmp: &Path, km: f64) -> anyhow::Result<PathBuf> {
+    let name = format!("city-{km}-{}-{}", arguments.revisit, arguments.azimuth_steps);
+    let log = arguments.folder.join(format!("{name}.mcap"));
+    let truth = arguments.folder.join(format!("{name}.truth.tum"));
+    if !log.exists() {
+        let mut command = Command::new(dmp);
+        command.args(["simulate", "city", "--no-progress", "--quiet", "--km", &km.to_string()]);
+        command.args(["--revisit", &arguments.revisit.to_string()]);
+        command.args(["--azimuth-steps", &arguments.azimuth_steps.to_string(), "-o"]).arg(&log);
+        finished(&mut command)?;
+    }
+    for number in 1..=arguments.wrong {
+        let wrong = wrong_of(&log, number);
+        if !wrong.exists() {
+            let mut command = Command::new(dmp);
+            command.args(["simulate", "errors", "--quiet"]).arg(&truth);
+            command.args(["--drift-ate", "1", "--seed", &number.to_string(), "-o"]).arg(&wrong);
+            finished(&mut command)?;
+        }
+    }
+    Ok(log)
+}
+
+fn wrong_of(log: &Path, number: u32) -> PathBuf {
+    log.with_extension(format!("drift-{number}.tum"))
+}
+
+fn finished(command: &mut Command) -> anyhow::Result<()> {
+    let output = command.stdin(Stdio::null()).output()?;
+    anyhow::ensure!(output.status.success(), "{command:?}: {}", String::from_utf8_lossy(&output.stderr));
+    Ok(())
+}
+
+fn score(arguments: &ScaleArgs, dmp: &Path, log: &Path, memory: &str) -> Command {
+    let mut command = Command::new(dmp);
+    command.arg("score").arg(log).arg("-t").arg(named("truth", &log.with_extension("truth.tum")));
+    for number in 1..=arguments.wrong {
+        command.arg("-t").arg(named(&format!("drift-{number}"), &wrong_of(log, number)));
+    }
+    command.args(["--json", "--quiet", "--memory", memory, "--work"]).arg(&arguments.folder);
+    command
+}
+
+fn named(name: &str, file: &Path) -> String {
+    format!("{name}={}", file.display())
+}
+
+/// Runs a command to its end, looking at what it takes every few milliseconds.
+fn measured(command: &mut Command) -> anyhow::Result<(Taken, Value)> {
+    let out = tempfile::tempfile()?;
+    let start = Instant::now();
+    let mut child = command.stdin(Stdio::null()).stdout(out.try_clone()?).stderr(Stdio::piped()).spawn()?;
+    let mut taken = Taken::default();
+    let status = loop {
+        look(&child, &mut taken);
+        if let Some(status) = child.try_wait()? {
+            break status;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    };
+    taken.wall_s = start.elapsed().as_secs_f64();
+    if !status.success() {
+        let mut text = String::new();
+        std::io::Read::read_to_string(&mut child.stderr.take().context("no stderr")?, &mut text)?;
+        anyhow::bail!("{command:?}: {status}: {text}");
+    }
+    let mut out = out;
+    std::io::Seek::rewind(&mut out)?;
+    Ok((taken, serde_json::from_reader(out)?))
+}
+
+/// What the process has taken so far; what cannot be seen, as of one that has ended, stays as it was.
+fn look(child: &Child, taken: &mut Taken) {
+    let read = |file: &str| fs::read_to_string(format!("/proc/{}/{file}", child.id())).unwrap_or_default();
+    let field = |text: &str, name: &str| -> Option<u64> {
+        text.lines().find_map(|line| line.strip_prefix(name))?.split_whitespace().next()?.parse().ok()
+    };
+    if let Some(kib) = field(&read("status"), "RssAnon:") {
+        taken.peak_anon_bytes = taken.peak_anon_bytes.max(kib * 1024);
+    }
+    let io = read("io");
+    taken.read_bytes = field(&io, "rchar:").unwrap_or(0).max(taken.read_bytes);
+    taken.written_bytes = field(&io, "wchar:").unwrap_or(0).max(taken.written_bytes);
+    let stat = read("stat");
+    // Behind the name, which ends with a parenthesis: user and system time are the 12th and 13th, in hundredths.
+    let times: Option<f64> = stat.rsplit_once(')').and_then(|(_, rest)| {
+        let fields: Vec<&str> = rest.split_whitespace().collect();
+        Some(fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?)
+    });
+    taken.on_cores_s = (times.unwrap_or(0.0) / 100.0).max(taken.on_cores_s);
+}
+
+/// Everything that may not depend on the memory.
+fn numbers(report: &Value) -> BTreeMap<String, Value> {
+    let object = report.as_object().cloned().unwrap_or_default();
+    object.into_iter().filter(|(key, _)| key != "timing" && key != "memory").collect()
+}
+
+struct Row {
+    km: f64,
+    points: f64,
+    log_bytes: u64,
+    anon_bytes: u64,
+    wall_s: f64,
+    core_s: f64,
+    busy: f64,
+    ns_a_point: f64,
+    read_bytes: u64,
+    written_bytes: u64,
+    tiles: u64,
+    visits: u64,
+    loads: u64,
+}
+
+impl Row {
+    fn new(km: f64, log: &Path, taken: &Taken, report: &Value) -> anyhow::Result<Self> {
+        let number =
+            |at: &str| report.pointer(at).and_then(Value::as_u64).with_context(|| format!("no {at}"));
+        let points = number("/inputs/returns")? as f64;
+        let threads = number("/timing/threads")? as f64;
+        Ok(Self {
+            km,
+            points,
+            log_bytes: fs::metadata(log)?.len(),
+            anon_bytes: taken.peak_anon_bytes,
+            wall_s: taken.wall_s,
+            core_s: taken.on_cores_s,
+            busy: taken.on_cores_s / (taken.wall_s * threads),
+            ns_a_point: taken.on_cores_s / points * 1e9,
+            read_bytes: taken.read_bytes,
+            written_bytes: taken.written_bytes,
+            tiles: number("/memory/tiles_in_reach")?,
+            visits: number("/memory/tile_visits")?,
+            loads: number("/memory/tile_loads")?,
+        })
+    }
+
+    fn print(&self) {
+        println!(
+            "{:>7}{:>10.1}{:>8.2}{:>9.0}{:>9.1}{:>9.1}{:>8.0}{:>11.0}{:>10.2}{:>11.2}{:>8}{:>8}{:>8}",
+            self.km,
+            self.points / 1e6,
+            self.log_bytes as f64 / 1e9,
+            self.anon_bytes as f64 / f64::from(1 << 20),
+            self.wall_s,
+            self.core_s,
+            100.0 * self.busy,
+            self.ns_a_point,
+            self.read_bytes as f64 / 1e9,
+            self.written_bytes as f64 / 1e9,
+            self.tiles,
+            self.visits,
+            self.loads
+        );
+    }
+}
+
+fn plot(arguments: &ScaleArgs, rows: &[Row]) -> String {
+    let series = |name: &str, value: &dyn Fn(&Row) -> f64| Series {
+        name: name.to_owned(),
+        points: rows
+            .iter()
+            .map(|row| Point { x: row.points / 1e6, y: value(row), name: String::new() })
+            .collect(),
+        line: true,
+    };
+    let axis = |title: &str| Axis { title: title.to_owned(), log: true };
+    let plot = Plot {
+        title: "Memory and time by the length of the log".to_owned(),
+        subtitle: format!("dmp score --memory {}, {} runs", arguments.memory, arguments.wrong + 1),
+        x: axis("points of the log, millions"),
+        y: axis("MiB, or ns"),
+        series: vec![
+            series("peak anonymous memory, MiB", &|row| row.anon_bytes as f64 / f64::from(1 << 20)),
+            series("time on cores a point, ns", &|row| row.ns_a_point),
+        ],
+        ..Plot::default()
+    };
+    plot.to_svg()
+}
