@@ -32,9 +32,9 @@ pub(crate) fn build(plan: Plan, cell: [i64; 2]) -> Vec<Solid> {
         Use::Park => builder.park(area),
         Use::Square => builder.square(area),
     }
-    for axis in 0..2 {
+    for (axis, next) in next.into_iter().enumerate() {
         let mut random = plan.random(b's', &[cell[0], cell[1], axis as i64]);
-        builder.street(here, next[axis], axis, &mut random);
+        builder.street(here, next, axis, &mut random);
     }
     builder.solids
 }

@@ -1,5 +1,12 @@
 //! The beams of one firing, met with forms eight at a time.
 
+#![expect(
+    clippy::needless_range_loop,
+    clippy::inline_always,
+    clippy::needless_bitwise_bool,
+    reason = "plain loops over lanes without branches become vector instructions"
+)]
+
 use crate::city::form::{Form, Kind};
 
 /// Beams that are computed side by side.

@@ -39,7 +39,7 @@ impl Form {
         centre.x -= corner[0];
         centre.y -= corner[1];
         let (kind, half, turn) = match solid.shape {
-            Shape::Box { half, sin_yaw, .. } if sin_yaw == 0.0 => (Kind::Box, half, [1.0, 0.0]),
+            Shape::Box { half, sin_yaw: 0.0, .. } => (Kind::Box, half, [1.0, 0.0]),
             Shape::Box { half, cos_yaw, sin_yaw, .. } => (Kind::Turned, half, [cos_yaw, sin_yaw]),
             Shape::Cylinder { .. } => (Kind::Tube, reach, [1.0, 0.0]),
             Shape::Ellipsoid { half, .. } => (Kind::Ball, half, [1.0, 0.0]),

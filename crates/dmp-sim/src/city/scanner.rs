@@ -170,11 +170,11 @@ impl Scanner {
                     continue;
                 };
                 step = below;
-                if let Some((range_m, slope)) = refine(ground, origin, beam, range_m / run) {
-                    if range_m < max_range_m {
-                        (far_m[l], met[l]) = (range_m as f32, GROUND);
-                        firing.slopes[number * LANES + l] = slope;
-                    }
+                if let Some((range_m, slope)) = refine(ground, origin, beam, range_m / run)
+                    && range_m < max_range_m
+                {
+                    (far_m[l], met[l]) = (range_m as f32, GROUND);
+                    firing.slopes[number * LANES + l] = slope;
                 }
             }
             firing.groups.push(Group::new(direction, far_m, met));

@@ -67,7 +67,7 @@ pub(crate) struct Patch {
 
 impl Patch {
     /// Height and slope (∂z/∂x, ∂z/∂y) at a place: those of the terrain, to the bit.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn at(&self, x: f64, y: f64) -> (f64, [f64; 2]) {
         spline(x, y, |i, j| {
             let within = |k: usize, at: i64| (at - self.first[k]).clamp(0, self.size[k] as i64 - 3) as usize;
@@ -89,7 +89,7 @@ impl Relief for Patch {
 
 /// The uniform quadratic B-spline of the nine lattice points around a place: `controls_m` gives them, rows
 /// from south to north, from the south-western one.
-#[inline(always)]
+#[inline]
 fn spline(x: f64, y: f64, controls_m: impl FnOnce(i64, i64) -> [[f64; 3]; 3]) -> (f64, [f64; 2]) {
     let (i, wx, dx) = weights(x / LATTICE_M);
     let (j, wy, dy) = weights(y / LATTICE_M);
@@ -109,7 +109,7 @@ fn spline(x: f64, y: f64, controls_m: impl FnOnce(i64, i64) -> [[f64; 3]; 3]) ->
 }
 
 /// The nearest lattice point, and the weights of it and its two neighbours with their derivatives.
-#[inline(always)]
+#[inline]
 fn weights(u: f64) -> (i64, [f64; 3], [f64; 3]) {
     // A cast and a comparison: `floor` is a call where the processor's own is not taken for granted.
     let towards_zero = (u + 0.5) as i64;

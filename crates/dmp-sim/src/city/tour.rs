@@ -7,6 +7,9 @@ const STAGE_M: f64 = 3000.0;
 /// Blocks that are driven straight on between two rounds, at most.
 const STRAIGHT: usize = 4;
 
+const EAST: [i64; 2] = [1, 0];
+const NORTH: [i64; 2] = [0, 1];
+
 /// A line along streets.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Tour {
@@ -69,8 +72,6 @@ pub(crate) fn tour(plan: Plan, length_m: f64, share: f64) -> Tour {
         length_m: 0.0,
         revisited_m: 0.0,
     };
-    const EAST: [i64; 2] = [1, 0];
-    const NORTH: [i64; 2] = [0, 1];
     // Of `laps` and a half, `laps` − ½ are revisits: the fewest laps with as many as are asked for.
     let mut laps = 1;
     while ((2 * laps - 1) as f64) < share * (2 * laps + 1) as f64 {
@@ -85,7 +86,7 @@ pub(crate) fn tour(plan: Plan, length_m: f64, share: f64) -> Tour {
         if share > 0.0 {
             let east =
                 ((half_round as f64 * random.between(0.35, 0.65)).round() as usize).clamp(1, half_round - 1);
-            for half in 0..2 * laps + 1 {
+            for half in 0..=2 * laps {
                 let sign = if half % 2 == 0 { 1 } else { -1 };
                 walker.go(EAST.map(|step| step * sign), east, half >= 2);
                 walker.go(NORTH.map(|step| step * sign), half_round - east, half >= 2);

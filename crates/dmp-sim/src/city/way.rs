@@ -12,6 +12,9 @@ const FORWARD_M_S2: f64 = 1.2;
 /// Speeds on straight legs differ from each other by this share, up or down.
 const WAVER: f64 = 0.08;
 
+/// Where a curve starts.
+const STRAIGHT: Station = Station { x: 0.0, y: 0.0, heading_rad: 0.0, curvature: 0.0 };
+
 /// A straight leg and the curve after it.
 #[derive(Debug, Clone, Copy)]
 struct Leg {
@@ -111,8 +114,7 @@ impl Way {
     /// How far the line has been followed after `time_s`, and where that is. The ends answer for what lies
     /// before and after them.
     pub(crate) fn at(&self, time_s: f64) -> (f64, Station) {
-        let nowhere = Station { x: 0.0, y: 0.0, heading_rad: 0.0, curvature: 0.0 };
-        let Some(leg) = self.leg(|leg| leg.start_s <= time_s) else { return (0.0, nowhere) };
+        let Some(leg) = self.leg(|leg| leg.start_s <= time_s) else { return (0.0, STRAIGHT) };
         let since_s = (time_s - leg.start_s).max(0.0);
         let straight_s = leg.duration_s();
         let (straight_m, curve_m) = if since_s <= straight_s {
@@ -120,7 +122,7 @@ impl Way {
         } else {
             (leg.length_m, ((since_s - straight_s) * self.curve_m_s).min(self.corner.length_m))
         };
-        let ahead = if leg.turn == 0 { self.curve_start() } else { self.curve.at(curve_m) };
+        let ahead = if leg.turn == 0 { STRAIGHT } else { self.curve.at(curve_m) };
         let side = f64::from(leg.turn);
         // Quarter turns are exact.
         let (sin, cos) =
@@ -133,10 +135,6 @@ impl Way {
             curvature: side * ahead.curvature,
         };
         (leg.start_m + straight_m + curve_m, station)
-    }
-
-    fn curve_start(&self) -> Station {
-        Station { x: 0.0, y: 0.0, heading_rad: 0.0, curvature: 0.0 }
     }
 
     /// The last leg of which `begun` is true, or the first.
