@@ -25,8 +25,10 @@ impl Progress {
         let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(scans as u64), target);
         // The template is fixed: a wrong one would show in any run on a terminal.
-        let style = ProgressStyle::with_template("{bar:30} {pos}/{len} scans, {msg}, {eta} left");
-        let bar = style.map(|style| bar.clone().with_style(style)).unwrap_or(bar);
+        let bar = match ProgressStyle::with_template("{bar:30} {pos}/{len} scans, {msg}, {eta} left") {
+            Ok(style) => bar.with_style(style),
+            Err(_) => bar,
+        };
         Self { bar, scans, returns: Cell::new(0), since: Instant::now() }
     }
 
