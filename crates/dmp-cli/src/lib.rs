@@ -12,6 +12,7 @@ mod extrinsic;
 mod info;
 mod log_args;
 mod log_writer;
+mod map;
 mod named;
 mod parse;
 mod process;
@@ -62,6 +63,8 @@ struct Common {
 #[derive(Debug, Subcommand)]
 enum Command {
     Score(Box<score::ScoreArgs>),
+    #[command(subcommand)]
+    Map(map::Map),
     Info(info::InfoArgs),
     #[command(subcommand)]
     Convert(convert::Convert),
@@ -75,6 +78,7 @@ impl Command {
     fn run(&self, common: &Common, out: &mut impl io::Write) -> anyhow::Result<Exit> {
         match self {
             Self::Score(arguments) => score::run(arguments, common, out),
+            Self::Map(command) => command.run(common, out),
             Self::Info(arguments) => info::run(arguments, out),
             Self::Convert(command) => command.run(common, out),
             Self::Truth(command) => command.run(common, out),

@@ -1,4 +1,4 @@
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use dmp_log::{
@@ -54,6 +54,11 @@ pub(crate) struct Mapper {
 }
 
 impl LogArgs {
+    /// The file or folder that was named.
+    pub(crate) fn path(&self) -> &Path {
+        &self.log
+    }
+
     /// Opens the log.
     pub(crate) fn open(&self, mapper: &Mapper) -> Result<Box<dyn ScanLog>, LogError> {
         open_log(&self.log, &self.options(mapper)?)

@@ -33,6 +33,21 @@ impl Progress {
         self.bar.reset();
     }
 
+    /// So many tiles are worked on, one by one.
+    pub(crate) fn tiles(&self, what: &'static str, total: u64) {
+        self.start(what, "tiles/s", total);
+    }
+
+    /// One of them is done.
+    pub(crate) fn one_tile(&self) {
+        self.bar.inc(1);
+    }
+
+    /// Prints without tearing the bar.
+    pub(crate) fn suspend(&self, print: impl FnOnce()) {
+        self.bar.suspend(print);
+    }
+
     /// A cloud or a mesh is read, of unknown length.
     pub(crate) fn reading(&self, what: &'static str, unit: &'static str) {
         self.start(what, unit, 0);

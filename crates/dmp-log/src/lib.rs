@@ -69,7 +69,7 @@ mod write_folder;
 mod write_mcap;
 
 pub use calib::{Calib, find_calib, parse_calib, read_calib};
-pub use cloud::{CloudFormat, CloudSummary, read_cloud};
+pub use cloud::{CloudFormat, CloudSummary, CloudWriter, OrientedPoint, read_cloud};
 pub use error::{LogError, ParseError, Place};
 pub use frames::StaticFrames;
 pub use las_log::MadeWith;

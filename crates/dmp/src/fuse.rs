@@ -130,7 +130,7 @@ pub(crate) fn maps_of(
 
 /// How long a finished map is to live.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Life {
+pub(crate) enum Life {
     /// Until nobody reads it any more.
     Reader,
     /// As long as the work folder.
@@ -244,7 +244,7 @@ pub(crate) fn keep(work: &Work, round: Round, fused: &Fused) -> Result<(), Evalu
     Ok(())
 }
 
-fn finish(
+pub(crate) fn finish(
     fuser: MapFuser,
     path: &Path,
     provenance: &str,

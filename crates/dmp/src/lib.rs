@@ -47,7 +47,7 @@ mod watch;
 pub use config::{Config, Ego, FrameOrder, MapSource, Run, RunSource};
 pub use error::EvaluateError;
 pub use evaluate::evaluate;
-pub use maps::{RunMaps, fuse_maps};
+pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
 pub use memory::{machine_memory_bytes, peak_anonymous_bytes};
 pub use report::{
     ConfigReport, CvScores, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport, NearScores,

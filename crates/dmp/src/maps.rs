@@ -1,5 +1,7 @@
+use std::path::Path;
+
 use dmp_log::ScanLog;
-use dmp_map::Store;
+use dmp_map::{Lattice, MapFuser, Store, WorkFolder};
 
 use crate::checkpoint::Work;
 use crate::config::{Config, Run};
@@ -51,4 +53,46 @@ pub fn fuse_maps(
         maps = pool.install(|| trails::keep_out(log, &plan, runs, maps, config, &budget, &work, watch))?;
     }
     Ok(RunMaps { names: runs.iter().map(|run| run.name.clone()).collect(), maps, _work: work })
+}
+
+/// A map that was made of a cloud or a mesh.
+#[derive(Debug)]
+pub struct CloudMap {
+    /// The map, where it was asked for.
+    pub store: Store,
+    /// Occupied voxels without a surfel.
+    pub thin_voxels: u64,
+    /// Points, or triangles, that are not finite.
+    pub points_dropped: u64,
+    /// What was made of the file, in words.
+    pub notes: Vec<String>,
+}
+
+/// Voxels of a cloud where none are asked for, metres.
+const CLOUD_VOXEL_M: f64 = 0.2;
+
+/// Makes a map of a cloud or a mesh and writes it to `output`, as [`evaluate`](crate::evaluate) does with one that is
+/// given.
+///
+/// # Errors
+/// When the file cannot be read or the map cannot be written; then there is none at `output`, or the one that was.
+pub fn map_of_cloud(
+    cloud: &Path,
+    output: &Path,
+    config: &Config,
+    watch: &dyn Watch,
+) -> Result<CloudMap, EvaluateError> {
+    config.check()?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
+    let pool = pool.map_err(|source| EvaluateError::Threads { threads: config.threads, source })?;
+    let work = WorkFolder::new(&config.work_folder).map_err(EvaluateError::Work)?;
+    let lattice = Lattice::new(config.voxel_m.unwrap_or(CLOUD_VOXEL_M)).map_err(EvaluateError::Work)?;
+    let budget_bytes = config.memory_bytes / 2;
+    let fuser = MapFuser::new(lattice, budget_bytes, work.path()).map_err(EvaluateError::Work)?;
+    let name = output.display().to_string();
+    let found = given::fuse_given(cloud, &name, config.map_unit, &fuser, watch)?;
+    let text = format!("dmp {}; fused from {}", env!("CARGO_PKG_VERSION"), cloud.display());
+    let finished = pool.install(|| fuse::finish(fuser, output, &text, fuse::Life::User, watch));
+    let (store, thin_voxels) = finished.map_err(EvaluateError::Work)?;
+    Ok(CloudMap { store, thin_voxels, points_dropped: found.dropped, notes: found.notes })
 }

@@ -81,6 +81,7 @@ const TABLE: [(&str, &[&str]); 10] = [
             "ctrlc",
             "dmp",
             "dmp-log",
+            "dmp-map",
             "dmp-sensor",
             "dmp-sim",
             "dmp-study",

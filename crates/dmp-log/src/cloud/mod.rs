@@ -10,6 +10,9 @@ mod pcd_cloud;
 pub(crate) mod ply_cloud;
 pub(crate) mod ply_header;
 mod wkt;
+mod write;
+
+pub use write::{CloudWriter, OrientedPoint};
 
 use crate::pcd::header::starts_like_pcd;
 use crate::{LengthUnit, LogError, Place};

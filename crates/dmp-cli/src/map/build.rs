@@ -1,0 +1,113 @@
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+use clap::Args;
+use dmp::{Config, MapSource, fuse_maps, map_of_cloud};
+use dmp_log::TrajectoryFormat;
+use dmp_map::Store;
+
+use crate::exit::Usage;
+use crate::log_args::LogArgs;
+use crate::named::NamedFile;
+use crate::progress::Progress;
+use crate::runs::{self, Runs};
+use crate::score::{announce, parse};
+use crate::settings::SettingsArgs;
+use crate::{Common, Exit, extrinsic, text};
+
+/// Build a map from a log and a trajectory, or from a cloud or a mesh
+///
+/// The map is the one that `dmp score` makes of the same run; `dmp score --map` takes it.
+#[derive(Debug, Args)]
+#[command(
+    override_usage = "dmp map build [OPTIONS] LOG -t RUN.tum -o MAP.dmpmap\n       dmp map build [OPTIONS] CLOUD -o MAP.dmpmap",
+    after_help = "Examples:\n  \
+    dmp map build drive.mcap -t run.tum -o run.dmpmap\n  \
+    dmp map build survey.laz -o survey.dmpmap --voxel 0.3"
+)]
+pub(crate) struct BuildArgs {
+    /// The trajectory of a log: as for `dmp score`. Without one, LOG is a cloud or a mesh
+    #[arg(short = 't', long = "trajectory", value_name = "RUN", help_heading = "Input")]
+    trajectory: Option<NamedFile>,
+    /// The format of the trajectory, where it is not to be found by looking: tum, kitti, euroc, npy or g2o
+    #[arg(long, value_name = "FORMAT", help_heading = "Input")]
+    trajectory_format: Option<TrajectoryFormat>,
+    /// The unit of a cloud or mesh: `auto` (what the file says, else metres), `m`, `ft` or `us-ft`
+    #[arg(long, value_name = "UNIT", default_value = "auto", help_heading = "Input")]
+    map_unit: parse::AutoUnit,
+    #[command(flatten)]
+    log: LogArgs,
+    #[command(flatten)]
+    settings: SettingsArgs,
+    /// The map to write, FILE.dmpmap
+    #[arg(short, long, value_name = "MAP", help_heading = "Output")]
+    output: PathBuf,
+}
+
+pub(super) fn run(arguments: &BuildArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
+    let config = Config { map_unit: arguments.map_unit.0, ..arguments.settings.config() };
+    config.check()?;
+    let (map, damaged) = match &arguments.trajectory {
+        Some(trajectory) => from_log(arguments, trajectory, &config, common)?,
+        None => (from_cloud(arguments, &config, common)?, false),
+    };
+    let tiles = text::counted(map.entries().count() as u64, "tile");
+    writeln!(out, "{}: {} in {tiles}", arguments.output.display(), text::counted(map.surfels(), "surfel"))?;
+    Ok(if damaged { Exit::InputDamaged } else { Exit::Done })
+}
+
+fn from_log(
+    arguments: &BuildArgs,
+    trajectory: &NamedFile,
+    config: &Config,
+    common: &Common,
+) -> anyhow::Result<(Store, bool)> {
+    let started = Runs::start(std::slice::from_ref(trajectory), arguments.trajectory_format)?;
+    let log = arguments.log.open(&arguments.settings.mapper()?)?;
+    let loaded = started.finish(log.summary())?;
+    if !common.quiet {
+        announce::found(log.as_ref(), &loaded);
+    }
+    let extrinsics = extrinsic::of_runs(&arguments.settings.extrinsic, &loaded, log.as_ref())?;
+    if !common.quiet {
+        announce::extrinsics(&loaded, &extrinsics);
+    }
+    let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
+    let mut runs = runs::to_score(loaded, [MapSource::Fused], extrinsics);
+    // The map is made beside its place, in a folder of its own, and takes its name when it is whole.
+    let folder = folder_of(&arguments.output);
+    let beside = tempfile::Builder::new().prefix(".dmp-map-").tempdir_in(folder);
+    let beside = beside.with_context(|| format!("{}: cannot write here", folder.display()))?;
+    "map".clone_into(&mut runs[0].name);
+    let config = Config { save_maps: Some(beside.path().to_path_buf()), ..config.clone() };
+    let progress = Progress::new(common);
+    fuse_maps(log.as_ref(), &runs, &config, &progress)?;
+    drop(progress);
+    std::fs::rename(beside.path().join("map.dmpmap"), &arguments.output)
+        .with_context(|| format!("{}: cannot write", arguments.output.display()))?;
+    Ok((Store::open(&arguments.output)?, damaged))
+}
+
+fn from_cloud(arguments: &BuildArgs, config: &Config, common: &Common) -> anyhow::Result<Store> {
+    let cloud = arguments.log.path();
+    if cloud.is_dir() || cloud.extension().is_some_and(|e| e == "mcap" || e == "db3") {
+        let problem = "it looks like a log: a map of it needs its trajectory, -t RUN.tum";
+        return Err(Usage(format!("{}: {problem}", cloud.display())).into());
+    }
+    crate::save::refuse_same(cloud, &arguments.output)?;
+    let progress = Progress::new(common);
+    let made = map_of_cloud(cloud, &arguments.output, config, &progress)?;
+    drop(progress);
+    if !common.quiet {
+        made.notes.iter().for_each(|note| eprintln!("note: {note}"));
+        if made.points_dropped > 0 {
+            eprintln!("note: {} not finite, left out", text::counted(made.points_dropped, "point"));
+        }
+    }
+    Ok(made.store)
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}

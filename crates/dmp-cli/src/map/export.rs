@@ -1,0 +1,110 @@
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use dmp_log::{CloudFormat, CloudWriter, OrientedPoint};
+use dmp_map::{Store, Tile, TileId};
+
+use crate::exit::Usage;
+use crate::progress::Progress;
+use crate::save::refuse_same;
+use crate::{Common, Exit, process, text};
+
+/// Write a map's surfels as a point cloud with normals: LAZ, LAS, PLY or PCD
+///
+/// Places are those of the world of the run's trajectory, in metres. Memory does not grow with the map.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    dmp map export maps/truth.dmpmap -o truth.laz\n  \
+    dmp map export maps/truth.dmpmap -o corner.ply --box -20,-20,40,40")]
+pub(crate) struct ExportArgs {
+    /// The map
+    #[arg(value_name = "MAP")]
+    map: PathBuf,
+    /// The cloud: FILE.laz, .las, .ply or .pcd
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Only surfels whose centres lie in this box, world metres
+    #[arg(long = "box", value_name = "XMIN,YMIN,XMAX,YMAX", allow_hyphen_values = true, value_parser = square)]
+    within: Option<[f64; 4]>,
+}
+
+fn square(text: &str) -> Result<[f64; 4], String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
+    match numbers[..] {
+        [x0, y0, x1, y1] if x0 < x1 && y0 < y1 && text.split(',').count() == 4 => Ok([x0, y0, x1, y1]),
+        _ => Err(format!("`{text}` is no box: try -20,-20,40,40 for XMIN,YMIN,XMAX,YMAX")),
+    }
+}
+
+fn format_of(path: &Path) -> Result<CloudFormat, Usage> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    match extension.as_str() {
+        "laz" => Ok(CloudFormat::Laz),
+        "las" => Ok(CloudFormat::Las),
+        "ply" => Ok(CloudFormat::Ply),
+        "pcd" => Ok(CloudFormat::Pcd),
+        _ => Err(Usage(format!("{}: a cloud is written as .laz, .las, .ply or .pcd", path.display()))),
+    }
+}
+
+pub(super) fn run(arguments: &ExportArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
+    let format = format_of(&arguments.output)?;
+    let map = Store::open(&arguments.map)?;
+    refuse_same(&arguments.map, &arguments.output)?;
+    let edge_m = map.lattice().tile_edge_m();
+    let in_reach = |tile: &TileId| {
+        arguments.within.is_none_or(|[x0, y0, x1, y1]| {
+            let [x, y] = map.lattice().tile_corner_m(*tile);
+            x <= x1 && x + edge_m >= x0 && y <= y1 && y + edge_m >= y0
+        })
+    };
+    let mut tiles: Vec<TileId> = map.entries().map(|entry| entry.tile).filter(in_reach).collect();
+    tiles.sort_unstable();
+    let progress = Progress::new(common);
+
+    // Headers tell how many points there are: of a box that is known once it was looked at.
+    let (mut points, mut near_m) = (0, None);
+    progress.tiles("counting", tiles.len() as u64);
+    for &id in &tiles {
+        if arguments.within.is_none() && near_m.is_some() {
+            points += map.entry(id).map_or(0, |entry| u64::from(entry.own.surfels));
+        } else {
+            for point in points_of(&map, id, arguments.within)? {
+                near_m.get_or_insert(point.point_m);
+                points += 1;
+            }
+        }
+        progress.one_tile();
+    }
+    progress.tiles("writing", tiles.len() as u64);
+    let mut writer = CloudWriter::create(&arguments.output, format, points, near_m.unwrap_or_default())?;
+    for &id in &tiles {
+        if process::interrupted() {
+            anyhow::bail!(dmp::EvaluateError::Cancelled);
+        }
+        for point in points_of(&map, id, arguments.within)? {
+            writer.write(&point)?;
+        }
+        progress.one_tile();
+    }
+    drop(progress);
+    writer.finish()?;
+    writeln!(out, "{}: {}", arguments.output.display(), text::counted(points, "surfel"))?;
+    Ok(Exit::Done)
+}
+
+/// A tile's own surfels in the world, those outside the box left out.
+fn points_of(map: &Store, id: TileId, within: Option<[f64; 4]>) -> anyhow::Result<Vec<OrientedPoint>> {
+    let Some(tile) = map.load(id)? else { return Ok(Vec::new()) };
+    let Tile { origin_in_world_m: origin, own, .. } = tile;
+    let in_world = tile.surfels[..own].iter().map(|surfel| OrientedPoint {
+        point_m: std::array::from_fn(|k| origin[k] + f64::from(surfel.centre_in_tile_m[k])),
+        normal: surfel.normal,
+    });
+    let inside = |point: &OrientedPoint| {
+        let [x, y, _] = point.point_m;
+        within.is_none_or(|[x0, y0, x1, y1]| (x0..=x1).contains(&x) && (y0..=y1).contains(&y))
+    };
+    Ok(in_world.filter(inside).collect())
+}

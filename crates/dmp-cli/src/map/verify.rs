@@ -1,0 +1,80 @@
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use dmp_map::{Store, Tile, TileEntry, TileId};
+
+use crate::progress::Progress;
+use crate::{Common, Exit, process, text};
+
+/// Read every byte of a map and check it: checksums, counts, bounds
+///
+/// Names every damaged tile; the exit code is 3 where there is one.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  dmp map verify maps/truth.dmpmap")]
+pub(crate) struct VerifyArgs {
+    /// The map
+    #[arg(value_name = "MAP")]
+    map: PathBuf,
+}
+
+pub(super) fn run(arguments: &VerifyArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
+    let map = Store::open(&arguments.map)?;
+    let mut tiles: Vec<TileId> = map.entries().map(|entry| entry.tile).collect();
+    tiles.sort_unstable();
+    let progress = Progress::new(common);
+    progress.tiles("checking", tiles.len() as u64);
+    let (mut damaged, mut surfels) = (0u64, 0u64);
+    for &id in &tiles {
+        if process::interrupted() {
+            anyhow::bail!(dmp::EvaluateError::Cancelled);
+        }
+        let wrong = match map.load(id) {
+            Ok(Some(tile)) => {
+                surfels += tile.own as u64;
+                map.entry(id)
+                    .and_then(|entry| wrong_with(&map, entry, &tile))
+                    .map(|wrong| format!("{}: tile {id}: {wrong}", arguments.map.display()))
+            }
+            Ok(None) => Some(format!("{}: tile {id} is not there", arguments.map.display())),
+            Err(error) => Some(error.to_string()),
+        };
+        progress.one_tile();
+        if let Some(wrong) = wrong {
+            damaged += 1;
+            progress.suspend(|| eprintln!("error: {wrong}"));
+        }
+    }
+    drop(progress);
+    if damaged > 0 {
+        writeln!(out, "{} of {} damaged", damaged, text::counted(tiles.len() as u64, "tile"))?;
+        return Ok(Exit::InputDamaged);
+    }
+    let (tiles, surfels) = (text::counted(tiles.len() as u64, "tile"), text::counted(surfels, "surfel"));
+    writeln!(out, "{}: {tiles}, {surfels}: sound", arguments.map.display())?;
+    Ok(Exit::Done)
+}
+
+/// What of a tile's surfels is not as the directory says, though the checksums are right.
+fn wrong_with(map: &Store, entry: &TileEntry, tile: &Tile) -> Option<String> {
+    if tile.surfels.len() as u64 != entry.surfels() {
+        return Some(format!("{} surfels, {} were told", tile.surfels.len(), entry.surfels()));
+    }
+    let (edge_m, radius_m) = (map.lattice().tile_edge_m() as f32, map.lattice().disc_radius_m() as f32);
+    let extent = entry.extent;
+    for (index, surfel) in tile.surfels.iter().enumerate() {
+        let [x, y, z] = surfel.centre_in_tile_m;
+        // Copies of neighbours' discs have their centres outside; rounding moves a centre by less than a millimetre.
+        let out_m = if index < tile.own { 1e-3 } else { radius_m + 2e-3 };
+        let inside = |c: f32| (-out_m..=edge_m + out_m).contains(&c);
+        let z_m = tile.base_z_m() + f64::from(z);
+        let norm2: f32 = surfel.normal.iter().map(|n| n * n).sum();
+        let in_extent = (extent.z_range_m[0]..=extent.z_range_m[1]).contains(&z_m)
+            && surfel.third_lowest >= extent.min_third_lowest
+            && surfel.third_highest <= extent.max_third_highest;
+        if !(inside(x) && inside(y) && in_extent && (norm2 - 1.0).abs() < 1e-3) {
+            return Some(format!("surfel {index} at ({x}, {y}, {z}) m is out of bounds"));
+        }
+    }
+    None
+}
