@@ -129,6 +129,8 @@ impl<'a> Poser<'a> {
         };
         let block_returns = (BLOCK_RAYS / self.runs.len().max(1)).max(MIN_BLOCK_RETURNS);
         self.clear();
+        // The beams of a firing share their time, and so their poses.
+        let mut posed_at_ns = None;
         for (index, &point) in scan.points_in_sensor_m.iter().enumerate() {
             if let Err(reason) = self.filter.check(point) {
                 counts.add_dropped(reason, 1);
@@ -138,9 +140,13 @@ impl<'a> Poser<'a> {
                 continue;
             }
             let offset_ns = scan.time_offsets_ns.get(index).copied().unwrap_or(0);
-            if !self.pose_return(&scan_poses, offset_ns) {
-                counts.add_dropped(DropReason::NoPose, 1);
-                continue;
+            if posed_at_ns != Some(offset_ns) {
+                if !self.pose_returns(&scan_poses, offset_ns) {
+                    posed_at_ns = None;
+                    counts.add_dropped(DropReason::NoPose, 1);
+                    continue;
+                }
+                posed_at_ns = Some(offset_ns);
             }
             counts.add_used();
             for (rays, pose) in self.rays.iter_mut().zip(&self.poses) {
@@ -161,9 +167,8 @@ impl<'a> Poser<'a> {
         self.rays.iter_mut().for_each(Vec::clear);
     }
 
-    /// Finds every run's pose of one return; `false` where a run has none.
-    #[inline]
-    fn pose_return(&mut self, scan_poses: &[ScanPose], offset_ns: i64) -> bool {
+    /// Finds every run's pose of the returns at one time; `false` where a run has none.
+    fn pose_returns(&mut self, scan_poses: &[ScanPose], offset_ns: i64) -> bool {
         self.poses.clear();
         for (cursor, scan_pose) in self.cursors.iter_mut().zip(scan_poses) {
             let pose = match *scan_pose {
