@@ -1,5 +1,4 @@
-use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::hash::BuildHasherDefault;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -12,7 +11,8 @@ use crate::open_tiles::{OpenTiles, Sums};
 use crate::scratch::Scratch;
 use crate::store::{Durability, StoreSummary, StoreWriter};
 use crate::surfel::{Border, TileSurfels, borders_of, surfels_of};
-use crate::tile_moments::{MixHasher, TileMoments};
+use crate::tile_moments::{ByBrick, PointInTile, TileMoments};
+use crate::tile_table::TileTable;
 
 impl Sums for TileMoments {
     fn bytes(&self) -> usize {
@@ -36,7 +36,8 @@ pub struct MapFuser {
 /// Per-thread buffers of [`MapFuser::add`].
 #[derive(Debug, Default)]
 pub struct FuseScratch {
-    by_tile: HashMap<TileId, Vec<LatticePoint>, BuildHasherDefault<MixHasher>>,
+    by_tile: TileTable<Vec<PointInTile>>,
+    by_brick: ByBrick,
 }
 
 impl MapFuser {
@@ -131,34 +132,19 @@ impl MapFuser {
         segment: Option<i32>,
         buffers: &mut FuseScratch,
     ) -> Result<(), MapError> {
-        for list in buffers.by_tile.values_mut() {
+        let FuseScratch { by_tile, by_brick } = buffers;
+        for (_, list) in by_tile.iter_mut() {
             list.clear();
         }
-        let mut current: Option<(TileId, Vec<LatticePoint>)> = None;
         for &point in points_in_world_m {
-            let located = self.lattice.locate(point)?;
-            if current.as_ref().is_none_or(|(tile, _)| *tile != located.tile) {
-                if let Some((tile, list)) = current.take() {
-                    buffers.by_tile.insert(tile, list);
-                }
-                current = Some((located.tile, buffers.by_tile.remove(&located.tile).unwrap_or_default()));
-            }
-            if let Some((_, list)) = &mut current {
-                list.push(located);
-            }
-        }
-        if let Some((tile, list)) = current {
-            buffers.by_tile.insert(tile, list);
+            let LatticePoint { tile, voxel, offset_units } = self.lattice.locate(point)?;
+            by_tile.entry(tile).push(PointInTile { voxel, offset_units });
         }
         // Places the sensor has left keep no buffers.
-        buffers.by_tile.retain(|_, list| !list.is_empty());
+        by_tile.retain(|list| !list.is_empty());
 
-        for (&tile, list) in &buffers.by_tile {
-            self.open.add(tile, |moments| {
-                for point in list {
-                    moments.add(point.voxel, point.offset_units, segment);
-                }
-            });
+        for (tile, list) in by_tile.iter_mut() {
+            self.open.add(tile, |moments| moments.add(list, segment, by_brick));
         }
         self.points.fetch_add(points_in_world_m.len() as u64, Ordering::Relaxed);
         self.open.keep_budget(|tile, moments| self.scratch.append(tile, &moments.into_sorted()))

@@ -38,12 +38,12 @@ pub struct Lattice {
 pub(crate) struct LatticePoint {
     pub(crate) tile: TileId,
     pub(crate) voxel: Voxel,
-    /// Offset from the voxel's lowest corner, lattice units, each below `voxel_units`.
-    pub(crate) offset_units: [u32; 3],
+    /// Offset from the voxel's lowest corner, lattice units, each below `voxel_units` and 2¹⁴.
+    pub(crate) offset_units: [u16; 3],
 }
 
 /// A voxel of a tile: x and y counted from the tile's corner, z from world zero.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Voxel {
     pub(crate) z: i32,
     pub(crate) y: u16,
@@ -130,7 +130,7 @@ impl Lattice {
                 z: (voxel[2] as i64 - i64::from(ORIGIN_TILES) * i64::from(self.tile_voxels)) as i32,
             },
             offset_units: std::array::from_fn(|k| {
-                (in_tile[k] - voxel[k] * u64::from(self.voxel_units)) as u32
+                (in_tile[k] - voxel[k] * u64::from(self.voxel_units)) as u16
             }),
         })
     }
@@ -225,7 +225,7 @@ mod tests {
             ];
             prop_assert!(u32::from(p.voxel.x) < lattice.tile_voxels && u32::from(p.voxel.y) < lattice.tile_voxels);
             for (k, c) in [x, y, z].into_iter().enumerate() {
-                prop_assert!(p.offset_units[k] < lattice.voxel_units);
+                prop_assert!(u32::from(p.offset_units[k]) < lattice.voxel_units);
                 let units = voxel[k] * i64::from(lattice.voxel_units) + i64::from(p.offset_units[k]);
                 prop_assert!((units as f64 - c * UNITS_PER_M).abs() <= 0.5);
             }
@@ -254,7 +254,7 @@ mod tests {
                         y: (voxel[1] - y * row) as u16,
                         z: voxel[2] as i32,
                     },
-                    offset_units: std::array::from_fn(|k| (units[k] - voxel[k] * edge) as u32),
+                    offset_units: std::array::from_fn(|k| (units[k] - voxel[k] * edge) as u16),
                 };
                 prop_assert_eq!(lattice.locate(place).unwrap(), expected);
                 prop_assert_eq!(lattice.tile_of(place).unwrap(), expected.tile);
@@ -267,7 +267,7 @@ mod tests {
             // Halves, integers and their neighbours.
             let half = unit as f64 / 2.0;
             let beside = f64::from_bits((half.to_bits() as i64 + ulps).max(0) as u64);
-            for x in [half, beside, -beside].into_iter().filter(|x| x.abs() < 1e15) {
+            for x in [half, beside, -beside, 0.499_999_999_999_999_94].into_iter().filter(|x| x.abs() < 1e15) {
                 prop_assert_eq!(rounded(x), x.round() as i64, "{:e}", x);
             }
         }

@@ -24,15 +24,13 @@ impl Support {
     /// Adds one observation made in `segment` (0 to `i32::MAX - 1`).
     #[inline]
     pub fn add(&mut self, segment: i32) {
-        let low = &mut self.lowest;
-        if segment < low[2] {
-            low[2] = segment;
-            low.sort_unstable();
+        let [a, b, c] = self.lowest;
+        if segment < c {
+            self.lowest = [a.min(segment), b.min(a.max(segment)), c.min(b.max(segment))];
         }
-        let high = &mut self.highest;
-        if segment > high[2] {
-            high[2] = segment;
-            high.sort_unstable_by(|a, b| b.cmp(a));
+        let [a, b, c] = self.highest;
+        if segment > c {
+            self.highest = [a.max(segment), b.max(a.min(segment)), c.max(b.min(segment))];
         }
     }
 

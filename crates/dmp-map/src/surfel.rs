@@ -154,14 +154,18 @@ pub(crate) fn borders_of(lattice: &Lattice, tile: TileId, content: &TileSurfels)
 mod tests {
     use super::*;
     use crate::lattice::UNITS_PER_M;
-    use crate::tile_moments::TileMoments;
+    use crate::tile_moments::{ByBrick, PointInTile, TileMoments};
 
     fn fuse(points: &[[f64; 3]]) -> (Lattice, TileSurfels) {
         let lattice = Lattice::new(0.2).unwrap();
         let mut tile = TileMoments::default();
         for &point in points {
             let p = lattice.locate(point).unwrap();
-            tile.add(p.voxel, p.offset_units, Some(0));
+            tile.add(
+                &[PointInTile { voxel: p.voxel, offset_units: p.offset_units }],
+                Some(0),
+                &mut ByBrick::default(),
+            );
         }
         let surfels = surfels_of(&lattice, &tile.into_sorted());
         (lattice, surfels)

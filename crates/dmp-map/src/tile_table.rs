@@ -54,6 +54,16 @@ impl<T: Default> TileTable<T> {
         self.found.iter_mut().map(|(tile, held)| (*tile, held))
     }
 
+    /// Forgets the tiles that `keep` does not want.
+    pub fn retain(&mut self, keep: impl Fn(&T) -> bool) {
+        if self.found.iter().all(|(_, held)| keep(held)) {
+            return;
+        }
+        self.found.retain(|(_, held)| keep(held));
+        self.by_tile.clear();
+        self.by_tile.extend(self.found.iter().map(|found| found.0).zip(0..));
+    }
+
     /// Hands over everything; the table is empty afterwards.
     pub fn drain(&mut self) -> impl Iterator<Item = (TileId, T)> {
         self.by_tile.clear();
@@ -79,6 +89,12 @@ mod tests {
                     *map.entry(TileId { x, y }).or_default() += 1;
                 }
                 prop_assert_eq!(&table.iter_mut().map(|(tile, n)| (tile, *n)).collect::<BTreeMap<_, _>>(), &map);
+                table.retain(|n| n % 2 == 1);
+                map.retain(|_, n| *n % 2 == 1);
+                for &(x, y) in &visits {
+                    *table.entry(TileId { x, y }) += 1;
+                    *map.entry(TileId { x, y }).or_default() += 1;
+                }
                 prop_assert_eq!(table.drain().collect::<BTreeMap<_, _>>(), map);
             }
         }
