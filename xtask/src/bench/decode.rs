@@ -16,7 +16,7 @@ use dmp_sensor::Scan;
 use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route};
 use serde::{Deserialize, Serialize};
 
-use super::{circumstances, spread};
+use super::{circumstances, on_core_s, spread};
 
 /// Scans that are simulated; a longer log repeats them under later stamps.
 const DISTINCT_SCANS: usize = 20;
@@ -150,13 +150,6 @@ fn read(log: &Path) -> anyhow::Result<Taken> {
     DONE.store(true, Ordering::Relaxed);
     watching.join().map_err(|_| anyhow::anyhow!("the watch on the memory ended early"))?;
     Ok(Taken { points, open_s: opened_s - start_s, read_s, peak_anon_bytes: PEAK.load(Ordering::Relaxed) })
-}
-
-/// How long this thread has run on a core, seconds: what else runs on the machine does not count.
-fn on_core_s() -> anyhow::Result<f64> {
-    let text = fs::read_to_string("/proc/thread-self/schedstat")?;
-    let ns = text.split(' ').next().context("an empty schedstat")?;
-    Ok(ns.parse::<u64>()? as f64 / 1e9)
 }
 
 fn anonymous_bytes() -> Option<u64> {

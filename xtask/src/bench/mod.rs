@@ -2,7 +2,9 @@
 
 mod cast;
 mod decode;
+mod fuse;
 mod scale;
+mod score;
 mod truth;
 
 use std::process::{Command, Stdio};
@@ -18,7 +20,9 @@ pub(crate) enum Bench {
     #[command(hide = true)]
     CastServe(cast::serve::ServeArgs),
     Decode(decode::DecodeArgs),
+    Fuse(fuse::FuseArgs),
     Scale(scale::ScaleArgs),
+    Score(score::ScoreArgs),
     Truth(truth::TruthArgs),
 }
 
@@ -28,6 +32,8 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
         Bench::CastServe(arguments) => cast::serve::run(arguments),
         Bench::Decode(arguments) => decode::run(arguments),
         Bench::Scale(arguments) => scale::run(arguments),
+        Bench::Fuse(arguments) => fuse::run(arguments),
+        Bench::Score(arguments) => score::run(arguments),
         Bench::Truth(arguments) => truth::run(arguments),
     }
 }
@@ -47,6 +53,13 @@ fn seconds(command: &[String]) -> anyhow::Result<f64> {
         String::from_utf8_lossy(&output.stderr)
     );
     Ok(taken_s)
+}
+
+/// How long this thread has run on a core, seconds: what else runs on the machine does not count.
+fn on_core_s() -> anyhow::Result<f64> {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat")?;
+    let ns = text.split(' ').next().context("an empty schedstat")?;
+    Ok(ns.parse::<u64>()? as f64 / 1e9)
 }
 
 /// Median, least and largest of some times. There must be one.
