@@ -5,6 +5,7 @@ mod decode;
 mod fuse;
 mod scale;
 mod score;
+mod store;
 mod truth;
 
 use std::process::{Command, Stdio};
@@ -23,6 +24,7 @@ pub(crate) enum Bench {
     Fuse(fuse::FuseArgs),
     Scale(scale::ScaleArgs),
     Score(score::ScoreArgs),
+    Store(store::StoreArgs),
     Truth(truth::TruthArgs),
 }
 
@@ -34,6 +36,7 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
         Bench::Scale(arguments) => scale::run(arguments),
         Bench::Fuse(arguments) => fuse::run(arguments),
         Bench::Score(arguments) => score::run(arguments),
+        Bench::Store(arguments) => store::run(arguments),
         Bench::Truth(arguments) => truth::run(arguments),
     }
 }

@@ -7,7 +7,7 @@ mod files;
 mod own;
 mod peers;
 mod records;
-mod scene;
+pub(super) mod scene;
 pub(crate) mod serve;
 mod speeds;
 

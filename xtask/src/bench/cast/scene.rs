@@ -16,7 +16,7 @@ use super::files::Files;
 use super::records::{Record, write_numbers, write_records};
 
 /// The scenes of the benchmark and their voxel edges, metres: all from one drive.
-const SCENES: [(&str, f64); 3] = [("dense", 0.1), ("city", 0.2), ("coarse", 0.5)];
+pub(in crate::bench) const SCENES: [(&str, f64); 3] = [("dense", 0.1), ("city", 0.2), ("coarse", 0.5)];
 
 /// What scenes are made of.
 #[derive(Debug, Args)]
@@ -82,14 +82,14 @@ pub(super) fn files(arguments: &SceneArgs, folder: &Path, names: &[String]) -> a
 }
 
 /// A drive of a 64-beam sensor through streets with traffic, ten scans a second at 8 m/s.
-struct SimulatedDrive {
-    log: Box<dyn ScanLog>,
-    truth: Trajectory,
+pub(in crate::bench) struct SimulatedDrive {
+    pub(in crate::bench) log: Box<dyn ScanLog>,
+    pub(in crate::bench) truth: Trajectory,
 }
 
 impl SimulatedDrive {
     /// Simulates the drive and writes its log into a folder, which must live as long as this.
-    fn new(scans: usize, folder: &Path) -> anyhow::Result<Self> {
+    pub(in crate::bench) fn new(scans: usize, folder: &Path) -> anyhow::Result<Self> {
         let lidar = LidarOptions { azimuth_steps: 1800, ..LidarOptions::with_beams(64) };
         let options =
             RecordingOptions { seed: 1, scans, route: Route::Ring, speed_m_s: 8.0, traffic: 20, lidar };
