@@ -26,6 +26,9 @@ from mcap_ros2.decoder import DecoderFactory
 from plyfile import PlyData
 from pypcd4 import PointCloud
 
+sys.path.insert(0, str(Path(__file__).resolve().parent / "store"))
+import read_store  # noqa: E402: it lies in a folder of its own
+
 NUMPY_TYPE = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 UNIT_NS = {"s": 1_000_000_000, "ns": 1}
 QUATERNION_TOLERANCE = 1e-9
@@ -246,9 +249,26 @@ def kitti_bin(path, entry):
     return f"{points} points, {times} times equal"
 
 
+def store(path, entry):
+    """A map, by the script that was written from the page on its format."""
+    found = read_store.read(path)["tiles"]
+    same_count("tiles", found, entry["tiles"])
+    surfels = 0
+    for number, (tile, wanted) in enumerate(zip(found, entry["tiles"])):
+        for name in wanted:
+            if name != "surfels" and tile[name] != wanted[name]:
+                raise Difference(f"tile {number}: {name} {tile[name]}, not {wanted[name]}")
+        same_count(f"surfels of tile {number}", tile["surfels"], wanted["surfels"])
+        for row, (surfel, expected) in enumerate(zip(tile["surfels"], wanted["surfels"])):
+            if surfel != expected:
+                raise Difference(f"tile {number}, surfel {row}: {surfel}, not {expected}")
+        surfels += len(wanted["surfels"])
+    return f"{surfels} surfels equal"
+
+
 READ = {"tum": trajectory, "kitti": trajectory, "euroc": trajectory, "las": las, "laz": las, "ply": ply, "pcd": pcd,
-        "mcap": mcap, "bin": kitti_bin}
-KNOWN = {".tum", ".csv", ".las", ".laz", ".ply", ".pcd", ".mcap", ".bin"}
+        "mcap": mcap, "bin": kitti_bin, "store": store}
+KNOWN = {".tum", ".csv", ".las", ".laz", ".ply", ".pcd", ".mcap", ".bin", ".dmpmap"}
 
 
 def compare(folder, say=print, complete=True):
@@ -287,6 +307,9 @@ def self_test():
             if kind in READ:
                 entries.append({"path": f"clouds/{file}", "kind": kind, "points": known["points"],
                                 "time": known["time"]})
+    for path in sorted((here / "store").glob("*.json")):
+        entries.append({"path": f"store/{path.stem}.dmpmap", "kind": "store",
+                        "tiles": json.loads(path.read_text())["tiles"]})
     for path in sorted((here / "trajectories").glob("*.json")):
         known = json.loads(path.read_text())
         if known["format"] in ("tum", "kitti", "euroc") and "files" in known:
@@ -315,7 +338,7 @@ def self_test():
             scans.append({"stamp_ns": number * 100_000_000, "points": raw[:, :3].tolist(), "offsets_ns": [0, 50_000_000]})
         (folder / "bins/times.txt").write_text("0.0\n0.1\n0.2\n")
         entries.append({"path": "bins", "kind": "bin", "scans": scans})
-        for name in ("clouds", "trajectories", "mcap"):
+        for name in ("clouds", "store", "trajectories", "mcap"):
             (folder / name).symlink_to(here / name)
         lines = []
 
@@ -361,6 +384,14 @@ def changed(entry):
         yield other
         other = copy()
         other["stamps_ns"][5 if len(other["stamps_ns"]) > 5 else 0] += 1000
+        yield other
+    if "tiles" in entry:
+        for number in (0, 3, 6):
+            other = copy()
+            other["tiles"][-1]["surfels"][-1][number] += 1e-6 if number < 6 else 1
+            yield other
+        other = copy()
+        other["tiles"][0]["z_range_m"][1] += 1e-3
         yield other
     if entry.get("time"):
         other = copy()

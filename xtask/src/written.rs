@@ -10,6 +10,7 @@ use dmp_log::{
     FolderFormat, FolderScanWriter, McapCompression, McapScanWriter, McapWriterOptions, write_euroc,
     write_kitti, write_times, write_tum,
 };
+use dmp_map::{Durability, FuseScratch, Lattice, MapFuser, Store, Surfel};
 use dmp_sensor::{Scan, Trajectory};
 use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route};
 use serde_json::{Value, json};
@@ -46,6 +47,7 @@ pub(crate) fn run(arguments: &WrittenArgs) -> anyhow::Result<()> {
     ] {
         files.extend(folder_of_scans(folder, format, tolerance_m, &scans)?);
     }
+    files.push(map(folder, &scans)?);
     let manifest = serde_json::to_string(&json!({ "files": files }))?;
     Ok(fs::write(folder.join("manifest.json"), manifest)?)
 }
@@ -91,6 +93,44 @@ fn logs(folder: &Path, scans: &[Scan]) -> anyhow::Result<Vec<Value>> {
 /// A scan as the manifest tells it.
 fn told(scan: &Scan) -> Value {
     json!({ "stamp_ns": scan.stamp_ns, "points": scan.points_in_sensor_m, "offsets_ns": scan.time_offsets_ns })
+}
+
+/// A map of two scans around a corner of tiles, the first seen in no known segment. Every return is there four times,
+/// some centimetres apart, so that few returns make a map.
+fn map(folder: &Path, scans: &[Scan]) -> anyhow::Result<Value> {
+    let fuser = MapFuser::new(Lattice::new(0.5)?, usize::MAX, folder)?;
+    for (k, scan) in (0..2).zip(scans) {
+        let segment = (k > 0).then_some(k);
+        for turn in 0..4 {
+            let place = |point: &[f32; 3]| {
+                let [x, y, z] = point.map(f64::from);
+                let [a, b, c] = [turn, turn * turn % 4, turn * 3 % 4].map(|n| 0.05 * f64::from(n));
+                [x - 1.0 + 2.0 * f64::from(k) + a, y - 1.0 + b, z + 500.0 + c]
+            };
+            let points: Vec<[f64; 3]> = scan.points_in_sensor_m.iter().map(place).collect();
+            fuser.add(&points, segment, &mut FuseScratch::default())?;
+        }
+    }
+    let path = folder.join("map.dmpmap");
+    fuser.finish(&path, "two scans", Durability::Scratch, &|_, _| ())?;
+    let store = Store::open(&path)?;
+    let mut entries: Vec<_> = store.entries().collect();
+    entries.sort_unstable_by_key(|entry| entry.tile);
+    let mut tiles = Vec::new();
+    for entry in entries {
+        let tile = store.load(entry.tile)?.context("a tile of the directory")?;
+        let row = |surfel: &Surfel| {
+            let ([x, y, z], [nx, ny, nz]) = (surfel.centre_in_tile_m, surfel.normal);
+            json!([x, y, z, nx, ny, nz, surfel.third_lowest, surfel.third_highest])
+        };
+        tiles.push(json!({
+            "x": tile.id.x, "y": tile.id.y, "origin_in_world_m": tile.origin_in_world_m,
+            "z_range_m": entry.extent.z_range_m, "min_third_lowest": entry.extent.min_third_lowest,
+            "max_third_highest": entry.extent.max_third_highest, "own": tile.own,
+            "surfels": tile.surfels.iter().map(row).collect::<Vec<_>>(),
+        }));
+    }
+    Ok(json!({ "path": "map.dmpmap", "kind": "store", "tiles": tiles }))
 }
 
 fn folder_of_scans(

@@ -17,6 +17,7 @@ mod mesh_maps;
 mod real;
 mod resume;
 mod sanity;
+mod store_format;
 mod tidy;
 mod trails;
 mod truth_study;

@@ -1,0 +1,49 @@
+//! A committed map against what a script that knows nothing but `docs/store-format.md` found in it.
+
+use dmp_map::{Store, TileId};
+use serde_json::Value;
+
+use crate::common::workspace;
+
+#[test]
+fn the_page_says_what_the_reader_does() {
+    let folder = workspace().join("tests/conformance/store");
+    let known = std::fs::read_to_string(folder.join("small.json")).unwrap();
+    let known: Value = serde_json::from_str(&known).unwrap();
+    let store = Store::open(&folder.join("small.dmpmap")).unwrap();
+    assert_eq!(store.provenance(), known["provenance"]);
+    assert_eq!(store.lattice().voxel_m() * 8192.0, known["voxel_units"].as_f64().unwrap());
+    let tiles = known["tiles"].as_array().unwrap();
+    assert_eq!(store.entries().count(), tiles.len());
+    let (mut own, mut copies, mut without_support) = (0, 0, 0);
+    for known in tiles {
+        let number = |name: &str| known[name].as_i64().unwrap();
+        let id = TileId { y: number("y") as i32, x: number("x") as i32 };
+        let (entry, tile) = (store.entry(id).unwrap(), store.load(id).unwrap().unwrap());
+        let numbers = |name: &str| -> Vec<f64> {
+            known[name].as_array().unwrap().iter().map(|n| n.as_f64().unwrap()).collect()
+        };
+        assert_eq!(tile.origin_in_world_m[..], numbers("origin_in_world_m"));
+        assert_eq!(entry.extent.z_range_m[..], numbers("z_range_m"));
+        assert_eq!(i64::from(entry.extent.min_third_lowest), number("min_third_lowest"));
+        assert_eq!(i64::from(entry.extent.max_third_highest), number("max_third_highest"));
+        assert_eq!(tile.own as i64, number("own"));
+        let surfels = known["surfels"].as_array().unwrap();
+        assert_eq!(tile.surfels.len(), surfels.len());
+        for (surfel, known) in tile.surfels.iter().zip(surfels) {
+            let known: Vec<f64> = known.as_array().unwrap().iter().map(|n| n.as_f64().unwrap()).collect();
+            let found: Vec<f64> =
+                surfel.centre_in_tile_m.iter().chain(&surfel.normal).copied().map(f64::from).collect();
+            assert_eq!((found, [surfel.third_lowest, surfel.third_highest].map(f64::from)), {
+                (known[..6].to_vec(), [known[6], known[7]])
+            });
+            without_support += usize::from(surfel.third_lowest == i32::MAX);
+        }
+        own += tile.own;
+        copies += tile.surfels.len() - tile.own;
+    }
+    assert!(
+        tiles.len() > 3 && own > 50 && copies > 3 && without_support > 0,
+        "{own} {copies} {without_support}"
+    );
+}
