@@ -133,7 +133,7 @@ impl MapFuser {
         buffers: &mut FuseScratch,
     ) -> Result<(), MapError> {
         let FuseScratch { by_tile, by_brick } = buffers;
-        for (_, list) in by_tile.iter_mut() {
+        for (_, list) in by_tile.all_mut() {
             list.clear();
         }
         for &point in points_in_world_m {
@@ -143,7 +143,7 @@ impl MapFuser {
         // Places the sensor has left keep no buffers.
         by_tile.retain(|list| !list.is_empty());
 
-        for (tile, list) in by_tile.iter_mut() {
+        for (tile, list) in by_tile.all_mut() {
             self.open.add(tile, |moments| moments.add(list, segment, by_brick));
         }
         self.points.fetch_add(points_in_world_m.len() as u64, Ordering::Relaxed);

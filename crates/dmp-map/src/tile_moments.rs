@@ -107,7 +107,7 @@ impl TileMoments {
 
     #[inline]
     fn brick(&mut self, voxel: Voxel) -> u32 {
-        let (key, recent) = (brick_key(voxel), self.recent.place(voxel));
+        let (key, recent) = (brick_key(voxel), RecentBricks::place(voxel));
         let (recent_key, brick) = self.recent.0[recent];
         if recent_key == key {
             return brick;
@@ -182,7 +182,7 @@ impl Default for RecentBricks {
 
 impl RecentBricks {
     #[inline]
-    fn place(&self, voxel: Voxel) -> usize {
+    fn place(voxel: Voxel) -> usize {
         let low = |n: u32| (n / BRICK_EDGE % 4) as usize;
         low(voxel.z as u32) << 4 | low(voxel.y.into()) << 2 | low(voxel.x.into())
     }

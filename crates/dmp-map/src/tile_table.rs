@@ -50,7 +50,7 @@ impl<T: Default> TileTable<T> {
     }
 
     /// Every tile with what is held of it, in no order.
-    pub fn iter_mut(&mut self) -> impl Iterator<Item = (TileId, &mut T)> {
+    pub fn all_mut(&mut self) -> impl Iterator<Item = (TileId, &mut T)> {
         self.found.iter_mut().map(|(tile, held)| (*tile, held))
     }
 
@@ -88,7 +88,7 @@ mod tests {
                     *table.entry(TileId { x, y }) += 1;
                     *map.entry(TileId { x, y }).or_default() += 1;
                 }
-                prop_assert_eq!(&table.iter_mut().map(|(tile, n)| (tile, *n)).collect::<BTreeMap<_, _>>(), &map);
+                prop_assert_eq!(&table.all_mut().map(|(tile, n)| (tile, *n)).collect::<BTreeMap<_, _>>(), &map);
                 table.retain(|n| n % 2 == 1);
                 map.retain(|_, n| *n % 2 == 1);
                 for &(x, y) in &visits {
