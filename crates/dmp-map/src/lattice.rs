@@ -107,7 +107,7 @@ impl Lattice {
     #[inline]
     pub fn tile_of(&self, point_in_world_m: [f64; 3]) -> Result<TileId, MapError> {
         let [x, y, _] = check_place(point_in_world_m)?.map(|c| self.units_from_origin(c));
-        Ok(self.tile_at(self.by_tile.quotient(x), self.by_tile.quotient(y)))
+        Ok(tile_at(self.by_tile.quotient(x), self.by_tile.quotient(y)))
     }
 
     /// Corner of a tile with the smallest x and y, world metres.
@@ -123,7 +123,7 @@ impl Lattice {
         let in_tile = [x - tile_x * edge, y - tile_y * edge, z];
         let voxel = in_tile.map(|units| self.by_voxel.quotient(units));
         Ok(LatticePoint {
-            tile: self.tile_at(tile_x, tile_y),
+            tile: tile_at(tile_x, tile_y),
             voxel: Voxel {
                 x: voxel[0] as u16,
                 y: voxel[1] as u16,
@@ -145,11 +145,11 @@ impl Lattice {
         let origin = i64::from(ORIGIN_TILES) * i64::from(self.tile_units());
         (rounded(coordinate_m * UNITS_PER_M) + origin) as u64
     }
+}
 
-    #[inline]
-    fn tile_at(&self, x: u64, y: u64) -> TileId {
-        TileId { x: x as i32 - ORIGIN_TILES, y: y as i32 - ORIGIN_TILES }
-    }
+#[inline]
+fn tile_at(x: u64, y: u64) -> TileId {
+    TileId { x: x as i32 - ORIGIN_TILES, y: y as i32 - ORIGIN_TILES }
 }
 
 /// How many tiles lie between the place that units are counted from and world zero: 6e7 m, as tiles are not

@@ -100,7 +100,7 @@ impl CellSet {
     fn place(&self, cell: Cell) -> Option<usize> {
         let [x, y, z] = std::array::from_fn(|k| cell[k].wrapping_sub(self.lowest[k]) as u32);
         let [size_x, size_y, size_z] = self.size;
-        let inside = (x < size_x) & (y < size_y) & (z < size_z);
+        let inside = x < size_x && y < size_y && z < size_z;
         inside.then(|| ((z * size_y + y) * size_x + x) as usize)
     }
 
