@@ -85,15 +85,15 @@ mod tests {
             for round in [&visits[..], &visits[visits.len() / 2..]] {
                 let mut map: BTreeMap<TileId, u32> = BTreeMap::new();
                 for &(x, y) in round {
-                    *table.entry(TileId { x, y }) += 1;
-                    *map.entry(TileId { x, y }).or_default() += 1;
+                    *table.entry(TileId { y, x }) += 1;
+                    *map.entry(TileId { y, x }).or_default() += 1;
                 }
                 prop_assert_eq!(&table.all_mut().map(|(tile, n)| (tile, *n)).collect::<BTreeMap<_, _>>(), &map);
                 table.retain(|n| n % 2 == 1);
                 map.retain(|_, n| *n % 2 == 1);
                 for &(x, y) in &visits {
-                    *table.entry(TileId { x, y }) += 1;
-                    *map.entry(TileId { x, y }).or_default() += 1;
+                    *table.entry(TileId { y, x }) += 1;
+                    *map.entry(TileId { y, x }).or_default() += 1;
                 }
                 prop_assert_eq!(table.drain().collect::<BTreeMap<_, _>>(), map);
             }
