@@ -104,6 +104,10 @@ impl Schedule {
     }
 }
 
+fn square(x: f64) -> f64 {
+    x * x
+}
+
 /// The tiles around one run's sensor.
 #[derive(Debug, Default)]
 struct Near {
@@ -117,7 +121,7 @@ impl Near {
     /// Looks the tiles up again where the sensor went far enough; tells whether it did.
     fn move_to(&mut self, place: [f64; 2], map: &dyn TileSource, reach_m: f64) -> bool {
         let [x, y] = place;
-        if self.place.is_some_and(|[x0, y0]| (x - x0).hypot(y - y0) < STEP_M) {
+        if self.place.is_some_and(|[x0, y0]| square(x - x0) + square(y - y0) < square(STEP_M)) {
             return false;
         }
         self.place = Some(place);
@@ -134,7 +138,9 @@ impl Near {
                 // From the nearest place of the tile.
                 let apart =
                     |c: f64, t: i32| (f64::from(t) * edge_m - c).max(c - f64::from(t + 1) * edge_m).max(0.0);
-                if apart(x, tx).hypot(apart(y, ty)) <= reach_m && map.tile_extent(tile).is_some() {
+                if square(apart(x, tx)) + square(apart(y, ty)) <= square(reach_m)
+                    && map.tile_extent(tile).is_some()
+                {
                     self.tiles.push(tile);
                 }
             }

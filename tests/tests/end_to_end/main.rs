@@ -13,6 +13,7 @@ mod direct;
 mod first_minutes;
 mod formats;
 mod given_maps;
+mod map_command;
 mod mesh_maps;
 mod real;
 mod resume;

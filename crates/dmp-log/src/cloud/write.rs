@@ -276,7 +276,8 @@ mod tests {
             }
         }
         let mut las = las::Reader::from_path(folder.path().join("a.laz")).unwrap();
-        let point = las.read_point().unwrap().unwrap();
+        let read = las.read_points(1).unwrap();
+        let point: Point = read.points().next().unwrap().unwrap();
         assert_eq!(point.extra_bytes, normal_bytes([0.0, 0.6, 0.8]));
     }
 
