@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::ready::{CastSource, MappedTile, ReadyTile};
 use crate::tile::{BuiltTile, CastTile, LEAF_DISCS, Leaf, LeafSupport, Node, WIDTH};
 
-/// A map in the cast-ready form: about six times as large as the [`Store`] it was made of, and rays can be cast
+/// A map in the cast-ready form: some eight times as large as the [`Store`] it was made of, and rays can be cast
 /// into it at once, from the pages of the mapped file.
 ///
 /// Opening checks everything but the tiles, the first use of a tile checks that tile: nothing damaged is ever cast
