@@ -89,6 +89,7 @@ impl Command {
 
 /// The command, with the arguments of this process.
 pub fn main() -> ExitCode {
+    process::begin_again_with_memory_given_back();
     process::prepare();
     run(std::env::args_os()).into()
 }

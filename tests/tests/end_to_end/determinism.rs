@@ -2,7 +2,9 @@
 
 use dmp::{Config, FrameOrder, MapSource};
 
-use crate::common::{collapse, comparable, drift, noise, real_data, runs_of, score, small_town, write_mcap};
+use crate::common::{
+    collapse, comparable, drift, noise, real_data, refused, runs_of, score, small_town, write_mcap,
+};
 
 const MIB: usize = 1 << 20;
 
@@ -49,4 +51,12 @@ fn a_real_log_under_a_budget_that_is_felt() {
         assert_eq!(comparable(&tight), comparable(&whole));
     }
     assert!(runs.iter().all(|run| run.map == MapSource::Fused));
+}
+
+#[test]
+fn too_little_memory_is_refused_with_what_is_needed() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = "score @/town.mcap -t @/truth.tum -t @/drift.tum --threads 64 --memory 40MiB";
+    let words = ["memory 40 MiB", "64 threads and 2 runs", "need at least", "fewer --threads"];
+    refused(folder.path(), arguments, 2, &words);
 }

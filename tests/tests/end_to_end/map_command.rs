@@ -62,10 +62,16 @@ fn every_format_holds_every_surfel_and_a_box_those_in_it() {
         let apart = first.iter().zip(&points).flat_map(|(a, b)| (0..3).map(move |k| (a[k] - b[k]).abs()));
         assert!(apart.fold(0.0, f64::max) <= 0.5001e-4, "{file}");
     }
-    export("-o box.ply --box -10,-10,15.5,20");
-    let inside = |p: &&[f64; 3]| (-10.0..=15.5).contains(&p[0]) && (-10.0..=20.0).contains(&p[1]);
-    let expected: Vec<[f64; 3]> = first.iter().flatten().filter(inside).copied().collect();
-    assert!(expected.len() > 100 && read("box.ply") == expected);
+    let all = first.unwrap();
+    // Around some surfel, over the borders of tiles.
+    let [x, y] = [0, 1].map(|k| all[all.len() / 2][k].round());
+    let (xs, ys) = (x - 20.0..=x + 20.5, y - 15.0..=y + 30.0);
+    export(&format!("-o box.ply --box {},{},{},{}", xs.start(), ys.start(), xs.end(), ys.end()));
+    let inside = |p: &&[f64; 3]| xs.contains(&p[0]) && ys.contains(&p[1]);
+    let expected: Vec<[f64; 3]> = all.iter().filter(inside).copied().collect();
+    let found = read("box.ply");
+    assert!(expected.len() > 100 && expected.len() < all.len() / 2, "{} of {}", expected.len(), all.len());
+    assert!(found == expected, "{} for {}", found.len(), expected.len());
 }
 
 #[test]

@@ -173,6 +173,36 @@ fn a_hundred_kills_change_no_bit() {
     println!("{kills} kills, {resumed} times gone on, {finished} times finished");
 }
 
+#[test]
+fn a_killed_build_leaves_a_whole_map_or_none() {
+    let folder = tempfile::tempdir().unwrap();
+    town_command(folder.path());
+    let mut build = Command::new(env!("CARGO_BIN_EXE_dmp-under-test"));
+    build.current_dir(folder.path());
+    build.args("map build town.mcap -t truth.tum -o truth.dmpmap --work . --quiet".split(' '));
+    let map = folder.path().join("truth.dmpmap");
+    let begun = Instant::now();
+    assert!(build.output().unwrap().status.success());
+    let (whole_time, whole) = (begun.elapsed(), fs::read(&map).unwrap());
+    let (mut kills, mut kept) = (0, 0);
+    for k in 0..25 {
+        fs::remove_file(&map).unwrap_or_default();
+        let mut child = build.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        std::thread::sleep(whole_time.mul_f64(f64::from(k) / 20.0));
+        kills += usize::from(child.try_wait().unwrap().is_none());
+        child.kill().unwrap_or_default();
+        child.wait().unwrap();
+        match fs::read(&map) {
+            Ok(found) => {
+                assert!(found == whole, "a map that is there is whole");
+                kept += 1;
+            }
+            Err(error) => assert_eq!(error.kind(), std::io::ErrorKind::NotFound),
+        }
+    }
+    assert!(kills > 5, "{kills} kills, {kept} maps");
+}
+
 fn has_checkpoint(folder: &Path) -> bool {
     let files =
         |folder: &Path| fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());

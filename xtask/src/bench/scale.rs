@@ -17,7 +17,7 @@ use super::circumstances;
 #[derive(Debug, Args)]
 pub(crate) struct ScaleArgs {
     /// Length of the shortest drive, kilometres
-    #[arg(long, default_value_t = 0.5)]
+    #[arg(long, default_value_t = 0.52)]
     km: f64,
     /// How many times as long the drives are
     #[arg(long, value_delimiter = ',', default_values_t = [1, 4, 16])]
