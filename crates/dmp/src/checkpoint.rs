@@ -13,14 +13,16 @@ use serde::de::DeserializeOwned;
 use crate::config::{Config, MapSource, Run};
 use crate::error::EvaluateError;
 use crate::frames::FrameSet;
+use crate::memory::Budget;
 use crate::trails::TrailSummary;
 
-/// The folder that an evaluation works in, and what it keeps there to be taken up again.
+/// What an evaluation works with: its share of the memory, its folder, and what it keeps there to be taken up again.
 #[derive(Debug)]
 pub(crate) struct Work {
     folder: WorkFolder,
     every: Option<Duration>,
     last: Mutex<Instant>,
+    budget: Budget,
     resumed: bool,
 }
 
@@ -93,6 +95,7 @@ impl Checkpoint for Casting {
 impl Work {
     /// A folder for this evaluation inside the one of the settings: as it was left, where it is to be resumed.
     pub(crate) fn open(log: &dyn ScanLog, runs: &[Run], config: &Config) -> Result<Self, EvaluateError> {
+        let budget = Budget::new(log, runs, config)?;
         let parent = &config.work_folder;
         let folder = if config.checkpoint_every.is_none() && !config.resume {
             WorkFolder::new(parent)
@@ -105,7 +108,12 @@ impl Work {
         };
         let folder = folder.map_err(EvaluateError::Work)?;
         let resumed = folder.has_checkpoint();
-        Ok(Self { folder, every: config.checkpoint_every, last: Mutex::new(Instant::now()), resumed })
+        Ok(Self { folder, every: config.checkpoint_every, last: Mutex::new(Instant::now()), budget, resumed })
+    }
+
+    /// How the memory is shared out.
+    pub(crate) fn budget(&self) -> &Budget {
+        &self.budget
     }
 
     pub(crate) fn path(&self) -> &Path {

@@ -7,7 +7,6 @@ use crate::cast::{CastPass, Casters};
 use crate::checkpoint::Work;
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
-use crate::memory::Budget;
 use crate::plan::Plan;
 use crate::report::{PassTimes, Report};
 use crate::watch::Watch;
@@ -61,8 +60,6 @@ fn evaluate_in(
     let mut lap = start;
     let mut lap_s = || std::mem::replace(&mut lap, Instant::now()).elapsed().as_secs_f64();
 
-    let budget = Budget::new(log, runs, config)?;
-
     // The same returns z, voxels and segments for every run.
     let stores = given::given_stores(runs)?;
     let voxel_m = given::voxel_of_stores(runs, &stores, config.voxel_m)?.or(config.voxel_m);
@@ -74,16 +71,14 @@ fn evaluate_in(
     let trails_kept = kept.is_some();
     let mut maps = match kept {
         Some(maps) => maps,
-        None => {
-            pool.install(|| fuse::maps_of(log, &plan, runs, stores, None, config, &budget, work, watch))?
-        }
+        None => pool.install(|| fuse::maps_of(log, &plan, runs, stores, None, config, work, watch))?,
     };
     let fuse_s = lap_s();
 
     // Where asked for: the same without the returns on trails, which the rays of the log pass through.
     if config.free_space && !trails_kept {
         fuse::keep_if_due(work, &maps)?;
-        maps = pool.install(|| trails::keep_out(log, &plan, runs, maps, config, &budget, work, watch))?;
+        maps = pool.install(|| trails::keep_out(log, &plan, runs, maps, config, work, watch))?;
     }
     let trails_s = lap_s();
     let as_kept = fuse::keep_if_due(work, &maps)?;
@@ -91,7 +86,7 @@ fn evaluate_in(
     // z' = S(M, T_z) for every return of every scan (eq. 6–7), and Σ (z − z')² (eq. 13).
     let run_maps = std::mem::take(&mut maps.of_runs);
     let map_reports = report::map_reports(&run_maps, maps.trails.as_ref());
-    let casters = Casters::new(run_maps, config, &budget);
+    let casters = Casters::new(run_maps, config, work.budget());
     // Where they hardly belong together: what is likely wrong, told before the long part.
     let hints = sanity::look(log, &plan, runs, &casters.of_runs, &casters.bases, config, watch)?;
     let (plan, casters) = (&plan, &casters);

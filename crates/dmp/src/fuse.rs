@@ -9,7 +9,7 @@ use crate::config::{Config, MapSource, Run};
 use crate::error::EvaluateError;
 use crate::frames::{FrameSet, Pauses, PlannedFrame, Worker, each_frame_in_parts};
 use crate::given::fuse_given;
-use crate::memory::{self, Budget};
+use crate::memory;
 use crate::plan::Plan;
 use crate::pose::Poser;
 use crate::trails::{TrailBuffers, TrailSummary, Trails};
@@ -55,7 +55,6 @@ pub(crate) fn maps_of(
     stores: Vec<Option<Store>>,
     trails: Option<&Trails>,
     config: &Config,
-    budget: &Budget,
     work: &Work,
     watch: &dyn Watch,
 ) -> Result<Maps, EvaluateError> {
@@ -67,7 +66,7 @@ pub(crate) fn maps_of(
     let places = Places { runs, work, round, config };
     let lattice = Lattice::new(plan.voxel.voxel_m).map_err(EvaluateError::Work)?;
     let to_fuse = runs.iter().filter(|run| run.map == MapSource::Fused).count().max(1);
-    let budget_bytes = budget.share(FUSE_SHARE) / to_fuse;
+    let budget_bytes = work.budget().share(FUSE_SHARE) / to_fuse;
     let new_fuser = |run: &Run| {
         let fuser = if work.every().is_some() {
             MapFuser::with_scratch(lattice, budget_bytes, &places.scratch(run))

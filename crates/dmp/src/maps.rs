@@ -6,7 +6,6 @@ use dmp_map::{Lattice, MapFuser, Store, WorkFolder};
 use crate::checkpoint::Work;
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
-use crate::memory::Budget;
 use crate::plan::Plan;
 use crate::watch::Watch;
 use crate::{fuse, given, trails};
@@ -43,14 +42,12 @@ pub fn fuse_maps(
     given::check_free_space(runs, config)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
     let pool = pool.map_err(|source| EvaluateError::Threads { threads: config.threads, source })?;
-    let budget = Budget::new(log, runs, config)?;
     let stores = given::given_stores(runs)?;
     let voxel_m = given::voxel_of_stores(runs, &stores, config.voxel_m)?.or(config.voxel_m);
     let plan = Plan::new(log, runs, &Config { voxel_m, ..config.clone() }, watch)?;
-    let mut maps =
-        pool.install(|| fuse::maps_of(log, &plan, runs, stores, None, config, &budget, &work, watch))?;
+    let mut maps = pool.install(|| fuse::maps_of(log, &plan, runs, stores, None, config, &work, watch))?;
     if config.free_space {
-        maps = pool.install(|| trails::keep_out(log, &plan, runs, maps, config, &budget, &work, watch))?;
+        maps = pool.install(|| trails::keep_out(log, &plan, runs, maps, config, &work, watch))?;
     }
     Ok(RunMaps { names: runs.iter().map(|run| run.name.clone()).collect(), maps, _work: work })
 }

@@ -9,7 +9,7 @@ use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::frames::{PlannedFrame, Worker, each_frame};
 use crate::fuse::{self, Maps};
-use crate::memory::{self, Budget};
+use crate::memory;
 use crate::plan::Plan;
 use crate::pose::Poser;
 use crate::watch::{Stage, Watch};
@@ -122,14 +122,13 @@ pub(crate) fn keep_out(
     runs: &[Run],
     maps: Maps,
     config: &Config,
-    budget: &Budget,
     work: &Work,
     watch: &dyn Watch,
 ) -> Result<Maps, EvaluateError> {
     let (first, scratch_bytes) = (maps.counts, maps.scratch_bytes);
-    let trails = find(log, plan, runs, maps, config, budget, work, watch)?;
+    let trails = find(log, plan, runs, maps, config, work, watch)?;
     let none = runs.iter().map(|_| None).collect();
-    let mut maps = fuse::maps_of(log, plan, runs, none, Some(&trails), config, budget, work, watch)?;
+    let mut maps = fuse::maps_of(log, plan, runs, none, Some(&trails), config, work, watch)?;
     for counts in [Some(trails.counts), maps.counts] {
         if let (Some(first), Some(second)) = (first, counts.filter(|counts| Some(*counts) != first)) {
             return Err(EvaluateError::LogChanged { first: first.used(), second: second.used() });
@@ -147,11 +146,10 @@ fn find(
     runs: &[Run],
     maps: Maps,
     config: &Config,
-    budget: &Budget,
     work: &Work,
     watch: &dyn Watch,
 ) -> Result<Trails, EvaluateError> {
-    let share = |share: f64| budget.share(share) / runs.len();
+    let share = |share: f64| work.budget().share(share) / runs.len();
     let reach = CastSettings::default().reach;
     let counters: Vec<CrossingCounter> = maps
         .of_runs
