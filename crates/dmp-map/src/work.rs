@@ -47,7 +47,13 @@ impl WorkFolder {
     pub fn of(parent: &Path, id: &str, resume: bool) -> Result<Self, MapError> {
         sweep(parent);
         let path = parent.join(format!("{PREFIX}{id}"));
-        fs::create_dir_all(&path).map_err(MapError::io(parent, "cannot make a work folder here"))?;
+        // The parent is to be there: a path that was mistyped is no place for gigabytes.
+        match fs::create_dir(&path) {
+            Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => {
+                return Err(MapError::io(parent, "cannot make a work folder here")(error));
+            }
+            _ => {}
+        }
         let folder = Self::in_folder(path)?;
         if !resume {
             folder.clear()?;
