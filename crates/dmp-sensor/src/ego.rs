@@ -1,12 +1,8 @@
-use std::collections::{HashMap, HashSet};
-
 /// Edge of the cells in which the vehicle is looked for, metres.
 const CELL_M: f64 = 0.1;
 /// The vehicle ends within this distance of the sensor, metres. Further away, a floor or a wall that keeps
 /// its distance must not be taken for it.
 const REACH_M: f64 = 5.0;
-/// No coordinate of a point in such a cell comes up to this, metres: a cheap look at most returns.
-const CELLS_END_M: f32 = 5.2;
 /// A cell that is hit in more than this share of the sampled scans belongs to the vehicle.
 const SHARE: f64 = 0.8;
 
@@ -27,7 +23,7 @@ fn floor(x: f64) -> i32 {
 
 /// The vehicle as the sensor sees it: cells of 0.1 m, fixed in the sensor frame, that return an echo
 /// wherever the vehicle goes. Left in the map it becomes a curtain along the path.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct EgoMask {
     cells: CellSet,
     box_m: Option<([i64; 3], [i64; 3])>,
@@ -42,9 +38,8 @@ impl EgoMask {
     /// Whether a return at `point_in_sensor_m` (finite) is on the vehicle.
     #[inline]
     pub fn contains(&self, point_in_sensor_m: [f32; 3]) -> bool {
-        let may_be_in_cells = point_in_sensor_m.iter().all(|c| c.abs() < CELLS_END_M);
         (self.box_m.is_some() && self.box_contains(point_in_sensor_m))
-            || (may_be_in_cells && self.cells_contain(point_in_sensor_m))
+            || (self.cells.may_contain(point_in_sensor_m) && self.cells_contain(point_in_sensor_m))
     }
 
     #[inline(never)]
@@ -70,13 +65,15 @@ impl EgoMask {
 }
 
 /// Cells near the sensor: a bit for each of the box around them, since every return is looked up.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 struct CellSet {
     lowest: Cell,
     /// Cells along x, y and z; none in an empty set.
     size: [u32; 3],
     bits: Vec<u64>,
     count: usize,
+    /// A box in metres around the cells and a little more, none for no cells: a cheap look at most returns.
+    around_m: Option<([f32; 3], [f32; 3])>,
 }
 
 impl CellSet {
@@ -86,7 +83,10 @@ impl CellSet {
         let lowest = [x.0, y.0, z.0];
         let size = [x, y, z].map(|(low, high)| high.abs_diff(low) + 1);
         let all = size.iter().map(|&n| n as usize).product::<usize>();
-        let mut set = Self { lowest, size, bits: vec![0; all.div_ceil(64)], count: 0 };
+        let metres = |cells: i32| cells as f32 * CELL_M as f32;
+        let around_m = (lowest.map(|c| metres(c - 1)), [x.1, y.1, z.1].map(|c| metres(c + 2)));
+        let mut set =
+            Self { lowest, size, bits: vec![0; all.div_ceil(64)], count: 0, around_m: Some(around_m) };
         for place in cells.iter().filter_map(|&cell| set.place(cell)).collect::<Vec<_>>() {
             let (word, bit) = (&mut set.bits[place / 64], 1 << (place % 64));
             set.count += usize::from(*word & bit == 0);
@@ -104,17 +104,34 @@ impl CellSet {
         inside.then(|| ((z * size_y + y) * size_x + x) as usize)
     }
 
+    /// `false` only for points in none of the cells.
+    #[inline]
+    fn may_contain(&self, point_in_sensor_m: [f32; 3]) -> bool {
+        let inside = |(low, high): ([f32; 3], [f32; 3])| {
+            (0..3).all(|k| point_in_sensor_m[k] > low[k] && point_in_sensor_m[k] < high[k])
+        };
+        self.around_m.is_some_and(inside)
+    }
+
     #[inline]
     fn contains(&self, cell: Cell) -> bool {
         self.place(cell).is_some_and(|place| self.bits[place / 64] >> (place % 64) & 1 == 1)
     }
 }
 
+/// No cell within 5 m of the sensor is further from its own than this, along any axis.
+const REACH_CELLS: i32 = 51;
+/// Cells along each edge of the box that holds them.
+const VOTING_EDGE: usize = 2 * REACH_CELLS as usize + 1;
+
 /// Votes of a sample of scans on which cells are the vehicle. Order-free: votes merge by addition.
+///
+/// Takes 9 MB once a scan has voted: a place for each cell that may be the vehicle.
 #[derive(Debug, Clone, Default)]
 pub struct EgoVotes {
     scans: u32,
-    hits: HashMap<Cell, u32>,
+    /// Of each cell: the votes, and the number of the scan that voted last, counted from 1.
+    hits: Vec<(u32, u32)>,
 }
 
 impl EgoVotes {
@@ -123,18 +140,22 @@ impl EgoVotes {
     pub fn add_scan(&mut self, returns: impl Iterator<Item = [f32; 3]>) {
         let near =
             |p: &[f32; 3]| p.iter().map(|&c| f64::from(c) * f64::from(c)).sum::<f64>() <= REACH_M * REACH_M;
-        let cells: HashSet<Cell> = returns.filter(near).map(cell_of).collect();
-        for cell in cells {
-            *self.hits.entry(cell).or_default() += 1;
-        }
         self.scans += 1;
+        self.hits.resize(VOTING_EDGE.pow(3), (0, 0));
+        for cell in returns.filter(near).map(cell_of) {
+            if let Some((votes, last)) = place_of_voter(cell).and_then(|place| self.hits.get_mut(place)) {
+                *votes += u32::from(*last != self.scans);
+                *last = self.scans;
+            }
+        }
     }
 
     /// Adds another sample's votes.
-    pub fn merge(&mut self, other: Self) {
+    pub fn merge(&mut self, other: &Self) {
         self.scans += other.scans;
-        for (cell, hits) in other.hits {
-            *self.hits.entry(cell).or_default() += hits;
+        self.hits.resize(self.hits.len().max(other.hits.len()), (0, 0));
+        for (mine, theirs) in self.hits.iter_mut().zip(&other.hits) {
+            *mine = (mine.0 + theirs.0, 0);
         }
     }
 
@@ -145,18 +166,57 @@ impl EgoVotes {
             return EgoMask::default();
         }
         let needed = SHARE * f64::from(self.scans);
-        let cells = self.hits.iter().filter(|&(_, &hits)| f64::from(hits) > needed).map(|(&cell, _)| cell);
-        // All within 5 m: a box of at most 102 cells along each edge.
-        EgoMask { cells: CellSet::of(&cells.collect::<Vec<_>>()), box_m: None }
+        let enough = self.hits.iter().enumerate().filter(|(_, (votes, _))| f64::from(*votes) > needed);
+        let cells: Vec<Cell> = enough.map(|(place, _)| voter_at(place)).collect();
+        EgoMask { cells: CellSet::of(&cells), box_m: None }
     }
+}
+
+/// Where the votes of a cell stand; `None` for one that is too far away.
+#[inline]
+fn place_of_voter(cell: Cell) -> Option<usize> {
+    let [x, y, z] = cell.map(|c| c.wrapping_add(REACH_CELLS) as u32 as usize);
+    (x.max(y).max(z) < VOTING_EDGE).then(|| (z * VOTING_EDGE + y) * VOTING_EDGE + x)
+}
+
+fn voter_at(place: usize) -> Cell {
+    let (x, y, z) = (place % VOTING_EDGE, place / VOTING_EDGE % VOTING_EDGE, place / VOTING_EDGE.pow(2));
+    [x, y, z].map(|c| c as i32 - REACH_CELLS)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::{HashMap, HashSet};
+
     use super::*;
     use proptest::prelude::*;
 
     proptest! {
+        #[test]
+        fn votes_are_those_of_sets(
+            scans in prop::collection::vec(prop::collection::vec(prop::array::uniform3(-3.2f32..3.2), 0..60), 10..14),
+            common in prop::collection::vec(prop::array::uniform3(-2.88f32..2.88), 0..5),
+        ) {
+            let scans: Vec<_> = scans.into_iter().map(|scan| [scan, common.clone()].concat()).collect();
+            let mut hits: HashMap<Cell, usize> = HashMap::new();
+            let (mut all, mut halves) = (EgoVotes::default(), [EgoVotes::default(), EgoVotes::default()]);
+            for (k, scan) in scans.iter().enumerate() {
+                for cell in scan.iter().copied().map(cell_of).collect::<HashSet<_>>() {
+                    *hits.entry(cell).or_default() += 1;
+                }
+                all.add_scan(scan.iter().copied().chain([[5.01, 0.0, 0.0]]));
+                halves[k % 2].add_scan(scan.iter().copied());
+            }
+            let needed = SHARE * scans.len() as f64;
+            let cells: Vec<Cell> =
+                hits.into_iter().filter(|(_, hits)| *hits as f64 > needed).map(|(cell, _)| cell).collect();
+            let expected = EgoMask { cells: CellSet::of(&cells), box_m: None };
+            let [mut first, second] = halves;
+            first.merge(&second);
+            prop_assert_eq!(first.mask(), expected.clone());
+            prop_assert_eq!(all.mask(), expected);
+        }
+
         #[test]
         fn cells_are_a_set(
             cells in prop::collection::vec(prop::array::uniform3(-51..=51i32), 0..40),
@@ -166,6 +226,10 @@ mod tests {
             prop_assert_eq!(set.count, expected.len());
             for cell in cells.into_iter().chain(others).chain([[i32::MIN; 3], [i32::MAX; 3]]) {
                 prop_assert_eq!(set.contains(cell), expected.contains(&cell));
+                for part in [0.0, 0.5, 0.999_999] {
+                    let point = cell.map(|c| ((f64::from(c) + part) * CELL_M) as f32);
+                    prop_assert!(set.may_contain(point) || !expected.contains(&cell_of(point)));
+                }
             }
         }
 
