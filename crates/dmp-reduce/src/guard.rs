@@ -1,6 +1,6 @@
 use crate::Basis;
 use crate::pair::{PairTotals, place_count};
-use crate::ratio::{Sampling, Total};
+use crate::ratio::{Frames, Total};
 use crate::verdict::ScaleComparison;
 
 /// A verdict becomes mixed where the opposition at a scale is above what is tolerated, and above a share
@@ -54,24 +54,17 @@ pub(crate) fn place_guard(
     pair: &PairTotals,
     scales: &[ScaleComparison],
     a_better: bool,
-    sampling: Sampling,
+    frames: Frames,
 ) -> Vec<GuardCheck> {
-    let check = |guard: &Guard| {
-        guard.check(&pair.scales[guard.scale].places, &scales[guard.scale], a_better, sampling)
-    };
+    let check =
+        |guard: &Guard| guard.check(&pair.scales[guard.scale].places, &scales[guard.scale], a_better, frames);
     guards(pair.basis).iter().map(check).collect()
 }
 
 impl Guard {
-    fn check(
-        &self,
-        places: &[Total],
-        scale: &ScaleComparison,
-        a_better: bool,
-        sampling: Sampling,
-    ) -> GuardCheck {
+    fn check(&self, places: &[Total], scale: &ScaleComparison, a_better: bool, frames: Frames) -> GuardCheck {
         let level = 0.5 * (scale.mean_a_m2.unwrap_or(0.0) + scale.mean_b_m2.unwrap_or(0.0));
-        let parts = place_count(sampling);
+        let parts = place_count(frames);
         let (mut support, mut opposition, mut batches) = (0.0, 0.0, 0.0);
         let mut against: Vec<Place> = Vec::new();
         for (part, place) in (0..parts).zip(places) {
@@ -83,7 +76,7 @@ impl Guard {
             support += for_it.max(0.0);
             opposition += (-for_it).max(0.0);
             if -for_it > self.tolerated {
-                extend(&mut against, sampling.part(part, parts));
+                extend(&mut against, frames.part(part, parts));
             }
         }
         let (support, opposition) = (support / batches, opposition / batches);

@@ -19,9 +19,9 @@
 //! Nothing here knows of maps, rays, files or threads. Lengths are metres, squares m².
 //!
 //! ```
-//! use dmp_reduce::{Basis, FrameSums, Layout, Reducer, Residuals, Verdict};
+//! use dmp_reduce::{Basis, Confidence, FrameSums, Layout, Reducer, Residuals, Verdict};
 //!
-//! let layout = Layout::new(8, 8, vec![Basis::CrossValidated; 2])?;
+//! let layout = Layout::new(8, vec![Basis::CrossValidated; 2]);
 //! let mut reducer = Reducer::new(layout.clone());
 //! let mut frame = FrameSums::new(layout.bases());
 //! for ordinal in 0..8 {
@@ -32,7 +32,7 @@
 //!     }
 //!     reducer.add_frame(ordinal, &frame)?;
 //! }
-//! let pair = reducer.compare(0, 1);
+//! let pair = reducer.compare(0, 1, Confidence::P99);
 //! assert!(matches!(pair.verdict, Verdict::Better { which: 0, .. }));
 //! assert_eq!(reducer.order(&[pair])[0].run, 0);
 //! # Ok::<(), dmp_reduce::ReduceError>(())
@@ -65,5 +65,5 @@ pub use ratio::{Estimate, Interval, IntervalFrom};
 pub use reducer::{Layout, ReduceError, Reducer, RunScores, Seen};
 pub use residuals::Residuals;
 pub use run::{RunSums, Withheld};
-pub use student::student_t_99;
+pub use student::Confidence;
 pub use verdict::{Comparison, ScaleComparison, UndecidedReason, Verdict};

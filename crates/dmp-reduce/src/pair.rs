@@ -1,7 +1,7 @@
 use crate::Basis;
 use crate::fixed::FixedSum;
 use crate::frame::PairSums;
-use crate::ratio::{Ratio, Sampling, Total};
+use crate::ratio::{Frames, Ratio, Total};
 
 /// Stretches of the log that the place guard looks at.
 const PLACES: u64 = 10;
@@ -25,8 +25,8 @@ pub(crate) struct ScaleTotals {
 }
 
 /// Into how many places the frames are cut.
-pub(crate) fn place_count(sampling: Sampling) -> u64 {
-    sampling.scored.clamp(1, PLACES)
+pub(crate) fn place_count(frames: Frames) -> u64 {
+    frames.0.clamp(1, PLACES)
 }
 
 impl PairTotals {
@@ -34,15 +34,15 @@ impl PairTotals {
         Self { basis, scales: vec![ScaleTotals::default(); basis.scales_m().len()] }
     }
 
-    pub(crate) fn add_frame(&mut self, ordinal: u64, pair: &PairSums, sampling: Sampling) {
+    pub(crate) fn add_frame(&mut self, ordinal: u64, pair: &PairSums, frames: Frames) {
         if pair.returns() == 0 {
             return;
         }
-        let place = sampling.part_of(ordinal, place_count(sampling));
+        let place = frames.part_of(ordinal, place_count(frames));
         for (k, scale) in self.scales.iter_mut().enumerate() {
             let (a, b) = pair.at(k);
             let difference = Total { sum: a.units() - b.units(), returns: pair.returns() };
-            scale.difference.add_frame(ordinal, difference, sampling);
+            scale.difference.add_frame(ordinal, difference, frames);
             scale.places[place].add(difference);
             scale.a += a;
             scale.b += b;

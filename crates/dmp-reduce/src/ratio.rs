@@ -1,5 +1,5 @@
 use crate::fixed::{FixedSum, units_to_m2};
-use crate::student::student_t_99;
+use crate::student::Confidence;
 use crate::wide::Wide;
 
 /// Batches of consecutive frames an interval over all frames is taken from.
@@ -7,29 +7,45 @@ const BATCHES: u64 = 20;
 /// Frames with returns below which there is no interval.
 pub(crate) const FRAMES_NEEDED: u64 = 4;
 
-/// How many frames there are, and how many of them were scored.
+/// All frames that there are, scored or not, in the order of time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Sampling {
-    pub(crate) scored: u64,
-    pub(crate) total: u64,
-}
+pub(crate) struct Frames(pub(crate) u64);
 
-impl Sampling {
+impl Frames {
     /// Batches for the interval: 20, of at least two frames each; never fewer than two.
     fn batches(self) -> u64 {
-        (self.scored / 2).clamp(2, BATCHES)
+        (self.0 / 2).clamp(2, BATCHES)
     }
 
-    /// In which of `parts` equal stretches of the scored frames the frame `ordinal` lies.
+    /// In which of `parts` equal stretches the frame `ordinal` lies.
     pub(crate) fn part_of(self, ordinal: u64, parts: u64) -> usize {
-        (u128::from(ordinal) * u128::from(parts) / u128::from(self.scored)) as usize
+        (u128::from(ordinal) * u128::from(parts) / u128::from(self.0)) as usize
     }
 
     /// The first and the last frame of a stretch: those that [`Self::part_of`] puts there. There are no
-    /// more `parts` than scored frames.
+    /// more `parts` than frames.
     pub(crate) fn part(self, part: u64, parts: u64) -> (u64, u64) {
-        let start = |part: u64| (u128::from(part) * u128::from(self.scored)).div_ceil(parts.into()) as u64;
+        let start = |part: u64| (u128::from(part) * u128::from(self.0)).div_ceil(parts.into()) as u64;
         (start(part), start(part + 1) - 1)
+    }
+}
+
+/// What an interval is asked for: of how many frames how many were scored, and how sure it is to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Asked {
+    pub(crate) scored: u64,
+    pub(crate) frames: Frames,
+    pub(crate) confidence: Confidence,
+}
+
+impl Asked {
+    /// Share of the frames that were not scored.
+    pub(crate) fn left_share(self) -> f64 {
+        1.0 - self.scored as f64 / self.frames.0 as f64
+    }
+
+    pub(crate) fn is_sample(self) -> bool {
+        self.scored < self.frames.0
     }
 }
 
@@ -89,7 +105,7 @@ pub enum IntervalFrom {
     SampledFrames,
 }
 
-/// A 99 % interval, both ends included.
+/// An interval, both ends included: at 99 % where no other confidence was asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
     /// Lower end, square metres.
@@ -117,19 +133,19 @@ pub struct Estimate {
     pub value_m2: f64,
     /// Over how many returns.
     pub returns: u64,
-    /// Its 99 % interval; `None` where fewer than four frames have returns, or where, over all frames,
+    /// Its interval; `None` where fewer than four frames have returns, or where, over all frames,
     /// all returns lie in one batch.
     pub interval: Option<Interval>,
 }
 
 impl Ratio {
     /// Adds one frame. Each frame once.
-    pub(crate) fn add_frame(&mut self, ordinal: u64, frame: Total, sampling: Sampling) {
+    pub(crate) fn add_frame(&mut self, ordinal: u64, frame: Total, frames: Frames) {
         if frame.returns == 0 {
             return;
         }
         self.total.add(frame);
-        self.batches[sampling.part_of(ordinal, sampling.batches())].add(frame);
+        self.batches[frames.part_of(ordinal, frames.batches())].add(frame);
         let returns = i128::from(frame.returns);
         self.frames.frames += 1;
         self.frames.sums_square += Wide::product(frame.sum, frame.sum);
@@ -163,9 +179,9 @@ impl Ratio {
     }
 
     /// The mean with its interval; `None` over nothing.
-    pub(crate) fn estimate(&self, sampling: Sampling) -> Option<Estimate> {
+    pub(crate) fn estimate(&self, asked: Asked) -> Option<Estimate> {
         let value_m2 = self.total.mean_m2()?;
-        let interval = self.half_width(sampling).map(|(half_width, degrees, from)| {
+        let interval = self.half_width(asked).map(|(half_width, degrees, from)| {
             let half_width_m2 = units_to_m2(half_width);
             Interval { low_m2: value_m2 - half_width_m2, high_m2: value_m2 + half_width_m2, degrees, from }
         });
@@ -173,21 +189,22 @@ impl Ratio {
     }
 
     /// Half the interval in units, its degrees of freedom and its source.
-    fn half_width(&self, sampling: Sampling) -> Option<(f64, u64, IntervalFrom)> {
+    fn half_width(&self, asked: Asked) -> Option<(f64, u64, IntervalFrom)> {
         let frames = self.frames.frames;
         if frames < FRAMES_NEEDED {
             return None;
         }
-        let of_frames = student_t_99(frames - 1) * self.standard_error(frames, self.frame_errors());
-        if sampling.scored < sampling.total {
-            let left = 1.0 - sampling.scored as f64 / sampling.total as f64;
+        let of_frames =
+            asked.confidence.student_t(frames - 1) * self.standard_error(frames, self.frame_errors());
+        if asked.is_sample() {
+            let left = asked.left_share();
             return Some((of_frames * left.sqrt(), frames - 1, IntervalFrom::SampledFrames));
         }
         let (batches, errors) = self.batch_errors();
         if batches < 2 {
             return None;
         }
-        let of_batches = student_t_99(batches - 1) * self.standard_error(batches, errors);
+        let of_batches = asked.confidence.student_t(batches - 1) * self.standard_error(batches, errors);
         if of_batches >= of_frames {
             Some((of_batches, batches - 1, IntervalFrom::Batches))
         } else {

@@ -4,18 +4,19 @@ use crate::frame::{FrameSums, pairs_of};
 use crate::order::{Ranked, order_runs};
 use crate::pair::PairTotals;
 use crate::price::MissPrice;
-use crate::ratio::{Estimate, Ratio, Sampling, Total};
+use crate::ratio::{Asked, Estimate, Frames, Ratio, Total};
 use crate::run::RunSums;
+use crate::student::Confidence;
 use crate::verdict::{Comparison, Verdict, compare};
 
 /// Most returns of one frame, and of all frames, for which no sum can overflow.
 const FRAME_RETURNS: u64 = 1 << 32;
 const ALL_RETURNS: u64 = 1 << 44;
 
-/// What a [`Reducer`] is told beforehand: how many frames it will be given, of how many, and the runs.
+/// What a [`Reducer`] is told beforehand: how many frames there are, and the runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
-    sampling: Sampling,
+    frames: Frames,
     bases: Vec<Basis>,
     miss_price: MissPrice,
 }
@@ -24,27 +25,19 @@ pub struct Layout {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReduceError {
-    /// A sample cannot have more frames than there are.
-    #[error("{scored} frames to score, but only {total} in the log")]
-    SampleTooLarge {
-        /// Frames to be scored.
-        scored: u64,
-        /// Frames of the log.
-        total: u64,
-    },
     /// A frame that the layout has no place for.
-    #[error("frame {ordinal} of {scored} frames (the first is 0)")]
+    #[error("frame {ordinal} of {frames} frames (the first is 0)")]
     NoSuchFrame {
-        /// Its place among the scored frames.
+        /// Its place among the frames.
         ordinal: u64,
-        /// Frames to be scored.
-        scored: u64,
+        /// Frames that there are.
+        frames: u64,
     },
     /// More frames than the layout has: one of them came twice.
-    #[error("more than {scored} frames were added: one was added twice")]
+    #[error("more than {frames} frames were added: one was added twice")]
     FrameTwice {
-        /// Frames to be scored.
-        scored: u64,
+        /// Frames that there are.
+        frames: u64,
     },
     /// The frame is of other runs than the layout.
     #[error("the frame is of other runs than the reducer")]
@@ -58,16 +51,9 @@ pub enum ReduceError {
 }
 
 impl Layout {
-    /// The layout of `scored` frames, numbered 0 to `scored` − 1 in the order of time, out of `total`,
-    /// for runs judged by `bases`. Fewer scored than total: a sample, spread evenly over the log.
-    ///
-    /// # Errors
-    /// When more frames are to be scored than there are.
-    pub fn new(scored: u64, total: u64, bases: Vec<Basis>) -> Result<Self, ReduceError> {
-        if scored > total {
-            return Err(ReduceError::SampleTooLarge { scored, total });
-        }
-        Ok(Self { sampling: Sampling { scored, total }, bases, miss_price: MissPrice::default() })
+    /// The layout of `frames` frames, numbered from 0 in the order of time, for runs judged by `bases`.
+    pub fn new(frames: u64, bases: Vec<Basis>) -> Self {
+        Self { frames: Frames(frames), bases, miss_price: MissPrice::default() }
     }
 
     /// With another price of a return that has no independent crossing.
@@ -81,14 +67,9 @@ impl Layout {
         self.miss_price
     }
 
-    /// Frames to be scored.
-    pub fn frames_scored(&self) -> u64 {
-        self.sampling.scored
-    }
-
-    /// Frames of the log.
-    pub fn frames_total(&self) -> u64 {
-        self.sampling.total
+    /// Frames that there are.
+    pub fn frames(&self) -> u64 {
+        self.frames.0
     }
 
     /// By what each run is judged.
@@ -101,8 +82,9 @@ impl Layout {
 /// whole. Its size depends on the number of runs alone, and its sums are integers: whichever way the
 /// frames came in, the answers have the same bits.
 ///
-/// Every frame is to be added exactly once, a frame without returns too; what is added twice counts
-/// twice.
+/// Every frame is to be added at most once, a frame without returns too; what is added twice counts
+/// twice. Where not all were added, they are taken for a sample that is spread evenly over the log, and the
+/// intervals are those of the sampling.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reducer {
     layout: Layout,
@@ -173,15 +155,15 @@ impl Reducer {
         Ok(Self { frames_added: seen.frames, ..resumed })
     }
 
-    /// Adds the frame that is the `ordinal`-th of the scored frames.
+    /// Adds the frame that is the `ordinal`-th of all.
     ///
     /// # Errors
     /// When the layout has no such frame, or other runs; when more frames come than it has; when the
     /// returns are too many. Nothing is added then.
     pub fn add_frame(&mut self, ordinal: u64, frame: &FrameSums) -> Result<(), ReduceError> {
-        let sampling = self.layout.sampling;
-        if ordinal >= sampling.scored {
-            return Err(ReduceError::NoSuchFrame { ordinal, scored: sampling.scored });
+        let frames = self.layout.frames;
+        if ordinal >= frames.0 {
+            return Err(ReduceError::NoSuchFrame { ordinal, frames: frames.0 });
         }
         if frame.bases() != self.layout.bases {
             return Err(ReduceError::OtherRuns);
@@ -196,7 +178,7 @@ impl Reducer {
             totals.add_frame(ordinal, run, &self.layout);
         }
         for (totals, pair) in self.pairs.iter_mut().zip(frame.pair_sums()) {
-            totals.add_frame(ordinal, &pair, sampling);
+            totals.add_frame(ordinal, &pair, frames);
         }
         Ok(())
     }
@@ -222,9 +204,9 @@ impl Reducer {
     }
 
     fn check_room(&self, frames: u64, returns: u64) -> Result<(), ReduceError> {
-        let scored = self.layout.sampling.scored;
-        if frames > scored - self.frames_added {
-            return Err(ReduceError::FrameTwice { scored });
+        let all = self.layout.frames.0;
+        if frames > all - self.frames_added {
+            return Err(ReduceError::FrameTwice { frames: all });
         }
         if returns > ALL_RETURNS - self.returns() {
             return Err(ReduceError::TooManyReturns);
@@ -241,7 +223,7 @@ impl Reducer {
         &self.layout
     }
 
-    /// Frames seen so far; the answers are for the whole when it is [`Layout::frames_scored`].
+    /// Frames seen so far; the answers are for the whole when it is [`Layout::frames`].
     pub fn frames_added(&self) -> u64 {
         self.frames_added
     }
@@ -252,29 +234,33 @@ impl Reducer {
     /// Where there is no such run.
     pub fn scores(&self, run: usize) -> RunScores {
         let totals = &self.runs[run];
-        let sampling = self.layout.sampling;
+        let asked = self.asked(Confidence::P99);
         RunScores {
             sums: totals.sums,
-            r_cv_m2: std::array::from_fn(|k| (CV_SCALES_M[CV_10 + k], totals.cv[k].estimate(sampling))),
-            r_near_m2: std::array::from_fn(|k| (NEAR_SCALES_M[k], totals.near[k].estimate(sampling))),
+            r_cv_m2: std::array::from_fn(|k| (CV_SCALES_M[CV_10 + k], totals.cv[k].estimate(asked))),
+            r_near_m2: std::array::from_fn(|k| (NEAR_SCALES_M[k], totals.near[k].estimate(asked))),
         }
     }
 
-    /// Compares run `a` with run `b`, a < b.
+    fn asked(&self, confidence: Confidence) -> Asked {
+        Asked { scored: self.frames_added, frames: self.layout.frames, confidence }
+    }
+
+    /// Compares run `a` with run `b`, a < b, by intervals at `confidence`.
     ///
     /// # Panics
     /// Where there is no such pair.
-    pub fn compare(&self, a: usize, b: usize) -> Comparison {
+    pub fn compare(&self, a: usize, b: usize, confidence: Confidence) -> Comparison {
         let runs = self.runs.len();
         assert!(a < b && b < runs, "no pair ({a}, {b}) of {runs} runs");
         // Pairs stand row by row; before row `a` there are rows of runs − 1, runs − 2, … pairs.
         let index = a * (2 * runs - a - 1) / 2 + (b - a - 1);
-        compare(a, b, &self.pairs[index], self.layout.sampling)
+        compare(a, b, &self.pairs[index], self.asked(confidence))
     }
 
     /// All pairs compared, in the order (0, 1), (0, 2), …, (1, 2), …
-    pub fn comparisons(&self) -> Vec<Comparison> {
-        pairs_of(self.runs.len()).map(|(a, b)| self.compare(a, b)).collect()
+    pub fn comparisons(&self, confidence: Confidence) -> Vec<Comparison> {
+        pairs_of(self.runs.len()).map(|(a, b)| self.compare(a, b, confidence)).collect()
     }
 
     /// The runs from best to worst: along the decided verdicts of `comparisons`, free choices by
@@ -299,14 +285,14 @@ impl Reducer {
 
 impl RunTotals {
     fn add_frame(&mut self, ordinal: u64, frame: &RunSums, layout: &Layout) {
-        let (sampling, miss_price) = (layout.sampling, layout.miss_price);
+        let (frames, miss_price) = (layout.frames, layout.miss_price);
         let total = |(sum, returns): (FixedSum, u64)| Total { sum: sum.units(), returns };
         self.sums.merge(frame);
         for (k, ratio) in self.cv.iter_mut().enumerate() {
-            ratio.add_frame(ordinal, total(frame.cv_ratio(CV_10 + k, miss_price)), sampling);
+            ratio.add_frame(ordinal, total(frame.cv_ratio(CV_10 + k, miss_price)), frames);
         }
         for (k, ratio) in self.near.iter_mut().enumerate() {
-            ratio.add_frame(ordinal, total(frame.near_ratio(k)), sampling);
+            ratio.add_frame(ordinal, total(frame.near_ratio(k)), frames);
         }
     }
 

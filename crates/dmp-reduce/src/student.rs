@@ -1,4 +1,4 @@
-use std::f64::consts::FRAC_2_PI;
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, SQRT_2};
 
 /// Up to here the distribution function is summed; beyond, the expansion in 1/ν is as good.
 const SUMMED: u64 = 400;
@@ -7,25 +7,70 @@ const NORMAL_99: f64 = 2.575_829_303_548_900_4;
 /// No Student quantile at 99 % is larger: that of one degree of freedom is 63.66.
 const LARGEST: f64 = 64.0;
 
-/// The length that |t| stays below with 99 % probability, t of Student's distribution with `degrees`
-/// degrees of freedom: its .995 quantile, to a relative 1e-11. Infinite for 0 degrees.
-pub fn student_t_99(degrees: u64) -> f64 {
-    match degrees {
-        0 => f64::INFINITY,
-        1..=SUMMED => bisect(degrees),
-        _ => expand(1.0 / degrees as f64),
+/// How sure an interval is: the share of the cases in which what is true lies inside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Confidence {
+    level: f64,
+    /// The normal quantile that `level` lies within, to both sides.
+    normal: f64,
+    /// No Student quantile at this level is larger.
+    largest: f64,
+}
+
+impl Confidence {
+    /// 99 %: what every interval has that does not say otherwise.
+    pub const P99: Self = Self { level: 0.99, normal: NORMAL_99, largest: LARGEST };
+
+    /// A share from a half to below 1; `None` for anything else.
+    pub fn new(level: f64) -> Option<Self> {
+        // Closer to 1 there is nothing left to tell one level from the next.
+        (0.5..=1.0 - 1e-9).contains(&level).then(|| Self::of(level))
+    }
+
+    fn of(level: f64) -> Self {
+        if level == Self::P99.level {
+            return Self::P99;
+        }
+        let within = |z: f64| 1.0 - libm::erfc(z / SQRT_2);
+        let normal = bisect((0.0, 7.0), |z| within(z) < level);
+        // That of one degree of freedom, and a little more for rounding.
+        let largest = libm::tan(FRAC_PI_2 * level) * 1.001;
+        Self { level, normal, largest }
+    }
+
+    /// The share of the cases.
+    pub fn level(self) -> f64 {
+        self.level
+    }
+
+    /// What each of several looks must be sure of, so that all of them together are as sure as this: the error is
+    /// split evenly (Bonferroni's inequality).
+    #[must_use]
+    pub fn of_each_look(self, looks: u32) -> Self {
+        if looks <= 1 { self } else { Self::of(1.0 - (1.0 - self.level) / f64::from(looks)) }
+    }
+
+    /// The length that |t| stays below with this probability, t of Student's distribution with `degrees`
+    /// degrees of freedom, to a relative 1e-10. Infinite for 0 degrees.
+    pub fn student_t(self, degrees: u64) -> f64 {
+        match degrees {
+            0 => f64::INFINITY,
+            1..=SUMMED => {
+                bisect((self.normal, self.largest), |t| probability_within(t, degrees) < self.level)
+            }
+            _ => expand(self.normal, 1.0 / degrees as f64),
+        }
     }
 }
 
-/// Halves the bracket until no `f64` lies inside.
-fn bisect(degrees: u64) -> f64 {
-    let (mut low, mut high) = (NORMAL_99, LARGEST);
+/// Halves the bracket until no `f64` lies inside: where `below` turns from true to false.
+fn bisect((mut low, mut high): (f64, f64), below: impl Fn(f64) -> bool) -> f64 {
     loop {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
             return middle;
         }
-        if probability_within(middle, degrees) < 0.99 {
+        if below(middle) {
             low = middle;
         } else {
             high = middle;
@@ -51,9 +96,9 @@ fn probability_within(t: f64, degrees: u64) -> f64 {
     if odd { FRAC_2_PI * (libm::atan2(sin, cos) + sin * sum) } else { sin * sum }
 }
 
-/// The expansion of the quantile in 1/ν, Abramowitz & Stegun 26.7.5.
-fn expand(inverse: f64) -> f64 {
-    let z = NORMAL_99;
+/// The expansion of the quantile in 1/ν from the normal one, Abramowitz & Stegun 26.7.5.
+fn expand(normal: f64, inverse: f64) -> f64 {
+    let z = normal;
     let s = z * z;
     let g1 = z * (s + 1.0) / 4.0;
     let g2 = z * ((5.0 * s + 16.0) * s + 3.0) / 96.0;
@@ -89,17 +134,44 @@ mod tests {
             (u64::MAX, NORMAL_99),
         ];
         for (degrees, expected) in table {
-            let got = student_t_99(degrees);
+            let got = Confidence::P99.student_t(degrees);
             assert!((got / expected - 1.0).abs() < 1e-11, "{degrees}: {got} {expected}");
         }
-        assert_eq!(student_t_99(0), f64::INFINITY);
+        assert_eq!(Confidence::P99.student_t(0), f64::INFINITY);
+    }
+
+    /// From the same tables: t and ν at other levels.
+    #[test]
+    fn other_levels_meet_the_tables() {
+        let table = [
+            (0.95, 1, 12.706_204_736_432_095),
+            (0.95, 10, 2.228_138_851_964_939),
+            (0.999, 3, 12.923_978_636_687_485),
+            (0.999, 27, 3.689_591_713_459_278_4),
+            (0.998, 111, 3.165_281_940_019_111_2),
+            (0.999, 1000, 3.300_282_648_423_944),
+        ];
+        for (level, degrees, expected) in table {
+            let got = Confidence::new(level).unwrap().student_t(degrees);
+            assert!((got / expected - 1.0).abs() < 1e-10, "{level} {degrees}: {got} {expected}");
+        }
+        assert_eq!(Confidence::new(0.99), Some(Confidence::P99));
+        assert!([0.4, 1.0, f64::NAN].into_iter().all(|level| Confidence::new(level).is_none()));
+    }
+
+    #[test]
+    fn looks_share_the_error() {
+        assert_eq!(Confidence::P99.of_each_look(1), Confidence::P99);
+        let each = Confidence::P99.of_each_look(5);
+        assert!((each.level() - 0.998).abs() < 1e-15);
+        assert!((each.student_t(u64::MAX) - 3.090_232_306_167_813).abs() < 1e-9);
     }
 
     #[test]
     fn it_falls_all_the_way() {
         let mut last = f64::INFINITY;
         for degrees in 1..2000 {
-            let t = student_t_99(degrees);
+            let t = Confidence::P99.student_t(degrees);
             assert!(t < last && t > NORMAL_99, "{degrees}");
             last = t;
         }

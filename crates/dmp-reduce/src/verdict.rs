@@ -1,12 +1,12 @@
 use crate::Basis;
 use crate::guard::{GuardCheck, Place, place_guard};
 use crate::pair::{PairTotals, ScaleTotals};
-use crate::ratio::{Estimate, FRAMES_NEEDED, Interval, Sampling};
+use crate::ratio::{Asked, Estimate, FRAMES_NEEDED, Interval};
 
 /// Two runs compared on their common returns: those that both predict.
 ///
 /// The mean difference of their truncated squares is looked at scale by scale, the largest first; the
-/// first whose 99 % interval excludes 0 decides. That is up to four looks at 99 % each. Then the place
+/// first whose interval excludes 0 decides. That is up to four looks, at 99 % each if nothing else is asked for. Then the place
 /// guard asks whether the same run is better everywhere.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
@@ -25,6 +25,9 @@ pub struct Comparison {
     pub guard: Vec<GuardCheck>,
     /// What comes of it.
     pub verdict: Verdict,
+    /// Where a sample decides nothing: about how many frames would. Never more than there are; as rough as the
+    /// difference that the sample shows.
+    pub frames_needed: Option<u64>,
 }
 
 /// Two runs at one scale.
@@ -151,10 +154,10 @@ fn reach(scale_m: f64) -> String {
 }
 
 /// Compares runs `a` and `b` by the sums of their pair.
-pub(crate) fn compare(a: usize, b: usize, pair: &PairTotals, sampling: Sampling) -> Comparison {
+pub(crate) fn compare(a: usize, b: usize, pair: &PairTotals, asked: Asked) -> Comparison {
     let basis = pair.basis;
     let all: Vec<_> =
-        pair.scales.iter().zip(basis.scales_m()).map(|(s, &scale_m)| s.compare(scale_m, sampling)).collect();
+        pair.scales.iter().zip(basis.scales_m()).map(|(s, &scale_m)| s.compare(scale_m, asked)).collect();
     let scales = all[all.len() - basis.cascade_m().len()..].to_vec();
     let common_returns = pair.scales[0].difference.total().returns;
     let decided = scales.iter().find(|scale| scale.decides()).and_then(|s| Some((s.scale_m, s.difference?)));
@@ -162,7 +165,7 @@ pub(crate) fn compare(a: usize, b: usize, pair: &PairTotals, sampling: Sampling)
         None => (Vec::new(), Verdict::Undecided { reason: why_undecided(pair, &scales) }),
         Some((decided_at_m, difference)) => {
             let a_better = difference.value_m2 < 0.0;
-            let guard = place_guard(pair, &all, a_better, sampling);
+            let guard = place_guard(pair, &all, a_better, asked.frames);
             let which = if a_better { a } else { b };
             let verdict = match guard.iter().find(|check| check.tripped) {
                 None => Verdict::Better { which, decided_at_m, returns: common_returns },
@@ -177,7 +180,11 @@ pub(crate) fn compare(a: usize, b: usize, pair: &PairTotals, sampling: Sampling)
             (guard, verdict)
         }
     };
-    Comparison { a, b, basis, common_returns, scales, guard, verdict }
+    let frames_needed = match verdict {
+        Verdict::Undecided { reason: UndecidedReason::NoDifference } => frames_needed(&scales, asked),
+        _ => None,
+    };
+    Comparison { a, b, basis, common_returns, scales, guard, verdict, frames_needed }
 }
 
 fn why_undecided(pair: &PairTotals, scales: &[ScaleComparison]) -> UndecidedReason {
@@ -195,9 +202,27 @@ fn why_undecided(pair: &PairTotals, scales: &[ScaleComparison]) -> UndecidedReas
     }
 }
 
+/// About how many of `n` frames would decide, were the difference and the scatter what the `k` of the sample
+/// show: the half width h of the interval goes with √(1/k − 1/n), and is to become the difference d.
+fn frames_needed(scales: &[ScaleComparison], asked: Asked) -> Option<u64> {
+    if !asked.is_sample() {
+        return None;
+    }
+    let (scored, all) = (asked.scored as f64, asked.frames.0 as f64);
+    let needed = |scale: &ScaleComparison| {
+        let (difference_m2, interval) = (scale.difference?.value_m2, scale.interval()?);
+        let shrunk = difference_m2 / (0.5 * (interval.high_m2 - interval.low_m2));
+        let one_by = shrunk * shrunk * (1.0 / scored - 1.0 / all) + 1.0 / all;
+        // A sample that shows no difference at all says nothing of how many would.
+        (difference_m2 != 0.0 && one_by.is_finite())
+            .then(|| (1.0 / one_by).ceil().clamp(scored + 1.0, all) as u64)
+    };
+    scales.iter().filter_map(needed).min()
+}
+
 impl ScaleTotals {
-    fn compare(&self, scale_m: f64, sampling: Sampling) -> ScaleComparison {
-        let difference = self.difference.estimate(sampling);
+    fn compare(&self, scale_m: f64, asked: Asked) -> ScaleComparison {
+        let difference = self.difference.estimate(asked);
         let returns = self.difference.total().returns;
         ScaleComparison {
             scale_m,

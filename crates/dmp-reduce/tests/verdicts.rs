@@ -2,7 +2,8 @@
 #![expect(clippy::expect_used, reason = "a case that cannot be set up is a failed test")]
 
 use dmp_reduce::{
-    Basis, Comparison, FrameSums, Layout, MissPrice, Place, Reducer, Residuals, UndecidedReason, Verdict,
+    Basis, Comparison, Confidence, FrameSums, Layout, MissPrice, Place, Reducer, Residuals, UndecidedReason,
+    Verdict,
 };
 
 const CV: Basis = Basis::CrossValidated;
@@ -10,7 +11,7 @@ const RETURNS: u32 = 40;
 
 /// Compares two runs of which `residuals_m(frame, k)` gives the residuals of the k-th return.
 fn compare(bases: [Basis; 2], frames: u64, residuals_m: impl Fn(u64, u32) -> [Option<f64>; 2]) -> Comparison {
-    let layout = Layout::new(frames, frames, bases.to_vec()).expect("a full run");
+    let layout = Layout::new(frames, bases.to_vec());
     let mut reducer = Reducer::new(layout);
     let mut sums = FrameSums::new(&bases);
     for frame in 0..frames {
@@ -20,7 +21,7 @@ fn compare(bases: [Basis; 2], frames: u64, residuals_m: impl Fn(u64, u32) -> [Op
         }
         reducer.add_frame(frame, &sums).expect("the frames of the layout");
     }
-    reducer.compare(0, 1)
+    reducer.compare(0, 1, Confidence::P99)
 }
 
 /// A number in [−1, 1) that looks random and is the same for everyone.
@@ -187,7 +188,7 @@ fn a_given_map_is_judged_by_the_nearest_crossing() {
 fn runs_are_listed_along_the_verdicts() {
     // Run 2 misses most returns, so its R_cv(10) is bad; where it does see something it is the best.
     let bases = [CV; 4];
-    let mut reducer = Reducer::new(Layout::new(50, 50, bases.to_vec()).unwrap());
+    let mut reducer = Reducer::new(Layout::new(50, bases.to_vec()));
     let mut sums = FrameSums::new(&bases);
     for frame in 0..50 {
         sums.clear();
@@ -198,7 +199,7 @@ fn runs_are_listed_along_the_verdicts() {
         }
         reducer.add_frame(frame, &sums).unwrap();
     }
-    let order = reducer.order(&reducer.comparisons());
+    let order = reducer.order(&reducer.comparisons(Confidence::P99));
     let runs: Vec<_> = order.iter().map(|r| r.run).collect();
     assert_eq!((runs[0], runs[3]), (2, 0));
     assert_eq!(order.iter().map(|r| r.tied_with_next).collect::<Vec<_>>(), [false, true, false, false]);
@@ -213,7 +214,7 @@ fn undecided_runs_are_listed_by_the_price_of_a_miss() {
     // on the others, those in common, they are alike.
     let listed = |share: f64| {
         let price = MissPrice::new(share).expect("a share");
-        let layout = Layout::new(50, 50, vec![CV; 2]).expect("a full run").with_miss_price(price);
+        let layout = Layout::new(50, vec![CV; 2]).with_miss_price(price);
         let mut reducer = Reducer::new(layout);
         let mut sums = FrameSums::new(&[CV; 2]);
         for frame in 0..50 {
@@ -225,7 +226,7 @@ fn undecided_runs_are_listed_by_the_price_of_a_miss() {
             }
             reducer.add_frame(frame, &sums).expect("the frames of the layout");
         }
-        let comparisons = reducer.comparisons();
+        let comparisons = reducer.comparisons(Confidence::P99);
         assert_eq!(comparisons[0].verdict, Verdict::Undecided { reason: UndecidedReason::Alike });
         reducer.order(&comparisons).iter().map(|r| (r.run, r.tied_with_next)).collect::<Vec<_>>()
     };

@@ -20,11 +20,13 @@ pub enum DropReason {
     ScanWithoutPose,
     /// Its scan was not asked for (`--every`).
     ScanNotSelected,
+    /// Its scan is not in the sample that is scored (`--sample`, `--decide`), though it is in the map.
+    ScanNotSampled,
 }
 
 impl DropReason {
     /// Every reason, in the order of the report.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::NonFinite,
         Self::NoReturn,
         Self::TooNear,
@@ -33,6 +35,7 @@ impl DropReason {
         Self::NoPose,
         Self::ScanWithoutPose,
         Self::ScanNotSelected,
+        Self::ScanNotSampled,
     ];
 
     /// Its name in machine output: `non_finite`, `no_return`, …
@@ -46,6 +49,7 @@ impl DropReason {
             Self::NoPose => "no_pose",
             Self::ScanWithoutPose => "scan_without_pose",
             Self::ScanNotSelected => "scan_not_selected",
+            Self::ScanNotSampled => "scan_not_sampled",
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The documented intervals once more, in plain floating point: the study does not take them from the
 //! reducer it judges.
 
-use dmp_reduce::student_t_99;
+use dmp_reduce::Confidence;
 
 use super::observe::Both;
 use super::result::{Batch, Difference};
@@ -27,7 +27,7 @@ pub(super) fn difference(frames: &[Both]) -> Option<Difference> {
 fn half_width(units: &[Batch], mean_m2: f64, returns: f64) -> f64 {
     let count = units.len() as f64;
     let squares: f64 = units.iter().map(|unit| (unit.difference_m2 - mean_m2 * unit.returns).powi(2)).sum();
-    student_t_99(units.len() as u64 - 1) * (count / (count - 1.0) * squares).sqrt() / returns
+    Confidence::P99.student_t(units.len() as u64 - 1) * (count / (count - 1.0) * squares).sqrt() / returns
 }
 
 /// The frames in so many consecutive parts.
