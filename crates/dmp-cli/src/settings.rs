@@ -95,6 +95,9 @@ impl SettingsArgs {
             max_range_m: self.max_range,
             ego: self.ego,
             every: self.every,
+            sample: default.sample,
+            seed: default.seed,
+            decide: None,
             // Each run has its own.
             body_from_sensor: default.body_from_sensor,
             time_offset_ns: self.time_offset,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use dmp::{RunSums, ScoredReturns, Stage, Watch};
+use dmp::{FrameSums, ScoredReturns, Stage, Watch};
 use dmp_sensor::Ray;
 
 /// Collects the returns of an evaluation as points in each run's world, and passes everything on to
@@ -158,8 +158,8 @@ impl Watch for CloudWatch<'_> {
         self.inner.returns_scored(returns);
     }
 
-    fn frame_scored(&self, frame: usize, runs: &[RunSums]) {
-        self.inner.frame_scored(frame, runs);
+    fn frame_scored(&self, frame: usize, sums: &FrameSums) {
+        self.inner.frame_scored(frame, sums);
     }
 
     fn cancelled(&self) -> bool {

@@ -6,6 +6,7 @@ use dmp_reduce::MissPrice;
 use dmp_sensor::{Isometry3, Trajectory};
 
 use crate::error::EvaluateError;
+use crate::sample::{Decide, Sample};
 
 /// One estimate to be scored: a trajectory and the map that belongs to it.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,6 +101,13 @@ pub struct Config {
     pub ego: Ego,
     /// Only every n-th scan of the log is used, for the map and for the score.
     pub every: usize,
+    /// How many of the scans in use are scored; the maps are made of all of them.
+    pub sample: Sample,
+    /// What the sample is drawn by: the same number draws the same scans.
+    pub seed: u64,
+    /// Whether growing samples are scored, from [`Self::sample`] on, or from 28 scans, until it is decided which run is
+    /// better.
+    pub decide: Option<Decide>,
     /// Where the sensor sits on the body that the trajectories move, for runs that do not say it themselves.
     pub body_from_sensor: Isometry3<f64>,
     /// Added to every stamp of the log before it is looked up in a trajectory, nanoseconds.
@@ -141,6 +149,9 @@ impl Default for Config {
             max_range_m: 100.0,
             ego: Ego::Auto,
             every: 1,
+            sample: Sample::All,
+            seed: 0,
+            decide: None,
             body_from_sensor: Isometry3::identity(),
             time_offset_ns: 0,
             max_time_gap_ns: None,
@@ -195,6 +206,7 @@ impl Config {
         if self.every == 0 {
             return bad("every", "0".into(), "it must be 1 or more");
         }
+        self.sample.check()?;
         if self.threads == 0 || self.threads > 1024 {
             return bad("threads", self.threads.to_string(), "it must lie between 1 and 1024");
         }

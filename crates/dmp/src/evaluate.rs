@@ -14,7 +14,7 @@ use crate::{fuse, given, memory, report, sanity, trails};
 
 /// Scores `runs` on `log`: plan, fuse, cast, reduce.
 ///
-/// Reads the log twice, a sample of it once before and a few scans in between; four times with [`Config::free_space`]. The report
+/// Reads the log twice, with [`Config::sample`] once and the scans of the sample again, a few scans once before and in between; four times with [`Config::free_space`]. The report
 /// is the same to the bit for every number of threads, memory budget and order of reading, but for its
 /// `timing` and `memory`.
 ///
@@ -94,10 +94,14 @@ fn evaluate_in(
     let mut scored = pass.run()?;
     let cast_s = lap_s();
 
-    if let Some(first) = maps.counts.filter(|first| *first != scored.counts) {
+    // What was fused was cast, unless only a sample was.
+    let all_scored = scored.reducer.frames_added() == plan.frames().len() as u64;
+    if let Some(first) = maps.counts.filter(|first| all_scored && *first != scored.counts) {
         return Err(EvaluateError::LogChanged { first: first.used(), second: scored.counts.used() });
     }
     // Every return of the log is used or dropped for a reason.
+    let not_sampled = plan.returns().saturating_sub(scored.counts.total());
+    scored.counts.add_dropped(DropReason::ScanNotSampled, not_sampled);
     scored.counts.add_dropped(DropReason::ScanNotSelected, plan.selection.unselected_returns);
     scored.counts.add_dropped(DropReason::ScanWithoutPose, plan.selection.unposed_returns);
     if scored.counts.used() == 0 {

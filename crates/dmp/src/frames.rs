@@ -67,8 +67,16 @@ pub(crate) struct Pauses<'a, W> {
     pub(crate) done: FrameSet,
     /// Called in each pause.
     pub(crate) keep: &'a mut Keep<'a, W>,
-    /// Told the number of every job, of [`jobs_of`], before it is handed out.
+    /// Told the number of every job before it is handed out.
     pub(crate) ahead: &'a dyn Fn(usize),
+}
+
+/// What is to be read, in order.
+pub(crate) struct Jobs {
+    /// The number of the first.
+    pub(crate) first: usize,
+    /// Each some ordinals of planned frames that are cheapest read together.
+    pub(crate) jobs: Vec<Vec<usize>>,
 }
 
 /// Reads the planned frames once and hands each to one of the workers, a thread for each of them.
@@ -77,17 +85,19 @@ pub(crate) struct Pauses<'a, W> {
 /// that means anything: what they hold must add up to the same, whoever held what.
 pub(crate) fn each_frame<W: Worker>(reading: Reading<'_>, workers: Vec<W>) -> Result<Vec<W>, EvaluateError> {
     let pauses = Pauses { every: None, done: FrameSet::default(), keep: &mut |_, _| Ok(()), ahead: &|_| () };
-    each_frame_in_parts(reading, workers, pauses).map(|(workers, _)| workers)
+    let jobs = Jobs { first: 0, jobs: jobs_of(reading, |_| true) };
+    each_frame_in_parts(reading, jobs, workers, pauses).map(|(workers, _)| workers)
 }
 
-/// The same for the frames that are not done yet, with pauses, but none at the end. All that is done then comes back.
+/// The same for some frames, with pauses, but none at the end. All that is done then comes back.
 pub(crate) fn each_frame_in_parts<W: Worker>(
     reading: Reading<'_>,
+    jobs: Jobs,
     mut workers: Vec<W>,
     pauses: Pauses<'_, W>,
 ) -> Result<(Vec<W>, FrameSet), EvaluateError> {
     let Pauses { every, mut done, keep, ahead } = pauses;
-    let mut jobs = jobs_of(reading, &done).into_iter().enumerate().peekable();
+    let mut jobs = (jobs.first..).zip(jobs.jobs).peekable();
     loop {
         let until = every.map(|every| Instant::now() + every);
         let mut begun = false;
@@ -175,10 +185,13 @@ fn work<W: Worker>(
     Ok(())
 }
 
-/// Ordinals of the planned frames that are not done, gathered by the log's groups.
-pub(crate) fn jobs_of(Reading { log, frames, order, .. }: Reading<'_>, done: &FrameSet) -> Vec<Vec<usize>> {
+/// Ordinals of the `wanted` frames, gathered by the log's groups.
+pub(crate) fn jobs_of(
+    Reading { log, frames, order, .. }: Reading<'_>,
+    wanted: impl Fn(usize) -> bool,
+) -> Vec<Vec<usize>> {
     let mut ordinal_of: Vec<Option<usize>> = vec![None; log.frames().len()];
-    for (ordinal, frame) in frames.iter().enumerate().filter(|(ordinal, _)| !done.contains(*ordinal)) {
+    for (ordinal, frame) in frames.iter().enumerate().filter(|(ordinal, _)| wanted(*ordinal)) {
         ordinal_of[frame.frame] = Some(ordinal);
     }
     let mut jobs: Vec<Vec<usize>> =

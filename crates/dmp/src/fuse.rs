@@ -7,7 +7,7 @@ use dmp_sensor::{Ray, ReturnCounts, Scan};
 use crate::checkpoint::{Fused, FusedMap, Fusing, Round, Work};
 use crate::config::{Config, MapSource, Run};
 use crate::error::EvaluateError;
-use crate::frames::{FrameSet, Pauses, PlannedFrame, Worker, each_frame_in_parts};
+use crate::frames::{FrameSet, Jobs, Pauses, PlannedFrame, Worker, each_frame_in_parts, jobs_of};
 use crate::given::fuse_given;
 use crate::memory;
 use crate::plan::Plan;
@@ -382,7 +382,8 @@ impl<'a> FusePass<'a> {
             ahead: &|_| (),
         };
         let reading = self.plan.reading(self.log, self.config, self.watch);
-        let (workers, done) = each_frame_in_parts(reading, workers, pauses)?;
+        let jobs = Jobs { first: 0, jobs: jobs_of(reading, |ordinal| !pauses.done.contains(ordinal)) };
+        let (workers, done) = each_frame_in_parts(reading, jobs, workers, pauses)?;
         if self.work.due() {
             put_down(&workers, &done)?;
         }

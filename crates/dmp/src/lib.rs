@@ -39,6 +39,7 @@ mod memory;
 mod plan;
 mod pose;
 mod report;
+mod sample;
 mod sanity;
 mod schedule;
 mod trails;
@@ -54,7 +55,8 @@ pub use report::{
     PairReport, PassTimes, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, SegmentReport,
     TileReport,
 };
+pub use sample::{Decide, Looks, Sample};
 pub use watch::{ScoredReturns, Stage, Watch};
 
 pub use dmp_log::LengthUnit;
-pub use dmp_reduce::{MissPrice, Residuals, RunSums};
+pub use dmp_reduce::{Confidence, FrameSums, MissPrice, Residuals, RunSums};

@@ -30,10 +30,16 @@ pub(crate) struct Schedule {
 impl Schedule {
     /// The schedule of `jobs`, each some ordinals of planned frames, for a sensor that sees `reach_m` far.
     /// `O(frames · tiles in reach)` time at worst, memory by the number of visits.
-    pub(crate) fn new(plan: &Plan<'_>, casters: &[Caster], jobs: &[Vec<usize>], reach_m: f64) -> Self {
-        let mut schedule = Self::empty(jobs.len());
+    pub(crate) fn new<'a>(
+        plan: &Plan<'_>,
+        casters: &[Caster],
+        jobs: impl Iterator<Item = &'a Vec<usize>>,
+        reach_m: f64,
+    ) -> Self {
+        let mut schedule = Self::empty();
         let mut near: Vec<Near> = casters.iter().map(|_| Near::default()).collect();
-        for (job, ordinals) in jobs.iter().enumerate() {
+        for (job, ordinals) in jobs.enumerate() {
+            schedule.begin.push(Vec::new());
             for ordinal in ordinals {
                 let frame = &plan.frames()[*ordinal];
                 for (run, ((near, caster), poses)) in
@@ -58,9 +64,8 @@ impl Schedule {
         schedule
     }
 
-    fn empty(jobs: usize) -> Self {
-        let begin = vec![Vec::new(); jobs];
-        Self { visits: HashMap::new(), begin, bytes_in_reach: 0, now: AtomicUsize::new(0) }
+    fn empty() -> Self {
+        Self { visits: HashMap::new(), begin: Vec::new(), bytes_in_reach: 0, now: AtomicUsize::new(0) }
     }
 
     fn visit(&mut self, tile: RunTile, job: usize) {
@@ -178,7 +183,8 @@ mod tests {
     #[test]
     fn visits_end_and_begin_again() {
         let tile = |x: i32| (0, TileId { x, y: 0 });
-        let mut schedule = Schedule::empty(10);
+        let mut schedule = Schedule::empty();
+        schedule.begin.resize(10, Vec::new());
         for (x, jobs) in [(1, &[0usize, 1, 2, 7, 8][..]), (2, &[4])] {
             jobs.iter().for_each(|&job| schedule.visit(tile(x), job));
         }

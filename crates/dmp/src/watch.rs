@@ -1,4 +1,4 @@
-use dmp_reduce::{Residuals, RunSums};
+use dmp_reduce::{FrameSums, Residuals};
 use dmp_sensor::Ray;
 
 /// What is being done at the moment.
@@ -54,9 +54,9 @@ pub trait Watch: Sync {
         let _ = returns;
     }
 
-    /// A frame is scored: its index in the log and each run's sums. Frames come in any order.
-    fn frame_scored(&self, frame: usize, runs: &[RunSums]) {
-        let _ = (frame, runs);
+    /// A frame is scored: its index in the log and the sums of its runs and pairs. Frames come in any order.
+    fn frame_scored(&self, frame: usize, sums: &FrameSums) {
+        let _ = (frame, sums);
     }
 
     /// Whether to stop: asked before every frame. The evaluation then ends with

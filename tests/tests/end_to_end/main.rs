@@ -17,6 +17,7 @@ mod map_command;
 mod mesh_maps;
 mod real;
 mod resume;
+mod sampling;
 mod sanity;
 mod store_format;
 mod tidy;

@@ -14,7 +14,7 @@ use serde_json::Value;
 use crate::common::{comparable, drift, noise, open, runs_of, small_town, text};
 
 /// Every few scans can be kept, since a chunk is read as a whole.
-fn write_in_small_chunks(path: &Path, scans: &[Scan]) {
+pub(crate) fn write_in_small_chunks(path: &Path, scans: &[Scan]) {
     let options = McapWriterOptions { chunk_bytes: 64 << 10, ..McapWriterOptions::default() };
     let mut writer = McapScanWriter::create(path, &options).unwrap();
     scans.iter().for_each(|scan| writer.write_scan(scan).unwrap());
@@ -44,7 +44,7 @@ impl Watch for StopAfter {
 }
 
 /// Evaluates, stopped again and again after a little more; tells how often.
-fn in_pieces(log: &Path, runs: &[Run], config: &Config, piece: u64) -> (Report, usize) {
+pub(crate) fn in_pieces(log: &Path, runs: &[Run], config: &Config, piece: u64) -> (Report, usize) {
     let log = open(log);
     for stops in 0.. {
         // What is done is counted anew each time, resumed work included: so each piece ends a little later.

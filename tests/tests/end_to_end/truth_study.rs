@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-use dmp::{Config, RunSums, ScoredReturns, Watch, evaluate};
+use dmp::{Config, FrameSums, RunSums, ScoredReturns, Watch, evaluate};
 use dmp_log::read_trajectory;
 use serde_json::Value;
 
@@ -232,8 +232,8 @@ impl Watch for Again {
         }
     }
 
-    fn frame_scored(&self, frame: usize, runs: &[RunSums]) {
-        self.frames.lock().unwrap().insert(frame, runs.to_vec());
+    fn frame_scored(&self, frame: usize, sums: &FrameSums) {
+        self.frames.lock().unwrap().insert(frame, sums.runs().to_vec());
     }
 }
 

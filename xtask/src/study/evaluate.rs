@@ -109,7 +109,7 @@ fn spreads(
 }
 
 /// Writes the drive's scans, unless they lie there already.
-fn write_log(recording: &Recording<'_>, path: &Path) -> anyhow::Result<()> {
+pub(super) fn write_log(recording: &Recording<'_>, path: &Path) -> anyhow::Result<()> {
     if !path.exists() {
         // Under another name until it is whole.
         let partial = path.with_extension("partial");

@@ -12,6 +12,7 @@ mod pair_tables;
 mod removal;
 mod result;
 mod rule;
+mod sample;
 mod score;
 mod setting;
 mod survey;
@@ -39,6 +40,8 @@ pub(crate) struct StudyArgs {
 enum StudyTask {
     /// Score the drives and print the tables
     Score(score::ScoreArgs),
+    /// Draw samples of the drives' scans and tell how often they are right
+    Sample(sample::SampleArgs),
     /// Write a drive as a folder of scans with times, and its truth beside it as FOLDER.truth.tum
     Export {
         /// Name of the drive, e.g. loop-64
@@ -60,6 +63,7 @@ enum StudyTask {
 pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
     match &arguments.task {
         StudyTask::Score(arguments) => score::run(arguments),
+        StudyTask::Sample(arguments) => sample::run(arguments),
         StudyTask::Export { drive, output } => export(&find(drive)?, output),
         StudyTask::Trap { seed } => trap::run(*seed),
         StudyTask::Drives => drives().iter().try_for_each(survey::print),

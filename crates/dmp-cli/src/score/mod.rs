@@ -7,6 +7,7 @@ pub(crate) mod parse;
 mod render;
 #[cfg(test)]
 mod sample;
+mod sampling;
 
 use std::fs;
 use std::io::Write;
@@ -25,6 +26,7 @@ use crate::runs::{self, Runs};
 use crate::save::take_folder;
 use crate::settings::SettingsArgs;
 use crate::{Common, Exit};
+use sampling::SamplingArgs;
 
 /// Score runs on a log, and rank them
 ///
@@ -38,6 +40,8 @@ use crate::{Common, Exit};
     dmp score drive.mcap -t old=a/traj.tum -t new=b/traj.tum --extrinsic 0,0,0.28,0,0,0,1\n  \
     dmp score kitti/07/ -t poses.txt --every 5 --memory 2GiB\n  \
     dmp score city.mcap -t run.tum --resume\n  \
+    dmp score city.mcap -t a.tum -t b.tum --sample 2%\n  \
+    dmp score city.mcap -t a.tum -t b.tum -t c.tum --decide=a,b\n  \
     dmp score drive.mcap -t run.tum --map survey.laz --json > scores.json\n  \
     dmp score drive.mcap -t topic:/odom -t slam=slam.mcap:/slam/path\n  \
     dmp score kitti/07/ -t truth=poses/07.txt -t kiss=kiss.npy --extrinsic kiss=identity\n\n\
@@ -68,6 +72,8 @@ pub(crate) struct ScoreArgs {
     more: Vec<NamedFile>,
     #[command(flatten)]
     settings: SettingsArgs,
+    #[command(flatten)]
+    sampling: SamplingArgs,
 
     /// Go on from where a killed or failed run of the same command stopped, where it left anything in --work
     #[arg(long, help_heading = "Resources")]
@@ -90,13 +96,13 @@ pub(crate) struct ScoreArgs {
 
 impl ScoreArgs {
     fn config(&self) -> Config {
-        Config {
+        self.sampling.of(Config {
             save_maps: self.save_maps.clone(),
             map_unit: self.map_unit.0,
             checkpoint_every: self.checkpoint.0,
             resume: self.resume,
             ..self.settings.config()
-        }
+        })
     }
 }
 

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use dmp::{PairReport, Report, ScaleReport};
 
+use super::sampling;
 use crate::text::{NONE, Side, Table, count, digits};
 
 /// With more runs than this, only neighbours in the order and pairs with the best are shown.
@@ -93,7 +94,8 @@ pub(super) fn verdicts(out: &mut impl Write, report: &Report) -> io::Result<()> 
     }
     table.write(out, "")?;
     for told in pairs.iter().filter(|told| told.verdict() != "better than") {
-        writeln!(out, "{}, {}: {}", told.first, told.second, told.pair.reason)?;
+        let more = sampling::more_needed(report, told.pair.frames_needed);
+        writeln!(out, "{}, {}: {}{more}", told.first, told.second, told.pair.reason)?;
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use dmp::{FreeSpaceReport, Report, RunReport};
 
-use super::{details, pairs};
+use super::{details, pairs, sampling};
 use crate::text::{self, NONE, Side, Table, counted, digits, percent};
 
 /// A column of the table of runs.
@@ -56,6 +56,9 @@ const NEAREST: [Column; 6] = [
 /// Writes the report: settings, runs, pairs, warnings.
 pub(super) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io::Result<()> {
     writeln!(out, "{}", settings(report))?;
+    if let Some(sample) = sampling::in_words(&report.sampling) {
+        writeln!(out, "{sample}")?;
+    }
     if let Some(free_space) = &report.free_space {
         writeln!(out, "{}", left_out(free_space, report.inputs.returns_used))?;
     }
@@ -127,12 +130,23 @@ fn is_cross_validated(report: &Report) -> bool {
 }
 
 fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
-    let columns: &[Column] = if is_cross_validated(report) { &CROSS_VALIDATED } else { &NEAREST };
+    let cross_validated = is_cross_validated(report);
+    let columns: &[Column] = if cross_validated { &CROSS_VALIDATED } else { &NEAREST };
+    let is_sample = report.sampling.frames_scored < report.sampling.frames_total;
+    // Behind the first column, how far a sample may be off.
+    let with_error = |mut cells: Vec<String>, error: String| {
+        if is_sample {
+            cells.insert(3, error);
+        }
+        cells
+    };
     let mut sides = vec![Side::Right, Side::Left];
-    sides.resize(2 + columns.len(), Side::Right);
+    sides.resize(2 + columns.len() + usize::from(is_sample), Side::Right);
     let mut table = Table::new(sides);
-    for (line, title) in ["run", "", ""].into_iter().enumerate() {
-        table.row(["", title].into_iter().chain(columns.iter().map(|column| column.head[line])));
+    for (line, (title, error)) in [("run", "±"), ("", "99 %"), ("", "m")].into_iter().enumerate() {
+        let heads = columns.iter().map(|column| column.head[line].to_owned());
+        let cells = [String::new(), title.to_owned()].into_iter().chain(heads).collect();
+        table.row(with_error(cells, error.to_owned()));
     }
     for (place, name) in report.order.iter().enumerate() {
         let Some(run) = report.runs.iter().find(|run| run.name == *name) else { continue };
@@ -140,7 +154,11 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
         let tied = above.is_some_and(|above| report.ties.iter().any(|[a, b]| a == above && b == name));
         let rank = if tied { "=".to_owned() } else { (place + 1).to_string() };
         let show = |column: &Column| (column.value)(run).map_or(NONE.to_owned(), column.show);
-        table.row([rank, name.clone()].into_iter().chain(columns.iter().map(show)));
+        let error = sampling::half_width(sampling::of_first_column(run, cross_validated));
+        table.row(with_error(
+            [rank, name.clone()].into_iter().chain(columns.iter().map(show)).collect(),
+            error,
+        ));
     }
     table.write(out, "")?;
     writeln!(out)?;
@@ -188,7 +206,10 @@ fn limits(report: &Report) -> String {
     let scores = "Scores compare runs of this log under these settings only.";
     match report.pairs.iter().map(|pair| pair.scales.len()).max() {
         Some(scales) => {
-            format!("{scores}\nA verdict takes up to {scales} looks, one at each scale, each at 99 %.")
+            let confidence = (1e4 * report.sampling.confidence).round() / 1e2;
+            format!(
+                "{scores}\nA verdict takes up to {scales} looks, one at each scale, each at {confidence} %."
+            )
         }
         None => scores.to_owned(),
     }

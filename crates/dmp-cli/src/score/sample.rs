@@ -83,6 +83,7 @@ fn run(name: &str, factor: f64) -> RunReport {
         },
         r_cv_10_ci99_m2: Some([factor * 2.0, factor * 2.5]),
         r_cv_withheld: None,
+        r_near_5_ci99_m2: None,
         r_near_m2: NearScores { at_5: scaled(0.36), at_2: scaled(0.04), at_0_5: scaled(0.0004) },
         miss_rate: Some(0.021),
         blocked_rate: Some(0.1234),
@@ -121,6 +122,7 @@ fn pair(a: &str, b: &str, score: &'static str, scales_m: &[f64]) -> PairReport {
         better_on_the_whole: None,
         decided_at_m: scales_m.first().copied(),
         reason: "better globally: decided at the 10 m scale (876543 common returns)".into(),
+        frames_needed: None,
     }
 }
 
@@ -175,7 +177,13 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
         order: order.iter().map(|&name| name.to_owned()).collect(),
         ties: Vec::new(),
         pairs,
-        sampling: SamplingReport { frames_scored: 597, frames_total: 597, seed: None },
+        sampling: SamplingReport {
+            frames_scored: 597,
+            frames_total: 597,
+            seed: None,
+            looks: None,
+            confidence: 0.99,
+        },
         warnings: Vec::new(),
         timing: PassTimes {
             plan_s: 0.5,

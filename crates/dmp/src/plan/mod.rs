@@ -9,6 +9,7 @@ use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::frames::{PlannedFrame, Reading};
 use crate::pose::RunPoses;
+use crate::sample::Looks;
 use crate::watch::Watch;
 use segments::{cut_segments, median};
 use select::{Selection, select};
@@ -27,6 +28,8 @@ pub(crate) struct Plan<'a> {
     pub(crate) filter: ReturnFilter,
     /// The voxel edge and how it was chosen.
     pub(crate) voxel: VoxelChoice,
+    /// Which of the scans are scored.
+    pub(crate) looks: Looks,
 }
 
 /// How the drive is cut into segments, the same for all runs.
@@ -62,7 +65,7 @@ impl<'a> Plan<'a> {
         config: &Config,
         watch: &dyn Watch,
     ) -> Result<Self, EvaluateError> {
-        check_runs(runs)?;
+        check_runs(runs, config)?;
         if log.frames().is_empty() {
             return Err(EvaluateError::NoScans { path: log.summary().path.clone() });
         }
@@ -72,7 +75,9 @@ impl<'a> Plan<'a> {
         let segments = cut_segments(&steps_m, config.segment_m, &mut selection.frames);
         let filter = survey::filter(log, &selection.frames, &segments, config, watch)?;
         let voxel = survey::voxel(log, &selection.frames, runs, &poses, &filter, config, watch)?;
-        Ok(Self { selection, poses, segments, filter, voxel })
+        let all = selection.frames.len() as u64;
+        let looks = Looks::new(all, config.sample, config.seed, config.decide.is_some());
+        Ok(Self { selection, poses, segments, filter, voxel, looks })
     }
 
     /// The scans to be scored.
@@ -109,7 +114,7 @@ fn steps_m(frames: &[PlannedFrame], poses: &[RunPoses<'_>]) -> Vec<f64> {
 /// What a run cannot be called: the words that stand for no run in a report's verdicts.
 const RESERVED_NAMES: [&str; 2] = ["mixed", "undecided"];
 
-fn check_runs(runs: &[Run]) -> Result<(), EvaluateError> {
+fn check_runs(runs: &[Run], config: &Config) -> Result<(), EvaluateError> {
     if runs.is_empty() {
         return Err(EvaluateError::NoRuns);
     }
@@ -119,6 +124,17 @@ fn check_runs(runs: &[Run]) -> Result<(), EvaluateError> {
         }
         if RESERVED_NAMES.contains(&run.name.as_str()) {
             return Err(EvaluateError::ReservedName { name: run.name.clone() });
+        }
+    }
+    if let Some((a, b)) = config.decide.as_ref().and_then(|decide| decide.pair.as_ref()) {
+        let is_run = |name: &String| runs.iter().any(|run| run.name == *name);
+        if a == b || !is_run(a) || !is_run(b) {
+            let value = format!("{a},{b}");
+            return Err(EvaluateError::Setting {
+                setting: "decide",
+                value,
+                why: "it must name two of the runs",
+            });
         }
     }
     Ok(())

@@ -1,6 +1,7 @@
 use dmp_log::ScanLog;
 use dmp_reduce::{
-    Basis, Comparison, Estimate, ScaleComparison, Verdict, log_likelihood_ratio_raw, log_likelihood_raw,
+    Basis, Comparison, Confidence, Estimate, ScaleComparison, Verdict, log_likelihood_ratio_raw,
+    log_likelihood_raw,
 };
 use dmp_sensor::{DropReason, Isometry3, ReturnCounts};
 
@@ -58,7 +59,7 @@ pub(crate) fn build(
     timing: PassTimes,
 ) -> Report {
     let reducer = &scored.reducer;
-    let comparisons = reducer.comparisons();
+    let comparisons = reducer.comparisons(scored.confidence);
     let ranked = reducer.order(&comparisons);
     let name = |run: usize| runs[run].name.clone();
     let ties = ranked
@@ -84,9 +85,11 @@ pub(crate) fn build(
         ties,
         pairs: comparisons.iter().map(|pair| pair_report(pair, runs, config, plan, scored)).collect(),
         sampling: SamplingReport {
-            frames_scored: reducer.layout().frames_scored(),
-            frames_total: reducer.layout().frames_total(),
-            seed: None,
+            frames_scored: reducer.frames_added(),
+            frames_total: reducer.layout().frames(),
+            seed: plan.looks.is_sampled().then_some(config.seed),
+            looks: config.decide.is_some().then(|| scored.looks.clone()),
+            confidence: scored.confidence.level(),
         },
         warnings: Vec::new(),
         timing,
@@ -226,6 +229,7 @@ fn run_report(run: usize, runs: &[Run], config: &Config, scored: &Scored, map: M
         r_cv_10_ci99_m2: scores.r_cv_m2[0].1.filter(|_| given).and_then(interval_of),
         r_cv_withheld: withheld.map(|why| why.to_string()),
         r_near_m2: NearScores { at_5: near(0), at_2: near(1), at_0_5: near(2) },
+        r_near_5_ci99_m2: scores.r_near_m2[0].1.and_then(interval_of),
         miss_rate: sums.miss_rate(),
         blocked_rate: sums.blocked_rate(),
         coverage: cross_validated(sums.coverage()),
@@ -249,6 +253,8 @@ fn pair_report(
 ) -> PairReport {
     let name = |run: usize| runs[run].name.clone();
     let dmp = |run: usize| scored.reducer.scores(run).sums.dmp_sum_m2();
+    // What is printed is at 99 %, however sure the verdict had to be.
+    let printed = scored.reducer.compare(pair.a, pair.b, Confidence::P99);
     let scale = |scale: &ScaleComparison| ScaleReport {
         scale_m: scale.scale_m,
         mean_a_m2: scale.mean_a_m2,
@@ -271,12 +277,13 @@ fn pair_report(
             Basis::CrossValidated => "R_cv",
             Basis::Near => "R_near",
         },
-        scales: pair.scales.iter().map(scale).collect(),
+        scales: printed.scales.iter().map(scale).collect(),
         llr_raw: log_likelihood_ratio_raw(dmp(pair.a), dmp(pair.b), config.sigma_m),
         verdict,
         better_on_the_whole,
         decided_at_m,
         reason: pair.verdict.reason_with(|ordinal| plan.frames()[ordinal as usize].frame as u64),
+        frames_needed: pair.frames_needed,
     }
 }
 

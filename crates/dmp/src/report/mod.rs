@@ -186,6 +186,8 @@ pub struct RunReport {
     pub r_cv_withheld: Option<String>,
     /// R_near, by truncation.
     pub r_near_m2: NearScores,
+    /// 99 % interval of R_near at 5 m.
+    pub r_near_5_ci99_m2: Option<[f64; 2]>,
     /// Share of returns without any crossing.
     pub miss_rate: Option<f64>,
     /// Share of returns with a surfel more than 0.5 m in front.
@@ -281,6 +283,8 @@ pub struct PairReport {
     pub decided_at_m: Option<f64>,
     /// The verdict in words.
     pub reason: String,
+    /// Where a sample decides nothing: about how many scans would, as far as it shows a difference at all.
+    pub frames_needed: Option<u64>,
 }
 
 /// Two runs at one scale.
@@ -301,14 +305,18 @@ pub struct ScaleReport {
 }
 
 /// How much of the log was scored.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SamplingReport {
     /// Scans scored.
     pub frames_scored: u64,
     /// Scans that could have been.
     pub frames_total: u64,
-    /// Seed of the sample; null where all were scored.
+    /// Seed of the sample; null where no sample was asked for.
     pub seed: Option<u64>,
+    /// How many scans were scored at each look whether that decides; null where no decision was asked for.
+    pub looks: Option<Vec<u64>>,
+    /// How sure each interval is that a verdict is taken from: 0.99, but for looks at samples, which share the error.
+    pub confidence: f64,
 }
 
 /// How long it took.

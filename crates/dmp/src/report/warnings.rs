@@ -122,14 +122,15 @@ fn of_report(report: &Report, plan: &Plan<'_>) -> Vec<String> {
     }
     for (reason, count) in &inputs.dropped.0 {
         let share = *count as f64 / inputs.returns.max(1) as f64;
-        if share > DROPS_TOLD && *reason != "scan_not_selected" {
+        let asked_for = matches!(*reason, "scan_not_selected" | "scan_not_sampled");
+        if share > DROPS_TOLD && !asked_for {
             warnings.push(format!("{:.0} % of the returns were dropped: {reason}", 100.0 * share));
         }
     }
-    if report.sampling.frames_scored < FRAMES_FEW {
+    if report.sampling.frames_total < FRAMES_FEW {
         warnings.push(format!(
             "few scans ({}): intervals are wide, if there are any",
-            report.sampling.frames_scored
+            report.sampling.frames_total
         ));
     }
     if report.runs.iter().any(|run| run.coverage.is_none()) {

@@ -1,0 +1,143 @@
+//! Scoring a sample of the scans: the options, and how a report tells of it.
+
+use clap::Args;
+use dmp::{Confidence, Config, Decide, Report, RunReport, Sample, SamplingReport};
+
+use crate::text::{self, NONE, counted, digits};
+
+/// Which of the scans are scored. The maps are made of all scans in use.
+#[derive(Debug, Args)]
+pub(crate) struct SamplingArgs {
+    /// Score only so many scans, as 28, or such a share of them, as 2%, evenly spread from a random start. All runs
+    /// are scored on the same scans, and every number has the interval of the sampling
+    #[arg(long, value_name = "N|P%", value_parser = sample, help_heading = "Sampling")]
+    sample: Option<Sample>,
+    /// Score a sample, of 28 scans or as --sample says, and twice as many as long as not every pair of runs is
+    /// decided, or not the two runs named; at the end all. The samples share the error of --confidence
+    #[arg(long, value_name = "RUN,RUN", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    #[arg(value_parser = pair, help_heading = "Sampling")]
+    decide: Option<Pair>,
+    /// How sure --decide is to be of a verdict, in percent, all looks together
+    #[arg(long, value_name = "P%", default_value = "99%", value_parser = confidence)]
+    #[arg(requires = "decide", help_heading = "Sampling")]
+    confidence: Confidence,
+    /// Draws another sample
+    #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Sampling")]
+    seed: u64,
+}
+
+impl SamplingArgs {
+    /// The settings with the sampling that was asked for.
+    pub(crate) fn of(&self, config: Config) -> Config {
+        let decide = self.decide.clone().map(|pair| Decide { pair: pair.0, confidence: self.confidence });
+        Config { sample: self.sample.unwrap_or_default(), seed: self.seed, decide, ..config }
+    }
+}
+
+/// The two runs that matter; `None`: all do.
+#[derive(Debug, Clone, PartialEq)]
+struct Pair(Option<(String, String)>);
+
+/// Nothing, or two names.
+fn pair(text: &str) -> Result<Pair, String> {
+    if text.is_empty() {
+        return Ok(Pair(None));
+    }
+    match text.split_once(',').filter(|(a, b)| !a.is_empty() && !b.is_empty() && !b.contains(',')) {
+        Some((a, b)) => Ok(Pair(Some((a.to_owned(), b.to_owned())))),
+        None => Err("the names of two runs with a comma between them are expected".to_owned()),
+    }
+}
+
+/// `28` or `2%`.
+fn sample(text: &str) -> Result<Sample, String> {
+    let error = || format!("`{text}` is no sample: try 28 (scans) or 2%");
+    match text.strip_suffix('%') {
+        Some(percent) => {
+            let percent: f64 = percent.trim_end().parse().map_err(|_| error())?;
+            (percent > 0.0 && percent <= 100.0).then_some(Sample::Share(percent / 100.0)).ok_or_else(error)
+        }
+        None => text.parse().ok().filter(|&frames| frames > 0).map(Sample::Frames).ok_or_else(error),
+    }
+}
+
+/// `99%` or `0.99`.
+fn confidence(text: &str) -> Result<Confidence, String> {
+    let share = match text.strip_suffix('%') {
+        Some(percent) => percent.trim_end().parse::<f64>().ok().map(|percent| percent / 100.0),
+        None => text.parse().ok(),
+    };
+    let error = || format!("`{text}` is no confidence: try 99% (from 50% to below 100%)");
+    share.and_then(Confidence::new).ok_or_else(error)
+}
+
+/// What was scored, where that is not everything, in a line.
+pub(super) fn in_words(sampling: &SamplingReport) -> Option<String> {
+    let (scored, all) = (text::count(sampling.frames_scored), counted(sampling.frames_total, "scan"));
+    let seed = sampling.seed?;
+    let looks = sampling.looks.as_ref().map_or(String::new(), |looks| {
+        let looks: Vec<String> = looks.iter().map(u64::to_string).collect();
+        format!("; looked at {}", looks.join(", "))
+    });
+    Some(if sampling.frames_scored < sampling.frames_total {
+        format!("scored: {scored} of {all}, evenly spread (--seed {seed}){looks}; the maps are made of all")
+    } else {
+        format!("scored: all {all}{looks}")
+    })
+}
+
+/// Half the 99 % interval of a run's first column, as that column is shown: a root.
+pub(super) fn half_width(interval_m2: Option<[f64; 2]>) -> String {
+    interval_m2
+        .map_or(NONE.to_owned(), |[low, high]| digits(0.5 * (high.max(0.0).sqrt() - low.max(0.0).sqrt())))
+}
+
+/// What to do about a pair that a sample does not decide.
+pub(super) fn more_needed(report: &Report, frames_needed: Option<u64>) -> String {
+    let SamplingReport { frames_scored, frames_total, .. } = report.sampling;
+    match frames_needed {
+        // A guess of nearly all is one of all.
+        Some(needed) if 10 * needed < 9 * frames_total => {
+            format!("; about {} more scans would decide: --sample {needed}", needed - frames_scored)
+        }
+        Some(_) => "; if anything decides, it is all scans".to_owned(),
+        None => String::new(),
+    }
+}
+
+/// The interval of the score in the first column of the runs.
+pub(super) fn of_first_column(run: &RunReport, cross_validated: bool) -> Option<[f64; 2]> {
+    if cross_validated { run.r_cv_10_ci99_m2 } else { run.r_near_5_ci99_m2 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_are_numbers_or_shares() {
+        assert_eq!(sample("28"), Ok(Sample::Frames(28)));
+        assert_eq!(sample("100%"), Ok(Sample::Share(1.0)));
+        assert_eq!(sample("0.5 %"), Ok(Sample::Share(0.005)));
+        for text in ["0", "0%", "101%", "-3", "2.5", "nan%", "x", "", "%"] {
+            assert!(sample(text).is_err_and(|e| e.ends_with("no sample: try 28 (scans) or 2%")), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_confidence_is_a_share_below_one() {
+        assert_eq!(confidence("99%"), Ok(Confidence::P99));
+        assert_eq!(confidence("0.99"), Ok(Confidence::P99));
+        assert_eq!(confidence("99.9 %").map(|c| c.level()), Ok(0.999));
+        for text in ["100%", "1", "0.4", "nan", "x", ""] {
+            assert!(confidence(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_pair_is_two_names() {
+        assert_eq!(pair("a,b"), Ok(Pair(Some(("a".to_owned(), "b".to_owned())))));
+        assert_eq!(pair(""), Ok(Pair(None)));
+        assert!(["a", "a,b,c", ",b", "a,"].into_iter().all(|text| pair(text).is_err()));
+    }
+}

@@ -1,0 +1,142 @@
+use std::collections::HashMap;
+
+use dmp_cast::{Answer, CastBuffers, Caster, Query};
+use dmp_map::TileTable;
+use dmp_reduce::{Basis, FrameSums, Layout, Reducer, Residuals, RunSums};
+use dmp_sensor::{Ray, ReturnCounts, Scan};
+
+use super::{CastPass, TileSums};
+use crate::config::Run;
+use crate::error::EvaluateError;
+use crate::frames::{PlannedFrame, Worker};
+use crate::pose::Poser;
+use crate::watch::{ScoredReturns, Watch};
+
+/// What a thread does with a scan: casts its rays and adds up what they leave.
+pub(super) struct CastWorker<'a> {
+    poser: Poser<'a>,
+    runs: &'a [Run],
+    casters: &'a [Caster],
+    watch: &'a dyn Watch,
+    bases: &'a [Basis],
+    queries: Vec<Query>,
+    answers: Vec<Vec<Answer>>,
+    buffers: CastBuffers,
+    /// Of the returns at hand, for every run.
+    residuals: Vec<Vec<Residuals>>,
+    /// Of one return, for every run.
+    of_return: Vec<Residuals>,
+    /// Of the frame's returns, for every run.
+    frame_tiles: Vec<TileTable<RunSums>>,
+    frame: FrameSums,
+    pub(super) reducer: Reducer,
+    pub(super) tiles: TileSums,
+    pub(super) counts: ReturnCounts,
+}
+
+impl Worker for CastWorker<'_> {
+    fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
+        let Self {
+            poser,
+            runs,
+            casters,
+            watch,
+            bases,
+            queries,
+            answers,
+            buffers,
+            residuals,
+            of_return,
+            frame_tiles,
+            ..
+        } = self;
+        self.frame.clear();
+        let sums = &mut self.frame;
+        let counts = poser.blocks(frame, scan, |rays| {
+            for (run, caster) in casters.iter().enumerate() {
+                let segment = (bases[run] == Basis::CrossValidated).then_some(frame.segment);
+                queries.clear();
+                queries.extend(rays[run].iter().map(|ray| query_of(ray, segment)));
+                caster
+                    .cast(queries, &mut answers[run], buffers)
+                    .map_err(EvaluateError::map_of(&runs[run].name))?;
+            }
+            for (run, rays) in rays.iter().enumerate() {
+                let of_answer = |(ray, answer): (&Ray, &Answer)| residuals_of(ray.range_m, answer);
+                residuals[run].clear();
+                residuals[run].extend(rays.iter().zip(&answers[run]).map(of_answer));
+                let lattice = casters[run].map().lattice();
+                for (ray, residuals) in rays.iter().zip(&residuals[run]) {
+                    let tile = lattice.tile_of(ray.endpoint_in_world());
+                    let tile = tile.map_err(EvaluateError::map_of(&runs[run].name))?;
+                    frame_tiles[run].entry(tile).add(residuals);
+                }
+            }
+            if runs.len() > 1 {
+                for index in 0..rays[0].len() {
+                    of_return.clear();
+                    of_return.extend(residuals.iter().map(|of_run| of_run[index]));
+                    sums.add_to_pairs(of_return);
+                }
+            }
+            watch.returns_scored(&ScoredReturns { frame: frame.frame, rays, residuals });
+            Ok::<(), EvaluateError>(())
+        })?;
+        // A frame's sums are those of its tiles.
+        for (run, of_run) in self.frame_tiles.iter_mut().enumerate() {
+            for (tile, of_tile) in of_run.drain() {
+                self.frame.add_to_run(run, &of_tile);
+                self.tiles.entry((run, tile)).or_default().merge(&of_tile);
+            }
+        }
+        self.reducer.add_frame(ordinal as u64, &self.frame)?;
+        self.watch.frame_scored(frame.frame, &self.frame);
+        self.counts.merge(&counts);
+        self.watch.advance(counts.total());
+        Ok(())
+    }
+}
+
+impl<'a> CastWorker<'a> {
+    /// A worker of the pass that has seen nothing.
+    pub(super) fn new(pass: &CastPass<'a>, layout: &Layout) -> Self {
+        Self {
+            poser: Poser::new(&pass.plan.poses, &pass.plan.filter),
+            runs: pass.runs,
+            casters: &pass.casters.of_runs,
+            watch: pass.watch,
+            bases: &pass.casters.bases,
+            queries: Vec::new(),
+            answers: vec![Vec::new(); pass.runs.len()],
+            buffers: CastBuffers::default(),
+            residuals: vec![Vec::new(); pass.runs.len()],
+            of_return: Vec::new(),
+            frame_tiles: pass.runs.iter().map(|_| TileTable::default()).collect(),
+            frame: FrameSums::new(&pass.casters.bases),
+            reducer: Reducer::new(layout.clone()),
+            tiles: HashMap::new(),
+            counts: ReturnCounts::default(),
+        }
+    }
+}
+
+pub(crate) fn query_of(ray: &Ray, segment: Option<i32>) -> Query {
+    Query {
+        origin_in_world_m: ray.origin_in_world,
+        direction_in_world: ray.direction_in_world,
+        measured_m: ray.range_m,
+        segment,
+    }
+}
+
+/// Zhang & Chen 2021, eq. 7: z − z', for each of the three z'.
+fn residuals_of(range_m: f64, answer: &Answer) -> Residuals {
+    let residual = |predicted_m: Option<f64>| predicted_m.map(|z| range_m - z);
+    Residuals {
+        first_m: residual(answer.first_m),
+        nearest_m: residual(answer.nearest_m),
+        independent_m: residual(answer.independent_m),
+        independent_cos: answer.independent_cos,
+        revisited: answer.revisited,
+    }
+}

@@ -1,0 +1,155 @@
+//! Scores of a sample of the scans.
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
+use dmp::{
+    Confidence, Config, Decide, FrameOrder, FrameSums, MapSource, Report, Run, RunSums, Sample, Watch,
+    evaluate,
+};
+use serde_json::Value;
+
+use crate::common::{
+    comparable, dmp, drift, noise, open, refused, runs_of, score, small_town, text, write_mcap,
+};
+use crate::resume::{in_pieces, write_in_small_chunks};
+
+/// The sums of every frame that is scored.
+#[derive(Default)]
+struct Frames(Mutex<BTreeMap<usize, Vec<RunSums>>>);
+
+impl Watch for Frames {
+    fn frame_scored(&self, frame: usize, sums: &FrameSums) {
+        assert!(self.0.lock().unwrap().insert(frame, sums.runs().to_vec()).is_none(), "frame {frame} twice");
+    }
+}
+
+fn frames_of(
+    log: &std::path::Path,
+    runs: &[Run],
+    config: &Config,
+) -> (Report, BTreeMap<usize, Vec<RunSums>>) {
+    let frames = Frames::default();
+    let report = evaluate(open(log).as_ref(), runs, config, &frames).unwrap();
+    (report, frames.0.into_inner().unwrap())
+}
+
+#[test]
+fn a_sample_is_the_sum_of_its_frames_in_the_whole_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.mcap");
+    let (scans, truth) = small_town(60, 180);
+    write_mcap(&path, &scans);
+    let runs = runs_of(&truth, &[("noise", noise(0.05, 0.2)), ("drift", drift(1.0))]);
+    let saved = Config { save_maps: Some(folder.path().to_path_buf()), every: 2, ..Config::default() };
+    let (_, whole) = frames_of(&path, &runs, &saved);
+    let (_, given_whole, given) = {
+        let given: Vec<Run> = runs
+            .iter()
+            .map(|run| Run {
+                map: MapSource::Given(folder.path().join(format!("{}.dmpmap", run.name))),
+                ..run.clone()
+            })
+            .collect();
+        let (report, frames) = frames_of(&path, &given, &Config { every: 2, ..Config::default() });
+        (report, frames, given)
+    };
+    for (runs, whole) in [(&runs, &whole), (&given, &given_whole)] {
+        for (seed, order) in [(0, FrameOrder::Log), (1, FrameOrder::Shuffled(5)), (2, FrameOrder::Log)] {
+            let sample = Sample::Frames(7);
+            let config = Config { sample, seed, order, every: 2, ..Config::default() };
+            let (report, sampled) = frames_of(&path, runs, &config);
+            assert_eq!((sampled.len(), whole.len()), (7, 30));
+            assert!(sampled.iter().all(|(frame, sums)| whole[frame] == *sums));
+            // Evenly spread: 30 / 7 planned scans apart, which are every second of the log.
+            let numbers: Vec<usize> = sampled.keys().map(|frame| frame / 2).collect();
+            assert!(numbers.windows(2).all(|pair| (4..=5).contains(&(pair[1] - pair[0]))), "{numbers:?}");
+            for (run, of_run) in report.runs.iter().enumerate() {
+                let mut sums = RunSums::default();
+                sampled.values().for_each(|frame| sums.merge(&frame[run]));
+                assert_eq!(of_run.dmp_sum_m2, sums.dmp_sum_m2());
+                assert_eq!((of_run.returns, of_run.frames), (sums.returns(), 7));
+            }
+            let sampling = &report.sampling;
+            assert_eq!((sampling.frames_scored, sampling.frames_total, sampling.seed), (7, 30, Some(seed)));
+            let inputs = &report.inputs;
+            assert_eq!(inputs.returns, inputs.returns_used + inputs.dropped.0.values().sum::<u64>());
+            let skipped = (0..60).step_by(2).filter(|frame| !sampled.contains_key(frame));
+            let skipped: u64 = skipped.map(|frame| scans[frame].len() as u64).sum();
+            assert_eq!(inputs.dropped.0["scan_not_sampled"], skipped);
+        }
+    }
+}
+
+#[test]
+fn a_sample_of_everything_is_everything() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.mcap");
+    let (scans, truth) = small_town(40, 90);
+    write_mcap(&path, &scans);
+    let runs = runs_of(&truth, &[("drift", drift(1.0))]);
+    let whole = comparable(&score(&path, &runs, &Config::default()));
+    for sample in [Sample::Share(1.0), Sample::Frames(40), Sample::Frames(1000)] {
+        let all = score(&path, &runs, &Config { sample, seed: 3, ..Config::default() });
+        assert_eq!(comparable(&all), whole);
+    }
+}
+
+#[test]
+fn samples_grow_until_it_is_decided() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.mcap");
+    let (scans, truth) = small_town(60, 180);
+    write_in_small_chunks(&path, &scans);
+    let mut runs = runs_of(&truth, &[("drift", drift(2.0))]);
+    let decide = |pair: Option<(&str, &str)>| {
+        let pair = pair.map(|(a, b)| (a.to_owned(), b.to_owned()));
+        let decide = Some(Decide { pair, confidence: Confidence::P99 });
+        Config { sample: Sample::Frames(4), decide, ..Config::default() }
+    };
+    let report = score(&path, &runs, &decide(None));
+    assert_eq!(report.pairs[0].verdict, "truth");
+    let looks = report.sampling.looks.clone().unwrap();
+    assert!(
+        report.sampling.frames_scored < 60 && looks.last() == Some(&report.sampling.frames_scored),
+        "{looks:?}"
+    );
+    // Looks at 4, 8, 16 and 32 share the error.
+    assert_eq!(report.sampling.confidence, 0.9975);
+
+    // Two runs that cannot be told apart take all scans, and the numbers are those of all.
+    runs.push(Run::new("copy", truth.clone()));
+    let hopeless = Config { checkpoint_every: Some(std::time::Duration::ZERO), ..decide(None) };
+    let all = score(&path, &runs, &hopeless);
+    assert_eq!(all.sampling.looks, Some(vec![4, 8, 16, 32, 60]));
+    assert_eq!(all.sampling.confidence, 0.99);
+    let whole = score(&path, &runs, &Config::default());
+    assert_eq!((&all.runs, &all.pairs), (&whole.runs, &whole.pairs));
+    // But not where that pair does not matter.
+    let other = score(&path, &runs, &decide(Some(("drift", "copy"))));
+    assert!(other.sampling.frames_scored < 60, "{:?}", other.sampling);
+
+    // Interrupted again and again it comes to the same.
+    let config = Config { work_folder: folder.path().to_path_buf(), ..hopeless };
+    let (pieces, count) = in_pieces(&path, &runs, &config, 25_000);
+    assert!(count > 3, "{count} pieces");
+    assert_eq!(comparable(&pieces), comparable(&all));
+}
+
+#[test]
+fn the_command_tells_of_the_sample() {
+    let folder = tempfile::tempdir().unwrap();
+    let score = "score @/town.mcap -t @/truth.tum -t @/drift.tum --quiet";
+    let table = text(&dmp(folder.path(), &format!("{score} --sample 10 --seed 7")).stdout);
+    for part in ["scored: 10 of ", "evenly spread (--seed 7); the maps are made of all", "   R_cv      ±"] {
+        assert!(table.contains(part), "{part}\n{table}");
+    }
+    let json = dmp(folder.path(), &format!("{score} --decide=truth,drift --confidence 99.9% --json")).stdout;
+    let json: Value = serde_json::from_slice(&json).unwrap();
+    assert_eq!(json["pairs"][0]["verdict"], "truth", "{json}");
+    assert_eq!(json["sampling"]["looks"][0], 28);
+    let refused = |options: &str, words: &[&str]| {
+        refused(folder.path(), &format!("score @/town.mcap -t @/truth.tum {options}"), 2, words);
+    };
+    refused("--decide=truth,nobody", &["decide truth,nobody", "two of the runs"]);
+}

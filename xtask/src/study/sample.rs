@@ -1,0 +1,327 @@
+//! `cargo xtask study sample`: what samples of the scans say, against what all scans say.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use anyhow::{Context as _, ensure};
+use dmp::{Confidence, Config, FrameSums, Looks, Run, Sample, Watch};
+use dmp_log::{LogOptions, open_log};
+use dmp_reduce::{Basis, Comparison, Layout, MissPrice, Reducer, Verdict};
+use dmp_sim::Recording;
+
+use super::drives::{DriveSpec, drives};
+use super::estimates::estimates;
+use super::evaluate::write_log;
+
+/// Samples of each drive's scans, drawn by many seeds, against all its scans
+#[derive(Debug, clap::Args)]
+pub(super) struct SampleArgs {
+    /// Only these drives, comma-separated; all of them by default
+    #[arg(long, value_delimiter = ',')]
+    drives: Vec<String>,
+    /// Scans of a sample, each number in its turn
+    #[arg(long, value_delimiter = ',', default_values_t = [14, 28, 56])]
+    sizes: Vec<u64>,
+    /// Samples that are drawn of each drive
+    #[arg(long, default_value_t = 500)]
+    seeds: u64,
+    /// Where the drives' logs are kept
+    #[arg(long, default_value = "target/study", value_name = "FOLDER")]
+    out: PathBuf,
+}
+
+/// The sums of every frame of a drive, in order of time.
+struct Frames {
+    frames: Vec<FrameSums>,
+    layout: Layout,
+}
+
+pub(super) fn run(arguments: &SampleArgs) -> anyhow::Result<()> {
+    std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
+    for name in &arguments.drives {
+        super::find(name)?;
+    }
+    let wanted =
+        |spec: &DriveSpec| arguments.drives.is_empty() || arguments.drives.iter().any(|d| d == spec.name);
+    let (mut of_samples, mut of_decisions) = (BTreeMap::new(), Decisions::default());
+    println!(
+        "{:<14}{:>7}{:>7}{:>8}{:>8}{:>10}{:>10}{:>10}{:>9}{:>9}{:>9}",
+        "drive",
+        "scans",
+        "pairs",
+        "sample",
+        "sign",
+        "covered",
+        "of runs",
+        "decided",
+        "wrong",
+        "mixed",
+        "of all"
+    );
+    for spec in drives().iter().filter(|spec| wanted(spec)) {
+        let drive = frames_of(spec, &arguments.out)?;
+        let whole = drive.reducer(0..drive.frames.len())?;
+        let full = Full::of(&whole);
+        for &size in &arguments.sizes {
+            let mut counts = Samples::default();
+            for seed in 0..arguments.seeds {
+                let looks = Looks::new(drive.frames.len() as u64, Sample::Frames(size), seed, false);
+                counts.add(&drive.reducer(looks.frames(0))?, &full);
+            }
+            counts.print(spec.name, &drive, size);
+            of_samples.entry(size).or_insert_with(Samples::default).merge(&counts);
+        }
+        of_decisions.merge(&decisions(&drive, &full, arguments.seeds)?);
+    }
+    for (size, counts) in &of_samples {
+        counts.print_totals(*size);
+    }
+    of_decisions.print();
+    println!(
+        "{} samples of each drive and size. sign: of R_cv(10) over common returns, as of all scans; covered: intervals of\n\
+         pairs, all scales, around the value of all scans; of runs: the same of the runs' R_cv(10); decided: pairs, of\n\
+         these wrong: better is what all scans show to be worse at the scale that decided; mixed: decided, but mixed,\n\
+         of all: mixed with all scans",
+        arguments.seeds
+    );
+    Ok(())
+}
+
+/// Scores all estimates of the drive on all its scans.
+fn frames_of(spec: &DriveSpec, work: &Path) -> anyhow::Result<Frames> {
+    let town = spec.options.town()?;
+    let recording = Recording::new(&town, &spec.options)?;
+    let path = work.join(format!("{}.mcap", spec.name));
+    write_log(&recording, &path)?;
+    let log = open_log(&path, &LogOptions::default())?;
+    let estimates = estimates(spec, &spec.truth(&recording)?)?;
+    let runs: Vec<Run> = estimates.into_iter().map(|e| Run::new(e.name, e.trajectory)).collect();
+    let kept = Kept::default();
+    dmp::evaluate(log.as_ref(), &runs, &Config::default(), &kept).with_context(|| spec.name.to_owned())?;
+    let frames: Vec<FrameSums> =
+        kept.0.into_inner().unwrap_or_else(PoisonError::into_inner).into_values().collect();
+    ensure!(!frames.is_empty(), "{}: nothing was scored", spec.name);
+    let layout = Layout::new(frames.len() as u64, vec![Basis::CrossValidated; runs.len()]);
+    Ok(Frames { frames, layout: layout.with_miss_price(MissPrice::default()) })
+}
+
+/// Keeps what is said of every frame.
+#[derive(Default)]
+struct Kept(Mutex<BTreeMap<usize, FrameSums>>);
+
+impl Watch for Kept {
+    fn frame_scored(&self, frame: usize, sums: &FrameSums) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(frame, sums.clone());
+    }
+}
+
+impl Frames {
+    fn reducer(&self, ordinals: impl Iterator<Item = usize>) -> anyhow::Result<Reducer> {
+        let mut reducer = Reducer::new(self.layout.clone());
+        self.add(&mut reducer, ordinals)?;
+        Ok(reducer)
+    }
+
+    fn add(&self, reducer: &mut Reducer, ordinals: impl Iterator<Item = usize>) -> anyhow::Result<()> {
+        for ordinal in ordinals {
+            reducer.add_frame(ordinal as u64, &self.frames[ordinal])?;
+        }
+        Ok(())
+    }
+}
+
+/// What all scans say.
+struct Full {
+    runs: Vec<Option<f64>>,
+    pairs: Vec<Comparison>,
+}
+
+impl Full {
+    fn of(whole: &Reducer) -> Self {
+        let runs = (0..whole.layout().bases().len()).map(|run| value_of(whole, run)).collect();
+        Self { runs, pairs: whole.comparisons(Confidence::P99) }
+    }
+
+    /// Whether the run that a verdict calls better is the worse one, at the scale that decided.
+    fn contradicts(&self, pair: usize, said: &Comparison) -> bool {
+        let Some((which, decided_at_m)) = decided(said) else { return false };
+        let scale = self.pairs[pair].scales.iter().find(|scale| scale.scale_m == decided_at_m);
+        let difference_m2 = scale.and_then(|scale| scale.difference).map_or(0.0, |d| d.value_m2);
+        // Negative where a is better.
+        difference_m2 == 0.0 || (difference_m2 < 0.0) != (which == said.a)
+    }
+}
+
+fn value_of(reducer: &Reducer, run: usize) -> Option<f64> {
+    Some(reducer.scores(run).r_cv_m2[0].1?.value_m2)
+}
+
+/// The better run and the scale, where anything is decided.
+fn decided(comparison: &Comparison) -> Option<(usize, f64)> {
+    match comparison.verdict {
+        Verdict::Better { which, decided_at_m, .. } | Verdict::Mixed { which, decided_at_m, .. } => {
+            Some((which, decided_at_m))
+        }
+        Verdict::Undecided { .. } => None,
+    }
+}
+
+/// How often something held, of how many.
+#[derive(Debug, Clone, Copy, Default)]
+struct Share {
+    held: u64,
+    of: u64,
+}
+
+impl Share {
+    fn add(&mut self, held: bool) {
+        self.held += u64::from(held);
+        self.of += 1;
+    }
+
+    fn merge(&mut self, other: Self) {
+        self.held += other.held;
+        self.of += other.of;
+    }
+
+    fn show(self) -> String {
+        if self.of == 0 { "–".to_owned() } else { format!("{:.4}", self.held as f64 / self.of as f64) }
+    }
+}
+
+/// What samples of one size say.
+#[derive(Debug, Clone, Copy, Default)]
+struct Samples {
+    sign: Share,
+    covered: Share,
+    runs_covered: Share,
+    decided: Share,
+    wrong: Share,
+    mixed: Share,
+    mixed_by_all: Share,
+}
+
+impl Samples {
+    fn add(&mut self, sample: &Reducer, full: &Full) {
+        for (run, value) in full.runs.iter().enumerate() {
+            let interval = sample.scores(run).r_cv_m2[0].1.and_then(|estimate| estimate.interval);
+            if let (Some(interval), Some(value)) = (interval, value) {
+                self.runs_covered.add((interval.low_m2..=interval.high_m2).contains(value));
+            }
+        }
+        for (index, said) in sample.comparisons(Confidence::P99).iter().enumerate() {
+            let all = &full.pairs[index];
+            for (ours, all) in said.scales.iter().zip(&all.scales) {
+                if let (Some(interval), Some(all)) = (ours.interval(), all.difference) {
+                    self.covered.add((interval.low_m2..=interval.high_m2).contains(&all.value_m2));
+                }
+            }
+            if let (Some(ours), Some(all)) = (said.scales[0].difference, all.scales[0].difference) {
+                self.sign.add((ours.value_m2 < 0.0) == (all.value_m2 < 0.0));
+            }
+            self.decided.add(decided(said).is_some());
+            if decided(said).is_some() {
+                self.wrong.add(full.contradicts(index, said));
+                self.mixed.add(matches!(said.verdict, Verdict::Mixed { .. }));
+            }
+            if decided(all).is_some() {
+                self.mixed_by_all.add(matches!(all.verdict, Verdict::Mixed { .. }));
+            }
+        }
+    }
+
+    fn merge(&mut self, other: &Self) {
+        let Self { sign, covered, runs_covered, decided, wrong, mixed, mixed_by_all } = other;
+        self.sign.merge(*sign);
+        self.covered.merge(*covered);
+        self.runs_covered.merge(*runs_covered);
+        self.decided.merge(*decided);
+        self.wrong.merge(*wrong);
+        self.mixed.merge(*mixed);
+        self.mixed_by_all.merge(*mixed_by_all);
+    }
+
+    fn print(&self, drive: &str, frames: &Frames, size: u64) {
+        let runs = frames.layout.bases().len();
+        self.line(drive, &frames.frames.len().to_string(), &(runs * (runs - 1) / 2).to_string(), size);
+    }
+
+    fn print_totals(&self, size: u64) {
+        self.line("all drives", "", "", size);
+    }
+
+    fn line(&self, drive: &str, scans: &str, pairs: &str, size: u64) {
+        println!(
+            "{drive:<14}{scans:>7}{pairs:>7}{size:>8}{:>8}{:>10}{:>10}{:>10}{:>9}{:>9}{:>9}",
+            self.sign.show(),
+            self.covered.show(),
+            self.runs_covered.show(),
+            self.decided.show(),
+            self.wrong.show(),
+            self.mixed.show(),
+            self.mixed_by_all.show()
+        );
+    }
+}
+
+/// What `--decide` says of pairs, each by itself.
+#[derive(Debug, Clone, Default)]
+struct Decisions {
+    /// Pairs decided by a sample.
+    by_sample: Share,
+    /// Of these, those that all scans contradict.
+    wrong: Share,
+    /// Share of the scans that were scored, added up.
+    scored: f64,
+}
+
+fn decisions(drive: &Frames, full: &Full, seeds: u64) -> anyhow::Result<Decisions> {
+    let mut found = Decisions::default();
+    let all = drive.frames.len() as u64;
+    for seed in 0..seeds {
+        let looks = Looks::new(all, Sample::All, seed, true);
+        let confidence = Confidence::P99.of_each_look(looks.at_samples());
+        let mut open: Vec<usize> = (0..full.pairs.len()).collect();
+        for (look, &size) in looks.sizes().iter().enumerate() {
+            if size == all {
+                break;
+            }
+            let reducer = drive.reducer(looks.frames(look))?;
+            open.retain(|&index| {
+                let pair = &full.pairs[index];
+                let said = reducer.compare(pair.a, pair.b, confidence);
+                if decided(&said).is_none() {
+                    return true;
+                }
+                found.by_sample.add(true);
+                found.wrong.add(full.contradicts(index, &said));
+                found.scored += size as f64 / all as f64;
+                false
+            });
+        }
+        for _ in open {
+            found.by_sample.add(false);
+            found.scored += 1.0;
+        }
+    }
+    Ok(found)
+}
+
+impl Decisions {
+    fn merge(&mut self, other: &Self) {
+        self.by_sample.merge(other.by_sample);
+        self.wrong.merge(other.wrong);
+        self.scored += other.scored;
+    }
+
+    fn print(&self) {
+        println!(
+            "\n--decide from 28 scans, each pair by itself: {} decided by a sample, of these {} wrong; {:.3} of the scans \
+             scored in the mean",
+            self.by_sample.show(),
+            self.wrong.show(),
+            self.scored / self.by_sample.of.max(1) as f64
+        );
+    }
+}
