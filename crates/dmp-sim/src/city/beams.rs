@@ -10,6 +10,8 @@ const STEPS: usize = 1024;
 pub(crate) struct Beams {
     /// Sine and cosine of each beam's elevation.
     pub(crate) elevations: Vec<(f64, f64)>,
+    /// The same by group: sines, cosines. Those of beams that are not there are of a level one.
+    pub(crate) lanes: Vec<[[f64; LANES]; 2]>,
     /// Slope of the lowest beam, and steps per unit of slope.
     lowest: f32,
     scale: f32,
@@ -28,7 +30,12 @@ impl Beams {
         let edge = |step: f32| lowest + step / scale;
         let below = |k: usize| slopes.partition_point(|&slope| slope < edge(k as f32 - 1.0)) as u16;
         let up_to = |k: usize| slopes.partition_point(|&slope| slope <= edge(k as f32 + 2.0)) as u16;
+        let lanes = elevations.chunks(LANES).map(|group| {
+            let at = |l: usize| group.get(l).copied().unwrap_or((0.0, 1.0));
+            [std::array::from_fn(|l| at(l).0), std::array::from_fn(|l| at(l).1)]
+        });
         Self {
+            lanes: lanes.collect(),
             elevations: elevations.to_vec(),
             lowest,
             scale,

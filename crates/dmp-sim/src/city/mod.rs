@@ -1,13 +1,14 @@
 //! A city without end, made where the sensor is.
 //!
 //! `plan`, `terrain` and `block` say what stands where; `tour`, `way` and `drive` lead through it; `form`,
-//! `column`, `beams`, `view` and `profile` find what beams meet, and `scanner` makes scans of it.
+//! `column`, `beams`, `view`, `profile` and `firing` find what beams meet, and `scanner` makes scans of it.
 
 mod beams;
 mod block;
 mod blocks;
 mod column;
 mod drive;
+mod firing;
 mod form;
 mod noise;
 mod plan;

@@ -5,8 +5,8 @@ use dmp_sensor::Vector3;
 use crate::city::terrain::Patch;
 
 /// Ranges at which the ground is looked at: from the first, each farther by this factor than the one before.
-const FIRST_M: f64 = 0.6;
-const GROWTH: f64 = 1.2;
+const FIRST_M: f64 = 3.0;
+const GROWTH: f64 = 1.25;
 /// Newton's method takes its last step when it is this near to the ground, metres: what is left then is below
 /// 10⁻⁵ m where a ray comes down by more than a hundredth of its range.
 const NEAR_M: f64 = 2e-3;
@@ -16,6 +16,17 @@ const NEAR_M: f64 = 2e-3;
 pub(crate) struct Profile {
     ranges_m: Vec<f64>,
     heights_m: Vec<f64>,
+}
+
+/// Where a beam first is below the ground.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Crossing {
+    /// The step at which it is.
+    pub(crate) below: usize,
+    /// Level ranges: of the step before, of the ground by a straight line between the two, and of the step.
+    pub(crate) before_m: f64,
+    pub(crate) about_m: f64,
+    pub(crate) after_m: f64,
 }
 
 impl Profile {
@@ -37,15 +48,15 @@ impl Profile {
         }
     }
 
-    /// Where a beam that rises by `slope` first is below the ground: the step, from the step of the beam
-    /// below it on, and about the range. `None` where it never is.
-    pub(crate) fn first_below(&self, slope: f64, from_step: usize) -> Option<(usize, f64)> {
+    /// Where a beam that rises by `slope` first is below the ground, from the step of the beam below it on.
+    /// `None` where it never is.
+    pub(crate) fn first_below(&self, slope: f64, from_step: usize) -> Option<Crossing> {
         let above = |k: usize| slope * self.ranges_m[k] - self.heights_m[k];
-        let step = (from_step.max(1)..self.ranges_m.len()).find(|&k| above(k) <= 0.0)?;
-        let (before, after) = (above(step - 1), above(step));
+        let below = (from_step.max(1)..self.ranges_m.len()).find(|&k| above(k) <= 0.0)?;
+        let (before, after) = (above(below - 1), above(below));
         let share = if before > after { (before / (before - after)).clamp(0.0, 1.0) } else { 0.0 };
-        let (near_m, far_m) = (self.ranges_m[step - 1], self.ranges_m[step]);
-        Some((step, near_m + (far_m - near_m) * share))
+        let (before_m, after_m) = (self.ranges_m[below - 1], self.ranges_m[below]);
+        Some(Crossing { below, before_m, about_m: before_m + (after_m - before_m) * share, after_m })
     }
 }
 

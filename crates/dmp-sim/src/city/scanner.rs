@@ -1,14 +1,13 @@
 use std::f64::consts::{PI, TAU};
 
-use dmp_sensor::{Isometry3, Scan, Vector3};
+use dmp_sensor::{Scan, Vector3};
 
 use crate::city::beams::Beams;
 use crate::city::blocks::Blocks;
-use crate::city::column::{GROUND, Group, LANES, NOTHING};
+use crate::city::column::{GROUND, LANES, NOTHING};
 use crate::city::drive::{CityDrive, START_NS};
+use crate::city::firing::Firing;
 use crate::city::noise::Normal;
-use crate::city::profile::{Profile, refine};
-use crate::city::terrain::Patch;
 use crate::city::view::{Frame, View};
 use crate::lidar::Lidar;
 use crate::lidar_options::{LidarOptions, NoReturn, Sweep};
@@ -31,17 +30,6 @@ pub(crate) struct Scanner {
     beams: Beams,
     normal: Normal,
     rounding: Rounding,
-}
-
-/// One firing: where it starts, its axes, and its beams.
-struct Firing<'a> {
-    pose: &'a Isometry3<f64>,
-    /// Sine and cosine of the azimuth.
-    azimuth: (f64, f64),
-    groups: Vec<Group>,
-    /// Slope of the ground where a beam met it.
-    slopes: Vec<[f64; 2]>,
-    profile: Profile,
 }
 
 /// Coordinates as they are told.
@@ -104,32 +92,39 @@ impl Scanner {
         if sweep == Sweep::Spinning {
             scan.time_offsets_ns.reserve_exact(most);
         }
-        let mut firing = Firing {
-            pose: &poses[0],
-            azimuth: (0.0, 0.0),
-            groups: Vec::with_capacity(self.beams.group_count()),
-            slopes: vec![[0.0; 2]; self.beams.elevations.len()],
-            profile: Profile::new(max_range_m),
-        };
+        let mut firing = Firing::new(&self.beams, max_range_m);
         for (n, pose) in poses.iter().enumerate() {
-            firing.pose = pose;
-            firing.azimuth = libm::sincos(TAU * (n as f64 / azimuth_steps as f64) - PI);
-            self.meet_ground(&mut firing, &ground);
+            let azimuth = libm::sincos(TAU * (n as f64 / azimuth_steps as f64) - PI);
+            firing.aim(pose, azimuth, &ground, &self.beams);
             let start = pose.translation.vector - frame.origin;
             let start = [start.x as f32, start.y as f32, start.z as f32];
-            let heading = pose.rotation * Vector3::new(firing.azimuth.1, firing.azimuth.0, 0.0);
+            let heading = pose.rotation * Vector3::new(azimuth.1, azimuth.0, 0.0);
             let from = |centre: [f32; 3]| [0, 1, 2].map(|k| centre[k] - start[k]);
-            for item in view.in_sector(frame.sector(heading)) {
-                let [first, last] = item.groups.map(usize::from);
-                for group in &mut firing.groups[first..=last] {
-                    if group.farthest_m > item.near_m {
-                        let form = &view.seen[item.number as usize].form;
-                        group.meet(form, from(form.centre), item.number);
+            let items = view.in_sector(frame.sector(heading));
+            let meet = |firing: &mut Firing| {
+                for item in items {
+                    let [first, last] = item.groups.map(usize::from);
+                    for group in &mut firing.groups[first..=last] {
+                        if group.farthest_m > item.near_m {
+                            let form = &view.seen[item.number as usize].form;
+                            group.meet(form, from(form.centre), item.number);
+                        }
                     }
                 }
+            };
+            meet(&mut firing);
+            // Beams that have met a form meet it again: that changes nothing.
+            if firing.settle(&ground, &self.beams) {
+                meet(&mut firing);
             }
             let random = Random::new(self.lidar.options().seed, &[b'c'.into(), index as u64, n as u64]);
-            self.measure(&firing, random, |number| (view.seen[number as usize].form, from), &mut scan);
+            self.measure(
+                &firing,
+                azimuth,
+                random,
+                |number| (view.seen[number as usize].form, from),
+                &mut scan,
+            );
             if sweep == Sweep::Spinning {
                 scan.time_offsets_ns.resize(scan.points_in_sensor_m.len(), offset_ns(n));
             }
@@ -137,60 +132,16 @@ impl Scanner {
         scan
     }
 
-    /// Aims all beams, and meets them with the ground.
-    fn meet_ground(&self, firing: &mut Firing<'_>, ground: &Patch) {
-        let max_range_m = self.lidar.options().max_range_m;
-        let origin = firing.pose.translation.vector;
-        let (sin, cos) = firing.azimuth;
-        let level = firing.pose.rotation * Vector3::new(cos, sin, 0.0);
-        let up = firing.pose.rotation * Vector3::z();
-        let flat = libm::hypot(level.x, level.y);
-        firing.profile.look(ground, origin, [level.x / flat, level.y / flat]);
-        firing.groups.clear();
-        let (mut step, mut lowest, mut over) = (0, f64::NEG_INFINITY, false);
-        for (number, beams) in self.beams.elevations.chunks(LANES).enumerate() {
-            let mut direction = [[0.0; LANES]; 3];
-            // Beams that are not there have no range to see anything in.
-            let (mut far_m, mut met) = ([0.0; LANES], [NOTHING; LANES]);
-            for (l, &(rise, share)) in beams.iter().enumerate() {
-                let beam = level * share + up * rise;
-                (0..3).for_each(|k| direction[k][l] = beam[k] as f32);
-                far_m[l] = max_range_m as f32;
-                let run = (beam.x * beam.x + beam.y * beam.y).sqrt().max(1e-9);
-                let slope = beam.z / run;
-                if slope < lowest {
-                    (step, over) = (0, false);
-                }
-                lowest = slope;
-                if over {
-                    continue;
-                }
-                let Some((below, range_m)) = firing.profile.first_below(slope, step) else {
-                    over = true;
-                    continue;
-                };
-                step = below;
-                if let Some((range_m, slope)) = refine(ground, origin, beam, range_m / run)
-                    && range_m < max_range_m
-                {
-                    (far_m[l], met[l]) = (range_m as f32, GROUND);
-                    firing.slopes[number * LANES + l] = slope;
-                }
-            }
-            firing.groups.push(Group::new(direction, far_m, met));
-        }
-    }
-
     /// Turns what the beams met into points.
     fn measure<F: Fn([f32; 3]) -> [f32; 3]>(
         &self,
-        firing: &Firing<'_>,
+        firing: &Firing,
+        (sin, cos): (f64, f64),
         mut random: Random,
         form: impl Fn(u32) -> (crate::city::form::Form, F),
         scan: &mut Scan,
     ) {
         let options = self.lidar.options();
-        let (sin, cos) = firing.azimuth;
         let lost_below = (options.drop_out * (1u64 << 24) as f64) as u64;
         let mut aside = Random::new(options.seed, &[b'c'.into(), b'b'.into(), random.word()]);
         for (beam, &(up, level)) in self.beams.elevations.iter().enumerate() {

@@ -82,6 +82,7 @@ impl Patch {
 }
 
 impl Relief for Patch {
+    #[inline]
     fn height_m(&self, x: f64, y: f64) -> f64 {
         self.at(x, y).0
     }
@@ -89,7 +90,11 @@ impl Relief for Patch {
 
 /// The uniform quadratic B-spline of the nine lattice points around a place: `controls_m` gives them, rows
 /// from south to north, from the south-western one.
-#[inline]
+#[expect(
+    clippy::inline_always,
+    reason = "most ask for the height alone, and then half of it is not computed"
+)]
+#[inline(always)]
 fn spline(x: f64, y: f64, controls_m: impl FnOnce(i64, i64) -> [[f64; 3]; 3]) -> (f64, [f64; 2]) {
     let (i, wx, dx) = weights(x / LATTICE_M);
     let (j, wy, dy) = weights(y / LATTICE_M);
