@@ -5,7 +5,9 @@ mod decode;
 mod fuse;
 mod scale;
 mod score;
+mod simulate;
 mod store;
+mod taken;
 mod truth;
 
 use std::process::{Command, Stdio};
@@ -24,6 +26,7 @@ pub(crate) enum Bench {
     Fuse(fuse::FuseArgs),
     Scale(scale::ScaleArgs),
     Score(score::ScoreArgs),
+    Simulate(simulate::SimulateArgs),
     Store(store::StoreArgs),
     Truth(truth::TruthArgs),
 }
@@ -36,6 +39,7 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
         Bench::Scale(arguments) => scale::run(arguments),
         Bench::Fuse(arguments) => fuse::run(arguments),
         Bench::Score(arguments) => score::run(arguments),
+        Bench::Simulate(arguments) => simulate::run(arguments),
         Bench::Store(arguments) => store::run(arguments),
         Bench::Truth(arguments) => truth::run(arguments),
     }

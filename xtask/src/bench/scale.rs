@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Command, Stdio};
 
 use anyhow::Context as _;
 use clap::Args;
@@ -12,6 +11,7 @@ use dmp_study::svg::{Axis, Plot, Point, Series};
 use serde_json::Value;
 
 use super::circumstances;
+use super::taken::{Taken, taken_by};
 
 /// Logs of a city of 1, 4 and 16 times the length, scored in the same memory
 #[derive(Debug, Args)]
@@ -43,17 +43,6 @@ pub(crate) struct ScaleArgs {
     /// Where to draw memory and time over the length
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
-}
-
-/// What a whole process took.
-#[derive(Debug, Default)]
-struct Taken {
-    wall_s: f64,
-    /// Of all threads, user and system.
-    on_cores_s: f64,
-    peak_anon_bytes: u64,
-    read_bytes: u64,
-    written_bytes: u64,
 }
 
 pub(crate) fn run(arguments: &ScaleArgs) -> anyhow::Result<()> {
@@ -155,49 +144,10 @@ fn named(name: &str, file: &Path) -> String {
     format!("{name}={}", file.display())
 }
 
-/// Runs a command to its end, looking at what it takes every few milliseconds.
+/// Runs a command to its end; what it took, and the report it printed.
 fn measured(command: &mut Command) -> anyhow::Result<(Taken, Value)> {
-    let out = tempfile::tempfile()?;
-    let start = Instant::now();
-    let mut child = command.stdin(Stdio::null()).stdout(out.try_clone()?).stderr(Stdio::piped()).spawn()?;
-    let mut taken = Taken::default();
-    let status = loop {
-        look(&child, &mut taken);
-        if let Some(status) = child.try_wait()? {
-            break status;
-        }
-        std::thread::sleep(Duration::from_millis(10));
-    };
-    taken.wall_s = start.elapsed().as_secs_f64();
-    if !status.success() {
-        let mut text = String::new();
-        std::io::Read::read_to_string(&mut child.stderr.take().context("no stderr")?, &mut text)?;
-        anyhow::bail!("{command:?}: {status}: {text}");
-    }
-    let mut out = out;
-    std::io::Seek::rewind(&mut out)?;
-    Ok((taken, serde_json::from_reader(out)?))
-}
-
-/// What the process has taken so far; what cannot be seen, as of one that has ended, stays as it was.
-fn look(child: &Child, taken: &mut Taken) {
-    let read = |file: &str| fs::read_to_string(format!("/proc/{}/{file}", child.id())).unwrap_or_default();
-    let field = |text: &str, name: &str| -> Option<u64> {
-        text.lines().find_map(|line| line.strip_prefix(name))?.split_whitespace().next()?.parse().ok()
-    };
-    if let Some(kib) = field(&read("status"), "RssAnon:") {
-        taken.peak_anon_bytes = taken.peak_anon_bytes.max(kib * 1024);
-    }
-    let io = read("io");
-    taken.read_bytes = field(&io, "rchar:").unwrap_or(0).max(taken.read_bytes);
-    taken.written_bytes = field(&io, "wchar:").unwrap_or(0).max(taken.written_bytes);
-    let stat = read("stat");
-    // Behind the name, which ends with a parenthesis: user and system time are the 12th and 13th, in hundredths.
-    let times: Option<f64> = stat.rsplit_once(')').and_then(|(_, rest)| {
-        let fields: Vec<&str> = rest.split_whitespace().collect();
-        Some(fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?)
-    });
-    taken.on_cores_s = (times.unwrap_or(0.0) / 100.0).max(taken.on_cores_s);
+    let (taken, said) = taken_by(command)?;
+    Ok((taken, serde_json::from_slice(&said)?))
 }
 
 /// Everything that may not depend on the memory.
