@@ -4,14 +4,18 @@ use std::path::{Path, PathBuf};
 
 use dmp::{MapSource, Run, RunSource};
 use dmp_log::{
-    LogSummary, PoseTopic, StaticFrames, TopicTrajectory, TrajectoryFile, TrajectoryFormat, is_bag,
+    LogSummary, PoseTopic, ScanLog, StaticFrames, TopicTrajectory, TrajectoryFile, TrajectoryFormat, is_bag,
     read_topic_trajectory, read_trajectory_as,
 };
 use dmp_sensor::Trajectory;
 
+use crate::Common;
 use crate::exit::Usage;
-use crate::extrinsic::BodyFromSensor;
+use crate::extrinsic::{self, BodyFromSensor};
+use crate::log_args::LogArgs;
 use crate::named::{NamedFile, names_of};
+use crate::score::announce;
+use crate::settings::SettingsArgs;
 
 /// A run's trajectory, read.
 #[derive(Debug)]
@@ -159,6 +163,37 @@ fn parse_topic(text: &str) -> Result<PoseTopic, Usage> {
         Ok(topic)
     } else {
         Err(Usage(format!("`{text}` is no topic: try topic:/odom or topic:/tf:WORLD:BODY")))
+    }
+}
+
+/// A log and the runs on it, as they are scored.
+pub(crate) struct OpenedRuns {
+    pub(crate) log: Box<dyn ScanLog>,
+    pub(crate) runs: Vec<Run>,
+    /// Whether part of the log or of a run is lost; warnings say what.
+    pub(crate) damaged: bool,
+}
+
+impl OpenedRuns {
+    /// Opens the log, finishes the runs and finds where their sensors sat. What was found is told.
+    pub(crate) fn open(
+        started: Runs,
+        maps: impl IntoIterator<Item = MapSource>,
+        log: &LogArgs,
+        settings: &SettingsArgs,
+        common: &Common,
+    ) -> anyhow::Result<Self> {
+        let log = log.open(&settings.mapper()?)?;
+        let loaded = started.finish(log.summary())?;
+        if !common.quiet {
+            announce::found(log.as_ref(), &loaded);
+        }
+        let extrinsics = extrinsic::of_runs(&settings.extrinsic, &loaded, log.as_ref())?;
+        if !common.quiet {
+            announce::extrinsics(&loaded, &extrinsics);
+        }
+        let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
+        Ok(Self { runs: to_score(loaded, maps, extrinsics), log, damaged })
     }
 }
 

@@ -16,11 +16,10 @@ use dmp_study::{ReferenceSurface, Study, StudyError, StudyOptions, TruthOptions,
 use dmp_truth::surface::Reference;
 
 use crate::exit::Usage;
-use crate::extrinsic;
 use crate::log_args::LogArgs;
 use crate::named::NamedFile;
 use crate::progress::Progress;
-use crate::runs::{self, Runs};
+use crate::runs::{OpenedRuns, Runs};
 use crate::save::save_text;
 use crate::score::announce;
 use crate::settings::SettingsArgs;
@@ -125,18 +124,9 @@ pub(crate) fn run(arguments: &StudyArgs, common: &Common, out: &mut impl Write) 
         fs::create_dir_all(folder)
             .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
     }
-    let log = arguments.log.open(&arguments.settings.mapper()?)?;
-    let loaded = started.finish(log.summary())?;
-    if !common.quiet {
-        announce::found(log.as_ref(), &loaded);
-    }
-    let extrinsics = extrinsic::of_runs(&arguments.settings.extrinsic, &loaded, log.as_ref())?;
-    if !common.quiet {
-        announce::extrinsics(&loaded, &extrinsics);
-    }
-    let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
     let fused = std::iter::repeat(MapSource::Fused);
-    let runs = runs::to_score(loaded, fused, extrinsics);
+    let OpenedRuns { log, runs, damaged } =
+        OpenedRuns::open(started, fused, &arguments.log, &arguments.settings, common)?;
 
     let feed = arguments.reference_map.as_deref().map(surface_of);
     let surface = feed.as_ref().map(|feed| feed as &ReferenceSurface<'_>);
