@@ -20,6 +20,9 @@ impl Sums for TileMoments {
     }
 }
 
+/// What a voxel takes in the scratch file each time that its tile is put aside.
+pub const SCRATCH_VOXEL_BYTES: usize = size_of::<VoxelRecord>();
+
 /// Fuses points into a surfel map, out of core.
 ///
 /// Any number of threads add points through `&self`; every sum is an exact integer, so the map does not

@@ -36,6 +36,7 @@ mod lattice;
 mod moments;
 mod normal;
 mod open_tiles;
+mod room;
 mod sample;
 mod scratch;
 mod store;
@@ -52,9 +53,10 @@ pub use cache::{BudgetCache, NextUse, Weight};
 pub use density::DensityProbe;
 pub use error::MapError;
 pub use free_voxels::{FreeVoxels, MarkBuffers};
-pub use fuser::{FuseScratch, MapFuser};
+pub use fuser::{FuseScratch, MapFuser, SCRATCH_VOXEL_BYTES};
 pub use lattice::{Lattice, TileId, UNITS_PER_M};
 pub use normal::smallest_eigenvector;
+pub use room::{FreeSpace, free_space};
 pub use sample::TriangleSampler;
 pub use store::{
     Blob, Durability, Form, MappedBytes, Store, StoreSummary, StoredTiles, StoredTilesWriter, Tile,

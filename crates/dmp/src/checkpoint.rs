@@ -14,7 +14,10 @@ use crate::config::{Config, MapSource, Run};
 use crate::error::EvaluateError;
 use crate::frames::FrameSet;
 use crate::memory::Budget;
+use crate::plan::Plan;
+use crate::room::Room;
 use crate::trails::TrailSummary;
+use crate::watch::Watch;
 
 /// What an evaluation works with: its share of the memory, its folder, and what it keeps there to be taken up again.
 #[derive(Debug)]
@@ -111,6 +114,46 @@ impl Work {
         Ok(Self { folder, every: config.checkpoint_every, last: Mutex::new(Instant::now()), budget, resumed })
     }
 
+    /// Does something in the folder. Where that fails, what was done stays for another process, and `watch` is told
+    /// where.
+    pub(crate) fn within<T>(
+        self,
+        watch: &dyn Watch,
+        what: impl FnOnce(&Self) -> Result<T, EvaluateError>,
+    ) -> Result<(T, Self), EvaluateError> {
+        if self.resumed {
+            watch.note(&format!("goes on from what was done in {}", self.path().display()));
+        }
+        match what(&self) {
+            Ok(done) => Ok((done, self)),
+            Err(error) => {
+                if let Some(folder) = self.leave() {
+                    let folder = folder.display();
+                    watch.note(&format!(
+                        "what was done so far is kept in {folder}: the same command with --resume goes on"
+                    ));
+                }
+                Err(error)
+            }
+        }
+    }
+
+    /// Estimates what will be written and whether there is room for it; where there may be none, `watch` is told. What
+    /// is gone on with has its place already.
+    pub(crate) fn look_for_room(
+        &self,
+        log: &dyn ScanLog,
+        plan: &Plan<'_>,
+        runs: &[Run],
+        config: &Config,
+        watch: &dyn Watch,
+    ) -> Result<(Room, Option<String>), EvaluateError> {
+        let room = Room::estimate(log, plan, runs, config, &self.budget)?;
+        let warning = if self.resumed { None } else { room.check(config)? };
+        warning.iter().for_each(|warning| watch.note(warning));
+        Ok((room, warning))
+    }
+
     /// How the memory is shared out.
     pub(crate) fn budget(&self) -> &Budget {
         &self.budget
@@ -127,11 +170,6 @@ impl Work {
     /// Time from one checkpoint to the next; `None` where there are none.
     pub(crate) fn every(&self) -> Option<Duration> {
         self.every
-    }
-
-    /// Whether it began with somebody else's checkpoint.
-    pub(crate) fn resumed(&self) -> bool {
-        self.resumed
     }
 
     /// Whether it is time for a checkpoint.
@@ -174,7 +212,7 @@ impl Work {
     }
 
     /// Leaves what was done for another process, where there is a checkpoint; tells where.
-    pub(crate) fn leave(mut self) -> Option<PathBuf> {
+    fn leave(mut self) -> Option<PathBuf> {
         self.folder.has_checkpoint().then(|| {
             self.folder.keep();
             self.folder.path().to_path_buf()

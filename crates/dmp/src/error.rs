@@ -49,6 +49,23 @@ pub enum EvaluateError {
         /// Runs to score.
         runs: usize,
     },
+    /// A file system has less room than will be written for sure.
+    #[error(
+        "{}: about {} will be written here, {} at the very least, and {} are free: make room, or move it ({option})",
+        folder.display(), in_words(*bytes), in_words(*least_bytes), in_words(*free_bytes)
+    )]
+    NoRoom {
+        /// The folder.
+        folder: PathBuf,
+        /// Bytes that will be written there, about.
+        bytes: u64,
+        /// Fewer it cannot be.
+        least_bytes: u64,
+        /// Bytes that are free.
+        free_bytes: u64,
+        /// What moves it to another folder.
+        option: &'static str,
+    },
     /// The log has no scans.
     #[error("{}: the log has no scans", path.display())]
     NoScans {
@@ -137,6 +154,15 @@ pub enum EvaluateError {
         /// Why.
         source: rayon::ThreadPoolBuildError,
     },
+}
+
+/// Rounded up: where it is little, to the kibibyte.
+pub(crate) fn in_words(bytes: u64) -> String {
+    if bytes < 10 << 20 {
+        format!("{} KiB", bytes.div_ceil(1 << 10))
+    } else {
+        format!("{} MiB", bytes.div_ceil(1 << 20))
+    }
 }
 
 /// Rounded up.

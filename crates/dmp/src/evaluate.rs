@@ -31,19 +31,8 @@ pub fn evaluate(
     config.check()?;
     given::check_free_space(runs, config)?;
     let work = Work::open(log, runs, config)?;
-    if work.resumed() {
-        watch.note(&format!("goes on from what was done in {}", work.path().display()));
-    }
-    let report = evaluate_in(&work, log, runs, config, watch);
-    if report.is_err()
-        && let Some(folder) = work.leave()
-    {
-        let folder = folder.display();
-        watch.note(&format!(
-            "what was done so far is kept in {folder}: the same command with --resume goes on"
-        ));
-    }
-    report
+    let (report, _) = work.within(watch, |work| evaluate_in(work, log, runs, config, watch))?;
+    Ok(report)
 }
 
 /// Plan, fuse, cast, reduce.
@@ -64,6 +53,7 @@ fn evaluate_in(
     let stores = given::given_stores(runs)?;
     let voxel_m = given::voxel_of_stores(runs, &stores, config.voxel_m)?.or(config.voxel_m);
     let plan = Plan::new(log, runs, &Config { voxel_m, ..config.clone() }, watch)?;
+    let (room, room_warning) = work.look_for_room(log, &plan, runs, config, watch)?;
     let plan_s = lap_s();
 
     // M: each run's surfel map, fused from the scans with its trajectory, or given.
@@ -86,6 +76,7 @@ fn evaluate_in(
     // z' = S(M, T_z) for every return of every scan (eq. 6–7), and Σ (z − z')² (eq. 13).
     let run_maps = std::mem::take(&mut maps.of_runs);
     let map_reports = report::map_reports(&run_maps, maps.trails.as_ref());
+    let map_bytes = fuse::fused_bytes(&run_maps);
     let casters = Casters::new(run_maps, config, work.budget());
     // Where they hardly belong together: what is likely wrong, told before the long part.
     let hints = sanity::look(log, &plan, runs, &casters.of_runs, &casters.bases, config, watch)?;
@@ -110,5 +101,9 @@ fn evaluate_in(
     memory::look();
     let total_s = start.elapsed().as_secs_f64();
     let times = PassTimes { plan_s, fuse_s, trails_s, cast_s, total_s, threads: config.threads };
-    Ok(report::build(log, runs, config, plan, &maps, map_reports, &scored, &hints, times))
+    let mut report = report::build(log, runs, config, plan, &maps, map_reports, &scored, &hints, times);
+    report.memory.disk_bytes_estimated = room.bytes();
+    report.memory.disk_bytes = report.memory.scratch_bytes + map_bytes;
+    report.warnings.extend(room_warning);
+    Ok(report)
 }

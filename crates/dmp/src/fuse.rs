@@ -16,7 +16,7 @@ use crate::trails::{TrailBuffers, TrailSummary, Trails};
 use crate::watch::{Stage, Watch};
 
 /// Share of the memory that the maps under construction may take.
-const FUSE_SHARE: f64 = 0.6;
+pub(crate) const FUSE_SHARE: f64 = 0.6;
 
 /// Every run's map, ready to be cast into.
 #[derive(Debug)]
@@ -125,6 +125,12 @@ pub(crate) fn maps_of(
     }
     let left_out = left_out.unwrap_or(0);
     Ok(Maps { of_runs: maps, counts, left_out, trails: None, scratch_bytes, notes })
+}
+
+/// Bytes of the tiles of maps that were fused.
+pub(crate) fn fused_bytes(maps: &[RunMap]) -> u64 {
+    let tiles = maps.iter().filter(|map| map.fused).flat_map(|map| map.store.entries());
+    tiles.map(|tile| u64::from(tile.own.bytes) + u64::from(tile.borders.bytes)).sum()
 }
 
 /// How long a finished map is to live.

@@ -40,6 +40,7 @@ mod plan;
 mod pose;
 mod report;
 mod sample;
+mod room;
 mod sanity;
 mod schedule;
 mod trails;

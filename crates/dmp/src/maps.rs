@@ -30,7 +30,7 @@ impl RunMaps {
 /// maps that its scores would speak of. Scans without a pose in any of the runs are left out of all.
 ///
 /// # Errors
-/// As [`evaluate`](crate::evaluate).
+/// As [`evaluate`](crate::evaluate), which also keeps and takes up what was done in the same way.
 pub fn fuse_maps(
     log: &dyn ScanLog,
     runs: &[Run],
@@ -38,18 +38,31 @@ pub fn fuse_maps(
     watch: &dyn Watch,
 ) -> Result<RunMaps, EvaluateError> {
     config.check()?;
-    let work = Work::open(log, runs, config)?;
     given::check_free_space(runs, config)?;
+    let work = Work::open(log, runs, config)?;
+    let (maps, work) = work.within(watch, |work| fuse_in(work, log, runs, config, watch))?;
+    Ok(RunMaps { names: runs.iter().map(|run| run.name.clone()).collect(), maps, _work: work })
+}
+
+fn fuse_in(
+    work: &Work,
+    log: &dyn ScanLog,
+    runs: &[Run],
+    config: &Config,
+    watch: &dyn Watch,
+) -> Result<fuse::Maps, EvaluateError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
     let pool = pool.map_err(|source| EvaluateError::Threads { threads: config.threads, source })?;
     let stores = given::given_stores(runs)?;
     let voxel_m = given::voxel_of_stores(runs, &stores, config.voxel_m)?.or(config.voxel_m);
     let plan = Plan::new(log, runs, &Config { voxel_m, ..config.clone() }, watch)?;
-    let mut maps = pool.install(|| fuse::maps_of(log, &plan, runs, stores, None, config, &work, watch))?;
-    if config.free_space {
-        maps = pool.install(|| trails::keep_out(log, &plan, runs, maps, config, &work, watch))?;
+    work.look_for_room(log, &plan, runs, config, watch)?;
+    let maps = pool.install(|| fuse::maps_of(log, &plan, runs, stores, None, config, work, watch))?;
+    if !config.free_space {
+        return Ok(maps);
     }
-    Ok(RunMaps { names: runs.iter().map(|run| run.name.clone()).collect(), maps, _work: work })
+    fuse::keep_if_due(work, &maps)?;
+    pool.install(|| trails::keep_out(log, &plan, runs, maps, config, work, watch))
 }
 
 /// A map that was made of a cloud or a mesh.

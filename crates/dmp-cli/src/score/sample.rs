@@ -197,6 +197,8 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             budget_bytes: 2 << 30,
             peak_anon_bytes: Some(300 << 20),
             scratch_bytes: 0,
+            disk_bytes: 0,
+            disk_bytes_estimated: 0,
             tile_loads: 182,
             tiles_in_reach: 160,
             tile_visits: 182,

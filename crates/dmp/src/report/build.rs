@@ -97,6 +97,8 @@ pub(crate) fn build(
             budget_bytes: config.memory_bytes,
             peak_anon_bytes: memory::peak_anonymous_bytes(),
             scratch_bytes: maps.scratch_bytes,
+            disk_bytes: maps.scratch_bytes,
+            disk_bytes_estimated: 0,
             tile_loads: scored.tile_loads,
             tiles_in_reach: scored.tiles_in_reach,
             tile_visits: scored.tile_visits,

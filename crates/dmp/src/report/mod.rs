@@ -345,6 +345,10 @@ pub struct MemoryReport {
     pub peak_anon_bytes: Option<u64>,
     /// Partial tiles written to the scratch file, bytes.
     pub scratch_bytes: u64,
+    /// That, and the maps that were fused, bytes.
+    pub disk_bytes: u64,
+    /// What was expected of them before anything was written, bytes.
+    pub disk_bytes_estimated: u64,
     /// How often a tile was loaded.
     pub tile_loads: u64,
     /// Tiles of all maps that were ever within the sensor's reach.
