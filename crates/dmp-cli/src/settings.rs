@@ -115,3 +115,22 @@ impl SettingsArgs {
         }
     }
 }
+
+/// Going on where another process stopped.
+#[derive(Debug, Args)]
+pub(crate) struct ResumeArgs {
+    /// Go on from where a killed or failed run of the same command stopped, where it left anything in --work
+    #[arg(long, help_heading = "Resources")]
+    resume: bool,
+    /// Keep what was done in --work after each so many seconds, for --resume, or `none`
+    #[arg(long, value_name = "SECONDS", default_value = "30")]
+    #[arg(help_heading = "Resources")]
+    checkpoint: parse::Every,
+}
+
+impl ResumeArgs {
+    /// The settings with these.
+    pub(crate) fn in_config(&self, config: Config) -> Config {
+        Config { checkpoint_every: self.checkpoint.0, resume: self.resume, ..config }
+    }
+}

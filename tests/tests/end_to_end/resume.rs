@@ -203,6 +203,44 @@ fn a_killed_build_leaves_a_whole_map_or_none() {
     assert!(kills > 5, "{kills} kills, {kept} maps");
 }
 
+#[test]
+fn a_killed_build_goes_on_and_ends_with_the_same_map() {
+    let folder = tempfile::tempdir().unwrap();
+    town_command(folder.path());
+    let mut build = Command::new(env!("CARGO_BIN_EXE_dmp-under-test"));
+    build.current_dir(folder.path());
+    build.args("map build town.mcap -t truth.tum -o truth.dmpmap --work . --quiet".split(' '));
+    let map = folder.path().join("truth.dmpmap");
+    let begun = Instant::now();
+    assert!(build.output().unwrap().status.success());
+    let (whole_time, whole) = (begun.elapsed(), fs::read(&map).unwrap());
+    build.args(["--resume", "--checkpoint", "0.005", "--memory", "32MiB"]);
+    let (mut kills, mut finished, mut resumed) = (0, 0, 0);
+    let mut state = 3u64;
+    while kills < 25 || finished == 0 {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        fs::remove_file(&map).unwrap_or_default();
+        resumed += usize::from(has_checkpoint(folder.path()));
+        let mut child = build.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        std::thread::sleep(whole_time.mul_f64((state >> 40) as f64 / f64::from(1 << 24)));
+        let killed = child.try_wait().unwrap().is_none();
+        child.kill().unwrap_or_default();
+        let output = child.wait_with_output().unwrap();
+        if !killed {
+            assert!(output.status.success(), "{}", text(&output.stderr));
+            finished += 1;
+        }
+        kills += usize::from(killed);
+        if !killed || map.exists() {
+            assert!(fs::read(&map).unwrap() == whole, "after {kills} kills");
+        }
+    }
+    assert!(resumed > 3, "{resumed} of {kills} kills left something to go on from");
+    assert!(build.output().unwrap().status.success() && fs::read(&map).unwrap() == whole);
+    let left = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
+    assert!(left.into_iter().all(|path| !path.is_dir()), "nothing is left behind");
+}
+
 fn has_checkpoint(folder: &Path) -> bool {
     let files =
         |folder: &Path| fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
@@ -246,4 +284,36 @@ fn a_full_disk_ends_it_and_room_lets_it_go_on() {
     assert!(first.contains("No space left on device") && first.contains("--resume"), "{first}");
     assert!(read("second.txt").contains("goes on from"), "{}", read("second.txt"));
     assert_eq!(scores(&output.stdout), expected);
+}
+
+#[test]
+fn a_disk_that_is_too_small_is_told_of_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let _ = town_command(folder.path());
+    fs::create_dir(folder.path().join("disk")).unwrap();
+    let dmp = env!("CARGO_BIN_EXE_dmp-under-test");
+    // Without any room, and with a little.
+    let script = format!(
+        "mount -t tmpfs -o size=64k none disk || exit 99; head -c 65536 /dev/zero >disk/full; \
+         {dmp} score town.mcap -t truth.tum --work disk >/dev/null 2>none.txt; echo $? >none.code; \
+         rm -r disk/*; mount -o remount,size=160k disk || exit 99; \
+         {dmp} map build town.mcap -t truth.tum --work disk -o disk/map.dmpmap 2>little.txt; ls -A disk >left.txt"
+    );
+    let output = Command::new("unshare")
+        .args(["--map-root-user", "--mount", "sh", "-c", &script])
+        .current_dir(folder.path())
+        .output();
+    match output {
+        Ok(output) if output.status.code() != Some(99) && folder.path().join("left.txt").exists() => {}
+        _ => {
+            println!("skipped: this system does not let us mount a disk of our own");
+            return;
+        }
+    }
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+    let none = read("none.txt");
+    assert_eq!(read("none.code").trim(), "1", "{none}");
+    let told = none.lines().find(|line| line.starts_with("error: disk: about ")).unwrap_or_default();
+    assert!(told.contains("0 KiB are free") && told.contains("--work"), "{none}");
+    assert!(read("little.txt").contains("the disk may run full"), "{}", read("little.txt"));
 }

@@ -1,3 +1,4 @@
+use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -11,10 +12,11 @@ use crate::exit::Usage;
 use crate::log_args::LogArgs;
 use crate::named::NamedFile;
 use crate::progress::Progress;
-use crate::runs::{self, Runs};
-use crate::score::{announce, parse};
-use crate::settings::SettingsArgs;
-use crate::{Common, Exit, extrinsic, text};
+use crate::runs::{OpenedRuns, Runs};
+use crate::save::take_folder;
+use crate::score::parse;
+use crate::settings::{ResumeArgs, SettingsArgs};
+use crate::{Common, Exit, text};
 
 /// Build a map from a log and a trajectory, or from a cloud or a mesh
 ///
@@ -24,6 +26,7 @@ use crate::{Common, Exit, extrinsic, text};
     override_usage = "dmp map build [OPTIONS] LOG -t RUN.tum -o MAP.dmpmap\n       dmp map build [OPTIONS] CLOUD -o MAP.dmpmap",
     after_help = "Examples:\n  \
     dmp map build drive.mcap -t run.tum -o run.dmpmap\n  \
+    dmp map build city.mcap -t run.tum -o city.dmpmap --resume\n  \
     dmp map build survey.laz -o survey.dmpmap --voxel 0.3"
 )]
 pub(crate) struct BuildArgs {
@@ -40,6 +43,8 @@ pub(crate) struct BuildArgs {
     log: LogArgs,
     #[command(flatten)]
     settings: SettingsArgs,
+    #[command(flatten)]
+    resume: ResumeArgs,
     /// The map to write, FILE.dmpmap
     #[arg(short, long, value_name = "MAP", help_heading = "Output")]
     output: PathBuf,
@@ -64,28 +69,25 @@ fn from_log(
     common: &Common,
 ) -> anyhow::Result<(Store, bool)> {
     let started = Runs::start(std::slice::from_ref(trajectory), arguments.trajectory_format)?;
-    let log = arguments.log.open(&arguments.settings.mapper()?)?;
-    let loaded = started.finish(log.summary())?;
-    if !common.quiet {
-        announce::found(log.as_ref(), &loaded);
-    }
-    let extrinsics = extrinsic::of_runs(&arguments.settings.extrinsic, &loaded, log.as_ref())?;
-    if !common.quiet {
-        announce::extrinsics(&loaded, &extrinsics);
-    }
-    let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
-    let mut runs = runs::to_score(loaded, [MapSource::Fused], extrinsics);
-    // The map is made beside its place, in a folder of its own, and takes its name when it is whole.
+    let OpenedRuns { log, mut runs, damaged } =
+        OpenedRuns::open(started, [MapSource::Fused], &arguments.log, &arguments.settings, common)?;
+    // The map is made beside its place and takes its name when it is whole. The folder's name is one of the output's:
+    // what a killed process left there is found, and the settings are the same when it is gone on with.
     let folder = folder_of(&arguments.output);
-    let beside = tempfile::Builder::new().prefix(".dmp-map-").tempdir_in(folder);
-    let beside = beside.with_context(|| format!("{}: cannot write here", folder.display()))?;
+    let name = arguments.output.file_name();
+    let name = name.with_context(|| format!("{}: not the name of a file", arguments.output.display()))?;
+    let beside = folder.join(format!(".dmp-map-{}", name.to_string_lossy()));
+    fs::create_dir_all(&beside).with_context(|| format!("{}: cannot write here", folder.display()))?;
+    let taken = take_folder(&beside)?;
+    let beside = Beside(beside);
     "map".clone_into(&mut runs[0].name);
-    let config = Config { save_maps: Some(beside.path().to_path_buf()), ..config.clone() };
+    let config = arguments.resume.in_config(Config { save_maps: Some(beside.0.clone()), ..config.clone() });
     let progress = Progress::new(common);
     fuse_maps(log.as_ref(), &runs, &config, &progress)?;
     drop(progress);
-    std::fs::rename(beside.path().join("map.dmpmap"), &arguments.output)
+    fs::rename(beside.0.join("map.dmpmap"), &arguments.output)
         .with_context(|| format!("{}: cannot write", arguments.output.display()))?;
+    drop(taken);
     Ok((Store::open(&arguments.output)?, damaged))
 }
 
@@ -106,6 +108,16 @@ fn from_cloud(arguments: &BuildArgs, config: &Config, common: &Common) -> anyhow
         }
     }
     Ok(made.store)
+}
+
+/// The folder in which a map is made; it goes when this is dropped, with whatever is in it.
+struct Beside(PathBuf);
+
+impl Drop for Beside {
+    fn drop(&mut self) {
+        // What cannot be removed is taken up by the next build of the same map.
+        let _ = fs::remove_dir_all(&self.0);
+    }
 }
 
 fn folder_of(path: &Path) -> &Path {

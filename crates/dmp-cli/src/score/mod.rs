@@ -18,13 +18,12 @@ use clap::Args;
 use dmp::{Config, evaluate};
 use dmp_log::TrajectoryFormat;
 
-use crate::extrinsic;
 use crate::log_args::LogArgs;
 use crate::named::{NamedFile, maps_of};
 use crate::progress::Progress;
-use crate::runs::{self, Runs};
+use crate::runs::{OpenedRuns, Runs};
 use crate::save::take_folder;
-use crate::settings::SettingsArgs;
+use crate::settings::{ResumeArgs, SettingsArgs};
 use crate::{Common, Exit};
 use sampling::SamplingArgs;
 
@@ -75,13 +74,8 @@ pub(crate) struct ScoreArgs {
     #[command(flatten)]
     sampling: SamplingArgs,
 
-    /// Go on from where a killed or failed run of the same command stopped, where it left anything in --work
-    #[arg(long, help_heading = "Resources")]
-    resume: bool,
-    /// Keep what was done in --work after each so many seconds, for --resume, or `none`
-    #[arg(long, value_name = "SECONDS", default_value = "30")]
-    #[arg(help_heading = "Resources")]
-    checkpoint: parse::Every,
+    #[command(flatten)]
+    resume: ResumeArgs,
 
     /// Print one JSON object (schema dmp-score/1) instead of tables
     #[arg(long, help_heading = "Output")]
@@ -96,13 +90,9 @@ pub(crate) struct ScoreArgs {
 
 impl ScoreArgs {
     fn config(&self) -> Config {
-        self.sampling.of(Config {
-            save_maps: self.save_maps.clone(),
-            map_unit: self.map_unit.0,
-            checkpoint_every: self.checkpoint.0,
-            resume: self.resume,
-            ..self.settings.config()
-        })
+        let settings =
+            Config { save_maps: self.save_maps.clone(), map_unit: self.map_unit.0, ..self.settings.config() };
+        self.sampling.of(self.resume.in_config(settings))
     }
 }
 
@@ -119,17 +109,8 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
         _taken = take_folder(folder)?;
     }
-    let log = arguments.log.open(&arguments.settings.mapper()?)?;
-    let loaded = started.finish(log.summary())?;
-    if !common.quiet {
-        announce::found(log.as_ref(), &loaded);
-    }
-    let extrinsics = extrinsic::of_runs(&arguments.settings.extrinsic, &loaded, log.as_ref())?;
-    if !common.quiet {
-        announce::extrinsics(&loaded, &extrinsics);
-    }
-    let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
-    let runs = runs::to_score(loaded, maps, extrinsics);
+    let OpenedRuns { log, runs, damaged } =
+        OpenedRuns::open(started, maps, &arguments.log, &arguments.settings, common)?;
 
     let progress = Progress::new(common);
     let report = evaluate(log.as_ref(), &runs, &config, &progress)?;
