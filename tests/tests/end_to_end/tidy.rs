@@ -34,6 +34,7 @@ const TABLE: [(&str, &[&str]); 10] = [
             "dmp-sensor",
             "memmap2",
             "rayon",
+            "rustix",
             "tempfile",
             "thiserror",
             "zstd",
