@@ -81,7 +81,7 @@ pub fn read_triangles(path: &Path) {
 #[macro_export]
 macro_rules! file_target {
     ($name:expr, |$path:ident| $read:expr) => {
-        #[allow(unused_imports)]
+        #[allow(unused_imports, reason = "not every target needs all of them")]
         use dmp_fuzz::*;
         thread_local!(static FOLDER: $crate::Folder = $crate::Folder::default());
         libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {

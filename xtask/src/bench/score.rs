@@ -42,7 +42,7 @@ struct Inputs {
 }
 
 #[derive(Debug, Deserialize)]
-#[allow(clippy::struct_field_names, reason = "as the command names them: seconds")]
+#[expect(clippy::struct_field_names, reason = "as the command names them: seconds")]
 struct Timing {
     plan_s: f64,
     fuse_s: f64,
