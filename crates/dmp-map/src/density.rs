@@ -27,8 +27,7 @@ impl DensityProbe {
     /// # Errors
     /// When the point lies outside the world.
     pub fn add(&mut self, point_in_world_m: [f64; 3]) -> Result<(), MapError> {
-        let located = self.lattice.locate(point_in_world_m)?;
-        self.block.push((located.tile, located.voxel));
+        self.block.push(self.lattice.locate(point_in_world_m)?);
         Ok(())
     }
 

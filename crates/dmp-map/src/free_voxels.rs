@@ -100,16 +100,16 @@ impl FreeVoxels {
         buffers.tiles.clear();
         let lattice = self.store.lattice();
         for point in points_in_world_m {
-            let place = lattice.locate(point)?;
-            if self.store.entry(place.tile).is_none() {
+            let (tile, voxel) = lattice.locate(point)?;
+            if self.store.entry(tile).is_none() {
                 marks.push(false);
                 continue;
             }
-            let voxels = match buffers.tiles.entry(place.tile) {
+            let voxels = match buffers.tiles.entry(tile) {
                 Entry::Occupied(known) => known.into_mut(),
-                Entry::Vacant(new) => new.insert(self.tiles.get(place.tile, || self.load(place.tile))?),
+                Entry::Vacant(new) => new.insert(self.tiles.get(tile, || self.load(tile))?),
             };
-            marks.push(voxels.0.binary_search(&place.voxel).is_ok());
+            marks.push(voxels.0.binary_search(&voxel).is_ok());
         }
         Ok(())
     }

@@ -5,14 +5,18 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::prelude::*;
 
 use crate::MapError;
-use crate::lattice::{Lattice, LatticePoint, TileId};
+use crate::lattice::{Lattice, TileId};
 use crate::moments::VoxelRecord;
 use crate::open_tiles::{OpenTiles, Sums};
+use crate::recent_voxels::RecentVoxels;
 use crate::scratch::Scratch;
 use crate::store::{Durability, StoreSummary, StoreWriter};
 use crate::surfel::{Border, TileSurfels, borders_of, surfels_of};
-use crate::tile_moments::{ByBrick, PointInTile, TileMoments};
+use crate::tile_moments::{PartOfVoxel, TileMoments};
 use crate::tile_table::TileTable;
+
+/// Parts of voxels that go into a tile at a time, while they are still in fast memory.
+const BATCH: usize = 256;
 
 impl Sums for TileMoments {
     fn bytes(&self) -> usize {
@@ -39,8 +43,8 @@ pub struct MapFuser {
 /// Per-thread buffers of [`MapFuser::add`].
 #[derive(Debug, Default)]
 pub struct FuseScratch {
-    by_tile: TileTable<Vec<PointInTile>>,
-    by_brick: ByBrick,
+    recent: RecentVoxels,
+    by_tile: TileTable<Vec<PartOfVoxel>>,
 }
 
 impl MapFuser {
@@ -128,26 +132,32 @@ impl MapFuser {
     /// Adds points in world metres, seen in `segment` (0 to `i32::MAX - 1`), or in no known segment.
     ///
     /// # Errors
-    /// When a point lies outside the world, or the scratch file cannot be written.
+    /// When a point lies outside the world, after which some of the others are in the map and [`Self::points`] knows
+    /// of none; or when the scratch file cannot be written.
     pub fn add(
         &self,
         points_in_world_m: &[[f64; 3]],
         segment: Option<i32>,
         buffers: &mut FuseScratch,
     ) -> Result<(), MapError> {
-        let FuseScratch { by_tile, by_brick } = buffers;
+        let FuseScratch { recent, by_tile } = buffers;
         for (_, list) in by_tile.all_mut() {
             list.clear();
         }
-        for &point in points_in_world_m {
-            let LatticePoint { tile, voxel, offset_units } = self.lattice.locate(point)?;
-            by_tile.entry(tile).push(PointInTile { voxel, offset_units });
-        }
+        recent.add(&self.lattice, points_in_world_m, |voxel, sums| {
+            let (tile, voxel) = self.lattice.in_tile(voxel);
+            let list = by_tile.entry(tile);
+            list.push(PartOfVoxel { voxel, sums });
+            if list.len() == BATCH {
+                self.open.add(tile, |moments| moments.add(list, segment));
+                list.clear();
+            }
+        })?;
         // Places the sensor has left keep no buffers.
         by_tile.retain(|list| !list.is_empty());
-
         for (tile, list) in by_tile.all_mut() {
-            self.open.add(tile, |moments| moments.add(list, segment, by_brick));
+            self.open.add(tile, |moments| moments.add(list, segment));
+            list.clear();
         }
         self.points.fetch_add(points_in_world_m.len() as u64, Ordering::Relaxed);
         self.open.keep_budget(|tile, moments| self.scratch.append(tile, &moments.into_sorted()))

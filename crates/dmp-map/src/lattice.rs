@@ -33,11 +33,11 @@ pub struct Lattice {
     by_tile: Reciprocal,
 }
 
-/// A point on the lattice: its tile, its voxel there, and its place in the voxel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct LatticePoint {
-    pub(crate) tile: TileId,
-    pub(crate) voxel: Voxel,
+/// A point on the lattice: its voxel, and its place there.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct InVoxel {
+    /// Counted in voxels from the place that units are counted from.
+    pub(crate) voxel: [u32; 3],
     /// Offset from the voxel's lowest corner, lattice units, each below `voxel_units` and 2¹⁴.
     pub(crate) offset_units: [u16; 3],
 }
@@ -62,8 +62,8 @@ impl Lattice {
         let voxel_units = (voxel_m * UNITS_PER_M).round() as u32;
         let cells = (TILE_EDGE_M * UNITS_PER_M / f64::from(2 * voxel_units)).round() as u32;
         let tile_voxels = 2 * cells;
-        let by_tile = Reciprocal::of(tile_voxels * voxel_units);
-        Ok(Self { voxel_units, tile_voxels, by_voxel: Reciprocal::of(voxel_units), by_tile })
+        let (by_voxel, by_tile) = (Reciprocal::of(voxel_units), Reciprocal::of(tile_voxels));
+        Ok(Self { voxel_units, tile_voxels, by_voxel, by_tile })
     }
 
     pub(crate) fn from_parts(voxel_units: u32, tile_voxels: u32) -> Option<Self> {
@@ -106,8 +106,7 @@ impl Lattice {
     /// When the place is not finite or outside ±5e7 m.
     #[inline]
     pub fn tile_of(&self, point_in_world_m: [f64; 3]) -> Result<TileId, MapError> {
-        let [x, y, _] = check_place(point_in_world_m)?.map(|c| self.units_from_origin(c));
-        Ok(tile_at(self.by_tile.quotient(x), self.by_tile.quotient(y)))
+        Ok(self.locate(point_in_world_m)?.0)
     }
 
     /// Corner of a tile with the smallest x and y, world metres.
@@ -115,62 +114,62 @@ impl Lattice {
         [f64::from(tile.x) * self.tile_edge_m(), f64::from(tile.y) * self.tile_edge_m()]
     }
 
+    /// The tile over a point, and the point's voxel there.
+    ///
+    /// # Errors
+    /// When the point is not finite or outside ±5e7 m.
     #[inline]
-    pub(crate) fn locate(&self, point_in_world_m: [f64; 3]) -> Result<LatticePoint, MapError> {
-        let [x, y, z] = check_place(point_in_world_m)?.map(|c| self.units_from_origin(c));
-        let edge = u64::from(self.tile_units());
-        let (tile_x, tile_y) = (self.by_tile.quotient(x), self.by_tile.quotient(y));
-        let in_tile = [x - tile_x * edge, y - tile_y * edge, z];
-        let voxel = in_tile.map(|units| self.by_voxel.quotient(units));
-        Ok(LatticePoint {
-            tile: tile_at(tile_x, tile_y),
-            voxel: Voxel {
-                x: voxel[0] as u16,
-                y: voxel[1] as u16,
-                z: (voxel[2] as i64 - i64::from(ORIGIN_TILES) * i64::from(self.tile_voxels)) as i32,
-            },
-            offset_units: std::array::from_fn(|k| {
-                (in_tile[k] - voxel[k] * u64::from(self.voxel_units)) as u16
-            }),
+    pub(crate) fn locate(&self, point_in_world_m: [f64; 3]) -> Result<(TileId, Voxel), MapError> {
+        Ok(self.in_tile(self.in_voxel(point_in_world_m)?.voxel))
+    }
+
+    /// The voxel of a point, and its place there.
+    ///
+    /// # Errors
+    /// When the point is not finite or outside ±5e7 m.
+    #[inline]
+    pub(crate) fn in_voxel(&self, point_in_world_m: [f64; 3]) -> Result<InVoxel, MapError> {
+        if !point_in_world_m.iter().all(|c| c.abs() <= WORLD_LIMIT_M) {
+            return Err(MapError::OutOfWorld { point_in_world_m, limit_m: WORLD_LIMIT_M });
+        }
+        let units = point_in_world_m.map(|c| (rounded(c * UNITS_PER_M) + self.origin_units() as i64) as u64);
+        let voxel = units.map(|units| self.by_voxel.quotient(units));
+        let edge = u64::from(self.voxel_units);
+        Ok(InVoxel {
+            // Voxels are not smaller than 0.05 m and lie within 6e7 + 5e7 m.
+            voxel: voxel.map(|voxel| voxel as u32),
+            offset_units: std::array::from_fn(|k| (units[k] - voxel[k] * edge) as u16),
         })
     }
 
-    fn tile_units(&self) -> u32 {
-        self.tile_voxels * self.voxel_units
-    }
-
-    /// A coordinate in lattice units, counted from so far below that none is negative.
+    /// The tile of a voxel, and the voxel there.
     #[inline]
-    fn units_from_origin(&self, coordinate_m: f64) -> u64 {
-        let origin = i64::from(ORIGIN_TILES) * i64::from(self.tile_units());
-        (rounded(coordinate_m * UNITS_PER_M) + origin) as u64
+    pub(crate) fn in_tile(&self, voxel: [u32; 3]) -> (TileId, Voxel) {
+        let [x, y, z] = voxel;
+        let [tile_x, tile_y] = [x, y].map(|n| self.by_tile.quotient(n.into()) as u32);
+        let tile = TileId { x: tile_x as i32 - ORIGIN_TILES, y: tile_y as i32 - ORIGIN_TILES };
+        let [x, y] = [(x, tile_x), (y, tile_y)].map(|(n, tile)| (n - tile * self.tile_voxels) as u16);
+        let z = i64::from(z) - i64::from(ORIGIN_TILES) * i64::from(self.tile_voxels);
+        (tile, Voxel { z: z as i32, y, x })
     }
-}
 
-#[inline]
-fn tile_at(x: u64, y: u64) -> TileId {
-    TileId { x: x as i32 - ORIGIN_TILES, y: y as i32 - ORIGIN_TILES }
+    /// How many units world zero lies from the place that voxels are counted from: so far that none is negative.
+    pub(crate) fn origin_units(&self) -> u64 {
+        ORIGIN_TILES as u64 * u64::from(self.tile_voxels * self.voxel_units)
+    }
 }
 
 /// How many tiles lie between the place that units are counted from and world zero: 6e7 m, as tiles are not
 /// smaller than 30 m.
 const ORIGIN_TILES: i32 = 1 << 21;
 
-#[inline]
-fn check_place(point_in_world_m: [f64; 3]) -> Result<[f64; 3], MapError> {
-    if point_in_world_m.iter().all(|c| c.abs() <= WORLD_LIMIT_M) {
-        Ok(point_in_world_m)
-    } else {
-        Err(MapError::OutOfWorld { point_in_world_m, limit_m: WORLD_LIMIT_M })
-    }
-}
+/// From 2⁵² to 2⁵³ every f64 is an integer and its last bits count them: a sum with this rounds halves to even.
+pub(crate) const SHIFT: f64 = 1.5 * (1u64 << 52) as f64;
 
 /// The nearest integer, halves away from zero, of a number below 2⁵¹: `f64::round`, which is a call into a
 /// library on processors that are not asked for more than the oldest instructions.
 #[inline]
 fn rounded(x: f64) -> i64 {
-    // From 2⁵² to 2⁵³ every f64 is an integer and its last bits count them: the sum rounds halves to even.
-    const SHIFT: f64 = 1.5 * (1u64 << 52) as f64;
     let shifted = x + SHIFT;
     let to_even = shifted.to_bits() as i64 - SHIFT.to_bits() as i64;
     let rest = x - (shifted - SHIFT);
@@ -216,17 +215,18 @@ mod tests {
             x in -5e7..5e7_f64, y in -5e7..5e7_f64, z in -5e7..5e7_f64, v in 0usize..4,
         ) {
             let lattice = Lattice::new([0.05, 0.2, 0.3, 2.0][v]).unwrap();
-            let p = lattice.locate([x, y, z]).unwrap();
+            let offset_units = lattice.in_voxel([x, y, z]).unwrap().offset_units;
+            let (tile, place) = lattice.locate([x, y, z]).unwrap();
             let row = i64::from(lattice.tile_voxels);
             let voxel = [
-                i64::from(p.tile.x) * row + i64::from(p.voxel.x),
-                i64::from(p.tile.y) * row + i64::from(p.voxel.y),
-                i64::from(p.voxel.z),
+                i64::from(tile.x) * row + i64::from(place.x),
+                i64::from(tile.y) * row + i64::from(place.y),
+                i64::from(place.z),
             ];
-            prop_assert!(u32::from(p.voxel.x) < lattice.tile_voxels && u32::from(p.voxel.y) < lattice.tile_voxels);
+            prop_assert!(u32::from(place.x) < lattice.tile_voxels && u32::from(place.y) < lattice.tile_voxels);
             for (k, c) in [x, y, z].into_iter().enumerate() {
-                prop_assert!(u32::from(p.offset_units[k]) < lattice.voxel_units);
-                let units = voxel[k] * i64::from(lattice.voxel_units) + i64::from(p.offset_units[k]);
+                prop_assert!(u32::from(offset_units[k]) < lattice.voxel_units);
+                let units = voxel[k] * i64::from(lattice.voxel_units) + i64::from(offset_units[k]);
                 prop_assert!((units as f64 - c * UNITS_PER_M).abs() <= 0.5);
             }
         }
@@ -247,17 +247,16 @@ mod tests {
                 let units = place.map(|c| (c * UNITS_PER_M).round() as i64);
                 let voxel = units.map(|u| u.div_euclid(edge));
                 let [x, y] = [voxel[0].div_euclid(row), voxel[1].div_euclid(row)];
-                let expected = LatticePoint {
-                    tile: TileId { x: x as i32, y: y as i32 },
-                    voxel: Voxel {
-                        x: (voxel[0] - x * row) as u16,
-                        y: (voxel[1] - y * row) as u16,
-                        z: voxel[2] as i32,
-                    },
-                    offset_units: std::array::from_fn(|k| (units[k] - voxel[k] * edge) as u16),
+                let tile = TileId { x: x as i32, y: y as i32 };
+                let in_tile = Voxel {
+                    x: (voxel[0] - x * row) as u16,
+                    y: (voxel[1] - y * row) as u16,
+                    z: voxel[2] as i32,
                 };
-                prop_assert_eq!(lattice.locate(place).unwrap(), expected);
-                prop_assert_eq!(lattice.tile_of(place).unwrap(), expected.tile);
+                let offset_units = std::array::from_fn(|k| (units[k] - voxel[k] * edge) as u16);
+                prop_assert_eq!(lattice.locate(place).unwrap(), (tile, in_tile));
+                prop_assert_eq!(lattice.in_voxel(place).unwrap().offset_units, offset_units);
+                prop_assert_eq!(lattice.tile_of(place).unwrap(), tile);
             }
         }
 

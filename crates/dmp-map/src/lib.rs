@@ -34,8 +34,10 @@ mod free_voxels;
 mod fuser;
 mod lattice;
 mod moments;
+mod narrow_moments;
 mod normal;
 mod open_tiles;
+mod recent_voxels;
 mod room;
 mod sample;
 mod scratch;
@@ -46,6 +48,7 @@ mod tally;
 mod tile_moments;
 mod tile_table;
 mod tiles;
+mod window;
 mod work;
 
 pub use buckets::TileBuckets;

@@ -78,77 +78,6 @@ impl Moments {
     }
 }
 
-/// [`Moments`] while points are added: in 32 bits, so that adding a point touches one cache line.
-#[derive(Debug, Clone, Copy, Default)]
-#[repr(C, align(64))]
-pub(crate) struct NarrowMoments {
-    count: u32,
-    sum: [u32; 3],
-    /// xx, yy, zz, xy, xz, yz.
-    products: [u32; 6],
-    support: Support,
-}
-
-/// A narrow sum as large as this is to be carried: no square of an offset, nor an offset, is larger.
-const CARRIED_FROM: u32 = 1 << 31;
-
-impl NarrowMoments {
-    /// Adds a point; whether the sums are to be carried before the next is added.
-    ///
-    /// It is enough to look at the count and at the squares: Σx ≤ Σxx, and 2 Σxy ≤ Σxx + Σyy.
-    #[inline]
-    #[must_use]
-    pub(crate) fn add(&mut self, offset_units: [u16; 3], segment: Option<i32>) -> bool {
-        let [x, y, z] = offset_units.map(u32::from);
-        self.count += 1;
-        for (sum, offset) in self.sum.iter_mut().zip([x, y, z]) {
-            *sum += offset;
-        }
-        for (sum, product) in self.products.iter_mut().zip([x * x, y * y, z * z, x * y, x * z, y * z]) {
-            *sum += product;
-        }
-        if let Some(segment) = segment {
-            self.support.add(segment);
-        }
-        self.is_full()
-    }
-
-    #[inline]
-    pub(crate) fn count(&self) -> u32 {
-        self.count
-    }
-
-    /// Adds other sums, where they are small enough; whether they were, and whether the sums are to be carried then.
-    pub(crate) fn merge(&mut self, other: &Moments) -> Option<bool> {
-        let [xx, xy, xz, yy, yz, zz] = other.products;
-        if (other.count | xx | yy | zz) >= CARRIED_FROM.into() {
-            return None;
-        }
-        // Neither side has reached 2³¹.
-        self.count += other.count as u32;
-        for (sum, theirs) in self.sum.iter_mut().zip(other.sum) {
-            *sum += theirs as u32;
-        }
-        for (sum, theirs) in self.products.iter_mut().zip([xx, yy, zz, xy, xz, yz]) {
-            *sum += theirs as u32;
-        }
-        self.support.merge(&other.support);
-        Some(self.is_full())
-    }
-
-    fn is_full(&self) -> bool {
-        let [xx, yy, zz, ..] = self.products;
-        (self.count | xx | yy | zz) >= CARRIED_FROM
-    }
-
-    /// Hands over the sums and starts again from none.
-    pub(crate) fn carry(&mut self) -> Moments {
-        let Self { count, sum, products, support } = std::mem::take(self);
-        let [xx, yy, zz, xy, xz, yz] = products.map(u64::from);
-        Moments { count: count.into(), sum: sum.map(u64::from), products: [xx, xy, xz, yy, yz, zz], support }
-    }
-}
-
 /// A voxel with its sums, as it goes to disk when its tile is put aside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
@@ -178,38 +107,6 @@ mod tests {
         let mut moments = Moments::default();
         points.iter().for_each(|&(p, s)| moments.add(p, Some(s)));
         moments
-    }
-
-    #[test]
-    fn narrow_sums_are_carried_before_they_overflow() {
-        for offset in [[0u16; 3], [1, 0, 0], [16_383, 16_383, 16_383], [16_383, 0, 1638], [410; 3]] {
-            let (mut narrow, mut carried) = (NarrowMoments::default(), Moments::default());
-            let mut expected = Moments::default();
-            for _ in 0..40_000 {
-                expected.add(offset.map(u32::from), Some(7));
-                if narrow.add(offset, Some(7)) {
-                    carried.merge(&narrow.carry());
-                }
-            }
-            carried.merge(&narrow.carry());
-            assert_eq!(carried, expected);
-
-            // The same from parts, as they come back from disk.
-            let (mut narrow, mut carried) = (NarrowMoments::default(), Moments::default());
-            for points in [1, 3999, 10_000, 16_000, 10_000] {
-                let mut part = Moments::default();
-                (0..points).for_each(|_| part.add(offset.map(u32::from), Some(7)));
-                match narrow.merge(&part) {
-                    Some(true) => carried.merge(&narrow.carry()),
-                    Some(false) => {}
-                    None => carried.merge(&part),
-                }
-            }
-            carried.merge(&narrow.carry());
-            assert_eq!(carried, expected);
-        }
-        let mut full = NarrowMoments { count: CARRIED_FROM - 1, ..NarrowMoments::default() };
-        assert!(full.add([0; 3], None));
     }
 
     proptest! {

@@ -34,6 +34,15 @@ impl Support {
         }
     }
 
+    /// Adds `count` observations made in `segment`.
+    #[inline]
+    pub(crate) fn add_times(&mut self, segment: i32, count: u32) {
+        // More than three change nothing, nor do any between the third-lowest and the third-highest.
+        if segment < self.lowest[2] || segment > self.highest[2] {
+            (0..count.min(3)).for_each(|_| self.add(segment));
+        }
+    }
+
     /// Adds the observations summed up in `other`, which must be others than one's own.
     pub fn merge(&mut self, other: &Self) {
         for segment in other.lowest {

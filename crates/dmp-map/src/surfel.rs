@@ -154,18 +154,16 @@ pub(crate) fn borders_of(lattice: &Lattice, tile: TileId, content: &TileSurfels)
 mod tests {
     use super::*;
     use crate::lattice::UNITS_PER_M;
-    use crate::tile_moments::{ByBrick, PointInTile, TileMoments};
+    use crate::narrow_moments::PackedSums;
+    use crate::tile_moments::{PartOfVoxel, TileMoments};
 
     fn fuse(points: &[[f64; 3]]) -> (Lattice, TileSurfels) {
         let lattice = Lattice::new(0.2).unwrap();
         let mut tile = TileMoments::default();
         for &point in points {
-            let p = lattice.locate(point).unwrap();
-            tile.add(
-                &[PointInTile { voxel: p.voxel, offset_units: p.offset_units }],
-                Some(0),
-                &mut ByBrick::default(),
-            );
+            let (voxel, mut sums) = (lattice.locate(point).unwrap().1, PackedSums::default());
+            sums.add_point(lattice.in_voxel(point).unwrap().offset_units);
+            tile.add(&[PartOfVoxel { voxel, sums }], Some(0));
         }
         let surfels = surfels_of(&lattice, &tile.into_sorted());
         (lattice, surfels)

@@ -2,90 +2,73 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 use crate::lattice::Voxel;
-use crate::moments::{Moments, NarrowMoments, VoxelRecord};
+use crate::moments::{Moments, VoxelRecord};
+use crate::narrow_moments::{NarrowMoments, PackedSums};
 
 /// Voxels along the edge of a brick.
-const BRICK_EDGE: u32 = 8;
+const BRICK_EDGE: u32 = 4;
 const BRICK_VOXELS: usize = (BRICK_EDGE * BRICK_EDGE * BRICK_EDGE) as usize;
-/// Points whose sums are looked up together.
-const TOGETHER: usize = 32;
-const EMPTY: u32 = u32::MAX;
+/// Sums that a brick gets room for at a time.
+const GROUP: usize = 4;
+/// Voxels whose sums are looked up together.
+const TOGETHER: usize = 128;
+const EMPTY: u8 = u8::MAX;
 
-/// The voxel sums of one tile while it is being fused: a hash of 8³-voxel bricks, whose slots point into
-/// one dense list. Neighbouring points mostly fall into few bricks, so hashing is rare.
+/// The voxel sums of one tile while it is being fused: a hash of 4³-voxel bricks that say where the sums of their
+/// voxels are in one dense list.
 #[derive(Debug, Default)]
 pub(crate) struct TileMoments {
-    bricks: HashMap<u64, u32, BuildHasherDefault<MixHasher>>,
-    recent: RecentBricks,
-    slots: Vec<[u32; BRICK_VOXELS]>,
-    voxels: Vec<Voxel>,
-    /// As many as voxels.
+    by_place: HashMap<u64, u32, BuildHasherDefault<MixHasher>>,
+    bricks: Vec<Brick>,
+    /// The lowest voxel of each brick.
+    corners: Vec<Voxel>,
+    /// Groups that belong to bricks.
     sums: Vec<NarrowMoments>,
     /// What the sums of some voxels could not hold.
     carried: HashMap<u32, Moments, BuildHasherDefault<MixHasher>>,
 }
 
-/// A point in a tile: its voxel and its place there.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct PointInTile {
-    pub(crate) voxel: Voxel,
-    /// Offset from the voxel's lowest corner, lattice units.
-    pub(crate) offset_units: [u16; 3],
+/// Two cache lines: a surface passes through few voxels of a brick, and which they are is known once it is met.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(128))]
+struct Brick {
+    /// Of each voxel, how many others of the brick had points before it; [`EMPTY`] where it has none.
+    ranks: [u8; BRICK_VOXELS],
+    /// Which groups of sums the brick's voxels have, in the order of ranks.
+    groups: [u32; BRICK_VOXELS / GROUP],
 }
 
-/// Buffers of [`TileMoments::add`].
-#[derive(Debug, Default)]
-pub(crate) struct ByBrick {
-    /// Of each point.
-    bricks: Vec<u32>,
-    /// Where the points of each brick end.
-    ends: Vec<u32>,
-    sorted: Vec<PointInTile>,
+/// Points of one voxel of a tile, summed up.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PartOfVoxel {
+    pub(crate) voxel: Voxel,
+    pub(crate) sums: PackedSums,
 }
 
 impl TileMoments {
-    /// Adds points, brick by brick: a sensor goes from brick to brick and back with every beam, and their sums lie far
-    /// apart in memory.
-    pub(crate) fn add(&mut self, points: &[PointInTile], segment: Option<i32>, by_brick: &mut ByBrick) {
-        let ByBrick { bricks, ends, sorted } = by_brick;
-        bricks.clear();
-        ends.clear();
-        ends.resize(self.slots.len(), 0);
-        for point in points {
-            let brick = self.brick(point.voxel);
-            if ends.len() <= brick as usize {
-                ends.resize(self.slots.len(), 0);
+    /// Adds points that were all seen in one segment.
+    pub(crate) fn add(&mut self, parts: &[PartOfVoxel], segment: Option<i32>) {
+        let (mut bricks, mut ranks, mut slots) = ([0; TOGETHER], [0; TOGETHER], [0; TOGETHER]);
+        for parts in parts.chunks(TOGETHER) {
+            // One step for all of them before the next step, so that they come from memory together.
+            for (brick, part) in bricks.iter_mut().zip(parts) {
+                *brick = self.brick(part.voxel);
             }
-            ends[brick as usize] += 1;
-            bricks.push(brick);
-        }
-        let mut start = 0;
-        for end in &mut *ends {
-            start += std::mem::replace(end, start);
-        }
-        sorted.resize(points.len(), PointInTile::default());
-        for (&brick, &point) in bricks.iter().zip(points) {
-            let end = &mut ends[brick as usize];
-            sorted[*end as usize] = point;
-            *end += 1;
-        }
-        let (mut start, mut slots) = (0, [0; TOGETHER]);
-        for (brick, &end) in (0..).zip(&*ends) {
-            for points in sorted[start..end as usize].chunks(TOGETHER) {
-                // Look at all sums first, so that they come from memory together.
-                let mut seen = 0;
-                for (slot, point) in slots.iter_mut().zip(points) {
-                    *slot = self.slot(brick, point.voxel);
-                    seen |= self.sums[*slot as usize].count();
-                }
-                std::hint::black_box(seen);
-                for (&slot, point) in slots.iter().zip(points) {
-                    if self.sums[slot as usize].add(point.offset_units, segment) {
-                        self.carry(slot);
-                    }
+            for ((rank, &brick), part) in ranks.iter_mut().zip(&bricks).zip(parts) {
+                *rank = self.bricks[brick as usize].ranks[place_in_brick(part.voxel)];
+            }
+            for (((slot, &rank), &brick), part) in slots.iter_mut().zip(&ranks).zip(&bricks).zip(parts) {
+                let known = rank != EMPTY;
+                *slot =
+                    if known { self.bricks[brick as usize].slot(rank) } else { self.slot(brick, part.voxel) };
+            }
+            let seen = |seen, (&slot, _): (&u32, _)| seen | self.sums[slot as usize].count();
+            std::hint::black_box(slots.iter().zip(parts).fold(0, seen));
+            for (&slot, part) in slots.iter().zip(parts) {
+                if self.sums[slot as usize].add(&part.sums, segment) {
+                    self.carry(slot);
                 }
             }
-            start = end as usize;
         }
     }
 
@@ -107,53 +90,46 @@ impl TileMoments {
 
     #[inline]
     fn brick(&mut self, voxel: Voxel) -> u32 {
-        let (key, recent) = (brick_key(voxel), RecentBricks::place(voxel));
-        let (recent_key, brick) = self.recent.0[recent];
-        if recent_key == key {
-            return brick;
-        }
-        let brick = self.find_brick(key);
-        self.recent.0[recent] = (key, brick);
-        brick
-    }
-
-    fn find_brick(&mut self, key: u64) -> u32 {
-        let slots = &mut self.slots;
-        *self.bricks.entry(key).or_insert_with(|| {
-            slots.push([EMPTY; BRICK_VOXELS]);
-            (slots.len() - 1) as u32
+        let (bricks, corners) = (&mut self.bricks, &mut self.corners);
+        *self.by_place.entry(brick_key(voxel)).or_insert_with(|| {
+            bricks.push(Brick { ranks: [EMPTY; BRICK_VOXELS], groups: [0; BRICK_VOXELS / GROUP] });
+            corners.push(corner_of_brick(voxel));
+            (bricks.len() - 1) as u32
         })
     }
 
-    #[inline]
-    fn slot(&mut self, brick: u32, voxel: Voxel) -> u32 {
-        let place = place_in_brick(voxel);
-        let slot = self.slots[brick as usize][place];
-        if slot == EMPTY { self.new_slot(voxel, brick, place) } else { slot }
-    }
-
+    /// Where the sums of a voxel are, which may be new.
     #[cold]
-    fn new_slot(&mut self, voxel: Voxel, brick: u32, place: usize) -> u32 {
-        let slot = self.voxels.len() as u32;
-        self.slots[brick as usize][place] = slot;
-        self.voxels.push(voxel);
-        self.sums.push(NarrowMoments::default());
-        slot
+    fn slot(&mut self, brick: u32, voxel: Voxel) -> u32 {
+        let (brick, place) = (&mut self.bricks[brick as usize], place_in_brick(voxel));
+        if brick.ranks[place] == EMPTY {
+            let rank = brick.ranks.iter().filter(|&&rank| rank != EMPTY).count();
+            brick.ranks[place] = rank as u8;
+            if rank % GROUP == 0 {
+                brick.groups[rank / GROUP] = (self.sums.len() / GROUP) as u32;
+                self.sums.extend([NarrowMoments::default(); GROUP]);
+            }
+        }
+        brick.slot(brick.ranks[place])
     }
 
     /// Memory held, bytes, growth of the vectors included.
     pub(crate) fn bytes(&self) -> usize {
-        self.slots.capacity() * size_of::<[u32; BRICK_VOXELS]>()
-            + self.voxels.capacity() * size_of::<Voxel>()
+        self.bricks.capacity() * size_of::<Brick>()
+            + self.corners.capacity() * size_of::<Voxel>()
             + self.sums.capacity() * size_of::<NarrowMoments>()
-            + self.bricks.capacity() * 24
+            + self.by_place.capacity() * 24
             + self.carried.capacity() * size_of::<(u32, Moments)>()
     }
 
     /// The voxels in the one order that depends on nothing but their places.
     pub(crate) fn into_sorted(self) -> Vec<VoxelRecord> {
-        let Self { voxels, mut sums, carried, .. } = self;
-        let mut order: Vec<(Voxel, u32)> = voxels.into_iter().zip(0..).collect();
+        let Self { bricks, corners, mut sums, carried, .. } = self;
+        let mut order: Vec<(Voxel, u32)> = Vec::new();
+        for (brick, &corner) in bricks.iter().zip(&corners) {
+            let known = brick.ranks.iter().enumerate().filter(|&(_, &rank)| rank != EMPTY);
+            order.extend(known.map(|(place, &rank)| (voxel_at(corner, place), brick.slot(rank))));
+        }
         order.sort_unstable();
         let record = |(voxel, slot): (Voxel, u32)| {
             let mut moments = sums[slot as usize].carry();
@@ -166,25 +142,11 @@ impl TileMoments {
     }
 }
 
-/// Bricks looked for last, each at the one place that the last bits of its indices give.
-#[derive(Debug)]
-struct RecentBricks(Box<[(u64, u32); RECENT]>);
-
-/// Four bricks along each edge.
-const RECENT: usize = 64;
-
-impl Default for RecentBricks {
-    fn default() -> Self {
-        // No brick has this key: x and y are small.
-        Self(Box::new([(u64::MAX, 0); RECENT]))
-    }
-}
-
-impl RecentBricks {
+impl Brick {
     #[inline]
-    fn place(voxel: Voxel) -> usize {
-        let low = |n: u32| (n / BRICK_EDGE % 4) as usize;
-        low(voxel.z as u32) << 4 | low(voxel.y.into()) << 2 | low(voxel.x.into())
+    fn slot(&self, rank: u8) -> u32 {
+        let rank = usize::from(rank) % BRICK_VOXELS;
+        self.groups[rank / GROUP] * GROUP as u32 + (rank % GROUP) as u32
     }
 }
 
@@ -199,6 +161,16 @@ fn brick_key(voxel: Voxel) -> u64 {
 fn place_in_brick(voxel: Voxel) -> usize {
     let [x, y, z] = [voxel.x.into(), voxel.y.into(), voxel.z as u32].map(|n: u32| n % BRICK_EDGE);
     ((z * BRICK_EDGE + y) * BRICK_EDGE + x) as usize
+}
+
+fn corner_of_brick(voxel: Voxel) -> Voxel {
+    let low = !(BRICK_EDGE - 1);
+    Voxel { z: voxel.z & low as i32, y: voxel.y & low as u16, x: voxel.x & low as u16 }
+}
+
+fn voxel_at(corner: Voxel, place: usize) -> Voxel {
+    let [z, y, x] = [BRICK_EDGE * BRICK_EDGE, BRICK_EDGE, 1].map(|step| place as u32 / step % BRICK_EDGE);
+    Voxel { z: corner.z + z as i32, y: corner.y + y as u16, x: corner.x + x as u16 }
 }
 
 /// One multiplication and a fold: brick keys are small integers that nobody chooses to collide.
@@ -240,19 +212,28 @@ mod tests {
     proptest! {
         #[test]
         fn it_holds_what_a_sorted_map_holds(
-            points in prop::collection::vec((0u16..80, 0u16..80, -40i32..40, prop::array::uniform3(0u16..1638), 0..5i32), 0..300),
-            aside in 0usize..300,
+            points in prop::collection::vec((0u16..12, 0u16..80, -40i32..40, prop::array::uniform3(0u16..1638), 0..3u32), 0..900),
+            aside in 0usize..4, together in 1usize..400,
         ) {
             let mut tile = TileMoments::default();
             let mut map: BTreeMap<Voxel, Moments> = BTreeMap::new();
             let mut put_aside = Vec::new();
-            for (k, (x, y, z, offset_units, segment)) in points.into_iter().enumerate() {
-                let voxel = Voxel { z, y, x };
+            for (k, points) in points.chunks(together).enumerate() {
                 if k == aside {
                     put_aside = std::mem::take(&mut tile).into_sorted();
                 }
-                tile.add(&[PointInTile { voxel, offset_units }], Some(segment), &mut ByBrick::default());
-                map.entry(voxel).or_default().add(offset_units.map(u32::from), Some(segment));
+                let segment = Some(k as i32 % 3);
+                let mut parts = Vec::new();
+                for &(x, y, z, offset_units, more) in points {
+                    // Close together, so that bricks fill up.
+                    let (voxel, mut sums) = (Voxel { z: z / 8, y: y / 8, x }, PackedSums::default());
+                    for _ in 0..=more {
+                        sums.add_point(offset_units);
+                        map.entry(voxel).or_default().add(offset_units.map(u32::from), segment);
+                    }
+                    parts.push(PartOfVoxel { voxel, sums });
+                }
+                tile.add(&parts, segment);
             }
             put_aside.iter().for_each(|record| tile.merge(record));
             let expected: Vec<_> = map.into_iter().map(|(v, m)| VoxelRecord::new(v, m)).collect();
