@@ -12,7 +12,7 @@ const RECENT: usize = 512;
 /// Each voxel has one place among the recent ones; another one that comes there drives it out.
 #[derive(Debug)]
 pub(crate) struct RecentVoxels {
-    recent: Box<[Recent; RECENT]>,
+    recent: Box<[Recent]>,
     /// What a block of points has driven out.
     out: Box<[Recent; TOGETHER]>,
     found: Box<Located>,
@@ -29,7 +29,7 @@ struct Recent {
 impl Default for RecentVoxels {
     fn default() -> Self {
         Self {
-            recent: Box::new([Recent::default(); RECENT]),
+            recent: vec![Recent::default(); RECENT].into_boxed_slice(),
             out: Box::new([Recent::default(); TOGETHER]),
             found: Box::new(Located { voxels: [0; TOGETHER], offsets: [0; TOGETHER] }),
         }
@@ -117,7 +117,7 @@ impl RecentVoxels {
 /// voxel, or its sums could become full.
 #[inline]
 fn add_point(
-    recent: &mut [Recent; RECENT],
+    recent: &mut [Recent],
     voxel: u64,
     offset_units: [u16; 3],
     most_points: u32,

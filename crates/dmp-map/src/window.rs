@@ -65,7 +65,7 @@ impl Window {
                 let shifted = x + SHIFT;
                 let is_half = (x - (shifted - SHIFT)).abs() == 0.5;
                 let units = shifted.to_bits().wrapping_sub(self.corner_bits[k]);
-                unlike |= units / EDGE_UNITS | u64::from(is_half);
+                unlike |= (units / EDGE_UNITS) | u64::from(is_half);
                 // 32 bits by 32 bits: that is there in all vector instructions.
                 let units = units % EDGE_UNITS;
                 let index = (units * u64::from(self.factor)) >> FACTOR_BITS;
