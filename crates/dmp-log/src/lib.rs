@@ -4,7 +4,7 @@
 //! [`open_log`] looks at a path, opens what is there and gives a [`ScanLog`]: a table of its scans
 //! ([`FrameInfo`]), a [`LogSummary`] of what was found, guessed and damaged, and a [`ScanReader`] for each
 //! thread, which fills a [`Scan`](dmp_sensor::Scan) with one scan at a time. [`read_trajectory`] reads
-//! poses. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a reference.
+//! poses. [`outline_log`] tells the scans of a log from its index and opens a part of them. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a reference.
 //! [`McapScanWriter`], [`FolderScanWriter`], [`write_tum`], [`write_euroc`] and [`write_kitti`] write what the
 //! readers read. [`read_calib`] says where a LiDAR sits on a camera.
 //!
@@ -58,8 +58,11 @@ mod las_log;
 mod log;
 mod mesh;
 mod open;
+mod outline;
+mod part_log;
 mod pcd;
 mod points;
+mod reads;
 mod ros;
 mod scan_folder;
 mod text;
@@ -79,6 +82,7 @@ pub use log::{
 };
 pub use mesh::{MeshFormat, MeshSummary, is_mesh, read_mesh};
 pub use open::{open_log, survey_log};
+pub use outline::{LogOutline, OutlinedScan, outline_log};
 pub use points::{PointTime, StampAt, TimeUnit};
 pub use trajectory::{
     GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,

@@ -46,6 +46,24 @@ pub trait ScanLog: Send + Sync + Debug {
     /// Every scan that can be read, in the log's own order.
     fn frames(&self) -> &[FrameInfo];
 
+    /// The number of a frame among all scans of the log, from 0, also where only a part of the log
+    /// [was opened](crate::LogOutline::open).
+    fn number_in_log(&self, frame: usize) -> usize {
+        frame
+    }
+
+    /// Scans of the log, also of those parts of it that were not opened.
+    fn scans_in_log(&self) -> usize {
+        self.frames().len()
+    }
+
+    /// Bytes read from the log's files so far: on opening it and by all its readers, whatever is read twice
+    /// counted twice. A part counts together with its [outline](crate::LogOutline) and the other parts opened
+    /// from that. `None` where it is not known: a library reads `SQLite` files.
+    fn bytes_read(&self) -> Option<u64> {
+        None
+    }
+
     /// A reader with its own file handle and buffers.
     ///
     /// # Errors
@@ -259,7 +277,11 @@ pub(crate) fn span_ns(frames: &[FrameInfo]) -> Option<(i64, i64)> {
 /// Median of the positive differences of successive stamps: the time from scan to scan, whatever
 /// pauses, repetitions and steps back the log has. Where it has no order to speak of, those in order of time count.
 pub(crate) fn period_ns(frames: &[FrameInfo]) -> Option<i64> {
-    let mut stamps_ns: Vec<i64> = frames.iter().filter_map(|frame| frame.stamp_ns).collect();
+    median_step_ns(frames.iter().filter_map(|frame| frame.stamp_ns).collect())
+}
+
+/// The same of stamps in the order of a log.
+pub(crate) fn median_step_ns(mut stamps_ns: Vec<i64>) -> Option<i64> {
     let back = stamps_ns.windows(2).filter(|pair| pair[1] < pair[0]).count();
     if 4 * back > stamps_ns.len() {
         stamps_ns.sort_unstable();

@@ -16,7 +16,7 @@ pub(crate) const ROS1_ADVICE: &str =
     "a ROS 1 bag: convert it with `mcap convert IN.bag OUT.mcap`, which is read as it is";
 
 /// What lies at a path.
-enum Found {
+pub(crate) enum Found {
     Bag(Bag),
     Folder(FoundScans),
     /// A LAS or LAZ file.
@@ -35,8 +35,7 @@ enum Found {
 /// the meaning of the times is left open, and when there is no scan in it. Damage to a part is no error,
 /// see [`crate::LogSummary::damage`].
 pub fn open_log(path: &Path, options: &LogOptions) -> Result<Box<dyn ScanLog>, LogError> {
-    let found = find(path)?;
-    check_in_sensor_frame(path, &found, options)?;
+    let found = find_for(path, options)?;
     Ok(match found {
         Found::Las => Box::new(LasLog::open(path, options)?),
         Found::Bag(bag) => Box::new(BagLog::open(bag, options)?),
@@ -50,8 +49,7 @@ pub fn open_log(path: &Path, options: &LogOptions) -> Result<Box<dyn ScanLog>, L
 /// # Errors
 /// When there is nothing at the path, it cannot be read, is in no format known here, or has no such topic.
 pub fn survey_log(path: &Path, options: &LogOptions) -> Result<LogSurvey, LogError> {
-    let found = find(path)?;
-    check_in_sensor_frame(path, &found, options)?;
+    let found = find_for(path, options)?;
     match found {
         Found::Las => Ok(survey_of(Box::new(LasLog::open(path, options)?), None)),
         Found::Bag(bag) => BagLog::survey(&bag, options),
@@ -87,6 +85,13 @@ pub(crate) fn bag_at(path: &Path) -> Result<Option<Bag>, LogError> {
         Ok(_) | Err(LogError::UnknownFormat { .. }) => Ok(None),
         Err(error) => Err(error),
     }
+}
+
+/// The log at a path, for which the options make sense.
+pub(crate) fn find_for(path: &Path, options: &LogOptions) -> Result<Found, LogError> {
+    let found = find(path)?;
+    check_in_sensor_frame(path, &found, options)?;
+    Ok(found)
 }
 
 fn find(path: &Path) -> Result<Found, LogError> {

@@ -2,16 +2,24 @@
 //!
 //! What the messages are is not known here; [`crate::ros`] knows.
 
+mod location;
 mod mcap;
+mod part;
+mod reader;
 mod rosbag2;
 mod sqlite;
 mod topics;
 
 use crate::damage::DamageList;
-use crate::{Damage, LogError, Place};
-use std::io;
+use crate::reads::ReadCount;
+use crate::{Damage, LogError};
+use location::Within;
+use reader::MessageFault;
 use std::path::{Path, PathBuf};
 
+pub(crate) use location::Location;
+pub(crate) use part::BagIndex;
+pub(crate) use reader::BagReader;
 pub(crate) use topics::{Topics, in_words};
 
 /// Largest message that is read. One with 128 beams, 4096 columns and 48 bytes a point has 24 MiB; what
@@ -36,47 +44,6 @@ pub(crate) struct Message<'a> {
     pub(crate) body: &'a [u8],
 }
 
-/// Where a message is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Location {
-    /// The file of the bag.
-    file: u32,
-    within: Within,
-}
-
-/// Where in its file a message is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Within {
-    Mcap(mcap::McapPlace),
-    /// The row of the table.
-    Sqlite(i64),
-}
-
-impl Location {
-    /// For messages: `byte 4711` or `row 12`.
-    pub(crate) fn in_words(&self) -> String {
-        match self.within {
-            Within::Mcap(place) => format!("byte {}", place.record_at),
-            Within::Sqlite(row) => format!("row {row}"),
-        }
-    }
-
-    /// Whether two messages are unpacked together.
-    pub(crate) fn shares_chunk(&self, other: &Self) -> bool {
-        match (self.within, other.within) {
-            (Within::Mcap(a), Within::Mcap(b)) => {
-                self.file == other.file && a.in_chunk.is_some() && a.record_at == b.record_at
-            }
-            _ => false,
-        }
-    }
-
-    /// Whether the message is one of several packed into a chunk.
-    pub(crate) fn is_in_chunk(&self) -> bool {
-        matches!(self.within, Within::Mcap(place) if place.in_chunk.is_some())
-    }
-}
-
 /// The kinds of files with messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -91,6 +58,7 @@ pub(crate) struct Bag {
     path: PathBuf,
     files: Vec<(PathBuf, Kind)>,
     is_rosbag2: bool,
+    count: ReadCount,
 }
 
 /// What a walk over all messages finds beside them.
@@ -112,7 +80,12 @@ impl Bag {
         } else {
             return None;
         };
-        Some(Self { path: path.into(), files: vec![(path.into(), kind)], is_rosbag2: false })
+        Some(Self {
+            path: path.into(),
+            files: vec![(path.into(), kind)],
+            is_rosbag2: false,
+            count: ReadCount::default(),
+        })
     }
 
     /// The bag in a folder: the files that its `metadata.yaml` names, or its only `.mcap` or `.db3` file;
@@ -128,7 +101,7 @@ impl Bag {
             (file, if sqlite { Kind::Sqlite } else { Kind::Mcap })
         };
         let files = files.into_iter().map(kind_of).collect();
-        Ok(Some(Self { path: path.into(), files, is_rosbag2: true }))
+        Ok(Some(Self { path: path.into(), files, is_rosbag2: true, count: ReadCount::default() }))
     }
 
     /// The file or folder that was named.
@@ -160,11 +133,11 @@ impl Bag {
                 each(Message { channel, location: Location { file, within }, body });
             };
             let found = match kind {
-                Kind::Mcap => mcap::walk(path, &mut |channel, time, place, body| {
+                Kind::Mcap => mcap::walk(path, &self.count, &mut |channel, time, place, body| {
                     take(channel, time, Within::Mcap(place), body);
                 }),
-                Kind::Sqlite => sqlite::walk(path, &mut |channel, time, row, body| {
-                    take(channel, time, Within::Sqlite(row), body);
+                Kind::Sqlite => sqlite::walk(path, &mut |channel, time, place, body| {
+                    take(channel, time, Within::Sqlite(place), body);
                 }),
             };
             let found = found.map_err(|e| LogError::io(path, "read", e))?;
@@ -189,8 +162,9 @@ impl Bag {
 
     /// What identifies the bag.
     pub(crate) fn fingerprint(&self) -> Result<String, LogError> {
-        let of_file =
-            |path: &Path| crate::fingerprint::of_file(path).map_err(|e| LogError::io(path, "read", e));
+        let of_file = |path: &Path| {
+            crate::fingerprint::of_file(path, &self.count).map_err(|e| LogError::io(path, "read", e))
+        };
         match self.files.as_slice() {
             [(only, _)] => of_file(only),
             several => {
@@ -200,9 +174,9 @@ impl Bag {
         }
     }
 
-    /// A reader of single messages, with a file handle of its own.
-    pub(crate) fn reader(&self) -> BagReader<'_> {
-        BagReader { bag: self, open: None }
+    /// Bytes read of the bag so far, by whatever was made of it; `None` where a library reads it.
+    pub(crate) fn bytes_read(&self) -> Option<u64> {
+        self.files.iter().all(|(_, kind)| *kind == Kind::Mcap).then(|| self.count.bytes())
     }
 }
 
@@ -212,63 +186,4 @@ struct FileWalked {
     channels: Vec<Channel>,
     damage: DamageList,
     bytes: u64,
-}
-
-/// Why a message that was there cannot be read again.
-#[derive(Debug)]
-enum MessageFault {
-    Io(io::Error),
-    /// The file is not what it was; in words.
-    Changed(String),
-}
-
-impl From<io::Error> for MessageFault {
-    fn from(error: io::Error) -> Self {
-        Self::Io(error)
-    }
-}
-
-/// Reads single messages of a [`Bag`]. Holds one file at a time.
-#[derive(Debug)]
-pub(crate) struct BagReader<'a> {
-    bag: &'a Bag,
-    open: Option<(u32, FileReader)>,
-}
-
-#[derive(Debug)]
-enum FileReader {
-    Mcap(Box<mcap::McapMessages>),
-    Sqlite(sqlite::SqliteMessages),
-}
-
-impl BagReader<'_> {
-    /// The body of the message at `location`, which is that of the scan `frame`.
-    pub(crate) fn message(&mut self, location: &Location, frame: usize) -> Result<&[u8], LogError> {
-        let Some((path, kind)) = self.bag.files.get(location.file as usize) else {
-            let problem = format!("the bag has {} files", self.bag.files.len());
-            return Err(LogError::malformed(&self.bag.path, Place::Frame(frame as u64), problem));
-        };
-        if self.open.as_ref().is_none_or(|(file, _)| *file != location.file) {
-            // The one before is closed first.
-            self.open = None;
-            let reader = match kind {
-                Kind::Mcap => mcap::McapMessages::open(path).map(|reader| FileReader::Mcap(Box::new(reader))),
-                Kind::Sqlite => sqlite::SqliteMessages::open(path).map(FileReader::Sqlite),
-            };
-            self.open = Some((location.file, reader.map_err(|e| LogError::io(path, "open", e))?));
-        }
-        let body = match (self.open.as_mut().map(|(_, reader)| reader), location.within) {
-            (Some(FileReader::Mcap(reader)), Within::Mcap(place)) => reader.message(place),
-            (Some(FileReader::Sqlite(reader)), Within::Sqlite(row)) => reader.message(row),
-            _ => Err(MessageFault::Changed("the message lies in a file of another kind".into())),
-        };
-        body.map_err(|fault| match fault {
-            MessageFault::Io(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
-                let problem = "the file is shorter than it was when it was opened";
-                LogError::malformed(path, Place::Frame(frame as u64), problem)
-            }
-            MessageFault::Io(error) => LogError::io(path, "read", error),
-            MessageFault::Changed(problem) => LogError::malformed(path, Place::Frame(frame as u64), problem),
-        })
-    }
 }

@@ -28,14 +28,19 @@ pub(super) struct TopicIndex {
     pub(super) frame_id: Option<String>,
     pub(super) other_frame_ids: u64,
     pub(super) damage: DamageList,
-    messages: u64,
+    pub(super) messages: u64,
 }
 
 impl TopicIndex {
     pub(super) fn add(&mut self, coding: ScanCoding, message: Message<'_>) {
-        let Message { location, body, .. } = message;
         let number = self.messages;
         self.messages += 1;
+        self.add_numbered(coding, message, number);
+    }
+
+    /// Takes in the message that has this number among all of the topic.
+    pub(super) fn add_numbered(&mut self, coding: ScanCoding, message: Message<'_>, number: u64) {
+        let Message { location, body, .. } = message;
         let cloud = match Cloud::parse(coding, body) {
             Ok(cloud) => cloud,
             Err(problem) => {

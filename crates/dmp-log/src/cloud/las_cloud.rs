@@ -1,6 +1,7 @@
 use super::las_points::LasPoints;
 use super::las_units::{self, ToMetres};
 use super::{Batches, CloudFormat};
+use crate::reads::ReadCount;
 use crate::{LengthUnit, LogError};
 use las::PointData;
 use std::path::Path;
@@ -16,7 +17,7 @@ where
     E: From<LogError>,
     F: FnMut(&[[f64; 3]]) -> Result<(), E>,
 {
-    let mut file = LasPoints::open(path)?;
+    let mut file = LasPoints::open(path, &ReadCount::default())?;
     let ToMetres { scale, note } = match unit {
         Some(unit) => ToMetres { scale: [unit.metres(); 3], note: None },
         None => las_units::of(file.header()).map_err(|e| e.in_file(path))?,

@@ -3,24 +3,25 @@
 use super::BATCH;
 use super::las_header::{self, LasHeader};
 use crate::decimal::shorten;
+use crate::reads::{CountedFile, ReadCount};
 use crate::{LogError, Place};
 use las::{PointData, PointDataBuilder};
 use laz::LasZipDecompressor;
-use std::fs::File;
 use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 /// Where records of points come from.
 enum Source {
-    Plain { input: BufReader<File>, data_at: u64 },
+    Plain { input: BufReader<CountedFile>, data_at: u64 },
     // One thread decodes: batches as small as these are not worth more.
-    Compressed(Box<LasZipDecompressor<'static, BufReader<File>>>),
+    Compressed(Box<LasZipDecompressor<'static, BufReader<CountedFile>>>),
 }
 
 /// Reads the points of one file. Holds a batch.
 pub(crate) struct LasPoints {
     path: PathBuf,
+    count: ReadCount,
     source: Source,
     batch: PointData,
     header: LasHeader,
@@ -42,8 +43,8 @@ impl std::fmt::Debug for LasPoints {
 
 impl LasPoints {
     /// Opens a file whose header does not lie about sizes.
-    pub(crate) fn open(path: &Path) -> Result<Self, LogError> {
-        let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
+    pub(crate) fn open(path: &Path, count: &ReadCount) -> Result<Self, LogError> {
+        let file = count.open(path).map_err(|e| LogError::io(path, "open", e))?;
         let length = file.metadata().map_err(|e| LogError::io(path, "read", e))?.len();
         let mut input = BufReader::with_capacity(1 << 16, file);
         let header = las_header::check(&mut input, length).map_err(|e| e.in_file(path))?;
@@ -62,7 +63,8 @@ impl LasPoints {
         });
         let (source, batch, chunk_points) =
             opened.map_err(|problem| LogError::malformed(path, Place::WholeFile, problem))?;
-        Ok(Self { path: path.into(), source, batch, header, chunk_points, next: 0, has_failed: false })
+        let (path, count) = (path.into(), count.clone());
+        Ok(Self { path, count, source, batch, header, chunk_points, next: 0, has_failed: false })
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -83,7 +85,7 @@ impl LasPoints {
     /// Goes to a point. In a compressed file those of its chunk before it are decoded.
     pub(crate) fn seek(&mut self, point: u64) -> Result<(), LogError> {
         if self.has_failed {
-            *self = Self::open(&self.path)?;
+            *self = Self::open(&self.path, &self.count)?;
         }
         if point != self.next {
             let record_bytes = self.batch.record_len() as u64;

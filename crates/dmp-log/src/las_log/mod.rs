@@ -11,6 +11,7 @@ use crate::cloud::las_header::GpsTime;
 use crate::cloud::las_points::LasPoints;
 use crate::cloud::las_units::{self, ToMetres};
 use crate::log::{period_ns, runs_of_eight, span_ns};
+use crate::reads::ReadCount;
 use crate::{
     FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogOptions, LogSummary, Place, PointTime,
     ScanLog, ScanReader, StampAt, fingerprint,
@@ -33,13 +34,15 @@ pub(crate) struct LasLog {
     lost: Vec<Range<u64>>,
     frames: Vec<FrameInfo>,
     summary: LogSummary,
+    count: ReadCount,
 }
 
 impl LasLog {
     /// Reads all points once, and keeps of them which are of which time.
     pub(crate) fn open(path: &Path, options: &LogOptions) -> Result<Self, LogError> {
         let made_with = checked_options(path, options)?;
-        let mut points = LasPoints::open(path)?;
+        let count = ReadCount::default();
+        let mut points = LasPoints::open(path, &count)?;
         let Some(kind) = points.header().gps_time else {
             return Err(option(
                 path,
@@ -86,12 +89,23 @@ impl LasLog {
             point_times: Some("field `gps_time`: seconds on the clock of the stamps".into()),
             notes,
             damage: found.damage,
-            fingerprint: fingerprint::of_file(path).map_err(|e| LogError::io(path, "read", e))?,
+            fingerprint: fingerprint::of_file(path, &count).map_err(|e| LogError::io(path, "read", e))?,
             bytes: std::fs::metadata(path).map_err(|e| LogError::io(path, "read", e))?.len(),
             topics: Vec::new(),
         };
         let (path, made_with) = (path.into(), made_with.clone());
-        Ok(Self { path, made_with, to_metres: scale, cuts: found.scans, lost: found.lost, frames, summary })
+        let (cuts, lost) = (found.scans, found.lost);
+        Ok(Self { path, made_with, to_metres: scale, cuts, lost, frames, summary, count })
+    }
+
+    /// Bytes of the file in which each frame's points lie, others between them.
+    pub(crate) fn scan_bytes(&self) -> Vec<u64> {
+        let points = self.cuts.iter().map(|cut| cut.points.end).max().unwrap_or(0).max(1);
+        let bytes = |cut: &Cut| {
+            let share = u128::from(cut.points.end - cut.points.start) * u128::from(self.summary.bytes);
+            u64::try_from(share / u128::from(points)).unwrap_or(self.summary.bytes)
+        };
+        self.cuts.iter().map(bytes).collect()
     }
 }
 
@@ -138,11 +152,15 @@ impl ScanLog for LasLog {
     }
 
     fn reader(&self) -> Result<Box<dyn ScanReader + '_>, LogError> {
-        Ok(Box::new(LasReader { log: self, points: LasPoints::open(&self.path)? }))
+        Ok(Box::new(LasReader { log: self, points: LasPoints::open(&self.path, &self.count)? }))
     }
 
     fn groups(&self) -> Vec<Range<usize>> {
         runs_of_eight(self.cuts.len())
+    }
+
+    fn bytes_read(&self) -> Option<u64> {
+        Some(self.count.bytes())
     }
 }
 

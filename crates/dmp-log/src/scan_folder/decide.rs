@@ -17,7 +17,7 @@ impl ScanFolder {
         let stamped = self.entries.iter().any(|entry| entry.stamp_ns.is_some());
         let option = |problem: String| Err(LogError::Option { path: folder.clone(), problem });
         if let Some(times) = times::folder_beside(&folder) {
-            let beside = Beside::open(times, &self.entries, options, &mut self.summary.notes)?;
+            let beside = Beside::open(times, &self.entries, options, &self.count, &mut self.summary.notes)?;
             if let Some(beside) = beside {
                 if beside.rule.origin == Origin::Clock && !stamped {
                     return option(needs_stamps(options));

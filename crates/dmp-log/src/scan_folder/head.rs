@@ -4,8 +4,8 @@ use super::format::ScanFormat;
 use super::text::TextRows;
 use super::{las, pcd, ply};
 use crate::points::{Field, Kind, Layout};
+use crate::reads::{CountedFile, ReadCount};
 use crate::{LogError, ParseError, Place};
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -17,7 +17,8 @@ const BUFFER_BYTES: usize = 1 << 13;
 #[derive(Debug)]
 pub(super) struct ScanFile {
     path: PathBuf,
-    input: BufReader<File>,
+    input: BufReader<CountedFile>,
+    count: ReadCount,
     pub(super) length: u64,
     /// When it was last written; `None` where the system does not tell.
     pub(super) modified: Option<SystemTime>,
@@ -59,8 +60,8 @@ impl ScanFile {
     ///
     /// # Errors
     /// [`LogError::Malformed`] when the head makes no sense or claims what is not there.
-    pub(super) fn open(path: &Path, format: ScanFormat) -> Result<Self, LogError> {
-        let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
+    pub(super) fn open(path: &Path, format: ScanFormat, count: &ReadCount) -> Result<Self, LogError> {
+        let file = count.open(path).map_err(|e| LogError::io(path, "open", e))?;
         let metadata = file.metadata().map_err(|e| LogError::io(path, "read", e))?;
         let (length, modified) = (metadata.len(), metadata.modified().ok());
         let mut input = BufReader::with_capacity(BUFFER_BYTES, file);
@@ -71,7 +72,7 @@ impl ScanFile {
             ScanFormat::Las => las::head(&mut input, length),
         };
         let head = head.map_err(|e| e.in_file(path))?;
-        Ok(Self { path: path.into(), input, length, modified, head })
+        Ok(Self { path: path.into(), input, count: count.clone(), length, modified, head })
     }
 
     /// How many of the points claimed are there, and what is missing. Only a text has to be read for it.
@@ -104,7 +105,7 @@ impl ScanFile {
                 }
             }
             Body::Packed(packed) => packed.read_rows(&self.path, &mut self.input, rows),
-            Body::Las => las::read_rows(&self.path, points, &self.head.layout, rows),
+            Body::Las => las::read_rows(&self.path, &self.count, points, &self.head.layout, rows),
         }
     }
 

@@ -3,6 +3,7 @@ use crate::cloud::las_header;
 use crate::cloud::las_points::LasPoints;
 use crate::cloud::las_units;
 use crate::points::{Field, Kind, Layout};
+use crate::reads::ReadCount;
 use crate::{LogError, ParseError, Place};
 use std::io::{Read, Seek};
 use std::path::Path;
@@ -38,11 +39,12 @@ pub(super) fn head(input: &mut (impl Read + Seek), length: u64) -> Result<Head, 
 /// Reads the first `points` points.
 pub(super) fn read_rows(
     path: &Path,
+    count: &ReadCount,
     points: u64,
     layout: &Layout,
     rows: &mut Vec<u8>,
 ) -> Result<(), LogError> {
-    let mut file = LasPoints::open(path)?;
+    let mut file = LasPoints::open(path, count)?;
     let timed = layout.field("gps_time").is_some();
     let mut done = 0;
     while done < points {

@@ -16,6 +16,7 @@ mod times;
 use crate::damage::DamageList;
 use crate::log::{period_ns, runs_of_eight, span_ns};
 use crate::points::{Layout, Rows, TimeChoice};
+use crate::reads::ReadCount;
 use crate::{Damage, FrameInfo, LogError, LogOptions, LogSummary, Place, ScanLog, ScanReader, fingerprint};
 use dmp_sensor::Scan;
 use format::ScanFormat;
@@ -36,6 +37,7 @@ pub(crate) struct ScanFolder {
     frames: Vec<FrameInfo>,
     time: Option<Times>,
     summary: LogSummary,
+    count: ReadCount,
 }
 
 /// A file that can be read.
@@ -87,7 +89,8 @@ impl ScanFolder {
             topics: Vec::new(),
         };
         let (entries, layouts, frames) = (Vec::new(), Vec::new(), Vec::new());
-        let mut log = Self { format, entries, layouts, frames, time: None, summary };
+        let mut log =
+            Self { format, entries, layouts, frames, time: None, summary, count: ReadCount::default() };
         log.take_stock(&files, stamps_ns.as_deref())?;
         log.describe();
         log.decide_time(options)?;
@@ -108,7 +111,7 @@ impl ScanFolder {
             let length = std::fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
             self.summary.bytes += length;
             names.push((name, length));
-            let mut file = match ScanFile::open(path, self.format) {
+            let mut file = match ScanFile::open(path, self.format, &self.count) {
                 Ok(file) => file,
                 Err(LogError::Malformed { path, place, problem }) => {
                     let place = format!("{}, {place}", path.display());
@@ -169,6 +172,11 @@ impl ScanFolder {
         }
     }
 
+    /// Bytes of the file of each frame.
+    pub(crate) fn scan_bytes(&self) -> Vec<u64> {
+        self.entries.iter().map(|entry| entry.length).collect()
+    }
+
     /// The field with the times of points, where they are in the scans themselves.
     fn time_field(&self) -> Option<&str> {
         match &self.time {
@@ -185,7 +193,7 @@ impl ScanFolder {
 
     /// Reads the points of a file into `data`.
     fn rows_of<'a>(&'a self, entry: &Entry, data: &'a mut Vec<u8>) -> Result<Rows<'a>, LogError> {
-        let mut file = ScanFile::open(&entry.path, self.format)?;
+        let mut file = ScanFile::open(&entry.path, self.format, &self.count)?;
         let (before, now) = (entry.length, file.length);
         let changed = || {
             let problem = format!("the file has changed since it was opened: {before} bytes then, {now} now");
@@ -219,6 +227,10 @@ impl ScanLog for ScanFolder {
     fn groups(&self) -> Vec<Range<usize>> {
         runs_of_eight(self.entries.len())
     }
+
+    fn bytes_read(&self) -> Option<u64> {
+        Some(self.count.bytes())
+    }
 }
 
 /// Reads scans of a [`ScanFolder`].
@@ -244,7 +256,7 @@ impl ScanReader for FolderReader<'_> {
         };
         rows.append_to(field, scan);
         match &log.time {
-            Some(Times::Beside(beside)) => read_times(beside, entry, &mut self.data, scan),
+            Some(Times::Beside(beside)) => read_times(beside, entry, &log.count, &mut self.data, scan),
             _ => Ok(()),
         }
     }

@@ -6,9 +6,10 @@ use super::stamps::beside;
 use crate::points::{
     Origin, PointTime, RawTime, SampledScan, TimeRule, TimeUnit, place_stamp, sampled_frames,
 };
+use crate::reads::ReadCount;
 use crate::{LogError, LogOptions};
 use dmp_sensor::Scan;
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
 
 const TIME_BYTES: u64 = 4;
@@ -33,6 +34,7 @@ impl Beside {
         folder: PathBuf,
         entries: &[Entry],
         options: &LogOptions,
+        count: &ReadCount,
         notes: &mut Vec<String>,
     ) -> Result<Option<Self>, LogError> {
         if options.point_time == PointTime::Ignore {
@@ -44,14 +46,20 @@ impl Beside {
         for entry in entries {
             let path = file_of(&folder, entry);
             let length = fs::metadata(&path).map_err(|e| LogError::io(&path, "open", e))?.len();
-            let count = length / TIME_BYTES;
+            let times = length / TIME_BYTES;
             // A cut scan has fewer points than times; the first ones belong together.
-            if count != entry.points && !(entry.is_cut && count > entry.points) {
+            if times != entry.points && !(entry.is_cut && times > entry.points) {
                 let (other, other_count) = (entry.path.clone(), entry.points);
-                return Err(LogError::CountMismatch { path, count, what: "times", other, other_count });
+                return Err(LogError::CountMismatch {
+                    path,
+                    count: times,
+                    what: "times",
+                    other,
+                    other_count,
+                });
             }
         }
-        let sample = sample(&folder, entries)?;
+        let sample = sample(&folder, entries, count)?;
         let evidence = if given.is_some() { "as was said" } else { "as such files have them" };
         let choice = place_stamp("times/*.f32", rule, options.stamp_at, &sample, evidence)
             .map_err(|problem| LogError::Option { path: folder.clone(), problem })?;
@@ -69,9 +77,9 @@ fn file_of(folder: &Path, entry: &Entry) -> PathBuf {
 }
 
 /// Reads the times of a scan's points.
-fn times_of(folder: &Path, entry: &Entry, bytes: &mut Vec<u8>) -> Result<(), LogError> {
+fn times_of(folder: &Path, entry: &Entry, count: &ReadCount, bytes: &mut Vec<u8>) -> Result<(), LogError> {
     let path = file_of(folder, entry);
-    let mut file = File::open(&path).map_err(|e| LogError::io(&path, "open", e))?;
+    let mut file = count.open(&path).map_err(|e| LogError::io(&path, "open", e))?;
     fill(&path, &mut file, 0, entry.points * TIME_BYTES, bytes)
 }
 
@@ -84,11 +92,11 @@ fn seconds(bytes: &[u8]) -> impl Iterator<Item = f64> {
     floats(bytes).map(f64::from)
 }
 
-fn sample(folder: &Path, entries: &[Entry]) -> Result<Vec<SampledScan>, LogError> {
+fn sample(folder: &Path, entries: &[Entry], count: &ReadCount) -> Result<Vec<SampledScan>, LogError> {
     let (mut sample, mut bytes) = (Vec::new(), Vec::new());
     for frame in sampled_frames(entries.iter().map(|entry| entry.points)) {
         let Some(entry) = entries.get(frame) else { continue };
-        times_of(folder, entry, &mut bytes)?;
+        times_of(folder, entry, count, &mut bytes)?;
         let finite = || seconds(&bytes).filter(|time| time.is_finite());
         if let (Some(smallest), Some(largest)) = (finite().reduce(f64::min), finite().reduce(f64::max)) {
             sample.push(SampledScan { stamp_ns: entry.stamp_ns.unwrap_or(0), smallest, largest });
@@ -101,10 +109,11 @@ fn sample(folder: &Path, entries: &[Entry]) -> Result<Vec<SampledScan>, LogError
 pub(super) fn read_times(
     beside: &Beside,
     entry: &Entry,
+    count: &ReadCount,
     bytes: &mut Vec<u8>,
     scan: &mut Scan,
 ) -> Result<(), LogError> {
-    times_of(&beside.folder, entry, bytes)?;
+    times_of(&beside.folder, entry, count, bytes)?;
     if let Some(ns_of) = beside.rule.of_f32() {
         append(floats(bytes).map(ns_of), scan);
         return Ok(());

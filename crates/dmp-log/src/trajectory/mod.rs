@@ -22,6 +22,7 @@ pub use stamps::write_times;
 pub use topic::{PoseTopic, TopicTrajectory, is_bag, read_topic_trajectory};
 pub use tum::{parse_tum, write_tum, write_tum_poses};
 
+use crate::reads::ReadCount;
 use crate::text::is_cut;
 use crate::{LogError, ParseError, Place, fingerprint};
 use dmp_sensor::{Trajectory, TrajectoryRepairs};
@@ -87,7 +88,8 @@ pub fn read_trajectory(path: &Path) -> Result<TrajectoryFile, LogError> {
 /// As [`read_trajectory`].
 pub fn read_trajectory_as(path: &Path, format: Option<TrajectoryFormat>) -> Result<TrajectoryFile, LogError> {
     let bytes = read_bytes(path)?;
-    let fingerprint = fingerprint::of_file(path).map_err(|e| LogError::io(path, "read", e))?;
+    let fingerprint =
+        fingerprint::of_file(path, &ReadCount::default()).map_err(|e| LogError::io(path, "read", e))?;
     let mut notes = Vec::new();
     let format = match format {
         Some(format) => format,

@@ -154,6 +154,18 @@ pub(crate) fn write_with(
     channels: &[Channel<'_>],
     messages: &[(usize, Vec<u8>)],
 ) {
+    let timed = messages.iter().enumerate();
+    let timed: Vec<_> = timed.map(|(k, (channel, data))| (*channel, k as u64, data.as_slice())).collect();
+    write_timed(path, options, channels, &timed);
+}
+
+/// The same with the times at which the messages were recorded.
+pub(crate) fn write_timed(
+    path: &Path,
+    options: mcap::WriteOptions,
+    channels: &[Channel<'_>],
+    messages: &[(usize, u64, &[u8])],
+) {
     let file = std::io::BufWriter::new(std::fs::File::create(path).unwrap());
     let mut writer = options.create(file).unwrap();
     let ids: Vec<u16> = channels
@@ -163,11 +175,11 @@ pub(crate) fn write_with(
             writer.add_channel(schema, topic, encoding, &std::collections::BTreeMap::new()).unwrap()
         })
         .collect();
-    for (sequence, (channel, data)) in messages.iter().enumerate() {
+    for (sequence, &(channel, log_time, data)) in messages.iter().enumerate() {
         let header = mcap::records::MessageHeader {
-            channel_id: ids[*channel],
+            channel_id: ids[channel],
             sequence: sequence as u32,
-            log_time: sequence as u64,
+            log_time,
             publish_time: 0,
         };
         writer.write_to_known_channel(&header, data).unwrap();

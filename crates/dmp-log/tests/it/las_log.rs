@@ -69,14 +69,14 @@ fn body_from_sensor() -> Isometry3<f64> {
 }
 
 /// The drive of the samples: its returns with their times, in the sensor's frame, and the body's way.
-struct Drive {
+pub(crate) struct Drive {
     /// Nanoseconds of the log's clock, in order.
     returns: Vec<(i64, [f32; 3])>,
     trajectory: Trajectory,
 }
 
 impl Drive {
-    fn new(scans: usize) -> Self {
+    pub(crate) fn new(scans: usize) -> Self {
         let log = open(&sample("town.mcap"));
         let truth = read_trajectory(&sample("truth.tum")).unwrap().trajectory;
         let stamps = truth.stamps_ns().unwrap().iter();
@@ -96,7 +96,7 @@ impl Drive {
         Self { returns, trajectory }
     }
 
-    fn in_world(&self) -> Vec<WorldPoint> {
+    pub(crate) fn in_world(&self) -> Vec<WorldPoint> {
         let track = Track::new(&self.trajectory, body_from_sensor(), 1_000_000_000);
         let place = |&(time_ns, point): &(i64, [f32; 3])| {
             let pose = track.world_from_sensor_at(time_ns)?;
@@ -105,7 +105,7 @@ impl Drive {
         self.returns.iter().filter_map(place).collect()
     }
 
-    fn made_with(&self) -> MadeWith {
+    pub(crate) fn made_with(&self) -> MadeWith {
         MadeWith { body_from_sensor: body_from_sensor(), ..MadeWith::new(self.trajectory.clone()) }
     }
 }
@@ -115,7 +115,7 @@ fn open_with(path: &Path, made_with: MadeWith) -> Result<Box<dyn ScanLog>, LogEr
 }
 
 /// Seconds on a clock that is `ahead_s` behind the log's.
-fn seconds(points: &[WorldPoint], ahead_s: i64) -> Vec<(f64, Point3<f64>)> {
+pub(crate) fn seconds(points: &[WorldPoint], ahead_s: i64) -> Vec<(f64, Point3<f64>)> {
     points.iter().map(|&(ns, place)| ((ns - ahead_s * 1_000_000_000) as f64 / 1e9, place)).collect()
 }
 

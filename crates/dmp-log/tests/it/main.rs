@@ -14,6 +14,7 @@ mod mcap_messages;
 mod mesh;
 mod mutation;
 mod npy;
+mod parts;
 mod pcd;
 mod point_time;
 mod real_data;

@@ -6,8 +6,8 @@ use mcap::records::op;
 use std::collections::{BTreeMap, BTreeSet, btree_map::Entry};
 
 /// The schemas and channels met so far.
-#[derive(Debug, Default)]
-pub(super) struct Channels {
+#[derive(Debug, Clone, Default)]
+pub(in crate::bag) struct Channels {
     schema_names: BTreeMap<u16, String>,
     /// By schema, the channels that name it.
     of_schema: BTreeMap<u16, BTreeSet<u16>>,
@@ -16,7 +16,7 @@ pub(super) struct Channels {
     unknown: BTreeMap<u16, u64>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Described {
     schema_id: u16,
     /// Its type follows when the schema is met.
@@ -81,9 +81,14 @@ impl Channels {
         matches!(opcode, op::SCHEMA | op::CHANNEL)
     }
 
+    /// Whether a channel is described.
+    pub(super) fn knows(&self, id: u16) -> bool {
+        self.by_id.contains_key(&id)
+    }
+
     /// The channel of a message; one that is nowhere described so far is counted.
     pub(super) fn of_message(&mut self, id: u16) -> Option<&Channel> {
-        if !self.by_id.contains_key(&id) {
+        if !self.knows(id) {
             *self.unknown.entry(id).or_default() += 1;
         }
         self.by_id.get(&id).map(|described| &described.channel)
@@ -94,8 +99,9 @@ impl Channels {
         self.unknown.iter().map(|(&id, &count)| (id, count))
     }
 
-    pub(super) fn into_channels(self) -> Vec<Channel> {
-        self.by_id.into_values().map(|described| described.channel).collect()
+    /// Every channel that is described.
+    pub(super) fn described(&self) -> Vec<Channel> {
+        self.by_id.values().map(|described| described.channel.clone()).collect()
     }
 }
 
@@ -158,6 +164,6 @@ mod tests {
             }
         }
         channels.describe(op::SCHEMA, &schema(7, "Cloud")).unwrap();
-        assert!(channels.into_channels().iter().all(|channel| channel.message_type == "Cloud"));
+        assert!(channels.described().iter().all(|channel| channel.message_type == "Cloud"));
     }
 }

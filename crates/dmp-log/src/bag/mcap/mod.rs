@@ -2,16 +2,22 @@
 
 mod channels;
 mod chunk;
+mod heads;
+mod part;
 mod records;
 mod summary_hint;
 mod walk;
 
 use super::MessageFault;
+use crate::reads::ReadCount;
 use chunk::{ChunkDecoder, ChunkFault};
 use records::{HEAD_BYTES, Source, split_message};
 use std::io;
 use std::path::Path;
 
+pub(super) use channels::Channels;
+pub(super) use heads::walk_heads;
+pub(super) use part::{Record, walk_part};
 pub(super) use walk::walk;
 
 /// Where a message is in the file.
@@ -38,8 +44,8 @@ pub(super) struct McapMessages {
 }
 
 impl McapMessages {
-    pub(super) fn open(path: &Path) -> io::Result<Self> {
-        let source = Source::open(path)?;
+    pub(super) fn open(path: &Path, count: &ReadCount) -> io::Result<Self> {
+        let source = Source::open_for_pieces(path, count)?;
         Ok(Self { source, decoder: ChunkDecoder::default(), chunk_at: None, message: Vec::new() })
     }
 

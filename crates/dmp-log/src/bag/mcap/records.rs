@@ -1,6 +1,6 @@
 //! The framing of MCAP: records of one byte of type, eight of length, and a body.
 
-use std::fs::File;
+use crate::reads::{CountedFile, ReadCount};
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
@@ -11,19 +11,34 @@ pub(super) const MESSAGE_HEAD_BYTES: usize = 22;
 /// Largest chunk, message or summary that is read, uncompressed.
 pub(super) const MAX_RECORD_BYTES: u64 = crate::bag::MAX_MESSAGE_BYTES;
 
+/// Bytes read at once of a file that is read from start to end.
+const STREAM_BYTES: usize = 1 << 16;
+/// Bytes read at once of a file of which only pieces are: no system reads less.
+const PIECE_BYTES: usize = 1 << 12;
+
 /// A file read at any place, with its length known.
 #[derive(Debug)]
 pub(super) struct Source {
-    file: BufReader<File>,
+    file: BufReader<CountedFile>,
     at: u64,
     length: u64,
 }
 
 impl Source {
-    pub(super) fn open(path: &Path) -> io::Result<Self> {
-        let file = File::open(path)?;
+    /// A file that is read from start to end.
+    pub(super) fn open(path: &Path, count: &ReadCount) -> io::Result<Self> {
+        Self::with_buffer(path, count, STREAM_BYTES)
+    }
+
+    /// A file that is read in pieces here and there: little beyond them is read.
+    pub(super) fn open_for_pieces(path: &Path, count: &ReadCount) -> io::Result<Self> {
+        Self::with_buffer(path, count, PIECE_BYTES)
+    }
+
+    fn with_buffer(path: &Path, count: &ReadCount, buffer_bytes: usize) -> io::Result<Self> {
+        let file = count.open(path)?;
         let length = file.metadata()?.len();
-        Ok(Self { file: BufReader::with_capacity(64 * 1024, file), at: 0, length })
+        Ok(Self { file: BufReader::with_capacity(buffer_bytes, file), at: 0, length })
     }
 
     pub(super) fn length(&self) -> u64 {

@@ -1,13 +1,19 @@
 //! One pass over an MCAP file: which messages it has and where they are.
+//!
+//! [`walk`] reads everything; [`super::walk_heads`] passes over the chunks and reads their indexes instead;
+//! [`super::walk_part`] reads some chunks and nothing else. What a record is, and what is damage in it, is
+//! said once, here.
 
 use super::McapPlace;
 use super::channels::Channels;
 use super::chunk::{ChunkDecoder, ChunkFault};
+use super::heads::Heads;
 use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, MESSAGE_HEAD_BYTES, Records, Source, split_message};
 use super::summary_hint::{self, SummaryHint};
 use crate::Damage;
 use crate::bag::{Channel, FileWalked};
 use crate::damage::DamageList;
+use crate::reads::ReadCount;
 use mcap::records::op;
 use std::io;
 use std::path::Path;
@@ -15,45 +21,71 @@ use std::path::Path;
 /// Largest schema or channel record outside a chunk that is read.
 const MAX_DESCRIPTION_BYTES: u64 = 16 << 20;
 
-/// What is done with a message: its channel, the time it was recorded, its place, its body.
-type Each<'a> = dyn FnMut(&Channel, u64, McapPlace, &[u8]) + 'a;
+/// What is done with a message: its channel, the time it was recorded, its place, its body. Where only heads
+/// are read the body is empty, and the place of a message in a chunk lacks its length.
+pub(super) type Each<'a> = dyn FnMut(&Channel, u64, McapPlace, &[u8]) + 'a;
 
 /// Reads the whole file once, one chunk at a time. Only the operating system makes it fail: whatever is
 /// wrong with the bytes is damage.
-pub(in crate::bag) fn walk(path: &Path, each: &mut Each<'_>) -> io::Result<FileWalked> {
-    let mut source = Source::open(path)?;
-    let hint = summary_hint::read(&mut source);
-    let mut walk = Walk {
-        channels: Channels::default(),
-        damage: DamageList::default(),
-        unchunked_messages: false,
-        each,
-    };
-    for (opcode, body) in &hint.descriptions {
-        // A hint that cannot be read is none.
-        let _ = walk.channels.describe(*opcode, body);
-    }
-    walk.records(&mut source, &hint)?;
-    for (id, count) in walk.channels.unknown() {
-        let what = format!("{count} messages of a channel that is not described before them are lost");
-        walk.damage.push(Damage::new(format!("channel {id}"), what));
-    }
-    let bytes = source.length();
-    Ok(FileWalked { channels: walk.channels.into_channels(), damage: walk.damage, bytes })
+pub(in crate::bag) fn walk(path: &Path, count: &ReadCount, each: &mut Each<'_>) -> io::Result<FileWalked> {
+    let mut source = Source::open(path, count)?;
+    let mut walk = Walk::new(Channels::default(), each);
+    walk.file(&mut source)?;
+    Ok(walk.found(&source).0)
 }
 
-/// What the pass finds.
-struct Walk<'a, 'b> {
-    channels: Channels,
-    damage: DamageList,
+/// A pass, and what it has found so far.
+pub(super) struct Walk<'a, 'b> {
+    pub(super) channels: Channels,
+    pub(super) damage: DamageList,
+    pub(super) decoder: ChunkDecoder,
+    pub(super) each: &'a mut Each<'b>,
+    /// Messages handed over, also those of unknown channels.
+    pub(super) messages: u64,
+    /// Where chunks are passed over.
+    pub(super) heads: Option<Heads>,
     unchunked_messages: bool,
-    each: &'a mut Each<'b>,
+}
+
+impl<'a, 'b> Walk<'a, 'b> {
+    pub(super) fn new(channels: Channels, each: &'a mut Each<'b>) -> Self {
+        Self {
+            channels,
+            damage: DamageList::default(),
+            decoder: ChunkDecoder::default(),
+            each,
+            messages: 0,
+            heads: None,
+            unchunked_messages: false,
+        }
+    }
+
+    /// What was found in a file that was gone through, and the channels by number.
+    pub(super) fn found(mut self, source: &Source) -> (FileWalked, Channels) {
+        for (id, count) in self.channels.unknown() {
+            let what = format!("{count} messages of a channel that is not described before them are lost");
+            self.damage.push(Damage::new(format!("channel {id}"), what));
+        }
+        let walked =
+            FileWalked { channels: self.channels.described(), damage: self.damage, bytes: source.length() };
+        (walked, self.channels)
+    }
 }
 
 impl Walk<'_, '_> {
+    /// Goes through the whole file.
+    pub(super) fn file(&mut self, source: &mut Source) -> io::Result<()> {
+        let hint = summary_hint::read(source);
+        for (opcode, body) in &hint.descriptions {
+            // A hint that cannot be read is none.
+            let _ = self.channels.describe(*opcode, body);
+        }
+        self.records(source, &hint)?;
+        self.settle(source)
+    }
+
     fn records(&mut self, source: &mut Source, hint: &SummaryHint) -> io::Result<()> {
         let length = source.length();
-        let mut decoder = ChunkDecoder::default();
         let mut at = mcap::MAGIC.len() as u64;
         loop {
             if length.saturating_sub(at) < HEAD_BYTES {
@@ -86,7 +118,10 @@ impl Walk<'_, '_> {
                 continue;
             }
             match opcode {
-                op::CHUNK => self.chunk(source, &mut decoder, at, body_bytes)?,
+                op::CHUNK if self.heads.is_some() => self.pass_over(source, at, body_bytes)?,
+                op::CHUNK => drop(self.chunk(source, at, body_bytes)?),
+                op::MESSAGE_INDEX if self.heads.is_some() => self.message_index(source, at, body_bytes)?,
+                op::MESSAGE if self.heads.is_some() => self.message_head(source, at, body_bytes)?,
                 op::MESSAGE => self.message(source, at, body_bytes)?,
                 _ if Channels::is_description(opcode) => self.description(source, at, body_bytes)?,
                 op::DATA_END => return self.end_of_data(source, at, body_bytes),
@@ -98,25 +133,31 @@ impl Walk<'_, '_> {
         }
     }
 
-    fn lost(&mut self, at: u64, what: String) {
+    pub(super) fn lost(&mut self, at: u64, what: String) {
+        if let Some(heads) = &mut self.heads {
+            heads.doubt();
+        }
         self.damage.push(Damage::new(format!("byte {at}"), what));
     }
 
-    fn chunk(
-        &mut self,
-        source: &mut Source,
-        decoder: &mut ChunkDecoder,
-        at: u64,
-        body_bytes: u64,
-    ) -> io::Result<()> {
-        let records = match decoder.decode(source, at, body_bytes) {
-            Ok(records) => records,
-            Err(ChunkFault::Io(error)) => return Err(error),
+    /// Reads a chunk; whether it is whole.
+    pub(super) fn chunk(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<bool> {
+        // Lent to this chunk: its records are looked at while the walk takes note of them.
+        let mut decoder = std::mem::take(&mut self.decoder);
+        let decoded =
+            decoder.decode(source, at, body_bytes).map(|records| self.records_of(records, at, body_bytes));
+        self.decoder = decoder;
+        match decoded {
+            Ok(()) => Ok(true),
+            Err(ChunkFault::Io(error)) => Err(error),
             Err(ChunkFault::Damaged(problem)) => {
                 self.lost(at, format!("a chunk of {body_bytes} bytes is damaged and skipped: {problem}"));
-                return Ok(());
+                Ok(false)
             }
-        };
+        }
+    }
+
+    fn records_of(&mut self, records: &[u8], at: u64, body_bytes: u64) {
         let mut walk = Records::of(records);
         for (opcode, place, body) in &mut walk {
             if Channels::is_description(opcode) {
@@ -137,17 +178,28 @@ impl Walk<'_, '_> {
         if rest > 0 {
             self.lost(at, format!("the last {rest} bytes of the chunk are no whole record and are lost"));
         }
-        Ok(())
     }
 
-    fn message(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
+    /// Reads a message outside the chunks.
+    pub(super) fn message(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
+        self.message_up_to(source, at, body_bytes, body_bytes)
+    }
+
+    /// Reads a message outside the chunks as far as its first `read_bytes` bytes.
+    pub(super) fn message_up_to(
+        &mut self,
+        source: &mut Source,
+        at: u64,
+        body_bytes: u64,
+        read_bytes: u64,
+    ) -> io::Result<()> {
         self.unchunked_messages = true;
         if !(MESSAGE_HEAD_BYTES as u64..=MAX_RECORD_BYTES).contains(&body_bytes) {
             self.lost(at, format!("a message of {body_bytes} bytes is not read"));
             return Ok(());
         }
         let mut body = Vec::new();
-        source.read_into(at + HEAD_BYTES, body_bytes, &mut body)?;
+        source.read_into(at + HEAD_BYTES, read_bytes, &mut body)?;
         let place = McapPlace { record_at: at, record_bytes: body_bytes, in_chunk: None, body_bytes };
         self.add(place, &body);
         Ok(())
@@ -158,6 +210,7 @@ impl Walk<'_, '_> {
             let what = format!("a message of {} bytes is shorter than its header", body.len());
             return self.lost(place.record_at, what);
         };
+        self.messages += 1;
         if let Some(channel) = self.channels.of_message(message.channel_id) {
             (self.each)(channel, message.log_time_ns, place, message.data);
         }
@@ -190,7 +243,7 @@ impl Walk<'_, '_> {
                 format!("the file ends at byte {length} inside its summary; no scan is lost by it"),
             );
         }
-        if !self.unchunked_messages || body_bytes != 4 {
+        if !self.unchunked_messages || body_bytes != 4 || self.heads.is_some() {
             return Ok(());
         }
         let mut claimed = [0; 4];

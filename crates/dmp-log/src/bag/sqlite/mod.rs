@@ -1,8 +1,8 @@
 //! Messages of a `SQLite` file as rosbag2 writes it (`.db3`): the tables `topics` and `messages`.
 
-use super::{Channel, FileWalked, MAX_MESSAGE_BYTES, MessageFault};
-use crate::Damage;
-use crate::damage::DamageList;
+mod walk;
+
+use super::{Channel, MAX_MESSAGE_BYTES, MessageFault};
 use crate::decimal::shorten;
 use rusqlite::limits::Limit;
 use rusqlite::types::ValueRef;
@@ -11,97 +11,27 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
+pub(super) use walk::{walk, walk_heads, walk_rows};
+
 /// The first bytes of every `SQLite` 3 file.
 pub(super) const MAGIC: &[u8] = b"SQLite format 3\0";
-/// How often reading goes on behind a place that cannot be read.
-const MAX_HOLES: usize = 64;
+/// Where a message is in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct RowPlace {
+    /// The row of the table.
+    pub(super) row: i64,
+    /// Bytes of the message.
+    pub(super) bytes: u64,
+}
 
-/// What is done with a message: its channel, the time it was recorded, its row, its body.
-type Each<'a> = dyn FnMut(&Channel, u64, i64, &[u8]) + 'a;
-
-/// Reads the messages in the order of their rows. What cannot be read is damage; a file that is no bag at
-/// all is an error.
-pub(super) fn walk(path: &Path, each: &mut Each<'_>) -> io::Result<FileWalked> {
+/// Opens a bag; what each of its topics is, by number.
+fn open_bag(path: &Path) -> io::Result<(Connection, BTreeMap<i64, Channel>)> {
     let connection = open(path)?;
     if let Some(problem) = wrong_table(&connection).map_err(to_io)? {
         return Err(io::Error::other(problem));
     }
     let channels = channels_of(&connection).map_err(to_io)?;
-    let mut walked = FileWalked {
-        channels: channels.values().cloned().collect(),
-        bytes: path.metadata()?.len(),
-        ..FileWalked::default()
-    };
-    let mut walk =
-        Walk { channels, next: i64::MIN, unknown: BTreeMap::new(), damage: DamageList::default(), each };
-    let mut holes = 0;
-    let mut step = 1;
-    loop {
-        let before = walk.next;
-        match walk.messages(&connection) {
-            Ok(()) => break,
-            Err(error) if holes == MAX_HOLES || before == i64::MAX => {
-                walk.lost(format!("{}: what follows is lost", shorten(&error.to_string())));
-                break;
-            }
-            Err(error) => {
-                if walk.next != before {
-                    step = 1;
-                }
-                walk.lost(format!("{}: messages from here are lost", shorten(&error.to_string())));
-                let from =
-                    if walk.next == i64::MIN { first_row(&connection).unwrap_or(0) } else { walk.next };
-                walk.next = from.saturating_add(step);
-                step = step.saturating_mul(2);
-                holes += 1;
-            }
-        }
-    }
-    for (id, count) in std::mem::take(&mut walk.unknown) {
-        let what = format!("{count} messages of a topic that is nowhere described are lost");
-        walk.damage.push(Damage::new(format!("topic {id}"), what));
-    }
-    walked.damage = walk.damage;
-    Ok(walked)
-}
-
-struct Walk<'a, 'b> {
-    channels: BTreeMap<i64, Channel>,
-    /// The row from which to read.
-    next: i64,
-    unknown: BTreeMap<i64, u64>,
-    damage: DamageList,
-    each: &'a mut Each<'b>,
-}
-
-impl Walk<'_, '_> {
-    fn messages(&mut self, connection: &Connection) -> rusqlite::Result<()> {
-        let mut statement = connection
-            .prepare("SELECT id, topic_id, timestamp, data FROM messages WHERE id >= ?1 ORDER BY id")?;
-        let mut rows = statement.query([self.next])?;
-        while let Some(row) = rows.next()? {
-            let id: i64 = row.get(0)?;
-            self.next = id.saturating_add(1);
-            let (ValueRef::Integer(topic), ValueRef::Integer(time_ns), ValueRef::Blob(body)) =
-                (row.get_ref(1)?, row.get_ref(2)?, row.get_ref(3)?)
-            else {
-                let what = "a row that is no topic, time and bytes is lost".to_owned();
-                self.damage.push(Damage::new(format!("row {id}"), what));
-                continue;
-            };
-            match self.channels.get(&topic) {
-                Some(channel) => (self.each)(channel, time_ns.max(0).cast_unsigned(), id, body),
-                None => *self.unknown.entry(topic).or_default() += 1,
-            }
-        }
-        Ok(())
-    }
-
-    fn lost(&mut self, what: String) {
-        let place =
-            if self.next == i64::MIN { "the first row".to_owned() } else { format!("row {}", self.next) };
-        self.damage.push(Damage::new(place, what));
-    }
+    Ok((connection, channels))
 }
 
 /// Says what makes rows as it is read: a view may have rows without an end, a computed column bytes
@@ -118,10 +48,6 @@ fn wrong_table(connection: &Connection) -> rusqlite::Result<Option<String>> {
         }
     }
     Ok(None)
-}
-
-fn first_row(connection: &Connection) -> rusqlite::Result<i64> {
-    connection.query_row("SELECT min(id) FROM messages", [], |row| row.get(0))
 }
 
 fn channels_of(connection: &Connection) -> rusqlite::Result<BTreeMap<i64, Channel>> {
@@ -209,6 +135,7 @@ impl SqliteMessages {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bag::FileWalked;
 
     fn walk_of(schema: &str) -> io::Result<FileWalked> {
         let folder = tempfile::tempdir().unwrap();

@@ -1,0 +1,141 @@
+//! Parts of a bag: which messages it has by its indexes, and some of them read.
+
+use super::location::Within;
+use super::{Bag, Kind, Location, Message, Walked, mcap, sqlite};
+use crate::LogError;
+use crate::bag::Channel;
+use crate::damage::DamageList;
+use std::collections::BTreeSet;
+use std::io;
+
+/// What is known of a bag of which hardly a message was read.
+#[derive(Debug)]
+pub(crate) struct BagIndex {
+    /// The damage is that outside what can be read later.
+    pub(crate) walked: Walked,
+    /// What could not be told without reading.
+    pub(crate) notes: Vec<String>,
+    /// By file, what its records are read with.
+    known: Vec<Known>,
+}
+
+#[derive(Debug)]
+enum Known {
+    Mcap { channels: mcap::Channels, bytes: u64 },
+    Sqlite,
+}
+
+/// What a walk over a part of a bag finds beside the messages.
+#[derive(Debug, Default)]
+pub(crate) struct PartWalked {
+    pub(crate) damage: DamageList,
+    unreadable: BTreeSet<(u32, i64)>,
+}
+
+impl PartWalked {
+    /// Whether what a message lies in could not be read, which the damage names.
+    pub(crate) fn has_lost(&self, location: &Location) -> bool {
+        self.unreadable.contains(&location.record())
+    }
+}
+
+impl Bag {
+    /// Hands over what is known of every message without its body: channel, time it was recorded, place.
+    ///
+    /// # Errors
+    /// When a file cannot be read.
+    pub(crate) fn index(&self, each: &mut dyn FnMut(&Channel, u64, Location)) -> Result<BagIndex, LogError> {
+        let (mut walked, mut damage) = (Walked::default(), DamageList::default());
+        let (mut known, mut unindexed_chunks, mut loose_messages) = (Vec::new(), 0, 0);
+        for (number, (path, kind)) in self.files.iter().enumerate() {
+            let file = number as u32;
+            let topics = &mut walked.topics;
+            let mut take = |channel: &Channel, log_time_ns: u64, within: Within| {
+                topics.count(channel, log_time_ns);
+                each(channel, log_time_ns, Location { file, within });
+            };
+            let found = match kind {
+                Kind::Mcap => mcap::walk_heads(path, &self.count, &mut |channel, time, place, _| {
+                    take(channel, time, Within::Mcap(place));
+                })
+                .map(|heads| {
+                    unindexed_chunks += heads.unindexed_chunks;
+                    loose_messages += heads.loose_messages;
+                    known.push(Known::Mcap { channels: heads.channels, bytes: heads.walked.bytes });
+                    heads.walked
+                }),
+                Kind::Sqlite => {
+                    known.push(Known::Sqlite);
+                    sqlite::walk_heads(path, &mut |channel, time, place, _| {
+                        take(channel, time, Within::Sqlite(place));
+                    })
+                }
+            };
+            let found = found.map_err(|e| LogError::io(path, "read", e))?;
+            for channel in found.channels {
+                walked.topics.describe(&channel);
+            }
+            damage.append(found.damage, |lost| self.in_file(path, lost));
+            walked.bytes += found.bytes;
+        }
+        walked.damage = damage.into_vec();
+        let mut notes = Vec::new();
+        if unindexed_chunks > 0 {
+            notes.push(format!(
+                "{unindexed_chunks} chunks have no message index and were read to find their scans: `mcap compress IN.mcap -o OUT.mcap` writes a file that has them"
+            ));
+        }
+        if loose_messages > 0 {
+            notes.push(format!(
+                "{loose_messages} messages lie outside chunks, without a checksum of their own: that of all data is compared only where the whole log is read"
+            ));
+        }
+        Ok(BagIndex { walked, notes, known })
+    }
+
+    /// Reads what the messages at these places lie in, each once and nothing else, and hands over every message
+    /// that is met there. `wanted` is in the order of the bag.
+    ///
+    /// # Errors
+    /// When a file cannot be read, or has another length than it had for the index.
+    pub(crate) fn walk_part(
+        &self,
+        index: &BagIndex,
+        wanted: &[Location],
+        each: &mut dyn FnMut(Message<'_>),
+    ) -> Result<PartWalked, LogError> {
+        let mut part = PartWalked::default();
+        for of_file in wanted.chunk_by(|a, b| a.file == b.file) {
+            let Some(file) = of_file.first().map(|first| first.file) else { continue };
+            let Some(((path, _), known)) = self.files.get(file as usize).zip(index.known.get(file as usize))
+            else {
+                continue;
+            };
+            let mut take = |channel: &Channel, within: Within, body: &[u8]| {
+                each(Message { channel, location: Location { file, within }, body });
+            };
+            let found = match known {
+                Known::Mcap { channels, bytes } => {
+                    let mut records: Vec<_> = of_file.iter().filter_map(Location::mcap_record).collect();
+                    records.dedup();
+                    let mut take = |channel: &Channel, _, place, body: &[u8]| {
+                        take(channel, Within::Mcap(place), body);
+                    };
+                    mcap::walk_part(path, &self.count, (channels, *bytes), &records, &mut take)
+                        .map(|(damage, at)| (damage, at.into_iter().map(u64::cast_signed).collect()))
+                }
+                Known::Sqlite => {
+                    let rows: Vec<_> = of_file.iter().map(|location| location.record().1).collect();
+                    sqlite::walk_rows(path, &rows, &mut |channel, _, place, body| {
+                        take(channel, Within::Sqlite(place), body);
+                    })
+                }
+            };
+            let found: io::Result<(DamageList, BTreeSet<i64>)> = found;
+            let (damage, unreadable) = found.map_err(|e| LogError::io(path, "read", e))?;
+            part.damage.append(damage, |lost| self.in_file(path, lost));
+            part.unreadable.extend(unreadable.into_iter().map(|record| (file, record)));
+        }
+        Ok(part)
+    }
+}

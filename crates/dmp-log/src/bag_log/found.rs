@@ -1,0 +1,54 @@
+//! What a walk over a bag finds: topics with scans, and frames that do not move.
+
+use super::topic::TopicIndex;
+use crate::bag::{Bag, Channel, Message, Walked};
+use crate::damage::DamageList;
+use crate::frames::STATIC_TOPIC;
+use crate::ros::{PoseCoding, ScanCoding};
+use crate::{Damage, LogError, StaticFrames};
+use std::collections::BTreeMap;
+
+/// The frames that do not move, as messages tell them.
+#[derive(Debug, Default)]
+pub(super) struct FoundFrames {
+    pub(super) frames: StaticFrames,
+    /// Messages that are broken.
+    pub(super) damage: DamageList,
+}
+
+/// How the messages of a channel tell frames that do not move; `None` where they do not.
+pub(super) fn frames_coding(channel: &Channel) -> Option<PoseCoding> {
+    PoseCoding::of(channel).filter(|_| channel.topic == STATIC_TOPIC)
+}
+
+impl FoundFrames {
+    /// Takes in a message, if it tells frames.
+    pub(super) fn take(&mut self, message: &Message<'_>) {
+        if let Some(coding) = frames_coding(message.channel)
+            && let Err(problem) = self.frames.add_message(coding, message.body)
+        {
+            let place = format!("{STATIC_TOPIC} ({})", message.location.in_words());
+            self.damage.push(Damage::new(place, format!("{problem}; these frames are skipped")));
+        }
+    }
+}
+
+/// Walks over the bag once: every topic with scans that are read, also those of which no message could be,
+/// and the frames that do not move.
+pub(super) fn clouds_of(bag: &Bag) -> Result<(Walked, BTreeMap<String, TopicIndex>, StaticFrames), LogError> {
+    let mut clouds: BTreeMap<String, TopicIndex> = BTreeMap::new();
+    let mut found = FoundFrames::default();
+    let mut walked = bag.walk(&mut |message| {
+        found.take(&message);
+        let Some(coding) = ScanCoding::of(message.channel) else { return };
+        match clouds.get_mut(&message.channel.topic) {
+            Some(topic) => topic.add(coding, message),
+            None => clouds.entry(message.channel.topic.clone()).or_default().add(coding, message),
+        }
+    })?;
+    for channel in walked.topics.channels().filter(|channel| ScanCoding::of(channel).is_some()) {
+        clouds.entry(channel.topic.clone()).or_default();
+    }
+    walked.damage.append(&mut found.damage.into_vec());
+    Ok((walked, clouds, found.frames))
+}

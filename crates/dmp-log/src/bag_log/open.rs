@@ -1,0 +1,187 @@
+//! Opening a bag: which topic is read, and what is told of it.
+
+use super::BagLog;
+use super::found::clouds_of;
+use super::topic::{Entry, TopicIndex};
+use crate::bag::{Bag, Walked, in_words};
+use crate::log::{period_ns, span_ns};
+use crate::points::sampled_frames;
+use crate::{
+    Damage, FrameInfo, LogError, LogOptions, LogSummary, LogSurvey, Place, ScanLog, ScanStream, StaticFrames,
+    TopicInfo,
+};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// What is known of a bag beside its scans.
+#[derive(Debug)]
+pub(super) struct AroundScans {
+    pub(super) bag: Bag,
+    pub(super) topics: Vec<TopicInfo>,
+    pub(super) static_frames: StaticFrames,
+    pub(super) damage: Vec<Damage>,
+    pub(super) bytes: u64,
+    pub(super) fingerprint: String,
+}
+
+impl AroundScans {
+    pub(super) fn new(bag: Bag, walked: &Walked, static_frames: StaticFrames) -> Result<Self, LogError> {
+        let (topics, damage) = (walked.topics.infos(), walked.damage.clone());
+        let fingerprint = bag.fingerprint()?;
+        Ok(Self { bag, topics, static_frames, damage, bytes: walked.bytes, fingerprint })
+    }
+
+    /// Chooses the topic that is read: the one that is wanted, or the only one.
+    pub(super) fn choose<T>(
+        &self,
+        clouds: BTreeMap<String, T>,
+        options: &LogOptions,
+        notes: &mut Vec<String>,
+    ) -> Result<(String, T), LogError> {
+        if let (true, Some(first)) = (clouds.is_empty(), self.damage.first()) {
+            let problem = format!("no scan can be read; {}: {}", first.place, first.what);
+            return Err(LogError::malformed(self.bag.path(), Place::WholeFile, problem));
+        }
+        let (name, topic) = choose_topic(self.bag.path(), clouds, options.topic.as_deref(), &self.topics)?;
+        if options.topic.is_none() {
+            notes.push(format!("topic {name}: the only one with point clouds"));
+        }
+        Ok((name, topic))
+    }
+}
+
+impl BagLog {
+    /// Reads the bag once from start to end, one chunk in memory at a time.
+    pub(crate) fn open(bag: Bag, options: &LogOptions) -> Result<Self, LogError> {
+        let (walked, clouds, static_frames) = clouds_of(&bag)?;
+        let around = AroundScans::new(bag, &walked, static_frames)?;
+        let mut notes = Vec::new();
+        let (name, topic) = around.choose(clouds, options, &mut notes)?;
+        Self::of_topic(&around, name, topic, notes, options)
+    }
+
+    /// Reads the bag once and opens every topic with scans, or the one that the options name.
+    pub(crate) fn survey(bag: &Bag, options: &LogOptions) -> Result<LogSurvey, LogError> {
+        let (walked, clouds, static_frames) = clouds_of(bag)?;
+        let around = AroundScans::new(bag.clone(), &walked, static_frames)?;
+        let clouds = match &options.topic {
+            None => clouds,
+            Some(wanted) => [choose_topic(bag.path(), clouds, Some(wanted), &around.topics)?].into(),
+        };
+        let stream = |(name, topic): (String, TopicIndex)| {
+            let open = |topic, options| Self::of_topic(&around, name.clone(), topic, Vec::new(), options);
+            let (log, problem) = match open(topic.clone(), options) {
+                Ok(log) => (Some(log), None),
+                Err(problem) => (open(topic, &LogOptions::without_times()).ok(), Some(problem)),
+            };
+            let all = log.as_ref().map(|log| log.summary.damage.as_slice()).unwrap_or_default();
+            let damage = all.get(around.damage.len()..).unwrap_or_default().to_vec();
+            let log = log.map(|log| Box::new(log) as Box<dyn ScanLog>);
+            ScanStream { topic: Some(name.clone()), log, damage, problem }
+        };
+        let streams = clouds.into_iter().map(stream).collect();
+        let AroundScans { topics, static_frames, damage, bytes, fingerprint, .. } = around;
+        let (path, format) = (bag.path().into(), bag.format());
+        Ok(LogSurvey { path, format, bytes, fingerprint, topics, streams, static_frames, damage })
+    }
+
+    fn of_topic(
+        around: &AroundScans,
+        name: String,
+        topic: TopicIndex,
+        notes: Vec<String>,
+        options: &LogOptions,
+    ) -> Result<Self, LogError> {
+        let mut log = Self::undecided(around, name, topic, notes);
+        let looked_at = sampled_frames(log.frames.iter().map(|frame| frame.returns));
+        log.decide_time(options, log.summary.period_ns, &looked_at)?;
+        log.finish()
+    }
+
+    /// All scans that could be read, without a meaning of their times.
+    pub(super) fn undecided(
+        around: &AroundScans,
+        name: String,
+        mut topic: TopicIndex,
+        mut notes: Vec<String>,
+    ) -> Self {
+        let mut damage = around.damage.clone();
+        damage.append(&mut std::mem::take(&mut topic.damage).into_vec());
+        if topic.other_frame_ids > 0 {
+            notes.push(format!("{} scans name another frame_id than the first", topic.other_frame_ids));
+        }
+        let bag = around.bag.clone();
+        let summary = LogSummary {
+            path: bag.path().into(),
+            format: bag.format(),
+            topic: Some(name),
+            frame_id: topic.frame_id.clone(),
+            fields: Vec::new(),
+            point_bytes: 0,
+            returns: 0,
+            span_ns: None,
+            period_ns: None,
+            point_times: None,
+            notes,
+            damage,
+            fingerprint: around.fingerprint.clone(),
+            bytes: around.bytes,
+            topics: around.topics.clone(),
+        };
+        let static_frames = around.static_frames.clone();
+        let mut log =
+            Self { bag, frames: Vec::new(), topic, time: None, summary, static_frames, part_of: None };
+        log.describe();
+        log
+    }
+
+    /// The log, if any scan of it is left.
+    pub(super) fn finish(mut self) -> Result<Self, LogError> {
+        self.describe();
+        if self.frames.is_empty() {
+            let lost = self.summary.damage.first().map(|first| format!("; {}: {}", first.place, first.what));
+            let problem = format!(
+                "topic {} has no scan that can be read{}",
+                self.summary.topic.as_deref().unwrap_or_default(),
+                lost.unwrap_or_default()
+            );
+            return Err(LogError::malformed(self.bag.path(), Place::WholeFile, problem));
+        }
+        Ok(self)
+    }
+
+    /// Fills what follows from the entries.
+    fn describe(&mut self) {
+        let info = |entry: &Entry| FrameInfo { stamp_ns: Some(entry.stamp_ns), returns: entry.returns };
+        self.frames = self.topic.entries.iter().map(info).collect();
+        self.summary.returns = self.frames.iter().map(|frame| frame.returns).sum();
+        self.summary.span_ns = span_ns(&self.frames);
+        self.summary.period_ns = period_ns(&self.frames);
+        if let Some(layout) = self.topic.first_layout() {
+            self.summary.fields = layout.field_infos(self.time.as_ref().map(|time| time.field.as_str()));
+            self.summary.point_bytes = layout.point_bytes();
+        }
+    }
+}
+
+fn choose_topic<T>(
+    path: &Path,
+    mut clouds: BTreeMap<String, T>,
+    wanted: Option<&str>,
+    topics: &[TopicInfo],
+) -> Result<(String, T), LogError> {
+    let all = || in_words(topics);
+    if let Some(wanted) = wanted {
+        return clouds.remove_entry(wanted).ok_or_else(|| LogError::UnknownTopic {
+            path: path.into(),
+            wanted: wanted.into(),
+            topics: all(),
+        });
+    }
+    if clouds.len() > 1 {
+        let readable: Vec<_> =
+            topics.iter().filter(|topic| clouds.contains_key(&topic.name)).cloned().collect();
+        return Err(LogError::SeveralTopics { path: path.into(), topics: in_words(&readable) });
+    }
+    clouds.pop_first().ok_or_else(|| LogError::NoCloudTopic { path: path.into(), topics: all() })
+}

@@ -1,0 +1,204 @@
+//! The scans of a log as far as its index tells, and parts of it.
+
+use crate::bag_log::BagOutline;
+use crate::las_log::LasLog;
+use crate::open::{Found, find_for};
+use crate::part_log::PartLog;
+use crate::scan_folder::ScanFolder;
+use crate::{Damage, LogError, LogOptions, ScanLog};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A scan as far as a log's index tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OutlinedScan {
+    /// Its stamp, nanoseconds, as near as the index tells: in a bag the time the scan was recorded, plus the
+    /// usual distance of a scan's own stamp from that, see [`LogOutline::stamp_error_ns`]. `None` where the
+    /// log has no stamps.
+    pub stamp_ns: Option<i64>,
+    /// Scans with the same number are packed together: reading one reads them all. From 0, ascending.
+    pub group: u32,
+    /// Bytes that reading the group takes once: the same for all scans of a group.
+    pub bytes: u64,
+}
+
+/// The scans of a log as far as its index tells: hardly any of them is read.
+///
+/// A scan's number is its place in the log's own order, from 0; what a log's index names has a number, also
+/// where it turns out to be damaged when it is read.
+#[derive(Debug)]
+pub struct LogOutline {
+    path: PathBuf,
+    scans: Vec<OutlinedScan>,
+    source: Source,
+}
+
+/// What parts are opened from.
+#[derive(Debug)]
+enum Source {
+    Bag(Box<BagOutline>),
+    /// A log that is cheap to open, or has no index: it is open.
+    Whole {
+        log: Arc<dyn ScanLog>,
+        notes: Vec<String>,
+    },
+}
+
+/// Tells the scans of the log at `path` from its index: those of an MCAP file from the message indexes behind
+/// its chunks, those of a rosbag2 `.db3` from its table, those of a folder from its files.
+///
+/// A few scans are looked at (about ten, evenly spread) for what holds for all: how far their stamps are from the
+/// times that the index has, what the times of points mean, the time from scan to scan. What has no index is
+/// read: chunks without one, files of text in a folder, one LAS or LAZ file in world coordinates;
+/// [`LogOutline::notes`] says so.
+///
+/// # Errors
+/// As [`open_log`](crate::open_log).
+///
+/// ```
+/// use dmp_log::{LogOptions, McapScanWriter, McapWriterOptions, outline_log};
+/// use dmp_sensor::Scan;
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("town.mcap");
+/// let mut writer = McapScanWriter::create(&path, &McapWriterOptions::default())?;
+/// for k in 0..100 {
+///     let points_in_sensor_m = vec![[4.0, 3.0, 0.5]; 10];
+///     writer.write_scan(&Scan { stamp_ns: Some(k * 100_000_000), points_in_sensor_m, time_offsets_ns: vec![] })?;
+/// }
+/// writer.finish()?;
+///
+/// let outline = outline_log(&path, &LogOptions::default())?;
+/// assert_eq!(outline.scans().len(), 100);
+/// let part = outline.open(&[7, 8, 90])?;
+/// assert_eq!((part.frames().len(), part.number_in_log(2), part.scans_in_log()), (3, 90, 100));
+/// assert_eq!(part.frames()[2].stamp_ns, Some(9_000_000_000));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn outline_log(path: &Path, options: &LogOptions) -> Result<LogOutline, LogError> {
+    let (scans, source) = match find_for(path, options)? {
+        Found::Bag(bag) => {
+            let outline = BagOutline::open(bag, options)?;
+            (outline.scans(), Source::Bag(Box::new(outline)))
+        }
+        Found::Folder(scans) => {
+            let folder = ScanFolder::open(scans, options)?;
+            let bytes = folder.scan_bytes();
+            Source::whole(folder, &bytes)
+        }
+        Found::Las => {
+            let log = LasLog::open(path, options)?;
+            let bytes = log.scan_bytes();
+            Source::whole(log, &bytes)
+        }
+    };
+    Ok(LogOutline { path: path.into(), scans, source })
+}
+
+impl Source {
+    /// A log of which every scan is known: each is read by itself.
+    fn whole(log: impl ScanLog + 'static, bytes: &[u64]) -> (Vec<OutlinedScan>, Self) {
+        let scan = |(number, (frame, &bytes)): (usize, (&crate::FrameInfo, &u64))| OutlinedScan {
+            stamp_ns: frame.stamp_ns,
+            group: number as u32,
+            bytes,
+        };
+        let scans = log.frames().iter().zip(bytes).enumerate().map(scan).collect();
+        let (read, all) = (log.bytes_read().unwrap_or(0), log.summary().bytes);
+        let mut notes = Vec::new();
+        if read > all / 2 {
+            notes.push(format!(
+                "the {} has no index of its scans: {read} of {all} bytes were read to find them",
+                log.summary().format.name()
+            ));
+        }
+        (scans, Self::Whole { log: Arc::new(log), notes })
+    }
+}
+
+impl LogOutline {
+    /// Every scan of the log, in its own order.
+    pub fn scans(&self) -> &[OutlinedScan] {
+        &self.scans
+    }
+
+    /// Bytes of the whole log.
+    pub fn bytes(&self) -> u64 {
+        match &self.source {
+            Source::Bag(bag) => bag.bytes(),
+            Source::Whole { log, .. } => log.summary().bytes,
+        }
+    }
+
+    /// Bytes read so far for the outline, its parts and their readers: as [`ScanLog::bytes_read`].
+    pub fn bytes_read(&self) -> Option<u64> {
+        match &self.source {
+            Source::Bag(bag) => bag.bytes_read(),
+            Source::Whole { log, .. } => log.bytes_read(),
+        }
+    }
+
+    /// How far the stamp of a scan that was looked at is at most from what the index tells, nanoseconds; 0 where
+    /// the index has the stamps themselves. Others may be farther off. Of the order of the log's length where
+    /// the times in the index mean nothing.
+    pub fn stamp_error_ns(&self) -> i64 {
+        match &self.source {
+            Source::Bag(bag) => bag.stamp_error_ns(),
+            Source::Whole { .. } => 0,
+        }
+    }
+
+    /// The usual time from scan to scan in the whole log, nanoseconds: what parts have as
+    /// [`period_ns`](crate::LogSummary::period_ns).
+    pub fn period_ns(&self) -> Option<i64> {
+        match &self.source {
+            Source::Bag(bag) => bag.whole_period_ns(),
+            Source::Whole { log, .. } => log.summary().period_ns,
+        }
+    }
+
+    /// What was guessed or left aside, and what had to be read for lack of an index.
+    pub fn notes(&self) -> Vec<String> {
+        match &self.source {
+            Source::Bag(bag) => bag.notes().to_vec(),
+            Source::Whole { log, notes } => [log.summary().notes.as_slice(), notes].concat(),
+        }
+    }
+
+    /// What is known to be lost. Damage within scans that were not read is not known.
+    pub fn damage(&self) -> &[Damage] {
+        match &self.source {
+            Source::Bag(bag) => bag.damage(),
+            Source::Whole { log, .. } => &log.summary().damage,
+        }
+    }
+
+    /// Opens the scans with these numbers, ascending, as the outline was made: by the same topic, and with the
+    /// meaning of times that the whole log has. What these scans are packed in is read and checked as by
+    /// [`open_log`](crate::open_log), and in a bag the chunks with `/tf_static`; nothing else is.
+    ///
+    /// A scan that is damaged is skipped and named in the part's [`damage`](crate::LogSummary::damage);
+    /// [`ScanLog::number_in_log`] says which are there.
+    ///
+    /// # Errors
+    /// When numbers are not ascending or beyond the log, when the log has changed since, and when none of the
+    /// scans can be read.
+    pub fn open(&self, wanted: &[usize]) -> Result<Box<dyn ScanLog>, LogError> {
+        let option = |problem: String| Err(LogError::Option { path: self.path.clone(), problem });
+        let steps = wanted.iter().zip(wanted.iter().skip(1));
+        if let Some((before, number)) = steps.into_iter().find(|(before, number)| number <= before) {
+            return option(format!("scan {number} was asked for behind scan {before}"));
+        }
+        match wanted.last() {
+            None => return option("no scan was asked for".to_owned()),
+            Some(&last) if last >= self.scans.len() => {
+                return option(format!("scan {last} was asked for, the log has {}", self.scans.len()));
+            }
+            Some(_) => {}
+        }
+        match &self.source {
+            Source::Bag(bag) => Ok(Box::new(bag.part(wanted)?)),
+            Source::Whole { log, notes } => Ok(Box::new(PartLog::of(Arc::clone(log), wanted, notes))),
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Files whose bytes are counted as they are read.
+
+use std::fs::{File, Metadata};
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// How many bytes were read from the files opened with it. Clones count together.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ReadCount(Arc<AtomicU64>);
+
+impl ReadCount {
+    /// Bytes so far, also of files that are closed.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// Opens a file for reading.
+    pub(crate) fn open(&self, path: &Path) -> io::Result<CountedFile> {
+        Ok(CountedFile { file: File::open(path)?, count: self.clone() })
+    }
+}
+
+/// A file open for reading.
+#[derive(Debug)]
+pub(crate) struct CountedFile {
+    file: File,
+    count: ReadCount,
+}
+
+impl CountedFile {
+    pub(crate) fn metadata(&self) -> io::Result<Metadata> {
+        self.file.metadata()
+    }
+}
+
+impl Read for CountedFile {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let count = self.file.read(bytes)?;
+        self.count.0.fetch_add(count as u64, Ordering::Relaxed);
+        Ok(count)
+    }
+}
+
+impl Seek for CountedFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
+
+    fn stream_position(&mut self) -> io::Result<u64> {
+        self.file.stream_position()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_read_is_counted_and_what_is_skipped_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("file");
+        std::fs::write(&path, [7; 1000]).unwrap();
+        let count = ReadCount::default();
+        let mut bytes = Vec::new();
+        let mut file = count.open(&path).unwrap();
+        file.seek(SeekFrom::Start(900)).unwrap();
+        file.read_to_end(&mut bytes).unwrap();
+        count.clone().open(&path).unwrap().read_exact(&mut bytes[..30]).unwrap();
+        assert_eq!((bytes.len(), count.bytes()), (100, 130));
+    }
+}
