@@ -1,8 +1,8 @@
 //! What the targets have in common: bytes in a file, and everything read from it that can be.
 
 use dmp_log::{
-    LogError, LogOptions, PointTime, PoseTopic, open_log, read_cloud, read_mesh, read_topic_trajectory,
-    survey_log,
+    LogError, LogOptions, PointTime, PoseTopic, ScanLog, open_log, outline_log, read_cloud, read_mesh,
+    read_topic_trajectory, survey_log,
 };
 use dmp_sensor::Scan;
 use std::fs;
@@ -34,17 +34,28 @@ impl Folder {
     }
 }
 
-/// Reads every scan of a log, with its times and without.
+/// Reads every scan of a log, with its times and without, and every second one by the log's index.
 pub fn read_log(path: &Path, options: &LogOptions) {
     let _ = survey_log(path, options);
     for point_time in [PointTime::Auto, PointTime::Ignore] {
-        let Ok(log) = open_log(path, &LogOptions { point_time, ..options.clone() }) else { continue };
-        let mut reader = log.reader().expect("a reader of what was opened");
-        let mut scan = Scan::default();
-        for frame in 0..log.frames().len() {
-            if reader.read(frame, &mut scan).is_ok() {
-                assert_eq!(scan.len() as u64, log.frames()[frame].returns);
-            }
+        let options = LogOptions { point_time, ..options.clone() };
+        if let Ok(log) = open_log(path, &options) {
+            read_scans(&*log);
+        }
+        let Ok(outline) = outline_log(path, &options) else { continue };
+        let second: Vec<usize> = (0..outline.scans().len()).step_by(2).collect();
+        if let Ok(part) = outline.open(&second) {
+            read_scans(&*part);
+        }
+    }
+}
+
+fn read_scans(log: &dyn ScanLog) {
+    let mut reader = log.reader().expect("a reader of what was opened");
+    let mut scan = Scan::default();
+    for frame in 0..log.frames().len() {
+        if reader.read(frame, &mut scan).is_ok() {
+            assert_eq!(scan.len() as u64, log.frames()[frame].returns);
         }
     }
 }

@@ -46,7 +46,7 @@ impl Bag {
     /// When a file cannot be read.
     pub(crate) fn index(&self, each: &mut dyn FnMut(&Channel, u64, Location)) -> Result<BagIndex, LogError> {
         let (mut walked, mut damage) = (Walked::default(), DamageList::default());
-        let (mut known, mut unindexed_chunks, mut loose_messages) = (Vec::new(), 0, 0);
+        let (mut known, mut unindexed_chunks, mut learnt_chunks, mut loose_messages) = (Vec::new(), 0, 0, 0);
         for (number, (path, kind)) in self.files.iter().enumerate() {
             let file = number as u32;
             let topics = &mut walked.topics;
@@ -60,6 +60,7 @@ impl Bag {
                 })
                 .map(|heads| {
                     unindexed_chunks += heads.unindexed_chunks;
+                    learnt_chunks += heads.learnt_chunks;
                     loose_messages += heads.loose_messages;
                     known.push(Known::Mcap { channels: heads.channels, bytes: heads.walked.bytes });
                     heads.walked
@@ -84,6 +85,10 @@ impl Bag {
             notes.push(format!(
                 "{unindexed_chunks} chunks have no message index and were read to find their scans: `mcap compress IN.mcap -o OUT.mcap` writes a file that has them"
             ));
+        }
+        if learnt_chunks > 0 {
+            notes
+                .push(format!("{learnt_chunks} chunks were read to learn what is in them: no summary tells"));
         }
         if loose_messages > 0 {
             notes.push(format!(

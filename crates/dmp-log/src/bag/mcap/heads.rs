@@ -23,6 +23,8 @@ pub(in crate::bag) struct HeadsWalked {
     pub(in crate::bag) channels: Channels,
     /// Chunks with messages and without a whole index: they were read.
     pub(in crate::bag) unindexed_chunks: u64,
+    /// Chunks read to learn what the channels of their messages are.
+    pub(in crate::bag) learnt_chunks: u64,
     /// Messages outside the chunks, which have no checksum of their own.
     pub(in crate::bag) loose_messages: u64,
 }
@@ -38,9 +40,9 @@ pub(in crate::bag) fn walk_heads(
     let mut walk = Walk::new(Channels::default(), each);
     walk.heads = Some(Heads::default());
     walk.file(&mut source)?;
-    let Heads { unindexed_chunks, loose_messages, .. } = walk.heads.take().unwrap_or_default();
+    let Heads { unindexed_chunks, learnt_chunks, loose_messages, .. } = walk.heads.take().unwrap_or_default();
     let (walked, channels) = walk.found(&source);
-    Ok(HeadsWalked { walked, channels, unindexed_chunks, loose_messages })
+    Ok(HeadsWalked { walked, channels, unindexed_chunks, learnt_chunks, loose_messages })
 }
 
 /// What a pass over the heads keeps in mind.
@@ -49,6 +51,7 @@ pub(super) struct Heads {
     /// The chunk that was passed over last, while its index is met.
     chunk: Option<PassedOver>,
     unindexed_chunks: u64,
+    learnt_chunks: u64,
     loose_messages: u64,
 }
 
@@ -155,6 +158,9 @@ impl Walk<'_, '_> {
     /// Reads a chunk for the channels that are described in it. What is wrong with it is told when its
     /// messages are wanted.
     fn learn_channels(&mut self, source: &mut Source, chunk: &PassedOver) -> io::Result<()> {
+        if let Some(heads) = &mut self.heads {
+            heads.learnt_chunks += 1;
+        }
         match self.decoder.decode(source, chunk.at, chunk.body_bytes) {
             Ok(records) => {
                 for (opcode, _, body) in Records::of(records) {

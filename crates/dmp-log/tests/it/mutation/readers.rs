@@ -1,8 +1,9 @@
 use super::formats::{Failure, Format, Reader, a_scan};
 use crate::common::write_with;
+use crate::parts::bits;
 use dmp_log::{
-    LogError, LogOptions, MadeWith, PointTime, PoseTopic, RawTrajectory, ScanLog, open_log, read_calib,
-    read_mesh, read_raw_trajectory, read_topic_trajectory, read_trajectory, survey_log,
+    LogError, LogOptions, MadeWith, PointTime, PoseTopic, RawTrajectory, ScanLog, open_log, outline_log,
+    read_calib, read_mesh, read_raw_trajectory, read_topic_trajectory, read_trajectory, survey_log,
 };
 use dmp_sensor::{Isometry3, Scan, Trajectory};
 use std::fs;
@@ -110,8 +111,31 @@ fn log(path: &Path, run: u64) -> Answer {
     // Opening goes from row to row, reading looks for the row by its number.
     let is_db3 = path.extension().is_some_and(|extension| extension == "db3");
     match open_log(path, &with_times(run)) {
-        Ok(log) => scans(&*log, |_| is_db3),
+        Ok(log) => {
+            let answer = scans(&*log, |_| is_db3);
+            if run % 4 == 3 {
+                parts(path, &with_times(run), &answer, is_db3);
+            }
+            answer
+        }
         Err(error) => Answer::of::<()>(Err(error)),
+    }
+}
+
+/// What is opened by its index is what the whole log has, or damage is named.
+fn parts(path: &Path, options: &LogOptions, whole: &Answer, is_db3: bool) {
+    let Ok(outline) = outline_log(path, options) else { return };
+    let all: Vec<usize> = (0..outline.scans().len()).collect();
+    let third: Vec<usize> = all.iter().copied().filter(|number| number % 3 == 1).collect();
+    for wanted in [all, third].into_iter().filter(|wanted| !wanted.is_empty()) {
+        let Ok(part) = outline.open(&wanted) else { continue };
+        let read = scans(&*part, |_| is_db3);
+        let known = whole.scans.iter().map(bits).collect::<Vec<_>>();
+        assert!(is_db3 || read.scans.iter().all(|scan| known.contains(&bits(scan))), "no scan of the log");
+        assert!(is_db3 || read.refused.is_some() || read.scans.len() == wanted.len(), "lost in silence");
+        for frame in 0..part.frames().len() {
+            assert!(wanted.contains(&part.number_in_log(frame)));
+        }
     }
 }
 

@@ -154,8 +154,8 @@ fn files_are_written_in_many_ways() {
     let no_index = "90 chunks have no message index";
     let cases = [
         (plain(), ""),
-        (plain().emit_summary_records(false).emit_summary_offsets(false), ""),
-        (plain().calculate_summary_section_crc(false), ""),
+        (plain().emit_summary_records(false).emit_summary_offsets(false), "1 chunks were read to learn"),
+        (plain().calculate_summary_section_crc(false), "1 chunks were read to learn"),
         (plain().calculate_chunk_crcs(false), ""),
         (plain().repeat_channels(false).repeat_schemas(false), ""),
         (plain().emit_chunk_indexes(false), ""),
@@ -171,7 +171,7 @@ fn files_are_written_in_many_ways() {
         if note == no_index {
             assert_says(&notes, &["chunks have no message index and were read", "mcap compress"]);
         } else {
-            assert_eq!(notes.contains("no message index"), false, "case {number}: {notes}");
+            assert!(!notes.contains("no message index"), "case {number}: {notes}");
             assert_says(&notes, &[note]);
         }
     }
