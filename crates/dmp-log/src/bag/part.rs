@@ -83,7 +83,7 @@ impl Bag {
         let mut notes = Vec::new();
         if unindexed_chunks > 0 {
             notes.push(format!(
-                "{unindexed_chunks} chunks have no message index and were read to find their scans: `mcap compress IN.mcap -o OUT.mcap` writes a file that has them"
+                "{unindexed_chunks} chunks have no message index and were read to find their scans: `mcap recover IN.mcap -o OUT.mcap` writes a file that has them"
             ));
         }
         if learnt_chunks > 0 {

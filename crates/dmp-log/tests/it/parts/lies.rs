@@ -31,6 +31,9 @@ impl Index {
     }
 }
 
+/// A change of a file's bytes at an index of one of its chunks.
+type Lie<'a> = &'a dyn Fn(&mut Vec<u8>, Index);
+
 #[test]
 fn an_index_that_lies_is_found_out() {
     let folder = tempfile::tempdir().unwrap();
@@ -42,7 +45,7 @@ fn an_index_that_lies_is_found_out() {
     let (chunk, group) = (20, whole.groups()[20].clone());
     let end = chunks(&good)[chunk].1;
     let first = group.start;
-    let open = |change: &dyn Fn(&mut Vec<u8>, Index)| {
+    let open = |change: Lie<'_>| {
         let mut bytes = good.clone();
         change(&mut bytes, Index::behind(&good, end));
         fs::write(&path, &bytes).unwrap();
@@ -89,7 +92,7 @@ fn an_index_that_lies_is_found_out() {
         assert!(said.starts_with("message "), "{said}");
     }
     // What cannot be an index is not used: the chunk is read.
-    let cases: [&dyn Fn(&mut Vec<u8>, Index); 5] = [
+    let cases: [Lie<'_>; 5] = [
         &|bytes, mut index| {
             index.entries[1].1 = index.entries[0].1;
             index.write(bytes);
