@@ -1,7 +1,7 @@
 //! Damaged MCAP files in part.
 
 use super::{bits, scans_of, sorted};
-use crate::common::{assert_says, scan, write_mcap};
+use crate::common::{Message, POINTS, STAMP_NS, assert_says, scan, write_mcap, write_messages};
 use dmp_log::{LogOptions, McapCompression, PointTime, open_log, outline_log};
 use dmp_sensor::Scan;
 use std::fs;
@@ -109,6 +109,34 @@ fn a_file_cut_anywhere_is_outlined_as_far_as_it_goes() {
         outline_log(&file.path, &LogOptions::default()).unwrap_err().to_string(),
     ];
     assert_eq!(errors[0], errors[1]);
+}
+
+/// Behind a chunk lies an index for each of its channels; where one is missing the chunk is read.
+#[test]
+fn a_file_cut_between_the_indexes_of_a_chunk_keeps_its_scans() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let imu = ("/imu", "sensor_msgs/msg/Imu", "cdr");
+    let messages: Vec<_> = (0..60)
+        .flat_map(|k| {
+            let stamp_ns = STAMP_NS + k * 100_000_000;
+            let cloud = Message { stamp_ns, ..Message::of(&[[1.0, 2.0, 3.0]; 20]) };
+            [(0, vec![7; 100]), (1, cloud.encode())]
+        })
+        .collect();
+    write_messages(&path, &[imu, POINTS], &messages);
+    let bytes = fs::read(&path).unwrap();
+    let chunks = chunks(&bytes);
+    for cut in (chunks[7].1 - 1..=chunks[8].0 + 20).chain(chunks.last().unwrap().1..bytes.len()) {
+        fs::write(&path, &bytes[..cut]).unwrap();
+        let whole = open_log(&path, &LogOptions::default()).unwrap();
+        let outline = outline_log(&path, &LogOptions::default()).unwrap();
+        assert_eq!(outline.scans().len(), whole.frames().len(), "cut at {cut}");
+        let part = outline.open(&(0..outline.scans().len()).collect::<Vec<_>>()).unwrap();
+        assert_eq!(part.frames(), whole.frames(), "cut at {cut}");
+        assert_eq!(part.summary().topics, whole.summary().topics, "cut at {cut}");
+        assert_eq!(sorted(&part.summary().damage), sorted(&whole.summary().damage), "cut at {cut}");
+    }
 }
 
 /// Every byte of the framing changed in turn: what is opened is what the whole log has there, and where it is
