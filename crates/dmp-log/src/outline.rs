@@ -14,7 +14,7 @@ use std::sync::Arc;
 pub struct OutlinedScan {
     /// Its stamp, nanoseconds, as near as the index tells: in a bag the time the scan was recorded, plus the
     /// usual distance of a scan's own stamp from that, see [`LogOutline::stamp_error_ns`]. `None` where the
-    /// log has no stamps.
+    /// log has no stamps, or the index no time.
     pub stamp_ns: Option<i64>,
     /// Scans with the same number are packed together: reading one reads them all. From 0, ascending.
     pub group: u32,

@@ -46,7 +46,9 @@ impl Bag {
     /// When a file cannot be read.
     pub(crate) fn index(&self, each: &mut dyn FnMut(&Channel, u64, Location)) -> Result<BagIndex, LogError> {
         let (mut walked, mut damage) = (Walked::default(), DamageList::default());
-        let (mut known, mut unindexed_chunks, mut learnt_chunks, mut loose_messages) = (Vec::new(), 0, 0, 0);
+        let mut known = Vec::new();
+        let (mut unindexed_chunks, mut learnt_chunks, mut loose_messages, mut unnamed_messages) =
+            (0, 0, 0, 0);
         for (number, (path, kind)) in self.files.iter().enumerate() {
             let file = number as u32;
             let topics = &mut walked.topics;
@@ -62,6 +64,7 @@ impl Bag {
                     unindexed_chunks += heads.unindexed_chunks;
                     learnt_chunks += heads.learnt_chunks;
                     loose_messages += heads.loose_messages;
+                    unnamed_messages += heads.unnamed_messages;
                     known.push(Known::Mcap { channels: heads.channels, bytes: heads.walked.bytes });
                     heads.walked
                 }),
@@ -93,6 +96,11 @@ impl Bag {
         if loose_messages > 0 {
             notes.push(format!(
                 "{loose_messages} messages lie outside chunks, without a checksum of their own: that of all data is compared only where the whole log is read"
+            ));
+        }
+        if unnamed_messages > 0 {
+            notes.push(format!(
+                "{unnamed_messages} messages that the summary counts are in no index: what they are shows only where the whole log is read"
             ));
         }
         Ok(BagIndex { walked, notes, known })

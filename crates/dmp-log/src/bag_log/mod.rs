@@ -85,13 +85,14 @@ struct BagScanReader<'a> {
 
 impl BagScanReader<'_> {
     fn with_cloud(&mut self, frame: usize, use_it: impl FnOnce(&Cloud<'_>)) -> Result<(), LogError> {
+        let number = self.log.number_in_log(frame);
         let malformed =
-            |problem: String| LogError::malformed(self.log.bag.path(), Place::Frame(frame as u64), problem);
+            |problem: String| LogError::malformed(self.log.bag.path(), Place::Frame(number as u64), problem);
         let entries = &self.log.topic.entries;
         let Some(entry) = entries.get(frame) else {
             return Err(malformed(format!("the log has {} scans", entries.len())));
         };
-        let message = self.bag.message(&entry.location, frame)?;
+        let message = self.bag.message(&entry.location, number)?;
         let cloud = Cloud::parse(entry.coding, message).map_err(malformed)?;
         if cloud.returns() != entry.returns || cloud.stamp_ns != entry.stamp_ns {
             return Err(malformed("the file has changed since it was opened".into()));

@@ -27,6 +27,8 @@ pub(in crate::bag) struct HeadsWalked {
     pub(in crate::bag) learnt_chunks: u64,
     /// Messages outside the chunks, which have no checksum of their own.
     pub(in crate::bag) loose_messages: u64,
+    /// Messages that the summary counts and no index names.
+    pub(in crate::bag) unnamed_messages: u64,
 }
 
 /// Passes over the file: of a chunk its index is read, of a message outside the chunks its head. A chunk is
@@ -40,9 +42,16 @@ pub(in crate::bag) fn walk_heads(
     let mut walk = Walk::new(Channels::default(), each);
     walk.heads = Some(Heads::default());
     walk.file(&mut source)?;
-    let Heads { unindexed_chunks, learnt_chunks, loose_messages, .. } = walk.heads.take().unwrap_or_default();
+    let heads = walk.heads.take().unwrap_or_default();
     let (walked, channels) = walk.found(&source);
-    Ok(HeadsWalked { walked, channels, unindexed_chunks, learnt_chunks, loose_messages })
+    Ok(HeadsWalked {
+        walked,
+        channels,
+        unindexed_chunks: heads.unindexed_chunks,
+        learnt_chunks: heads.learnt_chunks,
+        loose_messages: heads.loose_messages,
+        unnamed_messages: heads.unnamed_messages,
+    })
 }
 
 /// What a pass over the heads keeps in mind.
@@ -53,6 +62,7 @@ pub(super) struct Heads {
     unindexed_chunks: u64,
     learnt_chunks: u64,
     loose_messages: u64,
+    unnamed_messages: u64,
 }
 
 /// A chunk and what its index says.
@@ -80,6 +90,11 @@ impl Heads {
         if let Some(chunk) = &mut self.chunk {
             chunk.is_doubtful = true;
         }
+    }
+
+    /// Compares what the summary counts with what was found.
+    pub(super) fn compare_count(&mut self, claimed: u64, found: u64) {
+        self.unnamed_messages = claimed.saturating_sub(found);
     }
 }
 

@@ -15,6 +15,8 @@ pub(super) struct SummaryHint {
     pub(super) descriptions: Vec<(u8, Vec<u8>)>,
     /// Where chunks begin.
     pub(super) chunks_at: BTreeSet<u64>,
+    /// Messages of the file.
+    pub(super) messages: Option<u64>,
 }
 
 /// Reads the summary; nothing where there is none, or where its checksum is wrong or missing.
@@ -53,6 +55,8 @@ fn try_read(source: &mut Source) -> Option<SummaryHint> {
     for (opcode, _, body) in Records::of(&summary) {
         match opcode {
             op::SCHEMA | op::CHANNEL => hint.descriptions.push((opcode, body.to_vec())),
+            // The first of its fields.
+            op::STATISTICS => hint.messages = Fields(body).u64("the count of messages").ok(),
             op::CHUNK_INDEX => {
                 // Behind the times of its first and last message.
                 let times_and_start: Option<(&[u8; 16], &[u8])> = body.split_first_chunk();

@@ -81,7 +81,11 @@ impl Walk<'_, '_> {
             let _ = self.channels.describe(*opcode, body);
         }
         self.records(source, &hint)?;
-        self.settle(source)
+        self.settle(source)?;
+        if let (Some(heads), Some(messages)) = (&mut self.heads, hint.messages) {
+            heads.compare_count(messages, self.messages);
+        }
+        Ok(())
     }
 
     fn records(&mut self, source: &mut Source, hint: &SummaryHint) -> io::Result<()> {

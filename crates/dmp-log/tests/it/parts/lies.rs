@@ -112,8 +112,10 @@ fn an_index_that_lies_is_found_out() {
         assert_says(&outline.notes().join("; "), &["1 chunks have no message index"]);
     }
     // It names none, or fewer than there are.
-    let (_, part) = open(&|bytes, index| bytes[index.at + 11..index.at + 15].copy_from_slice(&[0; 4]));
+    let (outline, part) = open(&|bytes, index| bytes[index.at + 11..index.at + 15].copy_from_slice(&[0; 4]));
     assert_eq!(part.frames().len(), 150 - group.len());
+    let said_of_it = format!("{} messages that the summary counts are in no index", group.len());
+    assert_says(&outline.notes().join("; "), &[&said_of_it]);
     let (_, part) =
         open(&|bytes, index| bytes[index.at + 11..index.at + 15].copy_from_slice(&16_u32.to_le_bytes()));
     assert_eq!(part.frames().len(), 150 - group.len() + 1);
