@@ -1,6 +1,7 @@
 //! Parts of logs of every format.
 
-use super::{assert_parts, bits, scans_of};
+use super::damage::chunks;
+use super::{assert_parts, bits, scans_of, sorted};
 use crate::common::{Message, POINTS, STAMP_NS, assert_says, scan, scans, write_messages};
 use crate::las_log::{Drive, WorldFile, seconds};
 use dmp_log::{
@@ -48,6 +49,91 @@ fn parts_of_bags_of_other_software() {
         }
     }
     assert!(compared > 40, "{compared}");
+}
+
+#[test]
+fn parts_of_the_sample() {
+    let town = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data-samples/town.mcap");
+    let outline = assert_parts(&town, &LogOptions::default());
+    assert_eq!(outline.notes().len(), 2, "{:?}", outline.notes());
+}
+
+/// Rows that hold no message, and messages that are no scans: the others keep their numbers.
+#[test]
+fn a_sqlite_bag_is_read_row_by_row() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.db3");
+    let bag = rusqlite::Connection::open(&path).unwrap();
+    bag.execute_batch(
+        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);
+         CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);
+         INSERT INTO topics VALUES(1, '/points', 'sensor_msgs/msg/PointCloud2', 'cdr');
+         INSERT INTO topics VALUES(2, '/imu', 'sensor_msgs/msg/Imu', 'cdr');",
+    )
+    .unwrap();
+    let mut insert =
+        bag.prepare("INSERT INTO messages(topic_id, timestamp, data) VALUES(?1, ?2, ?3)").unwrap();
+    for k in 0..60 {
+        let stamp_ns = STAMP_NS + k * 100_000_000;
+        let message = Message { stamp_ns, ..Message::of(&[[k as f32, 2.0, 3.0]; 500]) }.encode();
+        insert.execute((2, stamp_ns, [7_u8; 40])).unwrap();
+        match k {
+            20 => insert.execute((1, stamp_ns, "no bytes")).unwrap(),
+            30 => insert.execute((1, stamp_ns + 50, &message[..900])).unwrap(),
+            _ => insert.execute((1, stamp_ns + 50, message)).unwrap(),
+        };
+    }
+    drop(insert);
+    bag.close().unwrap();
+    let whole = open_log(&path, &LogOptions::default()).unwrap();
+    let outline = outline_log(&path, &LogOptions::default()).unwrap();
+    // The row without bytes is none; the broken message shows only when it is read.
+    assert_eq!((whole.frames().len(), outline.scans().len()), (58, 59));
+    assert!(outline.scans().iter().all(|scan| scan.bytes < 7000));
+    assert_eq!(outline.scans()[29].stamp_ns, Some(STAMP_NS + 3_000_000_000));
+    let part = outline.open(&(0..59).collect::<Vec<_>>()).unwrap();
+    assert_eq!((part.frames(), part.scans_in_log()), (whole.frames(), 59));
+    assert_eq!((part.number_in_log(28), part.number_in_log(29)), (28, 30));
+    assert_eq!(part.summary().topics, whole.summary().topics);
+    let damage = sorted(&whole.summary().damage).join("; ");
+    assert_says(&damage, &["row 42: a row that is no topic, time and bytes is lost", "(row 62)", "skipped"]);
+    assert_eq!(sorted(&part.summary().damage).len(), 2);
+    let part = outline.open(&[40, 41, 58]).unwrap();
+    let x: Vec<f32> = scans_of(&*part).iter().map(|scan| scan.points_in_sensor_m[0][0]).collect();
+    assert_eq!(x, [41.0, 42.0, 59.0]);
+    // A row that is gone since.
+    let bag = rusqlite::Connection::open(&path).unwrap();
+    bag.execute("DELETE FROM messages WHERE id = 84", []).unwrap();
+    bag.close().unwrap();
+    let part = outline.open(&[40, 41]).unwrap();
+    assert_eq!((part.frames().len(), part.number_in_log(0)), (1, 41));
+    assert_says(&sorted(&part.summary().damage).join("; "), &["row 84", "is not found by its number"]);
+}
+
+/// In a bag of several files the place of damage has the file's name.
+#[test]
+fn damage_is_named_with_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a_1.mcap");
+    let message = |k: i64| {
+        let stamp_ns = STAMP_NS + k * 100_000_000;
+        (0, Message { stamp_ns, ..Message::of(&[[k as f32, 2.0, 3.0]; 300]) }.encode())
+    };
+    for (name, of_file) in [("a_0.mcap", 0..50), ("a_1.mcap", 50..100)] {
+        write_messages(&folder.path().join(name), &[POINTS], &of_file.map(message).collect::<Vec<_>>());
+    }
+    let list = "rosbag2_bagfile_information:\n  relative_file_paths:\n    - a_0.mcap\n    - a_1.mcap\n";
+    fs::write(folder.path().join("metadata.yaml"), list).unwrap();
+    let mut bytes = fs::read(&path).unwrap();
+    let (start, end) = chunks(&bytes)[10];
+    bytes[end - 10] ^= 1;
+    fs::write(&path, bytes).unwrap();
+    let whole = open_log(folder.path(), &LogOptions::default()).unwrap();
+    let outline = outline_log(folder.path(), &LogOptions::default()).unwrap();
+    let part = outline.open(&(0..100).collect::<Vec<_>>()).unwrap();
+    assert_eq!((part.frames(), outline.scans().len()), (whole.frames(), 100));
+    assert_eq!(part.summary().damage, whole.summary().damage);
+    assert_eq!(part.summary().damage[0].place, format!("a_1.mcap, byte {start}"));
 }
 
 #[test]
