@@ -6,8 +6,8 @@ use crate::ratio::{Asked, Estimate, FRAMES_NEEDED, Interval};
 /// Two runs compared on their common returns: those that both predict.
 ///
 /// The mean difference of their truncated squares is looked at scale by scale, the largest first; the
-/// first whose interval excludes 0 decides. That is up to four looks, at 99 % each if nothing else is asked for. Then the place
-/// guard asks whether the same run is better everywhere.
+/// first whose interval excludes 0 decides. That is up to four looks, at 99 % each if nothing else is
+/// asked for. Then the place guard asks whether the same run is better everywhere.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
     /// The first run.
@@ -106,7 +106,7 @@ pub enum UndecidedReason {
     #[error("all common returns lie in one short stretch of the log")]
     OneStretch,
     /// Every interval contains 0.
-    #[error("no scale shows a difference outside its 99 % interval")]
+    #[error("no scale shows a difference outside its interval")]
     NoDifference,
 }
 

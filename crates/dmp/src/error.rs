@@ -51,7 +51,7 @@ pub enum EvaluateError {
     },
     /// A file system has less room than will be written for sure.
     #[error(
-        "{}: about {} will be written here, {} at the very least, and {} are free: make room, or move it ({option})",
+        "{}: about {} will be written here, {} at the very least, and {} are free: make room, or name another place ({option})",
         folder.display(), in_words(*bytes), in_words(*least_bytes), in_words(*free_bytes)
     )]
     NoRoom {

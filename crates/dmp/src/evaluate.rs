@@ -14,9 +14,10 @@ use crate::{fuse, given, memory, report, sanity, trails};
 
 /// Scores `runs` on `log`: plan, fuse, cast, reduce.
 ///
-/// Reads the log twice, with [`Config::sample`] once and the scans of the sample again, a few scans once before and in between; four times with [`Config::free_space`]. The report
-/// is the same to the bit for every number of threads, memory budget and order of reading, but for its
-/// `timing` and `memory`.
+/// Reads the log twice, to fuse the maps and to cast the rays, or with [`Config::sample`] once and the
+/// scans of the sample again; four times with [`Config::free_space`]. A few scans are read before and in
+/// between. The report is the same to the bit for every number of threads, memory budget and order of
+/// reading, but for its `timing` and `memory`, and a warning of a disk that is nearly full.
 ///
 /// # Errors
 /// When log and runs do not belong together, a file is damaged beyond what can be left out, the work

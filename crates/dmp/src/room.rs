@@ -23,7 +23,7 @@ const CELL_M: f64 = 10.0;
 const MAP_VOXEL_BYTES: f64 = 6.0;
 const LEAST_MAP_VOXEL_BYTES: u64 = 3;
 /// What a voxel takes in memory while maps are fused, bytes.
-const TABLE_VOXEL_BYTES: f64 = 140.0;
+const TABLE_VOXEL_BYTES: f64 = 110.0;
 /// How often a voxel is put aside where not all find place in memory: more than once where the drive returns.
 const TIMES_ASIDE: f64 = 1.3;
 /// What a thread takes for one return of one run, seconds, about: how many checkpoints there will be.
@@ -112,14 +112,14 @@ impl Room {
                 work.bytes.about += self.saved.about;
                 work.bytes.least += self.saved.least;
             } else {
-                saved = Some(Place { folder, option: "the output's folder", bytes: self.saved });
+                saved = Some(Place { folder, option: "--save-maps or -o", bytes: self.saved });
             }
         }
-        let mut warning = None;
+        let mut warnings = Vec::new();
         for place in [work].into_iter().chain(saved) {
-            warning = warning.or(place.check(free_space(place.folder).map(|free| free.bytes))?);
+            warnings.extend(place.check(free_space(place.folder).map(|free| free.bytes))?);
         }
-        Ok(warning)
+        Ok((!warnings.is_empty()).then(|| warnings.join("; ")))
     }
 }
 
@@ -142,7 +142,7 @@ impl Place<'_> {
         }
         Ok((bytes > free_bytes).then(|| {
             format!(
-                "about {} will be written in {}, where {} are free: the disk may run full ({option} moves it)",
+                "about {} will be written in {}, where {} are free: the disk may run full ({option} names another place)",
                 in_words(bytes),
                 folder.display(),
                 in_words(free_bytes)

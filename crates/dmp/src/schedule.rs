@@ -103,9 +103,12 @@ impl Schedule {
         self.bytes_in_reach
     }
 
-    /// Tiles that are ever in reach, and how often they come into it.
-    pub(crate) fn tiles_and_visits(&self) -> (u64, u64) {
-        (self.visits.len() as u64, self.begin.iter().map(|tiles| tiles.len() as u64).sum())
+    /// Tiles that are ever in reach in the first `jobs` jobs, and how often they come into it.
+    pub(crate) fn tiles_and_visits(&self, jobs: usize) -> (u64, u64) {
+        let is_met =
+            |visits: &&Vec<(u32, u32)>| visits.first().is_some_and(|&(first, _)| (first as usize) < jobs);
+        let tiles = self.visits.values().filter(is_met).count() as u64;
+        (tiles, self.begin.iter().take(jobs).map(|tiles| tiles.len() as u64).sum())
     }
 }
 
@@ -188,7 +191,7 @@ mod tests {
         for (x, jobs) in [(1, &[0usize, 1, 2, 7, 8][..]), (2, &[4])] {
             jobs.iter().for_each(|&job| schedule.visit(tile(x), job));
         }
-        assert_eq!(schedule.tiles_and_visits(), (2, 3));
+        assert_eq!(schedule.tiles_and_visits(10), (2, 3));
         assert_eq!(
             (schedule.begin(0), schedule.begin(7), schedule.begin(3)),
             (&[tile(1)][..], &[tile(1)][..], &[][..])

@@ -24,7 +24,7 @@ mod schema {
         pub(super) order: Vec<String>,
         pub(super) ties: Vec<[String; 2]>,
         pub(super) pairs: Vec<Pair>,
-        pub(super) sampling: BTreeMap<String, Option<u64>>,
+        pub(super) sampling: serde_json::Value,
         pub(super) warnings: Vec<String>,
         pub(super) timing: BTreeMap<String, f64>,
         pub(super) memory: BTreeMap<String, Option<u64>>,
@@ -57,6 +57,7 @@ mod schema {
     #[serde(deny_unknown_fields)]
     pub(super) struct FreeSpace {
         pub(super) votes: Vec<String>,
+        pub(super) returns_fused: u64,
         pub(super) returns_left_out: u64,
     }
 
@@ -120,6 +121,7 @@ mod schema {
         pub(super) dmp_mean_m2: Option<f64>,
         pub(super) r_cv_m2: BTreeMap<String, Option<f64>>,
         pub(super) r_cv_10_ci99_m2: Option<[f64; 2]>,
+        pub(super) r_near_5_ci99_m2: Option<[f64; 2]>,
         pub(super) r_cv_withheld: Option<String>,
         pub(super) r_near_m2: BTreeMap<String, Option<f64>>,
         pub(super) miss_rate: Option<f64>,
@@ -149,6 +151,7 @@ mod schema {
         pub(super) better_on_the_whole: Option<String>,
         pub(super) decided_at_m: Option<f64>,
         pub(super) reason: String,
+        pub(super) frames_needed: Option<u64>,
     }
 
     #[derive(Debug, Deserialize)]
@@ -232,7 +235,7 @@ fn free_space_is_told_and_not_used_with_given_maps() {
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let report: schema::Report = serde_json::from_slice(&output.stdout).unwrap();
     let free_space = report.free_space.unwrap();
-    assert!(report.config.free_space && free_space.returns_left_out < report.inputs.returns_used / 20);
+    assert!(report.config.free_space && free_space.returns_left_out < free_space.returns_fused / 20);
     assert_eq!(free_space.votes[0], "truth");
     assert_eq!(report.order[0], "truth");
     for run in &report.runs {

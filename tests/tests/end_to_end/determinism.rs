@@ -25,7 +25,7 @@ fn variants() -> Vec<(String, Config)> {
 fn a_simulated_log_with_moving_sensor_times() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("town.mcap");
-    let (scans, truth) = small_town(60, 180);
+    let (scans, truth) = small_town(60, 300);
     write_mcap(&path, &scans);
     let runs = runs_of(&truth, &[("noise", noise(0.05, 0.2)), ("drift", drift(1.0))]);
     let reference = comparable(&score(&path, &runs, &variants()[0].1));

@@ -292,11 +292,14 @@ fn a_disk_that_is_too_small_is_told_of_before_anything_is_written() {
     let _ = town_command(folder.path());
     fs::create_dir(folder.path().join("disk")).unwrap();
     let dmp = env!("CARGO_BIN_EXE_dmp-under-test");
-    // Without any room, and with a little.
+    let build = "map build town.mcap -t truth.tum -o whole.dmpmap --quiet".split_whitespace();
+    assert!(Command::new(dmp).args(build).current_dir(folder.path()).status().unwrap().success());
+    let little = fs::metadata(folder.path().join("whole.dmpmap")).unwrap().len() * 9 / 10;
+    // Without any room, and with a little less than the map takes.
     let script = format!(
         "mount -t tmpfs -o size=64k none disk || exit 99; head -c 65536 /dev/zero >disk/full; \
          {dmp} score town.mcap -t truth.tum --work disk >/dev/null 2>none.txt; echo $? >none.code; \
-         rm -r disk/*; mount -o remount,size=160k disk || exit 99; \
+         rm -r disk/*; mount -o remount,size={little} disk || exit 99; \
          {dmp} map build town.mcap -t truth.tum --work disk -o disk/map.dmpmap 2>little.txt; ls -A disk >left.txt"
     );
     let output = Command::new("unshare")

@@ -114,8 +114,8 @@ fn samples_grow_until_it_is_decided() {
         report.sampling.frames_scored < 60 && looks.last() == Some(&report.sampling.frames_scored),
         "{looks:?}"
     );
-    // Looks at 4, 8, 16 and 32 share the error.
-    assert_eq!(report.sampling.confidence, 0.9975);
+    // Looks at 4, 8, 16 and 32, at four scales each, share the error.
+    assert_eq!(report.sampling.confidence, 1.0 - (1.0 - 0.99) / 16.0);
 
     // Two runs that cannot be told apart take all scans, and the numbers are those of all.
     runs.push(Run::new("copy", truth.clone()));
@@ -151,5 +151,6 @@ fn the_command_tells_of_the_sample() {
     let refused = |options: &str, words: &[&str]| {
         refused(folder.path(), &format!("score @/town.mcap -t @/truth.tum {options}"), 2, words);
     };
-    refused("--decide=truth,nobody", &["decide truth,nobody", "two of the runs"]);
+    refused("--decide", &["decide with one run", "two runs at least"]);
+    refused("-t @/drift.tum --decide=truth,nobody", &["decide truth,nobody", "two of the runs"]);
 }

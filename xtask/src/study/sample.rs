@@ -46,7 +46,7 @@ pub(super) fn run(arguments: &SampleArgs) -> anyhow::Result<()> {
         |spec: &DriveSpec| arguments.drives.is_empty() || arguments.drives.iter().any(|d| d == spec.name);
     let (mut of_samples, mut of_decisions) = (BTreeMap::new(), Decisions::default());
     println!(
-        "{:<14}{:>7}{:>7}{:>8}{:>8}{:>10}{:>10}{:>10}{:>9}{:>9}{:>9}",
+        "{:<14}{:>7}{:>7}{:>8}{:>8}{:>10}{:>10}{:>10}{:>9}{:>10}{:>9}{:>9}",
         "drive",
         "scans",
         "pairs",
@@ -56,6 +56,7 @@ pub(super) fn run(arguments: &SampleArgs) -> anyhow::Result<()> {
         "of runs",
         "decided",
         "wrong",
+        "by chance",
         "mixed",
         "of all"
     );
@@ -81,8 +82,8 @@ pub(super) fn run(arguments: &SampleArgs) -> anyhow::Result<()> {
     println!(
         "{} samples of each drive and size. sign: of R_cv(10) over common returns, as of all scans; covered: intervals of\n\
          pairs, all scales, around the value of all scans; of runs: the same of the runs' R_cv(10); decided: pairs, of\n\
-         these wrong: better is what all scans show to be worse at the scale that decided; mixed: decided, but mixed,\n\
-         of all: mixed with all scans",
+         these wrong: better is what all scans show to be worse at the scale that decided; by chance: what all scans leave\n\
+         undecided; mixed: decided, but mixed; of all: mixed by all scans, of the pairs that they decide",
         arguments.seeds
     );
     Ok(())
@@ -198,6 +199,7 @@ struct Samples {
     runs_covered: Share,
     decided: Share,
     wrong: Share,
+    undecided_by_all: Share,
     mixed: Share,
     mixed_by_all: Share,
 }
@@ -223,6 +225,7 @@ impl Samples {
             self.decided.add(decided(said).is_some());
             if decided(said).is_some() {
                 self.wrong.add(full.contradicts(index, said));
+                self.undecided_by_all.add(decided(all).is_none());
                 self.mixed.add(matches!(said.verdict, Verdict::Mixed { .. }));
             }
             if decided(all).is_some() {
@@ -232,12 +235,14 @@ impl Samples {
     }
 
     fn merge(&mut self, other: &Self) {
-        let Self { sign, covered, runs_covered, decided, wrong, mixed, mixed_by_all } = other;
+        let Self { sign, covered, runs_covered, decided, wrong, undecided_by_all, mixed, mixed_by_all } =
+            other;
         self.sign.merge(*sign);
         self.covered.merge(*covered);
         self.runs_covered.merge(*runs_covered);
         self.decided.merge(*decided);
         self.wrong.merge(*wrong);
+        self.undecided_by_all.merge(*undecided_by_all);
         self.mixed.merge(*mixed);
         self.mixed_by_all.merge(*mixed_by_all);
     }
@@ -253,12 +258,13 @@ impl Samples {
 
     fn line(&self, drive: &str, scans: &str, pairs: &str, size: u64) {
         println!(
-            "{drive:<14}{scans:>7}{pairs:>7}{size:>8}{:>8}{:>10}{:>10}{:>10}{:>9}{:>9}{:>9}",
+            "{drive:<14}{scans:>7}{pairs:>7}{size:>8}{:>8}{:>10}{:>10}{:>10}{:>9}{:>10}{:>9}{:>9}",
             self.sign.show(),
             self.covered.show(),
             self.runs_covered.show(),
             self.decided.show(),
             self.wrong.show(),
+            self.undecided_by_all.show(),
             self.mixed.show(),
             self.mixed_by_all.show()
         );
@@ -281,7 +287,7 @@ fn decisions(drive: &Frames, full: &Full, seeds: u64) -> anyhow::Result<Decision
     let all = drive.frames.len() as u64;
     for seed in 0..seeds {
         let looks = Looks::new(all, Sample::All, seed, true);
-        let confidence = Confidence::P99.of_each_look(looks.at_samples());
+        let confidence = looks.confidence(Confidence::P99);
         let mut open: Vec<usize> = (0..full.pairs.len()).collect();
         for (look, &size) in looks.sizes().iter().enumerate() {
             if size == all {

@@ -78,7 +78,8 @@ fn from_log(
     let name = name.with_context(|| format!("{}: not the name of a file", arguments.output.display()))?;
     let beside = folder.join(format!(".dmp-map-{}", name.to_string_lossy()));
     fs::create_dir_all(&beside).with_context(|| format!("{}: cannot write here", folder.display()))?;
-    let taken = take_folder(&beside)?;
+    // Given up after the folder is gone.
+    let _taken = take_folder(&beside)?;
     let beside = Beside(beside);
     "map".clone_into(&mut runs[0].name);
     let config = arguments.resume.in_config(Config { save_maps: Some(beside.0.clone()), ..config.clone() });
@@ -87,7 +88,6 @@ fn from_log(
     drop(progress);
     fs::rename(beside.0.join("map.dmpmap"), &arguments.output)
         .with_context(|| format!("{}: cannot write", arguments.output.display()))?;
-    drop(taken);
     Ok((Store::open(&arguments.output)?, damaged))
 }
 

@@ -60,7 +60,7 @@ pub(super) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io
         writeln!(out, "{sample}")?;
     }
     if let Some(free_space) = &report.free_space {
-        writeln!(out, "{}", left_out(free_space, report.inputs.returns_used))?;
+        writeln!(out, "{}", left_out(free_space))?;
     }
     for run in &report.inputs.runs {
         for note in &run.map_notes {
@@ -115,8 +115,8 @@ fn settings(report: &Report) -> String {
 }
 
 /// What was kept out of the maps, and by whose word.
-fn left_out(free_space: &FreeSpaceReport, used: u64) -> String {
-    let share = free_space.returns_left_out as f64 / used.max(1) as f64;
+fn left_out(free_space: &FreeSpaceReport) -> String {
+    let share = free_space.returns_left_out as f64 / free_space.returns_fused.max(1) as f64;
     format!(
         "in no map: {} ({} %) on trails, which rays pass through in {}",
         counted(free_space.returns_left_out, "return"),
@@ -132,7 +132,7 @@ fn is_cross_validated(report: &Report) -> bool {
 fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
     let cross_validated = is_cross_validated(report);
     let columns: &[Column] = if cross_validated { &CROSS_VALIDATED } else { &NEAREST };
-    let is_sample = report.sampling.frames_scored < report.sampling.frames_total;
+    let is_sample = sampling::is_sample(report);
     // Behind the first column, how far a sample may be off.
     let with_error = |mut cells: Vec<String>, error: String| {
         if is_sample {
@@ -154,7 +154,7 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
         let tied = above.is_some_and(|above| report.ties.iter().any(|[a, b]| a == above && b == name));
         let rank = if tied { "=".to_owned() } else { (place + 1).to_string() };
         let show = |column: &Column| (column.value)(run).map_or(NONE.to_owned(), column.show);
-        let error = sampling::half_width(sampling::of_first_column(run, cross_validated));
+        let error = sampling::half_width(run, cross_validated);
         table.row(with_error(
             [rank, name.clone()].into_iter().chain(columns.iter().map(show)).collect(),
             error,
@@ -183,6 +183,9 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
         writeln!(out, "DMP       mean square to the first surfel on the ray, not cut off")?;
     }
     writeln!(out, "miss      {rates}")?;
+    if sampling::is_sample(report) {
+        writeln!(out, "±         how far the score before it may be, at 99 %, from that of all scans")?;
+    }
     if !report.ties.is_empty() {
         writeln!(out, "=         not decided against the run above")?;
     }
@@ -207,8 +210,14 @@ fn limits(report: &Report) -> String {
     match report.pairs.iter().map(|pair| pair.scales.len()).max() {
         Some(scales) => {
             let confidence = (1e4 * report.sampling.confidence).round() / 1e2;
+            let sample = if sampling::is_sample(report) {
+                "\nOf a sample, better means: all scans would show the smaller value. Whether that is beyond chance, only all \
+                 scans tell."
+            } else {
+                ""
+            };
             format!(
-                "{scores}\nA verdict takes up to {scales} looks, one at each scale, each at {confidence} %."
+                "{scores}{sample}\nA verdict takes up to {scales} looks, one at each scale, each at {confidence} %."
             )
         }
         None => scores.to_owned(),
@@ -256,7 +265,7 @@ Pairs                            decided at           first minus second, m²   
 truth  undecided against  größe  –                                         –                 –
 truth  better than        drift  R_cv 10 m, globally                  -0.254  -0.307 to -0.201
 größe  mixed against      drift  R_cv 10 m, globally                  -0.254  -0.307 to -0.201
-truth, größe: undecided: no scale shows a difference outside its 99 % interval
+truth, größe: undecided: no scale shows a difference outside its interval
 größe, drift: better on the whole, globally: decided at the 10 m scale, but worse in frames 12–40 at 30 m
 
 Warnings

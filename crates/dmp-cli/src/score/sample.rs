@@ -20,7 +20,7 @@ pub(super) fn three_runs() -> Report {
     let runs = vec![drift, run("größe", 1.1), run("truth", 1.0)];
     let mut undecided = pair("truth", "größe", "R_cv", &[10.0, 2.0, 0.5, 0.2]);
     (undecided.verdict, undecided.decided_at_m) = ("undecided".into(), None);
-    undecided.reason = "undecided: no scale shows a difference outside its 99 % interval".into();
+    undecided.reason = "undecided: no scale shows a difference outside its interval".into();
     let mut mixed = pair("drift", "größe", "R_cv", &[10.0, 2.0, 0.5, 0.2]);
     (mixed.verdict, mixed.better_on_the_whole) = ("mixed".into(), Some("größe".into()));
     mixed.reason =

@@ -8,16 +8,17 @@ use crate::text::{self, NONE, counted, digits};
 /// Which of the scans are scored. The maps are made of all scans in use.
 #[derive(Debug, Args)]
 pub(crate) struct SamplingArgs {
-    /// Score only so many scans, as 28, or such a share of them, as 2%, evenly spread from a random start. All runs
-    /// are scored on the same scans, and every number has the interval of the sampling
+    /// Score only so many scans, as 28, or such a share of them, as 2%, evenly spread from a random start. The maps are
+    /// made of all scans. The first score and the differences of pairs come with the error of the sampling
     #[arg(long, value_name = "N|P%", value_parser = sample, help_heading = "Sampling")]
     sample: Option<Sample>,
     /// Score a sample, of 28 scans or as --sample says, and twice as many as long as not every pair of runs is
-    /// decided, or not the two runs named; at the end all. The samples share the error of --confidence
+    /// decided, or not the two runs of --decide=RUN,RUN; at the end all
     #[arg(long, value_name = "RUN,RUN", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     #[arg(value_parser = pair, help_heading = "Sampling")]
     decide: Option<Pair>,
-    /// How sure --decide is to be of a verdict, in percent, all looks together
+    /// How sure --decide is to be of a verdict that it takes from samples, all its looks together; a verdict from all
+    /// scans is as without --decide
     #[arg(long, value_name = "P%", default_value = "99%", value_parser = confidence)]
     #[arg(requires = "decide", help_heading = "Sampling")]
     confidence: Confidence,
@@ -86,10 +87,23 @@ pub(super) fn in_words(sampling: &SamplingReport) -> Option<String> {
     })
 }
 
-/// Half the 99 % interval of a run's first column, as that column is shown: a root.
-pub(super) fn half_width(interval_m2: Option<[f64; 2]>) -> String {
-    interval_m2
-        .map_or(NONE.to_owned(), |[low, high]| digits(0.5 * (high.max(0.0).sqrt() - low.max(0.0).sqrt())))
+/// Whether not all scans were scored.
+pub(super) fn is_sample(report: &Report) -> bool {
+    report.sampling.frames_scored < report.sampling.frames_total
+}
+
+/// How far the ends of the 99 % interval of a run's first column are from it, the longer way, as that column is shown:
+/// a root.
+pub(super) fn half_width(run: &RunReport, cross_validated: bool) -> String {
+    let (value, interval) = if cross_validated {
+        (run.r_cv_m2.at_10, run.r_cv_10_ci99_m2)
+    } else {
+        (run.r_near_m2.at_5, run.r_near_5_ci99_m2)
+    };
+    let root = |square_m2: f64| square_m2.max(0.0).sqrt();
+    value.zip(interval).map_or(NONE.to_owned(), |(value, [low, high])| {
+        digits((root(high) - root(value)).max(root(value) - root(low)))
+    })
 }
 
 /// What to do about a pair that a sample does not decide.
@@ -98,16 +112,11 @@ pub(super) fn more_needed(report: &Report, frames_needed: Option<u64>) -> String
     match frames_needed {
         // A guess of nearly all is one of all.
         Some(needed) if 10 * needed < 9 * frames_total => {
-            format!("; about {} more scans would decide: --sample {needed}", needed - frames_scored)
+            format!("; about {} more scans would decide: --decide", needed - frames_scored)
         }
-        Some(_) => "; if anything decides, it is all scans".to_owned(),
+        Some(_) => "; if anything decides, it is all scans, without --sample".to_owned(),
         None => String::new(),
     }
-}
-
-/// The interval of the score in the first column of the runs.
-pub(super) fn of_first_column(run: &RunReport, cross_validated: bool) -> Option<[f64; 2]> {
-    if cross_validated { run.r_cv_10_ci99_m2 } else { run.r_near_5_ci99_m2 }
 }
 
 #[cfg(test)]
@@ -128,7 +137,7 @@ mod tests {
     fn a_confidence_is_a_share_below_one() {
         assert_eq!(confidence("99%"), Ok(Confidence::P99));
         assert_eq!(confidence("0.99"), Ok(Confidence::P99));
-        assert_eq!(confidence("99.9 %").map(|c| c.level()), Ok(0.999));
+        assert_eq!(confidence("99.9 %").map(Confidence::level), Ok(0.999));
         for text in ["100%", "1", "0.4", "nan", "x", ""] {
             assert!(confidence(text).is_err(), "{text}");
         }

@@ -66,7 +66,7 @@ struct Look {
 
 type TileSums = HashMap<(usize, TileId), RunSums>;
 
-impl<'a> CastPass<'a> {
+impl CastPass<'_> {
     /// Casts every return of the sample into every run's map and reduces the residuals, in one pass over the log. What
     /// an earlier process kept is taken up. Where a decision is asked for, samples grow until it is made.
     pub(crate) fn run(&self) -> Result<Scored, EvaluateError> {
@@ -112,8 +112,8 @@ impl<'a> CastPass<'a> {
             ));
         }
         let every = self.work.every();
+        let mut first = 0;
         self.casters.with_prefetch(self.config.threads, schedule, |ahead| {
-            let mut first = 0;
             for look in looks {
                 self.watch.begin(Stage::Cast, look.returns);
                 self.watch.advance(look.returns_done);
@@ -134,7 +134,7 @@ impl<'a> CastPass<'a> {
         let scored = reducer.frames_added();
         let tile_loads = self.casters.of_runs[0].tile_loads();
         let lattice = self.casters.of_runs[0].map().lattice();
-        let (tiles_in_reach, tile_visits) = schedule.tiles_and_visits();
+        let (tiles_in_reach, tile_visits) = schedule.tiles_and_visits(first);
         Ok(Scored {
             reducer,
             looks: self.plan.looks.sizes().iter().copied().filter(|&size| size <= scored).collect(),
@@ -169,12 +169,12 @@ impl<'a> CastPass<'a> {
         self.plan.looks.sizes().iter().enumerate().map(look).collect()
     }
 
-    /// How sure a verdict on what a reducer has seen is to be: every look at a sample shares the error that was asked
-    /// for, and all frames are judged as without looks.
+    /// How sure a verdict on what a reducer has seen is to be: looks at samples share the error that was asked for, and
+    /// all frames are judged as without looks.
     fn confidence(&self, reducer: &Reducer) -> Confidence {
         match &self.config.decide {
             Some(decide) if reducer.frames_added() < reducer.layout().frames() => {
-                decide.confidence.of_each_look(self.plan.looks.at_samples())
+                self.plan.looks.confidence(decide.confidence)
             }
             _ => Confidence::P99,
         }

@@ -126,6 +126,10 @@ fn check_runs(runs: &[Run], config: &Config) -> Result<(), EvaluateError> {
             return Err(EvaluateError::ReservedName { name: run.name.clone() });
         }
     }
+    if config.decide.is_some() && runs.len() < 2 {
+        let why = "there must be two runs at least to decide between";
+        return Err(EvaluateError::Setting { setting: "decide", value: "with one run".to_owned(), why });
+    }
     if let Some((a, b)) = config.decide.as_ref().and_then(|decide| decide.pair.as_ref()) {
         let is_run = |name: &String| runs.iter().any(|run| run.name == *name);
         if a == b || !is_run(a) || !is_run(b) {

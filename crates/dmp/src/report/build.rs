@@ -74,6 +74,7 @@ pub(crate) fn build(
         inputs: input_report(log, runs, config, plan, maps, &scored.counts),
         free_space: maps.trails.as_ref().map(|trails| FreeSpaceReport {
             votes: (0..runs.len()).filter(|&run| trails.votes[run]).map(name).collect(),
+            returns_fused: maps.counts.map_or(0, |counts| counts.used()),
             returns_left_out: maps.left_out,
         }),
         runs: map_reports

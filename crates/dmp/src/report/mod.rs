@@ -258,7 +258,9 @@ pub struct MapReport {
 pub struct FreeSpaceReport {
     /// The runs that say what a trail is.
     pub votes: Vec<String>,
-    /// Used returns that are in no map; they are scored all the same.
+    /// Returns used of all scans that the maps are made of.
+    pub returns_fused: u64,
+    /// How many of these are in no map; they are scored all the same.
     pub returns_left_out: u64,
 }
 

@@ -1,6 +1,6 @@
 use dmp_sensor::ReturnCounts;
 
-use super::{PairReport, Report, RunReport};
+use super::{PairReport, Report, RunReport, SamplingReport};
 use crate::plan::Plan;
 
 /// Below this share of returns seen on another visit, nothing is said about the global shape.
@@ -17,6 +17,8 @@ const DROPS_TOLD: f64 = 0.2;
 const VEHICLE_TOLD: f64 = 0.05;
 /// A share of returns with ranges of no LiDAR that is worth a word.
 const IMPLAUSIBLE_TOLD: f64 = 0.05;
+/// Frames below which a sample has no intervals.
+const FRAMES_NEEDED: u64 = 4;
 /// Frames below which intervals come from few batches.
 const FRAMES_FEW: u64 = 40;
 
@@ -113,7 +115,11 @@ fn of_report(report: &Report, plan: &Plan<'_>) -> Vec<String> {
             ));
         }
     }
-    let vehicle = inputs.dropped.0.get("vehicle").copied().unwrap_or(0) as f64 / inputs.returns.max(1) as f64;
+    let dropped = |reason: &str| inputs.dropped.0.get(reason).copied().unwrap_or(0);
+    // Those that were read to be scored.
+    let read = inputs.returns - dropped("scan_not_selected") - dropped("scan_not_sampled");
+    let read = read.max(1) as f64;
+    let vehicle = dropped("vehicle") as f64 / read;
     if vehicle > VEHICLE_TOLD && vehicle <= DROPS_TOLD {
         warnings.push(format!(
             "{:.0} % of the returns were taken for the vehicle: if that is too many, give --ego a box, or none",
@@ -121,11 +127,16 @@ fn of_report(report: &Report, plan: &Plan<'_>) -> Vec<String> {
         ));
     }
     for (reason, count) in &inputs.dropped.0 {
-        let share = *count as f64 / inputs.returns.max(1) as f64;
+        let share = *count as f64 / read;
         let asked_for = matches!(*reason, "scan_not_selected" | "scan_not_sampled");
         if share > DROPS_TOLD && !asked_for {
             warnings.push(format!("{:.0} % of the returns were dropped: {reason}", 100.0 * share));
         }
+    }
+    let SamplingReport { frames_scored, frames_total, .. } = report.sampling;
+    if frames_scored < frames_total && frames_scored < FRAMES_NEEDED {
+        warnings
+            .push(format!("a sample of {frames_scored} scans has no intervals: {FRAMES_NEEDED} are needed"));
     }
     if report.sampling.frames_total < FRAMES_FEW {
         warnings.push(format!(
@@ -173,7 +184,7 @@ fn free_space(report: &Report) -> Vec<String> {
              hides its own doubled walls"
         ));
     }
-    let share = free_space.returns_left_out as f64 / report.inputs.returns_used.max(1) as f64;
+    let share = free_space.returns_left_out as f64 / free_space.returns_fused.max(1) as f64;
     if share > LEFT_OUT_SUSPECT {
         warnings.push(format!(
             "{:.0} % of the returns were kept out of the maps: that is more than traffic; are all runs wrong?",
