@@ -237,3 +237,39 @@ fn undecided_runs_are_listed_by_the_price_of_a_miss() {
         assert_eq!(listed(share), [(1, true), (0, false)], "{share}");
     }
 }
+
+/// The half width of an interval of k of n frames goes with √(1/k − 1/n): the smallest k at which it is below the
+/// difference, tried one by one.
+#[test]
+fn a_sample_tells_how_many_frames_would_decide() {
+    let (all, scored) = (600, 30);
+    let mut reducer = Reducer::new(Layout::new(all, vec![CV; 2]));
+    let mut sums = FrameSums::new(&[CV; 2]);
+    for frame in (0..all).step_by((all / scored) as usize) {
+        sums.clear();
+        let worse_m = 0.012 + 0.1 * noise(frame, 0, 3);
+        for k in 0..RETURNS {
+            let error_m = 0.01 * noise(frame, k, 1);
+            sums.add_return(&[0.1 + error_m, 0.1 + worse_m + error_m].map(Residuals::all));
+        }
+        reducer.add_frame(frame, &sums).expect("a frame of the layout");
+    }
+    let pair = reducer.compare(0, 1, Confidence::P99);
+    assert!(matches!(pair.verdict, Verdict::Undecided { .. }), "{:?}", pair.verdict);
+    let shrunk = |frames: u64| (1.0 / frames as f64 - 1.0 / all as f64).sqrt();
+    let needed = pair.scales.iter().filter_map(|scale| {
+        let interval = scale.interval()?;
+        let half_m2 = 0.5 * (interval.high_m2 - interval.low_m2);
+        let difference_m2 = scale.difference?.value_m2.abs();
+        (scored + 1..=all).find(|&k| half_m2 * shrunk(k) / shrunk(scored) <= difference_m2)
+    });
+    let needed = needed.min().expect("the scales have intervals");
+    assert!((scored + 5..all - 100).contains(&needed), "{needed}");
+    assert!(
+        pair.frames_needed.is_some_and(|told| told.abs_diff(needed) <= 1),
+        "{:?} {needed}",
+        pair.frames_needed
+    );
+    // All frames have no more to offer, and a decided pair needs none.
+    assert_eq!(compare([CV; 2], 60, |f, k| [Some(noise(f, k, 1)), Some(noise(f, k, 2))]).frames_needed, None);
+}
