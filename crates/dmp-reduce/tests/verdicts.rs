@@ -247,7 +247,7 @@ fn a_sample_tells_how_many_frames_would_decide() {
     let mut sums = FrameSums::new(&[CV; 2]);
     for frame in (0..all).step_by((all / scored) as usize) {
         sums.clear();
-        let worse_m = 0.012 + 0.1 * noise(frame, 0, 3);
+        let worse_m = 0.006 + 0.05 * noise(frame, 0, 3);
         for k in 0..RETURNS {
             let error_m = 0.01 * noise(frame, k, 1);
             sums.add_return(&[0.1 + error_m, 0.1 + worse_m + error_m].map(Residuals::all));
