@@ -1,5 +1,7 @@
 //! `cargo xtask study sample`: what samples of the scans say, against what all scans say.
 
+mod counts;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -13,6 +15,7 @@ use dmp_sim::Recording;
 use super::drives::{DriveSpec, drives};
 use super::estimates::estimates;
 use super::evaluate::write_log;
+use counts::{Samples, Share};
 
 /// Samples of each drive's scans, drawn by many seeds, against all its scans
 #[derive(Debug, clap::Args)]
@@ -70,13 +73,14 @@ pub(super) fn run(arguments: &SampleArgs) -> anyhow::Result<()> {
                 let looks = Looks::new(drive.frames.len() as u64, Sample::Frames(size), seed, false);
                 counts.add(&drive.reducer(looks.frames(0))?, &full);
             }
-            counts.print(spec.name, &drive, size);
+            let pairs = drive.layout.bases().len() * (drive.layout.bases().len() - 1) / 2;
+            counts.print(spec.name, Some((drive.frames.len(), pairs)), size);
             of_samples.entry(size).or_insert_with(Samples::default).merge(&counts);
         }
         of_decisions.merge(&decisions(&drive, &full, arguments.seeds)?);
     }
     for (size, counts) in &of_samples {
-        counts.print_totals(*size);
+        counts.print("all drives", None, *size);
     }
     of_decisions.print();
     println!(
@@ -165,109 +169,6 @@ fn decided(comparison: &Comparison) -> Option<(usize, f64)> {
             Some((which, decided_at_m))
         }
         Verdict::Undecided { .. } => None,
-    }
-}
-
-/// How often something held, of how many.
-#[derive(Debug, Clone, Copy, Default)]
-struct Share {
-    held: u64,
-    of: u64,
-}
-
-impl Share {
-    fn add(&mut self, held: bool) {
-        self.held += u64::from(held);
-        self.of += 1;
-    }
-
-    fn merge(&mut self, other: Self) {
-        self.held += other.held;
-        self.of += other.of;
-    }
-
-    fn show(self) -> String {
-        if self.of == 0 { "–".to_owned() } else { format!("{:.4}", self.held as f64 / self.of as f64) }
-    }
-}
-
-/// What samples of one size say.
-#[derive(Debug, Clone, Copy, Default)]
-struct Samples {
-    sign: Share,
-    covered: Share,
-    runs_covered: Share,
-    decided: Share,
-    wrong: Share,
-    undecided_by_all: Share,
-    mixed: Share,
-    mixed_by_all: Share,
-}
-
-impl Samples {
-    fn add(&mut self, sample: &Reducer, full: &Full) {
-        for (run, value) in full.runs.iter().enumerate() {
-            let interval = sample.scores(run).r_cv_m2[0].1.and_then(|estimate| estimate.interval);
-            if let (Some(interval), Some(value)) = (interval, value) {
-                self.runs_covered.add((interval.low_m2..=interval.high_m2).contains(value));
-            }
-        }
-        for (index, said) in sample.comparisons(Confidence::P99).iter().enumerate() {
-            let all = &full.pairs[index];
-            for (ours, all) in said.scales.iter().zip(&all.scales) {
-                if let (Some(interval), Some(all)) = (ours.interval(), all.difference) {
-                    self.covered.add((interval.low_m2..=interval.high_m2).contains(&all.value_m2));
-                }
-            }
-            if let (Some(ours), Some(all)) = (said.scales[0].difference, all.scales[0].difference) {
-                self.sign.add((ours.value_m2 < 0.0) == (all.value_m2 < 0.0));
-            }
-            self.decided.add(decided(said).is_some());
-            if decided(said).is_some() {
-                self.wrong.add(full.contradicts(index, said));
-                self.undecided_by_all.add(decided(all).is_none());
-                self.mixed.add(matches!(said.verdict, Verdict::Mixed { .. }));
-            }
-            if decided(all).is_some() {
-                self.mixed_by_all.add(matches!(all.verdict, Verdict::Mixed { .. }));
-            }
-        }
-    }
-
-    fn merge(&mut self, other: &Self) {
-        let Self { sign, covered, runs_covered, decided, wrong, undecided_by_all, mixed, mixed_by_all } =
-            other;
-        self.sign.merge(*sign);
-        self.covered.merge(*covered);
-        self.runs_covered.merge(*runs_covered);
-        self.decided.merge(*decided);
-        self.wrong.merge(*wrong);
-        self.undecided_by_all.merge(*undecided_by_all);
-        self.mixed.merge(*mixed);
-        self.mixed_by_all.merge(*mixed_by_all);
-    }
-
-    fn print(&self, drive: &str, frames: &Frames, size: u64) {
-        let runs = frames.layout.bases().len();
-        self.line(drive, &frames.frames.len().to_string(), &(runs * (runs - 1) / 2).to_string(), size);
-    }
-
-    fn print_totals(&self, size: u64) {
-        self.line("all drives", "", "", size);
-    }
-
-    fn line(&self, drive: &str, scans: &str, pairs: &str, size: u64) {
-        println!(
-            "{drive:<14}{scans:>7}{pairs:>7}{size:>8}{:>8}{:>10}{:>10}{:>10}{:>9}{:>10}{:>9}{:>9}",
-            self.sign.show(),
-            self.covered.show(),
-            self.runs_covered.show(),
-            self.decided.show(),
-            self.wrong.show(),
-            self.undecided_by_all.show(),
-            self.mixed.show(),
-            self.mixed_by_all.show()
-        );
     }
 }
 
