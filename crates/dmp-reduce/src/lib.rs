@@ -39,6 +39,7 @@
 //! ```
 
 mod basis;
+mod error;
 mod fixed;
 mod frame;
 mod guard;
@@ -55,6 +56,7 @@ mod verdict;
 mod wide;
 
 pub use basis::{Basis, CV_SCALES_M, NEAR_SCALES_M};
+pub use error::ReduceError;
 pub use fixed::FixedSum;
 pub use frame::{FrameSums, PairSums};
 pub use guard::{GuardCheck, Place};
@@ -62,7 +64,7 @@ pub use likelihood::{log_likelihood_ratio_raw, log_likelihood_raw};
 pub use order::{Ranked, order_runs};
 pub use price::MissPrice;
 pub use ratio::{Estimate, Interval, IntervalFrom};
-pub use reducer::{Layout, ReduceError, Reducer, RunScores, Seen};
+pub use reducer::{Layout, Reducer, RunScores, Seen};
 pub use residuals::Residuals;
 pub use run::{RunSums, Withheld};
 pub use student::Confidence;

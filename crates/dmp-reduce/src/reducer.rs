@@ -1,4 +1,5 @@
 use crate::basis::{Basis, CV_10, CV_SCALES_M, NEAR_SCALES_M};
+use crate::error::ReduceError;
 use crate::fixed::FixedSum;
 use crate::frame::{FrameSums, pairs_of};
 use crate::order::{Ranked, order_runs};
@@ -19,35 +20,6 @@ pub struct Layout {
     frames: Frames,
     bases: Vec<Basis>,
     miss_price: MissPrice,
-}
-
-/// What a [`Reducer`] does not take.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ReduceError {
-    /// A frame that the layout has no place for.
-    #[error("frame {ordinal} of {frames} frames (the first is 0)")]
-    NoSuchFrame {
-        /// Its place among the frames.
-        ordinal: u64,
-        /// Frames that there are.
-        frames: u64,
-    },
-    /// More frames than the layout has: one of them came twice.
-    #[error("more than {frames} frames were added: one was added twice")]
-    FrameTwice {
-        /// Frames that there are.
-        frames: u64,
-    },
-    /// The frame is of other runs than the layout.
-    #[error("the frame is of other runs than the reducer")]
-    OtherRuns,
-    /// Reducers of different layouts cannot be merged.
-    #[error("the two reducers have different layouts")]
-    OtherLayout,
-    /// More returns than the exact sums are made for.
-    #[error("more than 2^32 returns in a frame, or 2^44 in all")]
-    TooManyReturns,
 }
 
 impl Layout {

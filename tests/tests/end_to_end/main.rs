@@ -10,6 +10,7 @@ mod common;
 mod counts;
 mod determinism;
 mod direct;
+mod disk;
 mod first_minutes;
 mod formats;
 mod given_maps;
