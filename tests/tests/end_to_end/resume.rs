@@ -1,7 +1,7 @@
 //! Evaluations that are stopped or killed, and are taken up again: the same bits at the end.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -173,17 +173,32 @@ fn a_hundred_kills_change_no_bit() {
     println!("{kills} kills, {resumed} times gone on, {finished} times finished");
 }
 
+/// A map that is built of the town's log, and what the command made when nothing stopped it.
+struct WholeBuild {
+    build: Command,
+    map: PathBuf,
+    whole: Vec<u8>,
+    whole_time: Duration,
+}
+
+impl WholeBuild {
+    fn new(folder: &Path) -> Self {
+        town_command(folder);
+        let mut build = Command::new(env!("CARGO_BIN_EXE_dmp-under-test"));
+        build.current_dir(folder);
+        build.args("map build town.mcap -t truth.tum -o truth.dmpmap --work . --quiet".split(' '));
+        let map = folder.join("truth.dmpmap");
+        let begun = Instant::now();
+        assert!(build.output().unwrap().status.success());
+        let (whole_time, whole) = (begun.elapsed(), fs::read(&map).unwrap());
+        Self { build, map, whole, whole_time }
+    }
+}
+
 #[test]
 fn a_killed_build_leaves_a_whole_map_or_none() {
     let folder = tempfile::tempdir().unwrap();
-    town_command(folder.path());
-    let mut build = Command::new(env!("CARGO_BIN_EXE_dmp-under-test"));
-    build.current_dir(folder.path());
-    build.args("map build town.mcap -t truth.tum -o truth.dmpmap --work . --quiet".split(' '));
-    let map = folder.path().join("truth.dmpmap");
-    let begun = Instant::now();
-    assert!(build.output().unwrap().status.success());
-    let (whole_time, whole) = (begun.elapsed(), fs::read(&map).unwrap());
+    let WholeBuild { mut build, map, whole, whole_time } = WholeBuild::new(folder.path());
     let (mut kills, mut kept) = (0, 0);
     for k in 0..25 {
         fs::remove_file(&map).unwrap_or_default();
@@ -206,14 +221,7 @@ fn a_killed_build_leaves_a_whole_map_or_none() {
 #[test]
 fn a_killed_build_goes_on_and_ends_with_the_same_map() {
     let folder = tempfile::tempdir().unwrap();
-    town_command(folder.path());
-    let mut build = Command::new(env!("CARGO_BIN_EXE_dmp-under-test"));
-    build.current_dir(folder.path());
-    build.args("map build town.mcap -t truth.tum -o truth.dmpmap --work . --quiet".split(' '));
-    let map = folder.path().join("truth.dmpmap");
-    let begun = Instant::now();
-    assert!(build.output().unwrap().status.success());
-    let (whole_time, whole) = (begun.elapsed(), fs::read(&map).unwrap());
+    let WholeBuild { mut build, map, whole, whole_time } = WholeBuild::new(folder.path());
     build.args(["--resume", "--checkpoint", "0.005", "--memory", "32MiB"]);
     let (mut kills, mut finished, mut resumed) = (0, 0, 0);
     let mut state = 3u64;
