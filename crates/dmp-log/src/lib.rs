@@ -54,6 +54,7 @@ mod decimal;
 mod error;
 mod fingerprint;
 mod frames;
+mod held_log;
 mod las_log;
 mod log;
 mod mesh;
@@ -75,6 +76,7 @@ pub use calib::{Calib, find_calib, parse_calib, read_calib};
 pub use cloud::{CloudFormat, CloudSummary, CloudWriter, OrientedPoint, read_cloud};
 pub use error::{LogError, ParseError, Place};
 pub use frames::StaticFrames;
+pub use held_log::HeldLog;
 pub use las_log::MadeWith;
 pub use log::{
     Damage, FieldInfo, FieldMeaning, FrameInfo, LogFormat, LogOptions, LogSummary, LogSurvey, ScanLog,

@@ -5,7 +5,7 @@ use crate::las_log::LasLog;
 use crate::open::{Found, find_for};
 use crate::part_log::PartLog;
 use crate::scan_folder::ScanFolder;
-use crate::{Damage, LogError, LogOptions, ScanLog};
+use crate::{Damage, HeldLog, LogError, LogOptions, LogSummary, ScanLog, StaticFrames};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -122,6 +122,24 @@ impl LogOutline {
         &self.scans
     }
 
+    /// What is told of the log. Returns are not known, 0, where only an index was read, and stamps as near as that
+    /// tells.
+    pub fn summary(&self) -> &LogSummary {
+        match &self.source {
+            Source::Bag(bag) => bag.summary(),
+            Source::Whole { log, .. } => log.summary(),
+        }
+    }
+
+    /// Where sensors and bodies sit on one another, where the log says it; of a bag that repeats it all the time,
+    /// what its first messages say.
+    pub fn static_frames(&self) -> &StaticFrames {
+        match &self.source {
+            Source::Bag(bag) => bag.static_frames(),
+            Source::Whole { log, .. } => log.static_frames(),
+        }
+    }
+
     /// Bytes of the whole log.
     pub fn bytes(&self) -> u64 {
         match &self.source {
@@ -184,21 +202,38 @@ impl LogOutline {
     /// When numbers are not ascending or beyond the log, when the log has changed since, and when none of the
     /// scans can be read.
     pub fn open(&self, wanted: &[usize]) -> Result<Box<dyn ScanLog>, LogError> {
+        self.check(wanted)?;
+        match &self.source {
+            Source::Bag(bag) => Ok(Box::new(bag.part(wanted)?)),
+            Source::Whole { log, notes } => Ok(Box::new(PartLog::of(Arc::clone(log), wanted, notes))),
+        }
+    }
+
+    /// The same, with the scans held in memory: what they are packed in is read once.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn load(&self, wanted: &[usize]) -> Result<HeldLog, LogError> {
+        self.check(wanted)?;
+        match &self.source {
+            Source::Bag(bag) => bag.load(wanted),
+            Source::Whole { log, notes } => HeldLog::of(&PartLog::of(Arc::clone(log), wanted, notes)),
+        }
+    }
+
+    /// Whether these are numbers of scans, ascending.
+    fn check(&self, wanted: &[usize]) -> Result<(), LogError> {
         let option = |problem: String| Err(LogError::Option { path: self.path.clone(), problem });
         let steps = wanted.iter().zip(wanted.iter().skip(1));
         if let Some((before, number)) = steps.into_iter().find(|(before, number)| number <= before) {
             return option(format!("scan {number} was asked for behind scan {before}"));
         }
         match wanted.last() {
-            None => return option("no scan was asked for".to_owned()),
+            None => option("no scan was asked for".to_owned()),
             Some(&last) if last >= self.scans.len() => {
-                return option(format!("scan {last} was asked for, the log has {}", self.scans.len()));
+                option(format!("scan {last} was asked for, the log has {}", self.scans.len()))
             }
-            Some(_) => {}
-        }
-        match &self.source {
-            Source::Bag(bag) => Ok(Box::new(bag.part(wanted)?)),
-            Source::Whole { log, notes } => Ok(Box::new(PartLog::of(Arc::clone(log), wanted, notes))),
+            Some(_) => Ok(()),
         }
     }
 }

@@ -106,12 +106,15 @@ impl ScanReader for BagScanReader<'_> {
     fn read(&mut self, frame: usize, scan: &mut Scan) -> Result<(), LogError> {
         scan.clear();
         let time = self.log.time.as_ref();
-        self.with_cloud(frame, |cloud| {
-            let of_field = |choice: &TimeChoice| -> Option<(Field, TimeRule)> {
-                Some((cloud.layout.field(&choice.field)?, choice.rule))
-            };
-            scan.stamp_ns = Some(cloud.stamp_ns);
-            cloud.rows().append_to(time.and_then(of_field), scan);
-        })
+        self.with_cloud(frame, |cloud| take_scan(cloud, time, scan))
     }
+}
+
+/// Fills an empty scan with what a message holds, its times understood as `time` says.
+fn take_scan(cloud: &Cloud<'_>, time: Option<&TimeChoice>, scan: &mut Scan) {
+    let of_field = |choice: &TimeChoice| -> Option<(Field, TimeRule)> {
+        Some((cloud.layout.field(&choice.field)?, choice.rule))
+    };
+    scan.stamp_ns = Some(cloud.stamp_ns);
+    cloud.rows().append_to(time.and_then(of_field), scan);
 }

@@ -1,16 +1,18 @@
 //! A bag by its indexes: which scans it has, and parts of them.
 
-use super::BagLog;
 use super::found::{FoundFrames, frames_coding};
 use super::open::AroundScans;
 use super::topic::{Entry, TopicIndex};
+use super::{BagLog, take_scan};
 use crate::bag::{Bag, BagIndex, Location};
 use crate::frames::STATIC_TOPIC;
+use crate::held_log::HeldLog;
 use crate::log::median_step_ns;
 use crate::outline::OutlinedScan;
 use crate::points::{TimeChoice, sampled_frames};
-use crate::ros::ScanCoding;
-use crate::{Damage, FieldInfo, LogError, LogOptions, StaticFrames};
+use crate::ros::{Cloud, ScanCoding};
+use crate::{Damage, FieldInfo, LogError, LogOptions, LogSummary, StaticFrames};
+use dmp_sensor::Scan;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Places along the log where pairs of scans are looked at.
@@ -31,6 +33,8 @@ pub(crate) struct BagOutline {
     /// Messages with frames that do not move.
     frames_at: Vec<Location>,
     whole: Whole,
+    /// What is told of the log; returns are not known.
+    summary: LogSummary,
     notes: Vec<String>,
     /// What is added to the time a scan was recorded for its stamp, and how far that is off at most.
     stamp_after_log_ns: i64,
@@ -52,7 +56,12 @@ struct Whole {
     point_bytes: u32,
     period_ns: Option<i64>,
     time: Option<TimeChoice>,
+    /// As far as they lie in few bytes.
+    static_frames: StaticFrames,
 }
+
+/// Takes a scan as it is met: its number in the log, its coding, its bytes.
+type Meet<'a> = dyn FnMut(usize, ScanCoding, &[u8]) + 'a;
 
 impl BagOutline {
     /// Passes over the bag, and looks at a few of its scans.
@@ -82,8 +91,19 @@ impl BagOutline {
         notes.extend(index.notes.iter().cloned());
         let frames_at = few_records(frames_at, around.bytes, &mut notes);
         let (whole, stamp_after_log_ns, stamp_error_ns) = (Whole::default(), 0, 0);
-        let mut outline =
-            Self { around, index, name, scans, frames_at, whole, notes, stamp_after_log_ns, stamp_error_ns };
+        let summary = BagLog::undecided(&around, name.clone(), TopicIndex::default(), Vec::new()).summary;
+        let mut outline = Self {
+            around,
+            index,
+            name,
+            scans,
+            frames_at,
+            whole,
+            summary,
+            notes,
+            stamp_after_log_ns,
+            stamp_error_ns,
+        };
         outline.look(options)?;
         Ok(outline)
     }
@@ -95,7 +115,7 @@ impl BagOutline {
         let mut places = PLACES;
         let (mut sample, numbers) = loop {
             let numbers = self.with_their_groups(&looked_at(count, places));
-            let sample = self.read(&numbers)?;
+            let sample = self.read(&numbers, &mut |_, _, _| ())?;
             if sample.frames.iter().any(|frame| frame.returns > 0) || numbers.len() == count {
                 break (sample, numbers);
             }
@@ -116,14 +136,26 @@ impl BagOutline {
         let mut sample = sample.finish()?;
         self.notes = std::mem::take(&mut sample.summary.notes);
         self.notes.push(format!("{} of {count} scans were looked at to outline the log", numbers.len()));
-        self.around.damage = sample.summary.damage;
+        self.around.damage.clone_from(&sample.summary.damage);
+        // They are known now, and need not be read again for every part.
+        self.frames_at.clear();
+        let stamps_ns = || self.stamps_ns().flatten();
+        let summary = LogSummary {
+            returns: 0,
+            span_ns: stamps_ns().min().zip(stamps_ns().max()),
+            period_ns,
+            notes: self.notes.clone(),
+            ..sample.summary
+        };
         self.whole = Whole {
-            frame_id: sample.summary.frame_id,
-            fields: sample.summary.fields,
-            point_bytes: sample.summary.point_bytes,
+            frame_id: summary.frame_id.clone(),
+            fields: summary.fields.clone(),
+            point_bytes: summary.point_bytes,
             period_ns,
             time: sample.time,
+            static_frames: sample.static_frames,
         };
+        self.summary = summary;
         Ok(())
     }
 
@@ -160,19 +192,22 @@ impl BagOutline {
         by_index.filter(|&period_ns| self.stamp_error_ns <= period_ns / 4).or(by_neighbours).or(by_index)
     }
 
+    /// The stamps of the scans, as near as the index tells.
+    fn stamps_ns(&self) -> impl Iterator<Item = Option<i64>> {
+        let stamp_ns = |scan: &Promised| Some(scan.log_time_ns?.saturating_add(self.stamp_after_log_ns));
+        self.scans.iter().map(stamp_ns)
+    }
+
     /// Every scan that the index names.
     pub(crate) fn scans(&self) -> Vec<OutlinedScan> {
-        let mut scans = Vec::with_capacity(self.scans.len());
         let groups = self.scans.chunk_by(|a, b| a.location.record() == b.location.record());
-        for (group, scan) in groups.enumerate().flat_map(|(k, group)| group.iter().map(move |scan| (k, scan)))
-        {
-            scans.push(OutlinedScan {
-                stamp_ns: scan.log_time_ns.map(|ns| ns.saturating_add(self.stamp_after_log_ns)),
-                group: group as u32,
-                bytes: scan.location.record_bytes(),
-            });
-        }
-        scans
+        let grouped = groups.enumerate().flat_map(|(k, group)| group.iter().map(move |scan| (k, scan)));
+        let outlined = |((group, scan), stamp_ns): ((usize, &Promised), Option<i64>)| OutlinedScan {
+            stamp_ns,
+            group: group as u32,
+            bytes: scan.location.record_bytes(),
+        };
+        grouped.zip(self.stamps_ns()).map(outlined).collect()
     }
 
     /// Bytes of the whole bag.
@@ -200,9 +235,37 @@ impl BagOutline {
         &self.around.damage
     }
 
+    /// What is told of the log; returns are not known.
+    pub(crate) fn summary(&self) -> &LogSummary {
+        &self.summary
+    }
+
+    pub(crate) fn static_frames(&self) -> &StaticFrames {
+        &self.whole.static_frames
+    }
+
+    /// Reads some scans, numbers ascending, what they lie in once, and keeps them.
+    pub(crate) fn load(&self, wanted: &[usize]) -> Result<HeldLog, LogError> {
+        let mut scans = BTreeMap::new();
+        let time = self.whole.time.as_ref();
+        let log = self.part_with(wanted, &mut |number, coding, body| {
+            // One that is broken is told of where all are taken in.
+            if let Ok(cloud) = Cloud::parse(coding, body) {
+                let mut scan = Scan::default();
+                take_scan(&cloud, time, &mut scan);
+                scans.insert(number, scan);
+            }
+        })?;
+        Ok(HeldLog::new(&log, &mut |number| scans.remove(&number)))
+    }
+
     /// Opens some scans, numbers ascending.
     pub(crate) fn part(&self, wanted: &[usize]) -> Result<BagLog, LogError> {
-        let mut log = self.read(wanted)?;
+        self.part_with(wanted, &mut |_, _, _| ())
+    }
+
+    fn part_with(&self, wanted: &[usize], meet: &mut Meet<'_>) -> Result<BagLog, LogError> {
+        let mut log = self.read(wanted, meet)?;
         log.summary.notes.splice(0..0, self.notes.iter().cloned());
         if let Some(time) = &self.whole.time {
             log.take_time(time.clone());
@@ -220,12 +283,13 @@ impl BagOutline {
     }
 
     /// Reads what these scans lie in, and the frames that do not move.
-    fn read(&self, wanted: &[usize]) -> Result<BagLog, LogError> {
+    fn read(&self, wanted: &[usize], meet: &mut Meet<'_>) -> Result<BagLog, LogError> {
         let places = wanted.iter().filter_map(|&number| self.scans.get(number)).map(|scan| scan.location);
         let mut places: Vec<Location> = places.chain(self.frames_at.iter().copied()).collect();
         places.sort_by(Location::compare);
         let mut topic = TopicIndex { frame_id: self.whole.frame_id.clone(), ..TopicIndex::default() };
         let (mut frames, mut met, mut unnamed) = (FoundFrames::default(), BTreeSet::new(), 0);
+        frames.frames.clone_from(&self.whole.static_frames);
         let mut part = self.around.bag.walk_part(&self.index, &places, &mut |message| {
             frames.take(&message);
             let Some(coding) = ScanCoding::of(message.channel) else { return };
@@ -235,6 +299,7 @@ impl BagOutline {
             match self.scans.binary_search_by(|scan| scan.location.compare(&message.location)) {
                 Ok(number) if wanted.binary_search(&number).is_ok() => {
                     met.insert(number);
+                    meet(number, coding, message.body);
                     topic.add_numbered(coding, message, number as u64);
                 }
                 Ok(_) => {}
