@@ -4,10 +4,11 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use dmp_log::{Calib, LogSummary, ScanLog, find_calib, read_calib};
+use dmp_log::{Calib, LogSummary, find_calib, read_calib};
 use dmp_sensor::Isometry3;
 
 use crate::exit::Usage;
+use crate::log_args::LogHead;
 use crate::named::assign;
 use crate::runs::LoadedRun;
 use crate::score::parse;
@@ -89,7 +90,7 @@ impl BodyFromSensor {
 pub(crate) fn of_runs(
     given: &[NamedExtrinsic],
     runs: &[LoadedRun],
-    log: &dyn ScanLog,
+    log: LogHead<'_>,
 ) -> anyhow::Result<Vec<BodyFromSensor>> {
     let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
     let values = given.iter().map(|given| (given.run.as_deref(), given.text.clone(), &given.extrinsic));
@@ -113,7 +114,7 @@ pub(crate) fn of_mapper(given: &[NamedExtrinsic]) -> anyhow::Result<Option<Isome
     })
 }
 
-fn of_run(extrinsic: &Extrinsic, run: &LoadedRun, log: &dyn ScanLog) -> anyhow::Result<BodyFromSensor> {
+fn of_run(extrinsic: &Extrinsic, run: &LoadedRun, log: LogHead<'_>) -> anyhow::Result<BodyFromSensor> {
     match extrinsic {
         Extrinsic::Auto => auto(run, log),
         Extrinsic::Identity => Ok(BodyFromSensor::identity("as given")),
@@ -130,7 +131,7 @@ fn of_run(extrinsic: &Extrinsic, run: &LoadedRun, log: &dyn ScanLog) -> anyhow::
 }
 
 /// What frames, files and movement say.
-fn auto(run: &LoadedRun, log: &dyn ScanLog) -> anyhow::Result<BodyFromSensor> {
+fn auto(run: &LoadedRun, log: LogHead<'_>) -> anyhow::Result<BodyFromSensor> {
     if let Some(body) = &run.body_frame {
         return of_frame(body, run, log);
     }
@@ -145,7 +146,7 @@ fn auto(run: &LoadedRun, log: &dyn ScanLog) -> anyhow::Result<BodyFromSensor> {
 }
 
 /// The scans' frame on the body's, by the static frames of the log or of the run's own bag.
-fn of_frame(body: &str, run: &LoadedRun, log: &dyn ScanLog) -> anyhow::Result<BodyFromSensor> {
+fn of_frame(body: &str, run: &LoadedRun, log: LogHead<'_>) -> anyhow::Result<BodyFromSensor> {
     let path = log.summary().path.display();
     let Some(sensor) = log.summary().frame_id.as_deref().filter(|frame| !frame.is_empty()) else {
         let problem = format!(
@@ -178,7 +179,7 @@ fn of_frame(body: &str, run: &LoadedRun, log: &dyn ScanLog) -> anyhow::Result<Bo
 }
 
 /// A trajectory that does not say which frame it moves, in a log with frames: the choices.
-fn which_frame(run: &LoadedRun, log: &dyn ScanLog) -> String {
+fn which_frame(run: &LoadedRun, log: LogHead<'_>) -> String {
     let sensor = log.summary().frame_id.as_deref().unwrap_or_default();
     let mut choices = vec![format!("--extrinsic identity (the scans' own `{sensor}`)")];
     let beside = log.static_frames().beside(sensor);

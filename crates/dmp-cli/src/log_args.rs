@@ -2,8 +2,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use dmp_log::{
-    LogError, LogOptions, LogSurvey, MadeWith, PointTime, ScanLog, StampAt, open_log, read_trajectory,
-    survey_log,
+    LogError, LogOptions, LogOutline, LogSummary, LogSurvey, MadeWith, PointTime, ScanLog, StampAt,
+    StaticFrames, open_log, outline_log, read_trajectory, survey_log,
 };
 use dmp_sensor::Isometry3;
 
@@ -44,6 +44,41 @@ pub(crate) struct LogArgs {
     scan_period: i64,
 }
 
+/// What is told of a log, open or by its index.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LogHead<'a> {
+    summary: &'a LogSummary,
+    static_frames: &'a StaticFrames,
+    scans: usize,
+}
+
+impl<'a> LogHead<'a> {
+    pub(crate) fn of_log(log: &'a dyn ScanLog) -> Self {
+        Self { summary: log.summary(), static_frames: log.static_frames(), scans: log.frames().len() }
+    }
+
+    pub(crate) fn of_outline(outline: &'a LogOutline) -> Self {
+        Self {
+            summary: outline.summary(),
+            static_frames: outline.static_frames(),
+            scans: outline.scans().len(),
+        }
+    }
+
+    /// Returns are 0 where only an index was read.
+    pub(crate) fn summary(self) -> &'a LogSummary {
+        self.summary
+    }
+
+    pub(crate) fn static_frames(self) -> &'a StaticFrames {
+        self.static_frames
+    }
+
+    pub(crate) fn scans(self) -> usize {
+        self.scans
+    }
+}
+
 /// Where the sensor sat and how clocks differ where a LAS file is brought back into the sensor's frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Mapper {
@@ -62,6 +97,11 @@ impl LogArgs {
     /// Opens the log.
     pub(crate) fn open(&self, mapper: &Mapper) -> Result<Box<dyn ScanLog>, LogError> {
         open_log(&self.log, &self.options(mapper)?)
+    }
+
+    /// Looks at the index of the log.
+    pub(crate) fn outline(&self, mapper: &Mapper) -> Result<LogOutline, LogError> {
+        outline_log(&self.log, &self.options(mapper)?)
     }
 
     /// Everything that the log holds, also where it cannot be opened without being told more.

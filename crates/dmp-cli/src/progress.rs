@@ -89,6 +89,7 @@ impl Watch for Progress {
             Stage::Surfels => ("making surfels", "tiles/s"),
             Stage::Trails => ("finding trails", "points/s"),
             Stage::Cast => ("casting rays", "points/s"),
+            Stage::Places => ("scoring places", "places/s"),
             _ => ("working", "steps/s"),
         };
         self.start(what, unit, total);

@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 
 use dmp::{MapSource, Run, RunSource};
 use dmp_log::{
-    LogSummary, PoseTopic, ScanLog, StaticFrames, TopicTrajectory, TrajectoryFile, TrajectoryFormat, is_bag,
-    read_topic_trajectory, read_trajectory_as,
+    LogOutline, LogSummary, PoseTopic, ScanLog, StaticFrames, TopicTrajectory, TrajectoryFile,
+    TrajectoryFormat, is_bag, read_topic_trajectory, read_trajectory_as,
 };
 use dmp_sensor::Trajectory;
 
 use crate::Common;
 use crate::exit::Usage;
 use crate::extrinsic::{self, BodyFromSensor};
-use crate::log_args::LogArgs;
+use crate::log_args::{LogArgs, LogHead};
 use crate::named::{NamedFile, names_of};
 use crate::score::announce;
 use crate::settings::SettingsArgs;
@@ -65,6 +65,12 @@ impl Runs {
             Ok((name, Source::Read(Box::new(run))))
         };
         Ok(Self(names.into_iter().zip(files).map(start).collect::<Result<_, _>>()?))
+    }
+
+    /// The first run, if any, whose poses are messages of the log itself.
+    pub(crate) fn in_log(&self) -> Option<String> {
+        let in_log = |(_, source): &&(String, Source)| matches!(source, Source::Topic { bag: None, .. });
+        self.0.iter().find(in_log).map(|(name, _)| name.clone())
     }
 
     pub(crate) fn names(&self) -> Vec<&str> {
@@ -167,8 +173,8 @@ fn parse_topic(text: &str) -> Result<PoseTopic, Usage> {
 }
 
 /// A log and the runs on it, as they are scored.
-pub(crate) struct OpenedRuns {
-    pub(crate) log: Box<dyn ScanLog>,
+pub(crate) struct OpenedRuns<L = Box<dyn ScanLog>> {
+    pub(crate) log: L,
     pub(crate) runs: Vec<Run>,
     /// Whether part of the log or of a run is lost; warnings say what.
     pub(crate) damaged: bool,
@@ -184,17 +190,50 @@ impl OpenedRuns {
         common: &Common,
     ) -> anyhow::Result<Self> {
         let log = log.open(&settings.mapper()?)?;
-        let loaded = started.finish(log.summary())?;
-        if !common.quiet {
-            announce::found(log.as_ref(), &loaded);
-        }
-        let extrinsics = extrinsic::of_runs(&settings.extrinsic, &loaded, log.as_ref())?;
-        if !common.quiet {
-            announce::extrinsics(&loaded, &extrinsics);
-        }
-        let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
-        Ok(Self { runs: to_score(loaded, maps, extrinsics), log, damaged })
+        let (runs, damaged) = finish(started, maps, LogHead::of_log(log.as_ref()), settings, common)?;
+        Ok(Self { log, runs, damaged })
     }
+}
+
+impl OpenedRuns<LogOutline> {
+    /// The same with no more of the log than its index.
+    pub(crate) fn outline(
+        started: Runs,
+        log: &LogArgs,
+        settings: &SettingsArgs,
+        common: &Common,
+    ) -> anyhow::Result<Self> {
+        let in_log = started.in_log();
+        let log = log.outline(&settings.mapper()?)?;
+        if let (Some(run), false) = (in_log, common.quiet) {
+            eprintln!(
+                "note: the poses of `{run}` are in the log, so all of it is read for them; `dmp convert` writes them to a file"
+            );
+        }
+        let maps = started.0.iter().map(|_| MapSource::Fused).collect::<Vec<_>>();
+        let (runs, damaged) = finish(started, maps, LogHead::of_outline(&log), settings, common)?;
+        Ok(Self { log, runs, damaged })
+    }
+}
+
+/// Finishes the runs and finds where their sensors sat; tells too whether part of log or runs is lost.
+fn finish(
+    started: Runs,
+    maps: impl IntoIterator<Item = MapSource>,
+    log: LogHead<'_>,
+    settings: &SettingsArgs,
+    common: &Common,
+) -> anyhow::Result<(Vec<Run>, bool)> {
+    let loaded = started.finish(log.summary())?;
+    if !common.quiet {
+        announce::found(log, &loaded);
+    }
+    let extrinsics = extrinsic::of_runs(&settings.extrinsic, &loaded, log)?;
+    if !common.quiet {
+        announce::extrinsics(&loaded, &extrinsics);
+    }
+    let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
+    Ok((to_score(loaded, maps, extrinsics), damaged))
 }
 
 /// The runs as they are scored.

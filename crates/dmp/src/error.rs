@@ -101,6 +101,28 @@ pub enum EvaluateError {
     /// Every run has poses, but no scan has one in all of them.
     #[error("no scan has a pose in every run")]
     NothingInCommon,
+    /// The drive is too short to choose places from.
+    #[error(
+        "the way is {travel_m:.0} m, {places} places: there is nothing to choose among; score all of it, without --quick"
+    )]
+    NoPlaces {
+        /// The way, metres.
+        travel_m: f64,
+        /// Places.
+        places: usize,
+    },
+    /// The index of a log does not tell when its scans were made.
+    #[error(
+        "{}: its index tells the times of its scans no better than to {error_s:.1} s, which does not tell where they were \
+         made: score a sample of its scans, --sample",
+        path.display()
+    )]
+    VagueStamps {
+        /// The log.
+        path: PathBuf,
+        /// How far a stamp is off, seconds.
+        error_s: f64,
+    },
     /// Not one return is left to score.
     #[error("no return is used: {0}")]
     NoReturns(String),
@@ -182,6 +204,8 @@ impl EvaluateError {
             | Self::NoRuns
             | Self::SameName { .. }
             | Self::ReservedName { .. }
+            | Self::NoPlaces { .. }
+            | Self::VagueStamps { .. }
             | Self::Setting { .. } => true,
             Self::Log(error) => error.is_usage(),
             _ => false,

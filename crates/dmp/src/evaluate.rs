@@ -7,8 +7,8 @@ use crate::cast::{CastPass, Casters};
 use crate::checkpoint::Work;
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
-use crate::plan::Plan;
-use crate::report::{PassTimes, Report};
+use crate::plan::{Heads, Plan};
+use crate::report::{Inputs, PassTimes, Report};
 use crate::watch::Watch;
 use crate::{fuse, given, memory, report, sanity, trails};
 
@@ -80,7 +80,7 @@ fn evaluate_in(
     let map_bytes = fuse::fused_bytes(&run_maps);
     let casters = Casters::new(run_maps, config, work.budget());
     // Where they hardly belong together: what is likely wrong, told before the long part.
-    let hints = sanity::look(log, &plan, runs, &casters.of_runs, &casters.bases, config, watch)?;
+    let hints = sanity::look(log, &plan, &sanity::stretches(&plan), runs, &casters.given(), config, watch)?;
     let (plan, casters) = (&plan, &casters);
     let pass = CastPass { log, plan, runs, casters, config, work, maps: &as_kept, watch };
     let mut scored = pass.run()?;
@@ -102,7 +102,8 @@ fn evaluate_in(
     memory::look();
     let total_s = start.elapsed().as_secs_f64();
     let times = PassTimes { plan_s, fuse_s, trails_s, cast_s, total_s, threads: config.threads };
-    let mut report = report::build(log, runs, config, plan, &maps, map_reports, &scored, &hints, times);
+    let inputs = Inputs { heads: Heads::Log(log), damage: &log.summary().damage, runs };
+    let mut report = report::build(inputs, config, plan, &maps, map_reports, &scored, &hints, times);
     report.memory.disk_bytes_estimated = room.bytes();
     report.memory.disk_bytes = report.memory.scratch_bytes + map_bytes;
     report.warnings.extend(room_warning);

@@ -14,8 +14,10 @@ use crate::watch::Watch;
 /// A scan to be scored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct PlannedFrame {
-    /// Its index in the log.
+    /// Its index in the log that is read.
     pub(crate) frame: usize,
+    /// Its number in the whole log, where only a part is read.
+    pub(crate) number: usize,
     /// Its stamp with the time offset, nanoseconds; `None` where the log has none.
     pub(crate) stamp_ns: Option<i64>,
     /// Returns in it, used or not.
@@ -84,8 +86,17 @@ pub(crate) struct Jobs {
 /// Frames that are cheapest read together go to the same thread. The workers come back, in no order
 /// that means anything: what they hold must add up to the same, whoever held what.
 pub(crate) fn each_frame<W: Worker>(reading: Reading<'_>, workers: Vec<W>) -> Result<Vec<W>, EvaluateError> {
+    each_frame_of(reading, |_| true, workers)
+}
+
+/// The same for the `wanted` frames.
+pub(crate) fn each_frame_of<W: Worker>(
+    reading: Reading<'_>,
+    wanted: impl Fn(usize) -> bool,
+    workers: Vec<W>,
+) -> Result<Vec<W>, EvaluateError> {
     let pauses = Pauses { every: None, done: FrameSet::default(), keep: &mut |_, _| Ok(()), ahead: &|_| () };
-    let jobs = Jobs { first: 0, jobs: jobs_of(reading, |_| true) };
+    let jobs = Jobs { first: 0, jobs: jobs_of(reading, wanted) };
     each_frame_in_parts(reading, jobs, workers, pauses).map(|(workers, _)| workers)
 }
 

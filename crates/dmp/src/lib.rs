@@ -36,6 +36,7 @@ mod fuse;
 mod given;
 mod maps;
 mod memory;
+mod places;
 mod plan;
 mod pose;
 mod report;
@@ -51,10 +52,11 @@ pub use error::EvaluateError;
 pub use evaluate::evaluate;
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
 pub use memory::{machine_memory_bytes, peak_anonymous_bytes};
+pub use places::evaluate_quick;
 pub use report::{
     ConfigReport, CvScores, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport, NearScores,
-    PairReport, PassTimes, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, SegmentReport,
-    TileReport,
+    PairReport, PassTimes, PlacesReport, Report, RunInputReport, RunReport, SamplingReport, ScaleReport,
+    SegmentReport, TileReport,
 };
 pub use sample::{Decide, Looks, Sample};
 pub use watch::{ScoredReturns, Stage, Watch};

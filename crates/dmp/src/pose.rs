@@ -1,4 +1,3 @@
-use dmp_log::ScanLog;
 use dmp_sensor::{
     DropReason, Isometry3, Ray, ReturnCounts, ReturnFilter, Scan, Track, TrackCursor, is_implausible,
 };
@@ -6,6 +5,7 @@ use dmp_sensor::{
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
+use crate::plan::Heads;
 
 /// Returns handled at a time, those of all runs together: bounds the memory of a thread however large a
 /// scan is and however many the runs are. No number depends on it.
@@ -33,10 +33,10 @@ pub(crate) struct RunPoses<'a> {
 
 impl<'a> RunPoses<'a> {
     /// Pairs the run's poses with the log's scans.
-    pub(crate) fn new(log: &dyn ScanLog, run: &'a Run, config: &Config) -> Result<Self, EvaluateError> {
+    pub(crate) fn new(heads: Heads<'_>, run: &'a Run, config: &Config) -> Result<Self, EvaluateError> {
         let max_gap_ns = config.max_time_gap_ns.unwrap_or_else(|| run.trajectory.usual_gap_ns());
         let track = Track::new(&run.trajectory, run.body_from_sensor(config), max_gap_ns);
-        Ok(Self { pairing: pairing_of(log, run)?, max_gap_ns, track })
+        Ok(Self { pairing: pairing_of(heads, run)?, max_gap_ns, track })
     }
 
     /// The same pairing with other poses of as many lines.
@@ -48,7 +48,7 @@ impl<'a> RunPoses<'a> {
     pub(crate) fn of_frame(&self, frame: &PlannedFrame) -> Option<Isometry3<f64>> {
         match self.pairing {
             Pairing::ByStamp => self.track.world_from_sensor_at(frame.stamp_ns?),
-            Pairing::ByLine => self.track.world_from_sensor_of_line(frame.frame),
+            Pairing::ByLine => self.track.world_from_sensor_of_line(frame.number),
         }
     }
 
@@ -59,7 +59,7 @@ impl<'a> RunPoses<'a> {
 
     /// How the poses of a scan's returns are found; `None` where the run has none for the scan.
     fn of_scan(&self, frame: &PlannedFrame, scan: &Scan) -> Option<ScanPose> {
-        let line_ns = || self.track.trajectory().stamps_ns()?.get(frame.frame).copied();
+        let line_ns = || self.track.trajectory().stamps_ns()?.get(frame.number).copied();
         match self.pairing {
             Pairing::ByStamp => Some(ScanPose::After(frame.stamp_ns?)),
             Pairing::ByLine => match line_ns() {
@@ -70,9 +70,9 @@ impl<'a> RunPoses<'a> {
     }
 }
 
-fn pairing_of(log: &dyn ScanLog, run: &Run) -> Result<Pairing, EvaluateError> {
-    let scans = log.frames().len();
-    let log_stamped = log.frames().iter().all(|frame| frame.stamp_ns.is_some());
+fn pairing_of(heads: Heads<'_>, run: &Run) -> Result<Pairing, EvaluateError> {
+    let scans = heads.scans_in_log();
+    let log_stamped = heads.scans().all(|(_, info)| info.stamp_ns.is_some());
     let which = match (log_stamped, run.trajectory.stamps_ns().is_some()) {
         (true, true) => return Ok(Pairing::ByStamp),
         (true, false) => "in the trajectory",

@@ -17,12 +17,14 @@ pub enum Stage {
     Trails,
     /// Returns are cast into every run's map. Counted in returns.
     Cast,
+    /// Places are scored, each by itself. Counted in places.
+    Places,
 }
 
 /// Used returns of one frame, as they were cast. A frame comes in one or more such parts.
 #[derive(Debug, Clone, Copy)]
 pub struct ScoredReturns<'a> {
-    /// The frame's index in the log.
+    /// The frame's number in the log.
     pub frame: usize,
     /// For every run, the rays of the same returns in the same order: `rays[run][index]`.
     pub rays: &'a [Vec<Ray>],
@@ -54,9 +56,14 @@ pub trait Watch: Sync {
         let _ = returns;
     }
 
-    /// A frame is scored: its index in the log and the sums of its runs and pairs. Frames come in any order.
+    /// A frame is scored: its number in the log and the sums of its runs and pairs. Frames come in any order.
     fn frame_scored(&self, frame: usize, sums: &FrameSums) {
         let _ = (frame, sums);
+    }
+
+    /// A place of a quick score is done: its number among all, and the sums of its runs and pairs. In any order.
+    fn place_scored(&self, place: usize, sums: &FrameSums) {
+        let _ = (place, sums);
     }
 
     /// Whether to stop: asked before every frame. The evaluation then ends with

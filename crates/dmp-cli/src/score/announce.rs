@@ -1,17 +1,18 @@
 //! What is told on standard error before and after scoring.
 
 use dmp::Report;
-use dmp_log::{LogSummary, ScanLog};
+use dmp_log::LogSummary;
 use dmp_sensor::Trajectory;
 
 use crate::extrinsic::BodyFromSensor;
+use crate::log_args::LogHead;
 use crate::runs::LoadedRun;
 use crate::text::{self, counted};
 
 /// What was found: a line for the log, a line for what was guessed of it, a line for each run.
-pub(crate) fn found(log: &dyn ScanLog, runs: &[LoadedRun]) {
+pub(crate) fn found(log: LogHead<'_>, runs: &[LoadedRun]) {
     let summary = log.summary();
-    eprintln!("{}: {}", summary.path.display(), log_in_words(summary, log.frames().len()));
+    eprintln!("{}: {}", summary.path.display(), log_in_words(summary, log.scans()));
     if !summary.notes.is_empty() {
         eprintln!("note: {}", summary.notes.join("; "));
     }
@@ -61,8 +62,13 @@ fn log_in_words(summary: &LogSummary, scans: usize) -> String {
         (None, _) => " without stamps".to_owned(),
         _ => String::new(),
     };
-    let (scans, returns) = (counted(scans as u64, "scan"), counted(summary.returns, "return"));
-    let mut parts = vec![format!("{}{topic}", summary.format.name()), format!("{scans}{span}, {returns}")];
+    let scans = counted(scans as u64, "scan");
+    // An index does not tell.
+    let returns = match summary.returns {
+        0 => String::new(),
+        returns => format!(", {}", counted(returns, "return")),
+    };
+    let mut parts = vec![format!("{}{topic}", summary.format.name()), format!("{scans}{span}{returns}")];
     parts.push(match &summary.point_times {
         Some(meaning) => format!("times of points: {meaning}"),
         None => "no times of points".to_owned(),

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 
 use anyhow::Context as _;
 use clap::Args;
-use dmp::{Config, evaluate};
+use dmp::{Config, evaluate, evaluate_quick};
 use dmp_log::TrajectoryFormat;
 
 use crate::log_args::LogArgs;
@@ -39,6 +39,7 @@ use sampling::SamplingArgs;
     dmp score drive.mcap -t old=a/traj.tum -t new=b/traj.tum --extrinsic 0,0,0.28,0,0,0,1\n  \
     dmp score kitti/07/ -t poses.txt --every 5 --memory 2GiB\n  \
     dmp score city.mcap -t run.tum --resume\n  \
+    dmp score city.mcap -t a.tum -t b.tum --quick\n  \
     dmp score city.mcap -t a.tum -t b.tum --sample 2%\n  \
     dmp score city.mcap -t a.tum -t b.tum -t c.tum --decide=a,b\n  \
     dmp score drive.mcap -t run.tum --map survey.laz --json > scores.json\n  \
@@ -109,12 +110,22 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
         _taken = take_folder(folder)?;
     }
-    let OpenedRuns { log, runs, damaged } =
-        OpenedRuns::open(started, maps, &arguments.log, &arguments.settings, common)?;
-
-    let progress = Progress::new(common);
-    let report = evaluate(log.as_ref(), &runs, &config, &progress)?;
-    drop(progress);
+    let (report, damaged) = match arguments.sampling.quick() {
+        None => {
+            let OpenedRuns { log, runs, damaged } =
+                OpenedRuns::open(started, maps, &arguments.log, &arguments.settings, common)?;
+            (evaluate(log.as_ref(), &runs, &config, &Progress::new(common))?, damaged)
+        }
+        Some(share) => {
+            let OpenedRuns { log, runs, damaged } =
+                OpenedRuns::outline(started, &arguments.log, &arguments.settings, common)?;
+            let config = Config { checkpoint_every: None, ..config };
+            let report = evaluate_quick(&log, &runs, &config, share, &Progress::new(common))?;
+            // What is lost shows where it is read.
+            let damaged = damaged || !report.inputs.damage.is_empty();
+            (report, damaged)
+        }
+    };
     if arguments.json {
         serde_json::to_writer_pretty(&mut *out, &report).map_err(std::io::Error::from)?;
         writeln!(out)?;

@@ -94,7 +94,7 @@ pub(super) fn verdicts(out: &mut impl Write, report: &Report) -> io::Result<()> 
     }
     table.write(out, "")?;
     for told in pairs.iter().filter(|told| told.verdict() != "better than") {
-        let more = sampling::more_needed(report, told.pair.frames_needed);
+        let more = sampling::more_needed(report, told.pair);
         writeln!(out, "{}, {}: {}{more}", told.first, told.second, told.pair.reason)?;
     }
     Ok(())

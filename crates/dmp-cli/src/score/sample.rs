@@ -123,6 +123,7 @@ fn pair(a: &str, b: &str, score: &'static str, scales_m: &[f64]) -> PairReport {
         decided_at_m: scales_m.first().copied(),
         reason: "better globally: decided at the 10 m scale (876543 common returns)".into(),
         frames_needed: None,
+        places_needed: None,
     }
 }
 
@@ -183,6 +184,7 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             seed: None,
             looks: None,
             confidence: 0.99,
+            places: None,
         },
         warnings: Vec::new(),
         timing: PassTimes {

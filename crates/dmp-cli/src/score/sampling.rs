@@ -1,7 +1,7 @@
 //! Scoring a sample of the scans: the options, and how a report tells of it.
 
 use clap::Args;
-use dmp::{Confidence, Config, Decide, Report, RunReport, Sample, SamplingReport};
+use dmp::{Confidence, Config, Decide, PairReport, PlacesReport, Report, RunReport, Sample, SamplingReport};
 
 use crate::text::{self, NONE, counted, digits};
 
@@ -22,12 +22,24 @@ pub(crate) struct SamplingArgs {
     #[arg(long, value_name = "P%", default_value = "99%", value_parser = confidence)]
     #[arg(requires = "decide", help_heading = "Sampling")]
     confidence: Confidence,
+    /// Answers from a sample of places, of which no more of the log is read than this share of its bytes: the scans near
+    /// each place on every pass. Every place has a small map of its own. Needs an index in the log (MCAP, rosbag2, a
+    /// folder of scans) and stamps
+    #[arg(long, value_name = "P%", num_args = 0..=1, require_equals = true, default_missing_value = "5%")]
+    #[arg(value_parser = share, help_heading = "Sampling")]
+    #[arg(conflicts_with_all = ["sample", "decide", "maps", "free_space", "save_maps", "resume"])]
+    quick: Option<f64>,
     /// Draws another sample
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Sampling")]
     seed: u64,
 }
 
 impl SamplingArgs {
+    /// The share of the log that may be read for a quick score, where that is asked for.
+    pub(crate) fn quick(&self) -> Option<f64> {
+        self.quick
+    }
+
     /// The settings with the sampling that was asked for.
     pub(crate) fn of(&self, config: Config) -> Config {
         let decide = self.decide.clone().map(|pair| Decide { pair: pair.0, confidence: self.confidence });
@@ -38,6 +50,13 @@ impl SamplingArgs {
 /// The two runs that matter; `None`: all do.
 #[derive(Debug, Clone, PartialEq)]
 struct Pair(Option<(String, String)>);
+
+/// `5%`, as a share.
+fn share(text: &str) -> Result<f64, String> {
+    let percent = text.strip_suffix('%').and_then(|percent| percent.trim_end().parse::<f64>().ok());
+    let error = || format!("`{text}` is no share of a log: try 5%");
+    percent.filter(|&percent| percent > 0.0 && percent <= 100.0).map(|p| p / 100.0).ok_or_else(error)
+}
 
 /// Nothing, or two names.
 fn pair(text: &str) -> Result<Pair, String> {
@@ -75,6 +94,9 @@ fn confidence(text: &str) -> Result<Confidence, String> {
 /// What was scored, where that is not everything, in a line.
 pub(super) fn in_words(sampling: &SamplingReport) -> Option<String> {
     let (scored, all) = (text::count(sampling.frames_scored), counted(sampling.frames_total, "scan"));
+    if let Some(places) = &sampling.places {
+        return Some(places_in_words(sampling, places));
+    }
     let seed = sampling.seed?;
     let looks = sampling.looks.as_ref().map_or(String::new(), |looks| {
         let looks: Vec<String> = looks.iter().map(u64::to_string).collect();
@@ -85,6 +107,27 @@ pub(super) fn in_words(sampling: &SamplingReport) -> Option<String> {
     } else {
         format!("scored: all {all}{looks}")
     })
+}
+
+/// At which places, and what was read for them.
+fn places_in_words(sampling: &SamplingReport, places: &PlacesReport) -> String {
+    let bytes = places.bytes_read.map_or(String::new(), |bytes| format!("; {} read", text::bytes(bytes)));
+    let drawn = if places.drawn < places.total {
+        format!(
+            "{} of {}, evenly spread (--seed {})",
+            text::count(places.drawn),
+            counted(places.total, "place"),
+            sampling.seed.unwrap_or_default()
+        )
+    } else {
+        format!("all {}", counted(places.total, "place"))
+    };
+    format!(
+        "scored: {} at {drawn}, {} of them passed more than once; each has a map of its own, of the scans within {:.0} m{bytes}",
+        counted(sampling.frames_scored, "scan"),
+        text::count(places.revisited),
+        places.radius_m
+    )
 }
 
 /// Whether not all scans were scored.
@@ -107,15 +150,29 @@ pub(super) fn half_width(run: &RunReport, cross_validated: bool) -> String {
 }
 
 /// What to do about a pair that a sample does not decide.
-pub(super) fn more_needed(report: &Report, frames_needed: Option<u64>) -> String {
+pub(super) fn more_needed(report: &Report, pair: &PairReport) -> String {
+    if let Some(places) = &report.sampling.places {
+        return more_places_needed(places, pair.places_needed);
+    }
     let SamplingReport { frames_scored, frames_total, .. } = report.sampling;
-    match frames_needed {
+    match pair.frames_needed {
         // A guess of nearly all is one of all.
         Some(needed) if 10 * needed < 9 * frames_total => {
             format!("; about {} more scans would decide: --decide", needed - frames_scored)
         }
         Some(_) => "; if anything decides, it is all scans, without --sample".to_owned(),
         None => String::new(),
+    }
+}
+
+/// The same of places.
+fn more_places_needed(places: &PlacesReport, needed: Option<u64>) -> String {
+    let Some(needed) = needed else { return String::new() };
+    let share = 100.0 * places.share_asked * needed as f64 / places.drawn.max(1) as f64;
+    if 10 * needed < 9 * places.total && share < 50.0 {
+        format!("; about {} more places would decide: --quick={}%", needed - places.drawn, share.ceil())
+    } else {
+        "; if anything decides, it is the whole log, without --quick".to_owned()
     }
 }
 
@@ -130,6 +187,15 @@ mod tests {
         assert_eq!(sample("0.5 %"), Ok(Sample::Share(0.005)));
         for text in ["0", "0%", "101%", "-3", "2.5", "nan%", "x", "", "%"] {
             assert!(sample(text).is_err_and(|e| e.ends_with("no sample: try 28 (scans) or 2%")), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_share_is_in_percent() {
+        assert_eq!(share("5%"), Ok(0.05));
+        assert_eq!(share("0.5 %"), Ok(0.005));
+        for text in ["5", "0%", "101%", "-1%", "nan%", "%", ""] {
+            assert!(share(text).is_err_and(|e| e.ends_with("try 5%")), "{text}");
         }
     }
 

@@ -45,6 +45,12 @@ impl Casters {
         Self { of_runs, bases, schedule, budget_bytes }
     }
 
+    /// Of the runs whose maps were not fused, the casters.
+    pub(crate) fn given(&self) -> Vec<Option<&Caster>> {
+        let given = |(caster, basis): (_, &Basis)| (*basis == Basis::Near).then_some(caster);
+        self.of_runs.iter().zip(&self.bases).map(given).collect()
+    }
+
     /// Has the tiles loaded that come into reach, beside what reads and casts; `pass` is given what to tell of jobs.
     pub(super) fn with_prefetch<R>(
         &self,

@@ -5,15 +5,16 @@ use std::collections::HashMap;
 
 use dmp_log::ScanLog;
 use dmp_map::{Lattice, TileId};
-use dmp_reduce::{Comparison, Confidence, Layout, Reducer, RunSums, Verdict};
+use dmp_reduce::{Comparison, Confidence, FrameSums, Layout, Reducer, RunSums, Verdict};
 use dmp_sensor::ReturnCounts;
 
 use crate::checkpoint::{Casting, Fused, Round, Work};
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
-use crate::frames::{FrameSet, Jobs, Pauses, Reading, each_frame_in_parts, jobs_of};
+use crate::frames::{FrameSet, Jobs, Pauses, Reading, each_frame_in_parts, each_frame_of, jobs_of};
 use crate::fuse;
 use crate::plan::Plan;
+use crate::report::PlacesReport;
 use crate::schedule::Schedule;
 use crate::watch::{Stage, Watch};
 
@@ -25,6 +26,12 @@ pub(crate) use worker::query_of;
 #[derive(Debug)]
 pub(crate) struct Scored {
     pub(crate) reducer: Reducer,
+    /// Scans that were scored.
+    pub(crate) frames: u64,
+    /// Where not scans but places were drawn: what is told of them.
+    pub(crate) places: Option<PlacesReport>,
+    /// For every unit that the reducer takes its number in the log: of a scan, or of the scan in a place's middle.
+    pub(crate) scan_of_unit: Vec<usize>,
     /// How many frames were scored when it was looked whether that decides; where it was asked for, the last is all
     /// that were scored.
     pub(crate) looks: Vec<u64>,
@@ -39,6 +46,14 @@ pub(crate) struct Scored {
     pub(crate) tile_visits: u64,
     /// The grid of the maps.
     pub(crate) lattice: Lattice,
+}
+
+/// What comes of casting some frames, taken together.
+#[derive(Debug)]
+pub(crate) struct Cast {
+    pub(crate) sums: FrameSums,
+    pub(crate) counts: ReturnCounts,
+    pub(crate) tiles: TileSums,
 }
 
 /// One pass over the log in which rays are cast.
@@ -137,6 +152,9 @@ impl CastPass<'_> {
         let (tiles_in_reach, tile_visits) = schedule.tiles_and_visits(first);
         Ok(Scored {
             reducer,
+            frames: scored,
+            places: None,
+            scan_of_unit: self.plan.frames().iter().map(|frame| frame.number).collect(),
             looks: self.plan.looks.sizes().iter().copied().filter(|&size| size <= scored).collect(),
             confidence,
             counts,
@@ -146,6 +164,27 @@ impl CastPass<'_> {
             tile_visits,
             lattice,
         })
+    }
+
+    /// Casts every return of some of the frames, once and with nothing kept.
+    pub(crate) fn of_frames(&self, wanted: &FrameSet) -> Result<Cast, EvaluateError> {
+        let layout = Layout::new(self.plan.frames().len() as u64, self.casters.bases.clone());
+        let workers = (0..self.config.threads).map(|_| CastWorker::new(self, &layout)).collect();
+        let reading = self.plan.reading(self.log, self.config, self.watch);
+        let workers = each_frame_of(reading, |ordinal| wanted.contains(ordinal), workers)?;
+        let mut cast = Cast {
+            sums: FrameSums::new(&self.casters.bases),
+            counts: ReturnCounts::default(),
+            tiles: HashMap::new(),
+        };
+        for worker in workers {
+            cast.sums.merge(&worker.all);
+            cast.counts.merge(&worker.counts);
+            for (tile, sums) in worker.tiles {
+                cast.tiles.entry(tile).or_default().merge(&sums);
+            }
+        }
+        Ok(cast)
     }
 
     /// What is to be read for each look that there may be.

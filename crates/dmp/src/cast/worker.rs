@@ -29,6 +29,8 @@ pub(super) struct CastWorker<'a> {
     /// Of the frame's returns, for every run.
     frame_tiles: Vec<TileTable<RunSums>>,
     frame: FrameSums,
+    /// Of all frames together.
+    pub(super) all: FrameSums,
     pub(super) reducer: Reducer,
     pub(super) tiles: TileSums,
     pub(super) counts: ReturnCounts,
@@ -79,7 +81,7 @@ impl Worker for CastWorker<'_> {
                     sums.add_to_pairs(of_return);
                 }
             }
-            watch.returns_scored(&ScoredReturns { frame: frame.frame, rays, residuals });
+            watch.returns_scored(&ScoredReturns { frame: frame.number, rays, residuals });
             Ok::<(), EvaluateError>(())
         })?;
         // A frame's sums are those of its tiles.
@@ -90,7 +92,8 @@ impl Worker for CastWorker<'_> {
             }
         }
         self.reducer.add_frame(ordinal as u64, &self.frame)?;
-        self.watch.frame_scored(frame.frame, &self.frame);
+        self.all.merge(&self.frame);
+        self.watch.frame_scored(frame.number, &self.frame);
         self.counts.merge(&counts);
         self.watch.advance(counts.total());
         Ok(())
@@ -113,6 +116,7 @@ impl<'a> CastWorker<'a> {
             of_return: Vec::new(),
             frame_tiles: pass.runs.iter().map(|_| TileTable::default()).collect(),
             frame: FrameSums::new(&pass.casters.bases),
+            all: FrameSums::new(&pass.casters.bases),
             reducer: Reducer::new(layout.clone()),
             tiles: HashMap::new(),
             counts: ReturnCounts::default(),

@@ -1,6 +1,8 @@
+mod drive;
+mod heads;
 mod segments;
 mod select;
-mod survey;
+pub(crate) mod survey;
 
 use dmp_log::ScanLog;
 use dmp_sensor::ReturnFilter;
@@ -11,8 +13,10 @@ use crate::frames::{PlannedFrame, Reading};
 use crate::pose::RunPoses;
 use crate::sample::Looks;
 use crate::watch::Watch;
-use segments::{cut_segments, median};
-use select::{Selection, select};
+pub(crate) use drive::Drive;
+pub(crate) use heads::Heads;
+pub(crate) use segments::Segments;
+pub(crate) use select::Selection;
 
 /// What is decided before anything is scored, once for all runs: the scans, the returns, the voxel, the
 /// segments.
@@ -30,19 +34,6 @@ pub(crate) struct Plan<'a> {
     pub(crate) voxel: VoxelChoice,
     /// Which of the scans are scored.
     pub(crate) looks: Looks,
-}
-
-/// How the drive is cut into segments, the same for all runs.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Segments {
-    /// Length asked for or found, metres; `None` where every scan is a segment of its own.
-    pub(crate) length_m: Option<f64>,
-    /// Whether a length was asked for.
-    pub(crate) given: bool,
-    /// Ordinals of the frames that begin a segment.
-    pub(crate) starts: Vec<usize>,
-    /// The median over the runs of the way from scan to scan, added up, metres.
-    pub(crate) travel_m: f64,
 }
 
 /// The voxel edge and why it is that.
@@ -65,16 +56,12 @@ impl<'a> Plan<'a> {
         config: &Config,
         watch: &dyn Watch,
     ) -> Result<Self, EvaluateError> {
-        check_runs(runs, config)?;
-        if log.frames().is_empty() {
-            return Err(EvaluateError::NoScans { path: log.summary().path.clone() });
-        }
-        let poses = runs.iter().map(|run| RunPoses::new(log, run, config)).collect::<Result<Vec<_>, _>>()?;
-        let mut selection = select(log, runs, &poses, config)?;
-        let steps_m = steps_m(&selection.frames, &poses);
-        let segments = cut_segments(&steps_m, config.segment_m, &mut selection.frames);
-        let filter = survey::filter(log, &selection.frames, &segments, config, watch)?;
-        let voxel = survey::voxel(log, &selection.frames, runs, &poses, &filter, config, watch)?;
+        let Drive { selection, poses, segments, .. } = Drive::new(Heads::Log(log), runs, config)?;
+        let frames = selection.frames.as_slice();
+        // At equal steps of the way, not of time: a vehicle that stands sees everything keep its place.
+        let starts = segments.starts.iter().map(|&ordinal| frames[ordinal]);
+        let filter = survey::filter(log, &starts.collect::<Vec<_>>(), segments.travel_m, config, watch)?;
+        let voxel = survey::voxel(log, &survey::blocks_of(frames), runs, &poses, &filter, config, watch)?;
         let all = selection.frames.len() as u64;
         let looks = Looks::new(all, config.sample, config.seed, config.decide.is_some());
         Ok(Self { selection, poses, segments, filter, voxel, looks })
@@ -99,47 +86,4 @@ impl<'a> Plan<'a> {
     pub(crate) fn returns(&self) -> u64 {
         self.frames().iter().map(|frame| frame.returns).sum()
     }
-}
-
-/// The way from each scan to the next: the median over the runs.
-fn steps_m(frames: &[PlannedFrame], poses: &[RunPoses<'_>]) -> Vec<f64> {
-    let place = |frame: &PlannedFrame, run: &RunPoses<'_>| Some(run.of_frame(frame)?.translation.vector);
-    let step = |pair: &[PlannedFrame]| {
-        let of_run = |run| Some((place(&pair[1], run)? - place(&pair[0], run)?).norm());
-        median(poses.iter().filter_map(of_run).collect())
-    };
-    frames.windows(2).map(step).collect()
-}
-
-/// What a run cannot be called: the words that stand for no run in a report's verdicts.
-const RESERVED_NAMES: [&str; 2] = ["mixed", "undecided"];
-
-fn check_runs(runs: &[Run], config: &Config) -> Result<(), EvaluateError> {
-    if runs.is_empty() {
-        return Err(EvaluateError::NoRuns);
-    }
-    for (k, run) in runs.iter().enumerate() {
-        if runs[..k].iter().any(|other| other.name == run.name) {
-            return Err(EvaluateError::SameName { name: run.name.clone() });
-        }
-        if RESERVED_NAMES.contains(&run.name.as_str()) {
-            return Err(EvaluateError::ReservedName { name: run.name.clone() });
-        }
-    }
-    if config.decide.is_some() && runs.len() < 2 {
-        let why = "there must be two runs at least to decide between";
-        return Err(EvaluateError::Setting { setting: "decide", value: "with one run".to_owned(), why });
-    }
-    if let Some((a, b)) = config.decide.as_ref().and_then(|decide| decide.pair.as_ref()) {
-        let is_run = |name: &String| runs.iter().any(|run| run.name == *name);
-        if a == b || !is_run(a) || !is_run(b) {
-            let value = format!("{a},{b}");
-            return Err(EvaluateError::Setting {
-                setting: "decide",
-                value,
-                why: "it must name two of the runs",
-            });
-        }
-    }
-    Ok(())
 }

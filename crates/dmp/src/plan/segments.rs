@@ -1,5 +1,17 @@
-use super::Segments;
 use crate::frames::PlannedFrame;
+
+/// How the drive is cut into segments, the same for all runs.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Segments {
+    /// Length asked for or found, metres; `None` where every scan is a segment of its own.
+    pub(crate) length_m: Option<f64>,
+    /// Whether a length was asked for.
+    pub(crate) given: bool,
+    /// Ordinals of the frames that begin a segment.
+    pub(crate) starts: Vec<usize>,
+    /// The median over the runs of the way from scan to scan, added up, metres.
+    pub(crate) travel_m: f64,
+}
 
 /// Longest segment of the drive, metres, and how many a short drive is cut into.
 const SEGMENT_M: f64 = 12.0;
@@ -54,7 +66,9 @@ mod tests {
     use super::*;
 
     fn frames(count: usize) -> Vec<PlannedFrame> {
-        (0..count).map(|frame| PlannedFrame { frame, stamp_ns: None, returns: 1, segment: 0 }).collect()
+        (0..count)
+            .map(|frame| PlannedFrame { frame, number: frame, stamp_ns: None, returns: 1, segment: 0 })
+            .collect()
     }
 
     #[test]

@@ -1,5 +1,4 @@
-use dmp_log::ScanLog;
-
+use super::heads::Heads;
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
@@ -8,7 +7,7 @@ use crate::pose::RunPoses;
 /// Share of the scans that must have a pose in a run; below, the two hardly belong together.
 const MIN_POSED_SHARE: f64 = 0.05;
 /// The scans to be scored, and what became of the others.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Selection {
     /// The scans that were asked for and have a pose in every run, in order of time.
     pub(crate) frames: Vec<PlannedFrame>,
@@ -26,7 +25,7 @@ pub(crate) struct Selection {
 
 /// The scans that were asked for and have a pose in every run.
 pub(super) fn select(
-    log: &dyn ScanLog,
+    heads: Heads<'_>,
     runs: &[Run],
     poses: &[RunPoses<'_>],
     config: &Config,
@@ -39,13 +38,15 @@ pub(super) fn select(
         out_of_order: 0,
         same_stamp: 0,
     };
-    for (frame, info) in log.frames().iter().enumerate() {
-        if frame % config.every != 0 {
+    let mut asked = 0;
+    for (frame, (number, info)) in heads.scans().enumerate() {
+        if number % config.every != 0 {
             selection.unselected_returns += info.returns;
             continue;
         }
+        asked += 1;
         let stamp_ns = info.stamp_ns.map(|stamp_ns| stamp_ns.saturating_add(config.time_offset_ns));
-        let planned = PlannedFrame { frame, stamp_ns, returns: info.returns, segment: 0 };
+        let planned = PlannedFrame { frame, number, stamp_ns, returns: info.returns, segment: 0 };
         let mut posed = true;
         for (poses, without_pose) in poses.iter().zip(&mut selection.without_pose) {
             if poses.of_frame(&planned).is_none() {
@@ -59,11 +60,10 @@ pub(super) fn select(
             selection.unposed_returns += info.returns;
         }
     }
-    let asked = log.frames().len().div_ceil(config.every);
     for (k, run) in runs.iter().enumerate() {
         let found = asked - selection.without_pose[k];
         if found == 0 || (found as f64) < MIN_POSED_SHARE * asked as f64 {
-            let why = why_no_overlap(log, run, config);
+            let why = why_no_overlap(heads, run, config);
             return Err(EvaluateError::NoOverlap { run: run.name.clone(), found, scans: asked, why });
         }
     }
@@ -92,12 +92,12 @@ fn shift_of_clocks(log: (i64, i64), run: (i64, i64)) -> i64 {
     whole.into_iter().find(|&whole| common_ns(whole) >= common_ns(shift_ns)).unwrap_or(shift_ns)
 }
 
-fn why_no_overlap(log: &dyn ScanLog, run: &Run, config: &Config) -> String {
-    let (Some((first, last)), Some([start, .., end])) = (log.summary().span_ns, run.trajectory.stamps_ns())
+fn why_no_overlap(heads: Heads<'_>, run: &Run, config: &Config) -> String {
+    let (Some((first, last)), Some([start, .., end])) = (heads.summary().span_ns, run.trajectory.stamps_ns())
     else {
         return "the trajectory holds too few poses".to_owned();
     };
-    if first == last && log.frames().len() > 1 {
+    if first == last && heads.len() > 1 {
         return format!("the log's stamps are all the same, {:.3} s: they tell nothing", first as f64 / 1e9);
     }
     let (first, last) =

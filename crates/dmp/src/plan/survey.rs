@@ -1,10 +1,8 @@
-use std::ops::Range;
-
 use dmp_log::ScanLog;
 use dmp_map::{DensityProbe, Lattice};
 use dmp_sensor::{EgoMask, EgoVotes, ReturnFilter, Scan};
 
-use super::{Segments, VoxelChoice};
+use super::VoxelChoice;
 use crate::config::{Config, Ego, Run};
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
@@ -19,18 +17,19 @@ const EGO_SCANS: usize = 50;
 const EGO_TRAVEL_M: f64 = 20.0;
 /// Blocks of successive scans in which the density is looked at, scans of one, and where one ends at
 /// the latest.
-const BLOCKS: usize = 5;
-const BLOCK_SCANS: usize = 20;
+pub(crate) const BLOCKS: usize = 5;
+pub(crate) const BLOCK_SCANS: usize = 20;
 const BLOCK_RETURNS: u64 = 1_000_000;
 /// The voxel edges to choose from, metres, and the share of returns in filled voxels that is enough.
 const VOXELS_M: [f64; 3] = [0.2, 0.3, 0.5];
 const FILLED_SHARE: f64 = 0.7;
 
-/// Which returns are used: the ranges, and the vehicle as it is found or given.
-pub(super) fn filter(
+/// Which returns are used: the ranges, and the vehicle as it is given or as some of the `voters` find it, scans
+/// from all along the way.
+pub(crate) fn filter(
     log: &dyn ScanLog,
-    frames: &[PlannedFrame],
-    segments: &Segments,
+    voters: &[PlannedFrame],
+    travel_m: f64,
     config: &Config,
     watch: &dyn Watch,
 ) -> Result<ReturnFilter, EvaluateError> {
@@ -39,16 +38,14 @@ pub(super) fn filter(
     match config.ego {
         Ego::None => {}
         Ego::BoxMm(min, max) => filter.ego = EgoMask::from_box_mm(min, max),
-        Ego::Auto if segments.travel_m < EGO_TRAVEL_M => {}
+        Ego::Auto if travel_m < EGO_TRAVEL_M => {}
         Ego::Auto => {
-            // At equal steps of the way, not of time: a vehicle that stands sees everything keep its place.
-            let voters: Vec<usize> =
-                spread(segments.starts.len(), EGO_SCANS).into_iter().map(|k| segments.starts[k]).collect();
-            watch.begin(Stage::Survey, voters.len() as u64);
+            let chosen = spread(voters.len(), EGO_SCANS);
+            watch.begin(Stage::Survey, chosen.len() as u64);
             let (mut reader, mut scan) = (log.reader()?, Scan::default());
             let mut votes = EgoVotes::default();
-            for ordinal in voters {
-                reader.read(frames[ordinal].frame, &mut scan)?;
+            for voter in chosen {
+                reader.read(voters[voter].frame, &mut scan)?;
                 let used = scan.points_in_sensor_m.iter().filter(|&&point| filter.check(point).is_ok());
                 votes.add_scan(used.copied());
                 watch.advance(1);
@@ -62,9 +59,9 @@ pub(super) fn filter(
 /// The voxel edge given, or the smallest at which enough returns of some run share their voxel with two
 /// others: a poor trajectory scatters what a good one gathers, and density is a matter of the sensor and
 /// the drive. One run and one edge at a time, since each takes memory for a whole block of scans.
-pub(super) fn voxel(
+pub(crate) fn voxel(
     log: &dyn ScanLog,
-    frames: &[PlannedFrame],
+    blocks: &[&[PlannedFrame]],
     runs: &[Run],
     poses: &[RunPoses<'_>],
     filter: &ReturnFilter,
@@ -74,15 +71,14 @@ pub(super) fn voxel(
     if let Some(voxel_m) = config.voxel_m {
         return Ok(VoxelChoice { voxel_m, filled_share: None });
     }
-    let blocks = blocks_of(frames);
-    let scans: usize = blocks.iter().map(ExactSizeIterator::len).sum();
+    let scans: usize = blocks.iter().map(|block| block.len()).sum();
     let mut choice = VoxelChoice { voxel_m: VOXELS_M[0], filled_share: None };
     for voxel_m in VOXELS_M {
         let lattice = Lattice::new(voxel_m).map_err(EvaluateError::Work)?;
         let mut best: f64 = 0.0;
         for (run, poses) in runs.iter().zip(poses) {
             watch.begin(Stage::Survey, scans as u64);
-            let share = filled_share(log, frames, &blocks, lattice, run, poses, filter, watch)?;
+            let share = filled_share(log, blocks, lattice, run, poses, filter, watch)?;
             best = best.max(share);
             if best >= FILLED_SHARE {
                 return Ok(VoxelChoice { voxel_m, filled_share: Some(best) });
@@ -94,23 +90,21 @@ pub(super) fn voxel(
 }
 
 /// Share of one run's returns that lie in filled voxels of `lattice`.
-#[expect(clippy::too_many_arguments, reason = "it is the inside of two loops of the only caller")]
 fn filled_share(
     log: &dyn ScanLog,
-    frames: &[PlannedFrame],
-    blocks: &[Range<usize>],
+    blocks: &[&[PlannedFrame]],
     lattice: Lattice,
     run: &Run,
     poses: &RunPoses<'_>,
     filter: &ReturnFilter,
     watch: &dyn Watch,
 ) -> Result<f64, EvaluateError> {
-    let returns = |block: &Range<usize>| frames[block.clone()].iter().map(|f| f.returns as usize).sum();
+    let returns = |block: &&[PlannedFrame]| block.iter().map(|frame| frame.returns as usize).sum();
     let mut probe = DensityProbe::new(lattice, blocks.iter().map(returns).max().unwrap_or(0));
     let (mut reader, mut scan) = (log.reader()?, Scan::default());
     let mut poser = Poser::new(std::slice::from_ref(poses), filter);
     for block in blocks {
-        for frame in &frames[block.clone()] {
+        for frame in *block {
             if watch.cancelled() {
                 return Err(EvaluateError::Cancelled);
             }
@@ -128,24 +122,31 @@ fn filled_share(
 }
 
 /// Up to `count` of `total` ordinals, evenly spread.
-fn spread(total: usize, count: usize) -> Vec<usize> {
+pub(crate) fn spread(total: usize, count: usize) -> Vec<usize> {
     let count = count.min(total);
     (0..count).map(|k| k * total / count).collect()
 }
 
 /// Blocks of successive frames, evenly spread over the log, none of them over another.
-fn blocks_of(frames: &[PlannedFrame]) -> Vec<Range<usize>> {
-    let mut blocks: Vec<Range<usize>> = Vec::new();
+pub(crate) fn blocks_of(frames: &[PlannedFrame]) -> Vec<&[PlannedFrame]> {
+    let (mut blocks, mut done) = (Vec::new(), 0);
     for start in spread(frames.len(), BLOCKS) {
-        let start = start.max(blocks.last().map_or(0, |block| block.end));
-        let (mut end, mut returns) = (start, 0);
-        while end < frames.len() && end - start < BLOCK_SCANS && returns < BLOCK_RETURNS {
-            returns += frames[end].returns;
-            end += 1;
-        }
-        if end > start {
-            blocks.push(start..end);
+        let start = start.max(done);
+        let block = block_of(&frames[start..]);
+        done = start + block.len();
+        if !block.is_empty() {
+            blocks.push(block);
         }
     }
     blocks
+}
+
+/// As many of the first of these frames as a block has.
+pub(crate) fn block_of(frames: &[PlannedFrame]) -> &[PlannedFrame] {
+    let (mut end, mut returns) = (0, 0);
+    while end < frames.len() && end < BLOCK_SCANS && returns < BLOCK_RETURNS {
+        returns += frames[end].returns;
+        end += 1;
+    }
+    &frames[..end]
 }

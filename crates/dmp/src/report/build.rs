@@ -1,4 +1,4 @@
-use dmp_log::ScanLog;
+use dmp_log::Damage;
 use dmp_reduce::{
     Basis, Comparison, Confidence, Estimate, ScaleComparison, Verdict, log_likelihood_ratio_raw,
     log_likelihood_raw,
@@ -14,7 +14,7 @@ use crate::cast::{HORIZON, Scored};
 use crate::config::{Config, Ego, MapSource, Run};
 use crate::fuse::{Maps, RunMap};
 use crate::memory;
-use crate::plan::Plan;
+use crate::plan::{Heads, Plan};
 use crate::pose::Pairing;
 use crate::trails::TrailSummary;
 
@@ -45,11 +45,19 @@ pub(crate) fn drops_in_words(counts: &ReturnCounts) -> String {
     format!("{}{implausible}", parts.join(", "))
 }
 
+/// What was given.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Inputs<'a> {
+    pub(crate) heads: Heads<'a>,
+    /// What of the log is lost.
+    pub(crate) damage: &'a [Damage],
+    pub(crate) runs: &'a [Run],
+}
+
 /// The report of an evaluation: where everything meets.
 #[expect(clippy::too_many_arguments, reason = "the report is where everything meets")]
 pub(crate) fn build(
-    log: &dyn ScanLog,
-    runs: &[Run],
+    Inputs { heads, damage, runs }: Inputs<'_>,
     config: &Config,
     plan: &Plan<'_>,
     maps: &Maps,
@@ -71,7 +79,7 @@ pub(crate) fn build(
         schema: "dmp-score/1",
         dmp_version: env!("CARGO_PKG_VERSION"),
         config: config_report(runs, config, plan, scored),
-        inputs: input_report(log, runs, config, plan, maps, &scored.counts),
+        inputs: input_report(Inputs { heads, damage, runs }, config, plan, maps, &scored.counts),
         free_space: maps.trails.as_ref().map(|trails| FreeSpaceReport {
             votes: (0..runs.len()).filter(|&run| trails.votes[run]).map(name).collect(),
             returns_fused: maps.counts.map_or(0, |counts| counts.used()),
@@ -84,13 +92,14 @@ pub(crate) fn build(
             .collect(),
         order: ranked.iter().map(|ranked| name(ranked.run)).collect(),
         ties,
-        pairs: comparisons.iter().map(|pair| pair_report(pair, runs, config, plan, scored)).collect(),
+        pairs: comparisons.iter().map(|pair| pair_report(pair, runs, config, scored)).collect(),
         sampling: SamplingReport {
-            frames_scored: reducer.frames_added(),
-            frames_total: reducer.layout().frames(),
+            frames_scored: scored.frames,
+            frames_total: plan.frames().len() as u64,
             seed: plan.looks.is_sampled().then_some(config.seed),
             looks: config.decide.is_some().then(|| scored.looks.clone()),
             confidence: scored.confidence.level(),
+            places: scored.places,
         },
         warnings: Vec::new(),
         timing,
@@ -160,14 +169,13 @@ fn config_report(runs: &[Run], config: &Config, plan: &Plan<'_>, scored: &Scored
 }
 
 fn input_report(
-    log: &dyn ScanLog,
-    runs: &[Run],
+    Inputs { heads, damage, runs }: Inputs<'_>,
     config: &Config,
     plan: &Plan<'_>,
     maps: &Maps,
     counts: &ReturnCounts,
 ) -> InputReport {
-    let summary = log.summary();
+    let summary = heads.summary();
     let run_input = |(k, run): (usize, &Run)| RunInputReport {
         name: run.name.clone(),
         file: run.source.file.clone(),
@@ -200,7 +208,7 @@ fn input_report(
         topic: summary.topic.clone(),
         point_times: summary.point_times.clone(),
         span_ns: summary.span_ns,
-        scans: log.frames().len(),
+        scans: heads.len(),
         scans_used: plan.frames().len(),
         returns: counts.total(),
         returns_used: counts.used(),
@@ -209,7 +217,7 @@ fn input_report(
         ),
         runs: runs.iter().enumerate().map(run_input).collect(),
         notes: summary.notes.clone(),
-        damage: summary.damage.iter().map(|damage| format!("{}: {}", damage.place, damage.what)).collect(),
+        damage: damage.iter().map(|damage| format!("{}: {}", damage.place, damage.what)).collect(),
     }
 }
 
@@ -225,7 +233,7 @@ fn run_report(run: usize, runs: &[Run], config: &Config, scored: &Scored, map: M
     RunReport {
         name: runs[run].name.clone(),
         returns: sums.returns(),
-        frames: scored.reducer.frames_added() as usize,
+        frames: scored.frames as usize,
         dmp_sum_m2: sums.dmp_sum_m2(),
         dmp_mean_m2: sums.dmp_mean_m2(),
         r_cv_m2: CvScores { at_10: cv(0), at_2: cv(1), at_0_5: cv(2), at_0_2: cv(3) },
@@ -247,13 +255,7 @@ fn interval_of(estimate: Estimate) -> Option<[f64; 2]> {
     estimate.interval.map(|interval| [interval.low_m2, interval.high_m2])
 }
 
-fn pair_report(
-    pair: &Comparison,
-    runs: &[Run],
-    config: &Config,
-    plan: &Plan<'_>,
-    scored: &Scored,
-) -> PairReport {
+fn pair_report(pair: &Comparison, runs: &[Run], config: &Config, scored: &Scored) -> PairReport {
     let name = |run: usize| runs[run].name.clone();
     let dmp = |run: usize| scored.reducer.scores(run).sums.dmp_sum_m2();
     // What is printed is at 99 %, however sure the verdict had to be.
@@ -285,8 +287,9 @@ fn pair_report(
         verdict,
         better_on_the_whole,
         decided_at_m,
-        reason: pair.verdict.reason_with(|ordinal| plan.frames()[ordinal as usize].frame as u64),
-        frames_needed: pair.frames_needed,
+        reason: pair.verdict.reason_with(|unit| scored.scan_of_unit[unit as usize] as u64),
+        frames_needed: pair.frames_needed.filter(|_| scored.places.is_none()),
+        places_needed: pair.frames_needed.filter(|_| scored.places.is_some()),
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-pub(crate) use build::{build, drops_in_words, map_reports};
+pub(crate) use build::{Inputs, build, drops_in_words, map_reports};
 
 /// What an evaluation found. Serialised, it is the command's JSON: schema `dmp-score/1`, described in
 /// `docs/json.md`.
@@ -236,8 +236,8 @@ pub struct NearScores {
     pub at_0_5: Option<f64>,
 }
 
-/// A run's map.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+/// A run's map; of places, their maps together.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct MapReport {
     /// Surfels.
     pub surfels: u64,
@@ -251,6 +251,19 @@ pub struct MapReport {
     pub surfels_with_trails: Option<u64>,
     /// How many of those rays pass through: see `docs/metric.md`.
     pub surfels_contradicted: Option<u64>,
+}
+
+impl MapReport {
+    /// Adds the map of another place.
+    pub(crate) fn add(&mut self, other: &Self) {
+        let sum = |a: Option<u64>, b: Option<u64>| a.map_or(b, |a| Some(a + b.unwrap_or(0)));
+        self.surfels += other.surfels;
+        self.tiles += other.tiles;
+        self.thin_voxels = sum(self.thin_voxels, other.thin_voxels);
+        self.map_points_dropped += other.map_points_dropped;
+        self.surfels_with_trails = sum(self.surfels_with_trails, other.surfels_with_trails);
+        self.surfels_contradicted = sum(self.surfels_contradicted, other.surfels_contradicted);
+    }
 }
 
 /// What was kept out of all maps.
@@ -287,6 +300,8 @@ pub struct PairReport {
     pub reason: String,
     /// Where a sample decides nothing: about how many scans would, as far as it shows a difference at all.
     pub frames_needed: Option<u64>,
+    /// The same of places, where these were drawn.
+    pub places_needed: Option<u64>,
 }
 
 /// Two runs at one scale.
@@ -319,6 +334,35 @@ pub struct SamplingReport {
     pub looks: Option<Vec<u64>>,
     /// How sure each interval is that a verdict is taken from: 0.99, but for looks at samples, which share the error.
     pub confidence: f64,
+    /// Where not scans but places were drawn: which; null where not.
+    pub places: Option<PlacesReport>,
+}
+
+/// The places that a quick score was made at.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PlacesReport {
+    /// Places scored.
+    pub drawn: u64,
+    /// Places along the way.
+    pub total: u64,
+    /// How many of those scored the way comes back to, in any run.
+    pub revisited: u64,
+    /// How many of all it comes back to.
+    pub revisited_total: u64,
+    /// Places for which not all scans were read, as there were too many.
+    pub cut: u64,
+    /// Length of a place along the way, metres.
+    pub length_m: f64,
+    /// Scans so near to a place's middle make its map, metres.
+    pub radius_m: f64,
+    /// The way from one of them to the next, metres.
+    pub spacing_m: f64,
+    /// Scans read for places, each counted once for each place.
+    pub scans_read: u64,
+    /// Share of the log's bytes that was to be read.
+    pub share_asked: f64,
+    /// Bytes of the log that were read, index and all; null where it is not known.
+    pub bytes_read: Option<u64>,
 }
 
 /// How long it took.

@@ -1,6 +1,6 @@
 use dmp_sensor::ReturnCounts;
 
-use super::{PairReport, Report, RunReport, SamplingReport};
+use super::{PairReport, PlacesReport, Report, RunReport, SamplingReport};
 use crate::plan::Plan;
 
 /// Below this share of returns seen on another visit, nothing is said about the global shape.
@@ -19,6 +19,8 @@ const VEHICLE_TOLD: f64 = 0.05;
 const IMPLAUSIBLE_TOLD: f64 = 0.05;
 /// Frames below which a sample has no intervals.
 const FRAMES_NEEDED: u64 = 4;
+/// How much more may be read for places than was asked for before it is worth a word.
+const OVER_ASKED: f64 = 1.02;
 /// Frames below which intervals come from few batches.
 const FRAMES_FEW: u64 = 40;
 
@@ -138,6 +140,9 @@ fn of_report(report: &Report, plan: &Plan<'_>) -> Vec<String> {
         warnings
             .push(format!("a sample of {frames_scored} scans has no intervals: {FRAMES_NEEDED} are needed"));
     }
+    if let Some(places) = &report.sampling.places {
+        warnings.extend(of_places(places, inputs.bytes));
+    }
     if report.sampling.frames_total < FRAMES_FEW {
         warnings.push(format!(
             "few scans ({}): intervals are wide, if there are any",
@@ -155,6 +160,40 @@ fn of_report(report: &Report, plan: &Plan<'_>) -> Vec<String> {
     }
     warnings.extend(contradictions(report));
     warnings.extend(free_space(report));
+    warnings
+}
+
+/// What a sample of places tells and what it cannot.
+fn of_places(places: &PlacesReport, log_bytes: u64) -> Vec<String> {
+    let PlacesReport {
+        drawn, total, revisited, revisited_total, cut, radius_m, share_asked, bytes_read, ..
+    } = *places;
+    let mut warnings = Vec::new();
+    if revisited_total == 0 {
+        warnings.push(format!(
+            "the way comes back to no place: the scores tell how well scans within {:.0} m of each other fit together, and \
+             nothing of drift and bends of the whole",
+            2.0 * radius_m
+        ));
+    } else if revisited == 0 {
+        warnings.push(format!(
+            "the way comes back to {revisited_total} of {total} places, and none of these was drawn: nothing is told of drift \
+             and bends of the whole; a larger --quick or another --seed may draw some"
+        ));
+    }
+    if cut > 0 {
+        warnings.push(format!(
+            "some run has more scans at {cut} of the places than are read for one: has it lost its way there?"
+        ));
+    }
+    let share = bytes_read.map_or(0.0, |bytes| bytes as f64 / log_bytes.max(1) as f64);
+    if share > OVER_ASKED * share_asked {
+        warnings.push(format!(
+            "{:.1} % of the log's bytes were read, more than asked for: {drawn} places are the fewest, and the log is short or \
+             has no index",
+            100.0 * share
+        ));
+    }
     warnings
 }
 

@@ -7,17 +7,18 @@ mod sample;
 
 use dmp_cast::{Answer, CastBuffers, Caster};
 use dmp_log::ScanLog;
-use dmp_reduce::Basis;
 use dmp_sensor::{Ray, Track};
 
 use crate::cast::query_of;
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
+use crate::frames::PlannedFrame;
 use crate::plan::Plan;
 use crate::pose::{Pairing, RunPoses};
 use crate::watch::{Stage, Watch};
 use alternatives::{Alternative, all, inverted};
 use extent::Extent;
+pub(crate) use sample::stretches;
 use sample::{Fit, Sample};
 
 /// Another reading is told when the scans fit together better by this factor and this share with it. Right
@@ -32,24 +33,25 @@ const LEAST_WAY: f64 = 0.5;
 const FIT_M: f64 = 0.5;
 const NEARLY_NOTHING: f64 = 0.25;
 
-/// For every run, what is likely wrong with it, in words; told to `watch` too.
+/// For every run, what is likely wrong with it by the scans of some `stretches` of the drive, in words; told to
+/// `watch` too. `given` are the maps that were not fused, by their runs.
 pub(crate) fn look(
     log: &dyn ScanLog,
     plan: &Plan<'_>,
+    stretches: &[&[PlannedFrame]],
     runs: &[Run],
-    casters: &[Caster],
-    bases: &[Basis],
+    given: &[Option<&Caster>],
     config: &Config,
     watch: &dyn Watch,
 ) -> Result<Vec<Option<String>>, EvaluateError> {
     watch.begin(Stage::Survey, runs.len() as u64);
-    let sample = Sample::read(log, plan)?;
+    let sample = Sample::read(log, plan, stretches)?;
     let mut hints = Vec::new();
-    for (((run, poses), caster), basis) in runs.iter().zip(&plan.poses).zip(casters).zip(bases) {
+    for (number, (run, poses)) in runs.iter().zip(&plan.poses).enumerate() {
         let look = Look { sample: &sample, plan, run, poses, config };
         let mut hint = look.at_poses(log)?;
-        if hint.is_none() && *basis == Basis::Near {
-            hint = look.at_map(caster)?;
+        if let (None, Some(Some(map))) = (&hint, given.get(number)) {
+            hint = look.at_map(map)?;
         }
         if let Some(hint) = &hint {
             watch.note(&format!("run `{}`: {hint}", run.name));

@@ -39,12 +39,19 @@ pub(super) struct Sample {
 }
 
 impl Sample {
-    /// Scans of the first metres and of the sharpest turn soon after: along a straight street every wrong
-    /// rotation and every wrong time give a street as well, only another one.
-    pub(super) fn read(log: &dyn ScanLog, plan: &Plan<'_>) -> Result<Self, EvaluateError> {
+    /// Scans of the first stretch and of that with the sharpest turn among the others: along a straight street
+    /// every wrong rotation and every wrong time give a street as well, only another one.
+    pub(super) fn read(
+        log: &dyn ScanLog,
+        plan: &Plan<'_>,
+        stretches: &[&[PlannedFrame]],
+    ) -> Result<Self, EvaluateError> {
         let mut sample = Self { stretches: Vec::new(), returns: 0, scans: 0 };
         let (mut reader, mut whole) = (log.reader()?, Scan::default());
-        for stretch in stretches(plan) {
+        let turns: Vec<f64> = stretches.iter().map(|stretch| turn_rad(stretch, &plan.poses)).collect();
+        let sharpest =
+            (1..stretches.len()).max_by(|&a, &b| f64::total_cmp(&turns[a], &turns[b]).then(b.cmp(&a)));
+        for stretch in stretches.iter().take(1).chain(sharpest.map(|k| &stretches[k])) {
             let count = SCANS.min(stretch.len());
             let mut scans = Vec::new();
             for k in 0..count {
@@ -112,8 +119,8 @@ impl Sample {
     }
 }
 
-/// The first stretch of the drive, and that of the largest turn among those after it, cut as all runs agree.
-fn stretches<'p>(plan: &'p Plan<'_>) -> Vec<&'p [PlannedFrame]> {
+/// The first stretches of a drive, cut as all runs agree.
+pub(crate) fn stretches<'p>(plan: &'p Plan<'_>) -> Vec<&'p [PlannedFrame]> {
     let (frames, starts) = (plan.frames(), &plan.segments.starts);
     let segments = match plan.segments.length_m {
         Some(length_m) => (STRETCH_M / length_m).ceil().max(1.0) as usize,
@@ -121,11 +128,7 @@ fn stretches<'p>(plan: &'p Plan<'_>) -> Vec<&'p [PlannedFrame]> {
         None => SCANS,
     };
     let cuts: Vec<usize> = starts.iter().step_by(segments).copied().chain([frames.len()]).collect();
-    let stretches: Vec<&[PlannedFrame]> =
-        cuts.windows(2).take(STRETCHES).map(|cut| &frames[cut[0]..cut[1]]).collect();
-    let turns: Vec<f64> = stretches.iter().map(|stretch| turn_rad(stretch, &plan.poses)).collect();
-    let sharpest = (1..stretches.len()).max_by(|&a, &b| f64::total_cmp(&turns[a], &turns[b]).then(b.cmp(&a)));
-    stretches.iter().take(1).chain(sharpest.map(|k| &stretches[k])).copied().collect()
+    cuts.windows(2).take(STRETCHES).map(|cut| &frames[cut[0]..cut[1]]).collect()
 }
 
 /// How far a stretch turns from scan to scan, all runs together.

@@ -13,6 +13,7 @@ use super::SmdArgs;
 use crate::Common;
 use crate::exit::Usage;
 use crate::extrinsic;
+use crate::log_args::LogHead;
 use crate::named::NamedFile;
 use crate::progress::Progress;
 use crate::runs::{self, Runs};
@@ -130,7 +131,7 @@ impl Bench<'_> {
                 Some((trajectory, path)) => align(trajectory, path, &run.trajectory, &run.path)?,
             });
         }
-        let extrinsics = extrinsic::of_runs(&arguments.extrinsic, &loaded, log.as_ref())?;
+        let extrinsics = extrinsic::of_runs(&arguments.extrinsic, &loaded, LogHead::of_log(log.as_ref()))?;
         if !common.quiet {
             announce::extrinsics(&loaded, &extrinsics);
         }

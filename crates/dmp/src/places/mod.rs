@@ -1,0 +1,304 @@
+//! A quick score: of a sample of places along the way, each by itself, so that only the scans that see them are read.
+
+mod draw;
+mod score;
+mod survey;
+mod way;
+
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use dmp_log::LogOutline;
+use dmp_reduce::{Basis, Confidence, FrameSums, Layout, Reducer};
+use dmp_sensor::DropReason;
+
+use crate::cast::Scored;
+use crate::config::{Config, MapSource, Run};
+use crate::error::EvaluateError;
+use crate::fuse::Maps;
+use crate::memory;
+use crate::plan::{Drive, Heads, Plan};
+use crate::report::{self, Inputs, PassTimes, PlacesReport, Report};
+use crate::sample::{Looks, Sample};
+use crate::watch::{Stage, Watch};
+use draw::draw;
+use score::{PlaceScorer, PlaceTotals};
+use survey::Survey;
+use way::{LENGTH_M, PlaceScans, RADIUS_M, SPACING_M, Way};
+
+/// Places below which there is nothing to choose among.
+const FEWEST_PLACES: usize = 4;
+/// Stamps that are known no better than this, nanoseconds, do not tell where a scan was made.
+const VAGUE_NS: i64 = 1_000_000_000;
+/// What a return takes in memory while it is held, bytes: coordinates and a time.
+const HELD_RETURN_BYTES: u64 = 20;
+/// Least memory for a thread's maps and buffers, bytes.
+const LEAST_MAP_BYTES: usize = 64 << 20;
+
+/// Scores `runs` on a sample of places of the log that `outline` tells of, drawn by [`Config::seed`], and reads about
+/// `share` of its bytes: the scans near these places, on every pass.
+///
+/// A place is ten metres of the way with all passes over it. Its map is made of the scans within 35 m that any run
+/// puts there, every three metres; its own scans, as far apart, are scored. Places do not depend on each other, so the
+/// error of the sampling is that of so many units drawn from all places. What differs from [`evaluate`](crate::evaluate)
+/// is measured in `docs/accuracy.md`.
+///
+/// # Errors
+/// As [`evaluate`](crate::evaluate); when the drive has too few places, when the stamps in the log's index do not tell
+/// where scans were made, and for settings that need the whole log.
+pub fn evaluate_quick(
+    outline: &LogOutline,
+    runs: &[Run],
+    config: &Config,
+    share: f64,
+    watch: &dyn Watch,
+) -> Result<Report, EvaluateError> {
+    config.check()?;
+    check(outline, runs, config, share)?;
+    let start = Instant::now();
+    let drive = Drive::new(Heads::Outline(outline), runs, config)?;
+    let way = Way::new(&drive);
+    let sample = Places::choose(outline, &way, config, share)?;
+
+    // The same returns z, voxels and segments for every run and every place.
+    let survey = Survey::read(outline, &way, &sample.drawn, config)?;
+    let (all, drawn) = (sample.total as u64, sample.drawn.len() as u64);
+    let looks = Looks::new(all, Sample::Frames(drawn), config.seed, false);
+    let (plan, hints) = survey.plan(runs, looks, config, watch)?;
+    let most_scans = sample.drawn.iter().map(|(_, scans)| scans.read.len()).max().unwrap_or(0);
+    let held_bytes = most_scans as u64 * survey.largest_scan() * HELD_RETURN_BYTES;
+    drop(survey);
+    let plan_s = start.elapsed().as_secs_f64();
+
+    // Every place as a log of its own: its map, and the sums of its returns. The places are the units that the error
+    // of the sampling comes from.
+    let layout = Layout::new(all, vec![Basis::CrossValidated; runs.len()]).with_miss_price(config.miss_price);
+    let pass = Pass { outline, way: &way, plan: &plan, runs, config, held_bytes, watch };
+    let (reducer, totals, threads) = pass.run(&sample.drawn, &layout)?;
+    let mut counts = totals.scored;
+    counts.add_dropped(DropReason::ScanNotSampled, totals.fused.total().saturating_sub(counts.total()));
+    counts.add_dropped(DropReason::ScanWithoutPose, totals.unposed_returns);
+    let Some(lattice) = totals.lattice.filter(|_| counts.used() > 0) else {
+        return Err(EvaluateError::NoReturns(report::drops_in_words(&counts)));
+    };
+    memory::look();
+
+    let total_s = start.elapsed().as_secs_f64();
+    let times = PassTimes {
+        plan_s,
+        fuse_s: totals.fuse_s / threads as f64,
+        trails_s: 0.0,
+        cast_s: totals.cast_s / threads as f64,
+        total_s,
+        threads: config.threads,
+    };
+    let maps = Maps {
+        of_runs: Vec::new(),
+        counts: Some(totals.fused),
+        left_out: 0,
+        trails: None,
+        scratch_bytes: totals.scratch_bytes,
+        notes: vec![Vec::new(); runs.len()],
+    };
+    let scored = Scored {
+        frames: totals.scans_scored,
+        places: Some(sample.report(share, totals.scans_read, outline)),
+        scan_of_unit: sample.middles,
+        looks: vec![reducer.frames_added()],
+        confidence: Confidence::P99,
+        counts,
+        tiles: totals.tiles,
+        tile_loads: totals.tile_loads,
+        tiles_in_reach: totals.tile_loads,
+        tile_visits: totals.tile_loads,
+        lattice,
+        reducer,
+    };
+    let mut damage = outline.damage().to_vec();
+    damage.extend(totals.damage.into_iter().filter(|lost| !outline.damage().contains(lost)));
+    let inputs = Inputs { heads: Heads::Outline(outline), damage: &damage, runs };
+    let mut report = report::build(inputs, config, &plan, &maps, totals.maps, &scored, &hints, times);
+    report.memory.disk_bytes = totals.scratch_bytes + totals.map_bytes;
+    Ok(report)
+}
+
+/// What a sample of places cannot do.
+fn check(outline: &LogOutline, runs: &[Run], config: &Config, share: f64) -> Result<(), EvaluateError> {
+    let bad = |value: String, why| Err(EvaluateError::Setting { setting: "quick", value, why });
+    if !(share > 0.0 && share <= 1.0) {
+        return bad(format!("{share}"), "it must be a share of the log's bytes above 0 and at most 1");
+    }
+    if runs.iter().any(|run| run.map != MapSource::Fused) {
+        return bad(
+            "with a given map".into(),
+            "it makes the maps of places itself: --sample scores part of the scans",
+        );
+    }
+    if config.sample != Sample::All || config.decide.is_some() {
+        return bad("with a sample of scans".into(), "it is one or the other");
+    }
+    if config.free_space || config.save_maps.is_some() || config.checkpoint_every.is_some() || config.resume {
+        return bad("with a setting for whole maps".into(), "it makes maps of places, and none of all");
+    }
+    if outline.stamp_error_ns() > VAGUE_NS {
+        let (path, error_ns) = (outline.summary().path.clone(), outline.stamp_error_ns());
+        return Err(EvaluateError::VagueStamps { path, error_s: error_ns as f64 / 1e9 });
+    }
+    Ok(())
+}
+
+/// The places that are scored.
+struct Places {
+    /// How many there are, and how many of these are passed more than once.
+    total: usize,
+    revisited_total: usize,
+    /// The numbers of those drawn, what is read for each, and how many of them are passed more than once.
+    drawn: Vec<(usize, PlaceScans)>,
+    revisited: usize,
+    /// For every place the number in the log of the scan in its middle.
+    middles: Vec<usize>,
+}
+
+impl Places {
+    fn choose(
+        outline: &LogOutline,
+        way: &Way<'_>,
+        config: &Config,
+        share: f64,
+    ) -> Result<Self, EvaluateError> {
+        let places = way.places();
+        let travel_m = way.drive().segments.travel_m;
+        if places.len() < FEWEST_PLACES {
+            return Err(EvaluateError::NoPlaces { travel_m, places: places.len() });
+        }
+        let mut scans: Vec<PlaceScans> = places.iter().map(|place| way.scans_of(place)).collect();
+        let bytes: Vec<u64> = scans.iter().map(|place| bytes_of(outline, way, &place.read)).collect();
+        let asked = (share * outline.bytes() as f64) as u64;
+        let read = outline.bytes_read().unwrap_or(0) + survey::bytes(outline);
+        let numbers = draw(&bytes, asked.saturating_sub(read), config.seed);
+        let revisited: Vec<bool> = places.iter().map(|place| way.is_revisited(place)).collect();
+        let count = |revisited: bool| usize::from(revisited);
+        Ok(Self {
+            total: places.len(),
+            revisited_total: revisited.iter().copied().map(count).sum(),
+            revisited: numbers.iter().map(|&place| count(revisited[place])).sum(),
+            middles: places.iter().map(|place| way.drive().frames()[place.centre].number).collect(),
+            drawn: numbers
+                .into_iter()
+                .map(|place| {
+                    let nothing = PlaceScans { read: Vec::new(), scored: BTreeSet::new(), cut: false };
+                    (place, std::mem::replace(&mut scans[place], nothing))
+                })
+                .collect(),
+        })
+    }
+
+    fn report(&self, share: f64, scans_read: u64, outline: &LogOutline) -> PlacesReport {
+        PlacesReport {
+            drawn: self.drawn.len() as u64,
+            total: self.total as u64,
+            revisited: self.revisited as u64,
+            revisited_total: self.revisited_total as u64,
+            cut: self.drawn.iter().filter(|(_, scans)| scans.cut).count() as u64,
+            length_m: LENGTH_M,
+            radius_m: RADIUS_M,
+            spacing_m: SPACING_M,
+            scans_read,
+            share_asked: share,
+            bytes_read: outline.bytes_read(),
+        }
+    }
+}
+
+/// Bytes that reading these scans takes.
+fn bytes_of(outline: &LogOutline, way: &Way<'_>, ordinals: &[usize]) -> u64 {
+    let scan = |&ordinal: &usize| &outline.scans()[way.drive().frames()[ordinal].number];
+    let groups: BTreeSet<(u32, u64)> =
+        ordinals.iter().map(scan).map(|scan| (scan.group, scan.bytes)).collect();
+    groups.iter().map(|(_, bytes)| bytes).sum()
+}
+
+/// What threads share: the outline, the way and the plan.
+struct Pass<'a> {
+    outline: &'a LogOutline,
+    way: &'a Way<'a>,
+    plan: &'a Plan<'a>,
+    runs: &'a [Run],
+    config: &'a Config,
+    /// Most bytes that the scans of a place take in memory.
+    held_bytes: u64,
+    watch: &'a dyn Watch,
+}
+
+impl Pass<'_> {
+    /// Scores places, one of them a thread. Says how many threads there were.
+    fn run(
+        &self,
+        drawn: &[(usize, PlaceScans)],
+        layout: &Layout,
+    ) -> Result<(Reducer, PlaceTotals, usize), EvaluateError> {
+        let (threads, config) = self.shares(drawn.len())?;
+        self.watch.begin(Stage::Places, drawn.len() as u64);
+        let (next, failure) = (AtomicUsize::new(0), Mutex::new(None));
+        let work = || -> Result<(Reducer, PlaceTotals), EvaluateError> {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+            let pool = pool.map_err(|source| EvaluateError::Threads { threads: 1, source })?;
+            let scorer = PlaceScorer {
+                outline: self.outline,
+                way: self.way,
+                plan: self.plan,
+                runs: self.runs,
+                config: &config,
+                watch: self.watch,
+            };
+            let (mut reducer, mut totals) = (Reducer::new(layout.clone()), PlaceTotals::new(self.runs.len()));
+            while let Some((place, scans)) = drawn.get(next.fetch_add(1, Ordering::Relaxed)) {
+                if self.watch.cancelled() {
+                    return Err(EvaluateError::Cancelled);
+                }
+                let sums: FrameSums = pool.install(|| scorer.score(scans, &mut totals))?;
+                reducer.add_frame(*place as u64, &sums)?;
+                self.watch.place_scored(*place, &sums);
+                self.watch.advance(1);
+            }
+            Ok((reducer, totals))
+        };
+        let done: Vec<Option<(Reducer, PlaceTotals)>> = std::thread::scope(|scope| {
+            let one = || {
+                work().inspect_err(|_| next.store(drawn.len(), Ordering::Relaxed)).map_or_else(
+                    |error| {
+                        failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+                        None
+                    },
+                    Some,
+                )
+            };
+            let handles: Vec<_> = (0..threads).map(|_| scope.spawn(one)).collect();
+            let resume = |panic| std::panic::resume_unwind(panic);
+            handles.into_iter().map(|handle| handle.join().unwrap_or_else(resume)).collect()
+        });
+        if let Some(error) = failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            return Err(error);
+        }
+        let (mut reducer, mut totals) = (Reducer::new(layout.clone()), PlaceTotals::new(self.runs.len()));
+        for (of_thread, more) in done.into_iter().flatten() {
+            reducer.merge(&of_thread)?;
+            totals.merge(more);
+        }
+        Ok((reducer, totals, threads))
+    }
+
+    /// As many threads as the memory allows, and the settings of each.
+    fn shares(&self, places: usize) -> Result<(usize, Config), EvaluateError> {
+        let asked = self.config.memory_bytes;
+        let needed = self.held_bytes as usize + LEAST_MAP_BYTES;
+        if asked < needed {
+            return Err(EvaluateError::TooLittleMemory { asked, needed, threads: 1, runs: self.runs.len() });
+        }
+        let threads = (asked / needed).min(self.config.threads).min(places).max(1);
+        let memory_bytes = asked / threads - self.held_bytes as usize;
+        Ok((threads, Config { threads: 1, memory_bytes, ..self.config.clone() }))
+    }
+}

@@ -1,0 +1,231 @@
+//! One place: its map, fused from the scans around it, and its own scans cast into that.
+
+use std::collections::HashMap;
+use std::time::Instant;
+
+use dmp_log::{Damage, HeldLog, LogOutline, ScanLog};
+use dmp_map::{Lattice, TileId};
+use dmp_reduce::{Basis, FrameSums, RunSums};
+use dmp_sensor::ReturnCounts;
+
+use super::way::{PlaceScans, Way};
+use crate::cast::{CastPass, Casters};
+use crate::checkpoint::Work;
+use crate::config::{Config, Run};
+use crate::error::EvaluateError;
+use crate::frames::{FrameSet, PlannedFrame};
+use crate::fuse;
+use crate::plan::{Plan, Selection};
+use crate::report::{MapReport, map_reports};
+use crate::watch::{ScoredReturns, Stage, Watch};
+
+/// What scores places: one thread's.
+pub(crate) struct PlaceScorer<'a> {
+    pub(crate) outline: &'a LogOutline,
+    pub(crate) way: &'a Way<'a>,
+    /// What holds for all places: voxels, filter, poses.
+    pub(crate) plan: &'a Plan<'a>,
+    pub(crate) runs: &'a [Run],
+    /// With this thread's share of the memory.
+    pub(crate) config: &'a Config,
+    pub(crate) watch: &'a dyn Watch,
+}
+
+/// What comes of places.
+#[derive(Debug, Clone)]
+pub(crate) struct PlaceTotals {
+    /// Returns of the scans that were fused, and of those that were scored.
+    pub(crate) fused: ReturnCounts,
+    pub(crate) scored: ReturnCounts,
+    pub(crate) scans_read: u64,
+    pub(crate) scans_scored: u64,
+    /// Scans that turned out to have no pose in some run.
+    pub(crate) unposed_returns: u64,
+    pub(crate) tiles: HashMap<(usize, TileId), RunSums>,
+    pub(crate) maps: Vec<MapReport>,
+    pub(crate) scratch_bytes: u64,
+    pub(crate) map_bytes: u64,
+    pub(crate) tile_loads: u64,
+    pub(crate) fuse_s: f64,
+    pub(crate) cast_s: f64,
+    pub(crate) damage: Vec<Damage>,
+    pub(crate) lattice: Option<Lattice>,
+}
+
+impl PlaceTotals {
+    pub(crate) fn new(runs: usize) -> Self {
+        Self {
+            fused: ReturnCounts::default(),
+            scored: ReturnCounts::default(),
+            scans_read: 0,
+            scans_scored: 0,
+            unposed_returns: 0,
+            tiles: HashMap::new(),
+            maps: vec![MapReport::default(); runs],
+            scratch_bytes: 0,
+            map_bytes: 0,
+            tile_loads: 0,
+            fuse_s: 0.0,
+            cast_s: 0.0,
+            damage: Vec::new(),
+            lattice: None,
+        }
+    }
+
+    pub(crate) fn merge(&mut self, other: Self) {
+        self.fused.merge(&other.fused);
+        self.scored.merge(&other.scored);
+        self.scans_read += other.scans_read;
+        self.scans_scored += other.scans_scored;
+        self.unposed_returns += other.unposed_returns;
+        for (tile, sums) in other.tiles {
+            self.tiles.entry(tile).or_default().merge(&sums);
+        }
+        for (mine, theirs) in self.maps.iter_mut().zip(&other.maps) {
+            mine.add(theirs);
+        }
+        self.scratch_bytes += other.scratch_bytes;
+        self.map_bytes += other.map_bytes;
+        self.tile_loads += other.tile_loads;
+        self.fuse_s += other.fuse_s;
+        self.cast_s += other.cast_s;
+        for lost in other.damage {
+            if !self.damage.contains(&lost) {
+                self.damage.push(lost);
+            }
+        }
+        self.lattice = self.lattice.or(other.lattice);
+    }
+}
+
+impl PlaceScorer<'_> {
+    /// Reads, fuses and casts a place; `totals` take what is not its sums.
+    pub(crate) fn score(
+        &self,
+        place: &PlaceScans,
+        totals: &mut PlaceTotals,
+    ) -> Result<FrameSums, EvaluateError> {
+        let (runs, watch) = (self.runs, InPlace(self.watch));
+        let log = load(self.outline, self.way, &place.read)?;
+        let (frames, unposed_returns) = frames_of(&log, self.way, self.config);
+        let mut scored = FrameSet::default();
+        for (at, _) in frames.iter().enumerate().filter(|(_, (ordinal, _))| place.scored.contains(ordinal)) {
+            scored.insert(at);
+            totals.scans_scored += 1;
+        }
+        let frames: Vec<PlannedFrame> = frames.into_iter().map(|(_, frame)| frame).collect();
+        totals.scans_read += frames.len() as u64;
+        totals.unposed_returns += unposed_returns;
+        totals.damage.extend_from_slice(&log.summary().damage);
+        let mut sums = FrameSums::new(&vec![Basis::CrossValidated; runs.len()]);
+        if !(0..frames.len()).any(|ordinal| scored.contains(ordinal)) {
+            return Ok(sums);
+        }
+
+        let start = Instant::now();
+        let Plan { poses, segments, filter, voxel, looks, .. } = self.plan;
+        let plan = Plan {
+            selection: Selection { frames, ..Selection::default() },
+            poses: poses.clone(),
+            segments: segments.clone(),
+            filter: filter.clone(),
+            voxel: *voxel,
+            looks: looks.clone(),
+        };
+        let work = Work::open(&log, runs, self.config)?;
+        let stores = runs.iter().map(|_| None).collect();
+        let mut maps = fuse::maps_of(&log, &plan, runs, stores, None, self.config, &work, &watch)?;
+        let run_maps = std::mem::take(&mut maps.of_runs);
+        let fuse_s = start.elapsed().as_secs_f64();
+
+        let of_maps = map_reports(&run_maps, None);
+        let map_bytes = fuse::fused_bytes(&run_maps);
+        let casters = Casters::new(run_maps, self.config, work.budget());
+        let kept = fuse::to_keep(&maps);
+        let pass = CastPass {
+            log: &log,
+            plan: &plan,
+            runs,
+            casters: &casters,
+            config: self.config,
+            work: &work,
+            maps: &kept,
+            watch: &watch,
+        };
+        let cast = pass.of_frames(&scored)?;
+        sums.merge(&cast.sums);
+        totals.merge(PlaceTotals {
+            fused: maps.counts.unwrap_or_default(),
+            scored: cast.counts,
+            tiles: cast.tiles,
+            maps: of_maps,
+            scratch_bytes: maps.scratch_bytes,
+            map_bytes,
+            tile_loads: casters.of_runs.first().map_or(0, dmp_cast::Caster::tile_loads),
+            fuse_s,
+            cast_s: start.elapsed().as_secs_f64() - fuse_s,
+            lattice: casters.of_runs.first().map(|caster| caster.map().lattice()),
+            ..PlaceTotals::new(runs.len())
+        });
+        Ok(sums)
+    }
+}
+
+/// Reads scans by their ordinals in the drive.
+pub(crate) fn load(
+    outline: &LogOutline,
+    way: &Way<'_>,
+    ordinals: &[usize],
+) -> Result<HeldLog, EvaluateError> {
+    let frames = way.drive().frames();
+    let mut numbers: Vec<usize> = ordinals.iter().map(|&ordinal| frames[ordinal].number).collect();
+    numbers.sort_unstable();
+    Ok(outline.load(&numbers)?)
+}
+
+/// The scans of a part as they are used, with their ordinals in the drive: at their own stamps, in the drive's
+/// segments; and the returns of those that have no pose there.
+pub(crate) fn frames_of(log: &HeldLog, way: &Way<'_>, config: &Config) -> (Vec<(usize, PlannedFrame)>, u64) {
+    let drive = way.drive();
+    let mut frames = Vec::with_capacity(log.frames().len());
+    let mut unposed_returns = 0;
+    for (frame, info) in log.frames().iter().enumerate() {
+        let number = log.number_in_log(frame);
+        let Some(ordinal) = way.ordinal_of(number) else { continue };
+        let stamp_ns = info.stamp_ns.map(|stamp_ns| stamp_ns.saturating_add(config.time_offset_ns));
+        let segment = drive.frames()[ordinal].segment;
+        let planned = PlannedFrame { frame, number, stamp_ns, returns: info.returns, segment };
+        if drive.poses.iter().all(|run| run.of_frame(&planned).is_some()) {
+            frames.push((ordinal, planned));
+        } else {
+            unposed_returns += info.returns;
+        }
+    }
+    frames.sort_by_key(|(_, frame)| (frame.stamp_ns, frame.number));
+    (frames, unposed_returns)
+}
+
+/// Watches one place of many: stages are those of the whole.
+struct InPlace<'a>(&'a dyn Watch);
+
+impl Watch for InPlace<'_> {
+    fn begin(&self, _: Stage, _: u64) {}
+
+    fn advance(&self, _: u64) {}
+
+    fn note(&self, text: &str) {
+        self.0.note(text);
+    }
+
+    fn returns_scored(&self, returns: &ScoredReturns<'_>) {
+        self.0.returns_scored(returns);
+    }
+
+    fn frame_scored(&self, frame: usize, sums: &FrameSums) {
+        self.0.frame_scored(frame, sums);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}

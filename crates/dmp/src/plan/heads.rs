@@ -1,0 +1,49 @@
+use dmp_log::{FrameInfo, LogOutline, LogSummary, ScanLog};
+
+/// What is known of a log's scans before they are read.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Heads<'a> {
+    /// The log, or part of one, is open.
+    Log(&'a dyn ScanLog),
+    /// Only its index was read: stamps are as near as that tells, returns not known.
+    Outline(&'a LogOutline),
+}
+
+impl<'a> Heads<'a> {
+    pub(crate) fn summary(self) -> &'a LogSummary {
+        match self {
+            Self::Log(log) => log.summary(),
+            Self::Outline(outline) => outline.summary(),
+        }
+    }
+
+    /// Scans that can be read, as far as is known.
+    pub(crate) fn len(self) -> usize {
+        match self {
+            Self::Log(log) => log.frames().len(),
+            Self::Outline(outline) => outline.scans().len(),
+        }
+    }
+
+    /// Scans of the whole log.
+    pub(crate) fn scans_in_log(self) -> usize {
+        match self {
+            Self::Log(log) => log.scans_in_log(),
+            Self::Outline(outline) => outline.scans().len(),
+        }
+    }
+
+    /// Each scan that can be read: its number in the whole log, its stamp and its returns.
+    pub(crate) fn scans(self) -> Box<dyn Iterator<Item = (usize, FrameInfo)> + 'a> {
+        match self {
+            Self::Log(log) => {
+                let numbered = |(frame, info): (usize, &FrameInfo)| (log.number_in_log(frame), *info);
+                Box::new(log.frames().iter().enumerate().map(numbered))
+            }
+            Self::Outline(outline) => {
+                let stamps = outline.scans().iter().map(|scan| scan.stamp_ns);
+                Box::new(stamps.map(|stamp_ns| FrameInfo { stamp_ns, returns: 0 }).enumerate())
+            }
+        }
+    }
+}
