@@ -52,7 +52,7 @@ pub use error::EvaluateError;
 pub use evaluate::evaluate;
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
 pub use memory::{machine_memory_bytes, peak_anonymous_bytes};
-pub use places::evaluate_quick;
+pub use places::{ScoredPlace, drawn_places, evaluate_quick};
 pub use report::{
     ConfigReport, CvScores, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport, NearScores,
     PairReport, PassTimes, PlacesReport, Report, RunInputReport, RunReport, SamplingReport, ScaleReport,

@@ -1,6 +1,8 @@
 use dmp_reduce::{FrameSums, Residuals};
 use dmp_sensor::Ray;
 
+use crate::places::ScoredPlace;
+
 /// What is being done at the moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -61,8 +63,8 @@ pub trait Watch: Sync {
         let _ = (frame, sums);
     }
 
-    /// A place of a quick score is done: its number among all, and the sums of its runs and pairs. In any order.
-    fn place_scored(&self, place: usize, sums: &FrameSums) {
+    /// A place of a quick score is done, with the sums of its runs and pairs. They come in any order.
+    fn place_scored(&self, place: ScoredPlace, sums: &FrameSums) {
         let _ = (place, sums);
     }
 

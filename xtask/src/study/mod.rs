@@ -9,6 +9,7 @@ mod interval;
 mod judge;
 mod observe;
 mod pair_tables;
+mod places;
 mod removal;
 mod result;
 mod rule;
@@ -42,6 +43,8 @@ enum StudyTask {
     Score(score::ScoreArgs),
     /// Draw samples of the drives' scans and tell how often they are right
     Sample(sample::SampleArgs),
+    /// Draw samples of the drives' places and tell how often they are right
+    Places(places::PlacesArgs),
     /// Write a drive as a folder of scans with times, and its truth beside it as FOLDER.truth.tum
     Export {
         /// Name of the drive, e.g. loop-64
@@ -64,6 +67,7 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
     match &arguments.task {
         StudyTask::Score(arguments) => score::run(arguments),
         StudyTask::Sample(arguments) => sample::run(arguments),
+        StudyTask::Places(arguments) => places::run(arguments),
         StudyTask::Export { drive, output } => export(&find(drive)?, output),
         StudyTask::Trap { seed } => trap::run(*seed),
         StudyTask::Drives => drives().iter().try_for_each(survey::print),

@@ -5,9 +5,20 @@ use crate::sample::{Looks, Sample};
 /// Places below which an interval is too wide to decide anything.
 const FEW_PLACES: usize = 12;
 
-/// The numbers of the places that `seed` draws, evenly spread along the way: as many as take no more than
-/// `budget_bytes`, but never fewer than twelve; `bytes` are those of every place.
-pub(crate) fn draw(bytes: &[u64], budget_bytes: u64, seed: u64) -> Vec<usize> {
+/// The numbers of `count` places that `seed` draws, ascending: a systematic sample of those that the way comes back to
+/// followed by the others, so that either kind has its share, evenly spread along the way. `revisited` tells it of every
+/// place.
+pub fn drawn_places(revisited: &[bool], count: usize, seed: u64) -> Vec<usize> {
+    let of = |kind: bool| (0..revisited.len()).filter(move |&place| revisited[place] == kind);
+    let order: Vec<usize> = of(true).chain(of(false)).collect();
+    let looks = Looks::new(order.len() as u64, Sample::Frames(count as u64), seed, false);
+    let mut drawn: Vec<usize> = looks.frames(0).map(|place| order[place]).collect();
+    drawn.sort_unstable();
+    drawn
+}
+
+/// As many places as take no more than `budget_bytes`, but never fewer than twelve; `bytes` are those of every place.
+pub(super) fn draw(bytes: &[u64], revisited: &[bool], budget_bytes: u64, seed: u64) -> Vec<usize> {
     let all = bytes.len();
     let mean = bytes.iter().map(|&bytes| bytes as f64).sum::<f64>() / all.max(1) as f64;
     let few = FEW_PLACES.min(all);
@@ -15,8 +26,7 @@ pub(crate) fn draw(bytes: &[u64], budget_bytes: u64, seed: u64) -> Vec<usize> {
     let most = (1.2 * budget_bytes as f64 / mean.max(1.0)) as usize;
     let mut count = most.clamp(few, all);
     loop {
-        let drawn: Vec<usize> =
-            Looks::new(all as u64, Sample::Frames(count as u64), seed, false).frames(0).collect();
+        let drawn = drawn_places(revisited, count, seed);
         let drawn_bytes: u64 = drawn.iter().map(|&place| bytes[place]).sum();
         if drawn_bytes <= budget_bytes || count <= few {
             return drawn;
@@ -31,22 +41,45 @@ mod tests {
 
     #[test]
     fn the_bytes_say_how_many_places() {
-        let bytes = vec![100; 1000];
-        assert_eq!(draw(&bytes, 5000, 3).len(), 50);
-        assert_eq!(draw(&bytes, 5099, 4).len(), 50);
-        assert_eq!(draw(&bytes, 0, 3).len(), 12);
-        assert_eq!(draw(&bytes, u64::MAX, 3).len(), 1000);
-        assert_eq!(draw(&[7; 5], 0, 3), [0, 1, 2, 3, 4]);
-        assert_ne!(draw(&bytes, 5000, 3), draw(&bytes, 5000, 4));
+        let (bytes, once) = (vec![100; 1000], vec![false; 1000]);
+        let count = |budget_bytes| draw(&bytes, &once, budget_bytes, 3).len();
+        assert_eq!([5000, 5099, 0, 1 << 40].map(count), [50, 50, 12, 1000]);
+        assert_eq!(draw(&[7; 5], &once[..5], 0, 3), [0, 1, 2, 3, 4]);
+        assert_ne!(draw(&bytes, &once, 5000, 3), draw(&bytes, &once, 5000, 4));
     }
 
     #[test]
     fn large_places_leave_room_for_fewer() {
         let bytes: Vec<u64> = (0..500).map(|k| if k % 7 == 0 { 1000 } else { 10 }).collect();
         for seed in 0..50 {
-            let drawn = draw(&bytes, 6000, seed);
+            let drawn = draw(&bytes, &[false; 500], 6000, seed);
             assert!(drawn.iter().map(|&k| bytes[k]).sum::<u64>() <= 6000 || drawn.len() == 12);
             assert!(drawn.windows(2).all(|pair| pair[0] < pair[1]));
         }
+    }
+
+    #[test]
+    fn either_kind_of_place_has_its_share() {
+        // Every fourth, as a systematic sample along the way would meet always or never.
+        let revisited: Vec<bool> = (0..400).map(|k| k % 4 == 0).collect();
+        for seed in 0..100 {
+            let drawn = drawn_places(&revisited, 40, seed);
+            let count = drawn.iter().filter(|&&place| revisited[place]).count();
+            assert!((9..=11).contains(&count), "{count}");
+            assert!(drawn.len() == 40 && drawn.windows(2).all(|pair| pair[0] < pair[1]));
+        }
+    }
+
+    /// Every place is as likely as any other: what an unbiased estimate needs.
+    #[test]
+    fn every_place_has_its_chance() {
+        let revisited: Vec<bool> = (0..37).map(|k| k % 3 == 0 || k > 30).collect();
+        let mut times = [0; 37];
+        for seed in 0..4000 {
+            drawn_places(&revisited, 9, seed).into_iter().for_each(|place| times[place] += 1);
+        }
+        let expected = 4000.0 * 9.0 / 37.0;
+        let scatter = f64::sqrt(expected * (1.0 - 9.0 / 37.0));
+        assert!(times.iter().all(|&count| (f64::from(count) - expected).abs() < 5.0 * scatter), "{times:?}");
     }
 }

@@ -24,9 +24,21 @@ use crate::report::{self, Inputs, PassTimes, PlacesReport, Report};
 use crate::sample::{Looks, Sample};
 use crate::watch::{Stage, Watch};
 use draw::draw;
+pub use draw::drawn_places;
 use score::{PlaceScorer, PlaceTotals};
 use survey::Survey;
 use way::{LENGTH_M, PlaceScans, RADIUS_M, SPACING_M, Way};
+
+/// A place of a quick score.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ScoredPlace {
+    /// Its number along the way, from 0.
+    pub number: usize,
+    /// How many places there are.
+    pub of: usize,
+    /// Whether any run has the way come back to it.
+    pub is_revisited: bool,
+}
 
 /// Places below which there is nothing to choose among.
 const FEWEST_PLACES: usize = 4;
@@ -59,7 +71,7 @@ pub fn evaluate_quick(
     check(outline, runs, config, share)?;
     let start = Instant::now();
     let drive = Drive::new(Heads::Outline(outline), runs, config)?;
-    let way = Way::new(&drive);
+    let way = Way::new(&drive, outline);
     let sample = Places::choose(outline, &way, config, share)?;
 
     // The same returns z, voxels and segments for every run and every place.
@@ -154,9 +166,8 @@ struct Places {
     /// How many there are, and how many of these are passed more than once.
     total: usize,
     revisited_total: usize,
-    /// The numbers of those drawn, what is read for each, and how many of them are passed more than once.
-    drawn: Vec<(usize, PlaceScans)>,
-    revisited: usize,
+    /// Those drawn, and what is read for each.
+    drawn: Vec<(ScoredPlace, PlaceScans)>,
     /// For every place the number in the log of the scan in its middle.
     middles: Vec<usize>,
 }
@@ -177,19 +188,20 @@ impl Places {
         let bytes: Vec<u64> = scans.iter().map(|place| bytes_of(outline, way, &place.read)).collect();
         let asked = (share * outline.bytes() as f64) as u64;
         let read = outline.bytes_read().unwrap_or(0) + survey::bytes(outline);
-        let numbers = draw(&bytes, asked.saturating_sub(read), config.seed);
+        // All of the log is all places, though most scans are read for several of them.
+        let budget_bytes = if share < 1.0 { asked.saturating_sub(read) } else { u64::MAX };
         let revisited: Vec<bool> = places.iter().map(|place| way.is_revisited(place)).collect();
-        let count = |revisited: bool| usize::from(revisited);
+        let numbers = draw(&bytes, &revisited, budget_bytes, config.seed);
         Ok(Self {
             total: places.len(),
-            revisited_total: revisited.iter().copied().map(count).sum(),
-            revisited: numbers.iter().map(|&place| count(revisited[place])).sum(),
+            revisited_total: revisited.iter().filter(|&&revisited| revisited).count(),
             middles: places.iter().map(|place| way.drive().frames()[place.centre].number).collect(),
             drawn: numbers
                 .into_iter()
-                .map(|place| {
-                    let nothing = PlaceScans { read: Vec::new(), scored: BTreeSet::new(), cut: false };
-                    (place, std::mem::replace(&mut scans[place], nothing))
+                .map(|number| {
+                    let is_revisited = revisited[number];
+                    let place = ScoredPlace { number, of: places.len(), is_revisited };
+                    (place, std::mem::take(&mut scans[number]))
                 })
                 .collect(),
         })
@@ -199,7 +211,7 @@ impl Places {
         PlacesReport {
             drawn: self.drawn.len() as u64,
             total: self.total as u64,
-            revisited: self.revisited as u64,
+            revisited: self.drawn.iter().filter(|(place, _)| place.is_revisited).count() as u64,
             revisited_total: self.revisited_total as u64,
             cut: self.drawn.iter().filter(|(_, scans)| scans.cut).count() as u64,
             length_m: LENGTH_M,
@@ -236,7 +248,7 @@ impl Pass<'_> {
     /// Scores places, one of them a thread. Says how many threads there were.
     fn run(
         &self,
-        drawn: &[(usize, PlaceScans)],
+        drawn: &[(ScoredPlace, PlaceScans)],
         layout: &Layout,
     ) -> Result<(Reducer, PlaceTotals, usize), EvaluateError> {
         let (threads, config) = self.shares(drawn.len())?;
@@ -259,7 +271,7 @@ impl Pass<'_> {
                     return Err(EvaluateError::Cancelled);
                 }
                 let sums: FrameSums = pool.install(|| scorer.score(scans, &mut totals))?;
-                reducer.add_frame(*place as u64, &sums)?;
+                reducer.add_frame(place.number as u64, &sums)?;
                 self.watch.place_scored(*place, &sums);
                 self.watch.advance(1);
             }

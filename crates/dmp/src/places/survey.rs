@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use dmp_log::{HeldLog, LogOutline, ScanLog};
 
+use super::ScoredPlace;
 use super::score::{frames_of, load};
 use super::way::{PlaceScans, SPACING_M, Way};
 use crate::config::{Config, Run};
@@ -38,7 +39,7 @@ impl<'a> Survey<'a> {
     pub(super) fn read(
         outline: &LogOutline,
         way: &'a Way<'a>,
-        places: &[(usize, PlaceScans)],
+        places: &[(ScoredPlace, PlaceScans)],
         config: &Config,
     ) -> Result<Self, EvaluateError> {
         let some = |count| survey::spread(places.len(), count).into_iter().map(|k| &places[k].1);

@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use dmp_log::LogOutline;
+
 use crate::plan::Drive;
 
 /// Length of the stretch of the way that is a place, metres.
@@ -12,7 +14,10 @@ const JOIN_M: f64 = 0.75 * LENGTH_M;
 /// Scans this near to a place's centre make its map, metres: what its scans need of other segments, on both sides.
 pub(crate) const RADIUS_M: f64 = 35.0;
 /// The way between scans that are read for a place, metres.
-pub(crate) const SPACING_M: f64 = 3.0;
+pub(crate) const SPACING_M: f64 = 4.0;
+/// Scans that are packed together are read together, and then as much of the way as they stand for is left out behind
+/// them: up to so much, metres.
+const MOST_LEFT_OUT_M: f64 = 12.0;
 /// Segments that must lie between two scans for one to see a place again: as for the coverage by revisits.
 const REVISIT_SEGMENTS: f64 = 5.0;
 /// How near the way must come back, metres.
@@ -31,7 +36,7 @@ pub(crate) struct Place {
 }
 
 /// What is read for a place.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct PlaceScans {
     /// Ordinals of scans, ascending: its map is made of all of them.
     pub(crate) read: Vec<usize>,
@@ -48,6 +53,8 @@ pub(crate) struct Way<'a> {
     of_runs: Vec<Whereabouts>,
     /// By the number of a scan in the log, its ordinal in the drive.
     ordinals: HashMap<usize, usize>,
+    /// For each scan of the drive what it is packed in.
+    groups: Vec<u32>,
 }
 
 /// Where a run has the scans, by cells of the plane.
@@ -58,7 +65,8 @@ struct Whereabouts {
 }
 
 impl<'a> Way<'a> {
-    pub(crate) fn new(drive: &'a Drive<'a>) -> Self {
+    /// The way of a drive on the log that `outline` tells of.
+    pub(crate) fn new(drive: &'a Drive<'a>, outline: &LogOutline) -> Self {
         let place = |frame, run: &crate::pose::RunPoses<'_>| {
             // Every scan in use has a pose in every run.
             run.of_frame(frame).map_or([f64::NAN; 3], |pose| pose.translation.vector.into())
@@ -67,7 +75,8 @@ impl<'a> Way<'a> {
             |run| Whereabouts::new(drive.frames().iter().map(|frame| place(frame, run)).collect());
         let numbers = drive.frames().iter().enumerate().map(|(ordinal, frame)| (frame.number, ordinal));
         let ordinals = numbers.collect();
-        Self { drive, of_runs: drive.poses.iter().map(whereabouts).collect(), ordinals }
+        let groups = drive.frames().iter().map(|frame| outline.scans()[frame.number].group).collect();
+        Self { drive, of_runs: drive.poses.iter().map(whereabouts).collect(), ordinals, groups }
     }
 
     pub(crate) fn drive(&self) -> &'a Drive<'a> {
@@ -126,10 +135,12 @@ impl<'a> Way<'a> {
 
     /// What is to be read for a place: scans in steps of [`SPACING_M`], on every pass.
     pub(crate) fn scans_of(&self, place: &Place) -> PlaceScans {
-        let scored = self.spaced(place.scans.iter().copied(), &BTreeSet::new());
+        let own: BTreeSet<usize> = place.scans.iter().copied().collect();
+        let wanted = self.spaced(&own, &BTreeSet::new());
         let mut around = self.near_in_any(place.centre, RADIUS_M);
-        around.extend(&scored);
-        let mut read = self.spaced(around.into_iter(), &scored);
+        around.extend(&own);
+        let mut read = self.spaced(&around, &wanted);
+        let scored: BTreeSet<usize> = read.intersection(&own).copied().collect();
         let cut = read.len() > MAX_SCANS;
         if cut {
             let beside: Vec<usize> = read.difference(&scored).copied().collect();
@@ -140,16 +151,19 @@ impl<'a> Way<'a> {
         PlaceScans { read: read.into_iter().collect(), scored, cut }
     }
 
-    /// Those of the scans, ascending, that are a step of the way behind the one before, and those that are `wanted`.
-    fn spaced(&self, scans: impl Iterator<Item = usize>, wanted: &BTreeSet<usize>) -> BTreeSet<usize> {
-        let mut last_m = f64::NEG_INFINITY;
-        let is_kept = |scan: &usize| {
-            let here_m = self.drive.along_m[*scan];
-            let kept = here_m - last_m >= SPACING_M || wanted.contains(scan);
-            last_m = if kept { here_m } else { last_m };
-            kept
-        };
-        scans.filter(is_kept).collect()
+    /// Those of the scans that are steps of the way apart, [`SPACING_M`] on average, and those that are `wanted`; what
+    /// is packed together stays together.
+    fn spaced(&self, scans: &BTreeSet<usize>, wanted: &BTreeSet<usize>) -> BTreeSet<usize> {
+        let scans: Vec<usize> = scans.iter().copied().collect();
+        let (mut kept, mut next_m) = (BTreeSet::new(), f64::NEG_INFINITY);
+        for group in scans.chunk_by(|&a, &b| self.groups[a] == self.groups[b]) {
+            let here_m = self.drive.along_m[group[0]];
+            if here_m >= next_m || group.iter().any(|scan| wanted.contains(scan)) {
+                next_m = here_m + (group.len() as f64 * SPACING_M).min(MOST_LEFT_OUT_M);
+                kept.extend(group);
+            }
+        }
+        kept
     }
 
     /// Whether any run has the way come back to the place.

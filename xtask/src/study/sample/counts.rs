@@ -30,7 +30,7 @@ impl Share {
 
 /// What samples of one size say.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Samples {
+pub(in crate::study) struct Samples {
     sign: Share,
     covered: Share,
     runs_covered: Share,
@@ -42,7 +42,9 @@ pub(super) struct Samples {
 }
 
 impl Samples {
-    pub(super) fn add(&mut self, sample: &Reducer, full: &Full) {
+    pub(in crate::study) const HEAD: &str = "drive           scans  pairs  sample    sign   covered   of runs   decided    wrong by chance    mixed   of all";
+
+    pub(in crate::study) fn add(&mut self, sample: &Reducer, full: &Full) {
         for (run, value) in full.runs.iter().enumerate() {
             let interval = sample.scores(run).r_cv_m2[0].1.and_then(|estimate| estimate.interval);
             if let (Some(interval), Some(value)) = (interval, value) {
@@ -71,7 +73,7 @@ impl Samples {
         }
     }
 
-    pub(super) fn merge(&mut self, other: &Self) {
+    pub(in crate::study) fn merge(&mut self, other: &Self) {
         let Self { sign, covered, runs_covered, decided, wrong, undecided_by_all, mixed, mixed_by_all } =
             other;
         self.sign.merge(*sign);
@@ -85,7 +87,7 @@ impl Samples {
     }
 
     /// A line of the table; `of` are the scans and the pairs of one drive.
-    pub(super) fn print(&self, drive: &str, of: Option<(usize, usize)>, size: u64) {
+    pub(in crate::study) fn print(&self, drive: &str, of: Option<(usize, usize)>, size: u64) {
         let [scans, pairs] =
             of.map_or_else(Default::default, |(scans, pairs)| [scans.to_string(), pairs.to_string()]);
         println!(

@@ -1,6 +1,6 @@
 //! `cargo xtask study sample`: what samples of the scans say, against what all scans say.
 
-mod counts;
+pub(super) mod counts;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -35,7 +35,7 @@ pub(super) struct SampleArgs {
 }
 
 /// The sums of every frame of a drive, in order of time.
-struct Frames {
+pub(super) struct Frames {
     frames: Vec<FrameSums>,
     layout: Layout,
 }
@@ -48,21 +48,7 @@ pub(super) fn run(arguments: &SampleArgs) -> anyhow::Result<()> {
     let wanted =
         |spec: &DriveSpec| arguments.drives.is_empty() || arguments.drives.iter().any(|d| d == spec.name);
     let (mut of_samples, mut of_decisions) = (BTreeMap::new(), Decisions::default());
-    println!(
-        "{:<14}{:>7}{:>7}{:>8}{:>8}{:>10}{:>10}{:>10}{:>9}{:>10}{:>9}{:>9}",
-        "drive",
-        "scans",
-        "pairs",
-        "sample",
-        "sign",
-        "covered",
-        "of runs",
-        "decided",
-        "wrong",
-        "by chance",
-        "mixed",
-        "of all"
-    );
+    println!("{}", Samples::HEAD);
     for spec in drives().iter().filter(|spec| wanted(spec)) {
         let drive = frames_of(spec, &arguments.out)?;
         let whole = drive.reducer(0..drive.frames.len())?;
@@ -93,15 +79,20 @@ pub(super) fn run(arguments: &SampleArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Scores all estimates of the drive on all its scans.
-fn frames_of(spec: &DriveSpec, work: &Path) -> anyhow::Result<Frames> {
+/// The log of a drive, written where it is not there yet, and its estimates.
+pub(super) fn log_and_runs(spec: &DriveSpec, work: &Path) -> anyhow::Result<(PathBuf, Vec<Run>)> {
     let town = spec.options.town()?;
     let recording = Recording::new(&town, &spec.options)?;
     let path = work.join(format!("{}.mcap", spec.name));
     write_log(&recording, &path)?;
-    let log = open_log(&path, &LogOptions::default())?;
     let estimates = estimates(spec, &spec.truth(&recording)?)?;
-    let runs: Vec<Run> = estimates.into_iter().map(|e| Run::new(e.name, e.trajectory)).collect();
+    Ok((path, estimates.into_iter().map(|e| Run::new(e.name, e.trajectory)).collect()))
+}
+
+/// Scores all estimates of the drive on all its scans.
+pub(super) fn frames_of(spec: &DriveSpec, work: &Path) -> anyhow::Result<Frames> {
+    let (path, runs) = log_and_runs(spec, work)?;
+    let log = open_log(&path, &LogOptions::default())?;
     let kept = Kept::default();
     dmp::evaluate(log.as_ref(), &runs, &Config::default(), &kept).with_context(|| spec.name.to_owned())?;
     let frames: Vec<FrameSums> =
@@ -122,7 +113,11 @@ impl Watch for Kept {
 }
 
 impl Frames {
-    fn reducer(&self, ordinals: impl Iterator<Item = usize>) -> anyhow::Result<Reducer> {
+    pub(super) fn len(&self) -> usize {
+        self.frames.len()
+    }
+
+    pub(super) fn reducer(&self, ordinals: impl Iterator<Item = usize>) -> anyhow::Result<Reducer> {
         let mut reducer = Reducer::new(self.layout.clone());
         self.add(&mut reducer, ordinals)?;
         Ok(reducer)
@@ -137,13 +132,13 @@ impl Frames {
 }
 
 /// What all scans say.
-struct Full {
-    runs: Vec<Option<f64>>,
-    pairs: Vec<Comparison>,
+pub(super) struct Full {
+    pub(super) runs: Vec<Option<f64>>,
+    pub(super) pairs: Vec<Comparison>,
 }
 
 impl Full {
-    fn of(whole: &Reducer) -> Self {
+    pub(super) fn of(whole: &Reducer) -> Self {
         let runs = (0..whole.layout().bases().len()).map(|run| value_of(whole, run)).collect();
         Self { runs, pairs: whole.comparisons(Confidence::P99) }
     }
