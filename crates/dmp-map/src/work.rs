@@ -12,6 +12,8 @@ const LOCK: &str = "lock";
 const CHECKPOINT: &str = "checkpoint";
 const MAGIC: [u8; 8] = *b"DMPCHECK";
 const VERSION: u32 = 1;
+/// How often a folder is made anew where others remove it before it is locked.
+const TRIES: u32 = 20;
 /// Magic, version, CRC-32 of what follows it, length of the content.
 const HEADER_BYTES: usize = 24;
 
@@ -35,9 +37,20 @@ impl WorkFolder {
     /// When it cannot be made there.
     pub fn new(parent: &Path) -> Result<Self, MapError> {
         sweep(parent);
-        let made = tempfile::Builder::new().prefix(PREFIX).tempdir_in(parent);
-        let path = made.map_err(MapError::io(parent, "cannot make a work folder here"))?.keep();
-        Self::in_folder(path)
+        let mut tries = 1;
+        loop {
+            let made = tempfile::Builder::new().prefix(PREFIX).tempdir_in(parent);
+            let path = made.map_err(MapError::io(parent, "cannot make a work folder here"))?.keep();
+            match Self::in_folder(path.clone()) {
+                Ok(folder) => return Ok(folder),
+                // Before it had its lock, another process took it for one that was left behind.
+                Err(_) if tries < TRIES => tries += 1,
+                Err(error) => {
+                    let _ = fs::remove_dir_all(&path);
+                    return Err(error);
+                }
+            }
+        }
     }
 
     /// The folder inside `parent` that belongs to `id`: empty, or, with `resume`, as it was left.
@@ -68,6 +81,9 @@ impl WorkFolder {
             Err(TryLockError::WouldBlock) => return Err(MapError::Locked { path }),
             // Where a file system has no locks, the folder's name must do.
             Ok(()) | Err(TryLockError::Error(_)) => {}
+        }
+        if !is_at(&lock, &path.join(LOCK)) {
+            return Err(MapError::Locked { path });
         }
         Ok(Self { path, lock: Some(lock), kept: false })
     }
@@ -218,6 +234,26 @@ fn has_checkpoint(folder: &Path) -> bool {
         .any(|entry| Path::new(&entry.file_name()).extension().is_some_and(|e| e == CHECKPOINT))
 }
 
+/// Whether an open file is the one at this path: another process may have removed it before it was locked.
+fn is_at(file: &File, path: &Path) -> bool {
+    let Ok((open, there)) = file.metadata().and_then(|open| Ok((open, fs::metadata(path)?))) else {
+        return false;
+    };
+    same_file(&open, &there)
+}
+
+#[cfg(unix)]
+fn same_file(a: &fs::Metadata, b: &fs::Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    (a.dev(), a.ino()) == (b.dev(), b.ino())
+}
+
+/// Where files have no numbers, one that is there is taken to be the same.
+#[cfg(not(unix))]
+fn same_file(_: &fs::Metadata, _: &fs::Metadata) -> bool {
+    true
+}
+
 /// Removes the folders of killed processes that hold nothing to go on from. What cannot be looked at is let be.
 fn sweep(parent: &Path) {
     for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
@@ -276,6 +312,25 @@ mod tests {
         drop(kept);
         drop(WorkFolder::new(parent.path()).unwrap());
         assert!(in_use.path().exists() && path.exists());
+    }
+
+    /// A folder is there before it is locked; whoever sweeps then must not leave its owner without one.
+    #[test]
+    fn folders_made_at_the_same_time_are_all_there() {
+        let parent = tempfile::tempdir().unwrap();
+        std::thread::scope(|scope| {
+            for _ in 0..8 {
+                scope.spawn(|| {
+                    for _ in 0..100 {
+                        let work = WorkFolder::new(parent.path()).unwrap();
+                        fs::write(work.file("map"), b"surfels").unwrap();
+                        work.save("fuse", b"half").unwrap();
+                        assert_eq!(work.load("fuse").unwrap().as_deref(), Some(&b"half"[..]));
+                    }
+                });
+            }
+        });
+        assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 0);
     }
 
     #[test]

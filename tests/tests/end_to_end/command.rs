@@ -152,6 +152,7 @@ mod schema {
         pub(super) decided_at_m: Option<f64>,
         pub(super) reason: String,
         pub(super) frames_needed: Option<u64>,
+        pub(super) places_needed: Option<u64>,
     }
 
     #[derive(Debug, Deserialize)]

@@ -16,6 +16,7 @@ mod formats;
 mod given_maps;
 mod map_command;
 mod mesh_maps;
+mod quick;
 mod real;
 mod resume;
 mod sampling;

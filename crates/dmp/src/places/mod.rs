@@ -1,16 +1,17 @@
 //! A quick score: of a sample of places along the way, each by itself, so that only the scans that see them are read.
 
 mod draw;
+mod scans;
 mod score;
 mod survey;
 mod way;
 
-use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use dmp_log::LogOutline;
+use dmp_map::WorkFolder;
 use dmp_reduce::{Basis, Confidence, FrameSums, Layout, Reducer};
 use dmp_sensor::DropReason;
 
@@ -25,6 +26,7 @@ use crate::sample::{Looks, Sample};
 use crate::watch::{Stage, Watch};
 use draw::draw;
 pub use draw::drawn_places;
+use scans::DriveScans;
 use score::{PlaceScorer, PlaceTotals};
 use survey::Survey;
 use way::{LENGTH_M, PlaceScans, RADIUS_M, SPACING_M, Way};
@@ -71,11 +73,12 @@ pub fn evaluate_quick(
     check(outline, runs, config, share)?;
     let start = Instant::now();
     let drive = Drive::new(Heads::Outline(outline), runs, config)?;
-    let way = Way::new(&drive, outline);
-    let sample = Places::choose(outline, &way, config, share)?;
+    let scans = DriveScans::new(outline, &drive);
+    let way = Way::new(&scans);
+    let sample = Places::choose(&scans, &way, config, share)?;
 
     // The same returns z, voxels and segments for every run and every place.
-    let survey = Survey::read(outline, &way, &sample.drawn, config)?;
+    let survey = Survey::read(&scans, &way, &sample.drawn, config)?;
     let (all, drawn) = (sample.total as u64, sample.drawn.len() as u64);
     let looks = Looks::new(all, Sample::Frames(drawn), config.seed, false);
     let (plan, hints) = survey.plan(runs, looks, config, watch)?;
@@ -87,7 +90,7 @@ pub fn evaluate_quick(
     // Every place as a log of its own: its map, and the sums of its returns. The places are the units that the error
     // of the sampling comes from.
     let layout = Layout::new(all, vec![Basis::CrossValidated; runs.len()]).with_miss_price(config.miss_price);
-    let pass = Pass { outline, way: &way, plan: &plan, runs, config, held_bytes, watch };
+    let pass = Pass { scans: &scans, plan: &plan, runs, config, held_bytes, watch };
     let (reducer, totals, threads) = pass.run(&sample.drawn, &layout)?;
     let mut counts = totals.scored;
     counts.add_dropped(DropReason::ScanNotSampled, totals.fused.total().saturating_sub(counts.total()));
@@ -174,18 +177,19 @@ struct Places {
 
 impl Places {
     fn choose(
-        outline: &LogOutline,
-        way: &Way<'_>,
+        drive_scans: &DriveScans<'_>,
+        way: &Way,
         config: &Config,
         share: f64,
     ) -> Result<Self, EvaluateError> {
         let places = way.places();
-        let travel_m = way.drive().segments.travel_m;
+        let (outline, drive) = (drive_scans.outline(), drive_scans.drive());
         if places.len() < FEWEST_PLACES {
+            let travel_m = drive.segments.travel_m;
             return Err(EvaluateError::NoPlaces { travel_m, places: places.len() });
         }
         let mut scans: Vec<PlaceScans> = places.iter().map(|place| way.scans_of(place)).collect();
-        let bytes: Vec<u64> = scans.iter().map(|place| bytes_of(outline, way, &place.read)).collect();
+        let bytes: Vec<u64> = scans.iter().map(|place| drive_scans.bytes_of(&place.read)).collect();
         let asked = (share * outline.bytes() as f64) as u64;
         let read = outline.bytes_read().unwrap_or(0) + survey::bytes(outline);
         // All of the log is all places, though most scans are read for several of them.
@@ -195,7 +199,7 @@ impl Places {
         Ok(Self {
             total: places.len(),
             revisited_total: revisited.iter().filter(|&&revisited| revisited).count(),
-            middles: places.iter().map(|place| way.drive().frames()[place.centre].number).collect(),
+            middles: places.iter().map(|place| drive.frames()[place.centre].number).collect(),
             drawn: numbers
                 .into_iter()
                 .map(|number| {
@@ -224,18 +228,9 @@ impl Places {
     }
 }
 
-/// Bytes that reading these scans takes.
-fn bytes_of(outline: &LogOutline, way: &Way<'_>, ordinals: &[usize]) -> u64 {
-    let scan = |&ordinal: &usize| &outline.scans()[way.drive().frames()[ordinal].number];
-    let groups: BTreeSet<(u32, u64)> =
-        ordinals.iter().map(scan).map(|scan| (scan.group, scan.bytes)).collect();
-    groups.iter().map(|(_, bytes)| bytes).sum()
-}
-
-/// What threads share: the outline, the way and the plan.
+/// What threads share.
 struct Pass<'a> {
-    outline: &'a LogOutline,
-    way: &'a Way<'a>,
+    scans: &'a DriveScans<'a>,
     plan: &'a Plan<'a>,
     runs: &'a [Run],
     config: &'a Config,
@@ -252,14 +247,16 @@ impl Pass<'_> {
         layout: &Layout,
     ) -> Result<(Reducer, PlaceTotals, usize), EvaluateError> {
         let (threads, config) = self.shares(drawn.len())?;
+        // What every place writes goes into folders of its own in this one.
+        let folder = WorkFolder::new(&self.config.work_folder).map_err(EvaluateError::Work)?;
+        let config = Config { work_folder: folder.path().to_path_buf(), ..config };
         self.watch.begin(Stage::Places, drawn.len() as u64);
         let (next, failure) = (AtomicUsize::new(0), Mutex::new(None));
         let work = || -> Result<(Reducer, PlaceTotals), EvaluateError> {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
             let pool = pool.map_err(|source| EvaluateError::Threads { threads: 1, source })?;
             let scorer = PlaceScorer {
-                outline: self.outline,
-                way: self.way,
+                scans: self.scans,
                 plan: self.plan,
                 runs: self.runs,
                 config: &config,

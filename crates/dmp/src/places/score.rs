@@ -3,12 +3,13 @@
 use std::collections::HashMap;
 use std::time::Instant;
 
-use dmp_log::{Damage, HeldLog, LogOutline, ScanLog};
+use dmp_log::{Damage, ScanLog};
 use dmp_map::{Lattice, TileId};
 use dmp_reduce::{Basis, FrameSums, RunSums};
 use dmp_sensor::ReturnCounts;
 
-use super::way::{PlaceScans, Way};
+use super::scans::DriveScans;
+use super::way::PlaceScans;
 use crate::cast::{CastPass, Casters};
 use crate::checkpoint::Work;
 use crate::config::{Config, Run};
@@ -21,8 +22,7 @@ use crate::watch::{ScoredReturns, Stage, Watch};
 
 /// What scores places: one thread's.
 pub(crate) struct PlaceScorer<'a> {
-    pub(crate) outline: &'a LogOutline,
-    pub(crate) way: &'a Way<'a>,
+    pub(crate) scans: &'a DriveScans<'a>,
     /// What holds for all places: voxels, filter, poses.
     pub(crate) plan: &'a Plan<'a>,
     pub(crate) runs: &'a [Run],
@@ -106,8 +106,8 @@ impl PlaceScorer<'_> {
         totals: &mut PlaceTotals,
     ) -> Result<FrameSums, EvaluateError> {
         let (runs, watch) = (self.runs, InPlace(self.watch));
-        let log = load(self.outline, self.way, &place.read)?;
-        let (frames, unposed_returns) = frames_of(&log, self.way, self.config);
+        let log = self.scans.load(&place.read)?;
+        let (frames, unposed_returns) = self.scans.frames_of(&log, self.config);
         let mut scored = FrameSet::default();
         for (at, _) in frames.iter().enumerate().filter(|(_, (ordinal, _))| place.scored.contains(ordinal)) {
             scored.insert(at);
@@ -169,40 +169,6 @@ impl PlaceScorer<'_> {
         });
         Ok(sums)
     }
-}
-
-/// Reads scans by their ordinals in the drive.
-pub(crate) fn load(
-    outline: &LogOutline,
-    way: &Way<'_>,
-    ordinals: &[usize],
-) -> Result<HeldLog, EvaluateError> {
-    let frames = way.drive().frames();
-    let mut numbers: Vec<usize> = ordinals.iter().map(|&ordinal| frames[ordinal].number).collect();
-    numbers.sort_unstable();
-    Ok(outline.load(&numbers)?)
-}
-
-/// The scans of a part as they are used, with their ordinals in the drive: at their own stamps, in the drive's
-/// segments; and the returns of those that have no pose there.
-pub(crate) fn frames_of(log: &HeldLog, way: &Way<'_>, config: &Config) -> (Vec<(usize, PlannedFrame)>, u64) {
-    let drive = way.drive();
-    let mut frames = Vec::with_capacity(log.frames().len());
-    let mut unposed_returns = 0;
-    for (frame, info) in log.frames().iter().enumerate() {
-        let number = log.number_in_log(frame);
-        let Some(ordinal) = way.ordinal_of(number) else { continue };
-        let stamp_ns = info.stamp_ns.map(|stamp_ns| stamp_ns.saturating_add(config.time_offset_ns));
-        let segment = drive.frames()[ordinal].segment;
-        let planned = PlannedFrame { frame, number, stamp_ns, returns: info.returns, segment };
-        if drive.poses.iter().all(|run| run.of_frame(&planned).is_some()) {
-            frames.push((ordinal, planned));
-        } else {
-            unposed_returns += info.returns;
-        }
-    }
-    frames.sort_by_key(|(_, frame)| (frame.stamp_ns, frame.number));
-    (frames, unposed_returns)
 }
 
 /// Watches one place of many: stages are those of the whole.

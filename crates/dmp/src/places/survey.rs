@@ -5,12 +5,12 @@ use std::collections::BTreeSet;
 use dmp_log::{HeldLog, LogOutline, ScanLog};
 
 use super::ScoredPlace;
-use super::score::{frames_of, load};
-use super::way::{PlaceScans, SPACING_M, Way};
+use super::scans::DriveScans;
+use super::way::{PlaceScans, Way};
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
-use crate::plan::{Plan, survey};
+use crate::plan::{Drive, Plan, survey};
 use crate::sample::Looks;
 use crate::sanity;
 use crate::watch::Watch;
@@ -26,7 +26,7 @@ pub(super) fn bytes(outline: &LogOutline) -> u64 {
 
 /// A few scans, held.
 pub(super) struct Survey<'a> {
-    way: &'a Way<'a>,
+    drive: &'a Drive<'a>,
     log: HeldLog,
     /// One scan of each of some places.
     voters: Vec<PlannedFrame>,
@@ -37,23 +37,24 @@ pub(super) struct Survey<'a> {
 impl<'a> Survey<'a> {
     /// Reads scans of some of the places, evenly spread.
     pub(super) fn read(
-        outline: &LogOutline,
-        way: &'a Way<'a>,
+        scans: &DriveScans<'a>,
+        way: &Way,
         places: &[(ScoredPlace, PlaceScans)],
         config: &Config,
     ) -> Result<Self, EvaluateError> {
         let some = |count| survey::spread(places.len(), count).into_iter().map(|k| &places[k].1);
         let voters: BTreeSet<usize> =
             some(VOTERS).filter_map(|place| place.scored.first().copied()).collect();
-        let passes: Vec<BTreeSet<usize>> = some(survey::BLOCKS).map(|place| pass_of(place, way)).collect();
+        let pass_of = |place| way.pass_of(place).iter().take(survey::BLOCK_SCANS).copied().collect();
+        let passes: Vec<BTreeSet<usize>> = some(survey::BLOCKS).map(pass_of).collect();
         let wanted: BTreeSet<usize> = passes.iter().flatten().chain(&voters).copied().collect();
-        let log = load(outline, way, &wanted.into_iter().collect::<Vec<_>>())?;
-        let (frames, _) = frames_of(&log, way, config);
+        let log = scans.load(&wanted.into_iter().collect::<Vec<_>>())?;
+        let (frames, _) = scans.frames_of(&log, config);
         let of = |set: &BTreeSet<usize>| -> Vec<PlannedFrame> {
             frames.iter().filter(|(ordinal, _)| set.contains(ordinal)).map(|(_, frame)| *frame).collect()
         };
         let (voters, passes) = (of(&voters), passes.iter().map(of).collect());
-        Ok(Self { way, log, voters, passes })
+        Ok(Self { drive: scans.drive(), log, voters, passes })
     }
 
     /// Returns of the largest scan.
@@ -69,7 +70,7 @@ impl<'a> Survey<'a> {
         config: &Config,
         watch: &dyn Watch,
     ) -> Result<(Plan<'a>, Vec<Option<String>>), EvaluateError> {
-        let drive = self.way.drive();
+        let drive = self.drive;
         let filter = survey::filter(&self.log, &self.voters, drive.segments.travel_m, config, watch)?;
         let passes: Vec<&[PlannedFrame]> = self.passes.iter().map(Vec::as_slice).collect();
         let blocks: Vec<&[PlannedFrame]> = passes.iter().map(|pass| survey::block_of(pass)).collect();
@@ -85,12 +86,4 @@ impl<'a> Survey<'a> {
         let hints = sanity::look(&self.log, &plan, &passes, runs, &[], config, watch)?;
         Ok((plan, hints))
     }
-}
-
-/// The longest pass through a place, as long as a block of scans.
-fn pass_of(place: &PlaceScans, way: &Way<'_>) -> BTreeSet<usize> {
-    let along_m = &way.drive().along_m;
-    let passes = place.read.chunk_by(|a, b| along_m[*b] - along_m[*a] < 2.0 * SPACING_M);
-    let longest = passes.max_by_key(|pass| pass.len()).unwrap_or_default();
-    longest.iter().take(survey::BLOCK_SCANS).copied().collect()
 }

@@ -2,9 +2,8 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use dmp_log::LogOutline;
-
-use crate::plan::Drive;
+use super::scans::DriveScans;
+use crate::pose::RunPoses;
 
 /// Length of the stretch of the way that is a place, metres.
 pub(crate) const LENGTH_M: f64 = 10.0;
@@ -46,15 +45,16 @@ pub(crate) struct PlaceScans {
     pub(crate) cut: bool,
 }
 
-/// A drive, and where every run has its scans.
+/// How the way of a drive leads, and where every run has its scans, by their ordinals.
 #[derive(Debug)]
-pub(crate) struct Way<'a> {
-    drive: &'a Drive<'a>,
+pub(crate) struct Way {
+    /// The way up to each scan, metres.
+    along_m: Vec<f64>,
     of_runs: Vec<Whereabouts>,
-    /// By the number of a scan in the log, its ordinal in the drive.
-    ordinals: HashMap<usize, usize>,
-    /// For each scan of the drive what it is packed in.
+    /// What each scan is packed in.
     groups: Vec<u32>,
+    /// Length of the segments of the drive, metres.
+    segment_m: f64,
 }
 
 /// Where a run has the scans, by cells of the plane.
@@ -64,34 +64,35 @@ struct Whereabouts {
     cells: HashMap<[i64; 2], Vec<usize>>,
 }
 
-impl<'a> Way<'a> {
-    /// The way of a drive on the log that `outline` tells of.
-    pub(crate) fn new(drive: &'a Drive<'a>, outline: &LogOutline) -> Self {
-        let place = |frame, run: &crate::pose::RunPoses<'_>| {
+impl Way {
+    pub(crate) fn new(scans: &DriveScans<'_>) -> Self {
+        let drive = scans.drive();
+        let place = |frame, run: &RunPoses<'_>| {
             // Every scan in use has a pose in every run.
             run.of_frame(frame).map_or([f64::NAN; 3], |pose| pose.translation.vector.into())
         };
-        let whereabouts =
-            |run| Whereabouts::new(drive.frames().iter().map(|frame| place(frame, run)).collect());
-        let numbers = drive.frames().iter().enumerate().map(|(ordinal, frame)| (frame.number, ordinal));
-        let ordinals = numbers.collect();
-        let groups = drive.frames().iter().map(|frame| outline.scans()[frame.number].group).collect();
-        Self { drive, of_runs: drive.poses.iter().map(whereabouts).collect(), ordinals, groups }
+        let of_run = |run| drive.frames().iter().map(|frame| place(frame, run)).collect();
+        let segment_m = drive.segments.length_m.unwrap_or(LENGTH_M).max(LENGTH_M);
+        let places_m = drive.poses.iter().map(of_run).collect();
+        Self::of(drive.along_m.clone(), places_m, scans.groups(), segment_m)
     }
 
-    pub(crate) fn drive(&self) -> &'a Drive<'a> {
-        self.drive
+    fn of(along_m: Vec<f64>, places_m: Vec<Vec<[f64; 3]>>, groups: Vec<u32>, segment_m: f64) -> Self {
+        let of_runs = places_m.into_iter().map(Whereabouts::new).collect();
+        Self { along_m, of_runs, groups, segment_m }
     }
 
-    /// The ordinal in the drive of the scan that has this number in the log; `None` where it is not in use.
-    pub(crate) fn ordinal_of(&self, number: usize) -> Option<usize> {
-        self.ordinals.get(&number).copied()
+    /// The longest pass through a place: scans that follow one another.
+    pub(crate) fn pass_of<'p>(&self, place: &'p PlaceScans) -> &'p [usize] {
+        let follows =
+            |a: &usize, b: &usize| self.along_m[*b] - self.along_m[*a] <= MOST_LEFT_OUT_M + SPACING_M;
+        place.read.chunk_by(follows).max_by_key(|pass| pass.len()).unwrap_or_default()
     }
 
     /// Cuts the way into places, in their order along it: stretches of it, but for later passes over them. `O(scans)`
     /// where no run heaps up the drive.
     pub(crate) fn places(&self) -> Vec<Place> {
-        let along_m = &self.drive.along_m;
+        let along_m = &self.along_m;
         let mut places: Vec<Place> = Vec::new();
         // By the cells of their centres in the first run.
         let mut centres: HashMap<[i64; 2], Vec<usize>> = HashMap::new();
@@ -157,7 +158,7 @@ impl<'a> Way<'a> {
         let scans: Vec<usize> = scans.iter().copied().collect();
         let (mut kept, mut next_m) = (BTreeSet::new(), f64::NEG_INFINITY);
         for group in scans.chunk_by(|&a, &b| self.groups[a] == self.groups[b]) {
-            let here_m = self.drive.along_m[group[0]];
+            let here_m = self.along_m[group[0]];
             if here_m >= next_m || group.iter().any(|scan| wanted.contains(scan)) {
                 next_m = here_m + (group.len() as f64 * SPACING_M).min(MOST_LEFT_OUT_M);
                 kept.extend(group);
@@ -168,10 +169,9 @@ impl<'a> Way<'a> {
 
     /// Whether any run has the way come back to the place.
     pub(crate) fn is_revisited(&self, place: &Place) -> bool {
-        let along_m = &self.drive.along_m;
-        let segment_m = self.drive.segments.length_m.unwrap_or(LENGTH_M).max(LENGTH_M);
+        let along_m = &self.along_m;
         let far = |scan: &usize| {
-            (along_m[*scan] - along_m[place.centre]).abs() > REVISIT_SEGMENTS * segment_m + REVISIT_M
+            (along_m[*scan] - along_m[place.centre]).abs() > REVISIT_SEGMENTS * self.segment_m + REVISIT_M
         };
         self.near_in_any(place.centre, REVISIT_M).iter().any(far)
     }
@@ -213,4 +213,132 @@ impl Whereabouts {
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A way that goes through these points, a scan every metre.
+    fn through(corners: &[[f64; 2]]) -> Vec<[f64; 3]> {
+        let mut places = Vec::new();
+        for leg in corners.windows(2) {
+            let length_m = (leg[1][0] - leg[0][0]).hypot(leg[1][1] - leg[0][1]);
+            for k in 0..length_m as usize {
+                let part = k as f64 / length_m;
+                let at = |c: usize| leg[0][c] + part * (leg[1][c] - leg[0][c]);
+                places.push([at(0), at(1), 0.0]);
+            }
+        }
+        places
+    }
+
+    fn way(of_runs: &[Vec<[f64; 3]>], in_a_group: u32) -> Way {
+        let scans = of_runs[0].len();
+        let groups = (0..scans as u32).map(|scan| scan / in_a_group).collect();
+        Way::of((0..scans).map(|scan| scan as f64).collect(), of_runs.to_vec(), groups, 12.0)
+    }
+
+    /// Twice round a block of 100 m by 60 m, and on for 200 m.
+    fn twice_round() -> Vec<[f64; 3]> {
+        let round = [[0.0, 0.0], [100.0, 0.0], [100.0, 60.0], [0.0, 60.0]];
+        let corners = [&round[..], &round[..], &[[0.0, 0.0], [-200.0, 0.0]]].concat();
+        through(&corners)
+    }
+
+    fn shifted(places: &[[f64; 3]], by: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
+        let shift = |(k, place): (usize, &[f64; 3])| std::array::from_fn(|c| place[c] + by(k)[c]);
+        places.iter().enumerate().map(shift).collect()
+    }
+
+    #[test]
+    fn every_scan_is_in_one_place_and_later_passes_join() {
+        let truth = twice_round();
+        // In a world of its own, and off by up to a metre.
+        let drifting = shifted(&truth, |k| [5000.0 + 0.001 * k as f64, -7.0, 0.0]);
+        for runs in [vec![truth.clone()], vec![truth.clone(), drifting]] {
+            let way = way(&runs, 1);
+            let places = way.places();
+            let mut scans: Vec<usize> = places.iter().flat_map(|place| place.scans.clone()).collect();
+            scans.sort_unstable();
+            assert!(scans.iter().copied().eq(0..truth.len()));
+            // 320 m round and 200 m on: the second round makes hardly a place of its own.
+            assert!((50..=58).contains(&places.len()), "{}", places.len());
+            let twice = places.iter().filter(|place| place.scans.len() > 15).count();
+            assert!(twice >= 25, "{twice}");
+            for place in &places {
+                let [x, y, _] = truth[place.centre];
+                for &scan in &place.scans {
+                    assert!((truth[scan][0] - x).hypot(truth[scan][1] - y) <= 10.0, "{place:?}");
+                }
+                let back = place.scans.last().unwrap() - place.scans[0] > 100;
+                assert!(!back || way.is_revisited(place));
+                assert!(way.is_revisited(place) || place.centre > 600 || x < -1.0, "{place:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_run_that_lost_its_way_does_not_make_places_of_others() {
+        let truth = twice_round();
+        let collapsed = vec![[0.0; 3]; truth.len()];
+        let (alone, both) = (way(std::slice::from_ref(&truth), 1), way(&[truth.clone(), collapsed], 1));
+        assert_eq!(alone.places(), both.places());
+        let place = &both.places()[20];
+        let scans = both.scans_of(place);
+        // It puts every scan there: not all are read, but those that are scored are.
+        assert!(scans.read.len() <= MAX_SCANS && scans.scored.iter().all(|scan| scans.read.contains(scan)));
+        assert!(scans.read.len() > alone.scans_of(place).read.len());
+        assert!(both.is_revisited(place));
+    }
+
+    #[test]
+    fn what_is_read_is_what_any_run_has_near_in_steps() {
+        let truth = twice_round();
+        let bent = shifted(&truth, |k| [0.0, if k > 400 { 30.0 } else { 0.0 }, 0.0]);
+        for in_a_group in [1, 2, 5] {
+            let way = way(&[truth.clone(), bent.clone()], in_a_group);
+            for place in way.places() {
+                let scans = way.scans_of(&place);
+                assert!(!scans.cut && scans.read.windows(2).all(|pair| pair[0] < pair[1]));
+                assert!(!scans.scored.is_empty());
+                assert!(
+                    scans.scored.iter().all(|scan| place.scans.contains(scan) && scans.read.contains(scan))
+                );
+                let near = |scan: usize| {
+                    [&truth, &bent].iter().any(|run| distance(run[scan], run[place.centre]) <= RADIUS_M)
+                };
+                for &scan in &scans.read {
+                    assert!(near(scan) || place.scans.contains(&scan), "{scan} at {place:?}");
+                }
+                // No stretch of the way that is near is left out.
+                for scan in (0..truth.len()).filter(|&scan| near(scan)) {
+                    let beside =
+                        scans.read.iter().any(|&read| read.abs_diff(scan) <= MOST_LEFT_OUT_M as usize);
+                    assert!(beside, "{scan} at {place:?}");
+                }
+                // And none is read much more densely than the steps say.
+                assert!(scans.read.len() <= (0..truth.len()).filter(|&scan| near(scan)).count() / 2 + 12);
+            }
+        }
+    }
+
+    #[test]
+    fn a_way_that_never_comes_back_has_no_place_twice() {
+        let way = way(&[through(&[[0.0, 0.0], [300.0, 0.0], [300.0, 200.0]])], 1);
+        let places = way.places();
+        assert_eq!(places.len(), 50);
+        assert!(places.iter().all(|place| !way.is_revisited(place) && place.scans.len() == 10));
+    }
+
+    #[test]
+    fn where_the_sensor_stands_one_scan_is_enough() {
+        let mut along_m: Vec<f64> = (0..100).map(f64::from).collect();
+        along_m.splice(50..50, std::iter::repeat_n(50.0, 600));
+        let places = along_m.iter().map(|&m| [m, 0.0, 0.0]).collect();
+        let groups = (0..along_m.len() as u32).collect();
+        let way = Way::of(along_m, vec![places], groups, 12.0);
+        let standing = way.places().into_iter().find(|place| place.scans.len() > 500).unwrap();
+        assert!(way.scans_of(&standing).read.len() <= 20 && way.scans_of(&standing).scored.len() <= 4);
+    }
 }

@@ -1,0 +1,79 @@
+//! The scans of a drive, as the outline of its log has them, and some of them read.
+
+use std::collections::{BTreeSet, HashMap};
+
+use dmp_log::{HeldLog, LogOutline, OutlinedScan, ScanLog};
+
+use crate::config::Config;
+use crate::error::EvaluateError;
+use crate::frames::PlannedFrame;
+use crate::plan::Drive;
+
+/// A drive on a log of which hardly a scan was read. Its scans are named by their ordinals in it.
+#[derive(Debug)]
+pub(crate) struct DriveScans<'a> {
+    outline: &'a LogOutline,
+    drive: &'a Drive<'a>,
+    /// By the number of a scan in the log, its ordinal in the drive.
+    ordinals: HashMap<usize, usize>,
+}
+
+impl<'a> DriveScans<'a> {
+    pub(crate) fn new(outline: &'a LogOutline, drive: &'a Drive<'a>) -> Self {
+        let numbers = drive.frames().iter().enumerate().map(|(ordinal, frame)| (frame.number, ordinal));
+        Self { outline, drive, ordinals: numbers.collect() }
+    }
+
+    pub(crate) fn outline(&self) -> &'a LogOutline {
+        self.outline
+    }
+
+    pub(crate) fn drive(&self) -> &'a Drive<'a> {
+        self.drive
+    }
+
+    fn outlined(&self, ordinal: usize) -> &OutlinedScan {
+        &self.outline.scans()[self.drive.frames()[ordinal].number]
+    }
+
+    /// For every scan what it is packed in.
+    pub(crate) fn groups(&self) -> Vec<u32> {
+        (0..self.drive.frames().len()).map(|ordinal| self.outlined(ordinal).group).collect()
+    }
+
+    /// Bytes that reading these scans takes.
+    pub(crate) fn bytes_of(&self, ordinals: &[usize]) -> u64 {
+        let scans = ordinals.iter().map(|&ordinal| self.outlined(ordinal));
+        let groups: BTreeSet<(u32, u64)> = scans.map(|scan| (scan.group, scan.bytes)).collect();
+        groups.iter().map(|(_, bytes)| bytes).sum()
+    }
+
+    /// Reads these scans and holds them.
+    pub(crate) fn load(&self, ordinals: &[usize]) -> Result<HeldLog, EvaluateError> {
+        let number = |&ordinal: &usize| self.drive.frames()[ordinal].number;
+        let mut numbers: Vec<usize> = ordinals.iter().map(number).collect();
+        numbers.sort_unstable();
+        Ok(self.outline.load(&numbers)?)
+    }
+
+    /// Scans that were read as they are used, with their ordinals: at their own stamps, in the drive's segments; and
+    /// the returns of those that have no pose there.
+    pub(crate) fn frames_of(&self, log: &HeldLog, config: &Config) -> (Vec<(usize, PlannedFrame)>, u64) {
+        let mut frames = Vec::with_capacity(log.frames().len());
+        let mut unposed_returns = 0;
+        for (frame, info) in log.frames().iter().enumerate() {
+            let number = log.number_in_log(frame);
+            let Some(&ordinal) = self.ordinals.get(&number) else { continue };
+            let stamp_ns = info.stamp_ns.map(|stamp_ns| stamp_ns.saturating_add(config.time_offset_ns));
+            let segment = self.drive.frames()[ordinal].segment;
+            let planned = PlannedFrame { frame, number, stamp_ns, returns: info.returns, segment };
+            if self.drive.poses.iter().all(|run| run.of_frame(&planned).is_some()) {
+                frames.push((ordinal, planned));
+            } else {
+                unposed_returns += info.returns;
+            }
+        }
+        frames.sort_by_key(|(_, frame)| (frame.stamp_ns, frame.number));
+        (frames, unposed_returns)
+    }
+}
