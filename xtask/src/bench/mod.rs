@@ -1,8 +1,10 @@
 //! Benchmarks: what `docs/performance.md` tells comes from here.
 
 mod cast;
+mod city;
 mod decode;
 mod fuse;
+mod quick;
 mod scale;
 mod score;
 mod simulate;
@@ -15,6 +17,7 @@ use std::time::Instant;
 
 use anyhow::Context as _;
 use clap::Subcommand;
+use rustix::fs::{Advice, fadvise};
 
 /// Measure the command on this machine
 #[derive(Debug, Subcommand)]
@@ -24,6 +27,7 @@ pub(crate) enum Bench {
     CastServe(cast::serve::ServeArgs),
     Decode(decode::DecodeArgs),
     Fuse(fuse::FuseArgs),
+    Quick(quick::QuickArgs),
     Scale(scale::ScaleArgs),
     Score(score::ScoreArgs),
     Simulate(simulate::SimulateArgs),
@@ -36,6 +40,7 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
         Bench::Cast(arguments) => cast::run(arguments),
         Bench::CastServe(arguments) => cast::serve::run(arguments),
         Bench::Decode(arguments) => decode::run(arguments),
+        Bench::Quick(arguments) => quick::run(arguments),
         Bench::Scale(arguments) => scale::run(arguments),
         Bench::Fuse(arguments) => fuse::run(arguments),
         Bench::Score(arguments) => score::run(arguments),
@@ -67,6 +72,15 @@ fn on_core_s() -> anyhow::Result<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat")?;
     let ns = text.split(' ').next().context("an empty schedstat")?;
     Ok(ns.parse::<u64>()? as f64 / 1e9)
+}
+
+/// Takes a file out of the page cache; nothing of it may be mapped.
+fn drop_pages(path: &std::path::Path) -> anyhow::Result<()> {
+    let file = std::fs::File::open(path)?;
+    // Only pages that are on disk can be dropped.
+    file.sync_all()?;
+    fadvise(&file, 0, None, Advice::DontNeed)?;
+    Ok(())
 }
 
 /// Median, least and largest of some times. There must be one.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use anyhow::Context as _;
 use clap::Args;
@@ -11,6 +11,7 @@ use dmp_study::svg::{Axis, Plot, Point, Series};
 use serde_json::Value;
 
 use super::circumstances;
+use super::city::{City, drift_of, truth_of};
 use super::taken::{Taken, taken_by};
 
 /// Logs of a city of 1, 4 and 16 times the length, scored in the same memory
@@ -98,43 +99,18 @@ pub(crate) fn run(arguments: &ScaleArgs) -> anyhow::Result<()> {
 
 /// The log of a drive with its truth and wrong trajectories beside it.
 fn made(arguments: &ScaleArgs, dmp: &Path, km: f64) -> anyhow::Result<PathBuf> {
-    let name = format!("city-{km}-{}-{}", arguments.revisit, arguments.azimuth_steps);
-    let log = arguments.folder.join(format!("{name}.mcap"));
-    let truth = arguments.folder.join(format!("{name}.truth.tum"));
-    if !log.exists() {
-        let mut command = Command::new(dmp);
-        command.args(["simulate", "city", "--no-progress", "--quiet", "--km", &km.to_string()]);
-        command.args(["--revisit", &arguments.revisit.to_string()]);
-        command.args(["--azimuth-steps", &arguments.azimuth_steps.to_string(), "-o"]).arg(&log);
-        finished(&mut command)?;
-    }
-    for number in 1..=arguments.wrong {
-        let wrong = wrong_of(&log, number);
-        if !wrong.exists() {
-            let mut command = Command::new(dmp);
-            command.args(["simulate", "errors", "--quiet"]).arg(&truth);
-            command.args(["--drift-ate", "1", "--seed", &number.to_string(), "-o"]).arg(&wrong);
-            finished(&mut command)?;
-        }
-    }
+    let city = City { km, revisit: arguments.revisit, azimuth_steps: arguments.azimuth_steps };
+    let log = city.log(&arguments.folder, dmp)?;
+    (1..=arguments.wrong).try_for_each(|number| drift_of(&log, number, dmp).map(drop))?;
     Ok(log)
-}
-
-fn wrong_of(log: &Path, number: u32) -> PathBuf {
-    log.with_extension(format!("drift-{number}.tum"))
-}
-
-fn finished(command: &mut Command) -> anyhow::Result<()> {
-    let output = command.stdin(Stdio::null()).output()?;
-    anyhow::ensure!(output.status.success(), "{command:?}: {}", String::from_utf8_lossy(&output.stderr));
-    Ok(())
 }
 
 fn score(arguments: &ScaleArgs, dmp: &Path, log: &Path, memory: &str) -> Command {
     let mut command = Command::new(dmp);
-    command.arg("score").arg(log).arg("-t").arg(named("truth", &log.with_extension("truth.tum")));
+    command.arg("score").arg(log).arg("-t").arg(named("truth", &truth_of(log)));
     for number in 1..=arguments.wrong {
-        command.arg("-t").arg(named(&format!("drift-{number}"), &wrong_of(log, number)));
+        let wrong = log.with_extension(format!("drift-{number}.tum"));
+        command.arg("-t").arg(named(&format!("drift-{number}"), &wrong));
     }
     command.args(["--json", "--quiet", "--memory", memory, "--work"]).arg(&arguments.folder);
     command

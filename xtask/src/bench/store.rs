@@ -1,6 +1,5 @@
 //! The two forms of a map on disk: how large, and how long until rays can be cast into it.
 
-use std::fs::File;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -10,10 +9,9 @@ use clap::Args;
 use dmp::{Config, Run, fuse_maps};
 use dmp_cast::{CastSource, ReadyMap, ReadyTile};
 use dmp_map::{Durability, Store, StoreSummary, Tile, TileEntry, TileId};
-use rustix::fs::{Advice, fadvise};
 
 use super::cast::scene::{SCENES, SimulatedDrive};
-use super::{circumstances, spread};
+use super::{circumstances, drop_pages, spread};
 
 /// Maps in the archive form and in the cast-ready form: bytes, and time to load, warm and cold
 #[derive(Debug, Args)]
@@ -208,15 +206,6 @@ fn in_order<'a>(entries: impl Iterator<Item = &'a TileEntry>) -> Vec<TileId> {
     let mut ids: Vec<TileId> = entries.map(|entry| entry.tile).collect();
     ids.sort_unstable();
     ids
-}
-
-/// Takes a file out of the page cache; nothing of it may be mapped.
-fn drop_pages(path: &Path) -> anyhow::Result<()> {
-    let file = File::open(path)?;
-    // Only pages that are on disk can be dropped.
-    file.sync_all()?;
-    fadvise(&file, 0, None, Advice::DontNeed)?;
-    Ok(())
 }
 
 /// Bytes that this process has had read from disks.
