@@ -57,6 +57,7 @@ mod frames;
 mod held_log;
 mod las_log;
 mod log;
+mod mcap_file;
 mod mesh;
 mod open;
 mod outline;
@@ -64,6 +65,7 @@ mod part_log;
 mod pcd;
 mod points;
 mod reads;
+mod residuals;
 mod ros;
 mod scan_folder;
 mod text;
@@ -82,10 +84,12 @@ pub use log::{
     Damage, FieldInfo, FieldMeaning, FrameInfo, LogFormat, LogOptions, LogSummary, LogSurvey, ScanLog,
     ScanReader, ScanStream, TopicInfo,
 };
+pub use mcap_file::McapCompression;
 pub use mesh::{MeshFormat, MeshSummary, is_mesh, read_mesh};
 pub use open::{open_log, survey_log};
 pub use outline::{LogOutline, OutlinedScan, outline_log};
 pub use points::{PointTime, StampAt, TimeUnit};
+pub use residuals::{ResidualFormat, ResidualHead, ResidualWriter, ScoredPoint, ScoredScan};
 pub use trajectory::{
     GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,
     TrajectoryParseError, is_bag, parse_euroc, parse_g2o, parse_kitti, parse_npy, parse_raw, parse_tum,
@@ -94,4 +98,4 @@ pub use trajectory::{
 };
 pub use unit::LengthUnit;
 pub use write_folder::{FolderFormat, FolderScanWriter};
-pub use write_mcap::{McapCompression, McapScanWriter, McapWriterOptions};
+pub use write_mcap::{McapScanWriter, McapWriterOptions};

@@ -1,31 +1,11 @@
 use crate::LogError;
-use crate::atomic::Pending;
-use crate::ros::{CdrWriter, POINT_CLOUD2_SCHEMA};
+use crate::mcap_file::{McapCompression, McapFile};
+use crate::ros::{CdrWriter, FLOAT32, POINT_CLOUD2_SCHEMA, PointField, RosStamp, UINT32, start_cloud};
 use dmp_sensor::Scan;
-use mcap::records::MessageHeader;
-use std::collections::BTreeMap;
-use std::fmt;
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::Path;
 
-/// `FLOAT32` and `UINT32` of `sensor_msgs/msg/PointField`.
-const FLOAT32: u8 = 7;
-const UINT32: u8 = 6;
-
-/// How the chunks of an MCAP file are packed.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum McapCompression {
-    /// The smallest file.
-    #[default]
-    Zstd,
-    /// Zstd at its lowest level.
-    ZstdFast,
-    /// Larger, and faster to write.
-    Lz4,
-    /// The fastest to read, by several times.
-    None,
-}
+/// The fields of a point; the last where scans have times.
+const FIELDS: [PointField; 4] = [("x", FLOAT32), ("y", FLOAT32), ("z", FLOAT32), ("t", UINT32)];
 
 /// How an MCAP log is written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -54,24 +34,14 @@ impl Default for McapWriterOptions {
 /// Writes scans as `sensor_msgs/msg/PointCloud2` in ROS 2 CDR: fields `x`, `y`, `z` (float32, metres)
 /// and, where scans have times, `t` (uint32, nanoseconds after the stamp). The same scans give the same
 /// bytes. The file gets its name in [`McapScanWriter::finish`]; without it nothing is left behind.
+#[derive(Debug)]
 pub struct McapScanWriter {
-    // Dropped first: the writer may still write while it is dropped.
-    writer: mcap::Writer<BufWriter<File>>,
-    pending: Pending,
-    channel_id: u16,
+    file: McapFile,
+    topic: u16,
     frame_id: String,
     frames: u64,
     with_times: Option<bool>,
     message: CdrWriter,
-}
-
-impl fmt::Debug for McapScanWriter {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("McapScanWriter")
-            .field("pending", &self.pending)
-            .field("frames", &self.frames)
-            .finish_non_exhaustive()
-    }
 }
 
 impl McapScanWriter {
@@ -80,39 +50,10 @@ impl McapScanWriter {
     /// # Errors
     /// When the file cannot be created.
     pub fn create(path: &Path, options: &McapWriterOptions) -> Result<Self, LogError> {
-        let (pending, file) = Pending::file(path)?;
-        let mcap_error = |error| mcap_error(path, error);
-        // Level 0 is that which the library has for its default.
-        let level = u32::from(options.compression == McapCompression::ZstdFast);
-        let compression = match options.compression {
-            McapCompression::Zstd | McapCompression::ZstdFast => Some(mcap::Compression::Zstd),
-            McapCompression::Lz4 => Some(mcap::Compression::Lz4),
-            McapCompression::None => None,
-        };
-        let mut writer = mcap::WriteOptions::new()
-            .profile("ros2")
-            .library("dmp-log")
-            .compression(compression)
-            .compression_level(level)
-            // More threads would cut the data at places that depend on them.
-            .compression_threads(0)
-            .chunk_size(Some(options.chunk_bytes))
-            .create(BufWriter::new(file))
-            .map_err(mcap_error)?;
-        let schema =
-            writer.add_schema("sensor_msgs/msg/PointCloud2", "ros2msg", POINT_CLOUD2_SCHEMA.as_bytes());
-        let schema_id = schema.map_err(mcap_error)?;
-        let channel = writer.add_channel(schema_id, &options.topic, "cdr", &BTreeMap::new());
-        let channel_id = channel.map_err(mcap_error)?;
-        Ok(Self {
-            writer,
-            pending,
-            channel_id,
-            frame_id: options.frame_id.clone(),
-            frames: 0,
-            with_times: None,
-            message: CdrWriter::default(),
-        })
+        let mut file = McapFile::create(path, options.compression, options.chunk_bytes)?;
+        let topic = file.topic(&options.topic, "sensor_msgs/msg/PointCloud2", POINT_CLOUD2_SCHEMA)?;
+        let (frame_id, message) = (options.frame_id.clone(), CdrWriter::default());
+        Ok(Self { file, topic, frame_id, frames: 0, with_times: None, message })
     }
 
     /// Appends a scan.
@@ -122,31 +63,12 @@ impl McapScanWriter {
     /// more than 4.29 s after the stamp or before it, or no times where those before had them; and when
     /// the disk is full.
     pub fn write_scan(&mut self, scan: &Scan) -> Result<(), LogError> {
-        let (seconds, nanoseconds) = self.check(scan)?;
+        let (stamp_ns, stamp) = self.check(scan)?;
         let with_times = self.with_times.unwrap_or(false);
         let message = &mut self.message;
-        message.start();
-        message.u32(seconds.cast_unsigned());
-        message.u32(nanoseconds);
-        message.string(&self.frame_id);
-        message.u32(1);
-        message.u32(scan.len() as u32);
-        let fields = [("x", 0, FLOAT32), ("y", 4, FLOAT32), ("z", 8, FLOAT32), ("t", 12, UINT32)];
-        let count = if with_times { 4 } else { 3 };
-        message.u32(count);
-        for (name, offset, datatype) in fields.into_iter().take(count as usize) {
-            message.string(name);
-            message.u32(offset);
-            message.u8(datatype);
-            message.u32(1);
-        }
-        let point_step = 4 * count;
-        message.u8(0);
-        message.u32(point_step);
-        message.u32(point_step * scan.len() as u32);
-        message.u32(point_step * scan.len() as u32);
+        let fields = &FIELDS[..if with_times { 4 } else { 3 }];
+        start_cloud(message, stamp, &self.frame_id, fields, 4 * fields.len(), scan.len());
         let bytes = message.message();
-        bytes.reserve(point_step as usize * scan.len());
         if with_times {
             for (point, &offset_ns) in scan.points_in_sensor_m.iter().zip(&scan.time_offsets_ns) {
                 let [x, y, z] = point.map(f32::to_le_bytes);
@@ -159,16 +81,7 @@ impl McapScanWriter {
         }
         let dense = scan.points_in_sensor_m.as_flattened().iter().all(|c| c.is_finite());
         message.u8(u8::from(dense));
-        // MCAP counts from 1970 without a sign; the header above keeps the stamp as it is.
-        let log_time = scan.stamp_ns.unwrap_or(0).max(0).cast_unsigned();
-        let header = MessageHeader {
-            channel_id: self.channel_id,
-            sequence: self.frames as u32,
-            log_time,
-            publish_time: log_time,
-        };
-        let written = self.writer.write_to_known_channel(&header, message.message());
-        written.map_err(|error| mcap_error(self.pending.target(), error))?;
+        self.file.write(self.topic, self.frames, stamp_ns, message.message())?;
         self.frames += 1;
         Ok(())
     }
@@ -177,26 +90,19 @@ impl McapScanWriter {
     ///
     /// # Errors
     /// When the disk is full or the file cannot be renamed; what was at the path is then untouched.
-    pub fn finish(mut self) -> Result<(), LogError> {
-        let target = self.pending.target();
-        self.writer.finish().map_err(|error| mcap_error(target, error))?;
-        let file = self.writer.into_inner().into_inner();
-        let file = file.map_err(|error| LogError::io(target, "write", error.into_error()))?;
-        file.sync_all().map_err(|error| LogError::io(target, "write", error))?;
-        self.pending.commit()
+    pub fn finish(self) -> Result<(), LogError> {
+        self.file.finish()
     }
 
-    /// Checks what the format can say of the scan; its stamp in whole seconds and the rest.
-    fn check(&mut self, scan: &Scan) -> Result<(i32, u32), LogError> {
+    /// Checks what the format can say of the scan; its stamp in both forms.
+    fn check(&mut self, scan: &Scan) -> Result<(i64, RosStamp), LogError> {
         let unwritable = |problem: String| LogError::Unwritable {
-            path: self.pending.target().into(),
+            path: self.file.target().into(),
             frame: self.frames,
             problem,
         };
         let stamp_ns = scan.stamp_ns.ok_or_else(|| unwritable("a PointCloud2 needs a stamp".into()))?;
-        let seconds = i32::try_from(stamp_ns.div_euclid(1_000_000_000))
-            .map_err(|_| unwritable(format!("the stamp {stamp_ns} ns is beyond 32 bits of seconds")))?;
-        let nanoseconds = stamp_ns.rem_euclid(1_000_000_000) as u32;
+        let stamp = RosStamp::of_ns(stamp_ns).map_err(unwritable)?;
         let (points, times) = (scan.len(), scan.time_offsets_ns.len());
         if times != 0 && times != points {
             return Err(unwritable(format!("{points} points and {times} times")));
@@ -216,14 +122,6 @@ impl McapScanWriter {
             }
             _ => self.with_times = Some(times > 0),
         }
-        Ok((seconds, nanoseconds))
+        Ok((stamp_ns, stamp))
     }
-}
-
-fn mcap_error(path: &Path, error: mcap::McapError) -> LogError {
-    let source = match error {
-        mcap::McapError::Io(source) => source,
-        other => std::io::Error::other(other),
-    };
-    LogError::io(path, "write", source)
 }

@@ -6,13 +6,14 @@ mod las_crs;
 pub(crate) mod las_header;
 pub(crate) mod las_points;
 pub(crate) mod las_units;
+mod oriented;
 mod pcd_cloud;
 pub(crate) mod ply_cloud;
 pub(crate) mod ply_header;
+pub(crate) mod table;
 mod wkt;
-mod write;
 
-pub use write::{CloudWriter, OrientedPoint};
+pub use oriented::{CloudWriter, OrientedPoint};
 
 use crate::pcd::header::starts_like_pcd;
 use crate::{LengthUnit, LogError, Place};

@@ -149,6 +149,22 @@ impl<'a> WireReader<'a> {
     }
 }
 
+/// `builtin_interfaces/msg/Time`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RosStamp {
+    seconds: i32,
+    nanoseconds: u32,
+}
+
+impl RosStamp {
+    /// A stamp in nanoseconds. What is beyond 32 bits of seconds is said.
+    pub(crate) fn of_ns(stamp_ns: i64) -> Result<Self, String> {
+        let seconds = i32::try_from(stamp_ns.div_euclid(1_000_000_000))
+            .map_err(|_| format!("the stamp {stamp_ns} ns is beyond 32 bits of seconds"))?;
+        Ok(Self { seconds, nanoseconds: stamp_ns.rem_euclid(1_000_000_000) as u32 })
+    }
+}
+
 /// Writes CDR, little-endian.
 #[derive(Debug, Default)]
 pub(crate) struct CdrWriter {
@@ -170,6 +186,20 @@ impl CdrWriter {
         // The header has four bytes, so aligned in the message is aligned in the payload.
         self.message.resize(self.message.len().next_multiple_of(4), 0);
         self.message.extend_from_slice(&value.to_le_bytes());
+    }
+
+    /// Eight bytes, which CDR aligns to eight, counted from the end of its header.
+    pub(crate) fn f64(&mut self, value: f64) {
+        let payload = self.message.len().saturating_sub(4);
+        self.message.resize(4 + payload.next_multiple_of(8), 0);
+        self.message.extend_from_slice(&value.to_le_bytes());
+    }
+
+    /// `std_msgs/msg/Header`.
+    pub(crate) fn header(&mut self, stamp: RosStamp, frame_id: &str) {
+        self.u32(stamp.seconds.cast_unsigned());
+        self.u32(stamp.nanoseconds);
+        self.string(frame_id);
     }
 
     pub(crate) fn string(&mut self, text: &str) {

@@ -18,6 +18,7 @@ mod parts;
 mod pcd;
 mod point_time;
 mod real_data;
+mod residuals;
 mod round_trip;
 mod row_18;
 mod scan_folder;

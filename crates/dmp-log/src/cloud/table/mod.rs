@@ -1,0 +1,122 @@
+//! Clouds written as tables: a row for each point, its place first.
+
+mod column;
+mod las_rows;
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use super::CloudFormat;
+use crate::LogError;
+use crate::atomic::Pending;
+pub(crate) use column::{Column, Number};
+use las_rows::LasRows;
+
+/// Bytes gathered before they are written.
+const BUFFER_BYTES: usize = 1 << 18;
+
+/// What a table holds.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Table<'a> {
+    pub(crate) format: CloudFormat,
+    /// What stands beside the places.
+    pub(crate) columns: &'a [Column],
+    /// How many rows there will be.
+    pub(crate) points: u64,
+    /// A place not far from all others: LAS counts steps from it.
+    pub(crate) near_m: [f64; 3],
+    /// A line for the head of a PLY file.
+    pub(crate) comment: &'a str,
+}
+
+/// Writes a cloud row by row: PLY and PCD in bytes, lowest first, with float64 places; LAS and LAZ 1.4 with steps of
+/// 0.1 mm and the columns as extra bytes. The file gets its name in [`TableWriter::finish`]; without it nothing is left
+/// behind.
+#[derive(Debug)]
+pub(crate) struct TableWriter {
+    // Dropped first: the writer may still write while it is dropped.
+    out: Kind,
+    pending: Pending,
+    told: u64,
+    written: u64,
+}
+
+#[derive(Debug)]
+enum Kind {
+    Rows(BufWriter<File>),
+    Las(Box<LasRows>),
+}
+
+impl TableWriter {
+    /// # Errors
+    /// When the file cannot be made.
+    pub(crate) fn create(path: &Path, table: &Table<'_>) -> Result<Self, LogError> {
+        let &Table { format, columns, points, near_m, comment } = table;
+        let (pending, file) = Pending::file(path)?;
+        let mut file = BufWriter::with_capacity(BUFFER_BYTES, file);
+        let out = match format {
+            CloudFormat::Ply => {
+                let columns: String = columns.iter().map(Column::in_ply).collect();
+                write!(
+                    file,
+                    "ply\nformat binary_little_endian 1.0\ncomment {comment}\nelement vertex {points}\n\
+                     property double x\nproperty double y\nproperty double z\n{columns}end_header\n"
+                )
+                .map(|()| Kind::Rows(file))
+            }
+            CloudFormat::Pcd => {
+                file.write_all(column::pcd_head(columns, points).as_bytes()).map(|()| Kind::Rows(file))
+            }
+            CloudFormat::Las | CloudFormat::Laz => {
+                LasRows::new(file, format == CloudFormat::Laz, columns, near_m)
+                    .map(|rows| Kind::Las(Box::new(rows)))
+            }
+        };
+        let out = out.map_err(|e| LogError::io(path, "write", e))?;
+        Ok(Self { out, pending, told: points, written: 0 })
+    }
+
+    /// Writes the next row: a place, a time for formats that have one of their own, seconds, and the columns' numbers
+    /// one after the other, lowest byte first.
+    ///
+    /// # Errors
+    /// When it cannot be written, or lies too far from the first for a LAS file.
+    pub(crate) fn write(&mut self, point_m: [f64; 3], time_s: f64, columns: &[u8]) -> Result<(), LogError> {
+        self.written += 1;
+        let written = match &mut self.out {
+            Kind::Rows(file) => {
+                let place = point_m.map(f64::to_le_bytes);
+                file.write_all(place.as_flattened()).and_then(|()| file.write_all(columns))
+            }
+            Kind::Las(rows) => {
+                if let Some(far_m) = rows.too_far(point_m) {
+                    let problem =
+                        format!("a coordinate of {far_m} m is too far from the first point for LAS");
+                    return Err(LogError::Option { path: self.pending.target().into(), problem });
+                }
+                rows.write(point_m, time_s, columns)
+            }
+        };
+        written.map_err(|e| LogError::io(self.pending.target(), "write", e))
+    }
+
+    /// Gives the file its name.
+    ///
+    /// # Errors
+    /// When the end cannot be written, or there were not as many rows as told.
+    pub(crate) fn finish(self) -> Result<(), LogError> {
+        let Self { pending, out, told, written } = self;
+        let io = |e| LogError::io(pending.target(), "write", e);
+        if told != written {
+            return Err(io(io::Error::other(format!("{written} points were given, {told} were told"))));
+        }
+        let file = match out {
+            Kind::Rows(file) => file,
+            Kind::Las(rows) => rows.finish().map_err(io)?,
+        };
+        let file = file.into_inner().map_err(|e| io(e.into_error()))?;
+        file.sync_all().map_err(io)?;
+        pending.commit()
+    }
+}

@@ -1,0 +1,114 @@
+//! MCAP files with ROS 2 messages, written.
+
+use crate::LogError;
+use crate::atomic::Pending;
+use mcap::records::MessageHeader;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+/// How the chunks of an MCAP file are packed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum McapCompression {
+    /// The smallest file.
+    #[default]
+    Zstd,
+    /// Zstd at its lowest level.
+    ZstdFast,
+    /// Larger, and faster to write.
+    Lz4,
+    /// The fastest to read, by several times.
+    None,
+}
+
+/// An MCAP file that gets its name in [`McapFile::finish`]; without it nothing is left behind. The same messages give the
+/// same bytes.
+pub(crate) struct McapFile {
+    // Dropped first: the writer may still write while it is dropped.
+    writer: mcap::Writer<BufWriter<File>>,
+    pending: Pending,
+}
+
+impl fmt::Debug for McapFile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("McapFile").field("pending", &self.pending).finish_non_exhaustive()
+    }
+}
+
+impl McapFile {
+    /// A file whose chunks are closed from this many bytes on, not packed.
+    pub(crate) fn create(
+        path: &Path,
+        compression: McapCompression,
+        chunk_bytes: u64,
+    ) -> Result<Self, LogError> {
+        let (pending, file) = Pending::file(path)?;
+        // Level 0 is that which the library has for its default.
+        let level = u32::from(compression == McapCompression::ZstdFast);
+        let compression = match compression {
+            McapCompression::Zstd | McapCompression::ZstdFast => Some(mcap::Compression::Zstd),
+            McapCompression::Lz4 => Some(mcap::Compression::Lz4),
+            McapCompression::None => None,
+        };
+        let writer = mcap::WriteOptions::new()
+            .profile("ros2")
+            .library("dmp-log")
+            .compression(compression)
+            .compression_level(level)
+            // More threads would cut the data at places that depend on them.
+            .compression_threads(0)
+            .chunk_size(Some(chunk_bytes))
+            .create(BufWriter::new(file))
+            .map_err(|error| mcap_error(path, error))?;
+        Ok(Self { writer, pending })
+    }
+
+    pub(crate) fn target(&self) -> &Path {
+        self.pending.target()
+    }
+
+    /// Adds a topic with messages of one type, in CDR; answers its number.
+    pub(crate) fn topic(&mut self, topic: &str, message_type: &str, schema: &str) -> Result<u16, LogError> {
+        let mut add = || {
+            let schema = self.writer.add_schema(message_type, "ros2msg", schema.as_bytes())?;
+            self.writer.add_channel(schema, topic, "cdr", &BTreeMap::new())
+        };
+        add().map_err(|error| mcap_error(self.pending.target(), error))
+    }
+
+    /// Appends a message to a topic.
+    pub(crate) fn write(
+        &mut self,
+        topic: u16,
+        number: u64,
+        stamp_ns: i64,
+        message: &[u8],
+    ) -> Result<(), LogError> {
+        // MCAP counts from 1970 without a sign; the message's header keeps the stamp as it is.
+        let log_time = stamp_ns.max(0).cast_unsigned();
+        let header =
+            MessageHeader { channel_id: topic, sequence: number as u32, log_time, publish_time: log_time };
+        let written = self.writer.write_to_known_channel(&header, message);
+        written.map_err(|error| mcap_error(self.pending.target(), error))
+    }
+
+    /// Writes the end, makes the file safe on disk and gives it its name.
+    pub(crate) fn finish(mut self) -> Result<(), LogError> {
+        let target = self.pending.target();
+        self.writer.finish().map_err(|error| mcap_error(target, error))?;
+        let file = self.writer.into_inner().into_inner();
+        let file = file.map_err(|error| LogError::io(target, "write", error.into_error()))?;
+        file.sync_all().map_err(|error| LogError::io(target, "write", error))?;
+        self.pending.commit()
+    }
+}
+
+fn mcap_error(path: &Path, error: mcap::McapError) -> LogError {
+    let source = match error {
+        mcap::McapError::Io(source) => source,
+        other => std::io::Error::other(other),
+    };
+    LogError::io(path, "write", source)
+}
