@@ -65,7 +65,7 @@ pub use order::{Ranked, order_runs};
 pub use price::MissPrice;
 pub use ratio::{Estimate, Interval, IntervalFrom};
 pub use reducer::{Layout, Reducer, RunScores, Seen};
-pub use residuals::Residuals;
+pub use residuals::{HitKind, Residuals};
 pub use run::{RunSums, Withheld};
 pub use student::Confidence;
 pub use verdict::{Comparison, ScaleComparison, UndecidedReason, Verdict};

@@ -25,7 +25,31 @@ pub struct Residuals {
     pub revisited: bool,
 }
 
+/// What the ray of a return meets first in a map, beside the return.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HitKind {
+    /// Nothing: what [`RunSums::miss_rate`](crate::RunSums::miss_rate) counts.
+    Miss,
+    /// A surfel at most 0.5 m from the return.
+    Hit,
+    /// A surfel more than 0.5 m in front of the return: what [`RunSums::blocked_rate`](crate::RunSums::blocked_rate)
+    /// counts.
+    Blocked,
+    /// A surfel more than 0.5 m behind the return, and none in front of it.
+    Beyond,
+}
+
 impl Residuals {
+    /// What the ray meets first.
+    pub fn hit_kind(&self) -> HitKind {
+        match self.first_m.filter(|m| m.is_finite()) {
+            None => HitKind::Miss,
+            Some(m) if m > BLOCKED_M => HitKind::Blocked,
+            Some(m) if m < -BLOCKED_M => HitKind::Beyond,
+            Some(_) => HitKind::Hit,
+        }
+    }
+
     /// A return at which nothing is crossed at all.
     pub const MISS: Self =
         Self { first_m: None, nearest_m: None, independent_m: None, independent_cos: None, revisited: false };
@@ -120,6 +144,17 @@ mod tests {
         assert!(blocked(0.51));
         assert!(!blocked(0.5));
         assert!(!blocked(-7.0));
+        for first_m in [0.51, 0.5, 0.0, -0.5, -0.51, f64::NAN, f64::INFINITY] {
+            let residuals = Residuals { first_m: Some(first_m), ..Residuals::MISS };
+            assert_eq!(
+                residuals.hit_kind() == HitKind::Blocked,
+                Squares::of(&residuals).blocked,
+                "{first_m}"
+            );
+            assert_eq!(residuals.hit_kind() == HitKind::Miss, Squares::of(&residuals).first.is_none());
+            assert_eq!(residuals.hit_kind() == HitKind::Beyond, first_m < -0.5);
+        }
+        assert_eq!(Residuals::MISS.hit_kind(), HitKind::Miss);
     }
 
     #[test]

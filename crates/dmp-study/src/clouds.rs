@@ -182,6 +182,7 @@ fn hash(frame: u64, index: u64) -> u64 {
 mod tests {
     use super::*;
     use dmp::Residuals;
+    use dmp_sensor::Isometry3;
 
     /// Frame `frame` with its returns split into parts; two runs, one a metre beside the other.
     fn feed(watch: &CloudWatch<'_>, frame: usize, parts: &[usize]) {
@@ -195,7 +196,14 @@ mod tests {
             let rays: Vec<Vec<Ray>> =
                 [0.0, 1.0].iter().map(|&y| (0..count).map(|k| ray(k, y)).collect()).collect();
             let residuals = vec![vec![Residuals::MISS; count]; 2];
-            watch.returns_scored(&ScoredReturns { frame, rays: &rays, residuals: &residuals });
+            watch.returns_scored(&ScoredReturns {
+                frame,
+                first: next,
+                offsets_ns: &vec![0; count],
+                world_from_sensor: &[Isometry3::identity(); 2],
+                rays: &rays,
+                residuals: &residuals,
+            });
             next += count;
         }
     }

@@ -285,15 +285,22 @@ fn provenance(log: &dyn ScanLog, run: &Run, plan: &Plan<'_>) -> String {
     )
 }
 
-/// A run's name as a file name: what file systems or shells take amiss becomes `_`, and where that makes
-/// two runs alike, they get their numbers.
+/// A run's name as a file name.
 fn file_stem(runs: &[Run], run: &Run) -> String {
-    let harmless = |run: &Run| -> String {
-        run.name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect()
+    let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
+    file_stem_of(&names, &run.name)
+}
+
+/// The name of a run as a file name, `names` being those of all runs: what file systems or shells take amiss becomes
+/// `_`, and where that makes two runs alike, they get their numbers.
+pub fn file_stem_of(names: &[&str], name: &str) -> String {
+    let harmless = |name: &str| -> String {
+        name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect()
     };
-    let stem = harmless(run);
-    let alike: Vec<&Run> = runs.iter().filter(|other| harmless(other).eq_ignore_ascii_case(&stem)).collect();
-    match alike.iter().position(|other| other.name == run.name) {
+    let stem = harmless(name);
+    let alike: Vec<&&str> =
+        names.iter().filter(|other| harmless(other).eq_ignore_ascii_case(&stem)).collect();
+    match alike.iter().position(|&&other| other == name) {
         Some(number) if alike.len() > 1 => format!("{stem}-{}", number + 1),
         _ => stem,
     }

@@ -50,6 +50,7 @@ mod watch;
 pub use config::{Config, Ego, FrameOrder, MapSource, Run, RunSource};
 pub use error::EvaluateError;
 pub use evaluate::evaluate;
+pub use fuse::file_stem_of;
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
 pub use memory::{machine_memory_bytes, peak_anonymous_bytes};
 pub use places::{ScoredPlace, drawn_places, evaluate_quick};
@@ -62,4 +63,4 @@ pub use sample::{Decide, Looks, Sample};
 pub use watch::{ScoredReturns, Stage, Watch};
 
 pub use dmp_log::LengthUnit;
-pub use dmp_reduce::{Confidence, FrameSums, MissPrice, Residuals, RunSums};
+pub use dmp_reduce::{Confidence, FrameSums, HitKind, MissPrice, Residuals, RunSums};

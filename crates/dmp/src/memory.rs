@@ -9,10 +9,12 @@ use crate::pose::BLOCK_RAYS;
 
 /// What the program takes by itself, bytes.
 const PROGRAM_BYTES: usize = 8 << 20;
-/// What a thread takes for each ray of a block: the ray, its question, its answer, its residuals; and a quarter
+/// What a thread takes for each ray of a block: the ray, its time, its question, its answer, its residuals; and a quarter
 /// for lists that grow.
 const RAY_BYTES: usize =
-    (size_of::<Ray>() + size_of::<Query>() + size_of::<Answer>() + size_of::<Residuals>()) / 4 * 5;
+    (size_of::<Ray>() + size_of::<i64>() + size_of::<Query>() + size_of::<Answer>() + size_of::<Residuals>())
+        / 4
+        * 5;
 /// What it takes for each return of a scan: coordinates, a time, and the growth of their lists.
 const RETURN_BYTES: usize = 32;
 /// Packets of rays on their way, and a tile in hand.

@@ -94,6 +94,7 @@ pub(crate) struct Poser<'a> {
     runs: &'a [RunPoses<'a>],
     cursors: Vec<TrackCursor<'a>>,
     rays: Vec<Vec<Ray>>,
+    offsets_ns: Vec<i64>,
     poses: Vec<Isometry3<f64>>,
 }
 
@@ -109,7 +110,8 @@ enum ScanPose {
 impl<'a> Poser<'a> {
     pub(crate) fn new(runs: &'a [RunPoses<'a>], filter: &'a ReturnFilter) -> Self {
         let cursors = runs.iter().map(|run| run.track.cursor()).collect();
-        Self { filter, runs, cursors, rays: vec![Vec::new(); runs.len()], poses: Vec::new() }
+        let rays = vec![Vec::new(); runs.len()];
+        Self { filter, runs, cursors, rays, offsets_ns: Vec::new(), poses: Vec::new() }
     }
 
     /// Gives `each` the rays of the scan's used returns, block by block: one list for every run, the
@@ -119,6 +121,16 @@ impl<'a> Poser<'a> {
         frame: &PlannedFrame,
         scan: &Scan,
         mut each: impl FnMut(&[Vec<Ray>]) -> Result<(), E>,
+    ) -> Result<ReturnCounts, E> {
+        self.timed_blocks(frame, scan, |rays, _| each(rays))
+    }
+
+    /// The same with the time of each return after the scan's stamp, nanoseconds.
+    pub(crate) fn timed_blocks<E>(
+        &mut self,
+        frame: &PlannedFrame,
+        scan: &Scan,
+        mut each: impl FnMut(&[Vec<Ray>], &[i64]) -> Result<(), E>,
     ) -> Result<ReturnCounts, E> {
         let mut counts = ReturnCounts::default();
         let scan_poses: Option<Vec<ScanPose>> =
@@ -152,19 +164,21 @@ impl<'a> Poser<'a> {
             for (rays, pose) in self.rays.iter_mut().zip(&self.poses) {
                 rays.push(Ray::of_return(pose, point));
             }
+            self.offsets_ns.push(offset_ns);
             if self.rays[0].len() == block_returns {
-                each(&self.rays)?;
+                each(&self.rays, &self.offsets_ns)?;
                 self.clear();
             }
         }
         if !self.rays[0].is_empty() {
-            each(&self.rays)?;
+            each(&self.rays, &self.offsets_ns)?;
         }
         Ok(counts)
     }
 
     fn clear(&mut self) {
         self.rays.iter_mut().for_each(Vec::clear);
+        self.offsets_ns.clear();
     }
 
     /// Finds every run's pose of the returns at one time; `false` where a run has none.

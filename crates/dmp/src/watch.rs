@@ -1,5 +1,5 @@
 use dmp_reduce::{FrameSums, Residuals};
-use dmp_sensor::Ray;
+use dmp_sensor::{Isometry3, Ray};
 
 use crate::places::ScoredPlace;
 
@@ -28,6 +28,12 @@ pub enum Stage {
 pub struct ScoredReturns<'a> {
     /// The frame's number in the log.
     pub frame: usize,
+    /// How many of the frame's used returns came in parts before this one.
+    pub first: usize,
+    /// When each return was measured, nanoseconds after the frame's stamp.
+    pub offsets_ns: &'a [i64],
+    /// For every run, the pose of the sensor at the frame's stamp, or in its line.
+    pub world_from_sensor: &'a [Isometry3<f64>],
     /// For every run, the rays of the same returns in the same order: `rays[run][index]`.
     pub rays: &'a [Vec<Ray>],
     /// For every run, what the rays left: `residuals[run][index]`.
@@ -66,6 +72,12 @@ pub trait Watch: Sync {
     /// A place of a quick score is done, with the sums of its runs and pairs. They come in any order.
     fn place_scored(&self, place: ScoredPlace, sums: &FrameSums) {
         let _ = (place, sums);
+    }
+
+    /// Whether every return must come by here: rays that an earlier process has cast are then cast again, where an
+    /// evaluation is [resumed](crate::Config::resume).
+    fn wants_every_return(&self) -> bool {
+        false
     }
 
     /// Whether to stop: asked before every frame. The evaluation then ends with

@@ -80,8 +80,8 @@ impl Watch for Relay<'_> {
             scored.residuals.iter().map(|of_run| of_run.iter().map(independent).collect()).collect();
         self.observer.returns_scored(&ScoredReturns {
             frame: self.frames[scored.frame],
-            rays: scored.rays,
             residuals: &residuals,
+            ..*scored
         });
     }
 }

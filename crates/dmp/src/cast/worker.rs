@@ -9,12 +9,13 @@ use super::{CastPass, TileSums};
 use crate::config::Run;
 use crate::error::EvaluateError;
 use crate::frames::{PlannedFrame, Worker};
-use crate::pose::Poser;
+use crate::pose::{Poser, RunPoses};
 use crate::watch::{ScoredReturns, Watch};
 
 /// What a thread does with a scan: casts its rays and adds up what they leave.
 pub(super) struct CastWorker<'a> {
     poser: Poser<'a>,
+    poses: &'a [RunPoses<'a>],
     runs: &'a [Run],
     casters: &'a [Caster],
     watch: &'a dyn Watch,
@@ -40,6 +41,7 @@ impl Worker for CastWorker<'_> {
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
         let Self {
             poser,
+            poses,
             runs,
             casters,
             watch,
@@ -54,7 +56,9 @@ impl Worker for CastWorker<'_> {
         } = self;
         self.frame.clear();
         let sums = &mut self.frame;
-        let counts = poser.blocks(frame, scan, |rays| {
+        let world_from_sensor: Vec<_> = poses.iter().filter_map(|poses| poses.of_frame(frame)).collect();
+        let mut first = 0;
+        let counts = poser.timed_blocks(frame, scan, |rays, offsets_ns| {
             for (run, caster) in casters.iter().enumerate() {
                 let segment = (bases[run] == Basis::CrossValidated).then_some(frame.segment);
                 queries.clear();
@@ -81,7 +85,11 @@ impl Worker for CastWorker<'_> {
                     sums.add_to_pairs(of_return);
                 }
             }
-            watch.returns_scored(&ScoredReturns { frame: frame.number, rays, residuals });
+            let world_from_sensor = &world_from_sensor;
+            let frame = frame.number;
+            let scored = ScoredReturns { frame, first, offsets_ns, world_from_sensor, rays, residuals };
+            watch.returns_scored(&scored);
+            first += offsets_ns.len();
             Ok::<(), EvaluateError>(())
         })?;
         // A frame's sums are those of its tiles.
@@ -105,6 +113,7 @@ impl<'a> CastWorker<'a> {
     pub(super) fn new(pass: &CastPass<'a>, layout: &Layout) -> Self {
         Self {
             poser: Poser::new(&pass.plan.poses, &pass.plan.filter),
+            poses: &pass.plan.poses,
             runs: pass.runs,
             casters: &pass.casters.of_runs,
             watch: pass.watch,
