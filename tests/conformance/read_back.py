@@ -112,12 +112,25 @@ def trajectory(path, entry):
     return f"{len(entry['poses'])} poses, {same_stamps(stamps, entry.get('stamps_ns'))} stamps equal"
 
 
+def same_fields(columns, wanted, slack=0.0, where=""):
+    """`columns` gives the values of a field by its name; how many fields are equal, in words."""
+    for name, values in (wanted or {}).items():
+        found = np.asarray(columns(name))
+        same_count(f"values of {name}{where}", found, values)
+        for number, (a, b) in enumerate(zip(found, values)):
+            # The manifest has the decimal of the float32.
+            b = float(np.float32(b)) if found.dtype == np.float32 and b is not None else b
+            same_number(f"{name} of point {number}{where}", float(a), b, slack)
+    return f", {len(wanted)} fields" if wanted else ""
+
+
 def cloud_text(entry, found, columns):
     """`columns` gives the values of a field by its name."""
     time = entry.get("time")
     values = [float(value) for value in columns(time["name"])] if time else None
     points = same_points(found, entry["points"], entry.get("tolerance_m", 0.0))
-    return f"{points} points, {same_times(values, time and time['values'])} times equal"
+    times = same_times(values, time and time["values"])
+    return f"{points} points, {times} times{same_fields(columns, entry.get('fields'))} equal"
 
 
 def las(path, entry):
@@ -146,11 +159,20 @@ def by_open3d(path, entry, stored):
     same_points(np.asarray(read.points).astype(stored), entry["points"], entry.get("tolerance_m", 0.0), "open3d's point")
 
 
+def fields_by_open3d(path, entry):
+    """Its reader of tensors knows fields by name, and float64 coordinates of PCD."""
+    if "fields" in entry:
+        read = open3d.t.io.read_point_cloud(str(path)).point
+        same_points(read.positions.numpy(), entry["points"], entry.get("tolerance_m", 0.0), "open3d's tensor")
+        same_fields(lambda name: read[name].numpy().reshape(-1), entry["fields"], where=", read by open3d")
+
+
 def ply(path, entry):
     vertices = PlyData.read(path)["vertex"]
     found = list(zip(vertices["x"], vertices["y"], vertices["z"]))
     text = cloud_text(entry, found, lambda name: vertices[name])
     by_open3d(path, entry, np.dtype(type(found[0][0])) if found else np.float32)
+    fields_by_open3d(path, entry)
     return text
 
 
@@ -159,15 +181,16 @@ def pcd(path, entry):
     found = list(zip(*(cloud.pc_data[name] for name in "xyz")))
     text = cloud_text(entry, found, lambda name: cloud.pc_data[name])
     by_open3d(path, entry, cloud.pc_data["x"].dtype)
+    fields_by_open3d(path, entry)
     return text
 
 
 def cloud_message(message, time_field):
-    """Points and times (ns after the stamp) of a decoded PointCloud2 or CustomMsg."""
+    """Points, times (ns after the stamp) and fields of a decoded PointCloud2 or CustomMsg."""
     stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
     if hasattr(message, "timebase"):
         points = [tuple(np.float32(value) for value in (point.x, point.y, point.z)) for point in message.points]
-        return stamp, points, [point.offset_time for point in message.points]
+        return stamp, points, [point.offset_time for point in message.points], None
     order = ">" if message.is_bigendian else "<"
     kind = np.dtype({"names": [field.name for field in message.fields],
                      "formats": [order + NUMPY_TYPE[field.datatype] for field in message.fields],
@@ -178,10 +201,10 @@ def cloud_message(message, time_field):
                             for row in range(message.height)])
     points = list(zip(*(cloud[name].astype(kind[name].newbyteorder("=")) for name in "xyz")))
     if time_field is None:
-        return stamp, points, None
+        return stamp, points, None, cloud
     base = stamp if time_field["from"] == "clock" else 0
     return stamp, points, [round(Fraction(value.item()) * UNIT_NS[time_field["unit"]]) - base
-                           for value in cloud[time_field["name"]]]
+                           for value in cloud[time_field["name"]]], cloud
 
 
 def messages(path, topic):
@@ -208,10 +231,14 @@ def messages(path, topic):
 def mcap(path, entry):
     found = messages(path, entry.get("topic"))
     if "poses" in entry:
+        found = [message.transforms[0] if hasattr(message, "transforms") else message for message in found]
+
         def inner(message):
-            return inner(message.pose) if hasattr(message, "pose") else message
+            return inner(message.pose) if hasattr(message, "pose") else getattr(message, "transform", message)
         stamps = [message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec for message in found]
-        places, turns = [inner(message).position for message in found], [inner(message).orientation for message in found]
+        poses = [inner(message) for message in found]
+        places = [pose.translation if hasattr(pose, "translation") else pose.position for pose in poses]
+        turns = [pose.rotation if hasattr(pose, "rotation") else pose.orientation for pose in poses]
         same_poses([(p.x, p.y, p.z) for p in places], [(q.x, q.y, q.z, q.w) for q in turns], entry["poses"],
                    entry.get("tolerance_m", 0.0), entry.get("quaternion_tolerance", QUATERNION_TOLERANCE))
         return f"{len(entry['poses'])} poses, {same_times(stamps, entry['stamps_ns'], 'stamp')} stamps equal"
@@ -220,11 +247,12 @@ def mcap(path, entry):
     points = times = 0
     field = entry.get("time_field", {"name": "t", "unit": "ns", "from": "stamp"})
     for number, (message, scan) in enumerate(zip(found, scans)):
-        stamp, cloud, offsets = cloud_message(message, field)
+        stamp, cloud, offsets, columns = cloud_message(message, field)
         same_number(f"stamp of scan {number}", stamp, scan["stamp_ns"])
         points += same_points(cloud, scan["points"], entry.get("tolerance_m", 0.0), f"scan {number}, point")
         times += same_times(offsets, scan.get("offsets_ns"), f"scan {number}'s time")
-    return f"{points} points, {times} times equal"
+        fields = same_fields(lambda name: columns[name], scan.get("fields"), 1e-7, f" of scan {number}")
+    return f"{points} points, {times} times{fields if scans else ''} equal"
 
 
 def kitti_bin(path, entry):
@@ -305,8 +333,9 @@ def self_test():
         for file in known["files"]:
             kind = Path(file).suffix[1:]
             if kind in READ:
-                entries.append({"path": f"clouds/{file}", "kind": kind, "points": known["points"],
-                                "time": known["time"]})
+                time = known["time"]
+                fields = {"fields": {time["name"]: time["values"]}} if time and kind in ("las", "laz") else {}
+                entries.append({"path": f"clouds/{file}", "kind": kind, "points": known["points"], "time": time, **fields})
     for path in sorted((here / "store").glob("*.json")):
         entries.append({"path": f"store/{path.stem}.dmpmap", "kind": "store",
                         "tiles": json.loads(path.read_text())["tiles"]})
@@ -392,6 +421,10 @@ def changed(entry):
             yield other
         other = copy()
         other["tiles"][0]["z_range_m"][1] += 1e-3
+        yield other
+    if "fields" in entry:
+        other = copy()
+        bump(other["fields"][sorted(other["fields"])[-1]], 1, 1)
         yield other
     if entry.get("time"):
         other = copy()

@@ -1,5 +1,7 @@
 //! Files of every writer, for other software to read back.
 
+mod residuals;
+
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -48,6 +50,7 @@ pub(crate) fn run(arguments: &WrittenArgs) -> anyhow::Result<()> {
         files.extend(folder_of_scans(folder, format, tolerance_m, &scans)?);
     }
     files.push(map(folder, &scans)?);
+    files.extend(residuals::write(folder, &scans)?);
     let manifest = serde_json::to_string(&json!({ "files": files }))?;
     Ok(fs::write(folder.join("manifest.json"), manifest)?)
 }

@@ -43,6 +43,16 @@ impl Progress {
         self.bar.inc(1);
     }
 
+    /// So many scans are worked on, one by one.
+    pub(crate) fn scans(&self, what: &'static str, total: u64) {
+        self.start(what, "scans/s", total);
+    }
+
+    /// One of them is done.
+    pub(crate) fn one_scan(&self) {
+        self.bar.inc(1);
+    }
+
     /// Prints without tearing the bar.
     pub(crate) fn suspend(&self, print: impl FnOnce()) {
         self.bar.suspend(print);

@@ -18,6 +18,7 @@ mod map_command;
 mod mesh_maps;
 mod quick;
 mod real;
+mod residuals;
 mod resume;
 mod sampling;
 mod sanity;

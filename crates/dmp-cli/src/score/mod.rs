@@ -2,6 +2,7 @@
 
 pub(crate) mod announce;
 mod details;
+mod outputs;
 mod pairs;
 pub(crate) mod parse;
 mod render;
@@ -11,7 +12,7 @@ mod sampling;
 
 use std::fs;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use clap::Args;
@@ -25,6 +26,7 @@ use crate::runs::{OpenedRuns, Runs};
 use crate::save::take_folder;
 use crate::settings::{ResumeArgs, SettingsArgs};
 use crate::{Common, Exit};
+use outputs::{OutputArgs, Recorder};
 use sampling::SamplingArgs;
 
 /// Score runs on a log, and rank them
@@ -87,6 +89,8 @@ pub(crate) struct ScoreArgs {
     /// Keep the fused maps in this folder, as NAME.dmpmap; it is made if need be
     #[arg(long, value_name = "FOLDER", help_heading = "Output")]
     save_maps: Option<PathBuf>,
+    #[command(flatten)]
+    outputs: OutputArgs,
 }
 
 impl ScoreArgs {
@@ -94,6 +98,12 @@ impl ScoreArgs {
         let settings =
             Config { save_maps: self.save_maps.clone(), map_unit: self.map_unit.0, ..self.settings.config() };
         self.sampling.of(self.resume.in_config(settings))
+    }
+
+    /// Every file that is read, as it was named.
+    fn inputs(&self) -> Vec<&Path> {
+        let named = self.trajectories.iter().chain(&self.more).chain(&self.maps);
+        std::iter::once(self.log.path()).chain(named.map(|file| file.path.as_path())).collect()
     }
 }
 
@@ -104,17 +114,22 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
     let started = Runs::start(&files, arguments.trajectory_format)?;
     let maps = maps_of(&started.names(), &arguments.maps)?;
+    let outputs = arguments.outputs.plan(&started.names(), &arguments.inputs())?;
     let mut _taken = None;
     if let Some(folder) = &arguments.save_maps {
         fs::create_dir_all(folder)
             .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
         _taken = take_folder(folder)?;
     }
-    let (report, damaged) = match arguments.sampling.quick() {
+    let (report, damaged, written) = match arguments.sampling.quick() {
         None => {
             let OpenedRuns { log, runs, damaged } =
                 OpenedRuns::open(started, maps, &arguments.log, &arguments.settings, common)?;
-            (evaluate(log.as_ref(), &runs, &config, &Progress::new(common))?, damaged)
+            let recorder = Recorder::new(outputs, log.as_ref(), &runs, &config, common)?;
+            let evaluated = evaluate(log.as_ref(), &runs, &config, &recorder);
+            let (report, recorded) = recorder.end(evaluated)?;
+            let written = recorded.write(&report, common.quiet);
+            (report, damaged, written)
         }
         Some(share) => {
             let OpenedRuns { log, runs, damaged } =
@@ -123,7 +138,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             let report = evaluate_quick(&log, &runs, &config, share, &Progress::new(common))?;
             // What is lost shows where it is read.
             let damaged = damaged || !report.inputs.damage.is_empty();
-            (report, damaged)
+            (report, damaged, Ok(()))
         }
     };
     if arguments.json {
@@ -132,6 +147,8 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     } else {
         render::report(out, &report, arguments.verbose)?;
     }
+    // Scores are told also where files cannot be written.
+    written?;
     if !common.quiet {
         announce::done(&report);
     }

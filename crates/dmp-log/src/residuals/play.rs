@@ -4,7 +4,7 @@ use super::{ScoredPoint, ScoredScan};
 use crate::LogError;
 use crate::mcap_file::{McapCompression, McapFile};
 use crate::ros::{
-    CdrWriter, FLOAT32, POINT_CLOUD2_SCHEMA, PointField, RosStamp, TF_MESSAGE_SCHEMA, UINT8, UINT32,
+    CdrWriter, FLOAT32, INT32, POINT_CLOUD2_SCHEMA, PointField, RosStamp, TF_MESSAGE_SCHEMA, UINT8,
     start_cloud, write_transform,
 };
 use dmp_sensor::Point3;
@@ -25,7 +25,7 @@ const FIELDS: [PointField; 13] = [
     ("first_residual_m", FLOAT32),
     ("nearest_residual_m", FLOAT32),
     ("after_stamp_s", FLOAT32),
-    ("frame", UINT32),
+    ("frame", INT32),
     ("kind", UINT8),
     ("revisited", UINT8),
 ];

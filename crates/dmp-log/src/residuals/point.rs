@@ -19,7 +19,7 @@ pub struct ScoredPoint {
     /// beginning of its scan.
     pub time_s: f64,
     /// The number of the scan in the log, from 0.
-    pub frame: u32,
+    pub frame: i32,
     /// What the ray meets first: 0 nothing, 1 a surfel at the return, 2 one in front of it, 3 one behind it.
     pub kind: u8,
     /// Whether the place is predicted from another visit.
@@ -33,7 +33,7 @@ const fn column(names: [&'static str; 3], number: Number, about: &'static str) -
 /// The columns beside the place, in the order in which they stand in every format. `CloudCompare` takes properties of
 /// PLY for scalar fields where their names begin with `scalar_`, leaves that away, and shows the first.
 pub(super) const COLUMNS: [Column; 10] = {
-    use Number::{F32, F64, U8, U32};
+    use Number::{F32, F64, I32, U8};
     [
         column(["scalar_residual_m", "residual_m", "residual_m"], F32, "|measured - predicted range|"),
         column(
@@ -54,7 +54,7 @@ pub(super) const COLUMNS: [Column; 10] = {
             "measured - nearest surfel's",
         ),
         column(["scalar_time_s", "time_s", "time_s"], F64, "seconds after the first scan"),
-        column(["scalar_frame", "frame", "frame"], U32, "number of the scan"),
+        column(["scalar_frame", "frame", "frame"], I32, "number of the scan"),
         column(["scalar_kind", "kind", "kind"], U8, "0 miss 1 hit 2 blocked 3 beyond"),
         column(["scalar_revisited", "revisited", "revisited"], U8, "seen on another visit"),
     ]
@@ -99,7 +99,7 @@ impl ScoredPoint {
             first_residual_m: short(40),
             nearest_residual_m: short(44),
             time_s: long(48),
-            frame: u32::from_le_bytes(std::array::from_fn(|k| row[56 + k])),
+            frame: i32::from_le_bytes(std::array::from_fn(|k| row[56 + k])),
             kind: row[60],
             revisited: row[61] != 0,
         }

@@ -10,7 +10,7 @@ use crate::bag::Channel;
 use crate::points::{Layout, Rows};
 pub(crate) use poses::{PoseCoding, PoseType, StampedPose};
 pub(crate) use wire::{CdrWriter, Encoding, RosStamp, WireError, WireReader};
-pub(crate) use write::{FLOAT32, PointField, UINT8, UINT32, start_cloud, write_transform};
+pub(crate) use write::{FLOAT32, INT32, PointField, UINT8, UINT32, start_cloud, write_transform};
 
 /// The definition of `sensor_msgs/msg/PointCloud2`, as a writer has to give it.
 pub(crate) const POINT_CLOUD2_SCHEMA: &str = include_str!("point_cloud2_schema.txt");

@@ -6,8 +6,9 @@ use dmp_sensor::Isometry3;
 /// A field of a point: its name and its type as numbered by `sensor_msgs/msg/PointField`.
 pub(crate) type PointField = (&'static str, u8);
 
-/// `UINT8`, `UINT32`, `FLOAT32` of `sensor_msgs/msg/PointField`.
+/// `UINT8`, `INT32`, `UINT32`, `FLOAT32` of `sensor_msgs/msg/PointField`.
 pub(crate) const UINT8: u8 = 2;
+pub(crate) const INT32: u8 = 5;
 pub(crate) const UINT32: u8 = 6;
 pub(crate) const FLOAT32: u8 = 7;
 

@@ -33,9 +33,9 @@ fn points(scan: u32) -> Vec<ScoredPoint> {
             first_residual_m: 2.0,
             nearest_residual_m: residual_m,
             time_s: 0.1 * f64::from(scan) + 1e-4 * f64::from(k),
-            frame: 100_000 + scan,
+            frame: 100_000 + scan as i32,
             kind: (k % 4) as u8,
-            revisited: k % 7 == 0,
+            revisited: k.is_multiple_of(7),
         }
     };
     (0..20 * scan + 40).map(point).collect()

@@ -10,11 +10,11 @@ pub(crate) struct Column {
     pub(crate) about: &'static str,
 }
 
-/// The types of numbers that every format has.
+/// The types of numbers that every format has and its readers know: `Open3D` leaves out a `uint` of PLY.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Number {
     U8,
-    U32,
+    I32,
     F32,
     F64,
 }
@@ -23,7 +23,7 @@ impl Number {
     pub(crate) fn bytes(self) -> usize {
         match self {
             Self::U8 => 1,
-            Self::U32 | Self::F32 => 4,
+            Self::I32 | Self::F32 => 4,
             Self::F64 => 8,
         }
     }
@@ -31,7 +31,7 @@ impl Number {
     fn in_ply(self) -> &'static str {
         match self {
             Self::U8 => "uchar",
-            Self::U32 => "uint",
+            Self::I32 => "int",
             Self::F32 => "float",
             Self::F64 => "double",
         }
@@ -39,7 +39,8 @@ impl Number {
 
     fn in_pcd(self) -> &'static str {
         match self {
-            Self::U8 | Self::U32 => "U",
+            Self::U8 => "U",
+            Self::I32 => "I",
             Self::F32 | Self::F64 => "F",
         }
     }
@@ -48,7 +49,7 @@ impl Number {
     fn in_las(self) -> u8 {
         match self {
             Self::U8 => 1,
-            Self::U32 => 5,
+            Self::I32 => 6,
             Self::F32 => 9,
             Self::F64 => 10,
         }

@@ -1,0 +1,66 @@
+//! What `dmp score` writes beside its report: every scored return, and scores by frame and by tile.
+
+mod per_frame;
+mod per_tile;
+mod recorder;
+mod residuals;
+mod rows;
+mod spool;
+mod targets;
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap::builder::RangedU64ValueParser;
+
+use crate::named::NamedFile;
+pub(crate) use recorder::Recorder;
+use targets::{ResidualFile, refuse_clashes, residual_files, writable};
+
+/// Files to write beside the report.
+#[derive(Debug, Args)]
+pub(crate) struct OutputArgs {
+    /// Write every scored return with its residuals to FILE.laz, .las, .ply or .pcd (in world coordinates, with the
+    /// residuals as fields) or .mcap (scan by scan, with the pose as /tf). Of several runs each gets a file:
+    /// FILE.NAME.laz; with NAME= only that run. docs/residuals.md has the fields
+    #[arg(long, value_name = "[NAME=]FILE", help_heading = "Output")]
+    residuals: Vec<NamedFile>,
+    /// Write one return of every N of a scan there, drawn evenly, the same ones for all runs
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Output")]
+    #[arg(requires = "residuals", value_parser = RangedU64ValueParser::<u64>::new().range(1..=u64::from(u32::MAX)))]
+    residuals_every: u64,
+    /// Write the scores of every run in every scored scan as a table, FILE.csv
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    per_frame: Option<PathBuf>,
+    /// Write the scores of every run in every tile of the ground as a table, FILE.csv
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    per_tile: Option<PathBuf>,
+}
+
+/// What is to be written where.
+#[derive(Debug)]
+pub(crate) struct Outputs {
+    /// Of each run.
+    residuals: Vec<Option<ResidualFile>>,
+    every: u64,
+    per_frame: Option<PathBuf>,
+    per_tile: Option<PathBuf>,
+}
+
+impl OutputArgs {
+    /// Says what is to be written for runs of these names. What cannot be written is told here, before a long log is
+    /// read: an unknown extension, a folder that is not there, a file that is an input or another output.
+    pub(crate) fn plan(&self, runs: &[&str], inputs: &[&Path]) -> anyhow::Result<Outputs> {
+        let residuals = residual_files(runs, &self.residuals)?;
+        let tables = [&self.per_frame, &self.per_tile].map(Option::as_deref);
+        let files = residuals.iter().flatten().map(|file| file.path.as_path());
+        let files: Vec<&Path> = files.chain(tables.into_iter().flatten()).collect();
+        refuse_clashes(&files, inputs)?;
+        for table in tables.into_iter().flatten() {
+            targets::check_csv(table)?;
+        }
+        files.iter().try_for_each(|file| writable(file))?;
+        let (per_frame, per_tile) = (self.per_frame.clone(), self.per_tile.clone());
+        Ok(Outputs { residuals, every: self.residuals_every, per_frame, per_tile })
+    }
+}

@@ -1,0 +1,205 @@
+//! What is gathered while an evaluation runs, and written behind it.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use anyhow::{Context as _, bail};
+use dmp::{Config, EvaluateError, FrameSums, Report, Run, ScoredReturns, Stage, Watch};
+use dmp_log::{ResidualFormat, ScanLog};
+
+use super::residuals::{Buffers, Origin, RunReturns};
+use super::rows::RunRows;
+use super::spool::Spool;
+use super::{Outputs, per_frame, per_tile, residuals};
+use crate::exit::Usage;
+use crate::progress::Progress;
+use crate::{Common, text};
+
+/// Follows an evaluation: shows its progress and keeps what is to be written.
+#[derive(Debug)]
+pub(crate) struct Recorder<'a> {
+    progress: Progress,
+    log: &'a dyn ScanLog,
+    work_folder: &'a Path,
+    threads: usize,
+    residuals: Vec<RunReturns>,
+    every: u64,
+    buffers: Buffers,
+    per_frame: Option<(PathBuf, Spool)>,
+    per_tile: Option<PathBuf>,
+    rows: Vec<RunRows>,
+    has_failed: AtomicBool,
+    failure: Mutex<Option<std::io::Error>>,
+}
+
+impl<'a> Recorder<'a> {
+    /// What is asked of an evaluation of these runs. What cannot be written of this log is told here.
+    pub(crate) fn new(
+        outputs: Outputs,
+        log: &'a dyn ScanLog,
+        runs: &[Run],
+        config: &'a Config,
+        common: &Common,
+    ) -> anyhow::Result<Self> {
+        let work_folder = config.work_folder.as_path();
+        let spool = || Spool::new(work_folder).with_context(|| waits_in(work_folder));
+        let mut residuals = Vec::new();
+        for (run, file) in outputs.residuals.into_iter().enumerate() {
+            let Some(file) = file else { continue };
+            if file.format == ResidualFormat::Mcap && log.summary().span_ns.is_none() {
+                let path = file.path.display();
+                bail!(Usage(format!(
+                    "{path}: the log has no stamps, which MCAP needs; try .laz, .ply or .pcd"
+                )));
+            }
+            let name = runs[run].name.clone();
+            let is_fused = runs[run].map == dmp::MapSource::Fused;
+            residuals.push(RunReturns { run, name, file, is_fused, spool: spool()? });
+        }
+        let per_frame = match outputs.per_frame {
+            Some(path) => Some((path, spool()?)),
+            None => None,
+        };
+        Ok(Self {
+            progress: Progress::new(common),
+            log,
+            work_folder,
+            threads: config.threads,
+            residuals,
+            every: outputs.every,
+            buffers: Buffers::default(),
+            per_frame,
+            per_tile: outputs.per_tile,
+            rows: runs.iter().map(|run| RunRows::new(run, config.miss_price)).collect(),
+            has_failed: AtomicBool::new(false),
+            failure: Mutex::new(None),
+        })
+    }
+
+    fn record(&self, result: std::io::Result<()>) {
+        if let Err(error) = result {
+            self.failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+            self.has_failed.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn number_in_log(&self, frame: usize) -> u32 {
+        self.log.number_in_log(frame) as u32
+    }
+
+    /// The evaluation is over: its report, unless what was to be written could not be kept.
+    pub(crate) fn end(self, evaluated: Result<Report, EvaluateError>) -> anyhow::Result<(Report, Recorded)> {
+        if let Some(error) = self.failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            return Err(error).with_context(|| waits_in(self.work_folder));
+        }
+        let recorded = Recorded {
+            progress: self.progress,
+            start_ns: self.log.summary().span_ns.map(|(first_ns, _)| first_ns),
+            threads: self.threads,
+            residuals: self.residuals,
+            per_frame: self.per_frame,
+            per_tile: self.per_tile,
+            rows: self.rows,
+        };
+        Ok((evaluated?, recorded))
+    }
+}
+
+fn waits_in(folder: &Path) -> String {
+    format!("{}: cannot keep what is to be written; --work names another folder", folder.display())
+}
+
+impl Watch for Recorder<'_> {
+    fn begin(&self, stage: Stage, total: u64) {
+        self.progress.begin(stage, total);
+    }
+
+    fn advance(&self, amount: u64) {
+        Watch::advance(&self.progress, amount);
+    }
+
+    fn note(&self, text: &str) {
+        self.progress.note(text);
+    }
+
+    fn returns_scored(&self, returns: &ScoredReturns<'_>) {
+        if self.residuals.is_empty() || self.has_failed.load(Ordering::Relaxed) {
+            return;
+        }
+        let start_ns = self.log.summary().span_ns.map_or(0, |(first_ns, _)| first_ns);
+        let stamp_ns = self.log.frames().get(returns.frame).and_then(|frame| frame.stamp_ns).unwrap_or(0);
+        let frame = self.number_in_log(returns.frame);
+        let origin = Origin { frame, start_ns, stamp_ns, every: self.every };
+        for run in &self.residuals {
+            self.record(run.keep(returns, origin, &self.buffers));
+        }
+    }
+
+    fn frame_scored(&self, frame: usize, sums: &FrameSums) {
+        let Some((_, spool)) = &self.per_frame else { return };
+        let stamp_ns = self.log.frames().get(frame).and_then(|frame| frame.stamp_ns);
+        let number = self.number_in_log(frame);
+        let lines = per_frame::lines(number, stamp_ns, sums, &self.rows);
+        self.record(spool.add(number, lines.as_bytes()));
+    }
+
+    fn wants_every_return(&self) -> bool {
+        !self.residuals.is_empty() || self.per_frame.is_some()
+    }
+
+    fn cancelled(&self) -> bool {
+        self.has_failed.load(Ordering::Relaxed) || self.progress.cancelled()
+    }
+}
+
+/// What was gathered.
+pub(crate) struct Recorded {
+    progress: Progress,
+    start_ns: Option<i64>,
+    threads: usize,
+    residuals: Vec<RunReturns>,
+    per_frame: Option<(PathBuf, Spool)>,
+    per_tile: Option<PathBuf>,
+    rows: Vec<RunRows>,
+}
+
+impl Recorded {
+    /// Writes all files, each whole or not at all. What is written is told, unless nothing is to be told.
+    pub(crate) fn write(self, report: &Report, quiet: bool) -> anyhow::Result<()> {
+        let tell = |path: &Path, what: String| {
+            if !quiet {
+                self.progress.suspend(|| eprintln!("{}: {what}", path.display()));
+            }
+        };
+        if let Some(path) = self.per_tile {
+            per_tile::write(&path, report, &self.rows)?;
+            tell(&path, text::counted(report.tiles.len() as u64, "row"));
+        }
+        if let Some((path, lines)) = self.per_frame {
+            per_frame::write(&path, lines.sorted())?;
+            tell(&path, text::counted(report.sampling.frames_scored * self.rows.len() as u64, "row"));
+        }
+        if self.residuals.is_empty() {
+            return Ok(());
+        }
+        self.progress.scans("writing", report.sampling.frames_scored * self.residuals.len() as u64);
+        let step = || self.progress.one_scan();
+        let (threads, start_ns) = (self.threads.min(self.residuals.len()), self.start_ns);
+        let left = Mutex::new(self.residuals.into_iter());
+        let work = || -> anyhow::Result<()> {
+            loop {
+                let next = left.lock().unwrap_or_else(PoisonError::into_inner).next();
+                let Some(returns) = next else { return Ok(()) };
+                let (path, name) = (returns.file.path.clone(), returns.name.clone());
+                let points = residuals::write(returns, start_ns, &step)?;
+                tell(&path, format!("{} of {name}", text::counted(points, "return")));
+            }
+        };
+        std::thread::scope(|scope| {
+            let threads: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+            let resume = |panic| std::panic::resume_unwind(panic);
+            threads.into_iter().try_for_each(|thread| thread.join().unwrap_or_else(resume))
+        })
+    }
+}

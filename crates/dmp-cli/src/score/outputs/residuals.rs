@@ -1,0 +1,259 @@
+//! Scored returns: gathered while they are scored, written when all are.
+
+use std::sync::{Mutex, PoisonError};
+
+use dmp::{HitKind, Residuals, ScoredReturns};
+use dmp_log::{ResidualFormat, ResidualHead, ResidualWriter, ScoredPoint, ScoredScan};
+use dmp_sensor::{Isometry3, Quaternion, Ray, Translation3, UnitQuaternion};
+
+use super::spool::Spool;
+use super::targets::ResidualFile;
+use crate::process;
+
+/// Rows of a piece at most.
+const PIECE_ROWS: usize = 1 << 13;
+/// The scan's stamp and pose, in front of the rows of a piece.
+const HEAD_BYTES: usize = 8 * 8;
+
+/// The returns of one run that are to be written.
+#[derive(Debug)]
+pub(super) struct RunReturns {
+    pub(super) run: usize,
+    pub(super) name: String,
+    pub(super) file: ResidualFile,
+    /// Whether the map is fused: then what predicts a return is the first independent surfel, else the nearest one.
+    pub(super) is_fused: bool,
+    pub(super) spool: Spool,
+}
+
+/// Which log returns are of, and which of them are kept.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Origin {
+    /// The number of the frame in the log.
+    pub(super) frame: u32,
+    /// The stamp of the log's first scan, and of this one, nanoseconds; 0 in a log without stamps.
+    pub(super) start_ns: i64,
+    pub(super) stamp_ns: i64,
+    /// One return of so many.
+    pub(super) every: u64,
+}
+
+/// Buffers that threads take from and give back.
+#[derive(Debug, Default)]
+pub(super) struct Buffers(Mutex<Vec<Vec<u8>>>);
+
+impl Buffers {
+    /// Does something with an empty buffer.
+    pub(super) fn with<T>(&self, what: impl FnOnce(&mut Vec<u8>) -> T) -> T {
+        let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut buffer = lock().pop().unwrap_or_default();
+        let done = what(&mut buffer);
+        buffer.clear();
+        lock().push(buffer);
+        done
+    }
+}
+
+impl RunReturns {
+    /// Keeps those returns of a part of a frame that are to be written.
+    pub(super) fn keep(
+        &self,
+        scored: &ScoredReturns<'_>,
+        origin: Origin,
+        buffers: &Buffers,
+    ) -> std::io::Result<()> {
+        let (Some(rays), Some(residuals), Some(pose)) = (
+            scored.rays.get(self.run),
+            scored.residuals.get(self.run),
+            scored.world_from_sensor.get(self.run),
+        ) else {
+            return Ok(());
+        };
+        let mut draw = Draw::new(origin.frame, origin.every);
+        let mut first = scored.first as u64;
+        let pieces = rays.chunks(PIECE_ROWS).zip(residuals.chunks(PIECE_ROWS));
+        for ((rays, residuals), offsets_ns) in pieces.zip(scored.offsets_ns.chunks(PIECE_ROWS)) {
+            buffers.with(|piece| {
+                piece.extend_from_slice(&origin.stamp_ns.to_le_bytes());
+                let (place, turn) = (pose.translation.vector, pose.rotation.coords);
+                piece.extend(place.iter().chain(turn.iter()).flat_map(|number| number.to_le_bytes()));
+                let after_start_ns = origin.stamp_ns.saturating_sub(origin.start_ns);
+                let returns = rays.iter().zip(residuals).zip(offsets_ns);
+                for (number, ((ray, residuals), offset_ns)) in (first..).zip(returns) {
+                    if draw.takes(number) {
+                        let time_ns = after_start_ns.saturating_add(*offset_ns);
+                        let point = scored_point(ray, residuals, self.is_fused, origin.frame, time_ns);
+                        piece.extend_from_slice(&point.to_bytes());
+                    }
+                }
+                self.spool.add(origin.frame, piece)
+            })?;
+            first += rays.len() as u64;
+        }
+        Ok(())
+    }
+}
+
+/// Every return as likely as any other, one of every so many: not the n-th, n-th but one and so on, which would be those
+/// of a few beams.
+struct Draw {
+    frame: u32,
+    every: u64,
+    /// The group at hand, and which return of it is taken.
+    group: u64,
+    taken: u64,
+}
+
+impl Draw {
+    fn new(frame: u32, every: u64) -> Self {
+        Self { frame, every, group: u64::MAX, taken: 0 }
+    }
+
+    fn takes(&mut self, number: u64) -> bool {
+        if self.every <= 1 {
+            return true;
+        }
+        let group = number / self.every;
+        if group != self.group {
+            self.group = group;
+            self.taken = mixed((u64::from(self.frame) << 32) ^ group) % self.every;
+        }
+        number % self.every == self.taken
+    }
+}
+
+/// The finaliser of `SplitMix64` (Steele, Lea & Flood 2014), one step on.
+fn mixed(number: u64) -> u64 {
+    let mut z = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+fn scored_point(ray: &Ray, residuals: &Residuals, is_fused: bool, frame: u32, time_ns: i64) -> ScoredPoint {
+    // What is not a number is a miss, as it is for the scores.
+    let length = |m: Option<f64>| m.filter(|m| m.is_finite()).map_or(f32::NAN, |m| m as f32);
+    let own = if is_fused { residuals.independent_m } else { residuals.nearest_m };
+    ScoredPoint {
+        point_in_world_m: ray.endpoint_in_world(),
+        signed_residual_m: length(own),
+        map_range_m: length(own.map(|residual_m| ray.range_m - residual_m)),
+        range_m: ray.range_m as f32,
+        first_residual_m: length(residuals.first_m),
+        nearest_residual_m: length(residuals.nearest_m),
+        time_s: time_ns as f64 / 1e9,
+        frame: frame as i32,
+        kind: match residuals.hit_kind() {
+            HitKind::Miss => 0,
+            HitKind::Hit => 1,
+            HitKind::Blocked => 2,
+            HitKind::Beyond => 3,
+        },
+        revisited: residuals.revisited,
+    }
+}
+
+/// Writes what was kept of a run in order of the log; tells how many returns that are. `step` is called after each scan.
+/// `start_ns` is the stamp of the log's first scan, where it has stamps.
+pub(super) fn write(returns: RunReturns, start_ns: Option<i64>, step: &dyn Fn()) -> anyhow::Result<u64> {
+    let RunReturns { name, file, spool, .. } = returns;
+    let kept = spool.sorted();
+    let rows = |bytes: usize| (bytes.saturating_sub(HEAD_BYTES) / ScoredPoint::BYTES) as u64;
+    let points = kept.pieces().map(rows).sum();
+    let create = |near_m| {
+        let head = ResidualHead { run: &name, points, near_m, start_ns };
+        ResidualWriter::create(&file.path, file.format, &head)
+    };
+    let in_parts = matches!(file.format, ResidualFormat::Cloud(_));
+    let mut writer = None;
+    let mut scan: Vec<ScoredPoint> = Vec::new();
+    kept.each(|piece, is_last| {
+        if process::interrupted() {
+            anyhow::bail!(dmp::EvaluateError::Cancelled);
+        }
+        let (head, rows) = piece.split_at(HEAD_BYTES.min(piece.len()));
+        scan.extend(rows.as_chunks().0.iter().map(ScoredPoint::of_bytes));
+        if is_last || in_parts {
+            let head = head_of(head, start_ns.is_some());
+            let near_m = scan
+                .first()
+                .map_or(head.world_from_sensor.translation.vector.into(), |point| point.point_in_world_m);
+            let writer = match &mut writer {
+                Some(writer) => writer,
+                none => none.insert(create(near_m)?),
+            };
+            writer.write_scan(&head, &scan)?;
+            scan.clear();
+        }
+        if is_last {
+            step();
+        }
+        Ok(())
+    })?;
+    // A log without a return to be written makes a file without points.
+    writer.map_or_else(|| create([0.0; 3]), Ok)?.finish()?;
+    Ok(points)
+}
+
+fn head_of(bytes: &[u8], has_stamp: bool) -> ScoredScan {
+    let mut numbers = [[0; 8]; 8];
+    for (number, bytes) in numbers.iter_mut().zip(bytes.as_chunks().0) {
+        *number = *bytes;
+    }
+    let [stamp_ns, pose @ ..] = numbers;
+    let [x, y, z, qx, qy, qz, qw] = pose.map(f64::from_le_bytes);
+    // As it was before it became bytes.
+    let turn = UnitQuaternion::new_unchecked(Quaternion::new(qw, qx, qy, qz));
+    ScoredScan {
+        stamp_ns: has_stamp.then_some(i64::from_le_bytes(stamp_ns)),
+        world_from_sensor: Isometry3::from_parts(Translation3::new(x, y, z), turn),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_return_of_every_group_is_drawn_and_each_as_often() {
+        for every in [2, 3, 7] {
+            let mut places = vec![0_u32; every as usize];
+            for frame in 0..300 {
+                let mut draw = Draw::new(frame, every);
+                // In two parts, as a scan comes.
+                let mut taken: Vec<u64> = (0..50).filter(|&number| draw.takes(number)).collect();
+                let mut draw = Draw::new(frame, every);
+                taken.extend((50..10 * every + 100).filter(|&number| draw.takes(number)));
+                let groups: Vec<u64> = taken.iter().map(|number| number / every).collect();
+                assert!(groups.windows(2).all(|pair| pair[0] < pair[1]), "{groups:?}");
+                assert!(groups.len() as u64 >= (10 * every + 100) / every, "{groups:?}");
+                taken.iter().for_each(|number| places[(number % every) as usize] += 1);
+            }
+            let mean = f64::from(places.iter().sum::<u32>()) / every as f64;
+            assert!(places.iter().all(|&n| (f64::from(n) - mean).abs() < 6.0 * mean.sqrt()), "{places:?}");
+        }
+        assert!((0..9).all(|number| Draw::new(3, 1).takes(number)));
+    }
+
+    #[test]
+    fn the_map_given_predicts_by_its_nearest_surfel() {
+        let ray =
+            Ray { origin_in_world: [1.0, 2.0, 3.0], direction_in_world: [0.0, 1.0, 0.0], range_m: 10.0 };
+        let residuals = Residuals {
+            first_m: Some(4.0),
+            nearest_m: Some(-0.5),
+            independent_m: Some(0.25),
+            independent_cos: None,
+            revisited: true,
+        };
+        let fused = scored_point(&ray, &residuals, true, 7, 1_500_000_000);
+        assert_eq!((fused.signed_residual_m, fused.map_range_m, fused.time_s), (0.25, 9.75, 1.5));
+        assert_eq!((fused.point_in_world_m, fused.kind, fused.frame), ([1.0, 12.0, 3.0], 2, 7));
+        let given = scored_point(&ray, &residuals, false, 7, 0);
+        assert_eq!((given.signed_residual_m, given.map_range_m), (-0.5, 10.5));
+        let miss = scored_point(&ray, &Residuals::MISS, true, 7, 0);
+        assert!(miss.signed_residual_m.is_nan() && miss.map_range_m.is_nan() && miss.kind == 0);
+        let not_finite = Residuals { first_m: Some(f64::INFINITY), ..residuals };
+        assert!(scored_point(&ray, &not_finite, true, 7, 0).first_residual_m.is_nan());
+    }
+}

@@ -1,0 +1,91 @@
+//! Scores as cells of a table.
+
+use std::fmt::Write as _;
+
+use dmp::{MissPrice, RunSums};
+
+/// The columns of [`scores`].
+pub(super) const SCORES: &str = "returns,returns_with_z1,returns_with_zc,dmp_sum_m2,dmp_mean_m2,r_cv_10_m2,r_cv_2_m2,\
+    r_cv_0.5_m2,r_cv_0.2_m2,r_near_5_m2,r_near_2_m2,r_near_0.5_m2,miss_rate,blocked_rate,coverage,coverage_revisit";
+
+/// How a run is scored.
+#[derive(Debug, Clone)]
+pub(super) struct RunRows {
+    /// Its name, as a cell.
+    pub(super) name: String,
+    /// Whether its map is fused, so that it is known which surfels are independent of a return.
+    pub(super) is_fused: bool,
+    pub(super) price: MissPrice,
+}
+
+impl RunRows {
+    pub(super) fn new(run: &dmp::Run, price: MissPrice) -> Self {
+        Self { name: cell(&run.name), is_fused: run.map == dmp::MapSource::Fused, price }
+    }
+}
+
+/// The cells of some returns' scores with the end of the line. What is not defined is empty; numbers are such that
+/// reading them gives the same bits.
+pub(super) fn scores(row: &mut String, sums: &RunSums, run: &RunRows) {
+    let with_zc = run.is_fused.then(|| sums.with_independent());
+    let counts = [Some(sums.returns()), Some(sums.with_first()), with_zc];
+    let cells = counts.map(|count| count.map(|count| count.to_string()).unwrap_or_default());
+    row.push_str(&cells.join(","));
+    let fused = |score: Option<f64>| score.filter(|_| run.is_fused);
+    let mut put = |score: Option<f64>| {
+        row.push(',');
+        if let Some(score) = score {
+            // Writing to a string cannot fail.
+            let _ = write!(row, "{score}");
+        }
+    };
+    put(Some(sums.dmp_sum_m2()));
+    put(sums.dmp_mean_m2());
+    sums.r_cv_m2(run.price).into_iter().for_each(|(_, score)| put(fused(score)));
+    sums.r_near_m2().into_iter().for_each(|(_, score)| put(score));
+    put(sums.miss_rate());
+    put(sums.blocked_rate());
+    put(fused(sums.coverage()));
+    put(fused(sums.coverage_revisit()));
+    row.push('\n');
+}
+
+/// A text as a cell (RFC 4180).
+fn cell(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dmp::Residuals;
+
+    #[test]
+    fn cells_are_as_many_as_columns_and_empty_where_nothing_is_defined() {
+        let mut sums = RunSums::default();
+        let run = |is_fused| RunRows { name: cell("a,\"b\""), is_fused, price: MissPrice::default() };
+        assert_eq!(run(true).name, "\"a,\"\"b\"\"\"");
+        let row = |sums: &RunSums, is_fused| {
+            let mut row = String::new();
+            scores(&mut row, sums, &run(is_fused));
+            row
+        };
+        assert_eq!(row(&sums, true), "0,0,0,0,,,,,,,,,,,,\n");
+        sums.add(&Residuals::all(0.25));
+        sums.add(&Residuals::MISS);
+        // With the price of the miss, 15 m².
+        let expected = "2,1,1,0.0625,0.0625,7.53125,0.0625,0.0625,0.04,0.0625,0.0625,0.0625,0.5,0,0.5,0.5\n";
+        let as_numbers =
+            |row: &str| -> Vec<f64> { row.trim().split(',').map(|c| c.parse().unwrap()).collect() };
+        let (found, expected) = (as_numbers(&row(&sums, true)), as_numbers(expected));
+        assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?}");
+        assert_eq!(found.len(), SCORES.split(',').count());
+        assert_eq!(expected.len(), found.len());
+        assert!(row(&sums, false).starts_with("2,1,,0.0625,0.0625,,,,,0.0625,"), "{}", row(&sums, false));
+        assert!(row(&sums, false).ends_with(",0.5,0,,\n"));
+    }
+}
