@@ -6,7 +6,7 @@
 //! thread, which fills a [`Scan`](dmp_sensor::Scan) with one scan at a time. [`read_trajectory`] reads
 //! poses. [`outline_log`] tells the scans of a log from its index and opens a part of them. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a reference.
 //! [`McapScanWriter`], [`FolderScanWriter`], [`write_tum`], [`write_euroc`] and [`write_kitti`] write what the
-//! readers read. [`read_calib`] says where a LiDAR sits on a camera.
+//! readers read; [`ResidualWriter`] writes scored returns for people to look at. [`read_calib`] says where a LiDAR sits on a camera.
 //!
 //! | what | formats |
 //! |---|---|

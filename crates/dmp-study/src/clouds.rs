@@ -162,6 +162,10 @@ impl Watch for CloudWatch<'_> {
         self.inner.frame_scored(frame, sums);
     }
 
+    fn wants_every_return(&self) -> bool {
+        true
+    }
+
     fn cancelled(&self) -> bool {
         self.inner.cancelled()
     }

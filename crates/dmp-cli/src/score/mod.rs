@@ -45,6 +45,7 @@ use sampling::SamplingArgs;
     dmp score city.mcap -t a.tum -t b.tum --sample 2%\n  \
     dmp score city.mcap -t a.tum -t b.tum -t c.tum --decide=a,b\n  \
     dmp score drive.mcap -t run.tum --map survey.laz --json > scores.json\n  \
+    dmp score drive.mcap -t a.tum -t b.tum --residuals out.laz --per-frame frames.csv\n  \
     dmp score drive.mcap -t topic:/odom -t slam=slam.mcap:/slam/path\n  \
     dmp score kitti/07/ -t truth=poses/07.txt -t kiss=kiss.npy --extrinsic kiss=identity\n\n\
     Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged."

@@ -21,8 +21,8 @@ use targets::{ResidualFile, refuse_clashes, residual_files, writable};
 #[derive(Debug, Args)]
 pub(crate) struct OutputArgs {
     /// Write every scored return with its residuals to FILE.laz, .las, .ply or .pcd (in world coordinates, with the
-    /// residuals as fields) or .mcap (scan by scan, with the pose as /tf). Of several runs each gets a file:
-    /// FILE.NAME.laz; with NAME= only that run. docs/residuals.md has the fields
+    /// residuals as fields) or .mcap (scan by scan, with the pose as /tf). With several runs each has its own file,
+    /// out.laz becoming out.NAME.laz; with NAME= it is that of one run. docs/residuals.md has the fields
     #[arg(long, value_name = "[NAME=]FILE", help_heading = "Output")]
     residuals: Vec<NamedFile>,
     /// Write one return of every N of a scan there, drawn evenly, the same ones for all runs
