@@ -1,6 +1,7 @@
 //! The project's own chores: `cargo xtask <task>`.
 
 mod bench;
+mod cli_docs;
 mod samples;
 mod study;
 mod written;
@@ -16,6 +17,7 @@ use clap::Parser;
 enum Task {
     #[command(subcommand)]
     Bench(bench::Bench),
+    CliDocs(cli_docs::CliDocsArgs),
     Samples(samples::SamplesArgs),
     Study(study::StudyArgs),
     Written(written::WrittenArgs),
@@ -24,6 +26,7 @@ enum Task {
 fn main() -> ExitCode {
     let done = match Task::parse() {
         Task::Bench(bench) => bench::run(&bench),
+        Task::CliDocs(arguments) => cli_docs::run(&arguments),
         Task::Samples(arguments) => samples::run(&arguments),
         Task::Study(arguments) => study::run(&arguments),
         Task::Written(arguments) => written::run(&arguments),

@@ -6,12 +6,15 @@
 //! output, everything else (progress, notes, errors) to standard error. What a user of the libraries
 //! would miss does not belong here.
 
+mod after_help;
+mod completions;
 mod convert;
 mod exit;
 mod extrinsic;
 mod info;
 mod log_args;
 mod log_writer;
+mod manual;
 mod map;
 mod named;
 mod parse;
@@ -29,8 +32,9 @@ use std::ffi::OsString;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 
+pub use after_help::{HelpBody, HelpPart, help_parts};
 pub use exit::Exit;
 use exit::{is_interrupt, is_usage, one_line};
 
@@ -72,6 +76,8 @@ enum Command {
     Truth(truth::Truth),
     #[command(subcommand)]
     Simulate(simulate::Simulate),
+    Completions(completions::CompletionsArgs),
+    Man(manual::ManArgs),
 }
 
 impl Command {
@@ -83,6 +89,8 @@ impl Command {
             Self::Convert(command) => command.run(common, out),
             Self::Truth(command) => command.run(common, out),
             Self::Simulate(command) => command.run(common, out),
+            Self::Completions(arguments) => completions::run(arguments, out),
+            Self::Man(arguments) => manual::run(arguments, common, out),
         }
     }
 }
@@ -92,6 +100,11 @@ pub fn main() -> ExitCode {
     process::begin_again_with_memory_given_back();
     process::prepare();
     run(std::env::args_os()).into()
+}
+
+/// The definition of the command, with all that `--help` says.
+pub fn command() -> clap::Command {
+    Cli::command()
 }
 
 /// The command, with these arguments; the first is the name of the program.
@@ -129,7 +142,6 @@ fn is_closed_pipe(error: &anyhow::Error) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory as _;
 
     fn exit_of(arguments: &[&str]) -> Exit {
         run(["dmp"].iter().chain(arguments).map(OsString::from))

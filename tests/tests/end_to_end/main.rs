@@ -14,6 +14,7 @@ mod disk;
 mod first_minutes;
 mod formats;
 mod given_maps;
+mod manual;
 mod map_command;
 mod mesh_maps;
 mod quick;

@@ -79,6 +79,8 @@ const TABLE: [(&str, &[&str]); 10] = [
         &[
             "anyhow",
             "clap",
+            "clap_complete",
+            "clap_mangen",
             "ctrlc",
             "dmp",
             "dmp-log",

@@ -1,0 +1,117 @@
+//! `dmp man`: manual pages, made from the definition that `--help` is made from.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use anyhow::Context as _;
+use clap::{Args, Command};
+use clap_mangen::Man;
+use clap_mangen::roff::{Roff, roman};
+
+use crate::after_help::{HelpBody, help_parts};
+use crate::exit::Usage;
+use crate::save::save;
+use crate::{Common, Exit};
+
+/// Print the manual page of a command, or write those of all
+///
+/// Pages are in the format of man(7), which `man -l` shows; packages install them below share/man/man1.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    dmp man score | man -l -\n  \
+    dmp man -o ~/.local/share/man/man1")]
+pub(crate) struct ManArgs {
+    /// The command, as `score` or `map build`; without one `dmp` itself
+    #[arg(value_name = "COMMAND")]
+    command: Vec<String>,
+    /// Write the pages of all commands into this folder, as dmp-score.1; it is made if need be
+    #[arg(short, long, value_name = "FOLDER", conflicts_with = "command")]
+    output: Option<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &ManArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
+    // Help on help is no page of its own.
+    let mut root = crate::command().disable_help_subcommand(true);
+    root.build();
+    let Some(folder) = &arguments.output else {
+        page(find(&root, &arguments.command)?, out)?;
+        return Ok(Exit::Done);
+    };
+    fs::create_dir_all(folder).with_context(|| format!("{}: cannot make the folder", folder.display()))?;
+    let mut left = vec![&root];
+    let mut pages: u64 = 0;
+    while let Some(command) = left.pop() {
+        save(&folder.join(Man::new(command.clone()).get_filename()), |file| page(command, file))?;
+        pages += 1;
+        left.extend(command.get_subcommands().filter(|command| !command.is_hide_set()));
+    }
+    if !common.quiet {
+        eprintln!("{}: {}", folder.display(), crate::text::counted(pages, "page"));
+    }
+    Ok(Exit::Done)
+}
+
+/// The command of these words below `root`.
+fn find<'a>(root: &'a Command, words: &[String]) -> Result<&'a Command, Usage> {
+    let mut command = root;
+    for word in words {
+        command = command.find_subcommand(word).ok_or_else(|| {
+            let name = command.get_bin_name().unwrap_or(command.get_name());
+            let known: Vec<&str> = command.get_subcommands().map(Command::get_name).collect();
+            Usage(match known.as_slice() {
+                [] => format!("`{name}` has no commands of its own, and so no `{word}`"),
+                known => format!("`{name}` has no command `{word}`; it has {}", known.join(", ")),
+            })
+        })?;
+    }
+    Ok(command)
+}
+
+/// Writes the page of a command that was built.
+fn page(command: &Command, out: &mut dyn Write) -> io::Result<()> {
+    let version = command.get_version().unwrap_or_default();
+    let man = Man::new(command.clone()).source(format!("dmp {version}")).manual("dmp");
+    man.render_title(out)?;
+    man.render_name_section(out)?;
+    man.render_synopsis_section(out)?;
+    man.render_description_section(out)?;
+    if command.get_subcommands().any(|command| !command.is_hide_set()) {
+        man.render_subcommands_section(out)?;
+    }
+    man.render_options_section(out)?;
+    let mut rest = Roff::default();
+    if let Some(after_help) = command.get_after_help() {
+        below_options(&mut rest, &after_help.to_string());
+    }
+    if command.get_display_name().is_some_and(|name| name != "dmp") {
+        rest.control("SH", ["SEE ALSO"]);
+        rest.text([roman("dmp(1)")]);
+    }
+    rest.to_writer(out)
+}
+
+/// Examples as they are to be typed, exit codes where manuals have them.
+fn below_options(roff: &mut Roff, after_help: &str) {
+    for part in help_parts(after_help) {
+        let title = match part.title {
+            "" => "NOTES".to_owned(),
+            "Example" => "EXAMPLES".to_owned(),
+            "Exit codes" => "EXIT STATUS".to_owned(),
+            title => title.to_uppercase(),
+        };
+        roff.control("SH", [title.as_str()]);
+        match part.body {
+            HelpBody::Text(text) => {
+                roff.text([roman(text)]);
+            }
+            HelpBody::Lines(lines) => {
+                roff.control("nf", []);
+                for line in lines {
+                    roff.text([roman(line)]);
+                }
+                roff.control("fi", []);
+            }
+        }
+    }
+}
