@@ -124,7 +124,7 @@ fn runs_with_given_maps_are_compared_on_r_near() {
     let report = score(&log, &runs, &Config::default());
     assert_eq!(report.order, ["good", "bad"]);
     assert_eq!(
-        (report.pairs[0].score, report.pairs[0].verdict.as_str()),
+        (report.pairs[0].score.as_str(), report.pairs[0].verdict.as_str()),
         ("R_near", "good"),
         "{:?}",
         report.pairs[0]

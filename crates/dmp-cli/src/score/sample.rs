@@ -1,14 +1,12 @@
 //! Reports made by hand, for tests.
 
-use std::collections::BTreeMap;
-
 use dmp::{
     ConfigReport, CvScores, DropReport, InputReport, MapReport, MemoryReport, NearScores, PairReport,
     PassTimes, Report, RunReport, SamplingReport, ScaleReport, SegmentReport,
 };
 
 /// Truth and noise not told apart, drift worse, and mixed against noise.
-pub(super) fn three_runs() -> Report {
+pub(crate) fn three_runs() -> Report {
     let mut drift = run("drift", 2.0);
     drift.coverage = Some(0.431);
     drift.r_cv_m2 = CvScores { at_10: None, at_2: None, at_0_5: None, at_0_2: None };
@@ -36,12 +34,12 @@ pub(super) fn three_runs() -> Report {
     report
 }
 
-pub(super) fn one_run() -> Report {
+pub(crate) fn one_run() -> Report {
     report(vec![run("truth", 1.0)], &["truth"], Vec::new())
 }
 
 /// Two runs with maps that were given.
-pub(super) fn given_maps() -> Report {
+pub(crate) fn given_maps() -> Report {
     let given = |name, factor| {
         let mut run = run(name, factor);
         (run.coverage, run.coverage_revisit) = (None, None);
@@ -57,7 +55,7 @@ pub(super) fn given_maps() -> Report {
 }
 
 /// Each better than the next.
-pub(super) fn many_runs(count: usize) -> Report {
+pub(crate) fn many_runs(count: usize) -> Report {
     let names: Vec<String> = (0..count).map(|k| format!("run {k}")).collect();
     let order: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut pairs = Vec::new();
@@ -103,7 +101,7 @@ fn run(name: &str, factor: f64) -> RunReport {
 }
 
 /// `a` better than `b` at the largest scale.
-fn pair(a: &str, b: &str, score: &'static str, scales_m: &[f64]) -> PairReport {
+fn pair(a: &str, b: &str, score: &str, scales_m: &[f64]) -> PairReport {
     let scale = |&scale_m: &f64| ScaleReport {
         scale_m,
         mean_a_m2: Some(0.1 * scale_m),
@@ -115,7 +113,7 @@ fn pair(a: &str, b: &str, score: &'static str, scales_m: &[f64]) -> PairReport {
     PairReport {
         a: a.into(),
         b: b.into(),
-        score,
+        score: score.into(),
         scales: scales_m.iter().map(scale).collect(),
         llr_raw: 123_456.0,
         verdict: a.into(),
@@ -129,8 +127,8 @@ fn pair(a: &str, b: &str, score: &'static str, scales_m: &[f64]) -> PairReport {
 
 fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Report {
     Report {
-        schema: "dmp-score/1",
-        dmp_version: "0.0.0",
+        schema: Report::SCHEMA.into(),
+        dmp_version: "0.0.0".into(),
         config: ConfigReport {
             voxel_m: 1638.0 / 8192.0,
             voxel_filled_share: Some(0.75),
@@ -146,7 +144,7 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             min_range_m: 1.5,
             max_range_m: 100.0,
             horizon_m: 200.0,
-            ego: "auto",
+            ego: "auto".into(),
             ego_cells: 0,
             ego_box_m: None,
             every: 1,
@@ -168,7 +166,11 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             scans_used: 597,
             returns: 1_234_567,
             returns_used: 1_200_000,
-            dropped: DropReport(BTreeMap::from([("too_near", 30_000), ("too_far", 4567), ("vehicle", 0)])),
+            dropped: DropReport(
+                [("too_near", 30_000), ("too_far", 4567), ("vehicle", 0)]
+                    .map(|(why, n)| (why.into(), n))
+                    .into(),
+            ),
             runs: Vec::new(),
             notes: Vec::new(),
             damage: Vec::new(),

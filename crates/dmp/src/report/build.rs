@@ -76,8 +76,8 @@ pub(crate) fn build(
         .map(|pair| [name(pair[0].run), name(pair[1].run)])
         .collect();
     let mut report = Report {
-        schema: "dmp-score/1",
-        dmp_version: env!("CARGO_PKG_VERSION"),
+        schema: Report::SCHEMA.to_owned(),
+        dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
         config: config_report(runs, config, plan, scored),
         inputs: input_report(Inputs { heads, damage, runs }, config, plan, maps, &scored.counts),
         free_space: maps.trails.as_ref().map(|trails| FreeSpaceReport {
@@ -153,7 +153,8 @@ fn config_report(runs: &[Run], config: &Config, plan: &Plan<'_>, scored: &Scored
             Ego::Auto => "auto",
             Ego::None => "none",
             Ego::BoxMm(..) => "box",
-        },
+        }
+        .to_owned(),
         ego_cells: plan.filter.ego.cells(),
         ego_box_m: match config.ego {
             Ego::BoxMm(min, max) => Some([min, max].map(|corner| corner.map(|mm| mm as f64 / 1e3))),
@@ -190,7 +191,8 @@ fn input_report(
         pairing: match plan.poses[k].pairing {
             Pairing::ByStamp => "by stamp",
             Pairing::ByLine => "line by line",
-        },
+        }
+        .to_owned(),
         max_time_gap_s: plan.poses[k].max_gap_ns as f64 / 1e9,
         scans_without_pose: plan.selection.without_pose[k],
         map: match &run.map {
@@ -213,7 +215,10 @@ fn input_report(
         returns: counts.total(),
         returns_used: counts.used(),
         dropped: DropReport(
-            DropReason::ALL.iter().map(|&reason| (reason.name(), counts.dropped(reason))).collect(),
+            DropReason::ALL
+                .iter()
+                .map(|&reason| (reason.name().to_owned(), counts.dropped(reason)))
+                .collect(),
         ),
         runs: runs.iter().enumerate().map(run_input).collect(),
         notes: summary.notes.clone(),
@@ -281,7 +286,8 @@ fn pair_report(pair: &Comparison, runs: &[Run], config: &Config, scored: &Scored
         score: match pair.basis {
             Basis::CrossValidated => "R_cv",
             Basis::Near => "R_near",
-        },
+        }
+        .to_owned(),
         scales: printed.scales.iter().map(scale).collect(),
         llr_raw: log_likelihood_ratio_raw(dmp(pair.a), dmp(pair.b), config.sigma_m),
         verdict,

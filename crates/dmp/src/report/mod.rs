@@ -3,18 +3,19 @@ mod warnings;
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub(crate) use build::{Inputs, build, drops_in_words, map_reports};
 
 /// What an evaluation found. Serialised, it is the command's JSON: schema `dmp-score/1`, described in
 /// `docs/json.md`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Report {
     /// Always `dmp-score/1`.
-    pub schema: &'static str,
+    pub schema: String,
     /// Version of this program.
-    pub dmp_version: &'static str,
+    pub dmp_version: String,
     /// The settings as they took effect.
     pub config: ConfigReport,
     /// What was read, used and dropped.
@@ -42,8 +43,14 @@ pub struct Report {
     pub tiles: Vec<TileReport>,
 }
 
+impl Report {
+    /// What `schema` says.
+    pub const SCHEMA: &str = "dmp-score/1";
+}
+
 /// The settings as they took effect.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ConfigReport {
     /// Voxel edge v, metres.
     pub voxel_m: f64,
@@ -62,7 +69,7 @@ pub struct ConfigReport {
     /// How far predictions are looked for, metres.
     pub horizon_m: f64,
     /// `auto`, `none` or `box`.
-    pub ego: &'static str,
+    pub ego: String,
     /// Cells of 0.1 m found on the vehicle.
     pub ego_cells: usize,
     /// The box given for it, smallest and largest corner, metres; null where none was.
@@ -82,7 +89,8 @@ pub struct ConfigReport {
 }
 
 /// How the drive was cut into segments, the same for all runs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SegmentReport {
     /// Length of a segment, metres; null where every scan is a segment of its own.
     pub length_m: Option<f64>,
@@ -97,7 +105,8 @@ pub struct SegmentReport {
 }
 
 /// What was read, used and dropped.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct InputReport {
     /// The log.
     pub log: String,
@@ -132,12 +141,13 @@ pub struct InputReport {
 }
 
 /// Returns dropped by reason, every reason listed.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct DropReport(pub BTreeMap<&'static str, u64>);
+pub struct DropReport(pub BTreeMap<String, u64>);
 
 /// A run's inputs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct RunInputReport {
     /// Name of the run.
     pub name: String,
@@ -152,7 +162,7 @@ pub struct RunInputReport {
     /// Where that is from, in words.
     pub body_from_sensor_source: String,
     /// `by stamp` or `line by line`.
-    pub pairing: &'static str,
+    pub pairing: String,
     /// Longest gap between poses that is interpolated over, seconds.
     pub max_time_gap_s: f64,
     /// Scans without a pose in this run.
@@ -166,7 +176,8 @@ pub struct RunInputReport {
 }
 
 /// The scores of a run; squares in m². Null where there is nothing to divide by.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct RunReport {
     /// Name of the run.
     pub name: String,
@@ -206,7 +217,8 @@ pub struct RunReport {
 }
 
 /// R_cv by truncation, m²; the keys are metres.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct CvScores {
     /// Over all returns, misses at 25 m².
     #[serde(rename = "10")]
@@ -223,7 +235,8 @@ pub struct CvScores {
 }
 
 /// R_near by truncation, m²; the keys are metres.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct NearScores {
     /// Over returns with any crossing.
     #[serde(rename = "5")]
@@ -237,7 +250,7 @@ pub struct NearScores {
 }
 
 /// A run's map; of places, their maps together.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MapReport {
     /// Surfels.
     pub surfels: u64,
@@ -267,7 +280,8 @@ impl MapReport {
 }
 
 /// What was kept out of all maps.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FreeSpaceReport {
     /// The runs that say what a trail is.
     pub votes: Vec<String>,
@@ -278,14 +292,15 @@ pub struct FreeSpaceReport {
 }
 
 /// Two runs compared on their common returns.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PairReport {
     /// One run.
     pub a: String,
     /// The other.
     pub b: String,
     /// `R_cv`, or `R_near` where a map was given.
-    pub score: &'static str,
+    pub score: String,
     /// Every scale, the largest first, also those after the one that decided.
     pub scales: Vec<ScaleReport>,
     /// The paper's LLR, log p(Z|a) − log p(Z|b): a raw sum, not a probability.
@@ -305,7 +320,8 @@ pub struct PairReport {
 }
 
 /// Two runs at one scale.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ScaleReport {
     /// The truncation τ, metres.
     pub scale_m: f64,
@@ -322,7 +338,8 @@ pub struct ScaleReport {
 }
 
 /// How much of the log was scored.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SamplingReport {
     /// Scans scored.
     pub frames_scored: u64,
@@ -339,7 +356,8 @@ pub struct SamplingReport {
 }
 
 /// The places that a quick score was made at.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PlacesReport {
     /// Places scored.
     pub drawn: u64,
@@ -366,7 +384,8 @@ pub struct PlacesReport {
 }
 
 /// How long it took.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PassTimes {
     /// Planning, the survey included, seconds.
     pub plan_s: f64,
@@ -383,7 +402,8 @@ pub struct PassTimes {
 }
 
 /// What it needed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct MemoryReport {
     /// The budget, bytes.
     pub budget_bytes: usize,

@@ -130,7 +130,7 @@ fn of_report(report: &Report, plan: &Plan<'_>) -> Vec<String> {
     }
     for (reason, count) in &inputs.dropped.0 {
         let share = *count as f64 / read;
-        let asked_for = matches!(*reason, "scan_not_selected" | "scan_not_sampled");
+        let asked_for = matches!(reason.as_str(), "scan_not_selected" | "scan_not_sampled");
         if share > DROPS_TOLD && !asked_for {
             warnings.push(format!("{:.0} % of the returns were dropped: {reason}", 100.0 * share));
         }
