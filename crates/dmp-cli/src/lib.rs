@@ -11,6 +11,7 @@ mod completions;
 mod convert;
 mod exit;
 mod extrinsic;
+mod gates;
 mod info;
 mod log_args;
 mod log_writer;

@@ -26,6 +26,7 @@ mod schema {
         pub(super) pairs: Vec<Pair>,
         pub(super) sampling: serde_json::Value,
         pub(super) warnings: Vec<String>,
+        pub(super) gates: Vec<serde_json::Value>,
         pub(super) timing: BTreeMap<String, f64>,
         pub(super) memory: BTreeMap<String, Option<u64>>,
     }

@@ -13,6 +13,7 @@ mod direct;
 mod disk;
 mod first_minutes;
 mod formats;
+mod gates;
 mod given_maps;
 mod manual;
 mod map_command;

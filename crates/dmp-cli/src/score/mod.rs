@@ -7,7 +7,7 @@ mod pairs;
 pub(crate) mod parse;
 mod render;
 #[cfg(test)]
-mod sample;
+pub(crate) mod sample;
 mod sampling;
 
 use std::fs;
@@ -16,9 +16,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use clap::Args;
-use dmp::{Config, evaluate, evaluate_quick};
+use dmp::{Config, Report, evaluate, evaluate_quick};
 use dmp_log::TrajectoryFormat;
+use serde::Serialize;
 
+use crate::gates::{self, GateArgs, GateReport};
 use crate::log_args::LogArgs;
 use crate::named::{NamedFile, maps_of};
 use crate::progress::Progress;
@@ -47,8 +49,10 @@ use sampling::SamplingArgs;
     dmp score drive.mcap -t run.tum --map survey.laz --json > scores.json\n  \
     dmp score drive.mcap -t a.tum -t b.tum --residuals out.laz --per-frame frames.csv\n  \
     dmp score drive.mcap -t topic:/odom -t slam=slam.mcap:/slam/path\n  \
-    dmp score kitti/07/ -t truth=poses/07.txt -t kiss=kiss.npy --extrinsic kiss=identity\n\n\
-    Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged."
+    dmp score kitti/07/ -t truth=poses/07.txt -t kiss=kiss.npy --extrinsic kiss=identity\n  \
+    dmp score drive.mcap -t old.tum -t new.tum --expect-unbeaten new --fail-above new:R_cv_0.5=15cm\n\n\
+    Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged; 4 done, but a gate \
+    failed, whether part of the log was lost or not."
 )]
 pub(crate) struct ScoreArgs {
     /// A run to score: its trajectory, world_from_body in metres. A file (TUM, KITTI rows, EuRoC, .npy, g2o),
@@ -92,6 +96,17 @@ pub(crate) struct ScoreArgs {
     save_maps: Option<PathBuf>,
     #[command(flatten)]
     outputs: OutputArgs,
+
+    #[command(flatten)]
+    gates: GateArgs,
+}
+
+/// The JSON: what was found, and what became of the gates.
+#[derive(Debug, Serialize)]
+struct Scored<'a> {
+    #[serde(flatten)]
+    report: &'a Report,
+    gates: &'a [GateReport],
 }
 
 impl ScoreArgs {
@@ -116,6 +131,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     let started = Runs::start(&files, arguments.trajectory_format)?;
     let maps = maps_of(&started.names(), &arguments.maps)?;
     let outputs = arguments.outputs.plan(&started.names(), &arguments.inputs())?;
+    let gates = arguments.gates.start(&started.names())?;
     let mut _taken = None;
     if let Some(folder) = &arguments.save_maps {
         fs::create_dir_all(folder)
@@ -142,16 +158,19 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             (report, damaged, Ok(()))
         }
     };
+    let checked = gates.check(&report);
     if arguments.json {
-        serde_json::to_writer_pretty(&mut *out, &report).map_err(std::io::Error::from)?;
+        let scored = Scored { report: &report, gates: &checked };
+        serde_json::to_writer_pretty(&mut *out, &scored).map_err(std::io::Error::from)?;
         writeln!(out)?;
     } else {
         render::report(out, &report, arguments.verbose)?;
+        gates::table(out, &checked)?;
     }
     // Scores are told also where files cannot be written.
     written?;
     if !common.quiet {
         announce::done(&report);
     }
-    Ok(if damaged { Exit::InputDamaged } else { Exit::Done })
+    gates.end(&report, &checked, if damaged { Exit::InputDamaged } else { Exit::Done })
 }

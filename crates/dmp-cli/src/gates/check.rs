@@ -1,0 +1,270 @@
+//! Whether what was asked for holds.
+
+use std::fmt;
+
+use dmp::{PairReport, Report};
+use serde::Serialize;
+
+use super::limit::{Bound, Limit};
+use super::unknown_run;
+use crate::exit::Usage;
+
+/// A gate that was asked for.
+#[derive(Debug, Clone)]
+pub(super) enum Asked {
+    /// A score on the right side of a limit.
+    Limit(Limit, Bound),
+    /// The run decided to be better than each other.
+    Best(String),
+    /// No run decided to be better than this.
+    Unbeaten(String),
+}
+
+/// What became of a gate for one run, or for one pair. Part of the command's JSON.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct GateReport {
+    /// The option, as it was given.
+    pub(super) gate: String,
+    /// The run that it is about.
+    pub(super) run: String,
+    /// The run that this one was compared with; null for a limit.
+    pub(super) against: Option<String>,
+    /// The score; null where two runs were compared.
+    pub(super) score: Option<&'static str>,
+    /// Its value, as the table has it; null where it is not given.
+    pub(super) value: Option<f64>,
+    /// Its limit.
+    pub(super) limit: Option<f64>,
+    /// The unit of both: `m`, `m2` or `share`.
+    pub(super) unit: Option<&'static str>,
+    /// Whether it holds.
+    pub(super) passed: bool,
+    /// Why, in words.
+    pub(super) reason: String,
+}
+
+impl fmt::Display for GateReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {} ({})", self.run, self.reason, self.gate)
+    }
+}
+
+impl Asked {
+    fn text(&self) -> String {
+        match self {
+            Self::Limit(limit, Bound::Above) => format!("--fail-above {}", limit.text),
+            Self::Limit(limit, Bound::Below) => format!("--fail-below {}", limit.text),
+            Self::Best(name) => format!("--expect-best {name}"),
+            Self::Unbeaten(name) => format!("--expect-unbeaten {name}"),
+        }
+    }
+
+    /// Refuses what these runs can never pass or fail.
+    pub(super) fn refuse_unknown(&self, runs: &[&str]) -> Result<(), Usage> {
+        let (name, compares) = match self {
+            Self::Limit(limit, _) => (limit.run.as_ref(), false),
+            Self::Best(name) | Self::Unbeaten(name) => (Some(name), true),
+        };
+        if let Some(name) = name.filter(|name| !runs.contains(&name.as_str())) {
+            return Err(unknown_run(&self.text(), name, runs));
+        }
+        if compares && runs.len() < 2 {
+            return Err(Usage(format!("{}: there is no other run to compare with", self.text())));
+        }
+        Ok(())
+    }
+
+    /// What became of it for each run, or each pair, that it is about.
+    pub(super) fn check(&self, report: &Report) -> Vec<GateReport> {
+        match self {
+            Self::Limit(limit, bound) => self.check_limit(limit, *bound, report),
+            Self::Best(name) => {
+                self.check_pairs(name, report, |pair| pair.is_some_and(|pair| pair.verdict == *name))
+            }
+            Self::Unbeaten(name) => self.check_pairs(name, report, |pair| {
+                let other = |pair: &PairReport| if pair.a == *name { pair.b.clone() } else { pair.a.clone() };
+                pair.is_some_and(|pair| pair.verdict != other(pair))
+            }),
+        }
+    }
+
+    fn check_limit(&self, limit: &Limit, bound: Bound, report: &Report) -> Vec<GateReport> {
+        let runs = report.runs.iter().filter(|run| limit.run.as_ref().is_none_or(|name| run.name == *name));
+        let check = |run| {
+            let score = limit.score;
+            let value = score.of(run);
+            let (passed, reason) = match &value {
+                Err(why) => (false, format!("{} is not given: {why}", score.title)),
+                Ok(value) => {
+                    let (passed, side) = match bound {
+                        Bound::Above => (*value <= limit.value, "above"),
+                        Bound::Below => (*value >= limit.value, "below"),
+                    };
+                    let mut shown = [*value, limit.value].map(|value| score.show(value));
+                    // Rounded they may look alike.
+                    if shown[0] == shown[1] && *value != limit.value {
+                        shown = [*value, limit.value].map(|value| score.show_exactly(value));
+                    }
+                    let [shown, limit] = shown;
+                    let not = if passed { "not " } else { "" };
+                    (passed, format!("{} is {shown}, {not}{side} {limit}", score.title))
+                }
+            };
+            GateReport {
+                gate: self.text(),
+                run: run.name.clone(),
+                against: None,
+                score: Some(score.name),
+                value: value.ok(),
+                limit: Some(limit.value),
+                unit: Some(score.unit.name()),
+                passed,
+                reason,
+            }
+        };
+        runs.map(check).collect()
+    }
+
+    /// The pair with each other run, as far as there is one.
+    fn check_pairs(
+        &self,
+        name: &str,
+        report: &Report,
+        passes: impl Fn(Option<&PairReport>) -> bool,
+    ) -> Vec<GateReport> {
+        let others = report.order.iter().filter(|other| *other != name);
+        let check = |other: &String| {
+            let is_it = |pair: &&PairReport| {
+                (pair.a == name && pair.b == *other) || (pair.a == *other && pair.b == name)
+            };
+            let pair = report.pairs.iter().find(is_it);
+            GateReport {
+                gate: self.text(),
+                run: name.to_owned(),
+                against: Some(other.clone()),
+                score: None,
+                value: None,
+                limit: None,
+                unit: None,
+                passed: passes(pair),
+                reason: pair.map_or_else(
+                    || format!("not compared with {other}: no result holds both"),
+                    |pair| told(pair, name, other),
+                ),
+            }
+        };
+        others.map(check).collect()
+    }
+}
+
+/// What a pair says of the run `name`.
+fn told(pair: &PairReport, name: &str, other: &str) -> String {
+    let at = pair.decided_at_m.map_or(String::new(), |scale_m| format!(", at {} {scale_m} m", pair.score));
+    if pair.verdict == name {
+        format!("better than {other}{at}")
+    } else if pair.verdict == other {
+        format!("worse than {other}{at}")
+    } else {
+        match &pair.better_on_the_whole {
+            Some(better) if better == name => {
+                format!("mixed against {other}: better on the whole{at}, worse at places")
+            }
+            Some(_) => format!("mixed against {other}: worse on the whole{at}, better at places"),
+            None => format!("undecided against {other}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::limit::{above, below};
+    use super::*;
+    use crate::score::sample;
+
+    fn told(asked: &Asked, report: &Report) -> Vec<String> {
+        let word = |gate: &GateReport| format!("{} {gate}", if gate.passed { "passed" } else { "FAILED" });
+        asked.check(report).iter().map(word).collect()
+    }
+
+    #[test]
+    fn a_limit_is_for_one_run_or_all() {
+        let report = sample::three_runs();
+        let all = Asked::Limit(above("R_cv=1.5").unwrap(), Bound::Above);
+        let expected = [
+            "FAILED drift: R_cv 10 m is not given: coverage is 0.431, below 0.5 (--fail-above R_cv=1.5)",
+            "FAILED größe: R_cv 10 m is 1.57 m, above 1.50 m (--fail-above R_cv=1.5)",
+            "passed truth: R_cv 10 m is 1.50 m, not above 1.50 m (--fail-above R_cv=1.5)",
+        ];
+        assert_eq!(told(&all, &report), expected);
+        let one = Asked::Limit(below("drift:coverage=43.11%").unwrap(), Bound::Below);
+        let gates = one.check(&report);
+        assert_eq!(gates.len(), 1);
+        // Not a limit that reads like the score.
+        assert_eq!(gates[0].reason, "coverage is 43.1 %, below 43.11 %");
+        assert_eq!(
+            (gates[0].value, gates[0].limit, gates[0].unit),
+            (Some(0.431), Some(0.4311), Some("share"))
+        );
+        let squares = Asked::Limit(above("truth:DMP=3.4").unwrap(), Bound::Above);
+        assert_eq!(
+            told(&squares, &report),
+            ["FAILED truth: DMP mean is 3.46 m², above 3.40 m² (--fail-above truth:DMP=3.4)"]
+        );
+        let given = sample::given_maps();
+        let coverage = Asked::Limit(below("a:coverage=1%").unwrap(), Bound::Below);
+        let withheld = "FAILED a: coverage is not given: the map was given (--fail-below a:coverage=1%)";
+        assert_eq!(told(&coverage, &given), [withheld]);
+        let near = Asked::Limit(above("R_near_0.5=3cm").unwrap(), Bound::Above);
+        let expected = [
+            "passed a: R_near 0.5 m is 2.00 cm, not above 3.00 cm (--fail-above R_near_0.5=3cm)",
+            "FAILED b: R_near 0.5 m is 4.00 cm, above 3.00 cm (--fail-above R_near_0.5=3cm)",
+        ];
+        assert_eq!(told(&near, &given), expected);
+    }
+
+    #[test]
+    fn the_best_is_decided_against_every_other() {
+        let report = sample::three_runs();
+        let expected = [
+            "FAILED truth: undecided against größe (--expect-best truth)",
+            "passed truth: better than drift, at R_cv 10 m (--expect-best truth)",
+        ];
+        assert_eq!(told(&Asked::Best("truth".into()), &report), expected);
+        let expected = [
+            "FAILED größe: undecided against truth (--expect-best größe)",
+            "FAILED größe: mixed against drift: better on the whole, at R_cv 10 m, worse at places (--expect-best größe)",
+        ];
+        assert_eq!(told(&Asked::Best("größe".into()), &report), expected);
+        // Undecided and mixed do not beat anyone.
+        assert!(Asked::Unbeaten("größe".into()).check(&report).iter().all(|gate| gate.passed));
+        let expected = [
+            "FAILED drift: worse than truth, at R_cv 10 m (--expect-unbeaten drift)",
+            "passed drift: mixed against größe: worse on the whole, at R_cv 10 m, better at places (--expect-unbeaten drift)",
+        ];
+        assert_eq!(told(&Asked::Unbeaten("drift".into()), &report), expected);
+    }
+
+    #[test]
+    fn runs_that_were_not_compared_fail() {
+        let mut report = sample::three_runs();
+        report.pairs.clear();
+        for asked in [Asked::Best("truth".into()), Asked::Unbeaten("truth".into())] {
+            let gates = asked.check(&report);
+            assert!(gates.len() == 2 && gates.iter().all(|gate| !gate.passed), "{gates:?}");
+            assert_eq!(gates[0].reason, "not compared with größe: no result holds both");
+        }
+    }
+
+    #[test]
+    fn runs_must_be_there() {
+        let refused = |asked: &Asked, runs: &[&str]| asked.refuse_unknown(runs).unwrap_err().to_string();
+        let limit = Asked::Limit(above("c:R_cv=1").unwrap(), Bound::Above);
+        assert_eq!(
+            refused(&limit, &["a", "b"]),
+            "--fail-above c:R_cv=1: no run is called `c`; the runs are a, b"
+        );
+        let alone = "--expect-best a: there is no other run to compare with";
+        assert_eq!(refused(&Asked::Best("a".into()), &["a"]), alone);
+        assert!(Asked::Limit(above("R_cv=1").unwrap(), Bound::Above).refuse_unknown(&["a"]).is_ok());
+    }
+}

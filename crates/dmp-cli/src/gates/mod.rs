@@ -1,0 +1,131 @@
+//! Gates: what must hold of the scores for the command to end well, for scripts and CI.
+
+mod annotate;
+mod check;
+mod junit;
+mod limit;
+mod scores;
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use dmp::Report;
+
+use crate::Exit;
+use crate::exit::Usage;
+use crate::save::save_text;
+use check::Asked;
+pub(crate) use check::GateReport;
+use limit::{Bound, Limit};
+
+/// What must hold, and how it is told.
+#[derive(Debug, Args)]
+pub(crate) struct GateArgs {
+    #[command(flatten)]
+    asked: AskedArgs,
+    /// How failed gates are told on standard error: `github` writes `::error` lines, which GitHub Actions shows beside
+    /// the change
+    #[arg(long, value_name = "KIND", requires = "AskedArgs", help_heading = "Gates")]
+    annotate: Option<Annotate>,
+    /// Also write the gates as a JUnit file, a test case for each, as CI servers read it
+    #[arg(long, value_name = "FILE", requires = "AskedArgs", help_heading = "Gates")]
+    junit: Option<PathBuf>,
+}
+
+/// The gates themselves.
+#[derive(Debug, Args)]
+struct AskedArgs {
+    /// End with exit code 4 if a score of the run NAME, or without NAME of any run, is above a limit, or is not given.
+    /// Scores are `R_cv_10`, `R_cv_2`, `R_cv_0.5`, `R_cv_0.2`, `R_near_5`, `R_near_2` and `R_near_0.5` (roots, as in the
+    /// table: 2.5 or 2.5m, 15cm; `R_cv` is `R_cv_10`, `R_near` is `R_near_5`), `DMP` (the mean, m²), `miss`, `blocked`,
+    /// `coverage` and `revisit` (5% or 0.05)
+    #[arg(long, value_name = "[NAME:]SCORE=LIMIT", help_heading = "Gates", value_parser = limit::above)]
+    fail_above: Vec<Limit>,
+    /// The same if it is below: `--fail-below coverage=50%`
+    #[arg(long, value_name = "[NAME:]SCORE=LIMIT", help_heading = "Gates", value_parser = limit::below)]
+    fail_below: Vec<Limit>,
+    /// End with exit code 4 unless the run NAME is decided to be better than each of the others; undecided and mixed
+    /// are not enough
+    #[arg(long, value_name = "NAME", help_heading = "Gates")]
+    expect_best: Option<String>,
+    /// End with exit code 4 if any run is decided to be better than the run NAME; undecided and mixed pass
+    #[arg(long, value_name = "NAME", help_heading = "Gates")]
+    expect_unbeaten: Vec<String>,
+}
+
+/// Who reads the lines on standard error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Annotate {
+    /// GitHub Actions
+    Github,
+}
+
+impl GateArgs {
+    /// The gates, for runs with these names. What is wrong with them is told before anything long begins.
+    pub(crate) fn start(&self, runs: &[&str]) -> anyhow::Result<Gates<'_>> {
+        let asked = &self.asked;
+        let limits = |limits: &[Limit], bound| {
+            limits.iter().map(move |limit| Asked::Limit(limit.clone(), bound)).collect::<Vec<_>>()
+        };
+        let mut gates = limits(&asked.fail_above, Bound::Above);
+        gates.extend(limits(&asked.fail_below, Bound::Below));
+        gates.extend(asked.expect_best.iter().cloned().map(Asked::Best));
+        gates.extend(asked.expect_unbeaten.iter().cloned().map(Asked::Unbeaten));
+        for gate in &gates {
+            gate.refuse_unknown(runs)?;
+        }
+        let folder = self.junit.as_ref().and_then(|file| file.parent());
+        if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+            bail!("{}: no such folder for --junit", folder.display());
+        }
+        Ok(Gates { arguments: self, asked: gates })
+    }
+}
+
+/// Gates that were understood.
+#[derive(Debug)]
+pub(crate) struct Gates<'a> {
+    arguments: &'a GateArgs,
+    asked: Vec<Asked>,
+}
+
+impl Gates<'_> {
+    /// Every gate with what became of it: one for each run or pair that it speaks of.
+    pub(crate) fn check(&self, report: &Report) -> Vec<GateReport> {
+        self.asked.iter().flat_map(|gate| gate.check(report)).collect()
+    }
+
+    /// Tells of those that failed, and writes the JUnit file. `done` is how the command would end without gates.
+    ///
+    /// A failed gate goes before damaged input: who has come to accept the one is still to hear of the other.
+    pub(crate) fn end(&self, report: &Report, gates: &[GateReport], done: Exit) -> anyhow::Result<Exit> {
+        for failed in gates.iter().filter(|gate| !gate.passed) {
+            match self.arguments.annotate {
+                Some(Annotate::Github) => eprintln!("{}", annotate::github(failed)),
+                None => eprintln!("gate failed: {failed}"),
+            }
+        }
+        if let Some(file) = &self.arguments.junit {
+            save_text(file, &junit::document(report, gates))?;
+        }
+        Ok(if gates.iter().all(|gate| gate.passed) { done } else { Exit::GateFailed })
+    }
+}
+
+/// Writes what became of the gates, below a table of scores.
+pub(crate) fn table(out: &mut impl Write, gates: &[GateReport]) -> io::Result<()> {
+    if !gates.is_empty() {
+        writeln!(out, "\nGates")?;
+    }
+    for gate in gates {
+        writeln!(out, "  {}  {gate}", if gate.passed { "passed" } else { "FAILED" })?;
+    }
+    Ok(())
+}
+
+/// A run that no gate can speak of.
+fn unknown_run(option: &str, name: &str, runs: &[&str]) -> Usage {
+    Usage(format!("{option}: no run is called `{name}`; the runs are {}", runs.join(", ")))
+}
