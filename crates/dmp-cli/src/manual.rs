@@ -71,8 +71,11 @@ fn find<'a>(root: &'a Command, words: &[String]) -> Result<&'a Command, Usage> {
 /// Writes the page of a command that was built.
 fn page(command: &Command, out: &mut dyn Write) -> io::Result<()> {
     let version = command.get_version().unwrap_or_default();
-    let man = Man::new(command.clone()).source(format!("dmp {version}")).manual("dmp");
-    man.render_title(out)?;
+    let name = command.get_display_name().unwrap_or(command.get_name());
+    // No date: the page is the same whenever it is made. (An empty one of `Man` is left out, and what follows takes
+    // its place.)
+    writeln!(out, ".TH \"{name}\" 1 \"\" \"dmp {version}\" \"dmp\"")?;
+    let man = Man::new(command.clone());
     man.render_name_section(out)?;
     man.render_synopsis_section(out)?;
     man.render_description_section(out)?;
@@ -84,7 +87,7 @@ fn page(command: &Command, out: &mut dyn Write) -> io::Result<()> {
     if let Some(after_help) = command.get_after_help() {
         below_options(&mut rest, &after_help.to_string());
     }
-    if command.get_display_name().is_some_and(|name| name != "dmp") {
+    if name != "dmp" {
         rest.control("SH", ["SEE ALSO"]);
         rest.text([roman("dmp(1)")]);
     }
