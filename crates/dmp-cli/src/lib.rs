@@ -119,7 +119,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         }
     };
     let mut out = io::stdout().lock();
-    match cli.command.run(&cli.common, &mut out).and_then(|exit| Ok(out.flush().map(|()| exit)?)) {
+    let done = cli.command.run(&cli.common, &mut out);
+    match done.and_then(|exit| when_printed(out.flush().map_err(Into::into), exit)) {
         Ok(exit) => exit,
         Err(error) if is_closed_pipe(&error) => Exit::Done,
         Err(error) => {
@@ -132,6 +133,14 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
                 Exit::Failed
             }
         }
+    }
+}
+
+/// How a command ends whose output was printed, or was to be: what was found stands where nobody reads on.
+fn when_printed(printed: anyhow::Result<()>, exit: Exit) -> anyhow::Result<Exit> {
+    match printed {
+        Err(error) if !is_closed_pipe(&error) => Err(error),
+        _ => Ok(exit),
     }
 }
 

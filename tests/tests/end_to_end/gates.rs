@@ -1,5 +1,7 @@
 //! Gates: what ends the command with exit code 4, and how that is told.
 
+use std::process::{Command, Stdio};
+
 use serde_json::Value;
 
 use crate::common::{dmp, refused, text, write};
@@ -126,6 +128,23 @@ fn a_failed_gate_goes_before_damage() {
         assert_eq!(output.status.code(), Some(code), "{}", text(&output.stderr));
         assert!(text(&output.stdout).contains("lost from the log: "), "{}", text(&output.stdout));
     }
+}
+
+#[test]
+fn a_gate_fails_also_where_nobody_reads_the_table() {
+    let samples = crate::common::workspace().join("data-samples");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_dmp-under-test"))
+        .args(["score", "town.mcap", "-t", "truth.tum", "--fail-above", "R_cv=1", "--quiet"])
+        .current_dir(samples)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    let lines = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(4), "{lines}");
+    assert!(lines.starts_with("gate failed: truth: R_cv 10 m is ") && lines.lines().count() == 1, "{lines}");
 }
 
 #[test]

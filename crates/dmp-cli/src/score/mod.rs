@@ -27,7 +27,7 @@ use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::take_folder;
 use crate::settings::{ResumeArgs, SettingsArgs};
-use crate::{Common, Exit};
+use crate::{Common, Exit, when_printed};
 use outputs::{OutputArgs, Recorder};
 use sampling::SamplingArgs;
 
@@ -159,18 +159,27 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
         }
     };
     let checked = gates.check(&report);
-    if arguments.json {
-        let scored = Scored { report: &report, gates: &checked };
-        serde_json::to_writer_pretty(&mut *out, &scored).map_err(std::io::Error::from)?;
-        writeln!(out)?;
-    } else {
-        render::report(out, &report, arguments.verbose)?;
-        gates::table(out, &checked)?;
-    }
+    // Before the output, which somebody may stop reading.
+    let exit = gates.end(&report, &checked, if damaged { Exit::InputDamaged } else { Exit::Done })?;
+    let printed = print(out, &report, &checked, arguments);
     // Scores are told also where files cannot be written.
     written?;
     if !common.quiet {
         announce::done(&report);
     }
-    gates.end(&report, &checked, if damaged { Exit::InputDamaged } else { Exit::Done })
+    when_printed(printed, exit)
+}
+
+fn print(
+    out: &mut impl Write,
+    report: &Report,
+    gates: &[GateReport],
+    arguments: &ScoreArgs,
+) -> anyhow::Result<()> {
+    if arguments.json {
+        serde_json::to_writer_pretty(&mut *out, &Scored { report, gates }).map_err(std::io::Error::from)?;
+        return Ok(writeln!(out)?);
+    }
+    render::report(out, report, arguments.verbose)?;
+    Ok(gates::table(out, gates)?)
 }
