@@ -1,7 +1,7 @@
 use std::fmt;
 use std::process::ExitCode;
 
-use dmp::EvaluateError;
+use dmp::{EvaluateError, JoinError};
 use dmp_log::LogError;
 use dmp_truth::surface::SurfaceError;
 
@@ -44,6 +44,7 @@ impl std::error::Error for Usage {}
 pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
     error.is::<Usage>()
         || error.downcast_ref::<EvaluateError>().is_some_and(EvaluateError::is_usage)
+        || error.downcast_ref::<JoinError>().is_some_and(JoinError::is_usage)
         || error.downcast_ref::<LogError>().is_some_and(LogError::is_usage)
         || error.downcast_ref::<SurfaceError>().is_some_and(SurfaceError::is_usage)
 }

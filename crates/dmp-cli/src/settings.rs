@@ -90,6 +90,7 @@ impl SettingsArgs {
         Config {
             voxel_m: self.voxel.0,
             segment_m: self.segment.0,
+            segments: None,
             map_unit: None,
             min_range_m: self.min_range,
             max_range_m: self.max_range,

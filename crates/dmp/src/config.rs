@@ -6,6 +6,7 @@ use dmp_reduce::MissPrice;
 use dmp_sensor::{Isometry3, Trajectory};
 
 use crate::error::EvaluateError;
+use crate::report::SegmentReport;
 use crate::sample::{Decide, Sample};
 
 /// One estimate to be scored: a trajectory and the map that belongs to it.
@@ -91,6 +92,8 @@ pub struct Config {
     pub voxel_m: Option<f64>,
     /// Length of a segment of the drive, metres; `None`: 12 m, or a sixteenth of a shorter drive.
     pub segment_m: Option<f64>,
+    /// The segments as the report of another evaluation has them, of the same scans; `None` cuts the way of the runs.
+    pub segments: Option<SegmentReport>,
     /// The unit of given clouds and meshes; `None`: what the file says, else the metre.
     pub map_unit: Option<LengthUnit>,
     /// Smallest range used, metres.
@@ -144,6 +147,7 @@ impl Default for Config {
         Self {
             voxel_m: None,
             segment_m: None,
+            segments: None,
             map_unit: None,
             min_range_m: 1.5,
             max_range_m: 100.0,

@@ -1,5 +1,5 @@
 use super::heads::Heads;
-use super::segments::{Segments, cut_segments, median};
+use super::segments::{Segments, cut_segments, median, take_segments};
 use super::select::{Selection, select};
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
@@ -33,7 +33,10 @@ impl<'a> Drive<'a> {
             runs.iter().map(|run| RunPoses::new(heads, run, config)).collect::<Result<Vec<_>, _>>()?;
         let mut selection = select(heads, runs, &poses, config)?;
         let steps_m = steps_m(&selection.frames, &poses);
-        let segments = cut_segments(&steps_m, config.segment_m, &mut selection.frames);
+        let segments = match &config.segments {
+            Some(given) => take_segments(given, &mut selection.frames)?,
+            None => cut_segments(&steps_m, config.segment_m, &mut selection.frames),
+        };
         let mut along_m = vec![0.0];
         along_m.extend(steps_m.iter().scan(0.0, |along_m, step_m| {
             *along_m += step_m;

@@ -1,4 +1,8 @@
+use std::collections::HashMap;
+
+use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
+use crate::report::SegmentReport;
 
 /// How the drive is cut into segments, the same for all runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,6 +44,47 @@ pub(super) fn cut_segments(steps_m: &[f64], segment_m: Option<f64>, frames: &mut
     if !by_travel {
         starts = (0..frames.len()).collect();
     }
+    number(frames, &starts);
+    Segments { length_m: by_travel.then_some(length_m), given: segment_m.is_some(), starts, travel_m }
+}
+
+/// Gives every frame its segment of another evaluation, as its report has them.
+///
+/// # Errors
+/// When they do not begin with the first frame, or with a scan that is none of the frames, or out of their order.
+pub(super) fn take_segments(
+    given: &SegmentReport,
+    frames: &mut [PlannedFrame],
+) -> Result<Segments, EvaluateError> {
+    let bad = |scan: usize, why| EvaluateError::Setting {
+        setting: "segments",
+        value: format!("from scan {scan}"),
+        why,
+    };
+    let ordinals: HashMap<usize, usize> =
+        frames.iter().enumerate().map(|(ordinal, frame)| (frame.number, ordinal)).collect();
+    let mut starts: Vec<usize> = Vec::with_capacity(given.starts_scan.len());
+    for &scan in &given.starts_scan {
+        let why = "a segment cannot begin there: the scan is not among those in use, which must be the same as where the \
+                   segments are from";
+        let ordinal = *ordinals.get(&scan).ok_or_else(|| bad(scan, why))?;
+        match starts.last() {
+            None if ordinal > 0 => {
+                return Err(bad(scan, "the first segment must begin with the first scan in use"));
+            }
+            Some(&last) if ordinal <= last => return Err(bad(scan, "segments must follow each other")),
+            _ => starts.push(ordinal),
+        }
+    }
+    if starts.is_empty() {
+        return Err(bad(0, "there must be one at least"));
+    }
+    number(frames, &starts);
+    Ok(Segments { length_m: given.length_m, given: false, starts, travel_m: given.travel_m })
+}
+
+/// Gives every frame the number of its segment, these being the ordinals with which segments begin.
+fn number(frames: &mut [PlannedFrame], starts: &[usize]) {
     let mut segment = -1;
     let mut next = starts.iter().peekable();
     for (ordinal, frame) in frames.iter_mut().enumerate() {
@@ -48,7 +93,6 @@ pub(super) fn cut_segments(steps_m: &[f64], segment_m: Option<f64>, frames: &mut
         }
         frame.segment = segment;
     }
-    Segments { length_m: by_travel.then_some(length_m), given: segment_m.is_some(), starts, travel_m }
 }
 
 /// The middle value; the mean of the two middle ones of an even number; 0 of none.
@@ -94,6 +138,34 @@ mod tests {
         let mut planned = frames(21);
         cut_segments(&[30.0; 20], None, &mut planned);
         assert!(planned.iter().enumerate().all(|(k, frame)| frame.segment == k as i32));
+    }
+
+    #[test]
+    fn segments_of_another_evaluation_are_taken_as_they_are() {
+        // Every second scan is in use.
+        let planned = || -> Vec<PlannedFrame> {
+            frames(10).into_iter().map(|frame| PlannedFrame { number: 2 * frame.frame, ..frame }).collect()
+        };
+        let given = |starts_scan: &[usize]| SegmentReport {
+            length_m: Some(3.0),
+            count: starts_scan.len(),
+            travel_m: 20.0,
+            starts_ns: Vec::new(),
+            starts_scan: starts_scan.to_vec(),
+        };
+        let mut cut = planned();
+        let segments = take_segments(&given(&[0, 6, 8]), &mut cut).unwrap();
+        assert_eq!((segments.starts, segments.length_m, segments.travel_m), (vec![0, 3, 4], Some(3.0), 20.0));
+        assert!(cut.iter().map(|frame| frame.segment).eq([0, 0, 0, 1, 2, 2, 2, 2, 2, 2]));
+        for (starts, words) in [
+            (vec![0, 7], "segments from scan 7: a segment cannot begin there"),
+            (vec![0, 6, 6], "segments from scan 6: segments must follow"),
+            (vec![2, 6], "segments from scan 2: the first segment"),
+            (vec![], "there must be one"),
+        ] {
+            let error = take_segments(&given(&starts), &mut planned()).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
     }
 
     #[test]

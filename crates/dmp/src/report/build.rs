@@ -144,7 +144,7 @@ fn config_report(runs: &[Run], config: &Config, plan: &Plan<'_>, scored: &Scored
             count: plan.segments.starts.len(),
             travel_m: plan.segments.travel_m,
             starts_ns: starts().filter_map(|frame| frame.stamp_ns).collect(),
-            starts_scan: starts().map(|frame| frame.frame).collect(),
+            starts_scan: starts().map(|frame| frame.number).collect(),
         },
         min_range_m: config.min_range_m,
         max_range_m: config.max_range_m,

@@ -1,0 +1,94 @@
+//! What two reports must have in common for their scores to be comparable.
+
+use std::fmt::Display;
+
+use super::{JoinError, NamedReport};
+use crate::report::Report;
+
+/// What must be the same, as it is told; the field, as in the JSON; its value.
+type Fact = (&'static str, &'static str, fn(&Report) -> String);
+
+/// Told before settings that only follow from them.
+const FACTS: [Fact; 31] = [
+    ("version of dmp", "dmp_version", |report| report.dmp_version.clone()),
+    ("log", "inputs.fingerprint", |report| report.inputs.fingerprint.clone()),
+    ("log", "inputs.bytes", |report| report.inputs.bytes.to_string()),
+    ("log", "inputs.topic", |report| or_null(report.inputs.topic.as_ref())),
+    ("log", "inputs.scans", |report| report.inputs.scans.to_string()),
+    ("log", "inputs.returns", |report| report.inputs.returns.to_string()),
+    ("log", "inputs.span_ns", |report| format!("{:?}", report.inputs.span_ns)),
+    ("log", "inputs.point_times", |report| or_null(report.inputs.point_times.as_ref())),
+    ("settings", "config.time_offset_s", |report| report.config.time_offset_s.to_string()),
+    ("frames", "config.every", |report| report.config.every.to_string()),
+    ("frames", "inputs.scans_used", |report| report.inputs.scans_used.to_string()),
+    ("frames", "sampling.frames_total", |report| report.sampling.frames_total.to_string()),
+    ("frames", "sampling.frames_scored", |report| report.sampling.frames_scored.to_string()),
+    ("frames", "sampling.seed", |report| or_null(report.sampling.seed)),
+    ("frames", "sampling.looks", |report| format!("{:?}", report.sampling.looks)),
+    ("settings", "sampling.confidence", |report| report.sampling.confidence.to_string()),
+    ("settings", "config.min_range_m", |report| report.config.min_range_m.to_string()),
+    ("settings", "config.max_range_m", |report| report.config.max_range_m.to_string()),
+    ("settings", "config.horizon_m", |report| report.config.horizon_m.to_string()),
+    ("settings", "config.ego", |report| report.config.ego.clone()),
+    ("settings", "config.ego_box_m", |report| format!("{:?}", report.config.ego_box_m)),
+    ("settings", "config.voxel_m", |report| report.config.voxel_m.to_string()),
+    ("settings", "config.tile_edge_m", |report| report.config.tile_edge_m.to_string()),
+    ("settings", "config.disc_radius_m", |report| report.config.disc_radius_m.to_string()),
+    ("settings", "config.miss_price", |report| report.config.miss_price.to_string()),
+    ("settings", "config.sigma_m", |report| report.config.sigma_m.to_string()),
+    ("settings", "config.free_space", |report| report.config.free_space.to_string()),
+    ("returns in the maps", "free_space", |report| format!("{:?}", report.free_space)),
+    ("segments", "config.segments.length_m", |report| or_null(report.config.segments.length_m)),
+    ("segments", "config.segments.count", |report| report.config.segments.count.to_string()),
+    ("vehicle", "config.ego_cells", |report| report.config.ego_cells.to_string()),
+];
+
+/// Refuses reports whose scores cannot be compared.
+pub(super) fn check(a: &NamedReport, b: &NamedReport) -> Result<(), JoinError> {
+    let different = |what, field: String, of_a: String, of_b: String| {
+        let reports = Box::new([a.name.clone(), b.name.clone()]);
+        Err(JoinError::Different { reports, what, field, values: Box::new([of_a, of_b]) })
+    };
+    for (what, field, value) in FACTS {
+        let (of_a, of_b) = (value(&a.report), value(&b.report));
+        if of_a != of_b {
+            return different(what, field.to_owned(), of_a, of_b);
+        }
+    }
+    let [(scans_a, stamps_a), (scans_b, stamps_b)] = [&a.report, &b.report]
+        .map(|report| (&report.config.segments.starts_scan, &report.config.segments.starts_ns));
+    if let Some((k, of_a, of_b)) = first_difference(scans_a, scans_b) {
+        return different("segments", format!("config.segments.starts_scan[{k}]"), of_a, of_b);
+    }
+    if let Some((k, of_a, of_b)) = first_difference(stamps_a, stamps_b) {
+        return different("segments", format!("config.segments.starts_ns[{k}]"), of_a, of_b);
+    }
+    let [dropped_a, dropped_b] = [&a.report, &b.report].map(|report| &report.inputs.dropped.0);
+    for (reason, of_a) in dropped_a {
+        let of_b = dropped_b.get(reason).copied().unwrap_or(0);
+        if *of_a != of_b {
+            let field = format!("inputs.dropped.{reason}");
+            return different("returns", field, of_a.to_string(), of_b.to_string());
+        }
+    }
+    let [used_a, used_b] = [&a.report, &b.report].map(|report| report.inputs.returns_used);
+    if used_a != used_b {
+        return different(
+            "returns",
+            "inputs.returns_used".to_owned(),
+            used_a.to_string(),
+            used_b.to_string(),
+        );
+    }
+    Ok(())
+}
+
+/// The first place in which two lists differ, with what stands there.
+fn first_difference<T: PartialEq + Display>(a: &[T], b: &[T]) -> Option<(usize, String, String)> {
+    let k = (0..a.len().max(b.len())).find(|&k| a.get(k) != b.get(k))?;
+    Some((k, or_null(a.get(k)), or_null(b.get(k))))
+}
+
+fn or_null(value: Option<impl Display>) -> String {
+    value.map_or("null".to_owned(), |value| value.to_string())
+}

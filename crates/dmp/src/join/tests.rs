@@ -1,0 +1,191 @@
+use serde_json::{Value, json};
+
+use super::*;
+
+/// The scores of the samples: truth, drift, noise and collapsed, every pair decided.
+fn samples() -> Value {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data-samples/scores.json");
+    let mut json: Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    // What the file leaves out, being of the moment.
+    json["dmp_version"] = "0".into();
+    json["inputs"]["log"] = "town.mcap".into();
+    json["timing"] =
+        json!({ "plan_s": 1.0, "fuse_s": 1.0, "trails_s": 0.0, "cast_s": 2.0, "total_s": 4.0, "threads": 2 });
+    json["memory"] = json!({ "budget_bytes": 100, "peak_anon_bytes": 10, "scratch_bytes": 0, "disk_bytes": 5,
+        "disk_bytes_estimated": 6, "tile_loads": 7, "tiles_in_reach": 8, "tile_visits": 9 });
+    json
+}
+
+fn whole() -> Report {
+    serde_json::from_value(samples()).unwrap()
+}
+
+/// A report as if only these runs had been scored, called after the first letters.
+fn only(runs: &[&str]) -> NamedReport {
+    let mut report = whole();
+    let among = |name: &String| runs.contains(&name.as_str());
+    report.runs.retain(|run| among(&run.name));
+    report.inputs.runs.retain(|run| among(&run.name));
+    report.order.retain(among);
+    report.pairs.retain(|pair| among(&pair.a) && among(&pair.b));
+    NamedReport { name: runs.iter().map(|run| &run[..1]).collect(), report }
+}
+
+fn joined(reports: &[NamedReport]) -> JoinedReport {
+    join_reports(reports).unwrap()
+}
+
+fn refusal(reports: &[NamedReport]) -> String {
+    join_reports(reports).unwrap_err().to_string()
+}
+
+#[test]
+fn parts_that_hold_every_pair_make_the_whole() {
+    let parts = [["truth", "drift"], ["noise", "collapsed"], ["truth", "noise"], ["collapsed", "truth"]];
+    let more = [["drift", "noise"], ["drift", "collapsed"]];
+    let parts: Vec<NamedReport> = parts.iter().chain(&more).map(|runs| only(runs)).collect();
+    let JoinedReport { mut report, runs_of, not_compared } = joined(&parts);
+    assert_eq!(not_compared, Vec::<[String; 2]>::new());
+    assert_eq!(runs_of[1], ["noise", "collapsed"]);
+    assert_eq!((report.timing.total_s, report.memory.peak_anon_bytes), (6.0 * 4.0, Some(10)));
+    let whole = whole();
+    report
+        .pairs
+        .sort_by_key(|pair| whole.pairs.iter().position(|other| (&other.a, &other.b) == (&pair.a, &pair.b)));
+    assert_eq!((&report.runs, &report.inputs), (&whole.runs, &whole.inputs));
+    assert_eq!((&report.pairs, &report.order, &report.ties), (&whole.pairs, &whole.order, &whole.ties));
+    // One alone is what it was.
+    let alone = joined(&[NamedReport { name: "all".into(), report: whole.clone() }]);
+    assert_eq!(alone.report, whole);
+}
+
+#[test]
+fn where_no_report_holds_a_pair_the_first_column_orders() {
+    let parts = [only(&["drift", "collapsed"]), only(&["noise"]), only(&["truth"])];
+    let JoinedReport { report, not_compared, .. } = joined(&parts);
+    assert_eq!(report.order, ["truth", "noise", "drift", "collapsed"]);
+    let expected = [
+        ["truth", "noise"],
+        ["truth", "drift"],
+        ["truth", "collapsed"],
+        ["noise", "drift"],
+        ["noise", "collapsed"],
+    ];
+    assert_eq!(not_compared, expected);
+    assert_eq!((report.pairs.len(), report.ties.len()), (1, 0));
+    // A verdict goes before the column.
+    let mut parts = [only(&["drift", "collapsed"]), only(&["drift", "noise"]), only(&["truth"])];
+    parts[1].report.runs[1].r_cv_m2.at_10 = Some(100.0);
+    assert_eq!(joined(&parts).report.order, ["truth", "noise", "drift", "collapsed"]);
+    // A pair that is there and decides nothing is a tie.
+    parts[0].report.pairs[0].verdict = "undecided".into();
+    parts[0].report.pairs[0].decided_at_m = None;
+    parts[1] = only(&["drift", "noise"]);
+    let report = joined(&parts).report;
+    assert_eq!(report.order, ["truth", "noise", "drift", "collapsed"]);
+    assert_eq!(report.ties, [["drift", "collapsed"]]);
+}
+
+#[test]
+fn runs_with_one_name_and_two_scores_get_the_names_of_their_reports() {
+    let mut parts = [only(&["truth", "drift"]), only(&["truth", "noise"]), only(&["truth"])];
+    parts[1].name = "new".into();
+    parts[1].report.runs[0].r_cv_m2.at_10 = Some(5.0);
+    let JoinedReport { report, runs_of, .. } = joined(&parts);
+    assert_eq!(runs_of, [vec!["td/truth", "drift"], vec!["new/truth", "noise"], vec!["td/truth"]]);
+    assert_eq!(report.order, ["new/truth", "td/truth", "noise", "drift"]);
+    let pair = find(&report.pairs, &["new/truth".into(), "noise".into()]).unwrap();
+    assert_eq!((pair.verdict.as_str(), pair.decided_at_m), ("new/truth", Some(10.0)));
+    assert!(report.inputs.runs.iter().map(|run| &run.name).eq(report.runs.iter().map(|run| &run.name)));
+    // The same words about a run make it no other run.
+    let mut twice = [only(&["truth"]), only(&["truth"])];
+    twice[1].report.runs[0].warnings.push("slow".into());
+    assert_eq!(joined(&twice).report.order, ["truth"]);
+    parts[1].name = "td".into();
+    assert_eq!(
+        refusal(&parts),
+        "two runs would be called `td/truth`: give the results names of their own, as NAME=FILE"
+    );
+    assert_eq!(refusal(&[]), "no result to compare");
+}
+
+#[test]
+fn what_only_some_reports_warn_of_has_their_names() {
+    let mut parts = [only(&["truth"]), only(&["drift"])];
+    parts[0].report.warnings = vec!["both".into(), "one".into()];
+    parts[1].report.warnings = vec!["both".into(), "other".into()];
+    parts[1].report.inputs.damage = vec!["byte 7".into()];
+    let report = joined(&parts).report;
+    assert_eq!(report.warnings, ["both", "t: one", "d: other"]);
+    assert_eq!(report.inputs.damage, ["byte 7"]);
+}
+
+/// The fields that reports may have different values in: they are of the runs.
+const OF_THE_RUNS: [&str; 3] = ["config.body_from_sensor", "config.segments", "config.voxel_filled_share"];
+
+#[test]
+fn a_difference_in_any_setting_is_told() {
+    let mut fields: Vec<String> =
+        samples()["config"].as_object().unwrap().keys().map(|field| format!("config.{field}")).collect();
+    fields.extend(samples()["sampling"].as_object().unwrap().keys().map(|field| format!("sampling.{field}")));
+    let segments = samples()["config"]["segments"].as_object().unwrap().clone();
+    // Of the way that the runs have gone, only what is made of it counts.
+    fields.extend(segments.keys().filter(|f| *f != "travel_m").map(|f| format!("config.segments.{f}")));
+    fields.retain(|field| !OF_THE_RUNS.contains(&field.as_str()));
+    let of_the_log = [
+        "fingerprint",
+        "bytes",
+        "topic",
+        "point_times",
+        "span_ns",
+        "scans",
+        "scans_used",
+        "returns",
+        "returns_used",
+    ];
+    fields.extend(of_the_log.map(|field| format!("inputs.{field}")));
+    fields.extend(["inputs.dropped.too_far".into(), "dmp_version".into(), "free_space".into()]);
+    assert!(fields.len() > 30, "{fields:?}");
+    for field in fields {
+        let mut json = samples();
+        let path = format!("/{}", field.replace('.', "/"));
+        let value = json.pointer_mut(&path).unwrap();
+        *value = match (value.clone(), field.as_str()) {
+            (_, "config.ego_box_m") => json!([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]),
+            (_, "sampling.looks") => json!([28, 56]),
+            (_, "sampling.seed") => json!(3),
+            (_, "free_space") => json!({ "votes": ["truth"], "returns_fused": 9, "returns_left_out": 1 }),
+            (Value::Number(number), _) if number.is_u64() => json!(number.as_u64().unwrap() + 1),
+            (Value::Number(number), _) => json!(number.as_f64().unwrap() + 0.001),
+            (Value::String(text), _) => json!(text + "'"),
+            (Value::Bool(yes), _) => json!(!yes),
+            (Value::Array(mut list), _) => {
+                list[1] = json!(list[1].as_u64().unwrap() + 1);
+                list.into()
+            }
+            (other, _) => panic!("{field} is {other}"),
+        };
+        let other = NamedReport { name: "b".into(), report: serde_json::from_value(json).unwrap() };
+        let told = refusal(&[NamedReport { name: "a".into(), report: whole() }, other]);
+        let words = [format!(": {field} is "), format!(": {field}[1] is ")];
+        assert!(words.iter().any(|words| told.contains(words)), "{field}: {told}");
+        assert!(told.starts_with("a and b were not made with the same "), "{told}");
+    }
+}
+
+#[test]
+fn a_report_that_contradicts_itself_is_refused() {
+    let forged = |change: &dyn Fn(&mut Report)| {
+        let mut named = only(&["truth", "drift"]);
+        change(&mut named.report);
+        refusal(&[named])
+    };
+    let told =
+        |field: &str, name: &str| format!("td: {field} names `{name}`, which is not the name of one run");
+    assert_eq!(forged(&|report| report.pairs[0].a = "x".into()), told("pairs[0]", "x"));
+    assert_eq!(forged(&|report| report.pairs[0].verdict = "x".into()), told("pairs[0]", "x"));
+    assert_eq!(forged(&|report| report.order[1] = "x".into()), told("order[1]", "x"));
+    assert_eq!(forged(&|report| report.order.push("truth".into())), told("order[0]", "truth"));
+    assert_eq!(forged(&|report| report.runs[1].name = "truth".into()), told("runs[0]", "truth"));
+    assert_eq!(forged(&|report| report.inputs.runs.truncate(1)), told("runs[1]", "drift"));
+}
