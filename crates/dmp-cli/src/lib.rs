@@ -7,6 +7,7 @@
 //! would miss does not belong here.
 
 mod after_help;
+mod compare;
 mod completions;
 mod convert;
 mod exit;
@@ -68,6 +69,7 @@ struct Common {
 #[derive(Debug, Subcommand)]
 enum Command {
     Score(Box<score::ScoreArgs>),
+    Compare(compare::CompareArgs),
     #[command(subcommand)]
     Map(map::Map),
     Info(info::InfoArgs),
@@ -85,6 +87,7 @@ impl Command {
     fn run(&self, common: &Common, out: &mut impl io::Write) -> anyhow::Result<Exit> {
         match self {
             Self::Score(arguments) => score::run(arguments, common, out),
+            Self::Compare(arguments) => compare::run(arguments, out),
             Self::Map(command) => command.run(common, out),
             Self::Info(arguments) => info::run(arguments, out),
             Self::Convert(command) => command.run(common, out),

@@ -7,6 +7,7 @@ mod bad_input;
 mod closed_room;
 mod command;
 mod common;
+mod compare;
 mod counts;
 mod determinism;
 mod direct;

@@ -2,10 +2,11 @@
 
 pub(crate) mod announce;
 mod details;
+mod like;
 mod outputs;
 mod pairs;
 pub(crate) mod parse;
-mod render;
+pub(crate) mod render;
 #[cfg(test)]
 pub(crate) mod sample;
 mod sampling;
@@ -28,6 +29,7 @@ use crate::runs::{OpenedRuns, Runs};
 use crate::save::take_folder;
 use crate::settings::{ResumeArgs, SettingsArgs};
 use crate::{Common, Exit, when_printed};
+use like::Like;
 use outputs::{OutputArgs, Recorder};
 use sampling::SamplingArgs;
 
@@ -50,7 +52,8 @@ use sampling::SamplingArgs;
     dmp score drive.mcap -t a.tum -t b.tum --residuals out.laz --per-frame frames.csv\n  \
     dmp score drive.mcap -t topic:/odom -t slam=slam.mcap:/slam/path\n  \
     dmp score kitti/07/ -t truth=poses/07.txt -t kiss=kiss.npy --extrinsic kiss=identity\n  \
-    dmp score drive.mcap -t old.tum -t new.tum --expect-unbeaten new --fail-above new:R_cv_0.5=15cm\n\n\
+    dmp score drive.mcap -t old.tum -t new.tum --expect-unbeaten new --fail-above new:R_cv_0.5=15cm\n  \
+    dmp score drive.mcap -t today.tum --like monday.json --json > today.json\n\n\
     Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged; 4 done, but a gate \
     failed, whether part of the log was lost or not."
 )]
@@ -79,6 +82,10 @@ pub(crate) struct ScoreArgs {
     more: Vec<NamedFile>,
     #[command(flatten)]
     settings: SettingsArgs,
+    /// Score as this result of `dmp score --json` of the same log was made, so that `dmp compare` takes both: with its
+    /// voxel, segments, ranges, vehicle, every N-th scan, price of a miss, range noise and sampled scans
+    #[arg(long, value_name = "RESULT", conflicts_with_all = like::TAKEN, help_heading = "Input")]
+    like: Option<PathBuf>,
     #[command(flatten)]
     sampling: SamplingArgs,
 
@@ -124,7 +131,9 @@ impl ScoreArgs {
 }
 
 pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
+    let like = arguments.like.as_deref().map(Like::read).transpose()?;
     let config = arguments.config();
+    let config = like.iter().try_fold(config, |config, like| like.settings(config))?;
     config.check()?;
     // What is short comes first, so that a mistake in it is told before a long log is read.
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
@@ -142,6 +151,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
         None => {
             let OpenedRuns { log, runs, damaged } =
                 OpenedRuns::open(started, maps, &arguments.log, &arguments.settings, common)?;
+            like.iter().try_for_each(|like| like.check_log(log.summary()))?;
             let recorder = Recorder::new(outputs, log.as_ref(), &runs, &config, common)?;
             let evaluated = evaluate(log.as_ref(), &runs, &config, &recorder);
             let (report, recorded) = recorder.end(evaluated)?;

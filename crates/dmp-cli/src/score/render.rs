@@ -54,7 +54,7 @@ const NEAREST: [Column; 6] = [
 ];
 
 /// Writes the report: settings, runs, pairs, warnings.
-pub(super) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io::Result<()> {
+pub(crate) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io::Result<()> {
     writeln!(out, "{}", settings(report))?;
     if let Some(sample) = sampling::in_words(&report.sampling) {
         writeln!(out, "{sample}")?;

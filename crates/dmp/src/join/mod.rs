@@ -52,6 +52,15 @@ pub enum JoinError {
         /// Its value in each.
         values: Box<[String; 2]>,
     },
+    /// What was scored depends on which runs there were.
+    #[error(
+        "{report}: made with --quick, where places and their maps depend on all runs of a command: score runs in one to \
+         compare them"
+    )]
+    OfPlaces {
+        /// The report.
+        report: String,
+    },
     /// A report contradicts itself.
     #[error("{report}: {field} names `{name}`, which is not the name of one run")]
     NoSuchRun {

@@ -49,6 +49,11 @@ pub(super) fn check(a: &NamedReport, b: &NamedReport) -> Result<(), JoinError> {
         let reports = Box::new([a.name.clone(), b.name.clone()]);
         Err(JoinError::Different { reports, what, field, values: Box::new([of_a, of_b]) })
     };
+    for report in [a, b] {
+        if report.report.sampling.places.is_some() {
+            return Err(JoinError::OfPlaces { report: report.name.clone() });
+        }
+    }
     for (what, field, value) in FACTS {
         let (of_a, of_b) = (value(&a.report), value(&b.report));
         if of_a != of_b {

@@ -1,0 +1,132 @@
+//! `dmp compare`: results that were saved, beside each other.
+
+mod read;
+
+use std::io::{self, Write};
+
+use anyhow::anyhow;
+use clap::Args;
+use dmp::{JoinError, JoinedReport, NamedReport, Report, join_reports};
+use serde::Serialize;
+
+use crate::gates::{self, GateArgs, GateReport};
+use crate::named::{NamedFile, names_of};
+use crate::score::render;
+use crate::{Exit, when_printed};
+pub(crate) use read::read_result;
+
+/// Compare saved results of `dmp score --json` of one log
+///
+/// Prints the table of `dmp score` for the runs of all results. They must have been made of the same log with the
+/// same version, frames, segments and settings, or the difference is told: see `dmp score --like`. A pair of runs is
+/// taken from a result that holds both; other pairs are not compared, and such runs are ordered by the first column.
+#[derive(Debug, Args)]
+#[command(
+    override_usage = "dmp compare [OPTIONS] [NAME=]RESULT.json [[NAME=]RESULT2.json ...]",
+    after_help = "Examples:\n  \
+    dmp compare monday.json tuesday.json\n  \
+    dmp compare base=runs/1/scores.json new=runs/2/scores.json --fail-above new/slam:R_cv_0.5=15cm\n\n\
+    Exit codes: 0 done; 1 failed, as where results cannot be compared; 2 wrong usage; 3 done, but part of the log was \
+    lost or damaged when it was scored; 4 done, but a gate failed."
+)]
+pub(crate) struct CompareArgs {
+    /// What `dmp score --json` printed. Called NAME, or like the file: it stands in front of the name of a run that
+    /// another result has too, with other scores, as NAME/RUN
+    #[arg(value_name = "[NAME=]RESULT", required = true)]
+    results: Vec<NamedFile>,
+
+    /// Print one JSON object (schema dmp-compare/1) instead of tables
+    #[arg(long, help_heading = "Output")]
+    json: bool,
+    /// Also print every scale of every pair, all scores, where returns went, times and memory
+    #[arg(short, long, conflicts_with = "json", help_heading = "Output")]
+    verbose: bool,
+
+    #[command(flatten)]
+    gates: GateArgs,
+}
+
+/// The JSON: a report of all runs, and where they are from.
+#[derive(Debug, Serialize)]
+struct Output<'a> {
+    #[serde(flatten)]
+    report: &'a Report,
+    /// The results, as they were given.
+    results: Vec<ResultReport<'a>>,
+    /// Pairs that no result holds.
+    not_compared: &'a [[String; 2]],
+    gates: &'a [GateReport],
+}
+
+/// One of the results.
+#[derive(Debug, Serialize)]
+struct ResultReport<'a> {
+    name: &'a str,
+    file: String,
+    /// The log, as it was called when it was scored.
+    log: &'a str,
+    /// What its runs are called here.
+    runs: &'a [String],
+}
+
+pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Result<Exit> {
+    let names = names_of(&arguments.results)?;
+    let read = |(file, name): (&NamedFile, String)| {
+        read_result(&file.path).map(|report| NamedReport { name, report })
+    };
+    let results = arguments.results.iter().zip(names).map(read).collect::<anyhow::Result<Vec<_>>>()?;
+    let JoinedReport { mut report, runs_of, not_compared } =
+        join_reports(&results).map_err(|error| with_remedy(error, &arguments.results))?;
+    let runs: Vec<&str> = report.order.iter().map(String::as_str).collect();
+    let gates = arguments.gates.start(&runs)?;
+    let checked = gates.check(&report);
+    let damaged = !report.inputs.damage.is_empty();
+    let exit = gates.end(&report, &checked, if damaged { Exit::InputDamaged } else { Exit::Done })?;
+    let printed = if arguments.json {
+        "dmp-compare/1".clone_into(&mut report.schema);
+        env!("CARGO_PKG_VERSION").clone_into(&mut report.dmp_version);
+        let of_result = |((named, file), runs)| {
+            let (named, file, runs): (&NamedReport, &NamedFile, &Vec<String>) = (named, file, runs);
+            let file = file.path.display().to_string();
+            ResultReport { name: &named.name, file, log: &named.report.inputs.log, runs }
+        };
+        let results = results.iter().zip(&arguments.results).zip(&runs_of).map(of_result).collect();
+        let output = Output { report: &report, results, not_compared: &not_compared, gates: &checked };
+        json(out, &output)
+    } else {
+        render::report(out, &report, arguments.verbose)
+            .and_then(|()| not_compared_in_words(out, &not_compared))
+            .and_then(|()| gates::table(out, &checked))
+    };
+    when_printed(printed.map_err(Into::into), exit)
+}
+
+fn json(out: &mut impl Write, output: &Output<'_>) -> io::Result<()> {
+    serde_json::to_writer_pretty(&mut *out, output).map_err(io::Error::from)?;
+    writeln!(out)
+}
+
+/// What can be done about results that were not made alike.
+fn with_remedy(error: JoinError, results: &[NamedFile]) -> anyhow::Error {
+    match (&error, results.first()) {
+        (JoinError::Different { what, .. }, Some(first)) if !["log", "version of dmp"].contains(what) => {
+            anyhow!(
+                "{error}; `dmp score --like {}` makes results that can be compared with it",
+                first.path.display()
+            )
+        }
+        _ => error.into(),
+    }
+}
+
+/// Which runs stand where they do by the first column alone.
+fn not_compared_in_words(out: &mut impl Write, pairs: &[[String; 2]]) -> io::Result<()> {
+    if pairs.is_empty() {
+        return Ok(());
+    }
+    writeln!(out, "\nNot compared: no result holds both runs, and only the first column orders them")?;
+    for [a, b] in pairs {
+        writeln!(out, "  {a}, {b}")?;
+    }
+    writeln!(out, "To compare them, score them in one command.")
+}

@@ -1,0 +1,155 @@
+//! Reading back what `dmp score --json` printed.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use anyhow::{Context as _, anyhow, bail};
+use dmp::Report;
+use dmp_log::LogError;
+use serde::Deserialize;
+use serde_json::Value;
+
+/// The one field that every version has.
+#[derive(Debug, Deserialize)]
+struct Head {
+    schema: Option<String>,
+}
+
+/// Reads a result. Fields must be those of this version: a number that is not there must not pass for null.
+pub(crate) fn read_result(path: &Path) -> anyhow::Result<Report> {
+    if !path.exists() {
+        return Err(LogError::NotFound { path: path.to_path_buf() }.into());
+    }
+    report(path).with_context(|| path.display().to_string())
+}
+
+fn report(path: &Path) -> anyhow::Result<Report> {
+    // The schema first, without keeping anything else: the file may be whatever, of whatever size.
+    let head: Head = serde_json::from_reader(open(path)?).map_err(|error| unreadable(&error))?;
+    match head.schema.as_deref() {
+        Some(Report::SCHEMA) => {}
+        Some(other) => bail!("schema `{other}`: a result of `dmp score --json` has `{}`", Report::SCHEMA),
+        None => bail!("no result of `dmp score --json`: it has no `schema`"),
+    }
+    let mut json: Value = serde_json::from_reader(open(path)?).map_err(|error| unreadable(&error))?;
+    // What became of gates is not part of what was found.
+    if let Some(fields) = json.as_object_mut() {
+        fields.remove("gates");
+    }
+    let report = Report::deserialize(&json).map_err(|error| {
+        // It goes on to list every field that could be meant.
+        let error = error.to_string();
+        other_version(error.split(", expected").next().unwrap_or(&error))
+    })?;
+    let whole = serde_json::to_value(&report)?;
+    match missing(&whole, &json) {
+        Some(field) => Err(other_version(&format!("missing field `{field}`"))),
+        None => Ok(report),
+    }
+}
+
+fn open(path: &Path) -> anyhow::Result<BufReader<File>> {
+    Ok(BufReader::new(File::open(path).context("cannot open")?))
+}
+
+fn unreadable(error: &serde_json::Error) -> anyhow::Error {
+    anyhow!("no result of `dmp score --json`: {error}")
+}
+
+fn other_version(problem: &str) -> anyhow::Error {
+    let version = env!("CARGO_PKG_VERSION");
+    anyhow!("{problem}: not made by this build of dmp {version}; score again")
+}
+
+/// The first field of `whole` that `read` does not have, as a path.
+fn missing(whole: &Value, read: &Value) -> Option<String> {
+    match (whole, read) {
+        (Value::Object(whole), Value::Object(read)) => whole.iter().find_map(|(field, value)| {
+            let Some(there) = read.get(field) else { return Some(field.clone()) };
+            let below = missing(value, there)?;
+            Some(if below.starts_with('[') { format!("{field}{below}") } else { format!("{field}.{below}") })
+        }),
+        (Value::Array(whole), Value::Array(read)) => {
+            whole.iter().zip(read).enumerate().find_map(|(k, (value, there))| {
+                let below = missing(value, there)?;
+                Some(if below.starts_with('[') { format!("[{k}]{below}") } else { format!("[{k}].{below}") })
+            })
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::sample;
+    use serde_json::json;
+
+    type Change<'a> = &'a dyn Fn(&mut Value);
+
+    /// What reading this text says.
+    fn read(text: &str) -> Result<Report, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.json");
+        std::fs::write(&path, text).unwrap();
+        read_result(&path).map_err(|error| {
+            let line = crate::exit::one_line(&error);
+            line.strip_prefix(&format!("{}: ", path.display())).unwrap().to_owned()
+        })
+    }
+
+    #[test]
+    fn a_result_is_read_back_to_the_same_bits() {
+        for mut report in [sample::three_runs(), sample::given_maps(), sample::one_run()] {
+            // Digits that a careless reader rounds.
+            report.runs[0].dmp_sum_m2 = 435_916.875_780_088_65;
+            report.config.voxel_filled_share = Some(0.1 + 0.2);
+            assert_eq!(read(&serde_json::to_string_pretty(&report).unwrap()).unwrap(), report);
+        }
+    }
+
+    #[test]
+    fn another_file_or_version_is_told() {
+        let report = || serde_json::to_value(sample::three_runs()).unwrap();
+        let changed = |change: Change<'_>| {
+            let mut report = report();
+            change(&mut report);
+            read(&report.to_string()).unwrap_err()
+        };
+        let remove =
+            |value: &mut Value, field: &str| assert!(value.as_object_mut().unwrap().remove(field).is_some());
+        let version = "not made by this build of dmp";
+        let cases: [(Change<'_>, &str); 8] = [
+            (
+                &|json| json["schema"] = "dmp-score/2".into(),
+                "schema `dmp-score/2`: a result of `dmp score --json` has `dmp-score/1`",
+            ),
+            (&|json| remove(json, "schema"), "no result of `dmp score --json`: it has no `schema`"),
+            (&|json| remove(json, "sampling"), "missing field `sampling`: "),
+            (&|json| remove(json, "free_space"), "missing field `free_space`: "),
+            (&|json| remove(&mut json["runs"][1], "coverage"), "missing field `runs[1].coverage`: "),
+            (
+                &|json| remove(&mut json["pairs"][0]["scales"][2], "ci99_m2"),
+                "missing field `pairs[0].scales[2].ci99_m2`: ",
+            ),
+            (&|json| json["runs"][0]["new"] = json!(1), "unknown field `new`: "),
+            (&|json| json["order"] = json!(3), "invalid type: integer `3`"),
+        ];
+        for (k, (change, expected)) in cases.into_iter().enumerate() {
+            let error = changed(change);
+            assert!(error.starts_with(expected), "{error}");
+            assert!(k < 2 || error.contains(version), "{error}");
+            assert!(!error.contains('\n') && error.len() < 200, "{error}");
+        }
+        assert!(
+            read("scores")
+                .unwrap_err()
+                .starts_with("no result of `dmp score --json`: expected value at line 1 column 1")
+        );
+        assert!(read("").unwrap_err().contains("EOF"));
+        assert!(read("[1, 2]").unwrap_err().starts_with("no result of `dmp score --json`: "));
+        let cut = report().to_string();
+        assert!(read(&cut[..cut.len() / 2]).unwrap_err().contains("EOF while parsing"));
+    }
+}
