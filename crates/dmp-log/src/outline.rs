@@ -31,6 +31,8 @@ pub struct LogOutline {
     path: PathBuf,
     scans: Vec<OutlinedScan>,
     source: Source,
+    /// Bytes read to make it.
+    own_bytes: Option<u64>,
 }
 
 /// What parts are opened from.
@@ -92,7 +94,9 @@ pub fn outline_log(path: &Path, options: &LogOptions) -> Result<LogOutline, LogE
             Source::whole(log, &bytes)
         }
     };
-    Ok(LogOutline { path: path.into(), scans, source })
+    let mut outline = LogOutline { path: path.into(), scans, source, own_bytes: None };
+    outline.own_bytes = outline.bytes_read();
+    Ok(outline)
 }
 
 impl Source {
@@ -156,6 +160,11 @@ impl LogOutline {
         }
     }
 
+    /// How many of these were read to make the outline itself.
+    pub fn own_bytes_read(&self) -> Option<u64> {
+        self.own_bytes
+    }
+
     /// How far the stamp of a scan that was looked at is at most from what the index tells, nanoseconds; 0 where
     /// the index has the stamps themselves. Others may be farther off. Of the order of the log's length where
     /// the times in the index mean nothing.
@@ -209,10 +218,10 @@ impl LogOutline {
         }
     }
 
-    /// The same, with the scans held in memory: what they are packed in is read once.
+    /// The same, with the scans held in memory: what they are packed in is read once. None may be left.
     ///
     /// # Errors
-    /// As [`Self::open`].
+    /// As [`Self::open`], but for scans that cannot be read.
     pub fn load(&self, wanted: &[usize]) -> Result<HeldLog, LogError> {
         self.check(wanted)?;
         match &self.source {

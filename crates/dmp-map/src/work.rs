@@ -43,11 +43,14 @@ impl WorkFolder {
             let path = made.map_err(MapError::io(parent, "cannot make a work folder here"))?.keep();
             match Self::in_folder(path.clone()) {
                 Ok(folder) => return Ok(folder),
-                // Before it had its lock, another process took it for one that was left behind.
-                Err(_) if tries < TRIES => tries += 1,
                 Err(error) => {
+                    // Before it had its lock, another process may have taken it for one that was left behind.
+                    let swept = matches!(error, MapError::Locked { .. }) || !path.exists();
                     let _ = fs::remove_dir_all(&path);
-                    return Err(error);
+                    if !swept || tries == TRIES {
+                        return Err(error);
+                    }
+                    tries += 1;
                 }
             }
         }

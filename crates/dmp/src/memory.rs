@@ -45,10 +45,7 @@ impl Budget {
         } else {
             largest_scan
         };
-        // Packed and unpacked.
-        let reader = 2 * largest_read.saturating_mul(row_bytes);
-        let rays = BLOCK_RAYS.min(largest_scan.saturating_mul(runs.len()));
-        let thread = reader + largest_scan.saturating_mul(RETURN_BYTES) + rays * RAY_BYTES + THREAD_BYTES;
+        let thread = thread_bytes(largest_scan, largest_read, row_bytes, runs.len());
         let fixed = PROGRAM_BYTES + config.threads.saturating_mul(thread);
         let needed = fixed + runs.len() * LEAST_TABLE_BYTES;
         if config.memory_bytes < needed {
@@ -58,10 +55,23 @@ impl Budget {
         Ok(Self { tables_bytes: config.memory_bytes - fixed })
     }
 
+    /// The least memory for one thread on scans that are held already, of so many returns at most, bytes.
+    pub(crate) fn least_bytes(largest_scan: usize, row_bytes: usize, runs: usize) -> usize {
+        PROGRAM_BYTES + thread_bytes(largest_scan, largest_scan, row_bytes, runs) + runs * LEAST_TABLE_BYTES
+    }
+
     /// A share of what tables and tiles may take, bytes.
     pub(crate) fn share(&self, share: f64) -> usize {
         (share * self.tables_bytes as f64) as usize
     }
+}
+
+/// What a thread needs.
+fn thread_bytes(largest_scan: usize, largest_read: usize, row_bytes: usize, runs: usize) -> usize {
+    // Packed and unpacked.
+    let reader = 2 * largest_read.saturating_mul(row_bytes);
+    let rays = BLOCK_RAYS.min(largest_scan.saturating_mul(runs));
+    reader + largest_scan.saturating_mul(RETURN_BYTES) + rays * RAY_BYTES + THREAD_BYTES
 }
 
 /// Memory of this machine in bytes, where the system tells.

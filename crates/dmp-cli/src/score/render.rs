@@ -103,10 +103,13 @@ fn settings(report: &Report) -> String {
         }
         None => "every scan a segment".to_owned(),
     };
+    let returns = match report.sampling.places {
+        Some(_) => format!("{} scored", counted(inputs.returns_used, "return")),
+        None => of(inputs.returns_used, inputs.returns, "return"),
+    };
     format!(
-        "{}, {}; voxel {} m, {segments}, ranges {} to {} m",
+        "{}, {returns}; voxel {} m, {segments}, ranges {} to {} m",
         of(inputs.scans_used as u64, inputs.scans as u64, "scan"),
-        of(inputs.returns_used, inputs.returns, "return"),
         // The edge is a multiple of 2^-13 m: shown in millimetres, as it was asked for.
         (1e3 * config.voxel_m).round() / 1e3,
         config.min_range_m,

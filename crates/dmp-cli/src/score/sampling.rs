@@ -24,11 +24,11 @@ pub(crate) struct SamplingArgs {
     confidence: Confidence,
     /// Answers from a sample of places, of which no more of the log is read than this share of its bytes: the scans near
     /// each place on every pass. Every place has a small map of its own. Needs an index in the log (MCAP, rosbag2, a
-    /// folder of scans) and stamps
+    /// folder of scans) that tells when scans were made, or a pose for each scan
     #[arg(long, value_name = "P%", num_args = 0..=1, require_equals = true, default_missing_value = "5%")]
     #[arg(value_parser = share, help_heading = "Sampling")]
     #[arg(conflicts_with_all = ["sample", "decide", "maps", "free_space", "save_maps", "resume"])]
-    #[arg(conflicts_with_all = ["residuals", "per_frame", "per_tile"])]
+    #[arg(conflicts_with_all = ["residuals", "per_frame", "per_tile", "checkpoint"])]
     quick: Option<f64>,
     /// Draws another sample
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Sampling")]
@@ -112,7 +112,9 @@ pub(super) fn in_words(sampling: &SamplingReport) -> Option<String> {
 
 /// At which places, and what was read for them.
 fn places_in_words(sampling: &SamplingReport, places: &PlacesReport) -> String {
-    let bytes = places.bytes_read.map_or(String::new(), |bytes| format!("; {} read", text::bytes(bytes)));
+    let bytes = places
+        .bytes_read
+        .map_or(String::new(), |bytes| format!(", {} of the log in all", text::bytes(bytes)));
     let drawn = if places.drawn < places.total {
         format!(
             "{} of {}, evenly spread (--seed {})",
@@ -124,10 +126,12 @@ fn places_in_words(sampling: &SamplingReport, places: &PlacesReport) -> String {
         format!("all {}", counted(places.total, "place"))
     };
     format!(
-        "scored: {} at {drawn}, {} of them passed more than once; each has a map of its own, of the scans within {:.0} m{bytes}",
+        "scored: {} at {drawn}, {} of them passed more than once; each has a map of its own, of the scans within {:.0} m: \
+         {} read for them{bytes}",
         counted(sampling.frames_scored, "scan"),
         text::count(places.revisited),
-        places.radius_m
+        places.radius_m,
+        counted(places.scans_read, "scan")
     )
 }
 
@@ -153,7 +157,7 @@ pub(super) fn half_width(run: &RunReport, cross_validated: bool) -> String {
 /// What to do about a pair that a sample does not decide.
 pub(super) fn more_needed(report: &Report, pair: &PairReport) -> String {
     if let Some(places) = &report.sampling.places {
-        return more_places_needed(places, pair.places_needed);
+        return more_places_needed(places, report.inputs.bytes, pair.places_needed);
     }
     let SamplingReport { frames_scored, frames_total, .. } = report.sampling;
     match pair.frames_needed {
@@ -167,9 +171,11 @@ pub(super) fn more_needed(report: &Report, pair: &PairReport) -> String {
 }
 
 /// The same of places.
-fn more_places_needed(places: &PlacesReport, needed: Option<u64>) -> String {
+fn more_places_needed(places: &PlacesReport, log_bytes: u64, needed: Option<u64>) -> String {
     let Some(needed) = needed else { return String::new() };
-    let share = 100.0 * places.share_asked * needed as f64 / places.drawn.max(1) as f64;
+    // What was read may be more than was asked for.
+    let read = places.bytes_read.map_or(0.0, |bytes| bytes as f64 / log_bytes.max(1) as f64);
+    let share = 100.0 * read.max(places.share_asked) * needed as f64 / places.drawn.max(1) as f64;
     if 10 * needed < 9 * places.total && share < 50.0 {
         format!("; about {} more places would decide: --quick={}%", needed - places.drawn, share.ceil())
     } else {

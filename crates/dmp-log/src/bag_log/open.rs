@@ -138,6 +138,10 @@ impl BagLog {
     /// The log, if any scan of it is left.
     pub(super) fn finish(mut self) -> Result<Self, LogError> {
         self.describe();
+        self.if_any()
+    }
+
+    pub(super) fn if_any(self) -> Result<Self, LogError> {
         if self.frames.is_empty() {
             let lost = self.summary.damage.first().map(|first| format!("; {}: {}", first.place, first.what));
             let problem = format!(
@@ -151,7 +155,7 @@ impl BagLog {
     }
 
     /// Fills what follows from the entries.
-    fn describe(&mut self) {
+    pub(super) fn describe(&mut self) {
         let info = |entry: &Entry| FrameInfo { stamp_ns: Some(entry.stamp_ns), returns: entry.returns };
         self.frames = self.topic.entries.iter().map(info).collect();
         self.summary.returns = self.frames.iter().map(|frame| frame.returns).sum();

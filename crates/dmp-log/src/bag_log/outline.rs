@@ -261,7 +261,7 @@ impl BagOutline {
 
     /// Opens some scans, numbers ascending.
     pub(crate) fn part(&self, wanted: &[usize]) -> Result<BagLog, LogError> {
-        self.part_with(wanted, &mut |_, _, _| ())
+        self.part_with(wanted, &mut |_, _, _| ())?.if_any()
     }
 
     fn part_with(&self, wanted: &[usize], meet: &mut Meet<'_>) -> Result<BagLog, LogError> {
@@ -270,7 +270,7 @@ impl BagOutline {
         if let Some(time) = &self.whole.time {
             log.take_time(time.clone());
         }
-        let mut log = log.finish()?;
+        log.describe();
         log.summary.fields.clone_from(&self.whole.fields);
         log.summary.point_bytes = self.whole.point_bytes;
         // What was met tells it better than the index, if everything was to be met.

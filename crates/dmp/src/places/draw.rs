@@ -3,7 +3,7 @@
 use crate::sample::{Looks, Sample};
 
 /// Places below which an interval is too wide to decide anything.
-const FEW_PLACES: usize = 12;
+pub(crate) const FEW_PLACES: usize = 12;
 
 /// The numbers of `count` places that `seed` draws, ascending: a systematic sample of those that the way comes back to
 /// followed by the others, so that either kind has its share, evenly spread along the way. `revisited` tells it of every
@@ -17,22 +17,21 @@ pub fn drawn_places(revisited: &[bool], count: usize, seed: u64) -> Vec<usize> {
     drawn
 }
 
-/// As many places as take no more than `budget_bytes`, but never fewer than twelve; `bytes` are those of every place.
+/// As many places as take no more than `budget_bytes`, but never fewer than [`FEW_PLACES`]; `bytes` are those of every
+/// place. How many says nothing of which: a sample that happens to take more is as good as any other, and the number
+/// leaves room for most of them, two standard deviations.
 pub(super) fn draw(bytes: &[u64], revisited: &[bool], budget_bytes: u64, seed: u64) -> Vec<usize> {
     let all = bytes.len();
     let mean = bytes.iter().map(|&bytes| bytes as f64).sum::<f64>() / all.max(1) as f64;
+    let square = |bytes: &u64| (*bytes as f64 - mean) * (*bytes as f64 - mean);
+    let deviation = (bytes.iter().map(square).sum::<f64>() / all.max(1) as f64).sqrt();
+    let most = |count: &usize| {
+        let count = *count as f64;
+        count * mean + 2.0 * deviation * (count * (1.0 - count / all as f64)).sqrt()
+    };
     let few = FEW_PLACES.min(all);
-    // A sample may hit larger places than others: from a few more than the mean allows, downwards.
-    let most = (1.2 * budget_bytes as f64 / mean.max(1.0)) as usize;
-    let mut count = most.clamp(few, all);
-    loop {
-        let drawn = drawn_places(revisited, count, seed);
-        let drawn_bytes: u64 = drawn.iter().map(|&place| bytes[place]).sum();
-        if drawn_bytes <= budget_bytes || count <= few {
-            return drawn;
-        }
-        count -= 1;
-    }
+    let count = (few..=all).rev().find(|count| most(count) <= budget_bytes as f64).unwrap_or(few);
+    drawn_places(revisited, count, seed)
 }
 
 #[cfg(test)]
@@ -49,13 +48,30 @@ mod tests {
     }
 
     #[test]
-    fn large_places_leave_room_for_fewer() {
+    fn most_samples_take_no_more_than_there_is() {
         let bytes: Vec<u64> = (0..500).map(|k| if k % 7 == 0 { 1000 } else { 10 }).collect();
-        for seed in 0..50 {
-            let drawn = draw(&bytes, &[false; 500], 6000, seed);
-            assert!(drawn.iter().map(|&k| bytes[k]).sum::<u64>() <= 6000 || drawn.len() == 12);
-            assert!(drawn.windows(2).all(|pair| pair[0] < pair[1]));
+        let taken = |seed| -> u64 {
+            draw(&bytes, &[false; 500], 20_000, seed).iter().map(|&place| bytes[place]).sum()
+        };
+        let more = (0..1000).filter(|&seed| taken(seed) > 20_000).count();
+        assert!(more < 50, "{more}");
+        assert!((0..1000).map(taken).sum::<u64>() > 1000 * 10_000);
+    }
+
+    /// Large places, which most scans see, are drawn as often as others.
+    #[test]
+    fn the_bytes_do_not_say_which_places() {
+        let bytes: Vec<u64> = (0..300).map(|k| if k % 20 == 7 { 1200 } else { 100 }).collect();
+        let mut times = [0; 300];
+        let mut drawn = 0;
+        for seed in 0..4000 {
+            let places = draw(&bytes, &[false; 300], 6000, seed);
+            drawn += places.len();
+            places.into_iter().for_each(|place| times[place] += 1);
         }
+        let expected = drawn as f64 / 300.0;
+        let scatter = (expected * (1.0 - expected / 4000.0)).sqrt();
+        assert!(times.iter().all(|&count| (f64::from(count) - expected).abs() < 5.0 * scatter), "{times:?}");
     }
 
     #[test]

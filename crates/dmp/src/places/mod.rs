@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use dmp_log::LogOutline;
+use dmp_log::{Damage, LogOutline};
 use dmp_map::WorkFolder;
 use dmp_reduce::{Basis, Confidence, FrameSums, Layout, Reducer};
 use dmp_sensor::DropReason;
@@ -19,17 +19,18 @@ use crate::cast::Scored;
 use crate::config::{Config, MapSource, Run};
 use crate::error::EvaluateError;
 use crate::fuse::Maps;
-use crate::memory;
+use crate::memory::{self, Budget};
 use crate::plan::{Drive, Heads, Plan};
+use crate::pose::Pairing;
 use crate::report::{self, Inputs, PassTimes, PlacesReport, Report};
 use crate::sample::{Looks, Sample};
 use crate::watch::{Stage, Watch};
-use draw::draw;
 pub use draw::drawn_places;
+use draw::{FEW_PLACES, draw};
 use scans::DriveScans;
 use score::{PlaceScorer, PlaceTotals};
-use survey::Survey;
-use way::{LENGTH_M, PlaceScans, RADIUS_M, SPACING_M, Way};
+use survey::Surveyed;
+use way::{LENGTH_M, PlaceScans, SPACING_M, Way};
 
 /// A place of a quick score.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,8 +49,8 @@ const FEWEST_PLACES: usize = 4;
 const VAGUE_NS: i64 = 1_000_000_000;
 /// What a return takes in memory while it is held, bytes: coordinates and a time.
 const HELD_RETURN_BYTES: u64 = 20;
-/// Least memory for a thread's maps and buffers, bytes.
-const LEAST_MAP_BYTES: usize = 64 << 20;
+/// Least memory for the maps of a thread beside what it cannot do without, bytes.
+const LEAST_MAP_BYTES: usize = 32 << 20;
 
 /// Scores `runs` on a sample of places of the log that `outline` tells of, drawn by [`Config::seed`], and reads about
 /// `share` of its bytes: the scans near these places, on every pass.
@@ -70,27 +71,32 @@ pub fn evaluate_quick(
     watch: &dyn Watch,
 ) -> Result<Report, EvaluateError> {
     config.check()?;
-    check(outline, runs, config, share)?;
+    check(runs, config, share)?;
     let start = Instant::now();
+    let read_before = outline.bytes_read();
     let drive = Drive::new(Heads::Outline(outline), runs, config)?;
+    let by_stamp = drive.poses.iter().any(|run| run.pairing == Pairing::ByStamp);
+    if by_stamp && outline.stamp_error_ns() > VAGUE_NS {
+        let (path, error_ns) = (outline.summary().path.clone(), outline.stamp_error_ns());
+        return Err(EvaluateError::VagueStamps { path, error_s: error_ns as f64 / 1e9 });
+    }
     let scans = DriveScans::new(outline, &drive);
     let way = Way::new(&scans);
     let sample = Places::choose(&scans, &way, config, share)?;
 
     // The same returns z, voxels and segments for every run and every place.
-    let survey = Survey::read(&scans, &way, &sample.drawn, config)?;
     let (all, drawn) = (sample.total as u64, sample.drawn.len() as u64);
     let looks = Looks::new(all, Sample::Frames(drawn), config.seed, false);
-    let (plan, hints) = survey.plan(runs, looks, config, watch)?;
+    let surveyed = survey::look(&scans, &way, &sample.drawn, runs, looks, config, watch)?;
+    let Surveyed { plan, hints, largest_scan } = surveyed;
     let most_scans = sample.drawn.iter().map(|(_, scans)| scans.read.len()).max().unwrap_or(0);
-    let held_bytes = most_scans as u64 * survey.largest_scan() * HELD_RETURN_BYTES;
-    drop(survey);
+    let held_bytes = most_scans as u64 * largest_scan * HELD_RETURN_BYTES;
     let plan_s = start.elapsed().as_secs_f64();
 
     // Every place as a log of its own: its map, and the sums of its returns. The places are the units that the error
     // of the sampling comes from.
     let layout = Layout::new(all, vec![Basis::CrossValidated; runs.len()]).with_miss_price(config.miss_price);
-    let pass = Pass { scans: &scans, plan: &plan, runs, config, held_bytes, watch };
+    let pass = Pass { scans: &scans, plan: &plan, runs, config, held_bytes, largest_scan, watch };
     let (reducer, totals, threads) = pass.run(&sample.drawn, &layout)?;
     let mut counts = totals.scored;
     counts.add_dropped(DropReason::ScanNotSampled, totals.fused.total().saturating_sub(counts.total()));
@@ -109,6 +115,8 @@ pub fn evaluate_quick(
         total_s,
         threads: config.threads,
     };
+    let since = outline.bytes_read().zip(read_before).map(|(now, before)| now - before);
+    let bytes_read = since.zip(outline.own_bytes_read()).map(|(since, own)| since + own);
     let maps = Maps {
         of_runs: Vec::new(),
         counts: Some(totals.fused),
@@ -119,7 +127,7 @@ pub fn evaluate_quick(
     };
     let scored = Scored {
         frames: totals.scans_scored,
-        places: Some(sample.report(share, totals.scans_read, outline)),
+        places: Some(sample.report(&way, share, totals.scans_read, bytes_read)),
         scan_of_unit: sample.middles,
         looks: vec![reducer.frames_added()],
         confidence: Confidence::P99,
@@ -131,16 +139,27 @@ pub fn evaluate_quick(
         lattice,
         reducer,
     };
-    let mut damage = outline.damage().to_vec();
-    damage.extend(totals.damage.into_iter().filter(|lost| !outline.damage().contains(lost)));
+    let damage = all_damage(outline, totals.damage);
     let inputs = Inputs { heads: Heads::Outline(outline), damage: &damage, runs };
     let mut report = report::build(inputs, config, &plan, &maps, totals.maps, &scored, &hints, times);
     report.memory.disk_bytes = totals.scratch_bytes + totals.map_bytes;
     Ok(report)
 }
 
+/// What of the log is lost, as far as was seen: in the order of the places, whichever thread had them.
+fn all_damage(outline: &LogOutline, mut of_places: Vec<(usize, Damage)>) -> Vec<Damage> {
+    of_places.sort_by_key(|(place, _)| *place);
+    let mut damage = outline.damage().to_vec();
+    for (_, lost) in of_places {
+        if !damage.contains(&lost) {
+            damage.push(lost);
+        }
+    }
+    damage
+}
+
 /// What a sample of places cannot do.
-fn check(outline: &LogOutline, runs: &[Run], config: &Config, share: f64) -> Result<(), EvaluateError> {
+fn check(runs: &[Run], config: &Config, share: f64) -> Result<(), EvaluateError> {
     let bad = |value: String, why| Err(EvaluateError::Setting { setting: "quick", value, why });
     if !(share > 0.0 && share <= 1.0) {
         return bad(format!("{share}"), "it must be a share of the log's bytes above 0 and at most 1");
@@ -156,10 +175,6 @@ fn check(outline: &LogOutline, runs: &[Run], config: &Config, share: f64) -> Res
     }
     if config.free_space || config.save_maps.is_some() || config.checkpoint_every.is_some() || config.resume {
         return bad("with a setting for whole maps".into(), "it makes maps of places, and none of all");
-    }
-    if outline.stamp_error_ns() > VAGUE_NS {
-        let (path, error_ns) = (outline.summary().path.clone(), outline.stamp_error_ns());
-        return Err(EvaluateError::VagueStamps { path, error_s: error_ns as f64 / 1e9 });
     }
     Ok(())
 }
@@ -191,7 +206,7 @@ impl Places {
         let mut scans: Vec<PlaceScans> = places.iter().map(|place| way.scans_of(place)).collect();
         let bytes: Vec<u64> = scans.iter().map(|place| drive_scans.bytes_of(&place.read)).collect();
         let asked = (share * outline.bytes() as f64) as u64;
-        let read = outline.bytes_read().unwrap_or(0) + survey::bytes(outline);
+        let read = outline.own_bytes_read().unwrap_or(0) + survey::bytes(outline);
         // All of the log is all places, though most scans are read for several of them.
         let budget_bytes = if share < 1.0 { asked.saturating_sub(read) } else { u64::MAX };
         let revisited: Vec<bool> = places.iter().map(|place| way.is_revisited(place)).collect();
@@ -211,7 +226,7 @@ impl Places {
         })
     }
 
-    fn report(&self, share: f64, scans_read: u64, outline: &LogOutline) -> PlacesReport {
+    fn report(&self, way: &Way, share: f64, scans_read: u64, bytes_read: Option<u64>) -> PlacesReport {
         PlacesReport {
             drawn: self.drawn.len() as u64,
             total: self.total as u64,
@@ -219,11 +234,12 @@ impl Places {
             revisited_total: self.revisited_total as u64,
             cut: self.drawn.iter().filter(|(_, scans)| scans.cut).count() as u64,
             length_m: LENGTH_M,
-            radius_m: RADIUS_M,
+            radius_m: way.radius_m(),
             spacing_m: SPACING_M,
             scans_read,
+            are_fewest: self.drawn.len() <= FEW_PLACES,
             share_asked: share,
-            bytes_read: outline.bytes_read(),
+            bytes_read,
         }
     }
 }
@@ -236,6 +252,8 @@ struct Pass<'a> {
     config: &'a Config,
     /// Most bytes that the scans of a place take in memory.
     held_bytes: u64,
+    /// Most returns of a scan, as far as is known.
+    largest_scan: u64,
     watch: &'a dyn Watch,
 }
 
@@ -267,7 +285,7 @@ impl Pass<'_> {
                 if self.watch.cancelled() {
                     return Err(EvaluateError::Cancelled);
                 }
-                let sums: FrameSums = pool.install(|| scorer.score(scans, &mut totals))?;
+                let sums: FrameSums = pool.install(|| scorer.score(place.number, scans, &mut totals))?;
                 reducer.add_frame(place.number as u64, &sums)?;
                 self.watch.place_scored(*place, &sums);
                 self.watch.advance(1);
@@ -302,7 +320,9 @@ impl Pass<'_> {
     /// As many threads as the memory allows, and the settings of each.
     fn shares(&self, places: usize) -> Result<(usize, Config), EvaluateError> {
         let asked = self.config.memory_bytes;
-        let needed = self.held_bytes as usize + LEAST_MAP_BYTES;
+        let row_bytes = self.scans.outline().summary().point_bytes as usize;
+        let least = Budget::least_bytes(self.largest_scan as usize, row_bytes, self.runs.len());
+        let needed = self.held_bytes as usize + least + LEAST_MAP_BYTES;
         if asked < needed {
             return Err(EvaluateError::TooLittleMemory { asked, needed, threads: 1, runs: self.runs.len() });
         }

@@ -6,7 +6,7 @@ use std::time::Instant;
 use dmp_log::{Damage, ScanLog};
 use dmp_map::{Lattice, TileId};
 use dmp_reduce::{Basis, FrameSums, RunSums};
-use dmp_sensor::ReturnCounts;
+use dmp_sensor::{DropReason, ReturnCounts};
 
 use super::scans::DriveScans;
 use super::way::PlaceScans;
@@ -48,7 +48,8 @@ pub(crate) struct PlaceTotals {
     pub(crate) tile_loads: u64,
     pub(crate) fuse_s: f64,
     pub(crate) cast_s: f64,
-    pub(crate) damage: Vec<Damage>,
+    /// What is lost, and at which place that was seen.
+    pub(crate) damage: Vec<(usize, Damage)>,
     pub(crate) lattice: Option<Lattice>,
 }
 
@@ -89,19 +90,16 @@ impl PlaceTotals {
         self.tile_loads += other.tile_loads;
         self.fuse_s += other.fuse_s;
         self.cast_s += other.cast_s;
-        for lost in other.damage {
-            if !self.damage.contains(&lost) {
-                self.damage.push(lost);
-            }
-        }
+        self.damage.extend(other.damage);
         self.lattice = self.lattice.or(other.lattice);
     }
 }
 
 impl PlaceScorer<'_> {
-    /// Reads, fuses and casts a place; `totals` take what is not its sums.
+    /// Reads, fuses and casts the place of this number; `totals` take what is not its sums.
     pub(crate) fn score(
         &self,
+        number: usize,
         place: &PlaceScans,
         totals: &mut PlaceTotals,
     ) -> Result<FrameSums, EvaluateError> {
@@ -116,9 +114,12 @@ impl PlaceScorer<'_> {
         let frames: Vec<PlannedFrame> = frames.into_iter().map(|(_, frame)| frame).collect();
         totals.scans_read += frames.len() as u64;
         totals.unposed_returns += unposed_returns;
-        totals.damage.extend_from_slice(&log.summary().damage);
+        totals.damage.extend(log.summary().damage.iter().map(|lost| (number, lost.clone())));
         let mut sums = FrameSums::new(&vec![Basis::CrossValidated; runs.len()]);
         if !(0..frames.len()).any(|ordinal| scored.contains(ordinal)) {
+            // Nothing of the place itself can be read: what lies around it is of no use.
+            let returns = frames.iter().map(|frame| frame.returns).sum();
+            totals.fused.add_dropped(DropReason::ScanNotSampled, returns);
             return Ok(sums);
         }
 

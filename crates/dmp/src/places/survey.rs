@@ -10,80 +10,106 @@ use super::way::{PlaceScans, Way};
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
-use crate::plan::{Drive, Plan, survey};
+use crate::plan::{Plan, survey};
 use crate::sample::Looks;
 use crate::sanity;
 use crate::watch::Watch;
 
-/// Scans that vote on the vehicle at most: one of a place.
-const VOTERS: usize = 50;
+/// Scans that vote on the vehicle.
+const VOTERS: usize = 30;
 
 /// About how many bytes are read for it.
 pub(super) fn bytes(outline: &LogOutline) -> u64 {
-    let scans = (VOTERS + survey::BLOCKS * survey::BLOCK_SCANS) as u64;
-    scans * outline.bytes() / outline.scans().len().max(1) as u64
+    let scans = outline.scans();
+    let packed: u64 = scans.chunk_by(|a, b| a.group == b.group).map(|group| group[0].bytes).sum();
+    let groups = scans.last().map_or(1, |scan| u64::from(scan.group) + 1);
+    let in_a_group = (scans.len() as u64).div_ceil(groups).max(1);
+    let of_pass = (survey::BLOCK_SCANS as u64).div_ceil(in_a_group) + 1;
+    (VOTERS as u64 + survey::BLOCKS as u64 * of_pass) * packed / groups
 }
 
-/// A few scans, held.
-pub(super) struct Survey<'a> {
-    drive: &'a Drive<'a>,
+/// What holds for all places.
+pub(super) struct Surveyed<'a> {
+    pub(super) plan: Plan<'a>,
+    /// For every run what is likely wrong with it.
+    pub(super) hints: Vec<Option<String>>,
+    /// Returns of the largest scan that was looked at.
+    pub(super) largest_scan: u64,
+}
+
+/// Reads a few scans of the places drawn and looks at them.
+pub(super) fn look<'a>(
+    scans: &DriveScans<'a>,
+    way: &Way,
+    places: &[(ScoredPlace, PlaceScans)],
+    runs: &[Run],
+    looks: Looks,
+    config: &Config,
+    watch: &dyn Watch,
+) -> Result<Surveyed<'a>, EvaluateError> {
+    let drive = scans.drive();
+    let scored: Vec<usize> = places.iter().flat_map(|(_, place)| place.scored.iter().copied()).collect();
+    let voters: BTreeSet<usize> =
+        survey::spread(scored.len(), VOTERS).into_iter().map(|k| scored[k]).collect();
+    let voters = Held::read(scans, &voters, config)?;
+    let filter =
+        survey::filter(&voters.log, &voters.of(&voters.ordinals()), drive.segments.travel_m, config, watch)?;
+    let (mut largest_scan, mean_returns) = voters.returns();
+    drop(voters);
+
+    // As many scans of a few passes as a block has.
+    let count = (survey::BLOCK_RETURNS.div_ceil(mean_returns.max(1)) as usize).min(survey::BLOCK_SCANS);
+    let pass_of = |k: usize| way.pass_of(&places[k].1).iter().take(count).copied().collect();
+    let passes: Vec<BTreeSet<usize>> =
+        survey::spread(places.len(), survey::BLOCKS).into_iter().map(pass_of).collect();
+    let held = Held::read(scans, &passes.iter().flatten().copied().collect(), config)?;
+    largest_scan = largest_scan.max(held.returns().0);
+    let passes: Vec<Vec<PlannedFrame>> = passes.iter().map(|pass| held.of(pass)).collect();
+    let passes: Vec<&[PlannedFrame]> = passes.iter().map(Vec::as_slice).collect();
+    let blocks: Vec<&[PlannedFrame]> = passes.iter().map(|pass| survey::block_of(pass)).collect();
+    let voxel = survey::voxel(&held.log, &blocks, runs, &drive.poses, &filter, config, watch)?;
+    let plan = Plan {
+        selection: drive.selection.clone(),
+        poses: drive.poses.clone(),
+        segments: drive.segments.clone(),
+        filter,
+        voxel,
+        looks,
+    };
+    let hints = sanity::look(&held.log, &plan, &passes, runs, &[], config, watch)?;
+    Ok(Surveyed { plan, hints, largest_scan })
+}
+
+/// Scans that were read, and how they are used.
+struct Held {
     log: HeldLog,
-    /// One scan of each of some places.
-    voters: Vec<PlannedFrame>,
-    /// Passes through a few places.
-    passes: Vec<Vec<PlannedFrame>>,
+    frames: Vec<(usize, PlannedFrame)>,
 }
 
-impl<'a> Survey<'a> {
-    /// Reads scans of some of the places, evenly spread.
-    pub(super) fn read(
-        scans: &DriveScans<'a>,
-        way: &Way,
-        places: &[(ScoredPlace, PlaceScans)],
+impl Held {
+    fn read(
+        scans: &DriveScans<'_>,
+        ordinals: &BTreeSet<usize>,
         config: &Config,
     ) -> Result<Self, EvaluateError> {
-        let some = |count| survey::spread(places.len(), count).into_iter().map(|k| &places[k].1);
-        let voters: BTreeSet<usize> =
-            some(VOTERS).filter_map(|place| place.scored.first().copied()).collect();
-        let pass_of = |place| way.pass_of(place).iter().take(survey::BLOCK_SCANS).copied().collect();
-        let passes: Vec<BTreeSet<usize>> = some(survey::BLOCKS).map(pass_of).collect();
-        let wanted: BTreeSet<usize> = passes.iter().flatten().chain(&voters).copied().collect();
-        let log = scans.load(&wanted.into_iter().collect::<Vec<_>>())?;
+        let log = scans.load(&ordinals.iter().copied().collect::<Vec<_>>())?;
         let (frames, _) = scans.frames_of(&log, config);
-        let of = |set: &BTreeSet<usize>| -> Vec<PlannedFrame> {
-            frames.iter().filter(|(ordinal, _)| set.contains(ordinal)).map(|(_, frame)| *frame).collect()
-        };
-        let (voters, passes) = (of(&voters), passes.iter().map(of).collect());
-        Ok(Self { drive: scans.drive(), log, voters, passes })
+        Ok(Self { log, frames })
     }
 
-    /// Returns of the largest scan.
-    pub(super) fn largest_scan(&self) -> u64 {
-        self.log.frames().iter().map(|frame| frame.returns).max().unwrap_or(0)
+    fn ordinals(&self) -> BTreeSet<usize> {
+        self.frames.iter().map(|(ordinal, _)| *ordinal).collect()
     }
 
-    /// The plan for all places, and for every run what is likely wrong with it.
-    pub(super) fn plan(
-        &self,
-        runs: &[Run],
-        looks: Looks,
-        config: &Config,
-        watch: &dyn Watch,
-    ) -> Result<(Plan<'a>, Vec<Option<String>>), EvaluateError> {
-        let drive = self.drive;
-        let filter = survey::filter(&self.log, &self.voters, drive.segments.travel_m, config, watch)?;
-        let passes: Vec<&[PlannedFrame]> = self.passes.iter().map(Vec::as_slice).collect();
-        let blocks: Vec<&[PlannedFrame]> = passes.iter().map(|pass| survey::block_of(pass)).collect();
-        let voxel = survey::voxel(&self.log, &blocks, runs, &drive.poses, &filter, config, watch)?;
-        let plan = Plan {
-            selection: drive.selection.clone(),
-            poses: drive.poses.clone(),
-            segments: drive.segments.clone(),
-            filter,
-            voxel,
-            looks,
-        };
-        let hints = sanity::look(&self.log, &plan, &passes, runs, &[], config, watch)?;
-        Ok((plan, hints))
+    fn of(&self, ordinals: &BTreeSet<usize>) -> Vec<PlannedFrame> {
+        let wanted = self.frames.iter().filter(|(ordinal, _)| ordinals.contains(ordinal));
+        wanted.map(|(_, frame)| *frame).collect()
+    }
+
+    /// Most and mean returns of a scan.
+    fn returns(&self) -> (u64, u64) {
+        let returns = || self.log.frames().iter().map(|frame| frame.returns);
+        let count = returns().count().max(1) as u64;
+        (returns().max().unwrap_or(0), returns().sum::<u64>() / count)
     }
 }

@@ -10,8 +10,8 @@ pub(crate) const LENGTH_M: f64 = 10.0;
 /// A scan on a later pass belongs to the place whose centre it comes this near to in every run, metres: half a length
 /// and some more, so that no scan falls between two places.
 const JOIN_M: f64 = 0.75 * LENGTH_M;
-/// Scans this near to a place's centre make its map, metres: what its scans need of other segments, on both sides.
-pub(crate) const RADIUS_M: f64 = 35.0;
+/// Scans at least this near to a place's centre make its map, metres.
+const RADIUS_M: f64 = 35.0;
 /// The way between scans that are read for a place, metres.
 pub(crate) const SPACING_M: f64 = 4.0;
 /// Scans that are packed together are read together, and then as much of the way as they stand for is left out behind
@@ -21,9 +21,10 @@ const MOST_LEFT_OUT_M: f64 = 12.0;
 const REVISIT_SEGMENTS: f64 = 5.0;
 /// How near the way must come back, metres.
 const REVISIT_M: f64 = 20.0;
-/// Scans that are read for one place at most: a run that puts the whole drive in one place must not have all of it
-/// read.
+/// Scans beyond which every run is given its share of those that are read for a place, and the share: a run that
+/// puts the whole drive in one place must neither have all of it read nor leave no room for the others.
 const MAX_SCANS: usize = 240;
+const MAX_SCANS_OF_RUN: usize = 120;
 
 /// A stretch of the way with all passes over it.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,6 +56,9 @@ pub(crate) struct Way {
     groups: Vec<u32>,
     /// Length of the segments of the drive, metres.
     segment_m: f64,
+    /// How near to a place's centre scans make its map, metres: what its scans need of other segments, on both sides,
+    /// as far as they are independent.
+    radius_m: f64,
 }
 
 /// Where a run has the scans, by cells of the plane.
@@ -79,7 +83,12 @@ impl Way {
 
     fn of(along_m: Vec<f64>, places_m: Vec<Vec<[f64; 3]>>, groups: Vec<u32>, segment_m: f64) -> Self {
         let of_runs = places_m.into_iter().map(Whereabouts::new).collect();
-        Self { along_m, of_runs, groups, segment_m }
+        let radius_m = RADIUS_M.max(2.0 * segment_m + LENGTH_M + 1.0);
+        Self { along_m, of_runs, groups, segment_m, radius_m }
+    }
+
+    pub(crate) fn radius_m(&self) -> f64 {
+        self.radius_m
     }
 
     /// The longest pass through a place: scans that follow one another.
@@ -96,11 +105,15 @@ impl Way {
         let mut places: Vec<Place> = Vec::new();
         // By the cells of their centres in the first run.
         let mut centres: HashMap<[i64; 2], Vec<usize>> = HashMap::new();
-        let mut at: Option<(usize, f64)> = None;
+        let mut begun: Option<f64> = None;
         for (scan, &here_m) in along_m.iter().enumerate() {
-            if let Some((place, _)) = at.filter(|(_, start_m)| here_m - start_m < LENGTH_M) {
-                places[place].scans.push(scan);
-                continue;
+            if let (Some(start_m), Some(place)) = (begun, places.last_mut()) {
+                if here_m - start_m < LENGTH_M {
+                    place.scans.push(scan);
+                    continue;
+                }
+                place.centre = self.middle_of(&place.scans);
+                centres.entry(self.of_runs[0].cell_of(place.centre)).or_default().push(places.len() - 1);
             }
             let around = Whereabouts::cells_around(self.of_runs[0].in_world_m[scan], JOIN_M);
             let near = around.filter_map(|cell| centres.get(&cell)).flatten().copied();
@@ -110,16 +123,24 @@ impl Way {
                 .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             if let Some((_, place)) = back {
                 places[place].scans.push(scan);
-                at = None;
+                begun = None;
                 continue;
             }
-            let centre = along_m.partition_point(|&m| m < here_m + 0.5 * LENGTH_M);
-            let centre = centre.clamp(scan, along_m.len() - 1);
-            centres.entry(self.of_runs[0].cell_of(centre)).or_default().push(places.len());
-            at = Some((places.len(), here_m));
-            places.push(Place { centre, scans: vec![scan] });
+            begun = Some(here_m);
+            places.push(Place { centre: scan, scans: vec![scan] });
+        }
+        if let (Some(_), Some(place)) = (begun, places.last_mut()) {
+            place.centre = self.middle_of(&place.scans);
         }
         places
+    }
+
+    /// Of scans that follow each other the one nearest to the middle of the way from the first to the last.
+    fn middle_of(&self, scans: &[usize]) -> usize {
+        let [Some(&first), Some(&last)] = [scans.first(), scans.last()] else { return 0 };
+        let middle_m = f64::midpoint(self.along_m[first], self.along_m[last]);
+        let off_m = |scan: &&usize| (self.along_m[**scan] - middle_m).abs();
+        scans.iter().min_by(|a, b| off_m(a).total_cmp(&off_m(b))).copied().unwrap_or(first)
     }
 
     /// How far two scans are apart in the run where that is most; `None` where that is more than `most_m`.
@@ -138,18 +159,32 @@ impl Way {
     pub(crate) fn scans_of(&self, place: &Place) -> PlaceScans {
         let own: BTreeSet<usize> = place.scans.iter().copied().collect();
         let wanted = self.spaced(&own, &BTreeSet::new());
-        let mut around = self.near_in_any(place.centre, RADIUS_M);
+        let mut around = self.near_in_any(place.centre, self.radius_m);
         around.extend(&own);
         let mut read = self.spaced(&around, &wanted);
-        let scored: BTreeSet<usize> = read.intersection(&own).copied().collect();
         let cut = read.len() > MAX_SCANS;
         if cut {
-            let beside: Vec<usize> = read.difference(&scored).copied().collect();
-            let room = MAX_SCANS.saturating_sub(scored.len());
-            let kept = (0..room).filter_map(|k| beside.get(k * beside.len() / room.max(1)));
-            read = kept.chain(&scored).copied().collect();
+            read =
+                self.of_runs.iter().flat_map(|run| self.share_of(run, place.centre, &own, &wanted)).collect();
         }
+        let scored: BTreeSet<usize> = read.intersection(&own).copied().collect();
         PlaceScans { read: read.into_iter().collect(), scored, cut }
+    }
+
+    /// What is read for a place where there is too much for all: the scans that one run has near, no more than its
+    /// share, and those that are `wanted`.
+    fn share_of(
+        &self,
+        run: &Whereabouts,
+        centre: usize,
+        own: &BTreeSet<usize>,
+        wanted: &BTreeSet<usize>,
+    ) -> BTreeSet<usize> {
+        let mut around: BTreeSet<usize> = run.within(run.in_world_m[centre], self.radius_m).collect();
+        around.extend(own);
+        let read: Vec<usize> = self.spaced(&around, wanted).into_iter().collect();
+        let count = read.len().min(MAX_SCANS_OF_RUN);
+        (0..count).map(|k| read[k * read.len() / count]).chain(wanted.iter().copied()).collect()
     }
 
     /// Those of the scans that are steps of the way apart, [`SPACING_M`] on average, and those that are `wanted`; what
@@ -167,13 +202,15 @@ impl Way {
         kept
     }
 
-    /// Whether any run has the way come back to the place.
+    /// Whether most runs have the way come back to the place.
     pub(crate) fn is_revisited(&self, place: &Place) -> bool {
         let along_m = &self.along_m;
         let far = |scan: &usize| {
             (along_m[*scan] - along_m[place.centre]).abs() > REVISIT_SEGMENTS * self.segment_m + REVISIT_M
         };
-        self.near_in_any(place.centre, REVISIT_M).iter().any(far)
+        let comes_back =
+            |run: &&Whereabouts| run.within(run.in_world_m[place.centre], REVISIT_M).any(|scan| far(&scan));
+        2 * self.of_runs.iter().filter(comes_back).count() > self.of_runs.len()
     }
 }
 
@@ -289,7 +326,55 @@ mod tests {
         // It puts every scan there: not all are read, but those that are scored are.
         assert!(scans.read.len() <= MAX_SCANS && scans.scored.iter().all(|scan| scans.read.contains(scan)));
         assert!(scans.read.len() > alone.scans_of(place).read.len());
-        assert!(both.is_revisited(place));
+    }
+
+    #[test]
+    fn a_run_that_lost_its_way_leaves_the_others_their_scans() {
+        let truth = through(&[[0.0, 0.0], [3000.0, 0.0], [3000.0, 2000.0]]);
+        let collapsed = vec![[0.0; 3]; truth.len()];
+        let (alone, both) =
+            (way(std::slice::from_ref(&truth), 1), way(&[truth.clone(), collapsed.clone(), collapsed], 1));
+        for place in both.places().iter().step_by(37) {
+            let (of_one, of_all) = (alone.scans_of(place), both.scans_of(place));
+            assert!(of_all.cut && of_all.read.len() <= MAX_SCANS + of_one.read.len());
+            assert!(of_one.read.iter().all(|scan| of_all.read.contains(scan)), "{place:?}");
+            assert!(of_one.scored.is_subset(&of_all.scored));
+        }
+        let two = way(&[truth.clone(), vec![[0.0; 3]; truth.len()]], 1);
+        assert!(two.places().iter().all(|place| !two.is_revisited(place)));
+    }
+
+    #[test]
+    fn the_middle_of_a_place_is_one_of_its_scans() {
+        // Steps of 20 m, of 6 m, and a gap of 500 m.
+        let mut along_m: Vec<f64> = (0..20).map(|k| 20.0 * f64::from(k)).collect();
+        along_m.extend((1..50).map(|k| 380.0 + 6.0 * f64::from(k)));
+        along_m.extend((1..100).map(|k| 1174.0 + f64::from(k)));
+        let places_m = along_m.iter().map(|&m| [m, 0.0, 0.0]).collect();
+        let groups = (0..along_m.len() as u32).collect();
+        let way = Way::of(along_m.clone(), vec![places_m], groups, 12.0);
+        for place in way.places() {
+            assert!(place.scans.contains(&place.centre), "{place:?}");
+            let [first, last] = [place.scans[0], *place.scans.last().unwrap()].map(|scan| along_m[scan]);
+            assert!(last - first < LENGTH_M);
+            let scans = way.scans_of(&place);
+            let near = |scan: &usize| (along_m[*scan] - along_m[place.centre]).abs() <= 35.0;
+            assert!(scans.read.iter().all(near), "{place:?}");
+        }
+    }
+
+    #[test]
+    fn longer_segments_are_looked_at_from_further_away() {
+        let truth = through(&[[0.0, 0.0], [400.0, 0.0]]);
+        let scans = truth.len();
+        let of = |segment_m| {
+            let along_m = (0..scans).map(|scan| scan as f64).collect();
+            Way::of(along_m, vec![truth.clone()], (0..scans as u32).collect(), segment_m)
+        };
+        assert_eq!([of(12.0), of(4.0), of(50.0)].map(|way| way.radius_m()), [35.0, 35.0, 111.0]);
+        let place = of(50.0).places()[20].clone();
+        let read = of(50.0).scans_of(&place).read;
+        assert!(read.last().unwrap() - read[0] > 200);
     }
 
     #[test]
@@ -306,7 +391,7 @@ mod tests {
                     scans.scored.iter().all(|scan| place.scans.contains(scan) && scans.read.contains(scan))
                 );
                 let near = |scan: usize| {
-                    [&truth, &bent].iter().any(|run| distance(run[scan], run[place.centre]) <= RADIUS_M)
+                    [&truth, &bent].iter().any(|run| distance(run[scan], run[place.centre]) <= way.radius_m())
                 };
                 for &scan in &scans.read {
                     assert!(near(scan) || place.scans.contains(&scan), "{scan} at {place:?}");

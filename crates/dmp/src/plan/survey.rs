@@ -19,7 +19,7 @@ const EGO_TRAVEL_M: f64 = 20.0;
 /// the latest.
 pub(crate) const BLOCKS: usize = 5;
 pub(crate) const BLOCK_SCANS: usize = 20;
-const BLOCK_RETURNS: u64 = 1_000_000;
+pub(crate) const BLOCK_RETURNS: u64 = 1_000_000;
 /// The voxel edges to choose from, metres, and the share of returns in filled voxels that is enough.
 const VOXELS_M: [f64; 3] = [0.2, 0.3, 0.5];
 const FILLED_SHARE: f64 = 0.7;

@@ -363,7 +363,7 @@ pub struct PlacesReport {
     pub drawn: u64,
     /// Places along the way.
     pub total: u64,
-    /// How many of those scored the way comes back to, in any run.
+    /// How many of those scored the way comes back to, in most runs.
     pub revisited: u64,
     /// How many of all it comes back to.
     pub revisited_total: u64,
@@ -377,6 +377,8 @@ pub struct PlacesReport {
     pub spacing_m: f64,
     /// Scans read for places, each counted once for each place.
     pub scans_read: u64,
+    /// Whether these are as few as are ever drawn, whatever share of the log they take.
+    pub are_fewest: bool,
     /// Share of the log's bytes that was to be read.
     pub share_asked: f64,
     /// Bytes of the log that were read, index and all; null where it is not known.

@@ -20,7 +20,7 @@ const IMPLAUSIBLE_TOLD: f64 = 0.05;
 /// Frames below which a sample has no intervals.
 const FRAMES_NEEDED: u64 = 4;
 /// How much more may be read for places than was asked for before it is worth a word.
-const OVER_ASKED: f64 = 1.02;
+const OVER_ASKED: f64 = 1.1;
 /// Frames below which intervals come from few batches.
 const FRAMES_FEW: u64 = 40;
 
@@ -166,7 +166,16 @@ fn of_report(report: &Report, plan: &Plan<'_>) -> Vec<String> {
 /// What a sample of places tells and what it cannot.
 fn of_places(places: &PlacesReport, log_bytes: u64) -> Vec<String> {
     let PlacesReport {
-        drawn, total, revisited, revisited_total, cut, radius_m, share_asked, bytes_read, ..
+        drawn,
+        total,
+        revisited,
+        revisited_total,
+        cut,
+        radius_m,
+        are_fewest,
+        share_asked,
+        bytes_read,
+        ..
     } = *places;
     let mut warnings = Vec::new();
     if revisited_total == 0 {
@@ -183,15 +192,19 @@ fn of_places(places: &PlacesReport, log_bytes: u64) -> Vec<String> {
     }
     if cut > 0 {
         warnings.push(format!(
-            "some run has more scans at {cut} of the places than are read for one: has it lost its way there?"
+            "at {cut} of the places lie more scans than are read for one: a run that lost its way, or many passes"
         ));
     }
     let share = bytes_read.map_or(0.0, |bytes| bytes as f64 / log_bytes.max(1) as f64);
     if share > OVER_ASKED * share_asked {
         warnings.push(format!(
-            "{:.1} % of the log's bytes were read, more than asked for: {drawn} places are the fewest, and the log is short or \
-             has no index",
-            100.0 * share
+            "{:.1} % of the log's bytes were read, more than asked for: {}",
+            100.0 * share,
+            if are_fewest {
+                format!("{drawn} places are the fewest, and the log is short or has no index")
+            } else {
+                "the places drawn are larger than most, or the log has no index".to_owned()
+            }
         ));
     }
     warnings
