@@ -32,6 +32,7 @@ fn scores_are_one_json_object_or_a_table() {
         "config",
         "inputs",
         "free_space",
+        "gates",
         "runs",
         "order",
         "ties",

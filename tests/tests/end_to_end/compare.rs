@@ -127,7 +127,7 @@ fn results_that_were_not_made_alike_are_refused_with_the_reason() {
         ("--voxel 0.3 --miss-price 0.2", "settings: config.miss_price is 0.15 and 0.2"),
     ] {
         save(folder, "b.json", &format!("-t @/truth.tum {options}"));
-        refused(folder, "compare a.json b.json", 1, &["a and b ", alike, words]);
+        refused(folder, "compare a.json b.json", 1, &["a.json and b.json ", alike, words]);
     }
     // The way of another run is cut elsewhere.
     save(folder, "b.json", "-t @/noise.tum --voxel 0.3");
@@ -205,6 +205,14 @@ fn files_that_are_no_results_are_named() {
     refused(folder, "compare @/scores.json", 1, &["scores.json: missing field `log`"]);
     std::fs::create_dir(folder.join("folder")).unwrap();
     refused(folder, "compare folder", 1, &["folder: "]);
+    // A log that was cut is as cut here.
+    let town = std::fs::read(workspace().join("data-samples/town.mcap")).unwrap();
+    std::fs::write(folder.join("cut.mcap"), &town[..town.len() - town.len() / 10]).unwrap();
+    let cut = dmp(folder, "score cut.mcap -t @/truth.tum --json --quiet");
+    assert_eq!(cut.status.code(), Some(3));
+    write(folder, "cut.json", &text(&cut.stdout));
+    let (code, table) = compare(folder, "cut.json");
+    assert!(code == 3 && table.contains("lost from the log: "), "{code}\n{table}");
     let mut old = json.clone();
     old["runs"][0].as_object_mut().unwrap().remove("r_near_5_ci99_m2");
     write(folder, "old.json", &old.to_string());
@@ -221,5 +229,5 @@ fn files_that_are_no_results_are_named() {
     let mut forged = json;
     forged["order"] = serde_json::json!(["x"]);
     write(folder, "forged.json", &forged.to_string());
-    refused(folder, "compare forged.json", 1, &["forged: order[0] names `x`"]);
+    refused(folder, "compare forged.json", 1, &["forged.json: order[0] names `x`"]);
 }

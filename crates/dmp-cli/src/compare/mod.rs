@@ -52,7 +52,7 @@ struct Output<'a> {
     #[serde(flatten)]
     report: &'a Report,
     /// The results, as they were given.
-    results: Vec<ResultReport<'a>>,
+    results: Vec<ResultReport>,
     /// Pairs that no result holds.
     not_compared: &'a [[String; 2]],
     gates: &'a [GateReport],
@@ -60,23 +60,23 @@ struct Output<'a> {
 
 /// One of the results.
 #[derive(Debug, Serialize)]
-struct ResultReport<'a> {
-    name: &'a str,
+struct ResultReport {
+    name: String,
     file: String,
     /// The log, as it was called when it was scored.
-    log: &'a str,
+    log: String,
     /// What its runs are called here.
-    runs: &'a [String],
+    runs: Vec<String>,
 }
 
 pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Result<Exit> {
     let names = names_of(&arguments.results)?;
     let read = |(file, name): (&NamedFile, String)| {
-        read_result(&file.path).map(|report| NamedReport { name, report })
+        let path = file.path.display().to_string();
+        read_result(&file.path).map(|report| NamedReport { name, file: path, report })
     };
     let results = arguments.results.iter().zip(names).map(read).collect::<anyhow::Result<Vec<_>>>()?;
-    let JoinedReport { mut report, runs_of, not_compared } =
-        join_reports(&results).map_err(|error| with_remedy(error, &arguments.results))?;
+    let JoinedReport { mut report, runs_of, not_compared } = join_reports(&results).map_err(with_remedy)?;
     let runs: Vec<&str> = report.order.iter().map(String::as_str).collect();
     let gates = arguments.gates.start(&runs)?;
     let checked = gates.check(&report);
@@ -85,12 +85,13 @@ pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Resu
     let printed = if arguments.json {
         "dmp-compare/1".clone_into(&mut report.schema);
         env!("CARGO_PKG_VERSION").clone_into(&mut report.dmp_version);
-        let of_result = |((named, file), runs)| {
-            let (named, file, runs): (&NamedReport, &NamedFile, &Vec<String>) = (named, file, runs);
-            let file = file.path.display().to_string();
-            ResultReport { name: &named.name, file, log: &named.report.inputs.log, runs }
+        let of_result = |(named, runs): (&NamedReport, &Vec<String>)| ResultReport {
+            name: named.name.clone(),
+            file: named.file.clone(),
+            log: named.report.inputs.log.clone(),
+            runs: runs.clone(),
         };
-        let results = results.iter().zip(&arguments.results).zip(&runs_of).map(of_result).collect();
+        let results = results.iter().zip(&runs_of).map(of_result).collect();
         let output = Output { report: &report, results, not_compared: &not_compared, gates: &checked };
         json(out, &output)
     } else {
@@ -107,13 +108,10 @@ fn json(out: &mut impl Write, output: &Output<'_>) -> io::Result<()> {
 }
 
 /// What can be done about results that were not made alike.
-fn with_remedy(error: JoinError, results: &[NamedFile]) -> anyhow::Error {
-    match (&error, results.first()) {
-        (JoinError::Different { what, .. }, Some(first)) if !["log", "version of dmp"].contains(what) => {
-            anyhow!(
-                "{error}; `dmp score --like {}` makes results that can be compared with it",
-                first.path.display()
-            )
+fn with_remedy(error: JoinError) -> anyhow::Error {
+    match &error {
+        JoinError::Different { what, reports, .. } if !["log", "version of dmp"].contains(what) => {
+            anyhow!("{error}; `dmp score --like {}` makes results that can be compared with it", reports[0])
         }
         _ => error.into(),
     }

@@ -5,9 +5,9 @@ use crate::report::{Report, RunReport};
 
 /// Refuses a report whose parts do not speak of the same runs.
 pub(super) fn check(named: &NamedReport) -> Result<(), JoinError> {
-    let NamedReport { name: report, report: Report { runs, inputs, pairs, order, .. } } = named;
+    let NamedReport { file, report: Report { runs, inputs, pairs, order, .. }, .. } = named;
     let no_run = |field: String, name: &str| {
-        Err(JoinError::NoSuchRun { report: report.clone(), field, name: name.to_owned() })
+        Err(JoinError::NoSuchRun { report: file.clone(), field, name: name.to_owned() })
     };
     let is_run = |name: &str| runs.iter().filter(|run| run.name == *name).count() == 1;
     for (k, run) in runs.iter().enumerate() {

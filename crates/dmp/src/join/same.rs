@@ -46,7 +46,7 @@ const FACTS: [Fact; 31] = [
 /// Refuses reports whose scores cannot be compared.
 pub(super) fn check(a: &NamedReport, b: &NamedReport) -> Result<(), JoinError> {
     let different = |what, field: String, of_a: String, of_b: String| {
-        let reports = Box::new([a.name.clone(), b.name.clone()]);
+        let reports = Box::new([a.file.clone(), b.file.clone()]);
         Err(JoinError::Different { reports, what, field, values: Box::new([of_a, of_b]) })
     };
     for report in [a, b] {

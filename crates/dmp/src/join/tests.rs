@@ -28,7 +28,8 @@ fn only(runs: &[&str]) -> NamedReport {
     report.inputs.runs.retain(|run| among(&run.name));
     report.order.retain(among);
     report.pairs.retain(|pair| among(&pair.a) && among(&pair.b));
-    NamedReport { name: runs.iter().map(|run| &run[..1]).collect(), report }
+    let name: String = runs.iter().map(|run| &run[..1]).collect();
+    NamedReport { file: format!("{name}.json"), name, report }
 }
 
 fn joined(reports: &[NamedReport]) -> JoinedReport {
@@ -55,7 +56,7 @@ fn parts_that_hold_every_pair_make_the_whole() {
     assert_eq!((&report.runs, &report.inputs), (&whole.runs, &whole.inputs));
     assert_eq!((&report.pairs, &report.order, &report.ties), (&whole.pairs, &whole.order, &whole.ties));
     // One alone is what it was.
-    let alone = joined(&[NamedReport { name: "all".into(), report: whole.clone() }]);
+    let alone = joined(&[NamedReport { name: "all".into(), file: String::new(), report: whole.clone() }]);
     assert_eq!(alone.report, whole);
 }
 
@@ -165,11 +166,13 @@ fn a_difference_in_any_setting_is_told() {
             }
             (other, _) => panic!("{field} is {other}"),
         };
-        let other = NamedReport { name: "b".into(), report: serde_json::from_value(json).unwrap() };
-        let told = refusal(&[NamedReport { name: "a".into(), report: whole() }, other]);
+        let named =
+            |name: &str, report| NamedReport { name: name.into(), file: format!("{name}.json"), report };
+        let other = named("b", serde_json::from_value(json).unwrap());
+        let told = refusal(&[named("a", whole()), other]);
         let words = [format!(": {field} is "), format!(": {field}[1] is ")];
         assert!(words.iter().any(|words| told.contains(words)), "{field}: {told}");
-        assert!(told.starts_with("a and b were not made with the same "), "{told}");
+        assert!(told.starts_with("a.json and b.json were not made with the same "), "{told}");
     }
 }
 
@@ -180,8 +183,9 @@ fn a_report_that_contradicts_itself_is_refused() {
         change(&mut named.report);
         refusal(&[named])
     };
-    let told =
-        |field: &str, name: &str| format!("td: {field} names `{name}`, which is not the name of one run");
+    let told = |field: &str, name: &str| {
+        format!("td.json: {field} names `{name}`, which is not the name of one run")
+    };
     assert_eq!(forged(&|report| report.pairs[0].a = "x".into()), told("pairs[0]", "x"));
     assert_eq!(forged(&|report| report.pairs[0].verdict = "x".into()), told("pairs[0]", "x"));
     assert_eq!(forged(&|report| report.order[1] = "x".into()), told("order[1]", "x"));
