@@ -60,8 +60,12 @@ fn a_place_that_sees_the_whole_drive_is_scored_as_in_the_whole() {
     let path = folder.path().join("street.mcap");
     let lidar = LidarOptions { azimuth_steps: 360, rate_hz: 2.0, ..LidarOptions::with_beams(16) };
     let options =
-        RecordingOptions { seed: 5, scans: 14, route: Route::OneWay, speed_m_s: 9.0, traffic: 0, lidar };
-    let (scans, truth) = recorded(&options);
+        RecordingOptions { seed: 5, scans: 40, route: Route::OneWay, speed_m_s: 9.0, traffic: 0, lidar };
+    let (mut scans, truth) = recorded(&options);
+    let at_m =
+        |scan: &Scan| truth.world_from_body_at(scan.stamp_ns.unwrap(), i64::MAX).unwrap().translation.vector;
+    let first_m = at_m(&scans[0]);
+    scans.retain(|scan| (at_m(scan) - first_m).norm() < 57.0);
     write_mcap(&path, &scans);
     let runs = runs_of(&truth, &[("noise", noise(0.05, 0.2))]);
     let config = Config { ego: Ego::None, voxel_m: Some(0.4), ..Config::default() };
@@ -75,12 +79,9 @@ fn a_place_that_sees_the_whole_drive_is_scored_as_in_the_whole() {
     assert_eq!((of_report.drawn, of_report.total), (places.len() as u64, places.len() as u64));
     assert_eq!(report.sampling.frames_scored, whole.len() as u64);
 
-    let at_m = |k: usize| {
-        let stamp_ns = scans[k].stamp_ns.unwrap();
-        truth.world_from_body_at(stamp_ns, i64::MAX).unwrap().translation.vector
-    };
-    let ends = [at_m(0), at_m(scans.len() - 1)];
-    let sees_all = |k: &usize| ends.iter().all(|end| (at_m(*k) - end).norm() < 30.0);
+    let ends = [first_m, at_m(scans.last().unwrap())];
+    assert!((ends[1] - ends[0]).norm() > 50.0);
+    let sees_all = |k: &usize| ends.iter().all(|end| (at_m(&scans[*k]) - end).norm() < 30.0);
     let in_middle: Vec<usize> = (0..scans.len()).filter(sees_all).collect();
     assert!(!in_middle.is_empty());
     for frame in in_middle {
@@ -123,6 +124,12 @@ fn a_share_of_the_log_is_read_and_decides() {
     // The same whatever the threads and the memory.
     for (threads, memory_bytes) in [(1, 1 << 30), (3, 1 << 30), (2, 100 << 20)] {
         let again = quick(&path, &runs, &Config { threads, memory_bytes, ..config.clone() }, 0.5);
+        assert_eq!(comparable(&again), comparable(&report));
+    }
+    // The same again from the same outline.
+    let known = outline(&path);
+    for _ in 0..2 {
+        let again = evaluate_quick(&known, &runs, &config, 0.5, &()).unwrap();
         assert_eq!(comparable(&again), comparable(&report));
     }
     // Another seed draws other places, and sees the same.
@@ -193,8 +200,13 @@ fn the_command_tells_what_was_drawn_and_read() {
     let told = run("");
     assert_eq!(told.status.code(), Some(0), "{}", text(&told.stderr));
     let out = text(&told.stdout);
-    for words in ["scans at ", " places, evenly spread (--seed 0)", " of them passed more than once", " read"]
-    {
+    for words in [
+        "scans at ",
+        " places, evenly spread (--seed 0)",
+        " of them passed more than once",
+        " read for them",
+        " of the log in all",
+    ] {
         assert!(out.contains(words), "{words}: {out}");
     }
     let json: serde_json::Value = serde_json::from_slice(&run(" --json").stdout).unwrap();
@@ -206,6 +218,9 @@ fn the_command_tells_what_was_drawn_and_read() {
         (" --sample 28", &["--sample", "--quick"][..]),
         (" --decide", &["--decide", "--quick"]),
         (" --resume", &["--resume", "--quick"]),
+        (" --checkpoint 60", &["--checkpoint", "--quick"]),
+        (" --per-frame frames.csv", &["--per-frame", "--quick"]),
+        (" --like saved.json", &["--like", "--quick"]),
         (" --free-space", &["--free-space", "--quick"]),
         (" --map truth=map.laz", &["--map", "--quick"]),
         (" --save-maps maps", &["--save-maps", "--quick"]),
@@ -222,24 +237,30 @@ fn the_command_tells_what_was_drawn_and_read() {
     }
 }
 
+/// A fifth of the log is ruined: some places have nothing left at all.
 #[test]
 fn what_is_damaged_at_a_place_is_told_and_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = in_folder(folder.path()).replace("40%", "100%");
     let path = folder.path().join("city.mcap");
     let mut bytes = fs::read(&path).unwrap();
-    // Some chunks in the middle, one after another: more than one place sees.
-    let (from, to) = (bytes.len() * 2 / 5, bytes.len() / 2);
+    let (from, to) = (bytes.len() * 2 / 5, bytes.len() * 3 / 5);
     for at in (from..to).step_by(997) {
         bytes[at] ^= 0x55;
     }
     fs::write(&path, bytes).unwrap();
-    let output = crate::common::dmp(folder.path(), &format!("{arguments} --json"));
-    assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
-    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let damage = report.pointer("/inputs/damage").unwrap().as_array().unwrap();
+    let damage_of = |threads: usize| {
+        let output = crate::common::dmp(folder.path(), &format!("{arguments} --json --threads {threads}"));
+        assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(report.pointer("/pairs/0/verdict").unwrap(), "truth");
+        let damage = report.pointer("/inputs/damage").unwrap().as_array().unwrap();
+        damage.iter().map(|lost| lost.as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let damage = damage_of(1);
     assert!(damage.len() > 3, "{damage:?}");
-    assert_eq!(report.pointer("/pairs/0/verdict").unwrap(), "truth");
+    assert_eq!(damage.iter().collect::<std::collections::BTreeSet<_>>().len(), damage.len());
+    assert_eq!(damage, damage_of(3));
 }
 
 #[test]
