@@ -39,7 +39,7 @@ pub struct ScoredPlace {
     pub number: usize,
     /// How many places there are.
     pub of: usize,
-    /// Whether any run has the way come back to it.
+    /// Whether most runs have the way come back to it.
     pub is_revisited: bool,
 }
 
@@ -56,7 +56,7 @@ const LEAST_MAP_BYTES: usize = 32 << 20;
 /// `share` of its bytes: the scans near these places, on every pass.
 ///
 /// A place is ten metres of the way with all passes over it. Its map is made of the scans within 35 m that any run
-/// puts there, every three metres; its own scans, as far apart, are scored. Places do not depend on each other, so the
+/// puts there, every four metres; its own scans, as far apart, are scored. Places do not depend on each other, so the
 /// error of the sampling is that of so many units drawn from all places. What differs from [`evaluate`](crate::evaluate)
 /// is measured in `docs/accuracy.md`.
 ///
