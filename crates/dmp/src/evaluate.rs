@@ -82,8 +82,8 @@ fn evaluate_in(
     // Where they hardly belong together: what is likely wrong, told before the long part.
     let hints = sanity::look(log, &plan, &sanity::stretches(&plan), runs, &casters.given(), config, watch)?;
     let (plan, casters) = (&plan, &casters);
-    let pass = CastPass { log, plan, runs, casters, config, work, maps: &as_kept, watch };
-    let mut scored = pass.run()?;
+    let pass = CastPass { log, plan, runs, casters, config, work, watch };
+    let mut scored = pass.run(&as_kept)?;
     let cast_s = lap_s();
 
     // What was fused was cast, unless only a sample was.

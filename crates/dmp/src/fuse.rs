@@ -209,7 +209,7 @@ pub(crate) fn reopen_without_trails(work: &Work, runs: &[Run]) -> Result<Option<
 }
 
 /// Finished maps as another process finds them, and the round they are of.
-pub(crate) fn to_keep(maps: &Maps) -> (Round, Fused) {
+fn to_keep(maps: &Maps) -> (Round, Fused) {
     let kept = |(map, notes): (&RunMap, &Vec<String>)| FusedMap {
         // A store that was given is opened again where it was given.
         path: map.thin_voxels.map(|_| map.store.path().to_path_buf()),

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use dmp_log::ScanLog;
 use dmp_map::{Lattice, TileId};
-use dmp_reduce::{Comparison, Confidence, FrameSums, Layout, Reducer, RunSums, Verdict};
+use dmp_reduce::{Comparison, Confidence, Layout, Reducer, RunSums, Verdict};
 use dmp_sensor::ReturnCounts;
 
 use crate::checkpoint::{Casting, Fused, Round, Work};
@@ -48,14 +48,6 @@ pub(crate) struct Scored {
     pub(crate) lattice: Lattice,
 }
 
-/// What comes of casting some frames, taken together.
-#[derive(Debug)]
-pub(crate) struct Cast {
-    pub(crate) sums: FrameSums,
-    pub(crate) counts: ReturnCounts,
-    pub(crate) tiles: TileSums,
-}
-
 /// One pass over the log in which rays are cast.
 pub(crate) struct CastPass<'a> {
     pub(crate) log: &'a dyn ScanLog,
@@ -64,8 +56,6 @@ pub(crate) struct CastPass<'a> {
     pub(crate) casters: &'a Casters,
     pub(crate) config: &'a Config,
     pub(crate) work: &'a Work,
-    /// The maps, as they are kept.
-    pub(crate) maps: &'a (Round, Fused),
     pub(crate) watch: &'a dyn Watch,
 }
 
@@ -79,15 +69,16 @@ struct Look {
     jobs: Vec<Vec<usize>>,
 }
 
-type TileSums = HashMap<(usize, TileId), RunSums>;
+pub(crate) type TileSums = HashMap<(usize, TileId), RunSums>;
 
 impl CastPass<'_> {
     /// Casts every return of the sample into every run's map and reduces the residuals, in one pass over the log. What
-    /// an earlier process kept is taken up. Where a decision is asked for, samples grow until it is made.
-    pub(crate) fn run(&self) -> Result<Scored, EvaluateError> {
+    /// an earlier process kept is taken up, and `maps`, as they are kept, go before what this one keeps. Where a decision
+    /// is asked for, samples grow until it is made.
+    pub(crate) fn run(&self, maps: &(Round, Fused)) -> Result<Scored, EvaluateError> {
         let frames = self.plan.frames().len() as u64;
         let layout = Layout::new(frames, self.casters.bases.clone()).with_miss_price(self.config.miss_price);
-        let (round, fused) = self.maps;
+        let (round, fused) = maps;
         let (before, mut done) = self.before(&layout, *round)?;
 
         let state = |workers: &[CastWorker<'_>]| {
@@ -166,25 +157,20 @@ impl CastPass<'_> {
         })
     }
 
-    /// Casts every return of some of the frames, once and with nothing kept.
-    pub(crate) fn of_frames(&self, wanted: &FrameSet) -> Result<Cast, EvaluateError> {
+    /// Casts every return of some of the frames, once and with nothing kept; where they went, and their sums by tile.
+    pub(crate) fn of_frames(&self, wanted: &FrameSet) -> Result<(ReturnCounts, TileSums), EvaluateError> {
         let layout = Layout::new(self.plan.frames().len() as u64, self.casters.bases.clone());
         let workers = (0..self.config.threads).map(|_| CastWorker::new(self, &layout)).collect();
         let reading = self.plan.reading(self.log, self.config, self.watch);
         let workers = each_frame_of(reading, |ordinal| wanted.contains(ordinal), workers)?;
-        let mut cast = Cast {
-            sums: FrameSums::new(&self.casters.bases),
-            counts: ReturnCounts::default(),
-            tiles: HashMap::new(),
-        };
+        let (mut counts, mut tiles) = (ReturnCounts::default(), HashMap::new());
         for worker in workers {
-            cast.sums.merge(&worker.all);
-            cast.counts.merge(&worker.counts);
+            counts.merge(&worker.counts);
             for (tile, sums) in worker.tiles {
-                cast.tiles.entry(tile).or_default().merge(&sums);
+                tiles.entry(tile).or_insert_with(RunSums::default).merge(&sums);
             }
         }
-        Ok(cast)
+        Ok((counts, tiles))
     }
 
     /// What is to be read for each look that there may be.

@@ -30,8 +30,6 @@ pub(super) struct CastWorker<'a> {
     /// Of the frame's returns, for every run.
     frame_tiles: Vec<TileTable<RunSums>>,
     frame: FrameSums,
-    /// Of all frames together.
-    pub(super) all: FrameSums,
     pub(super) reducer: Reducer,
     pub(super) tiles: TileSums,
     pub(super) counts: ReturnCounts,
@@ -100,7 +98,6 @@ impl Worker for CastWorker<'_> {
             }
         }
         self.reducer.add_frame(ordinal as u64, &self.frame)?;
-        self.all.merge(&self.frame);
         self.watch.frame_scored(frame.number, &self.frame);
         self.counts.merge(&counts);
         self.watch.advance(counts.total());
@@ -125,7 +122,6 @@ impl<'a> CastWorker<'a> {
             of_return: Vec::new(),
             frame_tiles: pass.runs.iter().map(|_| TileTable::default()).collect(),
             frame: FrameSums::new(&pass.casters.bases),
-            all: FrameSums::new(&pass.casters.bases),
             reducer: Reducer::new(layout.clone()),
             tiles: HashMap::new(),
             counts: ReturnCounts::default(),

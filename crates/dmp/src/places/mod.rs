@@ -7,7 +7,6 @@ mod survey;
 mod way;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use dmp_log::{Damage, LogOutline};
@@ -125,6 +124,8 @@ pub fn evaluate_quick(
         scratch_bytes: totals.scratch_bytes,
         notes: vec![Vec::new(); runs.len()],
     };
+    // A place has its maps by itself: their tiles are what is in reach, once.
+    let tiles_in_reach = totals.maps.iter().map(|map| map.tiles).sum();
     let scored = Scored {
         frames: totals.scans_scored,
         places: Some(sample.report(&way, share, totals.scans_read, bytes_read)),
@@ -134,8 +135,8 @@ pub fn evaluate_quick(
         counts,
         tiles: totals.tiles,
         tile_loads: totals.tile_loads,
-        tiles_in_reach: totals.tile_loads,
-        tile_visits: totals.tile_loads,
+        tiles_in_reach,
+        tile_visits: tiles_in_reach,
         lattice,
         reducer,
     };
@@ -269,7 +270,7 @@ impl Pass<'_> {
         let folder = WorkFolder::new(&self.config.work_folder).map_err(EvaluateError::Work)?;
         let config = Config { work_folder: folder.path().to_path_buf(), ..config };
         self.watch.begin(Stage::Places, drawn.len() as u64);
-        let (next, failure) = (AtomicUsize::new(0), Mutex::new(None));
+        let next = AtomicUsize::new(0);
         let work = || -> Result<(Reducer, PlaceTotals), EvaluateError> {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
             let pool = pool.map_err(|source| EvaluateError::Threads { threads: 1, source })?;
@@ -292,25 +293,16 @@ impl Pass<'_> {
             }
             Ok((reducer, totals))
         };
-        let done: Vec<Option<(Reducer, PlaceTotals)>> = std::thread::scope(|scope| {
-            let one = || {
-                work().inspect_err(|_| next.store(drawn.len(), Ordering::Relaxed)).map_or_else(
-                    |error| {
-                        failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-                        None
-                    },
-                    Some,
-                )
-            };
-            let handles: Vec<_> = (0..threads).map(|_| scope.spawn(one)).collect();
+        // Where one fails, the others begin no other place.
+        let stop = |_: &EvaluateError| next.store(drawn.len(), Ordering::Relaxed);
+        let done: Vec<Result<(Reducer, PlaceTotals), EvaluateError>> = std::thread::scope(|scope| {
+            let threads: Vec<_> = (0..threads).map(|_| scope.spawn(|| work().inspect_err(stop))).collect();
             let resume = |panic| std::panic::resume_unwind(panic);
-            handles.into_iter().map(|handle| handle.join().unwrap_or_else(resume)).collect()
+            threads.into_iter().map(|thread| thread.join().unwrap_or_else(resume)).collect()
         });
-        if let Some(error) = failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
-            return Err(error);
-        }
         let (mut reducer, mut totals) = (Reducer::new(layout.clone()), PlaceTotals::new(self.runs.len()));
-        for (of_thread, more) in done.into_iter().flatten() {
+        for of_thread in done {
+            let (of_thread, more) = of_thread?;
             reducer.merge(&of_thread)?;
             totals.merge(more);
         }

@@ -1,6 +1,7 @@
 //! One place: its map, fused from the scans around it, and its own scans cast into that.
 
 use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use dmp_log::{Damage, ScanLog};
@@ -103,7 +104,9 @@ impl PlaceScorer<'_> {
         place: &PlaceScans,
         totals: &mut PlaceTotals,
     ) -> Result<FrameSums, EvaluateError> {
-        let (runs, watch) = (self.runs, InPlace(self.watch));
+        let runs = self.runs;
+        let nothing = FrameSums::new(&vec![Basis::CrossValidated; runs.len()]);
+        let watch = InPlace { whole: self.watch, sums: Mutex::new(nothing) };
         let log = self.scans.load(&place.read)?;
         let (frames, unposed_returns) = self.scans.frames_of(&log, self.config);
         let mut scored = FrameSet::default();
@@ -115,12 +118,11 @@ impl PlaceScorer<'_> {
         totals.scans_read += frames.len() as u64;
         totals.unposed_returns += unposed_returns;
         totals.damage.extend(log.summary().damage.iter().map(|lost| (number, lost.clone())));
-        let mut sums = FrameSums::new(&vec![Basis::CrossValidated; runs.len()]);
         if !(0..frames.len()).any(|ordinal| scored.contains(ordinal)) {
             // Nothing of the place itself can be read: what lies around it is of no use.
             let returns = frames.iter().map(|frame| frame.returns).sum();
             totals.fused.add_dropped(DropReason::ScanNotSampled, returns);
-            return Ok(sums);
+            return Ok(watch.sums());
         }
 
         let start = Instant::now();
@@ -142,7 +144,6 @@ impl PlaceScorer<'_> {
         let of_maps = map_reports(&run_maps, None);
         let map_bytes = fuse::fused_bytes(&run_maps);
         let casters = Casters::new(run_maps, self.config, work.budget());
-        let kept = fuse::to_keep(&maps);
         let pass = CastPass {
             log: &log,
             plan: &plan,
@@ -150,15 +151,13 @@ impl PlaceScorer<'_> {
             casters: &casters,
             config: self.config,
             work: &work,
-            maps: &kept,
             watch: &watch,
         };
-        let cast = pass.of_frames(&scored)?;
-        sums.merge(&cast.sums);
+        let (counts, tiles) = pass.of_frames(&scored)?;
         totals.merge(PlaceTotals {
             fused: maps.counts.unwrap_or_default(),
-            scored: cast.counts,
-            tiles: cast.tiles,
+            scored: counts,
+            tiles,
             maps: of_maps,
             scratch_bytes: maps.scratch_bytes,
             map_bytes,
@@ -168,12 +167,21 @@ impl PlaceScorer<'_> {
             lattice: casters.of_runs.first().map(|caster| caster.map().lattice()),
             ..PlaceTotals::new(runs.len())
         });
-        Ok(sums)
+        Ok(watch.sums())
     }
 }
 
-/// Watches one place of many: stages are those of the whole.
-struct InPlace<'a>(&'a dyn Watch);
+/// Watches one place of many, whose stages are those of the whole, and adds up its scans.
+struct InPlace<'a> {
+    whole: &'a dyn Watch,
+    sums: Mutex<FrameSums>,
+}
+
+impl InPlace<'_> {
+    fn sums(self) -> FrameSums {
+        self.sums.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+}
 
 impl Watch for InPlace<'_> {
     fn begin(&self, _: Stage, _: u64) {}
@@ -181,18 +189,19 @@ impl Watch for InPlace<'_> {
     fn advance(&self, _: u64) {}
 
     fn note(&self, text: &str) {
-        self.0.note(text);
+        self.whole.note(text);
     }
 
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
-        self.0.returns_scored(returns);
+        self.whole.returns_scored(returns);
     }
 
     fn frame_scored(&self, frame: usize, sums: &FrameSums) {
-        self.0.frame_scored(frame, sums);
+        self.sums.lock().unwrap_or_else(PoisonError::into_inner).merge(sums);
+        self.whole.frame_scored(frame, sums);
     }
 
     fn cancelled(&self) -> bool {
-        self.0.cancelled()
+        self.whole.cancelled()
     }
 }
