@@ -135,12 +135,9 @@ fn reports_of_places_are_refused() {
     let of_places = || serde_json::from_value(json.clone()).unwrap();
     let named = |name: &str, report| NamedReport { name: name.into(), file: format!("{name}.json"), report };
     let told = refusal(&[named("a", of_places()), named("b", of_places())]);
-    assert!(
-        told.starts_with("a.json: made with --quick") || told.starts_with("a: made with --quick"),
-        "{told}"
-    );
+    assert!(told.starts_with("a: made with --quick"), "{told}");
     let told = refusal(&[named("a", whole()), named("b", of_places())]);
-    assert!(told.contains("b") && told.contains("made with --quick"), "{told}");
+    assert!(told.starts_with("b: made with --quick"), "{told}");
 }
 
 #[test]
