@@ -46,35 +46,55 @@ pub(super) fn run(arguments: &PlacesArgs) -> anyhow::Result<()> {
     for (drive, bias) in found.iter().zip(&of_drives) {
         bias.print(drive);
     }
-    for (title, of_all_scans) in
-        [("samples of places against all places", false), ("the same against all scans", true)]
-    {
-        println!("\n{title}\n{}", Samples::HEAD);
-        let mut of_sizes = BTreeMap::new();
-        for drive in &found {
-            for &size in &arguments.sizes {
-                let mut counts = Samples::default();
-                for seed in 0..arguments.seeds {
-                    let sample = drive.places.reducer(drawn_places(&drive.revisited, size, seed))?;
-                    counts.add(&sample, if of_all_scans { &drive.by_scans } else { &drive.by_places });
-                }
-                counts.print(
-                    drive.name,
-                    Some((drive.revisited.len(), drive.by_scans.pairs.len())),
-                    size as u64,
-                );
-                of_sizes.entry(size).or_insert_with(Samples::default).merge(&counts);
-            }
-        }
-        for (size, counts) in &of_sizes {
-            counts.print("all drives", None, *size as u64);
-        }
+    for of_size in samples(&found, arguments)? {
+        of_size.print();
     }
     println!(
         "{} samples of each drive and size. The columns are those of `cargo xtask study sample`, with places for scans",
         arguments.seeds
     );
     Ok(())
+}
+
+/// Samples against one of the two truths, and what it is called.
+struct Against<'a> {
+    title: &'static str,
+    /// By drive and size, in that order.
+    counts: Vec<(&'a Drive, usize, Samples)>,
+}
+
+/// Every sample is drawn once and held against both.
+fn samples<'a>(found: &'a [Drive], arguments: &PlacesArgs) -> anyhow::Result<[Against<'a>; 2]> {
+    let mut places = Against { title: "samples of places against all places", counts: Vec::new() };
+    let mut scans = Against { title: "the same against all scans", counts: Vec::new() };
+    for drive in found {
+        for &size in &arguments.sizes {
+            let (mut by_places, mut by_scans) = (Samples::default(), Samples::default());
+            for seed in 0..arguments.seeds {
+                let sample = drive.places.reducer(drawn_places(&drive.revisited, size, seed))?;
+                by_places.add(&sample, &drive.by_places);
+                by_scans.add(&sample, &drive.by_scans);
+            }
+            places.counts.push((drive, size, by_places));
+            scans.counts.push((drive, size, by_scans));
+        }
+    }
+    Ok([places, scans])
+}
+
+impl Against<'_> {
+    fn print(&self) {
+        println!("\n{}\n{}", self.title, Samples::HEAD);
+        let mut of_sizes = BTreeMap::new();
+        for (drive, size, counts) in &self.counts {
+            let of = (drive.revisited.len(), drive.by_scans.pairs.len());
+            counts.print(drive.name, Some(of), *size as u64);
+            of_sizes.entry(*size).or_insert_with(Samples::default).merge(counts);
+        }
+        for (size, counts) in &of_sizes {
+            counts.print("all drives", None, *size as u64);
+        }
+    }
 }
 
 /// The sums of every place of a drive.
