@@ -27,7 +27,6 @@ mod save;
 mod score;
 mod settings;
 mod simulate;
-mod text;
 mod truth;
 
 use std::ffi::OsString;
@@ -35,6 +34,7 @@ use std::io::{self, Write as _};
 use std::process::ExitCode;
 
 use clap::{CommandFactory as _, Parser, Subcommand};
+use dmp_draw::text;
 
 pub use after_help::{HelpBody, HelpPart, help_parts};
 pub use exit::Exit;

@@ -4,7 +4,7 @@
 //! [`study`] scores the runs of a log as [`dmp::evaluate`] does, and measures each against a reference
 //! trajectory, perhaps a reference surface, and by the map metrics of others ([`peers`]: MME, MPV, MOM).
 //! The answer is a [`Study`]: a [`StudyTable`] with one [`Column`] for each quantity, and for every pair of
-//! columns a [`Correlation`]. [`plots_of`] draws it as [`svg`] pictures. `docs/study.md` has the meaning of
+//! columns a [`Correlation`]. [`plots_of`] draws it as pictures of [`dmp_draw::plot`]. `docs/study.md` has the meaning of
 //! every column.
 //!
 //! The points that surface distance and the peers look at are the same returns in every run, thinned by a
@@ -17,7 +17,6 @@ mod maps;
 pub mod peers;
 mod plots;
 mod study;
-pub mod svg;
 mod table;
 mod truth;
 

@@ -2,8 +2,8 @@
 
 use crate::columns::Side;
 use crate::study::Study;
-use crate::svg::{Axis, Plot, Point, Series};
 use crate::table::{Column, StudyTable, correlation};
+use dmp_draw::plot::{Axis, Plot, Point, Series, Style};
 
 /// Values further apart than this (largest over smallest) are shown on a logarithmic axis …
 const LOG_FROM: f64 = 30.0;
@@ -52,7 +52,7 @@ fn scatter(table: &StudyTable, score: &Column, error: &Column) -> Plot {
         x: axis(error, points.iter().map(|p| p.x)),
         y: axis(score, points.iter().map(|p| p.y)),
         x_names: Vec::new(),
-        series: vec![Series { name: score.title.to_owned(), points, line: false }],
+        series: vec![Series { name: score.title.to_owned(), points, style: Style::Points }],
     }
 }
 
@@ -80,7 +80,7 @@ fn curves(table: &StudyTable) -> Option<Plot> {
             Some(Point { x: place as f64, y: value / largest, name: String::new() })
         };
         let points = order.iter().enumerate().filter_map(point).collect();
-        Some(Series { name: column.title.to_owned(), points, line: true })
+        Some(Series { name: column.title.to_owned(), points, style: Style::Joined })
     };
     (!order.is_empty()).then(|| Plot {
         title: "Runs in order of their ATE".into(),

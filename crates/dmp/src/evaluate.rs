@@ -1,6 +1,8 @@
 use std::time::Instant;
 
+use dmp_cast::Caster;
 use dmp_log::ScanLog;
+use dmp_map::Store;
 use dmp_sensor::DropReason;
 
 use crate::cast::{CastPass, Casters};
@@ -107,5 +109,7 @@ fn evaluate_in(
     report.memory.disk_bytes_estimated = room.bytes();
     report.memory.disk_bytes = report.memory.scratch_bytes + map_bytes;
     report.warnings.extend(room_warning);
+    let maps: Vec<&Store> = casters.of_runs.iter().map(Caster::map).collect();
+    watch.scored(&report, &maps);
     Ok(report)
 }

@@ -65,4 +65,4 @@ pub use sample::{Decide, Looks, Sample};
 pub use watch::{ScoredReturns, Stage, Watch};
 
 pub use dmp_log::LengthUnit;
-pub use dmp_reduce::{Confidence, FrameSums, HitKind, MissPrice, Residuals, RunSums};
+pub use dmp_reduce::{Basis, Confidence, FrameSums, HitKind, MissPrice, Residuals, RunSums};

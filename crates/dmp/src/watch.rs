@@ -1,7 +1,9 @@
+use dmp_map::Store;
 use dmp_reduce::{FrameSums, Residuals};
 use dmp_sensor::{Isometry3, Ray};
 
 use crate::places::ScoredPlace;
+use crate::report::Report;
 
 /// What is being done at the moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,6 +74,12 @@ pub trait Watch: Sync {
     /// A place of a quick score is done, with the sums of its runs and pairs. They come in any order.
     fn place_scored(&self, place: ScoredPlace, sums: &FrameSums) {
         let _ = (place, sums);
+    }
+
+    /// Everything is scored and the maps are still there, one for each run: called once, by one thread. Not called where
+    /// places are scored, each of which has maps of its own.
+    fn scored(&self, report: &Report, maps: &[&Store]) {
+        let _ = (report, maps);
     }
 
     /// Whether every return must come by here: rays that an earlier process has cast are then cast again, where an

@@ -58,11 +58,13 @@ const TABLE: [(&str, &[&str]); 10] = [
             "thiserror",
         ],
     ),
+    ("dmp-draw", &["base64", "dmp", "libm", "png"]),
     ("dmp-truth", &["dmp-map", "dmp-sensor", "libm", "nalgebra", "rayon", "rstar", "thiserror"]),
     (
         "dmp-study",
         &[
             "dmp",
+            "dmp-draw",
             "dmp-log",
             "dmp-map",
             "dmp-sensor",
@@ -83,6 +85,7 @@ const TABLE: [(&str, &[&str]); 10] = [
             "clap_mangen",
             "ctrlc",
             "dmp",
+            "dmp-draw",
             "dmp-log",
             "dmp-map",
             "dmp-sensor",

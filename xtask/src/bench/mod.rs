@@ -5,6 +5,7 @@ mod city;
 mod decode;
 mod fuse;
 mod quick;
+mod report;
 mod scale;
 mod score;
 mod simulate;
@@ -28,6 +29,7 @@ pub(crate) enum Bench {
     Decode(decode::DecodeArgs),
     Fuse(fuse::FuseArgs),
     Quick(quick::QuickArgs),
+    Report(report::ReportArgs),
     Scale(scale::ScaleArgs),
     Score(score::ScoreArgs),
     Simulate(simulate::SimulateArgs),
@@ -41,6 +43,7 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
         Bench::CastServe(arguments) => cast::serve::run(arguments),
         Bench::Decode(arguments) => decode::run(arguments),
         Bench::Quick(arguments) => quick::run(arguments),
+        Bench::Report(arguments) => report::run(arguments),
         Bench::Scale(arguments) => scale::run(arguments),
         Bench::Fuse(arguments) => fuse::run(arguments),
         Bench::Score(arguments) => score::run(arguments),

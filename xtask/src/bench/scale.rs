@@ -7,7 +7,7 @@ use std::process::Command;
 
 use anyhow::Context as _;
 use clap::Args;
-use dmp_study::svg::{Axis, Plot, Point, Series};
+use dmp_draw::plot::{Axis, Plot, Point, Series, Style};
 use serde_json::Value;
 
 use super::circumstances;
@@ -198,7 +198,7 @@ fn plot(arguments: &ScaleArgs, rows: &[Row]) -> String {
             .iter()
             .map(|row| Point { x: row.points / 1e6, y: value(row), name: String::new() })
             .collect(),
-        line: true,
+        style: Style::Joined,
     };
     let axis = |title: &str| Axis { title: title.to_owned(), log: true };
     let plot = Plot {

@@ -1,7 +1,7 @@
 //! The figures of docs/accuracy.md.
 
+use dmp_draw::plot::{Axis, Plot, Point, Series, Style};
 use dmp_study::Picture;
-use dmp_study::svg::{Axis, Plot, Point, Series};
 
 use super::judge::{column, errors};
 use super::result::DriveResult;
@@ -41,7 +41,7 @@ fn curves(drive: &DriveResult) -> Plot {
         Series {
             name: name.to_owned(),
             points: order.iter().enumerate().filter_map(point).collect(),
-            line: true,
+            style: Style::Joined,
         }
     };
     Plot {
@@ -67,7 +67,7 @@ fn scatter(drives: &[&DriveResult], key: &str, title: &str) -> Plot {
     let half = |name: &str, held_out: bool| Series {
         name: name.to_owned(),
         points: drives.iter().filter(|drive| drive.held_out == held_out).flat_map(of_drive).collect(),
-        line: false,
+        style: Style::Points,
     };
     let series = vec![half("chosen drives", false), half("drives held out", true)];
     let positive = series.iter().flat_map(|s| &s.points).all(|point| point.y > 0.0);

@@ -3,6 +3,7 @@
 mod read;
 
 use std::io::{self, Write};
+use std::path::PathBuf;
 
 use anyhow::anyhow;
 use clap::Args;
@@ -11,6 +12,8 @@ use serde::Serialize;
 
 use crate::gates::{self, GateArgs, GateReport};
 use crate::named::{NamedFile, names_of};
+use crate::save::refuse_same;
+use crate::score::outputs::{page, targets};
 use crate::score::render;
 use crate::{Exit, when_printed};
 pub(crate) use read::read_result;
@@ -38,6 +41,10 @@ pub(crate) struct CompareArgs {
     /// Print one JSON object (schema dmp-compare/1) instead of tables
     #[arg(long, help_heading = "Output")]
     json: bool,
+    /// Write a page to look at, FILE.html: the ranking in words, scores, settings. Where runs are wrong is not in saved
+    /// results: see `dmp score --report`
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    report: Option<PathBuf>,
     /// Also print every scale of every pair, all scores, where returns went, times and memory
     #[arg(short, long, conflicts_with = "json", help_heading = "Output")]
     verbose: bool,
@@ -71,6 +78,11 @@ struct ResultReport {
 
 pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Result<Exit> {
     let names = names_of(&arguments.results)?;
+    if let Some(page) = &arguments.report {
+        targets::check_html(page)?;
+        targets::writable(page)?;
+        arguments.results.iter().try_for_each(|result| refuse_same(&result.path, page))?;
+    }
     let read = |(file, name): (&NamedFile, String)| {
         let path = file.path.display().to_string();
         read_result(&file.path).map(|report| NamedReport { name, file: path, report })
@@ -80,6 +92,13 @@ pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Resu
     let runs: Vec<&str> = report.order.iter().map(String::as_str).collect();
     let gates = arguments.gates.start(&runs)?;
     let checked = gates.check(&report);
+    if let Some(path) = &arguments.report {
+        let mut remarks = gates::failures(&checked);
+        let not_compared =
+            not_compared.iter().map(|[a, b]| format!("Not compared, as no result holds both: {a}, {b}"));
+        remarks.extend(not_compared);
+        page::write(path, &report, None, &remarks)?;
+    }
     let damaged = !report.inputs.damage.is_empty();
     let exit = gates.end(&report, &checked, if damaged { Exit::InputDamaged } else { Exit::Done })?;
     let printed = if arguments.json {

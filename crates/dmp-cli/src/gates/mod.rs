@@ -125,6 +125,11 @@ pub(crate) fn table(out: &mut impl Write, gates: &[GateReport]) -> io::Result<()
     Ok(())
 }
 
+/// A sentence for every gate that failed.
+pub(crate) fn failures(gates: &[GateReport]) -> Vec<String> {
+    gates.iter().filter(|gate| !gate.passed).map(|gate| format!("Gate failed: {gate}")).collect()
+}
+
 /// A run that no gate can speak of.
 fn unknown_run(option: &str, name: &str, runs: &[&str]) -> Usage {
     Usage(format!("{option}: no run is called `{name}`; the runs are {}", runs.join(", ")))

@@ -3,7 +3,7 @@
 pub(crate) mod announce;
 mod details;
 mod like;
-mod outputs;
+pub(crate) mod outputs;
 mod pairs;
 pub(crate) mod parse;
 pub(crate) mod render;
@@ -147,7 +147,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
         _taken = take_folder(folder)?;
     }
-    let (report, damaged, written) = match arguments.sampling.quick() {
+    let (report, damaged, recorded) = match arguments.sampling.quick() {
         None => {
             let OpenedRuns { log, runs, damaged } =
                 OpenedRuns::open(started, maps, &arguments.log, &arguments.settings, common)?;
@@ -155,8 +155,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             let recorder = Recorder::new(outputs, log.as_ref(), &runs, &config, common)?;
             let evaluated = evaluate(log.as_ref(), &runs, &config, &recorder);
             let (report, recorded) = recorder.end(evaluated)?;
-            let written = recorded.write(&report, common.quiet);
-            (report, damaged, written)
+            (report, damaged, Some(recorded))
         }
         Some(share) => {
             let OpenedRuns { log, runs, damaged } =
@@ -165,10 +164,16 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             let report = evaluate_quick(&log, &runs, &config, share, &Progress::new(common))?;
             // What is lost shows where it is read.
             let damaged = damaged || !report.inputs.damage.is_empty();
-            (report, damaged, Ok(()))
+            (report, damaged, None)
         }
     };
     let checked = gates.check(&report);
+    let remarks = gates::failures(&checked);
+    let written = match (recorded, &arguments.outputs.report) {
+        (Some(recorded), _) => recorded.write(&report, &remarks, common.quiet),
+        (None, Some(path)) => outputs::page::write(path, &report, None, &remarks).map(drop),
+        (None, None) => Ok(()),
+    };
     // Before the output, which somebody may stop reading.
     let exit = gates.end(&report, &checked, if damaged { Exit::InputDamaged } else { Exit::Done })?;
     let printed = print(out, &report, &checked, arguments);

@@ -1,12 +1,14 @@
 //! What `dmp score` writes beside its report: every scored return, and scores by frame and by tile.
 
+pub(crate) mod page;
 mod per_frame;
 mod per_tile;
 mod recorder;
 mod residuals;
 mod rows;
+mod sketch;
 mod spool;
-mod targets;
+pub(crate) mod targets;
 
 use std::path::{Path, PathBuf};
 
@@ -20,6 +22,10 @@ use targets::{ResidualFile, refuse_clashes, residual_files, writable};
 /// Files to write beside the report.
 #[derive(Debug, Args)]
 pub(crate) struct OutputArgs {
+    /// Write a page to look at, FILE.html: the ranking in words, maps from above, where and when runs are wrong. One
+    /// file that needs no network
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(super) report: Option<PathBuf>,
     /// Write every scored return with its residuals to FILE.laz, .las, .ply or .pcd (in world coordinates, with the
     /// residuals as fields) or .mcap (scan by scan, with the pose as /tf). With several runs each has its own file,
     /// out.laz becoming out.NAME.laz; with NAME= it is that of one run. docs/residuals.md has the fields
@@ -45,6 +51,7 @@ pub(crate) struct Outputs {
     every: u64,
     per_frame: Option<PathBuf>,
     per_tile: Option<PathBuf>,
+    page: Option<PathBuf>,
 }
 
 impl OutputArgs {
@@ -54,13 +61,16 @@ impl OutputArgs {
         let residuals = residual_files(runs, &self.residuals)?;
         let tables = [&self.per_frame, &self.per_tile].map(Option::as_deref);
         let files = residuals.iter().flatten().map(|file| file.path.as_path());
-        let files: Vec<&Path> = files.chain(tables.into_iter().flatten()).collect();
+        let files: Vec<&Path> =
+            files.chain(tables.into_iter().flatten()).chain(self.report.as_deref()).collect();
         refuse_clashes(&files, inputs)?;
+        self.report.as_deref().map_or(Ok(()), targets::check_html)?;
         for table in tables.into_iter().flatten() {
             targets::check_csv(table)?;
         }
         files.iter().try_for_each(|file| writable(file))?;
         let (per_frame, per_tile) = (self.per_frame.clone(), self.per_tile.clone());
-        Ok(Outputs { residuals, every: self.residuals_every, per_frame, per_tile })
+        let page = self.report.clone();
+        Ok(Outputs { residuals, every: self.residuals_every, per_frame, per_tile, page })
     }
 }

@@ -7,11 +7,13 @@ use std::sync::{Mutex, PoisonError};
 use anyhow::{Context as _, bail};
 use dmp::{Config, EvaluateError, FrameSums, Report, Run, ScoredReturns, Stage, Watch};
 use dmp_log::{ResidualFormat, ScanLog};
+use dmp_map::Store;
 
 use super::residuals::{Buffers, Origin, RunReturns};
 use super::rows::RunRows;
+use super::sketch::Sketch;
 use super::spool::Spool;
-use super::{Outputs, per_frame, per_tile, residuals};
+use super::{Outputs, page, per_frame, per_tile, residuals};
 use crate::exit::Usage;
 use crate::progress::Progress;
 use crate::{Common, text};
@@ -28,9 +30,10 @@ pub(crate) struct Recorder<'a> {
     buffers: Buffers,
     per_frame: Option<(PathBuf, Spool)>,
     per_tile: Option<PathBuf>,
+    page: Option<(PathBuf, Sketch)>,
     rows: Vec<RunRows>,
     has_failed: AtomicBool,
-    failure: Mutex<Option<std::io::Error>>,
+    failure: Mutex<Option<anyhow::Error>>,
 }
 
 impl<'a> Recorder<'a> {
@@ -61,6 +64,13 @@ impl<'a> Recorder<'a> {
             Some(path) => Some((path, spool()?)),
             None => None,
         };
+        let page = match outputs.page {
+            Some(path) => {
+                let sketch = Sketch::new(log, runs, config, work_folder);
+                Some((path, sketch.with_context(|| waits_in(work_folder))?))
+            }
+            None => None,
+        };
         Ok(Self {
             progress: Progress::new(common),
             log,
@@ -71,6 +81,7 @@ impl<'a> Recorder<'a> {
             buffers: Buffers::default(),
             per_frame,
             per_tile: outputs.per_tile,
+            page,
             rows: runs.iter().map(|run| RunRows::new(run, config.miss_price)).collect(),
             has_failed: AtomicBool::new(false),
             failure: Mutex::new(None),
@@ -78,20 +89,20 @@ impl<'a> Recorder<'a> {
     }
 
     fn record(&self, result: std::io::Result<()>) {
+        self.record_any(result.with_context(|| waits_in(self.work_folder)));
+    }
+
+    fn record_any(&self, result: anyhow::Result<()>) {
         if let Err(error) = result {
             self.failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
             self.has_failed.store(true, Ordering::Relaxed);
         }
     }
 
-    fn number_in_log(&self, frame: usize) -> u32 {
-        self.log.number_in_log(frame) as u32
-    }
-
     /// The evaluation is over: its report, unless what was to be written could not be kept.
     pub(crate) fn end(self, evaluated: Result<Report, EvaluateError>) -> anyhow::Result<(Report, Recorded)> {
         if let Some(error) = self.failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
-            return Err(error).with_context(|| waits_in(self.work_folder));
+            return Err(error);
         }
         let recorded = Recorded {
             progress: self.progress,
@@ -100,6 +111,7 @@ impl<'a> Recorder<'a> {
             residuals: self.residuals,
             per_frame: self.per_frame,
             per_tile: self.per_tile,
+            page: self.page,
             rows: self.rows,
         };
         Ok((evaluated?, recorded))
@@ -124,12 +136,18 @@ impl Watch for Recorder<'_> {
     }
 
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
-        if self.residuals.is_empty() || self.has_failed.load(Ordering::Relaxed) {
+        if self.has_failed.load(Ordering::Relaxed) {
+            return;
+        }
+        let frame = returns.frame as u32;
+        if let Some((_, sketch)) = &self.page {
+            self.record(sketch.returns_scored(frame, returns, &self.buffers));
+        }
+        if self.residuals.is_empty() {
             return;
         }
         let start_ns = self.log.summary().span_ns.map_or(0, |(first_ns, _)| first_ns);
         let stamp_ns = self.log.frames().get(returns.frame).and_then(|frame| frame.stamp_ns).unwrap_or(0);
-        let frame = self.number_in_log(returns.frame);
         let origin = Origin { frame, start_ns, stamp_ns, every: self.every };
         for run in &self.residuals {
             self.record(run.keep(returns, origin, &self.buffers));
@@ -137,15 +155,24 @@ impl Watch for Recorder<'_> {
     }
 
     fn frame_scored(&self, frame: usize, sums: &FrameSums) {
+        if let Some((_, sketch)) = &self.page {
+            sketch.frame_scored(frame as u32, sums);
+        }
         let Some((_, spool)) = &self.per_frame else { return };
         let stamp_ns = self.log.frames().get(frame).and_then(|frame| frame.stamp_ns);
-        let number = self.number_in_log(frame);
-        let lines = per_frame::lines(number, stamp_ns, sums, &self.rows);
-        self.record(spool.add(number, lines.as_bytes()));
+        let frame = frame as u32;
+        let lines = per_frame::lines(frame, stamp_ns, sums, &self.rows);
+        self.record(spool.add(frame, lines.as_bytes()));
+    }
+
+    fn scored(&self, report: &Report, maps: &[&Store]) {
+        if let Some((_, sketch)) = &self.page {
+            self.record_any(sketch.scored(self.log, report, maps));
+        }
     }
 
     fn wants_every_return(&self) -> bool {
-        !self.residuals.is_empty() || self.per_frame.is_some()
+        !self.residuals.is_empty() || self.per_frame.is_some() || self.page.is_some()
     }
 
     fn cancelled(&self) -> bool {
@@ -161,12 +188,14 @@ pub(crate) struct Recorded {
     residuals: Vec<RunReturns>,
     per_frame: Option<(PathBuf, Spool)>,
     per_tile: Option<PathBuf>,
+    page: Option<(PathBuf, Sketch)>,
     rows: Vec<RunRows>,
 }
 
 impl Recorded {
-    /// Writes all files, each whole or not at all. What is written is told, unless nothing is to be told.
-    pub(crate) fn write(self, report: &Report, quiet: bool) -> anyhow::Result<()> {
+    /// Writes all files, each whole or not at all. What is written is told, unless nothing is to be told. `remarks` are
+    /// sentences for the page.
+    pub(crate) fn write(self, report: &Report, remarks: &[String], quiet: bool) -> anyhow::Result<()> {
         let tell = |path: &Path, what: String| {
             if !quiet {
                 self.progress.suspend(|| eprintln!("{}: {what}", path.display()));
@@ -175,6 +204,11 @@ impl Recorded {
         if let Some(path) = self.per_tile {
             per_tile::write(&path, report, &self.rows)?;
             tell(&path, text::counted(report.tiles.len() as u64, "row"));
+        }
+        if let Some((path, sketch)) = self.page {
+            let pictures = sketch.into_pictures();
+            let bytes = page::write(&path, report, pictures.as_ref(), remarks)?;
+            tell(&path, text::bytes(bytes));
         }
         if let Some((path, lines)) = self.per_frame {
             per_frame::write(&path, lines.sorted())?;

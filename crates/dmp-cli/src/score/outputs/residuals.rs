@@ -96,7 +96,7 @@ impl RunReturns {
 
 /// Every return as likely as any other, one of every so many: not the n-th, n-th but one and so on, which would be those
 /// of a few beams.
-struct Draw {
+pub(super) struct Draw {
     frame: u32,
     every: u64,
     /// The group at hand, and which return of it is taken.
@@ -105,11 +105,11 @@ struct Draw {
 }
 
 impl Draw {
-    fn new(frame: u32, every: u64) -> Self {
+    pub(super) fn new(frame: u32, every: u64) -> Self {
         Self { frame, every, group: u64::MAX, taken: 0 }
     }
 
-    fn takes(&mut self, number: u64) -> bool {
+    pub(super) fn takes(&mut self, number: u64) -> bool {
         if self.every <= 1 {
             return true;
         }

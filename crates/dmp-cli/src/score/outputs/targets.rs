@@ -56,6 +56,16 @@ pub(super) fn check_csv(path: &Path) -> Result<(), Usage> {
     Err(Usage(format!("{}: tables are written as .csv", path.display())))
 }
 
+pub(crate) fn check_html(path: &Path) -> Result<(), Usage> {
+    if path
+        .extension()
+        .is_some_and(|extension| ["html", "htm"].iter().any(|known| extension.eq_ignore_ascii_case(known)))
+    {
+        return Ok(());
+    }
+    Err(Usage(format!("{}: a report is written as .html", path.display())))
+}
+
 /// Refuses an output in the place of an input or of another output.
 pub(super) fn refuse_clashes(files: &[&Path], inputs: &[&Path]) -> Result<(), Usage> {
     for (number, file) in files.iter().enumerate() {
@@ -68,7 +78,7 @@ pub(super) fn refuse_clashes(files: &[&Path], inputs: &[&Path]) -> Result<(), Us
 }
 
 /// Refuses a folder that is not there, and a folder in the file's own place.
-pub(super) fn writable(file: &Path) -> anyhow::Result<()> {
+pub(crate) fn writable(file: &Path) -> anyhow::Result<()> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
     if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
         bail!(Usage(format!("{}: there is no folder {}", file.display(), folder.display())));
@@ -116,5 +126,6 @@ mod tests {
         assert!(clash.contains("two outputs"), "{clash}");
         assert!(writable("no/such/out.laz".as_ref()).unwrap_err().to_string().contains("no folder no/such"));
         assert!(check_csv("a.parquet".as_ref()).is_err() && check_csv("a.CSV".as_ref()).is_ok());
+        assert!(check_html("a.pdf".as_ref()).is_err() && check_html("a.HTML".as_ref()).is_ok());
     }
 }

@@ -47,14 +47,25 @@ pub struct Series {
     pub name: String,
     /// The points.
     pub points: Vec<Point>,
-    /// Whether a line joins them, in their order.
-    pub line: bool,
+    /// How they are drawn.
+    pub style: Style,
+}
+
+/// How the points of a series are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// Each by itself.
+    Points,
+    /// With a line that joins them, in their order.
+    Joined,
+    /// As a line alone, broken where a point has no place.
+    Line,
 }
 
 /// A plot.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Plot {
-    /// What stands above.
+    /// What stands above, and what a reader of screens calls it.
     pub title: String,
     /// A second, smaller line.
     pub subtitle: String,
@@ -82,15 +93,59 @@ struct Frame {
     height: f64,
 }
 
+/// What lines and letters are drawn with.
+#[derive(Debug, Clone, Copy)]
+struct Ink {
+    /// Behind everything; `None` for what is there.
+    paper: Option<&'static str>,
+    text: &'static str,
+    muted: &'static str,
+    grid: &'static str,
+    series: [&'static str; 6],
+    /// Whether title, subtitle and legend are drawn.
+    titles: bool,
+}
+
+/// A document of its own.
+const DOCUMENT: Ink =
+    Ink { paper: Some("#fff"), text: "#222", muted: "#555", grid: "#e4e4e4", series: COLOURS, titles: true };
+
+/// In a page, whose style sheet says what the colours are.
+const IN_PAGE: Ink = Ink {
+    paper: None,
+    text: "var(--ink)",
+    muted: "var(--muted)",
+    grid: "var(--line)",
+    series: ["var(--s0)", "var(--s1)", "var(--s2)", "var(--s3)", "var(--s4)", "var(--s5)"],
+    titles: false,
+};
+
 impl Plot {
     /// The plot as a document of its own.
     pub fn to_svg(&self) -> String {
-        let names: Vec<String> = self.x_names.iter().map(|name| cut(name)).collect();
-        let longest = names.iter().map(|name| text_width(name, FONT_PX)).fold(0.0, f64::max);
-        // Names stand at 40 degrees: so much of their length is below the axis.
-        let below = if names.is_empty() { 52.0 } else { 50.0 + 0.65 * longest };
+        let below = self.below_axis_px();
         let frame =
             Frame { left: 74.0, right: 696.0, top: 64.0, bottom: 430.0, width: 720.0, height: 430.0 + below };
+        self.draw(&frame, &DOCUMENT)
+    }
+
+    /// The plot as an element of a page, without title and legend: the page has both. Colours are variables of the
+    /// page's style sheet: `--ink`, `--muted`, `--line`, and `--s0` to `--s5` for the series.
+    pub(crate) fn to_element(&self, width: f64, height: f64) -> String {
+        let bottom = height - self.below_axis_px();
+        let frame = Frame { left: 58.0, right: width - 10.0, top: 10.0, bottom, width, height };
+        self.draw(&frame, &IN_PAGE)
+    }
+
+    /// What the horizontal axis needs for its names, pixels.
+    fn below_axis_px(&self) -> f64 {
+        let names = self.x_names.iter().map(|name| text_width(&cut(name), FONT_PX));
+        // Names stand at 40 degrees: so much of their length is below the axis.
+        if self.x_names.is_empty() { 52.0 } else { 50.0 + 0.65 * names.fold(0.0, f64::max) }
+    }
+
+    fn draw(&self, frame: &Frame, ink: &Ink) -> String {
+        let names: Vec<String> = self.x_names.iter().map(|name| cut(name)).collect();
         let values = |of: fn(&Point) -> f64| self.series.iter().flat_map(|s| &s.points).map(of);
         let x = if names.is_empty() {
             Scale::new(values(|p| p.x), self.x.log, frame.left, frame.right)
@@ -102,8 +157,8 @@ impl Plot {
         let mut svg = String::new();
         // Writing to a string cannot fail.
         let _ = self
-            .draw_axes(&mut svg, &frame, &x, &y, &names)
-            .and_then(|()| self.draw_points(&mut svg, &frame, &x, &y));
+            .draw_axes(&mut svg, frame, ink, (&x, &y), &names)
+            .and_then(|()| self.draw_points(&mut svg, frame, ink, (&x, &y)));
         svg.push_str("</svg>\n");
         svg
     }
@@ -113,39 +168,45 @@ impl Plot {
         &self,
         svg: &mut String,
         frame: &Frame,
-        x: &Scale,
-        y: &Scale,
+        ink: &Ink,
+        (x, y): (&Scale, &Scale),
         names: &[String],
     ) -> std::fmt::Result {
         let Frame { left, right, top, bottom, width, height } = *frame;
+        let Ink { text: letters, muted, grid, .. } = *ink;
+        let role = if ink.titles { "" } else { r#" role="img""# };
         writeln!(
             svg,
-            r##"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0}" height="{height:.0}" viewBox="0 0 {width:.0} {height:.0}" font-family="Helvetica, Arial, sans-serif" font-size="{FONT_PX}" fill="#222">"##
+            r#"<svg xmlns="http://www.w3.org/2000/svg"{role} width="{width:.0}" height="{height:.0}" viewBox="0 0 {width:.0} {height:.0}" font-family="Helvetica, Arial, sans-serif" font-size="{FONT_PX}" fill="{letters}">"#
         )?;
         writeln!(svg, "<title>{}</title>", escape(&self.title))?;
-        writeln!(svg, r##"<rect width="{width:.0}" height="{height:.0}" fill="#fff"/>"##)?;
-        text(svg, (left, 26.0), r#"font-size="16" font-weight="bold""#, &self.title)?;
-        text(svg, (left, 46.0), r##"fill="#555""##, &self.subtitle)?;
+        if let Some(paper) = ink.paper {
+            writeln!(svg, r#"<rect width="{width:.0}" height="{height:.0}" fill="{paper}"/>"#)?;
+        }
+        if ink.titles {
+            text(svg, (left, 26.0), r#"font-size="16" font-weight="bold""#, &self.title)?;
+            text(svg, (left, 46.0), &format!(r#"fill="{muted}""#), &self.subtitle)?;
+        }
 
         for (at, number) in y.ticks() {
-            writeln!(svg, r##"<path d="M{left:.1} {at:.1}H{right:.1}" stroke="#e4e4e4"/>"##)?;
+            writeln!(svg, r#"<path d="M{left:.1} {at:.1}H{right:.1}" stroke="{grid}"/>"#)?;
             text(svg, (left - 8.0, at + 4.0), r#"text-anchor="end""#, &number)?;
         }
         if names.is_empty() {
             for (at, number) in x.ticks() {
-                writeln!(svg, r##"<path d="M{at:.1} {top:.1}V{bottom:.1}" stroke="#e4e4e4"/>"##)?;
+                writeln!(svg, r#"<path d="M{at:.1} {top:.1}V{bottom:.1}" stroke="{grid}"/>"#)?;
                 text(svg, (at, bottom + 18.0), r#"text-anchor="middle""#, &number)?;
             }
         }
         for (k, name) in names.iter().enumerate() {
             let (at, below) = (x.at(k as f64).unwrap_or(left), bottom + 16.0);
-            writeln!(svg, r##"<path d="M{at:.1} {bottom:.1}v5" stroke="#222"/>"##)?;
+            writeln!(svg, r#"<path d="M{at:.1} {bottom:.1}v5" stroke="{letters}"/>"#)?;
             let turned = format!(r#"text-anchor="end" transform="rotate(-40 {at:.1} {below:.1})""#);
             text(svg, (at, below), &turned, name)?;
         }
         writeln!(
             svg,
-            r##"<path d="M{left:.1} {top:.1}V{bottom:.1}H{right:.1}" fill="none" stroke="#222"/>"##
+            r#"<path d="M{left:.1} {top:.1}V{bottom:.1}H{right:.1}" fill="none" stroke="{letters}"/>"#
         )?;
         let middle = f64::midpoint(left, right);
         text(svg, (middle, height - 12.0), r#"text-anchor="middle""#, &self.x.title)?;
@@ -155,7 +216,13 @@ impl Plot {
     }
 
     /// The points, their lines and names, the legend.
-    fn draw_points(&self, svg: &mut String, frame: &Frame, x: &Scale, y: &Scale) -> std::fmt::Result {
+    fn draw_points(
+        &self,
+        svg: &mut String,
+        frame: &Frame,
+        ink: &Ink,
+        (x, y): (&Scale, &Scale),
+    ) -> std::fmt::Result {
         let Frame { left, right, top, bottom, .. } = *frame;
         let mut labels = Labels::within(Boxed { x0: left + 2.0, y0: top, x1: right, y1: bottom - 2.0 });
         let mut legend_at = right;
@@ -169,24 +236,32 @@ impl Plot {
         }
         if drawn.iter().all(|(_, points)| points.is_empty()) {
             let centre = (f64::midpoint(left, right), f64::midpoint(top, bottom));
-            text(svg, centre, r##"text-anchor="middle" fill="#555""##, "no values")?;
+            text(svg, centre, &format!(r#"text-anchor="middle" fill="{}""#, ink.muted), "no values")?;
         }
         for (k, (series, points)) in drawn.iter().enumerate().rev() {
-            let colour = COLOURS[k % COLOURS.len()];
-            if self.series.len() > 1 {
+            let colour = ink.series[k % ink.series.len()];
+            if self.series.len() > 1 && ink.titles {
                 let name = cut(&series.name);
                 legend_at -= text_width(&name, FONT_PX);
                 text(svg, (legend_at, 46.0), "", &name)?;
                 writeln!(svg, r#"<circle cx="{:.1}" cy="42" r="4" fill="{colour}"/>"#, legend_at - 9.0)?;
                 legend_at -= 32.0;
             }
-            if series.line && points.len() > 1 {
-                let way: Vec<String> = points.iter().map(|(px, py, _)| format!("{px:.1},{py:.1}")).collect();
+            let pieces = match series.style {
+                Style::Points => Vec::new(),
+                Style::Joined => vec![points.iter().map(|&(px, py, _)| (px, py)).collect()],
+                Style::Line => pieces(series, x, y),
+            };
+            for piece in pieces.iter().filter(|piece| piece.len() > 1) {
+                let way: Vec<String> = piece.iter().map(|(px, py)| format!("{px:.1},{py:.1}")).collect();
                 let way = way.join(" ");
                 writeln!(
                     svg,
                     r#"<polyline points="{way}" fill="none" stroke="{colour}" stroke-width="2" stroke-linejoin="round"/>"#
                 )?;
+            }
+            if series.style == Style::Line {
+                continue;
             }
             for (px, py, point) in points {
                 let told = escape(&format!("{} ({}, {})", point.name, point.x, point.y));
@@ -214,6 +289,13 @@ fn text(svg: &mut String, (x, y): (f64, f64), attributes: &str, text: &str) -> s
     writeln!(svg, r#"<text x="{x:.1}" y="{y:.1}"{space}{attributes}>{}</text>"#, escape(text))
 }
 
+/// The parts of a line between points that have no place.
+fn pieces(series: &Series, x: &Scale, y: &Scale) -> Vec<Vec<(f64, f64)>> {
+    let places: Vec<Option<(f64, f64)>> =
+        series.points.iter().map(|p| Some((x.at(p.x)?, y.at(p.y)?))).collect();
+    places.split(Option::is_none).map(|piece| piece.iter().copied().flatten().collect()).collect()
+}
+
 /// A name that is not too long.
 fn cut(name: &str) -> String {
     if name.chars().count() <= LONGEST_NAME {
@@ -222,8 +304,8 @@ fn cut(name: &str) -> String {
     name.chars().take(LONGEST_NAME - 1).chain(['…']).collect()
 }
 
-/// Text as XML 1.0 may have it; characters that it may not have become U+FFFD.
-fn escape(text: &str) -> String {
+/// Text as XML 1.0 and HTML may have it, also in an attribute; characters that it may not have become U+FFFD.
+pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
@@ -246,7 +328,8 @@ mod tests {
 
     fn plot(points: &[(f64, f64, &str)], log: bool) -> Plot {
         let point = |&(x, y, name): &(f64, f64, &str)| Point { x, y, name: name.into() };
-        let series = Series { name: "one".into(), points: points.iter().map(point).collect(), line: false };
+        let series =
+            Series { name: "one".into(), points: points.iter().map(point).collect(), style: Style::Points };
         let axis = Axis { title: "x".into(), log };
         Plot { title: "t".into(), x: axis.clone(), y: axis, series: vec![series], ..Plot::default() }
     }
@@ -273,7 +356,7 @@ mod tests {
     #[test]
     fn lines_legend_and_named_places() {
         let mut lines = plot(&[(0.0, 1.0, "a"), (1.0, 0.5, "b")], false);
-        lines.series[0].line = true;
+        lines.series[0].style = Style::Joined;
         lines.series.push(Series { name: "two".into(), ..lines.series[0].clone() });
         lines.x_names = vec!["first".into(), "second".into()];
         let svg = lines.to_svg();
@@ -281,5 +364,20 @@ mod tests {
         for name in ["one", "two", "first", "second"] {
             assert!(svg.contains(&format!(">{name}</text>")), "{name}");
         }
+    }
+
+    #[test]
+    fn an_element_has_the_colours_of_its_page_and_broken_lines() {
+        let points: Vec<_> =
+            (0..9).map(|k| (f64::from(k), if k == 4 { f64::NAN } else { 1.0 }, "")).collect();
+        let mut lines = plot(&points, false);
+        lines.series[0].style = Style::Line;
+        let svg = lines.to_element(480.0, 300.0);
+        assert_eq!((svg.matches("<polyline").count(), svg.matches("<circle").count()), (2, 0));
+        assert!(svg.contains(r#"stroke="var(--s0)""#) && !svg.contains("#fff"), "{svg}");
+        assert!(
+            svg.starts_with("<svg ") && svg.contains(r#"role="img""#) && svg.contains("<title>t</title>")
+        );
+        assert!(!svg.contains(">t</text>"), "the page says what it is");
     }
 }

@@ -3,10 +3,10 @@
 use std::io::{self, Write};
 
 /// What stands where there is no number.
-pub(crate) const NONE: &str = "–";
+pub const NONE: &str = "–";
 
 /// Three significant digits; whole numbers keep all of theirs, tiny ones get an exponent.
-pub(crate) fn digits(value: f64) -> String {
+pub fn digits(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.abs().to_string();
     }
@@ -20,12 +20,12 @@ pub(crate) fn digits(value: f64) -> String {
 }
 
 /// A share in percent, with one decimal.
-pub(crate) fn percent(share: f64) -> String {
+pub fn percent(share: f64) -> String {
     format!("{:.1}", 100.0 * share)
 }
 
 /// A count with commas between the thousands.
-pub(crate) fn count(count: u64) -> String {
+pub fn count(count: u64) -> String {
     let plain = count.to_string();
     let mut text = String::with_capacity(plain.len() + plain.len() / 3);
     for (k, digit) in plain.chars().enumerate() {
@@ -38,13 +38,13 @@ pub(crate) fn count(count: u64) -> String {
 }
 
 /// `one scan`, `2 scans`.
-pub(crate) fn counted(number: u64, what: &str) -> String {
+pub fn counted(number: u64, what: &str) -> String {
     let plural = if number == 1 { "" } else { "s" };
     format!("{} {what}{plural}", count(number))
 }
 
 /// A number with its thousands as a prefix for the unit, for rates: `1.23 M`.
-pub(crate) fn short(value: f64) -> String {
+pub fn short(value: f64) -> String {
     let (factor, prefix) = match value {
         v if v >= 1e9 => (1e9, " G"),
         v if v >= 1e6 => (1e6, " M"),
@@ -55,7 +55,7 @@ pub(crate) fn short(value: f64) -> String {
 }
 
 /// Bytes in binary units: `3.91 MiB`.
-pub(crate) fn bytes(bytes: u64) -> String {
+pub fn bytes(bytes: u64) -> String {
     let units = [("GiB", 30), ("MiB", 20), ("KiB", 10)];
     match units.into_iter().find(|&(_, shift)| bytes >> shift > 0) {
         Some((unit, shift)) => format!("{} {unit}", digits(bytes as f64 / (1_u64 << shift) as f64)),
@@ -64,7 +64,7 @@ pub(crate) fn bytes(bytes: u64) -> String {
 }
 
 /// A duration: `0.513 s`, `61.2 s`, `12 min 5 s`, `2 h 3 min`.
-pub(crate) fn duration(seconds: f64) -> String {
+pub fn duration(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {
         0..=99 => format!("{} s", digits(seconds)),
@@ -74,36 +74,43 @@ pub(crate) fn duration(seconds: f64) -> String {
 }
 
 /// Nanoseconds as seconds.
-pub(crate) fn seconds(ns: i64) -> f64 {
+pub fn seconds(ns: i64) -> f64 {
     ns as f64 / 1e9
 }
 
 /// On which side of its column a text stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Side {
+pub enum Side {
+    /// On the left.
     Left,
+    /// On the right.
     Right,
 }
 
 /// Columns as wide as what is in them, two spaces apart.
 #[derive(Debug)]
-pub(crate) struct Table {
+pub struct Table {
     sides: Vec<Side>,
     rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    pub(crate) fn new(sides: impl Into<Vec<Side>>) -> Self {
+    /// An empty one with a column for each side.
+    pub fn new(sides: impl Into<Vec<Side>>) -> Self {
         Self { sides: sides.into(), rows: Vec::new() }
     }
 
-    pub(crate) fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
+    /// Adds a row.
+    pub fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
         self.rows.push(cells.into_iter().map(Into::into).collect());
     }
 
     /// Writes the rows, each behind `indent`. Widths count characters: right for all scripts whose
     /// characters are one column wide.
-    pub(crate) fn write(&self, out: &mut impl Write, indent: &str) -> io::Result<()> {
+    ///
+    /// # Errors
+    /// When `out` cannot be written to.
+    pub fn write(&self, out: &mut impl Write, indent: &str) -> io::Result<()> {
         let width_of = |column: usize| {
             let cells = self.rows.iter().filter_map(|row| row.get(column));
             cells.map(|cell| cell.chars().count()).max().unwrap_or(0)

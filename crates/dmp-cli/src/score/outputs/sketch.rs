@@ -1,0 +1,202 @@
+//! What the page of `--report` shows of single returns: gathered while they are scored, drawn when all are.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
+
+use dmp::{Basis, Config, FrameSums, MapSource, Report, Run, Sample, ScoredReturns};
+use dmp_draw::{DiscInWorld, FrameScore, Painter, Pictures, SampledReturn, SeenFrame};
+use dmp_log::ScanLog;
+use dmp_map::{Store, TileId};
+
+use super::residuals::{Buffers, Draw};
+use super::spool::Spool;
+
+/// Returns that are drawn, about: what a page can show.
+const RETURNS: u64 = 2_000_000;
+/// Scans of a sample that grows until it decides: as many as are looked at first.
+const DECIDING_SCANS: u64 = 28;
+
+/// Gathers what is drawn.
+#[derive(Debug)]
+pub(super) struct Sketch {
+    bases: Vec<Basis>,
+    /// One return of so many is drawn.
+    every: u64,
+    frames: Mutex<BTreeMap<u32, Seen>>,
+    spool: Mutex<Option<Spool>>,
+    pictures: Mutex<Option<Pictures>>,
+}
+
+/// What is known of a scan so far.
+#[derive(Debug, Default)]
+struct Seen {
+    position_in_world_m: Vec<[f64; 3]>,
+    scores: Vec<FrameScore>,
+}
+
+impl Sketch {
+    /// Of an evaluation of these runs. What is drawn waits in the folder.
+    pub(super) fn new(log: &dyn ScanLog, runs: &[Run], config: &Config, folder: &Path) -> io::Result<Self> {
+        let of_map = |run: &Run| match run.map {
+            MapSource::Fused => Basis::CrossValidated,
+            _ => Basis::Near,
+        };
+        let (scans, returns) =
+            log.frames().iter().fold((0, 0), |(n, sum), frame| (n + 1, sum + frame.returns));
+        let scored = match (&config.sample, &config.decide) {
+            (_, Some(_)) => DECIDING_SCANS as f64,
+            (Sample::Frames(frames), _) => *frames as f64,
+            (Sample::Share(share), _) => share * scans as f64,
+            _ => scans as f64,
+        };
+        let expected = returns as f64 * (scored / f64::max(scans as f64, 1.0)).min(1.0);
+        Ok(Self {
+            bases: runs.iter().map(of_map).collect(),
+            every: ((expected / RETURNS as f64).ceil() as u64).max(1),
+            frames: Mutex::default(),
+            spool: Mutex::new(Some(Spool::new(folder)?)),
+            pictures: Mutex::default(),
+        })
+    }
+
+    /// Keeps those returns of a part of a scan that are drawn.
+    pub(super) fn returns_scored(
+        &self,
+        frame: u32,
+        scored: &ScoredReturns<'_>,
+        buffers: &Buffers,
+    ) -> io::Result<()> {
+        let positions =
+            || scored.world_from_sensor.iter().map(|pose| pose.translation.vector.into()).collect();
+        if scored.first == 0 {
+            lock(&self.frames).entry(frame).or_default().position_in_world_m = positions();
+        }
+        let positions: Vec<[f64; 3]> = positions();
+        let mut draw = Draw::new(frame, self.every);
+        buffers.with(|piece| {
+            piece.extend_from_slice(&frame.to_le_bytes());
+            for index in 0..scored.offsets_ns.len() {
+                if !draw.takes((scored.first + index) as u64) {
+                    continue;
+                }
+                for (run, basis) in self.bases.iter().enumerate() {
+                    let (ray, residuals) = (&scored.rays[run][index], &scored.residuals[run][index]);
+                    let residual_m = match basis {
+                        Basis::CrossValidated => residuals.independent_m,
+                        Basis::Near => residuals.nearest_m,
+                    };
+                    let endpoint = ray.endpoint_in_world();
+                    let sampled = SampledReturn {
+                        from_sensor_m: std::array::from_fn(|axis| {
+                            (endpoint[axis] - positions[run][axis]) as f32
+                        }),
+                        residual_m: residual_m.filter(|m| m.is_finite()).map(|m| m as f32),
+                        revisited: residuals.revisited,
+                    };
+                    piece.extend_from_slice(&sampled.to_bytes());
+                }
+            }
+            match &*lock(&self.spool) {
+                Some(spool) => spool.add(frame, piece),
+                None => Ok(()),
+            }
+        })
+    }
+
+    /// Keeps what a scan was scored.
+    pub(super) fn frame_scored(&self, frame: u32, sums: &FrameSums) {
+        let scores = sums.runs().iter().zip(&self.bases).map(|(sums, basis)| FrameScore::of(sums, *basis));
+        lock(&self.frames).entry(frame).or_default().scores = scores.collect();
+    }
+
+    /// Draws everything, while the maps are there.
+    pub(super) fn scored(&self, log: &dyn ScanLog, report: &Report, maps: &[&Store]) -> anyhow::Result<()> {
+        let stamps: BTreeMap<u32, Option<i64>> = log
+            .frames()
+            .iter()
+            .enumerate()
+            .map(|(index, frame)| (log.number_in_log(index) as u32, frame.stamp_ns))
+            .collect();
+        // A scan without a used return has no place.
+        let seen = std::mem::take(&mut *lock(&self.frames));
+        let seen = seen.into_iter().filter(|(_, seen)| seen.position_in_world_m.len() == seen.scores.len());
+        let frames: Vec<SeenFrame> = seen
+            .map(|(number, seen)| SeenFrame {
+                number: number as usize,
+                stamp_ns: stamps.get(&number).copied().flatten(),
+                position_in_world_m: seen.position_in_world_m,
+                scores: seen.scores,
+            })
+            .collect();
+        let index_of: BTreeMap<u32, usize> =
+            frames.iter().enumerate().map(|(index, frame)| (frame.number as u32, index)).collect();
+        let index_of_run = |name: &String| report.runs.iter().position(|run| run.name == *name);
+        let order = report.order.iter().filter_map(index_of_run).collect();
+        let Some(spool) = lock(&self.spool).take() else { return Ok(()) };
+        let kept = spool.sorted();
+        let of_return = self.bases.len() * SampledReturn::BYTES;
+        let returns = kept.pieces().map(|bytes| (bytes / of_return) as u64).sum();
+        let mut painter = Painter::new(frames, self.bases.clone(), order, returns);
+        for (run, window, extent_m) in painter.windows() {
+            draw_discs(&mut painter, maps[run], run, window, extent_m)?;
+        }
+        let mut of_runs = Vec::new();
+        kept.each(|piece, _| {
+            let (frame, returns) = piece.split_at(size_of::<u32>().min(piece.len()));
+            let number = frame.try_into().map(u32::from_le_bytes);
+            let Some(&index) = number.ok().and_then(|number| index_of.get(&number)) else { return Ok(()) };
+            for sampled in returns.chunks_exact(of_return) {
+                of_runs.clear();
+                of_runs.extend(sampled.as_chunks().0.iter().map(SampledReturn::of_bytes));
+                painter.sampled(index, &of_runs);
+            }
+            Ok(())
+        })?;
+        *lock(&self.pictures) = Some(painter.finish());
+        Ok(())
+    }
+
+    /// What was drawn.
+    pub(super) fn into_pictures(self) -> Option<Pictures> {
+        self.pictures.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Draws the surfels of all tiles that a window touches.
+fn draw_discs(
+    painter: &mut Painter,
+    map: &Store,
+    run: usize,
+    window: usize,
+    [low_m, high_m]: [[f64; 2]; 2],
+) -> anyhow::Result<()> {
+    let lattice = map.lattice();
+    let [low, high] = [low_m, high_m].map(|[x, y]| lattice.tile_of([x, y, 0.0]));
+    let (low, high) = (low?, high?);
+    for y in low.y..=high.y {
+        for x in low.x..=high.x {
+            let Some(tile) = map.load(TileId { x, y })? else { continue };
+            for surfel in &tile.surfels[..tile.own] {
+                let centre = surfel.centre_in_tile_m;
+                painter.disc(
+                    run,
+                    window,
+                    &DiscInWorld {
+                        centre_in_world_m: std::array::from_fn(|axis| {
+                            tile.origin_in_world_m[axis] + f64::from(centre[axis])
+                        }),
+                        normal: surfel.normal,
+                        radius_m: lattice.disc_radius_m(),
+                    },
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
+fn lock<T>(of: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}

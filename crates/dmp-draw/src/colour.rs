@@ -1,0 +1,76 @@
+//! Colours that tell on white and on black, and with any eyes.
+
+/// Red, green, blue.
+pub(crate) type Rgb = [u8; 3];
+
+/// From good to bad: blue, violet, red, orange, of middle lightness (the middle of matplotlib's `plasma`, lighter at its
+/// dark end).
+const BAD: [Rgb; 5] = [[78, 110, 222], [142, 84, 190], [200, 70, 130], [235, 105, 85], [252, 168, 50]];
+/// From one side to the other: blue, grey, orange.
+const SIDES: [Rgb; 5] = [[20, 110, 200], [98, 152, 200], [148, 148, 148], [222, 150, 80], [222, 100, 0]];
+
+/// Colours of maps and of the bars that explain them.
+pub(crate) const STEPS: usize = 15;
+
+/// Colours from good to bad.
+pub(crate) fn bad_colours() -> [Rgb; STEPS] {
+    std::array::from_fn(|step| between(&BAD, step as f64 / (STEPS - 1) as f64))
+}
+
+/// Colours from one side to the other.
+pub(crate) fn side_colours() -> [Rgb; STEPS] {
+    std::array::from_fn(|step| between(&SIDES, step as f64 / (STEPS - 1) as f64))
+}
+
+/// The step of a share from 0 to 1; what is beyond counts as the end.
+pub(crate) fn step(share: f64) -> usize {
+    ((share.clamp(0.0, 1.0) * STEPS as f64) as usize).min(STEPS - 1)
+}
+
+/// `#rrggbb`.
+pub(crate) fn hex([r, g, b]: Rgb) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+fn between(stops: &[Rgb], share: f64) -> Rgb {
+    let at = share * (stops.len() - 1) as f64;
+    let stop = (at as usize).min(stops.len() - 2);
+    let part = at - stop as f64;
+    std::array::from_fn(|channel| {
+        let [from, to] = [stops[stop][channel], stops[stop + 1][channel]].map(f64::from);
+        (from + part * (to - from)).round() as u8
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Contrast as WCAG 2 has it.
+    fn contrast(a: Rgb, b: Rgb) -> f64 {
+        let luminance = |rgb: Rgb| {
+            let linear = rgb.map(|c| {
+                let c = f64::from(c) / 255.0;
+                if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+            });
+            0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+        };
+        let (a, b) = (luminance(a), luminance(b));
+        (a.max(b) + 0.05) / (a.min(b) + 0.05)
+    }
+
+    #[test]
+    fn colours_are_seen_on_white_and_on_black() {
+        for colour in bad_colours().into_iter().chain(side_colours()) {
+            assert!(contrast(colour, [255; 3]) > 1.7, "{colour:?}");
+            assert!(contrast(colour, [0x16, 0x18, 0x1c]) > 2.5, "{colour:?}");
+        }
+    }
+
+    #[test]
+    fn shares_have_steps() {
+        assert_eq!([-1.0, 0.0, 0.5, 1.0, 9.0].map(step), [0, 0, 7, 14, 14]);
+        assert_eq!(side_colours()[7], [148; 3]);
+        assert_eq!(hex([1, 0xab, 0]), "#01ab00");
+    }
+}

@@ -1,0 +1,333 @@
+//! Maps from above: what the returns that lie in each cell of the ground say.
+
+use crate::colour::{STEPS, step};
+use crate::image::Image;
+use crate::seen::SampledReturn;
+
+/// Edges that cells have, metres.
+const EDGES_M: [f64; 12] = [0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 8.0, 10.0, 16.0, 20.0, 32.0, 50.0];
+/// Cells along the longer side of a map at most.
+const LONGEST: usize = 400;
+/// A map shows so much beyond the way, metres.
+const MARGIN_M: f64 = 50.0;
+/// Residuals count up to this, metres: the scale τ of the score `R_cv(2)` or `R_near(2)`.
+pub(crate) const CUT_M: f64 = 2.0;
+/// Fewer predicted returns say nothing of a cell.
+const FEWEST: u32 = 2;
+
+/// Where the cells of a map lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Grid {
+    /// Edge of a cell, metres.
+    pub(crate) cell_m: f64,
+    /// The corner with the smallest coordinates, metres in the world of a run.
+    pub(crate) corner_m: [f64; 2],
+    pub(crate) columns: usize,
+    pub(crate) rows: usize,
+}
+
+impl Grid {
+    /// A cell for every place near the positions; none where there are no positions.
+    pub(crate) fn around(positions: impl Iterator<Item = [f64; 3]>, cell_m: f64) -> Self {
+        let Some([low, high]) = extent_m(positions) else {
+            return Self { cell_m, corner_m: [0.0; 2], columns: 0, rows: 0 };
+        };
+        let corner_m = low.map(|m| cell_m * (m / cell_m).floor());
+        let cells =
+            |axis: usize| (((high[axis] - corner_m[axis]) / cell_m).ceil() as usize).clamp(1, LONGEST + 1);
+        Self { cell_m, corner_m, columns: cells(0), rows: cells(1) }
+    }
+
+    /// The edge of cells such that a map of none of these ways is too large.
+    pub(crate) fn edge_m(ways: impl Iterator<Item = Vec<[f64; 3]>>) -> f64 {
+        let longest_m = ways
+            .filter_map(|way| extent_m(way.into_iter()))
+            .map(|[low, high]| (high[0] - low[0]).max(high[1] - low[1]))
+            .fold(0.0, f64::max);
+        let fits = |edge_m: &f64| longest_m / edge_m <= LONGEST as f64;
+        EDGES_M.into_iter().find(fits).unwrap_or((longest_m / LONGEST as f64).ceil())
+    }
+
+    /// The part between two cells, both included.
+    fn part(&self, [from, to]: [[usize; 2]; 2]) -> Self {
+        let corner_m = [0, 1].map(|axis| self.corner_m[axis] + from[axis] as f64 * self.cell_m);
+        let [columns, rows] = [0, 1].map(|axis| to[axis] + 1 - from[axis]);
+        Self { cell_m: self.cell_m, corner_m, columns, rows }
+    }
+
+    /// The part around all cells of which `is_told` holds; nothing where it holds of none.
+    fn around_told(&self, is_told: impl Fn(usize) -> bool) -> ([[usize; 2]; 2], Self) {
+        let told = (0..self.columns * self.rows).filter(|cell| is_told(*cell));
+        let ends = told.fold(None, |ends: Option<[[usize; 2]; 2]>, cell| {
+            let at = [cell % self.columns, cell / self.columns];
+            let [from, to] = ends.unwrap_or([at, at]);
+            Some([
+                [0, 1].map(|axis: usize| from[axis].min(at[axis])),
+                [0, 1].map(|axis: usize| to[axis].max(at[axis])),
+            ])
+        });
+        match ends {
+            Some(ends) => (ends, self.part(ends)),
+            None => ([[0; 2]; 2], Self { columns: 0, rows: 0, ..*self }),
+        }
+    }
+
+    /// The cells of a part, row by row.
+    fn cells_of<T: Copy>(&self, cells: &[T], from: [usize; 2], part: &Self) -> Vec<T> {
+        let row = |row: usize| (row + from[1]) * self.columns + from[0];
+        (0..part.rows).flat_map(|k| cells[row(k)..row(k) + part.columns].iter().copied()).collect()
+    }
+
+    fn cell_of(&self, at_m: [f64; 2]) -> Option<usize> {
+        let [x, y] = [0, 1].map(|axis| ((at_m[axis] - self.corner_m[axis]) / self.cell_m).floor());
+        let inside = x >= 0.0 && y >= 0.0 && x < self.columns as f64 && y < self.rows as f64;
+        inside.then(|| y as usize * self.columns + x as usize)
+    }
+}
+
+/// Smallest and largest x and y, with a margin.
+fn extent_m(positions: impl Iterator<Item = [f64; 3]>) -> Option<[[f64; 2]; 2]> {
+    let mut positions = positions.peekable();
+    positions.peek()?;
+    let none = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+    let [low, high] = positions.fold(none, |[low, high], at| {
+        [
+            [0, 1].map(|axis: usize| low[axis].min(at[axis])),
+            [0, 1].map(|axis: usize| high[axis].max(at[axis])),
+        ]
+    });
+    Some([low.map(|m| m - MARGIN_M), high.map(|m| m + MARGIN_M)])
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Cell {
+    returns: u32,
+    predicted: u32,
+    revisited: u32,
+    square_m2: f64,
+}
+
+/// Residuals of one run, by cells of its world.
+#[derive(Debug)]
+pub(crate) struct Ground {
+    pub(crate) grid: Grid,
+    cells: Vec<Cell>,
+}
+
+impl Ground {
+    pub(crate) fn new(grid: Grid) -> Self {
+        Self { grid, cells: vec![Cell::default(); grid.columns * grid.rows] }
+    }
+
+    pub(crate) fn add(&mut self, at_m: [f64; 2], sampled: &SampledReturn) {
+        let Some(cell) = self.grid.cell_of(at_m).map(|cell| &mut self.cells[cell]) else { return };
+        cell.returns += 1;
+        cell.revisited += u32::from(sampled.revisited);
+        if let Some(residual_m) = sampled.residual_m {
+            cell.predicted += 1;
+            cell.square_m2 += cut_square_m2(residual_m);
+        }
+    }
+
+    /// Leaves out the margins in which too few returns lie.
+    pub(crate) fn trimmed(self) -> Self {
+        let (ends, grid) = self.grid.around_told(|cell| self.cells[cell].returns >= FEWEST);
+        let cells = self.grid.cells_of(&self.cells, ends[0], &grid);
+        Self { grid, cells }
+    }
+
+    fn rms_m(cell: &Cell) -> Option<f64> {
+        (cell.predicted >= FEWEST).then(|| (cell.square_m2 / f64::from(cell.predicted)).sqrt())
+    }
+
+    /// Roots of mean squares of all cells that have one.
+    pub(crate) fn rms_of_cells(&self) -> impl Iterator<Item = f64> + '_ {
+        self.cells.iter().filter_map(Self::rms_m)
+    }
+
+    /// Colours of residuals, the worst at `top_m`.
+    pub(crate) fn residuals(&self, top_m: f64) -> Image {
+        self.image(|cell| Some(1 + step(Self::rms_m(cell)? / top_m) as u8))
+    }
+
+    /// 1 where most returns are predicted from another visit, 2 from other parts of the drive, 3 not at all.
+    pub(crate) fn coverage(&self) -> Image {
+        self.image(|cell| {
+            let most = |count: u32| 2 * count > cell.returns;
+            (cell.returns >= FEWEST).then(|| {
+                if most(cell.revisited) {
+                    1
+                } else if most(cell.predicted) {
+                    2
+                } else {
+                    3
+                }
+            })
+        })
+    }
+
+    fn image(&self, colour: impl Fn(&Cell) -> Option<u8>) -> Image {
+        image(&self.grid, self.cells.iter().map(colour))
+    }
+}
+
+/// Residuals of two runs on the same returns, by cells of the world of the first.
+#[derive(Debug)]
+pub(crate) struct Difference {
+    pub(crate) grid: Grid,
+    /// Common returns, and the squares of both runs.
+    cells: Vec<(u32, [f64; 2])>,
+}
+
+impl Difference {
+    pub(crate) fn new(grid: Grid) -> Self {
+        Self { grid, cells: vec![(0, [0.0; 2]); grid.columns * grid.rows] }
+    }
+
+    /// Adds a return that both predict.
+    pub(crate) fn add(&mut self, at_m: [f64; 2], residuals_m: [f32; 2]) {
+        let Some((count, squares_m2)) = self.grid.cell_of(at_m).map(|cell| &mut self.cells[cell]) else {
+            return;
+        };
+        *count += 1;
+        for (sum, residual_m) in squares_m2.iter_mut().zip(residuals_m) {
+            *sum += cut_square_m2(residual_m);
+        }
+    }
+
+    /// Leaves out the margins in which too few returns lie.
+    pub(crate) fn trimmed(self) -> Self {
+        let (ends, grid) = self.grid.around_told(|cell| self.cells[cell].0 >= FEWEST);
+        let cells = self.grid.cells_of(&self.cells, ends[0], &grid);
+        Self { grid, cells }
+    }
+
+    /// Root of the mean square of the second less that of the first, metres: positive where the first is better.
+    fn difference_m((count, squares_m2): &(u32, [f64; 2])) -> Option<f64> {
+        let [first_m, second_m] = squares_m2.map(|square_m2| (square_m2 / f64::from(*count)).sqrt());
+        (*count >= FEWEST).then_some(second_m - first_m)
+    }
+
+    /// Sizes of the differences of all cells that have one.
+    pub(crate) fn sizes_m(&self) -> impl Iterator<Item = f64> + '_ {
+        self.cells.iter().filter_map(Self::difference_m).map(f64::abs)
+    }
+
+    /// Colours from the first's side, at `top_m`, to the second's.
+    pub(crate) fn sides(&self, top_m: f64) -> Image {
+        let colour =
+            |cell| Some(1 + step(0.5 - 0.5 * Self::difference_m(cell)? / top_m).min(STEPS - 1) as u8);
+        image(&self.grid, self.cells.iter().map(colour))
+    }
+}
+
+fn cut_square_m2(residual_m: f32) -> f64 {
+    let cut_m = f64::from(residual_m).abs().min(CUT_M);
+    cut_m * cut_m
+}
+
+/// A pixel a cell, y upwards.
+fn image(grid: &Grid, colours: impl Iterator<Item = Option<u8>>) -> Image {
+    let mut image = Image::new(grid.columns, grid.rows);
+    for (cell, colour) in colours.enumerate() {
+        if let Some(colour) = colour {
+            let (column, row) = (cell % grid.columns, cell / grid.columns);
+            image.set(column as i32, (grid.rows - 1 - row) as i32, colour);
+        }
+    }
+    image
+}
+
+/// The round number above nearly all of the values (19 of 20), between `least` and `most`.
+pub(crate) fn round_top(values: impl Iterator<Item = f64>, least: f64, most: f64) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    let at = values.len() * 19 / 20;
+    let value = if values.is_empty() { least } else { *values.select_nth_unstable_by(at, f64::total_cmp).1 };
+    let round = [0.05, 0.1, 0.2, 0.3, 0.5, 1.0, 1.5, 2.0, 5.0, 10.0];
+    round.into_iter().find(|round| *round >= value).unwrap_or(most).clamp(least, most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(residual_m: Option<f32>, revisited: bool) -> SampledReturn {
+        SampledReturn { from_sensor_m: [0.0; 3], residual_m, revisited }
+    }
+
+    #[test]
+    fn cells_are_where_the_returns_are() {
+        let way = [[4e5, 5e6, 3.0], [4e5 + 20.0, 5e6 + 10.0, 3.0]];
+        let cell_m = Grid::edge_m([way.to_vec()].into_iter());
+        assert_eq!(cell_m, 0.5);
+        let grid = Grid::around(way.into_iter(), cell_m);
+        assert_eq!((grid.corner_m, grid.columns, grid.rows), ([4e5 - 50.0, 5e6 - 50.0], 240, 220));
+        let mut ground = Ground::new(grid);
+        for (residual_m, revisited) in [(Some(0.3), true), (Some(-0.5), true), (None, false)] {
+            ground.add([4e5 + 0.2, 5e6 + 0.7], &at(residual_m, revisited));
+        }
+        ground.add([4e5 + 9.1, 5e6], &at(Some(0.1), false));
+        ground.add([4e5 + 900.0, 5e6], &at(Some(0.1), false));
+        let rms: Vec<f64> = ground.rms_of_cells().collect();
+        assert!(
+            (rms[0] - 0.17_f64.sqrt()).abs() < 1e-6 && rms.len() == 1,
+            "a return alone says nothing: {rms:?}"
+        );
+        let (column, row) = (100, 220 - 1 - 101);
+        assert_eq!(ground.residuals(0.5).get(column, row), 1 + step(0.17_f64.sqrt() / 0.5) as u8);
+        assert_eq!(ground.coverage().get(column, row), 1);
+        assert_eq!(ground.residuals(0.5).get(column, row - 1), 0);
+    }
+
+    #[test]
+    fn margins_are_left_out() {
+        let grid = Grid { cell_m: 2.0, corner_m: [10.0, 20.0], columns: 7, rows: 5 };
+        let mut ground = Ground::new(grid);
+        for at_m in [[15.0, 23.0], [15.5, 23.5], [19.0, 27.0], [19.0, 27.0], [10.0, 20.0]] {
+            ground.add(at_m, &at(Some(0.2), true));
+        }
+        let before = ground.coverage();
+        let trimmed = ground.trimmed();
+        assert_eq!(trimmed.grid, Grid { cell_m: 2.0, corner_m: [14.0, 22.0], columns: 3, rows: 3 });
+        let after = trimmed.coverage();
+        for (column, row) in [(0, 0), (0, 2), (2, 0), (1, 1)] {
+            assert_eq!(after.get(column, row), before.get(column + 2, row + 1), "{column} {row}");
+        }
+        assert_eq!((after.get(0, 2), after.get(2, 0)), (1, 1));
+        assert_eq!(Ground::new(grid).trimmed().grid.columns, 0);
+    }
+
+    #[test]
+    fn differences_have_sides() {
+        let grid = Grid { cell_m: 1.0, corner_m: [0.0; 2], columns: 3, rows: 1 };
+        let mut difference = Difference::new(grid);
+        for (x, residuals_m) in [(0.5, [0.1, -5.0]), (1.5, [0.2, -0.2]), (2.5, [1.0, 0.0])] {
+            difference.add([x, 0.5], residuals_m);
+            difference.add([x, 0.5], residuals_m);
+        }
+        let image = difference.sides(0.5);
+        assert_eq!([0, 1, 2].map(|column| image.get(column, 0)), [1, 8, 15], "first, neither, second");
+        let sizes: Vec<f64> = difference.sizes_m().collect();
+        assert!(
+            (sizes[0] - 1.9).abs() < 1e-6 && sizes[1].abs() < 1e-6 && (sizes[2] - 1.0).abs() < 1e-6,
+            "{sizes:?}"
+        );
+    }
+
+    #[test]
+    fn long_ways_have_large_cells_and_no_way_has_none() {
+        let way = vec![[0.0, 0.0, 0.0], [19_000.0, 300.0, 0.0]];
+        assert_eq!(Grid::edge_m([way.clone(), vec![]].into_iter()), 50.0);
+        assert_eq!(Grid::edge_m([vec![[0.0; 3], [1e6, 0.0, 0.0]]].into_iter()), 2501.0);
+        assert_eq!(Grid::around([].into_iter(), 1.0).columns, 0);
+        assert_eq!(Ground::new(Grid::around([].into_iter(), 1.0)).coverage().width, 0);
+    }
+
+    #[test]
+    fn tops_are_round() {
+        assert_eq!(round_top((0..100).map(|k| f64::from(k) / 100.0), 0.1, 2.0), 1.0);
+        assert_eq!(round_top([0.01; 50].into_iter(), 0.1, 2.0), 0.1);
+        assert_eq!(round_top([].into_iter(), 0.1, 2.0), 0.1);
+        assert_eq!(round_top([77.0; 5].into_iter(), 0.1, 2.0), 2.0);
+    }
+}

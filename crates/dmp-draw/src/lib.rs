@@ -1,0 +1,28 @@
+//! What an evaluation found, drawn: plots, maps from above, close-ups of the worst places, and one HTML page of it all.
+//!
+//! # Brief overview
+//! [`page`] makes a page of a [`Report`](dmp::Report): one file without scripts that needs no network. What the report
+//! does not hold, where and when a run's map is wrong, comes as [`Pictures`]. They are made of what is seen while an
+//! evaluation runs: the sums of every frame ([`SeenFrame`]) tell the [worst places](Place) of each run, a [`Painter`]
+//! takes a sample of the returns in the order of the log and the surfels around the worst places.
+//!
+//! [`plot`] draws points and lines as SVG, [`text`] writes numbers for people. Nothing here opens a file or starts a
+//! thread; the same input gives the same bytes.
+
+mod closeup;
+mod colour;
+mod ground;
+mod image;
+mod page;
+mod painter;
+pub mod plot;
+mod profile;
+mod seen;
+pub mod text;
+mod worst;
+
+pub use closeup::{DiscInWorld, WINDOW_M};
+pub use page::{PageInput, page};
+pub use painter::{Painter, Pictures};
+pub use seen::{FrameScore, SampledReturn, SeenFrame};
+pub use worst::{Pass, Place};

@@ -1,0 +1,137 @@
+//! What went in: files, settings, where every return went.
+
+use dmp::{InputReport, Report, RunInputReport};
+
+use super::html::{cell, head, table, terms};
+use crate::text::{NONE, bytes, count, counted, duration};
+
+/// The log, the runs, the settings, the effort.
+pub(super) fn inputs(report: &Report) -> String {
+    format!(
+        "<h3>The log</h3>\n{}<h3>The runs</h3>\n{}<h3>The settings</h3>\n{}<h3>Where the returns went</h3>\n{}<h3>The \
+         effort</h3>\n{}",
+        log(report),
+        runs(&report.inputs),
+        settings(report),
+        returns(report),
+        effort(report)
+    )
+}
+
+fn log(report: &Report) -> String {
+    let inputs = &report.inputs;
+    let span = inputs.span_ns.map(|(first_ns, last_ns)| {
+        let [first_s, last_s] = [first_ns, last_ns].map(|ns| ns as f64 / 1e9);
+        format!("{first_s:.3} to {last_s:.3} s, {}", duration(last_s - first_s))
+    });
+    let mut told = vec![
+        ("file", inputs.log.clone()),
+        ("format", inputs.format.clone()),
+        ("length", bytes(inputs.bytes)),
+        ("fingerprint", inputs.fingerprint.clone()),
+        ("topic", inputs.topic.clone().unwrap_or_default()),
+        ("stamps", span.unwrap_or_default()),
+        ("times of points", inputs.point_times.clone().unwrap_or_default()),
+        ("scans", format!("{} of {} used", count(inputs.scans_used as u64), count(inputs.scans as u64))),
+    ];
+    told.extend(inputs.notes.iter().map(|note| ("note", note.clone())));
+    told.extend(inputs.damage.iter().map(|damage| ("lost", damage.clone())));
+    terms(told)
+}
+
+fn runs(inputs: &InputReport) -> String {
+    let heads = ["run", "trajectory", "format", "poses", "without pose", "map", "sensor on body", "notes"];
+    let classes = ["name", "text", "name", "", "", "text", "text", "text"];
+    let heads: Vec<String> = heads.iter().zip(classes).map(|(title, class)| head(title, "", class)).collect();
+    let row = |run: &RunInputReport| {
+        let [x, y, z, qx, qy, qz, qw] = run.body_from_sensor;
+        let notes: Vec<&str> = run.notes.iter().chain(&run.map_notes).map(String::as_str).collect();
+        let texts = [
+            run.name.clone(),
+            run.file.clone().unwrap_or_else(|| NONE.to_owned()),
+            run.format.clone().unwrap_or_else(|| NONE.to_owned()),
+            count(run.poses as u64),
+            count(run.scans_without_pose as u64),
+            run.map.clone(),
+            format!("{x} {y} {z} m, {qx} {qy} {qz} {qw} ({})", run.body_from_sensor_source),
+            if notes.is_empty() { NONE.to_owned() } else { notes.join("; ") },
+        ];
+        texts.iter().zip(classes).map(|(text, class)| cell(text, class)).collect()
+    };
+    table("What was read of every run", &heads, &inputs.runs.iter().map(row).collect::<Vec<_>>())
+}
+
+fn settings(report: &Report) -> String {
+    let config = &report.config;
+    let segments = match config.segments.length_m {
+        Some(length_m) => format!("{} of {length_m:.1} m", config.segments.count),
+        None => "every scan is one".to_owned(),
+    };
+    let sampling = &report.sampling;
+    let seed = sampling.seed.map_or_else(String::new, |seed| format!(", seed {seed}"));
+    let scored = match &sampling.places {
+        Some(places) => format!(
+            "{} of {} of {} m{seed}, {} of them revisited",
+            counted(places.drawn, "place"),
+            count(places.total),
+            places.length_m,
+            count(places.revisited)
+        ),
+        None => {
+            format!("{} of {}{seed}", counted(sampling.frames_scored, "scan"), count(sampling.frames_total))
+        }
+    };
+    terms([
+        ("dmp", report.dmp_version.clone()),
+        ("scored", scored),
+        (
+            "voxel",
+            format!(
+                "{:.3} m, discs of {:.3} m, tiles of {:.1} m",
+                config.voxel_m, config.disc_radius_m, config.tile_edge_m
+            ),
+        ),
+        ("segments", segments),
+        ("ranges", format!("{} to {} m", config.min_range_m, config.max_range_m)),
+        ("vehicle", format!("{}, {}", config.ego, counted(config.ego_cells as u64, "cell"))),
+        (
+            "every",
+            if config.every == 1 { "all scans".to_owned() } else { format!("one scan of {}", config.every) },
+        ),
+        ("time offset", format!("{} s", config.time_offset_s)),
+        ("range noise", format!("{} m, for the raw log-likelihood", config.sigma_m)),
+        ("price of a miss", format!("{} of 100 m² in R_cv(10)", config.miss_price)),
+        (
+            "trails",
+            if config.free_space { "kept out of the maps".to_owned() } else { "in the maps".to_owned() },
+        ),
+    ])
+}
+
+fn returns(report: &Report) -> String {
+    let inputs = &report.inputs;
+    let row = |what: &str, number: u64| vec![cell(what, "name"), cell(&count(number), "")];
+    let mut rows = vec![row("used", inputs.returns_used)];
+    let dropped = inputs.dropped.0.iter().filter(|(_, number)| **number > 0);
+    rows.extend(
+        dropped.map(|(reason, number)| row(&format!("dropped: {}", reason.replace('_', " ")), *number)),
+    );
+    rows.push(row("all", inputs.returns));
+    table("Returns", &[head("what became of them", "", "name"), head("returns", "", "")], &rows)
+}
+
+fn effort(report: &Report) -> String {
+    let (timing, memory) = (&report.timing, &report.memory);
+    terms([
+        ("time", format!("{} on {}", duration(timing.total_s), counted(timing.threads as u64, "thread"))),
+        (
+            "memory",
+            format!(
+                "{} of {}",
+                memory.peak_anon_bytes.map_or(NONE.to_owned(), bytes),
+                bytes(memory.budget_bytes as u64)
+            ),
+        ),
+        ("disk", bytes(memory.disk_bytes)),
+    ])
+}

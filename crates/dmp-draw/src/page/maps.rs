@@ -1,0 +1,144 @@
+//! Maps from above.
+
+use dmp::Basis;
+
+use super::html::{bar, figure, grid, keys, large, paragraph};
+use super::overlay::{self, Frame};
+use crate::colour::{Rgb, bad_colours, hex, side_colours};
+use crate::ground::{CUT_M, Grid, round_top};
+use crate::image::Image;
+use crate::painter::Pictures;
+use crate::plot::escape;
+
+/// Width of a map in units of its drawing.
+const WIDTH: f64 = 400.0;
+const COVERAGE: [Rgb; 3] = [[0, 158, 115], [86, 165, 225], [222, 110, 30]];
+
+/// What the score of a run is called.
+pub(super) fn score_of(basis: Basis) -> &'static str {
+    match basis {
+        Basis::CrossValidated => "R_cv",
+        Basis::Near => "R_near",
+    }
+}
+
+/// A map of residuals for every run, on one scale of colours.
+pub(super) fn residuals(pictures: &Pictures, names: &[&str]) -> Result<String, png::EncodingError> {
+    let drawn = || pictures.order.iter().filter_map(|&run| Some((run, pictures.grounds[run].as_ref()?)));
+    let top_m = round_top(drawn().flat_map(|(_, ground)| ground.rms_of_cells()), 0.1, CUT_M);
+    let size_m = largest(pictures);
+    let mut figures = Vec::new();
+    for (run, ground) in drawn() {
+        let image = ground.residuals(top_m);
+        let label = format!("Map of {} from above, coloured by residual", names[run]);
+        let map = map(pictures, run, &ground.grid, &image, &bad_colours(), size_m, &label)?;
+        figures.push(figure(&map, &format!("<strong>{}</strong>", escape(names[run]))));
+    }
+    let left_out = pictures.order.len() - figures.len();
+    let cell_m = drawn().next().map_or(0.0, |(_, ground)| ground.grid.cell_m);
+    let scores: Vec<&str> = {
+        let mut scores: Vec<&str> = pictures.bases.iter().map(|basis| score_of(*basis)).collect();
+        scores.dedup();
+        scores
+    };
+    let mut text = paragraph(&format!(
+        "Each cell of {cell_m} m has the root mean square of the residuals of the returns that lie in it ({} at {CUT_M} m). The \
+         line is the way of the sensor, from the dot; the arrow is the y axis of the run's world, north where that is \
+         east–north–up.",
+        scores.join(", ")
+    ));
+    if left_out > 0 {
+        text.push_str(&paragraph(&format!(
+            "The maps of {left_out} more runs, further down the order, are not drawn."
+        )));
+    }
+    text.push_str(&bar("0 m", &bad_colours(), &format!("{top_m} m or more")));
+    Ok(text + &grid(&figures))
+}
+
+/// The best two runs against each other, on the returns that both predict.
+pub(super) fn difference(pictures: &Pictures, names: &[&str]) -> Result<String, png::EncodingError> {
+    let Some(difference) = &pictures.difference else { return Ok(String::new()) };
+    let [first, second] = [pictures.order[0], pictures.order[1]];
+    let top_m = round_top(difference.sizes_m(), 0.05, CUT_M);
+    let label = format!("Map from above of where {} and {} differ", names[first], names[second]);
+    let size_m = extent_m(&difference.grid);
+    let image = difference.sides(top_m);
+    let map = map(pictures, first, &difference.grid, &image, &side_colours(), size_m, &label)?;
+    let caption = format!(
+        "<strong>{}</strong> against <strong>{}</strong>: difference of their root mean squares on the same returns, each \
+         where {} has it.",
+        escape(names[first]),
+        escape(names[second]),
+        escape(names[first])
+    );
+    let better = |run: usize| format!("{} is better by {top_m} m or more", names[run]);
+    // Blue stands for the first: it is on the left.
+    let key = bar(&better(first), &side_colours(), &better(second));
+    Ok(key + &large(&figure(&map, &caption)))
+}
+
+/// What the best run's returns are predicted from.
+pub(super) fn coverage(pictures: &Pictures, names: &[&str]) -> Result<String, png::EncodingError> {
+    let Some(best) =
+        pictures.order.first().copied().filter(|&run| pictures.bases[run] == Basis::CrossValidated)
+    else {
+        return Ok(String::new());
+    };
+    let Some(ground) = &pictures.grounds[best] else { return Ok(String::new()) };
+    let label = format!("Map of {} from above, coloured by what predicts the returns", names[best]);
+    let image = ground.coverage();
+    let map = map(pictures, best, &ground.grid, &image, &COVERAGE, extent_m(&ground.grid), &label)?;
+    let text = paragraph(
+        "Only places that the sensor came back to tell whether the map holds together as a whole. Where nothing predicts the \
+         returns, nothing is known of the map.",
+    );
+    let words = [
+        "predicted from another visit",
+        "predicted from other parts of the drive",
+        "not predicted: seen once, or from too few scans",
+    ];
+    let key = keys(COVERAGE.iter().map(|colour| hex(*colour)).zip(words));
+    let caption = format!("<strong>{}</strong>, by what most returns of a cell are", escape(names[best]));
+    Ok(text + &key + &large(&figure(&map, &caption)))
+}
+
+fn extent_m(grid: &Grid) -> [f64; 2] {
+    [grid.columns, grid.rows].map(|cells| cells as f64 * grid.cell_m)
+}
+
+/// So large that every run's map fits: all are drawn at one scale.
+fn largest(pictures: &Pictures) -> [f64; 2] {
+    let sizes = pictures.grounds.iter().flatten().map(|ground| extent_m(&ground.grid));
+    sizes.fold([0.0; 2], |[w, h], [x, y]| [w.max(x), h.max(y)])
+}
+
+/// A map of cells with the way of the run, a bar and an arrow.
+fn map(
+    pictures: &Pictures,
+    run: usize,
+    cells: &Grid,
+    image: &Image,
+    colours: &[Rgb],
+    size_m: [f64; 2],
+    label: &str,
+) -> Result<String, png::EncodingError> {
+    let scale = WIDTH / size_m[0].max(1e-9);
+    let height = scale * size_m[1];
+    let own_m = extent_m(cells);
+    // In the middle, y upwards.
+    let offset_m = [0, 1].map(|axis: usize| (size_m[axis] - own_m[axis]) / 2.0);
+    let at = |position: [f64; 3]| {
+        let [x, y] = [0, 1].map(|axis: usize| position[axis] - cells.corner_m[axis] + offset_m[axis]);
+        [scale * x, height - scale * y]
+    };
+    let way = overlay::way(pictures.frames.iter().map(|frame| at(frame.position_in_world_m[run])));
+    let [x, y] = offset_m.map(|m| scale * m);
+    let [w, h] = own_m.map(|m| scale * m);
+    let frame = Frame { width: WIDTH, height, units_per_m: scale };
+    let picture = format!(
+        "<image x=\"{x:.2}\" y=\"{y:.2}\" width=\"{w:.2}\" height=\"{h:.2}\" preserveAspectRatio=\"none\" href=\"{}\"/>",
+        image.to_data_url(colours)?
+    );
+    Ok(frame.svg(label, &(picture + &way), Some("y")))
+}

@@ -1,0 +1,162 @@
+//! The report as one HTML page.
+
+mod html;
+mod inputs;
+mod maps;
+mod overlay;
+mod places;
+mod ranking;
+#[cfg(test)]
+mod tests;
+mod words;
+
+use dmp::Report;
+
+use crate::painter::Pictures;
+use crate::plot::escape;
+use crate::profile;
+use crate::text::count;
+use html::{figure, grid, keys, list, paragraph, section};
+
+/// Runs with a line in plots: there are so many colours that are told apart.
+const LINES: usize = 6;
+/// Size of a plot, pixels.
+const PLOT_PX: [f64; 2] = [480.0, 300.0];
+const STYLE: &str = include_str!("style.css");
+
+/// What a page is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct PageInput<'a> {
+    /// What was found.
+    pub report: &'a Report,
+    /// Where and when; `None` where nobody watched, as of results that were saved.
+    pub pictures: Option<&'a Pictures>,
+    /// Sentences to stand behind the ranking, as of runs that were not compared, or gates that failed.
+    pub remarks: &'a [String],
+}
+
+/// The page: one file that needs nothing else, light or dark as its reader likes, without scripts.
+///
+/// # Errors
+/// Where a picture cannot be encoded.
+pub fn page(input: &PageInput<'_>) -> Result<String, png::EncodingError> {
+    let report = input.report;
+    let name = log_name(report);
+    let title = match report.order.as_slice() {
+        [only] => format!("Map quality of {only} on {name}"),
+        _ => format!("Which map of {name} is best?"),
+    };
+    let mut main = verdict(input);
+    main.push_str(&warnings(report));
+    main.push_str(&section("ranking", "Ranking", &ranking::ranking(report)));
+    match input.pictures {
+        Some(pictures) => main.push_str(&where_and_when(report, pictures)?),
+        None => main.push_str(&section("where", "Where", &paragraph(without_pictures(report)))),
+    }
+    main.push_str(&section("inputs", "What went in", &inputs::inputs(report)));
+    Ok(format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
+         content=\"width=device-width, initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"default-src \
+         'none'; img-src data:; style-src 'unsafe-inline'\">\n<meta name=\"generator\" content=\"dmp {}\">\n\
+         <title>{}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header><h1>{}</h1>\n{}</header>\n<main>\n{main}</main>\n\
+         <footer>\n{}</footer>\n</body>\n</html>\n",
+        escape(&report.dmp_version),
+        escape(&title),
+        escape(&title),
+        extent(report),
+        paragraph(
+            "Made by dmp: the Dense Map Posterior (Zhang & Chen, ICIP 2021) for LiDAR, without ground truth. Scores compare runs \
+             of this log under these settings only."
+        )
+    ))
+}
+
+fn log_name(report: &Report) -> &str {
+    let path = report.inputs.log.trim_end_matches(['/', '\\']);
+    path.rsplit(['/', '\\']).next().unwrap_or(path)
+}
+
+fn extent(report: &Report) -> String {
+    let inputs = &report.inputs;
+    let scored = match report.sampling.places {
+        Some(places) => format!("{} of {} places", count(places.drawn), count(places.total)),
+        None => format!("{} of {} scans", count(report.sampling.frames_scored), count(inputs.scans as u64)),
+    };
+    format!(
+        "<p class=\"muted\">{scored} scored, {} returns, {:.1} km of way</p>\n",
+        count(inputs.returns_used),
+        report.config.segments.travel_m / 1e3
+    )
+}
+
+fn verdict(input: &PageInput<'_>) -> String {
+    let said = words::pairs(input.report);
+    let remarks = input.remarks.iter().map(|remark| escape(remark));
+    let list = list("<ul class=\"said\">", said.into_iter().chain(remarks));
+    let looks =
+        input.report.pairs.iter().map(|pair| pair.scales.len()).max().map_or_else(String::new, |scales| {
+            let percent = (1e4 * input.report.sampling.confidence).round() / 1e2;
+            paragraph(&format!(
+                "A verdict takes up to {scales} looks, one at each scale, each at {percent} %."
+            ))
+        });
+    let body = format!("<p class=\"answer\">{}</p>\n{list}{looks}", words::answer(input.report));
+    section("verdict", "Verdict", &body)
+}
+
+fn warnings(report: &Report) -> String {
+    let of_runs = report
+        .runs
+        .iter()
+        .flat_map(|run| run.warnings.iter().map(|warning| format!("{}: {warning}", run.name)));
+    let all = report.warnings.iter().cloned().chain(of_runs);
+    let list = list("<ul>", all.map(|warning| escape(&warning)));
+    section("warnings", "Warnings", &list).replacen("<section", "<section class=\"warnings\"", 1)
+}
+
+fn without_pictures(report: &Report) -> &'static str {
+    match report.sampling.places {
+        Some(_) => {
+            "A quick score makes a map for each place that was drawn and none of the whole: to see where a run is wrong, score \
+             the whole log."
+        }
+        None => {
+            "This page was made from saved results, which hold no maps: `dmp score --report` shows where runs are wrong."
+        }
+    }
+}
+
+fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::EncodingError> {
+    let names: Vec<&str> = report.runs.iter().map(|run| run.name.as_str()).collect();
+    let lines: Vec<(usize, &str)> = pictures.order.iter().take(LINES).map(|&run| (run, names[run])).collect();
+    let mut key = keys(lines.iter().enumerate().map(|(k, (_, name))| (format!("var(--s{k})"), *name)));
+    if let Some(more) = pictures.order.len().checked_sub(LINES).filter(|more| *more > 0) {
+        key.push_str(&paragraph(&format!("The best {LINES} runs; {more} more are not drawn.")));
+    }
+    let score = pictures.order.first().map_or("R_cv", |&best| maps::score_of(pictures.bases[best]));
+    let [width, height] = PLOT_PX;
+    let over_time = profile::over_time(&pictures.frames, &lines, score).to_element(width, height);
+    let by_size = profile::by_size(&pictures.histograms, &lines).to_element(width, height);
+    let plots = [
+        figure(&over_time, "how wrong the prediction is over time"),
+        figure(
+            &by_size,
+            "negative: the map has it behind the return; positive: it has something in front of it",
+        ),
+    ];
+    let drawn = paragraph(&format!(
+        "Maps, pictures and the histogram show {} of {} returns, drawn evenly; scores are of all.",
+        count(pictures.sampled),
+        count(report.inputs.returns_used)
+    ));
+    let mut sections = section("maps", "Where: residuals from above", &maps::residuals(pictures, &names)?);
+    sections.push_str(&section(
+        "difference",
+        "Where the best two differ",
+        &maps::difference(pictures, &names)?,
+    ));
+    sections.push_str(&section("coverage", "What the maps can tell", &maps::coverage(pictures, &names)?));
+    sections.push_str(&section("profile", "When, and how much", &(key + &grid(&plots) + &drawn)));
+    sections.push_str(&section("places", "Worst places", &places::places(pictures, &names)?));
+    Ok(sections)
+}

@@ -1,0 +1,166 @@
+//! The worst places of every run.
+
+use super::html::{figure, grid, keys, list, paragraph};
+use super::maps::score_of;
+use super::overlay::{self, Frame};
+use crate::closeup::{COLOURS, Closeup};
+use crate::colour::hex;
+use crate::image::Image;
+use crate::painter::Pictures;
+use crate::plot::escape;
+use crate::profile::{has_stamps, time_of};
+use crate::seen::FrameScore;
+use crate::text::digits;
+use crate::worst::{Pass, Place};
+
+/// Passes told of a place.
+const PASSES: usize = 4;
+/// So many runs have their places shown at once; those of others are behind a click.
+const OPEN: usize = 2;
+
+/// The places of all runs, in the order of the runs.
+pub(super) fn places(pictures: &Pictures, names: &[&str]) -> Result<String, png::EncodingError> {
+    if pictures.places.iter().all(Vec::is_empty) {
+        return Ok(String::new());
+    }
+    let mut body = paragraph(
+        "Stretches of the way where a run predicts worse than another one, or where it is worst if no run is better there. \
+         Times count from the first scan.",
+    );
+    let words = [
+        (1, "surfels of the map, level"),
+        (2, "steep"),
+        (4, "returns predicted to 10 cm"),
+        (6, "the map has it behind the return"),
+        (9, "the map has something in front of it"),
+        (3, "some of the rays"),
+    ];
+    body.push_str(&keys(words.map(|(colour, words)| (hex(COLOURS[colour - 1]), words))));
+    for (place, &run) in pictures.order.iter().enumerate() {
+        let open = if place < OPEN { " open" } else { "" };
+        let mut articles = Vec::new();
+        for (number, place) in pictures.places[run].iter().enumerate() {
+            articles.push(article(pictures, names, number, place)?);
+        }
+        if articles.is_empty() {
+            continue;
+        }
+        let (name, articles) = (escape(names[run]), grid(&articles));
+        let summary = format!("<details{open}><summary>Worst places of {name}</summary>\n");
+        body.push_str(&[summary, articles, "</details>\n".to_owned()].concat());
+    }
+    Ok(body)
+}
+
+fn article(
+    pictures: &Pictures,
+    names: &[&str],
+    number: usize,
+    place: &Place,
+) -> Result<String, png::EncodingError> {
+    let name = names[place.run];
+    let [x, y, _] = place.centre_in_world_m;
+    let heading = format!("{}. {}", number + 1, times(pictures, &place.passes[0]));
+    let id = format!("place-{}-{}", place.run, number + 1);
+    let rms =
+        |score: &FrameScore| score.rms_m(0).map_or("–".to_owned(), |m| format!("{} cm", digits(100.0 * m)));
+    let basis = score_of(pictures.bases[place.run]);
+    let own = format!("{basis} at 0.5 m is {} here", rms(&place.score));
+    let best = match &place.best {
+        Some((best, score)) => format!("{own}, {} of <strong>{}</strong>.", rms(score), escape(names[*best])),
+        None if names.len() > 1 => format!("{own}; no other run is clearly better."),
+        None => format!("{own}."),
+    };
+    let mut text = format!("<p>{best} At x {x:.0} m, y {y:.0} m.</p>\n");
+    if place.passes.len() > 1 {
+        let pass = |pass: &Pass| format!("{}: {}", escape(&times(pictures, pass)), rms(&pass.score));
+        text.push_str(&list("<ul>", place.passes.iter().take(PASSES).map(pass)));
+        if let Some(more) = place.passes.len().checked_sub(PASSES).filter(|more| *more > 0) {
+            text.push_str(&paragraph(&format!("and {more} more passes")));
+        }
+    }
+    if let Some(closeup) = pictures.closeups[place.run].get(number) {
+        text.push_str(&views(pictures, place, closeup, name, number)?);
+    }
+    Ok(format!(
+        "<article aria-labelledby=\"{id}\">\n<h4 id=\"{id}\">{}</h4>\n{text}</article>\n",
+        escape(&heading)
+    ))
+}
+
+/// When the sensor was there: times, and scans of the log.
+fn times(pictures: &Pictures, pass: &Pass) -> String {
+    let frames = &pictures.frames;
+    let numbers = pass.frames.map(|frame| frames[frame].number);
+    let scans = if numbers[0] == numbers[1] {
+        format!("scan {}", numbers[0])
+    } else {
+        format!("scans {} to {}", numbers[0], numbers[1])
+    };
+    if !has_stamps(frames) {
+        return scans;
+    }
+    let [from, to] = pass.frames.map(|frame| clock(time_of(frames, frame)));
+    if from == to { format!("{from} ({scans})") } else { format!("{from} to {to} ({scans})") }
+}
+
+/// Minutes, seconds and tenths.
+fn clock(seconds: f64) -> String {
+    let tenths = (10.0 * seconds).round() as i64;
+    let (sign, tenths) = if tenths < 0 { ("-", -tenths) } else { ("", tenths) };
+    format!("{sign}{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10)
+}
+
+/// From above and from the side.
+fn views(
+    pictures: &Pictures,
+    place: &Place,
+    closeup: &Closeup,
+    name: &str,
+    number: usize,
+) -> Result<String, png::EncodingError> {
+    let ways = |at: &dyn Fn([f64; 3]) -> [f64; 2]| {
+        let way = |pass: &Pass| {
+            let frames = &pictures.frames[pass.frames[0]..=pass.frames[1]];
+            overlay::way(frames.iter().map(|frame| at(frame.position_in_world_m[place.run])))
+        };
+        place.passes.iter().map(way).collect::<String>()
+    };
+    let number = number + 1;
+    let view = |image: &Image, way: String, label: &str, arrow| {
+        let [width, height] = [image.width, image.height].map(|px| px as f64);
+        let frame = Frame { width, height, units_per_m: width / (2.0 * closeup.half_m) };
+        let picture = format!(
+            "<image width=\"{width}\" height=\"{height}\" href=\"{}\"/>{way}",
+            image.to_data_url(&COLOURS)?
+        );
+        Ok::<String, png::EncodingError>(frame.svg(label, &picture, arrow))
+    };
+    let above = view(
+        &closeup.above,
+        ways(&|at_m| closeup.above_px(at_m)),
+        &format!("Place {number} of {name} from above"),
+        Some("y"),
+    )?;
+    let side = view(
+        &closeup.side,
+        ways(&|at_m| closeup.side_px(at_m).0),
+        &format!("Place {number} of {name} from the side"),
+        None,
+    )?;
+    Ok(figure(&above, "from above") + &figure(&side, "from the side, the way going to the right"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clocks_are_read_as_clocks() {
+        assert_eq!(
+            [0.0, 9.96, 59.96, 61.25, 3725.0].map(clock),
+            ["0:00.0", "0:10.0", "1:00.0", "1:01.3", "62:05.0"]
+        );
+        assert_eq!(clock(-1.5), "-0:01.5");
+    }
+}

@@ -1,0 +1,153 @@
+use super::*;
+use crate::painter::Painter;
+use crate::seen::{FrameScore, SampledReturn, SeenFrame};
+use dmp::{Basis, Residuals, RunSums};
+
+/// The scores of the sample data: truth, drift, noise and a collapsed run.
+fn sample() -> Report {
+    let text = include_str!("../../../../data-samples/scores.json");
+    let mut json: serde_json::Value = serde_json::from_str(text).unwrap();
+    json.as_object_mut().unwrap().remove("gates");
+    // What depends on where and on what machine it was made is not in the file.
+    json["dmp_version"] = "0.1.0".into();
+    json["inputs"]["log"] = "data-samples/town.mcap".into();
+    for run in json["inputs"]["runs"].as_array_mut().unwrap() {
+        run["file"] = format!("{}.tum", run["name"].as_str().unwrap()).into();
+    }
+    json["timing"] = serde_json::json!({
+        "plan_s": 0.1, "fuse_s": 0.2, "trails_s": 0.0, "cast_s": 0.7, "total_s": 1.0, "threads": 2
+    });
+    json["memory"] = serde_json::json!({
+        "budget_bytes": 1 << 30, "peak_anon_bytes": 1 << 25, "scratch_bytes": 0, "disk_bytes": 1 << 20,
+        "disk_bytes_estimated": 1 << 20, "tile_loads": 1, "tiles_in_reach": 1, "tile_visits": 1
+    });
+    serde_json::from_value(json).unwrap()
+}
+
+/// What a drive along a street of houses shows, each run missing it by so much.
+fn pictures(report: &Report, bases: &[Basis], missed_m: &[f32]) -> Pictures {
+    let score = |missed_m: f32| {
+        let mut sums = RunSums::default();
+        (0..200).for_each(|_| sums.add(&Residuals::all(f64::from(missed_m))));
+        FrameScore::of(&sums, Basis::CrossValidated)
+    };
+    let frame = |number: usize| SeenFrame {
+        number,
+        stamp_ns: Some(number as i64 * 100_000_000),
+        position_in_world_m: vec![[2.0 * number as f64, 0.0, 1.8]; bases.len()],
+        scores: missed_m.iter().map(|&missed_m| score(missed_m)).collect(),
+    };
+    let order = report.order.iter().filter_map(|name| report.runs.iter().position(|run| run.name == *name));
+    let mut painter = Painter::new(
+        (0..60).map(frame).collect(),
+        bases.to_vec(),
+        order.take(bases.len()).collect(),
+        60 * 40,
+    );
+    for index in 0..60 {
+        for k in 0..40_u8 {
+            let side = if k % 2 == 0 { 6.0 } else { -6.0 };
+            let of_run = |missed_m: &f32| SampledReturn {
+                from_sensor_m: [f32::from(k) - 20.0, side, 0.1 * f32::from(k)],
+                residual_m: (k % 7 > 0).then_some(*missed_m),
+                revisited: k > 20,
+            };
+            painter.sampled(index, &missed_m.iter().map(of_run).collect::<Vec<_>>());
+        }
+    }
+    painter.finish()
+}
+
+fn page_of(report: &Report, pictures: Option<&Pictures>, remarks: &[String]) -> String {
+    page(&PageInput { report, pictures, remarks }).unwrap()
+}
+
+#[test]
+fn every_part_is_there() {
+    let report = sample();
+    let bases = [Basis::CrossValidated; 4];
+    let pictures = pictures(&report, &bases, &[0.05, 0.4, 0.2, 1.5]);
+    let text = page_of(&report, Some(&pictures), &["Gate failed: <x>".to_owned()]);
+    for part in [
+        "<strong>truth</strong> made the best map of 4 runs.",
+        "is better than <strong>",
+        "Gate failed: &lt;x&gt;",
+        "aria-label=\"Map of truth from above, coloured by residual\"",
+        "Where the best two differ",
+        "predicted from another visit",
+        "seconds after the first scan",
+        "Worst places of collapsed",
+        "from the side",
+        &report.inputs.fingerprint,
+        &report.config.miss_price.to_string(),
+        "@media (prefers-color-scheme: dark)",
+    ] {
+        assert!(text.contains(part), "{part}");
+    }
+    assert!(!text.contains("<script") && !text.contains("src=\"http"), "a page of its own");
+    assert!(text.matches("data:image/png;base64,").count() >= 4 + 2 + 8);
+    assert_eq!(
+        text,
+        page_of(
+            &report,
+            Some(&self::pictures(&report, &bases, &[0.05, 0.4, 0.2, 1.5])),
+            &["Gate failed: <x>".to_owned()]
+        )
+    );
+}
+
+#[test]
+fn saved_results_have_no_maps_and_say_so() {
+    let mut report = sample();
+    let text = page_of(&report, None, &[]);
+    assert!(text.contains("saved results, which hold no maps") && !text.contains("<figure"), "{text}");
+    report.order.truncate(1);
+    report.pairs.clear();
+    let text = page_of(&report, None, &[]);
+    assert!(text.contains("was scored alone") && !text.contains("looks"), "{text}");
+}
+
+#[test]
+fn given_maps_are_told_by_the_nearest_surfel() {
+    let mut report = sample();
+    for run in &mut report.runs {
+        (run.coverage, run.coverage_revisit) = (None, None);
+    }
+    let pictures = pictures(&report, &[Basis::Near; 4], &[0.05, 0.4, 0.2, 1.5]);
+    let text = page_of(&report, Some(&pictures), &[]);
+    assert!(text.contains("R_near 2 m [m]") && !text.contains("What the maps can tell"), "{text}");
+    assert!(!text.contains("R_cv</dt>"));
+}
+
+#[test]
+fn what_is_not_decided_is_not_claimed() {
+    let mut report = sample();
+    for pair in &mut report.pairs {
+        pair.decided_at_m = None;
+        pair.verdict = "undecided".into();
+        pair.reason = "undecided: too few".into();
+    }
+    report.ties = report.order.windows(2).map(|pair| [pair[0].clone(), pair[1].clone()]).collect();
+    let text = page_of(&report, None, &[]);
+    assert!(text.contains("No run is clearly best"), "{text}");
+    assert!(!text.contains("is better than"));
+    let mut mixed = sample();
+    let best = mixed.order[0].clone();
+    for pair in &mut mixed.pairs {
+        pair.better_on_the_whole = Some(best.clone());
+    }
+    assert!(page_of(&mixed, None, &[]).contains("on the whole, but <strong>"));
+}
+
+#[test]
+fn names_of_files_and_runs_cannot_break_the_page() {
+    let mut report = sample();
+    let text = serde_json::to_string(&report).unwrap().replace("\"truth\"", "\"<img src=x onerror=y>\"");
+    report = serde_json::from_str(&text).unwrap();
+    report.inputs.log = "/data/<b>&.mcap".into();
+    report.warnings = vec!["</main><i>".into()];
+    let pictures = pictures(&report, &[Basis::CrossValidated; 4], &[0.05, 0.4, 0.2, 1.5]);
+    let text = page_of(&report, Some(&pictures), &[]);
+    assert!(!text.contains("<img") && !text.contains("<b>") && !text.contains("<i>"));
+    assert!(text.contains("Which map of &lt;b&gt;&amp;.mcap is best?"));
+}

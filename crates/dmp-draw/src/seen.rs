@@ -1,0 +1,159 @@
+//! What is known of a scored scan.
+
+use dmp::{Basis, RunSums};
+
+/// Truncations τ by which places are judged, metres: the first sees centimetres, the second tells a large error from a
+/// larger one.
+pub(crate) const SCALES_M: [f64; 2] = [0.5, 2.0];
+
+/// A scored scan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SeenFrame {
+    /// Its number in the log, from 0.
+    pub number: usize,
+    /// Its stamp, nanoseconds; `None` in a log without stamps.
+    pub stamp_ns: Option<i64>,
+    /// For every run, the sensor's position at the stamp, metres in the world of the run.
+    pub position_in_world_m: Vec<[f64; 3]>,
+    /// For every run, its sums.
+    pub scores: Vec<FrameScore>,
+}
+
+/// The sums of one run over some returns. Of a fused map they are those of `R_cv`, of a map that was given those of
+/// `R_near`; and of a fused map those of `R_near(0.5)` beside them.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct FrameScore {
+    /// Returns that the map predicts.
+    pub(crate) predicted: u64,
+    /// Σ min(r², τ²) over them at [`SCALES_M`], m².
+    pub(crate) squares_m2: [f64; 2],
+    /// Returns whose ray crosses a surfel of a fused map, and Σ min((z − zn)², 0.25 m²) over them.
+    pub(crate) near: (u64, f64),
+}
+
+impl FrameScore {
+    /// What the sums of a run say on `basis`.
+    pub fn of(sums: &RunSums, basis: Basis) -> Self {
+        let near = sums.r_near_m2();
+        let near_m2 =
+            near.iter().find(|(at_m, _)| *at_m == SCALES_M[0]).and_then(|(_, mean)| *mean).unwrap_or(0.0);
+        let crossed = if basis == Basis::CrossValidated { sums.with_first() } else { 0 };
+        let (predicted, scores) = match basis {
+            Basis::CrossValidated => {
+                // The price of a miss is in the first scale alone.
+                (sums.with_independent(), sums.r_cv_m2(dmp::MissPrice::default()).to_vec())
+            }
+            Basis::Near => (sums.with_first(), near.to_vec()),
+        };
+        let mean_at =
+            |scale_m: f64| scores.iter().find(|(at_m, _)| *at_m == scale_m).and_then(|(_, mean)| *mean);
+        let squares_m2 = SCALES_M.map(|scale_m| mean_at(scale_m).unwrap_or(0.0) * predicted as f64);
+        Self { predicted, squares_m2, near: (crossed, near_m2 * crossed as f64) }
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.predicted += other.predicted;
+        for (sum, square) in self.squares_m2.iter_mut().zip(other.squares_m2) {
+            *sum += square;
+        }
+        self.near.0 += other.near.0;
+        self.near.1 += other.near.1;
+    }
+
+    /// The root of the mean at the `scale`-th of [`SCALES_M`], metres; `None` where nothing is predicted.
+    pub(crate) fn rms_m(&self, scale: usize) -> Option<f64> {
+        (self.predicted > 0).then(|| (self.squares_m2[scale] / self.predicted as f64).sqrt())
+    }
+
+    /// How wrong the map is, from 0 to 3: at each scale, and for the nearest surfel at 0.5 m, the mean in parts of its
+    /// largest value τ².
+    ///
+    /// The nearest surfel is there to tell passes apart. Where two passes disagree, each is predicted badly by the other;
+    /// but the one that is off is off from the scans before and after it too, and so from surfels of its own.
+    pub(crate) fn wrongness(&self) -> f64 {
+        let part =
+            |square_m2: f64, scale_m: f64, count: u64| square_m2 / (scale_m * scale_m) / count.max(1) as f64;
+        let scales = self.squares_m2.iter().zip(SCALES_M);
+        let parts: f64 = scales.map(|(square_m2, scale_m)| part(*square_m2, scale_m, self.predicted)).sum();
+        parts + part(self.near.1, SCALES_M[0], self.near.0)
+    }
+}
+
+/// One of the returns that are drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampledReturn {
+    /// Where it lies, from the sensor's position at the scan's stamp, along the axes of the run's world, metres.
+    pub from_sensor_m: [f32; 3],
+    /// z − z′, measured minus predicted range, metres; `None` where nothing predicts it.
+    pub residual_m: Option<f32>,
+    /// Whether another visit predicts it.
+    pub revisited: bool,
+}
+
+impl SampledReturn {
+    /// Bytes of [`Self::to_bytes`].
+    pub const BYTES: usize = 17;
+
+    /// What [`Self::of_bytes`] reads.
+    pub fn to_bytes(&self) -> [u8; Self::BYTES] {
+        let mut bytes = [0; Self::BYTES];
+        let [x, y, z] = self.from_sensor_m;
+        let numbers = [x, y, z, self.residual_m.unwrap_or(f32::NAN)];
+        for (place, number) in bytes.as_chunks_mut().0.iter_mut().zip(numbers) {
+            *place = number.to_le_bytes();
+        }
+        bytes[16] = u8::from(self.revisited);
+        bytes
+    }
+
+    /// The return of these bytes.
+    pub fn of_bytes(bytes: &[u8; Self::BYTES]) -> Self {
+        let number = |k: usize| f32::from_le_bytes(std::array::from_fn(|byte| bytes[4 * k + byte]));
+        Self {
+            from_sensor_m: [number(0), number(1), number(2)],
+            residual_m: Some(number(3)).filter(|m| m.is_finite()),
+            revisited: bytes[16] != 0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dmp::Residuals;
+
+    #[test]
+    fn sums_of_frames_give_the_scores_of_the_table() {
+        let mut sums = RunSums::default();
+        for residual_m in [0.1, -0.4, 0.7, 3.0] {
+            sums.add(&Residuals::all(residual_m));
+        }
+        sums.add(&Residuals::MISS);
+        for (basis, mean) in [
+            (Basis::CrossValidated, sums.r_cv_m2(dmp::MissPrice::default())[2].1),
+            (Basis::Near, sums.r_near_m2()[2].1),
+        ] {
+            let score = FrameScore::of(&sums, basis);
+            assert_eq!(score.predicted, 4);
+            assert!((score.rms_m(0).unwrap() - mean.unwrap().sqrt()).abs() < 1e-12);
+            let at_half = (0.01 + 0.16 + 0.25 + 0.25) / 4.0 / 0.25;
+            let twice = if basis == Basis::CrossValidated { 2.0 } else { 1.0 };
+            let by_hand = twice * at_half + (0.01 + 0.16 + 0.49 + 4.0) / 4.0 / 4.0;
+            assert!((score.wrongness() - by_hand).abs() < 1e-9, "{} {by_hand}", score.wrongness());
+        }
+        assert_eq!(FrameScore::default().rms_m(0), None);
+        assert_eq!(FrameScore::default().wrongness(), 0.0);
+    }
+
+    #[test]
+    fn returns_keep_their_bits() {
+        for residual_m in [None, Some(-0.25)] {
+            let sampled = SampledReturn {
+                from_sensor_m: [1.5, -2.0, 1e-3],
+                residual_m,
+                revisited: residual_m.is_some(),
+            };
+            assert_eq!(SampledReturn::of_bytes(&sampled.to_bytes()), sampled);
+        }
+    }
+}
