@@ -7,6 +7,8 @@ use crate::worst::Place;
 
 /// A window reaches so far to each side of the middle of a place whose stretch is the longest there is, metres.
 pub const WINDOW_M: f64 = 20.0;
+/// And at least so far: the next wall is to be seen.
+const LEAST_M: f64 = 10.0;
 /// Pixels to each side of the middle.
 const HALF_PX: f64 = 200.0;
 /// In parts of that: how far below and above the sensor a picture from the side reaches, and how deep it is.
@@ -34,14 +36,14 @@ const IN_FRONT: u8 = 8;
 
 /// What the numbers look like.
 pub(crate) const COLOURS: [Rgb; 10] = [
-    [200, 203, 208],
+    [178, 182, 188],
     [120, 126, 134],
     [176, 158, 196],
     [38, 150, 120],
-    [110, 170, 225],
-    [50, 130, 215],
+    [80, 150, 220],
+    [40, 115, 205],
     [20, 90, 190],
-    [245, 170, 90],
+    [236, 140, 50],
     [235, 120, 40],
     [205, 70, 10],
 ];
@@ -79,7 +81,7 @@ impl Closeup {
         Self {
             centre_m: place.centre_in_world_m,
             along: place.along,
-            half_m: place.radius_m * WINDOW_M / 15.0,
+            half_m: (place.radius_m * WINDOW_M / 15.0).max(LEAST_M),
             above: Image::new(2 * HALF_PX as usize, 2 * HALF_PX as usize),
             side: Image::new(2 * HALF_PX as usize, height),
             every,
@@ -114,6 +116,12 @@ impl Closeup {
 
     /// Draws a surfel.
     pub(crate) fn disc(&mut self, disc: &DiscInWorld) {
+        let [x, y] = [0, 1].map(|axis: usize| disc.centre_in_world_m[axis] - self.centre_m[axis]);
+        // A picture from the side may be turned: what is seen of it lies in this circle.
+        let within_m = std::f64::consts::SQRT_2 * self.half_m + disc.radius_m;
+        if x * x + y * y > within_m * within_m {
+            return;
+        }
         let colour = if disc.normal[2].abs() > LEVEL { GROUND } else { WALL };
         // Nearer to each other than pixels are, so that no holes are left.
         let steps = ((1.5 * disc.radius_m * HALF_PX / self.half_m).ceil() as i32).clamp(1, 100);
@@ -141,13 +149,15 @@ impl Closeup {
             return;
         }
         let from_sensor_m = sampled.from_sensor_m.map(f64::from);
-        let range_m = from_sensor_m.iter().map(|m| m * m).sum::<f64>().sqrt();
         let drawn_m = f64::from(residual_m).clamp(-LONGEST_LINE_M, LONGEST_LINE_M);
-        let at =
-            |range: f64| std::array::from_fn(|axis| sensor_m[axis] + range / range_m * from_sensor_m[axis]);
-        let [measured, predicted]: [[f64; 3]; 2] = [at(range_m), at(range_m - drawn_m)];
+        let at = |from_return_m: f64| -> [f64; 3] {
+            let along = |axis: usize| from_return_m * f64::from(sampled.direction[axis]);
+            std::array::from_fn(|axis| sensor_m[axis] + from_sensor_m[axis] + along(axis))
+        };
+        let (measured, predicted) = (at(0.0), at(-drawn_m));
         if self.seen.is_multiple_of(self.every_ray) {
-            self.segment(sensor_m, measured, RAY);
+            let range_m = from_sensor_m.iter().map(|m| m * m).sum::<f64>().sqrt();
+            self.segment(at(-range_m), measured, RAY);
         }
         let colour = match residual_m.abs() {
             size if size <= FITS_M => FITS,
@@ -249,8 +259,12 @@ mod tests {
     fn residuals_are_lines_to_what_is_predicted() {
         let mut closeup = closeup();
         let sensor_m = [4e5, 5e6, 100.0];
-        let east =
-            |residual_m| SampledReturn { from_sensor_m: [10.0, 0.0, 0.0], residual_m, revisited: false };
+        let east = |residual_m| SampledReturn {
+            from_sensor_m: [10.0, 0.0, 0.0],
+            direction: [1.0, 0.0, 0.0],
+            residual_m,
+            revisited: false,
+        };
         closeup.sampled(sensor_m, &east(Some(2.0)));
         // The map has something 2 m in front of the return.
         assert_eq!([279, 281, 290, 299].map(|column| closeup.above.get(column, 200)), [0, 10, 10, 10]);
@@ -265,7 +279,12 @@ mod tests {
     fn whatever_comes_is_drawn_or_left_out() {
         let mut closeup = closeup();
         for odd in [f32::NAN, f32::INFINITY, 0.0, 1e30] {
-            let sampled = SampledReturn { from_sensor_m: [odd; 3], residual_m: Some(odd), revisited: true };
+            let sampled = SampledReturn {
+                from_sensor_m: [odd; 3],
+                direction: [odd; 3],
+                residual_m: Some(odd),
+                revisited: true,
+            };
             closeup.sampled([f64::from(odd); 3], &sampled);
             closeup.disc(&DiscInWorld {
                 centre_in_world_m: [f64::from(odd); 3],

@@ -3,9 +3,8 @@
 /// Red, green, blue.
 pub(crate) type Rgb = [u8; 3];
 
-/// From good to bad: blue, violet, red, orange, of middle lightness (the middle of matplotlib's `plasma`, lighter at its
-/// dark end).
-const BAD: [Rgb; 5] = [[78, 110, 222], [142, 84, 190], [200, 70, 130], [235, 105, 85], [252, 168, 50]];
+/// From good to bad: pale blue, violet, red. What is bad is seen best, on white and on black.
+const BAD: [Rgb; 5] = [[150, 178, 214], [124, 142, 210], [154, 98, 192], [204, 74, 134], [228, 48, 30]];
 /// From one side to the other: blue, grey, orange.
 const SIDES: [Rgb; 5] = [[20, 110, 200], [98, 152, 200], [148, 148, 148], [222, 150, 80], [222, 100, 0]];
 
@@ -65,6 +64,9 @@ mod tests {
             assert!(contrast(colour, [255; 3]) > 1.7, "{colour:?}");
             assert!(contrast(colour, [0x16, 0x18, 0x1c]) > 2.5, "{colour:?}");
         }
+        let [_, .., worst] = bad_colours();
+        let papers = [[255; 3], [0xf6, 0xf7, 0xf8], [0x16, 0x18, 0x1c], [0x1f, 0x22, 0x27]];
+        assert!(papers.into_iter().all(|paper| contrast(worst, paper) > 3.0));
     }
 
     #[test]

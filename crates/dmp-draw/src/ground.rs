@@ -27,25 +27,19 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// A cell for every place near the positions; none where there are no positions.
-    pub(crate) fn around(positions: impl Iterator<Item = [f64; 3]>, cell_m: f64) -> Self {
+    /// Cells for every place near the positions, as small as few enough of them can be; none where there are no
+    /// positions.
+    pub(crate) fn around(positions: impl Iterator<Item = [f64; 3]>) -> Self {
         let Some([low, high]) = extent_m(positions) else {
-            return Self { cell_m, corner_m: [0.0; 2], columns: 0, rows: 0 };
+            return Self { cell_m: EDGES_M[0], corner_m: [0.0; 2], columns: 0, rows: 0 };
         };
+        let longest_m = (high[0] - low[0]).max(high[1] - low[1]);
+        let fits = |edge_m: &f64| longest_m / edge_m <= LONGEST as f64;
+        let cell_m = EDGES_M.into_iter().find(fits).unwrap_or((longest_m / LONGEST as f64).ceil());
         let corner_m = low.map(|m| cell_m * (m / cell_m).floor());
         let cells =
             |axis: usize| (((high[axis] - corner_m[axis]) / cell_m).ceil() as usize).clamp(1, LONGEST + 1);
         Self { cell_m, corner_m, columns: cells(0), rows: cells(1) }
-    }
-
-    /// The edge of cells such that a map of none of these ways is too large.
-    pub(crate) fn edge_m(ways: impl Iterator<Item = Vec<[f64; 3]>>) -> f64 {
-        let longest_m = ways
-            .filter_map(|way| extent_m(way.into_iter()))
-            .map(|[low, high]| (high[0] - low[0]).max(high[1] - low[1]))
-            .fold(0.0, f64::max);
-        let fits = |edge_m: &f64| longest_m / edge_m <= LONGEST as f64;
-        EDGES_M.into_iter().find(fits).unwrap_or((longest_m / LONGEST as f64).ceil())
     }
 
     /// The part between two cells, both included.
@@ -252,16 +246,15 @@ mod tests {
     use super::*;
 
     fn at(residual_m: Option<f32>, revisited: bool) -> SampledReturn {
-        SampledReturn { from_sensor_m: [0.0; 3], residual_m, revisited }
+        SampledReturn { from_sensor_m: [0.0; 3], direction: [0.0, 0.6, -0.8], residual_m, revisited }
     }
 
     #[test]
     fn cells_are_where_the_returns_are() {
         let way = [[4e5, 5e6, 3.0], [4e5 + 20.0, 5e6 + 10.0, 3.0]];
-        let cell_m = Grid::edge_m([way.to_vec()].into_iter());
-        assert_eq!(cell_m, 0.5);
-        let grid = Grid::around(way.into_iter(), cell_m);
-        assert_eq!((grid.corner_m, grid.columns, grid.rows), ([4e5 - 50.0, 5e6 - 50.0], 240, 220));
+        let grid = Grid::around(way.into_iter());
+        let expected = Grid { cell_m: 0.5, corner_m: [4e5 - 50.0, 5e6 - 50.0], columns: 240, rows: 220 };
+        assert_eq!(grid, expected);
         let mut ground = Ground::new(grid);
         for (residual_m, revisited) in [(Some(0.3), true), (Some(-0.5), true), (None, false)] {
             ground.add([4e5 + 0.2, 5e6 + 0.7], &at(residual_m, revisited));
@@ -316,11 +309,10 @@ mod tests {
 
     #[test]
     fn long_ways_have_large_cells_and_no_way_has_none() {
-        let way = vec![[0.0, 0.0, 0.0], [19_000.0, 300.0, 0.0]];
-        assert_eq!(Grid::edge_m([way.clone(), vec![]].into_iter()), 50.0);
-        assert_eq!(Grid::edge_m([vec![[0.0; 3], [1e6, 0.0, 0.0]]].into_iter()), 2501.0);
-        assert_eq!(Grid::around([].into_iter(), 1.0).columns, 0);
-        assert_eq!(Ground::new(Grid::around([].into_iter(), 1.0)).coverage().width, 0);
+        let edge_m = |length_m: f64| Grid::around([[0.0; 3], [length_m, 300.0, 0.0]].into_iter()).cell_m;
+        assert_eq!([100.0, 350.0, 19_000.0, 1e6].map(edge_m), [1.0, 2.0, 50.0, 2501.0]);
+        assert_eq!(Grid::around([].into_iter()).columns, 0);
+        assert_eq!(Ground::new(Grid::around([].into_iter())).coverage().width, 0);
     }
 
     #[test]

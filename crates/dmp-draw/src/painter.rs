@@ -17,7 +17,8 @@ const GROUNDS: usize = 12;
 
 /// Takes a sample of the returns in the order of the log, and the surfels around the worst places.
 ///
-/// Memory is some bytes for each of at most 160,000 cells of a run's map, whatever the length of the log.
+/// Memory is 64 bytes for each scored scan and run, and for each of the twelve best runs 24 bytes for each of at most
+/// 160,000 cells of its map.
 #[derive(Debug)]
 pub struct Painter {
     pictures: Pictures,
@@ -29,6 +30,8 @@ pub struct Painter {
 #[derive(Debug)]
 pub struct Pictures {
     pub(crate) frames: Vec<SeenFrame>,
+    /// Stamp of the log's first scan; `None` in a log without stamps.
+    pub(crate) start_ns: Option<i64>,
     pub(crate) bases: Vec<Basis>,
     /// Indices of the runs, best first.
     pub(crate) order: Vec<usize>,
@@ -46,9 +49,16 @@ pub struct Pictures {
 }
 
 impl Painter {
-    /// Of an evaluation whose scored scans are these, in the order of the log. `bases` says how every run is judged,
-    /// `order` has the indices of the runs, best first; `returns` is how many sampled returns a run will have.
-    pub fn new(frames: Vec<SeenFrame>, bases: Vec<Basis>, order: Vec<usize>, returns: u64) -> Self {
+    /// Of an evaluation whose scored scans are these, in the order of their time. `start_ns` is the stamp of the log's
+    /// first scan, `bases` says how every run is judged, `order` has the indices of the runs, best first; `returns` is how
+    /// many sampled returns a run will have.
+    pub fn new(
+        frames: Vec<SeenFrame>,
+        start_ns: Option<i64>,
+        bases: Vec<Basis>,
+        order: Vec<usize>,
+        returns: u64,
+    ) -> Self {
         let runs = bases.len();
         let places = worst_places(&frames, runs);
         let of_each = (CLOSEUPS / runs.max(1)).max(1);
@@ -73,15 +83,24 @@ impl Painter {
         }
         let way = |run: usize| frames.iter().map(move |frame| frame.position_in_world_m[run]);
         let drawn: Vec<usize> = order.iter().copied().take(GROUNDS).collect();
-        let cell_m = Grid::edge_m(drawn.iter().map(|&run| way(run).collect()));
         let mut grounds: Vec<Option<Ground>> = (0..runs).map(|_| None).collect();
         for &run in &drawn {
-            grounds[run] = Some(Ground::new(Grid::around(way(run), cell_m)));
+            grounds[run] = Some(Ground::new(Grid::around(way(run))));
         }
-        let difference = (order.len() > 1).then(|| Difference::new(Grid::around(way(order[0]), cell_m)));
+        let difference = (order.len() > 1).then(|| Difference::new(Grid::around(way(order[0]))));
         let histograms = vec![Histogram::new(); runs];
-        let pictures =
-            Pictures { frames, bases, order, places, closeups, grounds, difference, histograms, sampled: 0 };
+        let pictures = Pictures {
+            frames,
+            start_ns,
+            bases,
+            order,
+            places,
+            closeups,
+            grounds,
+            difference,
+            histograms,
+            sampled: 0,
+        };
         Self { pictures, windows_of }
     }
 

@@ -9,23 +9,22 @@ const PIECES: usize = 240;
 const WIDEST_M: f64 = 2.0;
 const BINS: usize = 80;
 
-/// Seconds after the first scan, or numbers of scans in a log without stamps.
-pub(crate) fn time_of(frames: &[SeenFrame], index: usize) -> f64 {
-    let (Some(first), Some(frame)) = (frames.first(), frames.get(index)) else { return 0.0 };
-    match (first.stamp_ns, frame.stamp_ns) {
-        (Some(first_ns), Some(ns)) => ns.saturating_sub(first_ns) as f64 / 1e9,
+/// Seconds after the first scan of the log, whose stamp is `start_ns`, or the number of the scan in a log without stamps.
+pub(crate) fn time_of(frame: &SeenFrame, start_ns: Option<i64>) -> f64 {
+    match (start_ns, frame.stamp_ns) {
+        (Some(start_ns), Some(ns)) => ns.saturating_sub(start_ns) as f64 / 1e9,
         _ => frame.number as f64,
     }
 }
 
-/// Whether the log has stamps.
-pub(crate) fn has_stamps(frames: &[SeenFrame]) -> bool {
-    frames.first().is_some_and(|frame| frame.stamp_ns.is_some())
-}
-
 /// The score at 2 m over time, a line for each of the runs.
-pub(crate) fn over_time(frames: &[SeenFrame], runs: &[(usize, &str)], score: &str) -> Plot {
-    let times: Vec<f64> = (0..frames.len()).map(|index| time_of(frames, index)).collect();
+pub(crate) fn over_time(
+    frames: &[SeenFrame],
+    start_ns: Option<i64>,
+    runs: &[(usize, &str)],
+    score: &str,
+) -> Plot {
+    let times: Vec<f64> = frames.iter().map(|frame| time_of(frame, start_ns)).collect();
     let (first, last) =
         times.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &t| (a.min(t), b.max(t)));
     let pieces = PIECES.min(frames.len()).max(1);
@@ -49,7 +48,7 @@ pub(crate) fn over_time(frames: &[SeenFrame], runs: &[(usize, &str)], score: &st
             style: Style::Line,
         }
     });
-    let title = if has_stamps(frames) { "seconds after the first scan" } else { "scan" };
+    let title = if start_ns.is_some() { "seconds after the first scan" } else { "scan" };
     Plot {
         title: format!("{score} at 2 m over time"),
         x: Axis { title: title.into(), log: false },
@@ -126,15 +125,16 @@ mod tests {
     fn time_counts_from_the_first_scan() {
         let frames: Vec<_> =
             (0..5).map(|k| frame(10 + k, Some(7_000_000_000 + 500_000_000 * k as i64), 1.0)).collect();
-        assert_eq!(time_of(&frames, 4), 2.0);
-        let plot = over_time(&frames, &[(0, "a")], "R_cv");
+        let start_ns = Some(6_000_000_000);
+        assert_eq!(time_of(&frames[4], start_ns), 3.0);
+        let plot = over_time(&frames, start_ns, &[(0, "a")], "R_cv");
         assert_eq!(plot.series[0].points.len(), 5);
         assert!(plot.series[0].points.iter().all(|point| (point.y - 1.0).abs() < 1e-12));
         let frames: Vec<_> = (0..3).map(|k| frame(4 * k, None, if k == 1 { 0.0 } else { 2.0 })).collect();
-        assert_eq!((time_of(&frames, 2), has_stamps(&frames)), (8.0, false));
-        let plot = over_time(&frames, &[(0, "a")], "R_cv");
+        assert_eq!(time_of(&frames[2], None), 8.0);
+        let plot = over_time(&frames, None, &[(0, "a")], "R_cv");
         assert!(plot.series[0].points[1].y.is_nan(), "nothing was predicted");
-        assert!(over_time(&[], &[(0, "a")], "R_cv").series[0].points[0].y.is_nan());
+        assert!(over_time(&[], None, &[(0, "a")], "R_cv").series[0].points[0].y.is_nan());
     }
 
     #[test]
@@ -143,11 +143,17 @@ mod tests {
         for residual_m in [0.01, 0.02, -1.99, 30.0] {
             histogram.add(&SampledReturn {
                 from_sensor_m: [0.0; 3],
+                direction: [0.0, 0.6, -0.8],
                 residual_m: Some(residual_m),
                 revisited: false,
             });
         }
-        histogram.add(&SampledReturn { from_sensor_m: [0.0; 3], residual_m: None, revisited: false });
+        histogram.add(&SampledReturn {
+            from_sensor_m: [0.0; 3],
+            direction: [0.0, 0.6, -0.8],
+            residual_m: None,
+            revisited: false,
+        });
         let points = histogram.points();
         assert_eq!((points[40].y, points[0].y), (50.0, 25.0));
         assert!((points[40].x - 0.025).abs() < 1e-9);

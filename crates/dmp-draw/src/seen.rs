@@ -84,6 +84,8 @@ impl FrameScore {
 pub struct SampledReturn {
     /// Where it lies, from the sensor's position at the scan's stamp, along the axes of the run's world, metres.
     pub from_sensor_m: [f32; 3],
+    /// Unit vector of its ray: while a scan lasts, the sensor moves on.
+    pub direction: [f32; 3],
     /// z − z′, measured minus predicted range, metres; `None` where nothing predicts it.
     pub residual_m: Option<f32>,
     /// Whether another visit predicts it.
@@ -92,17 +94,17 @@ pub struct SampledReturn {
 
 impl SampledReturn {
     /// Bytes of [`Self::to_bytes`].
-    pub const BYTES: usize = 17;
+    pub const BYTES: usize = 29;
 
     /// What [`Self::of_bytes`] reads.
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let mut bytes = [0; Self::BYTES];
-        let [x, y, z] = self.from_sensor_m;
-        let numbers = [x, y, z, self.residual_m.unwrap_or(f32::NAN)];
+        let ([x, y, z], [dx, dy, dz]) = (self.from_sensor_m, self.direction);
+        let numbers = [x, y, z, dx, dy, dz, self.residual_m.unwrap_or(f32::NAN)];
         for (place, number) in bytes.as_chunks_mut().0.iter_mut().zip(numbers) {
             *place = number.to_le_bytes();
         }
-        bytes[16] = u8::from(self.revisited);
+        bytes[28] = u8::from(self.revisited);
         bytes
     }
 
@@ -111,8 +113,9 @@ impl SampledReturn {
         let number = |k: usize| f32::from_le_bytes(std::array::from_fn(|byte| bytes[4 * k + byte]));
         Self {
             from_sensor_m: [number(0), number(1), number(2)],
-            residual_m: Some(number(3)).filter(|m| m.is_finite()),
-            revisited: bytes[16] != 0,
+            direction: [number(3), number(4), number(5)],
+            residual_m: Some(number(6)).filter(|m| m.is_finite()),
+            revisited: bytes[28] != 0,
         }
     }
 }
@@ -150,6 +153,7 @@ mod tests {
         for residual_m in [None, Some(-0.25)] {
             let sampled = SampledReturn {
                 from_sensor_m: [1.5, -2.0, 1e-3],
+                direction: [0.0, 0.6, -0.8],
                 residual_m,
                 revisited: residual_m.is_some(),
             };

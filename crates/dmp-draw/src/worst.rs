@@ -27,9 +27,9 @@ pub struct Place {
     pub radius_m: f64,
     /// Direction of the way through it, in the plane of x and y.
     pub along: [f64; 2],
-    /// What the run's map predicts there, in all passes.
+    /// What the run's map predicts in the stretch that is worst.
     pub(crate) score: FrameScore,
-    /// The run that is best in the worst stretch, and its score in all passes; `None` where that is the run itself.
+    /// The run that is best in that stretch, and its score, where the run itself is clearly worse.
     pub(crate) best: Option<(usize, FrameScore)>,
     /// Every time that the sensor is there, the worst first.
     pub passes: Vec<Pass>,
@@ -85,7 +85,10 @@ fn travel_m(frames: &[SeenFrame], runs: usize) -> Vec<f64> {
                 |run: usize| distance_m(before.position_in_world_m[run], frame.position_in_world_m[run]);
             let mut steps: Vec<f64> = (0..runs).map(step).collect();
             steps.sort_by(f64::total_cmp);
-            travelled_m += steps.get(runs / 2).copied().unwrap_or(0.0);
+            travelled_m += match steps.as_slice() {
+                [] => 0.0,
+                steps => f64::midpoint(steps[(runs - 1) / 2], steps[runs / 2]),
+            };
         }
         travel_m.push(travelled_m);
     }
@@ -128,22 +131,13 @@ fn worst_of_run(frames: &[SeenFrame], stretches: &[Stretch], run: usize, stretch
 /// The place around a stretch, with all passes.
 fn place(frames: &[SeenFrame], stretch: &Stretch, run: usize, best: Option<usize>, stretch_m: f64) -> Place {
     let position = |frame: usize| frames[frame].position_in_world_m[run];
-    let count = stretch.frames.len().max(1) as f64;
-    let sum = stretch.frames.iter().fold([0.0; 3], |sum, &frame| {
-        let position = position(frame);
-        std::array::from_fn(|axis| sum[axis] + position[axis])
-    });
-    let centre_in_world_m = sum.map(|sum| sum / count);
+    // Where the sensor was, not the mean: in a run that jumps, that would be near none of its scans.
+    let centre_in_world_m = position(stretch.frames[stretch.frames.len() / 2]);
     let radius_m = 1.5 * stretch_m;
     let mut passes: Vec<Pass> = Vec::new();
-    let (mut score, mut best_score) = (FrameScore::default(), FrameScore::default());
     for (index, frame) in frames.iter().enumerate() {
         if distance_m(position(index), centre_in_world_m) > radius_m {
             continue;
-        }
-        score.add(&frame.scores[run]);
-        if let Some(best) = best {
-            best_score.add(&frame.scores[best]);
         }
         match passes.last_mut().filter(|pass| index - pass.frames[1] <= GAP) {
             Some(pass) => {
@@ -159,7 +153,8 @@ fn place(frames: &[SeenFrame], stretch: &Stretch, run: usize, best: Option<usize
     let way = [ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]];
     let length_m = (way[0] * way[0] + way[1] * way[1]).sqrt();
     let along = if length_m > 0.1 { way.map(|m| m / length_m) } else { [1.0, 0.0] };
-    Place { run, centre_in_world_m, radius_m, along, score, best: best.map(|run| (run, best_score)), passes }
+    let best = best.map(|run| (run, stretch.scores[run]));
+    Place { run, centre_in_world_m, radius_m, along, score: stretch.scores[run], best, passes }
 }
 
 pub(crate) fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -200,12 +195,13 @@ mod tests {
         let frames = drive(2, |run, k| if run == 1 && (520..560).contains(&k) { 0.3 } else { trees(k) });
         let places = worst_places(&frames, 2);
         assert_eq!(places[0].len(), 10);
-        let first = &places[1][0];
+        let first = places[1][0].clone();
         let [from, to] = first.passes[0].frames;
         assert!(from < 560 && to > 520, "{first:?}");
         assert_eq!(first.best.as_ref().map(|(run, _)| *run), Some(0));
         assert_eq!(first.passes.len(), 2, "both laps come by: {first:?}");
-        assert!((first.passes[0].score.rms_m(0).unwrap() - 0.3).abs() < 0.05);
+        assert!((first.score.rms_m(0).unwrap() - 0.3).abs() < 0.05);
+        assert!((first.best.unwrap().1.rms_m(0).unwrap() - 0.1).abs() < 0.05);
         // The trees come behind it, and are the worst of the first run, which no run is better at.
         assert!(places[0][0].best.is_none());
         assert!((200..240).contains(&(places[0][0].passes[0].frames[0] % 400 + 15)), "{:?}", places[0][0]);
@@ -225,6 +221,17 @@ mod tests {
         let [from, to] = places[0][0].passes[0].frames;
         assert!((100..165).contains(&from) && (115..180).contains(&to), "{:?}", places[0][0]);
         assert!(places[0].windows(2).all(|pair| pair[0].best.is_none() && pair[1].best.is_none()));
+    }
+
+    #[test]
+    fn a_run_that_jumps_has_places_all_the_same() {
+        let mut frames = drive(3, |run, k| if run == 2 && (100..110).contains(&k) { 0.5 } else { 0.1 });
+        for frame in frames.iter_mut().skip(105) {
+            frame.position_in_world_m[2][0] += 300.0;
+        }
+        let places = worst_places(&frames, 3);
+        assert!(places.iter().flatten().all(|place| !place.passes.is_empty()));
+        assert!((100..110).contains(&places[2][0].passes[0].frames[0]), "{:?}", places[2][0]);
     }
 
     #[test]

@@ -111,5 +111,7 @@ fn evaluate_in(
     report.warnings.extend(room_warning);
     let maps: Vec<&Store> = casters.of_runs.iter().map(Caster::map).collect();
     watch.scored(&report, &maps);
+    memory::look();
+    report.memory.peak_anon_bytes = memory::peak_anonymous_bytes();
     Ok(report)
 }

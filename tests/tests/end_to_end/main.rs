@@ -22,6 +22,7 @@ mod map_command;
 mod mesh_maps;
 mod quick;
 mod real;
+mod report;
 mod residuals;
 mod resume;
 mod sampling;

@@ -92,13 +92,13 @@ pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Resu
     let runs: Vec<&str> = report.order.iter().map(String::as_str).collect();
     let gates = arguments.gates.start(&runs)?;
     let checked = gates.check(&report);
-    if let Some(path) = &arguments.report {
+    let written = arguments.report.as_ref().map_or(Ok(()), |path| {
         let mut remarks = gates::failures(&checked);
         let not_compared =
             not_compared.iter().map(|[a, b]| format!("Not compared, as no result holds both: {a}, {b}"));
         remarks.extend(not_compared);
-        page::write(path, &report, None, &remarks)?;
-    }
+        page::write(path, &report, None, &remarks).map(drop)
+    });
     let damaged = !report.inputs.damage.is_empty();
     let exit = gates.end(&report, &checked, if damaged { Exit::InputDamaged } else { Exit::Done })?;
     let printed = if arguments.json {
@@ -118,6 +118,8 @@ pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Resu
             .and_then(|()| not_compared_in_words(out, &not_compared))
             .and_then(|()| gates::table(out, &checked))
     };
+    // The result is told also where the page cannot be written.
+    written?;
     when_printed(printed.map_err(Into::into), exit)
 }
 

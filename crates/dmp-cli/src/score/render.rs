@@ -76,7 +76,7 @@ pub(crate) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io
     if verbose {
         details::all(out, report)?;
     }
-    let warnings = warnings(report);
+    let warnings = report.all_warnings();
     if !warnings.is_empty() {
         writeln!(out, "\nWarnings")?;
         for warning in warnings {
@@ -193,19 +193,6 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
         writeln!(out, "=         not decided against the run above")?;
     }
     Ok(())
-}
-
-/// The report's warnings, the runs', and why a score is missing from the table.
-fn warnings(report: &Report) -> Vec<String> {
-    let mut lines = report.warnings.clone();
-    for run in &report.runs {
-        let told = run.warnings.iter().any(|warning| warning.starts_with("R_cv is not given"));
-        if let Some(why) = run.r_cv_withheld.as_ref().filter(|_| !told && is_cross_validated(report)) {
-            lines.push(format!("{}: R_cv is not given: {why}", run.name));
-        }
-        lines.extend(run.warnings.iter().map(|warning| format!("{}: {warning}", run.name)));
-    }
-    lines
 }
 
 fn limits(report: &Report) -> String {

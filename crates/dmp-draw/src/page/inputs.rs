@@ -40,8 +40,19 @@ fn log(report: &Report) -> String {
 }
 
 fn runs(inputs: &InputReport) -> String {
-    let heads = ["run", "trajectory", "format", "poses", "without pose", "map", "sensor on body", "notes"];
-    let classes = ["name", "text", "name", "", "", "text", "text", "text"];
+    let heads = [
+        "run",
+        "trajectory",
+        "format",
+        "poses",
+        "pairing",
+        "longest gap",
+        "without pose",
+        "map",
+        "sensor on body",
+        "notes",
+    ];
+    let classes = ["name", "text", "name", "", "name", "", "", "text", "text", "text"];
     let heads: Vec<String> = heads.iter().zip(classes).map(|(title, class)| head(title, "", class)).collect();
     let row = |run: &RunInputReport| {
         let [x, y, z, qx, qy, qz, qw] = run.body_from_sensor;
@@ -51,6 +62,8 @@ fn runs(inputs: &InputReport) -> String {
             run.file.clone().unwrap_or_else(|| NONE.to_owned()),
             run.format.clone().unwrap_or_else(|| NONE.to_owned()),
             count(run.poses as u64),
+            run.pairing.clone(),
+            format!("{} s", run.max_time_gap_s),
             count(run.scans_without_pose as u64),
             run.map.clone(),
             format!("{x} {y} {z} m, {qx} {qy} {qz} {qw} ({})", run.body_from_sensor_source),
@@ -67,19 +80,30 @@ fn settings(report: &Report) -> String {
         Some(length_m) => format!("{} of {length_m:.1} m", config.segments.count),
         None => "every scan is one".to_owned(),
     };
-    let sampling = &report.sampling;
-    let seed = sampling.seed.map_or_else(String::new, |seed| format!(", seed {seed}"));
-    let scored = match &sampling.places {
-        Some(places) => format!(
-            "{} of {} of {} m{seed}, {} of them revisited",
-            counted(places.drawn, "place"),
-            count(places.total),
-            places.length_m,
-            count(places.revisited)
+    let vehicle = match config.ego_box_m {
+        Some([from, to]) => format!("{}, {from:?} to {to:?} m", config.ego),
+        None => format!("{}, {}", config.ego, counted(config.ego_cells as u64, "cell")),
+    };
+    let trails = match &report.free_space {
+        Some(free_space) => format!(
+            "kept out of the maps: {} of {} returns, by {}",
+            count(free_space.returns_left_out),
+            count(free_space.returns_fused),
+            free_space.votes.join(", ")
         ),
-        None => {
-            format!("{} of {}{seed}", counted(sampling.frames_scored, "scan"), count(sampling.frames_total))
-        }
+        None => "in the maps".to_owned(),
+    };
+    let sampling = &report.sampling;
+    let looks = sampling.looks.iter().flatten().map(|look| count(*look)).collect::<Vec<_>>().join(", ");
+    let looks = if looks.is_empty() { looks } else { format!(", looks at {looks}") };
+    let seed = sampling.seed.map_or_else(String::new, |seed| format!(", seed {seed}"));
+    let scored = if let Some(places) = &sampling.places {
+        let (drawn, total, revisited) =
+            (counted(places.drawn, "place"), count(places.total), count(places.revisited));
+        format!("{drawn} of {total} of {} m{seed}, {revisited} of them revisited", places.length_m)
+    } else {
+        let (scored, total) = (counted(sampling.frames_scored, "scan"), count(sampling.frames_total));
+        format!("{scored} of {total}{seed}{looks}")
     };
     terms([
         ("dmp", report.dmp_version.clone()),
@@ -92,8 +116,14 @@ fn settings(report: &Report) -> String {
             ),
         ),
         ("segments", segments),
-        ("ranges", format!("{} to {} m", config.min_range_m, config.max_range_m)),
-        ("vehicle", format!("{}, {}", config.ego, counted(config.ego_cells as u64, "cell"))),
+        (
+            "ranges",
+            format!(
+                "{} to {} m, looked for up to {} m",
+                config.min_range_m, config.max_range_m, config.horizon_m
+            ),
+        ),
+        ("vehicle", vehicle),
         (
             "every",
             if config.every == 1 { "all scans".to_owned() } else { format!("one scan of {}", config.every) },
@@ -101,10 +131,7 @@ fn settings(report: &Report) -> String {
         ("time offset", format!("{} s", config.time_offset_s)),
         ("range noise", format!("{} m, for the raw log-likelihood", config.sigma_m)),
         ("price of a miss", format!("{} of 100 m² in R_cv(10)", config.miss_price)),
-        (
-            "trails",
-            if config.free_space { "kept out of the maps".to_owned() } else { "in the maps".to_owned() },
-        ),
+        ("trails", trails),
     ])
 }
 

@@ -12,6 +12,8 @@ use crate::plot::escape;
 
 /// Width of a map in units of its drawing.
 const WIDTH: f64 = 400.0;
+/// A map so many times larger than the best run's has a scale of its own.
+const FAR_LARGER: f64 = 2.0;
 const COVERAGE: [Rgb; 3] = [[0, 158, 115], [86, 165, 225], [222, 110, 30]];
 
 /// What the score of a run is called.
@@ -24,29 +26,31 @@ pub(super) fn score_of(basis: Basis) -> &'static str {
 
 /// A map of residuals for every run, on one scale of colours.
 pub(super) fn residuals(pictures: &Pictures, names: &[&str]) -> Result<String, png::EncodingError> {
-    let drawn = || pictures.order.iter().filter_map(|&run| Some((run, pictures.grounds[run].as_ref()?)));
+    let with_map = || pictures.order.iter().filter_map(|&run| Some((run, pictures.grounds[run].as_ref()?)));
+    let drawn = || with_map().filter(|(_, ground)| ground.grid.columns > 0);
     let top_m = round_top(drawn().flat_map(|(_, ground)| ground.rms_of_cells()), 0.1, CUT_M);
-    let size_m = largest(pictures);
+    let Some(size_m) = common_size_m(drawn().map(|(_, ground)| &ground.grid)) else {
+        return Ok(paragraph("Too few returns were scored to draw a map of."));
+    };
     let mut figures = Vec::new();
     for (run, ground) in drawn() {
         let image = ground.residuals(top_m);
         let label = format!("Map of {} from above, coloured by residual", names[run]);
+        let own_m = extent_m(&ground.grid);
+        let fits = own_m[0] <= size_m[0] && own_m[1] <= size_m[1];
+        let size_m = if fits { size_m } else { own_m };
         let map = map(pictures, run, &ground.grid, &image, &bad_colours(), size_m, &label)?;
-        figures.push(figure(&map, &format!("<strong>{}</strong>", escape(names[run]))));
+        let scale = if fits { "" } else { "; far larger than the others, at a scale of its own" };
+        let caption =
+            format!("<strong>{}</strong>, cells of {} m{scale}", escape(names[run]), ground.grid.cell_m);
+        figures.push(figure(&map, &caption));
     }
-    let left_out = pictures.order.len() - figures.len();
-    let cell_m = drawn().next().map_or(0.0, |(_, ground)| ground.grid.cell_m);
-    let scores: Vec<&str> = {
-        let mut scores: Vec<&str> = pictures.bases.iter().map(|basis| score_of(*basis)).collect();
-        scores.dedup();
-        scores
-    };
+    let score = pictures.order.first().map_or("R_cv", |&best| score_of(pictures.bases[best]));
     let mut text = paragraph(&format!(
-        "Each cell of {cell_m} m has the root mean square of the residuals of the returns that lie in it ({} at {CUT_M} m). The \
-         line is the way of the sensor, from the dot; the arrow is the y axis of the run's world, north where that is \
-         east–north–up.",
-        scores.join(", ")
+        "Each cell has the root mean square of the residuals of the returns that lie in it ({score} at {CUT_M} m). The line is \
+         the way of the sensor, from the dot; the arrow is the y axis of the run's world, north where that is east–north–up."
     ));
+    let left_out = pictures.order.len() - with_map().count();
     if left_out > 0 {
         text.push_str(&paragraph(&format!(
             "The maps of {left_out} more runs, further down the order, are not drawn."
@@ -58,8 +62,14 @@ pub(super) fn residuals(pictures: &Pictures, names: &[&str]) -> Result<String, p
 
 /// The best two runs against each other, on the returns that both predict.
 pub(super) fn difference(pictures: &Pictures, names: &[&str]) -> Result<String, png::EncodingError> {
-    let Some(difference) = &pictures.difference else { return Ok(String::new()) };
-    let [first, second] = [pictures.order[0], pictures.order[1]];
+    let [first, second] = match (&pictures.difference, pictures.order.as_slice()) {
+        (Some(_), [first, second, ..]) => [*first, *second],
+        _ => return Ok(String::new()),
+    };
+    let Some(difference) = pictures.difference.as_ref().filter(|difference| difference.grid.columns > 0)
+    else {
+        return Ok(paragraph("There are too few returns that both predict."));
+    };
     let top_m = round_top(difference.sizes_m(), 0.05, CUT_M);
     let label = format!("Map from above of where {} and {} differ", names[first], names[second]);
     let size_m = extent_m(&difference.grid);
@@ -85,7 +95,8 @@ pub(super) fn coverage(pictures: &Pictures, names: &[&str]) -> Result<String, pn
     else {
         return Ok(String::new());
     };
-    let Some(ground) = &pictures.grounds[best] else { return Ok(String::new()) };
+    let ground = pictures.grounds[best].as_ref().filter(|ground| ground.grid.columns > 0);
+    let Some(ground) = ground else { return Ok(String::new()) };
     let label = format!("Map of {} from above, coloured by what predicts the returns", names[best]);
     let image = ground.coverage();
     let map = map(pictures, best, &ground.grid, &image, &COVERAGE, extent_m(&ground.grid), &label)?;
@@ -107,10 +118,13 @@ fn extent_m(grid: &Grid) -> [f64; 2] {
     [grid.columns, grid.rows].map(|cells| cells as f64 * grid.cell_m)
 }
 
-/// So large that every run's map fits: all are drawn at one scale.
-fn largest(pictures: &Pictures) -> [f64; 2] {
-    let sizes = pictures.grounds.iter().flatten().map(|ground| extent_m(&ground.grid));
-    sizes.fold([0.0; 2], |[w, h], [x, y]| [w.max(x), h.max(y)])
+/// So large that the map of every run fits, so that all are drawn at one scale; but for those that are far larger than
+/// the best one's: a run that flew off does not make dots of the others. `None` where there is none.
+fn common_size_m<'a>(mut grids: impl Iterator<Item = &'a Grid>) -> Option<[f64; 2]> {
+    let best_m = extent_m(grids.next()?);
+    let most_m = FAR_LARGER * best_m[0].max(best_m[1]);
+    let like_it = grids.map(extent_m).filter(|[w, h]| w.max(*h) <= most_m);
+    Some(like_it.fold(best_m, |[w, h], [x, y]| [w.max(x), h.max(y)]))
 }
 
 /// A map of cells with the way of the run, a bar and an arrow.

@@ -82,11 +82,11 @@ fn extent(report: &Report) -> String {
         Some(places) => format!("{} of {} places", count(places.drawn), count(places.total)),
         None => format!("{} of {} scans", count(report.sampling.frames_scored), count(inputs.scans as u64)),
     };
-    format!(
-        "<p class=\"muted\">{scored} scored, {} returns, {:.1} km of way</p>\n",
-        count(inputs.returns_used),
-        report.config.segments.travel_m / 1e3
-    )
+    let way = match report.config.segments.travel_m {
+        way_m if way_m < 1000.0 => format!("{way_m:.0} m"),
+        way_m => format!("{:.1} km", way_m / 1e3),
+    };
+    format!("<p class=\"muted\">{scored} scored, {} returns, {way} of way</p>\n", count(inputs.returns_used))
 }
 
 fn verdict(input: &PageInput<'_>) -> String {
@@ -100,17 +100,22 @@ fn verdict(input: &PageInput<'_>) -> String {
                 "A verdict takes up to {scales} looks, one at each scale, each at {percent} %."
             ))
         });
-    let body = format!("<p class=\"answer\">{}</p>\n{list}{looks}", words::answer(input.report));
+    let sampling = &input.report.sampling;
+    let is_sample = sampling.frames_scored < sampling.frames_total || sampling.places.is_some();
+    let of_sample = if is_sample && !input.report.pairs.is_empty() {
+        paragraph(
+            "Only a sample was scored. Better means here: all scans would show the smaller value. Whether that is beyond \
+             chance, only all scans tell.",
+        )
+    } else {
+        String::new()
+    };
+    let body = format!("<p class=\"answer\">{}</p>\n{list}{of_sample}{looks}", words::answer(input.report));
     section("verdict", "Verdict", &body)
 }
 
 fn warnings(report: &Report) -> String {
-    let of_runs = report
-        .runs
-        .iter()
-        .flat_map(|run| run.warnings.iter().map(|warning| format!("{}: {warning}", run.name)));
-    let all = report.warnings.iter().cloned().chain(of_runs);
-    let list = list("<ul>", all.map(|warning| escape(&warning)));
+    let list = list("<ul>", report.all_warnings().iter().map(|warning| escape(warning)));
     section("warnings", "Warnings", &list).replacen("<section", "<section class=\"warnings\"", 1)
 }
 
@@ -135,7 +140,8 @@ fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::E
     }
     let score = pictures.order.first().map_or("R_cv", |&best| maps::score_of(pictures.bases[best]));
     let [width, height] = PLOT_PX;
-    let over_time = profile::over_time(&pictures.frames, &lines, score).to_element(width, height);
+    let over_time =
+        profile::over_time(&pictures.frames, pictures.start_ns, &lines, score).to_element(width, height);
     let by_size = profile::by_size(&pictures.histograms, &lines).to_element(width, height);
     let plots = [
         figure(&over_time, "how wrong the prediction is over time"),

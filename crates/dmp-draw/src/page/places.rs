@@ -8,7 +8,7 @@ use crate::colour::hex;
 use crate::image::Image;
 use crate::painter::Pictures;
 use crate::plot::escape;
-use crate::profile::{has_stamps, time_of};
+use crate::profile::time_of;
 use crate::seen::FrameScore;
 use crate::text::digits;
 use crate::worst::{Pass, Place};
@@ -24,8 +24,9 @@ pub(super) fn places(pictures: &Pictures, names: &[&str]) -> Result<String, png:
         return Ok(String::new());
     }
     let mut body = paragraph(
-        "Stretches of the way where a run predicts worse than another one, or where it is worst if no run is better there. \
-         Times count from the first scan.",
+        "Stretches of the way where a run predicts worse than another one, or where it is worst if no run is clearly better \
+         there. Times count from the first scan of the log; where the sensor comes by more than once, the pass that is most \
+         off stands first.",
     );
     let words = [
         (1, "surfels of the map, level"),
@@ -60,20 +61,21 @@ fn article(
 ) -> Result<String, png::EncodingError> {
     let name = names[place.run];
     let [x, y, _] = place.centre_in_world_m;
-    let heading = format!("{}. {}", number + 1, times(pictures, &place.passes[0]));
+    let when = place.passes.first().map_or_else(String::new, |pass| times(pictures, pass));
+    let heading = format!("{}. {when}", number + 1);
     let id = format!("place-{}-{}", place.run, number + 1);
-    let rms =
-        |score: &FrameScore| score.rms_m(0).map_or("–".to_owned(), |m| format!("{} cm", digits(100.0 * m)));
     let basis = score_of(pictures.bases[place.run]);
-    let own = format!("{basis} at 0.5 m is {} here", rms(&place.score));
+    let own = format!("Off by {} ({basis} at 0.5 and 2 m)", misses(&place.score));
     let best = match &place.best {
-        Some((best, score)) => format!("{own}, {} of <strong>{}</strong>.", rms(score), escape(names[*best])),
+        Some((best, score)) => {
+            format!("{own}; <strong>{}</strong> by {}.", escape(names[*best]), misses(score))
+        }
         None if names.len() > 1 => format!("{own}; no other run is clearly better."),
         None => format!("{own}."),
     };
     let mut text = format!("<p>{best} At x {x:.0} m, y {y:.0} m.</p>\n");
     if place.passes.len() > 1 {
-        let pass = |pass: &Pass| format!("{}: {}", escape(&times(pictures, pass)), rms(&pass.score));
+        let pass = |pass: &Pass| format!("{}: {}", escape(&times(pictures, pass)), misses(&pass.score));
         text.push_str(&list("<ul>", place.passes.iter().take(PASSES).map(pass)));
         if let Some(more) = place.passes.len().checked_sub(PASSES).filter(|more| *more > 0) {
             text.push_str(&paragraph(&format!("and {more} more passes")));
@@ -83,9 +85,17 @@ fn article(
         text.push_str(&views(pictures, place, closeup, name, number)?);
     }
     Ok(format!(
-        "<article aria-labelledby=\"{id}\">\n<h4 id=\"{id}\">{}</h4>\n{text}</article>\n",
+        "<article aria-labelledby=\"{id}\">\n<h3 id=\"{id}\">{}</h3>\n{text}</article>\n",
         escape(&heading)
     ))
+}
+
+/// By how much returns are missed at both scales.
+fn misses(score: &FrameScore) -> String {
+    match (score.rms_m(0), score.rms_m(1)) {
+        (Some(near_m), Some(far_m)) => format!("{} and {} cm", digits(100.0 * near_m), digits(100.0 * far_m)),
+        _ => "–".to_owned(),
+    }
 }
 
 /// When the sensor was there: times, and scans of the log.
@@ -97,10 +107,10 @@ fn times(pictures: &Pictures, pass: &Pass) -> String {
     } else {
         format!("scans {} to {}", numbers[0], numbers[1])
     };
-    if !has_stamps(frames) {
+    if pictures.start_ns.is_none() {
         return scans;
     }
-    let [from, to] = pass.frames.map(|frame| clock(time_of(frames, frame)));
+    let [from, to] = pass.frames.map(|frame| clock(time_of(&frames[frame], pictures.start_ns)));
     if from == to { format!("{from} ({scans})") } else { format!("{from} to {to} ({scans})") }
 }
 
@@ -124,7 +134,7 @@ fn views(
             let frames = &pictures.frames[pass.frames[0]..=pass.frames[1]];
             overlay::way(frames.iter().map(|frame| at(frame.position_in_world_m[place.run])))
         };
-        place.passes.iter().map(way).collect::<String>()
+        place.passes.iter().take(PASSES).map(way).collect::<String>()
     };
     let number = number + 1;
     let view = |image: &Image, way: String, label: &str, arrow| {

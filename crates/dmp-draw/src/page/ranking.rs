@@ -56,7 +56,7 @@ pub(super) fn ranking(report: &Report) -> String {
     let columns: &[Column] = if cross_validated { &CROSS_VALIDATED } else { &NEAREST };
     let interval = |run: &RunReport| if cross_validated { run.r_cv_10_ci99_m2 } else { run.r_near_5_ci99_m2 };
     let top_m2 = report.runs.iter().filter_map(interval).map(|[_, high]| high).fold(0.0, f64::max);
-    let mut heads = vec![head("", "", ""), head("run", "", "name")];
+    let mut heads = vec![head("rank", "", ""), head("run", "", "name")];
     heads.extend(columns.iter().take(1).map(|(title, unit, _)| head(title, unit, "")));
     heads.push(head("99 % interval", "m", ""));
     heads.extend(columns.iter().skip(1).map(|(title, unit, _)| head(title, unit, "")));
@@ -85,7 +85,8 @@ pub(super) fn ranking(report: &Report) -> String {
 /// A dot at the score, with a line over its interval, and the interval in words.
 fn whisker(value_m2: Option<f64>, interval_m2: Option<[f64; 2]>, top_m2: f64) -> String {
     let (Some(value_m2), Some([low_m2, high_m2])) = (value_m2, interval_m2) else { return NONE.to_owned() };
-    let x = |square_m2: f64| 6.0 + (BAR_PX - 12.0) * (square_m2.max(0.0) / top_m2).sqrt();
+    let x =
+        |square_m2: f64| 6.0 + (BAR_PX - 12.0) * (square_m2.max(0.0) / top_m2.max(f64::MIN_POSITIVE)).sqrt();
     let [low, high] = [low_m2, high_m2].map(|square_m2| digits(square_m2.max(0.0).sqrt()));
     let [from, at, to] = [low_m2, value_m2, high_m2].map(x);
     format!(

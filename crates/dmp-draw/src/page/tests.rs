@@ -40,6 +40,7 @@ fn pictures(report: &Report, bases: &[Basis], missed_m: &[f32]) -> Pictures {
     let order = report.order.iter().filter_map(|name| report.runs.iter().position(|run| run.name == *name));
     let mut painter = Painter::new(
         (0..60).map(frame).collect(),
+        Some(0),
         bases.to_vec(),
         order.take(bases.len()).collect(),
         60 * 40,
@@ -49,6 +50,7 @@ fn pictures(report: &Report, bases: &[Basis], missed_m: &[f32]) -> Pictures {
             let side = if k % 2 == 0 { 6.0 } else { -6.0 };
             let of_run = |missed_m: &f32| SampledReturn {
                 from_sensor_m: [f32::from(k) - 20.0, side, 0.1 * f32::from(k)],
+                direction: [0.0, side.signum(), 0.0],
                 residual_m: (k % 7 > 0).then_some(*missed_m),
                 revisited: k > 20,
             };
@@ -129,14 +131,44 @@ fn what_is_not_decided_is_not_claimed() {
     }
     report.ties = report.order.windows(2).map(|pair| [pair[0].clone(), pair[1].clone()]).collect();
     let text = page_of(&report, None, &[]);
-    assert!(text.contains("No run is clearly best"), "{text}");
+    assert!(text.contains(
+        "No run is clearly the best of 4. <strong>truth</strong> stands first: nothing is decided against"
+    ));
     assert!(!text.contains("is better than"));
     let mut mixed = sample();
     let best = mixed.order[0].clone();
     for pair in &mut mixed.pairs {
         pair.better_on_the_whole = Some(best.clone());
     }
-    assert!(page_of(&mixed, None, &[]).contains("on the whole, but <strong>"));
+    assert!(page_of(&mixed, None, &[]).contains("at some places better, at others worse than"));
+    // Of two, the better on the whole may stand second.
+    let second = mixed.order[1].clone();
+    mixed.order.truncate(2);
+    mixed.pairs.iter_mut().for_each(|pair| pair.better_on_the_whole = Some(second.clone()));
+    let said = format!(
+        "<strong>{second}</strong> made the better map of the two on the whole, but <strong>{best}</strong>"
+    );
+    assert!(page_of(&mixed, None, &[]).contains(&said));
+}
+
+#[test]
+fn a_page_without_a_predicted_return_is_a_page() {
+    let report = sample();
+    let order: Vec<usize> = (0..4).collect();
+    for frames in [
+        Vec::new(),
+        vec![SeenFrame {
+            number: 0,
+            stamp_ns: None,
+            position_in_world_m: vec![[1.0, 2.0, 3.0]; 4],
+            scores: vec![FrameScore::default(); 4],
+        }],
+    ] {
+        let painter = Painter::new(frames, None, vec![Basis::CrossValidated; 4], order.clone(), 0);
+        let text = page_of(&report, Some(&painter.finish()), &[]);
+        assert!(text.contains("Too few returns were scored") && text.contains("too few returns that both"));
+        assert!(!text.contains("NaN"), "{text}");
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use dmp::{PairReport, Report, ScaleReport};
 
 use crate::plot::escape;
-use crate::text::digits;
+use crate::text::{count, digits};
 
 /// With more runs than this, only neighbours in the order and pairs with the best are told.
 const ALL_PAIRS_UP_TO: usize = 5;
@@ -12,10 +12,29 @@ fn strong(name: &str) -> String {
     format!("<strong>{}</strong>", escape(name))
 }
 
-/// The one sentence that everybody reads, as HTML.
+/// How the first run of the order stands to another one.
+enum Against<'a> {
+    Better,
+    Worse,
+    /// Better on the whole is the run of this name.
+    Mixed(&'a str),
+    Undecided,
+    NotCompared,
+}
+
+fn against<'a>(report: &'a Report, best: &str, other: &str) -> Against<'a> {
+    let Some(pair) = pair_of(report, best, other) else { return Against::NotCompared };
+    match (&pair.decided_at_m, &pair.better_on_the_whole) {
+        (None, _) => Against::Undecided,
+        (_, Some(better)) => Against::Mixed(better),
+        (Some(_), None) if pair.verdict == best => Against::Better,
+        (Some(_), None) => Against::Worse,
+    }
+}
+
+/// The one sentence that everybody reads, as HTML. It claims of the first run what its pairs say, no more.
 pub(super) fn answer(report: &Report) -> String {
-    let count = report.order.len();
-    let [best, second] = match report.order.as_slice() {
+    let (best, others) = match report.order.as_slice() {
         [] => return "No run was scored.".to_owned(),
         [only] => {
             return format!(
@@ -24,43 +43,45 @@ pub(super) fn answer(report: &Report) -> String {
                 strong(only)
             );
         }
-        [best, second, ..] => [best, second],
+        [best, others @ ..] => (best, others),
     };
-    let of = if count == 2 {
-        "the better map of the two".to_owned()
-    } else {
-        format!("the best map of {count} runs")
+    let stands = |kind: &dyn Fn(&Against<'_>) -> bool| -> Vec<String> {
+        others.iter().filter(|other| kind(&against(report, best, other))).map(|name| strong(name)).collect()
     };
-    match pair_of(report, best, second) {
-        None => format!(
-            "{} stands first of {count} runs, but was not compared with {}, which stands second.",
-            strong(best),
-            strong(second)
-        ),
-        Some(pair) if pair.decided_at_m.is_none() => {
-            let tied = tied_with_best(report);
-            let names: Vec<String> = tied.iter().map(|name| strong(name)).collect();
-            format!("No run is clearly best: nothing is decided between {}.", listed(&names))
-        }
-        Some(pair) if pair.better_on_the_whole.is_some() => format!(
-            "{} made {of} on the whole, but {} is better at some places.",
-            strong(best),
-            strong(second)
-        ),
-        Some(_) => format!("{} made {of}.", strong(best)),
+    if let [other] = others {
+        return match against(report, best, other) {
+            Against::Better => format!("{} made the better map of the two.", strong(best)),
+            Against::Worse => format!("{} made the better map of the two.", strong(other)),
+            Against::Mixed(better) => {
+                let worse = if better == best.as_str() { other } else { best };
+                let (better, worse) = (strong(better), strong(worse));
+                format!(
+                    "{better} made the better map of the two on the whole, but {worse} is better at some places."
+                )
+            }
+            Against::Undecided => {
+                format!("Nothing is decided between {} and {}.", strong(best), strong(other))
+            }
+            Against::NotCompared => format!("{} and {} were not compared.", strong(best), strong(other)),
+        };
     }
-}
-
-/// The best run and those right behind it that are not decided against the one above.
-fn tied_with_best(report: &Report) -> Vec<&str> {
-    let mut names: Vec<&str> = report.order.iter().take(1).map(String::as_str).collect();
-    for pair in report.order.windows(2) {
-        if !report.ties.iter().any(|tie| tie == pair) {
-            break;
-        }
-        names.push(&pair[1]);
+    let all = others.len() + 1;
+    if stands(&|kind| !matches!(kind, Against::Better)).is_empty() {
+        return format!("{} made the best map of {all} runs.", strong(best));
     }
-    names
+    let mut clauses = Vec::new();
+    for (words, names) in [
+        ("it is better than", stands(&|kind| matches!(kind, Against::Better))),
+        ("nothing is decided against", stands(&|kind| matches!(kind, Against::Undecided))),
+        ("at some places better, at others worse than", stands(&|kind| matches!(kind, Against::Mixed(_)))),
+        ("worse than", stands(&|kind| matches!(kind, Against::Worse))),
+        ("not compared with", stands(&|kind| matches!(kind, Against::NotCompared))),
+    ] {
+        if !names.is_empty() {
+            clauses.push(format!("{words} {}", listed(&names)));
+        }
+    }
+    format!("No run is clearly the best of {all}. {} stands first: {}.", strong(best), clauses.join("; "))
 }
 
 fn listed(names: &[String]) -> String {
@@ -83,24 +104,29 @@ pub(super) fn pairs(report: &Report) -> Vec<String> {
         for (j, low) in order.iter().enumerate().skip(i + 1) {
             let told = order.len() <= ALL_PAIRS_UP_TO || i == 0 || j == i + 1;
             if let Some(pair) = pair_of(report, high, low).filter(|_| told) {
-                said.push(of_pair(report, pair, high, low));
+                said.push(of_pair(pair, high, low));
             }
         }
     }
     said
 }
 
-fn of_pair(report: &Report, pair: &PairReport, high: &str, low: &str) -> String {
+fn of_pair(pair: &PairReport, high: &str, low: &str) -> String {
     let scale = pair.scales.iter().find(|scale| Some(scale.scale_m) == pair.decided_at_m);
     let Some(scale) = scale else {
-        return format!("{} and {}: {}.", strong(high), strong(low), escape(&pair.reason));
+        let more = pair.frames_needed.map(|needed| (needed, "scans"));
+        let more = more.or(pair.places_needed.map(|needed| (needed, "places")));
+        let more = more.map_or_else(String::new, |(needed, what)| {
+            format!("; about {} {what} in all would decide", count(needed))
+        });
+        return format!("{} and {}: {}{more}.", strong(high), strong(low), escape(&pair.reason));
     };
     let better = pair.better_on_the_whole.as_deref().unwrap_or(&pair.verdict);
     let worse = if better == pair.a { &pair.b } else { &pair.a };
     let verb =
         if pair.better_on_the_whole.is_some() { "is better on the whole than" } else { "is better than" };
     let mut sentence = format!("{} {verb} {}: {}.", strong(better), strong(worse), reach(scale.scale_m));
-    if let Some(numbers) = numbers(report, pair, scale, better) {
+    if let Some(numbers) = numbers(pair, scale, better) {
         sentence.push(' ');
         sentence.push_str(&numbers);
     }
@@ -116,24 +142,27 @@ fn of_pair(report: &Report, pair: &PairReport, high: &str, low: &str) -> String 
 fn reach(scale_m: f64) -> &'static str {
     match scale_m {
         m if m >= 5.0 => "its map as a whole fits together better",
-        m if m >= 1.0 => "its map fits together better at the scale of a metre",
-        m if m >= 0.5 => "as a whole both fit alike, but its surfaces are sharper by decimetres",
-        _ => "they differ by centimetres only",
+        m if m >= 1.0 => {
+            "its map fits together better at the scale of metres, beyond which nothing is decided"
+        }
+        m if m >= 0.5 => {
+            "its surfaces are sharper at the scale of decimetres, beyond which nothing is decided"
+        }
+        _ => "its surfaces are sharper at the scale of centimetres, beyond which nothing is decided",
     }
 }
 
 /// By how much one is better, and whether that may be chance.
-fn numbers(report: &Report, pair: &PairReport, scale: &ScaleReport, better: &str) -> Option<String> {
+fn numbers(pair: &PairReport, scale: &ScaleReport, better: &str) -> Option<String> {
     let is_a = better == pair.a;
     let (mean_a_m2, mean_b_m2) = (scale.mean_a_m2?, scale.mean_b_m2?);
     let (own_m2, other_m2) = if is_a { (mean_a_m2, mean_b_m2) } else { (mean_b_m2, mean_a_m2) };
     let [low, high] = scale.ci99_m2?;
     // How much worse the other is: positive.
     let [from_m2, to_m2] = if is_a { [-high, -low] } else { [low, high] };
-    let percent = (1e4 * report.sampling.confidence).round() / 1e2;
     Some(format!(
         "It predicts what the sensor measured to {} m, the other to {} m (root mean square, errors counted up to {} m); at \
-         {percent} % confidence the mean squares differ by {} to {} m².",
+         99 % confidence the mean squares differ by {} to {} m².",
         digits(own_m2.sqrt()),
         digits(other_m2.sqrt()),
         scale.scale_m,

@@ -46,6 +46,21 @@ pub struct Report {
 impl Report {
     /// What `schema` says.
     pub const SCHEMA: &str = "dmp-score/1";
+
+    /// Sentences that must stand beside the scores: the report's warnings, those of its runs with their names, and why a
+    /// run has no `R_cv` where others do.
+    pub fn all_warnings(&self) -> Vec<String> {
+        let is_cross_validated = self.runs.iter().any(|run| run.coverage.is_some());
+        let mut all = self.warnings.clone();
+        for run in &self.runs {
+            let told = run.warnings.iter().any(|warning| warning.starts_with("R_cv is not given"));
+            if let Some(why) = run.r_cv_withheld.as_ref().filter(|_| !told && is_cross_validated) {
+                all.push(format!("{}: R_cv is not given: {why}", run.name));
+            }
+            all.extend(run.warnings.iter().map(|warning| format!("{}: {warning}", run.name)));
+        }
+        all
+    }
 }
 
 /// The settings as they took effect.

@@ -1,4 +1,4 @@
-//! What `dmp score` writes beside its report: every scored return, and scores by frame and by tile.
+//! What `dmp score` writes beside its report: a page to look at, every scored return, scores by frame and by tile.
 
 pub(crate) mod page;
 mod per_frame;

@@ -33,7 +33,7 @@ pub(crate) struct Recorder<'a> {
     page: Option<(PathBuf, Sketch)>,
     rows: Vec<RunRows>,
     has_failed: AtomicBool,
-    failure: Mutex<Option<anyhow::Error>>,
+    failure: Mutex<Option<std::io::Error>>,
 }
 
 impl<'a> Recorder<'a> {
@@ -89,10 +89,6 @@ impl<'a> Recorder<'a> {
     }
 
     fn record(&self, result: std::io::Result<()>) {
-        self.record_any(result.with_context(|| waits_in(self.work_folder)));
-    }
-
-    fn record_any(&self, result: anyhow::Result<()>) {
         if let Err(error) = result {
             self.failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
             self.has_failed.store(true, Ordering::Relaxed);
@@ -102,7 +98,7 @@ impl<'a> Recorder<'a> {
     /// The evaluation is over: its report, unless what was to be written could not be kept.
     pub(crate) fn end(self, evaluated: Result<Report, EvaluateError>) -> anyhow::Result<(Report, Recorded)> {
         if let Some(error) = self.failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
-            return Err(error);
+            return Err(error).with_context(|| waits_in(self.work_folder));
         }
         let recorded = Recorded {
             progress: self.progress,
@@ -167,7 +163,7 @@ impl Watch for Recorder<'_> {
 
     fn scored(&self, report: &Report, maps: &[&Store]) {
         if let Some((_, sketch)) = &self.page {
-            self.record_any(sketch.scored(self.log, report, maps));
+            sketch.scored(self.log, report, maps);
         }
     }
 
@@ -206,7 +202,8 @@ impl Recorded {
             tell(&path, text::counted(report.tiles.len() as u64, "row"));
         }
         if let Some((path, sketch)) = self.page {
-            let pictures = sketch.into_pictures();
+            let drawn = sketch.into_pictures();
+            let pictures = drawn.with_context(|| format!("{}: cannot draw", path.display()))?;
             let bytes = page::write(&path, report, pictures.as_ref(), remarks)?;
             tell(&path, text::bytes(bytes));
         }

@@ -1,22 +1,23 @@
 //! What the page of `--report` shows of single returns: gathered while they are scored, drawn when all are.
 
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 use std::io;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use dmp::{Basis, Config, FrameSums, MapSource, Report, Run, Sample, ScoredReturns};
+use dmp::{Basis, Config, EvaluateError, FrameSums, MapSource, Report, Run, Sample, ScoredReturns};
 use dmp_draw::{DiscInWorld, FrameScore, Painter, Pictures, SampledReturn, SeenFrame};
 use dmp_log::ScanLog;
 use dmp_map::{Store, TileId};
 
 use super::residuals::{Buffers, Draw};
 use super::spool::Spool;
+use crate::process;
 
 /// Returns that are drawn, about: what a page can show.
 const RETURNS: u64 = 2_000_000;
-/// Scans of a sample that grows until it decides: as many as are looked at first.
-const DECIDING_SCANS: u64 = 28;
+/// Of a sample that grows until it decides, if it grows to all scans: with fewer scans there are to be some to see.
+const DECIDING_RETURNS: u64 = 8_000_000;
 
 /// Gathers what is drawn.
 #[derive(Debug)]
@@ -24,9 +25,10 @@ pub(super) struct Sketch {
     bases: Vec<Basis>,
     /// One return of so many is drawn.
     every: u64,
-    frames: Mutex<BTreeMap<u32, Seen>>,
+    frames: Mutex<HashMap<u32, Seen>>,
     spool: Mutex<Option<Spool>>,
-    pictures: Mutex<Option<Pictures>>,
+    /// What became of drawing, once it was tried.
+    pictures: Mutex<Option<anyhow::Result<Pictures>>>,
 }
 
 /// What is known of a scan so far.
@@ -39,22 +41,22 @@ struct Seen {
 impl Sketch {
     /// Of an evaluation of these runs. What is drawn waits in the folder.
     pub(super) fn new(log: &dyn ScanLog, runs: &[Run], config: &Config, folder: &Path) -> io::Result<Self> {
-        let of_map = |run: &Run| match run.map {
-            MapSource::Fused => Basis::CrossValidated,
-            _ => Basis::Near,
-        };
+        // As pairs are judged: by what is known of both maps.
+        let all_fused = runs.iter().all(|run| run.map == MapSource::Fused);
+        let basis = if all_fused { Basis::CrossValidated } else { Basis::Near };
         let (scans, returns) =
-            log.frames().iter().fold((0, 0), |(n, sum), frame| (n + 1, sum + frame.returns));
-        let scored = match (&config.sample, &config.decide) {
-            (_, Some(_)) => DECIDING_SCANS as f64,
-            (Sample::Frames(frames), _) => *frames as f64,
-            (Sample::Share(share), _) => share * scans as f64,
-            _ => scans as f64,
+            log.frames().iter().fold((0_u64, 0), |(n, sum), frame| (n + 1, sum + frame.returns));
+        let (scans, returns) = (scans as f64 / config.every as f64, returns as f64 / config.every as f64);
+        let (scored, drawn) = match (&config.sample, &config.decide) {
+            (_, Some(_)) => (scans, DECIDING_RETURNS),
+            (Sample::Frames(frames), None) => (*frames as f64, RETURNS),
+            (Sample::Share(share), None) => (share * scans, RETURNS),
+            (Sample::All, None) => (scans, RETURNS),
         };
-        let expected = returns as f64 * (scored / f64::max(scans as f64, 1.0)).min(1.0);
+        let expected = returns * (scored / scans.max(1.0)).min(1.0);
         Ok(Self {
-            bases: runs.iter().map(of_map).collect(),
-            every: ((expected / RETURNS as f64).ceil() as u64).max(1),
+            bases: vec![basis; runs.len()],
+            every: ((expected / drawn as f64).ceil() as u64).max(1),
             frames: Mutex::default(),
             spool: Mutex::new(Some(Spool::new(folder)?)),
             pictures: Mutex::default(),
@@ -85,13 +87,15 @@ impl Sketch {
                     let (ray, residuals) = (&scored.rays[run][index], &scored.residuals[run][index]);
                     let residual_m = match basis {
                         Basis::CrossValidated => residuals.independent_m,
-                        Basis::Near => residuals.nearest_m,
+                        // Where nothing is near, what is far is as wrong as can be.
+                        Basis::Near => residuals.nearest_m.or(residuals.first_m),
                     };
                     let endpoint = ray.endpoint_in_world();
                     let sampled = SampledReturn {
                         from_sensor_m: std::array::from_fn(|axis| {
                             (endpoint[axis] - positions[run][axis]) as f32
                         }),
+                        direction: ray.direction_in_world.map(|along| along as f32),
                         residual_m: residual_m.filter(|m| m.is_finite()).map(|m| m as f32),
                         revisited: residuals.revisited,
                     };
@@ -111,42 +115,37 @@ impl Sketch {
         lock(&self.frames).entry(frame).or_default().scores = scores.collect();
     }
 
-    /// Draws everything, while the maps are there.
-    pub(super) fn scored(&self, log: &dyn ScanLog, report: &Report, maps: &[&Store]) -> anyhow::Result<()> {
-        let stamps: BTreeMap<u32, Option<i64>> = log
-            .frames()
-            .iter()
-            .enumerate()
-            .map(|(index, frame)| (log.number_in_log(index) as u32, frame.stamp_ns))
-            .collect();
-        // A scan without a used return has no place.
-        let seen = std::mem::take(&mut *lock(&self.frames));
-        let seen = seen.into_iter().filter(|(_, seen)| seen.position_in_world_m.len() == seen.scores.len());
-        let frames: Vec<SeenFrame> = seen
-            .map(|(number, seen)| SeenFrame {
-                number: number as usize,
-                stamp_ns: stamps.get(&number).copied().flatten(),
-                position_in_world_m: seen.position_in_world_m,
-                scores: seen.scores,
-            })
-            .collect();
-        let index_of: BTreeMap<u32, usize> =
-            frames.iter().enumerate().map(|(index, frame)| (frame.number as u32, index)).collect();
+    /// Draws everything, while the maps are there. What goes wrong is told with the pictures: scores are not lost for it.
+    pub(super) fn scored(&self, log: &dyn ScanLog, report: &Report, maps: &[&Store]) {
+        let drawn = self.draw(log, report, maps);
+        *lock(&self.pictures) = drawn.transpose();
+    }
+
+    fn draw(&self, log: &dyn ScanLog, report: &Report, maps: &[&Store]) -> anyhow::Result<Option<Pictures>> {
+        let frames = self.frames_in_time(log);
+        let index_of: HashMap<usize, usize> =
+            frames.iter().enumerate().map(|(index, frame)| (frame.number, index)).collect();
         let index_of_run = |name: &String| report.runs.iter().position(|run| run.name == *name);
         let order = report.order.iter().filter_map(index_of_run).collect();
-        let Some(spool) = lock(&self.spool).take() else { return Ok(()) };
+        let Some(spool) = lock(&self.spool).take() else { return Ok(None) };
         let kept = spool.sorted();
         let of_return = self.bases.len() * SampledReturn::BYTES;
         let returns = kept.pieces().map(|bytes| (bytes / of_return) as u64).sum();
-        let mut painter = Painter::new(frames, self.bases.clone(), order, returns);
+        let start_ns = log.summary().span_ns.map(|(first_ns, _)| first_ns);
+        let mut painter = Painter::new(frames, start_ns, self.bases.clone(), order, returns);
         for (run, window, extent_m) in painter.windows() {
             draw_discs(&mut painter, maps[run], run, window, extent_m)?;
         }
         let mut of_runs = Vec::new();
         kept.each(|piece, _| {
+            if process::interrupted() {
+                anyhow::bail!(EvaluateError::Cancelled);
+            }
             let (frame, returns) = piece.split_at(size_of::<u32>().min(piece.len()));
             let number = frame.try_into().map(u32::from_le_bytes);
-            let Some(&index) = number.ok().and_then(|number| index_of.get(&number)) else { return Ok(()) };
+            let Some(&index) = number.ok().and_then(|number| index_of.get(&(number as usize))) else {
+                return Ok(());
+            };
             for sampled in returns.chunks_exact(of_return) {
                 of_runs.clear();
                 of_runs.extend(sampled.as_chunks().0.iter().map(SampledReturn::of_bytes));
@@ -154,13 +153,35 @@ impl Sketch {
             }
             Ok(())
         })?;
-        *lock(&self.pictures) = Some(painter.finish());
-        Ok(())
+        Ok(Some(painter.finish()))
     }
 
-    /// What was drawn.
-    pub(super) fn into_pictures(self) -> Option<Pictures> {
-        self.pictures.into_inner().unwrap_or_else(PoisonError::into_inner)
+    /// Scans with a used return, in the order of their time, as they are scored: a log may hold them in another.
+    fn frames_in_time(&self, log: &dyn ScanLog) -> Vec<SeenFrame> {
+        let stamps: HashMap<u32, Option<i64>> = log
+            .frames()
+            .iter()
+            .enumerate()
+            .map(|(index, frame)| (log.number_in_log(index) as u32, frame.stamp_ns))
+            .collect();
+        let seen = std::mem::take(&mut *lock(&self.frames));
+        // A scan without a used return has no place.
+        let seen = seen.into_iter().filter(|(_, seen)| seen.position_in_world_m.len() == seen.scores.len());
+        let mut frames: Vec<SeenFrame> = seen
+            .map(|(number, seen)| SeenFrame {
+                number: number as usize,
+                stamp_ns: stamps.get(&number).copied().flatten(),
+                position_in_world_m: seen.position_in_world_m,
+                scores: seen.scores,
+            })
+            .collect();
+        frames.sort_by_key(|frame| (frame.stamp_ns, frame.number));
+        frames
+    }
+
+    /// What was drawn; `None` where nothing was scored.
+    pub(super) fn into_pictures(self) -> anyhow::Result<Option<Pictures>> {
+        self.pictures.into_inner().unwrap_or_else(PoisonError::into_inner).transpose()
     }
 }
 
