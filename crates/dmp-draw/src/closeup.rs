@@ -122,9 +122,20 @@ impl Closeup {
         if x * x + y * y > within_m * within_m {
             return;
         }
-        let colour = if disc.normal[2].abs() > LEVEL { GROUND } else { WALL };
-        // Nearer to each other than pixels are, so that no holes are left.
-        let steps = ((1.5 * disc.radius_m * HALF_PX / self.half_m).ceil() as i32).clamp(1, 100);
+        let radius_px = disc.radius_m * HALF_PX / self.half_m;
+        if disc.normal[2].abs() > LEVEL {
+            // Nearly level: a square from above, a line from the side.
+            let size = ((2.0 * radius_px).ceil() as i32).clamp(1, 100);
+            let ([column, row], half) = (self.above_px(disc.centre_in_world_m), 0.5 * f64::from(size));
+            square(&mut self.above, [column - half, row - half], GROUND, [size, size]);
+            let ([column, row], deep) = self.side_px(disc.centre_in_world_m);
+            if deep.abs() <= DEPTH * self.half_m {
+                square(&mut self.side, [column - half, row], GROUND, [size, 1]);
+            }
+            return;
+        }
+        // Two pixels wide each, so that no holes are left.
+        let steps = ((0.6 * radius_px).ceil() as i32).clamp(1, 100);
         let [u, v] = tangents(disc.normal);
         for a in -steps..=steps {
             for b in -steps..=steps {
@@ -136,7 +147,7 @@ impl Closeup {
                     let offset = a * u[axis] + b * v[axis];
                     disc.centre_in_world_m[axis] + disc.radius_m * offset
                 };
-                self.dot([at(0), at(1), at(2)], colour, 1);
+                self.dot([at(0), at(1), at(2)], WALL);
             }
         }
     }
@@ -169,15 +180,16 @@ impl Closeup {
         if colour != FITS {
             self.segment(measured, predicted, colour);
         }
-        self.dot(measured, colour, 2);
+        self.dot(measured, colour);
     }
 
-    fn dot(&mut self, at_m: [f64; 3], colour: u8, size: i32) {
+    /// Two pixels by two.
+    fn dot(&mut self, at_m: [f64; 3], colour: u8) {
         let above = self.above_px(at_m);
         let (side, deep) = self.side_px(at_m);
-        square(&mut self.above, above, colour, size);
+        square(&mut self.above, above, colour, [2, 2]);
         if deep.abs() <= DEPTH * self.half_m {
-            square(&mut self.side, side, colour, size);
+            square(&mut self.side, side, colour, [2, 2]);
         }
     }
 
@@ -191,11 +203,14 @@ impl Closeup {
     }
 }
 
-/// Raises so many rows of so many pixels.
-fn square(image: &mut Image, at: [f64; 2], colour: u8, size: i32) {
-    let [column, row] = at.map(|px| px.floor() as i32);
-    for pixel in 0..size * size {
-        image.raise(column.saturating_add(pixel % size), row.saturating_add(pixel / size), colour);
+/// Raises so many pixels of so many rows, from one to the right and down.
+fn square(image: &mut Image, at: [f64; 2], colour: u8, [width, height]: [i32; 2]) {
+    // Rounded down; what is far outside stays there.
+    let [column, row] = at.map(|px| (px.clamp(-1e6, 1e6) + 1e6) as i32 - 1_000_000);
+    for down in 0..height {
+        for right in 0..width {
+            image.raise(column + right, row + down, colour);
+        }
     }
 }
 
@@ -243,11 +258,14 @@ mod tests {
         };
         // 10 pixels a metre: 5 m east of the middle, and a metre above the sensor.
         let above = drawn(&closeup.above);
-        assert!(above.iter().all(|&(column, row)| column == 250 && (195..=205).contains(&row)), "{above:?}");
+        assert!(
+            above.iter().all(|&(column, row)| column.abs_diff(250) <= 1 && (194..=206).contains(&row)),
+            "{above:?}"
+        );
         assert!(above.len() >= 10);
         let side = drawn(&closeup.side);
         assert!(
-            side.iter().all(|&(column, row)| (195..=205).contains(&column) && (115..=125).contains(&row))
+            side.iter().all(|&(column, row)| (194..=206).contains(&column) && (114..=126).contains(&row))
         );
         assert!(side.len() > 60, "{}", side.len());
         closeup.disc(&wall([0.0, 0.0, 1.0]));

@@ -3,7 +3,7 @@
 use crate::sample::{Looks, Sample};
 
 /// Places below which an interval is too wide to decide anything.
-pub(crate) const FEW_PLACES: usize = 12;
+pub(crate) const FEW_PLACES: usize = 20;
 
 /// The numbers of `count` places that `seed` draws, ascending: a systematic sample of those that the way comes back to
 /// followed by the others, so that either kind has its share, evenly spread along the way. `revisited` tells it of every

@@ -1,5 +1,6 @@
 //! Scored returns: gathered while they are scored, written when all are.
 
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use dmp::{HitKind, Residuals, ScoredReturns};
@@ -69,7 +70,6 @@ impl RunReturns {
         ) else {
             return Ok(());
         };
-        let mut draw = Draw::new(origin.frame, origin.every);
         let mut first = scored.first as u64;
         let pieces = rays.chunks(PIECE_ROWS).zip(residuals.chunks(PIECE_ROWS));
         for ((rays, residuals), offsets_ns) in pieces.zip(scored.offsets_ns.chunks(PIECE_ROWS)) {
@@ -78,13 +78,12 @@ impl RunReturns {
                 let (place, turn) = (pose.translation.vector, pose.rotation.coords);
                 piece.extend(place.iter().chain(turn.iter()).flat_map(|number| number.to_le_bytes()));
                 let after_start_ns = origin.stamp_ns.saturating_sub(origin.start_ns);
-                let returns = rays.iter().zip(residuals).zip(offsets_ns);
-                for (number, ((ray, residuals), offset_ns)) in (first..).zip(returns) {
-                    if draw.takes(number) {
-                        let time_ns = after_start_ns.saturating_add(*offset_ns);
-                        let point = scored_point(ray, residuals, self.is_fused, origin.frame, time_ns);
-                        piece.extend_from_slice(&point.to_bytes());
-                    }
+                for number in drawn(origin.frame, origin.every, first..first + rays.len() as u64) {
+                    let index = (number - first) as usize;
+                    let time_ns = after_start_ns.saturating_add(offsets_ns[index]);
+                    let (ray, residuals) = (&rays[index], &residuals[index]);
+                    let point = scored_point(ray, residuals, self.is_fused, origin.frame, time_ns);
+                    piece.extend_from_slice(&point.to_bytes());
                 }
                 self.spool.add(origin.frame, piece)
             })?;
@@ -94,32 +93,13 @@ impl RunReturns {
     }
 }
 
-/// Every return as likely as any other, one of every so many: not the n-th, n-th but one and so on, which would be those
-/// of a few beams.
-pub(super) struct Draw {
-    frame: u32,
-    every: u64,
-    /// The group at hand, and which return of it is taken.
-    group: u64,
-    taken: u64,
-}
-
-impl Draw {
-    pub(super) fn new(frame: u32, every: u64) -> Self {
-        Self { frame, every, group: u64::MAX, taken: 0 }
-    }
-
-    pub(super) fn takes(&mut self, number: u64) -> bool {
-        if self.every <= 1 {
-            return true;
-        }
-        let group = number / self.every;
-        if group != self.group {
-            self.group = group;
-            self.taken = mixed((u64::from(self.frame) << 32) ^ group) % self.every;
-        }
-        number % self.every == self.taken
-    }
+/// The numbers of those returns of a scan, among these, that are drawn: one of every so many, each as likely as any other.
+/// Not the n-th, n-th but one and so on, which would be those of a few beams.
+pub(super) fn drawn(frame: u32, every: u64, returns: Range<u64>) -> impl Iterator<Item = u64> {
+    let every = every.max(1);
+    let groups = returns.start / every..returns.end.div_ceil(every);
+    let of_group = move |group: u64| group * every + mixed((u64::from(frame) << 32) ^ group) % every;
+    groups.map(of_group).filter(move |number| returns.contains(number))
 }
 
 /// The finaliser of `SplitMix64` (Steele, Lea & Flood 2014), one step on.
@@ -219,11 +199,9 @@ mod tests {
         for every in [2, 3, 7] {
             let mut places = vec![0_u32; every as usize];
             for frame in 0..300 {
-                let mut draw = Draw::new(frame, every);
                 // In two parts, as a scan comes.
-                let mut taken: Vec<u64> = (0..50).filter(|&number| draw.takes(number)).collect();
-                let mut draw = Draw::new(frame, every);
-                taken.extend((50..10 * every + 100).filter(|&number| draw.takes(number)));
+                let mut taken: Vec<u64> = drawn(frame, every, 0..50).collect();
+                taken.extend(drawn(frame, every, 50..10 * every + 100));
                 let groups: Vec<u64> = taken.iter().map(|number| number / every).collect();
                 assert!(groups.windows(2).all(|pair| pair[0] < pair[1]), "{groups:?}");
                 assert!(groups.len() as u64 >= (10 * every + 100) / every, "{groups:?}");
@@ -232,7 +210,7 @@ mod tests {
             let mean = f64::from(places.iter().sum::<u32>()) / every as f64;
             assert!(places.iter().all(|&n| (f64::from(n) - mean).abs() < 6.0 * mean.sqrt()), "{places:?}");
         }
-        assert!((0..9).all(|number| Draw::new(3, 1).takes(number)));
+        assert!(drawn(3, 1, 0..9).eq(0..9));
     }
 
     #[test]

@@ -10,14 +10,14 @@ use dmp_draw::{DiscInWorld, FrameScore, Painter, Pictures, SampledReturn, SeenFr
 use dmp_log::ScanLog;
 use dmp_map::{Store, TileId};
 
-use super::residuals::{Buffers, Draw};
+use super::residuals::{Buffers, drawn};
 use super::spool::Spool;
 use crate::process;
 
 /// Returns that are drawn, about: what a page can show.
-const RETURNS: u64 = 2_000_000;
+const RETURNS: u64 = 1_000_000;
 /// Of a sample that grows until it decides, if it grows to all scans: with fewer scans there are to be some to see.
-const DECIDING_RETURNS: u64 = 8_000_000;
+const DECIDING_RETURNS: u64 = 4_000_000;
 
 /// Gathers what is drawn.
 #[derive(Debug)]
@@ -76,13 +76,11 @@ impl Sketch {
             lock(&self.frames).entry(frame).or_default().position_in_world_m = positions();
         }
         let positions: Vec<[f64; 3]> = positions();
-        let mut draw = Draw::new(frame, self.every);
         buffers.with(|piece| {
             piece.extend_from_slice(&frame.to_le_bytes());
-            for index in 0..scored.offsets_ns.len() {
-                if !draw.takes((scored.first + index) as u64) {
-                    continue;
-                }
+            let first = scored.first as u64;
+            for number in drawn(frame, self.every, first..first + scored.offsets_ns.len() as u64) {
+                let index = (number - first) as usize;
                 for (run, basis) in self.bases.iter().enumerate() {
                     let (ray, residuals) = (&scored.rays[run][index], &scored.residuals[run][index]);
                     let residual_m = match basis {
