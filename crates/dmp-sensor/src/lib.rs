@@ -6,7 +6,8 @@
 //! extrinsic `body_from_sensor` behind it and answers for any instant in between, never outside.
 //! Together they turn returns into [`Ray`]s: the range–bearing model, in which a return is a measured
 //! range along a bearing, from the sensor's place at the return's own time. A [`ReturnFilter`] says which
-//! returns are used and [`ReturnCounts`] where the others went.
+//! returns are used and [`ReturnCounts`] where the others went. A [`PoseGraph`] is a trajectory with the
+//! measurements that it was made of.
 //!
 //! Nothing here reads a file or starts a thread. Lengths are metres, instants integer nanoseconds,
 //! world coordinates `f64`. The bits of every result are the same on every platform.
@@ -25,6 +26,7 @@
 //! ```
 
 mod ego;
+mod pose_graph;
 mod ray;
 mod returns;
 mod scan;
@@ -32,7 +34,8 @@ mod trajectory;
 mod travel;
 
 pub use ego::{EgoMask, EgoVotes};
-pub use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+pub use nalgebra::{Isometry3, Matrix6, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+pub use pose_graph::{Component, Disconnected, EdgeFault, PoseEdge, PoseGraph, PoseGraphError};
 pub use ray::Ray;
 pub use returns::{DropReason, ReturnCounts, ReturnFilter, is_implausible};
 pub use scan::Scan;
