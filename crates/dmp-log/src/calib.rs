@@ -1,10 +1,9 @@
 //! KITTI's calibration: where the LiDAR sits on the camera.
 
-use crate::text::lines;
+use crate::text::{lines, read_text};
 use crate::trajectory::numbers::{numbers, pose_of_rows};
 use crate::{LogError, ParseError, Place};
 use dmp_sensor::Isometry3;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Largest calibration that is read; one of KITTI has 1 kB.
@@ -61,12 +60,7 @@ pub fn find_calib<'a>(folders: impl IntoIterator<Item = &'a Path>) -> Result<Opt
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, LogError> {
-    let length = fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
-    if length > MAX_BYTES {
-        let problem = format!("{length} bytes are no calibration, at most {MAX_BYTES} are read");
-        return Err(LogError::malformed(path, Place::WholeFile, problem));
-    }
-    fs::read(path).map_err(|e| LogError::io(path, "read", e))
+    read_text(path, "calibration", MAX_BYTES)
 }
 
 /// `None` where no line speaks of a LiDAR.

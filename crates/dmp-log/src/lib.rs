@@ -4,14 +4,15 @@
 //! [`open_log`] looks at a path, opens what is there and gives a [`ScanLog`]: a table of its scans
 //! ([`FrameInfo`]), a [`LogSummary`] of what was found, guessed and damaged, and a [`ScanReader`] for each
 //! thread, which fills a [`Scan`](dmp_sensor::Scan) with one scan at a time. [`read_trajectory`] reads
-//! poses. [`outline_log`] tells the scans of a log from its index and opens a part of them. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a reference.
-//! [`McapScanWriter`], [`FolderScanWriter`], [`write_tum`], [`write_euroc`] and [`write_kitti`] write what the
+//! poses, [`read_pose_graph`] a graph of them and [`read_loop_candidates`] edges that it might have. [`outline_log`] tells the scans of a log from its index and opens a part of them. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a reference.
+//! [`McapScanWriter`], [`FolderScanWriter`], [`write_tum`], [`write_euroc`], [`write_kitti`] and [`write_pose_graph`] write what the
 //! readers read; [`ResidualWriter`] writes scored returns for people to look at. [`read_calib`] says where a LiDAR sits on a camera.
 //!
 //! | what | formats |
 //! |---|---|
 //! | scan log | MCAP and rosbag2 with `sensor_msgs/msg/PointCloud2` or Livox `CustomMsg`; a folder with one scan a file: KITTI `.bin` (with `times/*.f32`), PCD, PLY, LAS or LAZ, with stamps in a `times.txt`, a `timestamps.txt` or the file names; one LAS or LAZ in world coordinates with `gps_time`, and the trajectory it was made with |
 //! | trajectory | TUM; KITTI rows and `.npy`, with `times.txt`; EuRoC csv; vertices of g2o graphs |
+//! | pose graph, loop candidates | g2o, in space |
 //! | calibration | KITTI `calib.txt`, `calib_velo_to_cam.txt` |
 //! | cloud | LAS, LAZ, PLY, PCD |
 //! | mesh | PLY, OBJ |
@@ -54,6 +55,7 @@ mod decimal;
 mod error;
 mod fingerprint;
 mod frames;
+mod g2o;
 mod held_log;
 mod las_log;
 mod log;
@@ -78,6 +80,10 @@ pub use calib::{Calib, find_calib, parse_calib, read_calib};
 pub use cloud::{CloudFormat, CloudSummary, CloudWriter, OrientedPoint, read_cloud};
 pub use error::{LogError, ParseError, Place};
 pub use frames::StaticFrames;
+pub use g2o::{
+    Candidate, CandidateFault, LoopCandidates, PoseGraphFile, SkippedCandidate, parse_loop_candidates,
+    parse_pose_graph, read_loop_candidates, read_pose_graph, write_pose_edges, write_pose_graph,
+};
 pub use held_log::HeldLog;
 pub use las_log::MadeWith;
 pub use log::{

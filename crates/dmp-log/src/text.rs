@@ -1,6 +1,18 @@
 //! Lines of numbers, as people's files have them.
 
-use crate::{ParseError, Place};
+use crate::{LogError, ParseError, Place};
+use std::fs;
+use std::path::Path;
+
+/// The bytes of a file that is not too large to be `what`.
+pub(crate) fn read_text(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<u8>, LogError> {
+    let length = fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
+    if length > most_bytes {
+        let problem = format!("{length} bytes are no {what}, at most {most_bytes} are read");
+        return Err(LogError::malformed(path, Place::WholeFile, problem));
+    }
+    fs::read(path).map_err(|e| LogError::io(path, "read", e))
+}
 
 /// The lines with data: their places (from line 1) and columns. Blank lines and what follows a `#` are
 /// left out; columns are parted by blanks, tabs or commas; a byte order mark and carriage returns are

@@ -1,5 +1,6 @@
-use super::{euroc, g2o, npy};
+use super::{euroc, npy};
 use crate::decimal::shorten;
+use crate::g2o;
 use crate::open::{ROS1_ADVICE, ROS1_MAGIC};
 use crate::text::lines;
 use crate::{LogError, ParseError, Place};

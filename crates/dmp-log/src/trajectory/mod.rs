@@ -23,11 +23,10 @@ pub use topic::{PoseTopic, TopicTrajectory, is_bag, read_topic_trajectory};
 pub use tum::{parse_tum, write_tum, write_tum_poses};
 
 use crate::reads::ReadCount;
-use crate::text::is_cut;
-use crate::{LogError, ParseError, Place, fingerprint};
+use crate::text::{is_cut, read_text};
+use crate::{LogError, ParseError, fingerprint};
 use dmp_sensor::{Trajectory, TrajectoryRepairs};
 use format::{find_format, no_poses};
-use std::fs;
 use std::path::Path;
 
 /// Largest trajectory that is read. A day at 200 poses a second has 2 GiB; more is another file.
@@ -134,10 +133,5 @@ fn of_graph(graph: GraphVertices, notes: &mut Vec<String>) -> TrajectoryRepairs 
 
 /// The bytes of a file that is not too large to be a trajectory.
 fn read_bytes(path: &Path) -> Result<Vec<u8>, LogError> {
-    let length = fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
-    if length > MAX_BYTES {
-        let problem = format!("{length} bytes are no trajectory, at most {MAX_BYTES} are read");
-        return Err(LogError::malformed(path, Place::WholeFile, problem));
-    }
-    fs::read(path).map_err(|e| LogError::io(path, "read", e))
+    read_text(path, "trajectory", MAX_BYTES)
 }

@@ -26,7 +26,7 @@ pub(crate) fn numbers<const N: usize>(
 }
 
 /// The first `N` columns as finite numbers. There must be as many.
-pub(super) fn values<const N: usize>(place: Place, columns: &[&str]) -> Result<[f64; N], ParseError> {
+pub(crate) fn values<const N: usize>(place: Place, columns: &[&str]) -> Result<[f64; N], ParseError> {
     let mut values = [0.0; N];
     for (value, &column) in values.iter_mut().zip(columns) {
         *value = match column.parse::<f64>() {

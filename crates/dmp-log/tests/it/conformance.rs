@@ -3,8 +3,8 @@
 
 use crate::common::read_all;
 use dmp_log::{
-    LengthUnit, LogError, LogOptions, PoseTopic, open_log, read_cloud, read_mesh, read_topic_trajectory,
-    read_trajectory,
+    LengthUnit, LogError, LogOptions, PoseTopic, open_log, read_cloud, read_mesh, read_pose_graph,
+    read_topic_trajectory, read_trajectory,
 };
 use dmp_sensor::Isometry3;
 use serde_json::Value;
@@ -237,7 +237,36 @@ fn trajectories_of_other_software_are_read() {
             assert_eq!(stamps_ns, integers(&json["stamps_ns"]), "{file}");
             let tolerance = json["quaternion_tolerance"].as_f64().unwrap();
             assert_poses(trajectory.poses(), list(&json, "poses"), [1e-14, tolerance], file);
+            if json["ids"].is_array() {
+                assert_graph(&path, &json, tolerance);
+            }
         }
+    }
+}
+
+/// The graph of the same file, where it is in space.
+fn assert_graph(path: &Path, json: &Value, tolerance: f64) {
+    let graph = match read_pose_graph(path) {
+        Ok(file) => file.graph,
+        Err(error) => {
+            assert!(
+                path.ends_with("gtsam_flat.g2o") && error.to_string().contains("in the plane"),
+                "{error}"
+            );
+            return;
+        }
+    };
+    assert_eq!(Some(graph.ids().to_vec()), integers(&json["ids"]));
+    assert_poses(graph.poses(), list(json, "poses"), [1e-14, tolerance], "graph");
+    let edges = list(json, "edges");
+    assert!(!edges.is_empty() && edges.len() == graph.edges().len());
+    for (edge, wanted) in graph.edges().iter().zip(edges) {
+        assert_eq!([Some(edge.from), Some(edge.to)], ["from", "to"].map(|end| wanted[end].as_i64()));
+        let pose = std::slice::from_ref(&wanted["pose"]);
+        assert_poses(&[edge.from_from_to], pose, [1e-14, tolerance], "edge");
+        let upper = (0..6).flat_map(|row| (row..6).map(move |column| (row, column)));
+        let upper: Vec<f64> = upper.map(|place| edge.information[place]).collect();
+        assert_eq!(upper, numbers::<21>(&wanted["information"]));
     }
 }
 

@@ -17,6 +17,7 @@ mod npy;
 mod parts;
 mod pcd;
 mod point_time;
+mod pose_graph;
 mod real_data;
 mod residuals;
 mod round_trip;

@@ -2,7 +2,7 @@
 
 use crate::cloud::read;
 use crate::common::{assert_says, open, read_all};
-use dmp_log::{CloudFormat, LogFormat, TrajectoryFormat, read_trajectory};
+use dmp_log::{CloudFormat, LogFormat, TrajectoryFormat, read_pose_graph, read_trajectory};
 use std::path::PathBuf;
 
 fn data(name: &str) -> Option<PathBuf> {
@@ -96,4 +96,26 @@ fn vertices_of_a_pose_graph_are_its_odometry() {
         (farthest_m("scdlo_odom_poses.txt"), farthest_m("scdlo_optimized_poses.txt"));
     println!("vertices lie {odometry_m} m from the odometry, {optimized_m} m from the optimised poses");
     assert!(odometry_m < 1e-3 && optimized_m > 0.1);
+}
+
+/// Written without information, with two loops a hundred times.
+#[test]
+fn a_pose_graph_is_read_with_its_loop() {
+    let Some(folder) = data("pose_graphs") else { return };
+    let file = read_pose_graph(&folder.join("scdlo_singlesession_posegraph.g2o")).unwrap();
+    assert_eq!((file.graph.ids().len(), file.graph.edges().len()), (292, 392));
+    assert!(!file.has_information && file.other_records.is_empty());
+    assert_eq!(file.graph.check_connected(&[]), Ok(()));
+    let loops = file.graph.edges().iter().filter(|edge| edge.to != edge.from + 1);
+    let ends: Vec<(i64, i64)> = loops.map(|edge| (edge.from, edge.to)).collect();
+    assert_eq!(ends, [vec![(0, 290); 4], vec![(1, 291); 97]].concat());
+    // Poses are written to six decimals, and so are the steps between them.
+    let poses = file.graph.poses();
+    for edge in file.graph.edges().iter().filter(|edge| edge.to == edge.from + 1) {
+        let step = poses[edge.from as usize].inv_mul(&poses[edge.to as usize]);
+        let off = edge.from_from_to.inv_mul(&step);
+        assert!(off.translation.vector.norm() < 1e-3 && off.rotation.angle() < 1e-5, "{off}");
+    }
+    let error = read_pose_graph(&folder.join("parking-garage.g2o.gz")).unwrap_err().to_string();
+    assert_says(&error, &["parking-garage.g2o.gz: ", "gzip"]);
 }

@@ -1,0 +1,54 @@
+//! Pose graphs in g2o's text format.
+
+mod candidates;
+mod graph;
+mod record;
+mod vertices;
+mod write;
+
+pub use candidates::{Candidate, CandidateFault, LoopCandidates, SkippedCandidate};
+pub use candidates::{parse_loop_candidates, read_loop_candidates};
+pub use graph::{PoseGraphFile, parse_pose_graph, read_pose_graph};
+pub(crate) use record::{Kind, Record, Vertex, is_tag, records};
+pub(crate) use vertices::Vertices;
+pub use write::{write_pose_edges, write_pose_graph};
+
+use crate::decimal::shorten;
+use crate::text::read_text;
+use crate::{LogError, Place};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Largest graph that is read: the size of a trajectory of a day, with as many edges.
+const MAX_BYTES: u64 = 4 << 30;
+/// The first bytes of a file packed by gzip.
+const GZIP_MAGIC: &[u8] = b"\x1f\x8b";
+
+fn read_bytes(path: &Path) -> Result<Vec<u8>, LogError> {
+    let bytes = read_text(path, "pose graph", MAX_BYTES)?;
+    if bytes.starts_with(GZIP_MAGIC) {
+        let problem = "packed by gzip, which is not read here: `gunzip` unpacks it";
+        return Err(LogError::malformed(path, Place::WholeFile, problem));
+    }
+    Ok(bytes)
+}
+
+/// Lines that are passed over, by their first words.
+#[derive(Debug, Default)]
+struct Others(BTreeMap<String, u64>);
+
+impl Others {
+    fn count(&mut self, tag: &str) {
+        *self.0.entry(shorten(tag)).or_default() += 1;
+    }
+
+    /// What a file without what was looked for has instead.
+    fn in_words(&self) -> String {
+        let mut words: Vec<String> =
+            self.0.iter().take(3).map(|(tag, count)| format!("{count} `{tag}`")).collect();
+        if self.0.len() > words.len() {
+            words.push("others".into());
+        }
+        if words.is_empty() { "nothing".into() } else { words.join(", ") }
+    }
+}
