@@ -26,6 +26,7 @@ seed mesh $others/mesh/*.ply $others/mesh/*.obj $others/clouds/mesh*.ply $others
 seed trajectory $others/trajectories/*.tum $others/trajectories/*.txt $others/trajectories/*.csv
 seed npy $others/trajectories/*.npy
 seed g2o $others/trajectories/*.g2o
+seed pose_graph $others/trajectories/*.g2o
 seed scan_times $others/trajectories/times.txt
 mkdir -p corpus/scan_bin corpus/calib
 head -c 1600 /dev/zero > corpus/scan_bin/zeros.bin

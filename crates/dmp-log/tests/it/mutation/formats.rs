@@ -31,6 +31,8 @@ pub(super) enum Reader {
     Mesh(&'static str),
     /// A trajectory with this file name.
     Trajectory(&'static str),
+    /// A pose graph, and loop candidates for it or one like it.
+    Graph,
     /// The `times.txt` of a trajectory.
     Times,
     Calib,
@@ -265,6 +267,7 @@ fn trajectories() -> Vec<Format> {
         of("euroc", vec![], &["state_groundtruth.csv"]),
         of("npy", vec![], &npy.each_ref().map(String::as_str)),
         of("g2o", vec![graph.into()], &["gtsam.g2o", "gtsam_flat.g2o"]),
+        Format::new("pose_graph", Reader::Graph, seeds::pose_graphs()),
         Format::new("trajectory_times", Reader::Times, vec![b"0\n0.1\n0.2\n0.3\n0.4\n".to_vec()]),
         Format::new("calib", Reader::Calib, vec![calib.into()]),
     ]

@@ -2,10 +2,12 @@ use super::formats::{Failure, Format, Reader, a_scan};
 use crate::common::write_with;
 use crate::parts::bits;
 use dmp_log::{
-    LogError, LogOptions, MadeWith, PointTime, PoseTopic, RawTrajectory, ScanLog, open_log, outline_log,
-    read_calib, read_mesh, read_raw_trajectory, read_topic_trajectory, read_trajectory, survey_log,
+    LogError, LogOptions, MadeWith, PointTime, PoseGraphFile, PoseTopic, RawTrajectory, ScanLog, open_log,
+    outline_log, parse_loop_candidates, parse_pose_graph, read_calib, read_mesh, read_pose_graph,
+    read_raw_trajectory, read_topic_trajectory, read_trajectory, survey_log, write_pose_graph,
 };
-use dmp_sensor::{Isometry3, Scan, Trajectory};
+use dmp_sensor::{Isometry3, PoseGraph, Scan, Trajectory};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 use std::thread;
@@ -69,6 +71,7 @@ pub(super) fn read(format: &Format, folder: &Path, bytes: &[u8], run: u64) -> An
             Ok::<(), LogError>(())
         })),
         Reader::Trajectory(name) => trajectory(&write(name)),
+        Reader::Graph => graph(&write("graph.g2o")),
         Reader::Times => {
             write("times.txt");
             trajectory(&folder.join("run.txt"))
@@ -187,6 +190,34 @@ fn trajectory(path: &Path) -> Answer {
     let read = read_trajectory(path);
     if let Ok(run) = &read {
         check(&run.trajectory);
+    }
+    Answer::of(read)
+}
+
+/// A graph is what it promises to be and is written to the same bits; candidates are what the graph takes.
+fn graph(path: &Path) -> Answer {
+    let bytes = fs::read(path).unwrap();
+    let read = read_pose_graph(path);
+    if let Ok(file) = &read {
+        let graph = &file.graph;
+        assert!(graph.edges().iter().all(|edge| graph.check_edge(edge).is_ok()));
+        assert_eq!(graph.components(&[]).iter().map(|part| part.vertices).sum::<usize>(), graph.ids().len());
+        let mut again = Vec::new();
+        write_pose_graph(&mut again, graph).unwrap();
+        assert_eq!(&parse_pose_graph(&again).unwrap().graph, graph);
+    }
+    // Every edge of the file as a candidate of a graph that has none.
+    let pose = |id| (id, Isometry3::translation(id as f64, 0.0, 0.0));
+    let bare = PoseGraph::new((-1..20).map(pose).collect(), vec![], BTreeSet::new()).unwrap();
+    let bare = PoseGraphFile {
+        graph: bare,
+        has_information: false,
+        repeated_vertices: 0,
+        other_records: BTreeMap::new(),
+    };
+    if let Ok(found) = parse_loop_candidates(&bytes, &bare) {
+        assert!(found.candidates.iter().all(|candidate| bare.graph.check_edge(&candidate.edge).is_ok()));
+        found.skipped.iter().for_each(|skipped| drop(one_line(&skipped.fault.to_string())));
     }
     Answer::of(read)
 }

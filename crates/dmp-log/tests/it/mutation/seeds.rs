@@ -110,6 +110,14 @@ pub(super) fn messages(kind: &str) -> Vec<Vec<u8>> {
     found
 }
 
+/// One of gtsam's, and one without information that has a loop.
+pub(super) fn pose_graphs() -> Vec<Vec<u8>> {
+    let vertex = |id| format!("VERTEX_SE3:QUAT {id} {id}.5 -2e1 0 0 0 0.6 0.8\n");
+    let edge = |id| format!("EDGE_SE3:QUAT {id} {} 1 0 0.25 0 0 0 1\r\n", (id + 1) % 5);
+    let own: String = (0..5).map(|id| vertex(id) + &edge(id)).collect();
+    vec![of_others("trajectories/gtsam.g2o"), format!("# a loop\nFIX 0\n{own}").into_bytes()]
+}
+
 /// Little-endian and without padding.
 #[derive(Default)]
 struct Ros1(Vec<u8>);
