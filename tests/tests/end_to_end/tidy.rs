@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::common::workspace;
 
 /// What each crate may name in its `[dependencies]`: the table of `docs/architecture.md`.
-const TABLE: [(&str, &[&str]); 11] = [
+const TABLE: [(&str, &[&str]); 12] = [
     ("dmp-sensor", &["nalgebra", "serde", "thiserror"]),
     (
         "dmp-log",
