@@ -1,5 +1,6 @@
 //! The page of `--report`: what it names, and how it looks in a browser.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::browser::{Browser, Theme, pixels};
@@ -37,7 +38,7 @@ fn damaged(start_m: f64, length_m: f64, offset_m: f64) -> (String, [f64; 2]) {
         }
         let (x, y) = (row[1] - offset_m * share * dy / norm, row[2] + offset_m * share * dx / norm);
         let rest: Vec<String> = row[3..].iter().map(f64::to_string).collect();
-        tum.push_str(&format!("{:.9} {x} {y} {}\n", row[0], rest.join(" ")));
+        writeln!(tum, "{:.9} {x} {y} {}", row[0], rest.join(" ")).unwrap();
     }
     (tum, [when_s[0], when_s[when_s.len() - 1]])
 }

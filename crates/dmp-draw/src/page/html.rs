@@ -75,6 +75,11 @@ pub(super) fn grid(figures: &[String]) -> String {
     }
 }
 
+/// Wide figures, two beside each other where there is room.
+pub(super) fn wide(figures: &[String]) -> String {
+    format!("<div class=\"grid wide\">\n{}</div>\n", figures.concat())
+}
+
 /// A figure that stands alone.
 pub(super) fn large(figure: &str) -> String {
     format!("<div class=\"large\">\n{figure}</div>\n")

@@ -16,7 +16,7 @@ use crate::painter::Pictures;
 use crate::plot::escape;
 use crate::profile;
 use crate::text::count;
-use html::{figure, grid, keys, list, paragraph, section};
+use html::{figure, keys, list, paragraph, section, wide};
 
 /// Runs with a line in plots: there are so many colours that are told apart.
 const LINES: usize = 6;
@@ -162,7 +162,7 @@ fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::E
         &maps::difference(pictures, &names)?,
     ));
     sections.push_str(&section("coverage", "What the maps can tell", &maps::coverage(pictures, &names)?));
-    sections.push_str(&section("profile", "When, and how much", &(key + &grid(&plots) + &drawn)));
+    sections.push_str(&section("profile", "When, and how much", &(key + &wide(&plots) + &drawn)));
     sections.push_str(&section("places", "Worst places", &places::places(pictures, &names)?));
     Ok(sections)
 }
