@@ -7,6 +7,9 @@
 //! and writes them tile by tile into a [`Store`]: one immutable, checksummed file, from which a [`Tile`]
 //! is loaded at a time, usually through a [`BudgetCache`].
 //!
+//! [`Patches`] are rigid pieces of a map that are fused once; a [`PlacedPatches`] is the map they make wherever they come
+//! to lie, tile by tile as it is asked for.
+//!
 //! [`TileBuckets`] sorts other records into tiles out of core, for joins of two clouds tile by tile.
 //!
 //! The same points give the same bytes, whatever the number of threads, the budget or the order.
@@ -37,6 +40,7 @@ mod moments;
 mod narrow_moments;
 mod normal;
 mod open_tiles;
+mod patch;
 mod recent_voxels;
 mod room;
 mod sample;
@@ -59,6 +63,7 @@ pub use free_voxels::{FreeVoxels, MarkBuffers};
 pub use fuser::{FuseScratch, MapFuser, SCRATCH_VOXEL_BYTES};
 pub use lattice::{Lattice, TileId, UNITS_PER_M};
 pub use normal::smallest_eigenvector;
+pub use patch::{PatchBuilder, PatchWriter, Patches, PlacedPatches, Placement};
 pub use room::{FreeSpace, free_space};
 pub use sample::TriangleSampler;
 pub use store::{

@@ -5,22 +5,21 @@ use crate::lattice::Voxel;
 /// corner, and the segments they were seen in.
 ///
 /// Integers add in any order to the same value, so maps merge exactly. Offsets stay below 2¹⁴ units
-/// (voxels up to 2 m), their products below 2²⁸, or 2³⁰ seen from a cell of eight voxels: 64 bits hold 2³⁴
-/// points in one cell.
+/// (voxels up to 2 m), their products below 2²⁸, or 2³⁰ seen from a cell of eight voxels: 63 bits hold 2³³
+/// points in one cell. They have signs for points that belong to a voxel with others of a patch, and lie beside it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(crate) struct Moments {
     pub(crate) count: u64,
-    pub(crate) sum: [u64; 3],
+    pub(crate) sum: [i64; 3],
     /// xx, xy, xz, yy, yz, zz.
-    pub(crate) products: [u64; 6],
+    pub(crate) products: [i64; 6],
     pub(crate) support: Support,
 }
 
 impl Moments {
-    #[cfg(test)]
     pub(crate) fn add(&mut self, offset_units: [u32; 3], segment: Option<i32>) {
-        let [x, y, z] = offset_units.map(u64::from);
+        let [x, y, z] = offset_units.map(i64::from);
         self.count += 1;
         self.sum[0] += x;
         self.sum[1] += y;
@@ -40,11 +39,11 @@ impl Moments {
 
     /// Adds the sums of `other` as seen from a corner that lies `shift_units` below other's own:
     /// Σ(p + a)(p + a)ᵀ = Σppᵀ + aΣpᵀ + Σp aᵀ + n aaᵀ. Support is left alone.
-    pub(crate) fn merge_shifted(&mut self, other: &Self, shift_units: [u64; 3]) {
-        let n = other.count;
+    pub(crate) fn merge_shifted(&mut self, other: &Self, shift_units: [i64; 3]) {
+        let n = other.count as i64;
         let [x, y, z] = other.sum;
         let [a, b, c] = shift_units;
-        self.count += n;
+        self.count += other.count;
         self.sum[0] += x + n * a;
         self.sum[1] += y + n * b;
         self.sum[2] += z + n * c;
@@ -122,7 +121,7 @@ mod tests {
 
             let moved: Vec<_> = points.iter().map(|(p, s)| ([p[0] + shift[0], p[1] + shift[1], p[2] + shift[2]], *s)).collect();
             let mut shifted = Moments::default();
-            shifted.merge_shifted(&of(&points), shift.map(u64::from));
+            shifted.merge_shifted(&of(&points), shift.map(i64::from));
             prop_assert_eq!((shifted.sum, shifted.products), (of(&moved).sum, of(&moved).products));
 
             let n = points.len() as f64;

@@ -82,11 +82,12 @@ impl NarrowMoments {
 
     /// Adds other sums, where they are small enough; whether they were, and whether the sums are to be carried then.
     pub(crate) fn merge(&mut self, other: &Moments) -> Option<bool> {
-        let [xx, xy, xz, yy, yz, zz] = other.products;
+        // None is negative: they are sums of points in the voxel.
+        let [xx, xy, xz, yy, yz, zz] = other.products.map(|product| product as u64);
         if (other.count | xx | yy | zz) >= FULL {
             return None;
         }
-        let [x, y, z] = other.sum;
+        let [x, y, z] = other.sum.map(|sum| sum as u64);
         let theirs = [other.count | x << 32, y | z << 32, xx | xy << 32, yy | yz << 32, zz | xz << 32];
         self.sums.add(&PackedSums(theirs));
         self.support.merge(&other.support);
@@ -97,8 +98,8 @@ impl NarrowMoments {
     pub(crate) fn carry(&mut self) -> Moments {
         let Self { sums, support } = std::mem::take(self);
         let [[n, x], [y, z], [xx, xy], [yy, yz], [zz, xz]] =
-            sums.0.map(|pair| [pair & u64::from(u32::MAX), pair >> 32]);
-        Moments { count: n, sum: [x, y, z], products: [xx, xy, xz, yy, yz, zz], support }
+            sums.0.map(|pair| [pair & u64::from(u32::MAX), pair >> 32].map(|sum| sum as i64));
+        Moments { count: n as u64, sum: [x, y, z], products: [xx, xy, xz, yy, yz, zz], support }
     }
 }
 

@@ -101,8 +101,8 @@ fn normal_of(cell: &[&VoxelRecord], edge_units: u32) -> Option<[f64; 3]> {
     let mut all = Moments::default();
     for record in cell {
         let voxel = record.voxel();
-        let odd = [u64::from(voxel.x & 1), u64::from(voxel.y & 1), u64::from(voxel.z as u32 & 1)];
-        all.merge_shifted(&record.moments, odd.map(|odd| odd * u64::from(edge_units)));
+        let odd = [i64::from(voxel.x & 1), i64::from(voxel.y & 1), i64::from(voxel.z & 1)];
+        all.merge_shifted(&record.moments, odd.map(|odd| odd * i64::from(edge_units)));
     }
     if all.count < MIN_CELL_POINTS {
         return None;

@@ -40,6 +40,7 @@ mod memory;
 mod places;
 mod plan;
 mod pose;
+mod posed;
 mod report;
 mod room;
 mod sample;
@@ -56,6 +57,7 @@ pub use join::{JoinError, JoinedReport, NamedReport, join_reports};
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
 pub use memory::{machine_memory_bytes, peak_anonymous_bytes};
 pub use places::{ScoredPlace, drawn_places, evaluate_quick};
+pub use posed::{PosedLog, PosedScan};
 pub use report::{
     ConfigReport, CvScores, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport, NearScores,
     PairReport, PassTimes, PlacesReport, Report, RunInputReport, RunReport, SamplingReport, ScaleReport,

@@ -23,6 +23,8 @@ pub enum Stage {
     Cast,
     /// Places are scored, each by itself. Counted in places.
     Places,
+    /// Loop candidates are tried, each by itself. Counted in candidates.
+    Candidates,
 }
 
 /// Used returns of one frame, as they were cast. A frame comes in one or more such parts.

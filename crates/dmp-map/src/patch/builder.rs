@@ -1,0 +1,112 @@
+use super::{Block, PatchVoxel, block_voxels, covariance_step_units2};
+use crate::MapError;
+use crate::lattice::{InVoxel, Lattice};
+use crate::moments::Moments;
+
+/// How far points may lie from the patch's origin, metres: far beyond any sensor.
+const REACH_M: f64 = 20_000.0;
+
+/// Sums up points of a rigid piece of a map by voxels of the piece's own frame.
+///
+/// Integers, as in a map: the same points give the same patch, in any order.
+#[derive(Debug)]
+pub struct PatchBuilder {
+    lattice: Lattice,
+    /// By z, y and x of the voxel, counted from the patch's origin.
+    voxels: Vec<([i32; 3], Moments)>,
+    points: u64,
+}
+
+/// A patch that is made: its blocks by place, their voxels behind each other.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Patch {
+    pub(crate) blocks: Vec<Block>,
+    pub(crate) voxels: Vec<PatchVoxel>,
+}
+
+impl PatchBuilder {
+    /// A patch without points.
+    pub fn new(lattice: Lattice) -> Self {
+        Self { lattice, voxels: Vec::new(), points: 0 }
+    }
+
+    /// Points added so far.
+    pub fn points(&self) -> u64 {
+        self.points
+    }
+
+    /// Adds points, metres in the frame of the patch. `O(n log n)`, and once through the voxels there are.
+    ///
+    /// # Errors
+    /// When a point is not finite or more than 20 km from the patch's origin; then none is added.
+    pub fn add(&mut self, points_in_patch_m: impl IntoIterator<Item = [f64; 3]>) -> Result<(), MapError> {
+        let origin = self.lattice.in_voxel([0.0; 3])?;
+        let mut found: Vec<([i32; 3], [u16; 3])> = Vec::new();
+        for point in points_in_patch_m {
+            if !point.iter().all(|c| c.abs() <= REACH_M) {
+                return Err(MapError::OutOfWorld { point_in_world_m: point, limit_m: REACH_M });
+            }
+            let InVoxel { voxel, offset_units } = self.lattice.in_voxel(point)?;
+            let [x, y, z] = std::array::from_fn(|k| voxel[k].wrapping_sub(origin.voxel[k]) as i32);
+            found.push(([z, y, x], offset_units));
+        }
+        self.points += found.len() as u64;
+        found.sort_unstable();
+        let added = found.chunk_by(|a, b| a.0 == b.0).map(|points| {
+            let mut moments = Moments::default();
+            points.iter().for_each(|(_, offset)| moments.add(offset.map(u32::from), None));
+            (points[0].0, moments)
+        });
+        let mut merged = Vec::with_capacity(self.voxels.len() + found.len() / 4);
+        let mut known = std::mem::take(&mut self.voxels).into_iter().peekable();
+        for (voxel, mut moments) in added {
+            while let Some(before) = known.next_if(|known| known.0 < voxel) {
+                merged.push(before);
+            }
+            if let Some((_, same)) = known.next_if(|known| known.0 == voxel) {
+                moments.merge(&same);
+            }
+            merged.push((voxel, moments));
+        }
+        merged.extend(known);
+        self.voxels = merged;
+        Ok(())
+    }
+
+    pub(crate) fn finish(self) -> Patch {
+        let Self { lattice, voxels, .. } = self;
+        let edge = block_voxels(&lattice);
+        let place = |[z, y, x]: [i32; 3]| [y, x, z].map(|n| n.div_euclid(edge));
+        let mut voxels: Vec<_> = voxels.iter().map(|voxel| (place(voxel.0), voxel)).collect();
+        // Stable: within a block as they were.
+        voxels.sort_by_key(|(place, _)| *place);
+        let step_units2 = covariance_step_units2(&lattice);
+        let mut patch = Patch { blocks: Vec::new(), voxels: Vec::with_capacity(voxels.len()) };
+        for of_block in voxels.chunk_by(|a, b| a.0 == b.0) {
+            let first = patch.voxels.len();
+            patch.voxels.extend(of_block.iter().map(|(_, (voxel, moments))| {
+                let mean = moments.mean_units();
+                let [z, y, x] =
+                    voxel.map(|n| f64::from(n.rem_euclid(edge)) * f64::from(lattice.voxel_units()));
+                PatchVoxel {
+                    // A whole number of voxels of whole units: below 2¹⁶.
+                    mean_units: [x + mean[0], y + mean[1], z + mean[2]].map(|c| c.round() as u16),
+                    count: moments.count.min(u64::from(u16::MAX)) as u16,
+                    covariance_steps: moments.covariance_units2().map(|c| (c / step_units2).round() as i16),
+                }
+            }));
+            let means = || patch.voxels[first..].iter().map(|voxel| voxel.mean_units);
+            let bound = |start: u16, of: fn(u16, u16) -> u16| {
+                means().fold([start; 3], |bound, mean| std::array::from_fn(|k| of(bound[k], mean[k])))
+            };
+            patch.blocks.push(Block {
+                place: of_block[0].0,
+                low_units: bound(u16::MAX, u16::min),
+                high_units: bound(0, u16::max),
+                first: first as u32,
+                voxels: of_block.len() as u32,
+            });
+        }
+        patch
+    }
+}

@@ -1,0 +1,154 @@
+use std::fs::File;
+use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use super::builder::Patch;
+use super::{Block, PatchBuilder, PatchVoxel, block_edge_m};
+use crate::MapError;
+use crate::lattice::Lattice;
+
+/// Takes patches in any order, from any thread, into a file without a name.
+#[derive(Debug)]
+pub struct PatchWriter {
+    lattice: Lattice,
+    folder: PathBuf,
+    inner: Mutex<Inner>,
+}
+
+#[derive(Debug)]
+struct Inner {
+    file: File,
+    end: u64,
+    patches: Vec<StoredPatch>,
+}
+
+/// Where a patch is in the file.
+#[derive(Debug, Clone, Default)]
+struct StoredPatch {
+    offset: u64,
+    crc32: u32,
+    blocks: Vec<Block>,
+}
+
+/// Patches of one lattice by their numbers. Their voxels lie in a file that vanishes with the process; in memory are
+/// some 32 bytes for every block of eight metres.
+#[derive(Debug)]
+pub struct Patches {
+    lattice: Lattice,
+    folder: PathBuf,
+    file: Mutex<File>,
+    patches: Vec<StoredPatch>,
+}
+
+impl PatchWriter {
+    /// Room for so many patches; those that are not put there stay empty. Their file is made in `folder`.
+    ///
+    /// # Errors
+    /// When the file cannot be made.
+    pub fn new(lattice: Lattice, patches: usize, folder: &Path) -> Result<Self, MapError> {
+        let file = tempfile::tempfile_in(folder)
+            .map_err(MapError::io(folder, "cannot make a file for patches here"))?;
+        let inner = Inner { file, end: 0, patches: vec![StoredPatch::default(); patches] };
+        Ok(Self { lattice, folder: folder.to_path_buf(), inner: Mutex::new(inner) })
+    }
+
+    /// Puts a patch in its place; one without points is not written.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    ///
+    /// # Panics
+    /// When there is no place of this number.
+    pub fn put(&self, number: usize, patch: PatchBuilder) -> Result<(), MapError> {
+        let Patch { blocks, voxels } = patch.finish();
+        let bytes: &[u8] = bytemuck::cast_slice(&voxels);
+        let crc32 = crc32fast::hash(bytes);
+        let mut inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        inner.file.write_all(bytes).map_err(MapError::io(&self.folder, "cannot write patches here"))?;
+        let offset = inner.end;
+        inner.end += bytes.len() as u64;
+        inner.patches[number] = StoredPatch { offset, crc32, blocks };
+        Ok(())
+    }
+
+    /// All patches, to be read. Compares each with its checksum.
+    ///
+    /// # Errors
+    /// When what was written cannot be read back as it was.
+    pub fn finish(self) -> Result<Patches, MapError> {
+        let Self { lattice, folder, inner } = self;
+        let Inner { file, patches, .. } = inner.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let patches = Patches { lattice, folder, file: Mutex::new(file), patches };
+        let mut voxels = Vec::new();
+        for (number, patch) in patches.patches.iter().enumerate() {
+            patches.read(number, 0..patch.blocks.len(), &mut voxels)?;
+            let found = crc32fast::hash(bytemuck::cast_slice(&voxels));
+            if found != patch.crc32 {
+                let detail = format!("patch {number}: checksum {found:08x}, {:08x} was written", patch.crc32);
+                let path = patches.folder.clone();
+                return Err(MapError::Damaged { path, part: "file of patches", detail });
+            }
+        }
+        Ok(patches)
+    }
+}
+
+impl Patches {
+    /// How many there are, empty ones too.
+    pub fn len(&self) -> usize {
+        self.patches.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.patches.is_empty()
+    }
+
+    /// The grid that patches have their voxels on, each counted from its own origin, and maps that are put together of
+    /// them.
+    pub fn lattice(&self) -> Lattice {
+        self.lattice
+    }
+
+    /// Voxels of all patches.
+    pub fn voxels(&self) -> u64 {
+        self.patches.iter().flat_map(|patch| &patch.blocks).map(|block| u64::from(block.voxels)).sum()
+    }
+
+    /// Bytes of their file.
+    pub fn file_bytes(&self) -> u64 {
+        self.voxels() * size_of::<PatchVoxel>() as u64
+    }
+
+    /// Lowest and highest corner in the patch, metres, of every block of it that holds something.
+    pub fn bounds_m(&self, number: usize) -> impl Iterator<Item = [[f64; 3]; 2]> {
+        let edge_m = block_edge_m(&self.lattice);
+        self.patches[number].blocks.iter().map(move |block| block.bounds_m(edge_m))
+    }
+
+    pub(super) fn blocks(&self, number: usize) -> &[Block] {
+        &self.patches[number].blocks
+    }
+
+    /// Reads the voxels of some blocks that follow each other.
+    pub(super) fn read(
+        &self,
+        number: usize,
+        blocks: std::ops::Range<usize>,
+        voxels: &mut Vec<PatchVoxel>,
+    ) -> Result<(), MapError> {
+        let StoredPatch { offset, blocks: of_patch, .. } = &self.patches[number];
+        voxels.clear();
+        let [Some(first), Some(last)] = [of_patch[blocks.clone()].first(), of_patch[blocks].last()] else {
+            return Ok(());
+        };
+        let count = (last.first + last.voxels - first.first) as usize;
+        voxels.resize(count, bytemuck::Zeroable::zeroed());
+        let from = offset + u64::from(first.first) * size_of::<PatchVoxel>() as u64;
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        file.seek(SeekFrom::Start(from))
+            .and_then(|_| file.read_exact(bytemuck::cast_slice_mut(voxels)))
+            .map_err(MapError::io(&self.folder, "cannot read patches back from here"))
+    }
+}

@@ -1,0 +1,268 @@
+use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
+
+use super::{Block, PatchVoxel, Patches, block_edge_m, covariance_step_units2};
+use crate::MapError;
+use crate::lattice::{InVoxel, Lattice, TileId, UNITS_PER_M, Voxel};
+use crate::moments::{Moments, VoxelRecord};
+use crate::store::Tile;
+use crate::surfel::{Surfel, surfels_of};
+use crate::tile_moments::MixHasher;
+use crate::tiles::{TileExtent, TileSource};
+
+/// Voxels around a tile that are put together with it: a cell, so that discs from there are known that reach into it.
+const MARGIN_VOXELS: i32 = 2;
+
+/// Where a patch lies in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placement {
+    /// `world_from_patch` of directions: a rotation matrix, row by row.
+    pub rotation: [[f64; 3]; 3],
+    /// The patch's origin in the world, metres.
+    pub origin_in_world_m: [f64; 3],
+}
+
+impl Placement {
+    fn place(&self, point_in_patch_m: [f64; 3]) -> [f64; 3] {
+        let [x, y, z] = point_in_patch_m;
+        std::array::from_fn(|k| {
+            let [a, b, c] = self.rotation[k];
+            self.origin_in_world_m[k] + a * x + b * y + c * z
+        })
+    }
+
+    /// Bounds in the world of a box in the patch.
+    fn bounds_m(&self, [low, high]: [[f64; 3]; 2]) -> [[f64; 3]; 2] {
+        let middle: [f64; 3] = std::array::from_fn(|k| f64::midpoint(low[k], high[k]));
+        let half: [f64; 3] = std::array::from_fn(|k| (high[k] - low[k]) / 2.0);
+        let middle = self.place(middle);
+        let half = self.rotation.map(|row| (0..3).map(|k| row[k].abs() * half[k]).sum::<f64>());
+        [std::array::from_fn(|k| middle[k] - half[k]), std::array::from_fn(|k| middle[k] + half[k])]
+    }
+
+    /// R C Rᵀ of a covariance xx, xy, xz, yy, yz, zz.
+    fn rotate(&self, [xx, xy, xz, yy, yz, zz]: [f64; 6]) -> [f64; 6] {
+        let by_row = |[a, b, c]: [f64; 3]| {
+            [a * xx + b * xy + c * xz, a * xy + b * yy + c * yz, a * xz + b * yz + c * zz]
+        };
+        let rows = self.rotation.map(by_row);
+        let dot = |i: usize, j: usize| {
+            let ([a, b, c], [x, y, z]) = (rows[i], self.rotation[j]);
+            a * x + b * y + c * z
+        };
+        [dot(0, 0), dot(0, 1), dot(0, 2), dot(1, 1), dot(1, 2), dot(2, 2)]
+    }
+}
+
+/// The map that patches make where they are placed. A tile is put together when it is asked for, and not kept.
+///
+/// As a fused map it has a surfel for every voxel with enough points, but a voxel of a patch goes whole into the voxel
+/// of the map that its mean falls into. Sums are integers: the same patches at the same places give the same bits.
+/// Of independence nothing is known.
+#[derive(Debug)]
+pub struct PlacedPatches<'a> {
+    patches: &'a Patches,
+    placements: Vec<Placement>,
+    pub(super) tiles: HashMap<TileId, InReach, BuildHasherDefault<MixHasher>>,
+    bounds: Option<[TileId; 2]>,
+}
+
+/// What may be in a tile.
+#[derive(Debug)]
+pub(super) struct InReach {
+    z_range_m: [f64; 2],
+    /// Numbers of patches, and of their blocks; in order.
+    pub(super) blocks: Vec<(u32, u32)>,
+}
+
+impl<'a> PlacedPatches<'a> {
+    /// Places the patches. `O(blocks)`: no voxel is looked at.
+    ///
+    /// # Errors
+    /// When a patch comes to lie outside the world.
+    ///
+    /// # Panics
+    /// When there are more or fewer placements than patches.
+    pub fn new(patches: &'a Patches, placements: Vec<Placement>) -> Result<Self, MapError> {
+        assert_eq!(placements.len(), patches.len(), "a placement for every patch");
+        let lattice = patches.lattice();
+        let block_edge_m = block_edge_m(&lattice);
+        // A mean that rounding takes over the border is looked for too.
+        let margin_m = f64::from(MARGIN_VOXELS) * lattice.voxel_m() + 1e-3;
+        let mut placed = Self { patches, placements, tiles: HashMap::default(), bounds: None };
+        for (number, placement) in placed.placements.iter().enumerate() {
+            for (index, block) in patches.blocks(number).iter().enumerate() {
+                let [low, high] = placement.bounds_m(block.bounds_m(block_edge_m));
+                let first = lattice.tile_of([low[0] - margin_m, low[1] - margin_m, low[2]])?;
+                let last = lattice.tile_of([high[0] + margin_m, high[1] + margin_m, high[2]])?;
+                for y in first.y..=last.y {
+                    for x in first.x..=last.x {
+                        let empty = || InReach { z_range_m: [low[2], high[2]], blocks: Vec::new() };
+                        let reach = placed.tiles.entry(TileId { x, y }).or_insert_with(empty);
+                        let [lowest, highest] = reach.z_range_m;
+                        reach.z_range_m = [lowest.min(low[2]), highest.max(high[2])];
+                        reach.blocks.push((number as u32, index as u32));
+                    }
+                }
+                let [low, high] = placed.bounds.get_or_insert([first, last]);
+                *low = TileId { x: low.x.min(first.x), y: low.y.min(first.y) };
+                *high = TileId { x: high.x.max(last.x), y: high.y.max(last.y) };
+            }
+        }
+        Ok(placed)
+    }
+
+    /// Voxels of the map in and around a tile, in order: x and y from [`MARGIN_VOXELS`] before the tile's corner.
+    pub(super) fn voxels_around(
+        &self,
+        tile: TileId,
+        blocks: &[(u32, u32)],
+    ) -> Result<Vec<VoxelRecord>, MapError> {
+        let lattice = self.patches.lattice();
+        let mut around = Around::of(lattice, tile)?;
+        let mut voxels = Vec::new();
+        let together = |a: &(u32, u32), b: &(u32, u32)| a.0 == b.0 && a.1 + 1 == b.1;
+        for run in blocks.chunk_by(together) {
+            let (number, first) = (run[0].0 as usize, run[0].1 as usize);
+            self.patches.read(number, first..first + run.len(), &mut voxels)?;
+            let mut rest = voxels.as_slice();
+            for block in &self.patches.blocks(number)[first..first + run.len()] {
+                let (of_block, others) = rest.split_at(block.voxels as usize);
+                around.add(&self.placements[number], block, of_block)?;
+                rest = others;
+            }
+        }
+        let mut records = around.records;
+        records.sort_unstable_by_key(VoxelRecord::voxel);
+        Ok(records)
+    }
+}
+
+/// The voxels of a tile and around it while they are put together.
+struct Around {
+    lattice: Lattice,
+    block_edge_m: f64,
+    step_units2: f64,
+    /// The lowest voxel around the tile, from the place that voxels are counted from.
+    corner: [u32; 2],
+    origin_z: u32,
+    /// Voxels along the edge.
+    edge: u32,
+    by_voxel: HashMap<u64, u32, BuildHasherDefault<MixHasher>>,
+    records: Vec<VoxelRecord>,
+}
+
+impl Around {
+    fn of(lattice: Lattice, tile: TileId) -> Result<Self, MapError> {
+        let [x, y] = lattice.tile_corner_m(tile);
+        // The middle of the tile's first voxel is in it however the corner is rounded.
+        let half_m = lattice.voxel_m() / 2.0;
+        let [x, y, _] = lattice.in_voxel([x + half_m, y + half_m, 0.0])?.voxel;
+        let [_, _, origin_z] = lattice.in_voxel([0.0; 3])?.voxel;
+        Ok(Self {
+            lattice,
+            block_edge_m: block_edge_m(&lattice),
+            step_units2: covariance_step_units2(&lattice),
+            corner: [x, y].map(|c| c - MARGIN_VOXELS as u32),
+            origin_z,
+            edge: lattice.tile_voxels() + 2 * MARGIN_VOXELS as u32,
+            by_voxel: HashMap::default(),
+            records: Vec::new(),
+        })
+    }
+
+    /// Adds those voxels of a block whose means fall into voxels around the tile.
+    fn add(&mut self, placement: &Placement, block: &Block, voxels: &[PatchVoxel]) -> Result<(), MapError> {
+        let corner_in_world_m = placement.place(block.corner_m(self.block_edge_m));
+        let from_corner = Placement { origin_in_world_m: corner_in_world_m, ..*placement };
+        for voxel in voxels {
+            let mean = from_corner.place(voxel.mean_units.map(|c| f64::from(c) / UNITS_PER_M));
+            let InVoxel { voxel: [x, y, z], offset_units } = self.lattice.in_voxel(mean)?;
+            let (x, y) = (x.wrapping_sub(self.corner[0]), y.wrapping_sub(self.corner[1]));
+            if x >= self.edge || y >= self.edge {
+                continue;
+            }
+            let place = Voxel { z: z.wrapping_sub(self.origin_z) as i32, y: y as u16, x: x as u16 };
+            let key = u64::from(z) << 32 | u64::from(y) << 16 | u64::from(x);
+            let records = &mut self.records;
+            let index = *self.by_voxel.entry(key).or_insert_with(|| {
+                records.push(VoxelRecord::new(place, Moments::default()));
+                (records.len() - 1) as u32
+            });
+            let moments = &mut self.records[index as usize].moments;
+            let (n, offset) = (i64::from(voxel.count), offset_units.map(i64::from));
+            let [x, y, z] = offset;
+            moments.count += u64::from(voxel.count);
+            for (sum, offset) in moments.sum.iter_mut().zip(offset) {
+                *sum += n * offset;
+            }
+            let squares = [x * x, x * y, x * z, y * y, y * z, z * z];
+            for (sum, square) in moments.products.iter_mut().zip(squares) {
+                *sum += n * square;
+            }
+            if voxel.count > 1 {
+                let steps = voxel.covariance_steps.map(|c| f64::from(c) * self.step_units2);
+                for (sum, c) in moments.products.iter_mut().zip(placement.rotate(steps)) {
+                    *sum += (n as f64 * c).round() as i64;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl TileSource for PlacedPatches<'_> {
+    fn tile_edge_m(&self) -> f64 {
+        self.patches.lattice().tile_edge_m()
+    }
+
+    fn disc_radius_m(&self) -> f64 {
+        self.patches.lattice().disc_radius_m()
+    }
+
+    fn tile_bounds(&self) -> Option<[TileId; 2]> {
+        self.bounds
+    }
+
+    fn tile_extent(&self, tile: TileId) -> Option<TileExtent> {
+        let InReach { z_range_m: [low, high], .. } = self.tiles.get(&tile)?;
+        // A mean of means lies between them, a disc around it reaches further.
+        let reach_m = self.disc_radius_m() + 0.01;
+        Some(TileExtent { z_range_m: [low - reach_m, high + reach_m], ..TileExtent::EMPTY })
+    }
+
+    fn load_tile(&self, tile: TileId) -> Result<Option<Tile>, MapError> {
+        let Some(reach) = self.tiles.get(&tile) else { return Ok(None) };
+        let lattice = self.patches.lattice();
+        let mut content = surfels_of(&lattice, &self.voxels_around(tile, &reach.blocks)?);
+        for code in &mut content.codes {
+            code.voxel[0] -= MARGIN_VOXELS;
+            code.voxel[1] -= MARGIN_VOXELS;
+        }
+        let [x, y] = lattice.tile_corner_m(tile);
+        let origin_in_world_m = [x, y, f64::from(content.base_voxel_z) * lattice.voxel_m()];
+        let (edge, edge_m) = (lattice.tile_voxels() as i32, lattice.tile_edge_m() as f32);
+        let radius_m = lattice.disc_radius_m() as f32;
+        let (mut own, mut copies) = (Vec::new(), Vec::new());
+        for (code, surfel) in content.codes.iter().zip(content.surfels(&lattice)) {
+            if (0..edge).contains(&code.voxel[0]) && (0..edge).contains(&code.voxel[1]) {
+                own.push(surfel);
+            } else if reaches_into(&surfel, radius_m, edge_m) {
+                copies.push(surfel);
+            }
+        }
+        let count = own.len();
+        own.append(&mut copies);
+        Ok(Some(Tile { id: tile, origin_in_world_m, surfels: own, own: count }))
+    }
+}
+
+/// Whether a disc reaches into the square from 0 to `edge_m`, or nearly.
+fn reaches_into(surfel: &Surfel, radius_m: f32, edge_m: f32) -> bool {
+    const NEARLY_M: f32 = 1e-3;
+    let half = surfel.half_extents_m(radius_m);
+    (0..2).all(|k| {
+        let centre = surfel.centre_in_tile_m[k];
+        centre + half[k] > -NEARLY_M && centre - half[k] < edge_m + NEARLY_M
+    })
+}
