@@ -23,6 +23,17 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod error;
+mod keyframes;
+mod map;
 mod optimise;
+mod rank;
 
+pub use error::LoopError;
+pub use keyframes::Keyframes;
+pub use map::{LoopMap, MapOptions};
 pub use optimise::{Kernel, OptimiseError, OptimiseOptions, Optimised, optimise};
+pub use rank::{
+    Acceptance, Decision, Failed, MapScores, Ranker, Ranking, Scorer, Tried, TryFault, Verdict, Without,
+    optimised,
+};

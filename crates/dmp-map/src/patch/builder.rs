@@ -52,14 +52,30 @@ impl PatchBuilder {
         }
         self.points += found.len() as u64;
         found.sort_unstable();
-        let added = found.chunk_by(|a, b| a.0 == b.0).map(|points| {
+        let voxels = found.chunk_by(|a, b| a.0 == b.0).map(|points| {
             let mut moments = Moments::default();
             points.iter().for_each(|(_, offset)| moments.add(offset.map(u32::from), None));
             (points[0].0, moments)
         });
-        let mut merged = Vec::with_capacity(self.voxels.len() + found.len() / 4);
+        self.merge_voxels(voxels.collect());
+        Ok(())
+    }
+
+    /// Adds the points of another part of the same patch.
+    pub fn merge(&mut self, other: Self) {
+        self.points += other.points;
+        self.merge_voxels(other.voxels);
+    }
+
+    /// Merges two sorted lists.
+    fn merge_voxels(&mut self, others: Vec<([i32; 3], Moments)>) {
+        if self.voxels.is_empty() {
+            self.voxels = others;
+            return;
+        }
+        let mut merged = Vec::with_capacity(self.voxels.len() + others.len());
         let mut known = std::mem::take(&mut self.voxels).into_iter().peekable();
-        for (voxel, mut moments) in added {
+        for (voxel, mut moments) in others {
             while let Some(before) = known.next_if(|known| known.0 < voxel) {
                 merged.push(before);
             }
@@ -70,7 +86,6 @@ impl PatchBuilder {
         }
         merged.extend(known);
         self.voxels = merged;
-        Ok(())
     }
 
     pub(crate) fn finish(self) -> Patch {

@@ -31,8 +31,8 @@ impl Placement {
         })
     }
 
-    /// Bounds in the world of a box in the patch.
-    fn bounds_m(&self, [low, high]: [[f64; 3]; 2]) -> [[f64; 3]; 2] {
+    /// Bounds in the world of a box in the patch, both given by their lowest and highest corner, metres.
+    pub fn bounds_m(&self, [low, high]: [[f64; 3]; 2]) -> [[f64; 3]; 2] {
         let middle: [f64; 3] = std::array::from_fn(|k| f64::midpoint(low[k], high[k]));
         let half: [f64; 3] = std::array::from_fn(|k| (high[k] - low[k]) / 2.0);
         let middle = self.place(middle);

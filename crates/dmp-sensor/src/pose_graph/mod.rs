@@ -87,6 +87,18 @@ impl PoseGraph {
         Ok(Self { world_from_body, ..self.clone() })
     }
 
+    /// The same graph with another edge, behind the others.
+    ///
+    /// # Errors
+    /// When it is none that the graph can have.
+    pub fn with_edge(&self, edge: PoseEdge) -> Result<Self, PoseGraphError> {
+        let (index, from, to) = (self.edges.len(), edge.from, edge.to);
+        self.check_edge(&edge).map_err(|fault| PoseGraphError::Edge { index, from, to, fault })?;
+        let mut graph = self.clone();
+        graph.edges.push(edge);
+        Ok(graph)
+    }
+
     /// The ids of the vertices, increasing; at least one.
     pub fn ids(&self) -> &[i64] {
         &self.ids

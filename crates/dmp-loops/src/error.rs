@@ -1,0 +1,66 @@
+use dmp::EvaluateError;
+use dmp_map::MapError;
+use dmp_reduce::ReduceError;
+use dmp_sensor::{PoseGraphError, TrajectoryError};
+
+use crate::OptimiseError;
+
+/// Why loop candidates cannot be ranked.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LoopError {
+    /// The graph as it is cannot be optimised.
+    #[error("the graph without candidates: {0}")]
+    Graph(#[source] OptimiseError),
+    /// The graph as it is has no minimum that was found.
+    #[error("the graph without candidates does not converge: after {iterations} steps its chi² is {chi2}")]
+    NotConverged {
+        /// Steps that were tried.
+        iterations: usize,
+        /// The sum of squares after them.
+        chi2: f64,
+    },
+    /// Times of the vertices make no trajectory.
+    #[error("the vertices' times: {0}")]
+    Times(#[from] TrajectoryError),
+    /// There are more or fewer times than vertices.
+    #[error("{times} times of keyframes for {vertices} vertices: there must be one for each")]
+    OtherCount {
+        /// Times given.
+        times: usize,
+        /// Vertices of the graph.
+        vertices: usize,
+    },
+    /// Scans cannot be told vertices.
+    #[error(
+        "the log has {scans} scans and the graph {vertices} vertices: times of the keyframes say which belong together"
+    )]
+    WhichScans {
+        /// Scans of the log.
+        scans: usize,
+        /// Vertices of the graph.
+        vertices: usize,
+    },
+    /// Optimised poses are none.
+    #[error(transparent)]
+    Poses(#[from] PoseGraphError),
+    /// The log cannot be read, or does not belong to the graph.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
+    /// The map cannot be put together.
+    #[error("the map of the graph: {0}")]
+    Map(#[from] MapError),
+    /// Residuals cannot be added up.
+    #[error(transparent)]
+    Reduce(#[from] ReduceError),
+    /// A setting outside its range.
+    #[error("{setting} {value}: {why}")]
+    Setting {
+        /// Which.
+        setting: &'static str,
+        /// What it was set to.
+        value: f64,
+        /// What it must be.
+        why: &'static str,
+    },
+}

@@ -1,0 +1,184 @@
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
+use dmp::{Config, PosedLog, PosedScan, Watch};
+use dmp_log::ScanLog;
+use dmp_map::{Lattice, PatchBuilder, PatchWriter, Patches, WorkFolder};
+use dmp_sensor::{Isometry3, Ray, ReturnCounts};
+
+use super::rays::{KeyframeRays, RayInPatch, is_drawn};
+use super::score::Placed;
+use crate::{Keyframes, LoopError};
+
+/// Most rays that are held, of all keyframes together: about 100 MB with what they leave.
+const MOST_RAYS: usize = 3_000_000;
+
+/// How the map of a graph is made and scored.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapOptions {
+    /// Rays of each keyframe that are cast, about; of more than 3 million in all each keyframe has fewer.
+    pub rays_per_keyframe: usize,
+    /// A place where no patch moved more than this against the others there is as it was, metres; 0 looks at all.
+    pub moved_m: f64,
+}
+
+impl Default for MapOptions {
+    fn default() -> Self {
+        Self { rays_per_keyframe: 4096, moved_m: 0.02 }
+    }
+}
+
+impl MapOptions {
+    fn check(&self) -> Result<(), LoopError> {
+        if self.rays_per_keyframe == 0 {
+            let why = "it must be 1 or more";
+            return Err(LoopError::Setting { setting: "rays of a keyframe", value: 0.0, why });
+        }
+        if !(self.moved_m >= 0.0 && self.moved_m.is_finite()) {
+            let why = "it must be a length of 0 m or more";
+            return Err(LoopError::Setting { setting: "motion of a place", value: self.moved_m, why });
+        }
+        Ok(())
+    }
+}
+
+/// The scans of a log as rigid patches around the keyframes of a graph, and a sample of their rays.
+///
+/// The log is read once. What is rigid: all returns nearer in time to a keyframe than to others, as they lie to it where
+/// the graph's poses are those that the patches were made at.
+#[derive(Debug)]
+pub struct LoopMap {
+    pub(super) patches: Patches,
+    pub(super) rays: Vec<KeyframeRays>,
+    pub(super) options: MapOptions,
+    pub(super) max_range_m: f64,
+    /// Memory for the tiles of one map, bytes, and maps that are put together at a time.
+    pub(super) tile_bytes: usize,
+    threads: usize,
+    counts: ReturnCounts,
+    scans: usize,
+}
+
+/// A keyframe whose scans are not all there yet.
+struct Open {
+    scans_left: usize,
+    patch: PatchBuilder,
+    rays: Vec<RayInPatch>,
+}
+
+impl LoopMap {
+    /// Reads the log and makes a patch of the scans of every keyframe, at the poses `world_from_body` of the keyframes.
+    ///
+    /// # Errors
+    /// When log and keyframes do not belong together, the log is damaged beyond what can be left out, the work folder is
+    /// full, or a setting makes no sense.
+    pub fn new(
+        log: &dyn ScanLog,
+        keyframes: &Keyframes,
+        world_from_body: &[Isometry3<f64>],
+        config: &Config,
+        options: MapOptions,
+        watch: &dyn Watch,
+    ) -> Result<Self, LoopError> {
+        options.check()?;
+        let run = keyframes.run("graph", world_from_body)?;
+        let posed = PosedLog::new(log, &run, config, watch)?;
+        let lattice = Lattice::new(posed.voxel_m())?;
+        let folder = WorkFolder::new(&config.work_folder)?;
+        let count = world_from_body.len();
+        let writer = PatchWriter::new(lattice, count, folder.path())?;
+
+        let scans: Vec<PosedScan> = posed.scans().collect();
+        let of_scan: Vec<usize> =
+            scans.iter().map(|scan| keyframes.nearest(scan.stamp_ns, scan.number)).collect();
+        let mut left = vec![(0, 0); count];
+        for (scan, &keyframe) in scans.iter().zip(&of_scan) {
+            left[keyframe].0 += 1;
+            left[keyframe].1 += scan.returns;
+        }
+        let used = left.iter().filter(|(scans, _)| *scans > 0).count().max(1);
+        let rays_each = options.rays_per_keyframe.min(MOST_RAYS / used).max(1) as f64;
+        let open: Mutex<BTreeMap<usize, Open>> = Mutex::default();
+        let rays: Mutex<Vec<KeyframeRays>> = Mutex::new(vec![KeyframeRays::default(); count]);
+        let body_from_world: Vec<_> = world_from_body.iter().map(Isometry3::inverse).collect();
+        let take = |ordinal: usize, of_scan_rays: &[Ray]| -> Result<(), LoopError> {
+            let keyframe = of_scan[ordinal];
+            let body_from_world = &body_from_world[keyframe];
+            let (scans_left, returns) = left[keyframe];
+            let mut patch = PatchBuilder::new(lattice);
+            let in_patch =
+                |ray: &Ray| (body_from_world * nalgebra::Point3::from(ray.endpoint_in_world())).coords.into();
+            patch.add(of_scan_rays.iter().map(in_patch))?;
+            let share = rays_each / returns.max(1) as f64;
+            let drawn =
+                of_scan_rays.iter().enumerate().filter(|(k, _)| is_drawn(scans[ordinal].number, *k, share));
+            let drawn: Vec<_> = drawn.map(|(_, ray)| RayInPatch::of(body_from_world, ray)).collect();
+            let done = {
+                let mut open = open.lock().unwrap_or_else(PoisonError::into_inner);
+                let empty = || Open { scans_left, patch: PatchBuilder::new(lattice), rays: Vec::new() };
+                let of_keyframe = open.entry(keyframe).or_insert_with(empty);
+                of_keyframe.scans_left -= 1;
+                of_keyframe.patch.merge(patch);
+                of_keyframe.rays.extend(drawn);
+                if of_keyframe.scans_left == 0 { open.remove(&keyframe) } else { None }
+            };
+            if let Some(Open { patch, rays: drawn, .. }) = done {
+                let grouped = KeyframeRays::new(drawn);
+                rays.lock().unwrap_or_else(PoisonError::into_inner)[keyframe] = grouped;
+                writer.put(keyframe, patch)?;
+            }
+            Ok(())
+        };
+        let counts = posed.each(watch, &take)?;
+        Ok(Self {
+            patches: writer.finish()?,
+            rays: rays.into_inner().unwrap_or_else(PoisonError::into_inner),
+            options,
+            max_range_m: config.max_range_m,
+            tile_bytes: config.memory_bytes / 2 / config.threads,
+            threads: config.threads,
+            counts,
+            scans: scans.len(),
+        })
+    }
+
+    /// The map with the keyframes at these poses.
+    pub(crate) fn placed(&self, world_from_body: Vec<Isometry3<f64>>) -> Placed<'_> {
+        Placed::new(self, world_from_body)
+    }
+
+    /// What became of the returns of the log.
+    pub fn counts(&self) -> &ReturnCounts {
+        &self.counts
+    }
+
+    /// Scans in use.
+    pub fn scans(&self) -> usize {
+        self.scans
+    }
+
+    /// Edge of the voxels, metres.
+    pub fn voxel_m(&self) -> f64 {
+        self.patches.lattice().voxel_m()
+    }
+
+    /// Keyframes that have scans.
+    pub fn keyframes_seen(&self) -> usize {
+        self.rays.iter().filter(|rays| !rays.all().is_empty()).count()
+    }
+
+    /// Rays that are cast into each map.
+    pub fn rays(&self) -> usize {
+        self.rays.iter().map(|rays| rays.all().len()).sum()
+    }
+
+    /// Bytes of the patches, which lie in a file while they are needed.
+    pub fn patch_bytes(&self) -> u64 {
+        self.patches.file_bytes()
+    }
+
+    /// Maps that are put together at a time.
+    pub(crate) fn threads(&self) -> usize {
+        self.threads
+    }
+}

@@ -1,0 +1,215 @@
+use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query};
+use dmp_map::{MapError, PlacedPatches};
+use dmp_reduce::{Basis, Confidence, Estimate, FrameSums, Layout, NEAR_SCALES_M, Reducer, Residuals};
+use dmp_sensor::{Isometry3, Ray};
+
+use super::changed::{Columns, Moved};
+use super::rays::RayInPatch;
+use super::{LoopMap, placement};
+use crate::LoopError;
+
+/// Predictions are looked for up to this many times the largest range used, as in the whole score.
+const HORIZON: f64 = 2.0;
+/// Rays that are cast together.
+const BLOCK_RAYS: usize = 1 << 14;
+/// Which of the scales ranks loops: R_near(2 m).
+pub(crate) const LOOPS: usize = 1;
+const _: () = assert!(NEAR_SCALES_M[LOOPS] == 2.0);
+
+/// What a map leaves of a ray: z − z' for the first crossing and for the nearest, metres; NaN where there is none.
+#[derive(Debug, Clone, Copy)]
+struct Left {
+    first_m: f32,
+    nearest_m: f32,
+}
+
+impl Left {
+    fn of(ray: &Ray, answer: &Answer) -> Self {
+        let residual =
+            |range_m: Option<f64>| range_m.map_or(f32::NAN, |range_m| (ray.range_m - range_m) as f32);
+        Self { first_m: residual(answer.first_m), nearest_m: residual(answer.nearest_m) }
+    }
+
+    fn residuals(self) -> Residuals {
+        let residual = |m: f32| (!m.is_nan()).then_some(f64::from(m));
+        Residuals { first_m: residual(self.first_m), nearest_m: residual(self.nearest_m), ..Residuals::MISS }
+    }
+}
+
+/// A map that others are compared with: where its patches lie, and what it leaves of each ray.
+#[derive(Debug)]
+pub(crate) struct Placed<'a> {
+    map: &'a LoopMap,
+    world_from_body: Vec<Isometry3<f64>>,
+    /// By keyframe.
+    left: Vec<Vec<Left>>,
+    columns: Columns,
+}
+
+/// What a map's score is, and how it differs from that of the one before.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct MapScore {
+    /// R_near at 5, 2 and 0.5 m.
+    pub(crate) r_near_m2: [(f64, Option<Estimate>); NEAR_SCALES_M.len()],
+    /// R_near(2 m) less that of the other map, over the rays that both predict; negative where this one is better.
+    pub(crate) change: Option<Estimate>,
+    /// Share of the rays that were cast anew.
+    pub(crate) cast_share: f64,
+}
+
+impl<'a> Placed<'a> {
+    /// Nothing is cast yet: [`Self::cast_all`].
+    pub(super) fn new(map: &'a LoopMap, world_from_body: Vec<Isometry3<f64>>) -> Self {
+        let left = vec![Vec::new(); world_from_body.len()];
+        let columns = Columns::new(map, &world_from_body);
+        Self { map, world_from_body, left, columns }
+    }
+
+    /// Casts all rays, of each keyframe on the thread that comes to it.
+    pub(crate) fn cast_all(&mut self) -> Result<(), LoopError> {
+        use rayon::prelude::*;
+        let map = self.map;
+        let caster = map.caster(&self.world_from_body, map.threads())?;
+        let poses = &self.world_from_body;
+        self.left = (0..poses.len())
+            .into_par_iter()
+            .map_init(Casting::default, |casting, keyframe| {
+                let mut left = Vec::new();
+                casting.cast(&caster, &poses[keyframe], map.rays[keyframe].all(), &mut left)?;
+                Ok(left)
+            })
+            .collect::<Result<_, MapError>>()?;
+        Ok(())
+    }
+
+
+    /// The score of this map itself.
+    pub(crate) fn score(&self) -> Result<MapScore, LoopError> {
+        let (mut reducer, mut frame) = self.reducer();
+        for (ordinal, left) in self.seen().enumerate() {
+            frame.clear();
+            left.iter().for_each(|left| frame.add_return(&[left.residuals(); 2]));
+            reducer.add_frame(ordinal as u64, &frame)?;
+        }
+        Ok(MapScore { change: None, ..score_of(&reducer, 1.0) })
+    }
+
+    /// The score of the map with its patches at `world_from_body`, whose places that did not change are as they were.
+    /// One thread.
+    pub(crate) fn moved_to(&self, world_from_body: &[Isometry3<f64>]) -> Result<MapScore, LoopError> {
+        let map = self.map;
+        let caster = map.caster(world_from_body, 1)?;
+        let moved = Moved::new(map, &self.world_from_body, &self.columns, world_from_body);
+        let (mut reducer, mut frame) = self.reducer();
+        let (mut casting, mut left, mut ordinal, mut cast, mut all) =
+            (Casting::default(), Vec::new(), 0, 0, 0);
+        for (keyframe, before) in self.left.iter().enumerate().filter(|(_, left)| !left.is_empty()) {
+            let (rays, changed) = (&map.rays[keyframe], moved.changed(keyframe));
+            frame.clear();
+            // Groups that changed and follow each other go together.
+            let groups: Vec<_> = rays.groups().iter().zip(changed).collect();
+            for groups in groups.chunk_by(|a, b| a.1 == b.1) {
+                let [Some((first, changed)), Some((last, _))] = [groups.first(), groups.last()] else {
+                    continue;
+                };
+                let range = first.first..last.first + last.count;
+                all += range.len();
+                left.clear();
+                if *changed {
+                    cast += range.len();
+                    casting.cast(
+                        &caster,
+                        &world_from_body[keyframe],
+                        &rays.all()[range.clone()],
+                        &mut left,
+                    )?;
+                } else {
+                    left.extend_from_slice(&before[range.clone()]);
+                }
+                for (before, after) in before[range].iter().zip(&left) {
+                    frame.add_return(&[before.residuals(), after.residuals()]);
+                }
+            }
+            reducer.add_frame(ordinal, &frame)?;
+            ordinal += 1;
+        }
+        Ok(score_of(&reducer, cast as f64 / f64::from(all.max(1) as u32)))
+    }
+
+    /// What is left of the rays of each keyframe that has some.
+    fn seen(&self) -> impl Iterator<Item = &Vec<Left>> {
+        self.left.iter().filter(|left| !left.is_empty())
+    }
+
+    /// Of this map and another one: keyframes are frames.
+    fn reducer(&self) -> (Reducer, FrameSums) {
+        let layout = Layout::new(self.seen().count() as u64, vec![Basis::Near; 2]);
+        let frame = FrameSums::new(layout.bases());
+        (Reducer::new(layout), frame)
+    }
+}
+
+fn score_of(reducer: &Reducer, cast_share: f64) -> MapScore {
+    let scales = reducer.compare(0, 1, Confidence::P99).scales;
+    // What is told there is the first less the second.
+    let change = scales.get(LOOPS).and_then(|scale| scale.difference).map(negative);
+    MapScore { r_near_m2: reducer.scores(1).r_near_m2, change, cast_share }
+}
+
+fn negative(estimate: Estimate) -> Estimate {
+    let interval = estimate.interval.map(|interval| dmp_reduce::Interval {
+        low_m2: -interval.high_m2,
+        high_m2: -interval.low_m2,
+        ..interval
+    });
+    Estimate { value_m2: -estimate.value_m2, interval, ..estimate }
+}
+
+impl LoopMap {
+    /// A caster into the map with its patches there, whose tiles may take the memory of so many maps.
+    fn caster(
+        &self,
+        world_from_body: &[Isometry3<f64>],
+        maps: usize,
+    ) -> Result<Caster<PlacedPatches<'_>>, MapError> {
+        let placed = PlacedPatches::new(&self.patches, world_from_body.iter().map(placement).collect())?;
+        let settings = CastSettings { horizon_m: HORIZON * self.max_range_m, ..CastSettings::default() };
+        Ok(Caster::new(placed, settings, maps * self.tile_bytes))
+    }
+}
+
+/// A thread's buffers.
+#[derive(Default)]
+struct Casting {
+    rays: Vec<Ray>,
+    queries: Vec<Query>,
+    answers: Vec<Answer>,
+    buffers: CastBuffers,
+}
+
+impl Casting {
+    /// Casts rays of a keyframe, and adds what the map leaves of them to `left`.
+    fn cast(
+        &mut self,
+        caster: &Caster<PlacedPatches<'_>>,
+        world_from_body: &Isometry3<f64>,
+        rays: &[RayInPatch],
+        left: &mut Vec<Left>,
+    ) -> Result<(), MapError> {
+        let Self { rays: placed, queries, answers, buffers } = self;
+        for rays in rays.chunks(BLOCK_RAYS) {
+            placed.clear();
+            placed.extend(rays.iter().map(|ray| ray.placed(world_from_body)));
+            queries.clear();
+            queries.extend(placed.iter().map(|ray| Query {
+                origin_in_world_m: ray.origin_in_world,
+                direction_in_world: ray.direction_in_world,
+                measured_m: ray.range_m,
+                segment: None,
+            }));
+            caster.cast(queries, answers, buffers)?;
+            left.extend(placed.iter().zip(answers.iter()).map(|(ray, answer)| Left::of(ray, answer)));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,177 @@
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use dmp::{Stage, Watch};
+use dmp_sensor::{PoseEdge, PoseGraph};
+
+use super::{Ranker, Ranking, Tried, TryFault};
+use crate::{LoopError, optimised};
+
+/// Growth of the sum of squares that 1 in 100 right loops exceeds, where no map is looked at: the quantile .99 of chi² with
+/// six degrees of freedom.
+const LARGEST_CHI2: f64 = 16.811_893_829_770_927;
+
+/// What became of a candidate.
+#[derive(Debug)]
+pub struct Decision {
+    /// Its place among the candidates.
+    pub index: usize,
+    /// Whether it was accepted, and why not.
+    pub verdict: Verdict,
+    /// How many candidates had been accepted when that was decided.
+    pub after: usize,
+    /// What it made of the graph with those.
+    pub tried: Option<Tried>,
+}
+
+/// Whether a candidate was accepted.
+#[derive(Debug)]
+pub enum Verdict {
+    /// It is in the graph.
+    Accepted,
+    /// It makes the score worse, beyond the interval of the change.
+    Worse,
+    /// With those accepted before it, it has no score.
+    Failed(TryFault),
+}
+
+/// Which candidates were accepted.
+#[derive(Debug)]
+pub struct Acceptance {
+    /// In the order of the decisions.
+    pub decisions: Vec<Decision>,
+    /// The graph with the accepted ones, optimised.
+    pub graph: PoseGraph,
+    /// R_near(2 m) of its map, square metres; `None` where no map is looked at.
+    pub r_near_m2: Option<f64>,
+    /// The sum of squares of its edges.
+    pub chi2: f64,
+}
+
+/// A candidate that waits.
+#[derive(Debug)]
+struct Waiting {
+    /// What it made of the graph when it was tried last, and how many had been accepted then.
+    tried: Tried,
+    after: usize,
+    /// How much worse the score was with it than without: as the graph gets better, there is less to be gained, so that
+    /// what was found before is hardly ever too bad.
+    change: f64,
+}
+
+/// The best comes first: the lowest change, then the first candidate.
+impl Ord for Waiting {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.change.total_cmp(&self.change).then(other.tried.index.cmp(&self.tried.index))
+    }
+}
+
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Waiting {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Waiting {}
+
+impl Ranker<'_> {
+    /// Adds candidates from best to worst, and keeps each that does not make the score worse beyond the 99 % interval of the
+    /// change; where no map is looked at, each whose sum of squares grows by no more than 99 of 100 right loops would.
+    ///
+    /// Whenever the graph has grown, what comes next is tried again on it, and goes back among the others where it is no
+    /// longer the best: a lazy greedy search, which tries few candidates more than twice.
+    ///
+    /// # Errors
+    /// As [`Self::rank`]; when changes have no intervals; and when the graph with a candidate cannot be scored.
+    pub fn accept(
+        mut self,
+        candidates: &[PoseEdge],
+        ranking: Ranking,
+        watch: &dyn Watch,
+    ) -> Result<Acceptance, LoopError> {
+        watch.begin(Stage::Candidates, candidates.len() as u64);
+        let mut waiting: BinaryHeap<Waiting> =
+            ranking.ranked.into_iter().map(|tried| self.waiting(tried, 0)).collect();
+        let failed = |failed: super::Failed| Decision {
+            index: failed.index,
+            verdict: Verdict::Failed(failed.fault),
+            after: 0,
+            tried: None,
+        };
+        let mut decisions: Vec<Decision> = ranking.failed.into_iter().map(failed).collect();
+        watch.advance(decisions.len() as u64);
+        let mut accepted = 0;
+        while let Some(Waiting { tried, after, .. }) = waiting.pop() {
+            let index = tried.index;
+            let tried = if after == accepted {
+                tried
+            } else {
+                match self.try_one(index, &candidates[index], watch)? {
+                    Ok(tried) => tried,
+                    Err(fault) => {
+                        decisions.push(Decision {
+                            index,
+                            verdict: Verdict::Failed(fault),
+                            after: accepted,
+                            tried: None,
+                        });
+                        watch.advance(1);
+                        continue;
+                    }
+                }
+            };
+            let again = self.waiting(tried, accepted);
+            if waiting.peek().is_some_and(|next| *next > again) {
+                waiting.push(again);
+                continue;
+            }
+            let tried = again.tried;
+            let verdict = if is_worse(&tried) { Verdict::Worse } else { Verdict::Accepted };
+            let is_accepted = matches!(verdict, Verdict::Accepted);
+            decisions.push(Decision { index, verdict, after: accepted, tried: Some(tried) });
+            if is_accepted {
+                self.add(candidates[index].clone(), watch)?;
+                accepted += 1;
+            }
+            watch.advance(1);
+        }
+        let r_near_m2 = self.without.map.as_ref().and_then(super::MapScores::ranked_m2);
+        Ok(Acceptance { decisions, r_near_m2, chi2: self.without.chi2, graph: self.graph })
+    }
+
+    /// Whether [`Self::accept`] can tell a change from chance.
+    pub fn can_accept(&self) -> bool {
+        self.scorer.has_intervals() || self.without.map.is_none()
+    }
+
+    fn waiting(&self, tried: Tried, after: usize) -> Waiting {
+        let without = self.without.map.as_ref().and_then(super::MapScores::ranked_m2).unwrap_or(0.0);
+        let change = tried.score() - without;
+        Waiting { tried, after, change }
+    }
+
+    /// Makes a candidate one of the graph's edges.
+    fn add(&mut self, candidate: PoseEdge, watch: &dyn Watch) -> Result<(), LoopError> {
+        let (graph, found) = optimised(&self.graph.with_edge(candidate)?, &self.options)?;
+        self.without.chi2 = found.chi2_after;
+        self.without.map = self.scorer.begin_at(graph.poses(), watch)?;
+        self.graph = graph;
+        Ok(())
+    }
+}
+
+fn is_worse(tried: &Tried) -> bool {
+    match &tried.map {
+        None => tried.chi2_change > LARGEST_CHI2,
+        Some(map) => map.change.is_some_and(|change| match change.interval {
+            Some(interval) => interval.low_m2 > 0.0,
+            None => change.value_m2 > 0.0,
+        }),
+    }
+}

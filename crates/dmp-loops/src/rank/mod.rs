@@ -1,0 +1,241 @@
+//! What each loop candidate makes of a graph, and of its map.
+
+mod accept;
+mod scorer;
+
+pub use accept::{Acceptance, Decision, Verdict};
+pub use scorer::Scorer;
+
+use dmp::{Stage, Watch};
+use dmp_map::MapError;
+use dmp_reduce::Estimate;
+use dmp_sensor::{PoseEdge, PoseGraph};
+use rayon::prelude::*;
+
+use crate::{LoopError, OptimiseError, OptimiseOptions, Optimised, optimise};
+
+/// A graph as it is without candidates, optimised, and what scores its poses.
+#[derive(Debug)]
+pub struct Ranker<'a> {
+    graph: PoseGraph,
+    options: OptimiseOptions,
+    scorer: Scorer<'a>,
+    without: Without,
+}
+
+/// The graph without candidates.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Without {
+    /// The sum of squares of its edges.
+    pub chi2: f64,
+    /// The scores of its map; `None` where no map is looked at.
+    pub map: Option<MapScores>,
+}
+
+/// What a map is worth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapScores {
+    /// R_near at 5, 2 and 0.5 m, square metres, each with its 99 % interval where there is one; lower is better. `None`
+    /// where the map predicts no return.
+    pub r_near_m2: [(f64, Option<Estimate>); 3],
+    /// R_near(2 m) less that of the graph without the candidate, over the returns that both maps predict; negative where
+    /// the map became better.
+    pub change: Option<Estimate>,
+    /// Share of the rays that were cast anew, the others end where nothing moved.
+    pub cast_share: f64,
+}
+
+impl MapScores {
+    /// R_near(2 m), by which loops are ranked, square metres.
+    pub fn ranked_m2(&self) -> Option<f64> {
+        self.r_near_m2[crate::map::LOOPS].1.map(|estimate| estimate.value_m2)
+    }
+}
+
+/// What a candidate makes of the graph.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tried {
+    /// Its place among the candidates.
+    pub index: usize,
+    /// How much the sum of squares grew: what it costs the other edges to have this one, and itself.
+    pub chi2_change: f64,
+    /// Of that, its own squares: what it is still off by.
+    pub own_chi2: f64,
+    /// How far the pose that moved most did so, metres; and which.
+    pub largest_move_m: f64,
+    /// The vertex that moved most.
+    pub moved_most: i64,
+    /// The largest turn of a pose, radians.
+    pub largest_turn_rad: f64,
+    /// Steps of the optimisation.
+    pub iterations: usize,
+    /// The scores of the map; `None` where no map is looked at.
+    pub map: Option<MapScores>,
+}
+
+impl Tried {
+    /// What it is ranked by, lower is better: R_near(2 m) of the map in square metres, or without a map the growth of the
+    /// sum of squares.
+    pub fn score(&self) -> f64 {
+        self.map.as_ref().and_then(MapScores::ranked_m2).unwrap_or(self.chi2_change)
+    }
+}
+
+/// Why a candidate has no score.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TryFault {
+    /// The graph with it cannot be optimised.
+    #[error(transparent)]
+    Optimise(#[from] OptimiseError),
+    /// The graph with it has no minimum that was found.
+    #[error("it does not converge: after {iterations} steps the sum of squares is {chi2}")]
+    NotConverged {
+        /// Steps that were tried.
+        iterations: usize,
+        /// The sum of squares after them.
+        chi2: f64,
+    },
+    /// It takes poses out of the world.
+    #[error("with it {0}")]
+    OutOfWorld(MapError),
+    /// The map with it predicts no return.
+    #[error("the map with it predicts no return")]
+    NoScore,
+}
+
+/// A candidate without a score.
+#[derive(Debug)]
+pub struct Failed {
+    /// Its place among the candidates.
+    pub index: usize,
+    /// Why it has none.
+    pub fault: TryFault,
+}
+
+/// All candidates, tried one by one on the same graph.
+#[derive(Debug)]
+pub struct Ranking {
+    /// From best to worst; those with one score in the order of the candidates.
+    pub ranked: Vec<Tried>,
+    /// Those that have no score, in the order of the candidates.
+    pub failed: Vec<Failed>,
+}
+
+impl<'a> Ranker<'a> {
+    /// A graph whose poses fit its edges best already, as [`optimised`] makes it, and who scores poses. Runs in the rayon
+    /// pool it is called in, as everything here.
+    ///
+    /// # Errors
+    /// When the poses cannot be scored.
+    pub fn new(
+        graph: PoseGraph,
+        options: OptimiseOptions,
+        mut scorer: Scorer<'a>,
+        watch: &dyn Watch,
+    ) -> Result<Self, LoopError> {
+        let chi2 = optimise(&graph, &[], &options).map_err(LoopError::Graph)?.chi2_after;
+        let map = scorer.begin_at(graph.poses(), watch)?;
+        Ok(Self { graph, options, scorer, without: Without { chi2, map } })
+    }
+
+    /// The graph without candidates.
+    pub fn without(&self) -> &Without {
+        &self.without
+    }
+
+    /// The graph.
+    pub fn graph(&self) -> &PoseGraph {
+        &self.graph
+    }
+
+    /// Tries each candidate by itself, several at a time.
+    ///
+    /// # Errors
+    /// When no candidate can be scored any more: files that cannot be read, or whoever watches has cancelled. What is wrong
+    /// with one candidate is no error.
+    pub fn rank(&self, candidates: &[PoseEdge], watch: &dyn Watch) -> Result<Ranking, LoopError> {
+        watch.begin(Stage::Candidates, candidates.len() as u64);
+        let one = |(index, candidate): (usize, &PoseEdge)| {
+            let tried = self.try_one(index, candidate, watch);
+            watch.advance(1);
+            tried
+        };
+        let tried: Vec<_> = if self.scorer.is_parallel() {
+            candidates
+                .iter()
+                .enumerate()
+                .collect::<Vec<_>>()
+                .into_par_iter()
+                .with_max_len(1)
+                .map(one)
+                .collect()
+        } else {
+            candidates.iter().enumerate().map(one).collect()
+        };
+        let mut ranking = Ranking { ranked: Vec::new(), failed: Vec::new() };
+        for (index, tried) in tried.into_iter().enumerate() {
+            match tried? {
+                Ok(tried) => ranking.ranked.push(tried),
+                Err(fault) => ranking.failed.push(Failed { index, fault }),
+            }
+        }
+        // Stable: ties stay in the order of the candidates.
+        ranking.ranked.sort_by(|a, b| a.score().total_cmp(&b.score()));
+        Ok(ranking)
+    }
+
+    /// Tries one candidate; the inner error is what is wrong with it alone.
+    fn try_one(
+        &self,
+        index: usize,
+        candidate: &PoseEdge,
+        watch: &dyn Watch,
+    ) -> Result<Result<Tried, TryFault>, LoopError> {
+        if watch.cancelled() {
+            return Err(dmp::EvaluateError::Cancelled.into());
+        }
+        let found = match optimise(&self.graph, std::slice::from_ref(candidate), &self.options) {
+            Ok(found) if found.converged => found,
+            Ok(Optimised { iterations, chi2_after: chi2, .. }) => {
+                return Ok(Err(TryFault::NotConverged { iterations, chi2 }));
+            }
+            Err(error) => return Ok(Err(error.into())),
+        };
+        let map = match self.scorer.score(&found.world_from_body, watch) {
+            Ok(Some(map)) if map.ranked_m2().is_none() => return Ok(Err(TryFault::NoScore)),
+            Ok(map) => map,
+            Err(LoopError::Map(error @ MapError::OutOfWorld { .. })) => {
+                return Ok(Err(TryFault::OutOfWorld(error)));
+            }
+            Err(error) => return Err(error),
+        };
+        let pairs = || self.graph.poses().iter().zip(&found.world_from_body);
+        let moves = pairs().map(|(a, b)| (a.translation.vector - b.translation.vector).norm());
+        let (most, largest_move_m) =
+            moves.enumerate().fold((0, 0.0), |most, one| if one.1 > most.1 { one } else { most });
+        let turns = pairs().map(|(a, b)| a.rotation.angle_to(&b.rotation));
+        Ok(Ok(Tried {
+            index,
+            chi2_change: found.chi2_after - self.without.chi2,
+            own_chi2: found.extra_chi2.first().copied().unwrap_or_default(),
+            largest_move_m,
+            moved_most: self.graph.ids()[most],
+            largest_turn_rad: turns.fold(0.0, f64::max),
+            iterations: found.iterations,
+            map,
+        }))
+    }
+}
+
+/// The graph with the poses that fit its edges best, and how they were found.
+///
+/// # Errors
+/// When it cannot be optimised, or does not converge.
+pub fn optimised(graph: &PoseGraph, options: &OptimiseOptions) -> Result<(PoseGraph, Optimised), LoopError> {
+    let found = optimise(graph, &[], options).map_err(LoopError::Graph)?;
+    if !found.converged {
+        return Err(LoopError::NotConverged { iterations: found.iterations, chi2: found.chi2_after });
+    }
+    Ok((graph.with_poses(found.world_from_body.clone())?, found))
+}

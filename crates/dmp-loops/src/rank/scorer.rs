@@ -1,0 +1,116 @@
+use dmp::{Config, NearScores, Watch, evaluate};
+use dmp_log::ScanLog;
+use dmp_reduce::Estimate;
+use dmp_sensor::Isometry3;
+
+use super::MapScores;
+use crate::map::{LoopMap, MapScore, Placed};
+use crate::{Keyframes, LoopError};
+
+/// Who says what the poses of a graph are worth.
+#[derive(Debug)]
+pub struct Scorer<'a>(Kind<'a>);
+
+#[derive(Debug)]
+enum Kind<'a> {
+    Graph,
+    Patches(&'a LoopMap, Option<Box<Placed<'a>>>),
+    Log { log: &'a dyn ScanLog, keyframes: &'a Keyframes, config: &'a Config, without_m2: Option<f64> },
+}
+
+impl<'a> Scorer<'a> {
+    /// The graph's own edges alone: no map is looked at.
+    pub fn graph() -> Self {
+        Self(Kind::Graph)
+    }
+
+    /// The map that is put together of patches.
+    pub fn patches(map: &'a LoopMap) -> Self {
+        Self(Kind::Patches(map, None))
+    }
+
+    /// The map that is fused from the log, and all returns: the log is read twice for every candidate, as
+    /// [`evaluate`](dmp::evaluate) does. Its changes have no intervals.
+    pub fn log(log: &'a dyn ScanLog, keyframes: &'a Keyframes, config: &'a Config) -> Self {
+        Self(Kind::Log { log, keyframes, config, without_m2: None })
+    }
+
+    /// Whether candidates are scored beside each other; else each is by several threads.
+    pub(super) fn is_parallel(&self) -> bool {
+        !matches!(self.0, Kind::Log { .. })
+    }
+
+    /// Whether changes have intervals.
+    pub(super) fn has_intervals(&self) -> bool {
+        matches!(self.0, Kind::Patches(..))
+    }
+
+    /// Scores poses that others are compared with from now on.
+    pub(super) fn begin_at(
+        &mut self,
+        world_from_body: &[Isometry3<f64>],
+        watch: &dyn Watch,
+    ) -> Result<Option<MapScores>, LoopError> {
+        if let Kind::Patches(map, before) = &mut self.0 {
+            let mut placed = map.placed(world_from_body.to_vec());
+            placed.cast_all()?;
+            let score = placed.score()?;
+            *before = Some(Box::new(placed));
+            return Ok(Some(scores_of(score)));
+        }
+        let scores = self.score(world_from_body, watch)?;
+        if let (Kind::Log { without_m2, .. }, Some(scores)) = (&mut self.0, &scores) {
+            *without_m2 = scores.ranked_m2();
+        }
+        Ok(scores)
+    }
+
+    /// Scores poses.
+    pub(super) fn score(
+        &self,
+        world_from_body: &[Isometry3<f64>],
+        watch: &dyn Watch,
+    ) -> Result<Option<MapScores>, LoopError> {
+        match &self.0 {
+            Kind::Graph => Ok(None),
+            Kind::Patches(_, Some(before)) => {
+                before.moved_to(world_from_body).map(|score| Some(scores_of(score)))
+            }
+            Kind::Patches(map, None) => {
+                let mut placed = map.placed(world_from_body.to_vec());
+                placed.cast_all()?;
+                placed.score().map(|score| Some(scores_of(score)))
+            }
+            Kind::Log { log, keyframes, config, without_m2 } => {
+                let run = keyframes.run("graph", world_from_body)?;
+                let report = evaluate(*log, &[run], config, &Quietly(watch))?;
+                let of_run = &report.runs[0];
+                let NearScores { at_5, at_2, at_0_5 } = of_run.r_near_m2;
+                let plain = |value_m2| Estimate { value_m2, returns: of_run.returns, interval: None };
+                let r_near_m2 =
+                    [(5.0, at_5), (2.0, at_2), (0.5, at_0_5)].map(|(m, score)| (m, score.map(plain)));
+                let scores = MapScores { r_near_m2, change: None, cast_share: 1.0 };
+                let change = scores.ranked_m2().zip(*without_m2).map(|(with, without)| Estimate {
+                    value_m2: with - without,
+                    returns: of_run.returns,
+                    interval: None,
+                });
+                Ok(Some(MapScores { change, ..scores }))
+            }
+        }
+    }
+}
+
+fn scores_of(score: MapScore) -> MapScores {
+    let MapScore { r_near_m2, change, cast_share } = score;
+    MapScores { r_near_m2, change, cast_share }
+}
+
+/// Lets an evaluation among many be cancelled, and keeps its stages to itself.
+struct Quietly<'a>(&'a dyn Watch);
+
+impl Watch for Quietly<'_> {
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}
