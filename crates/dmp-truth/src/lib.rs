@@ -1,10 +1,11 @@
-//! Comparison with ground truth: trajectory errors, surface distance, rank correlation.
+//! Comparison with ground truth: trajectory errors, surface distance, rank correlation, average precision.
 //!
 //! # Brief overview
 //! [`trajectory`] has the absolute and relative pose errors (APE, RPE) with the association and alignment
 //! of `evo` 1.38.1. [`surface`] measures how far a map lies from a reference surface. [`rank`] says how
-//! well two orders of the same runs agree.
+//! well two orders of the same runs agree, [`detection`] how well a ranked list puts what is true first.
 
+pub mod detection;
 pub mod rank;
 pub mod surface;
 pub mod trajectory;

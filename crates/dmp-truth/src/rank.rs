@@ -60,6 +60,10 @@ pub struct PrecisionRecall {
     pub precision: f64,
     /// Share of all that is right which is among them.
     pub recall: f64,
+    /// How many they are.
+    pub taken: usize,
+    /// How many of them are right.
+    pub found: usize,
 }
 
 /// The precision–recall curve of candidates, higher scores first; candidates of one score enter
@@ -79,7 +83,7 @@ pub fn precision_recall(scores: &[Option<f64>], right: &[bool]) -> Vec<Precision
         taken += group.len();
         found += group.iter().filter(|candidate| candidate.1).count();
         let (precision, recall) = (found as f64 / taken as f64, found as f64 / all as f64);
-        PrecisionRecall { score: group[0].0, precision, recall }
+        PrecisionRecall { score: group[0].0, precision, recall, taken, found }
     });
     points.collect()
 }
