@@ -28,6 +28,8 @@ seed npy $others/trajectories/*.npy
 seed g2o $others/trajectories/*.g2o
 seed pose_graph $others/trajectories/*.g2o
 seed scan_times $others/trajectories/times.txt
+seed loop_lists $others/trajectories/times.txt $others/trajectories/evo.tum
 mkdir -p corpus/scan_bin corpus/calib
 head -c 1600 /dev/zero > corpus/scan_bin/zeros.bin
 printf 'P0: 1 2\nTr: 0 -1 0 0 0 0 -1 -0.1 1 0 0 -0.3\n' > corpus/calib/calib.txt
+printf 'from,to,label\n12,400,true\n400 12 YES # again\n3 90 0\n' > corpus/loop_lists/labels.csv

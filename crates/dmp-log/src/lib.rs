@@ -4,7 +4,8 @@
 //! [`open_log`] looks at a path, opens what is there and gives a [`ScanLog`]: a table of its scans
 //! ([`FrameInfo`]), a [`LogSummary`] of what was found, guessed and damaged, and a [`ScanReader`] for each
 //! thread, which fills a [`Scan`](dmp_sensor::Scan) with one scan at a time. [`read_trajectory`] reads
-//! poses, [`read_pose_graph`] a graph of them and [`read_loop_candidates`] edges that it might have. [`outline_log`] tells the scans of a log from its index and opens a part of them. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a reference.
+//! poses, [`read_pose_graph`] a graph of them and [`read_loop_candidates`] edges that it might have,
+//! [`read_loop_labels`] which of those are true and [`read_keyframe_times`] when its vertices were. [`outline_log`] tells the scans of a log from its index and opens a part of them. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a reference.
 //! [`McapScanWriter`], [`FolderScanWriter`], [`write_tum`], [`write_euroc`], [`write_kitti`] and [`write_pose_graph`] write what the
 //! readers read; [`ResidualWriter`] writes scored returns for people to look at. [`read_calib`] says where a LiDAR sits on a camera.
 //!
@@ -13,6 +14,7 @@
 //! | scan log | MCAP and rosbag2 with `sensor_msgs/msg/PointCloud2` or Livox `CustomMsg`; a folder with one scan a file: KITTI `.bin` (with `times/*.f32`), PCD, PLY, LAS or LAZ, with stamps in a `times.txt`, a `timestamps.txt` or the file names; one LAS or LAZ in world coordinates with `gps_time`, and the trajectory it was made with |
 //! | trajectory | TUM; KITTI rows and `.npy`, with `times.txt`; EuRoC csv; vertices of g2o graphs |
 //! | pose graph, loop candidates | g2o, in space |
+//! | labels of loop candidates, times of vertices | lines of text |
 //! | calibration | KITTI `calib.txt`, `calib_velo_to_cam.txt` |
 //! | cloud | LAS, LAZ, PLY, PCD |
 //! | mesh | PLY, OBJ |
@@ -81,8 +83,10 @@ pub use cloud::{CloudFormat, CloudSummary, CloudWriter, OrientedPoint, read_clou
 pub use error::{LogError, ParseError, Place};
 pub use frames::StaticFrames;
 pub use g2o::{
-    Candidate, CandidateFault, LoopCandidates, PoseGraphFile, SkippedCandidate, parse_loop_candidates,
-    parse_pose_graph, read_loop_candidates, read_pose_graph, write_pose_edges, write_pose_graph,
+    Candidate, CandidateFault, KeyframeTimes, KeyframeTimesFault, LoopCandidates, LoopLabels, PoseGraphFile,
+    SkippedCandidate, parse_keyframe_times, parse_loop_candidates, parse_loop_labels, parse_pose_graph,
+    read_keyframe_times, read_loop_candidates, read_loop_labels, read_pose_graph, write_pose_edges,
+    write_pose_graph,
 };
 pub use held_log::HeldLog;
 pub use las_log::MadeWith;

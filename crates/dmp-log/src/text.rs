@@ -38,6 +38,11 @@ pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = Result<(Place, Vec<&st
     })
 }
 
+/// Whether a line has the names of columns where others have numbers: neither of its first two columns is one.
+pub(crate) fn is_header(columns: &[&str]) -> bool {
+    columns.iter().take(2).all(|column| column.parse::<f64>().is_err())
+}
+
 /// Whether the last line has data but no line end, as in a file that is cut.
 pub(crate) fn is_cut(bytes: &[u8]) -> bool {
     let last = bytes.rsplit(|&c| c == b'\n').next().unwrap_or_default();

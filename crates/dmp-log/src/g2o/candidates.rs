@@ -1,5 +1,5 @@
 use super::graph::in_the_plane;
-use super::{Kind, Others, PoseGraphFile, Record, read_bytes, records};
+use super::{Kind, Others, PoseGraphFile, Record, read_bytes, records, undirected};
 use crate::{LogError, ParseError, Place};
 use dmp_sensor::{EdgeFault, PoseEdge};
 use std::collections::{BTreeMap, BTreeSet};
@@ -79,7 +79,7 @@ pub struct LoopCandidates {
 /// In a line that is no text or of a graph in the plane, and where there is no edge at all.
 pub fn parse_loop_candidates(bytes: &[u8], of: &PoseGraphFile) -> Result<LoopCandidates, ParseError> {
     let mut pairs_of_graph: BTreeSet<(i64, i64)> = BTreeSet::new();
-    pairs_of_graph.extend(of.graph.edges().iter().map(|edge| pair(edge.from, edge.to)));
+    pairs_of_graph.extend(of.graph.edges().iter().map(|edge| undirected(edge.from, edge.to)));
     let mut seen = Seen { of, pairs_of_graph, pairs: BTreeMap::new() };
     let (mut candidates, mut skipped, mut others) = (Vec::new(), Vec::new(), Others::default());
     for record in records(bytes) {
@@ -142,20 +142,15 @@ impl Seen<'_> {
             return Err(CandidateFault::NoInformation);
         }
         let (from, to) = (edge.from, edge.to);
-        if self.pairs_of_graph.contains(&pair(from, to)) {
+        if self.pairs_of_graph.contains(&undirected(from, to)) {
             return Err(CandidateFault::InGraph { from, to });
         }
-        if let Some(&first) = self.pairs.get(&pair(from, to)) {
+        if let Some(&first) = self.pairs.get(&undirected(from, to)) {
             return Err(CandidateFault::Repeated { first, from, to });
         }
-        self.pairs.insert(pair(from, to), record.place);
+        self.pairs.insert(undirected(from, to), record.place);
         Ok(edge)
     }
-}
-
-/// Two vertices without a direction.
-fn pair(a: i64, b: i64) -> (i64, i64) {
-    (a.min(b), a.max(b))
 }
 
 impl From<ParseError> for CandidateFault {

@@ -1,7 +1,9 @@
-//! Pose graphs in g2o's text format.
+//! Pose graphs in g2o's text format, and lists that belong to one: labels of loops, times of vertices.
 
 mod candidates;
 mod graph;
+mod keyframe_times;
+mod labels;
 mod record;
 mod vertices;
 mod write;
@@ -9,6 +11,8 @@ mod write;
 pub use candidates::{Candidate, CandidateFault, LoopCandidates, SkippedCandidate};
 pub use candidates::{parse_loop_candidates, read_loop_candidates};
 pub use graph::{PoseGraphFile, parse_pose_graph, read_pose_graph};
+pub use keyframe_times::{KeyframeTimes, KeyframeTimesFault, parse_keyframe_times, read_keyframe_times};
+pub use labels::{LoopLabels, parse_loop_labels, read_loop_labels};
 pub(crate) use record::{Kind, Record, Vertex, is_tag, records};
 pub(crate) use vertices::Vertices;
 pub use write::{write_pose_edges, write_pose_graph};
@@ -31,6 +35,11 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, LogError> {
         return Err(LogError::malformed(path, Place::WholeFile, problem));
     }
     Ok(bytes)
+}
+
+/// Two vertices without a direction, the smaller id first.
+fn undirected(a: i64, b: i64) -> (i64, i64) {
+    (a.min(b), a.max(b))
 }
 
 /// Lines that are passed over, by their first words.

@@ -186,7 +186,7 @@ fn symmetric(upper: [f64; 21]) -> Matrix6<f64> {
 }
 
 /// An id is a whole number; GTSAM puts a letter into its upper bits, which is more than an `f64` holds.
-fn id_of(place: Place, columns: &[&str], column: usize) -> Result<i64, ParseError> {
+pub(super) fn id_of(place: Place, columns: &[&str], column: usize) -> Result<i64, ParseError> {
     let id = columns.get(column).copied().unwrap_or_default();
     id.parse().map_err(|_| ParseError::new(place, format!("the id `{}` is no whole number", shorten(id))))
 }

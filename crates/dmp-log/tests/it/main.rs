@@ -9,6 +9,7 @@ mod folder;
 mod forged;
 mod g2o;
 mod las_log;
+mod loop_lists;
 mod mcap_damage;
 mod mcap_messages;
 mod mesh;

@@ -33,6 +33,10 @@ pub(super) enum Reader {
     Trajectory(&'static str),
     /// A pose graph, and loop candidates for it or one like it.
     Graph,
+    /// Labels of loop candidates.
+    LoopLabels,
+    /// Times of the vertices of a graph.
+    KeyframeTimes,
     /// The `times.txt` of a trajectory.
     Times,
     Calib,
@@ -261,6 +265,7 @@ fn trajectories() -> Vec<Format> {
     let npy = ["poses", "poses_big", "poses_f32", "poses_f32_big_fortran", "poses_fortran", "poses_version2"];
     let npy = npy.map(|name| format!("{name}.npy"));
     let calib = "P0: 1 2\nTr: 0 -1 0 0 0 0 -1 -0.1 1 0 0 -0.3\n";
+    let labels = "from,to,label,kind\n12,400,true,near\n3\t90 NO # far\n400 12 1\r\n";
     vec![
         of("tum", text("1.5 1 2 3 0 0 0 1\n"), &["evo.tum", "nine_decimals.tum"]),
         of("kitti", text("1 0 0 5 0 1 0 6 0 0 1 7\n"), &["evo_kitti.txt"]),
@@ -268,6 +273,8 @@ fn trajectories() -> Vec<Format> {
         of("npy", vec![], &npy.each_ref().map(String::as_str)),
         of("g2o", vec![graph.into()], &["gtsam.g2o", "gtsam_flat.g2o"]),
         Format::new("pose_graph", Reader::Graph, seeds::pose_graphs()),
+        Format::new("loop_labels", Reader::LoopLabels, vec![labels.into()]),
+        Format::new("keyframe_times", Reader::KeyframeTimes, seeds::keyframe_times()),
         Format::new("trajectory_times", Reader::Times, vec![b"0\n0.1\n0.2\n0.3\n0.4\n".to_vec()]),
         Format::new("calib", Reader::Calib, vec![calib.into()]),
     ]

@@ -2,9 +2,10 @@ use super::formats::{Failure, Format, Reader, a_scan};
 use crate::common::write_with;
 use crate::parts::bits;
 use dmp_log::{
-    LogError, LogOptions, MadeWith, PointTime, PoseGraphFile, PoseTopic, RawTrajectory, ScanLog, open_log,
-    outline_log, parse_loop_candidates, parse_pose_graph, read_calib, read_mesh, read_pose_graph,
-    read_raw_trajectory, read_topic_trajectory, read_trajectory, survey_log, write_pose_graph,
+    KeyframeTimes, LogError, LogOptions, MadeWith, PointTime, PoseGraphFile, PoseTopic, RawTrajectory,
+    ScanLog, open_log, outline_log, parse_loop_candidates, parse_pose_graph, read_calib, read_keyframe_times,
+    read_loop_labels, read_mesh, read_pose_graph, read_raw_trajectory, read_topic_trajectory,
+    read_trajectory, survey_log, write_pose_graph,
 };
 use dmp_sensor::{Isometry3, PoseGraph, Scan, Trajectory};
 use std::collections::{BTreeMap, BTreeSet};
@@ -72,6 +73,8 @@ pub(super) fn read(format: &Format, folder: &Path, bytes: &[u8], run: u64) -> An
         })),
         Reader::Trajectory(name) => trajectory(&write(name)),
         Reader::Graph => graph(&write("graph.g2o")),
+        Reader::LoopLabels => Answer::of(loop_labels(&write("labels.csv"))),
+        Reader::KeyframeTimes => Answer::of(keyframe_times(&write("keyframes.txt"))),
         Reader::Times => {
             write("times.txt");
             trajectory(&folder.join("run.txt"))
@@ -220,6 +223,21 @@ fn graph(path: &Path) -> Answer {
         found.skipped.iter().for_each(|skipped| drop(one_line(&skipped.fault.to_string())));
     }
     Answer::of(read)
+}
+
+/// Every loop is known by both of its directions.
+fn loop_labels(path: &Path) -> Result<(), LogError> {
+    let found = read_loop_labels(path)?;
+    assert!(found.labels.iter().all(|(&(a, b), &label)| a < b && found.of(b, a) == Some(label)));
+    Ok(())
+}
+
+/// Times increase with the vertices.
+fn keyframe_times(path: &Path) -> Result<(), LogError> {
+    let KeyframeTimes { ids, stamps_ns } = read_keyframe_times(path)?;
+    assert!(!stamps_ns.is_empty() && stamps_ns.is_sorted_by(|a, b| a < b));
+    assert!(ids.is_none_or(|ids| ids.len() == stamps_ns.len() && ids.is_sorted_by(|a, b| a < b)));
+    Ok(())
 }
 
 /// Poses are poses, and in order of time.

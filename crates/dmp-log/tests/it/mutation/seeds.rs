@@ -118,6 +118,12 @@ pub(super) fn pose_graphs() -> Vec<Vec<u8>> {
     vec![of_others("trajectories/gtsam.g2o"), format!("# a loop\nFIX 0\n{own}").into_bytes()]
 }
 
+/// With ids in any order, without, and as a trajectory.
+pub(super) fn keyframe_times() -> Vec<Vec<u8>> {
+    let with_ids = "id stamp\n7 1.75\n-2 0.5\n3,1.000000001\n".into();
+    vec![with_ids, of_others("trajectories/times.txt"), of_others("trajectories/evo.tum")]
+}
+
 /// Little-endian and without padding.
 #[derive(Default)]
 struct Ros1(Vec<u8>);

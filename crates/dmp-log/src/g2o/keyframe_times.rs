@@ -1,0 +1,183 @@
+use super::record::id_of;
+use crate::decimal::{ns_to_seconds, seconds_to_ns};
+use crate::text::{is_header, lines, read_text};
+use crate::trajectory::numbers::numbers;
+use crate::{LogError, ParseError, Place};
+use std::path::Path;
+
+/// Largest list that is read: as a trajectory.
+const MAX_BYTES: u64 = 4 << 30;
+
+/// When the body was at the vertices of a pose graph.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KeyframeTimes {
+    /// The vertices, increasing, where the lines have ids; otherwise the n-th stamp is that of the n-th vertex
+    /// in the order of the ids.
+    pub ids: Option<Vec<i64>>,
+    /// Their stamps in nanoseconds, strictly increasing; at least one.
+    pub stamps_ns: Vec<i64>,
+}
+
+/// Why times do not belong to a graph.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum KeyframeTimesFault {
+    /// Stamps without ids that are not one a vertex.
+    #[error("{stamps} stamps without ids for {vertices} vertices")]
+    OtherCount {
+        /// How many stamps there are.
+        stamps: usize,
+        /// How many vertices the graph has.
+        vertices: usize,
+    },
+    /// A vertex has no line.
+    #[error("no stamp for the vertex {id}")]
+    NoStamp {
+        /// The vertex.
+        id: i64,
+    },
+}
+
+impl KeyframeTimes {
+    /// The stamps of these vertices, nanoseconds, in the order of `ids`, which increase. Stamps of other
+    /// vertices are left out.
+    ///
+    /// # Errors
+    /// When a vertex has no stamp, or stamps without ids are more or fewer than the vertices.
+    pub fn of_vertices(&self, ids: &[i64]) -> Result<Vec<i64>, KeyframeTimesFault> {
+        let Some(known) = &self.ids else {
+            let (stamps, vertices) = (self.stamps_ns.len(), ids.len());
+            let fault = KeyframeTimesFault::OtherCount { stamps, vertices };
+            return if stamps == vertices { Ok(self.stamps_ns.clone()) } else { Err(fault) };
+        };
+        let stamp = |&id: &i64| {
+            let index = known.binary_search(&id).ok();
+            let stamp_ns = index.and_then(|index| self.stamps_ns.get(index)).copied();
+            stamp_ns.ok_or(KeyframeTimesFault::NoStamp { id })
+        };
+        ids.iter().map(stamp).collect()
+    }
+}
+
+/// What the lines of a file have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Columns {
+    Stamp,
+    IdAndStamp,
+    /// `stamp tx ty tz qx qy qz qw`.
+    Tum,
+}
+
+impl Columns {
+    fn of(place: Place, columns: &[&str]) -> Result<Self, ParseError> {
+        match columns.len() {
+            1 => Ok(Self::Stamp),
+            2 => Ok(Self::IdAndStamp),
+            8 => Ok(Self::Tum),
+            count => {
+                let problem =
+                    format!("{count} columns, expected 1 (stamp), 2 (id stamp) or 8 (a TUM trajectory)");
+                Err(ParseError::new(place, problem))
+            }
+        }
+    }
+
+    fn count(self) -> usize {
+        match self {
+            Self::Stamp => 1,
+            Self::IdAndStamp => 2,
+            Self::Tum => 8,
+        }
+    }
+}
+
+/// The stamp of a vertex, with the line that has it.
+#[derive(Debug, Clone, Copy)]
+struct Timed {
+    place: Place,
+    /// Its number where lines have no ids.
+    id: i64,
+    stamp_ns: i64,
+}
+
+/// Parses the times of a pose graph's vertices, seconds, to the nanosecond: lines with a stamp each, in the order
+/// of the vertices' ids; or with `id stamp`, in any order; or a TUM trajectory, whose poses are not used. All
+/// lines are of one kind. The first one may have names of columns instead of numbers.
+///
+/// # Errors
+/// In the first line that is no text, of another kind or no numbers; where a vertex is there twice, or its stamp is
+/// not greater than that of the vertex before it; and where there is no stamp.
+pub fn parse_keyframe_times(bytes: &[u8]) -> Result<KeyframeTimes, ParseError> {
+    let (mut kind, mut times) = (None, Vec::new());
+    for (index, line) in lines(bytes).enumerate() {
+        let (place, columns) = line?;
+        if index == 0 && is_header(&columns) {
+            continue;
+        }
+        let kind = match kind {
+            Some(kind) => kind,
+            None => *kind.insert(Columns::of(place, &columns)?),
+        };
+        times.push(timed(place, &columns, kind, times.len())?);
+    }
+    let has_ids = kind == Some(Columns::IdAndStamp);
+    if has_ids {
+        // In a stable order, so that of two lines with one id the later is the wrong one.
+        times.sort_by_key(|timed| timed.id);
+    }
+    for pair in times.windows(2) {
+        let [before, after] = pair else { continue };
+        check_order(before, after, has_ids)?;
+    }
+    if times.is_empty() {
+        return Err(ParseError::new(Place::WholeFile, "no stamps: no line of `stamp` or `id stamp`"));
+    }
+    let ids = has_ids.then(|| times.iter().map(|timed| timed.id).collect());
+    Ok(KeyframeTimes { ids, stamps_ns: times.iter().map(|timed| timed.stamp_ns).collect() })
+}
+
+/// Reads the times of a pose graph's vertices, as [`parse_keyframe_times`].
+///
+/// # Errors
+/// As [`parse_keyframe_times`], and when the file cannot be read.
+pub fn read_keyframe_times(path: &Path) -> Result<KeyframeTimes, LogError> {
+    let bytes = read_text(path, "list of stamps", MAX_BYTES)?;
+    parse_keyframe_times(&bytes).map_err(|e| e.in_file(path))
+}
+
+fn timed(place: Place, columns: &[&str], kind: Columns, number: usize) -> Result<Timed, ParseError> {
+    if columns.len() != kind.count() {
+        let (count, others) = (columns.len(), kind.count());
+        let problem = format!("{count} columns, the lines before it have {others}: is the line cut?");
+        return Err(ParseError::new(place, problem));
+    }
+    if kind == Columns::Tum {
+        numbers::<8>(place, columns, "stamp tx ty tz qx qy qz qw")?;
+    }
+    let has_id = kind == Columns::IdAndStamp;
+    let id = if has_id { id_of(place, columns, 0)? } else { number as i64 };
+    let stamp = columns.get(usize::from(has_id)).copied().unwrap_or_default();
+    let stamp_ns = seconds_to_ns(stamp).map_err(|problem| ParseError::new(place, problem))?;
+    Ok(Timed { place, id, stamp_ns })
+}
+
+/// Of two vertices one after the other.
+fn check_order(before: &Timed, after: &Timed, has_ids: bool) -> Result<(), ParseError> {
+    let (first, here) = (before.place, after.place);
+    if has_ids && before.id == after.id {
+        return Err(ParseError::new(here, format!("the vertex {} has a stamp in {first} already", after.id)));
+    }
+    if before.stamp_ns < after.stamp_ns {
+        return Ok(());
+    }
+    let (earlier, later) = (ns_to_seconds(before.stamp_ns), ns_to_seconds(after.stamp_ns));
+    let problem = if has_ids {
+        let (before, after) = (before.id, after.id);
+        format!(
+            "the vertex {after} has the stamp {later} s, not after that of {before} in {first}, {earlier} s"
+        )
+    } else {
+        format!("the stamp {later} s is not after that in {first}, {earlier} s")
+    };
+    Err(ParseError::new(here, problem))
+}
