@@ -16,6 +16,7 @@ mod gates;
 mod info;
 mod log_args;
 mod log_writer;
+mod loops;
 mod manual;
 mod map;
 mod named;
@@ -70,6 +71,7 @@ struct Common {
 enum Command {
     Score(Box<score::ScoreArgs>),
     Compare(compare::CompareArgs),
+    Loops(Box<loops::LoopsArgs>),
     #[command(subcommand)]
     Map(map::Map),
     Info(info::InfoArgs),
@@ -88,6 +90,7 @@ impl Command {
         match self {
             Self::Score(arguments) => score::run(arguments, common, out),
             Self::Compare(arguments) => compare::run(arguments, out),
+            Self::Loops(arguments) => loops::run(arguments, common, out),
             Self::Map(command) => command.run(common, out),
             Self::Info(arguments) => info::run(arguments, out),
             Self::Convert(command) => command.run(common, out),

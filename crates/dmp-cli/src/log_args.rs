@@ -16,6 +16,13 @@ pub(crate) struct LogArgs {
     /// (.bin, .pcd, .ply, .las, .laz), or one .las or .laz file in world coordinates with --made-with
     #[arg(value_name = "LOG")]
     log: PathBuf,
+    #[command(flatten)]
+    reading: ReadingArgs,
+}
+
+/// How a log is to be read.
+#[derive(Debug, Args)]
+pub(crate) struct ReadingArgs {
     /// The topic with the scans, where the log has several
     #[arg(long, value_name = "NAME", help_heading = "Input")]
     topic: Option<String>,
@@ -96,26 +103,33 @@ impl LogArgs {
 
     /// Opens the log.
     pub(crate) fn open(&self, mapper: &Mapper) -> Result<Box<dyn ScanLog>, LogError> {
-        open_log(&self.log, &self.options(mapper)?)
+        self.reading.open(&self.log, mapper)
     }
 
     /// Looks at the index of the log.
     pub(crate) fn outline(&self, mapper: &Mapper) -> Result<LogOutline, LogError> {
-        outline_log(&self.log, &self.options(mapper)?)
+        outline_log(&self.log, &self.reading.options(&self.log, mapper)?)
     }
 
     /// Everything that the log holds, also where it cannot be opened without being told more.
     pub(crate) fn survey(&self, mapper: &Mapper) -> Result<LogSurvey, LogError> {
-        survey_log(&self.log, &self.options(mapper)?)
+        survey_log(&self.log, &self.reading.options(&self.log, mapper)?)
+    }
+}
+
+impl ReadingArgs {
+    /// Opens a log.
+    pub(crate) fn open(&self, log: &Path, mapper: &Mapper) -> Result<Box<dyn ScanLog>, LogError> {
+        open_log(log, &self.options(log, mapper)?)
     }
 
-    fn options(&self, mapper: &Mapper) -> Result<LogOptions, LogError> {
+    fn options(&self, log: &Path, mapper: &Mapper) -> Result<LogOptions, LogError> {
         let made_with = |path: &PathBuf| -> Result<MadeWith, LogError> {
             let Some(body_from_sensor) = mapper.body_from_sensor else {
                 let problem = "--made-with needs to know where the sensor sat before the log is open: give --extrinsic for \
                                all runs, as identity, X,Y,Z,QX,QY,QZ,QW or calib:FILE"
                     .to_owned();
-                return Err(LogError::Option { path: self.log.clone(), problem });
+                return Err(LogError::Option { path: log.to_owned(), problem });
             };
             Ok(MadeWith {
                 trajectory: read_trajectory(path)?.trajectory,

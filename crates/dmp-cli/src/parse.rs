@@ -20,6 +20,14 @@ pub(crate) fn noise(text: &str) -> Result<(f64, f64), String> {
     }
 }
 
+/// Standard deviations of place and rotation, `1cm,1mrad`, both above 0.
+pub(crate) fn errors(text: &str) -> Result<(f64, f64), String> {
+    let both = text.split_once(',').ok_or_else(|| format!("`{text}` are no errors: try 1cm,1mrad"))?;
+    let errors = (length_m(both.0.trim())?, angle_rad(both.1.trim())?);
+    let are_positive = errors.0 > 0.0 && errors.1 > 0.0;
+    if are_positive { Ok(errors) } else { Err(format!("`{text}` must both be above 0: try 1cm,1mrad")) }
+}
+
 /// Two elevations in degrees, lowest first: `-15,15`. In radians.
 pub(crate) fn elevations_rad(text: &str) -> Result<[f64; 2], String> {
     let bad = || format!("`{text}` are no two elevations in degrees: try -15,15");
@@ -51,6 +59,7 @@ mod tests {
         assert_eq!(noise("0.03,0.1deg"), Ok((0.03, 0.1 * std::f64::consts::PI / 180.0)));
         assert_eq!(noise("3cm, 2mrad"), Ok((0.03, 0.002)));
         assert_eq!(noise("0.5"), Ok((0.5, 0.0)));
+        assert_eq!(errors("1cm,1mrad"), Ok((0.01, 0.001)));
         assert_eq!(length_m("-30mm"), Ok(-0.03));
         assert_eq!(elevations_rad("-90,90"), Ok([-std::f64::consts::FRAC_PI_2, std::f64::consts::FRAC_PI_2]));
         assert_eq!(interval_ns("100ms"), Ok(100_000_000));
@@ -64,5 +73,8 @@ mod tests {
         }
         assert!(interval_ns("-1s").is_err() && interval_ns("1e99").is_err() && interval_ns("1min").is_err());
         assert!(elevations_rad("15").is_err());
+        for text in ["1cm", "0,1mrad", "1cm,-1deg", "1cm,1"] {
+            assert!(errors(text).is_err_and(|e| e.contains("try")), "{text}");
+        }
     }
 }

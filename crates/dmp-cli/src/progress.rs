@@ -100,6 +100,7 @@ impl Watch for Progress {
             Stage::Trails => ("finding trails", "points/s"),
             Stage::Cast => ("casting rays", "points/s"),
             Stage::Places => ("scoring places", "places/s"),
+            Stage::Candidates => ("trying loops", "loops/s"),
             _ => ("working", "steps/s"),
         };
         self.start(what, unit, total);

@@ -189,7 +189,7 @@ impl OpenedRuns {
         settings: &SettingsArgs,
         common: &Common,
     ) -> anyhow::Result<Self> {
-        let log = log.open(&settings.mapper()?)?;
+        let log = log.open(&settings.scans.mapper()?)?;
         let (runs, damaged) = finish(started, maps, LogHead::of_log(log.as_ref()), settings, common)?;
         Ok(Self { log, runs, damaged })
     }
@@ -204,7 +204,7 @@ impl OpenedRuns<LogOutline> {
         common: &Common,
     ) -> anyhow::Result<Self> {
         let in_log = started.in_log();
-        let log = log.outline(&settings.mapper()?)?;
+        let log = log.outline(&settings.scans.mapper()?)?;
         if let (Some(run), false) = (in_log, common.quiet) {
             eprintln!(
                 "note: the poses of `{run}` are in the log, so all of it is read for them; `dmp convert` writes them to a file"
@@ -228,7 +228,7 @@ fn finish(
     if !common.quiet {
         announce::found(log, &loaded);
     }
-    let extrinsics = extrinsic::of_runs(&settings.extrinsic, &loaded, log)?;
+    let extrinsics = extrinsic::of_runs(&settings.scans.extrinsic, &loaded, log)?;
     if !common.quiet {
         announce::extrinsics(&loaded, &extrinsics);
     }

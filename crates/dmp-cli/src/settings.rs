@@ -12,6 +12,32 @@ use crate::score::parse;
 /// How returns become a score.
 #[derive(Debug, Args)]
 pub(crate) struct SettingsArgs {
+    #[command(flatten)]
+    pub(crate) scans: ScanArgs,
+    /// Length of a segment of the drive, metres: a return is not compared with what was seen in its own
+    /// segment and the two beside it. `auto` is 12 m, or a sixteenth of a shorter drive
+    #[arg(long, value_name = "METRES", default_value = "auto", help_heading = "Returns and map")]
+    segment: parse::AutoLength,
+    /// Keep returns on the trails of moving objects out of all maps: those whose surfels are passed through by
+    /// rays of other parts of the drive. Reads the log four times instead of twice; not with --map
+    #[arg(long, help_heading = "Returns and map")]
+    free_space: bool,
+    /// For fused maps: what a return that other parts of the drive do not predict costs at the scale of 10 m, as
+    /// a share of the full square, 100 m²: from 0 to 1, to the thousandth
+    #[arg(long, value_name = "SHARE", default_value_t = Config::default().miss_price, value_parser = parse::miss_price)]
+    #[arg(allow_hyphen_values = true, help_heading = "Returns and map")]
+    miss_price: MissPrice,
+    /// The sensor's range noise, metres: scales the raw log-likelihood, nothing else
+    #[arg(long, value_name = "METRES", default_value_t = Config::default().sigma_m)]
+    #[arg(value_parser = crate::parse::length_m, help_heading = "Returns and map")]
+    sigma: f64,
+    #[command(flatten)]
+    resources: ResourceArgs,
+}
+
+/// Which returns are used, and where they were measured.
+#[derive(Debug, Args)]
+pub(crate) struct ScanArgs {
     /// Use only every N-th scan, for the map and for the score
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Input")]
     every: usize,
@@ -44,24 +70,11 @@ pub(crate) struct SettingsArgs {
     /// Edge of a voxel, metres; `auto` takes 0.2, 0.3 or 0.5 m by the density of the scans
     #[arg(long, value_name = "METRES", default_value = "auto", help_heading = "Returns and map")]
     voxel: parse::AutoLength,
-    /// Length of a segment of the drive, metres: a return is not compared with what was seen in its own
-    /// segment and the two beside it. `auto` is 12 m, or a sixteenth of a shorter drive
-    #[arg(long, value_name = "METRES", default_value = "auto", help_heading = "Returns and map")]
-    segment: parse::AutoLength,
-    /// Keep returns on the trails of moving objects out of all maps: those whose surfels are passed through by
-    /// rays of other parts of the drive. Reads the log four times instead of twice; not with --map
-    #[arg(long, help_heading = "Returns and map")]
-    free_space: bool,
-    /// For fused maps: what a return that other parts of the drive do not predict costs at the scale of 10 m, as
-    /// a share of the full square, 100 m²: from 0 to 1, to the thousandth
-    #[arg(long, value_name = "SHARE", default_value_t = Config::default().miss_price, value_parser = parse::miss_price)]
-    #[arg(allow_hyphen_values = true, help_heading = "Returns and map")]
-    miss_price: MissPrice,
-    /// The sensor's range noise, metres: scales the raw log-likelihood, nothing else
-    #[arg(long, value_name = "METRES", default_value_t = Config::default().sigma_m)]
-    #[arg(value_parser = crate::parse::length_m, help_heading = "Returns and map")]
-    sigma: f64,
+}
 
+/// What may be taken of the machine.
+#[derive(Debug, Args)]
+pub(crate) struct ResourceArgs {
     /// Memory to aim for, as 2GiB or 500MB, or `unlimited`; what does not fit goes to --work. Many runs on a
     /// dense log may need more than a small budget: that is told [default: a quarter of the machine's]
     #[arg(long, value_name = "SIZE", value_parser = parse::memory_bytes, help_heading = "Resources")]
@@ -75,6 +88,18 @@ pub(crate) struct SettingsArgs {
 }
 
 impl SettingsArgs {
+    pub(crate) fn config(&self) -> Config {
+        Config {
+            segment_m: self.segment.0,
+            free_space: self.free_space,
+            miss_price: self.miss_price,
+            sigma_m: self.sigma,
+            ..self.scans.in_config(self.resources.in_config(Config::default()))
+        }
+    }
+}
+
+impl ScanArgs {
     /// The mapper of a LAS file, of which --extrinsic and --time-offset speak too.
     pub(crate) fn mapper(&self) -> anyhow::Result<Mapper> {
         Ok(Mapper {
@@ -84,35 +109,30 @@ impl SettingsArgs {
         })
     }
 
-    pub(crate) fn config(&self) -> Config {
-        let default = Config::default();
-        let quarter = || dmp::machine_memory_bytes().map(|bytes| (bytes / 4) as usize);
+    /// The settings with these.
+    pub(crate) fn in_config(&self, config: Config) -> Config {
         Config {
             voxel_m: self.voxel.0,
-            segment_m: self.segment.0,
-            segments: None,
-            map_unit: None,
             min_range_m: self.min_range,
             max_range_m: self.max_range,
             ego: self.ego,
             every: self.every,
-            sample: default.sample,
-            seed: default.seed,
-            decide: None,
-            // Each run has its own.
-            body_from_sensor: default.body_from_sensor,
             time_offset_ns: self.time_offset,
             max_time_gap_ns: self.max_time_gap,
-            free_space: self.free_space,
-            miss_price: self.miss_price,
-            sigma_m: self.sigma,
-            memory_bytes: self.memory.or_else(quarter).unwrap_or(default.memory_bytes),
-            threads: self.threads.unwrap_or(default.threads),
-            work_folder: self.work.clone().unwrap_or(default.work_folder),
-            save_maps: None,
-            checkpoint_every: None,
-            resume: false,
-            order: default.order,
+            ..config
+        }
+    }
+}
+
+impl ResourceArgs {
+    /// The settings with these.
+    pub(crate) fn in_config(&self, config: Config) -> Config {
+        let quarter = || dmp::machine_memory_bytes().map(|bytes| (bytes / 4) as usize);
+        Config {
+            memory_bytes: self.memory.or_else(quarter).unwrap_or(config.memory_bytes),
+            threads: self.threads.unwrap_or(config.threads),
+            work_folder: self.work.clone().unwrap_or_else(|| config.work_folder.clone()),
+            ..config
         }
     }
 }

@@ -35,5 +35,7 @@ pub use map::{LoopMap, MapOptions};
 pub use optimise::{Kernel, OptimiseError, OptimiseOptions, Optimised, optimise};
 pub use rank::{
     Acceptance, Decision, Failed, MapScores, Ranker, Ranking, Scorer, Tried, TryFault, Verdict, Without,
-    optimised,
+    in_threads, optimised,
 };
+
+pub use dmp_reduce::{Estimate, Interval};

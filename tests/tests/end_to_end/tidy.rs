@@ -102,6 +102,7 @@ const TABLE: [(&str, &[&str]); 12] = [
             "dmp",
             "dmp-draw",
             "dmp-log",
+            "dmp-loops",
             "dmp-map",
             "dmp-sensor",
             "dmp-sim",

@@ -82,7 +82,6 @@ impl<'a> Placed<'a> {
         Ok(())
     }
 
-
     /// The score of this map itself.
     pub(crate) fn score(&self) -> Result<MapScore, LoopError> {
         let (mut reducer, mut frame) = self.reducer();

@@ -38,7 +38,7 @@ pub enum Verdict {
 /// Which candidates were accepted.
 #[derive(Debug)]
 pub struct Acceptance {
-    /// In the order of the decisions.
+    /// Of those that have a score on the graph without candidates, in the order of the decisions.
     pub decisions: Vec<Decision>,
     /// The graph with the accepted ones, optimised.
     pub graph: PoseGraph,
@@ -92,20 +92,14 @@ impl Ranker<'_> {
     pub fn accept(
         mut self,
         candidates: &[PoseEdge],
-        ranking: Ranking,
+        ranking: &Ranking,
         watch: &dyn Watch,
     ) -> Result<Acceptance, LoopError> {
         watch.begin(Stage::Candidates, candidates.len() as u64);
         let mut waiting: BinaryHeap<Waiting> =
-            ranking.ranked.into_iter().map(|tried| self.waiting(tried, 0)).collect();
-        let failed = |failed: super::Failed| Decision {
-            index: failed.index,
-            verdict: Verdict::Failed(failed.fault),
-            after: 0,
-            tried: None,
-        };
-        let mut decisions: Vec<Decision> = ranking.failed.into_iter().map(failed).collect();
-        watch.advance(decisions.len() as u64);
+            ranking.ranked.iter().map(|tried| self.waiting(tried.clone(), 0)).collect();
+        let mut decisions = Vec::new();
+        watch.advance(ranking.failed.len() as u64);
         let mut accepted = 0;
         while let Some(Waiting { tried, after, .. }) = waiting.pop() {
             let index = tried.index;

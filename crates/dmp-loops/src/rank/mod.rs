@@ -239,3 +239,13 @@ pub fn optimised(graph: &PoseGraph, options: &OptimiseOptions) -> Result<(PoseGr
     }
     Ok((graph.with_poses(found.world_from_body.clone())?, found))
 }
+
+/// Does something in so many threads: rankers take those they find.
+///
+/// # Errors
+/// When they cannot be started.
+pub fn in_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> Result<R, LoopError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|source| dmp::EvaluateError::Threads { threads, source })?;
+    Ok(pool.install(work))
+}

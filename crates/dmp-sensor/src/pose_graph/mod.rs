@@ -41,7 +41,14 @@ pub struct PoseGraph {
 impl PoseGraph {
     /// The information of a measurement of which nothing is known: standard deviations of one metre and one radian.
     pub fn unit_information() -> Matrix6<f64> {
-        Matrix6::from_diagonal(&[1.0, 1.0, 1.0, 4.0, 4.0, 4.0].into())
+        Self::information_of(1.0, 1.0)
+    }
+
+    /// The information of a measurement with these standard deviations along and about each axis, metres and radians.
+    pub fn information_of(place_m: f64, turn_rad: f64) -> Matrix6<f64> {
+        // What is small of a quaternion is half an angle.
+        let (place, turn) = (1.0 / (place_m * place_m), 4.0 / (turn_rad * turn_rad));
+        Matrix6::from_diagonal(&[place, place, place, turn, turn, turn].into())
     }
 
     /// A graph of poses `world_from_body` by id, edges, and the ids of the vertices that are held.

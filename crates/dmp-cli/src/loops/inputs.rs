@@ -1,0 +1,141 @@
+//! What is read before anything is computed.
+
+use dmp_log::{
+    Candidate, KeyframeTimes, LoopLabels, PoseGraphFile, SkippedCandidate, StaticFrames, read_keyframe_times,
+    read_loop_candidates, read_loop_labels, read_pose_graph,
+};
+use dmp_loops::OptimiseOptions;
+use dmp_sensor::{Isometry3, PoseGraph, Trajectory};
+
+use super::weights::Weights;
+use super::{Log, LoopsArgs};
+use crate::Common;
+use crate::exit::Usage;
+use crate::extrinsic;
+use crate::log_args::LogHead;
+use crate::runs::LoadedRun;
+use crate::score::announce;
+use crate::text::counted;
+
+pub(super) struct Inputs {
+    /// With the weights that take effect.
+    pub(super) graph: PoseGraph,
+    pub(super) candidates: Vec<Candidate>,
+    pub(super) skipped: Vec<SkippedCandidate>,
+    pub(super) labels: Option<LoopLabels>,
+    pub(super) stamps_ns: Option<Vec<i64>>,
+    pub(super) weights: Weights,
+    pub(super) options: OptimiseOptions,
+    pub(super) log: Option<Log>,
+}
+
+impl Inputs {
+    /// What is short comes first, so that a mistake in it is told before a long log is read.
+    pub(super) fn read(arguments: &LoopsArgs, common: &Common) -> anyhow::Result<Self> {
+        let note = |text: String| {
+            if !common.quiet {
+                eprintln!("note: {text}");
+            }
+        };
+        let file = read_pose_graph(&arguments.graph)?;
+        tell_others(&file, arguments, &note);
+        file.graph
+            .check_connected(&[])
+            .map_err(|error| anyhow::anyhow!("{}: {error}", arguments.graph.display()))?;
+        let weights = arguments.weights.of(file.has_information);
+        if weights.is_guessed {
+            let (step, of_loop) =
+                (weights.step_error.unwrap_or_default(), weights.loop_error.unwrap_or_default());
+            note(format!(
+                "{}: its edges do not say how good they are; steps are taken to be good to {} m and {} rad, loops to {:.2} m and \
+                 {:.2} rad: --step-error and --loop-error say otherwise",
+                arguments.graph.display(),
+                step.0,
+                step.1,
+                of_loop.0,
+                of_loop.1
+            ));
+        }
+        let read = read_loop_candidates(&arguments.candidates, &file)?;
+        let weigh = |one: Candidate| Candidate { edge: weights.of_candidate(&one.edge), ..one };
+        let candidates: Vec<Candidate> = read.candidates.into_iter().map(weigh).collect();
+        for skipped in &read.skipped {
+            note(format!(
+                "{}: {}: skipped: {}",
+                arguments.candidates.display(),
+                skipped.place,
+                skipped.fault
+            ));
+        }
+        if candidates.is_empty() {
+            let all = counted(read.skipped.len() as u64, "candidate");
+            anyhow::bail!("{}: none of {all} can be tried", arguments.candidates.display());
+        }
+        let labels = arguments.truth.as_deref().map(read_loop_labels).transpose()?;
+        let stamps_ns = match &arguments.keyframes {
+            None => None,
+            Some(path) => {
+                let times: KeyframeTimes = read_keyframe_times(path)?;
+                let of_vertices = times.of_vertices(file.graph.ids());
+                Some(of_vertices.map_err(|fault| anyhow::anyhow!("{}: {fault}", path.display()))?)
+            }
+        };
+        let options = OptimiseOptions { loop_kernel: weights.kernel, ..OptimiseOptions::default() };
+        let log = match &arguments.log {
+            None => None,
+            Some(path) => Some(arguments.reading.open(path, &arguments.scans.mapper()?)?),
+        };
+        let graph = weights.of_graph(&file.graph)?;
+        Ok(Self { graph, candidates, skipped: read.skipped, labels, stamps_ns, weights, options, log })
+    }
+
+    /// The label of a candidate, where there is one.
+    pub(super) fn label(&self, index: usize) -> Option<bool> {
+        let edge = &self.candidates[index].edge;
+        self.labels.as_ref()?.of(edge.from, edge.to)
+    }
+
+    /// Where the sensor sits on the body whose poses the graph has; tells it and what the log is.
+    pub(super) fn body_from_sensor(
+        &self,
+        arguments: &LoopsArgs,
+        trajectory: Trajectory,
+        log: &dyn dmp_log::ScanLog,
+        common: &Common,
+    ) -> anyhow::Result<Isometry3<f64>> {
+        let run = LoadedRun {
+            name: "graph".to_owned(),
+            given: arguments.graph.display().to_string(),
+            path: arguments.graph.clone(),
+            format: "g2o",
+            trajectory,
+            out_of_order: 0,
+            repeated: 0,
+            body_frame: None,
+            static_frames: StaticFrames::default(),
+            notes: Vec::new(),
+            damaged: false,
+            fingerprint: String::new(),
+        };
+        let (runs, head) = ([run], LogHead::of_log(log));
+        if !common.quiet {
+            announce::found(head, &runs);
+        }
+        let found = extrinsic::of_runs(&arguments.scans.extrinsic, &runs, head)?;
+        if !common.quiet {
+            announce::extrinsics(&runs, &found);
+        }
+        let first = found.into_iter().next().ok_or_else(|| Usage("no place of the sensor".to_owned()))?;
+        Ok(first.transform)
+    }
+}
+
+fn tell_others(file: &PoseGraphFile, arguments: &LoopsArgs, note: &dyn Fn(String)) {
+    let graph = arguments.graph.display();
+    for (tag, count) in &file.other_records {
+        note(format!("{graph}: {} `{tag}` passed over", counted(*count, "line")));
+    }
+    if file.repeated_vertices > 0 {
+        note(format!("{graph}: {} left out", counted(file.repeated_vertices as u64, "repeated vertex")));
+    }
+}

@@ -1,0 +1,92 @@
+//! Files of what was found.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use dmp_draw::plot::{Axis, Plot, Point, Series, Style};
+use dmp_log::write_pose_graph;
+use dmp_loops::Keyframes;
+
+use super::Ranked;
+use super::inputs::Inputs;
+use super::result::{LoopsResult, TruthResult};
+use crate::exit::Usage;
+use crate::save::{refuse_same, save, save_text, save_trajectory};
+use crate::text::digits;
+
+#[derive(Debug, Args)]
+pub(super) struct OutputArgs {
+    /// Print one JSON object (schema dmp-loops/1) instead of tables
+    #[arg(long, help_heading = "Output")]
+    pub(super) json: bool,
+    /// The curve of precision over recall, as a picture; needs --truth
+    #[arg(long, value_name = "FILE.svg", requires = "truth", help_heading = "Output")]
+    svg: Option<PathBuf>,
+    /// The graph with the accepted loops, optimised, in g2o's format
+    #[arg(long, value_name = "FILE.g2o", requires = "accept", help_heading = "Acceptance")]
+    save_graph: Option<PathBuf>,
+    /// Its poses as a trajectory: TUM where keyframes have times, else KITTI rows
+    #[arg(long, value_name = "FILE", requires = "accept", help_heading = "Acceptance")]
+    save_trajectory: Option<PathBuf>,
+}
+
+impl OutputArgs {
+    /// Refuses what would take the place of an input or of another output.
+    pub(super) fn check(&self, accept: bool, inputs: &[&Path]) -> Result<(), Usage> {
+        debug_assert!(accept || self.save_graph.is_none());
+        let outputs: Vec<&PathBuf> =
+            [&self.svg, &self.save_graph, &self.save_trajectory].into_iter().flatten().collect();
+        for (k, output) in outputs.iter().enumerate() {
+            inputs.iter().try_for_each(|input| refuse_same(input, output))?;
+            if outputs[..k].contains(output) {
+                return Err(Usage(format!("{}: named for two outputs", output.display())));
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn write(
+        &self,
+        result: &LoopsResult,
+        inputs: &Inputs,
+        ranked: &Ranked,
+        keyframes: Option<&Keyframes>,
+    ) -> anyhow::Result<()> {
+        if let (Some(path), Some(truth)) = (&self.svg, &result.truth) {
+            save_text(path, &curve(truth).to_svg())?;
+        }
+        let Some(accepted) = &ranked.accepted else { return Ok(()) };
+        if let Some(path) = &self.save_graph {
+            save(path, |out| write_pose_graph(out, &accepted.graph))?;
+        }
+        if let Some(path) = &self.save_trajectory {
+            let poses = accepted.graph.poses();
+            let stamps = inputs.stamps_ns.clone().map(Keyframes::At);
+            let keyframes = keyframes.cloned().or(stamps).unwrap_or(Keyframes::Scans(poses.len()));
+            save_trajectory(path, &keyframes.run("graph", poses)?.trajectory)?;
+        }
+        Ok(())
+    }
+}
+
+/// Precision over recall, as in fig. 3 of Zhang & Chen 2021.
+fn curve(truth: &TruthResult) -> Plot {
+    let axis = |title: &str| Axis { title: title.to_owned(), log: false };
+    let point = |recall: f64, precision: f64| Point { x: recall, y: precision, name: String::new() };
+    let mut points: Vec<Point> =
+        truth.curve.first().map(|first| point(0.0, first.precision)).into_iter().collect();
+    points.extend(truth.curve.iter().map(|at| point(at.recall, at.precision)));
+    Plot {
+        title: "Loop candidates".to_owned(),
+        subtitle: format!(
+            "average precision {}, {} true and {} false",
+            digits(truth.average_precision),
+            truth.true_candidates,
+            truth.false_candidates
+        ),
+        x: axis("recall: share of the true loops that is accepted"),
+        y: axis("precision: share of the accepted loops that is true"),
+        x_names: Vec::new(),
+        series: vec![Series { name: "ranked by their maps".to_owned(), points, style: Style::Joined }],
+    }
+}

@@ -1,0 +1,150 @@
+//! The ranking for a person.
+
+use std::io::{self, Write};
+
+use super::result::{AcceptedResult, CandidateResult, LoopsResult, NearResult};
+use crate::text::{self, NONE, Side, Table, counted, digits, percent};
+
+/// Square centimetres in a square metre.
+const CM2: f64 = 1e4;
+
+pub(super) fn result(out: &mut impl Write, result: &LoopsResult) -> anyhow::Result<()> {
+    let inputs = &result.inputs;
+    let (vertices, edges) = (counted(inputs.vertices as u64, "vertex"), counted(inputs.edges as u64, "edge"));
+    let without = &result.without;
+    writeln!(
+        out,
+        "{}: {vertices}, {edges}; optimised: chi² {} to {}",
+        inputs.graph,
+        digits(without.chi2_before),
+        digits(without.chi2)
+    )?;
+    if let Some(log) = inputs.log.as_ref().filter(|log| log.rays > 0) {
+        let voxel = result.config.voxel_m.map_or(NONE.to_owned(), digits);
+        writeln!(
+            out,
+            "{} of {} keyframes have scans; {} used; voxels {voxel} m; {} cast into each map",
+            log.keyframes_with_scans,
+            inputs.vertices,
+            counted(log.returns_used, "return"),
+            counted(log.rays as u64, "ray")
+        )?;
+    }
+    let by_map = result.config.ranked_by != "graph";
+    match (by_map, &without.r_near_m2) {
+        (true, Some(near)) => writeln!(out, "without candidates: R_near(2 m) {} cm\n", root_cm(near))?,
+        _ => writeln!(out, "no log: ranked by how much the sum of squares grows\n")?,
+    }
+    table(out, result, by_map)?;
+    if !result.skipped.is_empty() {
+        writeln!(out, "\nskipped: {}", counted(result.skipped.len() as u64, "candidate"))?;
+        for skipped in &result.skipped {
+            let ends =
+                skipped.from.zip(skipped.to).map_or(String::new(), |(from, to)| format!(" ({from} to {to})"));
+            writeln!(out, "  {}{ends}: {}", skipped.place, skipped.why)?;
+        }
+    }
+    if let Some(accepted) = &result.accepted {
+        writeln!(out)?;
+        accepted_ones(out, accepted, by_map)?;
+    }
+    if let Some(truth) = &result.truth {
+        writeln!(
+            out,
+            "\naverage precision {}: {} true, {} false, {} without a label; recall without a false one {} %",
+            digits(truth.average_precision),
+            truth.true_candidates,
+            truth.false_candidates,
+            truth.unlabelled,
+            percent(truth.recall_without_false)
+        )?;
+    }
+    if let Some(why) = &result.truth_withheld {
+        writeln!(out, "\nno precision and recall: {why}")?;
+    }
+    let timing = &result.timing;
+    let accept = if timing.accept_s > 0.0 {
+        format!(", accepting {}", text::duration(timing.accept_s))
+    } else {
+        String::new()
+    };
+    writeln!(
+        out,
+        "\n{}: reading {}, ranking {}{accept}",
+        text::duration(timing.total_s),
+        text::duration(timing.read_s),
+        text::duration(timing.rank_s)
+    )?;
+    Ok(())
+}
+
+fn table(out: &mut impl Write, result: &LoopsResult, by_map: bool) -> io::Result<()> {
+    let labelled = result.candidates.iter().any(|candidate| candidate.label.is_some());
+    let mut head = vec!["", "from", "to"];
+    let mut units = vec!["", "", ""];
+    if by_map {
+        head.extend(["R_near 2 m", "change", "99 %"]);
+        units.extend(["cm", "cm²", "cm²"]);
+    }
+    head.extend(["moved", "turned", "chi²", "its own"]);
+    units.extend(["m", "deg", "+", ""]);
+    if labelled {
+        head.push("label");
+        units.push("");
+    }
+    let sides: Vec<Side> =
+        (0..head.len()).map(|k| if k == 5 && by_map { Side::Left } else { Side::Right }).collect();
+    let mut table = Table::new(sides);
+    table.row(head);
+    table.row(units);
+    for (rank, candidate) in result.candidates.iter().enumerate() {
+        table.row(row(rank + 1, candidate, by_map, labelled));
+    }
+    table.write(out, "")
+}
+
+fn row(rank: usize, candidate: &CandidateResult, by_map: bool, labelled: bool) -> Vec<String> {
+    let mut row = vec![rank.to_string(), candidate.from.to_string(), candidate.to.to_string()];
+    if by_map {
+        row.push(candidate.r_near_m2.as_ref().map_or(NONE.to_owned(), root_cm));
+        row.push(candidate.change_m2.map_or(NONE.to_owned(), |change| signed(change * CM2)));
+        let interval = |[low, high]: [f64; 2]| format!("{} to {}", signed(low * CM2), signed(high * CM2));
+        row.push(candidate.change_ci99_m2.map_or(NONE.to_owned(), interval));
+    }
+    row.extend([
+        digits(candidate.largest_move_m),
+        digits(candidate.largest_turn_rad.to_degrees()),
+        digits(candidate.chi2_change),
+        digits(candidate.own_chi2),
+    ]);
+    if labelled {
+        row.push(candidate.label.map_or(NONE, |label| if label { "true" } else { "false" }).to_owned());
+    }
+    row
+}
+
+fn accepted_ones(out: &mut impl Write, accepted: &AcceptedResult, by_map: bool) -> io::Result<()> {
+    let of = accepted.decisions.len();
+    let score = match (by_map, accepted.r_near_2_m2) {
+        (true, Some(m2)) => format!("R_near(2 m) {} cm, ", digits(100.0 * m2.sqrt())),
+        _ => String::new(),
+    };
+    writeln!(out, "accepted {} of {of}: {score}chi² {}", accepted.accepted, digits(accepted.chi2))?;
+    for decision in &accepted.decisions {
+        let label = decision.label.map_or("", |label| if label { " (true)" } else { " (false)" });
+        let what = decision.why_not.as_deref().map_or("accepted".to_owned(), |why| format!("not: {why}"));
+        writeln!(out, "  {} to {}{label}: {what}", decision.from, decision.to)?;
+    }
+    if let (Some(precision), Some(recall)) = (accepted.precision, accepted.recall) {
+        writeln!(out, "  precision {} %, recall {} %", percent(precision), percent(recall))?;
+    }
+    Ok(())
+}
+
+fn root_cm(near: &NearResult) -> String {
+    near.at_2.map_or(NONE.to_owned(), |m2| digits(100.0 * m2.sqrt()))
+}
+
+fn signed(value: f64) -> String {
+    if value > 0.0 { format!("+{}", digits(value)) } else { digits(value) }
+}

@@ -1,0 +1,389 @@
+//! What `dmp loops --json` prints.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::time::Instant;
+
+use dmp_loops::{Decision, Estimate, LoopMap, MapScores, Optimised, Tried, Verdict};
+use dmp_sensor::DropReason;
+use dmp_truth::detection::{PrecisionRecall, Ranked as Labelled};
+use serde::Serialize;
+
+use super::inputs::Inputs;
+use super::{LoopsArgs, Ranked};
+use crate::Exit;
+
+const SCHEMA: &str = "dmp-loops/1";
+
+#[derive(Debug, Serialize)]
+pub(super) struct LoopsResult {
+    schema: &'static str,
+    dmp_version: &'static str,
+    pub(super) config: ConfigResult,
+    pub(super) inputs: InputsResult,
+    pub(super) without: WithoutResult,
+    /// From best to worst.
+    pub(super) candidates: Vec<CandidateResult>,
+    pub(super) skipped: Vec<SkippedResult>,
+    pub(super) accepted: Option<AcceptedResult>,
+    pub(super) truth: Option<TruthResult>,
+    /// Why there is none though labels were given.
+    pub(super) truth_withheld: Option<String>,
+    pub(super) timing: TimingResult,
+    memory: MemoryResult,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct ConfigResult {
+    /// `map`, `map-direct` or `graph`.
+    pub(super) ranked_by: &'static str,
+    pub(super) voxel_m: Option<f64>,
+    pub(super) rays_per_keyframe: usize,
+    pub(super) moved_m: f64,
+    pub(super) step_error: Option<[f64; 2]>,
+    pub(super) loop_error: Option<[f64; 2]>,
+    pub(super) loop_kernel: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct InputsResult {
+    pub(super) graph: String,
+    pub(super) vertices: usize,
+    pub(super) edges: usize,
+    pub(super) candidates: String,
+    pub(super) log: Option<LogResult>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct LogResult {
+    pub(super) path: String,
+    pub(super) scans: usize,
+    pub(super) returns_used: u64,
+    pub(super) returns_dropped: BTreeMap<&'static str, u64>,
+    pub(super) keyframes_with_scans: usize,
+    pub(super) rays: usize,
+    pub(super) patch_bytes: u64,
+    pub(super) damage: Vec<String>,
+}
+
+/// The graph without candidates.
+#[derive(Debug, Serialize)]
+pub(super) struct WithoutResult {
+    /// As it was given, and optimised.
+    pub(super) chi2_before: f64,
+    pub(super) chi2: f64,
+    pub(super) iterations: usize,
+    pub(super) r_near_m2: Option<NearResult>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct NearResult {
+    #[serde(rename = "5")]
+    at_5: Option<f64>,
+    #[serde(rename = "2")]
+    pub(super) at_2: Option<f64>,
+    #[serde(rename = "0.5")]
+    at_0_5: Option<f64>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub(super) struct CandidateResult {
+    pub(super) place: String,
+    pub(super) from: i64,
+    pub(super) to: i64,
+    pub(super) r_near_m2: Option<NearResult>,
+    /// R_near(2 m) less that without it, over the returns that both maps predict.
+    pub(super) change_m2: Option<f64>,
+    pub(super) change_ci99_m2: Option<[f64; 2]>,
+    pub(super) largest_move_m: f64,
+    pub(super) moved_most: i64,
+    pub(super) largest_turn_rad: f64,
+    pub(super) chi2_change: f64,
+    pub(super) own_chi2: f64,
+    pub(super) iterations: usize,
+    /// Share of the rays that were cast anew.
+    cast_share: Option<f64>,
+    pub(super) label: Option<bool>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct SkippedResult {
+    pub(super) place: String,
+    pub(super) from: Option<i64>,
+    pub(super) to: Option<i64>,
+    pub(super) why: String,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct AcceptedResult {
+    pub(super) accepted: usize,
+    pub(super) r_near_2_m2: Option<f64>,
+    pub(super) chi2: f64,
+    pub(super) decisions: Vec<DecisionResult>,
+    /// Of those with labels: how many of the accepted are true, and of all true ones how many are accepted.
+    pub(super) precision: Option<f64>,
+    pub(super) recall: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct DecisionResult {
+    pub(super) from: i64,
+    pub(super) to: i64,
+    pub(super) accepted: bool,
+    /// `worse`, or what is wrong with it.
+    pub(super) why_not: Option<String>,
+    /// How many had been accepted before.
+    after: usize,
+    change_m2: Option<f64>,
+    change_ci99_m2: Option<[f64; 2]>,
+    pub(super) label: Option<bool>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct TruthResult {
+    pub(super) average_precision: f64,
+    pub(super) true_candidates: usize,
+    pub(super) false_candidates: usize,
+    pub(super) unlabelled: usize,
+    /// Largest recall without a false one among those accepted.
+    pub(super) recall_without_false: f64,
+    pub(super) curve: Vec<CurveResult>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct CurveResult {
+    score: f64,
+    pub(super) recall: f64,
+    pub(super) precision: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct TimingResult {
+    pub(super) read_s: f64,
+    pub(super) rank_s: f64,
+    pub(super) accept_s: f64,
+    pub(super) total_s: f64,
+    threads: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct MemoryResult {
+    budget_bytes: usize,
+    peak_anon_bytes: Option<u64>,
+}
+
+impl LoopsResult {
+    pub(super) fn new(
+        arguments: &LoopsArgs,
+        inputs: &Inputs,
+        found: &Optimised,
+        map: Option<&LoopMap>,
+        ranked: &Ranked,
+        read_s: f64,
+        start: Instant,
+    ) -> Self {
+        let config = arguments.config();
+        let pair = |error: Option<(f64, f64)>| error.map(|(metres, radians)| [metres, radians]);
+        let (truth, truth_withheld) = truth_of(inputs, ranked);
+        let candidates: Vec<_> =
+            ranked.ranking.ranked.iter().map(|tried| candidate_of(inputs, tried)).collect();
+        Self {
+            schema: SCHEMA,
+            dmp_version: env!("CARGO_PKG_VERSION"),
+            config: ConfigResult {
+                ranked_by: match (&inputs.log, arguments.direct) {
+                    (None, _) => "graph",
+                    (Some(_), true) => "map-direct",
+                    (Some(_), false) => "map",
+                },
+                voxel_m: map.map(LoopMap::voxel_m),
+                rays_per_keyframe: arguments.rays,
+                moved_m: arguments.moved,
+                step_error: pair(inputs.weights.step_error),
+                loop_error: pair(inputs.weights.loop_error),
+                loop_kernel: inputs.weights.kernel.map(|kernel| format!("{kernel:?}")),
+            },
+            inputs: InputsResult {
+                graph: arguments.graph.display().to_string(),
+                vertices: inputs.graph.ids().len(),
+                edges: inputs.graph.edges().len(),
+                candidates: arguments.candidates.display().to_string(),
+                log: inputs.log.as_ref().map(|log| LogResult {
+                    path: log.summary().path.display().to_string(),
+                    scans: map.map_or(log.frames().len(), LoopMap::scans),
+                    returns_used: map.map_or(0, |map| map.counts().used()),
+                    returns_dropped: map.map(dropped).unwrap_or_default(),
+                    keyframes_with_scans: map.map_or(inputs.graph.ids().len(), LoopMap::keyframes_seen),
+                    rays: map.map_or(0, LoopMap::rays),
+                    patch_bytes: map.map_or(0, LoopMap::patch_bytes),
+                    damage: log
+                        .summary()
+                        .damage
+                        .iter()
+                        .map(|lost| format!("{}: {}", lost.place, lost.what))
+                        .collect(),
+                }),
+            },
+            without: WithoutResult {
+                chi2_before: found.chi2_before,
+                chi2: ranked.without.chi2,
+                iterations: found.iterations,
+                r_near_m2: ranked.without.map.as_ref().map(near_of),
+            },
+            candidates,
+            skipped: skipped_of(inputs, ranked),
+            accepted: ranked.accepted.as_ref().map(|accepted| accepted_of(inputs, accepted)),
+            truth,
+            truth_withheld,
+            timing: TimingResult {
+                read_s,
+                rank_s: ranked.rank_s,
+                accept_s: ranked.accept_s,
+                total_s: start.elapsed().as_secs_f64(),
+                threads: config.threads,
+            },
+            memory: MemoryResult {
+                budget_bytes: config.memory_bytes,
+                peak_anon_bytes: dmp::peak_anonymous_bytes(),
+            },
+        }
+    }
+
+    pub(super) fn exit(&self) -> Exit {
+        let damaged = self.inputs.log.as_ref().is_some_and(|log| !log.damage.is_empty());
+        if damaged || !self.skipped.is_empty() { Exit::InputDamaged } else { Exit::Done }
+    }
+
+    pub(super) fn print_json(&self, out: &mut impl Write) -> anyhow::Result<()> {
+        serde_json::to_writer_pretty(&mut *out, self).map_err(std::io::Error::from)?;
+        Ok(writeln!(out)?)
+    }
+}
+
+fn dropped(map: &LoopMap) -> BTreeMap<&'static str, u64> {
+    let counts = DropReason::ALL.into_iter().map(|reason| (reason.name(), map.counts().dropped(reason)));
+    counts.filter(|(_, count)| *count > 0).collect()
+}
+
+fn near_of(map: &MapScores) -> NearResult {
+    let [at_5, at_2, at_0_5] = map.r_near_m2.map(|(_, score)| score.map(|score| score.value_m2));
+    NearResult { at_5, at_2, at_0_5 }
+}
+
+/// A change and its interval.
+fn change_of(map: Option<&MapScores>) -> (Option<f64>, Option<[f64; 2]>) {
+    let change: Option<Estimate> = map.and_then(|map| map.change);
+    let interval = change.and_then(|change| change.interval);
+    (change.map(|change| change.value_m2), interval.map(|interval| [interval.low_m2, interval.high_m2]))
+}
+
+fn candidate_of(inputs: &Inputs, tried: &Tried) -> CandidateResult {
+    let candidate = &inputs.candidates[tried.index];
+    let (change_m2, change_ci99_m2) = change_of(tried.map.as_ref());
+    CandidateResult {
+        place: candidate.place.to_string(),
+        from: candidate.edge.from,
+        to: candidate.edge.to,
+        r_near_m2: tried.map.as_ref().map(near_of),
+        change_m2,
+        change_ci99_m2,
+        largest_move_m: tried.largest_move_m,
+        moved_most: tried.moved_most,
+        largest_turn_rad: tried.largest_turn_rad,
+        chi2_change: tried.chi2_change,
+        own_chi2: tried.own_chi2,
+        iterations: tried.iterations,
+        cast_share: tried.map.as_ref().map(|map| map.cast_share),
+        label: inputs.label(tried.index),
+    }
+}
+
+/// Those that could not be read as candidates, and those that have no score.
+fn skipped_of(inputs: &Inputs, ranked: &Ranked) -> Vec<SkippedResult> {
+    let read = inputs.skipped.iter().map(|skipped| SkippedResult {
+        place: skipped.place.to_string(),
+        from: skipped.ends.map(|ends| ends.0),
+        to: skipped.ends.map(|ends| ends.1),
+        why: skipped.fault.to_string(),
+    });
+    let tried = ranked.ranking.failed.iter().map(|failed| {
+        let candidate = &inputs.candidates[failed.index];
+        SkippedResult {
+            place: candidate.place.to_string(),
+            from: Some(candidate.edge.from),
+            to: Some(candidate.edge.to),
+            why: failed.fault.to_string(),
+        }
+    });
+    read.chain(tried).collect()
+}
+
+fn accepted_of(inputs: &Inputs, accepted: &dmp_loops::Acceptance) -> AcceptedResult {
+    let decision = |decision: &Decision| {
+        let edge = &inputs.candidates[decision.index].edge;
+        let (change_m2, change_ci99_m2) =
+            change_of(decision.tried.as_ref().and_then(|tried| tried.map.as_ref()));
+        DecisionResult {
+            from: edge.from,
+            to: edge.to,
+            accepted: matches!(decision.verdict, Verdict::Accepted),
+            why_not: match &decision.verdict {
+                Verdict::Accepted => None,
+                Verdict::Worse => Some("worse".to_owned()),
+                Verdict::Failed(fault) => Some(fault.to_string()),
+            },
+            after: decision.after,
+            change_m2,
+            change_ci99_m2,
+            label: inputs.label(decision.index),
+        }
+    };
+    let decisions: Vec<DecisionResult> = accepted.decisions.iter().map(decision).collect();
+    let count = |accepted: Option<bool>, label: bool| {
+        let those =
+            decisions.iter().filter(|d| accepted.is_none_or(|a| d.accepted == a) && d.label == Some(label));
+        those.count() as f64
+    };
+    let share = |part: f64, of: f64| (of > 0.0).then(|| part / of);
+    let right = count(Some(true), true);
+    AcceptedResult {
+        accepted: decisions.iter().filter(|decision| decision.accepted).count(),
+        r_near_2_m2: accepted.r_near_m2,
+        chi2: accepted.chi2,
+        precision: share(right, right + count(Some(true), false)),
+        recall: share(right, count(None, true)),
+        decisions,
+    }
+}
+
+/// Precision and recall of the ranking, or why there are none.
+fn truth_of(inputs: &Inputs, ranked: &Ranked) -> (Option<TruthResult>, Option<String>) {
+    if inputs.labels.is_none() {
+        return (None, None);
+    }
+    let labelled = ranked
+        .ranking
+        .ranked
+        .iter()
+        .filter_map(|tried| Some(Labelled { score: tried.score(), is_true: inputs.label(tried.index)? }));
+    let labelled: Vec<Labelled> = labelled.collect();
+    let found = match PrecisionRecall::of(&labelled) {
+        Ok(found) => found,
+        Err(error) => return (None, Some(error.to_string())),
+    };
+    let true_candidates = labelled.iter().filter(|one| one.is_true).count();
+    let point = |point: &dmp_truth::detection::PrecisionRecallPoint| CurveResult {
+        score: point.score,
+        recall: point.recall,
+        precision: point.precision,
+    };
+    let truth = TruthResult {
+        average_precision: found.average_precision,
+        true_candidates,
+        false_candidates: labelled.len() - true_candidates,
+        unlabelled: ranked.ranking.ranked.len() - labelled.len(),
+        recall_without_false: found.recall_without_false(),
+        curve: found.points.iter().map(point).collect(),
+    };
+    (Some(truth), None)
+}
