@@ -1,3 +1,5 @@
+use dmp_sensor::{PoseGraphError, TrajectoryError};
+
 use crate::route::Route;
 
 /// Why a simulation cannot be made as asked.
@@ -42,6 +44,46 @@ pub enum SimError {
         /// The error asked for.
         what: &'static str,
     },
+    /// Keyframes have stamps.
+    #[error("the trajectory has no stamps, which keyframes need")]
+    NoStamps,
+    /// There is nothing to make keyframes of.
+    #[error("there are no instants to make keyframes of")]
+    NoInstants,
+    /// A keyframe needs a true pose.
+    #[error("the trajectory has no pose at the stamp {stamp_ns} ns")]
+    NoPose {
+        /// The instant, nanoseconds.
+        stamp_ns: i64,
+    },
+    /// True loops need places that the drive comes back to.
+    #[error(
+        "{asked} loops need as many keyframes within 8 m of a place that was passed more than 100 m of travel \
+         before, and the drive has {found}"
+    )]
+    TooFewRevisits {
+        /// The loops asked for.
+        asked: usize,
+        /// The keyframes that are at a place seen before.
+        found: usize,
+    },
+    /// False loops need places that are not one.
+    #[error(
+        "{asked} false loops need as many pairs of keyframes more than 40 m from each other with more than 100 m \
+         of travel between them, and only {found} were found"
+    )]
+    TooFewPlaces {
+        /// The loops asked for.
+        asked: usize,
+        /// The pairs that were found.
+        found: usize,
+    },
+    /// The poses make no graph.
+    #[error(transparent)]
+    Graph(#[from] PoseGraphError),
+    /// The poses make no trajectory.
+    #[error(transparent)]
+    Trajectory(#[from] TrajectoryError),
 }
 
 /// Refuses a number that is not what it must be.

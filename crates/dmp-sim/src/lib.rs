@@ -6,7 +6,8 @@
 //! a [campus](Town::campus) it is a walker who carries the sensor, up and down the stairs.
 //! A [`Lidar`] on that body measures scans, each firing from where the sensor is at that moment. A
 //! [`Recording`] ties the three together: scans in order, and the truth. [`SlamErrors`] turn a true
-//! trajectory into one that a SLAM system might have put out, with errors of known kind and size.
+//! trajectory into one that a SLAM system might have put out, with errors of known kind and size. A [`LoopGraph`] is what a SLAM
+//! front end might have left of it: a pose graph that drifts, and loop candidates, true and false.
 //!
 //! The same numbers give the same scans and trajectories, to the bit, on any machine and any number of
 //! threads. Nothing here reads or writes a file. World frame: x east, y north, z up; body and sensor frame
@@ -33,6 +34,7 @@ mod error;
 mod errors;
 mod lidar;
 mod lidar_options;
+mod loops;
 mod path;
 mod profile;
 mod random;
@@ -47,6 +49,7 @@ pub use error::SimError;
 pub use errors::{Noise, SlamErrors, ate_rmse_m, close_loop};
 pub use lidar::Lidar;
 pub use lidar_options::{LidarOptions, NoReturn, Sweep};
+pub use loops::{LoopGraph, LoopGraphOptions, LoopKind, SimulatedLoop};
 pub use route::Route;
 pub use simulation::{Recording, RecordingOptions};
 pub use town::{Hit, Surface, Town, TownOptions};

@@ -1,0 +1,120 @@
+use std::f64::consts::{PI, TAU};
+use std::fmt;
+
+use dmp_sensor::{Isometry3, Matrix6, PoseEdge, UnitQuaternion, Vector3};
+
+use super::keyframes::Keyframes;
+use super::{RAD_PER_DEG, SimulatedLoop};
+use crate::random::Random;
+
+/// What every loop measurement is off by, along and about each axis.
+const SIGMA_M: f64 = 0.05;
+const SIGMA_RAD: f64 = 0.2 * RAD_PER_DEG;
+/// What all of them claim to be off by: the front end does not know better.
+const CLAIMED_SIGMA_M: f64 = 0.1;
+const CLAIMED_SIGMA_RAD: f64 = 0.5 * RAD_PER_DEG;
+/// Farthest that two places which look alike are measured apart in the plane, metres, and how far their headings
+/// differ from those of one street.
+const ALIKE_WITHIN_M: f64 = 2.0;
+const ALIKE_WITHIN_RAD: f64 = 3.0 * RAD_PER_DEG;
+/// By how much a near loop is off, metres: within 3 to 10 with any noise that is ever drawn.
+const NEAR_M: [f64; 2] = [3.4, 9.6];
+/// Standard deviation of the direction in which it is off, from that of travel.
+const NEAR_SIGMA_RAD: f64 = 15.0 * RAD_PER_DEG;
+
+/// What a simulated loop candidate is.
+///
+/// As text (`Display`): `true`, `false`, `near`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LoopKind {
+    /// Two keyframes within 8 m of each other, with more than 100 m of travel between them, measured to 0.05 m and
+    /// 0.2° about each axis.
+    True,
+    /// Two keyframes more than 40 m from each other, with more than 100 m of travel between them, measured as if
+    /// they were at one place of a street: at most 2 m apart in the plane, heading the same way or the opposite one
+    /// to 3°. Two streets look alike.
+    False,
+    /// As a true one, but off by 3 to 10 m, mostly along the way: a street looks alike all along.
+    Near,
+}
+
+impl LoopKind {
+    /// Whether a graph should have it.
+    pub fn is_true(self) -> bool {
+        self == Self::True
+    }
+}
+
+impl fmt::Display for LoopKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::True => "true",
+            Self::False => "false",
+            Self::Near => "near",
+        })
+    }
+}
+
+/// Measures loops of a drive.
+pub(super) struct Measurer<'a> {
+    pub(super) keyframes: &'a Keyframes,
+    pub(super) random: Random,
+}
+
+impl Measurer<'_> {
+    pub(super) fn measure(&mut self, from: usize, to: usize, kind: LoopKind) -> SimulatedLoop {
+        let truly = self.keyframes.poses[from].inv_mul(&self.keyframes.poses[to]);
+        let seen = match kind {
+            LoopKind::True => truly,
+            LoopKind::False => self.as_if_here(),
+            LoopKind::Near => Isometry3::from(self.along_the_way(from)) * truly,
+        };
+        let from_from_to = seen * off_by(&mut self.random, SIGMA_M, SIGMA_RAD, Vector3::zeros());
+        let information = information(CLAIMED_SIGMA_M, CLAIMED_SIGMA_RAD);
+        let edge = PoseEdge { from: from as i64, to: to as i64, from_from_to, information };
+        SimulatedLoop { edge, kind }
+    }
+
+    /// A pose near the identity, or near one that looks back.
+    fn as_if_here(&mut self) -> Isometry3<f64> {
+        // Within what noise may add, evenly over the disc.
+        let radius_m = (ALIKE_WITHIN_M - 8.0 * SIGMA_M) * self.random.unit().sqrt();
+        let angle = TAU * self.random.unit();
+        let place = Vector3::new(radius_m * libm::cos(angle), radius_m * libm::sin(angle), 0.0);
+        let back = if self.random.chance(0.5) { PI } else { 0.0 };
+        let within = ALIKE_WITHIN_RAD - 8.0 * SIGMA_RAD;
+        let yaw = back + self.random.between(-within, within);
+        Isometry3::from_parts(place.into(), UnitQuaternion::from_scaled_axis(Vector3::z() * yaw))
+    }
+
+    /// A shift along the way at a keyframe, in its frame.
+    fn along_the_way(&mut self, at: usize) -> Vector3<f64> {
+        let poses = &self.keyframes.poses;
+        let (before, after) = (at.saturating_sub(1), (at + 1).min(poses.len() - 1));
+        let ahead = poses[after].translation.vector - poses[before].translation.vector;
+        let ahead = ahead.try_normalize(1e-9).unwrap_or_else(|| poses[at].rotation * Vector3::x());
+        let aside = UnitQuaternion::from_scaled_axis(Vector3::z() * (NEAR_SIGMA_RAD * self.random.normal()));
+        let sign = if self.random.chance(0.5) { -1.0 } else { 1.0 };
+        let length_m = self.random.between(NEAR_M[0], NEAR_M[1]);
+        poses[at].rotation.inverse() * (aside * ahead) * (sign * length_m)
+    }
+}
+
+/// A small pose: a normal shift, and a normal turn beside a given one.
+pub(super) fn off_by(
+    random: &mut Random,
+    sigma_m: f64,
+    sigma_rad: f64,
+    turn: Vector3<f64>,
+) -> Isometry3<f64> {
+    let shift = Vector3::from_fn(|_, _| sigma_m * random.normal());
+    let turn = turn + Vector3::from_fn(|_, _| sigma_rad * random.normal());
+    Isometry3::from_parts(shift.into(), UnitQuaternion::from_scaled_axis(turn))
+}
+
+/// The information of standard deviations along and about each axis: g2o counts turns by the quaternion, which is
+/// half of their angle.
+pub(super) fn information(sigma_m: f64, sigma_rad: f64) -> Matrix6<f64> {
+    let (place, turn) = (1.0 / (sigma_m * sigma_m), 4.0 / (sigma_rad * sigma_rad));
+    Matrix6::from_diagonal(&[place, place, place, turn, turn, turn].into())
+}
