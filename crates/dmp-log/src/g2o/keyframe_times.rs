@@ -2,7 +2,9 @@ use super::record::id_of;
 use crate::decimal::{ns_to_seconds, seconds_to_ns};
 use crate::text::{is_header, lines, read_text};
 use crate::trajectory::numbers::numbers;
+use crate::trajectory::write_times;
 use crate::{LogError, ParseError, Place};
+use std::io::{self, Write};
 use std::path::Path;
 
 /// Largest list that is read: as a trajectory.
@@ -143,6 +145,17 @@ pub fn parse_keyframe_times(bytes: &[u8]) -> Result<KeyframeTimes, ParseError> {
 pub fn read_keyframe_times(path: &Path) -> Result<KeyframeTimes, LogError> {
     let bytes = read_text(path, "list of stamps", MAX_BYTES)?;
     parse_keyframe_times(&bytes).map_err(|e| e.in_file(path))
+}
+
+/// Writes the times of a pose graph's vertices: `id stamp` in each line, or the stamp alone without ids;
+/// [`parse_keyframe_times`] gives the same back.
+///
+/// # Errors
+/// As `out` does.
+pub fn write_keyframe_times(out: &mut impl Write, times: &KeyframeTimes) -> io::Result<()> {
+    let Some(ids) = &times.ids else { return write_times(out, &times.stamps_ns) };
+    let lines = ids.iter().zip(&times.stamps_ns);
+    lines.into_iter().try_for_each(|(id, &ns)| writeln!(out, "{id} {}", ns_to_seconds(ns)))
 }
 
 fn timed(place: Place, columns: &[&str], kind: Columns, number: usize) -> Result<Timed, ParseError> {

@@ -1,7 +1,7 @@
 use crate::common::assert_says;
 use dmp_log::{
     KeyframeTimes, KeyframeTimesFault, parse_keyframe_times, parse_loop_labels, read_keyframe_times,
-    read_loop_labels,
+    read_loop_labels, write_keyframe_times,
 };
 use std::collections::BTreeMap;
 use std::fs;
@@ -73,6 +73,11 @@ fn times_are_read_with_ids_and_without() {
         1690309710 {pose}\n"
     ));
     assert_eq!(tum, plain);
+    for written in [&plain, &with_ids] {
+        let mut again = Vec::new();
+        write_keyframe_times(&mut again, written).unwrap();
+        assert_eq!(&parse_keyframe_times(&again).unwrap(), written);
+    }
     assert_eq!(plain.of_vertices(&[3, 5, 900]), Ok(stamps_ns.clone()));
     let fault = KeyframeTimesFault::OtherCount { stamps: 3, vertices: 2 };
     assert_eq!(plain.of_vertices(&[3, 5]), Err(fault));
