@@ -7,6 +7,7 @@ mod evaluate;
 mod figures;
 mod interval;
 mod judge;
+mod loops;
 mod observe;
 mod pair_tables;
 mod places;
@@ -45,6 +46,8 @@ enum StudyTask {
     Sample(sample::SampleArgs),
     /// Draw samples of the drives' places and tell how often they are right
     Places(places::PlacesArgs),
+    /// Rank loop candidates of the drives and tell how well
+    Loops(loops::LoopsArgs),
     /// Write a drive as a folder of scans with times, and its truth beside it as FOLDER.truth.tum
     Export {
         /// Name of the drive, e.g. loop-64
@@ -68,6 +71,7 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
         StudyTask::Score(arguments) => score::run(arguments),
         StudyTask::Sample(arguments) => sample::run(arguments),
         StudyTask::Places(arguments) => places::run(arguments),
+        StudyTask::Loops(arguments) => loops::run(arguments),
         StudyTask::Export { drive, output } => export(&find(drive)?, output),
         StudyTask::Trap { seed } => trap::run(*seed),
         StudyTask::Drives => drives().iter().try_for_each(survey::print),

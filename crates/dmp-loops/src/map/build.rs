@@ -13,6 +13,11 @@ use crate::{Keyframes, LoopError};
 /// Most rays that are held, of all keyframes together: about 100 MB with what they leave.
 const MOST_RAYS: usize = 3_000_000;
 
+/// Length of a stretch of the drive, metres: what is nearer than that to each other goes well or badly together. A drive
+/// has no fewer stretches than [`FEWEST_STRETCHES`], unless it has fewer keyframes.
+const STRETCH_M: f64 = 12.0;
+const FEWEST_STRETCHES: f64 = 16.0;
+
 /// How the map of a graph is made and scored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapOptions {
@@ -50,6 +55,8 @@ impl MapOptions {
 pub struct LoopMap {
     pub(super) patches: Patches,
     pub(super) rays: Vec<KeyframeRays>,
+    /// For each keyframe the stretch of the drive that it is in.
+    pub(super) stretches: Vec<usize>,
     pub(super) options: MapOptions,
     pub(super) max_range_m: f64,
     /// Memory for the tiles of one map, bytes, and maps that are put together at a time.
@@ -132,6 +139,7 @@ impl LoopMap {
         let counts = posed.each(watch, &take)?;
         Ok(Self {
             patches: writer.finish()?,
+            stretches: stretches(world_from_body),
             rays: rays.into_inner().unwrap_or_else(PoisonError::into_inner),
             options,
             max_range_m: config.max_range_m,
@@ -181,4 +189,19 @@ impl LoopMap {
     pub(crate) fn threads(&self) -> usize {
         self.threads
     }
+}
+
+/// Cuts the way through the keyframes.
+fn stretches(world_from_body: &[Isometry3<f64>]) -> Vec<usize> {
+    let places = || world_from_body.iter().map(|pose| pose.translation.vector);
+    let steps_m = places().zip(places().skip(1)).map(|(a, b)| (b - a).norm());
+    let along_m: Vec<f64> = std::iter::once(0.0)
+        .chain(steps_m.scan(0.0, |along_m, step_m| {
+            *along_m += step_m;
+            Some(*along_m)
+        }))
+        .collect();
+    let length_m = STRETCH_M.min(along_m.last().copied().unwrap_or_default() / FEWEST_STRETCHES);
+    let stretch = |along_m: &f64| if length_m > 0.0 { (along_m / length_m) as usize } else { 0 };
+    along_m.iter().map(stretch).collect()
 }

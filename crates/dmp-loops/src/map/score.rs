@@ -84,13 +84,12 @@ impl<'a> Placed<'a> {
 
     /// The score of this map itself.
     pub(crate) fn score(&self) -> Result<MapScore, LoopError> {
-        let (mut reducer, mut frame) = self.reducer();
-        for (ordinal, left) in self.seen().enumerate() {
-            frame.clear();
-            left.iter().for_each(|left| frame.add_return(&[left.residuals(); 2]));
-            reducer.add_frame(ordinal as u64, &frame)?;
+        let mut sums = Sums::new();
+        for (keyframe, left) in self.seen() {
+            sums.enter(self.map.stretches[keyframe])?;
+            left.iter().for_each(|left| sums.frame.add_return(&[left.residuals(); 2]));
         }
-        Ok(MapScore { change: None, ..score_of(&reducer, 1.0) })
+        Ok(MapScore { change: None, ..sums.score(1.0)? })
     }
 
     /// The score of the map with its patches at `world_from_body`, whose places that did not change are as they were.
@@ -99,12 +98,11 @@ impl<'a> Placed<'a> {
         let map = self.map;
         let caster = map.caster(world_from_body, 1)?;
         let moved = Moved::new(map, &self.world_from_body, &self.columns, world_from_body);
-        let (mut reducer, mut frame) = self.reducer();
-        let (mut casting, mut left, mut ordinal, mut cast, mut all) =
-            (Casting::default(), Vec::new(), 0, 0, 0);
-        for (keyframe, before) in self.left.iter().enumerate().filter(|(_, left)| !left.is_empty()) {
+        let (mut sums, mut casting, mut left, mut cast, mut all) =
+            (Sums::new(), Casting::default(), Vec::new(), 0, 0);
+        for (keyframe, before) in self.seen() {
             let (rays, changed) = (&map.rays[keyframe], moved.changed(keyframe));
-            frame.clear();
+            sums.enter(map.stretches[keyframe])?;
             // Groups that changed and follow each other go together.
             let groups: Vec<_> = rays.groups().iter().zip(changed).collect();
             for groups in groups.chunk_by(|a, b| a.1 == b.1) {
@@ -126,33 +124,55 @@ impl<'a> Placed<'a> {
                     left.extend_from_slice(&before[range.clone()]);
                 }
                 for (before, after) in before[range].iter().zip(&left) {
-                    frame.add_return(&[before.residuals(), after.residuals()]);
+                    sums.frame.add_return(&[before.residuals(), after.residuals()]);
                 }
             }
-            reducer.add_frame(ordinal, &frame)?;
-            ordinal += 1;
         }
-        Ok(score_of(&reducer, cast as f64 / f64::from(all.max(1) as u32)))
+        sums.score(cast as f64 / all.max(1) as f64)
     }
 
     /// What is left of the rays of each keyframe that has some.
-    fn seen(&self) -> impl Iterator<Item = &Vec<Left>> {
-        self.left.iter().filter(|left| !left.is_empty())
-    }
-
-    /// Of this map and another one: keyframes are frames.
-    fn reducer(&self) -> (Reducer, FrameSums) {
-        let layout = Layout::new(self.seen().count() as u64, vec![Basis::Near; 2]);
-        let frame = FrameSums::new(layout.bases());
-        (Reducer::new(layout), frame)
+    fn seen(&self) -> impl Iterator<Item = (usize, &Vec<Left>)> {
+        self.left.iter().enumerate().filter(|(_, left)| !left.is_empty())
     }
 }
 
-fn score_of(reducer: &Reducer, cast_share: f64) -> MapScore {
-    let scales = reducer.compare(0, 1, Confidence::P99).scales;
-    // What is told there is the first less the second.
-    let change = scales.get(LOOPS).and_then(|scale| scale.difference).map(negative);
-    MapScore { r_near_m2: reducer.scores(1).r_near_m2, change, cast_share }
+/// The sums of a map and of another one beside it, stretch by stretch.
+struct Sums {
+    reducer: Reducer,
+    /// Of the stretch at hand.
+    frame: FrameSums,
+    stretch: usize,
+}
+
+/// Stretches of the drive are a sample of all places that it could have been through: of so many that none was left out
+/// or not makes no difference.
+const PLACES: u64 = 1 << 40;
+
+impl Sums {
+    fn new() -> Self {
+        let layout = Layout::new(PLACES, vec![Basis::Near; 2]);
+        let frame = FrameSums::new(layout.bases());
+        Self { reducer: Reducer::new(layout), frame, stretch: 0 }
+    }
+
+    /// What comes is of this stretch; they ascend.
+    fn enter(&mut self, stretch: usize) -> Result<(), LoopError> {
+        if stretch != self.stretch {
+            self.reducer.add_frame(self.stretch as u64, &self.frame)?;
+            self.frame.clear();
+            self.stretch = stretch;
+        }
+        Ok(())
+    }
+
+    fn score(mut self, cast_share: f64) -> Result<MapScore, LoopError> {
+        self.reducer.add_frame(self.stretch as u64, &self.frame)?;
+        let scales = self.reducer.compare(0, 1, Confidence::P99).scales;
+        // What is told there is the first less the second.
+        let change = scales.get(LOOPS).and_then(|scale| scale.difference).map(negative);
+        Ok(MapScore { r_near_m2: self.reducer.scores(1).r_near_m2, change, cast_share })
+    }
 }
 
 fn negative(estimate: Estimate) -> Estimate {
