@@ -7,7 +7,7 @@ pub(crate) fn length_m(text: &str) -> Result<f64, String> {
 }
 
 /// An angle in radians: `0.1deg`, `2mrad`, `0.002rad`. The unit must be given.
-fn angle_rad(text: &str) -> Result<f64, String> {
+pub(crate) fn angle_rad(text: &str) -> Result<f64, String> {
     let units = [("deg", std::f64::consts::PI / 180.0), ("mrad", 1e-3), ("rad", 1.0)];
     quantity(text, &units, None).ok_or_else(|| format!("`{text}` is no angle: try 0.1deg or 2mrad"))
 }

@@ -58,7 +58,7 @@ pub enum SimError {
     },
     /// True loops need places that the drive comes back to.
     #[error(
-        "{asked} loops need as many keyframes within 8 m of a place that was passed more than 100 m of travel \
+        "{asked} true and near loops need as many keyframes within 8 m of a place that was passed more than 100 m of travel \
          before, and the drive has {found}"
     )]
     TooFewRevisits {

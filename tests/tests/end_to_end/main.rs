@@ -27,6 +27,7 @@ mod residuals;
 mod resume;
 mod sampling;
 mod sanity;
+mod simulated_loops;
 mod store_format;
 mod tidy;
 mod trails;

@@ -2,6 +2,7 @@
 
 mod city;
 mod errors;
+mod loops;
 mod progress;
 mod recording;
 mod town;
@@ -18,6 +19,7 @@ pub(crate) enum Simulate {
     Town(town::TownArgs),
     City(city::CityArgs),
     Errors(errors::ErrorsArgs),
+    Loops(loops::LoopsArgs),
 }
 
 impl Simulate {
@@ -26,6 +28,7 @@ impl Simulate {
             Self::Town(arguments) => town::run(arguments, common, out),
             Self::City(arguments) => city::run(arguments, common, out),
             Self::Errors(arguments) => errors::run(arguments, common, out),
+            Self::Loops(arguments) => loops::run(arguments, common, out),
         }
     }
 }

@@ -115,6 +115,7 @@ pub(super) fn off_by(
 /// The information of standard deviations along and about each axis: g2o counts turns by the quaternion, which is
 /// half of their angle.
 pub(super) fn information(sigma_m: f64, sigma_rad: f64) -> Matrix6<f64> {
-    let (place, turn) = (1.0 / (sigma_m * sigma_m), 4.0 / (sigma_rad * sigma_rad));
+    let (root, root_of_turn) = (1.0 / sigma_m, 2.0 / sigma_rad);
+    let (place, turn) = (root * root, root_of_turn * root_of_turn);
     Matrix6::from_diagonal(&[place, place, place, turn, turn, turn].into())
 }

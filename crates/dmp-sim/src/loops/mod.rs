@@ -53,7 +53,7 @@ impl Default for LoopGraphOptions {
             instants_ns: None,
             step_sigma_m: 0.02,
             step_sigma_rad: 0.03 * RAD_PER_DEG,
-            yaw_bias_rad_per_m: 0.003 * RAD_PER_DEG,
+            yaw_bias_rad_per_m: 0.006 * RAD_PER_DEG,
             true_loops: 10,
             false_loops: 10,
             near_loops: 6,

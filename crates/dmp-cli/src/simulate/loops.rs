@@ -1,0 +1,164 @@
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+use clap::Args;
+use dmp_log::{
+    KeyframeTimes, read_keyframe_times, read_trajectory, write_keyframe_times, write_pose_edges,
+    write_pose_graph, write_tum,
+};
+use dmp_sensor::{PoseEdge, Trajectory};
+use dmp_sim::{LoopGraph, LoopGraphOptions, LoopKind, ate_rmse_m};
+
+use super::told;
+use crate::save::{refuse_same, save};
+use crate::{Common, Exit, parse};
+
+/// Make a pose graph without loops from a true trajectory, and loop candidates with labels
+///
+/// The graph is what a SLAM front end leaves: keyframes, and odometry between them that drifts. True candidates
+/// join keyframes within 8 m of each other. False ones join places more than 40 m apart that look alike: they are
+/// measured within 2 m, heading the same way or the opposite one. Near ones are true ones that are off by 3 to
+/// 10 m along the street; their label is false. All have more than 100 m of travel between their keyframes, claim
+/// to be as good (0.1 m, 0.5 degrees) and stand in any order. The same seed gives the same files.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+    dmp simulate loops town.truth.tum -o loops/\n  \
+    dmp simulate loops town.truth.tum --keyframes times.txt --spacing 2m -o loops/\n  \
+    dmp simulate loops truth.tum --noise 5cm,0.1deg --true 20 --false 40 --near 0 --seed 7 -o hard/\n\n\
+    Files in FOLDER: graph.g2o; candidates.g2o; labels.csv, lines of from,to,label,kind; keyframes.txt, lines \
+    of id and stamp in seconds; truth.tum, the true poses of the keyframes.")]
+pub(crate) struct LoopsArgs {
+    /// The true trajectory, with stamps: TUM, or EuRoC
+    #[arg(value_name = "TRUTH")]
+    truth: PathBuf,
+    /// The folder for the files; it is made where there is none
+    #[arg(short, long, value_name = "FOLDER")]
+    output: PathBuf,
+    /// Travel from one keyframe to the next, metres [default: 1; with --keyframes 0, which is all of them]
+    #[arg(long, value_name = "LENGTH", value_parser = parse::length_m)]
+    spacing: Option<f64>,
+    /// Instants at which there may be keyframes, such as the times of a log's scans, in seconds: a stamp a
+    /// line, or `id stamp`, or a TUM trajectory [default: those of the truth's poses]
+    #[arg(long, value_name = "TIMES")]
+    keyframes: Option<PathBuf>,
+    /// Number of true candidates
+    #[arg(long = "true", default_value_t = 10, value_name = "N")]
+    true_loops: usize,
+    /// Number of false candidates
+    #[arg(long = "false", default_value_t = 10, value_name = "N")]
+    false_loops: usize,
+    /// Number of near candidates
+    #[arg(long = "near", default_value_t = 6, value_name = "N")]
+    near_loops: usize,
+    /// Noise of a metre of odometry: standard deviation along and about each axis; it grows with the square
+    /// root of the way
+    #[arg(long, default_value = "0.02,0.03deg", value_name = "LENGTH,ANGLE", value_parser = parse::noise)]
+    noise: (f64, f64),
+    /// What the odometry turns too far to the left in each metre
+    #[arg(long, default_value = "0.006deg", value_name = "ANGLE", allow_hyphen_values = true)]
+    #[arg(value_parser = parse::angle_rad)]
+    yaw_bias: f64,
+    /// Another number makes other noise and other candidates
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+pub(super) fn run(arguments: &LoopsArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
+    let file = read_trajectory(&arguments.truth)?;
+    if !common.quiet {
+        for note in &file.notes {
+            eprintln!("note: {}: {note}", arguments.truth.display());
+        }
+    }
+    let times = arguments.keyframes.as_deref().map(read_keyframe_times).transpose()?;
+    let (step_sigma_m, step_sigma_rad) = arguments.noise;
+    let options = LoopGraphOptions {
+        seed: arguments.seed,
+        spacing_m: arguments.spacing.unwrap_or(if times.is_some() { 0.0 } else { 1.0 }),
+        instants_ns: times.map(|times| times.stamps_ns),
+        step_sigma_m,
+        step_sigma_rad,
+        yaw_bias_rad_per_m: arguments.yaw_bias,
+        true_loops: arguments.true_loops,
+        false_loops: arguments.false_loops,
+        near_loops: arguments.near_loops,
+    };
+    let made = LoopGraph::new(&file.trajectory, &options).map_err(told)?;
+    let files = Files::in_folder(&arguments.output);
+    for input in [Some(&arguments.truth), arguments.keyframes.as_ref()].into_iter().flatten() {
+        files.all().into_iter().try_for_each(|output| refuse_same(input, output))?;
+    }
+    let folder = &arguments.output;
+    std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot make", folder.display()))?;
+    files.save(&made)?;
+    files.tell(&made, out)?;
+    Ok(Exit::Done)
+}
+
+/// What is written.
+struct Files {
+    graph: PathBuf,
+    candidates: PathBuf,
+    labels: PathBuf,
+    keyframes: PathBuf,
+    truth: PathBuf,
+}
+
+impl Files {
+    fn in_folder(folder: &Path) -> Self {
+        Self {
+            graph: folder.join("graph.g2o"),
+            candidates: folder.join("candidates.g2o"),
+            labels: folder.join("labels.csv"),
+            keyframes: folder.join("keyframes.txt"),
+            truth: folder.join("truth.tum"),
+        }
+    }
+
+    fn all(&self) -> [&Path; 5] {
+        [&self.graph, &self.candidates, &self.labels, &self.keyframes, &self.truth]
+    }
+
+    fn save(&self, made: &LoopGraph) -> anyhow::Result<()> {
+        save(&self.graph, |out| write_pose_graph(out, &made.graph))?;
+        let edges: Vec<PoseEdge> = made.candidates.iter().map(|candidate| candidate.edge.clone()).collect();
+        save(&self.candidates, |out| write_pose_edges(out, &edges))?;
+        save(&self.labels, |out| {
+            writeln!(out, "from,to,label,kind")?;
+            made.candidates.iter().try_for_each(|candidate| {
+                let (edge, kind) = (&candidate.edge, candidate.kind);
+                writeln!(out, "{},{},{},{kind}", edge.from, edge.to, kind.is_true())
+            })
+        })?;
+        let stamps_ns = made.truth.stamps_ns().unwrap_or_default().to_vec();
+        let times = KeyframeTimes { ids: Some(made.graph.ids().to_vec()), stamps_ns };
+        save(&self.keyframes, |out| write_keyframe_times(out, &times))?;
+        save(&self.truth, |out| write_tum(out, &made.truth))
+    }
+
+    /// A line for each file.
+    fn tell(&self, made: &LoopGraph, out: &mut impl Write) -> anyhow::Result<()> {
+        let (vertices, edges) = (made.graph.ids().len(), made.graph.edges().len());
+        let ate_m = ate_rmse_m(&Trajectory::unstamped(made.graph.poses().to_vec())?, &made.truth);
+        writeln!(
+            out,
+            "{}: {vertices} vertices, {edges} edges, {:.1} m of travel, ATE {ate_m:.3} m",
+            self.graph.display(),
+            travel_m(&made.truth),
+        )?;
+        writeln!(out, "{}: {} candidates", self.candidates.display(), made.candidates.len())?;
+        let [right, wrong, near] = [LoopKind::True, LoopKind::False, LoopKind::Near]
+            .map(|kind| made.candidates.iter().filter(|candidate| candidate.kind == kind).count());
+        writeln!(out, "{}: {right} true, {wrong} false, {near} near", self.labels.display())?;
+        writeln!(out, "{}: {vertices} stamps", self.keyframes.display())?;
+        writeln!(out, "{}: {} poses", self.truth.display(), made.truth.len())?;
+        Ok(())
+    }
+}
+
+/// From keyframe to keyframe.
+fn travel_m(run: &Trajectory) -> f64 {
+    let steps = run.poses().windows(2).map(|pair| pair[1].translation.vector - pair[0].translation.vector);
+    steps.map(|step| step.norm()).sum()
+}
