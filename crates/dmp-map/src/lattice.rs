@@ -169,7 +169,7 @@ pub(crate) const SHIFT: f64 = 1.5 * (1u64 << 52) as f64;
 /// The nearest integer, halves away from zero, of a number below 2⁵¹: `f64::round`, which is a call into a
 /// library on processors that are not asked for more than the oldest instructions.
 #[inline]
-fn rounded(x: f64) -> i64 {
+pub(crate) fn rounded(x: f64) -> i64 {
     let shifted = x + SHIFT;
     let to_even = shifted.to_bits() as i64 - SHIFT.to_bits() as i64;
     let rest = x - (shifted - SHIFT);

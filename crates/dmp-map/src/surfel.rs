@@ -54,22 +54,37 @@ impl TileSurfels {
 }
 
 /// Surfels of a tile from its voxels in sorted order; cell by cell, by z, y and x of the cell.
+pub(crate) fn surfels_of(lattice: &Lattice, voxels: &[VoxelRecord]) -> TileSurfels {
+    // From the middle of the tile's voxels, which a stray point far below does not move: f32 is precise
+    // near where z counts from.
+    let Some(middle) = voxels.get(voxels.len() / 2) else { return TileSurfels::default() };
+    let mut by_cell: Vec<&VoxelRecord> = voxels.iter().collect();
+    by_cell.sort_by_key(|record| cell_of(record));
+    surfels_of_cells(lattice, middle.voxel().z, by_cell)
+}
+
+/// Surfels of voxels of which those of a cell follow each other, in the order of the voxels; z is counted from
+/// `base_voxel_z`.
 ///
 /// Centre: mean of the voxel's points. Normal: smallest eigenvector of the covariance of the points in
 /// the 2 v cell around it. Cells never cross tiles, since a tile's edge is a multiple of 2 v. Both are rounded.
-pub(crate) fn surfels_of(lattice: &Lattice, voxels: &[VoxelRecord]) -> TileSurfels {
-    let mut tile = TileSurfels::default();
-    // From the middle of the tile's voxels, which a stray point far below does not move: f32 is precise
-    // near where z counts from.
-    let Some(middle) = voxels.get(voxels.len() / 2) else { return tile };
-    tile.base_voxel_z = middle.voxel().z;
-
+pub(crate) fn surfels_of_cells<'a>(
+    lattice: &Lattice,
+    base_voxel_z: i32,
+    voxels: impl IntoIterator<Item = &'a VoxelRecord>,
+) -> TileSurfels {
+    let mut tile = TileSurfels { base_voxel_z, ..TileSurfels::default() };
     let edge = lattice.voxel_units();
-    let mut by_cell: Vec<&VoxelRecord> = voxels.iter().collect();
-    by_cell.sort_by_key(|record| cell_of(record));
-    for cell in by_cell.chunk_by(|a, b| cell_of(a) == cell_of(b)) {
-        let normal = normal_of(cell, edge).map(NormalCode::of);
-        for record in cell {
+    let mut voxels = voxels.into_iter().peekable();
+    let mut cell: Vec<&VoxelRecord> = Vec::with_capacity(8);
+    while let Some(first) = voxels.next() {
+        cell.clear();
+        cell.push(first);
+        while let Some(other) = voxels.next_if(|other| cell_of(other) == cell_of(first)) {
+            cell.push(other);
+        }
+        let normal = normal_of(&cell, edge).map(NormalCode::of);
+        for record in &cell {
             let moments = &record.moments;
             let Some(normal) = normal.filter(|_| moments.count >= MIN_VOXEL_POINTS) else {
                 tile.thin_voxels += 1;

@@ -10,11 +10,11 @@ const CM2: f64 = 1e4;
 
 pub(super) fn result(out: &mut impl Write, result: &LoopsResult) -> anyhow::Result<()> {
     let inputs = &result.inputs;
-    let (vertices, edges) = (counted(inputs.vertices as u64, "vertex"), counted(inputs.edges as u64, "edge"));
+    let (vertices, edges) = (text::count(inputs.vertices as u64), counted(inputs.edges as u64, "edge"));
     let without = &result.without;
     writeln!(
         out,
-        "{}: {vertices}, {edges}; optimised: chi² {} to {}",
+        "{}: {vertices} vertices, {edges}; optimised: chi² {} to {}",
         inputs.graph,
         digits(without.chi2_before),
         digits(without.chi2)
@@ -63,7 +63,7 @@ pub(super) fn result(out: &mut impl Write, result: &LoopsResult) -> anyhow::Resu
         writeln!(out, "\nno precision and recall: {why}")?;
     }
     let timing = &result.timing;
-    let accept = if timing.accept_s > 0.0 {
+    let accept = if result.accepted.is_some() {
         format!(", accepting {}", text::duration(timing.accept_s))
     } else {
         String::new()

@@ -10,8 +10,8 @@ use super::rays::{KeyframeRays, RayInPatch, is_drawn};
 use super::score::Placed;
 use crate::{Keyframes, LoopError};
 
-/// Most rays that are held, of all keyframes together: about 100 MB with what they leave.
-const MOST_RAYS: usize = 3_000_000;
+/// Most rays that are held and cast into each map, of all keyframes together: some 40 MB with what they leave.
+const MOST_RAYS: usize = 1_000_000;
 
 /// Length of a stretch of the drive, metres: what is nearer than that to each other goes well or badly together. A drive
 /// has no fewer stretches than [`FEWEST_STRETCHES`], unless it has fewer keyframes.
@@ -21,7 +21,7 @@ const FEWEST_STRETCHES: f64 = 16.0;
 /// How the map of a graph is made and scored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MapOptions {
-    /// Rays of each keyframe that are cast, about; of more than 3 million in all each keyframe has fewer.
+    /// Rays of each keyframe that are cast, about; of more than a million in all each keyframe has fewer.
     pub rays_per_keyframe: usize,
     /// A place where no patch moved more than this against the others there is as it was, metres; 0 looks at all.
     pub moved_m: f64,
@@ -29,7 +29,7 @@ pub struct MapOptions {
 
 impl Default for MapOptions {
     fn default() -> Self {
-        Self { rays_per_keyframe: 4096, moved_m: 0.02 }
+        Self { rays_per_keyframe: 2048, moved_m: 0.02 }
     }
 }
 

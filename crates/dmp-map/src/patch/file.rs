@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use super::builder::Patch;
+use super::gathered::Gathered;
 use super::{Block, PatchBuilder, PatchVoxel, block_edge_m};
 use crate::MapError;
 use crate::lattice::Lattice;
@@ -39,6 +40,8 @@ pub struct Patches {
     folder: PathBuf,
     file: Mutex<File>,
     patches: Vec<StoredPatch>,
+    /// Of those who put tiles together and are done.
+    buffers: Mutex<Vec<Gathered>>,
 }
 
 impl PatchWriter {
@@ -79,9 +82,10 @@ impl PatchWriter {
     pub fn finish(self) -> Result<Patches, MapError> {
         let Self { lattice, folder, inner } = self;
         let Inner { file, patches, .. } = inner.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let patches = Patches { lattice, folder, file: Mutex::new(file), patches };
+        let patches = Patches { lattice, folder, file: Mutex::new(file), patches, buffers: Mutex::default() };
         let mut voxels = Vec::new();
         for (number, patch) in patches.patches.iter().enumerate() {
+            voxels.clear();
             patches.read(number, 0..patch.blocks.len(), &mut voxels)?;
             let found = crc32fast::hash(bytemuck::cast_slice(&voxels));
             if found != patch.crc32 {
@@ -127,11 +131,20 @@ impl Patches {
         self.patches[number].blocks.iter().map(move |block| block.bounds_m(edge_m))
     }
 
+    /// Buffers that somebody is done with, or new ones.
+    pub(super) fn take_buffers(&self) -> Gathered {
+        self.buffers.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
+    }
+
+    pub(super) fn give_back(&self, buffers: Gathered) {
+        self.buffers.lock().unwrap_or_else(PoisonError::into_inner).push(buffers);
+    }
+
     pub(super) fn blocks(&self, number: usize) -> &[Block] {
         &self.patches[number].blocks
     }
 
-    /// Reads the voxels of some blocks that follow each other.
+    /// Reads the voxels of some blocks that follow each other, and adds them to `voxels`.
     pub(super) fn read(
         &self,
         number: usize,
@@ -139,16 +152,16 @@ impl Patches {
         voxels: &mut Vec<PatchVoxel>,
     ) -> Result<(), MapError> {
         let StoredPatch { offset, blocks: of_patch, .. } = &self.patches[number];
-        voxels.clear();
         let [Some(first), Some(last)] = [of_patch[blocks.clone()].first(), of_patch[blocks].last()] else {
             return Ok(());
         };
         let count = (last.first + last.voxels - first.first) as usize;
-        voxels.resize(count, bytemuck::Zeroable::zeroed());
+        let before = voxels.len();
+        voxels.resize(before + count, bytemuck::Zeroable::zeroed());
         let from = offset + u64::from(first.first) * size_of::<PatchVoxel>() as u64;
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         file.seek(SeekFrom::Start(from))
-            .and_then(|_| file.read_exact(bytemuck::cast_slice_mut(voxels)))
+            .and_then(|_| file.read_exact(bytemuck::cast_slice_mut(&mut voxels[before..])))
             .map_err(MapError::io(&self.folder, "cannot read patches back from here"))
     }
 }

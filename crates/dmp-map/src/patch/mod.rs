@@ -2,6 +2,7 @@
 
 mod builder;
 mod file;
+mod gathered;
 mod placed;
 #[cfg(test)]
 mod tests;

@@ -1,17 +1,17 @@
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
-use super::{Block, PatchVoxel, Patches, block_edge_m, covariance_step_units2};
+use super::gathered::{Around, Gathered};
+use super::{Patches, block_edge_m};
 use crate::MapError;
-use crate::lattice::{InVoxel, Lattice, TileId, UNITS_PER_M, Voxel};
-use crate::moments::{Moments, VoxelRecord};
+use crate::lattice::TileId;
 use crate::store::Tile;
-use crate::surfel::{Surfel, surfels_of};
+use crate::surfel::Surfel;
 use crate::tile_moments::MixHasher;
 use crate::tiles::{TileExtent, TileSource};
 
 /// Voxels around a tile that are put together with it: a cell, so that discs from there are known that reach into it.
-const MARGIN_VOXELS: i32 = 2;
+pub(super) const MARGIN_VOXELS: i32 = 2;
 
 /// Where a patch lies in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,7 +23,8 @@ pub struct Placement {
 }
 
 impl Placement {
-    fn place(&self, point_in_patch_m: [f64; 3]) -> [f64; 3] {
+    #[inline]
+    pub(super) fn place(&self, point_in_patch_m: [f64; 3]) -> [f64; 3] {
         let [x, y, z] = point_in_patch_m;
         std::array::from_fn(|k| {
             let [a, b, c] = self.rotation[k];
@@ -41,7 +42,8 @@ impl Placement {
     }
 
     /// R C Rᵀ of a covariance xx, xy, xz, yy, yz, zz.
-    fn rotate(&self, [xx, xy, xz, yy, yz, zz]: [f64; 6]) -> [f64; 6] {
+    #[inline]
+    pub(super) fn rotate(&self, [xx, xy, xz, yy, yz, zz]: [f64; 6]) -> [f64; 6] {
         let by_row = |[a, b, c]: [f64; 3]| {
             [a * xx + b * xy + c * xz, a * xy + b * yy + c * yz, a * xz + b * yz + c * zz]
         };
@@ -112,102 +114,39 @@ impl<'a> PlacedPatches<'a> {
         Ok(placed)
     }
 
-    /// Voxels of the map in and around a tile, in order: x and y from [`MARGIN_VOXELS`] before the tile's corner.
-    pub(super) fn voxels_around(
+    /// Puts the voxels of the map in and around a tile together: x and y from [`MARGIN_VOXELS`] before the tile's corner.
+    pub(super) fn put_together(
         &self,
         tile: TileId,
         blocks: &[(u32, u32)],
-    ) -> Result<Vec<VoxelRecord>, MapError> {
-        let lattice = self.patches.lattice();
-        let mut around = Around::of(lattice, tile)?;
-        let mut voxels = Vec::new();
+        gathered: &mut Gathered,
+    ) -> Result<(), MapError> {
+        let around = Around::of(self.patches.lattice(), tile)?;
+        gathered.clear();
         let together = |a: &(u32, u32), b: &(u32, u32)| a.0 == b.0 && a.1 + 1 == b.1;
+        let block_edge_m = block_edge_m(&self.patches.lattice());
+        let mut order = Vec::with_capacity(blocks.len());
         for run in blocks.chunk_by(together) {
             let (number, first) = (run[0].0 as usize, run[0].1 as usize);
-            self.patches.read(number, first..first + run.len(), &mut voxels)?;
-            let mut rest = voxels.as_slice();
-            for block in &self.patches.blocks(number)[first..first + run.len()] {
-                let (of_block, others) = rest.split_at(block.voxels as usize);
-                around.add(&self.placements[number], block, of_block)?;
-                rest = others;
+            let mut from = gathered.read.len();
+            self.patches.read(number, first..first + run.len(), &mut gathered.read)?;
+            for (index, block) in (first..).zip(&self.patches.blocks(number)[first..first + run.len()]) {
+                let [x, y, z] = self.placements[number].place(block.corner_m(block_edge_m));
+                let column = [y, x, z].map(|c| (c / block_edge_m).floor() as i32);
+                order.push((column, number, index, from));
+                from += block.voxels as usize;
             }
         }
-        let mut records = around.records;
-        records.sort_unstable_by_key(VoxelRecord::voxel);
-        Ok(records)
-    }
-}
-
-/// The voxels of a tile and around it while they are put together.
-struct Around {
-    lattice: Lattice,
-    block_edge_m: f64,
-    step_units2: f64,
-    /// The lowest voxel around the tile, from the place that voxels are counted from.
-    corner: [u32; 2],
-    origin_z: u32,
-    /// Voxels along the edge.
-    edge: u32,
-    by_voxel: HashMap<u64, u32, BuildHasherDefault<MixHasher>>,
-    records: Vec<VoxelRecord>,
-}
-
-impl Around {
-    fn of(lattice: Lattice, tile: TileId) -> Result<Self, MapError> {
-        let [x, y] = lattice.tile_corner_m(tile);
-        // The middle of the tile's first voxel is in it however the corner is rounded.
-        let half_m = lattice.voxel_m() / 2.0;
-        let [x, y, _] = lattice.in_voxel([x + half_m, y + half_m, 0.0])?.voxel;
-        let [_, _, origin_z] = lattice.in_voxel([0.0; 3])?.voxel;
-        Ok(Self {
-            lattice,
-            block_edge_m: block_edge_m(&lattice),
-            step_units2: covariance_step_units2(&lattice),
-            corner: [x, y].map(|c| c - MARGIN_VOXELS as u32),
-            origin_z,
-            edge: lattice.tile_voxels() + 2 * MARGIN_VOXELS as u32,
-            by_voxel: HashMap::default(),
-            records: Vec::new(),
-        })
-    }
-
-    /// Adds those voxels of a block whose means fall into voxels around the tile.
-    fn add(&mut self, placement: &Placement, block: &Block, voxels: &[PatchVoxel]) -> Result<(), MapError> {
-        let corner_in_world_m = placement.place(block.corner_m(self.block_edge_m));
-        let from_corner = Placement { origin_in_world_m: corner_in_world_m, ..*placement };
-        for voxel in voxels {
-            let mean = from_corner.place(voxel.mean_units.map(|c| f64::from(c) / UNITS_PER_M));
-            let InVoxel { voxel: [x, y, z], offset_units } = self.lattice.in_voxel(mean)?;
-            let (x, y) = (x.wrapping_sub(self.corner[0]), y.wrapping_sub(self.corner[1]));
-            if x >= self.edge || y >= self.edge {
-                continue;
-            }
-            let place = Voxel { z: z.wrapping_sub(self.origin_z) as i32, y: y as u16, x: x as u16 };
-            let key = u64::from(z) << 32 | u64::from(y) << 16 | u64::from(x);
-            let records = &mut self.records;
-            let index = *self.by_voxel.entry(key).or_insert_with(|| {
-                records.push(VoxelRecord::new(place, Moments::default()));
-                (records.len() - 1) as u32
-            });
-            let moments = &mut self.records[index as usize].moments;
-            let (n, offset) = (i64::from(voxel.count), offset_units.map(i64::from));
-            let [x, y, z] = offset;
-            moments.count += u64::from(voxel.count);
-            for (sum, offset) in moments.sum.iter_mut().zip(offset) {
-                *sum += n * offset;
-            }
-            let squares = [x * x, x * y, x * z, y * y, y * z, z * z];
-            for (sum, square) in moments.products.iter_mut().zip(squares) {
-                *sum += n * square;
-            }
-            if voxel.count > 1 {
-                let steps = voxel.covariance_steps.map(|c| f64::from(c) * self.step_units2);
-                for (sum, c) in moments.products.iter_mut().zip(placement.rotate(steps)) {
-                    *sum += (n as f64 * c).round() as i64;
-                }
-            }
-        }
-        Ok(())
+        // What lies together is put together while it is still in fast memory, whichever patches it is of.
+        order.sort_unstable();
+        let read = std::mem::take(&mut gathered.read);
+        let added = order.into_iter().try_for_each(|(_, number, index, from)| {
+            let block = &self.patches.blocks(number)[index];
+            let voxels = &read[from..from + block.voxels as usize];
+            around.add(&self.placements[number], block, voxels, gathered)
+        });
+        gathered.read = read;
+        added
     }
 }
 
@@ -234,7 +173,11 @@ impl TileSource for PlacedPatches<'_> {
     fn load_tile(&self, tile: TileId) -> Result<Option<Tile>, MapError> {
         let Some(reach) = self.tiles.get(&tile) else { return Ok(None) };
         let lattice = self.patches.lattice();
-        let mut content = surfels_of(&lattice, &self.voxels_around(tile, &reach.blocks)?);
+        let mut gathered = self.patches.take_buffers();
+        let put_together = self.put_together(tile, &reach.blocks, &mut gathered);
+        let mut content = gathered.surfels(&lattice);
+        self.patches.give_back(gathered);
+        put_together?;
         for code in &mut content.codes {
             code.voxel[0] -= MARGIN_VOXELS;
             code.voxel[1] -= MARGIN_VOXELS;
