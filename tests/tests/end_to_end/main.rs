@@ -17,6 +17,7 @@ mod first_minutes;
 mod formats;
 mod gates;
 mod given_maps;
+mod loops;
 mod manual;
 mod map_command;
 mod mesh_maps;

@@ -136,9 +136,6 @@ fn tell_others(file: &PoseGraphFile, arguments: &LoopsArgs, note: &dyn Fn(String
         note(format!("{graph}: {} `{tag}` passed over", counted(*count, "line")));
     }
     if file.repeated_vertices > 0 {
-        note(format!(
-            "{graph}: {} left out",
-            counted(file.repeated_vertices as u64, "repeated line of a vertex")
-        ));
+        note(format!("{graph}: {} left out", counted(file.repeated_vertices as u64, "repeated vertex line")));
     }
 }
