@@ -41,6 +41,38 @@ pub enum LoopError {
         /// Vertices of the graph.
         vertices: usize,
     },
+    /// The scans have no stamps that times could belong to.
+    #[error(
+        "the log's scans have no stamps, so times of keyframes do not say which scans they are: leave them out, and have a scan for each vertex"
+    )]
+    NoStamps,
+    /// Times go backwards.
+    #[error("the keyframe at {stamp_ns} ns comes after one at {before_ns} ns")]
+    Backwards {
+        /// The stamp before it, nanoseconds.
+        before_ns: i64,
+        /// The stamp, nanoseconds.
+        stamp_ns: i64,
+    },
+    /// Keyframes of another graph.
+    #[error("{keyframes} keyframes for {poses} poses")]
+    OtherKeyframes {
+        /// How many there are.
+        keyframes: usize,
+        /// How many poses.
+        poses: usize,
+    },
+    /// Where a candidate's change has no interval, nobody can tell whether it is one.
+    #[error("changes have no intervals here, so no candidate can be accepted")]
+    NoIntervals,
+    /// The ranking names a candidate that there is not.
+    #[error("the ranking has a candidate {index} (from 0), there are {candidates}")]
+    OtherCandidates {
+        /// Which.
+        index: usize,
+        /// How many there are.
+        candidates: usize,
+    },
     /// Optimised poses are none.
     #[error(transparent)]
     Poses(#[from] PoseGraphError),

@@ -8,54 +8,87 @@ use crate::LoopError;
 
 /// When the vertices of a graph were: each is the pose of the body at an instant, a keyframe.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Keyframes {
-    /// At these stamps, nanoseconds, in the order of the vertices' ids.
+pub struct Keyframes(Kind);
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Kind {
+    /// Strictly increasing, nanoseconds.
     At(Vec<i64>),
-    /// At the scans of a log without stamps, in their order.
+    /// So many scans of a log without stamps, in their order.
     Scans(usize),
 }
 
 impl Keyframes {
-    /// The keyframes of a graph with `stamps_ns`, in the order of the ids; without them every scan of the log is a
-    /// keyframe, in the order of the log.
+    /// The keyframes of a graph with `stamps_ns`, which increase, in the order of the ids; without them every scan of the log
+    /// is a keyframe, in the order of the log. Stamps of the log are looked up `time_offset_ns` later.
     ///
     /// # Errors
-    /// When there are other counts of stamps, or of scans, than vertices.
-    pub fn of(graph: &PoseGraph, stamps_ns: Option<&[i64]>, log: &dyn ScanLog) -> Result<Self, LoopError> {
+    /// When there are other counts of stamps, or of scans, than vertices, or stamps for a log without any.
+    pub fn of(
+        graph: &PoseGraph,
+        stamps_ns: Option<&[i64]>,
+        log: &dyn ScanLog,
+        time_offset_ns: i64,
+    ) -> Result<Self, LoopError> {
         let vertices = graph.ids().len();
-        let scans: Vec<Option<i64>> = log.frames().iter().map(|frame| frame.stamp_ns).collect();
-        match stamps_ns {
-            Some(times) if times.len() != vertices => {
-                Err(LoopError::OtherCount { times: times.len(), vertices })
+        let of_scans = log.frames().iter().map(|frame| Some(frame.stamp_ns?.saturating_add(time_offset_ns)));
+        let of_scans: Option<Vec<i64>> = of_scans.collect();
+        let scans = log.frames().len();
+        match (stamps_ns, of_scans) {
+            (Some(_), None) => Err(LoopError::NoStamps),
+            (Some(times), Some(_)) => Self::at(times.to_vec(), vertices),
+            (None, _) if scans != vertices => Err(LoopError::WhichScans { scans, vertices }),
+            (None, Some(stamps)) if stamps.windows(2).all(|pair| pair[0] < pair[1]) => {
+                Ok(Self(Kind::At(stamps)))
             }
-            Some(times) if scans.iter().all(Option::is_some) => Ok(Self::At(times.to_vec())),
-            _ if scans.len() != vertices => Err(LoopError::WhichScans { scans: scans.len(), vertices }),
-            _ => {
-                let stamps: Option<Vec<i64>> = scans.iter().copied().collect();
-                let rising = stamps.filter(|stamps| stamps.windows(2).all(|pair| pair[0] < pair[1]));
-                Ok(rising.map_or(Self::Scans(scans.len()), Self::At))
-            }
+            (None, _) => Ok(Self(Kind::Scans(scans))),
+        }
+    }
+
+    /// The keyframes of so many vertices at these stamps, where there is no log.
+    ///
+    /// # Errors
+    /// When there are other counts, or a stamp is not larger than the one before it.
+    pub fn at(stamps_ns: Vec<i64>, vertices: usize) -> Result<Self, LoopError> {
+        if stamps_ns.len() != vertices || vertices == 0 {
+            return Err(LoopError::OtherCount { times: stamps_ns.len(), vertices });
+        }
+        match stamps_ns.windows(2).find(|pair| pair[0] >= pair[1]) {
+            Some(pair) => Err(LoopError::Backwards { before_ns: pair[0], stamp_ns: pair[1] }),
+            None => Ok(Self(Kind::At(stamps_ns))),
+        }
+    }
+
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        match &self.0 {
+            Kind::At(stamps) => stamps.len(),
+            Kind::Scans(scans) => *scans,
         }
     }
 
     /// The trajectory that goes through the keyframes at `world_from_body`.
     ///
     /// # Errors
-    /// When two of them have one stamp.
+    /// When there are more or fewer poses than keyframes, or none.
     pub fn run(&self, name: &str, world_from_body: &[Isometry3<f64>]) -> Result<Run, LoopError> {
-        let trajectory = match self {
-            Self::At(stamps) => {
+        let (keyframes, poses) = (self.len(), world_from_body.len());
+        if keyframes != poses {
+            return Err(LoopError::OtherKeyframes { keyframes, poses });
+        }
+        let trajectory = match &self.0 {
+            Kind::At(stamps) => {
                 let poses = stamps.iter().copied().zip(world_from_body.iter().copied()).collect();
                 Trajectory::stamped(poses)?.trajectory
             }
-            Self::Scans(_) => Trajectory::unstamped(world_from_body.to_vec())?,
+            Kind::Scans(_) => Trajectory::unstamped(world_from_body.to_vec())?,
         };
         Ok(Run::new(name, trajectory))
     }
 
     /// The keyframe nearest to a scan, by its stamp, or by its number where there are no stamps.
     pub(crate) fn nearest(&self, stamp_ns: Option<i64>, number: usize) -> usize {
-        let (Self::At(stamps), Some(stamp_ns)) = (self, stamp_ns) else { return number };
+        let (Kind::At(stamps), Some(stamp_ns)) = (&self.0, stamp_ns) else { return number };
         let after = stamps.partition_point(|&stamp| stamp <= stamp_ns).min(stamps.len() - 1);
         let before = after.saturating_sub(1);
         let far = |index: usize| stamps[index].abs_diff(stamp_ns);

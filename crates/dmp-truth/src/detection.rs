@@ -9,8 +9,9 @@ use crate::rank;
 /// An item of a ranked list.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ranked {
-    /// What it is ranked by, in any unit: lower is better.
-    pub score: f64,
+    /// What it is ranked by, in any unit: lower is better. `None` for one that could not be ranked: it is never accepted,
+    /// and if it is true it is missed.
+    pub score: Option<f64>,
     /// Whether it is one of those to be found.
     pub is_true: bool,
 }
@@ -34,7 +35,7 @@ pub struct PrecisionRecallPoint {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PrecisionRecall {
     /// A point for each score, from the lowest on; items of one score enter together. Recall never falls, and
-    /// is 1 at the last. At least one.
+    /// is 1 at the last where every true item has a score.
     pub points: Vec<PrecisionRecallPoint>,
     /// Σ (Rₙ − Rₙ₋₁) Pₙ over the points, with R₀ = 0, in (0, 1]: 1 where every true item comes before every
     /// other one.
@@ -67,12 +68,13 @@ impl PrecisionRecall {
     /// # Errors
     /// When a score is NaN or infinite, or no item is true.
     pub fn of(items: &[Ranked]) -> Result<Self, DetectionError> {
-        if let Some((index, item)) = items.iter().enumerate().find(|(_, item)| !item.score.is_finite()) {
-            return Err(DetectionError::NotFinite { index, score: item.score });
+        let mut of_items = items.iter().enumerate().filter_map(|(index, item)| Some((index, item.score?)));
+        if let Some((index, score)) = of_items.find(|(_, score)| !score.is_finite()) {
+            return Err(DetectionError::NotFinite { index, score });
         }
         let right: Vec<bool> = items.iter().map(|item| item.is_true).collect();
         // There, higher is better.
-        let scores: Vec<Option<f64>> = items.iter().map(|item| Some(-item.score)).collect();
+        let scores: Vec<Option<f64>> = items.iter().map(|item| item.score.map(|score| -score)).collect();
         let Some(average_precision) = rank::average_precision(&scores, &right) else {
             return Err(DetectionError::NothingTrue { items: items.len() });
         };
@@ -101,19 +103,20 @@ mod tests {
 
     fn list(scores: &[f64], labels: &[u8]) -> Vec<Ranked> {
         let items = scores.iter().zip(labels);
-        items.map(|(&score, &label)| Ranked { score, is_true: label == 1 }).collect()
+        items.map(|(&score, &label)| Ranked { score: Some(score), is_true: label == 1 }).collect()
     }
 
     /// The list counted anew for every score.
     fn oracle(items: &[Ranked]) -> (Vec<(f64, usize, usize)>, f64) {
-        let mut scores: Vec<f64> = items.iter().map(|item| item.score).collect();
+        let mut scores: Vec<f64> = items.iter().filter_map(|item| item.score).collect();
         scores.sort_by(f64::total_cmp);
         scores.dedup();
         let all = items.iter().filter(|item| item.is_true).count() as f64;
         let (mut points, mut sum, mut before) = (Vec::new(), 0.0, 0.0);
         for score in scores {
-            let accepted = items.iter().filter(|item| item.score <= score).count();
-            let found = items.iter().filter(|item| item.score <= score && item.is_true).count();
+            let accepted = items.iter().filter(|item| item.score.is_some_and(|s| s <= score)).count();
+            let found =
+                items.iter().filter(|item| item.score.is_some_and(|s| s <= score) && item.is_true).count();
             sum += (found as f64 / all - before) * (found as f64 / accepted as f64);
             before = found as f64 / all;
             points.push((score, accepted, found));
@@ -173,11 +176,12 @@ mod tests {
     proptest! {
         #[test]
         fn any_list_equals_its_definition(
-            drawn in proptest::collection::vec((-4_i32..12, proptest::bool::ANY), 1..60),
+            drawn in proptest::collection::vec((-5_i32..12, proptest::bool::ANY), 1..60),
         ) {
             // Few scores, so that many are tied.
+            let score = |s: i32| (s > -5).then(|| f64::from(s) / 3.0);
             let items: Vec<Ranked> =
-                drawn.iter().map(|&(s, is_true)| Ranked { score: f64::from(s) / 3.0, is_true }).collect();
+                drawn.iter().map(|&(s, is_true)| Ranked { score: score(s), is_true }).collect();
             match PrecisionRecall::of(&items) {
                 Err(error) => {
                     prop_assert!(items.iter().all(|item| !item.is_true), "{error}");
@@ -188,7 +192,11 @@ mod tests {
                     prop_assert_eq!(of_found, points);
                     prop_assert!((found.average_precision - average_precision).abs() < 1e-14);
                     let clean = items.iter().filter(|item| {
-                        item.is_true && items.iter().all(|other| other.is_true || other.score > item.score)
+                        item.is_true
+                            && item.score.is_some()
+                            && items.iter().all(|other| {
+                                other.is_true || other.score.is_none_or(|score| Some(score) > item.score)
+                            })
                     });
                     let all = items.iter().filter(|item| item.is_true).count() as f64;
                     prop_assert_eq!(found.recall_without_false(), clean.count() as f64 / all);

@@ -113,7 +113,7 @@ fn compare(
     let options = OptimiseOptions::default();
     let stamps = simulated.truth.stamps_ns().context("keyframes have stamps")?;
     let (graph, _) = optimised(&simulated.graph, &options)?;
-    let keyframes = Keyframes::of(&graph, Some(stamps), log)?;
+    let keyframes = Keyframes::of(&graph, Some(stamps), log, 0)?;
     let edges: Vec<PoseEdge> = simulated.candidates.iter().map(|one| one.edge.clone()).collect();
     let kinds: Vec<LoopKind> = simulated.candidates.iter().map(|one| one.kind).collect();
 
@@ -150,7 +150,7 @@ fn compare(
 
 fn ranked(ranking: &Ranking, kinds: &[LoopKind], seconds: f64) -> anyhow::Result<Outcome> {
     ensure!(ranking.failed.is_empty(), "{} candidates have no score", ranking.failed.len());
-    let item = |tried: &Tried| Ranked { score: tried.score(), is_true: kinds[tried.index].is_true() };
+    let item = |tried: &Tried| Ranked { score: Some(tried.score()), is_true: kinds[tried.index].is_true() };
     let items: Vec<Ranked> = ranking.ranked.iter().map(item).collect();
     let shares = ranking.ranked.iter().filter_map(|tried| Some(tried.map.as_ref()?.cast_share));
     let cast_share = shares.sum::<f64>() / ranking.ranked.len() as f64;

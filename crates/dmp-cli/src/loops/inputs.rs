@@ -1,5 +1,7 @@
 //! What is read before anything is computed.
 
+use std::collections::BTreeSet;
+
 use dmp_log::{
     Candidate, KeyframeTimes, LoopLabels, PoseGraphFile, SkippedCandidate, StaticFrames, read_keyframe_times,
     read_loop_candidates, read_loop_labels, read_pose_graph,
@@ -48,7 +50,7 @@ impl Inputs {
                 (weights.step_error.unwrap_or_default(), weights.loop_error.unwrap_or_default());
             note(format!(
                 "{}: its edges do not say how good they are; steps are taken to be good to {} m and {} rad, loops to {:.2} m and \
-                 {:.2} rad: --step-error and --loop-error say otherwise",
+                 {:.2} rad, and candidates that do not say it either: --step-error and --loop-error say otherwise",
                 arguments.graph.display(),
                 step.0,
                 step.1,
@@ -56,8 +58,12 @@ impl Inputs {
                 of_loop.1
             ));
         }
-        let read = read_loop_candidates(&arguments.candidates, &file)?;
-        let weigh = |one: Candidate| Candidate { edge: weights.of_candidate(&one.edge), ..one };
+        // Where it is told how good loops are, candidates need not say it.
+        let has_information = file.has_information && weights.loop_error.is_none();
+        let read =
+            read_loop_candidates(&arguments.candidates, &PoseGraphFile { has_information, ..file.clone() })?;
+        let weigh =
+            |one: Candidate| Candidate { edge: arguments.weights.of_candidate(&one.edge, &weights), ..one };
         let candidates: Vec<Candidate> = read.candidates.into_iter().map(weigh).collect();
         for skipped in &read.skipped {
             note(format!(
@@ -72,6 +78,18 @@ impl Inputs {
             anyhow::bail!("{}: none of {all} can be tried", arguments.candidates.display());
         }
         let labels = arguments.truth.as_deref().map(read_loop_labels).transpose()?;
+        if let (Some(path), Some(labels)) = (&arguments.truth, &labels) {
+            let ends = |one: &Candidate| (one.edge.from.min(one.edge.to), one.edge.from.max(one.edge.to));
+            let known: BTreeSet<(i64, i64)> = candidates.iter().map(ends).collect();
+            let strange = labels.labels.keys().filter(|pair| !known.contains(pair)).count();
+            if strange > 0 {
+                note(format!(
+                    "{}: {} of no candidate that can be tried",
+                    path.display(),
+                    counted(strange as u64, "label")
+                ));
+            }
+        }
         let stamps_ns = match &arguments.keyframes {
             None => None,
             Some(path) => {

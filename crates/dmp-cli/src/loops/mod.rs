@@ -58,7 +58,7 @@ pub(crate) struct LoopsArgs {
     log: Option<PathBuf>,
     /// When the keyframes were: a line for each vertex, `ID SECONDS`, or `SECONDS` alone in the order of the ids, or
     /// their poses in TUM format. Without it the n-th scan of the log is the n-th vertex
-    #[arg(long, value_name = "TIMES", requires = "log", help_heading = "Input")]
+    #[arg(long, value_name = "TIMES", help_heading = "Input")]
     keyframes: Option<PathBuf>,
     /// Which candidates are true, where somebody knows: lines `FROM,TO,true` or `FROM,TO,false`. Gives precision, recall
     /// and average precision
@@ -76,12 +76,14 @@ pub(crate) struct LoopsArgs {
     #[arg(long, help_heading = "Acceptance")]
     accept: bool,
 
-    /// Rays of each keyframe that are cast into each map
-    #[arg(long, value_name = "N", default_value_t = MapOptions::default().rays_per_keyframe, help_heading = "Speed")]
+    /// Rays of each keyframe that are cast into each map; of more than a million in all each keyframe has fewer
+    #[arg(long, value_name = "N", default_value_t = MapOptions::default().rays_per_keyframe)]
+    #[arg(requires = "log", conflicts_with = "direct", help_heading = "Speed")]
     rays: usize,
     /// A place where nothing moved further than this keeps its score, metres; 0 casts everything anew
     #[arg(long, value_name = "METRES", default_value_t = MapOptions::default().moved_m)]
-    #[arg(value_parser = parse::length_m, allow_hyphen_values = true, help_heading = "Speed")]
+    #[arg(value_parser = parse::length_m, allow_hyphen_values = true)]
+    #[arg(requires = "log", conflicts_with = "direct", help_heading = "Speed")]
     moved: f64,
     /// Read the log again for each candidate, fuse its map from all returns and cast all of them: slow, and what
     /// everything else is measured against
@@ -107,9 +109,10 @@ impl LoopsArgs {
 pub(crate) fn run(arguments: &LoopsArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
     let config = arguments.config();
     config.check()?;
+    arguments.map_options().check().map_err(in_words)?;
+    arguments.output.check(&arguments.inputs())?;
     let start = Instant::now();
     let inputs = Inputs::read(arguments, common)?;
-    arguments.output.check(arguments.accept, &arguments.inputs())?;
     let progress = Progress::new(common);
     let candidates: Vec<PoseEdge> =
         inputs.candidates.iter().map(|one: &Candidate| one.edge.clone()).collect();
@@ -119,7 +122,8 @@ pub(crate) fn run(arguments: &LoopsArgs, common: &Common, out: &mut impl Write) 
         None => None,
         Some(log) => {
             let keyframes =
-                Keyframes::of(&graph, inputs.stamps_ns.as_deref(), log.as_ref()).map_err(in_words)?;
+                Keyframes::of(&graph, inputs.stamps_ns.as_deref(), log.as_ref(), config.time_offset_ns)
+                    .map_err(in_words)?;
             let run = keyframes.run("graph", graph.poses()).map_err(in_words)?;
             let body_from_sensor =
                 inputs.body_from_sensor(arguments, run.trajectory, log.as_ref(), common)?;
@@ -182,9 +186,10 @@ fn rank(
 fn in_words(error: LoopError) -> anyhow::Error {
     match error {
         LoopError::Evaluate(error) => error.into(),
-        error @ (LoopError::Setting { .. } | LoopError::WhichScans { .. } | LoopError::OtherCount { .. }) => {
-            Usage(error.to_string()).into()
-        }
+        error @ (LoopError::Setting { .. }
+        | LoopError::WhichScans { .. }
+        | LoopError::OtherCount { .. }
+        | LoopError::NoStamps) => Usage(error.to_string()).into(),
         error => error.into(),
     }
 }

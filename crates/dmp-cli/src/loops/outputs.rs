@@ -6,6 +6,7 @@ use clap::Args;
 use dmp_draw::plot::{Axis, Plot, Point, Series, Style};
 use dmp_log::write_pose_graph;
 use dmp_loops::Keyframes;
+use dmp_sensor::Trajectory;
 
 use super::Ranked;
 use super::inputs::Inputs;
@@ -32,8 +33,7 @@ pub(super) struct OutputArgs {
 
 impl OutputArgs {
     /// Refuses what would take the place of an input or of another output.
-    pub(super) fn check(&self, accept: bool, inputs: &[&Path]) -> Result<(), Usage> {
-        debug_assert!(accept || self.save_graph.is_none());
+    pub(super) fn check(&self, inputs: &[&Path]) -> Result<(), Usage> {
         let outputs: Vec<&PathBuf> =
             [&self.svg, &self.save_graph, &self.save_trajectory].into_iter().flatten().collect();
         for (k, output) in outputs.iter().enumerate() {
@@ -52,25 +52,34 @@ impl OutputArgs {
         ranked: &Ranked,
         keyframes: Option<&Keyframes>,
     ) -> anyhow::Result<()> {
-        if let (Some(path), Some(truth)) = (&self.svg, &result.truth) {
-            save_text(path, &curve(truth).to_svg())?;
-        }
-        let Some(accepted) = &ranked.accepted else { return Ok(()) };
+        let drawn = match (&self.svg, &result.truth, &result.truth_withheld) {
+            (Some(path), Some(truth), _) => save_text(path, &curve(truth, result.config.ranked_by).to_svg()),
+            (Some(path), None, Some(why)) => {
+                Err(anyhow::anyhow!("{}: there is no curve: {why}", path.display()))
+            }
+            _ => Ok(()),
+        };
+        let Some(accepted) = &ranked.accepted else { return drawn };
         if let Some(path) = &self.save_graph {
             save(path, |out| write_pose_graph(out, &accepted.graph))?;
         }
         if let Some(path) = &self.save_trajectory {
             let poses = accepted.graph.poses();
-            let stamps = inputs.stamps_ns.clone().map(Keyframes::At);
-            let keyframes = keyframes.cloned().or(stamps).unwrap_or(Keyframes::Scans(poses.len()));
-            save_trajectory(path, &keyframes.run("graph", poses)?.trajectory)?;
+            let trajectory = match (keyframes, &inputs.stamps_ns) {
+                (Some(keyframes), _) => keyframes.run("graph", poses)?.trajectory,
+                (None, Some(stamps)) => {
+                    Keyframes::at(stamps.clone(), poses.len())?.run("graph", poses)?.trajectory
+                }
+                (None, None) => Trajectory::unstamped(poses.to_vec())?,
+            };
+            save_trajectory(path, &trajectory)?;
         }
-        Ok(())
+        drawn
     }
 }
 
 /// Precision over recall, as in fig. 3 of Zhang & Chen 2021.
-fn curve(truth: &TruthResult) -> Plot {
+fn curve(truth: &TruthResult, ranked_by: &str) -> Plot {
     let axis = |title: &str| Axis { title: title.to_owned(), log: false };
     let point = |recall: f64, precision: f64| Point { x: recall, y: precision, name: String::new() };
     let mut points: Vec<Point> =
@@ -87,6 +96,6 @@ fn curve(truth: &TruthResult) -> Plot {
         x: axis("recall: share of the true loops that is accepted"),
         y: axis("precision: share of the accepted loops that is true"),
         x_names: Vec::new(),
-        series: vec![Series { name: "ranked by their maps".to_owned(), points, style: Style::Joined }],
+        series: vec![Series { name: format!("ranked by {ranked_by}"), points, style: Style::Joined }],
     }
 }

@@ -19,7 +19,7 @@ pub(super) fn result(out: &mut impl Write, result: &LoopsResult) -> anyhow::Resu
         digits(without.chi2_before),
         digits(without.chi2)
     )?;
-    if let Some(log) = inputs.log.as_ref().filter(|log| log.rays > 0) {
+    if let Some(log) = inputs.log.as_ref().and_then(|log| log.patches.as_ref()) {
         let voxel = result.config.voxel_m.map_or(NONE.to_owned(), digits);
         writeln!(
             out,

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::time::Instant;
 
+use dmp_log::CandidateFault;
 use dmp_loops::{Decision, Estimate, LoopMap, MapScores, Optimised, Tried, Verdict};
 use dmp_sensor::DropReason;
 use dmp_truth::detection::{PrecisionRecall, Ranked as Labelled};
@@ -38,8 +39,9 @@ pub(super) struct ConfigResult {
     /// `map`, `map-direct` or `graph`.
     pub(super) ranked_by: &'static str,
     pub(super) voxel_m: Option<f64>,
-    pub(super) rays_per_keyframe: usize,
-    pub(super) moved_m: f64,
+    /// Of maps that are put together of patches.
+    rays_per_keyframe: Option<usize>,
+    moved_m: Option<f64>,
     pub(super) step_error: Option<[f64; 2]>,
     pub(super) loop_error: Option<[f64; 2]>,
     pub(super) loop_kernel: Option<String>,
@@ -58,12 +60,19 @@ pub(super) struct InputsResult {
 pub(super) struct LogResult {
     pub(super) path: String,
     pub(super) scans: usize,
-    pub(super) returns_used: u64,
-    pub(super) returns_dropped: BTreeMap<&'static str, u64>,
-    pub(super) keyframes_with_scans: usize,
-    pub(super) rays: usize,
-    pub(super) patch_bytes: u64,
+    /// Of the patches; null where there are none.
+    pub(super) patches: Option<PatchesResult>,
     pub(super) damage: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct PatchesResult {
+    pub(super) returns_used: u64,
+    returns_dropped: BTreeMap<&'static str, u64>,
+    pub(super) keyframes_with_scans: usize,
+    /// Cast into each map.
+    pub(super) rays: usize,
+    file_bytes: u64,
 }
 
 /// The graph without candidates.
@@ -117,6 +126,8 @@ pub(super) struct SkippedResult {
 #[derive(Debug, Serialize)]
 pub(super) struct AcceptedResult {
     pub(super) accepted: usize,
+    /// Had no score with those accepted before.
+    failed: usize,
     pub(super) r_near_2_m2: Option<f64>,
     pub(super) chi2: f64,
     pub(super) decisions: Vec<DecisionResult>,
@@ -197,8 +208,8 @@ impl LoopsResult {
                     (Some(_), false) => "map",
                 },
                 voxel_m: map.map(LoopMap::voxel_m),
-                rays_per_keyframe: arguments.rays,
-                moved_m: arguments.moved,
+                rays_per_keyframe: map.map(|_| arguments.rays),
+                moved_m: map.map(|_| arguments.moved),
                 step_error: pair(inputs.weights.step_error),
                 loop_error: pair(inputs.weights.loop_error),
                 loop_kernel: inputs.weights.kernel.map(|kernel| format!("{kernel:?}")),
@@ -211,11 +222,7 @@ impl LoopsResult {
                 log: inputs.log.as_ref().map(|log| LogResult {
                     path: log.summary().path.display().to_string(),
                     scans: map.map_or(log.frames().len(), LoopMap::scans),
-                    returns_used: map.map_or(0, |map| map.counts().used()),
-                    returns_dropped: map.map(dropped).unwrap_or_default(),
-                    keyframes_with_scans: map.map_or(inputs.graph.ids().len(), LoopMap::keyframes_seen),
-                    rays: map.map_or(0, LoopMap::rays),
-                    patch_bytes: map.map_or(0, LoopMap::patch_bytes),
+                    patches: map.map(patches_of),
                     damage: log
                         .summary()
                         .damage
@@ -251,12 +258,23 @@ impl LoopsResult {
 
     pub(super) fn exit(&self) -> Exit {
         let damaged = self.inputs.log.as_ref().is_some_and(|log| !log.damage.is_empty());
-        if damaged || !self.skipped.is_empty() { Exit::InputDamaged } else { Exit::Done }
+        let failed = self.accepted.as_ref().is_some_and(|accepted| accepted.failed > 0);
+        if damaged || failed || !self.skipped.is_empty() { Exit::InputDamaged } else { Exit::Done }
     }
 
     pub(super) fn print_json(&self, out: &mut impl Write) -> anyhow::Result<()> {
         serde_json::to_writer_pretty(&mut *out, self).map_err(std::io::Error::from)?;
         Ok(writeln!(out)?)
+    }
+}
+
+fn patches_of(map: &LoopMap) -> PatchesResult {
+    PatchesResult {
+        returns_used: map.counts().used(),
+        returns_dropped: dropped(map),
+        keyframes_with_scans: map.keyframes_seen(),
+        rays: map.rays(),
+        file_bytes: map.patch_bytes(),
     }
 }
 
@@ -348,6 +366,7 @@ fn accepted_of(inputs: &Inputs, accepted: &dmp_loops::Acceptance) -> AcceptedRes
     let right = count(Some(true), true);
     AcceptedResult {
         accepted: decisions.iter().filter(|decision| decision.accepted).count(),
+        failed: accepted.decisions.iter().filter(|one| matches!(one.verdict, Verdict::Failed(_))).count(),
         r_near_2_m2: accepted.r_near_m2,
         chi2: accepted.chi2,
         precision: share(right, right + count(Some(true), false)),
@@ -361,12 +380,16 @@ fn truth_of(inputs: &Inputs, ranked: &Ranked) -> (Option<TruthResult>, Option<St
     if inputs.labels.is_none() {
         return (None, None);
     }
-    let labelled = ranked
-        .ranking
-        .ranked
-        .iter()
-        .filter_map(|tried| Some(Labelled { score: tried.score(), is_true: inputs.label(tried.index)? }));
-    let labelled: Vec<Labelled> = labelled.collect();
+    let ranking = &ranked.ranking;
+    let scored = ranking.ranked.iter().map(|tried| (Some(tried.score()), inputs.label(tried.index)));
+    // Those without a score are never accepted: a true one among them is missed.
+    let failed = ranking.failed.iter().map(|failed| (None, inputs.label(failed.index)));
+    let skipped = inputs.skipped.iter().filter(|one| !matches!(one.fault, CandidateFault::Repeated { .. }));
+    let skipped =
+        skipped.map(|one| (None, one.ends.and_then(|(from, to)| inputs.labels.as_ref()?.of(from, to))));
+    let all = scored.chain(failed).chain(skipped);
+    let labelled: Vec<Labelled> =
+        all.filter_map(|(score, label)| Some(Labelled { score, is_true: label? })).collect();
     let found = match PrecisionRecall::of(&labelled) {
         Ok(found) => found,
         Err(error) => return (None, Some(error.to_string())),
@@ -381,7 +404,7 @@ fn truth_of(inputs: &Inputs, ranked: &Ranked) -> (Option<TruthResult>, Option<St
         average_precision: found.average_precision,
         true_candidates,
         false_candidates: labelled.len() - true_candidates,
-        unlabelled: ranked.ranking.ranked.len() - labelled.len(),
+        unlabelled: ranking.ranked.iter().filter(|tried| inputs.label(tried.index).is_none()).count(),
         recall_without_false: found.recall_without_false(),
         curve: found.points.iter().map(point).collect(),
     };

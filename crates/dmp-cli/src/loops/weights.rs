@@ -75,6 +75,14 @@ impl WeightArgs {
     }
 }
 
+impl WeightArgs {
+    /// A candidate as good as was given, or as it says itself, or where neither is so as loops of the graph are taken to be.
+    pub(super) fn of_candidate(&self, edge: &PoseEdge, weights: &Weights) -> PoseEdge {
+        let says_nothing = edge.information == PoseGraph::unit_information();
+        weighted(edge, self.loop_error.or(weights.loop_error.filter(|_| says_nothing)))
+    }
+}
+
 impl Weights {
     /// The graph with its edges weighted so.
     pub(super) fn of_graph(&self, graph: &PoseGraph) -> Result<PoseGraph, PoseGraphError> {
@@ -92,11 +100,6 @@ impl Weights {
             graph.edges().iter().map(weigh).collect(),
             graph.fixed().iter().copied().collect(),
         )
-    }
-
-    /// A candidate weighted so.
-    pub(super) fn of_candidate(&self, edge: &PoseEdge) -> PoseEdge {
-        weighted(edge, self.loop_error)
     }
 }
 

@@ -13,10 +13,11 @@ use crate::{Keyframes, LoopError};
 /// Most rays that are held and cast into each map, of all keyframes together: some 40 MB with what they leave.
 const MOST_RAYS: usize = 1_000_000;
 
-/// Length of a stretch of the drive, metres: what is nearer than that to each other goes well or badly together. A drive
-/// has no fewer stretches than [`FEWEST_STRETCHES`], unless it has fewer keyframes.
-const STRETCH_M: f64 = 12.0;
-const FEWEST_STRETCHES: f64 = 16.0;
+/// Length of a stretch of the drive, metres: keyframes nearer than that to each other see the same surfels, and what a
+/// finer or coarser meeting with voxels does to one it does to the others. A drive has no fewer stretches than
+/// [`FEWEST_STRETCHES`], unless it has fewer keyframes.
+const STRETCH_M: f64 = 5.0;
+const FEWEST_STRETCHES: f64 = 20.0;
 
 /// How the map of a graph is made and scored.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +35,11 @@ impl Default for MapOptions {
 }
 
 impl MapOptions {
-    fn check(&self) -> Result<(), LoopError> {
+    /// Checks every option by itself.
+    ///
+    /// # Errors
+    /// The first that makes no sense.
+    pub fn check(&self) -> Result<(), LoopError> {
         if self.rays_per_keyframe == 0 {
             let why = "it must be 1 or more";
             return Err(LoopError::Setting { setting: "rays of a keyframe", value: 0.0, why });
@@ -143,7 +148,7 @@ impl LoopMap {
             rays: rays.into_inner().unwrap_or_else(PoisonError::into_inner),
             options,
             max_range_m: config.max_range_m,
-            tile_bytes: config.memory_bytes / 2 / config.threads,
+            tile_bytes: config.memory_bytes / 3 / config.threads,
             threads: config.threads,
             counts,
             scans: scans.len(),

@@ -5,7 +5,7 @@ use dmp::{Stage, Watch};
 use dmp_sensor::{PoseEdge, PoseGraph};
 
 use super::{Ranker, Ranking, Tried, TryFault};
-use crate::{LoopError, optimised};
+use crate::{LoopError, optimise};
 
 /// Growth of the sum of squares that 1 in 100 right loops exceeds, where no map is looked at: the quantile .99 of chi² with
 /// six degrees of freedom.
@@ -82,25 +82,35 @@ impl Eq for Waiting {}
 
 impl Ranker<'_> {
     /// Adds candidates from best to worst, and keeps each that does not make the score worse beyond the 99 % interval of the
-    /// change; where no map is looked at, each whose sum of squares grows by no more than 99 of 100 right loops would.
+    /// change, nor worse than the best so far by more than half that interval, lest many small steps lead away; where no map
+    /// is looked at, each whose sum of squares grows by no more than 99 of 100 right loops would.
     ///
     /// Whenever the graph has grown, what comes next is tried again on it, and goes back among the others where it is no
-    /// longer the best: a lazy greedy search, which tries few candidates more than twice.
+    /// longer the best: a lazy greedy search, which tries few candidates more than twice. Accepted loops have no robust
+    /// kernel, as when they were tried.
     ///
     /// # Errors
-    /// As [`Self::rank`]; when changes have no intervals; and when the graph with a candidate cannot be scored.
+    /// As [`Self::rank`]; when changes have no intervals; when the ranking is of other candidates; and when the graph with a
+    /// candidate cannot be scored.
     pub fn accept(
         mut self,
         candidates: &[PoseEdge],
         ranking: &Ranking,
         watch: &dyn Watch,
     ) -> Result<Acceptance, LoopError> {
+        if !self.scorer.has_intervals() && self.without.map.is_some() {
+            return Err(LoopError::NoIntervals);
+        }
+        if let Some(tried) = ranking.ranked.iter().find(|tried| tried.index >= candidates.len()) {
+            return Err(LoopError::OtherCandidates { index: tried.index, candidates: candidates.len() });
+        }
         watch.begin(Stage::Candidates, candidates.len() as u64);
         let mut waiting: BinaryHeap<Waiting> =
             ranking.ranked.iter().map(|tried| self.waiting(tried.clone(), 0)).collect();
         let mut decisions = Vec::new();
         watch.advance(ranking.failed.len() as u64);
         let mut accepted = 0;
+        let mut best = self.without.score();
         while let Some(Waiting { tried, after, .. }) = waiting.pop() {
             let index = tried.index;
             let tried = if after == accepted {
@@ -126,46 +136,44 @@ impl Ranker<'_> {
                 continue;
             }
             let tried = again.tried;
-            let verdict = if is_worse(&tried) { Verdict::Worse } else { Verdict::Accepted };
+            let verdict = if is_worse(&tried, best) { Verdict::Worse } else { Verdict::Accepted };
             let is_accepted = matches!(verdict, Verdict::Accepted);
-            decisions.push(Decision { index, verdict, after: accepted, tried: Some(tried) });
             if is_accepted {
                 self.add(candidates[index].clone(), watch)?;
-                accepted += 1;
+                best = best.min(self.without.score());
             }
+            decisions.push(Decision { index, verdict, after: accepted, tried: Some(tried) });
+            accepted += usize::from(is_accepted);
             watch.advance(1);
         }
         let r_near_m2 = self.without.map.as_ref().and_then(super::MapScores::ranked_m2);
-        Ok(Acceptance { decisions, r_near_m2, chi2: self.without.chi2, graph: self.graph })
-    }
-
-    /// Whether [`Self::accept`] can tell a change from chance.
-    pub fn can_accept(&self) -> bool {
-        self.scorer.has_intervals() || self.without.map.is_none()
+        let graph = self.accepted.iter().try_fold(self.graph, |graph, edge| graph.with_edge(edge.clone()))?;
+        Ok(Acceptance { decisions, r_near_m2, chi2: self.without.chi2, graph })
     }
 
     fn waiting(&self, tried: Tried, after: usize) -> Waiting {
-        let without = self.without.map.as_ref().and_then(super::MapScores::ranked_m2).unwrap_or(0.0);
-        let change = tried.score() - without;
+        let paired = tried.map.as_ref().and_then(|map| map.change).map(|change| change.value_m2);
+        let change = paired.unwrap_or_else(|| tried.score() - self.without.score());
         Waiting { tried, after, change }
     }
 
-    /// Makes a candidate one of the graph's edges.
+    /// Makes a candidate one of the graph's edges: the poses are those that it was tried with.
     fn add(&mut self, candidate: PoseEdge, watch: &dyn Watch) -> Result<(), LoopError> {
-        let (graph, found) = optimised(&self.graph.with_edge(candidate)?, &self.options)?;
+        self.accepted.push(candidate);
+        let found = optimise(&self.graph, &self.accepted, &self.options).map_err(LoopError::Graph)?;
         self.without.chi2 = found.chi2_after;
-        self.without.map = self.scorer.begin_at(graph.poses(), watch)?;
-        self.graph = graph;
+        self.without.map = self.scorer.begin_at(&found.world_from_body, watch)?;
+        self.graph = self.graph.with_poses(found.world_from_body)?;
         Ok(())
     }
 }
 
-fn is_worse(tried: &Tried) -> bool {
-    match &tried.map {
-        None => tried.chi2_change > LARGEST_CHI2,
-        Some(map) => map.change.is_some_and(|change| match change.interval {
-            Some(interval) => interval.low_m2 > 0.0,
-            None => change.value_m2 > 0.0,
-        }),
-    }
+/// Whether the score becomes worse than it may, `best` being the best there was; a change that nobody knows is worse.
+fn is_worse(tried: &Tried, best: f64) -> bool {
+    let Some(map) = &tried.map else { return tried.chi2_change > LARGEST_CHI2 };
+    let interval = map.change.and_then(|change| change.interval);
+    interval.is_none_or(|interval| {
+        let half = (interval.high_m2 - interval.low_m2) / 2.0;
+        interval.low_m2 > 0.0 || tried.score() - best > half
+    })
 }

@@ -6,7 +6,7 @@ mod scorer;
 pub use accept::{Acceptance, Decision, Verdict};
 pub use scorer::Scorer;
 
-use dmp::{Stage, Watch};
+use dmp::{EvaluateError, Stage, Watch};
 use dmp_map::MapError;
 use dmp_reduce::Estimate;
 use dmp_sensor::{PoseEdge, PoseGraph};
@@ -21,6 +21,8 @@ pub struct Ranker<'a> {
     options: OptimiseOptions,
     scorer: Scorer<'a>,
     without: Without,
+    /// Candidates that were accepted: edges without a robust kernel.
+    accepted: Vec<PoseEdge>,
 }
 
 /// The graph without candidates.
@@ -30,6 +32,13 @@ pub struct Without {
     pub chi2: f64,
     /// The scores of its map; `None` where no map is looked at.
     pub map: Option<MapScores>,
+}
+
+impl Without {
+    /// What candidates are compared with: see [`Tried::score`]; without a map the sum of squares has not grown.
+    fn score(&self) -> f64 {
+        self.map.as_ref().and_then(MapScores::ranked_m2).unwrap_or(0.0)
+    }
 }
 
 /// What a map is worth.
@@ -136,7 +145,7 @@ impl<'a> Ranker<'a> {
     ) -> Result<Self, LoopError> {
         let chi2 = optimise(&graph, &[], &options).map_err(LoopError::Graph)?.chi2_after;
         let map = scorer.begin_at(graph.poses(), watch)?;
-        Ok(Self { graph, options, scorer, without: Without { chi2, map } })
+        Ok(Self { graph, options, scorer, without: Without { chi2, map }, accepted: Vec::new() })
     }
 
     /// The graph without candidates.
@@ -193,9 +202,10 @@ impl<'a> Ranker<'a> {
         watch: &dyn Watch,
     ) -> Result<Result<Tried, TryFault>, LoopError> {
         if watch.cancelled() {
-            return Err(dmp::EvaluateError::Cancelled.into());
+            return Err(EvaluateError::Cancelled.into());
         }
-        let found = match optimise(&self.graph, std::slice::from_ref(candidate), &self.options) {
+        let extra = [self.accepted.as_slice(), std::slice::from_ref(candidate)].concat();
+        let found = match optimise(&self.graph, &extra, &self.options) {
             Ok(found) if found.converged => found,
             Ok(Optimised { iterations, chi2_after: chi2, .. }) => {
                 return Ok(Err(TryFault::NotConverged { iterations, chi2 }));
@@ -205,9 +215,12 @@ impl<'a> Ranker<'a> {
         let map = match self.scorer.score(&found.world_from_body, watch) {
             Ok(Some(map)) if map.ranked_m2().is_none() => return Ok(Err(TryFault::NoScore)),
             Ok(map) => map,
-            Err(LoopError::Map(error @ MapError::OutOfWorld { .. })) => {
-                return Ok(Err(TryFault::OutOfWorld(error)));
-            }
+            Err(
+                LoopError::Map(error @ MapError::OutOfWorld { .. })
+                | LoopError::Evaluate(EvaluateError::Map {
+                    source: error @ MapError::OutOfWorld { .. }, ..
+                }),
+            ) => return Ok(Err(TryFault::OutOfWorld(error))),
             Err(error) => return Err(error),
         };
         let pairs = || self.graph.poses().iter().zip(&found.world_from_body);
@@ -218,7 +231,7 @@ impl<'a> Ranker<'a> {
         Ok(Ok(Tried {
             index,
             chi2_change: found.chi2_after - self.without.chi2,
-            own_chi2: found.extra_chi2.first().copied().unwrap_or_default(),
+            own_chi2: found.extra_chi2.last().copied().unwrap_or_default(),
             largest_move_m,
             moved_most: self.graph.ids()[most],
             largest_turn_rad: turns.fold(0.0, f64::max),
@@ -246,6 +259,6 @@ pub fn optimised(graph: &PoseGraph, options: &OptimiseOptions) -> Result<(PoseGr
 /// When they cannot be started.
 pub fn in_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> Result<R, LoopError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|source| dmp::EvaluateError::Threads { threads, source })?;
+    let pool = pool.map_err(|source| EvaluateError::Threads { threads, source })?;
     Ok(pool.install(work))
 }

@@ -13,6 +13,12 @@ use crate::tiles::{TileExtent, TileSource};
 /// Voxels around a tile that are put together with it: a cell, so that discs from there are known that reach into it.
 pub(super) const MARGIN_VOXELS: i32 = 2;
 
+/// Voxels of patches that are read before they are put together: 20 MB.
+const MOST_READ: usize = 1 << 20;
+
+/// A block that was read: its column in the world, its patch and number there, and where its voxels are among those read.
+type Read = ([i32; 3], usize, usize, usize);
+
 /// Where a patch lies in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
@@ -125,8 +131,11 @@ impl<'a> PlacedPatches<'a> {
         gathered.clear();
         let together = |a: &(u32, u32), b: &(u32, u32)| a.0 == b.0 && a.1 + 1 == b.1;
         let block_edge_m = block_edge_m(&self.patches.lattice());
-        let mut order = Vec::with_capacity(blocks.len());
+        let mut order = Vec::new();
         for run in blocks.chunk_by(together) {
+            if gathered.read.len() > MOST_READ {
+                self.add(&around, &mut order, gathered)?;
+            }
             let (number, first) = (run[0].0 as usize, run[0].1 as usize);
             let mut from = gathered.read.len();
             self.patches.read(number, first..first + run.len(), &mut gathered.read)?;
@@ -137,14 +146,19 @@ impl<'a> PlacedPatches<'a> {
                 from += block.voxels as usize;
             }
         }
-        // What lies together is put together while it is still in fast memory, whichever patches it is of.
+        self.add(&around, &mut order, gathered)
+    }
+
+    /// Puts together what was read: what lies together while it is still in fast memory, whichever patches it is of.
+    fn add(&self, around: &Around, order: &mut Vec<Read>, gathered: &mut Gathered) -> Result<(), MapError> {
         order.sort_unstable();
-        let read = std::mem::take(&mut gathered.read);
-        let added = order.into_iter().try_for_each(|(_, number, index, from)| {
+        let mut read = std::mem::take(&mut gathered.read);
+        let added = order.drain(..).try_for_each(|(_, number, index, from)| {
             let block = &self.patches.blocks(number)[index];
             let voxels = &read[from..from + block.voxels as usize];
             around.add(&self.placements[number], block, voxels, gathered)
         });
+        read.clear();
         gathered.read = read;
         added
     }
