@@ -4,6 +4,7 @@ mod cast;
 mod city;
 mod decode;
 mod fuse;
+mod loops;
 mod quick;
 mod report;
 mod scale;
@@ -28,6 +29,7 @@ pub(crate) enum Bench {
     CastServe(cast::serve::ServeArgs),
     Decode(decode::DecodeArgs),
     Fuse(fuse::FuseArgs),
+    Loops(loops::LoopsArgs),
     Quick(quick::QuickArgs),
     Report(report::ReportArgs),
     Scale(scale::ScaleArgs),
@@ -42,6 +44,7 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
         Bench::Cast(arguments) => cast::run(arguments),
         Bench::CastServe(arguments) => cast::serve::run(arguments),
         Bench::Decode(arguments) => decode::run(arguments),
+        Bench::Loops(arguments) => loops::run(arguments),
         Bench::Quick(arguments) => quick::run(arguments),
         Bench::Report(arguments) => report::run(arguments),
         Bench::Scale(arguments) => scale::run(arguments),

@@ -99,7 +99,6 @@ fn what_does_not_belong_together_is_refused_in_one_line() {
     refused(at, "loops parts.g2o --candidates c.g2o", 1, &["parts.g2o", "2 parts"]);
     write(at, "labels.csv", "0,4,perhaps\n");
     refused(at, &with("--truth labels.csv"), 1, &["labels.csv", "line 1", "perhaps"]);
-    refused(at, &with("--keyframes t.txt"), 2, &["--log"]);
     let output = dmp(at, "simulate town -o drive --scans 9 --azimuth-steps 30");
     assert_eq!(output.status.code(), Some(0));
     refused(at, &with("--log drive"), 2, &["9 scans", "6 vertices"]);
@@ -112,6 +111,8 @@ fn what_does_not_belong_together_is_refused_in_one_line() {
     refused(at, &with("--save-graph x.g2o"), 2, &["--accept"]);
     refused(at, &with("--accept --save-graph graph.g2o"), 2, &["graph.g2o", "place of the input"]);
     refused(at, &with("--log drive --rays 0"), 2, &["rays"]);
+    let output = dmp(at, &with("--rays 100"));
+    assert!(output.status.code() == Some(2) && text(&output.stderr).contains("--log <LOG>"));
 
     // A label for no candidate and a candidate without one are no mistakes; nothing true is told.
     write(at, "other.csv", "0,4,false\n1,2,true\n");

@@ -91,7 +91,10 @@ fn accepted_loops_make_the_trajectory_better() {
         ["loops/graph.g2o", "better.g2o"].map(|name| read_pose_graph(&at(name)).unwrap().graph);
     assert_eq!(better.edges().len() as u64, graph.edges().len() as u64 + count);
     let (truth, saved) = (trajectory(&at("loops/truth.tum")), trajectory(&at("better.tum")));
-    assert_eq!(saved.poses(), better.poses());
+    let poses = better.poses().to_vec();
+    let better =
+        Trajectory::stamped(saved.stamps_ns().unwrap().iter().copied().zip(poses).collect()).unwrap();
+    assert!(mean_apart_m(&better.trajectory, &saved) < 1e-6);
     let odometry = Trajectory::stamped(
         truth.stamps_ns().unwrap().iter().copied().zip(graph.poses().iter().copied()).collect(),
     );
