@@ -85,7 +85,8 @@ impl<'a> Moved<'a> {
         let [before, after] = [self.before, self.after].map(|poses| placement(&poses[keyframe]));
         let changed = |group: &super::rays::Group| {
             let [low, high] = group.bounds_m;
-            let range_m = (0..3).map(|k| low[k].abs().max(high[k].abs()).powi(2)).sum::<f64>().sqrt();
+            let farthest = (0..3).map(|k| low[k].abs().max(high[k].abs()));
+            let range_m = farthest.map(|c| c * c).sum::<f64>().sqrt();
             // What is nearest to a return may lie in front of it or behind.
             let near_m = [low.map(|c| c - NEAR_M), high.map(|c| c + NEAR_M)];
             let around = self.columns_before.patches_in(before.bounds_m(near_m));

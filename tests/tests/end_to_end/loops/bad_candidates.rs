@@ -106,13 +106,20 @@ fn what_does_not_belong_together_is_refused_in_one_line() {
     refused(at, &with("--log drive --keyframes t.txt"), 1, &["t.txt", "3 stamps", "6 vertices"]);
     write(at, "far.txt", "1\n2\n3\n4\n5\n6\n");
     refused(at, &with("--log drive --keyframes far.txt"), 1, &["graph", "scans"]);
-    refused(at, &with("--step-error 1cm"), 2, &["1cm,1mrad"]);
-    refused(at, &with("--loop-kernel huber"), 2, &["huber"]);
-    refused(at, &with("--save-graph x.g2o"), 2, &["--accept"]);
     refused(at, &with("--accept --save-graph graph.g2o"), 2, &["graph.g2o", "place of the input"]);
     refused(at, &with("--log drive --rays 0"), 2, &["rays"]);
-    let output = dmp(at, &with("--rays 100"));
-    assert!(output.status.code() == Some(2) && text(&output.stderr).contains("--log <LOG>"));
+    let wrong = [
+        ("--step-error 1cm", "1cm,1mrad"),
+        ("--loop-kernel huber", "huber:1.5"),
+        ("--save-graph x.g2o", "--accept"),
+        ("--rays 100", "--log <LOG>"),
+        ("--log drive --direct --accept", "--accept"),
+    ];
+    for (arguments, word) in wrong {
+        let output = dmp(at, &with(arguments));
+        let told = text(&output.stderr);
+        assert!(output.status.code() == Some(2) && told.contains(word), "{arguments}: {told}");
+    }
 
     // A label for no candidate and a candidate without one are no mistakes; nothing true is told.
     write(at, "other.csv", "0,4,false\n1,2,true\n");
