@@ -71,6 +71,10 @@ impl<'a> Moved<'a> {
         Self { map, before, after, columns_before, columns_after: Columns::new(map, after) }
     }
 
+    pub(super) fn map(&self) -> &'a LoopMap {
+        self.map
+    }
+
     /// For every group of rays of a keyframe, whether the map where they end may have changed: a patch that has
     /// something there, before or after, moved against the keyframe by more than [`MapOptions::moved_m`](super::MapOptions).
     pub(super) fn changed(&self, keyframe: usize) -> Vec<bool> {

@@ -2,6 +2,7 @@ use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query};
 use dmp_map::{MapError, PlacedPatches};
 use dmp_reduce::{Basis, Confidence, Estimate, FrameSums, Layout, NEAR_SCALES_M, Reducer, Residuals};
 use dmp_sensor::{Isometry3, Ray};
+use rayon::prelude::*;
 
 use super::changed::{Columns, Moved};
 use super::rays::RayInPatch;
@@ -10,6 +11,8 @@ use crate::LoopError;
 
 /// Predictions are looked for up to this many times the largest range used, as in the whole score.
 const HORIZON: f64 = 2.0;
+/// Parts of a drive for each thread where several score one map.
+const PARTS: usize = 4;
 /// Rays that are cast together.
 const BLOCK_RAYS: usize = 1 << 14;
 /// Which of the scales ranks loops: R_near(2 m).
@@ -67,7 +70,6 @@ impl<'a> Placed<'a> {
 
     /// Casts all rays, of each keyframe on the thread that comes to it.
     pub(crate) fn cast_all(&mut self) -> Result<(), LoopError> {
-        use rayon::prelude::*;
         let map = self.map;
         let caster = map.caster(&self.world_from_body, map.threads())?;
         let poses = &self.world_from_body;
@@ -89,46 +91,41 @@ impl<'a> Placed<'a> {
             sums.enter(self.map.stretches[keyframe])?;
             left.iter().for_each(|left| sums.frame.add_return(&[left.residuals(); 2]));
         }
-        Ok(MapScore { change: None, ..sums.score(1.0)? })
+        sums.leave()?;
+        Ok(MapScore { change: None, ..sums.score(1.0) })
     }
 
-    /// The score of the map with its patches at `world_from_body`, whose places that did not change are as they were.
-    /// One thread.
-    pub(crate) fn moved_to(&self, world_from_body: &[Isometry3<f64>]) -> Result<MapScore, LoopError> {
+    /// The score of the map with its patches at `world_from_body`, whose places that did not change are as they were: by
+    /// the thread that asks, or, where no other map is scored at the time, by all.
+    pub(crate) fn moved_to(
+        &self,
+        world_from_body: &[Isometry3<f64>],
+        by_all: bool,
+    ) -> Result<MapScore, LoopError> {
         let map = self.map;
-        let caster = map.caster(world_from_body, 1)?;
+        let threads = if by_all { map.threads() } else { 1 };
+        let caster = map.caster(world_from_body, threads)?;
         let moved = Moved::new(map, &self.world_from_body, &self.columns, world_from_body);
-        let (mut sums, mut casting, mut left, mut cast, mut all) =
-            (Sums::new(), Casting::default(), Vec::new(), 0, 0);
-        for (keyframe, before) in self.seen() {
-            let (rays, changed) = (&map.rays[keyframe], moved.changed(keyframe));
-            sums.enter(map.stretches[keyframe])?;
-            // Groups that changed and follow each other go together.
-            let groups: Vec<_> = rays.groups().iter().zip(changed).collect();
-            for groups in groups.chunk_by(|a, b| a.1 == b.1) {
-                let [Some((first, changed)), Some((last, _))] = [groups.first(), groups.last()] else {
-                    continue;
-                };
-                let range = first.first..last.first + last.count;
-                all += range.len();
-                left.clear();
-                if *changed {
-                    cast += range.len();
-                    casting.cast(
-                        &caster,
-                        &world_from_body[keyframe],
-                        &rays.all()[range.clone()],
-                        &mut left,
-                    )?;
-                } else {
-                    left.extend_from_slice(&before[range.clone()]);
-                }
-                for (before, after) in before[range].iter().zip(&left) {
-                    sums.frame.add_return(&[before.residuals(), after.residuals()]);
-                }
+        let seen: Vec<(usize, &Vec<Left>)> = self.seen().collect();
+        let stretches: Vec<_> = seen.chunk_by(|a, b| map.stretches[a.0] == map.stretches[b.0]).collect();
+        let part = |stretches: &[&[(usize, &Vec<Left>)]]| {
+            let mut part = Part::default();
+            stretches.iter().flat_map(|seen| seen.iter()).try_for_each(|(keyframe, before)| {
+                part.add(*keyframe, before, &moved, &caster, world_from_body)
+            })?;
+            part.end()
+        };
+        let size = if by_all { stretches.len().div_ceil(PARTS * threads) } else { stretches.len() };
+        let parts: Vec<_> = stretches.chunks(size.max(1)).collect();
+        let parts: Vec<Part> = match parts.as_slice() {
+            [all] => vec![part(all)?],
+            several => {
+                several.par_iter().map(|stretches| part(stretches)).collect::<Result<_, LoopError>>()?
             }
-        }
-        sums.score(cast as f64 / all.max(1) as f64)
+        };
+        let mut whole = Part::default();
+        parts.iter().try_for_each(|part| whole.merge(part))?;
+        Ok(whole.sums.score(whole.cast as f64 / whole.all.max(1) as f64))
     }
 
     /// What is left of the rays of each keyframe that has some.
@@ -137,12 +134,78 @@ impl<'a> Placed<'a> {
     }
 }
 
+/// Some stretches of a map whose patches moved.
+#[derive(Default)]
+struct Part {
+    sums: Sums,
+    /// Rays cast anew, of how many.
+    cast: usize,
+    all: usize,
+    casting: Casting,
+    left: Vec<Left>,
+}
+
+impl Part {
+    /// Adds a keyframe of which the map before left this.
+    fn add(
+        &mut self,
+        keyframe: usize,
+        before: &[Left],
+        moved: &Moved<'_>,
+        caster: &Caster<PlacedPatches<'_>>,
+        world_from_body: &[Isometry3<f64>],
+    ) -> Result<(), LoopError> {
+        let (map, changed) = (moved.map(), moved.changed(keyframe));
+        let rays = &map.rays[keyframe];
+        self.sums.enter(map.stretches[keyframe])?;
+        // Groups that changed and follow each other go together.
+        let groups: Vec<_> = rays.groups().iter().zip(changed).collect();
+        for groups in groups.chunk_by(|a, b| a.1 == b.1) {
+            let [Some((first, changed)), Some((last, _))] = [groups.first(), groups.last()] else {
+                continue;
+            };
+            let range = first.first..last.first + last.count;
+            self.all += range.len();
+            self.left.clear();
+            if *changed {
+                self.cast += range.len();
+                let rays = &rays.all()[range.clone()];
+                self.casting.cast(caster, &world_from_body[keyframe], rays, &mut self.left)?;
+            } else {
+                self.left.extend_from_slice(&before[range.clone()]);
+            }
+            for (before, after) in before[range].iter().zip(&self.left) {
+                self.sums.frame.add_return(&[before.residuals(), after.residuals()]);
+            }
+        }
+        Ok(())
+    }
+
+    fn end(mut self) -> Result<Self, LoopError> {
+        self.sums.leave()?;
+        Ok(self)
+    }
+
+    /// Adds other stretches that have ended.
+    fn merge(&mut self, other: &Self) -> Result<(), LoopError> {
+        self.cast += other.cast;
+        self.all += other.all;
+        Ok(self.sums.reducer.merge(&other.sums.reducer)?)
+    }
+}
+
 /// The sums of a map and of another one beside it, stretch by stretch.
 struct Sums {
     reducer: Reducer,
     /// Of the stretch at hand.
     frame: FrameSums,
-    stretch: usize,
+    stretch: Option<usize>,
+}
+
+impl Default for Sums {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 /// Stretches of the drive are a sample of all places that it could have been through: of so many that none was left out
@@ -153,25 +216,32 @@ impl Sums {
     fn new() -> Self {
         let layout = Layout::new(PLACES, vec![Basis::Near; 2]);
         let frame = FrameSums::new(layout.bases());
-        Self { reducer: Reducer::new(layout), frame, stretch: 0 }
+        Self { reducer: Reducer::new(layout), frame, stretch: None }
     }
 
-    /// What comes is of this stretch; they ascend.
+    /// What comes is of this stretch; none comes twice.
     fn enter(&mut self, stretch: usize) -> Result<(), LoopError> {
-        if stretch != self.stretch {
-            self.reducer.add_frame(self.stretch as u64, &self.frame)?;
-            self.frame.clear();
-            self.stretch = stretch;
+        if self.stretch != Some(stretch) {
+            self.leave()?;
+            self.stretch = Some(stretch);
         }
         Ok(())
     }
 
-    fn score(mut self, cast_share: f64) -> Result<MapScore, LoopError> {
-        self.reducer.add_frame(self.stretch as u64, &self.frame)?;
+    /// The stretch at hand has ended.
+    fn leave(&mut self) -> Result<(), LoopError> {
+        if let Some(stretch) = self.stretch.take() {
+            self.reducer.add_frame(stretch as u64, &self.frame)?;
+            self.frame.clear();
+        }
+        Ok(())
+    }
+
+    fn score(&self, cast_share: f64) -> MapScore {
         let scales = self.reducer.compare(0, 1, Confidence::P99).scales;
         // What is told there is the first less the second.
         let change = scales.get(LOOPS).and_then(|scale| scale.difference).map(negative);
-        Ok(MapScore { r_near_m2: self.reducer.scores(1).r_near_m2, change, cast_share })
+        MapScore { r_near_m2: self.reducer.scores(1).r_near_m2, change, cast_share }
     }
 }
 

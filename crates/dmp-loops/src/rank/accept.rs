@@ -116,7 +116,7 @@ impl Ranker<'_> {
             let tried = if after == accepted {
                 tried
             } else {
-                match self.try_one(index, &candidates[index], watch)? {
+                match self.try_one(index, &candidates[index], true, watch)? {
                     Ok(tried) => tried,
                     Err(fault) => {
                         decisions.push(Decision {

@@ -166,7 +166,7 @@ impl<'a> Ranker<'a> {
     pub fn rank(&self, candidates: &[PoseEdge], watch: &dyn Watch) -> Result<Ranking, LoopError> {
         watch.begin(Stage::Candidates, candidates.len() as u64);
         let one = |(index, candidate): (usize, &PoseEdge)| {
-            let tried = self.try_one(index, candidate, watch);
+            let tried = self.try_one(index, candidate, false, watch);
             watch.advance(1);
             tried
         };
@@ -194,11 +194,12 @@ impl<'a> Ranker<'a> {
         Ok(ranking)
     }
 
-    /// Tries one candidate; the inner error is what is wrong with it alone.
+    /// Tries one candidate, `alone` where no other is tried at the time; the inner error is what is wrong with it.
     fn try_one(
         &self,
         index: usize,
         candidate: &PoseEdge,
+        alone: bool,
         watch: &dyn Watch,
     ) -> Result<Result<Tried, TryFault>, LoopError> {
         if watch.cancelled() {
@@ -212,7 +213,7 @@ impl<'a> Ranker<'a> {
             }
             Err(error) => return Ok(Err(error.into())),
         };
-        let map = match self.scorer.score(&found.world_from_body, watch) {
+        let map = match self.scorer.score(&found.world_from_body, alone, watch) {
             Ok(Some(map)) if map.ranked_m2().is_none() => return Ok(Err(TryFault::NoScore)),
             Ok(map) => map,
             Err(

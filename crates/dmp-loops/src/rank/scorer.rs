@@ -58,23 +58,24 @@ impl<'a> Scorer<'a> {
             *before = Some(Box::new(placed));
             return Ok(Some(scores_of(score)));
         }
-        let scores = self.score(world_from_body, watch)?;
+        let scores = self.score(world_from_body, true, watch)?;
         if let (Kind::Log { without_m2, .. }, Some(scores)) = (&mut self.0, &scores) {
             *without_m2 = scores.ranked_m2();
         }
         Ok(scores)
     }
 
-    /// Scores poses.
+    /// Scores poses; `alone` where nobody scores others at the time.
     pub(super) fn score(
         &self,
         world_from_body: &[Isometry3<f64>],
+        alone: bool,
         watch: &dyn Watch,
     ) -> Result<Option<MapScores>, LoopError> {
         match &self.0 {
             Kind::Graph => Ok(None),
             Kind::Patches(_, Some(before)) => {
-                before.moved_to(world_from_body).map(|score| Some(scores_of(score)))
+                before.moved_to(world_from_body, alone).map(|score| Some(scores_of(score)))
             }
             Kind::Patches(map, None) => {
                 let mut placed = map.placed(world_from_body.to_vec());
