@@ -4,6 +4,7 @@ mod build;
 mod changed;
 mod rays;
 mod score;
+mod sums;
 
 pub use build::{LoopMap, MapOptions};
 pub(crate) use score::{LOOPS, MapScore, Placed};

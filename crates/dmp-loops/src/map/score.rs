@@ -1,11 +1,12 @@
 use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query};
 use dmp_map::{MapError, PlacedPatches};
-use dmp_reduce::{Basis, Confidence, Estimate, FrameSums, Layout, NEAR_SCALES_M, Reducer, Residuals};
+use dmp_reduce::{Estimate, NEAR_SCALES_M, Residuals};
 use dmp_sensor::{Isometry3, Ray};
 use rayon::prelude::*;
 
 use super::changed::{Columns, Moved};
 use super::rays::RayInPatch;
+use super::sums::Sums;
 use super::{LoopMap, placement};
 use crate::LoopError;
 
@@ -190,68 +191,8 @@ impl Part {
     fn merge(&mut self, other: &Self) -> Result<(), LoopError> {
         self.cast += other.cast;
         self.all += other.all;
-        Ok(self.sums.reducer.merge(&other.sums.reducer)?)
+        self.sums.merge(&other.sums)
     }
-}
-
-/// The sums of a map and of another one beside it, stretch by stretch.
-struct Sums {
-    reducer: Reducer,
-    /// Of the stretch at hand.
-    frame: FrameSums,
-    stretch: Option<usize>,
-}
-
-impl Default for Sums {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-/// Stretches of the drive are a sample of all places that it could have been through: of so many that none was left out
-/// or not makes no difference.
-const PLACES: u64 = 1 << 40;
-
-impl Sums {
-    fn new() -> Self {
-        let layout = Layout::new(PLACES, vec![Basis::Near; 2]);
-        let frame = FrameSums::new(layout.bases());
-        Self { reducer: Reducer::new(layout), frame, stretch: None }
-    }
-
-    /// What comes is of this stretch; none comes twice.
-    fn enter(&mut self, stretch: usize) -> Result<(), LoopError> {
-        if self.stretch != Some(stretch) {
-            self.leave()?;
-            self.stretch = Some(stretch);
-        }
-        Ok(())
-    }
-
-    /// The stretch at hand has ended.
-    fn leave(&mut self) -> Result<(), LoopError> {
-        if let Some(stretch) = self.stretch.take() {
-            self.reducer.add_frame(stretch as u64, &self.frame)?;
-            self.frame.clear();
-        }
-        Ok(())
-    }
-
-    fn score(&self, cast_share: f64) -> MapScore {
-        let scales = self.reducer.compare(0, 1, Confidence::P99).scales;
-        // What is told there is the first less the second.
-        let change = scales.get(LOOPS).and_then(|scale| scale.difference).map(negative);
-        MapScore { r_near_m2: self.reducer.scores(1).r_near_m2, change, cast_share }
-    }
-}
-
-fn negative(estimate: Estimate) -> Estimate {
-    let interval = estimate.interval.map(|interval| dmp_reduce::Interval {
-        low_m2: -interval.high_m2,
-        high_m2: -interval.low_m2,
-        ..interval
-    });
-    Estimate { value_m2: -estimate.value_m2, interval, ..estimate }
 }
 
 impl LoopMap {

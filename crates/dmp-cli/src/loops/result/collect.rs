@@ -1,190 +1,23 @@
-//! What `dmp loops --json` prints.
+//! The result of what was read and found.
 
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::time::Instant;
 
 use dmp_log::CandidateFault;
 use dmp_loops::{Decision, Estimate, LoopMap, MapScores, Optimised, Tried, Verdict};
 use dmp_sensor::DropReason;
 use dmp_truth::detection::{PrecisionRecall, Ranked as Labelled};
-use serde::Serialize;
 
-use super::inputs::Inputs;
-use super::{LoopsArgs, Ranked};
-use crate::Exit;
-
-const SCHEMA: &str = "dmp-loops/1";
-
-#[derive(Debug, Serialize)]
-pub(super) struct LoopsResult {
-    schema: &'static str,
-    dmp_version: &'static str,
-    pub(super) config: ConfigResult,
-    pub(super) inputs: InputsResult,
-    pub(super) without: WithoutResult,
-    /// From best to worst.
-    pub(super) candidates: Vec<CandidateResult>,
-    pub(super) skipped: Vec<SkippedResult>,
-    pub(super) accepted: Option<AcceptedResult>,
-    pub(super) truth: Option<TruthResult>,
-    /// Why there is none though labels were given.
-    pub(super) truth_withheld: Option<String>,
-    pub(super) timing: TimingResult,
-    memory: MemoryResult,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct ConfigResult {
-    /// `map`, `map-direct` or `graph`.
-    pub(super) ranked_by: &'static str,
-    pub(super) voxel_m: Option<f64>,
-    /// Of maps that are put together of patches.
-    rays_per_keyframe: Option<usize>,
-    moved_m: Option<f64>,
-    pub(super) step_error: Option<[f64; 2]>,
-    pub(super) loop_error: Option<[f64; 2]>,
-    pub(super) loop_kernel: Option<String>,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct InputsResult {
-    pub(super) graph: String,
-    pub(super) vertices: usize,
-    pub(super) edges: usize,
-    pub(super) candidates: String,
-    pub(super) log: Option<LogResult>,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct LogResult {
-    pub(super) path: String,
-    pub(super) scans: usize,
-    /// Of the patches; null where there are none.
-    pub(super) patches: Option<PatchesResult>,
-    pub(super) damage: Vec<String>,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct PatchesResult {
-    pub(super) returns_used: u64,
-    returns_dropped: BTreeMap<&'static str, u64>,
-    pub(super) keyframes_with_scans: usize,
-    /// Cast into each map.
-    pub(super) rays: usize,
-    file_bytes: u64,
-}
-
-/// The graph without candidates.
-#[derive(Debug, Serialize)]
-pub(super) struct WithoutResult {
-    /// As it was given, and optimised.
-    pub(super) chi2_before: f64,
-    pub(super) chi2: f64,
-    pub(super) iterations: usize,
-    pub(super) r_near_m2: Option<NearResult>,
-}
-
-#[derive(Debug, Clone, Serialize)]
-pub(super) struct NearResult {
-    #[serde(rename = "5")]
-    at_5: Option<f64>,
-    #[serde(rename = "2")]
-    pub(super) at_2: Option<f64>,
-    #[serde(rename = "0.5")]
-    at_0_5: Option<f64>,
-}
-
-#[derive(Debug, Clone, Serialize)]
-pub(super) struct CandidateResult {
-    pub(super) place: String,
-    pub(super) from: i64,
-    pub(super) to: i64,
-    pub(super) r_near_m2: Option<NearResult>,
-    /// R_near(2 m) less that without it, over the returns that both maps predict.
-    pub(super) change_m2: Option<f64>,
-    pub(super) change_ci99_m2: Option<[f64; 2]>,
-    pub(super) largest_move_m: f64,
-    pub(super) moved_most: i64,
-    pub(super) largest_turn_rad: f64,
-    pub(super) chi2_change: f64,
-    pub(super) own_chi2: f64,
-    pub(super) iterations: usize,
-    /// Share of the rays that were cast anew.
-    cast_share: Option<f64>,
-    pub(super) label: Option<bool>,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct SkippedResult {
-    pub(super) place: String,
-    pub(super) from: Option<i64>,
-    pub(super) to: Option<i64>,
-    pub(super) why: String,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct AcceptedResult {
-    pub(super) accepted: usize,
-    /// Had no score with those accepted before.
-    failed: usize,
-    pub(super) r_near_2_m2: Option<f64>,
-    pub(super) chi2: f64,
-    pub(super) decisions: Vec<DecisionResult>,
-    /// Of those with labels: how many of the accepted are true, and of all true ones how many are accepted.
-    pub(super) precision: Option<f64>,
-    pub(super) recall: Option<f64>,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct DecisionResult {
-    pub(super) from: i64,
-    pub(super) to: i64,
-    pub(super) accepted: bool,
-    /// `worse`, or what is wrong with it.
-    pub(super) why_not: Option<String>,
-    /// How many had been accepted before.
-    after: usize,
-    change_m2: Option<f64>,
-    change_ci99_m2: Option<[f64; 2]>,
-    pub(super) label: Option<bool>,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct TruthResult {
-    pub(super) average_precision: f64,
-    pub(super) true_candidates: usize,
-    pub(super) false_candidates: usize,
-    pub(super) unlabelled: usize,
-    /// Largest recall without a false one among those accepted.
-    pub(super) recall_without_false: f64,
-    pub(super) curve: Vec<CurveResult>,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct CurveResult {
-    score: f64,
-    pub(super) recall: f64,
-    pub(super) precision: f64,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct TimingResult {
-    pub(super) read_s: f64,
-    pub(super) rank_s: f64,
-    pub(super) accept_s: f64,
-    pub(super) total_s: f64,
-    threads: usize,
-}
-
-#[derive(Debug, Serialize)]
-struct MemoryResult {
-    budget_bytes: usize,
-    peak_anon_bytes: Option<u64>,
-}
+use super::{
+    AcceptedResult, CandidateResult, ConfigResult, CurveResult, DecisionResult, InputsResult, LogResult,
+    LoopsResult, MemoryResult, NearResult, PatchesResult, SCHEMA, SkippedResult, TimingResult, TruthResult,
+    WithoutResult,
+};
+use crate::loops::inputs::Inputs;
+use crate::loops::{LoopsArgs, Ranked};
 
 impl LoopsResult {
-    pub(super) fn new(
+    pub(in crate::loops) fn new(
         arguments: &LoopsArgs,
         inputs: &Inputs,
         found: &Optimised,
@@ -254,17 +87,6 @@ impl LoopsResult {
                 peak_anon_bytes: dmp::peak_anonymous_bytes(),
             },
         }
-    }
-
-    pub(super) fn exit(&self) -> Exit {
-        let damaged = self.inputs.log.as_ref().is_some_and(|log| !log.damage.is_empty());
-        let failed = self.accepted.as_ref().is_some_and(|accepted| accepted.failed > 0);
-        if damaged || failed || !self.skipped.is_empty() { Exit::InputDamaged } else { Exit::Done }
-    }
-
-    pub(super) fn print_json(&self, out: &mut impl Write) -> anyhow::Result<()> {
-        serde_json::to_writer_pretty(&mut *out, self).map_err(std::io::Error::from)?;
-        Ok(writeln!(out)?)
     }
 }
 
