@@ -21,7 +21,7 @@ pub struct PatchWriter {
 struct Inner {
     file: File,
     end: u64,
-    patches: Vec<StoredPatch>,
+    stored: Vec<StoredPatch>,
 }
 
 /// Where a patch is in the file.
@@ -39,7 +39,7 @@ pub struct Patches {
     lattice: Lattice,
     folder: PathBuf,
     file: Mutex<File>,
-    patches: Vec<StoredPatch>,
+    stored: Vec<StoredPatch>,
     /// Of those who put tiles together and are done.
     buffers: Mutex<Vec<Gathered>>,
 }
@@ -52,7 +52,7 @@ impl PatchWriter {
     pub fn new(lattice: Lattice, patches: usize, folder: &Path) -> Result<Self, MapError> {
         let file = tempfile::tempfile_in(folder)
             .map_err(MapError::io(folder, "cannot make a file for patches here"))?;
-        let inner = Inner { file, end: 0, patches: vec![StoredPatch::default(); patches] };
+        let inner = Inner { file, end: 0, stored: vec![StoredPatch::default(); patches] };
         Ok(Self { lattice, folder: folder.to_path_buf(), inner: Mutex::new(inner) })
     }
 
@@ -71,7 +71,7 @@ impl PatchWriter {
         inner.file.write_all(bytes).map_err(MapError::io(&self.folder, "cannot write patches here"))?;
         let offset = inner.end;
         inner.end += bytes.len() as u64;
-        inner.patches[number] = StoredPatch { offset, crc32, blocks };
+        inner.stored[number] = StoredPatch { offset, crc32, blocks };
         Ok(())
     }
 
@@ -81,10 +81,10 @@ impl PatchWriter {
     /// When what was written cannot be read back as it was.
     pub fn finish(self) -> Result<Patches, MapError> {
         let Self { lattice, folder, inner } = self;
-        let Inner { file, patches, .. } = inner.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let patches = Patches { lattice, folder, file: Mutex::new(file), patches, buffers: Mutex::default() };
+        let Inner { file, stored, .. } = inner.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let patches = Patches { lattice, folder, file: Mutex::new(file), stored, buffers: Mutex::default() };
         let mut voxels = Vec::new();
-        for (number, patch) in patches.patches.iter().enumerate() {
+        for (number, patch) in patches.stored.iter().enumerate() {
             voxels.clear();
             patches.read(number, 0..patch.blocks.len(), &mut voxels)?;
             let found = crc32fast::hash(bytemuck::cast_slice(&voxels));
@@ -101,12 +101,12 @@ impl PatchWriter {
 impl Patches {
     /// How many there are, empty ones too.
     pub fn len(&self) -> usize {
-        self.patches.len()
+        self.stored.len()
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.patches.is_empty()
+        self.stored.is_empty()
     }
 
     /// The grid that patches have their voxels on, each counted from its own origin, and maps that are put together of
@@ -117,7 +117,7 @@ impl Patches {
 
     /// Voxels of all patches.
     pub fn voxels(&self) -> u64 {
-        self.patches.iter().flat_map(|patch| &patch.blocks).map(|block| u64::from(block.voxels)).sum()
+        self.stored.iter().flat_map(|patch| &patch.blocks).map(|block| u64::from(block.voxels)).sum()
     }
 
     /// Bytes of their file.
@@ -128,7 +128,7 @@ impl Patches {
     /// Lowest and highest corner in the patch, metres, of every block of it that holds something.
     pub fn bounds_m(&self, number: usize) -> impl Iterator<Item = [[f64; 3]; 2]> {
         let edge_m = block_edge_m(&self.lattice);
-        self.patches[number].blocks.iter().map(move |block| block.bounds_m(edge_m))
+        self.stored[number].blocks.iter().map(move |block| block.bounds_m(edge_m))
     }
 
     /// Buffers that somebody is done with, or new ones.
@@ -141,7 +141,7 @@ impl Patches {
     }
 
     pub(super) fn blocks(&self, number: usize) -> &[Block] {
-        &self.patches[number].blocks
+        &self.stored[number].blocks
     }
 
     /// Reads the voxels of some blocks that follow each other, and adds them to `voxels`.
@@ -151,7 +151,7 @@ impl Patches {
         blocks: std::ops::Range<usize>,
         voxels: &mut Vec<PatchVoxel>,
     ) -> Result<(), MapError> {
-        let StoredPatch { offset, blocks: of_patch, .. } = &self.patches[number];
+        let StoredPatch { offset, blocks: of_patch, .. } = &self.stored[number];
         let [Some(first), Some(last)] = [of_patch[blocks.clone()].first(), of_patch[blocks].last()] else {
             return Ok(());
         };

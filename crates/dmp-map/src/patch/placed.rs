@@ -106,7 +106,7 @@ impl<'a> PlacedPatches<'a> {
                 for y in first.y..=last.y {
                     for x in first.x..=last.x {
                         let empty = || InReach { z_range_m: [low[2], high[2]], blocks: Vec::new() };
-                        let reach = placed.tiles.entry(TileId { x, y }).or_insert_with(empty);
+                        let reach = placed.tiles.entry(TileId { y, x }).or_insert_with(empty);
                         let [lowest, highest] = reach.z_range_m;
                         reach.z_range_m = [lowest.min(low[2]), highest.max(high[2])];
                         reach.blocks.push((number as u32, index as u32));

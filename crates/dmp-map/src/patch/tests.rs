@@ -63,7 +63,7 @@ fn a_patch_where_it_was_made_is_the_map_of_its_points() {
         let store = fused(lattice, &points);
         let mut surfels = 0;
         for (x, y) in (-2..2).flat_map(|x| (-2..2).map(move |y| (x, y))) {
-            let tile = TileId { x, y };
+            let tile = TileId { y, x };
             let [mine, theirs] = [placed.load_tile(tile).unwrap(), store.load(tile).unwrap()];
             let Some(theirs) = theirs else {
                 assert!(mine.is_none_or(|tile| tile.surfels.is_empty()));
@@ -110,7 +110,7 @@ fn patches_of_one_surface_make_one_surface_wherever_they_are_seen_from() {
     let placed = PlacedPatches::new(&patches, placements).unwrap();
     let (mut flat, mut all) = (0, 0);
     for (x, y) in (-1..1).flat_map(|x| (-1..1).map(move |y| (x, y))) {
-        let tile = placed.load_tile(TileId { x, y }).unwrap().unwrap();
+        let tile = placed.load_tile(TileId { y, x }).unwrap().unwrap();
         for surfel in &tile.surfels {
             let centre: [f64; 3] =
                 std::array::from_fn(|k| f64::from(surfel.centre_in_tile_m[k]) + tile.origin_in_world_m[k]);
@@ -145,7 +145,7 @@ fn normals_are_those_of_the_surfaces_far_from_the_origin() {
         let [low, high] = placed.tile_bounds().unwrap();
         let (mut floors, mut walls) = (0, 0);
         for (x, y) in (low.x..=high.x).flat_map(|x| (low.y..=high.y).map(move |y| (x, y))) {
-            let Some(tile) = placed.load_tile(TileId { x, y }).unwrap() else { continue };
+            let Some(tile) = placed.load_tile(TileId { y, x }).unwrap() else { continue };
             for surfel in &tile.surfels[..tile.own] {
                 let [x, y, z]: [f64; 3] = std::array::from_fn(|k| {
                     f64::from(surfel.centre_in_tile_m[k]) + tile.origin_in_world_m[k] - far_m[k]
@@ -215,8 +215,8 @@ fn added_up(
                 let of_voxel = expected.entry(units.map(|c| c.div_euclid(edge))).or_default();
                 of_voxel.count += u64::from(voxel.count);
                 of_voxel.voxels += 1;
-                for k in 0..3 {
-                    of_voxel.sum[k] += i64::from(voxel.count) * offset[k];
+                for (sum, offset) in of_voxel.sum.iter_mut().zip(offset) {
+                    *sum += i64::from(voxel.count) * offset;
                 }
                 for (sum, at) in
                     of_voxel.products.iter_mut().zip([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)])
