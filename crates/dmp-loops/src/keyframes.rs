@@ -1,5 +1,8 @@
 //! Which scans belong to which vertices of a graph.
 
+#[cfg(test)]
+mod tests;
+
 use dmp::Run;
 use dmp_log::ScanLog;
 use dmp_sensor::{Isometry3, PoseGraph, Trajectory};

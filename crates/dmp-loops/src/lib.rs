@@ -33,6 +33,8 @@ mod keyframes;
 mod map;
 mod optimise;
 mod rank;
+#[cfg(test)]
+mod tests;
 
 pub use error::LoopError;
 pub use keyframes::Keyframes;

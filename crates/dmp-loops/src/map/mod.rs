@@ -5,6 +5,8 @@ mod changed;
 mod rays;
 mod score;
 mod sums;
+#[cfg(test)]
+mod tests;
 
 pub use build::{LoopMap, MapOptions};
 pub(crate) use score::{LOOPS, MapScore, Placed};

@@ -2,6 +2,8 @@
 
 mod accept;
 mod scorer;
+#[cfg(test)]
+mod tests;
 
 pub use accept::{Acceptance, Decision, Verdict};
 pub use scorer::Scorer;
