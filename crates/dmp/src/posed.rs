@@ -65,7 +65,7 @@ impl<'a> PosedLog<'a> {
     pub fn each<E: From<EvaluateError> + Send>(
         &self,
         watch: &dyn Watch,
-        take: &(dyn Fn(usize, &[Ray]) -> Result<(), E> + Sync),
+        take: &Take<'_, E>,
     ) -> Result<ReturnCounts, E> {
         watch.begin(Stage::Fuse, self.plan.returns());
         let failed = Mutex::new(None);
@@ -95,11 +95,14 @@ fn posed_scan(frame: &PlannedFrame) -> PosedScan {
     PosedScan { number: frame.number, stamp_ns: frame.stamp_ns, returns: frame.returns }
 }
 
+/// Is given a scan's place and rays.
+type Take<'a, E> = dyn Fn(usize, &[Ray]) -> Result<(), E> + Sync + 'a;
+
 /// What a thread does with a scan.
 struct Taker<'a, E> {
     poser: Poser<'a>,
     rays: Vec<Ray>,
-    take: &'a (dyn Fn(usize, &[Ray]) -> Result<(), E> + Sync),
+    take: &'a Take<'a, E>,
     /// What went wrong there first.
     failed: &'a Mutex<Option<E>>,
     counts: ReturnCounts,

@@ -44,7 +44,7 @@ pub(crate) fn run(arguments: &LoopsArgs) -> anyhow::Result<()> {
     let all = graph.join("candidates.g2o");
     let few = graph.join("few.g2o");
     let text = fs::read_to_string(&all)?;
-    fs::write(&few, text.lines().take(arguments.direct).map(|line| format!("{line}\n")).collect::<String>())?;
+    fs::write(&few, text.split_inclusive('\n').take(arguments.direct).collect::<String>())?;
 
     println!("{}", circumstances());
     println!(

@@ -78,7 +78,7 @@ struct Row {
     fast: Outcome,
     by_graph: f64,
     direct: Option<Outcome>,
-    /// Largest difference of R_near(2 m) of patches and of whole maps, as a share; and how alike their orders are.
+    /// Largest difference of `R_near(2 m)` of patches and of whole maps, as a share; and how alike their orders are.
     off: Option<(f64, f64)>,
     accepted: [usize; 3],
 }

@@ -112,40 +112,39 @@ impl Inputs {
         let edge = &self.candidates[index].edge;
         self.labels.as_ref()?.of(edge.from, edge.to)
     }
+}
 
-    /// Where the sensor sits on the body whose poses the graph has; tells it and what the log is.
-    pub(super) fn body_from_sensor(
-        &self,
-        arguments: &LoopsArgs,
-        trajectory: Trajectory,
-        log: &dyn dmp_log::ScanLog,
-        common: &Common,
-    ) -> anyhow::Result<Isometry3<f64>> {
-        let run = LoadedRun {
-            name: "graph".to_owned(),
-            given: arguments.graph.display().to_string(),
-            path: arguments.graph.clone(),
-            format: "g2o",
-            trajectory,
-            out_of_order: 0,
-            repeated: 0,
-            body_frame: None,
-            static_frames: StaticFrames::default(),
-            notes: Vec::new(),
-            damaged: false,
-            fingerprint: String::new(),
-        };
-        let (runs, head) = ([run], LogHead::of_log(log));
-        if !common.quiet {
-            announce::found(head, &runs);
-        }
-        let found = extrinsic::of_runs(&arguments.scans.extrinsic, &runs, head)?;
-        if !common.quiet {
-            announce::extrinsics(&runs, &found);
-        }
-        let first = found.into_iter().next().ok_or_else(|| Usage("no place of the sensor".to_owned()))?;
-        Ok(first.transform)
+/// Where the sensor sits on the body whose poses the graph has; tells it and what the log is.
+pub(super) fn body_from_sensor(
+    arguments: &LoopsArgs,
+    trajectory: Trajectory,
+    log: &dyn dmp_log::ScanLog,
+    common: &Common,
+) -> anyhow::Result<Isometry3<f64>> {
+    let run = LoadedRun {
+        name: "graph".to_owned(),
+        given: arguments.graph.display().to_string(),
+        path: arguments.graph.clone(),
+        format: "g2o",
+        trajectory,
+        out_of_order: 0,
+        repeated: 0,
+        body_frame: None,
+        static_frames: StaticFrames::default(),
+        notes: Vec::new(),
+        damaged: false,
+        fingerprint: String::new(),
+    };
+    let (runs, head) = ([run], LogHead::of_log(log));
+    if !common.quiet {
+        announce::found(head, &runs);
     }
+    let found = extrinsic::of_runs(&arguments.scans.extrinsic, &runs, head)?;
+    if !common.quiet {
+        announce::extrinsics(&runs, &found);
+    }
+    let first = found.into_iter().next().ok_or_else(|| Usage("no place of the sensor".to_owned()))?;
+    Ok(first.transform)
 }
 
 fn tell_others(file: &PoseGraphFile, arguments: &LoopsArgs, note: &dyn Fn(String)) {

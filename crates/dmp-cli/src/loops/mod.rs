@@ -32,7 +32,7 @@ use weights::WeightArgs;
 /// Rank loop candidates of a pose graph: the true ones first, the false ones last
 ///
 /// Each candidate is added to the graph by itself, the graph is optimised, and the map that the scans make at the
-/// new poses is scored by R_near(2 m): how far measured ranges are from what the map predicts. A true loop makes the
+/// new poses is scored by `R_near(2 m)`: how far measured ranges are from what the map predicts. A true loop makes the
 /// map sharper, a false one doubles its walls. No ground truth is needed. Without --log the graph alone is asked: how
 /// much its sum of squares grows.
 #[derive(Debug, Args)]
@@ -46,10 +46,10 @@ use weights::WeightArgs;
     Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but candidates were skipped or part of the log was lost."
 )]
 pub(crate) struct LoopsArgs {
-    /// The graph without the candidates, in g2o's text format: VERTEX_SE3:QUAT, a keyframe each, and EDGE_SE3:QUAT
+    /// The graph without the candidates, in g2o's text format: `VERTEX_SE3:QUAT`, a keyframe each, and `EDGE_SE3:QUAT`
     #[arg(value_name = "GRAPH.g2o")]
     graph: PathBuf,
-    /// The loop candidates: EDGE_SE3:QUAT lines between vertices of the graph
+    /// The loop candidates: `EDGE_SE3:QUAT` lines between vertices of the graph
     #[arg(long, value_name = "FILE.g2o", help_heading = "Input")]
     candidates: PathBuf,
     /// The log with the scans: FILE.mcap or a rosbag2 folder or .db3 with PointCloud2 or Livox CustomMsg, or a folder of
@@ -125,8 +125,7 @@ pub(crate) fn run(arguments: &LoopsArgs, common: &Common, out: &mut impl Write) 
                 Keyframes::of(&graph, inputs.stamps_ns.as_deref(), log.as_ref(), config.time_offset_ns)
                     .map_err(in_words)?;
             let run = keyframes.run("graph", graph.poses()).map_err(in_words)?;
-            let body_from_sensor =
-                inputs.body_from_sensor(arguments, run.trajectory, log.as_ref(), common)?;
+            let body_from_sensor = inputs::body_from_sensor(arguments, run.trajectory, log.as_ref(), common)?;
             Some((log.as_ref(), keyframes, Config { body_from_sensor, ..config.clone() }))
         }
     };

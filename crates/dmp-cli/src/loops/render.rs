@@ -2,7 +2,9 @@
 
 use std::io::{self, Write};
 
-use super::result::{AcceptedResult, CandidateResult, LoopsResult, NearResult};
+use dmp::NearScores;
+
+use super::result::{AcceptedResult, CandidateResult, LoopsResult};
 use crate::text::{self, NONE, Side, Table, counted, digits, percent};
 
 /// Square centimetres in a square metre.
@@ -141,7 +143,7 @@ fn accepted_ones(out: &mut impl Write, accepted: &AcceptedResult, by_map: bool) 
     Ok(())
 }
 
-fn root_cm(near: &NearResult) -> String {
+fn root_cm(near: &NearScores) -> String {
     near.at_2.map_or(NONE.to_owned(), |m2| digits(100.0 * m2.sqrt()))
 }
 

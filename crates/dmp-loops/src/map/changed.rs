@@ -8,7 +8,7 @@ use nalgebra::Point3;
 use super::rays::COLUMN_M;
 use super::{LoopMap, placement};
 
-/// Beyond this a surfel makes no difference to R_near(2 m): the scale, the radius of a disc, and the cell that a normal
+/// Beyond this a surfel makes no difference to `R_near(2 m)`: the scale, the radius of a disc, and the cell that a normal
 /// comes from, metres.
 const NEAR_M: f64 = 3.0;
 

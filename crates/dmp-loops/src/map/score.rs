@@ -16,7 +16,7 @@ const HORIZON: f64 = 2.0;
 const PARTS: usize = 4;
 /// Rays that are cast together.
 const BLOCK_RAYS: usize = 1 << 14;
-/// Which of the scales ranks loops: R_near(2 m).
+/// Which of the scales ranks loops: `R_near(2 m)`.
 pub(crate) const LOOPS: usize = 1;
 const _: () = assert!(NEAR_SCALES_M[LOOPS] == 2.0);
 
@@ -55,7 +55,7 @@ pub(crate) struct Placed<'a> {
 pub(crate) struct MapScore {
     /// R_near at 5, 2 and 0.5 m.
     pub(crate) r_near_m2: [(f64, Option<Estimate>); NEAR_SCALES_M.len()],
-    /// R_near(2 m) less that of the other map, over the rays that both predict; negative where this one is better.
+    /// `R_near(2 m)` less that of the other map, over the rays that both predict; negative where this one is better.
     pub(crate) change: Option<Estimate>,
     /// Share of the rays that were cast anew.
     pub(crate) cast_share: f64,

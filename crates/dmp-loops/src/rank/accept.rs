@@ -42,7 +42,7 @@ pub struct Acceptance {
     pub decisions: Vec<Decision>,
     /// The graph with the accepted ones, optimised.
     pub graph: PoseGraph,
-    /// R_near(2 m) of its map, square metres; `None` where no map is looked at.
+    /// `R_near(2 m)` of its map, square metres; `None` where no map is looked at.
     pub r_near_m2: Option<f64>,
     /// The sum of squares of its edges.
     pub chi2: f64,

@@ -49,7 +49,7 @@ pub struct MapScores {
     /// R_near at 5, 2 and 0.5 m, square metres, each with its 99 % interval where there is one; lower is better. `None`
     /// where the map predicts no return.
     pub r_near_m2: [(f64, Option<Estimate>); 3],
-    /// R_near(2 m) less that of the graph without the candidate, over the returns that both maps predict; negative where
+    /// `R_near(2 m)` less that of the graph without the candidate, over the returns that both maps predict; negative where
     /// the map became better.
     pub change: Option<Estimate>,
     /// Share of the rays that were cast anew, the others end where nothing moved.
@@ -57,7 +57,7 @@ pub struct MapScores {
 }
 
 impl MapScores {
-    /// R_near(2 m), by which loops are ranked, square metres.
+    /// `R_near(2 m)`, by which loops are ranked, square metres.
     pub fn ranked_m2(&self) -> Option<f64> {
         self.r_near_m2[crate::map::LOOPS].1.map(|estimate| estimate.value_m2)
     }
@@ -85,7 +85,7 @@ pub struct Tried {
 }
 
 impl Tried {
-    /// What it is ranked by, lower is better: R_near(2 m) of the map in square metres, or without a map the growth of the
+    /// What it is ranked by, lower is better: `R_near(2 m)` of the map in square metres, or without a map the growth of the
     /// sum of squares.
     pub fn score(&self) -> f64 {
         self.map.as_ref().and_then(MapScores::ranked_m2).unwrap_or(self.chi2_change)

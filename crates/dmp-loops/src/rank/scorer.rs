@@ -15,7 +15,17 @@ pub struct Scorer<'a>(Kind<'a>);
 enum Kind<'a> {
     Graph,
     Patches(&'a LoopMap, Option<Box<Placed<'a>>>),
-    Log { log: &'a dyn ScanLog, keyframes: &'a Keyframes, config: &'a Config, without_m2: Option<f64> },
+    Log(Box<WholeMaps<'a>>),
+}
+
+/// Maps fused from the log.
+#[derive(Debug)]
+struct WholeMaps<'a> {
+    log: &'a dyn ScanLog,
+    keyframes: &'a Keyframes,
+    /// With the voxels of the map that others are compared with: scores of other voxels are other scores.
+    config: Config,
+    without_m2: Option<f64>,
 }
 
 impl<'a> Scorer<'a> {
@@ -31,13 +41,13 @@ impl<'a> Scorer<'a> {
 
     /// The map that is fused from the log, and all returns: the log is read twice for every candidate, as
     /// [`evaluate`](dmp::evaluate) does. Its changes have no intervals.
-    pub fn log(log: &'a dyn ScanLog, keyframes: &'a Keyframes, config: &'a Config) -> Self {
-        Self(Kind::Log { log, keyframes, config, without_m2: None })
+    pub fn log(log: &'a dyn ScanLog, keyframes: &'a Keyframes, config: &Config) -> Self {
+        Self(Kind::Log(Box::new(WholeMaps { log, keyframes, config: config.clone(), without_m2: None })))
     }
 
     /// Whether candidates are scored beside each other; else each is by several threads.
     pub(super) fn is_parallel(&self) -> bool {
-        !matches!(self.0, Kind::Log { .. })
+        !matches!(self.0, Kind::Log(_))
     }
 
     /// Whether changes have intervals.
@@ -56,13 +66,15 @@ impl<'a> Scorer<'a> {
             placed.cast_all()?;
             let score = placed.score()?;
             *before = Some(Box::new(placed));
-            return Ok(Some(scores_of(score)));
+            return Ok(Some(scores_of(&score)));
         }
-        let scores = self.score(world_from_body, true, watch)?;
-        if let (Kind::Log { without_m2, .. }, Some(scores)) = (&mut self.0, &scores) {
-            *without_m2 = scores.ranked_m2();
+        if let Kind::Log(maps) = &mut self.0 {
+            let (scores, voxel_m) = maps.score(world_from_body, watch)?;
+            maps.without_m2 = scores.ranked_m2();
+            maps.config.voxel_m = Some(voxel_m);
+            return Ok(Some(scores));
         }
-        Ok(scores)
+        self.score(world_from_body, true, watch)
     }
 
     /// Scores poses; `alone` where nobody scores others at the time.
@@ -75,35 +87,39 @@ impl<'a> Scorer<'a> {
         match &self.0 {
             Kind::Graph => Ok(None),
             Kind::Patches(_, Some(before)) => {
-                before.moved_to(world_from_body, alone).map(|score| Some(scores_of(score)))
+                before.moved_to(world_from_body, alone).map(|score| Some(scores_of(&score)))
             }
             Kind::Patches(map, None) => {
                 let mut placed = map.placed(world_from_body.to_vec());
                 placed.cast_all()?;
-                placed.score().map(|score| Some(scores_of(score)))
+                placed.score().map(|score| Some(scores_of(&score)))
             }
-            Kind::Log { log, keyframes, config, without_m2 } => {
-                let run = keyframes.run("graph", world_from_body)?;
-                let report = evaluate(*log, &[run], config, &Quietly(watch))?;
-                let of_run = &report.runs[0];
-                let NearScores { at_5, at_2, at_0_5 } = of_run.r_near_m2;
-                let plain = |value_m2| Estimate { value_m2, returns: of_run.returns, interval: None };
-                let r_near_m2 =
-                    [(5.0, at_5), (2.0, at_2), (0.5, at_0_5)].map(|(m, score)| (m, score.map(plain)));
-                let scores = MapScores { r_near_m2, change: None, cast_share: 1.0 };
-                let change = scores.ranked_m2().zip(*without_m2).map(|(with, without)| Estimate {
-                    value_m2: with - without,
-                    returns: of_run.returns,
-                    interval: None,
-                });
-                Ok(Some(MapScores { change, ..scores }))
-            }
+            Kind::Log(maps) => maps.score(world_from_body, watch).map(|(scores, _)| Some(scores)),
         }
     }
 }
 
-fn scores_of(score: MapScore) -> MapScores {
-    let MapScore { r_near_m2, change, cast_share } = score;
+impl WholeMaps<'_> {
+    /// The scores of poses, and the edge of the voxels, metres.
+    fn score(
+        &self,
+        world_from_body: &[Isometry3<f64>],
+        watch: &dyn Watch,
+    ) -> Result<(MapScores, f64), LoopError> {
+        let run = self.keyframes.run("graph", world_from_body)?;
+        let report = evaluate(self.log, &[run], &self.config, &Quietly(watch))?;
+        let of_run = &report.runs[0];
+        let NearScores { at_5, at_2, at_0_5 } = of_run.r_near_m2;
+        let plain = |value_m2| Estimate { value_m2, returns: of_run.returns, interval: None };
+        let r_near_m2 = [(5.0, at_5), (2.0, at_2), (0.5, at_0_5)].map(|(m, score)| (m, score.map(plain)));
+        let scores = MapScores { r_near_m2, change: None, cast_share: 1.0 };
+        let change = scores.ranked_m2().zip(self.without_m2).map(|(with, without)| plain(with - without));
+        Ok((MapScores { change, ..scores }, report.config.voxel_m))
+    }
+}
+
+fn scores_of(score: &MapScore) -> MapScores {
+    let MapScore { r_near_m2, change, cast_share } = *score;
     MapScores { r_near_m2, change, cast_share }
 }
 

@@ -31,10 +31,9 @@ fn candidates_that_cannot_be_tried_are_named_and_counted() {
     write_candidates(folder.path(), "c", &[(edge(0, 4), true), (edge(1, 5), true)]);
     let mut lines = std::fs::read_to_string(folder.path().join("c.g2o")).unwrap();
     let unit = "1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1";
-    lines.push_str(&format!("EDGE_SE3:QUAT 0 77 0 0 0 0 0 0 1 {unit}\n"));
-    lines.push_str(&format!("EDGE_SE3:QUAT 2 5 nan 0 0 0 0 0 1 {unit}\n"));
-    lines.push_str(&format!("EDGE_SE3:QUAT 5 1 0 0 0 0 0 0 1 {unit}\n"));
-    lines.push_str(&format!("EDGE_SE3:QUAT 2 3 0 0 0 0 0 0 1 {unit}\n"));
+    for edge in ["0 77 0 0 0", "2 5 nan 0 0", "5 1 0 0 0", "2 3 0 0 0"] {
+        lines += &["EDGE_SE3:QUAT ", edge, " 0 0 0 1 ", unit, "\n"].concat();
+    }
     lines.push_str("EDGE_SE3:QUAT 0 5 0 0 0 0 0 0 1 -1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1\n");
     write(folder.path(), "c.g2o", &lines);
     let result = ranked(folder.path(), "graph.g2o --candidates c.g2o --truth c.csv", 3);

@@ -4,6 +4,7 @@ mod bad_candidates;
 mod real_graphs;
 mod simulated;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use dmp_log::{write_pose_edges, write_pose_graph};
@@ -46,7 +47,7 @@ fn chain(world_from_body: &[Isometry3<f64>], errors: (f64, f64)) -> PoseGraph {
     };
     let steps = (0..world_from_body.len() - 1).map(step).collect();
     let vertices = (0..).zip(world_from_body.iter().copied()).collect();
-    PoseGraph::new(vertices, steps, Default::default()).unwrap()
+    PoseGraph::new(vertices, steps, BTreeSet::default()).unwrap()
 }
 
 fn write_graph(path: &Path, graph: &PoseGraph) {

@@ -1,6 +1,6 @@
 //! Real graphs and a real drive, with loops of their own and made-up ones.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dmp_log::{read_pose_graph, read_trajectory};
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
@@ -114,7 +114,7 @@ fn a_graph_with_thousands_of_loops_tells_made_up_ones_from_its_own() {
     let (kept, mut others): (Vec<_>, Vec<_>) = loops.into_iter().enumerate().partition(|(k, _)| k % 10 == 0);
     let edges = steps.into_iter().chain(kept.into_iter().map(|(_, edge)| edge)).collect();
     let vertices = graph.ids().iter().copied().zip(graph.poses().iter().copied()).collect();
-    let base = PoseGraph::new(vertices, edges, Default::default()).unwrap();
+    let base = PoseGraph::new(vertices, edges, BTreeSet::default()).unwrap();
     write_graph(&folder.path().join("graph.g2o"), &base);
     let mut chance = Chance(5);
     let mut all: Vec<_> = (0..15).map(|_| (others.swap_remove(chance.below(others.len())).1, true)).collect();

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
+use dmp::NearScores;
 use dmp_log::CandidateFault;
 use dmp_loops::{Decision, Estimate, LoopMap, MapScores, Optimised, Tried, Verdict};
 use dmp_sensor::DropReason;
@@ -10,7 +11,7 @@ use dmp_truth::detection::{PrecisionRecall, Ranked as Labelled};
 
 use super::{
     AcceptedResult, CandidateResult, ConfigResult, CurveResult, DecisionResult, InputsResult, LogResult,
-    LoopsResult, MemoryResult, NearResult, PatchesResult, SCHEMA, SkippedResult, TimingResult, TruthResult,
+    LoopsResult, MemoryResult, PatchesResult, SCHEMA, SkippedResult, TimingResult, TruthResult,
     WithoutResult,
 };
 use crate::loops::inputs::Inputs;
@@ -105,9 +106,9 @@ fn dropped(map: &LoopMap) -> BTreeMap<&'static str, u64> {
     counts.filter(|(_, count)| *count > 0).collect()
 }
 
-fn near_of(map: &MapScores) -> NearResult {
+fn near_of(map: &MapScores) -> NearScores {
     let [at_5, at_2, at_0_5] = map.r_near_m2.map(|(_, score)| score.map(|score| score.value_m2));
-    NearResult { at_5, at_2, at_0_5 }
+    NearScores { at_5, at_2, at_0_5 }
 }
 
 /// A change and its interval.

@@ -5,6 +5,7 @@ mod collect;
 use std::collections::BTreeMap;
 use std::io::Write;
 
+use dmp::NearScores;
 use serde::Serialize;
 
 use crate::Exit;
@@ -77,17 +78,7 @@ pub(in crate::loops) struct WithoutResult {
     pub(in crate::loops) chi2_before: f64,
     pub(in crate::loops) chi2: f64,
     pub(in crate::loops) iterations: usize,
-    pub(in crate::loops) r_near_m2: Option<NearResult>,
-}
-
-#[derive(Debug, Clone, Serialize)]
-pub(in crate::loops) struct NearResult {
-    #[serde(rename = "5")]
-    at_5: Option<f64>,
-    #[serde(rename = "2")]
-    pub(in crate::loops) at_2: Option<f64>,
-    #[serde(rename = "0.5")]
-    at_0_5: Option<f64>,
+    pub(in crate::loops) r_near_m2: Option<NearScores>,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -95,8 +86,8 @@ pub(in crate::loops) struct CandidateResult {
     pub(in crate::loops) place: String,
     pub(in crate::loops) from: i64,
     pub(in crate::loops) to: i64,
-    pub(in crate::loops) r_near_m2: Option<NearResult>,
-    /// R_near(2 m) less that without it, over the returns that both maps predict.
+    pub(in crate::loops) r_near_m2: Option<NearScores>,
+    /// `R_near(2 m)` less that without it, over the returns that both maps predict.
     pub(in crate::loops) change_m2: Option<f64>,
     pub(in crate::loops) change_ci99_m2: Option<[f64; 2]>,
     pub(in crate::loops) largest_move_m: f64,
