@@ -1,11 +1,12 @@
-//! What a LiDAR measured, from where and when.
+//! What a LiDAR or a depth camera measured, from where and when.
 //!
 //! # Brief overview
 //! A [`Scan`] is one sweep of the sensor: points in the *sensor* frame, perhaps with a time for each.
 //! A [`Trajectory`] says where the *body* was in the *world* at certain instants; a [`Track`] puts the
 //! extrinsic `body_from_sensor` behind it and answers for any instant in between, never outside.
 //! Together they turn returns into [`Ray`]s: the range–bearing model, in which a return is a measured
-//! range along a bearing, from the sensor's place at the return's own time. A [`ReturnFilter`] says which
+//! range along a bearing, from the sensor's place at the return's own time. A [`PinholeCamera`] makes such points
+//! of depth images, and says what a depth is to a range. A [`ReturnFilter`] says which
 //! returns are used and [`ReturnCounts`] where the others went. A [`PoseGraph`] is a trajectory with the
 //! measurements that it was made of.
 //!
@@ -25,6 +26,7 @@
 //! # Ok::<(), dmp_sensor::TrajectoryError>(())
 //! ```
 
+mod camera;
 mod ego;
 mod pose_graph;
 mod ray;
@@ -33,6 +35,7 @@ mod scan;
 mod trajectory;
 mod travel;
 
+pub use camera::{CameraError, DepthNoise, Distortion, PinholeCamera, PixelBearings, depth_per_range};
 pub use ego::{EgoMask, EgoVotes};
 pub use nalgebra::{Isometry3, Matrix6, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 pub use pose_graph::{Component, Disconnected, EdgeFault, PoseEdge, PoseGraph, PoseGraphError};
