@@ -38,11 +38,11 @@ mod tests;
 
 pub use error::LoopError;
 pub use keyframes::Keyframes;
-pub use map::{LoopMap, MapOptions};
+pub use map::{LoopMap, MapOptions, MapScores};
 pub use optimise::{Kernel, OptimiseError, OptimiseOptions, Optimised, optimise};
 pub use rank::{
-    Acceptance, Decision, Failed, MapScores, Ranker, Ranking, Scorer, Tried, TryFault, Verdict, Without,
-    in_threads, optimised,
+    Acceptance, Decision, Failed, Ranker, Ranking, Scorer, Tried, TryFault, Verdict, Without, in_threads,
+    optimised,
 };
 
 pub use dmp_reduce::{Estimate, Interval};

@@ -9,7 +9,8 @@ mod sums;
 mod tests;
 
 pub use build::{LoopMap, MapOptions};
-pub(crate) use score::{LOOPS, MapScore, Placed};
+pub use score::MapScores;
+pub(crate) use score::Placed;
 
 use dmp_map::Placement;
 use dmp_sensor::Isometry3;

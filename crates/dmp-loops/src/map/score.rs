@@ -17,7 +17,7 @@ const PARTS: usize = 4;
 /// Rays that are cast together.
 const BLOCK_RAYS: usize = 1 << 14;
 /// Which of the scales ranks loops: `R_near(2 m)`.
-pub(crate) const LOOPS: usize = 1;
+pub(super) const LOOPS: usize = 1;
 const _: () = assert!(NEAR_SCALES_M[LOOPS] == 2.0);
 
 /// What a map leaves of a ray: z − z' for the first crossing and for the nearest, metres; NaN where there is none.
@@ -50,15 +50,24 @@ pub(crate) struct Placed<'a> {
     columns: Columns,
 }
 
-/// What a map's score is, and how it differs from that of the one before.
+/// What a map is worth.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct MapScore {
-    /// R_near at 5, 2 and 0.5 m.
-    pub(crate) r_near_m2: [(f64, Option<Estimate>); NEAR_SCALES_M.len()],
-    /// `R_near(2 m)` less that of the other map, over the rays that both predict; negative where this one is better.
-    pub(crate) change: Option<Estimate>,
-    /// Share of the rays that were cast anew.
-    pub(crate) cast_share: f64,
+pub struct MapScores {
+    /// R_near at 5, 2 and 0.5 m, square metres, each with its 99 % interval where there is one; lower is better. `None`
+    /// where the map predicts no return.
+    pub r_near_m2: [(f64, Option<Estimate>); 3],
+    /// `R_near(2 m)` less that of the graph without the candidate, over the returns that both maps predict; negative where
+    /// the map became better.
+    pub change: Option<Estimate>,
+    /// Share of the rays that were cast anew, the others end where nothing moved.
+    pub cast_share: f64,
+}
+
+impl MapScores {
+    /// `R_near(2 m)`, by which loops are ranked, square metres.
+    pub fn ranked_m2(&self) -> Option<f64> {
+        self.r_near_m2[LOOPS].1.map(|estimate| estimate.value_m2)
+    }
 }
 
 impl<'a> Placed<'a> {
@@ -86,14 +95,14 @@ impl<'a> Placed<'a> {
     }
 
     /// The score of this map itself.
-    pub(crate) fn score(&self) -> Result<MapScore, LoopError> {
+    pub(crate) fn score(&self) -> Result<MapScores, LoopError> {
         let mut sums = Sums::new();
         for (keyframe, left) in self.seen() {
             sums.enter(self.map.stretches[keyframe])?;
             left.iter().for_each(|left| sums.frame.add_return(&[left.residuals(); 2]));
         }
         sums.leave()?;
-        Ok(MapScore { change: None, ..sums.score(1.0) })
+        Ok(MapScores { change: None, ..sums.score(1.0) })
     }
 
     /// The score of the map with its patches at `world_from_body`, whose places that did not change are as they were: by
@@ -102,7 +111,7 @@ impl<'a> Placed<'a> {
         &self,
         world_from_body: &[Isometry3<f64>],
         by_all: bool,
-    ) -> Result<MapScore, LoopError> {
+    ) -> Result<MapScores, LoopError> {
         let map = self.map;
         let threads = if by_all { map.threads() } else { 1 };
         let caster = map.caster(world_from_body, threads)?;

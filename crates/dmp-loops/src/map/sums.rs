@@ -1,6 +1,6 @@
 use dmp_reduce::{Basis, Confidence, Estimate, FrameSums, Interval, Layout, Reducer};
 
-use super::score::{LOOPS, MapScore};
+use super::score::{LOOPS, MapScores};
 use crate::LoopError;
 
 /// The sums of a map and of another one beside it, stretch by stretch.
@@ -51,11 +51,11 @@ impl Sums {
         Ok(self.reducer.merge(&other.reducer)?)
     }
 
-    pub(super) fn score(&self, cast_share: f64) -> MapScore {
+    pub(super) fn score(&self, cast_share: f64) -> MapScores {
         let scales = self.reducer.compare(0, 1, Confidence::P99).scales;
         // What is told there is the first less the second.
         let change = scales.get(LOOPS).and_then(|scale| scale.difference).map(negative);
-        MapScore { r_near_m2: self.reducer.scores(1).r_near_m2, change, cast_share }
+        MapScores { r_near_m2: self.reducer.scores(1).r_near_m2, change, cast_share }
     }
 }
 

@@ -1,8 +1,8 @@
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
 use dmp_sim::LoopKind;
 
-use super::score::MapScore;
-use super::{LOOPS, LoopMap, MapOptions, Placed};
+use super::score::LOOPS;
+use super::{LoopMap, MapOptions, MapScores, Placed};
 use crate::tests::DRIVE;
 use crate::{OptimiseOptions, optimise};
 
@@ -14,15 +14,15 @@ fn cast_anew<'a>(map: &'a LoopMap, world_from_body: &[Isometry3<f64>]) -> Placed
 }
 
 /// The score of a map whose patches moved, which is the same by one thread and by all.
-fn moved_to(placed: &Placed<'_>, world_from_body: &[Isometry3<f64>]) -> MapScore {
+fn moved_to(placed: &Placed<'_>, world_from_body: &[Isometry3<f64>]) -> MapScores {
     let [one, all] = [false, true].map(|by_all| placed.moved_to(world_from_body, by_all).unwrap());
     assert_eq!(one, all);
     one
 }
 
 /// What loops are ranked by, square metres.
-fn ranked_m2(score: &MapScore) -> f64 {
-    score.r_near_m2[LOOPS].1.unwrap().value_m2
+fn ranked_m2(score: &MapScores) -> f64 {
+    score.ranked_m2().unwrap()
 }
 
 /// The poses with a candidate of each kind, and with a loop at the drive's end, which leaves most of it as it was.

@@ -5,6 +5,7 @@ use dmp::{Stage, Watch};
 use dmp_sensor::{PoseEdge, PoseGraph};
 
 use super::{Ranker, Ranking, Tried, TryFault};
+use crate::map::MapScores;
 use crate::{LoopError, optimise};
 
 /// Growth of the sum of squares that 1 in 100 right loops exceeds, where no map is looked at: the quantile .99 of chi² with
@@ -146,7 +147,7 @@ impl Ranker<'_> {
             accepted += usize::from(is_accepted);
             watch.advance(1);
         }
-        let r_near_m2 = self.without.map.as_ref().and_then(super::MapScores::ranked_m2);
+        let r_near_m2 = self.without.map.as_ref().and_then(MapScores::ranked_m2);
         let graph = self.accepted.iter().try_fold(self.graph, |graph, edge| graph.with_edge(edge.clone()))?;
         Ok(Acceptance { decisions, r_near_m2, chi2: self.without.chi2, graph })
     }

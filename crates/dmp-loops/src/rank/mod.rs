@@ -10,10 +10,10 @@ pub use scorer::Scorer;
 
 use dmp::{EvaluateError, Stage, Watch};
 use dmp_map::MapError;
-use dmp_reduce::Estimate;
 use dmp_sensor::{PoseEdge, PoseGraph};
 use rayon::prelude::*;
 
+use crate::map::MapScores;
 use crate::{LoopError, OptimiseError, OptimiseOptions, Optimised, optimise};
 
 /// A graph as it is without candidates, optimised, and what scores its poses.
@@ -40,26 +40,6 @@ impl Without {
     /// What candidates are compared with: see [`Tried::score`]; without a map the sum of squares has not grown.
     fn score(&self) -> f64 {
         self.map.as_ref().and_then(MapScores::ranked_m2).unwrap_or(0.0)
-    }
-}
-
-/// What a map is worth.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MapScores {
-    /// R_near at 5, 2 and 0.5 m, square metres, each with its 99 % interval where there is one; lower is better. `None`
-    /// where the map predicts no return.
-    pub r_near_m2: [(f64, Option<Estimate>); 3],
-    /// `R_near(2 m)` less that of the graph without the candidate, over the returns that both maps predict; negative where
-    /// the map became better.
-    pub change: Option<Estimate>,
-    /// Share of the rays that were cast anew, the others end where nothing moved.
-    pub cast_share: f64,
-}
-
-impl MapScores {
-    /// `R_near(2 m)`, by which loops are ranked, square metres.
-    pub fn ranked_m2(&self) -> Option<f64> {
-        self.r_near_m2[crate::map::LOOPS].1.map(|estimate| estimate.value_m2)
     }
 }
 

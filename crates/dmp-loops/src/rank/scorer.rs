@@ -3,8 +3,7 @@ use dmp_log::ScanLog;
 use dmp_reduce::Estimate;
 use dmp_sensor::Isometry3;
 
-use super::MapScores;
-use crate::map::{LoopMap, MapScore, Placed};
+use crate::map::{LoopMap, MapScores, Placed};
 use crate::{Keyframes, LoopError};
 
 /// Who says what the poses of a graph are worth.
@@ -66,7 +65,7 @@ impl<'a> Scorer<'a> {
             placed.cast_all()?;
             let score = placed.score()?;
             *before = Some(Box::new(placed));
-            return Ok(Some(scores_of(&score)));
+            return Ok(Some(score));
         }
         if let Kind::Log(maps) = &mut self.0 {
             let (scores, voxel_m) = maps.score(world_from_body, watch)?;
@@ -86,13 +85,11 @@ impl<'a> Scorer<'a> {
     ) -> Result<Option<MapScores>, LoopError> {
         match &self.0 {
             Kind::Graph => Ok(None),
-            Kind::Patches(_, Some(before)) => {
-                before.moved_to(world_from_body, alone).map(|score| Some(scores_of(&score)))
-            }
+            Kind::Patches(_, Some(before)) => before.moved_to(world_from_body, alone).map(Some),
             Kind::Patches(map, None) => {
                 let mut placed = map.placed(world_from_body.to_vec());
                 placed.cast_all()?;
-                placed.score().map(|score| Some(scores_of(&score)))
+                placed.score().map(Some)
             }
             Kind::Log(maps) => maps.score(world_from_body, watch).map(|(scores, _)| Some(scores)),
         }
@@ -116,11 +113,6 @@ impl WholeMaps<'_> {
         let change = scores.ranked_m2().zip(self.without_m2).map(|(with, without)| plain(with - without));
         Ok((MapScores { change, ..scores }, report.config.voxel_m))
     }
-}
-
-fn scores_of(score: &MapScore) -> MapScores {
-    let MapScore { r_near_m2, change, cast_share } = *score;
-    MapScores { r_near_m2, change, cast_share }
 }
 
 /// Lets an evaluation among many be cancelled, and keeps its stages to itself.

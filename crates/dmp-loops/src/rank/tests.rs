@@ -4,7 +4,7 @@ use dmp_sensor::Isometry3;
 use dmp_sim::LoopKind;
 
 use super::*;
-use crate::map::{LOOPS, LoopMap, MapOptions, MapScore};
+use crate::map::{LoopMap, MapOptions};
 use crate::tests::{DRIVE, chain};
 use crate::{Kernel, Keyframes};
 
@@ -12,12 +12,12 @@ fn map() -> LoopMap {
     DRIVE.map_at(DRIVE.graph.poses(), MapOptions { rays_per_keyframe: 400, ..MapOptions::default() })
 }
 
-fn ranked_m2(score: &MapScore) -> f64 {
-    score.r_near_m2[LOOPS].1.unwrap().value_m2
+fn ranked_m2(score: &MapScores) -> f64 {
+    score.ranked_m2().unwrap()
 }
 
 /// The score of poses, and what candidates on them change, by a map that is made for this alone.
-fn scores(map: &LoopMap, at: &[Isometry3<f64>], with: &[Vec<Isometry3<f64>>]) -> (f64, Vec<MapScore>) {
+fn scores(map: &LoopMap, at: &[Isometry3<f64>], with: &[Vec<Isometry3<f64>>]) -> (f64, Vec<MapScores>) {
     let mut placed = map.placed(at.to_vec());
     placed.cast_all().unwrap();
     let changes = with.iter().map(|poses| placed.moved_to(poses, true).unwrap()).collect();
@@ -25,7 +25,7 @@ fn scores(map: &LoopMap, at: &[Isometry3<f64>], with: &[Vec<Isometry3<f64>>]) ->
 }
 
 /// The rule: within the interval of the change, and of the best so far by half of it.
-fn is_worse(score: &MapScore, best: f64) -> bool {
+fn is_worse(score: &MapScores, best: f64) -> bool {
     let interval = score.change.unwrap().interval.unwrap();
     interval.low_m2 > 0.0 || ranked_m2(score) - best > (interval.high_m2 - interval.low_m2) / 2.0
 }
