@@ -155,8 +155,9 @@ impl LoopMap {
         })
     }
 
-    /// The map with the keyframes at these poses.
-    pub(crate) fn placed(&self, world_from_body: Vec<Isometry3<f64>>) -> Placed<'_> {
+    /// The map with the keyframes at these poses, with all rays cast into it: of each keyframe on the thread that comes
+    /// to it.
+    pub(crate) fn placed_at(&self, world_from_body: Vec<Isometry3<f64>>) -> Result<Placed<'_>, LoopError> {
         Placed::new(self, world_from_body)
     }
 

@@ -71,27 +71,19 @@ impl MapScores {
 }
 
 impl<'a> Placed<'a> {
-    /// Nothing is cast yet: [`Self::cast_all`].
-    pub(super) fn new(map: &'a LoopMap, world_from_body: Vec<Isometry3<f64>>) -> Self {
-        let left = vec![Vec::new(); world_from_body.len()];
-        let columns = Columns::new(map, &world_from_body);
-        Self { map, world_from_body, left, columns }
-    }
-
     /// Casts all rays, of each keyframe on the thread that comes to it.
-    pub(crate) fn cast_all(&mut self) -> Result<(), LoopError> {
-        let map = self.map;
-        let caster = map.caster(&self.world_from_body, map.threads())?;
-        let poses = &self.world_from_body;
-        self.left = (0..poses.len())
+    pub(super) fn new(map: &'a LoopMap, world_from_body: Vec<Isometry3<f64>>) -> Result<Self, LoopError> {
+        let caster = map.caster(&world_from_body, map.threads())?;
+        let left = (0..world_from_body.len())
             .into_par_iter()
             .map_init(Casting::default, |casting, keyframe| {
                 let mut left = Vec::new();
-                casting.cast(&caster, &poses[keyframe], map.rays[keyframe].all(), &mut left)?;
+                casting.cast(&caster, &world_from_body[keyframe], map.rays[keyframe].all(), &mut left)?;
                 Ok(left)
             })
             .collect::<Result<_, MapError>>()?;
-        Ok(())
+        let columns = Columns::new(map, &world_from_body);
+        Ok(Self { map, world_from_body, left, columns })
     }
 
     /// The score of this map itself.

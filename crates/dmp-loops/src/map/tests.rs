@@ -8,9 +8,7 @@ use crate::{OptimiseOptions, optimise};
 
 /// A map that is made anew, all of it.
 fn cast_anew<'a>(map: &'a LoopMap, world_from_body: &[Isometry3<f64>]) -> Placed<'a> {
-    let mut placed = map.placed(world_from_body.to_vec());
-    placed.cast_all().unwrap();
-    placed
+    map.placed_at(world_from_body.to_vec()).unwrap()
 }
 
 /// The score of a map whose patches moved, which is the same by one thread and by all.

@@ -163,7 +163,7 @@ impl Ranker<'_> {
         self.accepted.push(candidate);
         let found = optimise(&self.graph, &self.accepted, &self.options).map_err(LoopError::Graph)?;
         self.without.chi2 = found.chi2_after;
-        self.without.map = self.scorer.begin_at(&found.world_from_body, watch)?;
+        (self.before, self.without.map) = self.scorer.begin_at(&found.world_from_body, watch)?;
         self.graph = self.graph.with_poses(found.world_from_body)?;
         Ok(())
     }

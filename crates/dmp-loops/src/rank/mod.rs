@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use crate::map::MapScores;
 use crate::{LoopError, OptimiseError, OptimiseOptions, Optimised, optimise};
+use scorer::Before;
 
 /// A graph as it is without candidates, optimised, and what scores its poses.
 #[derive(Debug)]
@@ -22,6 +23,8 @@ pub struct Ranker<'a> {
     graph: PoseGraph,
     options: OptimiseOptions,
     scorer: Scorer<'a>,
+    /// What the scorer compares others with.
+    before: Before<'a>,
     without: Without,
     /// Candidates that were accepted: edges without a robust kernel.
     accepted: Vec<PoseEdge>,
@@ -122,12 +125,13 @@ impl<'a> Ranker<'a> {
     pub fn new(
         graph: PoseGraph,
         options: OptimiseOptions,
-        mut scorer: Scorer<'a>,
+        scorer: Scorer<'a>,
         watch: &dyn Watch,
     ) -> Result<Self, LoopError> {
         let chi2 = optimise(&graph, &[], &options).map_err(LoopError::Graph)?.chi2_after;
-        let map = scorer.begin_at(graph.poses(), watch)?;
-        Ok(Self { graph, options, scorer, without: Without { chi2, map }, accepted: Vec::new() })
+        let (before, map) = scorer.begin_at(graph.poses(), watch)?;
+        let without = Without { chi2, map };
+        Ok(Self { graph, options, scorer, before, without, accepted: Vec::new() })
     }
 
     /// The graph without candidates.
@@ -195,7 +199,7 @@ impl<'a> Ranker<'a> {
             }
             Err(error) => return Ok(Err(error.into())),
         };
-        let map = match self.scorer.score(&found.world_from_body, alone, watch) {
+        let map = match self.before.score(&found.world_from_body, alone, watch) {
             Ok(Some(map)) if map.ranked_m2().is_none() => return Ok(Err(TryFault::NoScore)),
             Ok(map) => map,
             Err(

@@ -13,16 +13,24 @@ pub struct Scorer<'a>(Kind<'a>);
 #[derive(Debug)]
 enum Kind<'a> {
     Graph,
-    Patches(&'a LoopMap, Option<Box<Placed<'a>>>),
+    Patches(&'a LoopMap),
+    Log(Box<WholeMaps<'a>>),
+}
+
+/// Poses that others are compared with, as what scores them needs them.
+#[derive(Debug)]
+pub(super) enum Before<'a> {
+    Graph,
+    Patches(Box<Placed<'a>>),
     Log(Box<WholeMaps<'a>>),
 }
 
 /// Maps fused from the log.
 #[derive(Debug)]
-struct WholeMaps<'a> {
+pub(super) struct WholeMaps<'a> {
     log: &'a dyn ScanLog,
     keyframes: &'a Keyframes,
-    /// With the voxels of the map that others are compared with: scores of other voxels are other scores.
+    /// Where there is a map that others are compared with, with its voxels: scores of other voxels are other scores.
     config: Config,
     without_m2: Option<f64>,
 }
@@ -35,7 +43,7 @@ impl<'a> Scorer<'a> {
 
     /// The map that is put together of patches.
     pub fn patches(map: &'a LoopMap) -> Self {
-        Self(Kind::Patches(map, None))
+        Self(Kind::Patches(map))
     }
 
     /// The map that is fused from the log, and all returns: the log is read twice for every candidate, as
@@ -51,31 +59,33 @@ impl<'a> Scorer<'a> {
 
     /// Whether changes have intervals.
     pub(super) fn has_intervals(&self) -> bool {
-        matches!(self.0, Kind::Patches(..))
+        matches!(self.0, Kind::Patches(_))
     }
 
-    /// Scores poses that others are compared with from now on.
+    /// Scores poses that others are to be compared with.
     pub(super) fn begin_at(
-        &mut self,
+        &self,
         world_from_body: &[Isometry3<f64>],
         watch: &dyn Watch,
-    ) -> Result<Option<MapScores>, LoopError> {
-        if let Kind::Patches(map, before) = &mut self.0 {
-            let mut placed = map.placed(world_from_body.to_vec());
-            placed.cast_all()?;
-            let score = placed.score()?;
-            *before = Some(Box::new(placed));
-            return Ok(Some(score));
-        }
-        if let Kind::Log(maps) = &mut self.0 {
-            let (scores, voxel_m) = maps.score(world_from_body, watch)?;
-            maps.without_m2 = scores.ranked_m2();
-            maps.config.voxel_m = Some(voxel_m);
-            return Ok(Some(scores));
-        }
-        self.score(world_from_body, true, watch)
+    ) -> Result<(Before<'a>, Option<MapScores>), LoopError> {
+        Ok(match &self.0 {
+            Kind::Graph => (Before::Graph, None),
+            Kind::Patches(map) => {
+                let placed = map.placed_at(world_from_body.to_vec())?;
+                let scores = placed.score()?;
+                (Before::Patches(Box::new(placed)), Some(scores))
+            }
+            Kind::Log(maps) => {
+                let (scores, voxel_m) = maps.score(world_from_body, watch)?;
+                let config = Config { voxel_m: Some(voxel_m), ..maps.config.clone() };
+                let maps = WholeMaps { config, without_m2: scores.ranked_m2(), ..**maps };
+                (Before::Log(Box::new(maps)), Some(scores))
+            }
+        })
     }
+}
 
+impl Before<'_> {
     /// Scores poses; `alone` where nobody scores others at the time.
     pub(super) fn score(
         &self,
@@ -83,15 +93,10 @@ impl<'a> Scorer<'a> {
         alone: bool,
         watch: &dyn Watch,
     ) -> Result<Option<MapScores>, LoopError> {
-        match &self.0 {
-            Kind::Graph => Ok(None),
-            Kind::Patches(_, Some(before)) => before.moved_to(world_from_body, alone).map(Some),
-            Kind::Patches(map, None) => {
-                let mut placed = map.placed(world_from_body.to_vec());
-                placed.cast_all()?;
-                placed.score().map(Some)
-            }
-            Kind::Log(maps) => maps.score(world_from_body, watch).map(|(scores, _)| Some(scores)),
+        match self {
+            Self::Graph => Ok(None),
+            Self::Patches(placed) => placed.moved_to(world_from_body, alone).map(Some),
+            Self::Log(maps) => maps.score(world_from_body, watch).map(|(scores, _)| Some(scores)),
         }
     }
 }

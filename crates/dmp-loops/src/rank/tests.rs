@@ -18,8 +18,7 @@ fn ranked_m2(score: &MapScores) -> f64 {
 
 /// The score of poses, and what candidates on them change, by a map that is made for this alone.
 fn scores(map: &LoopMap, at: &[Isometry3<f64>], with: &[Vec<Isometry3<f64>>]) -> (f64, Vec<MapScores>) {
-    let mut placed = map.placed(at.to_vec());
-    placed.cast_all().unwrap();
+    let placed = map.placed_at(at.to_vec()).unwrap();
     let changes = with.iter().map(|poses| placed.moved_to(poses, true).unwrap()).collect();
     (ranked_m2(&placed.score().unwrap()), changes)
 }
