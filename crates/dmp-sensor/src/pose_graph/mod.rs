@@ -46,8 +46,9 @@ impl PoseGraph {
 
     /// The information of a measurement with these standard deviations along and about each axis, metres and radians.
     pub fn information_of(place_m: f64, turn_rad: f64) -> Matrix6<f64> {
-        // What is small of a quaternion is half an angle.
-        let (place, turn) = (1.0 / (place_m * place_m), 4.0 / (turn_rad * turn_rad));
+        // What is small of a quaternion is half an angle. Squared last, so that 0.1 m is 100 and not a little less.
+        let (root, root_of_turn) = (1.0 / place_m, 2.0 / turn_rad);
+        let (place, turn) = (root * root, root_of_turn * root_of_turn);
         Matrix6::from_diagonal(&[place, place, place, turn, turn, turn].into())
     }
 

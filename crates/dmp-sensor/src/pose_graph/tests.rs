@@ -21,6 +21,18 @@ fn fault_of(edge: PoseEdge) -> EdgeFault {
 }
 
 #[test]
+fn round_deviations_have_round_information() {
+    let diagonal = |place_m: f64, turn_rad: f64| -> [f64; 6] {
+        let information = PoseGraph::information_of(place_m, turn_rad);
+        assert_eq!(information, Matrix6::from_diagonal(&information.diagonal()));
+        information.diagonal().into()
+    };
+    assert_eq!(diagonal(1.0, 1.0), [1.0, 1.0, 1.0, 4.0, 4.0, 4.0]);
+    assert_eq!(diagonal(0.1, 0.01), [100.0, 100.0, 100.0, 4e4, 4e4, 4e4]);
+    assert_eq!(diagonal(0.01, 0.001), [1e4, 1e4, 1e4, 4e6, 4e6, 4e6]);
+}
+
+#[test]
 fn vertices_are_found_by_their_ids() {
     let graph = graph(&[i64::MAX, -3, 7], &[(7, -3)]);
     assert_eq!(graph.ids(), [-3, 7, i64::MAX]);

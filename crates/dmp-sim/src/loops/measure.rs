@@ -1,7 +1,7 @@
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 
-use dmp_sensor::{Isometry3, Matrix6, PoseEdge, UnitQuaternion, Vector3};
+use dmp_sensor::{Isometry3, PoseEdge, PoseGraph, UnitQuaternion, Vector3};
 
 use super::keyframes::Keyframes;
 use super::{RAD_PER_DEG, SimulatedLoop};
@@ -70,7 +70,7 @@ impl Measurer<'_> {
             LoopKind::Near => Isometry3::from(self.along_the_way(from)) * truly,
         };
         let from_from_to = seen * off_by(&mut self.random, SIGMA_M, SIGMA_RAD, Vector3::zeros());
-        let information = information(CLAIMED_SIGMA_M, CLAIMED_SIGMA_RAD);
+        let information = PoseGraph::information_of(CLAIMED_SIGMA_M, CLAIMED_SIGMA_RAD);
         let edge = PoseEdge { from: from as i64, to: to as i64, from_from_to, information };
         SimulatedLoop { edge, kind }
     }
@@ -110,12 +110,4 @@ pub(super) fn off_by(
     let shift = Vector3::from_fn(|_, _| sigma_m * random.normal());
     let turn = turn + Vector3::from_fn(|_, _| sigma_rad * random.normal());
     Isometry3::from_parts(shift.into(), UnitQuaternion::from_scaled_axis(turn))
-}
-
-/// The information of standard deviations along and about each axis: g2o counts turns by the quaternion, which is
-/// half of their angle.
-pub(super) fn information(sigma_m: f64, sigma_rad: f64) -> Matrix6<f64> {
-    let (root, root_of_turn) = (1.0 / sigma_m, 2.0 / sigma_rad);
-    let (place, turn) = (root * root, root_of_turn * root_of_turn);
-    Matrix6::from_diagonal(&[place, place, place, turn, turn, turn].into())
 }

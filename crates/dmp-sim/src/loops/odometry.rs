@@ -1,10 +1,10 @@
 use std::collections::BTreeMap;
 
-use dmp_sensor::{Isometry3, PoseEdge, Vector3};
+use dmp_sensor::{Isometry3, PoseEdge, PoseGraph, Vector3};
 
 use super::LoopGraphOptions;
 use super::keyframes::Keyframes;
-use super::measure::{information, off_by};
+use super::measure::off_by;
 use crate::random::Random;
 
 /// The smallest standard deviations that are told of a step: no odometry is better, and the information of one
@@ -38,7 +38,8 @@ pub(super) fn drifted(
         at.rotation.renormalize();
         let (from, to) = (k as i64, k as i64 + 1);
         vertices.insert(to, at);
-        let information = information(sigma_m.max(LEAST_SIGMA_M), sigma_rad.max(LEAST_SIGMA_RAD));
+        let information =
+            PoseGraph::information_of(sigma_m.max(LEAST_SIGMA_M), sigma_rad.max(LEAST_SIGMA_RAD));
         edges.push(PoseEdge { from, to, from_from_to, information });
     }
     (vertices, edges)
