@@ -3,7 +3,7 @@
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
 use serde_json::Value;
 
-use super::{chain, ranked, write_candidates, write_graph};
+use super::{average_precision, chain, ranked, write_candidates, write_graph};
 use crate::common::{dmp, refused, text, write};
 
 /// A square of four sides of ten metres, a vertex each, that comes back to where it began.
@@ -59,6 +59,26 @@ fn candidates_that_cannot_be_tried_are_named_and_counted() {
     // None at all is no ranking.
     write(folder.path(), "none.g2o", &format!("EDGE_SE3:QUAT 0 77 0 0 0 0 0 0 1 {unit}\n"));
     refused(folder.path(), "loops graph.g2o --candidates none.g2o", 1, &["none.g2o", "none of 1 candidate"]);
+}
+
+/// Of four true ones two are accepted, one leads to no vertex and one out of all numbers: those are missed, by the ranking and
+/// by what is accepted.
+#[test]
+fn true_candidates_without_a_score_count_as_missed() {
+    let folder = tempfile::tempdir().unwrap();
+    write_graph(&folder.path().join("graph.g2o"), &chain(&square(), (0.1, 0.01)));
+    let to_nowhere = PoseEdge { to: 77, ..edge(0, 4) };
+    let endless = PoseEdge { from_from_to: Isometry3::translation(1e200, 0.0, 0.0), ..edge(2, 5) };
+    // The pair of another one is no further loop.
+    let again = edge(5, 1);
+    let candidates = [edge(0, 4), to_nowhere, endless, edge(1, 5), again].map(|edge| (edge, true));
+    write_candidates(folder.path(), "c", &candidates);
+    let result = ranked(folder.path(), "graph.g2o --candidates c.g2o --truth c.csv --accept", 3);
+    assert_eq!(result["skipped"].as_array().unwrap().len(), 3, "{result:#}");
+    let (accepted, truth) = (&result["accepted"], &result["truth"]);
+    assert_eq!((&accepted["accepted"], &accepted["precision"]), (&2.into(), &1.0.into()));
+    assert_eq!((&truth["true_candidates"], average_precision(&result)), (&4.into(), 0.5));
+    assert_eq!(accepted["recall"], 0.5);
 }
 
 #[test]

@@ -73,7 +73,7 @@ impl LoopsResult {
             },
             candidates,
             skipped: skipped_of(inputs, ranked),
-            accepted: ranked.accepted.as_ref().map(|accepted| accepted_of(inputs, accepted)),
+            accepted: ranked.accepted.as_ref().map(|accepted| accepted_of(inputs, ranked, accepted)),
             truth,
             truth_withheld,
             timing: TimingResult {
@@ -159,7 +159,7 @@ fn skipped_of(inputs: &Inputs, ranked: &Ranked) -> Vec<SkippedResult> {
     read.chain(tried).collect()
 }
 
-fn accepted_of(inputs: &Inputs, accepted: &dmp_loops::Acceptance) -> AcceptedResult {
+fn accepted_of(inputs: &Inputs, ranked: &Ranked, accepted: &dmp_loops::Acceptance) -> AcceptedResult {
     let decision = |decision: &Decision| {
         let edge = &inputs.candidates[decision.index].edge;
         let (change_m2, change_ci99_m2) =
@@ -187,15 +187,25 @@ fn accepted_of(inputs: &Inputs, accepted: &dmp_loops::Acceptance) -> AcceptedRes
     };
     let share = |part: f64, of: f64| (of > 0.0).then(|| part / of);
     let right = count(Some(true), true);
+    let missed = labels_without_score(inputs, ranked).filter(|label| *label == Some(true)).count() as f64;
     AcceptedResult {
         accepted: decisions.iter().filter(|decision| decision.accepted).count(),
         failed: accepted.decisions.iter().filter(|one| matches!(one.verdict, Verdict::Failed(_))).count(),
         r_near_2_m2: accepted.r_near_m2,
         chi2: accepted.chi2,
         precision: share(right, right + count(Some(true), false)),
-        recall: share(right, count(None, true)),
+        recall: share(right, count(None, true) + missed),
         decisions,
     }
+}
+
+/// The labels of candidates that could not be read as such or have no score: they are never accepted, and a true one among
+/// them is missed. A pair that an earlier candidate has already counts there.
+fn labels_without_score(inputs: &Inputs, ranked: &Ranked) -> impl Iterator<Item = Option<bool>> {
+    let failed = ranked.ranking.failed.iter().map(|failed| inputs.label(failed.index));
+    let skipped = inputs.skipped.iter().filter(|one| !matches!(one.fault, CandidateFault::Repeated { .. }));
+    let label = |(from, to)| inputs.labels.as_ref()?.of(from, to);
+    failed.chain(skipped.map(move |one| one.ends.and_then(label)))
 }
 
 /// Precision and recall of the ranking, or why there are none.
@@ -205,12 +215,7 @@ fn truth_of(inputs: &Inputs, ranked: &Ranked) -> (Option<TruthResult>, Option<St
     }
     let ranking = &ranked.ranking;
     let scored = ranking.ranked.iter().map(|tried| (Some(tried.score()), inputs.label(tried.index)));
-    // Those without a score are never accepted: a true one among them is missed.
-    let failed = ranking.failed.iter().map(|failed| (None, inputs.label(failed.index)));
-    let skipped = inputs.skipped.iter().filter(|one| !matches!(one.fault, CandidateFault::Repeated { .. }));
-    let skipped =
-        skipped.map(|one| (None, one.ends.and_then(|(from, to)| inputs.labels.as_ref()?.of(from, to))));
-    let all = scored.chain(failed).chain(skipped);
+    let all = scored.chain(labels_without_score(inputs, ranked).map(|label| (None, label)));
     let labelled: Vec<Labelled> =
         all.filter_map(|(score, label)| Some(Labelled { score, is_true: label? })).collect();
     let found = match PrecisionRecall::of(&labelled) {
