@@ -1,4 +1,4 @@
-//! Simulated towns, sensors, drives and SLAM errors with known truth.
+//! Simulated towns, rooms, sensors, drives and SLAM errors with known truth.
 //!
 //! # Brief overview
 //! A [`Town`] is made of a seed and answers one question: what is the first surface along a ray, at a certain
@@ -9,9 +9,13 @@
 //! trajectory into one that a SLAM system might have put out, with errors of known kind and size. A [`LoopGraph`] is what a SLAM
 //! front end might have left of it: a pose graph that drifts, and loop candidates, true and false.
 //!
+//! Indoors, a [`Room`] is furnished of a seed, a [`RoomWalk`] takes a hand-held camera through it, and a
+//! [`DepthRecording`] is what that camera measures: depth images with the noise and the holes of a Kinect.
+//! [`room_estimates`] are five trajectories from good ones to a collapsed one.
+//!
 //! The same numbers give the same scans and trajectories, to the bit, on any machine and any number of
 //! threads. Nothing here reads or writes a file. World frame: x east, y north, z up; body and sensor frame
-//! are one: x ahead, y left, z up.
+//! are one: x ahead, y left, z up; a camera has z ahead, x right, y down.
 //!
 //! ```
 //! use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route, SlamErrors, ate_rmse_m, close_loop};
@@ -38,6 +42,7 @@ mod loops;
 mod path;
 mod profile;
 mod random;
+mod room;
 mod route;
 mod simulation;
 mod sway;
@@ -50,6 +55,10 @@ pub use errors::{Noise, SlamErrors, ate_rmse_m, close_loop};
 pub use lidar::Lidar;
 pub use lidar_options::{LidarOptions, NoReturn, Sweep};
 pub use loops::{LoopGraph, LoopGraphOptions, LoopKind, SimulatedLoop};
+pub use room::{
+    DepthImage, DepthRecording, DepthRecordingOptions, Room, RoomEstimate, RoomHit, RoomOptions, RoomWalk,
+    RoomWalkOptions, room_estimates,
+};
 pub use route::Route;
 pub use simulation::{Recording, RecordingOptions};
 pub use town::{Hit, Surface, Town, TownOptions};
