@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use dmp::{Config, Ego, MissPrice};
+use dmp::{Config, Ego, MissPrice, Scales};
 
 use crate::extrinsic::{self, NamedExtrinsic};
 use crate::log_args::Mapper;
@@ -14,23 +14,24 @@ use crate::score::parse;
 pub(crate) struct SettingsArgs {
     #[command(flatten)]
     pub(crate) scans: ScanArgs,
-    /// Length of a segment of the drive, metres: a return is not compared with what was seen in its own
-    /// segment and the two beside it. `auto` is 12 m, or a sixteenth of a shorter drive
-    #[arg(long, value_name = "METRES", default_value = "auto", help_heading = "Returns and map")]
-    segment: parse::AutoLength,
+    /// Length of a segment of the drive, as `12m`, `2s` or `30scans`: a return is not compared with what was seen in
+    /// its own segment and the two beside it. `auto` is 12 m, or a sixteenth of a shorter drive; in a room a sixteenth
+    /// of the scans
+    #[arg(long, value_name = "LENGTH", default_value = "auto", help_heading = "Returns and map")]
+    segment: parse::AutoSegment,
     /// Keep returns on the trails of moving objects out of all maps: those whose surfels are passed through by
     /// rays of other parts of the drive. Reads the log four times instead of twice; not with --map
     #[arg(long, help_heading = "Returns and map")]
     free_space: bool,
-    /// For fused maps: what a return that other parts of the drive do not predict costs at the scale of 10 m, as
-    /// a share of the full square, 100 m²: from 0 to 1, to the thousandth
+    /// For fused maps: what a return that other parts of the drive do not predict costs at the largest scale, as
+    /// a share of the full square, 100 m² on a drive: from 0 to 1, to the thousandth
     #[arg(long, value_name = "SHARE", default_value_t = Config::default().miss_price, value_parser = parse::miss_price)]
     #[arg(allow_hyphen_values = true, help_heading = "Returns and map")]
     miss_price: MissPrice,
-    /// The sensor's range noise, metres: scales the raw log-likelihood, nothing else
-    #[arg(long, value_name = "METRES", default_value_t = Config::default().sigma_m)]
-    #[arg(value_parser = crate::parse::length_m, help_heading = "Returns and map")]
-    sigma: f64,
+    /// The sensor's noise, metres: scales the raw log-likelihood, nothing else [default: 0.02; of a depth camera
+    /// 0.0012 + 0.0019 (z - 0.4)² at the depth z]
+    #[arg(long, value_name = "METRES", value_parser = crate::parse::length_m, help_heading = "Returns and map")]
+    sigma: Option<f64>,
     #[command(flatten)]
     resources: ResourceArgs,
 }
@@ -54,22 +55,34 @@ pub(crate) struct ScanArgs {
     #[arg(long, value_name = "SECONDS", value_parser = crate::parse::interval_ns, help_heading = "Place and time")]
     max_time_gap: Option<i64>,
 
-    /// Smallest range used, metres
-    #[arg(long, value_name = "METRES", default_value_t = Config::default().min_range_m)]
-    #[arg(value_parser = crate::parse::length_m, help_heading = "Returns and map")]
-    min_range: f64,
-    /// Largest range used, metres
-    #[arg(long, value_name = "METRES", default_value_t = Config::default().max_range_m)]
-    #[arg(value_parser = crate::parse::length_m, help_heading = "Returns and map")]
-    max_range: f64,
+    /// The lengths by which returns are judged and with which other defaults go: of a `drive` (R_cv at 10, 2, 0.5 and
+    /// 0.2 m) or of a `room` (a tenth); `auto` is room for depth cameras
+    #[arg(long, value_name = "SCALES", default_value = "auto", value_parser = scales_or_auto)]
+    #[arg(help_heading = "Returns and map")]
+    scales: Chosen,
+    /// Smallest range used, metres [default: 1.5, in a room 0.3]
+    #[arg(long, value_name = "METRES", value_parser = crate::parse::length_m, help_heading = "Returns and map")]
+    min_range: Option<f64>,
+    /// Largest range used, metres [default: 100, in a room 10]
+    #[arg(long, value_name = "METRES", value_parser = crate::parse::length_m, help_heading = "Returns and map")]
+    max_range: Option<f64>,
     /// The vehicle, whose returns are left out: `auto` (what moves with the sensor), `none`, or a box in the
     /// sensor frame, metres: xmin,ymin,zmin,xmax,ymax,zmax
     #[arg(long, value_name = "EGO", default_value = "auto", value_parser = parse::ego)]
     #[arg(allow_hyphen_values = true, help_heading = "Returns and map")]
     ego: Ego,
-    /// Edge of a voxel, metres; `auto` takes 0.2, 0.3 or 0.5 m by the density of the scans
+    /// Edge of a voxel, metres; `auto` takes 0.2, 0.3 or 0.5 m by the density of the scans, in a room 0.02, 0.03 or
+    /// 0.05 m
     #[arg(long, value_name = "METRES", default_value = "auto", help_heading = "Returns and map")]
     voxel: parse::AutoLength,
+}
+
+/// Scales, or none of them: `auto`.
+#[derive(Debug, Clone, Copy)]
+struct Chosen(Option<Scales>);
+
+fn scales_or_auto(text: &str) -> Result<Chosen, String> {
+    parse::scales(text).map(Chosen)
 }
 
 /// What may be taken of the machine.
@@ -90,7 +103,7 @@ pub(crate) struct ResourceArgs {
 impl SettingsArgs {
     pub(crate) fn config(&self) -> Config {
         Config {
-            segment_m: self.segment.0,
+            segment: self.segment.0,
             free_space: self.free_space,
             miss_price: self.miss_price,
             sigma_m: self.sigma,
@@ -112,6 +125,7 @@ impl ScanArgs {
     /// The settings with these.
     pub(crate) fn in_config(&self, config: Config) -> Config {
         Config {
+            scales: self.scales.0,
             voxel_m: self.voxel.0,
             min_range_m: self.min_range,
             max_range_m: self.max_range,

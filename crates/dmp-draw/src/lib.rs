@@ -11,6 +11,7 @@
 
 mod closeup;
 mod colour;
+mod columns;
 mod ground;
 mod image;
 mod page;
@@ -22,6 +23,7 @@ pub mod text;
 mod worst;
 
 pub use closeup::{DiscInWorld, WINDOW_M};
+pub use columns::{ScoreColumn, columns, is_cross_validated};
 pub use page::{PageInput, page};
 pub use painter::{Painter, Pictures};
 pub use seen::{FrameScore, SampledReturn, SeenFrame};

@@ -50,8 +50,12 @@ pub(crate) static DRIVE: LazyLock<Drive> = LazyLock::new(|| {
     let (graph, _) = optimised(&graph, &OptimiseOptions::default()).unwrap();
     let keyframes = Keyframes::of(&graph, truth.stamps_ns(), &log, 0).unwrap();
     // Places that do not see each other.
-    let config =
-        Config { threads: 2, max_range_m: 30.0, work_folder: std::env::temp_dir(), ..Config::default() };
+    let config = Config {
+        threads: 2,
+        max_range_m: Some(30.0),
+        work_folder: std::env::temp_dir(),
+        ..Config::default()
+    };
     Drive { log, keyframes, graph, candidates, config }
 });
 

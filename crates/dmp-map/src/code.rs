@@ -207,7 +207,7 @@ mod tests {
 
     #[test]
     fn no_range_to_a_disc_moves_by_a_millimetre() {
-        for voxel_m in [0.05, 0.1, 0.2, 0.3, 0.5, 1.0, 2.0] {
+        for voxel_m in [0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0, 2.0] {
             let lattice = Lattice::new(voxel_m).unwrap();
             let (mut random, radius) = (Random(voxel_m.to_bits()), lattice.disc_radius_m());
             let (mut largest_m, mut both, mut one) = (0.0f64, 0, 0);
@@ -242,7 +242,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_code_is_as_near_as_it_says(
-            voxel_m in 0.05..2.0f64, inside in prop::array::uniform3(0.0..=1.0f64),
+            voxel_m in 0.01..2.0f64, inside in prop::array::uniform3(0.0..=1.0f64),
             normal in prop::array::uniform3(-1.0..1.0f64), corner in prop::array::uniform3(0..3u32),
         ) {
             let normal = Vector3::from(normal);

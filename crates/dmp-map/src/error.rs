@@ -7,7 +7,7 @@ use crate::{Form, TileId};
 #[non_exhaustive]
 pub enum MapError {
     /// A voxel edge for which the sums would not be exact.
-    #[error("a voxel edge of {voxel_m} m is outside 0.05 to 2 m")]
+    #[error("a voxel edge of {voxel_m} m is outside 0.01 to 2 m")]
     VoxelOutOfRange {
         /// The edge asked for, metres.
         voxel_m: f64,

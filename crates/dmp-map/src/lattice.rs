@@ -1,11 +1,19 @@
 use crate::MapError;
+use crate::code::DEPTH_STEPS;
 
 /// Lattice units per metre: coordinates are rounded to 2⁻¹³ m (0.12 mm) before anything is summed.
 pub const UNITS_PER_M: f64 = 8192.0;
-/// Coordinates beyond this are refused, metres. Earth-centred coordinates (6.4e6 m) are well inside.
+/// Coordinates beyond this are refused in every map, metres. Earth-centred coordinates (6.4e6 m) are well inside.
 pub(crate) const WORLD_LIMIT_M: f64 = 5e7;
+/// Voxels that a lattice may have, metres.
+const SMALLEST_M: f64 = 0.01;
+const LARGEST_M: f64 = 2.0;
 /// Tiles are as near to this edge as a whole number of 2 v cells allows, metres.
 const TILE_EDGE_M: f64 = 32.0;
+/// Voxels below this are for rooms, metres: with so many of them, a tile would be a whole room.
+const ROOM_VOXELS_M: f64 = 0.05;
+/// The edge of tiles in a map of such voxels.
+const ROOM_TILE_VOXELS: u32 = 160;
 
 /// A column of the world: tiles are square in x and y and reach from the lowest to the highest point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -54,21 +62,23 @@ impl Lattice {
     /// The lattice with voxels of `voxel_m`, rounded to the nearest unit (0.2 m becomes 0.19995 m).
     ///
     /// # Errors
-    /// Outside 0.05 to 2 m, where the exact sums and indices are not guaranteed.
+    /// Outside 0.01 to 2 m, where the exact sums and indices are not guaranteed.
     pub fn new(voxel_m: f64) -> Result<Self, MapError> {
-        if !(0.05..=2.0).contains(&voxel_m) {
+        if !(SMALLEST_M..=LARGEST_M).contains(&voxel_m) {
             return Err(MapError::VoxelOutOfRange { voxel_m });
         }
         let voxel_units = (voxel_m * UNITS_PER_M).round() as u32;
         let cells = (TILE_EDGE_M * UNITS_PER_M / f64::from(2 * voxel_units)).round() as u32;
-        let tile_voxels = 2 * cells;
+        let is_for_rooms = f64::from(voxel_units) < (ROOM_VOXELS_M * UNITS_PER_M).round();
+        let tile_voxels = if is_for_rooms { ROOM_TILE_VOXELS } else { 2 * cells };
         let (by_voxel, by_tile) = (Reciprocal::of(voxel_units), Reciprocal::of(tile_voxels));
         Ok(Self { voxel_units, tile_voxels, by_voxel, by_tile })
     }
 
     pub(crate) fn from_parts(voxel_units: u32, tile_voxels: u32) -> Option<Self> {
-        let lattice = Self::new(f64::from(voxel_units) / UNITS_PER_M).ok()?;
-        (lattice.tile_voxels == tile_voxels).then_some(lattice)
+        // What a smallest voxel is rounded to may be smaller still.
+        let lattice = Self::new((f64::from(voxel_units) / UNITS_PER_M).max(SMALLEST_M)).ok()?;
+        (lattice.voxel_units == voxel_units && lattice.tile_voxels == tile_voxels).then_some(lattice)
     }
 
     pub(crate) fn voxel_units(&self) -> u32 {
@@ -80,9 +90,9 @@ impl Lattice {
     }
 
     /// Steps of a lattice unit to which centres of surfels are rounded within their discs: a power of two, so that
-    /// a voxel has up to 2¹³ of them, one where it has more units than that.
+    /// a voxel has up to 2¹³ of them, one where it has more units than that, and never finer than those of depth.
     pub(crate) fn across_steps(&self) -> u32 {
-        1 << ((1 << 13) / self.voxel_units).max(1).ilog2()
+        1 << ((1 << 13) / self.voxel_units).clamp(1, DEPTH_STEPS).ilog2()
     }
 
     /// Voxel edge v, metres.
@@ -100,10 +110,17 @@ impl Lattice {
         0.8 * self.voxel_m()
     }
 
+    /// Coordinates beyond this are refused, metres: 5e7 m, and with voxels below 0.05 m nine tenths of what 2²¹ tiles
+    /// reach, 3e6 m with voxels of 0.01 m.
+    #[inline]
+    pub fn world_limit_m(&self) -> f64 {
+        WORLD_LIMIT_M.min(0.9 * f64::from(ORIGIN_TILES) * self.tile_edge_m())
+    }
+
     /// The tile over a place in the world, metres.
     ///
     /// # Errors
-    /// When the place is not finite or outside ±5e7 m.
+    /// When the place is not finite or outside [`Self::world_limit_m`].
     #[inline]
     pub fn tile_of(&self, point_in_world_m: [f64; 3]) -> Result<TileId, MapError> {
         Ok(self.locate(point_in_world_m)?.0)
@@ -117,7 +134,7 @@ impl Lattice {
     /// The tile over a point, and the point's voxel there.
     ///
     /// # Errors
-    /// When the point is not finite or outside ±5e7 m.
+    /// When the point is not finite or outside [`Self::world_limit_m`].
     #[inline]
     pub(crate) fn locate(&self, point_in_world_m: [f64; 3]) -> Result<(TileId, Voxel), MapError> {
         Ok(self.in_tile(self.in_voxel(point_in_world_m)?.voxel))
@@ -126,17 +143,18 @@ impl Lattice {
     /// The voxel of a point, and its place there.
     ///
     /// # Errors
-    /// When the point is not finite or outside ±5e7 m.
+    /// When the point is not finite or outside [`Self::world_limit_m`].
     #[inline]
     pub(crate) fn in_voxel(&self, point_in_world_m: [f64; 3]) -> Result<InVoxel, MapError> {
-        if !point_in_world_m.iter().all(|c| c.abs() <= WORLD_LIMIT_M) {
-            return Err(MapError::OutOfWorld { point_in_world_m, limit_m: WORLD_LIMIT_M });
+        let limit_m = self.world_limit_m();
+        if !point_in_world_m.iter().all(|c| c.abs() <= limit_m) {
+            return Err(MapError::OutOfWorld { point_in_world_m, limit_m });
         }
         let units = point_in_world_m.map(|c| (rounded(c * UNITS_PER_M) + self.origin_units() as i64) as u64);
         let voxel = units.map(|units| self.by_voxel.quotient(units));
         let edge = u64::from(self.voxel_units);
         Ok(InVoxel {
-            // Voxels are not smaller than 0.05 m and lie within 6e7 + 5e7 m.
+            // Voxels are not smaller than 0.05 m and lie within 6e7 + 5e7 m, or there are at most 160 in each of 2²² tiles.
             voxel: voxel.map(|voxel| voxel as u32),
             offset_units: std::array::from_fn(|k| (units[k] - voxel[k] * edge) as u16),
         })
@@ -159,8 +177,8 @@ impl Lattice {
     }
 }
 
-/// How many tiles lie between the place that units are counted from and world zero: 6e7 m, as tiles are not
-/// smaller than 30 m.
+/// How many tiles lie between the place that units are counted from and world zero: 6e7 m, as tiles of voxels of 0.05 m
+/// and more are not smaller than 30 m.
 const ORIGIN_TILES: i32 = 1 << 21;
 
 /// From 2⁵² to 2⁵³ every f64 is an integer and its last bits count them: a sum with this rounds halves to even.
@@ -200,21 +218,33 @@ mod tests {
 
     #[test]
     fn tiles_hold_whole_cells_near_32_m() {
-        for (voxel_m, edge_m) in [(0.2, 31.99), (0.3, 31.8), (0.5, 32.0), (0.05, 32.0), (2.0, 32.0)] {
+        for (voxel_m, edge_m) in [
+            (0.2, 31.99),
+            (0.3, 31.8),
+            (0.5, 32.0),
+            (0.05, 32.0),
+            (2.0, 32.0),
+            (0.01, 1.6),
+            (0.02, 3.2),
+            (0.03, 4.8),
+        ] {
             let lattice = Lattice::new(voxel_m).unwrap();
             assert_eq!(lattice.tile_voxels % 2, 0);
             assert!((lattice.tile_edge_m() - edge_m).abs() < 0.05, "{voxel_m}: {}", lattice.tile_edge_m());
             assert_eq!(Lattice::from_parts(lattice.voxel_units, lattice.tile_voxels), Some(lattice));
         }
-        assert!(Lattice::new(0.01).is_err() && Lattice::new(f64::NAN).is_err());
+        assert!(Lattice::new(0.009).is_err() && Lattice::new(f64::NAN).is_err());
+        assert_eq!([0.2, 0.05].map(|v| Lattice::new(v).unwrap().world_limit_m()), [5e7; 2]);
+        assert!((2.9e6..3.1e6).contains(&Lattice::new(0.01).unwrap().world_limit_m()));
     }
 
     proptest! {
         #[test]
         fn a_located_point_is_where_it_was(
-            x in -5e7..5e7_f64, y in -5e7..5e7_f64, z in -5e7..5e7_f64, v in 0usize..4,
+            x in -1.0..1.0_f64, y in -1.0..1.0_f64, z in -1.0..1.0_f64, v in 0usize..6,
         ) {
-            let lattice = Lattice::new([0.05, 0.2, 0.3, 2.0][v]).unwrap();
+            let lattice = Lattice::new([0.05, 0.2, 0.3, 2.0, 0.01, 0.02][v]).unwrap();
+            let [x, y, z] = [x, y, z].map(|c| c * lattice.world_limit_m());
             let offset_units = lattice.in_voxel([x, y, z]).unwrap().offset_units;
             let (tile, place) = lattice.locate([x, y, z]).unwrap();
             let row = i64::from(lattice.tile_voxels);
@@ -235,15 +265,18 @@ mod tests {
     proptest! {
         #[test]
         fn a_point_is_located_as_by_division(
-            metres in prop::array::uniform3(-5e7..5e7_f64), near in prop::array::uniform3(-40.0..40.0_f64),
-            halves in prop::array::uniform3(-1_000_000..1_000_000i64), v in 0.05..2.0_f64,
+            metres in prop::array::uniform3(-1.0..1.0_f64), near in prop::array::uniform3(-40.0..40.0_f64),
+            halves in prop::array::uniform3(-1_000_000..1_000_000i64), v in 0.05..2.0_f64, room in any::<bool>(),
         ) {
-            let lattice = Lattice::new(v).unwrap();
+            // Voxels of 0.01 to 0.06 m as often as others.
+            let lattice = Lattice::new(if room { 0.01 + 0.025 * v } else { v }).unwrap();
+            let limit_m = lattice.world_limit_m();
+            let metres = metres.map(|c| c * limit_m);
             let edge = i64::from(lattice.voxel_units);
             let row = i64::from(lattice.tile_voxels);
             let halves = halves.map(|half| half as f64 / (2.0 * UNITS_PER_M));
             let corners = halves.map(|half| (half / lattice.tile_edge_m()).round() * lattice.tile_edge_m());
-            for place in [metres, near, halves, corners, [WORLD_LIMIT_M; 3], [-WORLD_LIMIT_M; 3]] {
+            for place in [metres, near, halves, corners, [limit_m; 3], [-limit_m; 3]] {
                 let units = place.map(|c| (c * UNITS_PER_M).round() as i64);
                 let voxel = units.map(|u| u.div_euclid(edge));
                 let [x, y] = [voxel[0].div_euclid(row), voxel[1].div_euclid(row)];

@@ -1,16 +1,13 @@
 use crate::MapError;
-use crate::lattice::{Lattice, SHIFT, UNITS_PER_M, WORLD_LIMIT_M};
+use crate::lattice::{Lattice, SHIFT, UNITS_PER_M};
 
 /// Points that are located together.
 pub(crate) const TOGETHER: usize = 64;
 /// Lattice units along an edge: more than 8 km.
 const EDGE_UNITS: u64 = 1 << 26;
-/// Bits of a voxel's index along an axis: voxels have 410 units or more.
+/// Bits of a voxel's index along an axis: voxels have 82 units or more.
 const INDEX_BITS: u32 = 20;
 const OFFSET_BITS: u32 = 16;
-/// Of the factor that stands for a division: as many as the units and a voxel's edge have together, so that the quotient
-/// is exact as that of [`Lattice`].
-const FACTOR_BITS: u32 = 40;
 
 /// A part of the world around a place, in which a voxel is one number and points are located several at a time.
 #[derive(Debug, Clone, Copy)]
@@ -20,7 +17,10 @@ pub(crate) struct Window {
     corner: [u32; 3],
     /// The bits of [`SHIFT`] and the units of the corner.
     corner_bits: [u64; 3],
+    /// It stands for a division: with as many bits behind the point as the units and a voxel's edge have together the
+    /// quotient is exact, as that of [`Lattice`].
     factor: u32,
+    factor_bits: u32,
 }
 
 /// Points in a window: of each its voxel's number, and its offset there.
@@ -40,12 +40,14 @@ impl Window {
         let half = (EDGE_UNITS / 2 / edge) as u32;
         lattice.in_voxel(place_in_world_m)?;
         // All of it is in the world, so that whatever it holds is.
-        let limit_m = WORLD_LIMIT_M - EDGE_UNITS as f64 / UNITS_PER_M;
+        let limit_m = lattice.world_limit_m() - EDGE_UNITS as f64 / UNITS_PER_M;
         let middle = lattice.in_voxel(place_in_world_m.map(|c| c.clamp(-limit_m, limit_m)))?;
         let corner = middle.voxel.map(|voxel| voxel - half);
         let corner_bits = corner
             .map(|voxel| (SHIFT.to_bits() + u64::from(voxel) * edge).wrapping_sub(lattice.origin_units()));
-        Ok(Self { lattice, corner, corner_bits, factor: ((1 << FACTOR_BITS) / edge + 1) as u32 })
+        let factor_bits = EDGE_UNITS.ilog2() + edge.ilog2() + 1;
+        let factor = ((1 << factor_bits) / edge + 1) as u32;
+        Ok(Self { lattice, corner, corner_bits, factor, factor_bits })
     }
 
     /// Locates points as [`Lattice::in_voxel`] does, where it can: all of them are in the window, and none lies
@@ -53,6 +55,7 @@ impl Window {
     #[inline]
     pub(crate) fn locate(&self, points_in_world_m: &[[f64; 3]; TOGETHER], found: &mut Located) -> bool {
         let edge = u64::from(self.lattice.voxel_units());
+        let (factor, factor_bits) = (u64::from(self.factor), self.factor_bits);
         let mut unlike = 0;
         found.voxels.fill(0);
         found.offsets.fill(0);
@@ -68,7 +71,7 @@ impl Window {
                 unlike |= (units / EDGE_UNITS) | u64::from(is_half);
                 // 32 bits by 32 bits: that is there in all vector instructions.
                 let units = units % EDGE_UNITS;
-                let index = (units * u64::from(self.factor)) >> FACTOR_BITS;
+                let index = (units * factor) >> factor_bits;
                 *voxel |= index << index_shift;
                 *offset |= (units - (index & 0xffff_ffff) * edge) << offset_shift;
             }
@@ -111,11 +114,12 @@ mod tests {
     proptest! {
         #[test]
         fn points_are_located_as_one_by_one(
-            voxel_m in 0.05..2.0_f64, place in prop::array::uniform3(-4.9e7..4.9e7_f64),
+            voxel_m in 0.05..2.0_f64, room in any::<bool>(), place in prop::array::uniform3(-0.98..0.98_f64),
             spread_m in prop::sample::select(vec![0.5, 100.0, 4000.0, 5000.0]), halves in any::<bool>(),
             steps in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), TOGETHER),
         ) {
-            let lattice = Lattice::new(voxel_m).unwrap();
+            let lattice = Lattice::new(if room { 0.01 + 0.025 * voxel_m } else { voxel_m }).unwrap();
+            let place = place.map(|c| c * lattice.world_limit_m());
             let window = Window::around(lattice, place).unwrap();
             let round = |c: f64| if halves { (c * UNITS_PER_M).floor() / UNITS_PER_M } else { c };
             let mut points = [[0.0; 3]; TOGETHER];

@@ -1,32 +1,4 @@
-use crate::fixed::units_of;
-
-/// Truncations τ at which `R_cv` is summed, metres. The first serves the place guard alone.
-pub const CV_SCALES_M: [f64; 5] = [30.0, 10.0, 2.0, 0.5, 0.2];
-/// Truncations τ at which `R_near` is summed, metres.
-pub const NEAR_SCALES_M: [f64; 3] = [5.0, 2.0, 0.5];
-
-/// As many as the longer list of scales has.
-pub(crate) const SCALES: usize = CV_SCALES_M.len();
-/// Where in [`CV_SCALES_M`] the scale of the score `R_cv(10)` stands.
-pub(crate) const CV_10: usize = 1;
-
-/// τ² of [`CV_SCALES_M`] in units of 2^-40 m².
-pub(crate) const CV_LIMITS: [u64; SCALES] = [
-    units_of(CV_SCALES_M[0] * CV_SCALES_M[0]),
-    units_of(CV_SCALES_M[1] * CV_SCALES_M[1]),
-    units_of(CV_SCALES_M[2] * CV_SCALES_M[2]),
-    units_of(CV_SCALES_M[3] * CV_SCALES_M[3]),
-    units_of(CV_SCALES_M[4] * CV_SCALES_M[4]),
-];
-/// τ² of [`NEAR_SCALES_M`] in the same units.
-pub(crate) const NEAR_LIMITS: [u64; NEAR_SCALES_M.len()] = [
-    units_of(NEAR_SCALES_M[0] * NEAR_SCALES_M[0]),
-    units_of(NEAR_SCALES_M[1] * NEAR_SCALES_M[1]),
-    units_of(NEAR_SCALES_M[2] * NEAR_SCALES_M[2]),
-];
-/// No truncated square is larger than this many bits, nor is the difference of two.
-pub(crate) const TRUNCATED_BITS: u32 = 50;
-const _: () = assert!(CV_LIMITS[0] < 1 << TRUNCATED_BITS);
+use crate::scales::{Scales, WIDEST};
 
 /// By which crossings a run is judged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
@@ -47,18 +19,18 @@ impl Basis {
     }
 
     /// The scales of its sums, metres, largest first.
-    pub fn scales_m(self) -> &'static [f64] {
+    pub fn scales_m(self, scales: Scales) -> &'static [f64] {
         match self {
-            Self::CrossValidated => &CV_SCALES_M,
-            Self::Near => &NEAR_SCALES_M,
+            Self::CrossValidated => scales.cv_m(),
+            Self::Near => scales.near_m(),
         }
     }
 
     /// The scales at which a pair is decided, metres, in the order in which they are asked.
-    pub fn cascade_m(self) -> &'static [f64] {
+    pub fn cascade_m(self, scales: Scales) -> &'static [f64] {
         match self {
-            Self::CrossValidated => &CV_SCALES_M[CV_10..],
-            Self::Near => &NEAR_SCALES_M,
+            Self::CrossValidated => &scales.cv_m()[WIDEST..],
+            Self::Near => scales.near_m(),
         }
     }
 }
@@ -75,8 +47,8 @@ mod tests {
     }
 
     #[test]
-    fn the_score_of_ten_metres_stands_where_it_is_said_to() {
-        assert_eq!(CV_SCALES_M[CV_10], 10.0);
-        assert_eq!(Basis::CrossValidated.cascade_m(), [10.0, 2.0, 0.5, 0.2]);
+    fn the_widest_scale_is_asked_first() {
+        assert_eq!(Basis::CrossValidated.cascade_m(Scales::Drive), [10.0, 2.0, 0.5, 0.2]);
+        assert_eq!(Basis::Near.cascade_m(Scales::Room), [0.5, 0.2, 0.05]);
     }
 }

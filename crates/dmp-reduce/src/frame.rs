@@ -1,8 +1,8 @@
 use crate::Basis;
-use crate::basis::{SCALES, TRUNCATED_BITS};
 use crate::fixed::FixedSum;
 use crate::residuals::{Residuals, Squares};
 use crate::run::RunSums;
+use crate::scales::{CV, Scales, TRUNCATED_BITS};
 
 /// Returns after which the 64-bit sums of pairs are carried into wide ones: 2^14 squares below 2^50
 /// stay below 2^64.
@@ -15,6 +15,7 @@ const _: () = assert!(BLOCK.ilog2() + TRUNCATED_BITS == u64::BITS);
 /// their answer to the same question. Cleared and filled again, it allocates nothing.
 #[derive(Debug, Clone)]
 pub struct FrameSums {
+    scales: Scales,
     bases: Vec<Basis>,
     runs: Vec<RunSums>,
     /// The pairs (a, b) with a < b: (0, 1), (0, 2), …, (1, 2), …
@@ -28,8 +29,8 @@ pub struct FrameSums {
 #[derive(Debug, Clone, Copy, Default)]
 struct Block {
     returns: u64,
-    a: [u64; SCALES],
-    b: [u64; SCALES],
+    a: [u64; CV],
+    b: [u64; CV],
 }
 
 /// The sums of a pair of runs over their common returns: those with zc in both, or with z1 in both
@@ -38,13 +39,18 @@ struct Block {
 pub struct PairSums {
     basis: Basis,
     returns: u64,
-    a: [FixedSum; SCALES],
-    b: [FixedSum; SCALES],
+    a: [FixedSum; CV],
+    b: [FixedSum; CV],
 }
 
 impl FrameSums {
-    /// Empty sums for runs judged by `bases`.
+    /// Empty sums for runs judged by `bases`, on the scales of a LiDAR.
     pub fn new(bases: &[Basis]) -> Self {
+        Self::on_scales(bases, Scales::default())
+    }
+
+    /// Empty sums for runs judged by `bases` and by these lengths.
+    pub fn on_scales(bases: &[Basis], scales: Scales) -> Self {
         let pairs: Vec<_> = pairs_of(bases.len())
             .map(|(a, b)| PairSums {
                 basis: bases[a].of_pair(bases[b]),
@@ -54,8 +60,9 @@ impl FrameSums {
             })
             .collect();
         Self {
+            scales,
             bases: bases.to_vec(),
-            runs: vec![RunSums::default(); bases.len()],
+            runs: vec![RunSums::new(scales); bases.len()],
             blocks: vec![Block::default(); pairs.len()],
             pairs,
             in_block: 0,
@@ -65,7 +72,7 @@ impl FrameSums {
 
     /// Forgets all returns, keeps the buffers.
     pub fn clear(&mut self) {
-        self.runs.fill(RunSums::default());
+        self.runs.fill(RunSums::new(self.scales));
         self.blocks.fill(Block::default());
         self.in_block = 0;
         for pair in &mut self.pairs {
@@ -97,7 +104,7 @@ impl FrameSums {
             return;
         }
         for (squares, residuals) in self.squares.iter_mut().zip(residuals) {
-            *squares = Squares::of(residuals);
+            *squares = Squares::of(residuals, self.scales);
         }
         let mut blocks = self.blocks.iter_mut().zip(&self.pairs);
         for (i, a) in self.squares.iter().enumerate() {
@@ -126,7 +133,11 @@ impl FrameSums {
     /// # Panics
     /// Where the two are not of the same runs.
     pub fn merge(&mut self, other: &Self) {
-        assert_eq!(self.bases, other.bases, "parts of a frame are of the same runs");
+        assert_eq!(
+            (&self.bases, self.scales),
+            (&other.bases, other.scales),
+            "parts of a frame are of the same runs"
+        );
         self.carry();
         for (mine, theirs) in self.runs.iter_mut().zip(&other.runs) {
             mine.merge(theirs);
@@ -134,6 +145,11 @@ impl FrameSums {
         for (mine, theirs) in self.pairs.iter_mut().zip(other.pair_sums()) {
             mine.merge(&theirs);
         }
+    }
+
+    /// The lengths by which returns are judged.
+    pub fn scales(&self) -> Scales {
+        self.scales
     }
 
     /// By what each run is judged.
@@ -171,9 +187,9 @@ pub(crate) fn pairs_of(runs: usize) -> impl Iterator<Item = (usize, usize)> {
 
 impl Block {
     #[inline]
-    fn add(&mut self, a: &[u64; SCALES], b: &[u64; SCALES]) {
+    fn add(&mut self, a: &[u64; CV], b: &[u64; CV]) {
         self.returns += 1;
-        for k in 0..SCALES {
+        for k in 0..CV {
             self.a[k] += a[k];
             self.b[k] += b[k];
         }
@@ -197,13 +213,14 @@ impl PairSums {
     /// # Panics
     /// Where the basis has fewer scales.
     pub fn at(&self, scale: usize) -> (FixedSum, FixedSum) {
-        assert!(scale < self.basis.scales_m().len(), "scale {scale} of {:?}", self.basis);
+        let scales = self.basis.scales_m(Scales::default()).len();
+        assert!(scale < scales, "scale {scale} of {:?}", self.basis);
         (self.a[scale], self.b[scale])
     }
 
     fn carry(&mut self, block: &Block) {
         self.returns += block.returns;
-        for k in 0..SCALES {
+        for k in 0..CV {
             self.a[k] += FixedSum::from_units(block.a[k].into());
             self.b[k] += FixedSum::from_units(block.b[k].into());
         }
@@ -211,7 +228,7 @@ impl PairSums {
 
     fn merge(&mut self, other: &Self) {
         self.returns += other.returns;
-        for k in 0..SCALES {
+        for k in 0..CV {
             self.a[k] += other.a[k];
             self.b[k] += other.b[k];
         }

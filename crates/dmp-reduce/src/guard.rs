@@ -12,7 +12,7 @@ struct Guard {
     of_support: f64,
 }
 
-/// The place guard: at 30 and 2 m, or 5 and 2 m for a pair judged by `R_near`.
+/// The place guard: at 30 and 2 m for a LiDAR, or 5 and 2 m for a pair judged by `R_near`.
 fn guards(basis: Basis) -> [Guard; 2] {
     let (far, middle) = match basis {
         Basis::CrossValidated => (0, 2),

@@ -2,6 +2,7 @@ use crate::Basis;
 use crate::fixed::FixedSum;
 use crate::frame::PairSums;
 use crate::ratio::{Frames, Ratio, Total};
+use crate::scales::Scales;
 
 /// Stretches of the log that the place guard looks at.
 const PLACES: u64 = 10;
@@ -31,7 +32,7 @@ pub(crate) fn place_count(frames: Frames) -> u64 {
 
 impl PairTotals {
     pub(crate) fn new(basis: Basis) -> Self {
-        Self { basis, scales: vec![ScaleTotals::default(); basis.scales_m().len()] }
+        Self { basis, scales: vec![ScaleTotals::default(); basis.scales_m(Scales::default()).len()] }
     }
 
     pub(crate) fn add_frame(&mut self, ordinal: u64, pair: &PairSums, frames: Frames) {

@@ -1,8 +1,9 @@
 use std::fmt;
 
-use crate::basis::{CV_10, CV_LIMITS};
+use crate::scales::{Scales, WIDEST};
 
-/// What a return without an independent crossing costs in `R_cv(10)`: the share κ of the full square, 100 m².
+/// What a return without an independent crossing costs in `R_cv` at its widest scale: the share κ of the full
+/// square, 100 m² for a LiDAR.
 ///
 /// It must cost something, or runs with holes win, but less than a wrong hit at its worst. The default is
 /// κ = 0.15; `docs/metric.md` has the evidence. Kept in whole thousandths, so that equal prices are equal.
@@ -23,8 +24,8 @@ impl MissPrice {
     }
 
     /// In the units of [`FixedSum`](crate::FixedSum), rounded down.
-    pub(crate) fn units(self) -> i128 {
-        i128::from(CV_LIMITS[CV_10]) * i128::from(self.thousandths) / 1000
+    pub(crate) fn units(self, scales: Scales) -> i128 {
+        i128::from(scales.limits().cv[WIDEST]) * i128::from(self.thousandths) / 1000
     }
 }
 
@@ -47,8 +48,10 @@ mod tests {
     #[test]
     fn a_price_is_a_share_of_the_full_square() {
         assert_eq!(MissPrice::default(), MissPrice::new(0.15).unwrap());
-        assert_eq!(MissPrice::new(0.25).unwrap().units(), i128::from(CV_LIMITS[CV_10] / 4));
-        assert_eq!(MissPrice::new(1.0).unwrap().units(), i128::from(CV_LIMITS[CV_10]));
+        for (scales, full) in [(Scales::Drive, 100 << 40), (Scales::Room, 1 << 40)] {
+            assert_eq!(MissPrice::new(0.25).unwrap().units(scales), full / 4);
+            assert_eq!(MissPrice::new(1.0).unwrap().units(scales), full);
+        }
         assert!([-0.1, 1.1, f64::NAN].into_iter().all(|share| MissPrice::new(share).is_none()));
         assert!((MissPrice::new(0.123).unwrap().share() - 0.123).abs() < 1e-12);
     }

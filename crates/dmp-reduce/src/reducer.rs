@@ -1,4 +1,4 @@
-use crate::basis::{Basis, CV_10, CV_SCALES_M, NEAR_SCALES_M};
+use crate::basis::Basis;
 use crate::error::ReduceError;
 use crate::fixed::FixedSum;
 use crate::frame::{FrameSums, pairs_of};
@@ -7,6 +7,7 @@ use crate::pair::PairTotals;
 use crate::price::MissPrice;
 use crate::ratio::{Asked, Estimate, Frames, Ratio, Total};
 use crate::run::RunSums;
+use crate::scales::{CV, NEAR, Scales, WIDEST};
 use crate::student::Confidence;
 use crate::verdict::{Comparison, Verdict, compare};
 
@@ -20,18 +21,31 @@ pub struct Layout {
     frames: Frames,
     bases: Vec<Basis>,
     miss_price: MissPrice,
+    scales: Scales,
 }
 
 impl Layout {
-    /// The layout of `frames` frames, numbered from 0 in the order of time, for runs judged by `bases`.
+    /// The layout of `frames` frames, numbered from 0 in the order of time, for runs judged by `bases`
+    /// on the scales of a LiDAR.
     pub fn new(frames: u64, bases: Vec<Basis>) -> Self {
-        Self { frames: Frames(frames), bases, miss_price: MissPrice::default() }
+        Self { frames: Frames(frames), bases, miss_price: MissPrice::default(), scales: Scales::default() }
     }
 
     /// With another price of a return that has no independent crossing.
     #[must_use]
     pub fn with_miss_price(self, miss_price: MissPrice) -> Self {
         Self { miss_price, ..self }
+    }
+
+    /// With other lengths by which returns are judged.
+    #[must_use]
+    pub fn on_scales(self, scales: Scales) -> Self {
+        Self { scales, ..self }
+    }
+
+    /// The lengths by which returns are judged.
+    pub fn scales(&self) -> Scales {
+        self.scales
     }
 
     /// What a return without an independent crossing costs.
@@ -77,8 +91,8 @@ pub struct Seen {
 #[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 struct RunTotals {
     sums: RunSums,
-    cv: [Ratio; CV_SCALES_M.len() - CV_10],
-    near: [Ratio; NEAR_SCALES_M.len()],
+    cv: [Ratio; CV - WIDEST],
+    near: [Ratio; NEAR],
 }
 
 /// The scores of one run over all frames added.
@@ -87,9 +101,9 @@ pub struct RunScores {
     /// Its sums, from which all scores come.
     pub sums: RunSums,
     /// As [`RunSums::r_cv_m2`], with intervals: (scale in metres, score).
-    pub r_cv_m2: [(f64, Option<Estimate>); CV_SCALES_M.len() - CV_10],
+    pub r_cv_m2: [(f64, Option<Estimate>); CV - WIDEST],
     /// As [`RunSums::r_near_m2`], with intervals: (scale in metres, score).
-    pub r_near_m2: [(f64, Option<Estimate>); NEAR_SCALES_M.len()],
+    pub r_near_m2: [(f64, Option<Estimate>); NEAR],
 }
 
 impl Reducer {
@@ -137,7 +151,7 @@ impl Reducer {
         if ordinal >= frames.0 {
             return Err(ReduceError::NoSuchFrame { ordinal, frames: frames.0 });
         }
-        if frame.bases() != self.layout.bases {
+        if frame.bases() != self.layout.bases || frame.scales() != self.layout.scales {
             return Err(ReduceError::OtherRuns);
         }
         let returns = frame.runs().first().map_or(0, RunSums::returns);
@@ -207,10 +221,11 @@ impl Reducer {
     pub fn scores(&self, run: usize) -> RunScores {
         let totals = &self.runs[run];
         let asked = self.asked(Confidence::P99);
+        let scales = self.layout.scales;
         RunScores {
             sums: totals.sums,
-            r_cv_m2: std::array::from_fn(|k| (CV_SCALES_M[CV_10 + k], totals.cv[k].estimate(asked))),
-            r_near_m2: std::array::from_fn(|k| (NEAR_SCALES_M[k], totals.near[k].estimate(asked))),
+            r_cv_m2: std::array::from_fn(|k| (scales.cv_m()[WIDEST + k], totals.cv[k].estimate(asked))),
+            r_near_m2: std::array::from_fn(|k| (scales.near_m()[k], totals.near[k].estimate(asked))),
         }
     }
 
@@ -227,7 +242,7 @@ impl Reducer {
         assert!(a < b && b < runs, "no pair ({a}, {b}) of {runs} runs");
         // Pairs stand row by row; before row `a` there are rows of runs − 1, runs − 2, … pairs.
         let index = a * (2 * runs - a - 1) / 2 + (b - a - 1);
-        compare(a, b, &self.pairs[index], self.asked(confidence))
+        compare(a, b, &self.pairs[index], self.layout.scales, self.asked(confidence))
     }
 
     /// All pairs compared, in the order (0, 1), (0, 2), …, (1, 2), …
@@ -236,13 +251,13 @@ impl Reducer {
     }
 
     /// The runs from best to worst: along the decided verdicts of `comparisons`, free choices by
-    /// ascending `R_cv(10)`, or by `R_near(5)` where any of the maps was given, as then it is the one score
+    /// ascending `R_cv` at its widest scale, or so by `R_near` where any of the maps was given, as then it is the one score
     /// that all runs have. See [`order_runs`].
     pub fn order(&self, comparisons: &[Comparison]) -> Vec<Ranked> {
         let near = self.layout.bases.contains(&Basis::Near);
         let price = self.layout.miss_price;
         let score =
-            |run: &RunTotals| if near { run.sums.r_near_m2()[0].1 } else { run.sums.r_cv_10_m2(price) };
+            |run: &RunTotals| if near { run.sums.r_near_m2()[0].1 } else { run.sums.r_cv_widest_m2(price) };
         let scores: Vec<_> = self.runs.iter().map(score).collect();
         let decided: Vec<_> = comparisons
             .iter()
@@ -261,7 +276,7 @@ impl RunTotals {
         let total = |(sum, returns): (FixedSum, u64)| Total { sum: sum.units(), returns };
         self.sums.merge(frame);
         for (k, ratio) in self.cv.iter_mut().enumerate() {
-            ratio.add_frame(ordinal, total(frame.cv_ratio(CV_10 + k, miss_price)), frames);
+            ratio.add_frame(ordinal, total(frame.cv_ratio(WIDEST + k, miss_price)), frames);
         }
         for (k, ratio) in self.near.iter_mut().enumerate() {
             ratio.add_frame(ordinal, total(frame.near_ratio(k)), frames);

@@ -1,8 +1,6 @@
-use crate::basis::{Basis, CV_LIMITS, NEAR_LIMITS, SCALES};
+use crate::basis::Basis;
 use crate::fixed::{near_square_units, square_units};
-
-/// A return whose first surfel is crossed this much before the measured range is blocked, metres.
-const BLOCKED_M: f64 = 0.5;
+use crate::scales::{CV, NEAR, Scales};
 
 /// What one run's map predicts for one return, as residuals z − z' in metres: measured range minus
 /// predicted range (Zhang & Chen 2021, eq. 6–7). `None` is a miss: a value, never a range.
@@ -14,7 +12,7 @@ const BLOCKED_M: f64 = 0.5;
 pub struct Residuals {
     /// z − z1, to the first surfel crossed: the paper's residual.
     pub first_m: Option<f64>,
-    /// z − zn, to the crossing nearest to z; `None` where there is none within 5 m of z.
+    /// z − zn, to the crossing nearest to z; `None` where there is none within the widest scale of `R_near` of z.
     pub nearest_m: Option<f64>,
     /// z − zc, to the first independent surfel crossed.
     pub independent_m: Option<f64>,
@@ -23,6 +21,17 @@ pub struct Residuals {
     pub independent_cos: Option<f32>,
     /// Whether an independent crossing exists even when five segments to either side are left out.
     pub revisited: bool,
+    /// Of a depth camera, where there is a z1: the first residual as the camera has it.
+    pub depth: Option<DepthResidual>,
+}
+
+/// The residual of a depth camera's own number: depth along the optical axis, not range along the ray.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct DepthResidual {
+    /// Measured minus predicted depth, metres: the paper's z − z' for depth images.
+    pub first_m: f64,
+    /// The same in parts of the camera's noise at that depth.
+    pub first_sigmas: f64,
 }
 
 /// What the ray of a return meets first in a map, beside the return.
@@ -30,29 +39,36 @@ pub struct Residuals {
 pub enum HitKind {
     /// Nothing: what [`RunSums::miss_rate`](crate::RunSums::miss_rate) counts.
     Miss,
-    /// A surfel at most 0.5 m from the return.
+    /// A surfel at most [`Scales::blocked_m`] from the return.
     Hit,
-    /// A surfel more than 0.5 m in front of the return: what [`RunSums::blocked_rate`](crate::RunSums::blocked_rate)
+    /// A surfel more than that in front of the return: what [`RunSums::blocked_rate`](crate::RunSums::blocked_rate)
     /// counts.
     Blocked,
-    /// A surfel more than 0.5 m behind the return, and none in front of it.
+    /// A surfel more than that behind the return, and none in front of it.
     Beyond,
 }
 
 impl Residuals {
     /// What the ray meets first.
-    pub fn hit_kind(&self) -> HitKind {
+    pub fn hit_kind(&self, scales: Scales) -> HitKind {
+        let blocked_m = scales.blocked_m();
         match self.first_m.filter(|m| m.is_finite()) {
             None => HitKind::Miss,
-            Some(m) if m > BLOCKED_M => HitKind::Blocked,
-            Some(m) if m < -BLOCKED_M => HitKind::Beyond,
+            Some(m) if m > blocked_m => HitKind::Blocked,
+            Some(m) if m < -blocked_m => HitKind::Beyond,
             Some(_) => HitKind::Hit,
         }
     }
 
     /// A return at which nothing is crossed at all.
-    pub const MISS: Self =
-        Self { first_m: None, nearest_m: None, independent_m: None, independent_cos: None, revisited: false };
+    pub const MISS: Self = Self {
+        first_m: None,
+        nearest_m: None,
+        independent_m: None,
+        independent_cos: None,
+        revisited: false,
+        depth: None,
+    };
 
     /// One surfel crossed squarely, independent of the return and revisited, `residual_m` short of it.
     pub fn all(residual_m: f64) -> Self {
@@ -63,6 +79,7 @@ impl Residuals {
             independent_m: residual,
             independent_cos: Some(1.0),
             revisited: true,
+            depth: None,
         }
     }
 }
@@ -73,9 +90,11 @@ pub(crate) struct Squares {
     /// (z − z1)², where there is a z1.
     pub(crate) first: Option<u128>,
     /// min((z − zn)², τ²) at the scales of `R_near`, zeros behind, where there is a z1.
-    pub(crate) nearest: Option<[u64; SCALES]>,
+    pub(crate) nearest: Option<[u64; CV]>,
     /// min((z − zc)², τ²) at the scales of `R_cv`, where there is a zc.
-    pub(crate) independent: Option<[u64; SCALES]>,
+    pub(crate) independent: Option<[u64; CV]>,
+    /// (z − z1)² of a depth camera's own number, and in parts of its noise.
+    pub(crate) depth: Option<[u128; 2]>,
     pub(crate) revisited: bool,
     pub(crate) blocked: bool,
     pub(crate) non_finite: u8,
@@ -83,28 +102,35 @@ pub(crate) struct Squares {
 
 impl Squares {
     #[inline]
-    pub(crate) fn of(residuals: &Residuals) -> Self {
+    pub(crate) fn of(residuals: &Residuals, scales: Scales) -> Self {
+        let limits = scales.limits();
         let given = [residuals.first_m, residuals.nearest_m, residuals.independent_m];
         let [first, nearest, independent] = given.map(|r| r.filter(|m| m.is_finite()));
         let finite = [first, nearest, independent].iter().flatten().count();
         Self {
             first: first.map(square_units),
             nearest: first.map(|_| {
-                // Without a crossing near z the square is the full τ²: no scale is larger than the 5 m
+                // Without a crossing near z the square is the full τ²: no scale is larger than the window
                 // in which one was looked for.
-                let [far, middle, near] = cut(nearest.map_or(u64::MAX, near_square_units), NEAR_LIMITS);
-                [far, middle, near, 0, 0]
+                let square = nearest.map_or(u64::MAX, near_square_units);
+                let mut cut_at = [0; CV];
+                cut_at[..NEAR].copy_from_slice(&cut(square, limits.near));
+                cut_at
             }),
-            independent: independent.map(|m| cut(near_square_units(m), CV_LIMITS)),
+            independent: independent.map(|m| cut(near_square_units(m), limits.cv)),
+            depth: first.and(residuals.depth).map(|depth| {
+                [depth.first_m, depth.first_sigmas]
+                    .map(|off| if off.is_finite() { square_units(off) } else { 0 })
+            }),
             revisited: residuals.revisited,
-            blocked: first.is_some_and(|m| m > BLOCKED_M),
+            blocked: first.is_some_and(|m| m > scales.blocked_m()),
             non_finite: (given.iter().flatten().count() - finite) as u8,
         }
     }
 
     /// The truncated squares by which a run counts in a pair of `basis`, at the scales of the basis.
     #[inline]
-    pub(crate) fn on(&self, basis: Basis) -> Option<&[u64; SCALES]> {
+    pub(crate) fn on(&self, basis: Basis) -> Option<&[u64; CV]> {
         match basis {
             Basis::CrossValidated => self.independent.as_ref(),
             Basis::Near => self.nearest.as_ref(),
@@ -130,9 +156,9 @@ mod tests {
             nearest_m: Some(0.1),
             independent_m: Some(f64::NAN),
             independent_cos: Some(1.0),
-            revisited: false,
+            ..Residuals::MISS
         };
-        let squares = Squares::of(&residuals);
+        let squares = Squares::of(&residuals, Scales::Drive);
         assert_eq!((squares.first, squares.nearest, squares.independent), (None, None, None));
         assert!(!squares.blocked);
         assert_eq!(squares.non_finite, 2);
@@ -140,26 +166,29 @@ mod tests {
 
     #[test]
     fn blocked_means_short_by_more_than_half_a_metre() {
-        let blocked = |first_m| Squares::of(&Residuals { first_m: Some(first_m), ..Residuals::MISS }).blocked;
+        let scales = Scales::Drive;
+        let blocked =
+            |first_m| Squares::of(&Residuals { first_m: Some(first_m), ..Residuals::MISS }, scales).blocked;
         assert!(blocked(0.51));
         assert!(!blocked(0.5));
         assert!(!blocked(-7.0));
         for first_m in [0.51, 0.5, 0.0, -0.5, -0.51, f64::NAN, f64::INFINITY] {
             let residuals = Residuals { first_m: Some(first_m), ..Residuals::MISS };
             assert_eq!(
-                residuals.hit_kind() == HitKind::Blocked,
-                Squares::of(&residuals).blocked,
+                residuals.hit_kind(scales) == HitKind::Blocked,
+                Squares::of(&residuals, scales).blocked,
                 "{first_m}"
             );
-            assert_eq!(residuals.hit_kind() == HitKind::Miss, Squares::of(&residuals).first.is_none());
-            assert_eq!(residuals.hit_kind() == HitKind::Beyond, first_m < -0.5);
+            let missed = Squares::of(&residuals, scales).first.is_none();
+            assert_eq!(residuals.hit_kind(scales) == HitKind::Miss, missed);
+            assert_eq!(residuals.hit_kind(scales) == HitKind::Beyond, first_m < -0.5);
         }
-        assert_eq!(Residuals::MISS.hit_kind(), HitKind::Miss);
+        assert_eq!(Residuals::MISS.hit_kind(scales), HitKind::Miss);
     }
 
     #[test]
     fn without_a_crossing_near_the_range_the_square_is_full() {
-        let squares = Squares::of(&Residuals { first_m: Some(20.0), ..Residuals::MISS });
+        let squares = Squares::of(&Residuals { first_m: Some(20.0), ..Residuals::MISS }, Scales::Drive);
         assert_eq!(squares.nearest, Some([25 << 40, 4 << 40, 1 << 38, 0, 0]));
     }
 }

@@ -1,8 +1,8 @@
 use crate::Basis;
-use crate::basis::{CV_10, CV_SCALES_M, NEAR_LIMITS, NEAR_SCALES_M, SCALES};
 use crate::fixed::FixedSum;
 use crate::price::MissPrice;
 use crate::residuals::{Residuals, Squares};
+use crate::scales::{CV, NEAR, Scales, WIDEST};
 
 /// Below this share of returns with an independent crossing `R_cv` is not given.
 const COVERAGE_NEEDED: f64 = 0.5;
@@ -10,9 +10,10 @@ const COVERAGE_NEEDED: f64 = 0.5;
 /// The sums of one run over any set of returns: a frame, a tile, the whole log. Order-free: sums of
 /// parts merge to the sums of the whole, bit for bit.
 ///
-/// Every score is `None` over nothing.
+/// Every score is `None` over nothing. The default is empty, on the scales of a LiDAR.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct RunSums {
+    scales: Scales,
     returns: u64,
     with_first: u64,
     with_independent: u64,
@@ -20,8 +21,10 @@ pub struct RunSums {
     blocked: u64,
     non_finite: u64,
     dmp: FixedSum,
-    cv: [FixedSum; SCALES],
-    near: [FixedSum; NEAR_LIMITS.len()],
+    /// Of a depth camera: of its own number, and in parts of its noise.
+    depth: [FixedSum; 2],
+    cv: [FixedSum; CV],
+    near: [FixedSum; NEAR],
 }
 
 /// Why a run's `R_cv` is not given.
@@ -43,10 +46,15 @@ pub enum Withheld {
 }
 
 impl RunSums {
+    /// Empty sums on `scales`.
+    pub fn new(scales: Scales) -> Self {
+        Self { scales, ..Self::default() }
+    }
+
     /// Adds one return.
     #[inline]
     pub fn add(&mut self, residuals: &Residuals) {
-        let squares = Squares::of(residuals);
+        let squares = Squares::of(residuals, self.scales);
         self.returns += 1;
         self.with_first += u64::from(squares.first.is_some());
         self.with_independent += u64::from(squares.independent.is_some());
@@ -54,6 +62,9 @@ impl RunSums {
         self.blocked += u64::from(squares.blocked);
         self.non_finite += u64::from(squares.non_finite);
         self.dmp += FixedSum::from_units(squares.first.unwrap_or_default() as i128);
+        for (sum, square) in self.depth.iter_mut().zip(squares.depth.unwrap_or_default()) {
+            *sum += FixedSum::from_units(square as i128);
+        }
         for (sum, square) in self.cv.iter_mut().zip(squares.independent.unwrap_or_default()) {
             *sum += FixedSum::from_units(square.into());
         }
@@ -62,8 +73,15 @@ impl RunSums {
         }
     }
 
-    /// Adds the sums of other returns.
+    /// Adds the sums of other returns. Sums of nothing take the scales of the others.
+    ///
+    /// # Panics
+    /// Where both are of some returns and on different scales.
     pub fn merge(&mut self, other: &Self) {
+        if self.returns == 0 {
+            self.scales = other.scales;
+        }
+        assert!(other.returns == 0 || other.scales == self.scales, "sums on different scales");
         self.returns += other.returns;
         self.with_first += other.with_first;
         self.with_independent += other.with_independent;
@@ -71,6 +89,9 @@ impl RunSums {
         self.blocked += other.blocked;
         self.non_finite += other.non_finite;
         self.dmp += other.dmp;
+        for (mine, theirs) in self.depth.iter_mut().zip(other.depth) {
+            *mine += theirs;
+        }
         for (mine, theirs) in self.cv.iter_mut().zip(other.cv) {
             *mine += theirs;
         }
@@ -114,26 +135,48 @@ impl RunSums {
         self.dmp.mean_m2(self.with_first)
     }
 
-    /// `R_cv(10)`: the mean over *all* returns of min((z − zc)², 100), or the price where there is no zc. Given
-    /// whatever the coverage, see [`Self::r_cv_withheld`].
-    pub fn r_cv_10_m2(&self, price: MissPrice) -> Option<f64> {
-        let (sum, count) = self.cv_ratio(CV_10, price);
+    /// DMP of a depth camera in its own number (Zhang & Chen 2021, eq. 13, where z is depth): Σ (z − z1)² along the
+    /// optical axis, square metres. 0 for a LiDAR.
+    pub fn dmp_depth_sum_m2(&self) -> f64 {
+        self.depth[0].to_m2()
+    }
+
+    /// The mean of that over the returns with z1.
+    pub fn dmp_depth_mean_m2(&self) -> Option<f64> {
+        self.depth[0].mean_m2(self.with_first)
+    }
+
+    /// Σ ((z − z1) / σ(z))² of a depth camera, whose noise σ grows with depth: twice what its raw log-likelihood is
+    /// below the constant (eq. 8–12). 0 for a LiDAR.
+    pub fn depth_sigmas_squared(&self) -> f64 {
+        self.depth[1].to_m2()
+    }
+
+    /// The lengths by which the returns were judged.
+    pub fn scales(&self) -> Scales {
+        self.scales
+    }
+
+    /// `R_cv` at its widest scale τ, 10 m for a LiDAR: the mean over *all* returns of min((z − zc)², τ²), or the price
+    /// where there is no zc. Given whatever the coverage, see [`Self::r_cv_withheld`].
+    pub fn r_cv_widest_m2(&self, price: MissPrice) -> Option<f64> {
+        let (sum, count) = self.cv_ratio(WIDEST, price);
         sum.mean_m2(count)
     }
 
-    /// `R_cv` at 10, 2, 0.5 and 0.2 m as (scale in metres, score): the first is [`Self::r_cv_10_m2`], the
-    /// others are the mean of min((z − zc)², τ²) over the returns with zc.
-    pub fn r_cv_m2(&self, price: MissPrice) -> [(f64, Option<f64>); SCALES - CV_10] {
+    /// `R_cv` as (scale in metres, score), at 10, 2, 0.5 and 0.2 m for a LiDAR: the first is [`Self::r_cv_widest_m2`],
+    /// the others are the mean of min((z − zc)², τ²) over the returns with zc.
+    pub fn r_cv_m2(&self, price: MissPrice) -> [(f64, Option<f64>); CV - WIDEST] {
         std::array::from_fn(|k| {
-            let (sum, count) = self.cv_ratio(CV_10 + k, price);
-            (CV_SCALES_M[CV_10 + k], sum.mean_m2(count))
+            let (sum, count) = self.cv_ratio(WIDEST + k, price);
+            (self.scales.cv_m()[WIDEST + k], sum.mean_m2(count))
         })
     }
 
-    /// `R_near` at 5, 2 and 0.5 m as (scale in metres, score): the mean of min((z − zn)², τ²) over the
+    /// `R_near` as (scale in metres, score), at 5, 2 and 0.5 m for a LiDAR: the mean of min((z − zn)², τ²) over the
     /// returns with z1.
-    pub fn r_near_m2(&self) -> [(f64, Option<f64>); NEAR_LIMITS.len()] {
-        std::array::from_fn(|k| (NEAR_SCALES_M[k], self.near[k].mean_m2(self.with_first)))
+    pub fn r_near_m2(&self) -> [(f64, Option<f64>); NEAR] {
+        std::array::from_fn(|k| (self.scales.near_m()[k], self.near[k].mean_m2(self.with_first)))
     }
 
     /// Why `R_cv` is not to be given for this run; `None` where it is.
@@ -151,7 +194,7 @@ impl RunSums {
         self.share(self.returns - self.with_first)
     }
 
-    /// Share of returns that cross a surfel more than 0.5 m before the measured range.
+    /// Share of returns that cross a surfel more than [`Scales::blocked_m`] before the measured range.
     pub fn blocked_rate(&self) -> Option<f64> {
         self.share(self.blocked)
     }
@@ -171,16 +214,16 @@ impl RunSums {
         (self.returns > 0).then(|| count as f64 / self.returns as f64)
     }
 
-    /// Numerator and denominator of `R_cv` at the `scale`-th of [`CV_SCALES_M`].
+    /// Numerator and denominator of `R_cv` at the `scale`-th of [`Scales::cv_m`].
     pub(crate) fn cv_ratio(&self, scale: usize, price: MissPrice) -> (FixedSum, u64) {
-        if scale != CV_10 {
+        if scale != WIDEST {
             return (self.cv[scale], self.with_independent);
         }
         let missing = i128::from(self.returns - self.with_independent);
-        (self.cv[scale] + FixedSum::from_units(missing * price.units()), self.returns)
+        (self.cv[scale] + FixedSum::from_units(missing * price.units(self.scales)), self.returns)
     }
 
-    /// Numerator and denominator of `R_near` at the `scale`-th of [`NEAR_SCALES_M`].
+    /// Numerator and denominator of `R_near` at the `scale`-th of [`Scales::near_m`].
     pub(crate) fn near_ratio(&self, scale: usize) -> (FixedSum, u64) {
         (self.near[scale], self.with_first)
     }
@@ -198,7 +241,7 @@ mod tests {
     fn nothing_has_no_score() {
         let sums = RunSums::default();
         let price = MissPrice::default();
-        assert_eq!((sums.dmp_sum_m2(), sums.dmp_mean_m2(), sums.r_cv_10_m2(price)), (0.0, None, None));
+        assert_eq!((sums.dmp_sum_m2(), sums.dmp_mean_m2(), sums.r_cv_widest_m2(price)), (0.0, None, None));
         assert_eq!((sums.miss_rate(), sums.blocked_rate(), sums.coverage()), (None, None, None));
         assert!(sums.r_near_m2().iter().chain(&sums.r_cv_m2(price)).all(|(_, score)| score.is_none()));
         assert_eq!(sums.r_cv_withheld(Basis::CrossValidated), Some(Withheld::NoReturns));
@@ -212,8 +255,8 @@ mod tests {
         sums.add(&Residuals::MISS);
         sums.add(&Residuals::MISS);
         let [quarter, default] = [MissPrice::new(0.25).unwrap(), MissPrice::default()];
-        assert_eq!(sums.r_cv_10_m2(quarter), Some((9.0 + 100.0 + 50.0) / 4.0));
-        assert_eq!(sums.r_cv_10_m2(default), Some((9.0 + 100.0 + 30.0) / 4.0));
+        assert_eq!(sums.r_cv_widest_m2(quarter), Some((9.0 + 100.0 + 50.0) / 4.0));
+        assert_eq!(sums.r_cv_widest_m2(default), Some((9.0 + 100.0 + 30.0) / 4.0));
         assert_eq!(sums.r_cv_m2(default)[1], (2.0, Some(4.0)));
     }
 
@@ -227,6 +270,6 @@ mod tests {
         sums.add(&Residuals::MISS);
         let why = sums.r_cv_withheld(Basis::CrossValidated).unwrap();
         assert_eq!(why.to_string(), "coverage is 0.333, below 0.5");
-        assert!(sums.r_cv_10_m2(MissPrice::default()).is_some());
+        assert!(sums.r_cv_widest_m2(MissPrice::default()).is_some());
     }
 }

@@ -2,6 +2,7 @@ use crate::Basis;
 use crate::guard::{GuardCheck, Place, place_guard};
 use crate::pair::{PairTotals, ScaleTotals};
 use crate::ratio::{Asked, Estimate, FRAMES_NEEDED, Interval};
+use crate::scales::Scales;
 
 /// Two runs compared on their common returns: those that both predict.
 ///
@@ -112,16 +113,16 @@ pub enum UndecidedReason {
 
 impl Verdict {
     /// The verdict in plain words, frames named by the ordinals they were added under.
-    pub fn reason(&self) -> String {
-        self.reason_with(|ordinal| ordinal)
+    pub fn reason(&self, scales: Scales) -> String {
+        self.reason_with(scales, |ordinal| ordinal)
     }
 
     /// The verdict in plain words. `frame_of` gives the frame's number for an ordinal: of a sample the
     /// two differ.
-    pub fn reason_with(&self, frame_of: impl Fn(u64) -> u64) -> String {
+    pub fn reason_with(&self, scales: Scales, frame_of: impl Fn(u64) -> u64) -> String {
         match self {
             Self::Better { decided_at_m, returns, .. } => {
-                format!("better {} ({returns} common returns)", reach(*decided_at_m))
+                format!("better {} ({returns} common returns)", reach(*decided_at_m, scales))
             }
             Self::Mixed { decided_at_m, opposed_at_m, places, returns, .. } => {
                 let named = |p: &Place| match (frame_of(p.first), frame_of(p.last)) {
@@ -131,7 +132,7 @@ impl Verdict {
                 let places: Vec<_> = places.iter().map(named).collect();
                 format!(
                     "better on the whole, {}, but worse in frames {} at {opposed_at_m} m ({returns} common returns)",
-                    reach(*decided_at_m),
+                    reach(*decided_at_m, scales),
                     places.join(", "),
                 )
             }
@@ -141,24 +142,34 @@ impl Verdict {
 }
 
 /// What the scale that decided says.
-fn reach(scale_m: f64) -> String {
-    if scale_m >= 5.0 {
+fn reach(scale_m: f64, scales: Scales) -> String {
+    let small = match scales {
+        Scales::Drive => "centimetre",
+        Scales::Room => "millimetre",
+    };
+    // Both cascades begin with what is global, and end with what only fine scales see.
+    if scale_m >= scales.near_m()[0] {
         format!("globally: decided at the {scale_m} m scale")
-    } else if scale_m >= 1.0 {
-        format!("at the metre scale: decided at {scale_m} m, undecided above")
-    } else if scale_m >= 0.5 {
+    } else if scale_m >= scales.widest_m() / 10.0 {
+        let middle = if scales == Scales::Drive { "metre" } else { "decimetre" };
+        format!("at the {middle} scale: decided at {scale_m} m, undecided above")
+    } else if scale_m >= scales.blocked_m() {
         format!("locally: decided at {scale_m} m, undecided above")
     } else {
-        format!("only at the centimetre scale: decided at {scale_m} m, undecided above")
+        format!("only at the {small} scale: decided at {scale_m} m, undecided above")
     }
 }
 
 /// Compares runs `a` and `b` by the sums of their pair.
-pub(crate) fn compare(a: usize, b: usize, pair: &PairTotals, asked: Asked) -> Comparison {
-    let basis = pair.basis;
-    let all: Vec<_> =
-        pair.scales.iter().zip(basis.scales_m()).map(|(s, &scale_m)| s.compare(scale_m, asked)).collect();
-    let scales = all[all.len() - basis.cascade_m().len()..].to_vec();
+pub(crate) fn compare(a: usize, b: usize, pair: &PairTotals, scales: Scales, asked: Asked) -> Comparison {
+    let (basis, lengths) = (pair.basis, scales);
+    let all: Vec<_> = pair
+        .scales
+        .iter()
+        .zip(basis.scales_m(lengths))
+        .map(|(s, &scale_m)| s.compare(scale_m, asked))
+        .collect();
+    let scales = all[all.len() - basis.cascade_m(lengths).len()..].to_vec();
     let common_returns = pair.scales[0].difference.total().returns;
     let decided = scales.iter().find(|scale| scale.decides()).and_then(|s| Some((s.scale_m, s.difference?)));
     let (guard, verdict) = match decided {

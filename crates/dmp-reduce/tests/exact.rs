@@ -1,8 +1,8 @@
 //! The sums, against the formulas written out; and that neither order nor splitting changes a bit.
 
 use dmp_reduce::{
-    Basis, Comparison, Confidence, FrameSums, IntervalFrom, Layout, MissPrice, ReduceError, Reducer,
-    Residuals, RunSums,
+    Basis, Comparison, Confidence, DepthResidual, FrameSums, IntervalFrom, Layout, MissPrice, ReduceError,
+    Reducer, Residuals, RunSums, Scales,
 };
 use proptest::prelude::*;
 
@@ -20,6 +20,7 @@ fn residuals() -> impl Strategy<Value = Residuals> {
         independent_m: first_m.filter(|_| !own).map(|_| zc),
         independent_cos: None,
         revisited: revisited && !own,
+        depth: first_m.map(|m| DepthResidual { first_m: 0.8 * m, first_sigmas: 7.0 * m }),
     })
 }
 
@@ -42,20 +43,26 @@ fn close(got: Option<f64>, expected: Option<f64>) -> bool {
 
 proptest! {
     #[test]
-    fn the_scores_are_those_of_the_formulas(returns in prop::collection::vec(residuals(), 0..300)) {
-        let mut sums = RunSums::default();
+    fn the_scores_are_those_of_the_formulas(returns in prop::collection::vec(residuals(), 0..300), room: bool) {
+        let scales = if room { Scales::Room } else { Scales::Drive };
+        let (widest_m, blocked_m) = if room { (1.0, 0.05) } else { (10.0, 0.5) };
+        let mut sums = RunSums::new(scales);
         returns.iter().for_each(|r| sums.add(r));
         let share = |f: fn(&Residuals) -> bool| mean(returns.iter().map(|r| f64::from(u8::from(f(r)))));
         let dmp = |r: &Residuals| r.first_m.map(|m| m * m);
         prop_assert!(close(Some(sums.dmp_sum_m2()), Some(returns.iter().filter_map(dmp).sum())));
         prop_assert!(close(sums.dmp_mean_m2(), mean(returns.iter().filter_map(dmp))));
+        let depth = |factor: f64| move |r: &Residuals| r.first_m.map(|m| (factor * m) * (factor * m));
+        prop_assert!(close(Some(sums.dmp_depth_sum_m2()), Some(returns.iter().filter_map(depth(0.8)).sum())));
+        prop_assert!(close(sums.dmp_depth_mean_m2(), mean(returns.iter().filter_map(depth(0.8)))));
+        prop_assert!(close(Some(sums.depth_sigmas_squared()), Some(returns.iter().filter_map(depth(7.0)).sum())));
         for share in [0.0, 0.1, 0.25, 1.0] {
             let price = MissPrice::new(share).unwrap();
-            let cost = |r: &Residuals| r.independent_m.map_or(100.0 * share, |m| cut(m, 10.0));
-            prop_assert!(close(sums.r_cv_10_m2(price), mean(returns.iter().map(cost))));
+            let cost = |r: &Residuals| r.independent_m.map_or(widest_m * widest_m * share, |m| cut(m, widest_m));
+            prop_assert!(close(sums.r_cv_widest_m2(price), mean(returns.iter().map(cost))));
         }
         let price = MissPrice::default();
-        prop_assert_eq!(sums.r_cv_m2(price)[0], (10.0, sums.r_cv_10_m2(price)));
+        prop_assert_eq!(sums.r_cv_m2(price)[0], (widest_m, sums.r_cv_widest_m2(price)));
         for (tau, score) in &sums.r_cv_m2(price)[1..] {
             let expected = mean(returns.iter().filter_map(|r| r.independent_m).map(|m| cut(m, *tau)));
             prop_assert!(close(*score, expected), "R_cv({tau})");
@@ -65,7 +72,7 @@ proptest! {
             prop_assert!(close(score, mean(returns.iter().filter_map(square))), "R_near({tau})");
         }
         prop_assert_eq!(sums.miss_rate(), share(|r| r.first_m.is_none()));
-        prop_assert_eq!(sums.blocked_rate(), share(|r| r.first_m.is_some_and(|m| m > 0.5)));
+        prop_assert_eq!(sums.blocked_rate(), mean(returns.iter().map(|r| f64::from(u8::from(r.first_m.is_some_and(|m| m > blocked_m))))));
         prop_assert_eq!(sums.coverage(), share(|r| r.independent_m.is_some()));
         prop_assert_eq!(sums.coverage_revisit(), share(|r| r.revisited));
         prop_assert_eq!(sums.non_finite(), 0);
@@ -90,12 +97,14 @@ proptest! {
     fn pairs_are_compared_on_common_returns(
         returns in prop::collection::vec([residuals(), residuals(), residuals()], 0..200),
         near in prop::collection::vec(any::<bool>(), 3),
+        room: bool,
     ) {
+        let scales = if room { Scales::Room } else { Scales::Drive };
         let bases: Vec<_> = near.iter().map(|&n| if n { Basis::Near } else { CV }).collect();
-        let mut frame = FrameSums::new(&bases);
+        let mut frame = FrameSums::on_scales(&bases, scales);
         returns.iter().for_each(|r| frame.add_return(r));
         for (pair, (a, b)) in frame.pair_sums().zip([(0, 1), (0, 2), (1, 2)]) {
-            for (k, &tau) in pair.basis().scales_m().iter().enumerate() {
+            for (k, &tau) in pair.basis().scales_m(scales).iter().enumerate() {
                 let square = |r: &Residuals| match pair.basis() {
                     Basis::CrossValidated => r.independent_m.map(|m| cut(m, tau)),
                     Basis::Near => r.first_m.map(|_| r.nearest_m.map_or(tau * tau, |m| cut(m, tau))),

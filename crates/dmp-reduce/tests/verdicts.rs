@@ -2,8 +2,8 @@
 #![expect(clippy::expect_used, reason = "a case that cannot be set up is a failed test")]
 
 use dmp_reduce::{
-    Basis, Comparison, Confidence, FrameSums, Layout, MissPrice, Place, Reducer, Residuals, UndecidedReason,
-    Verdict,
+    Basis, Comparison, Confidence, FrameSums, Layout, MissPrice, Place, Reducer, Residuals, Scales,
+    UndecidedReason, Verdict,
 };
 
 const CV: Basis = Basis::CrossValidated;
@@ -38,7 +38,7 @@ fn assert_better(pair: &Comparison, run: usize, at_m: f64, reason: &str) {
         panic!("{:?}", pair.verdict);
     };
     assert_eq!((which, decided_at_m, returns), (run, at_m, pair.common_returns));
-    assert_eq!(pair.verdict.reason(), format!("{reason} ({returns} common returns)"));
+    assert_eq!(pair.verdict.reason(Scales::Drive), format!("{reason} ({returns} common returns)"));
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn no_difference_is_no_verdict() {
 #[test]
 fn undecided_pairs_say_why() {
     let undecided = |pair: Comparison| match pair.verdict {
-        Verdict::Undecided { reason } => (reason, pair.verdict.reason()),
+        Verdict::Undecided { reason } => (reason, pair.verdict.reason(Scales::Drive)),
         verdict => panic!("{verdict:?}"),
     };
     let alike = compare([CV; 2], 50, |f, k| [Some(noise(f, k, 1)), Some(-noise(f, k, 1))]);
@@ -113,11 +113,11 @@ fn the_guard_finds_the_places_that_oppose() {
     };
     assert_eq!((which, decided_at_m, opposed_at_m), (0, 10.0, 30.0));
     assert_eq!(places[..], [Place { first: 120, last: 179 }]);
-    let reason = pair.verdict.reason();
+    let reason = pair.verdict.reason(Scales::Drive);
     let expected = "better on the whole, globally: decided at the 10 m scale, \
                     but worse in frames 120–179 at 30 m (24000 common returns)";
     assert_eq!(reason, expected);
-    assert!(pair.verdict.reason_with(|ordinal| 10 * ordinal).contains("frames 1200–1790 at"));
+    assert!(pair.verdict.reason_with(Scales::Drive, |ordinal| 10 * ordinal).contains("frames 1200–1790 at"));
     // By hand: L = (0.1 · 2.5² + 0.9 · 3²) / 2 and one tenth of the places opposes by 2.5² / L.
     let level = 0.5 * (0.1 * 6.25 + 0.9 * 9.0);
     let guard = &pair.guard[0];

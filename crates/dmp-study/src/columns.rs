@@ -16,16 +16,21 @@ pub(crate) enum Side {
 /// Key, title, unit, whether lower is better, and how it is found in the report of `dmp score`.
 type Score = (&'static str, &'static str, &'static str, bool, fn(&RunReport) -> Option<f64>);
 
-const SCORES: [Score; 13] = [
+const SCORES: [Score; 18] = [
     ("dmp_sum_m2", "DMP", "m²", true, |run| Some(run.dmp_sum_m2)),
     ("dmp_mean_m2", "DMP mean", "m²", true, |run| run.dmp_mean_m2),
-    ("r_cv_10_m2", "R_cv 10", "m²", true, |run| run.r_cv_m2.at_10),
-    ("r_cv_2_m2", "R_cv 2", "m²", true, |run| run.r_cv_m2.at_2),
-    ("r_cv_0.5_m2", "R_cv 0.5", "m²", true, |run| run.r_cv_m2.at_0_5),
-    ("r_cv_0.2_m2", "R_cv 0.2", "m²", true, |run| run.r_cv_m2.at_0_2),
-    ("r_near_5_m2", "R_near 5", "m²", true, |run| run.r_near_m2.at_5),
-    ("r_near_2_m2", "R_near 2", "m²", true, |run| run.r_near_m2.at_2),
-    ("r_near_0.5_m2", "R_near 0.5", "m²", true, |run| run.r_near_m2.at_0_5),
+    ("r_cv_10_m2", "R_cv 10", "m²", true, |run| run.r_cv_m2.at(10.0)),
+    ("r_cv_2_m2", "R_cv 2", "m²", true, |run| run.r_cv_m2.at(2.0)),
+    ("r_cv_1_m2", "R_cv 1", "m²", true, |run| run.r_cv_m2.at(1.0)),
+    ("r_cv_0.5_m2", "R_cv 0.5", "m²", true, |run| run.r_cv_m2.at(0.5)),
+    ("r_cv_0.2_m2", "R_cv 0.2", "m²", true, |run| run.r_cv_m2.at(0.2)),
+    ("r_cv_0.05_m2", "R_cv 0.05", "m²", true, |run| run.r_cv_m2.at(0.05)),
+    ("r_cv_0.02_m2", "R_cv 0.02", "m²", true, |run| run.r_cv_m2.at(0.02)),
+    ("r_near_5_m2", "R_near 5", "m²", true, |run| run.r_near_m2.at(5.0)),
+    ("r_near_2_m2", "R_near 2", "m²", true, |run| run.r_near_m2.at(2.0)),
+    ("r_near_0.5_m2", "R_near 0.5", "m²", true, |run| run.r_near_m2.at(0.5)),
+    ("r_near_0.2_m2", "R_near 0.2", "m²", true, |run| run.r_near_m2.at(0.2)),
+    ("r_near_0.05_m2", "R_near 0.05", "m²", true, |run| run.r_near_m2.at(0.05)),
     ("miss_rate", "miss", "", true, |run| run.miss_rate),
     ("blocked_rate", "blocked", "", true, |run| run.blocked_rate),
     ("coverage", "coverage", "", false, |run| run.coverage),
@@ -41,7 +46,16 @@ pub(crate) fn of_report(report: &Report) -> Vec<Column> {
         lower_is_better,
         values: report.runs.iter().map(value).collect(),
     };
-    SCORES.iter().map(column).collect()
+    // Drives and rooms have truncations of their own.
+    let scales = report.config.scales;
+    let all_m: Vec<String> =
+        [&scales.cv_m()[..], &scales.near_m()[..]].concat().iter().map(f64::to_string).collect();
+    let is_there = |(key, ..): &&Score| {
+        let scale_m = key.strip_prefix("r_cv_").or_else(|| key.strip_prefix("r_near_"));
+        let scale_m = scale_m.and_then(|rest| rest.strip_suffix("_m2"));
+        scale_m.is_none_or(|scale_m| all_m.iter().any(|there_m| there_m == scale_m))
+    };
+    SCORES.iter().filter(is_there).map(column).collect()
 }
 
 /// A column of which less is better.

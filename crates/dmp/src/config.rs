@@ -1,9 +1,9 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use dmp_log::LengthUnit;
-use dmp_reduce::MissPrice;
-use dmp_sensor::{Isometry3, Trajectory};
+use dmp_log::{LengthUnit, LogSummary};
+use dmp_reduce::{MissPrice, Scales};
+use dmp_sensor::{DepthNoise, Isometry3, Trajectory};
 
 use crate::error::EvaluateError;
 use crate::report::SegmentReport;
@@ -76,6 +76,17 @@ pub enum Ego {
     BoxMm([i64; 3], [i64; 3]),
 }
 
+/// How long a segment of the drive is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SegmentLength {
+    /// By the way of the sensor, metres.
+    Metres(f64),
+    /// By the stamps of the scans, seconds.
+    Seconds(f64),
+    /// By the number of scans in use.
+    Scans(u64),
+}
+
 /// In which order the log is read. It changes no number; it is here so that this can be shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrameOrder {
@@ -88,18 +99,22 @@ pub enum FrameOrder {
 /// Everything that can be set. The default is what `dmp score` does without options.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// Edge of a voxel, metres; `None` chooses 0.2, 0.3 or 0.5 m by the scans' density.
+    /// The lengths by which returns are judged, and which the other defaults go with; `None`: those of a room for
+    /// the log of a depth camera, those of a drive else.
+    pub scales: Option<Scales>,
+    /// Edge of a voxel, metres; `None` chooses 0.2, 0.3 or 0.5 m by the scans' density, in a room 0.02, 0.03 or 0.05 m.
     pub voxel_m: Option<f64>,
-    /// Length of a segment of the drive, metres; `None`: 12 m, or a sixteenth of a shorter drive.
-    pub segment_m: Option<f64>,
+    /// Length of a segment of the drive; `None`: 12 m, or a sixteenth of a shorter drive; in a room a sixteenth of the
+    /// scans.
+    pub segment: Option<SegmentLength>,
     /// The segments as the report of another evaluation has them, of the same scans; `None` cuts the way of the runs.
     pub segments: Option<SegmentReport>,
     /// The unit of given clouds and meshes; `None`: what the file says, else the metre.
     pub map_unit: Option<LengthUnit>,
-    /// Smallest range used, metres.
-    pub min_range_m: f64,
-    /// Largest range used, metres. Predictions are looked for up to twice as far.
-    pub max_range_m: f64,
+    /// Smallest range used, metres; `None`: 1.5 m, in a room 0.3 m.
+    pub min_range_m: Option<f64>,
+    /// Largest range used, metres; `None`: 100 m, in a room 10 m. Predictions are looked for up to twice as far.
+    pub max_range_m: Option<f64>,
     /// The vehicle itself.
     pub ego: Ego,
     /// Only every n-th scan of the log is used, for the map and for the score.
@@ -123,8 +138,9 @@ pub struct Config {
     pub free_space: bool,
     /// What a return that no independent surfel predicts costs in `R_cv(10)`.
     pub miss_price: MissPrice,
-    /// The sensor's range noise, metres: scales the raw log-likelihood, nothing else.
-    pub sigma_m: f64,
+    /// The sensor's noise, metres: scales the raw log-likelihood, nothing else. `None`: 0.02 m, and that of a depth
+    /// camera grows with depth as [`DepthNoise::KINECT`].
+    pub sigma_m: Option<f64>,
     /// Memory to aim for, bytes. Each run takes a part that does not shrink: the tiles in hand and its buffers.
     pub memory_bytes: usize,
     /// Threads that read, fuse and cast.
@@ -145,12 +161,13 @@ pub struct Config {
 impl Default for Config {
     fn default() -> Self {
         Self {
+            scales: None,
             voxel_m: None,
-            segment_m: None,
+            segment: None,
             segments: None,
             map_unit: None,
-            min_range_m: 1.5,
-            max_range_m: 100.0,
+            min_range_m: None,
+            max_range_m: None,
             ego: Ego::Auto,
             every: 1,
             sample: Sample::All,
@@ -161,7 +178,7 @@ impl Default for Config {
             max_time_gap_ns: None,
             free_space: false,
             miss_price: MissPrice::default(),
-            sigma_m: 0.02,
+            sigma_m: None,
             memory_bytes: 2 << 30,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             work_folder: work_folder(),
@@ -181,31 +198,79 @@ fn work_folder() -> PathBuf {
 }
 
 impl Config {
+    /// These settings for a log: its sensor says which lengths they go with, where they do not say it themselves.
+    #[must_use]
+    pub fn settled(&self, log: &LogSummary) -> Self {
+        let of_sensor = if log.camera.is_some() { Scales::Room } else { Scales::Drive };
+        Self { scales: Some(self.scales.unwrap_or(of_sensor)), ..self.clone() }
+    }
+
+    /// The lengths by which returns are judged.
+    pub fn scales(&self) -> Scales {
+        self.scales.unwrap_or_default()
+    }
+
+    /// Smallest range used, metres.
+    pub fn min_range_m(&self) -> f64 {
+        self.min_range_m.unwrap_or(match self.scales() {
+            Scales::Drive => 1.5,
+            Scales::Room => 0.3,
+        })
+    }
+
+    /// Largest range used, metres.
+    pub fn max_range_m(&self) -> f64 {
+        self.max_range_m.unwrap_or(match self.scales() {
+            Scales::Drive => 100.0,
+            Scales::Room => 10.0,
+        })
+    }
+
+    /// The range noise of a LiDAR, metres.
+    pub fn sigma_m(&self) -> f64 {
+        self.sigma_m.unwrap_or(0.02)
+    }
+
+    /// The noise of a depth camera.
+    pub fn depth_noise(&self) -> DepthNoise {
+        self.sigma_m.map_or(DepthNoise::KINECT, DepthNoise::constant)
+    }
+
+    /// How long what is a metre on a drive is here, metres.
+    pub(crate) fn metre_m(&self) -> f64 {
+        self.scales().blocked_m() / Scales::Drive.blocked_m()
+    }
+
     /// Checks every setting by itself, before anything is opened.
     ///
     /// # Errors
     /// The first setting that makes no sense, with its value and what it must be.
     pub fn check(&self) -> Result<(), EvaluateError> {
         let bad = |setting, value: String, why| Err(EvaluateError::Setting { setting, value, why });
-        let ranges_fit = self.min_range_m >= 0.0 && self.min_range_m < self.max_range_m;
-        if !ranges_fit || self.max_range_m > 1000.0 {
-            let value = format!("{} to {} m", self.min_range_m, self.max_range_m);
+        let (min_range_m, max_range_m) = (self.min_range_m(), self.max_range_m());
+        let ranges_fit = min_range_m >= 0.0 && min_range_m < max_range_m;
+        if !ranges_fit || max_range_m > 1000.0 {
+            let value = format!("{min_range_m} to {max_range_m} m");
             return bad("ranges", value, "they must rise from 0 or more to at most 1000 m");
         }
-        match self.segment_m {
-            Some(m) if !(m > 0.0 && m.is_finite()) => {
-                return bad("segment", format!("{m} m"), "it must be positive");
+        if let Some(segment) = self.segment {
+            let (length, unit) = match segment {
+                SegmentLength::Metres(m) => (m, "m"),
+                SegmentLength::Seconds(s) => (s, "s"),
+                SegmentLength::Scans(scans) => (scans as f64, "scans"),
+            };
+            if !(length > 0.0 && length.is_finite()) {
+                return bad("segment", format!("{length} {unit}"), "it must be positive");
             }
-            _ => {}
         }
         match self.voxel_m {
-            Some(m) if !(0.05..=2.0).contains(&m) => {
-                return bad("voxel", format!("{m} m"), "it must lie between 0.05 and 2 m");
+            Some(m) if !(0.01..=2.0).contains(&m) => {
+                return bad("voxel", format!("{m} m"), "it must lie between 0.01 and 2 m");
             }
             _ => {}
         }
-        if !(self.sigma_m > 0.0 && self.sigma_m.is_finite()) {
-            return bad("sigma", format!("{} m", self.sigma_m), "it must be positive");
+        if let Some(sigma_m) = self.sigma_m.filter(|&m| !(m > 0.0 && m.is_finite())) {
+            return bad("sigma", format!("{sigma_m} m"), "it must be positive");
         }
         if self.every == 0 {
             return bad("every", "0".into(), "it must be 1 or more");

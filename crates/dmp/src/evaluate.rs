@@ -31,6 +31,7 @@ pub fn evaluate(
     config: &Config,
     watch: &dyn Watch,
 ) -> Result<Report, EvaluateError> {
+    let config = &config.settled(log.summary());
     config.check()?;
     given::check_free_space(runs, config)?;
     let work = Work::open(log, runs, config)?;
@@ -82,7 +83,8 @@ fn evaluate_in(
     let map_bytes = fuse::fused_bytes(&run_maps);
     let casters = Casters::new(run_maps, config, work.budget());
     // Where they hardly belong together: what is likely wrong, told before the long part.
-    let hints = sanity::look(log, &plan, &sanity::stretches(&plan), runs, &casters.given(), config, watch)?;
+    let hints =
+        sanity::look(log, &plan, &sanity::stretches(&plan, config), runs, &casters.given(), config, watch)?;
     let (plan, casters) = (&plan, &casters);
     let pass = CastPass { log, plan, runs, casters, config, work, watch };
     let mut scored = pass.run(&as_kept)?;

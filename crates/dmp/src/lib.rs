@@ -49,7 +49,7 @@ mod schedule;
 mod trails;
 mod watch;
 
-pub use config::{Config, Ego, FrameOrder, MapSource, Run, RunSource};
+pub use config::{Config, Ego, FrameOrder, MapSource, Run, RunSource, SegmentLength};
 pub use error::EvaluateError;
 pub use evaluate::evaluate;
 pub use fuse::file_stem_of;
@@ -59,12 +59,14 @@ pub use memory::{machine_memory_bytes, peak_anonymous_bytes};
 pub use places::{ScoredPlace, drawn_places, evaluate_quick};
 pub use posed::{PosedLog, PosedScan};
 pub use report::{
-    ConfigReport, CvScores, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport, NearScores,
+    ConfigReport, DepthNoiseReport, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport,
     PairReport, PassTimes, PlacesReport, Report, RunInputReport, RunReport, SamplingReport, ScaleReport,
-    SegmentReport, TileReport,
+    ScaleScores, SegmentReport, TileReport,
 };
 pub use sample::{Decide, Looks, Sample};
 pub use watch::{ScoredReturns, Stage, Watch};
 
 pub use dmp_log::LengthUnit;
-pub use dmp_reduce::{Basis, Confidence, FrameSums, HitKind, MissPrice, Residuals, RunSums};
+pub use dmp_reduce::{
+    Basis, Confidence, DepthResidual, FrameSums, HitKind, MissPrice, Residuals, RunSums, Scales,
+};

@@ -37,6 +37,7 @@ pub fn fuse_maps(
     config: &Config,
     watch: &dyn Watch,
 ) -> Result<RunMaps, EvaluateError> {
+    let config = &config.settled(log.summary());
     config.check()?;
     given::check_free_space(runs, config)?;
     let work = Work::open(log, runs, config)?;

@@ -87,6 +87,15 @@ fn pairing_of(heads: Heads<'_>, run: &Run) -> Result<Pairing, EvaluateError> {
     }
 }
 
+/// The returns of a block.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Returns<'a> {
+    /// Time of each after the scan's stamp, nanoseconds.
+    pub(crate) offsets_ns: &'a [i64],
+    /// As the sensor has them, metres.
+    pub(crate) points_in_sensor_m: &'a [[f32; 3]],
+}
+
 /// Turns scans into rays, one for every run and every return that is used.
 #[derive(Debug)]
 pub(crate) struct Poser<'a> {
@@ -95,6 +104,7 @@ pub(crate) struct Poser<'a> {
     cursors: Vec<TrackCursor<'a>>,
     rays: Vec<Vec<Ray>>,
     offsets_ns: Vec<i64>,
+    points_in_sensor_m: Vec<[f32; 3]>,
     poses: Vec<Isometry3<f64>>,
 }
 
@@ -111,7 +121,8 @@ impl<'a> Poser<'a> {
     pub(crate) fn new(runs: &'a [RunPoses<'a>], filter: &'a ReturnFilter) -> Self {
         let cursors = runs.iter().map(|run| run.track.cursor()).collect();
         let rays = vec![Vec::new(); runs.len()];
-        Self { filter, runs, cursors, rays, offsets_ns: Vec::new(), poses: Vec::new() }
+        let (offsets_ns, points_in_sensor_m) = (Vec::new(), Vec::new());
+        Self { filter, runs, cursors, rays, offsets_ns, points_in_sensor_m, poses: Vec::new() }
     }
 
     /// Gives `each` the rays of the scan's used returns, block by block: one list for every run, the
@@ -122,15 +133,15 @@ impl<'a> Poser<'a> {
         scan: &Scan,
         mut each: impl FnMut(&[Vec<Ray>]) -> Result<(), E>,
     ) -> Result<ReturnCounts, E> {
-        self.timed_blocks(frame, scan, |rays, _| each(rays))
+        self.blocks_with_returns(frame, scan, |rays, _| each(rays))
     }
 
-    /// The same with the time of each return after the scan's stamp, nanoseconds.
-    pub(crate) fn timed_blocks<E>(
+    /// The same with what else is known of each return.
+    pub(crate) fn blocks_with_returns<E>(
         &mut self,
         frame: &PlannedFrame,
         scan: &Scan,
-        mut each: impl FnMut(&[Vec<Ray>], &[i64]) -> Result<(), E>,
+        mut each: impl FnMut(&[Vec<Ray>], Returns<'_>) -> Result<(), E>,
     ) -> Result<ReturnCounts, E> {
         let mut counts = ReturnCounts::default();
         let scan_poses: Option<Vec<ScanPose>> =
@@ -165,13 +176,14 @@ impl<'a> Poser<'a> {
                 rays.push(Ray::of_return(pose, point));
             }
             self.offsets_ns.push(offset_ns);
+            self.points_in_sensor_m.push(point);
             if self.rays[0].len() == block_returns {
-                each(&self.rays, &self.offsets_ns)?;
+                each(&self.rays, self.returns())?;
                 self.clear();
             }
         }
         if !self.rays[0].is_empty() {
-            each(&self.rays, &self.offsets_ns)?;
+            each(&self.rays, self.returns())?;
         }
         Ok(counts)
     }
@@ -179,6 +191,11 @@ impl<'a> Poser<'a> {
     fn clear(&mut self) {
         self.rays.iter_mut().for_each(Vec::clear);
         self.offsets_ns.clear();
+        self.points_in_sensor_m.clear();
+    }
+
+    fn returns(&self) -> Returns<'_> {
+        Returns { offsets_ns: &self.offsets_ns, points_in_sensor_m: &self.points_in_sensor_m }
     }
 
     /// Finds every run's pose of the returns at one time; `false` where a run has none.

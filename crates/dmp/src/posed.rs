@@ -18,7 +18,7 @@ use crate::watch::{Stage, Watch};
 pub struct PosedLog<'a> {
     log: &'a dyn ScanLog,
     plan: Plan<'a>,
-    config: &'a Config,
+    config: Config,
 }
 
 /// A scan that is used.
@@ -40,11 +40,17 @@ impl<'a> PosedLog<'a> {
     pub fn new(
         log: &'a dyn ScanLog,
         run: &'a Run,
-        config: &'a Config,
+        config: &Config,
         watch: &dyn Watch,
     ) -> Result<Self, EvaluateError> {
+        let config = config.settled(log.summary());
         config.check()?;
-        Ok(Self { log, plan: Plan::new(log, std::slice::from_ref(run), config, watch)?, config })
+        Ok(Self { log, plan: Plan::new(log, std::slice::from_ref(run), &config, watch)?, config })
+    }
+
+    /// The settings as they take effect on this log.
+    pub fn config(&self) -> &Config {
+        &self.config
     }
 
     /// Edge of the voxels that maps of this log are to have, metres.
@@ -69,7 +75,7 @@ impl<'a> PosedLog<'a> {
     ) -> Result<ReturnCounts, E> {
         watch.begin(Stage::Fuse, self.plan.returns());
         let failed = Mutex::new(None);
-        let reading = self.plan.reading(self.log, self.config, watch);
+        let reading = self.plan.reading(self.log, &self.config, watch);
         let worker = || Taker {
             poser: Poser::new(&self.plan.poses, &self.plan.filter),
             rays: Vec::new(),

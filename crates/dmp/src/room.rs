@@ -82,7 +82,7 @@ impl Room {
             map_bytes += (of_map * MAP_VOXEL_BYTES) as u64;
             // What is seen from places so far apart has no voxel in common.
             least_bytes +=
-                apart(&places, 2.0 * config.max_range_m) * voxels.least_filled * LEAST_MAP_VOXEL_BYTES;
+                apart(&places, 2.0 * config.max_range_m()) * voxels.least_filled * LEAST_MAP_VOXEL_BYTES;
         }
         // Without trails, all is fused once more.
         let rounds = 1 + u64::from(config.free_space);

@@ -1,4 +1,4 @@
-use dmp_reduce::{Basis, Confidence};
+use dmp_reduce::{Basis, Confidence, Scales};
 
 use crate::error::EvaluateError;
 use crate::frames::FrameSet;
@@ -94,7 +94,8 @@ impl Looks {
     /// `asked` (Bonferroni's inequality).
     #[must_use]
     pub fn confidence(&self, asked: Confidence) -> Confidence {
-        asked.of_each_look(self.at_samples() * Basis::CrossValidated.cascade_m().len() as u32)
+        asked
+            .of_each_look(self.at_samples() * Basis::CrossValidated.cascade_m(Scales::default()).len() as u32)
     }
 
     /// The frames of the `look`-th sample, by their ordinals, in order.

@@ -61,7 +61,7 @@ fn a_perfect_run_in_a_perfect_room_has_almost_no_residual() {
     let report = score(&path, &runs, &config);
     let of_truth = &report.runs[0];
     // Corners, where a voxel sees two walls and its disc stands for both, leave what there is.
-    let root_mean_m = of_truth.r_near_m2.at_0_5.unwrap().sqrt();
+    let root_mean_m = of_truth.r_near_m2[2].unwrap().sqrt();
     assert!(root_mean_m < 0.02, "{root_mean_m}");
     assert!(of_truth.miss_rate.unwrap() < 0.01 && of_truth.coverage.unwrap() > 0.95, "{of_truth:?}");
     assert_eq!(report.order, ["truth", "doubled"]);

@@ -49,7 +49,9 @@ mod schema {
         pub(super) every: u64,
         pub(super) body_from_sensor: Option<[f64; 7]>,
         pub(super) time_offset_s: f64,
-        pub(super) sigma_m: f64,
+        pub(super) sigma_m: Option<f64>,
+        pub(super) depth_noise: Option<BTreeMap<String, f64>>,
+        pub(super) scales: String,
         pub(super) miss_price: f64,
         pub(super) free_space: bool,
     }
@@ -66,6 +68,8 @@ mod schema {
     #[serde(deny_unknown_fields)]
     pub(super) struct Segments {
         pub(super) length_m: Option<f64>,
+        pub(super) length_s: Option<f64>,
+        pub(super) length_scans: Option<u64>,
         pub(super) count: usize,
         pub(super) travel_m: f64,
         pub(super) starts_ns: Vec<i64>,
@@ -120,9 +124,11 @@ mod schema {
         pub(super) frames: u64,
         pub(super) dmp_sum_m2: f64,
         pub(super) dmp_mean_m2: Option<f64>,
+        pub(super) dmp_depth_sum_m2: Option<f64>,
+        pub(super) dmp_depth_mean_m2: Option<f64>,
         pub(super) r_cv_m2: BTreeMap<String, Option<f64>>,
-        pub(super) r_cv_10_ci99_m2: Option<[f64; 2]>,
-        pub(super) r_near_5_ci99_m2: Option<[f64; 2]>,
+        pub(super) r_cv_ci99_m2: Option<[f64; 2]>,
+        pub(super) r_near_ci99_m2: Option<[f64; 2]>,
         pub(super) r_cv_withheld: Option<String>,
         pub(super) r_near_m2: BTreeMap<String, Option<f64>>,
         pub(super) miss_rate: Option<f64>,

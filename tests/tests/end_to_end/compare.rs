@@ -214,13 +214,13 @@ fn files_that_are_no_results_are_named() {
     let (code, table) = compare(folder, "cut.json");
     assert!(code == 3 && table.contains("lost from the log: "), "{code}\n{table}");
     let mut old = json.clone();
-    old["runs"][0].as_object_mut().unwrap().remove("r_near_5_ci99_m2");
+    old["runs"][0].as_object_mut().unwrap().remove("r_near_ci99_m2");
     write(folder, "old.json", &old.to_string());
     refused(
         folder,
         "compare a.json old.json",
         1,
-        &["old.json: missing field `runs[0].r_near_5_ci99_m2`", "score again"],
+        &["old.json: missing field `runs[0].r_near_ci99_m2`", "score again"],
     );
     let mut later = json.clone();
     later["schema"] = "dmp-score/2".into();

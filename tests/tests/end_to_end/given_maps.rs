@@ -101,8 +101,8 @@ fn a_cloud_of_the_same_points_gives_the_same_map_in_every_format() {
             given.dmp_sum_m2,
             of_fused.dmp_sum_m2
         );
-        assert!(close(given.r_near_m2.at_0_5.unwrap(), of_fused.r_near_m2.at_0_5.unwrap()), "{map:?}");
-        assert_eq!(given.r_cv_m2.at_10, None);
+        assert!(close(given.r_near_m2[2].unwrap(), of_fused.r_near_m2[2].unwrap()), "{map:?}");
+        assert_eq!(given.r_cv_m2[0], None);
         assert!(given.r_cv_withheld.as_deref().unwrap().contains("map was given"), "{given:?}");
         assert_eq!((given.coverage, given.coverage_revisit), (None, None));
         if map.extension().unwrap() != "las" && map.extension().unwrap() != "laz" {
@@ -209,7 +209,7 @@ fn row_12_a_map_in_utm_coordinates_scores_as_at_the_origin() {
     assert_eq!((near.miss_rate, near.blocked_rate), (far.miss_rate, far.blocked_rate));
     let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-5;
     assert!(close(near.dmp_sum_m2, far.dmp_sum_m2), "{} {}", near.dmp_sum_m2, far.dmp_sum_m2);
-    assert!(close(near.r_near_m2.at_0_5.unwrap(), far.r_near_m2.at_0_5.unwrap()));
+    assert!(close(near.r_near_m2[2].unwrap(), far.r_near_m2[2].unwrap()));
 }
 
 #[test]
@@ -241,7 +241,7 @@ fn a_map_in_feet_is_brought_to_metres_and_the_report_says_so() {
     write_las_with(&feet, &in_feet, true, Some(r#"PROJCS["p",GEOGCS["g"],UNIT["foot",0.3048]]"#));
     let config = Config { voxel_m: Some(0.3), ..Config::default() };
     let [of_metres, of_feet] = [metres, feet].map(|map| score(&log, &with_map(&truth, map), &config));
-    let near = |report: &dmp::Report| report.runs[0].r_near_m2.at_0_5.unwrap();
+    let near = |report: &dmp::Report| report.runs[0].r_near_m2[2].unwrap();
     assert!(
         (near(&of_feet) / near(&of_metres) - 1.0).abs() < 1e-2,
         "{} {}",

@@ -225,7 +225,7 @@ fn a_mesh_is_the_same_in_ply_and_obj_and_says_what_was_made_of_it() {
     let in_feet: Vec<Triangle> = triangles.iter().map(|t| t.map(|c| c.map(|x| x / 0.3048))).collect();
     write_obj(&obj, &in_feet);
     let (from_feet, notes) = of(&obj, &Config { map_unit: Some(dmp::LengthUnit::Foot), ..config });
-    let (a, b) = (from_feet.r_near_m2.at_0_5.unwrap(), from_obj.r_near_m2.at_0_5.unwrap());
+    let (a, b) = (from_feet.r_near_m2[2].unwrap(), from_obj.r_near_m2[2].unwrap());
     assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
     assert_eq!(notes[1], "in feet, as --map-unit says: brought to metres");
 }

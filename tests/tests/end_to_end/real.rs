@@ -77,7 +77,7 @@ fn a_robot_that_stands_still_shows_the_noise_floor() {
         let report = score(&data, &runs, &Config { voxel_m: Some(voxel_m), ..Config::default() });
         assert!(report.inputs.point_times.is_some(), "this log has a time for each point");
         assert_eq!(report.config.segments.length_m, None, "every scan is a segment of its own");
-        let floor_m = report.runs[0].r_near_m2.at_0_5.unwrap().sqrt();
+        let floor_m = report.runs[0].r_near_m2[2].unwrap().sqrt();
         println!("voxel {voxel_m} m: square root of R_near(0.5) is {floor_m:.3} m");
         floors_m.push(floor_m);
         // The last sweep ends after the last pose: those returns have none, and nothing is extrapolated.

@@ -96,8 +96,8 @@ fn what_was_kept_of_another_evaluation_is_not_taken_up() {
     };
     let stopped = evaluate(open(&path).as_ref(), &runs, &config, &StopAfter::new(60_000));
     assert!(matches!(stopped, Err(EvaluateError::Cancelled)));
-    let other = Config { segment_m: Some(5.0), ..config.clone() };
-    let expected = Config { segment_m: Some(5.0), ..Config::default() };
+    let other = Config { segment: Some(dmp::SegmentLength::Metres(5.0)), ..config.clone() };
+    let expected = Config { segment: Some(dmp::SegmentLength::Metres(5.0)), ..Config::default() };
     let report = |config| comparable(&evaluate(open(&path).as_ref(), &runs, config, &()).unwrap());
     assert_eq!(report(&other), report(&expected));
     // A damaged checkpoint is refused, not guessed at.

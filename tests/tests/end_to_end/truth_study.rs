@@ -256,7 +256,7 @@ fn every_scored_return_comes_by_the_watch() {
         by_return.values().for_each(|frame| sums.merge(&frame[run]));
         assert_eq!(sums.returns(), scores.returns);
         assert_eq!(sums.dmp_sum_m2(), scores.dmp_sum_m2);
-        assert_eq!(sums.r_near_m2()[2].1, scores.r_near_m2.at_0_5);
+        assert_eq!(sums.r_near_m2()[2].1, scores.r_near_m2[2]);
         assert_eq!(sums.coverage(), scores.coverage);
         assert!(sums.with_first() > 0);
     }

@@ -169,7 +169,7 @@ fn scores(study: &Study, index: usize, frames: &[Frame]) -> BTreeMap<String, Opt
         ("DMP mean".to_owned(), run.dmp_mean_m2),
         ("miss".to_owned(), run.miss_rate),
         ("blocked".to_owned(), run.blocked_rate),
-        ("R_cv(10) as shown".to_owned(), run.r_cv_m2.at_10),
+        ("R_cv(10) as shown".to_owned(), run.r_cv_m2[0]),
     ]);
     let of_run = || frames.iter().map(|frame| &frame.runs[index]);
     let returns: f64 = of_run().map(|frame| frame.returns).sum();

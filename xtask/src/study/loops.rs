@@ -34,8 +34,8 @@ pub(super) struct LoopsArgs {
     #[arg(long, default_value_t = MapOptions::default().rays_per_keyframe)]
     rays: usize,
     /// A place where nothing moved further keeps its score, metres
-    #[arg(long, default_value_t = MapOptions::default().moved_m)]
-    moved: f64,
+    #[arg(long)]
+    moved: Option<f64>,
     /// Also print every candidate
     #[arg(long)]
     each: bool,

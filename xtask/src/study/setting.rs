@@ -1,6 +1,6 @@
 //! Settings under which the drives are scored.
 
-use dmp::Config;
+use dmp::{Config, SegmentLength};
 
 /// What is changed against the default.
 #[derive(Debug, Clone)]
@@ -68,7 +68,8 @@ pub(super) fn settings() -> Vec<Setting> {
 impl Setting {
     pub(super) fn config(&self) -> Config {
         let Self { voxel_m, segment_m, every, free_space, .. } = *self;
-        Config { voxel_m, segment_m, every, free_space, ..Config::default() }
+        let segment = segment_m.map(SegmentLength::Metres);
+        Config { voxel_m, segment, every, free_space, ..Config::default() }
     }
 
     pub(super) fn wants(&self, estimate: &str) -> bool {

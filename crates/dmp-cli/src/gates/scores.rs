@@ -39,14 +39,19 @@ const fn share(name: &'static str, value: fn(&RunReport) -> Option<f64>) -> Scor
     Score { name, title: name, unit: Unit::Share, value }
 }
 
-const SCORES: [Score; 12] = [
-    root("R_cv_10", "R_cv 10 m", 10.0, |run| run.r_cv_m2.at_10),
-    root("R_cv_2", "R_cv 2 m", 2.0, |run| run.r_cv_m2.at_2),
-    root("R_cv_0.5", "R_cv 0.5 m", 0.5, |run| run.r_cv_m2.at_0_5),
-    root("R_cv_0.2", "R_cv 0.2 m", 0.2, |run| run.r_cv_m2.at_0_2),
-    root("R_near_5", "R_near 5 m", 5.0, |run| run.r_near_m2.at_5),
-    root("R_near_2", "R_near 2 m", 2.0, |run| run.r_near_m2.at_2),
-    root("R_near_0.5", "R_near 0.5 m", 0.5, |run| run.r_near_m2.at_0_5),
+const SCORES: [Score; 17] = [
+    root("R_cv_10", "R_cv 10 m", 10.0, |run| run.r_cv_m2.at(10.0)),
+    root("R_cv_2", "R_cv 2 m", 2.0, |run| run.r_cv_m2.at(2.0)),
+    root("R_cv_1", "R_cv 1 m", 1.0, |run| run.r_cv_m2.at(1.0)),
+    root("R_cv_0.5", "R_cv 0.5 m", 0.5, |run| run.r_cv_m2.at(0.5)),
+    root("R_cv_0.2", "R_cv 0.2 m", 0.2, |run| run.r_cv_m2.at(0.2)),
+    root("R_cv_0.05", "R_cv 0.05 m", 0.05, |run| run.r_cv_m2.at(0.05)),
+    root("R_cv_0.02", "R_cv 0.02 m", 0.02, |run| run.r_cv_m2.at(0.02)),
+    root("R_near_5", "R_near 5 m", 5.0, |run| run.r_near_m2.at(5.0)),
+    root("R_near_2", "R_near 2 m", 2.0, |run| run.r_near_m2.at(2.0)),
+    root("R_near_0.5", "R_near 0.5 m", 0.5, |run| run.r_near_m2.at(0.5)),
+    root("R_near_0.2", "R_near 0.2 m", 0.2, |run| run.r_near_m2.at(0.2)),
+    root("R_near_0.05", "R_near 0.05 m", 0.05, |run| run.r_near_m2.at(0.05)),
     Score { name: "DMP", title: "DMP mean", unit: Unit::Square, value: |run| run.dmp_mean_m2 },
     share("miss", |run| run.miss_rate),
     share("blocked", |run| run.blocked_rate),
@@ -79,7 +84,9 @@ impl Score {
         value.ok_or_else(|| match &run.r_cv_withheld {
             Some(why) if self.name.starts_with("R_cv") => why.clone(),
             _ if run.returns > 0 && run.coverage.is_none() => "the map was given".to_owned(),
-            _ => "no return tells".to_owned(),
+            _ => {
+                "no return tells, or there is none at that length: rooms and drives have their own".to_owned()
+            }
         })
     }
 

@@ -80,11 +80,12 @@ pub(crate) struct LoopsArgs {
     #[arg(long, value_name = "N", default_value_t = MapOptions::default().rays_per_keyframe)]
     #[arg(requires = "log", conflicts_with = "direct", help_heading = "Speed")]
     rays: usize,
-    /// A place where nothing moved further than this keeps its score, metres; 0 casts everything anew
-    #[arg(long, value_name = "METRES", default_value_t = MapOptions::default().moved_m)]
+    /// A place where nothing moved further than this keeps its score, metres; 0 casts everything anew [default: 0.02, in
+    /// a room 0.002]
+    #[arg(long, value_name = "METRES")]
     #[arg(value_parser = parse::length_m, allow_hyphen_values = true)]
     #[arg(requires = "log", conflicts_with = "direct", help_heading = "Speed")]
-    moved: f64,
+    moved: Option<f64>,
     /// Read the log again for each candidate, fuse its map from all returns and cast all of them: slow, and what
     /// everything else is measured against
     #[arg(long, requires = "log", conflicts_with = "accept", help_heading = "Speed")]

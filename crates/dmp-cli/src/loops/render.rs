@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use dmp::NearScores;
+use dmp::ScaleScores;
 
 use super::result::{AcceptedResult, CandidateResult, LoopsResult};
 use crate::text::{self, NONE, Side, Table, counted, digits, percent};
@@ -34,7 +34,10 @@ pub(super) fn result(out: &mut impl Write, result: &LoopsResult) -> anyhow::Resu
     }
     let by_map = result.config.ranked_by != "graph";
     match (by_map, &without.r_near_m2) {
-        (true, Some(near)) => writeln!(out, "without candidates: R_near(2 m) {} cm\n", root_cm(near))?,
+        (true, Some(near)) => {
+            let scale_m = result.config.scale_m.unwrap_or_default();
+            writeln!(out, "without candidates: R_near({scale_m} m) {} cm\n", root_cm(near))?;
+        }
         _ => writeln!(out, "no log: ranked by how much the sum of squares grows\n")?,
     }
     table(out, result, by_map)?;
@@ -82,10 +85,11 @@ pub(super) fn result(out: &mut impl Write, result: &LoopsResult) -> anyhow::Resu
 
 fn table(out: &mut impl Write, result: &LoopsResult, by_map: bool) -> io::Result<()> {
     let labelled = result.candidates.iter().any(|candidate| candidate.label.is_some());
+    let ranks = format!("R_near {} m", result.config.scale_m.unwrap_or_default());
     let mut head = vec!["", "from", "to"];
     let mut units = vec!["", "", ""];
     if by_map {
-        head.extend(["R_near 2 m", "change", "99 %"]);
+        head.extend([ranks.as_str(), "change", "99 %"]);
         units.extend(["cm", "cm²", "cm²"]);
     }
     head.extend(["moved", "turned", "chi²", "its own"]);
@@ -127,8 +131,8 @@ fn row(rank: usize, candidate: &CandidateResult, by_map: bool, labelled: bool) -
 
 fn accepted_ones(out: &mut impl Write, accepted: &AcceptedResult, by_map: bool) -> io::Result<()> {
     let of = accepted.decisions.len();
-    let score = match (by_map, accepted.r_near_2_m2) {
-        (true, Some(m2)) => format!("R_near(2 m) {} cm, ", digits(100.0 * m2.sqrt())),
+    let score = match (by_map, accepted.r_near_m2) {
+        (true, Some(m2)) => format!("R_near {} cm, ", digits(100.0 * m2.sqrt())),
         _ => String::new(),
     };
     writeln!(out, "accepted {} of {of}: {score}chi² {}", accepted.accepted, digits(accepted.chi2))?;
@@ -143,8 +147,8 @@ fn accepted_ones(out: &mut impl Write, accepted: &AcceptedResult, by_map: bool) 
     Ok(())
 }
 
-fn root_cm(near: &NearScores) -> String {
-    near.at_2.map_or(NONE.to_owned(), |m2| digits(100.0 * m2.sqrt()))
+fn root_cm(near: &ScaleScores) -> String {
+    near[1].map_or(NONE.to_owned(), |m2| digits(100.0 * m2.sqrt()))
 }
 
 fn signed(value: f64) -> String {

@@ -22,7 +22,7 @@ pub(super) fn all(out: &mut impl Write, report: &Report) -> io::Result<()> {
 }
 
 /// A line of the table of scores: its title and what it shows of a run.
-type Row<'a> = (&'a str, &'a dyn Fn(&RunReport) -> String);
+type Row<'a> = (String, Box<dyn Fn(&RunReport) -> String + 'a>);
 
 /// Every score of every run, a run a column.
 fn scores(out: &mut impl Write, report: &Report) -> io::Result<()> {
@@ -30,34 +30,39 @@ fn scores(out: &mut impl Write, report: &Report) -> io::Result<()> {
     let interval = |value: Option<[f64; 2]>| {
         value.map_or(NONE.to_owned(), |[low, high]| format!("{} to {}", digits(low), digits(high)))
     };
-    let rows: [Row<'_>; 14] = [
-        ("Scores, m²", &|run| run.name.clone()),
-        ("R_cv 10 m", &|run| square(run.r_cv_m2.at_10)),
-        ("  99 % interval", &|run| interval(run.r_cv_10_ci99_m2)),
-        ("R_cv 2 m", &|run| square(run.r_cv_m2.at_2)),
-        ("R_cv 0.5 m", &|run| square(run.r_cv_m2.at_0_5)),
-        ("R_cv 0.2 m", &|run| square(run.r_cv_m2.at_0_2)),
-        ("R_near 5 m", &|run| square(run.r_near_m2.at_5)),
-        ("R_near 2 m", &|run| square(run.r_near_m2.at_2)),
-        ("R_near 0.5 m", &|run| square(run.r_near_m2.at_0_5)),
-        ("DMP, sum", &|run| digits(run.dmp_sum_m2)),
-        ("log-likelihood, raw", &|run| digits(run.log_likelihood_raw)),
-        ("surfels", &|run| count(run.map.surfels)),
-        ("thin voxels", &|run| run.map.thin_voxels.map_or(NONE.to_owned(), count)),
-        ("tiles", &|run| count(run.map.tiles)),
-    ];
-    let of_trails: [Row<'_>; 2] = [
-        ("surfels with trails", &|run| run.map.surfels_with_trails.map_or(NONE.to_owned(), count)),
-        ("  contradicted", &|run| run.map.surfels_contradicted.map_or(NONE.to_owned(), count)),
-    ];
-    let of_trails = of_trails.iter().filter(|_| report.free_space.is_some());
+    let mut rows: Vec<Row<'_>> = vec![("Scores, m²".to_owned(), Box::new(|run| run.name.clone()))];
+    let scales = report.config.scales;
+    for (k, scale_m) in scales.cv_m()[1..].iter().enumerate() {
+        rows.push((format!("R_cv {scale_m} m"), Box::new(move |run| square(run.r_cv_m2[k]))));
+        if k == 0 {
+            rows.push(("  99 % interval".to_owned(), Box::new(|run| interval(run.r_cv_ci99_m2))));
+        }
+    }
+    for (k, scale_m) in scales.near_m().iter().enumerate() {
+        rows.push((format!("R_near {scale_m} m"), Box::new(move |run| square(run.r_near_m2[k]))));
+    }
+    rows.push(("DMP, sum".to_owned(), Box::new(|run| digits(run.dmp_sum_m2))));
+    if report.runs.iter().any(|run| run.dmp_depth_sum_m2.is_some()) {
+        rows.push(("  in depth".to_owned(), Box::new(|run| square(run.dmp_depth_sum_m2))));
+    }
+    rows.push(("log-likelihood, raw".to_owned(), Box::new(|run| digits(run.log_likelihood_raw))));
+    rows.push(("surfels".to_owned(), Box::new(|run| count(run.map.surfels))));
+    let thin = |run: &RunReport| run.map.thin_voxels.map_or(NONE.to_owned(), count);
+    rows.push(("thin voxels".to_owned(), Box::new(thin)));
+    rows.push(("tiles".to_owned(), Box::new(|run| count(run.map.tiles))));
+    if report.free_space.is_some() {
+        let told = |surfels: Option<u64>| surfels.map_or(NONE.to_owned(), count);
+        let with_trails = move |run: &RunReport| told(run.map.surfels_with_trails);
+        rows.push(("surfels with trails".to_owned(), Box::new(with_trails)));
+        rows.push(("  contradicted".to_owned(), Box::new(move |run| told(run.map.surfels_contradicted))));
+    }
     let runs: Vec<&RunReport> =
         report.order.iter().filter_map(|name| report.runs.iter().find(|run| run.name == *name)).collect();
     let mut sides = vec![Side::Left];
     sides.resize(1 + runs.len(), Side::Right);
     let mut table = Table::new(sides);
-    for (title, value) in rows.iter().chain(of_trails) {
-        table.row(std::iter::once((*title).to_owned()).chain(runs.iter().map(|run| value(run))));
+    for (title, value) in &rows {
+        table.row(std::iter::once(title.clone()).chain(runs.iter().map(|run| value(run))));
     }
     table.write(out, "")
 }

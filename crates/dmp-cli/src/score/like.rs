@@ -9,7 +9,7 @@ use dmp_log::LogSummary;
 use crate::compare::read_result;
 
 /// The options whose values are those of the result.
-pub(super) const TAKEN: [&str; 13] = [
+pub(super) const TAKEN: [&str; 14] = [
     "decide",
     "ego",
     "every",
@@ -20,6 +20,7 @@ pub(super) const TAKEN: [&str; 13] = [
     "quick",
     "sample",
     "seed",
+    "scales",
     "segment",
     "sigma",
     "voxel",
@@ -71,8 +72,9 @@ impl Like {
         Ok(Config {
             voxel_m: Some(was.voxel_m),
             segments: Some(was.segments.clone()),
-            min_range_m: was.min_range_m,
-            max_range_m: was.max_range_m,
+            scales: Some(was.scales),
+            min_range_m: Some(was.min_range_m),
+            max_range_m: Some(was.max_range_m),
             ego,
             every: was.every,
             miss_price,

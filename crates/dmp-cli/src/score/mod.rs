@@ -15,9 +15,9 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
+use anyhow::{Context as _, bail};
 use clap::Args;
-use dmp::{Config, Report, evaluate, evaluate_quick};
+use dmp::{Config, Report, Scales, evaluate, evaluate_quick};
 use dmp_log::TrajectoryFormat;
 use serde::Serialize;
 
@@ -152,6 +152,12 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             let OpenedRuns { log, runs, damaged } =
                 OpenedRuns::open(started, maps, &arguments.log, &arguments.settings, common)?;
             like.iter().try_for_each(|like| like.check_log(log.summary()))?;
+            let config = config.settled(log.summary());
+            if arguments.outputs.report.is_some() && config.scales() == Scales::Room {
+                bail!(crate::exit::Usage(
+                    "--report: its maps and places are those of drives; it draws no rooms".to_owned()
+                ));
+            }
             let recorder = Recorder::new(outputs, log.as_ref(), &runs, &config, common)?;
             let evaluated = evaluate(log.as_ref(), &runs, &config, &recorder);
             let (report, recorded) = recorder.end(evaluated)?;

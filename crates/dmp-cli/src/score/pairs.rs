@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use dmp::{PairReport, Report, ScaleReport};
+use dmp::{PairReport, Report, ScaleReport, Scales};
 
 use super::sampling;
 use crate::text::{NONE, Side, Table, count, digits};
@@ -62,23 +62,26 @@ fn told(report: &Report) -> Vec<Told<'_>> {
 }
 
 /// What a scale says about the maps.
-fn reach(scale_m: f64) -> &'static str {
-    match scale_m {
-        m if m >= 5.0 => "globally",
-        m if m >= 1.0 => "at the metre scale",
-        m if m >= 0.5 => "locally",
-        _ => "in centimetres",
+fn reach(scale_m: f64, scales: Scales) -> &'static str {
+    // A room is a drive of a tenth its size.
+    match (scale_m * Scales::Drive.widest_m() / scales.widest_m(), scales) {
+        (m, _) if m >= 5.0 => "globally",
+        (m, Scales::Drive) if m >= 1.0 => "at the metre scale",
+        (m, Scales::Room) if m >= 1.0 => "at the decimetre scale",
+        (m, _) if m >= 0.5 => "locally",
+        (_, Scales::Drive) => "in centimetres",
+        (_, Scales::Room) => "in millimetres",
     }
 }
 
 /// Writes a line for each pair, then the reasons of those that are not simply decided.
 pub(super) fn verdicts(out: &mut impl Write, report: &Report) -> io::Result<()> {
-    let pairs = told(report);
+    let (pairs, scales) = (told(report), report.config.scales);
     let mut table = Table::new([Side::Left, Side::Left, Side::Left, Side::Left, Side::Right, Side::Right]);
     table.row(["Pairs", "", "", "decided at", "first minus second, m²", "99 % interval"]);
     for told in &pairs {
         let decided = told.pair.decided_at_m;
-        let at = |scale_m: f64| format!("{} {scale_m} m, {}", told.pair.score, reach(scale_m));
+        let at = |scale_m: f64| format!("{} {scale_m} m, {}", told.pair.score, reach(scale_m, scales));
         let scale = told.pair.scales.iter().find(|scale| Some(scale.scale_m) == decided);
         let [difference, interval] =
             scale.map_or([NONE; 2].map(str::to_owned), |scale| told.difference(scale));

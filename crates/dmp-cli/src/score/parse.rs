@@ -3,7 +3,7 @@
 use std::str::FromStr;
 use std::time::Duration;
 
-use dmp::{Ego, LengthUnit, MissPrice};
+use dmp::{Ego, LengthUnit, MissPrice, Scales, SegmentLength};
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::parse::length_m;
@@ -22,6 +22,40 @@ impl FromStr for AutoLength {
 
     fn from_str(text: &str) -> Result<Self, String> {
         if text == "auto" { Ok(Self(None)) } else { length_m(text).map(|m| Self(Some(m))) }
+    }
+}
+
+/// The length of a segment, which may be left to the program: `12m` or `12` of the way, `2s` of time, `30scans`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct AutoSegment(pub(crate) Option<SegmentLength>);
+
+impl FromStr for AutoSegment {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let bad = || format!("`{text}` is no length of a segment: try auto, 12m, 2s or 30scans");
+        let number = |text: &str| text.trim_end().parse::<f64>().ok().filter(|n| n.is_finite());
+        if text == "auto" {
+            return Ok(Self(None));
+        }
+        if let Some(scans) = text.strip_suffix("scans").or_else(|| text.strip_suffix("scan")) {
+            let scans = scans.trim_end().parse().map_err(|_| bad())?;
+            return Ok(Self(Some(SegmentLength::Scans(scans))));
+        }
+        if let Some(seconds) = text.strip_suffix('s').and_then(number) {
+            return Ok(Self(Some(SegmentLength::Seconds(seconds))));
+        }
+        length_m(text).map(|m| Self(Some(SegmentLength::Metres(m)))).map_err(|_| bad())
+    }
+}
+
+/// The lengths by which returns are judged, which may be left to the log's sensor.
+pub(crate) fn scales(text: &str) -> Result<Option<Scales>, String> {
+    match text {
+        "auto" => Ok(None),
+        "drive" => Ok(Some(Scales::Drive)),
+        "room" => Ok(Some(Scales::Room)),
+        _ => Err(format!("`{text}` are no lengths that are known: try auto, drive or room")),
     }
 }
 
@@ -226,6 +260,27 @@ mod tests {
         assert_eq!("12m".parse(), Ok(AutoLength(Some(12.0))));
         assert_eq!("0.2".parse(), Ok(AutoLength(Some(0.2))));
         assert!("12 miles".parse::<AutoLength>().is_err());
+    }
+
+    #[test]
+    fn segments_are_of_way_time_or_scans() {
+        for (text, length) in [
+            ("auto", None),
+            ("12", Some(SegmentLength::Metres(12.0))),
+            ("60cm", Some(SegmentLength::Metres(0.6))),
+            ("2s", Some(SegmentLength::Seconds(2.0))),
+            ("0.5 s", Some(SegmentLength::Seconds(0.5))),
+            ("30scans", Some(SegmentLength::Scans(30))),
+            ("1 scan", Some(SegmentLength::Scans(1))),
+        ] {
+            assert_eq!(text.parse(), Ok(AutoSegment(length)), "{text}");
+        }
+        for text in ["s", "12 miles", "-3scans", "1.5scans", "nans", ""] {
+            let error = text.parse::<AutoSegment>().unwrap_err();
+            assert!(error.starts_with(&format!("`{text}` is no length of a segment")), "{error}");
+        }
+        assert_eq!((scales("auto"), scales("room")), (Ok(None), Ok(Some(Scales::Room))));
+        assert!(scales("hall").unwrap_err().starts_with("`hall` are no lengths"));
     }
 
     #[test]

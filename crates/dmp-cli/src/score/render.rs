@@ -2,56 +2,11 @@
 
 use std::io::{self, Write};
 
-use dmp::{FreeSpaceReport, Report, RunReport};
+use dmp::{FreeSpaceReport, Report, SegmentLength};
+use dmp_draw::{ScoreColumn, columns, is_cross_validated};
 
 use super::{details, pairs, sampling};
-use crate::text::{self, NONE, Side, Table, counted, digits, percent};
-
-/// A column of the table of runs.
-struct Column {
-    head: [&'static str; 3],
-    value: fn(&RunReport) -> Option<f64>,
-    show: fn(f64) -> String,
-}
-
-const fn root_m(name: &'static str, scale: &'static str, value: fn(&RunReport) -> Option<f64>) -> Column {
-    Column { head: [name, scale, "m"], value, show: |square_m2| digits(square_m2.sqrt()) }
-}
-
-const fn root_cm(name: &'static str, scale: &'static str, value: fn(&RunReport) -> Option<f64>) -> Column {
-    Column { head: [name, scale, "cm"], value, show: |square_m2| digits(100.0 * square_m2.sqrt()) }
-}
-
-const fn share(name: &'static str, value: fn(&RunReport) -> Option<f64>) -> Column {
-    Column { head: [name, "", "%"], value, show: percent }
-}
-
-const DMP_MEAN: Column = Column { head: ["DMP", "mean", "m²"], value: |run| run.dmp_mean_m2, show: digits };
-const MISS: Column = share("miss", |run| run.miss_rate);
-const BLOCKED: Column = share("blocked", |run| run.blocked_rate);
-
-/// Where at least one run's map was fused from the scans.
-const CROSS_VALIDATED: [Column; 9] = [
-    root_m("R_cv", "10 m", |run| run.r_cv_m2.at_10),
-    root_m("R_cv", "2 m", |run| run.r_cv_m2.at_2),
-    root_cm("R_cv", "0.5 m", |run| run.r_cv_m2.at_0_5),
-    root_cm("R_near", "0.5 m", |run| run.r_near_m2.at_0_5),
-    DMP_MEAN,
-    share("coverage", |run| run.coverage),
-    share("revisit", |run| run.coverage_revisit),
-    MISS,
-    BLOCKED,
-];
-
-/// Where all maps were given: no crossing is known to be independent.
-const NEAREST: [Column; 6] = [
-    root_m("R_near", "5 m", |run| run.r_near_m2.at_5),
-    root_m("R_near", "2 m", |run| run.r_near_m2.at_2),
-    root_cm("R_near", "0.5 m", |run| run.r_near_m2.at_0_5),
-    DMP_MEAN,
-    MISS,
-    BLOCKED,
-];
+use crate::text::{self, NONE, Side, Table, counted, percent};
 
 /// Writes the report: settings, runs, pairs, warnings.
 pub(crate) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io::Result<()> {
@@ -95,12 +50,12 @@ fn settings(report: &Report) -> String {
             format!("{} of {}", text::count(used), counted(all, what))
         }
     };
-    let segments = match config.segments.length_m {
+    let count = counted(config.segments.count as u64, "segment");
+    let segments = match config.segments.length() {
         // Whole metres without a decimal, as everybody writes them.
-        Some(length_m) => {
-            let segments = counted(config.segments.count as u64, "segment");
-            format!("{segments} of {} m", (10.0 * length_m).round() / 10.0)
-        }
+        Some(SegmentLength::Metres(m)) => format!("{count} of {} m", (10.0 * m).round() / 10.0),
+        Some(SegmentLength::Seconds(s)) => format!("{count} of {s} s"),
+        Some(SegmentLength::Scans(scans)) => format!("{count} of {}", counted(scans, "scan")),
         None => "every scan a segment".to_owned(),
     };
     let returns = match report.sampling.places {
@@ -117,6 +72,16 @@ fn settings(report: &Report) -> String {
     )
 }
 
+/// A line of a column's head: name, truncation, unit.
+fn head_of(column: &ScoreColumn, line: usize) -> String {
+    match (line, column.scale_m) {
+        (0, _) => column.name.to_owned(),
+        (1, Some(scale_m)) => format!("{scale_m} m"),
+        (1, None) => column.detail.to_owned(),
+        _ => column.unit.to_owned(),
+    }
+}
+
 /// What was kept out of the maps, and by whose word.
 fn left_out(free_space: &FreeSpaceReport) -> String {
     let share = free_space.returns_left_out as f64 / free_space.returns_fused.max(1) as f64;
@@ -128,13 +93,10 @@ fn left_out(free_space: &FreeSpaceReport) -> String {
     )
 }
 
-fn is_cross_validated(report: &Report) -> bool {
-    report.runs.iter().any(|run| run.coverage.is_some())
-}
-
 fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
     let cross_validated = is_cross_validated(report);
-    let columns: &[Column] = if cross_validated { &CROSS_VALIDATED } else { &NEAREST };
+    let columns = columns(report);
+    let unit = columns.first().map_or("m", |column| column.unit);
     let is_sample = sampling::is_sample(report);
     // Behind the first column, how far a sample may be off.
     let with_error = |mut cells: Vec<String>, error: String| {
@@ -146,8 +108,8 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
     let mut sides = vec![Side::Right, Side::Left];
     sides.resize(2 + columns.len() + usize::from(is_sample), Side::Right);
     let mut table = Table::new(sides);
-    for (line, (title, error)) in [("run", "±"), ("", "99 %"), ("", "m")].into_iter().enumerate() {
-        let heads = columns.iter().map(|column| column.head[line].to_owned());
+    for (line, (title, error)) in [("run", "±"), ("", "99 %"), ("", unit)].into_iter().enumerate() {
+        let heads = columns.iter().map(|column| head_of(column, line));
         let cells = [String::new(), title.to_owned()].into_iter().chain(heads).collect();
         table.row(with_error(cells, error.to_owned()));
     }
@@ -156,8 +118,8 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
         let above = place.checked_sub(1).and_then(|above| report.order.get(above));
         let tied = above.is_some_and(|above| report.ties.iter().any(|[a, b]| a == above && b == name));
         let rank = if tied { "=".to_owned() } else { (place + 1).to_string() };
-        let show = |column: &Column| (column.value)(run).map_or(NONE.to_owned(), column.show);
-        let error = sampling::half_width(run, cross_validated);
+        let show = |column: &ScoreColumn| column.show(run).unwrap_or_else(|| NONE.to_owned());
+        let error = sampling::half_width(run, cross_validated, unit);
         table.row(with_error(
             [rank, name.clone()].into_iter().chain(columns.iter().map(show)).collect(),
             error,
@@ -166,16 +128,21 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
     table.write(out, "")?;
     writeln!(out)?;
     let means = "RMS of measured minus predicted range, cut off at the length above; less is better";
-    let rates = "rays that hit nothing; blocked: that hit something over 0.5 m too early";
+    let scales = report.config.scales;
+    let (widest_m, blocked_m) = (scales.widest_m(), scales.blocked_m());
+    let rates = format!("rays that hit nothing; blocked: that hit something over {blocked_m} m too early");
+    let has_depth = report.runs.iter().any(|run| run.dmp_depth_mean_m2.is_some());
+    let depth = if has_depth { "; depth: along the optical axis, as cameras measure" } else { "" };
     if is_cross_validated(report) {
         writeln!(out, "R_cv      {means};")?;
-        let missing_m = 10.0 * report.config.miss_price.sqrt();
+        let missing_m = widest_m * report.config.miss_price.sqrt();
         writeln!(
             out,
-            "          predicted from other parts of the drive; at 10 m, {missing_m:.1} m off where that is impossible"
+            "          predicted from other parts of the drive; at {widest_m} m, {missing_m:.*} m off where that is impossible",
+            if widest_m >= 10.0 { 1 } else { 2 }
         )?;
         writeln!(out, "R_near    the same with the nearest surfel on the ray, whenever it was seen")?;
-        writeln!(out, "DMP       mean square to the first surfel on the ray, not cut off")?;
+        writeln!(out, "DMP       mean square to the first surfel on the ray, not cut off{depth}")?;
         writeln!(
             out,
             "coverage  returns predicted from other parts of the drive; revisit: from another visit"
@@ -183,7 +150,7 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
     } else {
         writeln!(out, "R_near    {means};")?;
         writeln!(out, "          predicted by the nearest surfel on the ray")?;
-        writeln!(out, "DMP       mean square to the first surfel on the ray, not cut off")?;
+        writeln!(out, "DMP       mean square to the first surfel on the ray, not cut off{depth}")?;
     }
     writeln!(out, "miss      {rates}")?;
     if sampling::is_sample(report) {

@@ -1,16 +1,16 @@
 //! Reports made by hand, for tests.
 
 use dmp::{
-    ConfigReport, CvScores, DropReport, InputReport, MapReport, MemoryReport, NearScores, PairReport,
-    PassTimes, Report, RunReport, SamplingReport, ScaleReport, SegmentReport,
+    ConfigReport, DropReport, InputReport, MapReport, MemoryReport, PairReport, PassTimes, Report, RunReport,
+    SamplingReport, ScaleReport, ScaleScores, Scales, SegmentReport,
 };
 
 /// Truth and noise not told apart, drift worse, and mixed against noise.
 pub(crate) fn three_runs() -> Report {
     let mut drift = run("drift", 2.0);
     drift.coverage = Some(0.431);
-    drift.r_cv_m2 = CvScores { at_10: None, at_2: None, at_0_5: None, at_0_2: None };
-    drift.r_cv_10_ci99_m2 = None;
+    drift.r_cv_m2 = ScaleScores::new([10.0, 2.0, 0.5, 0.2].map(|scale_m| (scale_m, None)));
+    drift.r_cv_ci99_m2 = None;
     drift.r_cv_withheld = Some("coverage is 0.431, below 0.5".into());
     drift.warnings = vec![
         "R_cv is not given: coverage is 0.431, below 0.5; pairs are still compared on common returns".into(),
@@ -43,8 +43,8 @@ pub(crate) fn given_maps() -> Report {
     let given = |name, factor| {
         let mut run = run(name, factor);
         (run.coverage, run.coverage_revisit) = (None, None);
-        run.r_cv_m2 = CvScores { at_10: None, at_2: None, at_0_5: None, at_0_2: None };
-        run.r_cv_10_ci99_m2 = None;
+        run.r_cv_m2 = ScaleScores::new([10.0, 2.0, 0.5, 0.2].map(|scale_m| (scale_m, None)));
+        run.r_cv_ci99_m2 = None;
         run.r_cv_withheld = Some("the map was given".into());
         run
     };
@@ -73,16 +73,18 @@ fn run(name: &str, factor: f64) -> RunReport {
         frames: 597,
         dmp_sum_m2: factor * 4_096_000.0,
         dmp_mean_m2: scaled(3.4567),
-        r_cv_m2: CvScores {
-            at_10: scaled(2.25),
-            at_2: scaled(0.16),
-            at_0_5: scaled(0.01),
-            at_0_2: scaled(0.0025),
-        },
-        r_cv_10_ci99_m2: Some([factor * 2.0, factor * 2.5]),
+        dmp_depth_sum_m2: None,
+        dmp_depth_mean_m2: None,
+        r_cv_m2: ScaleScores::new([
+            (10.0, scaled(2.25)),
+            (2.0, scaled(0.16)),
+            (0.5, scaled(0.01)),
+            (0.2, scaled(0.0025)),
+        ]),
+        r_cv_ci99_m2: Some([factor * 2.0, factor * 2.5]),
         r_cv_withheld: None,
-        r_near_5_ci99_m2: None,
-        r_near_m2: NearScores { at_5: scaled(0.36), at_2: scaled(0.04), at_0_5: scaled(0.0004) },
+        r_near_ci99_m2: None,
+        r_near_m2: ScaleScores::new([(5.0, scaled(0.36)), (2.0, scaled(0.04)), (0.5, scaled(0.0004))]),
         miss_rate: Some(0.021),
         blocked_rate: Some(0.1234),
         coverage: Some(0.8125),
@@ -136,6 +138,8 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             disc_radius_m: 0.16,
             segments: SegmentReport {
                 length_m: Some(12.0),
+                length_s: None,
+                length_scans: None,
                 count: 29,
                 travel_m: 351.0,
                 starts_ns: Vec::new(),
@@ -150,7 +154,9 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             every: 1,
             body_from_sensor: Some([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
             time_offset_s: 0.0,
-            sigma_m: 0.02,
+            sigma_m: Some(0.02),
+            depth_noise: None,
+            scales: Scales::Drive,
             miss_price: 0.15,
             free_space: false,
         },

@@ -1,6 +1,6 @@
 //! What went in: files, settings, where every return went.
 
-use dmp::{InputReport, Report, RunInputReport};
+use dmp::{ConfigReport, InputReport, Report, RunInputReport};
 
 use super::html::{cell, head, table, terms};
 use crate::text::{NONE, bytes, count, counted, duration};
@@ -129,10 +129,23 @@ fn settings(report: &Report) -> String {
             if config.every == 1 { "all scans".to_owned() } else { format!("one scan of {}", config.every) },
         ),
         ("time offset", format!("{} s", config.time_offset_s)),
-        ("range noise", format!("{} m, for the raw log-likelihood", config.sigma_m)),
-        ("price of a miss", format!("{} of 100 m² in R_cv(10)", config.miss_price)),
+        ("range noise", format!("{}, for the raw log-likelihood", noise(config))),
+        ("price of a miss", {
+            let widest_m = config.scales.widest_m();
+            format!("{} of {} m² in R_cv({widest_m})", config.miss_price, widest_m * widest_m)
+        }),
         ("trails", trails),
     ])
+}
+
+/// The noise of the sensor, in words.
+fn noise(config: &ConfigReport) -> String {
+    match (config.sigma_m, &config.depth_noise) {
+        (None, Some(noise)) => {
+            format!("{} m + {} /m · (z − {} m)²", noise.least_m, noise.growth_per_m, noise.nearest_m)
+        }
+        (sigma_m, _) => format!("{} m", sigma_m.unwrap_or(0.0)),
+    }
 }
 
 fn returns(report: &Report) -> String {

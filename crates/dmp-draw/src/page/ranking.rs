@@ -3,47 +3,12 @@
 use dmp::{Report, RunReport};
 
 use super::html::{cell, head, table, terms};
+use crate::columns::{ScoreColumn, columns, is_cross_validated};
 use crate::plot::escape;
-use crate::text::{NONE, digits, percent};
+use crate::text::{NONE, digits};
 
 /// Width of the bars that show a score with its interval, pixels.
 const BAR_PX: f64 = 160.0;
-
-/// A column: its title, its unit, what it shows of a run.
-type Column = (&'static str, &'static str, fn(&RunReport) -> Option<String>);
-
-fn root_m(square_m2: Option<f64>) -> Option<String> {
-    Some(digits(square_m2?.sqrt()))
-}
-
-fn root_cm(square_m2: Option<f64>) -> Option<String> {
-    Some(digits(100.0 * square_m2?.sqrt()))
-}
-
-const CROSS_VALIDATED: [Column; 9] = [
-    ("R_cv 10 m", "m", |run| root_m(run.r_cv_m2.at_10)),
-    ("R_cv 2 m", "m", |run| root_m(run.r_cv_m2.at_2)),
-    ("R_cv 0.5 m", "cm", |run| root_cm(run.r_cv_m2.at_0_5)),
-    ("R_near 0.5 m", "cm", |run| root_cm(run.r_near_m2.at_0_5)),
-    ("DMP mean", "m²", |run| run.dmp_mean_m2.map(digits)),
-    ("coverage", "%", |run| run.coverage.map(percent)),
-    ("revisit", "%", |run| run.coverage_revisit.map(percent)),
-    ("miss", "%", |run| run.miss_rate.map(percent)),
-    ("blocked", "%", |run| run.blocked_rate.map(percent)),
-];
-
-const NEAREST: [Column; 6] = [
-    ("R_near 5 m", "m", |run| root_m(run.r_near_m2.at_5)),
-    ("R_near 2 m", "m", |run| root_m(run.r_near_m2.at_2)),
-    ("R_near 0.5 m", "cm", |run| root_cm(run.r_near_m2.at_0_5)),
-    ("DMP mean", "m²", |run| run.dmp_mean_m2.map(digits)),
-    ("miss", "%", |run| run.miss_rate.map(percent)),
-    ("blocked", "%", |run| run.blocked_rate.map(percent)),
-];
-
-fn is_cross_validated(report: &Report) -> bool {
-    report.runs.iter().any(|run| run.coverage.is_some())
-}
 
 /// The runs in their order, best first.
 pub(super) fn in_order(report: &Report) -> impl Iterator<Item = &RunReport> {
@@ -53,20 +18,20 @@ pub(super) fn in_order(report: &Report) -> impl Iterator<Item = &RunReport> {
 /// The table, and what its columns mean.
 pub(super) fn ranking(report: &Report) -> String {
     let cross_validated = is_cross_validated(report);
-    let columns: &[Column] = if cross_validated { &CROSS_VALIDATED } else { &NEAREST };
-    let interval = |run: &RunReport| if cross_validated { run.r_cv_10_ci99_m2 } else { run.r_near_5_ci99_m2 };
+    let columns = columns(report);
+    let interval = |run: &RunReport| if cross_validated { run.r_cv_ci99_m2 } else { run.r_near_ci99_m2 };
     let top_m2 = report.runs.iter().filter_map(interval).map(|[_, high]| high).fold(0.0, f64::max);
     let mut heads = vec![head("rank", "", ""), head("run", "", "name")];
-    heads.extend(columns.iter().take(1).map(|(title, unit, _)| head(title, unit, "")));
+    heads.extend(columns.iter().take(1).map(|column| head(&column.title(), column.unit, "")));
     heads.push(head("99 % interval", "m", ""));
-    heads.extend(columns.iter().skip(1).map(|(title, unit, _)| head(title, unit, "")));
+    heads.extend(columns.iter().skip(1).map(|column| head(&column.title(), column.unit, "")));
     let mut rows = Vec::new();
     for (place, run) in in_order(report).enumerate() {
         let above = place.checked_sub(1).and_then(|above| report.order.get(above));
         let tied = above.is_some_and(|above| report.ties.iter().any(|[a, b]| a == above && *b == run.name));
         let rank = if tied { "=".to_owned() } else { (place + 1).to_string() };
-        let show = |column: &Column| cell(&(column.2)(run).unwrap_or_else(|| NONE.to_owned()), "");
-        let value_m2 = if cross_validated { run.r_cv_m2.at_10 } else { run.r_near_m2.at_5 };
+        let show = |column: &ScoreColumn| cell(&column.show(run).unwrap_or_else(|| NONE.to_owned()), "");
+        let value_m2 = if cross_validated { run.r_cv_m2[0] } else { run.r_near_m2[0] };
         let mut row =
             vec![cell(&rank, ""), format!("<th scope=\"row\" class=\"name\">{}</th>", escape(&run.name))];
         row.extend(columns.iter().take(1).map(show));
@@ -99,14 +64,17 @@ fn whisker(value_m2: Option<f64>, interval_m2: Option<[f64; 2]>, top_m2: f64) ->
 
 fn meanings(report: &Report, cross_validated: bool) -> String {
     let rms = "root mean square of measured minus predicted range, cut off at the length beside it";
-    let missing_m = 10.0 * report.config.miss_price.sqrt();
+    let scales = report.config.scales;
+    let (widest_m, blocked_m) = (scales.widest_m(), scales.blocked_m());
+    let missing_m = widest_m * report.config.miss_price.sqrt();
     let mut meanings = Vec::new();
     if cross_validated {
         meanings.push((
             "R_cv",
             format!(
-                "{rms}; predicted from other parts of the drive, so that no scan vouches for itself; at 10 m a return counts \
-                 {missing_m:.1} m where that is impossible"
+                "{rms}; predicted from other parts of the drive, so that no scan vouches for itself; at {widest_m} m a return counts \
+                 {} m where that is impossible",
+                digits(missing_m)
             ),
         ));
         meanings
@@ -125,7 +93,9 @@ fn meanings(report: &Report, cross_validated: bool) -> String {
                 .to_owned(),
         ));
     }
-    meanings
-        .push(("miss", "rays that hit nothing; blocked: that hit something over 0.5 m too early".to_owned()));
+    meanings.push((
+        "miss",
+        format!("rays that hit nothing; blocked: that hit something over {blocked_m} m too early"),
+    ));
     terms(meanings)
 }

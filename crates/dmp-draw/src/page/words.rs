@@ -1,6 +1,6 @@
 //! The ranking, told to somebody who knows neither residuals nor squares.
 
-use dmp::{PairReport, Report, ScaleReport};
+use dmp::{PairReport, Report, ScaleReport, Scales};
 
 use crate::plot::escape;
 use crate::text::{count, digits};
@@ -104,14 +104,14 @@ pub(super) fn pairs(report: &Report) -> Vec<String> {
         for (j, low) in order.iter().enumerate().skip(i + 1) {
             let told = order.len() <= ALL_PAIRS_UP_TO || i == 0 || j == i + 1;
             if let Some(pair) = pair_of(report, high, low).filter(|_| told) {
-                said.push(of_pair(pair, high, low));
+                said.push(of_pair(report, pair, high, low));
             }
         }
     }
     said
 }
 
-fn of_pair(pair: &PairReport, high: &str, low: &str) -> String {
+fn of_pair(report: &Report, pair: &PairReport, high: &str, low: &str) -> String {
     let scale = pair.scales.iter().find(|scale| Some(scale.scale_m) == pair.decided_at_m);
     let Some(scale) = scale else {
         let more = pair.frames_needed.map(|needed| (needed, "scans"));
@@ -125,7 +125,12 @@ fn of_pair(pair: &PairReport, high: &str, low: &str) -> String {
     let worse = if better == pair.a { &pair.b } else { &pair.a };
     let verb =
         if pair.better_on_the_whole.is_some() { "is better on the whole than" } else { "is better than" };
-    let mut sentence = format!("{} {verb} {}: {}.", strong(better), strong(worse), reach(scale.scale_m));
+    let mut sentence = format!(
+        "{} {verb} {}: {}.",
+        strong(better),
+        strong(worse),
+        reach(scale.scale_m, report.config.scales)
+    );
     if let Some(numbers) = numbers(pair, scale, better) {
         sentence.push(' ');
         sentence.push_str(&numbers);
@@ -139,15 +144,21 @@ fn of_pair(pair: &PairReport, high: &str, low: &str) -> String {
 }
 
 /// What a scale says about the maps.
-fn reach(scale_m: f64) -> &'static str {
-    match scale_m {
+fn reach(scale_m: f64, scales: Scales) -> &'static str {
+    // A room is a drive of a tenth its size.
+    let is_room = scales == Scales::Room;
+    match scale_m * Scales::Drive.widest_m() / scales.widest_m() {
         m if m >= 5.0 => "its map as a whole fits together better",
+        m if m >= 1.0 && is_room => {
+            "its map fits together better at the scale of decimetres, beyond which nothing is decided"
+        }
         m if m >= 1.0 => {
             "its map fits together better at the scale of metres, beyond which nothing is decided"
         }
-        m if m >= 0.5 => {
+        m if m >= 0.5 && !is_room => {
             "its surfaces are sharper at the scale of decimetres, beyond which nothing is decided"
         }
+        // The finest of a room is 2 cm.
         _ => "its surfaces are sharper at the scale of centimetres, beyond which nothing is decided",
     }
 }

@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use dmp::{Config, PosedLog, PosedScan, Watch};
+use dmp::{Config, PosedLog, PosedScan, Scales, Watch};
 use dmp_log::ScanLog;
 use dmp_map::{Lattice, PatchBuilder, PatchWriter, Patches, WorkFolder};
 use dmp_sensor::{Isometry3, Ray, ReturnCounts};
@@ -24,13 +24,14 @@ const FEWEST_STRETCHES: f64 = 20.0;
 pub struct MapOptions {
     /// Rays of each keyframe that are cast, about; of more than a million in all each keyframe has fewer.
     pub rays_per_keyframe: usize,
-    /// A place where no patch moved more than this against the others there is as it was, metres; 0 looks at all.
-    pub moved_m: f64,
+    /// A place where no patch moved more than this against the others there is as it was, metres; 0 looks at all. `None`:
+    /// 0.02 m, in a room 0.002 m.
+    pub moved_m: Option<f64>,
 }
 
 impl Default for MapOptions {
     fn default() -> Self {
-        Self { rays_per_keyframe: 2048, moved_m: 0.02 }
+        Self { rays_per_keyframe: 2048, moved_m: None }
     }
 }
 
@@ -44,9 +45,9 @@ impl MapOptions {
             let why = "it must be 1 or more";
             return Err(LoopError::Setting { setting: "rays of a keyframe", value: 0.0, why });
         }
-        if !(self.moved_m >= 0.0 && self.moved_m.is_finite()) {
+        if let Some(value) = self.moved_m.filter(|&m| !(m >= 0.0 && m.is_finite())) {
             let why = "it must be a length of 0 m or more";
-            return Err(LoopError::Setting { setting: "motion of a place", value: self.moved_m, why });
+            return Err(LoopError::Setting { setting: "motion of a place", value, why });
         }
         Ok(())
     }
@@ -64,6 +65,7 @@ pub struct LoopMap {
     pub(super) stretches: Vec<usize>,
     pub(super) options: MapOptions,
     pub(super) max_range_m: f64,
+    pub(super) scales: Scales,
     /// Memory for the tiles of one map, bytes, and maps that are put together at a time.
     pub(super) tile_bytes: usize,
     threads: usize,
@@ -95,6 +97,7 @@ impl LoopMap {
         options.check()?;
         let run = keyframes.run("graph", world_from_body)?;
         let posed = PosedLog::new(log, &run, config, watch)?;
+        let config = posed.config();
         let lattice = Lattice::new(posed.voxel_m())?;
         let folder = WorkFolder::new(&config.work_folder)?;
         let count = world_from_body.len();
@@ -144,10 +147,11 @@ impl LoopMap {
         let counts = posed.each(watch, &take)?;
         Ok(Self {
             patches: writer.finish()?,
-            stretches: stretches(world_from_body),
+            stretches: stretches(world_from_body, config.scales()),
             rays: rays.into_inner().unwrap_or_else(PoisonError::into_inner),
             options,
-            max_range_m: config.max_range_m,
+            max_range_m: config.max_range_m(),
+            scales: config.scales(),
             tile_bytes: config.memory_bytes / 3 / config.threads,
             threads: config.threads,
             counts,
@@ -171,9 +175,19 @@ impl LoopMap {
         self.scans
     }
 
+    /// A place where no patch moved more than this is as it was, metres.
+    pub fn moved_m(&self) -> f64 {
+        self.options.moved_m.unwrap_or(MOVED_M * metre_m(self.scales))
+    }
+
     /// Edge of the voxels, metres.
     pub fn voxel_m(&self) -> f64 {
         self.patches.lattice().voxel_m()
+    }
+
+    /// The lengths by which returns are judged.
+    pub fn scales(&self) -> Scales {
+        self.scales
     }
 
     /// Keyframes that have scans.
@@ -197,8 +211,16 @@ impl LoopMap {
     }
 }
 
+/// What moved less is as it was where nothing else is asked for, metres of a drive.
+const MOVED_M: f64 = 0.02;
+
+/// How long what is a metre on a drive is on these scales, metres.
+pub(super) fn metre_m(scales: Scales) -> f64 {
+    scales.widest_m() / Scales::Drive.widest_m()
+}
+
 /// Cuts the way through the keyframes.
-fn stretches(world_from_body: &[Isometry3<f64>]) -> Vec<usize> {
+fn stretches(world_from_body: &[Isometry3<f64>], scales: Scales) -> Vec<usize> {
     let places = || world_from_body.iter().map(|pose| pose.translation.vector);
     let steps_m = places().zip(places().skip(1)).map(|(a, b)| (b - a).norm());
     let along_m: Vec<f64> = std::iter::once(0.0)
@@ -207,7 +229,8 @@ fn stretches(world_from_body: &[Isometry3<f64>]) -> Vec<usize> {
             Some(*along_m)
         }))
         .collect();
-    let length_m = STRETCH_M.min(along_m.last().copied().unwrap_or_default() / FEWEST_STRETCHES);
+    let longest_m = STRETCH_M * metre_m(scales);
+    let length_m = longest_m.min(along_m.last().copied().unwrap_or_default() / FEWEST_STRETCHES);
     let stretch = |along_m: &f64| if length_m > 0.0 { (along_m / length_m) as usize } else { 0 };
     along_m.iter().map(stretch).collect()
 }

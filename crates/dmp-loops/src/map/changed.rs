@@ -5,11 +5,12 @@ use std::collections::HashMap;
 use dmp_sensor::Isometry3;
 use nalgebra::Point3;
 
+use super::build::metre_m;
 use super::rays::COLUMN_M;
 use super::{LoopMap, placement};
 
 /// Beyond this a surfel makes no difference to `R_near(2 m)`: the scale, the radius of a disc, and the cell that a normal
-/// comes from, metres.
+/// comes from, metres of a drive.
 const NEAR_M: f64 = 3.0;
 
 /// Which patches have something in each column of the world.
@@ -78,21 +79,22 @@ impl<'a> Moved<'a> {
     /// For every group of rays of a keyframe, whether the map where they end may have changed: a patch that has
     /// something there, before or after, moved against the keyframe by more than [`MapOptions::moved_m`](super::MapOptions).
     pub(super) fn changed(&self, keyframe: usize) -> Vec<bool> {
-        if self.map.options.moved_m == 0.0 {
+        if self.map.moved_m() == 0.0 {
             return vec![true; self.map.rays[keyframe].groups().len()];
         }
         let mut motions: HashMap<usize, Motion> = HashMap::new();
         let mut has_moved = |patch: usize, range_m: f64| {
             let motion = motions.entry(patch).or_insert_with(|| self.motion(keyframe, patch));
-            motion.shift_m + motion.turn_rad * range_m > self.map.options.moved_m
+            motion.shift_m + motion.turn_rad * range_m > self.map.moved_m()
         };
+        let near_m = NEAR_M * metre_m(self.map.scales);
         let [before, after] = [self.before, self.after].map(|poses| placement(&poses[keyframe]));
         let changed = |group: &super::rays::Group| {
             let [low, high] = group.bounds_m;
             let farthest = (0..3).map(|k| low[k].abs().max(high[k].abs()));
             let range_m = farthest.map(|c| c * c).sum::<f64>().sqrt();
             // What is nearest to a return may lie in front of it or behind.
-            let near_m = [low.map(|c| c - NEAR_M), high.map(|c| c + NEAR_M)];
+            let near_m = [low.map(|c| c - near_m), high.map(|c| c + near_m)];
             let around = self.columns_before.patches_in(before.bounds_m(near_m));
             let around = around.chain(self.columns_after.patches_in(after.bounds_m(near_m)));
             around.into_iter().any(|patch| has_moved(patch, range_m))

@@ -1,6 +1,6 @@
 use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query};
 use dmp_map::{MapError, PlacedPatches};
-use dmp_reduce::{Estimate, NEAR_SCALES_M, Residuals};
+use dmp_reduce::{Estimate, Residuals, Scales};
 use dmp_sensor::{Isometry3, Ray};
 use rayon::prelude::*;
 
@@ -16,9 +16,8 @@ const HORIZON: f64 = 2.0;
 const PARTS: usize = 4;
 /// Rays that are cast together.
 const BLOCK_RAYS: usize = 1 << 14;
-/// Which of the scales ranks loops: `R_near(2 m)`.
+/// Which of the scales of `R_near` ranks loops: 2 m on a drive.
 pub(super) const LOOPS: usize = 1;
-const _: () = assert!(NEAR_SCALES_M[LOOPS] == 2.0);
 
 /// What a map leaves of a ray: z − z' for the first crossing and for the nearest, metres; NaN where there is none.
 #[derive(Debug, Clone, Copy)]
@@ -88,7 +87,7 @@ impl<'a> Placed<'a> {
 
     /// The score of this map itself.
     pub(crate) fn score(&self) -> Result<MapScores, LoopError> {
-        let mut sums = Sums::new();
+        let mut sums = Sums::new(self.map.scales);
         for (keyframe, left) in self.seen() {
             sums.enter(self.map.stretches[keyframe])?;
             left.iter().for_each(|left| sums.frame.add_return(&[left.residuals(); 2]));
@@ -111,7 +110,7 @@ impl<'a> Placed<'a> {
         let seen: Vec<(usize, &Vec<Left>)> = self.seen().collect();
         let stretches: Vec<_> = seen.chunk_by(|a, b| map.stretches[a.0] == map.stretches[b.0]).collect();
         let part = |stretches: &[&[(usize, &Vec<Left>)]]| {
-            let mut part = Part::default();
+            let mut part = Part::new(map.scales);
             stretches.iter().flat_map(|seen| seen.iter()).try_for_each(|(keyframe, before)| {
                 part.add(*keyframe, before, &moved, &caster, world_from_body)
             })?;
@@ -125,7 +124,7 @@ impl<'a> Placed<'a> {
                 several.par_iter().map(|stretches| part(stretches)).collect::<Result<_, LoopError>>()?
             }
         };
-        let mut whole = Part::default();
+        let mut whole = Part::new(map.scales);
         parts.iter().try_for_each(|part| whole.merge(part))?;
         Ok(whole.sums.score(whole.cast as f64 / whole.all.max(1) as f64))
     }
@@ -137,7 +136,6 @@ impl<'a> Placed<'a> {
 }
 
 /// Some stretches of a map whose patches moved.
-#[derive(Default)]
 struct Part {
     sums: Sums,
     /// Rays cast anew, of how many.
@@ -148,6 +146,10 @@ struct Part {
 }
 
 impl Part {
+    fn new(scales: Scales) -> Self {
+        Self { sums: Sums::new(scales), cast: 0, all: 0, casting: Casting::default(), left: Vec::new() }
+    }
+
     /// Adds a keyframe of which the map before left this.
     fn add(
         &mut self,
@@ -204,7 +206,11 @@ impl LoopMap {
         maps: usize,
     ) -> Result<Caster<PlacedPatches<'_>>, MapError> {
         let placed = PlacedPatches::new(&self.patches, world_from_body.iter().map(placement).collect())?;
-        let settings = CastSettings { horizon_m: HORIZON * self.max_range_m, ..CastSettings::default() };
+        let settings = CastSettings {
+            horizon_m: HORIZON * self.max_range_m,
+            window_m: self.scales.near_m()[0],
+            ..CastSettings::default()
+        };
         Ok(Caster::new(placed, settings, maps * self.tile_bytes))
     }
 }

@@ -1,4 +1,4 @@
-use dmp_reduce::{Basis, Confidence, Estimate, FrameSums, Interval, Layout, Reducer};
+use dmp_reduce::{Basis, Confidence, Estimate, FrameSums, Interval, Layout, Reducer, Scales};
 
 use super::score::{LOOPS, MapScores};
 use crate::LoopError;
@@ -11,20 +11,14 @@ pub(super) struct Sums {
     stretch: Option<usize>,
 }
 
-impl Default for Sums {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 /// Stretches of the drive are a sample of all places that it could have been through: of so many that none was left out
 /// or not makes no difference.
 const PLACES: u64 = 1 << 40;
 
 impl Sums {
-    pub(super) fn new() -> Self {
-        let layout = Layout::new(PLACES, vec![Basis::Near; 2]);
-        let frame = FrameSums::new(layout.bases());
+    pub(super) fn new(scales: Scales) -> Self {
+        let layout = Layout::new(PLACES, vec![Basis::Near; 2]).on_scales(scales);
+        let frame = FrameSums::on_scales(layout.bases(), scales);
         Self { reducer: Reducer::new(layout), frame, stretch: None }
     }
 

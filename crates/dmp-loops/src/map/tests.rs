@@ -46,7 +46,8 @@ fn with_loops() -> Vec<(&'static str, Vec<Isometry3<f64>>)> {
 
 #[test]
 fn a_map_whose_patches_moved_is_that_made_anew() {
-    let everything = DRIVE.map_at(DRIVE.graph.poses(), MapOptions { moved_m: 0.0, ..MapOptions::default() });
+    let everything =
+        DRIVE.map_at(DRIVE.graph.poses(), MapOptions { moved_m: Some(0.0), ..MapOptions::default() });
     let map = DRIVE.map_at(DRIVE.graph.poses(), MapOptions::default());
     assert_eq!((map.rays(), map.voxel_m()), (everything.rays(), everything.voxel_m()));
     let before = cast_anew(&map, DRIVE.graph.poses());

@@ -1,4 +1,4 @@
-use dmp::{Config, NearScores, Watch, evaluate};
+use dmp::{Config, Watch, evaluate};
 use dmp_log::ScanLog;
 use dmp_reduce::Estimate;
 use dmp_sensor::Isometry3;
@@ -111,9 +111,9 @@ impl WholeMaps<'_> {
         let run = self.keyframes.run("graph", world_from_body)?;
         let report = evaluate(self.log, &[run], &self.config, &Quietly(watch))?;
         let of_run = &report.runs[0];
-        let NearScores { at_5, at_2, at_0_5 } = of_run.r_near_m2;
         let plain = |value_m2| Estimate { value_m2, returns: of_run.returns, interval: None };
-        let r_near_m2 = [(5.0, at_5), (2.0, at_2), (0.5, at_0_5)].map(|(m, score)| (m, score.map(plain)));
+        let near_m = report.config.scales.near_m();
+        let r_near_m2 = std::array::from_fn(|k| (near_m[k], of_run.r_near_m2[k].map(plain)));
         let scores = MapScores { r_near_m2, change: None, cast_share: 1.0 };
         let change = scores.ranked_m2().zip(self.without_m2).map(|(with, without)| plain(with - without));
         Ok((MapScores { change, ..scores }, report.config.voxel_m))

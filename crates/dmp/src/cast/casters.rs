@@ -31,7 +31,11 @@ pub(crate) struct Casters {
 impl Casters {
     /// Casters that share the memory there is for tiles.
     pub(crate) fn new(maps: Vec<RunMap>, config: &Config, budget: &Budget) -> Self {
-        let settings = CastSettings { horizon_m: HORIZON * config.max_range_m, ..CastSettings::default() };
+        let settings = CastSettings {
+            horizon_m: HORIZON * config.max_range_m(),
+            window_m: config.scales().near_m()[0],
+            ..CastSettings::default()
+        };
         let schedule: Arc<OnceLock<Schedule>> = Arc::default();
         let foreseen = Arc::clone(&schedule);
         let next_use = move |tile: &RunTile| foreseen.get().map_or(0, |schedule| schedule.next_use(tile));

@@ -77,7 +77,9 @@ impl CastPass<'_> {
     /// is asked for, samples grow until it is made.
     pub(crate) fn run(&self, maps: &(Round, Fused)) -> Result<Scored, EvaluateError> {
         let frames = self.plan.frames().len() as u64;
-        let layout = Layout::new(frames, self.casters.bases.clone()).with_miss_price(self.config.miss_price);
+        let layout = Layout::new(frames, self.casters.bases.clone())
+            .with_miss_price(self.config.miss_price)
+            .on_scales(self.config.scales());
         let (round, fused) = maps;
         let (before, mut done) = self.before(&layout, *round)?;
 
@@ -106,7 +108,7 @@ impl CastPass<'_> {
         let looks: Vec<Look> = self.looks(reading, &done);
         let schedule = self.casters.schedule.get_or_init(|| {
             let jobs = looks.iter().flat_map(|look| &look.jobs);
-            Schedule::new(self.plan, &self.casters.of_runs, jobs, self.config.max_range_m)
+            Schedule::new(self.plan, &self.casters.of_runs, jobs, self.config.max_range_m())
         });
         let (needed, budget) = (schedule.bytes_in_reach(), self.casters.budget_bytes as u64);
         if needed > budget {
@@ -159,7 +161,8 @@ impl CastPass<'_> {
 
     /// Casts every return of some of the frames, once and with nothing kept; where they went, and their sums by tile.
     pub(crate) fn of_frames(&self, wanted: &FrameSet) -> Result<(ReturnCounts, TileSums), EvaluateError> {
-        let layout = Layout::new(self.plan.frames().len() as u64, self.casters.bases.clone());
+        let layout = Layout::new(self.plan.frames().len() as u64, self.casters.bases.clone())
+            .on_scales(self.config.scales());
         let workers = (0..self.config.threads).map(|_| CastWorker::new(self, &layout)).collect();
         let reading = self.plan.reading(self.log, self.config, self.watch);
         let workers = each_frame_of(reading, |ordinal| wanted.contains(ordinal), workers)?;

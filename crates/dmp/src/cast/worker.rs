@@ -2,8 +2,8 @@ use std::collections::HashMap;
 
 use dmp_cast::{Answer, CastBuffers, Caster, Query};
 use dmp_map::TileTable;
-use dmp_reduce::{Basis, FrameSums, Layout, Reducer, Residuals, RunSums};
-use dmp_sensor::{Ray, ReturnCounts, Scan};
+use dmp_reduce::{Basis, DepthResidual, FrameSums, Layout, Reducer, Residuals, RunSums};
+use dmp_sensor::{DepthNoise, Ray, ReturnCounts, Scan, depth_per_range};
 
 use super::{CastPass, TileSums};
 use crate::config::Run;
@@ -20,6 +20,8 @@ pub(super) struct CastWorker<'a> {
     casters: &'a [Caster],
     watch: &'a dyn Watch,
     bases: &'a [Basis],
+    /// Of a depth camera.
+    depth_noise: Option<DepthNoise>,
     queries: Vec<Query>,
     answers: Vec<Vec<Answer>>,
     buffers: CastBuffers,
@@ -52,11 +54,12 @@ impl Worker for CastWorker<'_> {
             frame_tiles,
             ..
         } = self;
+        let (depth_noise, scales) = (self.depth_noise.as_ref(), self.frame.scales());
         self.frame.clear();
         let sums = &mut self.frame;
         let world_from_sensor: Vec<_> = poses.iter().filter_map(|poses| poses.of_frame(frame)).collect();
         let mut first = 0;
-        let counts = poser.timed_blocks(frame, scan, |rays, offsets_ns| {
+        let counts = poser.blocks_with_returns(frame, scan, |rays, returns| {
             for (run, caster) in casters.iter().enumerate() {
                 let segment = (bases[run] == Basis::CrossValidated).then_some(frame.segment);
                 queries.clear();
@@ -69,11 +72,23 @@ impl Worker for CastWorker<'_> {
                 let of_answer = |(ray, answer): (&Ray, &Answer)| residuals_of(ray.range_m, answer);
                 residuals[run].clear();
                 residuals[run].extend(rays.iter().zip(&answers[run]).map(of_answer));
+                if let Some(noise) = depth_noise {
+                    for ((residuals, ray), point) in
+                        residuals[run].iter_mut().zip(rays).zip(returns.points_in_sensor_m)
+                    {
+                        residuals.depth =
+                            residuals.first_m.map(|m| depth_residual(m, ray.range_m, *point, noise));
+                    }
+                }
                 let lattice = casters[run].map().lattice();
                 for (ray, residuals) in rays.iter().zip(&residuals[run]) {
                     let tile = lattice.tile_of(ray.endpoint_in_world());
                     let tile = tile.map_err(EvaluateError::map_of(&runs[run].name))?;
-                    frame_tiles[run].entry(tile).add(residuals);
+                    let of_tile = frame_tiles[run].entry(tile);
+                    if of_tile.returns() == 0 {
+                        *of_tile = RunSums::new(scales);
+                    }
+                    of_tile.add(residuals);
                 }
             }
             if runs.len() > 1 {
@@ -85,6 +100,7 @@ impl Worker for CastWorker<'_> {
             }
             let world_from_sensor = &world_from_sensor;
             let frame = frame.number;
+            let offsets_ns = returns.offsets_ns;
             let scored = ScoredReturns { frame, first, offsets_ns, world_from_sensor, rays, residuals };
             watch.returns_scored(&scored);
             first += offsets_ns.len();
@@ -115,13 +131,14 @@ impl<'a> CastWorker<'a> {
             casters: &pass.casters.of_runs,
             watch: pass.watch,
             bases: &pass.casters.bases,
+            depth_noise: pass.log.summary().camera.map(|_| pass.config.depth_noise()),
             queries: Vec::new(),
             answers: vec![Vec::new(); pass.runs.len()],
             buffers: CastBuffers::default(),
             residuals: vec![Vec::new(); pass.runs.len()],
             of_return: Vec::new(),
             frame_tiles: pass.runs.iter().map(|_| TileTable::default()).collect(),
-            frame: FrameSums::new(&pass.casters.bases),
+            frame: FrameSums::on_scales(&pass.casters.bases, layout.scales()),
             reducer: Reducer::new(layout.clone()),
             tiles: HashMap::new(),
             counts: ReturnCounts::default(),
@@ -147,5 +164,18 @@ fn residuals_of(range_m: f64, answer: &Answer) -> Residuals {
         independent_m: residual(answer.independent_m),
         independent_cos: answer.independent_cos,
         revisited: answer.revisited,
+        depth: None,
     }
+}
+
+/// What z − z' is where z is a depth: both lie on one ray.
+fn depth_residual(
+    first_m: f64,
+    range_m: f64,
+    point_in_camera_m: [f32; 3],
+    noise: &DepthNoise,
+) -> DepthResidual {
+    let per_range = depth_per_range(point_in_camera_m);
+    let off_m = per_range * first_m;
+    DepthResidual { first_m: off_m, first_sigmas: off_m / noise.sigma_m(per_range * range_m) }
 }

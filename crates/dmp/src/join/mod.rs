@@ -182,7 +182,7 @@ fn warnings(reports: &[NamedReport]) -> Vec<String> {
 /// there and decides nothing, or contradicts others.
 fn put_in_order(joined: &mut Report) {
     let near = joined.runs.iter().any(|run| run.coverage.is_none());
-    let score = |run: &RunReport| if near { run.r_near_m2.at_5 } else { run.r_cv_m2.at_10 };
+    let score = |run: &RunReport| if near { run.r_near_m2[0] } else { run.r_cv_m2[0] };
     let scores_m2: Vec<Option<f64>> = joined.runs.iter().map(score).collect();
     let place = |name: &str| joined.runs.iter().position(|run| run.name == name);
     let decided = |pair: &PairReport| {

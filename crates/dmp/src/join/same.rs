@@ -9,7 +9,7 @@ use crate::report::Report;
 type Fact = (&'static str, &'static str, fn(&Report) -> String);
 
 /// Told before settings that only follow from them.
-const FACTS: [Fact; 31] = [
+const FACTS: [Fact; 35] = [
     ("version of dmp", "dmp_version", |report| report.dmp_version.clone()),
     ("log", "inputs.fingerprint", |report| report.inputs.fingerprint.clone()),
     ("log", "inputs.bytes", |report| report.inputs.bytes.to_string()),
@@ -35,10 +35,14 @@ const FACTS: [Fact; 31] = [
     ("settings", "config.tile_edge_m", |report| report.config.tile_edge_m.to_string()),
     ("settings", "config.disc_radius_m", |report| report.config.disc_radius_m.to_string()),
     ("settings", "config.miss_price", |report| report.config.miss_price.to_string()),
-    ("settings", "config.sigma_m", |report| report.config.sigma_m.to_string()),
+    ("settings", "config.scales", |report| format!("{:?}", report.config.scales)),
+    ("settings", "config.sigma_m", |report| or_null(report.config.sigma_m)),
+    ("settings", "config.depth_noise", |report| format!("{:?}", report.config.depth_noise)),
     ("settings", "config.free_space", |report| report.config.free_space.to_string()),
     ("returns in the maps", "free_space", |report| format!("{:?}", report.free_space)),
     ("segments", "config.segments.length_m", |report| or_null(report.config.segments.length_m)),
+    ("segments", "config.segments.length_s", |report| or_null(report.config.segments.length_s)),
+    ("segments", "config.segments.length_scans", |report| or_null(report.config.segments.length_scans)),
     ("segments", "config.segments.count", |report| report.config.segments.count.to_string()),
     ("vehicle", "config.ego_cells", |report| report.config.ego_cells.to_string()),
 ];

@@ -1,6 +1,7 @@
 use serde_json::{Value, json};
 
 use super::*;
+use crate::report::ScaleScores;
 
 /// The scores of the samples: truth, drift, noise and collapsed, every pair decided.
 fn samples() -> Value {
@@ -76,7 +77,7 @@ fn where_no_report_holds_a_pair_the_first_column_orders() {
     assert_eq!((report.pairs.len(), report.ties.len()), (1, 0));
     // A verdict goes before the column.
     let mut parts = [only(&["drift", "collapsed"]), only(&["drift", "noise"]), only(&["truth"])];
-    parts[1].report.runs[1].r_cv_m2.at_10 = Some(100.0);
+    parts[1].report.runs[1].r_cv_m2 = ScaleScores::new([(10.0, Some(100.0))]);
     assert_eq!(joined(&parts).report.order, ["truth", "noise", "drift", "collapsed"]);
     // A pair that is there and decides nothing is a tie.
     parts[0].report.pairs[0].verdict = "undecided".into();
@@ -91,7 +92,7 @@ fn where_no_report_holds_a_pair_the_first_column_orders() {
 fn runs_with_one_name_and_two_scores_get_the_names_of_their_reports() {
     let mut parts = [only(&["truth", "drift"]), only(&["truth", "noise"]), only(&["truth"])];
     parts[1].name = "new".into();
-    parts[1].report.runs[0].r_cv_m2.at_10 = Some(5.0);
+    parts[1].report.runs[0].r_cv_m2 = ScaleScores::new([(10.0, Some(5.0))]);
     let JoinedReport { report, runs_of, .. } = joined(&parts);
     assert_eq!(runs_of, [vec!["td/truth", "drift"], vec!["new/truth", "noise"], vec!["td/truth"]]);
     assert_eq!(report.order, ["new/truth", "td/truth", "noise", "drift"]);

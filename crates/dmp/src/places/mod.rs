@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use dmp_log::{Damage, LogOutline};
 use dmp_map::WorkFolder;
-use dmp_reduce::{Basis, Confidence, FrameSums, Layout, Reducer};
+use dmp_reduce::{Basis, Confidence, FrameSums, Layout, Reducer, Scales};
 use dmp_sensor::DropReason;
 
 use crate::cast::Scored;
@@ -69,6 +69,7 @@ pub fn evaluate_quick(
     share: f64,
     watch: &dyn Watch,
 ) -> Result<Report, EvaluateError> {
+    let config = &config.settled(outline.summary());
     config.check()?;
     check(runs, config, share)?;
     let start = Instant::now();
@@ -164,6 +165,12 @@ fn check(runs: &[Run], config: &Config, share: f64) -> Result<(), EvaluateError>
     let bad = |value: String, why| Err(EvaluateError::Setting { setting: "quick", value, why });
     if !(share > 0.0 && share <= 1.0) {
         return bad(format!("{share}"), "it must be a share of the log's bytes above 0 and at most 1");
+    }
+    if config.scales() == Scales::Room {
+        return bad(
+            "of a room".into(),
+            "its places are those of a drive, 10 m long: --sample scores part of the scans",
+        );
     }
     if runs.iter().any(|run| run.map != MapSource::Fused) {
         return bad(

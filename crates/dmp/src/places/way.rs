@@ -3,6 +3,8 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::scans::DriveScans;
+use crate::config::SegmentLength;
+use crate::plan::Drive;
 use crate::pose::RunPoses;
 
 /// Length of the stretch of the way that is a place, metres.
@@ -25,6 +27,19 @@ const REVISIT_M: f64 = 20.0;
 /// puts the whole drive in one place must neither have all of it read nor leave no room for the others.
 const MAX_SCANS: usize = 240;
 const MAX_SCANS_OF_RUN: usize = 120;
+
+/// The way that the longest segment takes, metres.
+fn longest_m(drive: &Drive<'_>) -> f64 {
+    let last = drive.along_m.len() - 1;
+    let ends = drive.segments.starts.iter().skip(1).chain([&last]);
+    let ways = drive
+        .segments
+        .starts
+        .iter()
+        .zip(ends)
+        .map(|(&start, &end)| drive.along_m[end] - drive.along_m[start]);
+    ways.fold(0.0, f64::max)
+}
 
 /// A stretch of the way with all passes over it.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,7 +91,12 @@ impl Way {
             run.of_frame(frame).map_or([f64::NAN; 3], |pose| pose.translation.vector.into())
         };
         let of_run = |run| drive.frames().iter().map(|frame| place(frame, run)).collect();
-        let segment_m = drive.segments.length_m.unwrap_or(LENGTH_M).max(LENGTH_M);
+        let segment_m = match drive.segments.length {
+            Some(SegmentLength::Metres(m)) => m.max(LENGTH_M),
+            // The way that the longest takes.
+            Some(SegmentLength::Seconds(_) | SegmentLength::Scans(_)) => longest_m(drive).max(LENGTH_M),
+            None => LENGTH_M,
+        };
         let places_m = drive.poses.iter().map(of_run).collect();
         Self::of(drive.along_m.clone(), places_m, scans.groups(), segment_m)
     }

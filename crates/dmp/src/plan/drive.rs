@@ -35,7 +35,7 @@ impl<'a> Drive<'a> {
         let steps_m = steps_m(&selection.frames, &poses);
         let segments = match &config.segments {
             Some(given) => take_segments(given, &mut selection.frames)?,
-            None => cut_segments(&steps_m, config.segment_m, &mut selection.frames),
+            None => cut_segments(&steps_m, config.segment, config.scales(), &mut selection.frames),
         };
         let mut along_m = vec![0.0];
         along_m.extend(steps_m.iter().scan(0.0, |along_m, step_m| {

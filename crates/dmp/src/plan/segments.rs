@@ -1,5 +1,8 @@
 use std::collections::HashMap;
 
+use dmp_reduce::Scales;
+
+use crate::config::SegmentLength;
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
 use crate::report::SegmentReport;
@@ -7,8 +10,8 @@ use crate::report::SegmentReport;
 /// How the drive is cut into segments, the same for all runs.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Segments {
-    /// Length asked for or found, metres; `None` where every scan is a segment of its own.
-    pub(crate) length_m: Option<f64>,
+    /// Length asked for or found; `None` where every scan is a segment of its own.
+    pub(crate) length: Option<SegmentLength>,
     /// Whether a length was asked for.
     pub(crate) given: bool,
     /// Ordinals of the frames that begin a segment.
@@ -20,32 +23,58 @@ pub(crate) struct Segments {
 /// Longest segment of the drive, metres, and how many a short drive is cut into.
 const SEGMENT_M: f64 = 12.0;
 const SEGMENTS: f64 = 16.0;
-/// With fewer segments, or less travel, every scan is a segment of its own.
+/// With fewer segments, or less travel on a drive, every scan is a segment of its own.
 const MIN_SEGMENTS: usize = 8;
 const MIN_TRAVEL_M: f64 = 1.0;
 
-/// Cuts the drive by the way from frame to frame and gives every frame its segment.
-pub(super) fn cut_segments(steps_m: &[f64], segment_m: Option<f64>, frames: &mut [PlannedFrame]) -> Segments {
+/// Cuts the drive and gives every frame its segment. `steps_m` is the way from each frame to the next.
+pub(super) fn cut_segments(
+    steps_m: &[f64],
+    asked: Option<SegmentLength>,
+    scales: Scales,
+    frames: &mut [PlannedFrame],
+) -> Segments {
     let travel_m: f64 = steps_m.iter().sum();
-    let length_m = segment_m.unwrap_or(SEGMENT_M.min(travel_m / SEGMENTS));
+    let length = asked.unwrap_or_else(|| match scales {
+        Scales::Drive => SegmentLength::Metres(SEGMENT_M.min(travel_m / SEGMENTS)),
+        // A camera that is held and turned sees something else without going anywhere.
+        Scales::Room => SegmentLength::Scans((frames.len() as f64 / SEGMENTS).ceil() as u64),
+    });
+    let mut starts = match length {
+        SegmentLength::Metres(m) if travel_m >= MIN_TRAVEL_M => starts_of(steps_m.iter().copied(), m),
+        SegmentLength::Metres(_) => vec![0],
+        SegmentLength::Seconds(s) => starts_of(steps_s(frames).into_iter(), s),
+        SegmentLength::Scans(scans) => (0..frames.len()).step_by(scans.max(1) as usize).collect(),
+    };
+    let is_cut = starts.len() >= MIN_SEGMENTS;
+    if !is_cut {
+        starts = (0..frames.len()).collect();
+    }
+    number(frames, &starts);
+    Segments { length: is_cut.then_some(length), given: asked.is_some(), starts, travel_m }
+}
+
+/// The ordinals with which segments of this length begin, given the steps from frame to frame in the same unit.
+fn starts_of(steps: impl Iterator<Item = f64>, length: f64) -> Vec<usize> {
     let mut starts = vec![0];
-    if travel_m >= MIN_TRAVEL_M && length_m > 0.0 {
-        let (mut along_m, mut cell) = (0.0, 0.0);
-        for (ordinal, step_m) in (1..).zip(steps_m) {
-            along_m += step_m;
-            let here = (along_m / length_m).floor();
+    if length > 0.0 {
+        let (mut along, mut cell) = (0.0, 0.0);
+        for (ordinal, step) in (1..).zip(steps) {
+            along += step;
+            let here = (along / length).floor();
             if here > cell {
                 starts.push(ordinal);
                 cell = here;
             }
         }
     }
-    let by_travel = starts.len() >= MIN_SEGMENTS;
-    if !by_travel {
-        starts = (0..frames.len()).collect();
-    }
-    number(frames, &starts);
-    Segments { length_m: by_travel.then_some(length_m), given: segment_m.is_some(), starts, travel_m }
+    starts
+}
+
+/// The time from each frame to the next, seconds; 0 where a log has no stamps.
+fn steps_s(frames: &[PlannedFrame]) -> Vec<f64> {
+    let step_ns = |pair: &[PlannedFrame]| Some(pair[1].stamp_ns?.saturating_sub(pair[0].stamp_ns?));
+    frames.windows(2).map(|pair| step_ns(pair).unwrap_or(0) as f64 / 1e9).collect()
 }
 
 /// Gives every frame its segment of another evaluation, as its report has them.
@@ -80,7 +109,7 @@ pub(super) fn take_segments(
         return Err(bad(0, "there must be one at least"));
     }
     number(frames, &starts);
-    Ok(Segments { length_m: given.length_m, given: false, starts, travel_m: given.travel_m })
+    Ok(Segments { length: given.length(), given: false, starts, travel_m: given.travel_m })
 }
 
 /// Gives every frame the number of its segment, these being the ordinals with which segments begin.
@@ -118,25 +147,26 @@ mod tests {
     #[test]
     fn a_drive_is_cut_every_twelve_metres() {
         let mut planned = frames(401);
-        let segments = cut_segments(&[1.0; 400], None, &mut planned);
-        assert_eq!((segments.length_m, segments.starts.len()), (Some(12.0), 34));
+        let segments = cut_segments(&[1.0; 400], None, Scales::Drive, &mut planned);
+        assert_eq!((segments.length, segments.starts.len()), (Some(SegmentLength::Metres(12.0)), 34));
         assert_eq!((planned[11].segment, planned[12].segment, planned[400].segment), (0, 1, 33));
     }
 
     #[test]
     fn a_short_way_gives_sixteen_segments_and_a_stand_none() {
         let mut planned = frames(129);
-        assert_eq!(cut_segments(&[0.25; 128], None, &mut planned).length_m, Some(2.0));
+        let cut = cut_segments(&[0.25; 128], None, Scales::Drive, &mut planned);
+        assert_eq!(cut.length, Some(SegmentLength::Metres(2.0)));
         assert_eq!(planned[128].segment, 16);
-        let standing = cut_segments(&[0.001; 128], None, &mut planned);
-        assert_eq!(standing.length_m, None);
+        let standing = cut_segments(&[0.001; 128], None, Scales::Drive, &mut planned);
+        assert_eq!(standing.length, None);
         assert!(planned.iter().enumerate().all(|(k, frame)| frame.segment == k as i32));
     }
 
     #[test]
     fn scans_further_apart_than_a_segment_are_neighbours_still() {
         let mut planned = frames(21);
-        cut_segments(&[30.0; 20], None, &mut planned);
+        cut_segments(&[30.0; 20], None, Scales::Drive, &mut planned);
         assert!(planned.iter().enumerate().all(|(k, frame)| frame.segment == k as i32));
     }
 
@@ -148,6 +178,8 @@ mod tests {
         };
         let given = |starts_scan: &[usize]| SegmentReport {
             length_m: Some(3.0),
+            length_s: None,
+            length_scans: None,
             count: starts_scan.len(),
             travel_m: 20.0,
             starts_ns: Vec::new(),
@@ -155,7 +187,8 @@ mod tests {
         };
         let mut cut = planned();
         let segments = take_segments(&given(&[0, 6, 8]), &mut cut).unwrap();
-        assert_eq!((segments.starts, segments.length_m, segments.travel_m), (vec![0, 3, 4], Some(3.0), 20.0));
+        let length = Some(SegmentLength::Metres(3.0));
+        assert_eq!((segments.starts, segments.length, segments.travel_m), (vec![0, 3, 4], length, 20.0));
         assert!(cut.iter().map(|frame| frame.segment).eq([0, 0, 0, 1, 2, 2, 2, 2, 2, 2]));
         for (starts, words) in [
             (vec![0, 7], "segments from scan 7: a segment cannot begin there"),
@@ -166,6 +199,25 @@ mod tests {
             let error = take_segments(&given(&starts), &mut planned()).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
         }
+    }
+
+    #[test]
+    fn segments_may_be_asked_for_in_seconds_and_scans() {
+        // Ten scans a second, none at 2.0 to 2.9 s.
+        let stamps_ns = (0..60).filter(|k| !(20..30).contains(k)).map(|k| k * 100_000_000);
+        let mut planned = frames(50);
+        planned.iter_mut().zip(stamps_ns).for_each(|(frame, ns)| frame.stamp_ns = Some(ns));
+        let steps_m = [0.0; 49];
+        let by_time = cut_segments(&steps_m, Some(SegmentLength::Seconds(0.5)), Scales::Room, &mut planned);
+        assert_eq!(by_time.starts, [0, 5, 10, 15, 20, 25, 30, 35, 40, 45]);
+        let by_time = cut_segments(&steps_m, Some(SegmentLength::Seconds(0.7)), Scales::Room, &mut planned);
+        // The cells of 0.7 s that have a scan.
+        assert_eq!(by_time.starts, [0, 7, 14, 20, 25, 32, 39, 46]);
+        let by_scans = cut_segments(&steps_m, Some(SegmentLength::Scans(6)), Scales::Room, &mut planned);
+        assert_eq!(by_scans.starts, [0, 6, 12, 18, 24, 30, 36, 42, 48]);
+        let found = cut_segments(&steps_m, None, Scales::Room, &mut planned);
+        assert_eq!((found.length, found.starts.len()), (Some(SegmentLength::Scans(4)), 13));
+        assert_eq!(cut_segments(&[0.0; 5], None, Scales::Room, &mut frames(6)).length, None);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 use dmp_log::ScanLog;
 use dmp_map::{DensityProbe, Lattice};
+use dmp_reduce::Scales;
 use dmp_sensor::{EgoMask, EgoVotes, ReturnFilter, Scan};
 
 use super::VoxelChoice;
@@ -20,8 +21,10 @@ const EGO_TRAVEL_M: f64 = 20.0;
 pub(crate) const BLOCKS: usize = 5;
 pub(crate) const BLOCK_SCANS: usize = 20;
 pub(crate) const BLOCK_RETURNS: u64 = 1_000_000;
-/// The voxel edges to choose from, metres, and the share of returns in filled voxels that is enough.
+/// The voxel edges to choose from, metres, on a drive and in a room, and the share of returns in filled voxels that is
+/// enough.
 const VOXELS_M: [f64; 3] = [0.2, 0.3, 0.5];
+const ROOM_VOXELS_M: [f64; 3] = [0.02, 0.03, 0.05];
 const FILLED_SHARE: f64 = 0.7;
 
 /// Which returns are used: the ranges, and the vehicle as it is given or as some of the `voters` find it, scans
@@ -33,12 +36,13 @@ pub(crate) fn filter(
     config: &Config,
     watch: &dyn Watch,
 ) -> Result<ReturnFilter, EvaluateError> {
-    let Config { min_range_m, max_range_m, .. } = *config;
+    let (min_range_m, max_range_m) = (config.min_range_m(), config.max_range_m());
     let mut filter = ReturnFilter { min_range_m, max_range_m, ego: EgoMask::default() };
     match config.ego {
         Ego::None => {}
         Ego::BoxMm(min, max) => filter.ego = EgoMask::from_box_mm(min, max),
-        Ego::Auto if travel_m < EGO_TRAVEL_M => {}
+        // Nobody holds a camera so that a part of themselves is always in view.
+        Ego::Auto if travel_m < EGO_TRAVEL_M || config.scales() == Scales::Room => {}
         Ego::Auto => {
             let chosen = spread(voters.len(), EGO_SCANS);
             watch.begin(Stage::Survey, chosen.len() as u64);
@@ -72,8 +76,12 @@ pub(crate) fn voxel(
         return Ok(VoxelChoice { voxel_m, filled_share: None });
     }
     let scans: usize = blocks.iter().map(|block| block.len()).sum();
-    let mut choice = VoxelChoice { voxel_m: VOXELS_M[0], filled_share: None };
-    for voxel_m in VOXELS_M {
+    let voxels_m = match config.scales() {
+        Scales::Drive => VOXELS_M,
+        Scales::Room => ROOM_VOXELS_M,
+    };
+    let mut choice = VoxelChoice { voxel_m: voxels_m[0], filled_share: None };
+    for voxel_m in voxels_m {
         let lattice = Lattice::new(voxel_m).map_err(EvaluateError::Work)?;
         let mut best: f64 = 0.0;
         for (run, poses) in runs.iter().zip(poses) {

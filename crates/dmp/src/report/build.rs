@@ -1,17 +1,16 @@
 use dmp_log::Damage;
 use dmp_reduce::{
-    Basis, Comparison, Confidence, Estimate, ScaleComparison, Verdict, log_likelihood_ratio_raw,
-    log_likelihood_raw,
+    Basis, Comparison, Confidence, Estimate, RunSums, ScaleComparison, Verdict, log_likelihood_raw,
 };
-use dmp_sensor::{DropReason, Isometry3, ReturnCounts};
+use dmp_sensor::{DepthNoise, DropReason, Isometry3, ReturnCounts};
 
 use super::{
-    ConfigReport, CvScores, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport, NearScores,
-    PairReport, PassTimes, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, SegmentReport,
-    TileReport, warnings,
+    ConfigReport, DepthNoiseReport, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport,
+    PairReport, PassTimes, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, ScaleScores,
+    SegmentReport, TileReport, warnings,
 };
 use crate::cast::{HORIZON, Scored};
-use crate::config::{Config, Ego, MapSource, Run};
+use crate::config::{Config, Ego, MapSource, Run, SegmentLength};
 use crate::fuse::{Maps, RunMap};
 use crate::memory;
 use crate::plan::{Heads, Plan};
@@ -75,10 +74,11 @@ pub(crate) fn build(
         .filter(|pair| pair[0].tied_with_next)
         .map(|pair| [name(pair[0].run), name(pair[1].run)])
         .collect();
+    let has_depth = heads.summary().camera.is_some();
     let mut report = Report {
         schema: Report::SCHEMA.to_owned(),
         dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
-        config: config_report(runs, config, plan, scored),
+        config: config_report(runs, config, plan, scored, has_depth),
         inputs: input_report(Inputs { heads, damage, runs }, config, plan, maps, &scored.counts),
         free_space: maps.trails.as_ref().map(|trails| FreeSpaceReport {
             votes: (0..runs.len()).filter(|&run| trails.votes[run]).map(name).collect(),
@@ -88,11 +88,11 @@ pub(crate) fn build(
         runs: map_reports
             .into_iter()
             .enumerate()
-            .map(|(run, map)| run_report(run, runs, config, scored, map))
+            .map(|(run, map)| run_report(run, runs, config, scored, map, has_depth))
             .collect(),
         order: ranked.iter().map(|ranked| name(ranked.run)).collect(),
         ties,
-        pairs: comparisons.iter().map(|pair| pair_report(pair, runs, config, scored)).collect(),
+        pairs: comparisons.iter().map(|pair| pair_report(pair, runs, config, scored, has_depth)).collect(),
         sampling: SamplingReport {
             frames_scored: scored.frames,
             frames_total: plan.frames().len() as u64,
@@ -131,7 +131,13 @@ fn common<T: PartialEq>(mut values: impl Iterator<Item = T>) -> Option<T> {
     values.all(|value| value == first).then_some(first)
 }
 
-fn config_report(runs: &[Run], config: &Config, plan: &Plan<'_>, scored: &Scored) -> ConfigReport {
+fn config_report(
+    runs: &[Run],
+    config: &Config,
+    plan: &Plan<'_>,
+    scored: &Scored,
+    has_depth: bool,
+) -> ConfigReport {
     let lattice = scored.lattice;
     let starts = || plan.segments.starts.iter().map(|&ordinal| &plan.frames()[ordinal]);
     ConfigReport {
@@ -140,15 +146,26 @@ fn config_report(runs: &[Run], config: &Config, plan: &Plan<'_>, scored: &Scored
         tile_edge_m: lattice.tile_edge_m(),
         disc_radius_m: lattice.disc_radius_m(),
         segments: SegmentReport {
-            length_m: plan.segments.length_m,
+            length_m: match plan.segments.length {
+                Some(SegmentLength::Metres(m)) => Some(m),
+                _ => None,
+            },
+            length_s: match plan.segments.length {
+                Some(SegmentLength::Seconds(s)) => Some(s),
+                _ => None,
+            },
+            length_scans: match plan.segments.length {
+                Some(SegmentLength::Scans(scans)) => Some(scans),
+                _ => None,
+            },
             count: plan.segments.starts.len(),
             travel_m: plan.segments.travel_m,
             starts_ns: starts().filter_map(|frame| frame.stamp_ns).collect(),
             starts_scan: starts().map(|frame| frame.number).collect(),
         },
-        min_range_m: config.min_range_m,
-        max_range_m: config.max_range_m,
-        horizon_m: HORIZON * config.max_range_m,
+        min_range_m: config.min_range_m(),
+        max_range_m: config.max_range_m(),
+        horizon_m: HORIZON * config.max_range_m(),
         ego: match config.ego {
             Ego::Auto => "auto",
             Ego::None => "none",
@@ -164,7 +181,12 @@ fn config_report(runs: &[Run], config: &Config, plan: &Plan<'_>, scored: &Scored
         body_from_sensor: common(runs.iter().map(|run| run.body_from_sensor(config))).map(seven),
         time_offset_s: config.time_offset_ns as f64 / 1e9,
         miss_price: config.miss_price.share(),
-        sigma_m: config.sigma_m,
+        sigma_m: config.sigma_m.or((!has_depth).then(|| config.sigma_m())),
+        depth_noise: (has_depth && config.sigma_m.is_none()).then(|| {
+            let DepthNoise { least_m, growth_per_m, nearest_m } = config.depth_noise();
+            DepthNoiseReport { least_m, growth_per_m, nearest_m }
+        }),
+        scales: config.scales(),
         free_space: config.free_space,
     }
 }
@@ -226,14 +248,32 @@ fn input_report(
     }
 }
 
-fn run_report(run: usize, runs: &[Run], config: &Config, scored: &Scored, map: MapReport) -> RunReport {
+/// The raw log-likelihood of a run, of a depth camera in its own number with its own noise (eq. 8–12).
+fn log_likelihood(sums: &RunSums, config: &Config, has_depth: bool) -> f64 {
+    if has_depth {
+        -0.5 * sums.depth_sigmas_squared()
+    } else {
+        log_likelihood_raw(sums.dmp_sum_m2(), config.sigma_m())
+    }
+}
+
+fn run_report(
+    run: usize,
+    runs: &[Run],
+    config: &Config,
+    scored: &Scored,
+    map: MapReport,
+    has_depth: bool,
+) -> RunReport {
     let scores = scored.reducer.scores(run);
     let sums = &scores.sums;
     let basis = scored.reducer.layout().bases()[run];
     let withheld = sums.r_cv_withheld(basis);
     let given = withheld.is_none();
-    let cv = |k: usize| scores.r_cv_m2[k].1.filter(|_| given).map(|estimate: Estimate| estimate.value_m2);
-    let near = |k: usize| scores.r_near_m2[k].1.map(|estimate| estimate.value_m2);
+    let value =
+        |(scale_m, score): (f64, Option<Estimate>)| (scale_m, score.map(|estimate| estimate.value_m2));
+    let cv = ScaleScores::new(scores.r_cv_m2.map(|(m, score)| value((m, score.filter(|_| given)))));
+    let near = ScaleScores::new(scores.r_near_m2.map(value));
     let cross_validated = |share: Option<f64>| share.filter(|_| basis == Basis::CrossValidated);
     RunReport {
         name: runs[run].name.clone(),
@@ -241,16 +281,18 @@ fn run_report(run: usize, runs: &[Run], config: &Config, scored: &Scored, map: M
         frames: scored.frames as usize,
         dmp_sum_m2: sums.dmp_sum_m2(),
         dmp_mean_m2: sums.dmp_mean_m2(),
-        r_cv_m2: CvScores { at_10: cv(0), at_2: cv(1), at_0_5: cv(2), at_0_2: cv(3) },
-        r_cv_10_ci99_m2: scores.r_cv_m2[0].1.filter(|_| given).and_then(interval_of),
+        dmp_depth_sum_m2: has_depth.then(|| sums.dmp_depth_sum_m2()),
+        dmp_depth_mean_m2: sums.dmp_depth_mean_m2().filter(|_| has_depth),
+        r_cv_m2: cv,
+        r_cv_ci99_m2: scores.r_cv_m2[0].1.filter(|_| given).and_then(interval_of),
         r_cv_withheld: withheld.map(|why| why.to_string()),
-        r_near_m2: NearScores { at_5: near(0), at_2: near(1), at_0_5: near(2) },
-        r_near_5_ci99_m2: scores.r_near_m2[0].1.and_then(interval_of),
+        r_near_m2: near,
+        r_near_ci99_m2: scores.r_near_m2[0].1.and_then(interval_of),
         miss_rate: sums.miss_rate(),
         blocked_rate: sums.blocked_rate(),
         coverage: cross_validated(sums.coverage()),
         coverage_revisit: cross_validated(sums.coverage_revisit()),
-        log_likelihood_raw: log_likelihood_raw(sums.dmp_sum_m2(), config.sigma_m),
+        log_likelihood_raw: log_likelihood(sums, config, has_depth),
         map,
         warnings: Vec::new(),
     }
@@ -260,9 +302,15 @@ fn interval_of(estimate: Estimate) -> Option<[f64; 2]> {
     estimate.interval.map(|interval| [interval.low_m2, interval.high_m2])
 }
 
-fn pair_report(pair: &Comparison, runs: &[Run], config: &Config, scored: &Scored) -> PairReport {
+fn pair_report(
+    pair: &Comparison,
+    runs: &[Run],
+    config: &Config,
+    scored: &Scored,
+    has_depth: bool,
+) -> PairReport {
     let name = |run: usize| runs[run].name.clone();
-    let dmp = |run: usize| scored.reducer.scores(run).sums.dmp_sum_m2();
+    let likelihood = |run: usize| log_likelihood(&scored.reducer.scores(run).sums, config, has_depth);
     // What is printed is at 99 %, however sure the verdict had to be.
     let printed = scored.reducer.compare(pair.a, pair.b, Confidence::P99);
     let scale = |scale: &ScaleComparison| ScaleReport {
@@ -289,11 +337,11 @@ fn pair_report(pair: &Comparison, runs: &[Run], config: &Config, scored: &Scored
         }
         .to_owned(),
         scales: printed.scales.iter().map(scale).collect(),
-        llr_raw: log_likelihood_ratio_raw(dmp(pair.a), dmp(pair.b), config.sigma_m),
+        llr_raw: likelihood(pair.a) - likelihood(pair.b),
         verdict,
         better_on_the_whole,
         decided_at_m,
-        reason: pair.verdict.reason_with(|unit| scored.scan_of_unit[unit as usize] as u64),
+        reason: pair.verdict.reason_with(config.scales(), |unit| scored.scan_of_unit[unit as usize] as u64),
         frames_needed: pair.frames_needed.filter(|_| scored.places.is_none()),
         places_needed: pair.frames_needed.filter(|_| scored.places.is_some()),
     }

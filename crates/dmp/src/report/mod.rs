@@ -1,9 +1,15 @@
 mod build;
+mod scores;
 mod warnings;
 
 use std::collections::BTreeMap;
 
+use dmp_reduce::Scales;
 use serde::{Deserialize, Serialize};
+
+use crate::config::SegmentLength;
+
+pub use scores::ScaleScores;
 
 pub(crate) use build::{Inputs, build, drops_in_words, map_reports};
 
@@ -95,20 +101,41 @@ pub struct ConfigReport {
     pub body_from_sensor: Option<[f64; 7]>,
     /// Added to the log's stamps, seconds.
     pub time_offset_s: f64,
-    /// Range noise behind the raw log-likelihood, metres.
-    pub sigma_m: f64,
-    /// Share of the full square, 100 m², that a return without an independent crossing costs in `R_cv(10)`.
+    /// Noise behind the raw log-likelihood, metres; null where it grows with depth, `depth_noise`.
+    pub sigma_m: Option<f64>,
+    /// The noise of a depth camera: σ(z) = least_m + growth_per_m (z − nearest_m)²; null for other sensors, and where
+    /// one number was given.
+    pub depth_noise: Option<DepthNoiseReport>,
+    /// The lengths by which returns are judged: `drive` or `room`.
+    pub scales: Scales,
+    /// Share of the full square, 100 m² on a drive, that a return without an independent crossing costs in `R_cv(10)`.
     pub miss_price: f64,
     /// Whether returns on the trails of moving objects were kept out of the maps.
     pub free_space: bool,
+}
+
+/// How the noise of a depth camera grows with depth.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DepthNoiseReport {
+    /// At `nearest_m`, metres.
+    pub least_m: f64,
+    /// Per square metre of depth beyond it, 1 / metre.
+    pub growth_per_m: f64,
+    /// Depth at which the noise is least, metres.
+    pub nearest_m: f64,
 }
 
 /// How the drive was cut into segments, the same for all runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SegmentReport {
-    /// Length of a segment, metres; null where every scan is a segment of its own.
+    /// Length of a segment, metres; null where they were not cut by the way.
     pub length_m: Option<f64>,
+    /// The same in seconds, where they were cut by time.
+    pub length_s: Option<f64>,
+    /// The same in scans, where they were cut by these. All three are null where every scan is a segment of its own.
+    pub length_scans: Option<u64>,
     /// How many.
     pub count: usize,
     /// Way from scan to scan, the median of the runs, added up, metres.
@@ -117,6 +144,15 @@ pub struct SegmentReport {
     pub starts_ns: Vec<i64>,
     /// The scans (index in the log) with which segments begin.
     pub starts_scan: Vec<usize>,
+}
+
+impl SegmentReport {
+    /// How long a segment is; `None` where every scan is one.
+    pub fn length(&self) -> Option<SegmentLength> {
+        let by_way = self.length_m.map(SegmentLength::Metres);
+        let by_time = || self.length_s.map(SegmentLength::Seconds);
+        by_way.or_else(by_time).or_else(|| self.length_scans.map(SegmentLength::Scans))
+    }
 }
 
 /// What was read, used and dropped.
@@ -204,64 +240,36 @@ pub struct RunReport {
     pub dmp_sum_m2: f64,
     /// Its mean over those returns.
     pub dmp_mean_m2: Option<f64>,
+    /// The same of a depth camera in its own number, depth along the optical axis: what the paper has for depth images.
+    /// Null for other sensors.
+    pub dmp_depth_sum_m2: Option<f64>,
+    /// Its mean.
+    pub dmp_depth_mean_m2: Option<f64>,
     /// R_cv, by truncation.
-    pub r_cv_m2: CvScores,
-    /// 99 % interval of R_cv at 10 m.
-    pub r_cv_10_ci99_m2: Option<[f64; 2]>,
+    pub r_cv_m2: ScaleScores,
+    /// 99 % interval of R_cv at its largest truncation.
+    pub r_cv_ci99_m2: Option<[f64; 2]>,
     /// Why R_cv is not given; null where it is.
     pub r_cv_withheld: Option<String>,
     /// R_near, by truncation.
-    pub r_near_m2: NearScores,
-    /// 99 % interval of R_near at 5 m.
-    pub r_near_5_ci99_m2: Option<[f64; 2]>,
+    pub r_near_m2: ScaleScores,
+    /// 99 % interval of R_near at its largest truncation.
+    pub r_near_ci99_m2: Option<[f64; 2]>,
     /// Share of returns without any crossing.
     pub miss_rate: Option<f64>,
-    /// Share of returns with a surfel more than 0.5 m in front.
+    /// Share of returns with a surfel more than 0.5 m in front, in a room 0.05 m.
     pub blocked_rate: Option<f64>,
     /// Share of returns with an independent crossing.
     pub coverage: Option<f64>,
     /// The same, five segments to either side left out: places seen on another visit.
     pub coverage_revisit: Option<f64>,
-    /// −DMP / (2 s²): a raw sum, not a probability.
+    /// −DMP / (2 s²), or −Σ ((z − z1) / s(z))² / 2 where s grows with depth: a raw sum, not a probability.
     pub log_likelihood_raw: f64,
     /// The map.
     #[serde(flatten)]
     pub map: MapReport,
     /// What to know of this run.
     pub warnings: Vec<String>,
-}
-
-/// R_cv by truncation, m²; the keys are metres.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CvScores {
-    /// Over all returns, misses at 25 m².
-    #[serde(rename = "10")]
-    pub at_10: Option<f64>,
-    /// Over returns with an independent crossing.
-    #[serde(rename = "2")]
-    pub at_2: Option<f64>,
-    /// The same.
-    #[serde(rename = "0.5")]
-    pub at_0_5: Option<f64>,
-    /// The same.
-    #[serde(rename = "0.2")]
-    pub at_0_2: Option<f64>,
-}
-
-/// R_near by truncation, m²; the keys are metres.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct NearScores {
-    /// Over returns with any crossing.
-    #[serde(rename = "5")]
-    pub at_5: Option<f64>,
-    /// The same.
-    #[serde(rename = "2")]
-    pub at_2: Option<f64>,
-    /// The same.
-    #[serde(rename = "0.5")]
-    pub at_0_5: Option<f64>,
 }
 
 /// A run's map; of places, their maps together.

@@ -97,9 +97,11 @@ fn of_report(report: &Report, plan: &Plan<'_>) -> Vec<String> {
             plan.selection.out_of_order
         ));
     }
-    if plan.segments.given && plan.segments.length_m.is_none() {
+    if plan.segments.given && plan.segments.length.is_none() {
         warnings.push(format!(
-            "the segment length asked for cuts {:.1} m of travel into fewer than 8: every scan is a segment of its own",
+            "the segment length asked for cuts {} scans and {:.1} m of travel into fewer than 8: every scan is a segment of \
+             its own",
+            plan.frames().len(),
             plan.segments.travel_m
         ));
     }
@@ -210,17 +212,18 @@ fn of_places(places: &PlacesReport, log_bytes: u64) -> Vec<String> {
     warnings
 }
 
-/// Runs that are decided to be better although their R_cv at 10 m is larger: they miss more, or other,
+/// Runs that are decided to be better although their R_cv at its largest truncation is larger: they miss more, or other,
 /// returns, and the column counts all returns while the pair counts those that both predict.
 fn contradictions(report: &Report) -> Vec<String> {
-    let r_cv = |name: &str| report.runs.iter().find(|run| run.name == name)?.r_cv_m2.at_10;
+    let r_cv = |name: &str| report.runs.iter().find(|run| run.name == name)?.r_cv_m2[0];
     let told = |pair: &PairReport| {
         let worse = if pair.verdict == pair.a { &pair.b } else { &pair.a };
         let decided = pair.verdict == pair.a || pair.verdict == pair.b;
         (decided && r_cv(&pair.verdict)? > r_cv(worse)?).then(|| {
             format!(
-                "`{}` is better than `{worse}` on the returns that both predict, though its R_cv at 10 m over all returns is larger: believe the pair",
-                pair.verdict
+                "`{}` is better than `{worse}` on the returns that both predict, though its R_cv at {} m over all returns is larger: believe the pair",
+                pair.verdict,
+                report.config.scales.widest_m()
             )
         })
     };

@@ -28,7 +28,7 @@ const BETTER_BY_SHARE: f64 = 0.1;
 /// A time at which the vehicle goes less far than this part of its way proves nothing: scans of one place fit
 /// together wherever that is.
 const LEAST_WAY: f64 = 0.5;
-/// A return this near to a surface of a given map is where the map has one, metres, and a map in which fewer
+/// A return this near to a surface of a given map is where the map has one, metres of a drive, and a map in which fewer
 /// returns are is hardly of this world.
 const FIT_M: f64 = 0.5;
 const NEARLY_NOTHING: f64 = 0.25;
@@ -45,7 +45,7 @@ pub(crate) fn look(
     watch: &dyn Watch,
 ) -> Result<Vec<Option<String>>, EvaluateError> {
     watch.begin(Stage::Survey, runs.len() as u64);
-    let sample = Sample::read(log, plan, stretches)?;
+    let sample = Sample::read(log, plan, stretches, config)?;
     let mut hints = Vec::new();
     for (number, (run, poses)) in runs.iter().zip(&plan.poses).enumerate() {
         let look = Look { sample: &sample, plan, run, poses, config };
@@ -112,7 +112,7 @@ impl Look<'_> {
         let drive = Extent::of_points(places.map(|pose| pose.translation.vector.into()));
         let Some((drive, map)) = drive.zip(Extent::of_store(caster.map())) else { return Ok(None) };
         let gap_m = drive.gap_m(&map);
-        if gap_m > self.config.max_range_m {
+        if gap_m > self.config.max_range_m() {
             return Ok(Some(format!(
                 "the trajectory is around {}, the map around {}, {gap_m:.0} m apart: is the map in the trajectory's frame?",
                 drive.centre_in_words(),
@@ -133,13 +133,14 @@ impl Look<'_> {
     fn share_in_map(&self, caster: &Caster) -> Result<f64, EvaluateError> {
         let (mut queries, mut answers, mut buffers) = (Vec::new(), Vec::new(), CastBuffers::default());
         let mut found = 0_usize;
+        let fit_m = FIT_M * self.config.metre_m();
         self.sample.rays(self.poses, &self.plan.filter, 0, |_, rays| {
             queries.clear();
             queries.extend(rays.iter().map(|ray| query_of(ray, None)));
             let cast = caster.cast(&queries, &mut answers, &mut buffers);
             cast.map_err(EvaluateError::map_of(&self.run.name))?;
             let fits = |(ray, answer): &(&Ray, &Answer)| {
-                answer.nearest_m.is_some_and(|nearest_m| (nearest_m - ray.range_m).abs() <= FIT_M)
+                answer.nearest_m.is_some_and(|nearest_m| (nearest_m - ray.range_m).abs() <= fit_m)
             };
             found += rays.iter().zip(&answers).filter(fits).count();
             Ok(())

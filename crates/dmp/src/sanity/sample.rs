@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use dmp_log::ScanLog;
 use dmp_sensor::{Ray, ReturnFilter, Scan, Vector3};
 
+use crate::config::{Config, SegmentLength};
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
 use crate::plan::Plan;
@@ -13,11 +14,11 @@ use crate::pose::{Poser, RunPoses};
 /// Scans of a stretch, and returns of a scan, that are looked at.
 const SCANS: usize = 8;
 const RETURNS: usize = 2000;
-/// Length of a stretch, metres.
+/// Length of a stretch, metres of a drive.
 const STRETCH_M: f64 = 20.0;
 /// Stretches among which the one with the sharpest turn is looked for.
 const STRETCHES: usize = 100;
-/// Edge of the cells in which scans must meet, metres.
+/// Edge of the cells in which scans must meet, metres of a drive.
 const CELL_M: f64 = 0.5;
 
 /// How well scans fit together.
@@ -33,6 +34,8 @@ pub(super) struct Fit {
 #[derive(Debug)]
 pub(super) struct Sample {
     stretches: Vec<Vec<(PlannedFrame, Scan)>>,
+    /// Edge of the cells in which scans must meet, metres.
+    cell_m: f64,
     /// Returns of all scans.
     pub(super) returns: usize,
     pub(super) scans: usize,
@@ -45,8 +48,10 @@ impl Sample {
         log: &dyn ScanLog,
         plan: &Plan<'_>,
         stretches: &[&[PlannedFrame]],
+        config: &Config,
     ) -> Result<Self, EvaluateError> {
-        let mut sample = Self { stretches: Vec::new(), returns: 0, scans: 0 };
+        let cell_m = CELL_M * config.metre_m();
+        let mut sample = Self { stretches: Vec::new(), cell_m, returns: 0, scans: 0 };
         let (mut reader, mut whole) = (log.reader()?, Scan::default());
         let turns: Vec<f64> = stretches.iter().map(|stretch| turn_rad(stretch, &plan.poses)).collect();
         let sharpest =
@@ -105,7 +110,7 @@ impl Sample {
                 before = Some((stretch, place));
             }
             for ray in rays {
-                let cell = ray.endpoint_in_world().map(|c| (c / CELL_M).floor() as i64);
+                let cell = ray.endpoint_in_world().map(|c| (c / self.cell_m).floor() as i64);
                 let (returns, last, shared) =
                     cells.entry((stretch_of[scan], cell)).or_insert((0, scan, false));
                 *returns += 1;
@@ -120,10 +125,13 @@ impl Sample {
 }
 
 /// The first stretches of a drive, cut as all runs agree.
-pub(crate) fn stretches<'p>(plan: &'p Plan<'_>) -> Vec<&'p [PlannedFrame]> {
+pub(crate) fn stretches<'p>(plan: &'p Plan<'_>, config: &Config) -> Vec<&'p [PlannedFrame]> {
     let (frames, starts) = (plan.frames(), &plan.segments.starts);
-    let segments = match plan.segments.length_m {
-        Some(length_m) => (STRETCH_M / length_m).ceil().max(1.0) as usize,
+    let segments = match plan.segments.length {
+        Some(SegmentLength::Metres(length_m)) => {
+            (STRETCH_M * config.metre_m() / length_m).ceil().max(1.0) as usize
+        }
+        Some(SegmentLength::Seconds(_) | SegmentLength::Scans(_)) => 1,
         // Every scan is a segment.
         None => SCANS,
     };

@@ -83,7 +83,7 @@ fn accepted_loops_make_the_trajectory_better() {
         "{accepted:#}"
     );
     let [before, after] =
-        [&result["without"]["r_near_m2"]["2"], &accepted["r_near_2_m2"]].map(|m2| m2.as_f64().unwrap());
+        [&result["without"]["r_near_m2"]["2"], &accepted["r_near_m2"]].map(|m2| m2.as_f64().unwrap());
     assert!(after < before, "{before} {after}");
 
     let at = |name: &str| folder.path().join(name);

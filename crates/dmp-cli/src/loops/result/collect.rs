@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use dmp::NearScores;
+use dmp::{Config, ScaleScores};
 use dmp_log::CandidateFault;
 use dmp_loops::{Decision, Estimate, LoopMap, MapScores, Optimised, Tried, Verdict};
 use dmp_sensor::DropReason;
@@ -43,7 +43,8 @@ impl LoopsResult {
                 },
                 voxel_m: map.map(LoopMap::voxel_m),
                 rays_per_keyframe: map.map(|_| arguments.rays),
-                moved_m: map.map(|_| arguments.moved),
+                scale_m: inputs.log.as_ref().map(|log| scale_m(&config.settled(log.summary()))),
+                moved_m: map.map(LoopMap::moved_m),
                 step_error: pair(inputs.weights.step_error),
                 loop_error: pair(inputs.weights.loop_error),
                 loop_kernel: inputs.weights.kernel.map(|kernel| format!("{kernel:?}")),
@@ -106,9 +107,13 @@ fn dropped(map: &LoopMap) -> BTreeMap<&'static str, u64> {
     counts.filter(|(_, count)| *count > 0).collect()
 }
 
-fn near_of(map: &MapScores) -> NearScores {
-    let [at_5, at_2, at_0_5] = map.r_near_m2.map(|(_, score)| score.map(|score| score.value_m2));
-    NearScores { at_5, at_2, at_0_5 }
+fn near_of(map: &MapScores) -> ScaleScores {
+    ScaleScores::new(map.r_near_m2.map(|(scale_m, score)| (scale_m, score.map(|score| score.value_m2))))
+}
+
+/// The truncation of `R_near` that ranks loops, metres.
+fn scale_m(config: &Config) -> f64 {
+    config.scales().near_m()[1]
 }
 
 /// A change and its interval.
@@ -191,7 +196,7 @@ fn accepted_of(inputs: &Inputs, ranked: &Ranked, accepted: &dmp_loops::Acceptanc
     AcceptedResult {
         accepted: decisions.iter().filter(|decision| decision.accepted).count(),
         failed: accepted.decisions.iter().filter(|one| matches!(one.verdict, Verdict::Failed(_))).count(),
-        r_near_2_m2: accepted.r_near_m2,
+        r_near_m2: accepted.r_near_m2,
         chi2: accepted.chi2,
         precision: share(right, right + count(Some(true), false)),
         recall: share(right, count(None, true) + missed),

@@ -5,7 +5,7 @@ mod collect;
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use dmp::NearScores;
+use dmp::ScaleScores;
 use serde::Serialize;
 
 use crate::Exit;
@@ -35,6 +35,8 @@ pub(in crate::loops) struct ConfigResult {
     /// `map`, `map-direct` or `graph`.
     pub(in crate::loops) ranked_by: &'static str,
     pub(in crate::loops) voxel_m: Option<f64>,
+    /// The truncation of `R_near` that ranks, metres; null where there is no log.
+    pub(in crate::loops) scale_m: Option<f64>,
     /// Of maps that are put together of patches.
     rays_per_keyframe: Option<usize>,
     moved_m: Option<f64>,
@@ -78,7 +80,7 @@ pub(in crate::loops) struct WithoutResult {
     pub(in crate::loops) chi2_before: f64,
     pub(in crate::loops) chi2: f64,
     pub(in crate::loops) iterations: usize,
-    pub(in crate::loops) r_near_m2: Option<NearScores>,
+    pub(in crate::loops) r_near_m2: Option<ScaleScores>,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -86,8 +88,8 @@ pub(in crate::loops) struct CandidateResult {
     pub(in crate::loops) place: String,
     pub(in crate::loops) from: i64,
     pub(in crate::loops) to: i64,
-    pub(in crate::loops) r_near_m2: Option<NearScores>,
-    /// `R_near(2 m)` less that without it, over the returns that both maps predict.
+    pub(in crate::loops) r_near_m2: Option<ScaleScores>,
+    /// `R_near` at that truncation less that without it, over the returns that both maps predict.
     pub(in crate::loops) change_m2: Option<f64>,
     pub(in crate::loops) change_ci99_m2: Option<[f64; 2]>,
     pub(in crate::loops) largest_move_m: f64,
@@ -114,7 +116,7 @@ pub(in crate::loops) struct AcceptedResult {
     pub(in crate::loops) accepted: usize,
     /// Had no score with those accepted before.
     failed: usize,
-    pub(in crate::loops) r_near_2_m2: Option<f64>,
+    pub(in crate::loops) r_near_m2: Option<f64>,
     pub(in crate::loops) chi2: f64,
     pub(in crate::loops) decisions: Vec<DecisionResult>,
     /// Of those with labels: how many of the accepted are true, and of all true ones how many are accepted.

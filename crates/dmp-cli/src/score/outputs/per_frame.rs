@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
-use dmp::FrameSums;
+use dmp::{FrameSums, Scales};
 
-use super::rows::{RunRows, SCORES, scores};
+use super::rows::{RunRows, columns, scores};
 use super::spool::Sorted;
 use crate::save::save;
 
@@ -23,9 +23,9 @@ pub(super) fn lines(frame: u32, stamp_ns: Option<i64>, sums: &FrameSums, runs: &
 }
 
 /// Writes the lines of all scans in order of the log.
-pub(super) fn write(path: &Path, lines: Sorted) -> anyhow::Result<()> {
+pub(super) fn write(path: &Path, scales: Scales, lines: Sorted) -> anyhow::Result<()> {
     save(path, |out| {
-        writeln!(out, "frame,stamp_ns,run,{SCORES}")?;
+        writeln!(out, "frame,stamp_ns,run,{}", columns(scales))?;
         lines.each(|lines, _| Ok(out.write_all(lines)?)).map_err(std::io::Error::other)
     })
 }

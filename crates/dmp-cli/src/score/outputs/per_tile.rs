@@ -5,14 +5,14 @@ use std::path::Path;
 
 use dmp::{Report, TileReport};
 
-use super::rows::{RunRows, SCORES, scores};
+use super::rows::{RunRows, columns, scores};
 use crate::save::save;
 
 /// Writes a line for every run and tile in which returns of the run lie.
 pub(super) fn write(path: &Path, report: &Report, runs: &[RunRows]) -> anyhow::Result<()> {
     let edge_m = report.config.tile_edge_m;
     save(path, |out| {
-        writeln!(out, "run,column,row,x_min_m,y_min_m,edge_m,{SCORES}")?;
+        writeln!(out, "run,column,row,x_min_m,y_min_m,edge_m,{}", columns(report.config.scales))?;
         let mut line = String::new();
         for TileReport { run, tile, sums } in &report.tiles {
             let Some(run) = runs.get(*run) else { continue };

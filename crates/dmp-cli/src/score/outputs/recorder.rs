@@ -58,7 +58,8 @@ impl<'a> Recorder<'a> {
             }
             let name = runs[run].name.clone();
             let is_fused = runs[run].map == dmp::MapSource::Fused;
-            residuals.push(RunReturns { run, name, file, is_fused, spool: spool()? });
+            let scales = config.scales();
+            residuals.push(RunReturns { run, name, file, is_fused, scales, spool: spool()? });
         }
         let per_frame = match outputs.per_frame {
             Some(path) => Some((path, spool()?)),
@@ -208,7 +209,7 @@ impl Recorded {
             tell(&path, text::bytes(bytes));
         }
         if let Some((path, lines)) = self.per_frame {
-            per_frame::write(&path, lines.sorted())?;
+            per_frame::write(&path, report.config.scales, lines.sorted())?;
             tell(&path, text::counted(report.sampling.frames_scored * self.rows.len() as u64, "row"));
         }
         if self.residuals.is_empty() {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-use dmp::{HitKind, Residuals, ScoredReturns};
+use dmp::{HitKind, Residuals, Scales, ScoredReturns};
 use dmp_log::{ResidualFormat, ResidualHead, ResidualWriter, ScoredPoint, ScoredScan};
 use dmp_sensor::{Isometry3, Quaternion, Ray, Translation3, UnitQuaternion};
 
@@ -24,6 +24,8 @@ pub(super) struct RunReturns {
     pub(super) file: ResidualFile,
     /// Whether the map is fused: then what predicts a return is the first independent surfel, else the nearest one.
     pub(super) is_fused: bool,
+    /// What is blocked, and what is beyond.
+    pub(super) scales: Scales,
     pub(super) spool: Spool,
 }
 
@@ -82,7 +84,8 @@ impl RunReturns {
                     let index = (number - first) as usize;
                     let time_ns = after_start_ns.saturating_add(offsets_ns[index]);
                     let (ray, residuals) = (&rays[index], &residuals[index]);
-                    let point = scored_point(ray, residuals, self.is_fused, origin.frame, time_ns);
+                    let point =
+                        scored_point(ray, residuals, (self.is_fused, self.scales), origin.frame, time_ns);
                     piece.extend_from_slice(&point.to_bytes());
                 }
                 self.spool.add(origin.frame, piece)
@@ -110,7 +113,13 @@ fn mixed(number: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-fn scored_point(ray: &Ray, residuals: &Residuals, is_fused: bool, frame: u32, time_ns: i64) -> ScoredPoint {
+fn scored_point(
+    ray: &Ray,
+    residuals: &Residuals,
+    (is_fused, scales): (bool, Scales),
+    frame: u32,
+    time_ns: i64,
+) -> ScoredPoint {
     // What is not a number is a miss, as it is for the scores.
     let length = |m: Option<f64>| m.filter(|m| m.is_finite()).map_or(f32::NAN, |m| m as f32);
     let own = if is_fused { residuals.independent_m } else { residuals.nearest_m };
@@ -123,7 +132,7 @@ fn scored_point(ray: &Ray, residuals: &Residuals, is_fused: bool, frame: u32, ti
         nearest_residual_m: length(residuals.nearest_m),
         time_s: time_ns as f64 / 1e9,
         frame: frame as i32,
-        kind: match residuals.hit_kind() {
+        kind: match residuals.hit_kind(scales) {
             HitKind::Miss => 0,
             HitKind::Hit => 1,
             HitKind::Blocked => 2,
@@ -221,17 +230,17 @@ mod tests {
             first_m: Some(4.0),
             nearest_m: Some(-0.5),
             independent_m: Some(0.25),
-            independent_cos: None,
             revisited: true,
+            ..Residuals::MISS
         };
-        let fused = scored_point(&ray, &residuals, true, 7, 1_500_000_000);
+        let fused = scored_point(&ray, &residuals, (true, Scales::Drive), 7, 1_500_000_000);
         assert_eq!((fused.signed_residual_m, fused.map_range_m, fused.time_s), (0.25, 9.75, 1.5));
         assert_eq!((fused.point_in_world_m, fused.kind, fused.frame), ([1.0, 12.0, 3.0], 2, 7));
-        let given = scored_point(&ray, &residuals, false, 7, 0);
+        let given = scored_point(&ray, &residuals, (false, Scales::Drive), 7, 0);
         assert_eq!((given.signed_residual_m, given.map_range_m), (-0.5, 10.5));
-        let miss = scored_point(&ray, &Residuals::MISS, true, 7, 0);
+        let miss = scored_point(&ray, &Residuals::MISS, (true, Scales::Drive), 7, 0);
         assert!(miss.signed_residual_m.is_nan() && miss.map_range_m.is_nan() && miss.kind == 0);
         let not_finite = Residuals { first_m: Some(f64::INFINITY), ..residuals };
-        assert!(scored_point(&ray, &not_finite, true, 7, 0).first_residual_m.is_nan());
+        assert!(scored_point(&ray, &not_finite, (true, Scales::Drive), 7, 0).first_residual_m.is_nan());
     }
 }

@@ -2,11 +2,18 @@
 
 use std::fmt::Write as _;
 
-use dmp::{MissPrice, RunSums};
+use dmp::{MissPrice, RunSums, Scales};
 
 /// The columns of [`scores`].
-pub(super) const SCORES: &str = "returns,returns_with_z1,returns_with_zc,dmp_sum_m2,dmp_mean_m2,r_cv_10_m2,r_cv_2_m2,\
-    r_cv_0.5_m2,r_cv_0.2_m2,r_near_5_m2,r_near_2_m2,r_near_0.5_m2,miss_rate,blocked_rate,coverage,coverage_revisit";
+pub(super) fn columns(scales: Scales) -> String {
+    let cv = scales.cv_m()[1..].iter().map(|scale_m| format!("r_cv_{scale_m}_m2"));
+    let near = scales.near_m().iter().map(|scale_m| format!("r_near_{scale_m}_m2"));
+    let truncated: Vec<String> = cv.chain(near).collect();
+    format!(
+        "returns,returns_with_z1,returns_with_zc,dmp_sum_m2,dmp_mean_m2,{},miss_rate,blocked_rate,coverage,coverage_revisit",
+        truncated.join(",")
+    )
+}
 
 /// How a run is scored.
 #[derive(Debug, Clone)]
@@ -83,7 +90,7 @@ mod tests {
             |row: &str| -> Vec<f64> { row.trim().split(',').map(|c| c.parse().unwrap()).collect() };
         let (found, expected) = (as_numbers(&row(&sums, true)), as_numbers(expected));
         assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?}");
-        assert_eq!(found.len(), SCORES.split(',').count());
+        assert_eq!(found.len(), columns(Scales::Drive).split(',').count());
         assert_eq!(expected.len(), found.len());
         assert!(row(&sums, false).starts_with("2,1,,0.0625,0.0625,,,,,0.0625,"), "{}", row(&sums, false));
         assert!(row(&sums, false).ends_with(",0.5,0,,\n"));
