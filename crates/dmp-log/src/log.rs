@@ -1,5 +1,5 @@
-use crate::{LogError, MadeWith, PointTime, StampAt, StaticFrames};
-use dmp_sensor::Scan;
+use crate::{CameraNumbers, LogError, MadeWith, PointTime, StampAt, StaticFrames};
+use dmp_sensor::{PinholeCamera, Scan};
 use std::fmt::Debug;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -15,6 +15,10 @@ pub struct LogOptions {
     pub stamp_at: StampAt,
     /// What a file in world coordinates was made with; without it such a file is no log.
     pub made_with: Option<MadeWith>,
+    /// The camera of a log of depth images; `None` for what a file beside them says, or what is usual.
+    pub camera: Option<CameraNumbers>,
+    /// Units of depth a metre, likewise.
+    pub depth_units_per_m: Option<f64>,
 }
 
 impl LogOptions {
@@ -106,6 +110,12 @@ pub enum LogFormat {
     LasFolder,
     /// One LAS or LAZ file in world coordinates.
     Las,
+    /// A folder of depth images with stamps, as TUM RGB-D has them.
+    TumRgbd,
+    /// A folder of depth images that are numbered and stamped by their numbers, as ICL-NUIM has them.
+    IclNuim,
+    /// A folder of depth images without stamps, as Redwood and Augmented ICL-NUIM have them.
+    DepthFolder,
 }
 
 impl LogFormat {
@@ -120,6 +130,9 @@ impl LogFormat {
             Self::PlyFolder => "folder of PLY scans",
             Self::LasFolder => "folder of LAS scans",
             Self::Las => "LAS in world coordinates",
+            Self::TumRgbd => "folder of depth images (TUM RGB-D)",
+            Self::IclNuim => "folder of depth images (ICL-NUIM)",
+            Self::DepthFolder => "folder of depth images",
         }
     }
 }
@@ -192,7 +205,7 @@ impl Damage {
 }
 
 /// What was found in a log on opening it.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LogSummary {
     /// The file or the folder with the scans.
     pub path: PathBuf,
@@ -214,6 +227,10 @@ pub struct LogSummary {
     pub period_ns: Option<i64>,
     /// How the times of the points are understood, in words; `None` where there are none.
     pub point_times: Option<String>,
+    /// The camera whose depth images the scans are; `None` for other sensors.
+    pub camera: Option<PinholeCamera>,
+    /// Units of depth a metre in such images.
+    pub depth_units_per_m: Option<f64>,
     /// What was guessed or left aside.
     pub notes: Vec<String>,
     /// What is lost.

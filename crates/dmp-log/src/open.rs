@@ -1,5 +1,6 @@
 use crate::bag::Bag;
 use crate::bag_log::BagLog;
+use crate::depth_folder::{DepthFolder, FoundImages};
 use crate::las_log::LasLog;
 use crate::scan_folder::{FoundScans, ScanFolder};
 use crate::{LogError, LogOptions, LogSurvey, ScanLog, ScanStream};
@@ -8,7 +9,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 const LOOKED_FOR: &str = "looked for an MCAP file, a rosbag2 file or folder, a LAS or LAZ file, or a folder with one scan a file (.bin, \
-                          .pcd, .ply, .las, .laz)";
+                          .pcd, .ply, .las, .laz) or depth images (depth.txt, depth/*.png)";
 
 /// The first bytes of a ROS 1 bag, and what to do with it.
 pub(crate) const ROS1_MAGIC: &[u8] = b"#ROSBAG V";
@@ -19,16 +20,17 @@ pub(crate) const ROS1_ADVICE: &str =
 pub(crate) enum Found {
     Bag(Bag),
     Folder(FoundScans),
+    Depth(FoundImages),
     /// A LAS or LAZ file.
     Las,
 }
 
 /// Opens the log at `path`: an MCAP file, rosbag2's files or folders, or a folder with one scan a file, as
-/// `.bin`, `.pcd`, `.ply`, `.las` or `.laz`, or one LAS or LAZ file in world coordinates with what it was
-/// [made with](LogOptions::made_with).
+/// `.bin`, `.pcd`, `.ply`, `.las` or `.laz`, a folder of depth images (TUM RGB-D, ICL-NUIM, Redwood), or one LAS or LAZ
+/// file in world coordinates with what it was [made with](LogOptions::made_with).
 ///
 /// Opening reads a bag once from start to end and takes stock of what is damaged; of a folder of scans it reads
-/// the heads of the files, and the lines of those in text; of a LAS file all points, once.
+/// the heads of the files, and the lines of those in text; of depth images their heads; of a LAS file all points, once.
 ///
 /// # Errors
 /// When there is nothing at the path, when it is in no format known here, when the choice of a topic or
@@ -40,6 +42,7 @@ pub fn open_log(path: &Path, options: &LogOptions) -> Result<Box<dyn ScanLog>, L
         Found::Las => Box::new(LasLog::open(path, options)?),
         Found::Bag(bag) => Box::new(BagLog::open(bag, options)?),
         Found::Folder(scans) => Box::new(ScanFolder::open(scans, options)?),
+        Found::Depth(images) => Box::new(DepthFolder::open(images, options)?),
     })
 }
 
@@ -53,6 +56,7 @@ pub fn survey_log(path: &Path, options: &LogOptions) -> Result<LogSurvey, LogErr
     match found {
         Found::Las => Ok(survey_of(Box::new(LasLog::open(path, options)?), None)),
         Found::Bag(bag) => BagLog::survey(&bag, options),
+        Found::Depth(images) => Ok(survey_of(Box::new(DepthFolder::open(images, options)?), None)),
         Found::Folder(scans) => {
             let (folder, problem) = match ScanFolder::open(scans.clone(), options) {
                 Ok(folder) => (folder, None),
@@ -91,6 +95,7 @@ pub(crate) fn bag_at(path: &Path) -> Result<Option<Bag>, LogError> {
 pub(crate) fn find_for(path: &Path, options: &LogOptions) -> Result<Found, LogError> {
     let found = find(path)?;
     check_in_sensor_frame(path, &found, options)?;
+    check_of_camera(path, &found, options)?;
     Ok(found)
 }
 
@@ -125,12 +130,24 @@ fn find_in_folder(path: &Path) -> Result<Found, LogError> {
     {
         return Ok(Found::Bag(bag));
     }
+    // So are images that a list names.
+    if let Some(images) = FoundImages::listed(path)? {
+        return Ok(Found::Depth(images));
+    }
     let scans = FoundScans::under(path)?;
     // A single file beside a bag is a map.
     if scans.as_ref().is_none_or(|scans| scans.len() < 2)
         && let Some(bag) = Bag::of_folder(path)?
     {
         return Ok(Found::Bag(bag));
+    }
+    let found = scans.as_ref().map_or(0, FoundScans::len);
+    // Beside depth images too a single file is a map; and a single image beside it is a picture of something.
+    if found < 2
+        && let Some(images) = FoundImages::in_folder(path)?
+        && images.len() > found
+    {
+        return Ok(Found::Depth(images));
     }
     if let Some(scans) = scans {
         return Ok(Found::Folder(scans));
@@ -146,6 +163,19 @@ fn check_in_sensor_frame(path: &Path, found: &Found, options: &LogOptions) -> Re
         return Ok(());
     }
     let problem = "--made-with was given, but it is for one LAS or LAZ file in world coordinates (several have to be merged into one)".to_owned();
+    Err(LogError::Option { path: path.into(), problem })
+}
+
+fn check_of_camera(path: &Path, found: &Found, options: &LogOptions) -> Result<(), LogError> {
+    let given = match options {
+        LogOptions { camera: Some(camera), .. } => format!("--camera {camera}"),
+        LogOptions { depth_units_per_m: Some(units), .. } => format!("--depth-factor {units}"),
+        _ => return Ok(()),
+    };
+    if matches!(found, Found::Depth(_)) {
+        return Ok(());
+    }
+    let problem = format!("{given} was given, but it is for a folder of depth images");
     Err(LogError::Option { path: path.into(), problem })
 }
 

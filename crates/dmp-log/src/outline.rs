@@ -1,6 +1,7 @@
 //! The scans of a log as far as its index tells, and parts of it.
 
 use crate::bag_log::BagOutline;
+use crate::depth_folder::DepthFolder;
 use crate::las_log::LasLog;
 use crate::open::{Found, find_for};
 use crate::part_log::PartLog;
@@ -87,6 +88,11 @@ pub fn outline_log(path: &Path, options: &LogOptions) -> Result<LogOutline, LogE
             let folder = ScanFolder::open(scans, options)?;
             let bytes = folder.scan_bytes();
             Source::whole(folder, &bytes)
+        }
+        Found::Depth(images) => {
+            let log = DepthFolder::open(images, options)?;
+            let bytes = log.scan_bytes();
+            Source::whole(log, &bytes)
         }
         Found::Las => {
             let log = LasLog::open(path, options)?;

@@ -122,6 +122,8 @@ impl BagLog {
             span_ns: None,
             period_ns: None,
             point_times: None,
+            camera: None,
+            depth_units_per_m: None,
             notes,
             damage,
             fingerprint: around.fingerprint.clone(),

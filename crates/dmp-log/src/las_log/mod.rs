@@ -87,6 +87,8 @@ impl LasLog {
             span_ns: span_ns(&frames),
             period_ns: period_ns(&frames),
             point_times: Some("field `gps_time`: seconds on the clock of the stamps".into()),
+            camera: None,
+            depth_units_per_m: None,
             notes,
             damage: found.damage,
             fingerprint: fingerprint::of_file(path, &count).map_err(|e| LogError::io(path, "read", e))?,

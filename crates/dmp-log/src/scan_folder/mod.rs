@@ -6,7 +6,7 @@ mod format;
 mod found;
 mod head;
 mod las;
-mod names;
+pub(crate) mod names;
 mod pcd;
 mod ply;
 mod stamps;
@@ -82,6 +82,8 @@ impl ScanFolder {
             span_ns: None,
             period_ns: None,
             point_times: None,
+            camera: None,
+            depth_units_per_m: None,
             notes,
             damage: Vec::new(),
             fingerprint: String::new(),

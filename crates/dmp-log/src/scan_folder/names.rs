@@ -55,7 +55,7 @@ fn stem(file: &Path) -> Option<&str> {
 
 /// The stamps that all the files are named by, nanoseconds, and their unit in words; `None` where a name is
 /// none, or one of another unit.
-pub(super) fn stamps_ns(files: &[PathBuf]) -> Option<(Vec<i64>, &'static str)> {
+pub(crate) fn stamps_ns(files: &[PathBuf]) -> Option<(Vec<i64>, &'static str)> {
     let unit = NameUnit::of(stem(files.first()?)?)?;
     let stamp = |file: &PathBuf| {
         let stem = stem(file)?;
@@ -66,7 +66,7 @@ pub(super) fn stamps_ns(files: &[PathBuf]) -> Option<(Vec<i64>, &'static str)> {
 
 /// Puts files in the order of the stamps or numbers that all of them are named by, written with leading
 /// zeros or without (by name alone, 10 comes before 2), else in that of their names. Says which.
-pub(super) fn put_in_order(files: &mut [PathBuf]) -> &'static str {
+pub(crate) fn put_in_order(files: &mut [PathBuf]) -> &'static str {
     files.sort();
     let stamp = |file: &PathBuf| stamps_ns(std::slice::from_ref(file))?.0.first().copied();
     if stamps_ns(files).is_some() {

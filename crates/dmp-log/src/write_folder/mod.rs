@@ -167,11 +167,11 @@ impl FolderScanWriter {
     }
 }
 
-fn create_folder(path: &Path) -> Result<(), LogError> {
+pub(crate) fn create_folder(path: &Path) -> Result<(), LogError> {
     fs::create_dir(path).map_err(|e| LogError::io(path, "create", e))
 }
 
-fn write_file(path: &Path, bytes: &[u8]) -> Result<(), LogError> {
+pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), LogError> {
     let write = || {
         let mut file = File::create(path)?;
         file.write_all(bytes)?;

@@ -5,6 +5,7 @@ mod calib;
 mod cloud;
 mod common;
 mod conformance;
+mod depth;
 mod folder;
 mod forged;
 mod g2o;
