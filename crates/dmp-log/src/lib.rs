@@ -6,13 +6,13 @@
 //! thread, which fills a [`Scan`](dmp_sensor::Scan) with one scan at a time. [`read_trajectory`] reads
 //! poses, [`read_pose_graph`] a graph of them and [`read_loop_candidates`] edges that it might have,
 //! [`read_loop_labels`] which of those are true and [`read_keyframe_times`] when its vertices were. [`outline_log`] tells the scans of a log from its index and opens a part of them. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a reference.
-//! [`McapScanWriter`], [`FolderScanWriter`], [`DepthFolderWriter`], [`write_tum`], [`write_euroc`], [`write_kitti`] and [`write_pose_graph`] write what the
+//! [`McapScanWriter`], [`FolderScanWriter`], [`DepthFolderWriter`], [`write_tum`], [`write_euroc`], [`write_kitti`], [`write_redwood_log`] and [`write_pose_graph`] write what the
 //! readers read; [`ResidualWriter`] writes scored returns for people to look at. [`read_calib`] says where a LiDAR sits on a camera.
 //!
 //! | what | formats |
 //! |---|---|
 //! | scan log | MCAP and rosbag2 with `sensor_msgs/msg/PointCloud2` or Livox `CustomMsg`; a folder with one scan a file: KITTI `.bin` (with `times/*.f32`), PCD, PLY, LAS or LAZ, with stamps in a `times.txt`, a `timestamps.txt` or the file names; one LAS or LAZ in world coordinates with `gps_time`, and the trajectory it was made with; a folder of depth images (16-bit PNG): TUM RGB-D, ICL-NUIM, Redwood, with a `camera.json` |
-//! | trajectory | TUM; KITTI rows and `.npy`, with `times.txt`; EuRoC csv; vertices of g2o graphs |
+//! | trajectory | TUM; KITTI rows and `.npy`, with `times.txt`; EuRoC csv; vertices of g2o graphs; Redwood `.log` |
 //! | pose graph, loop candidates | g2o, in space |
 //! | labels of loop candidates, times of vertices | lines of text |
 //! | calibration | KITTI `calib.txt`, `calib_velo_to_cam.txt` |
@@ -106,8 +106,8 @@ pub use residuals::{ResidualFormat, ResidualHead, ResidualWriter, ScoredPoint, S
 pub use trajectory::{
     GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,
     TrajectoryParseError, is_bag, parse_euroc, parse_g2o, parse_kitti, parse_npy, parse_raw,
-    parse_tum, read_raw_trajectory, read_topic_trajectory, read_trajectory,
-    read_trajectory_as, write_euroc, write_kitti, write_times, write_tum, write_tum_poses,
+    parse_redwood_log, parse_tum, read_raw_trajectory, read_topic_trajectory, read_trajectory,
+    read_trajectory_as, write_euroc, write_kitti, write_redwood_log, write_times, write_tum, write_tum_poses,
 };
 pub use unit::LengthUnit;
 pub use write_depth::{DepthFolderWriter, encode_depth_png};

@@ -1,4 +1,4 @@
-use super::{euroc, npy};
+use super::{euroc, npy, redwood};
 use crate::decimal::shorten;
 use crate::g2o;
 use crate::open::{ROS1_ADVICE, ROS1_MAGIC};
@@ -10,7 +10,7 @@ use std::str::FromStr;
 
 /// The formats of trajectories.
 ///
-/// As text (`FromStr`, `Display`): `tum`, `kitti`, `euroc`, `npy`, `g2o`.
+/// As text (`FromStr`, `Display`): `tum`, `kitti`, `euroc`, `npy`, `g2o`, `redwood`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TrajectoryFormat {
@@ -24,11 +24,13 @@ pub enum TrajectoryFormat {
     Npy,
     /// The vertices of a pose graph: `VERTEX_SE3:QUAT id x y z qx qy qz qw`, `VERTEX_SE2 id x y theta`.
     G2o,
+    /// A line of three whole numbers and four of a 4 × 4 matrix for each pose.
+    RedwoodLog,
 }
 
 impl TrajectoryFormat {
     /// Every format.
-    pub const ALL: [Self; 5] = [Self::Tum, Self::Kitti, Self::Euroc, Self::Npy, Self::G2o];
+    pub const ALL: [Self; 6] = [Self::Tum, Self::Kitti, Self::Euroc, Self::Npy, Self::G2o, Self::RedwoodLog];
 
     /// Its name for people.
     pub fn name(self) -> &'static str {
@@ -38,6 +40,7 @@ impl TrajectoryFormat {
             Self::Euroc => "EuRoC",
             Self::Npy => "NumPy",
             Self::G2o => "g2o",
+            Self::RedwoodLog => "Redwood .log",
         }
     }
 
@@ -55,6 +58,7 @@ impl fmt::Display for TrajectoryFormat {
             Self::Euroc => "euroc",
             Self::Npy => "npy",
             Self::G2o => "g2o",
+            Self::RedwoodLog => "redwood",
         })
     }
 }
@@ -90,13 +94,16 @@ pub(super) fn find_format(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat,
     if is_euroc(bytes, place, &columns) {
         return Ok(TrajectoryFormat::Euroc);
     }
+    if redwood::is_head(&columns) {
+        return Ok(TrajectoryFormat::RedwoodLog);
+    }
     match columns.len() {
         8 => Ok(TrajectoryFormat::Tum),
         12 => Ok(TrajectoryFormat::Kitti),
         count => {
             let problem = format!(
                 "{count} columns starting with `{}`: neither TUM (8: stamp tx ty tz qx qy qz qw) nor KITTI (12) \
-                nor EuRoC (8 or more with commas: stamp_ns,x,y,z,qw,qx,qy,qz) nor g2o (VERTEX_SE3:QUAT …) nor .npy",
+                nor EuRoC (8 or more with commas: stamp_ns,x,y,z,qw,qx,qy,qz) nor g2o (VERTEX_SE3:QUAT …) nor Redwood (0 0 1 and four rows) nor .npy",
                 shorten(word)
             );
             Err(LogError::malformed(path, place, problem))

@@ -7,6 +7,7 @@ mod kitti;
 mod npy;
 pub(crate) mod numbers;
 mod raw;
+mod redwood;
 mod stamps;
 mod topic;
 mod tree;
@@ -18,6 +19,7 @@ pub use g2o::{GraphVertices, parse_g2o};
 pub use kitti::{parse_kitti, write_kitti};
 pub use npy::parse_npy;
 pub use raw::{RawTrajectory, parse_raw, read_raw_trajectory};
+pub use redwood::{parse_redwood_log, write_redwood_log};
 pub use stamps::write_times;
 pub use topic::{PoseTopic, TopicTrajectory, is_bag, read_topic_trajectory};
 pub use tum::{parse_tum, write_tum, write_tum_poses};
@@ -72,7 +74,7 @@ impl TrajectoryParseError {
 }
 
 /// Reads a trajectory in the format that is found by looking: arrays by their first bytes, text by its
-/// first line with data. Poses in a format without stamps (KITTI, `.npy`) have those of a `times.txt`
+/// first line with data. Poses in a format without stamps (KITTI, `.npy`, Redwood) have those of a `times.txt`
 /// beside the file where that has as many lines.
 ///
 /// # Errors
@@ -106,6 +108,9 @@ pub fn read_trajectory_as(path: &Path, format: Option<TrajectoryFormat>) -> Resu
         }
         TrajectoryFormat::Npy => {
             stamps::from_times_beside(path, parse_npy(&bytes).map_err(in_file)?, &mut notes)?
+        }
+        TrajectoryFormat::RedwoodLog => {
+            stamps::from_times_beside(path, parse_redwood_log(&bytes).map_err(in_file)?, &mut notes)?
         }
         TrajectoryFormat::G2o => of_graph(parse_g2o(&bytes).map_err(in_file)?, &mut notes),
     };

@@ -1,6 +1,6 @@
 use super::format::{find_format, no_poses};
 use super::numbers::numbers;
-use super::{TrajectoryFormat, euroc, g2o, kitti, npy, read_bytes};
+use super::{TrajectoryFormat, euroc, g2o, kitti, npy, read_bytes, redwood};
 use crate::text::lines;
 use crate::{LogError, ParseError};
 use nalgebra::{Matrix3, Vector3};
@@ -54,6 +54,10 @@ pub fn parse_raw(bytes: &[u8], format: TrajectoryFormat) -> Result<RawTrajectory
     };
     match format {
         TrajectoryFormat::Npy => npy::for_each_matrix(bytes, |_, rows| {
+            raw.push_rows(rows);
+            Ok(())
+        })?,
+        TrajectoryFormat::RedwoodLog => redwood::for_each_matrix(bytes, |_, rows| {
             raw.push_rows(rows);
             Ok(())
         })?,
