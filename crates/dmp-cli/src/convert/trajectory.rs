@@ -2,7 +2,9 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use dmp_log::{TrajectoryFormat, read_trajectory_as, write_euroc, write_kitti, write_times, write_tum};
+use dmp_log::{
+    TrajectoryFormat, read_trajectory_as, write_euroc, write_kitti, write_redwood_log, write_times, write_tum,
+};
 
 use crate::exit::Usage;
 use crate::save::{refuse_same, save};
@@ -18,6 +20,8 @@ enum To {
     Kitti,
     /// Lines of stamp in nanoseconds, place, quaternion w x y z
     Euroc,
+    /// Blocks of a 4 × 4 matrix each (Redwood's .log); stamps go into times.txt beside it
+    Redwood,
 }
 
 /// Write a trajectory in another format
@@ -29,7 +33,7 @@ enum To {
     after_help = "Example:\n  dmp convert trajectory kiss_poses.npy -o kiss.txt --to kitti"
 )]
 pub(crate) struct TrajectoryConvertArgs {
-    /// The trajectory: TUM, KITTI rows, EuRoC, .npy or g2o
+    /// The trajectory: TUM, KITTI rows, EuRoC, .npy, g2o or Redwood
     #[arg(value_name = "RUN")]
     run: PathBuf,
     /// Its format, where it is not to be found by looking
@@ -62,12 +66,13 @@ pub(super) fn run(
         file.notes.iter().for_each(|note| eprintln!("note: {}: {note}", run.display()));
     }
     let trajectory = file.trajectory;
-    if trajectory.stamps_ns().is_none() && *to != To::Kitti {
-        let problem = "its poses have no stamps: they can be written as KITTI rows alone";
+    let without_stamps = matches!(to, To::Kitti | To::Redwood);
+    if trajectory.stamps_ns().is_none() && !without_stamps {
+        let problem = "its poses have no stamps: they can be written as KITTI rows or Redwood's blocks alone";
         return Err(Usage(format!("{}: {problem}", run.display())).into());
     }
     let times = output.with_file_name("times.txt");
-    let stamps_ns = trajectory.stamps_ns().filter(|_| *to == To::Kitti);
+    let stamps_ns = trajectory.stamps_ns().filter(|_| without_stamps);
     if stamps_ns.is_some() && times.exists() {
         return Err(Usage(format!("{}: is there already and would be overwritten", times.display())).into());
     }
@@ -75,6 +80,7 @@ pub(super) fn run(
         To::Tum => write_tum(out, &trajectory),
         To::Kitti => write_kitti(out, &trajectory),
         To::Euroc => write_euroc(out, &trajectory),
+        To::Redwood => write_redwood_log(out, &trajectory),
     })?;
     writeln!(out, "{}: {}", output.display(), counted(trajectory.len() as u64, "pose"))?;
     if let Some(stamps_ns) = stamps_ns {

@@ -1,5 +1,5 @@
 use dmp_log::{Damage, FrameInfo, LogSurvey, ScanStream, TopicInfo};
-use dmp_sensor::Isometry3;
+use dmp_sensor::{Isometry3, PinholeCamera};
 use serde::Serialize;
 
 use crate::exit::one_line;
@@ -73,6 +73,8 @@ pub(super) struct Scans {
     pub(super) point_bytes: u32,
     /// How the times of points are understood; null where there are none, or they are not understood.
     pub(super) point_times: Option<String>,
+    /// The camera whose depth images the scans are; null for other sensors.
+    pub(super) camera: Option<Camera>,
     pub(super) scans: usize,
     pub(super) returns: u64,
     /// Null where there is no scan.
@@ -89,6 +91,21 @@ pub(super) struct Scans {
     pub(super) same_stamp: usize,
     /// What was guessed or left aside.
     pub(super) notes: Vec<String>,
+}
+
+/// A depth camera, pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Camera {
+    /// Width and height of an image.
+    pub(super) size_px: [u32; 2],
+    /// fx and fy.
+    pub(super) focal_px: [f64; 2],
+    /// cx and cy.
+    pub(super) centre_px: [f64; 2],
+    /// k1, k2, p1, p2, k3.
+    pub(super) distortion: [f64; 5],
+    /// Units of depth a metre.
+    pub(super) units_per_m: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -201,6 +218,7 @@ impl Stream {
                 fields: summary.fields.iter().map(field).collect(),
                 point_bytes: summary.point_bytes,
                 point_times: summary.point_times.clone(),
+                camera: summary.camera.map(|camera| Camera::new(&camera, summary.depth_units_per_m)),
                 scans: frames.len(),
                 returns: summary.returns,
                 returns_per_scan: spread(frames.iter().map(|frame| frame.returns).collect()),
@@ -214,6 +232,20 @@ impl Stream {
         });
         let problem = problem.map(|problem| one_line(&problem.into()));
         Self { topic, problem, scans, damage: damage.into_iter().map(Lost::new).collect() }
+    }
+}
+
+impl Camera {
+    fn new(camera: &PinholeCamera, units_per_m: Option<f64>) -> Self {
+        let lens = camera.distortion();
+        let ([k1, k2, k3], [p1, p2]) = (lens.radial, lens.tangential);
+        Self {
+            size_px: camera.size_px(),
+            focal_px: camera.focal_px(),
+            centre_px: camera.centre_px(),
+            distortion: [k1, k2, p1, p2, k3],
+            units_per_m,
+        }
     }
 }
 

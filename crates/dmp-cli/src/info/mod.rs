@@ -27,11 +27,11 @@ use crate::runs::Runs;
     dmp info kitti/07/ --json"
 )]
 pub(crate) struct InfoArgs {
-    /// A trajectory to look at with the log: a file (TUM, KITTI rows, EuRoC, .npy, g2o), `topic:/odom` of the
+    /// A trajectory to look at with the log: a file (TUM, KITTI rows, EuRoC, .npy, g2o, Redwood), `topic:/odom` of the
     /// log, or `BAG:/odom` of another bag
     #[arg(short = 't', long = "trajectory", value_name = "[NAME=]RUN", help_heading = "Input")]
     trajectories: Vec<NamedFile>,
-    /// The format of the trajectories, where it is not to be found by looking: tum, kitti, euroc, npy or g2o
+    /// The format of the trajectories, where it is not to be found by looking: tum, kitti, euroc, npy, g2o or redwood
     #[arg(long, value_name = "FORMAT", help_heading = "Input")]
     trajectory_format: Option<TrajectoryFormat>,
     #[command(flatten)]

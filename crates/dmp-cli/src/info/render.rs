@@ -1,6 +1,6 @@
 use std::io::{self, Write};
 
-use super::found::{Frame, Info, Scans, Stream, Topic, TrajectoryInfo};
+use super::found::{Camera, Frame, Info, Scans, Stream, Topic, TrajectoryInfo};
 use crate::text::{self, NONE, Side, Table, count, counted, digits, seconds};
 
 /// Writes what is in a log for a person.
@@ -79,6 +79,9 @@ fn scan_rows(table: &mut Table, scans: &Scans, has_problem: bool) {
     table.row(["point".to_owned(), format!("{}; {} bytes", fields.join(" "), scans.point_bytes)]);
     let none = if has_problem { "not understood" } else { "none" };
     table.row(["point times", scans.point_times.as_deref().unwrap_or(none)]);
+    if let Some(camera) = &scans.camera {
+        table.row(["camera".to_owned(), camera_text(camera)]);
+    }
     table.row(["scans".to_owned(), count(scans.scans as u64)]);
     table.row(["returns".to_owned(), returns(scans)]);
     table.row(["stamps".to_owned(), stamps(scans.span_ns, scans.period_ns)]);
@@ -94,6 +97,18 @@ fn scan_rows(table: &mut Table, scans: &Scans, has_problem: bool) {
     for note in &scans.notes {
         table.row(["note", note.as_str()]);
     }
+}
+
+fn camera_text(camera: &Camera) -> String {
+    let ([width, height], [fx, fy], [cx, cy]) = (camera.size_px, camera.focal_px, camera.centre_px);
+    let [k1, k2, p1, p2, k3] = camera.distortion;
+    let lens = if camera.distortion == [0.0; 5] {
+        String::new()
+    } else {
+        format!(", k1 {k1}, k2 {k2}, p1 {p1}, p2 {p2}, k3 {k3}")
+    };
+    let units = camera.units_per_m.map_or(String::new(), |units| format!("; {units} units a metre"));
+    format!("{width} x {height} pixels, fx {fx}, fy {fy}, cx {cx}, cy {cy}{lens}{units}")
 }
 
 fn returns(scans: &Scans) -> String {
