@@ -1,7 +1,5 @@
 //! What is read before anything is computed.
 
-use std::collections::BTreeSet;
-
 use dmp_log::{
     Candidate, KeyframeTimes, LoopLabels, PoseGraphFile, SkippedCandidate, StaticFrames, read_keyframe_times,
     read_loop_candidates, read_loop_labels, read_pose_graph,
@@ -79,9 +77,9 @@ impl Inputs {
         }
         let labels = arguments.truth.as_deref().map(read_loop_labels).transpose()?;
         if let (Some(path), Some(labels)) = (&arguments.truth, &labels) {
-            let ends = |one: &Candidate| (one.edge.from.min(one.edge.to), one.edge.from.max(one.edge.to));
-            let known: BTreeSet<(i64, i64)> = candidates.iter().map(ends).collect();
-            let strange = labels.labels.keys().filter(|pair| !known.contains(pair)).count();
+            // No two candidates have one pair of vertices.
+            let labelled = |one: &&Candidate| labels.of(one.edge.from, one.edge.to).is_some();
+            let strange = labels.labels.len() - candidates.iter().filter(labelled).count();
             if strange > 0 {
                 note(format!(
                     "{}: {} of no candidate that can be tried",

@@ -145,4 +145,7 @@ fn what_does_not_belong_together_is_refused_in_one_line() {
     let result = ranked(at, "graph.g2o --candidates c.g2o --truth other.csv", 0);
     assert_eq!(result["truth"], Value::Null);
     assert!(result["truth_withheld"].as_str().unwrap().contains("none of the 1 items is true"), "{result:#}");
+    let output = dmp(at, &with("--truth other.csv"));
+    let told = text(&output.stderr);
+    assert!(told.contains("other.csv: 1 label of no candidate that can be tried"), "{told}");
 }
