@@ -1,5 +1,6 @@
 use dmp_sensor::{PoseGraphError, TrajectoryError};
 
+use crate::loops::LoopLengths;
 use crate::route::Route;
 
 /// Why a simulation cannot be made as asked.
@@ -58,25 +59,29 @@ pub enum SimError {
     },
     /// True loops need places that the drive comes back to.
     #[error(
-        "{asked} true and near loops need as many keyframes within 8 m of a place that was passed more than 100 m of travel \
-         before, and the drive has {found}"
+        "{asked} true and near loops need as many keyframes within {} m of a place that was passed more than {} m of travel \
+         before, and the way has {found}", lengths.same_place_m, lengths.between_m
     )]
     TooFewRevisits {
         /// The loops asked for.
         asked: usize,
         /// The keyframes that are at a place seen before.
         found: usize,
+        /// What counts as one place.
+        lengths: LoopLengths,
     },
     /// False loops need places that are not one.
     #[error(
-        "{asked} false loops need as many pairs of keyframes more than 40 m from each other with more than 100 m \
-         of travel between them, and only {found} were found"
+        "{asked} false loops need as many pairs of keyframes more than {} m from each other with more than {} m \
+         of travel between them, and only {found} were found", lengths.other_place_m, lengths.between_m
     )]
     TooFewPlaces {
         /// The loops asked for.
         asked: usize,
         /// The pairs that were found.
         found: usize,
+        /// What counts as another place.
+        lengths: LoopLengths,
     },
     /// The poses make no graph.
     #[error(transparent)]

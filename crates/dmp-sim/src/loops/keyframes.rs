@@ -5,6 +5,15 @@ use crate::error::SimError;
 /// Steps that sum up to the spacing but for rounding reach it.
 const ROUNDING_M: f64 = 1e-9;
 
+/// How far keyframes are from each other.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Spacing {
+    /// Travel from one to the next, metres.
+    pub(super) way_m: f64,
+    /// Or the turn, radians.
+    pub(super) turn_rad: f64,
+}
+
 /// The true poses at the keyframes of a drive, in order of time. At least one.
 pub(super) struct Keyframes {
     pub(super) stamps_ns: Vec<i64>,
@@ -15,11 +24,11 @@ pub(super) struct Keyframes {
 }
 
 impl Keyframes {
-    /// The first instant, and each that is `spacing_m` or more of travel from the keyframe before it. Travel is
-    /// summed up over all instants.
+    /// The first instant, and each that is so much or more of travel from the keyframe before it, or turned by so
+    /// much. Travel is summed up over all instants.
     pub(super) fn choose(
         truth: &Trajectory,
-        spacing_m: f64,
+        spacing: Spacing,
         instants_ns: Option<&[i64]>,
     ) -> Result<Self, SimError> {
         let mut keyframes = Self { stamps_ns: Vec::new(), poses: Vec::new(), travel_m: Vec::new() };
@@ -30,7 +39,10 @@ impl Keyframes {
             });
             last = Some(pose);
             let since = keyframes.travel_m.last().map(|of_last| travel_m - of_last);
-            if since.is_none_or(|since_m| since_m >= spacing_m - ROUNDING_M) {
+            let turned =
+                keyframes.poses.last().map_or(0.0, |before| before.rotation.angle_to(&pose.rotation));
+            if since.is_none_or(|since_m| since_m >= spacing.way_m - ROUNDING_M) || turned >= spacing.turn_rad
+            {
                 keyframes.stamps_ns.push(stamp_ns);
                 keyframes.poses.push(pose);
                 keyframes.travel_m.push(travel_m);
@@ -41,11 +53,6 @@ impl Keyframes {
 
     pub(super) fn len(&self) -> usize {
         self.poses.len()
-    }
-
-    /// How far two keyframes lie apart, metres.
-    pub(super) fn apart_m(&self, a: usize, b: usize) -> f64 {
-        (self.poses[a].translation.vector - self.poses[b].translation.vector).norm()
     }
 }
 

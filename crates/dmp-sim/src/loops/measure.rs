@@ -4,25 +4,21 @@ use std::fmt;
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph, UnitQuaternion, Vector3};
 
 use super::keyframes::Keyframes;
+use super::lengths::LoopLengths;
 use super::{RAD_PER_DEG, SimulatedLoop};
 use crate::random::Random;
 
-/// What every loop measurement is off by, along and about each axis.
-const SIGMA_M: f64 = 0.05;
+/// What every loop measurement is off by about each axis.
 const SIGMA_RAD: f64 = 0.2 * RAD_PER_DEG;
 /// What all of them claim to be off by: the front end does not know better.
-const CLAIMED_SIGMA_M: f64 = 0.1;
 const CLAIMED_SIGMA_RAD: f64 = 0.5 * RAD_PER_DEG;
-/// Farthest that two places which look alike are measured apart in the plane, metres, and how far their headings
-/// differ from those of one street.
-const ALIKE_WITHIN_M: f64 = 2.0;
+/// How far the headings of two places which look alike differ from those of one street.
 const ALIKE_WITHIN_RAD: f64 = 3.0 * RAD_PER_DEG;
-/// By how much a near loop is off, metres: within 3 to 10 with any noise that is ever drawn.
-const NEAR_M: [f64; 2] = [3.4, 9.6];
 /// Standard deviation of the direction in which it is off, from that of travel.
 const NEAR_SIGMA_RAD: f64 = 15.0 * RAD_PER_DEG;
 
-/// What a simulated loop candidate is.
+/// What a simulated loop candidate is, told for drives; in a room it is the same with other [`LoopLengths`], and a
+/// camera at one place also looks the same way.
 ///
 /// As text (`Display`): `true`, `false`, `near`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,6 +54,7 @@ impl fmt::Display for LoopKind {
 /// Measures loops of a drive.
 pub(super) struct Measurer<'a> {
     pub(super) keyframes: &'a Keyframes,
+    pub(super) lengths: LoopLengths,
     pub(super) random: Random,
 }
 
@@ -69,22 +66,24 @@ impl Measurer<'_> {
             LoopKind::False => self.as_if_here(),
             LoopKind::Near => Isometry3::from(self.along_the_way(from)) * truly,
         };
-        let from_from_to = seen * off_by(&mut self.random, SIGMA_M, SIGMA_RAD, Vector3::zeros());
-        let information = PoseGraph::information_of(CLAIMED_SIGMA_M, CLAIMED_SIGMA_RAD);
+        let from_from_to = seen * off_by(&mut self.random, self.lengths.sigma_m, SIGMA_RAD, Vector3::zeros());
+        let information = PoseGraph::information_of(self.lengths.claimed_sigma_m, CLAIMED_SIGMA_RAD);
         let edge = PoseEdge { from: from as i64, to: to as i64, from_from_to, information };
         SimulatedLoop { edge, kind }
     }
 
-    /// A pose near the identity, or near one that looks back.
+    /// A pose near the identity, or near one that looks back where that sees the same.
     fn as_if_here(&mut self) -> Isometry3<f64> {
         // Within what noise may add, evenly over the disc.
-        let radius_m = (ALIKE_WITHIN_M - 8.0 * SIGMA_M) * self.random.unit().sqrt();
+        let radius_m = (self.lengths.alike_within_m - 8.0 * self.lengths.sigma_m) * self.random.unit().sqrt();
         let angle = TAU * self.random.unit();
-        let place = Vector3::new(radius_m * libm::cos(angle), radius_m * libm::sin(angle), 0.0);
-        let back = if self.random.chance(0.5) { PI } else { 0.0 };
+        let [up, ahead] = self.lengths.up_and_ahead();
+        let place = ahead * (radius_m * libm::cos(angle)) + up.cross(&ahead) * (radius_m * libm::sin(angle));
+        let looks_back = self.random.chance(0.5) && self.lengths.views.is_none();
+        let back = if looks_back { PI } else { 0.0 };
         let within = ALIKE_WITHIN_RAD - 8.0 * SIGMA_RAD;
         let yaw = back + self.random.between(-within, within);
-        Isometry3::from_parts(place.into(), UnitQuaternion::from_scaled_axis(Vector3::z() * yaw))
+        Isometry3::from_parts(place.into(), UnitQuaternion::from_scaled_axis(up * yaw))
     }
 
     /// A shift along the way at a keyframe, in its frame.
@@ -92,10 +91,11 @@ impl Measurer<'_> {
         let poses = &self.keyframes.poses;
         let (before, after) = (at.saturating_sub(1), (at + 1).min(poses.len() - 1));
         let ahead = poses[after].translation.vector - poses[before].translation.vector;
-        let ahead = ahead.try_normalize(1e-9).unwrap_or_else(|| poses[at].rotation * Vector3::x());
+        let ahead =
+            ahead.try_normalize(1e-9).unwrap_or_else(|| poses[at].rotation * self.lengths.up_and_ahead()[1]);
         let aside = UnitQuaternion::from_scaled_axis(Vector3::z() * (NEAR_SIGMA_RAD * self.random.normal()));
         let sign = if self.random.chance(0.5) { -1.0 } else { 1.0 };
-        let length_m = self.random.between(NEAR_M[0], NEAR_M[1]);
+        let length_m = self.random.between(self.lengths.near_m[0], self.lengths.near_m[1]);
         poses[at].rotation.inverse() * (aside * ahead) * (sign * length_m)
     }
 }

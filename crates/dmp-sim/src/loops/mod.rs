@@ -2,6 +2,7 @@
 //! true.
 
 mod keyframes;
+mod lengths;
 mod measure;
 mod odometry;
 mod places;
@@ -14,18 +15,21 @@ use dmp_sensor::{PoseEdge, PoseGraph, Trajectory};
 
 use crate::error::{SimError, require};
 use crate::random::Random;
-use keyframes::Keyframes;
+use keyframes::{Keyframes, Spacing};
+pub use lengths::{CameraViews, LoopLengths};
 pub use measure::LoopKind;
 use measure::Measurer;
 use places::Places;
 
-/// How a drive's pose graph is made, and which loop candidates are.
+/// How the pose graph of a drive, or of a walk through a room, is made, and which loop candidates are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoopGraphOptions {
     /// Seed of the odometry's noise and of all that is drawn for the candidates.
     pub seed: u64,
     /// Travel from one keyframe to the next, metres; with 0 every instant is a keyframe.
     pub spacing_m: f64,
+    /// A turn after which there is a keyframe, too, however short the way, radians; `None` for none.
+    pub spacing_rad: Option<f64>,
     /// Instants that may be keyframes, nanoseconds, in any order: the scans of a log. `None`: those of the
     /// trajectory's poses.
     pub instants_ns: Option<Vec<i64>>,
@@ -36,6 +40,8 @@ pub struct LoopGraphOptions {
     pub step_sigma_rad: f64,
     /// What the odometry turns too far to the left in each metre of travel, radians.
     pub yaw_bias_rad_per_m: f64,
+    /// What counts as one place and as another, and what loops are off by.
+    pub lengths: LoopLengths,
     /// Candidates that are [`LoopKind::True`].
     pub true_loops: usize,
     /// Candidates that are [`LoopKind::False`].
@@ -50,13 +56,29 @@ impl Default for LoopGraphOptions {
         Self {
             seed: 1,
             spacing_m: 1.0,
+            spacing_rad: None,
             instants_ns: None,
             step_sigma_m: 0.02,
             step_sigma_rad: 0.03 * RAD_PER_DEG,
             yaw_bias_rad_per_m: 0.006 * RAD_PER_DEG,
+            lengths: LoopLengths::DRIVE,
             true_loops: 10,
             false_loops: 10,
             near_loops: 6,
+        }
+    }
+}
+
+impl LoopGraphOptions {
+    /// For a hand-held camera in a room: a keyframe every 0.2 m or 15°, and a drift of some decimetres in 20 m.
+    pub fn room() -> Self {
+        Self {
+            spacing_m: 0.2,
+            spacing_rad: Some(15.0 * RAD_PER_DEG),
+            step_sigma_rad: 0.3 * RAD_PER_DEG,
+            yaw_bias_rad_per_m: 0.1 * RAD_PER_DEG,
+            lengths: LoopLengths::ROOM,
+            ..Self::default()
         }
     }
 }
@@ -86,18 +108,18 @@ pub struct LoopGraph {
 }
 
 impl LoopGraph {
-    /// The graph of a drive, and candidates.
+    /// The graph of a drive or a walk, and candidates.
     ///
     /// Every noise has the covariance whose inverse is the edge's information, but for the odometry's bias, of
-    /// which it knows nothing, and for loops, which are better measured than they claim (0.1 m, 0.5°), if they
-    /// are true.
+    /// which it knows nothing, and for loops, which are better measured than they claim (0.1 m and 0.5° for a
+    /// drive), if they are true.
     ///
     /// # Errors
     /// When a number is out of range, the trajectory has no stamps or no pose at an instant, or the drive
     /// has too few places that it comes back to, or that are far apart, for the candidates.
     pub fn new(truth: &Trajectory, options: &LoopGraphOptions) -> Result<Self, SimError> {
         options.check()?;
-        let keyframes = Keyframes::choose(truth, options.spacing_m, options.instants_ns.as_deref())?;
+        let keyframes = Keyframes::choose(truth, options.spacing(), options.instants_ns.as_deref())?;
         let (vertices, edges) = odometry::drifted(&keyframes, options);
         let graph = PoseGraph::new(vertices, edges, BTreeSet::new())?;
         let candidates = candidates(&keyframes, options)?;
@@ -108,8 +130,14 @@ impl LoopGraph {
 }
 
 impl LoopGraphOptions {
+    fn spacing(&self) -> Spacing {
+        Spacing { way_m: self.spacing_m, turn_rad: self.spacing_rad.unwrap_or(f64::INFINITY) }
+    }
+
     fn check(&self) -> Result<(), SimError> {
         let within = |value: f64, most: f64| (0.0..=most).contains(&value);
+        let turn = self.spacing_rad.unwrap_or(0.0);
+        require(within(turn, 4.0), "the turn between keyframes in rad", "from 0 to 4", turn)?;
         require(within(self.spacing_m, 1000.0), "the spacing in m", "from 0 to 1000", self.spacing_m)?;
         require(within(self.step_sigma_m, 10.0), "the noise in m", "from 0 to 10", self.step_sigma_m)?;
         require(within(self.step_sigma_rad, 1.0), "the noise in rad", "from 0 to 1", self.step_sigma_rad)?;
@@ -121,7 +149,7 @@ impl LoopGraphOptions {
 /// Candidates of all kinds, shuffled.
 fn candidates(keyframes: &Keyframes, options: &LoopGraphOptions) -> Result<Vec<SimulatedLoop>, SimError> {
     let mut random = Random::new(options.seed, &[b'l'.into(), b'c'.into()]);
-    let places = Places::new(keyframes);
+    let places = Places::new(keyframes, options.lengths);
     // Which of the places that are seen again have a measurement that is off, is chance.
     let mut kinds = vec![LoopKind::True; options.true_loops];
     kinds.resize(options.true_loops + options.near_loops, LoopKind::Near);
@@ -131,7 +159,7 @@ fn candidates(keyframes: &Keyframes, options: &LoopGraphOptions) -> Result<Vec<S
     let falsely = far_apart.into_iter().map(|pair| (pair, LoopKind::False));
     let mut all: Vec<_> = seen_again.into_iter().zip(kinds).chain(falsely).collect();
     shuffle(&mut all, &mut random);
-    let mut measurer = Measurer { keyframes, random };
+    let mut measurer = Measurer { keyframes, lengths: options.lengths, random };
     Ok(all.into_iter().map(|((from, to), kind)| measurer.measure(from, to, kind)).collect())
 }
 

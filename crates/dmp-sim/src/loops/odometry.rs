@@ -1,6 +1,6 @@
 use std::collections::BTreeMap;
 
-use dmp_sensor::{Isometry3, PoseEdge, PoseGraph, Vector3};
+use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
 
 use super::LoopGraphOptions;
 use super::keyframes::Keyframes;
@@ -15,7 +15,7 @@ const LEAST_SIGMA_RAD: f64 = 1e-4;
 /// The vertices where odometry puts them, and its edges.
 ///
 /// A step of the length l is off by a normal shift and turn with variances that grow with l, so that a way errs
-/// as much whether it is cut into many steps or few, and by a turn about the body's z axis of bias × l. What errs
+/// as much whether it is cut into many steps or few, and by a turn about the body's upright axis of bias × l. What errs
 /// is behind the step, in the frame that was reached.
 pub(super) fn drifted(
     keyframes: &Keyframes,
@@ -23,6 +23,7 @@ pub(super) fn drifted(
 ) -> (BTreeMap<i64, Isometry3<f64>>, Vec<PoseEdge>) {
     let mut vertices = BTreeMap::new();
     let mut edges = Vec::new();
+    let [up, _] = options.lengths.up_and_ahead();
     let mut at = keyframes.poses.first().copied().unwrap_or_else(Isometry3::identity);
     vertices.insert(0, at);
     for (k, pair) in keyframes.poses.windows(2).enumerate() {
@@ -30,7 +31,7 @@ pub(super) fn drifted(
         let sigma_m = options.step_sigma_m * length_m.sqrt();
         let sigma_rad = options.step_sigma_rad * length_m.sqrt();
         let mut random = Random::new(options.seed, &[b'l'.into(), b'o'.into(), k as u64]);
-        let bias = Vector3::z() * (options.yaw_bias_rad_per_m * length_m);
+        let bias = up * (options.yaw_bias_rad_per_m * length_m);
         let error = off_by(&mut random, sigma_m, sigma_rad, bias);
         let from_from_to = pair[0].inv_mul(&pair[1]) * error;
         at *= from_from_to;

@@ -1,32 +1,28 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::keyframes::Keyframes;
+use super::lengths::LoopLengths;
 use crate::error::SimError;
 use crate::random::Random;
 
-/// Keyframes this close to each other are at one place, metres.
-pub(super) const SAME_PLACE_M: f64 = 8.0;
-/// Keyframes farther from each other than this are not.
-pub(super) const OTHER_PLACE_M: f64 = 40.0;
-/// Travel between the two keyframes of a loop, at least.
-pub(super) const BETWEEN_M: f64 = 100.0;
 /// Pairs drawn for one loop between places far apart. Where a pair in a thousand will do, one is found.
 const DRAWS: usize = 20_000;
 
 /// The keyframes by place.
 pub(super) struct Places<'a> {
     keyframes: &'a Keyframes,
-    /// By square of the map, whose sides are [`SAME_PLACE_M`], in order of time.
+    lengths: LoopLengths,
+    /// By square of the map, whose sides are those of one place, in order of time.
     by_square: BTreeMap<[i64; 2], Vec<usize>>,
 }
 
 impl<'a> Places<'a> {
-    pub(super) fn new(keyframes: &'a Keyframes) -> Self {
+    pub(super) fn new(keyframes: &'a Keyframes, lengths: LoopLengths) -> Self {
         let mut by_square: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
         for k in 0..keyframes.len() {
-            by_square.entry(square(keyframes, k)).or_default().push(k);
+            by_square.entry(square(keyframes, k, lengths.same_place_m)).or_default().push(k);
         }
-        Self { keyframes, by_square }
+        Self { keyframes, lengths, by_square }
     }
 
     /// Pairs of keyframes at one place, the earlier first, spread over what the drive sees again. No keyframe is
@@ -42,7 +38,8 @@ impl<'a> Places<'a> {
         let again: Vec<usize> =
             (0..self.keyframes.len()).filter(|&k| self.earlier(k).next().is_some()).collect();
         if again.len() < count {
-            return Err(SimError::TooFewRevisits { asked: count, found: again.len() });
+            let (found, lengths) = (again.len(), self.lengths);
+            return Err(SimError::TooFewRevisits { asked: count, found, lengths });
         }
         let pair = |n: usize| {
             let part = &again[n * again.len() / count..(n + 1) * again.len() / count];
@@ -73,10 +70,12 @@ impl<'a> Places<'a> {
                 }
                 let b = from[random.index(from.len())];
                 let a = random.index(self.long_before(b));
-                (self.keyframes.apart_m(a, b) > OTHER_PLACE_M && known.insert((a, b))).then_some((a, b))
+                let poses = &self.keyframes.poses;
+                (self.lengths.are_others(&poses[a], &poses[b]) && known.insert((a, b))).then_some((a, b))
             };
             let found = (0..DRAWS).find_map(|k| draw(if k < DRAWS / 2 { part } else { &later }));
-            let found = found.ok_or(SimError::TooFewPlaces { asked: count, found: pairs.len() })?;
+            let (until_now, lengths) = (pairs.len(), self.lengths);
+            let found = found.ok_or(SimError::TooFewPlaces { asked: count, found: until_now, lengths })?;
             pairs.push(found);
         }
         Ok(pairs)
@@ -84,22 +83,23 @@ impl<'a> Places<'a> {
 
     /// The keyframes of this one's place that are long before it.
     fn earlier(&self, k: usize) -> impl Iterator<Item = usize> + '_ {
-        let [i, j] = square(self.keyframes, k);
+        let [i, j] = square(self.keyframes, k, self.lengths.same_place_m);
         let before = self.long_before(k);
         let squares = (i - 1..=i + 1).flat_map(move |i| (j - 1..=j + 1).map(move |j| [i, j]));
         let lists = squares.filter_map(|square| self.by_square.get(&square));
         let near = lists.flat_map(move |list| list.iter().copied().take_while(move |&m| m < before));
-        near.filter(move |&m| self.keyframes.apart_m(m, k) <= SAME_PLACE_M)
+        let poses = &self.keyframes.poses;
+        near.filter(move |&m| self.lengths.are_one(&poses[m], &poses[k]))
     }
 
-    /// How many of the keyframes have more than [`BETWEEN_M`] of travel to this one: the first ones.
+    /// How many of the keyframes have more travel to this one than lies between those of a loop: the first ones.
     fn long_before(&self, k: usize) -> usize {
         let travel_m = &self.keyframes.travel_m;
-        travel_m.partition_point(|&m| m < travel_m[k] - BETWEEN_M)
+        travel_m.partition_point(|&m| m < travel_m[k] - self.lengths.between_m)
     }
 }
 
-fn square(keyframes: &Keyframes, k: usize) -> [i64; 2] {
+fn square(keyframes: &Keyframes, k: usize, side_m: f64) -> [i64; 2] {
     let place = keyframes.poses[k].translation.vector;
-    [place.x, place.y].map(|c| libm::floor(c / SAME_PLACE_M) as i64)
+    [place.x, place.y].map(|c| libm::floor(c / side_m) as i64)
 }

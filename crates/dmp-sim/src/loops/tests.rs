@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 use dmp_sensor::{Isometry3, PoseGraph, Trajectory, Translation3, UnitQuaternion, Vector3};
 
 use super::*;
-use crate::{Drive, DriveOptions, Route, Town, TownOptions};
+use crate::{Drive, DriveOptions, Room, RoomOptions, RoomWalk, RoomWalkOptions, Route, Town, TownOptions};
 
 /// 600 m in a town, of which it sees two places out of three again.
 fn drive() -> Trajectory {
@@ -248,15 +248,62 @@ fn the_other_lane_is_the_same_place_and_looks_back() {
 }
 
 #[test]
+fn a_walk_through_a_room_has_loops_of_its_own_lengths() {
+    let noise_rad = 1.2_f64.to_radians();
+    for seed in 0..8 {
+        let room = Room::new(RoomOptions { seed, ..RoomOptions::default() }).unwrap();
+        let walk = RoomWalkOptions { seed, duration_s: 20.0, start_ns: 0, revisit: true };
+        let walk = RoomWalk::new(&room, walk).unwrap();
+        let pose = |k: i64| (k * 33_333_333, walk.world_from_camera_at(k * 33_333_333));
+        let truth = Trajectory::stamped((0..600).map(pose).collect()).unwrap().trajectory;
+        let options = LoopGraphOptions { seed, ..LoopGraphOptions::room() };
+        let made = LoopGraph::new(&truth, &options).unwrap();
+        let poses = made.truth.poses();
+        // Every 0.2 m or 15°, whichever comes first.
+        assert!((70..300).contains(&poses.len()), "{}", poses.len());
+        let way_m = travel_m(poses);
+        for (k, pair) in poses.windows(2).enumerate() {
+            let turn = pair[0].rotation.angle_to(&pair[1].rotation).to_degrees();
+            assert!(turn < 20.0 && way_m[k + 1] - way_m[k] < 0.26, "{turn}");
+        }
+        let drift = (made.graph.poses()[poses.len() - 1].translation.vector
+            - poses[poses.len() - 1].translation.vector)
+            .norm();
+        assert!((0.02..2.0).contains(&drift), "{drift} m");
+        let of = |kind| made.candidates.iter().filter(move |candidate| candidate.kind == kind).count();
+        assert_eq!([LoopKind::True, LoopKind::False, LoopKind::Near].map(of), [10, 10, 6]);
+        for SimulatedLoop { edge, kind } in &made.candidates {
+            let (from, to) = (edge.from as usize, edge.to as usize);
+            assert!(way_m[to] - way_m[from] > 4.5, "{from} {to}");
+            let truly = poses[from].inv_mul(&poses[to]);
+            let (apart_m, turned) = (truly.translation.vector.norm(), truly.rotation.angle().to_degrees());
+            let off_m = (edge.from_from_to.translation.vector - truly.translation.vector).norm();
+            let off_rad = truly.rotation.angle_to(&edge.from_from_to.rotation);
+            if *kind == LoopKind::False {
+                assert!(apart_m > 2.2 || turned > 90.0, "{apart_m} {turned}");
+                let shift = edge.from_from_to.translation.vector;
+                // A camera's own plane is that of x and z.
+                assert!(shift.xz().norm() <= 0.2 && shift.y.abs() < 0.04, "{shift}");
+                assert!(edge.from_from_to.rotation.angle() <= 3.2_f64.to_radians());
+            } else {
+                assert!(apart_m <= 0.8 && turned <= 30.0 && off_rad < noise_rad, "{apart_m} {turned}");
+                let range = if *kind == LoopKind::True { 0.0..0.03 } else { 0.15..0.6 };
+                assert!(range.contains(&off_m), "{off_m}");
+            }
+        }
+    }
+}
+
+#[test]
 fn what_cannot_be_is_refused() {
     let straight = line(2000);
     let error = LoopGraph::new(&straight, &LoopGraphOptions::default()).unwrap_err();
-    assert_eq!(error, SimError::TooFewRevisits { asked: 16, found: 0 });
+    assert_eq!(error, SimError::TooFewRevisits { asked: 16, found: 0, lengths: LoopLengths::DRIVE });
     let only_false = LoopGraphOptions { false_loops: 3, ..without_loops() };
     assert_eq!(LoopGraph::new(&straight, &only_false).unwrap().candidates.len(), 3);
     // 75 m are too short for places with 100 m between them, and a circle of 30 m across has none 40 m apart.
     let error = LoopGraph::new(&line(300), &only_false).unwrap_err();
-    assert_eq!(error, SimError::TooFewPlaces { asked: 3, found: 0 });
+    assert_eq!(error, SimError::TooFewPlaces { asked: 3, found: 0, lengths: LoopLengths::DRIVE });
     let round = |k: usize| {
         let angle = TAU * k as f64 / 100.0;
         let place = Isometry3::translation(15.0 * libm::cos(angle), 15.0 * libm::sin(angle), 0.0);
@@ -264,7 +311,7 @@ fn what_cannot_be_is_refused() {
     };
     let circle = Trajectory::stamped((0..300).map(round).collect()).unwrap().trajectory;
     let error = LoopGraph::new(&circle, &LoopGraphOptions::default()).unwrap_err();
-    assert_eq!(error, SimError::TooFewPlaces { asked: 10, found: 0 });
+    assert_eq!(error, SimError::TooFewPlaces { asked: 10, found: 0, lengths: LoopLengths::DRIVE });
     let many = LoopGraphOptions { true_loops: 100_000, ..LoopGraphOptions::default() };
     assert!(matches!(LoopGraph::new(&circle, &many), Err(SimError::TooFewRevisits { asked: 100_006, .. })));
 
