@@ -73,9 +73,7 @@ impl WeightArgs {
             is_guessed: step_error.is_none() || loop_error.is_none(),
         }
     }
-}
 
-impl WeightArgs {
     /// A candidate as good as was given, or as it says itself, or where neither is so as loops of the graph are taken to be.
     pub(super) fn of_candidate(&self, edge: &PoseEdge, weights: &Weights) -> PoseEdge {
         let says_nothing = edge.information == PoseGraph::unit_information();
@@ -107,4 +105,105 @@ fn weighted(edge: &PoseEdge, error: Option<(f64, f64)>) -> PoseEdge {
     let Some((metres, radians)) = error else { return edge.clone() };
     let information = PoseGraph::information_of(metres, radians);
     PoseEdge { information, ..edge.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use dmp_sensor::{Isometry3, Matrix6};
+
+    use super::*;
+
+    const SAID: (f64, f64) = (0.3, 0.03);
+
+    fn information((metres, radians): (f64, f64)) -> Matrix6<f64> {
+        PoseGraph::information_of(metres, radians)
+    }
+
+    fn edge(from: i64, to: i64, information: &Matrix6<f64>) -> PoseEdge {
+        PoseEdge { from, to, from_from_to: Isometry3::identity(), information: *information }
+    }
+
+    fn arguments(step_error: Option<(f64, f64)>, loop_error: Option<(f64, f64)>) -> WeightArgs {
+        WeightArgs { step_error, loop_error, loop_kernel: None }
+    }
+
+    /// What each edge of a graph counts, whose ids have gaps: two steps, one of them backwards, and two loops.
+    fn of_edges(weights: &Weights, said: &Matrix6<f64>) -> [Matrix6<f64>; 4] {
+        let vertices = [2, 5, 6, 9].map(|id| (id, Isometry3::identity())).into();
+        let edges = [(2, 5), (6, 5), (5, 9), (6, 2)].map(|(from, to)| edge(from, to, said));
+        let graph = PoseGraph::new(vertices, edges.to_vec(), BTreeSet::from([5])).unwrap();
+        let weighted = weights.of_graph(&graph).unwrap();
+        assert_eq!((weighted.ids(), weighted.poses()), (graph.ids(), graph.poses()));
+        assert_eq!(weighted.fixed(), graph.fixed());
+        let weighted = weighted.edges();
+        assert!(weighted.iter().zip(&edges).all(|(a, b)| (a.from, a.to) == (b.from, b.to)));
+        std::array::from_fn(|k| weighted[k].information)
+    }
+
+    #[test]
+    fn what_a_file_says_counts_but_where_it_is_said_otherwise() {
+        let said = information(SAID);
+        let (step, of_loop) = ((0.1, 0.01), (0.2, 0.02));
+        for (step_error, loop_error) in
+            [(None, None), (Some(step), None), (None, Some(of_loop)), (Some(step), Some(of_loop))]
+        {
+            let weights = arguments(step_error, loop_error).of(true);
+            let [steps, loops] = [step_error, loop_error].map(|error| error.map_or(said, information));
+            assert_eq!(of_edges(&weights, &said), [steps, steps, loops, loops]);
+            assert_eq!((weights.kernel, weights.is_guessed), (None, false));
+        }
+    }
+
+    #[test]
+    fn where_a_file_says_nothing_edges_are_as_good_as_tools_take_them() {
+        let nothing = PoseGraph::unit_information();
+        let given = (0.1, 0.01);
+        for (step_error, loop_error) in
+            [(None, None), (Some(given), None), (None, Some(given)), (Some(given), Some(given))]
+        {
+            let weights = arguments(step_error, loop_error).of(false);
+            let [steps, loops] = [step_error.unwrap_or(STEP), loop_error.unwrap_or(LOOP)].map(information);
+            assert_eq!(of_edges(&weights, &nothing), [steps, steps, loops, loops]);
+            assert_eq!(weights.is_guessed, step_error.is_none() || loop_error.is_none());
+            assert_eq!(weights.kernel, Some(Kernel::Cauchy(1.0)));
+        }
+    }
+
+    #[test]
+    fn a_kernel_is_what_was_given() {
+        for (text, kernel) in [
+            ("none", None),
+            ("huber:1.5", Some(Kernel::Huber(1.5))),
+            ("cauchy:0.1", Some(Kernel::Cauchy(0.1))),
+        ] {
+            let arguments = WeightArgs { loop_kernel: Some(text.parse().unwrap()), ..arguments(None, None) };
+            assert_eq!([true, false].map(|has| arguments.of(has).kernel), [kernel; 2]);
+        }
+        for text in ["", "huber", "none:1", "cauchy:0", "cauchy:-1", "huber:inf", "huber:NaN", "tukey:1"] {
+            assert!(text.parse::<LoopKernel>().unwrap_err().starts_with(&format!("`{text}` is no kernel")));
+        }
+    }
+
+    #[test]
+    fn a_candidate_keeps_what_it_says_itself() {
+        let given = (0.1, 0.01);
+        let (own, nothing) = (information(SAID), PoseGraph::unit_information());
+        let counts = |loop_error: Option<(f64, f64)>, has_information: bool, of_candidate: Matrix6<f64>| {
+            let arguments = arguments(None, loop_error);
+            let candidate = edge(9, 2, &of_candidate);
+            let weighted = arguments.of_candidate(&candidate, &arguments.of(has_information));
+            assert_eq!(PoseEdge { information: of_candidate, ..weighted.clone() }, candidate);
+            weighted.information
+        };
+        for has_information in [true, false] {
+            assert_eq!(counts(None, has_information, own), own);
+            assert_eq!(counts(Some(given), has_information, own), information(given));
+            assert_eq!(counts(Some(given), has_information, nothing), information(given));
+        }
+        // As loops of a graph that says nothing, or as it stands there.
+        assert_eq!(counts(None, false, nothing), information(LOOP));
+        assert_eq!(counts(None, true, nothing), nothing);
+    }
 }
