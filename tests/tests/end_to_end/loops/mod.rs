@@ -1,6 +1,7 @@
 //! `dmp loops`: true candidates before false ones, whatever the threads, and what is wrong is named.
 
 mod bad_candidates;
+mod graph_alone;
 mod real_graphs;
 mod simulated;
 
