@@ -18,7 +18,7 @@ use crate::loops::inputs::Inputs;
 use crate::loops::{LoopsArgs, Ranked};
 
 impl LoopsResult {
-    pub(in crate::loops) fn new(
+    pub(crate) fn new(
         arguments: &LoopsArgs,
         inputs: &Inputs,
         found: &Optimised,
