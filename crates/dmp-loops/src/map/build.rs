@@ -14,8 +14,9 @@ use crate::{Keyframes, LoopError};
 const MOST_RAYS: usize = 1_000_000;
 
 /// Length of a stretch of the drive, metres: keyframes nearer than that to each other see the same surfels, and what a
-/// finer or coarser meeting with voxels does to one it does to the others. A drive has no fewer stretches than
-/// [`FEWEST_STRETCHES`], unless it has fewer keyframes.
+/// finer or coarser meeting with voxels does to one it does to the others. A way shorter than [`FEWEST_STRETCHES`] of them is
+/// cut into as many shorter ones. Only those with a keyframe count, so that there are fewer where keyframes are few, or stand
+/// close to each other with gaps between; where none moved, there is one.
 const STRETCH_M: f64 = 5.0;
 const FEWEST_STRETCHES: f64 = 20.0;
 
