@@ -48,7 +48,7 @@ pub(crate) fn run(arguments: &LoopsArgs) -> anyhow::Result<()> {
 
     println!("{}", circumstances());
     println!(
-        "{:<10}{:>12}{:>9}{:>9}{:>16}{:>17}{:>9}{:>10}",
+        "{:<10}{:>12}{:>9}{:>9}{:>18}{:>17}{:>9}{:>10}",
         "way", "candidates", "wall s", "core s", "of which reading", "a candidate, s", "AP", "anon MiB"
     );
     let fast = rank(&log, &graph, &all, &[], &dmp, arguments)?;
@@ -77,7 +77,7 @@ impl Ranked {
 
     fn print(&self, way: &str) {
         println!(
-            "{way:<10}{:>12}{:>9.1}{:>9.1}{:>16.1}{:>17.2}{:>9}{:>10}",
+            "{way:<10}{:>12}{:>9.1}{:>9.1}{:>18.1}{:>17.2}{:>9}{:>10}",
             self.candidates,
             self.taken.wall_s,
             self.taken.on_cores_s,
