@@ -48,13 +48,11 @@ pub(crate) fn of_report(report: &Report) -> Vec<Column> {
     };
     // Drives and rooms have truncations of their own.
     let scales = report.config.scales;
-    let all_m: Vec<String> =
-        [&scales.cv_m()[..], &scales.near_m()[..]].concat().iter().map(f64::to_string).collect();
-    let is_there = |(key, ..): &&Score| {
-        let scale_m = key.strip_prefix("r_cv_").or_else(|| key.strip_prefix("r_near_"));
-        let scale_m = scale_m.and_then(|rest| rest.strip_suffix("_m2"));
-        scale_m.is_none_or(|scale_m| all_m.iter().any(|there_m| there_m == scale_m))
+    let keys = |score: &str, scales_m: &[f64]| -> Vec<String> {
+        scales_m.iter().map(|scale_m| format!("r_{score}_{scale_m}_m2")).collect()
     };
+    let there = [keys("cv", scales.cv_m()), keys("near", scales.near_m())].concat();
+    let is_there = |(key, ..): &&Score| !key.starts_with("r_") || there.iter().any(|there| there == key);
     SCORES.iter().filter(is_there).map(column).collect()
 }
 

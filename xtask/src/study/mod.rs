@@ -13,6 +13,7 @@ mod pair_tables;
 mod places;
 mod removal;
 mod result;
+mod rooms;
 mod rule;
 mod sample;
 mod score;
@@ -48,6 +49,8 @@ enum StudyTask {
     Places(places::PlacesArgs),
     /// Rank loop candidates of the drives and tell how well
     Loops(loops::LoopsArgs),
+    /// Score depth cameras in simulated rooms: the paper's own experiment
+    Rooms(rooms::RoomsArgs),
     /// Write a drive as a folder of scans with times, and its truth beside it as FOLDER.truth.tum
     Export {
         /// Name of the drive, e.g. loop-64
@@ -72,6 +75,7 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
         StudyTask::Sample(arguments) => sample::run(arguments),
         StudyTask::Places(arguments) => places::run(arguments),
         StudyTask::Loops(arguments) => loops::run(arguments),
+        StudyTask::Rooms(arguments) => rooms::run(arguments),
         StudyTask::Export { drive, output } => export(&find(drive)?, output),
         StudyTask::Trap { seed } => trap::run(*seed),
         StudyTask::Drives => drives().iter().try_for_each(survey::print),

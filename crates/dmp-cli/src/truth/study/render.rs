@@ -7,16 +7,21 @@ use dmp_study::{Column, Study, correlation};
 use crate::text::{NONE, Side, Table, counted, digits, percent};
 
 /// Columns of the first table, each with two lines of a head.
-const SCORES: [(&str, [&str; 2]); 9] = [
+const SCORES: [(&str, [&str; 2]); 14] = [
     ("dmp_sum_m2", ["DMP", "sum"]),
     ("dmp_mean_m2", ["DMP", "mean"]),
     ("r_cv_10_m2", ["R_cv", "10 m"]),
     ("r_cv_2_m2", ["R_cv", "2 m"]),
+    ("r_cv_1_m2", ["R_cv", "1 m"]),
     ("r_cv_0.5_m2", ["R_cv", "0.5 m"]),
     ("r_cv_0.2_m2", ["R_cv", "0.2 m"]),
+    ("r_cv_0.05_m2", ["R_cv", "0.05 m"]),
+    ("r_cv_0.02_m2", ["R_cv", "0.02 m"]),
     ("r_near_5_m2", ["R_near", "5 m"]),
     ("r_near_2_m2", ["R_near", "2 m"]),
     ("r_near_0.5_m2", ["R_near", "0.5 m"]),
+    ("r_near_0.2_m2", ["R_near", "0.2 m"]),
+    ("r_near_0.05_m2", ["R_near", "0.05 m"]),
 ];
 
 /// Columns of the second table.
