@@ -29,6 +29,7 @@ mod resume;
 mod sampling;
 mod sanity;
 mod simulated_loops;
+mod simulated_room;
 mod store_format;
 mod tidy;
 mod trails;

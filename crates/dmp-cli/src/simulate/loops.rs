@@ -24,6 +24,7 @@ use crate::{Common, Exit, parse};
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     dmp simulate loops town.truth.tum -o loops/\n  \
+    dmp simulate loops room/groundtruth.txt --room -o loops/\n  \
     dmp simulate loops town.truth.tum --keyframes times.txt --spacing 2m -o loops/\n  \
     dmp simulate loops truth.tum --noise 5cm,0.1deg --true 20 --false 40 --near 0 --seed 7 -o hard/\n\n\
     Files in FOLDER: graph.g2o; candidates.g2o; labels.csv, lines of from,to,label,kind; keyframes.txt, lines \
@@ -35,7 +36,13 @@ pub(crate) struct LoopsArgs {
     /// The folder for the files; it is made where there is none
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
-    /// Travel from one keyframe to the next, metres [default: 1; with --keyframes 0, which is all of them]
+    /// The trajectory is that of a hand-held camera in a room (z ahead, y down): one place is 0.8 m and 30 degrees,
+    /// another one is 2.2 m or 90 degrees away, near candidates are off by 0.15 to 0.6 m, there are 5 m of travel
+    /// between the two keyframes of a candidate, and candidates claim to be as good as 0.01 m
+    #[arg(long)]
+    room: bool,
+    /// Travel from one keyframe to the next, metres [default: 1; with --room 0.2, or a turn of 15 degrees; with
+    /// --keyframes 0, which is all of them]
     #[arg(long, value_name = "LENGTH", value_parser = parse::length_m)]
     spacing: Option<f64>,
     /// Instants at which there may be keyframes, such as the times of a log's scans, in seconds: a stamp a
@@ -52,13 +59,12 @@ pub(crate) struct LoopsArgs {
     #[arg(long = "near", default_value_t = 6, value_name = "N")]
     near_loops: usize,
     /// Noise of a metre of odometry: standard deviation along and about each axis; it grows with the square
-    /// root of the way
-    #[arg(long, default_value = "0.02,0.03deg", value_name = "LENGTH,ANGLE", value_parser = parse::noise)]
-    noise: (f64, f64),
-    /// What the odometry turns too far to the left in each metre
-    #[arg(long, default_value = "0.006deg", value_name = "ANGLE", allow_hyphen_values = true)]
-    #[arg(value_parser = parse::angle_rad)]
-    yaw_bias: f64,
+    /// root of the way [default: 0.02,0.03deg; with --room 0.02,0.3deg]
+    #[arg(long, value_name = "LENGTH,ANGLE", value_parser = parse::noise)]
+    noise: Option<(f64, f64)>,
+    /// What the odometry turns too far to the left in each metre [default: 0.006deg; with --room 0.1deg]
+    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, value_parser = parse::angle_rad)]
+    yaw_bias: Option<f64>,
     /// Another number makes other noise and other candidates
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -72,17 +78,20 @@ pub(super) fn run(arguments: &LoopsArgs, common: &Common, out: &mut impl Write) 
         }
     }
     let times = arguments.keyframes.as_deref().map(read_keyframe_times).transpose()?;
-    let (step_sigma_m, step_sigma_rad) = arguments.noise;
+    let usual = if arguments.room { LoopGraphOptions::room() } else { LoopGraphOptions::default() };
+    let (step_sigma_m, step_sigma_rad) =
+        arguments.noise.unwrap_or((usual.step_sigma_m, usual.step_sigma_rad));
     let options = LoopGraphOptions {
         seed: arguments.seed,
-        spacing_m: arguments.spacing.unwrap_or(if times.is_some() { 0.0 } else { 1.0 }),
+        spacing_m: arguments.spacing.unwrap_or(if times.is_some() { 0.0 } else { usual.spacing_m }),
         instants_ns: times.map(|times| times.stamps_ns),
         step_sigma_m,
         step_sigma_rad,
-        yaw_bias_rad_per_m: arguments.yaw_bias,
+        yaw_bias_rad_per_m: arguments.yaw_bias.unwrap_or(usual.yaw_bias_rad_per_m),
         true_loops: arguments.true_loops,
         false_loops: arguments.false_loops,
         near_loops: arguments.near_loops,
+        ..usual
     };
     let made = LoopGraph::new(&file.trajectory, &options).map_err(told)?;
     let files = Files::in_folder(&arguments.output);

@@ -5,6 +5,7 @@ mod errors;
 mod loops;
 mod progress;
 mod recording;
+mod room;
 mod town;
 
 use clap::Subcommand;
@@ -18,6 +19,7 @@ use crate::{Common, Exit};
 pub(crate) enum Simulate {
     Town(town::TownArgs),
     City(city::CityArgs),
+    Room(room::RoomArgs),
     Errors(errors::ErrorsArgs),
     Loops(loops::LoopsArgs),
 }
@@ -27,6 +29,7 @@ impl Simulate {
         match self {
             Self::Town(arguments) => town::run(arguments, common, out),
             Self::City(arguments) => city::run(arguments, common, out),
+            Self::Room(arguments) => room::run(arguments, common, out),
             Self::Errors(arguments) => errors::run(arguments, common, out),
             Self::Loops(arguments) => loops::run(arguments, common, out),
         }

@@ -10,32 +10,45 @@ use crate::Common;
 /// Bytes of a return in a packed log, about: what is told of the size is for the disk's owner to plan with.
 const PACKED_BYTES: f64 = 7.5;
 
+/// What is shown of images, and of scans.
+const IMAGES: &str = "{bar:30} {pos}/{len} images, {msg}, {eta} left";
+const SCANS: &str = "{bar:30} {pos}/{len} scans, {msg}, {eta} left";
+
 /// How far a simulation is, on standard error where that is a terminal. Gone when dropped.
 #[derive(Debug)]
 pub(super) struct Progress {
     bar: ProgressBar,
     scans: usize,
-    returns: Cell<u64>,
+    /// Returns in scans, or bytes of images.
+    written: Cell<u64>,
     since: Instant,
 }
 
 impl Progress {
     pub(super) fn new(common: &Common, scans: usize) -> Self {
+        Self::with(common, scans, SCANS)
+    }
+
+    pub(super) fn of_images(common: &Common, images: usize) -> Self {
+        Self::with(common, images, IMAGES)
+    }
+
+    fn with(common: &Common, scans: usize, template: &str) -> Self {
         let shown = !common.quiet && !common.no_progress && std::io::stderr().is_terminal();
         let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(scans as u64), target);
-        // The template is fixed: a wrong one would show in any run on a terminal.
-        let bar = match ProgressStyle::with_template("{bar:30} {pos}/{len} scans, {msg}, {eta} left") {
+        // The templates are fixed: a wrong one would show in any run on a terminal.
+        let bar = match ProgressStyle::with_template(template) {
             Ok(style) => bar.with_style(style),
             Err(_) => bar,
         };
-        Self { bar, scans, returns: Cell::new(0), since: Instant::now() }
+        Self { bar, scans, written: Cell::new(0), since: Instant::now() }
     }
 
     /// A scan is in the log.
     pub(super) fn written(&self, scan: &Scan) {
-        let returns = self.returns.get() + scan.len() as u64;
-        self.returns.set(returns);
+        let returns = self.written.get() + scan.len() as u64;
+        self.written.set(returns);
         self.bar.inc(1);
         if self.bar.is_hidden() || self.bar.position() % 16 != 1 {
             return;
@@ -44,6 +57,19 @@ impl Progress {
         let whole = returns as f64 * self.scans as f64 / self.bar.position() as f64 * PACKED_BYTES;
         let size = HumanBytes(whole as u64);
         self.bar.set_message(format!("{:.1} M returns/s, about {size} in the end", per_s * 1e-6));
+    }
+
+    /// An image of so many bytes is in the log.
+    pub(super) fn image_written(&self, bytes: usize) {
+        let written = self.written.get() + bytes as u64;
+        self.written.set(written);
+        self.bar.inc(1);
+        if self.bar.is_hidden() || self.bar.position() % 16 != 1 {
+            return;
+        }
+        let per_s = self.bar.position() as f64 / self.since.elapsed().as_secs_f64().max(1e-3);
+        let whole = written as f64 * self.scans as f64 / self.bar.position() as f64;
+        self.bar.set_message(format!("{per_s:.1} images/s, about {} in the end", HumanBytes(whole as u64)));
     }
 }
 
