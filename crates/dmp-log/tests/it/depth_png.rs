@@ -8,9 +8,18 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 const CAMERA: &str = "10,10,5.5,4";
+/// A `camera.json` for the small images.
+pub(crate) const CAMERA_FILE: &str = r#"{"width":12,"height":9,"intrinsic_matrix":[10,0,0,0,10,0,5.5,4,1],"distortion":[0.1,0,0,0,0],"depth_scale":1000}"#;
 
 fn fixtures() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/depth")
+}
+
+/// The small images there.
+pub(crate) fn files() -> Vec<Vec<u8>> {
+    let names = ["magick", "magick_interlaced", "opencv_avg", "opencv_none", "opencv_paeth", "opencv_up"];
+    let theirs = names.map(|name| fs::read(fixtures().join(format!("{name}.png"))).unwrap());
+    std::iter::once(image()).chain(theirs).collect()
 }
 
 /// A log of this image alone, its values millimetres.
@@ -64,7 +73,7 @@ fn images_of_other_programs_are_read_to_the_last_pixel() {
     assert!(fs::read(fixtures().join("magick_interlaced.png")).unwrap()[28] == 1);
 }
 
-fn image() -> Vec<u8> {
+pub(crate) fn image() -> Vec<u8> {
     encode_depth_png([12, 9], &(0..12 * 9).map(|k| k * 601).collect::<Vec<u16>>()).unwrap()
 }
 
@@ -271,11 +280,7 @@ fn every_image_of_the_fixtures_opens_as_one_log() {
     for (k, name) in ["magick.png", "opencv_avg.png", "pillow_640x480.png"].into_iter().enumerate() {
         fs::copy(fixtures().join(name), folder.path().join(format!("{k:05}.png"))).unwrap();
     }
-    fs::write(
-        folder.path().join("camera.json"),
-        r#"{"width":12,"height":9,"intrinsic_matrix":[10,0,0,0,10,0,5.5,4,1]}"#,
-    )
-    .unwrap();
+    fs::write(folder.path().join("camera.json"), CAMERA_FILE).unwrap();
     let log = open(folder.path());
     assert_eq!((log.frames().len(), log.summary().damage.len()), (2, 1));
     let scans = read_all(&*log);

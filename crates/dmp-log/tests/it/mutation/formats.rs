@@ -23,6 +23,8 @@ pub(super) enum Reader {
     },
     /// A file of this name beside a folder of two `.bin` scans.
     BesideScans(&'static str),
+    /// A file of this name beside a folder of two depth images.
+    BesideImages(&'static str),
     /// A LAS file in world coordinates, with this name.
     World(&'static str),
     /// A map with this file name.
@@ -95,7 +97,16 @@ impl Format {
                     write(file, &seeds::of_others(&format!("rosbag2/{name}")));
                 }
             }
-            Reader::SecondScan { extension, .. } => write(&format!("0.{extension}"), &self.seeds[0]),
+            Reader::SecondScan { extension, .. } => {
+                write(&format!("0.{extension}"), &self.seeds[0]);
+                if extension == "png" {
+                    write("camera.json", crate::depth_png::CAMERA_FILE.as_bytes());
+                }
+            }
+            Reader::BesideImages(_) => {
+                (0..2).for_each(|k| write(&format!("depth/{k}.png"), &crate::depth_png::image()));
+                write("camera.json", crate::depth_png::CAMERA_FILE.as_bytes());
+            }
             Reader::BesideScans(_) => {
                 for k in 0..2 {
                     write(&format!("scans/{k}.bin"), &seeds::bin());
@@ -216,6 +227,12 @@ fn folders() -> Vec<Format> {
     }
     let own = seeds::own_laz_scan();
     all.push(second("own_laz", "laz", true, vec![own]));
+    all.push(second("depth", "png", true, crate::depth_png::files()));
+    let beside = |name: &'static str, seed: &str| {
+        Format::new(name.replace('.', "_"), Reader::BesideImages(name), vec![seed.into()])
+    };
+    all.push(beside("depth.txt", "# depth maps\r\n0.5 depth/0.png\r\n1.5\tdepth/1.png\r\n"));
+    all.push(beside("camera.json", crate::depth_png::CAMERA_FILE));
     let beside = |name: &str, file, seed: Vec<u8>| Format::new(name, Reader::BesideScans(file), vec![seed]);
     all.push(beside("bin_times", "times/1.f32", seeds::bin_times()));
     all.push(beside("times", "times.txt", b"0.000000000e+00\r\n1.036e-01\r\n".to_vec()));
@@ -270,6 +287,7 @@ fn trajectories() -> Vec<Format> {
         of("tum", text("1.5 1 2 3 0 0 0 1\n"), &["evo.tum", "nine_decimals.tum"]),
         of("kitti", text("1 0 0 5 0 1 0 6 0 0 1 7\n"), &["evo_kitti.txt"]),
         of("euroc", vec![], &["state_groundtruth.csv"]),
+        of("redwood", text("0 0 1\n1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n"), &[]),
         of("npy", vec![], &npy.each_ref().map(String::as_str)),
         of("g2o", vec![graph.into()], &["gtsam.g2o", "gtsam_flat.g2o"]),
         Format::new("pose_graph", Reader::Graph, seeds::pose_graphs()),

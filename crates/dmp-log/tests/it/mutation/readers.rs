@@ -61,7 +61,7 @@ pub(super) fn read(format: &Format, folder: &Path, bytes: &[u8], run: u64) -> An
             write(&format!("1.{extension}"));
             second_scan(folder, is_packed, run)
         }
-        Reader::BesideScans(name) => {
+        Reader::BesideScans(name) | Reader::BesideImages(name) => {
             write(name);
             log(folder, run)
         }
