@@ -10,7 +10,7 @@ use crate::{Common, Exit};
 /// Write a log or a trajectory in another format
 #[derive(Debug, Subcommand)]
 pub(crate) enum Convert {
-    Log(log::LogConvertArgs),
+    Log(Box<log::LogConvertArgs>),
     Trajectory(trajectory::TrajectoryConvertArgs),
 }
 
