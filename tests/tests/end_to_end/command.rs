@@ -216,6 +216,8 @@ fn the_json_is_as_documented() {
     assert_eq!(inputs.returns, inputs.returns_used + inputs.dropped.values().sum::<u64>());
     assert_eq!(report.config.segments.starts_ns.len(), report.config.segments.count);
     assert_eq!(report.config.segments.starts_scan.len(), report.config.segments.count);
+    let segments = &report.config.segments;
+    assert_eq!((segments.length_s, segments.length_scans), (None, None));
     assert!(report.config.segments.length_m == Some(12.0) && report.config.segments.travel_m > 150.0);
     // The documentation names every field of the top.
     let documented = std::fs::read_to_string(workspace().join("docs/json.md")).unwrap();

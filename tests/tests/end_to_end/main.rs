@@ -21,6 +21,8 @@ mod loops;
 mod manual;
 mod map_command;
 mod mesh_maps;
+mod paper;
+mod pinhole;
 mod quick;
 mod real;
 mod report;

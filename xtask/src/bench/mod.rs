@@ -7,6 +7,7 @@ mod fuse;
 mod loops;
 mod quick;
 mod report;
+mod room;
 mod scale;
 mod score;
 mod simulate;
@@ -32,6 +33,7 @@ pub(crate) enum Bench {
     Loops(loops::LoopsArgs),
     Quick(quick::QuickArgs),
     Report(report::ReportArgs),
+    Room(room::RoomArgs),
     Scale(scale::ScaleArgs),
     Score(score::ScoreArgs),
     Simulate(simulate::SimulateArgs),
@@ -47,6 +49,7 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
         Bench::Loops(arguments) => loops::run(arguments),
         Bench::Quick(arguments) => quick::run(arguments),
         Bench::Report(arguments) => report::run(arguments),
+        Bench::Room(arguments) => room::run(arguments),
         Bench::Scale(arguments) => scale::run(arguments),
         Bench::Fuse(arguments) => fuse::run(arguments),
         Bench::Score(arguments) => score::run(arguments),

@@ -252,9 +252,7 @@ fn settings(arguments: &RoomsArgs) -> anyhow::Result<()> {
             let of_set = place.estimates(100 * seed + set)?;
             runs.extend(of_set.into_iter().map(|run| Run { name: format!("{} {set}", run.name), ..run }));
         }
-        let ate = |run: &Run| {
-            (run.name.clone(), ate_rmse_m(&run.trajectory, &place.truth))
-        };
+        let ate = |run: &Run| (run.name.clone(), ate_rmse_m(&run.trajectory, &place.truth));
         let ates_m: Vec<_> = runs.iter().map(ate).collect();
         rooms.push((place, runs, ates_m));
     }

@@ -1,0 +1,116 @@
+//! The paper's experiments (Zhang & Chen 2021) on simulated rooms, by the commands of `docs/paper.md`.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::common::{dmp, text};
+
+const ESTIMATES: [&str; 5] = ["good", "another", "odometry", "off", "false_loop"];
+
+fn run(folder: &Path, arguments: &str) -> String {
+    let output = dmp(folder, arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments}\n{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+fn json(folder: &Path, arguments: &str) -> Value {
+    serde_json::from_str(&run(folder, arguments)).unwrap()
+}
+
+/// A small recording of the room of a seed, in `room/`.
+fn simulate(folder: &Path, seed: u64) {
+    run(folder, &format!("simulate room -o room --seed {seed} --size 160x120 --frames 80 --rate 4 -q"));
+}
+
+fn estimates() -> String {
+    ESTIMATES.map(|name| format!("-t room/estimates/{name}.txt")).join(" ")
+}
+
+/// A column of a study, by runs.
+fn column(study: &Value, key: &str) -> Vec<f64> {
+    let columns = study["columns"].as_array().unwrap();
+    let column = columns.iter().find(|column| column["key"] == key).unwrap_or_else(|| panic!("{key}"));
+    column["values"].as_array().unwrap().iter().map(|value| value.as_f64().unwrap()).collect()
+}
+
+#[test]
+fn dmp_orders_the_five_estimates_of_a_room_as_their_truth_does() {
+    for seed in [1, 3, 4, 5] {
+        let folder = tempfile::tempdir().unwrap();
+        simulate(folder.path(), seed);
+        let study = json(
+            folder.path(),
+            &format!(
+                "truth study room {} --reference room/groundtruth.txt --reference-map room/room.obj --no-peers --json -q",
+                estimates()
+            ),
+        );
+        assert_eq!(study["runs"], serde_json::json!(ESTIMATES));
+        for key in ["ate_rmse_m", "smd_mean_m", "dmp_sum_m2", "dmp_mean_m2", "r_cv_1_m2"] {
+            let values = column(&study, key);
+            assert!(values.is_sorted_by(|a, b| a < b), "room {seed}: {key} {values:?}");
+        }
+        let score = &study["score"];
+        assert_eq!(score["order"], serde_json::json!(ESTIMATES), "room {seed}");
+        for pair in score["pairs"].as_array().unwrap() {
+            let (a, verdict) = (&pair["a"], &pair["verdict"]);
+            // Estimates stand in the order of their truth: the first of a pair is the better.
+            assert!(verdict == a || verdict == "mixed" || verdict == "undecided", "room {seed}: {pair}");
+        }
+        // The paper's own number is smaller than that in range, ray by ray.
+        for run in score["runs"].as_array().unwrap() {
+            let [depth, range] = ["dmp_depth_sum_m2", "dmp_sum_m2"].map(|key| run[key].as_f64().unwrap());
+            assert!(0.5 * range < depth && depth < range, "{run}");
+        }
+    }
+}
+
+/// The paper's outliers: what is seen only once agrees with itself, wherever it is put.
+#[test]
+fn a_map_in_pieces_deceives_the_plain_sum_and_not_the_cross_validated_one() {
+    let folder = tempfile::tempdir().unwrap();
+    simulate(folder.path(), 1);
+    // The true walk in four pieces, 100 m from each other: no piece sees what another saw.
+    let truth = std::fs::read_to_string(folder.path().join("room/groundtruth.txt")).unwrap();
+    let poses: Vec<Vec<&str>> =
+        truth.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(' ').collect()).collect();
+    let mut torn = String::new();
+    for (k, pose) in poses.iter().enumerate() {
+        let x_m: f64 = pose[1].parse().unwrap();
+        let piece = 4 * k / poses.len();
+        writeln!(torn, "{} {} {}", pose[0], x_m + 100.0 * piece as f64, pose[2..].join(" ")).unwrap();
+    }
+    std::fs::write(folder.path().join("torn.txt"), torn).unwrap();
+    let report = json(folder.path(), "score room -t room/estimates/odometry.txt -t torn.txt --json -q");
+    let [odometry, torn] = [0, 1].map(|run| &report["runs"][run]);
+    let of = |run: &Value, key: &str| run[key].as_f64().unwrap();
+    // Metres of error, a hundred, against 0.08 m, and yet the paper's sum takes it for the better one, by far.
+    for key in ["dmp_sum_m2", "dmp_depth_sum_m2"] {
+        assert!(of(torn, key) < 0.5 * of(odometry, key), "{key}: {report}");
+    }
+    assert!(of(odometry, "coverage") > 0.75 && of(torn, "coverage") < 0.25, "{report}");
+    assert!(torn["r_cv_withheld"].as_str().unwrap().starts_with("coverage is"), "{torn}");
+    assert_eq!(report["order"], serde_json::json!(["odometry", "torn"]));
+    assert_ne!(report["pairs"][0]["verdict"], "torn");
+}
+
+#[test]
+fn loops_of_a_walk_through_a_room_are_ranked_true_ones_first() {
+    let folder = tempfile::tempdir().unwrap();
+    simulate(folder.path(), 1);
+    run(folder.path(), "simulate loops room/groundtruth.txt --room -o loops -q");
+    let ranked = json(
+        folder.path(),
+        "loops loops/graph.g2o --candidates loops/candidates.g2o --keyframes loops/keyframes.txt --log room \
+         --truth loops/labels.csv --json -q",
+    );
+    assert_eq!(ranked["config"]["scale_m"], 0.2);
+    assert_eq!(ranked["candidates"].as_array().unwrap().len(), 26);
+    assert!(ranked["truth"]["average_precision"].as_f64().unwrap() > 0.9, "{}", ranked["truth"]);
+    // What is far off is last: ten false ones, behind all true ones and those that are nearly right.
+    let moved = |candidate: &Value| candidate["largest_move_m"].as_f64().unwrap();
+    let candidates = ranked["candidates"].as_array().unwrap();
+    assert!(candidates[16..].iter().all(|candidate| candidate["label"] == false && moved(candidate) > 1.0));
+}
