@@ -64,6 +64,6 @@ pub use caster::{Caster, TileCache};
 pub use casting::{CastBuffers, Grouping};
 pub use counter::{CountBuffers, CrossingCounter};
 pub use path::Path;
-pub use query::{Answer, CastSettings, Query, RETURN_M, Wanted};
+pub use query::{Answer, CastSettings, Query, Wanted};
 pub use ready::{CastSource, ReadyTile};
 pub use ready_map::ReadyMap;

@@ -20,7 +20,7 @@ pub(crate) struct PacketRays {
     pub(crate) origin_m: [Column; 3],
     pub(crate) direction: [Column; 3],
     pub(crate) measured_m: Column,
-    /// The last range that may be of what was measured: [`crate::RETURN_M`] behind that.
+    /// The last range that may be of what was measured: [`CastSettings::return_m`](crate::CastSettings::return_m) behind that.
     pub(crate) place_m: Column,
     /// Crossings are looked for between these.
     pub(crate) from_m: Column,

@@ -30,14 +30,10 @@ pub struct Answer {
     /// |n·d| between that surfel's normal and the ray: 1 where it is hit squarely. Of two surfels at the same
     /// range the larger. In no score of the report: the study looks at it.
     pub independent_cos: Option<f32>,
-    /// Whether a surfel crossed from the sensor up to half a metre ([`RETURN_M`]) behind the return is independent at the wider
+    /// Whether a surfel crossed from the sensor up to [`CastSettings::return_m`] behind the return is independent at the wider
     /// reach: the place was seen on another visit. What the ray would meet further on says nothing of the place.
     pub revisited: bool,
 }
-
-/// A crossing up to this far behind the measured range may still be of what was measured, metres. Rays go in packets
-/// as far as that.
-pub const RETURN_M: f64 = 0.5;
 
 /// How far and for what the caster looks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,6 +49,9 @@ pub struct CastSettings {
     /// Nothing further than this behind the measured range is looked for, metres: infinite for the predictions
     /// that the scores are made of.
     pub beyond_m: f64,
+    /// A crossing up to this far behind the measured range may still be of what was measured, metres. Rays go in packets
+    /// as far as that.
+    pub return_m: f64,
     /// Which answers are wanted.
     pub wanted: Wanted,
 }
@@ -75,6 +74,7 @@ impl Default for CastSettings {
             reach: 1,
             revisit_reach: 5,
             beyond_m: f64::INFINITY,
+            return_m: 0.5,
             wanted: Wanted::Three,
         }
     }

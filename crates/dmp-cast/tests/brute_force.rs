@@ -6,7 +6,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
-use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Grouping, Path, Query, RETURN_M, Wanted};
+use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Grouping, Path, Query, Wanted};
 use dmp_map::{Durability, FuseScratch, Independence, Lattice, LooseSurfels, MapFuser, Store, WorldSurfel};
 use proptest::prelude::*;
 
@@ -111,7 +111,7 @@ fn brute_force(discs: &[Disc], query: &Query, settings: &CastSettings, radius_m:
                 (answer.independent_m, answer.independent_cos) = (Some(t), Some(cos.abs() as f32));
             }
         }
-        let at_place = t <= query.measured_m + RETURN_M + slack;
+        let at_place = t <= query.measured_m + settings.return_m + slack;
         answer.revisited |= at_place && independent(disc, settings.revisit_reach);
     }
     answer

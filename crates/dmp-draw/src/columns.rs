@@ -27,6 +27,15 @@ impl ScoreColumn {
         (self.value)(run, self.index).map(self.show)
     }
 
+    /// How many of [`Self::unit`] a metre has, for columns that are roots of squares.
+    pub fn per_metre(&self) -> f64 {
+        match self.unit {
+            "mm" => 1000.0,
+            "cm" => 100.0,
+            _ => 1.0,
+        }
+    }
+
     /// Name and truncation, as `R_cv 10 m`, or name and detail.
     pub fn title(&self) -> String {
         let second = self.scale_m.map_or_else(|| self.detail.to_owned(), |scale_m| format!("{scale_m} m"));

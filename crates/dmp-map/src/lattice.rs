@@ -3,7 +3,8 @@ use crate::code::DEPTH_STEPS;
 
 /// Lattice units per metre: coordinates are rounded to 2⁻¹³ m (0.12 mm) before anything is summed.
 pub const UNITS_PER_M: f64 = 8192.0;
-/// Coordinates beyond this are refused in every map, metres. Earth-centred coordinates (6.4e6 m) are well inside.
+/// Coordinates beyond this are refused in every map, metres. Earth-centred coordinates (6.4e6 m) are well inside
+/// for all but the smallest voxels.
 pub(crate) const WORLD_LIMIT_M: f64 = 5e7;
 /// Voxels that a lattice may have, metres.
 const SMALLEST_M: f64 = 0.01;
@@ -76,8 +77,7 @@ impl Lattice {
     }
 
     pub(crate) fn from_parts(voxel_units: u32, tile_voxels: u32) -> Option<Self> {
-        // What a smallest voxel is rounded to may be smaller still.
-        let lattice = Self::new((f64::from(voxel_units) / UNITS_PER_M).max(SMALLEST_M)).ok()?;
+        let lattice = Self::new(f64::from(voxel_units) / UNITS_PER_M).ok()?;
         (lattice.voxel_units == voxel_units && lattice.tile_voxels == tile_voxels).then_some(lattice)
     }
 

@@ -132,7 +132,9 @@ impl Reducer {
         let empty = Self::new(layout);
         let basis =
             |pairs: &[PairTotals]| pairs.iter().map(|p| (p.basis, p.scales.len())).collect::<Vec<_>>();
-        if seen.runs.len() != empty.runs.len() || basis(&seen.pairs) != basis(&empty.pairs) {
+        let other_scales = |run: &RunTotals| run.sums.are_on_other_than(empty.layout.scales);
+        let other_runs = seen.runs.len() != empty.runs.len() || basis(&seen.pairs) != basis(&empty.pairs);
+        if other_runs || seen.runs.iter().any(other_scales) {
             return Err(ReduceError::OtherRuns);
         }
         let resumed =

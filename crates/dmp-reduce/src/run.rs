@@ -78,7 +78,7 @@ impl RunSums {
     /// # Panics
     /// Where both are of some returns and on different scales.
     pub fn merge(&mut self, other: &Self) {
-        if self.returns == 0 {
+        if self.returns == 0 && other.returns > 0 {
             self.scales = other.scales;
         }
         assert!(other.returns == 0 || other.scales == self.scales, "sums on different scales");
@@ -150,6 +150,11 @@ impl RunSums {
     /// below the constant (eq. 8–12). 0 for a LiDAR.
     pub fn depth_sigmas_squared(&self) -> f64 {
         self.depth[1].to_m2()
+    }
+
+    /// Whether returns were judged by other lengths than these; sums of nothing were not.
+    pub(crate) fn are_on_other_than(&self, scales: Scales) -> bool {
+        self.returns > 0 && self.scales != scales
     }
 
     /// The lengths by which the returns were judged.

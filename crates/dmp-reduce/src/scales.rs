@@ -20,6 +20,19 @@ pub enum Scales {
     Room,
 }
 
+/// What a truncation sees of two maps: errors of the whole down to the sharpness of surfaces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reach {
+    /// The map as a whole: 10 and 5 m, in a room 1 and 0.5 m.
+    Global,
+    /// 2 m, in a room 0.2 m.
+    Middle,
+    /// 0.5 m, in a room 0.05 m.
+    Local,
+    /// 0.2 m, in a room 0.02 m.
+    Fine,
+}
+
 /// Lengths, and their squares in units.
 #[derive(Debug)]
 pub(crate) struct Limits {
@@ -82,6 +95,21 @@ impl Scales {
         self.limits().cv_m[WIDEST]
     }
 
+    /// How long what is a metre on a drive is on these scales, metres.
+    pub fn metre_m(self) -> f64 {
+        self.widest_m() / DRIVE.cv_m[WIDEST]
+    }
+
+    /// What a truncation sees of two maps.
+    pub fn reach(self, scale_m: f64) -> Reach {
+        match scale_m / self.metre_m() {
+            m if m >= 5.0 => Reach::Global,
+            m if m >= 1.0 => Reach::Middle,
+            m if m >= 0.5 => Reach::Local,
+            _ => Reach::Fine,
+        }
+    }
+
     /// A return whose first surfel is crossed this much before the measured range is blocked, metres.
     #[inline]
     pub fn blocked_m(self) -> f64 {
@@ -102,6 +130,13 @@ mod tests {
         };
         assert!(tenth(Scales::Drive.cv_m(), Scales::Room.cv_m()));
         assert!(tenth(Scales::Drive.near_m(), Scales::Room.near_m()));
+        for (scales, metre_m) in [(Scales::Drive, 1.0), (Scales::Room, 0.1)] {
+            assert_eq!(scales.metre_m(), metre_m);
+            let reaches = |scales_m: &[f64]| scales_m.iter().map(|&m| scales.reach(m)).collect::<Vec<_>>();
+            let all = [Reach::Global, Reach::Global, Reach::Middle, Reach::Local, Reach::Fine];
+            assert_eq!(reaches(scales.cv_m()), all);
+            assert_eq!(reaches(scales.near_m()), all[1..4]);
+        }
         assert_eq!(Scales::Drive.limits().near, [25 << 40, 4 << 40, 1 << 38]);
     }
 }

@@ -2,7 +2,7 @@ use crate::Basis;
 use crate::guard::{GuardCheck, Place, place_guard};
 use crate::pair::{PairTotals, ScaleTotals};
 use crate::ratio::{Asked, Estimate, FRAMES_NEEDED, Interval};
-use crate::scales::Scales;
+use crate::scales::{Reach, Scales};
 
 /// Two runs compared on their common returns: those that both predict.
 ///
@@ -143,20 +143,12 @@ impl Verdict {
 
 /// What the scale that decided says.
 fn reach(scale_m: f64, scales: Scales) -> String {
-    let small = match scales {
-        Scales::Drive => "centimetre",
-        Scales::Room => "millimetre",
-    };
-    // Both cascades begin with what is global, and end with what only fine scales see.
-    if scale_m >= scales.near_m()[0] {
-        format!("globally: decided at the {scale_m} m scale")
-    } else if scale_m >= scales.widest_m() / 10.0 {
-        let middle = if scales == Scales::Drive { "metre" } else { "decimetre" };
-        format!("at the {middle} scale: decided at {scale_m} m, undecided above")
-    } else if scale_m >= scales.blocked_m() {
-        format!("locally: decided at {scale_m} m, undecided above")
-    } else {
-        format!("only at the {small} scale: decided at {scale_m} m, undecided above")
+    let middle = if scales == Scales::Drive { "metre" } else { "decimetre" };
+    match scales.reach(scale_m) {
+        Reach::Global => format!("globally: decided at the {scale_m} m scale"),
+        Reach::Middle => format!("at the {middle} scale: decided at {scale_m} m, undecided above"),
+        Reach::Local => format!("locally: decided at {scale_m} m, undecided above"),
+        Reach::Fine => format!("only at the centimetre scale: decided at {scale_m} m, undecided above"),
     }
 }
 

@@ -253,3 +253,24 @@ fn what_does_not_fit_the_layout_is_refused() -> Result<(), ReduceError> {
     assert_eq!(reducer.frames_added(), 2);
     Ok(())
 }
+
+#[test]
+fn sums_of_nothing_keep_their_lengths_and_other_lengths_are_refused() {
+    let mut room = RunSums::new(Scales::Room);
+    room.merge(&RunSums::default());
+    room.add(&Residuals::all(3.0));
+    assert_eq!((room.scales(), room.r_near_m2()[0]), (Scales::Room, (0.5, Some(0.25))));
+    let mut empty = RunSums::default();
+    empty.merge(&room);
+    assert_eq!(empty, room);
+
+    let of_room = Layout::new(2, vec![CV; 2]).on_scales(Scales::Room);
+    let mut reducer = Reducer::new(of_room.clone());
+    let mut frame = FrameSums::on_scales(of_room.bases(), Scales::Room);
+    frame.add_return(&[Residuals::all(0.1), Residuals::all(0.2)]);
+    assert_eq!(reducer.add_frame(0, &FrameSums::new(of_room.bases())), Err(ReduceError::OtherRuns));
+    reducer.add_frame(0, &frame).unwrap();
+    assert_eq!(Reducer::resume(of_room, reducer.seen()), Ok(reducer.clone()));
+    let of_drive = Layout::new(2, vec![CV; 2]);
+    assert_eq!(Reducer::resume(of_drive, reducer.seen()), Err(ReduceError::OtherRuns));
+}

@@ -136,7 +136,7 @@ pub struct Config {
     /// Whether returns on the trails of moving objects are kept out of the maps: two more passes over the log.
     /// The maps must be fused from the scans.
     pub free_space: bool,
-    /// What a return that no independent surfel predicts costs in `R_cv(10)`.
+    /// What a return that no independent surfel predicts costs in `R_cv` at its largest truncation.
     pub miss_price: MissPrice,
     /// The sensor's noise, metres: scales the raw log-likelihood, nothing else. `None`: 0.02 m, and that of a depth
     /// camera grows with depth as [`DepthNoise::KINECT`].
@@ -238,7 +238,7 @@ impl Config {
 
     /// How long what is a metre on a drive is here, metres.
     pub(crate) fn metre_m(&self) -> f64 {
-        self.scales().blocked_m() / Scales::Drive.blocked_m()
+        self.scales().metre_m()
     }
 
     /// Checks every setting by itself, before anything is opened.
@@ -247,7 +247,13 @@ impl Config {
     /// The first setting that makes no sense, with its value and what it must be.
     pub fn check(&self) -> Result<(), EvaluateError> {
         let bad = |setting, value: String, why| Err(EvaluateError::Setting { setting, value, why });
-        let (min_range_m, max_range_m) = (self.min_range_m(), self.max_range_m());
+        // What one end is where only the other was given, a log may have to say.
+        let is_known = self.scales.is_some() || self.min_range_m.is_some() == self.max_range_m.is_some();
+        let (min_range_m, max_range_m) = if is_known {
+            (self.min_range_m(), self.max_range_m())
+        } else {
+            (self.min_range_m.unwrap_or(0.0), self.max_range_m.unwrap_or(1000.0))
+        };
         let ranges_fit = min_range_m >= 0.0 && min_range_m < max_range_m;
         if !ranges_fit || max_range_m > 1000.0 {
             let value = format!("{min_range_m} to {max_range_m} m");

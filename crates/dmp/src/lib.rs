@@ -68,5 +68,5 @@ pub use watch::{ScoredReturns, Stage, Watch};
 
 pub use dmp_log::LengthUnit;
 pub use dmp_reduce::{
-    Basis, Confidence, DepthResidual, FrameSums, HitKind, MissPrice, Residuals, RunSums, Scales,
+    Basis, Confidence, DepthResidual, FrameSums, HitKind, MissPrice, Reach, Residuals, RunSums, Scales,
 };

@@ -54,11 +54,14 @@ fn dmp_orders_the_five_estimates_of_a_room_as_their_truth_does() {
         }
         let score = &study["score"];
         assert_eq!(score["order"], serde_json::json!(ESTIMATES), "room {seed}");
+        let mut decided = 0;
         for pair in score["pairs"].as_array().unwrap() {
             let (a, verdict) = (&pair["a"], &pair["verdict"]);
+            decided += usize::from(verdict == a);
             // Estimates stand in the order of their truth: the first of a pair is the better.
             assert!(verdict == a || verdict == "mixed" || verdict == "undecided", "room {seed}: {pair}");
         }
+        assert!(decided >= 8, "room {seed}: only {decided} of 10 pairs are decided");
         // The paper's own number is smaller than that in range, ray by ray.
         for run in score["runs"].as_array().unwrap() {
             let [depth, range] = ["dmp_depth_sum_m2", "dmp_sum_m2"].map(|key| run[key].as_f64().unwrap());
@@ -108,6 +111,7 @@ fn loops_of_a_walk_through_a_room_are_ranked_true_ones_first() {
     );
     assert_eq!(ranked["config"]["scale_m"], 0.2);
     assert_eq!(ranked["candidates"].as_array().unwrap().len(), 26);
+    assert!(ranked["config"]["moved_m"] == 0.002, "{}", ranked["config"]);
     assert!(ranked["truth"]["average_precision"].as_f64().unwrap() > 0.9, "{}", ranked["truth"]);
     // What is far off is last: ten false ones, behind all true ones and those that are nearly right.
     let moved = |candidate: &Value| candidate["largest_move_m"].as_f64().unwrap();

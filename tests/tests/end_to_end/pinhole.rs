@@ -50,9 +50,12 @@ fn trajectory(poses: Vec<(i64, Isometry3<f64>)>) -> Trajectory {
     Trajectory::stamped(poses).unwrap().trajectory
 }
 
-/// Every residual of the first run: measured range, z − z1, and the same in depth.
+/// Measured range, z − z1, and the same in depth.
+type Seen = (f64, Option<f64>, Option<f64>);
+
+/// Every residual of the first run.
 #[derive(Default)]
-struct Residuals(Mutex<Vec<(f64, Option<f64>, Option<f64>)>>);
+struct Residuals(Mutex<Vec<Seen>>);
 
 impl Watch for Residuals {
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
@@ -62,7 +65,7 @@ impl Watch for Residuals {
     }
 }
 
-fn scored(log: &Path, runs: &[Run], config: &Config) -> (Report, Vec<(f64, Option<f64>, Option<f64>)>) {
+fn scored(log: &Path, runs: &[Run], config: &Config) -> (Report, Vec<Seen>) {
     let log = open_log(log, &LogOptions::default()).unwrap();
     let seen = Residuals::default();
     let report = evaluate(log.as_ref(), runs, config, &seen).unwrap();
@@ -143,7 +146,7 @@ fn in_a_box_without_noise_a_true_run_predicts_what_was_measured() {
     let near = seen.iter().filter(|(_, first, _)| first.is_some_and(|m| m.abs() < 0.003)).count();
     // In the corners a voxel sees two walls.
     assert!(near as f64 > 0.97 * seen.len() as f64, "{near} of {}", seen.len());
-    let not_longer = |(_, range, depth): &(f64, Option<f64>, Option<f64>)| match (range, depth) {
+    let not_longer = |(_, range, depth): &Seen| match (range, depth) {
         (Some(range), Some(depth)) => depth.abs() <= range.abs() && depth.signum() == range.signum(),
         (range, depth) => range.is_none() && depth.is_none(),
     };
@@ -171,11 +174,34 @@ fn what_is_not_for_rooms_is_refused_in_words() {
         ("--quick", "quick of a room"),
         ("--voxel 0.005", "0.005"),
         ("--segment 2hours", "`2hours` is no length of a segment"),
+        ("--max-range 0.2", "ranges 0.3 to 0.2 m"),
     ] {
         let output = dmp(folder.path(), &format!("score box -t run.txt {options}"));
         let told = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{options}\n{told}");
         assert!(told.contains(words), "{options}\n{told}");
         assert!(!folder.path().join("page.html").exists());
+    }
+    // What is nearer than a drive's smallest range is asked of the room's.
+    let within = |options: &str| dmp(folder.path(), &format!("score box -t run.txt --json -q {options}"));
+    let whole = within("--max-range 1.2");
+    assert_eq!(whole.status.code(), Some(0), "{}", text(&whole.stderr));
+    std::fs::write(folder.path().join("whole.json"), &whole.stdout).unwrap();
+    // The same again, as it was made, is the same again.
+    let like = within("--like whole.json");
+    assert_eq!(like.status.code(), Some(0), "{}", text(&like.stderr));
+    let [whole, like]: [serde_json::Value; 2] =
+        [whole, like].map(|output| serde_json::from_slice(&output.stdout).unwrap());
+    assert_eq!(like["config"], whole["config"]);
+    assert_eq!(like["runs"], whole["runs"]);
+    assert!(whole["config"]["scales"] == "room" && whole["config"]["max_range_m"] == 1.2, "{whole}");
+    // A gate asks for a truncation that there is.
+    for (gate, code, words) in [
+        ("R_near_5=1m", 4, "the result has none at 5 m, but at 0.5, 0.2, 0.05 m"),
+        ("R_near_0.05=5cm", 0, ""),
+    ] {
+        let output = dmp(folder.path(), &format!("score box -t run.txt --fail-above {gate}"));
+        let told = text(&output.stderr) + &text(&output.stdout);
+        assert!(output.status.code() == Some(code) && told.contains(words), "{gate}\n{told}");
     }
 }

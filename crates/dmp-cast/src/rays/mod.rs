@@ -5,7 +5,7 @@ mod route;
 use dmp_map::Independence;
 
 use crate::packet::{PacketAnswers, PacketRays, RAYS};
-use crate::query::{Answer, CastSettings, Query, RETURN_M, Wanted};
+use crate::query::{Answer, CastSettings, Query, Wanted};
 
 /// How far before its tile a ray is looked at, metres: rounding at a border must not open a gap. Discs
 /// over the border are in both tiles, so the same crossing from both sides is one crossing.
@@ -47,6 +47,8 @@ pub(crate) struct Rays {
     query: [u32; RAYS],
     count: usize,
     asked: Asked,
+    /// [`CastSettings::return_m`].
+    return_m: f64,
 }
 
 /// What the rays of a packet have in common.
@@ -75,6 +77,7 @@ impl Rays {
         query: [0; RAYS],
         count: 0,
         asked: Asked { independence: None, revisit: None },
+        return_m: 0.0,
     };
 
     /// Begins with the rays of `queries` at the indices in the low halves of `order`: one to sixteen of one segment.
@@ -92,6 +95,7 @@ impl Rays {
             Wanted::Three => settings.independence(queries[index_of(0) as usize].segment),
         };
         let asked = Asked { independence, revisit };
+        self.return_m = settings.return_m;
         let window_m = match settings.wanted {
             Wanted::First => f64::NEG_INFINITY,
             Wanted::Three => settings.window_m,
@@ -157,7 +161,7 @@ impl Rays {
         (1 << self.count) - 1
     }
 
-    /// The rays in the tile that they have come to, each up to [`RETURN_M`] behind its measured range; what they
+    /// The rays in the tile that they have come to, each up to [`CastSettings::return_m`] behind its measured range; what they
     /// cross beyond the tile's border counts there. Tells how far each would have to go without that bound.
     #[inline(always)]
     pub(crate) fn in_tile(&self, tile_origin_in_world_m: [f64; 3], rays: &mut PacketRays) -> [f32; RAYS] {
@@ -176,7 +180,7 @@ impl Rays {
             let leave_m = self.leave_m(lane);
             let end_m = if leave_m < self.end_m[lane] { leave_m } else { self.end_m[lane] };
             ends[lane] = (end_m - enter_m) as f32;
-            let place_m = (self.measured_m[lane] + RETURN_M - enter_m) as f32;
+            let place_m = (self.measured_m[lane] + self.return_m - enter_m) as f32;
             rays.place_m[lane] = place_m;
             rays.to_m[lane] = if place_m < ends[lane] { place_m } else { ends[lane] };
         }

@@ -4,7 +4,6 @@ use dmp_map::{Independence, TileExtent, TileId};
 
 use super::{BORDER_SLACK_M, Rays};
 use crate::packet::RAYS;
-use crate::query::RETURN_M;
 
 impl Rays {
     /// The tile a ray has come to.
@@ -117,7 +116,7 @@ impl Rays {
                 | (has_independent & (from_m < self.independent_m[lane]))
                 | (has_revisited
                     & (self.revisited >> lane & 1 == 0)
-                    & (from_m <= self.measured_m[lane] + RETURN_M));
+                    & (from_m <= self.measured_m[lane] + self.return_m));
             goes |= u32::from(at_heights & gains & (enter_m <= end_m)) << lane;
         }
         (goes, self.ended())
@@ -142,7 +141,7 @@ impl Rays {
                 & (no_independence | (self.independent_m[lane] <= leave_m))
                 & (no_revisit
                     | (self.revisited >> lane & 1 == 1)
-                    | (self.measured_m[lane] + RETURN_M <= leave_m));
+                    | (self.measured_m[lane] + self.return_m <= leave_m));
             lanes |= u32::from(!settled & (leave_m < f64::INFINITY)) << lane;
         }
         lanes

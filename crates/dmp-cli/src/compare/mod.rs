@@ -5,11 +5,12 @@ mod read;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use anyhow::anyhow;
+use anyhow::{anyhow, bail};
 use clap::Args;
 use dmp::{JoinError, JoinedReport, NamedReport, Report, join_reports};
 use serde::Serialize;
 
+use crate::exit::Usage;
 use crate::gates::{self, GateArgs, GateReport};
 use crate::named::{NamedFile, names_of};
 use crate::save::refuse_same;
@@ -89,6 +90,9 @@ pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Resu
     };
     let results = arguments.results.iter().zip(names).map(read).collect::<anyhow::Result<Vec<_>>>()?;
     let JoinedReport { mut report, runs_of, not_compared } = join_reports(&results).map_err(with_remedy)?;
+    if arguments.report.is_some() && report.config.scales == dmp::Scales::Room {
+        bail!(Usage(crate::score::NO_PAGE_OF_ROOMS.to_owned()));
+    }
     let runs: Vec<&str> = report.order.iter().map(String::as_str).collect();
     let gates = arguments.gates.start(&runs)?;
     let checked = gates.check(&report);

@@ -42,6 +42,13 @@ fn report(path: &Path) -> anyhow::Result<Report> {
         let error = error.to_string();
         other_version(error.split(", expected").next().unwrap_or(&error))
     })?;
+    let scales = report.config.scales;
+    for run in &report.runs {
+        let all = [(&run.r_cv_m2, &scales.cv_m()[1..]), (&run.r_near_m2, &scales.near_m()[..])];
+        if all.iter().any(|(scores, scales_m)| !scores.iter().map(|(m, _)| m).eq(scales_m.iter().copied())) {
+            bail!("the truncations of `{}` are not those of its `config.scales`", run.name);
+        }
+    }
     let whole = serde_json::to_value(&report)?;
     match missing(&whole, &json) {
         Some(field) => Err(other_version(&format!("missing field `{field}`"))),

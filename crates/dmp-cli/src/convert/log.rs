@@ -82,6 +82,9 @@ pub(super) fn run(arguments: &LogConvertArgs, common: &Common, out: &mut impl Wr
     if let Some(precision) = format.precision() {
         writeln!(out, "{precision}")?;
     }
+    if log.summary().camera.is_some() {
+        writeln!(out, "points of depth images: score them with --scales room; the camera is not kept")?;
+    }
     let damage = &log.summary().damage;
     if !common.quiet {
         damage.iter().for_each(|lost| eprintln!("lost: {}: {}", lost.place, lost.what));

@@ -39,7 +39,8 @@ pub(crate) struct GateArgs {
 struct AskedArgs {
     /// End with exit code 4 if a score of the run NAME, or without NAME of any run, is above a limit, or is not given.
     /// Scores are `R_cv_10`, `R_cv_2`, `R_cv_0.5`, `R_cv_0.2`, `R_near_5`, `R_near_2` and `R_near_0.5` (roots, as in the
-    /// table: 2.5 or 2.5m, 15cm; `R_cv` is `R_cv_10`, `R_near` is `R_near_5`), `DMP` (the mean, m²), `miss`, `blocked`,
+    /// table: 2.5 or 2.5m, 15cm; of a room `R_cv_1`, `R_cv_0.2`, `R_cv_0.05`, `R_cv_0.02`, `R_near_0.5`, `R_near_0.2`
+    /// and `R_near_0.05`; `R_cv` is `R_cv_10`, `R_near` is `R_near_5`), `DMP` (the mean, m²), `miss`, `blocked`,
     /// `coverage` and `revisit` (5% or 0.05)
     #[arg(long, value_name = "[NAME:]SCORE=LIMIT", help_heading = "Gates", value_parser = limit::above)]
     fail_above: Vec<Limit>,

@@ -1,6 +1,6 @@
 //! The scores that a gate can speak of.
 
-use dmp::RunReport;
+use dmp::{RunReport, ScaleScores};
 
 use crate::text::{digits, percent};
 
@@ -59,7 +59,7 @@ const SCORES: [Score; 17] = [
     share("revisit", |run| run.coverage_revisit),
 ];
 
-/// A family of scores by itself is its largest scale.
+/// A family of scores by itself is its largest scale on a drive.
 const SHORT: [(&str, &str); 2] = [("R_cv", "R_cv_10"), ("R_near", "R_near_5")];
 
 impl Score {
@@ -81,16 +81,30 @@ impl Score {
             Unit::Root(_) => value.max(0.0).sqrt(),
             Unit::Square | Unit::Share => value,
         });
+        let family = self.family().map(|scores| scores(run));
+        if let (Unit::Root(scale_m), Some(scores)) = (self.unit, family)
+            && scores.iter().all(|(there_m, _)| there_m != scale_m)
+        {
+            let there: Vec<String> = scores.iter().map(|(there_m, _)| there_m.to_string()).collect();
+            return Err(format!("the result has none at {scale_m} m, but at {} m", there.join(", ")));
+        }
         value.ok_or_else(|| match &run.r_cv_withheld {
             Some(why) if self.name.starts_with("R_cv") => why.clone(),
             _ if run.returns > 0 && run.coverage.is_none() => "the map was given".to_owned(),
-            _ => {
-                "no return tells, or there is none at that length: rooms and drives have their own".to_owned()
-            }
+            _ => "no return tells".to_owned(),
         })
     }
 
-    /// A value of this score for a person: metres where they are many, else centimetres, as in the table.
+    /// The scores of a run among which this one is, at their truncations.
+    fn family(&self) -> Option<fn(&RunReport) -> &ScaleScores> {
+        match self.name {
+            name if name.starts_with("R_cv") => Some(|run| &run.r_cv_m2),
+            name if name.starts_with("R_near") => Some(|run| &run.r_near_m2),
+            _ => None,
+        }
+    }
+
+    /// A value of this score for a person: metres, centimetres or millimetres, as in the table.
     pub(super) fn show(&self, value: f64) -> String {
         match self.unit {
             Unit::Share => format!("{} %", percent(value)),
@@ -105,7 +119,8 @@ impl Score {
 
     fn with_unit(&self, value: f64, digits: fn(f64) -> String) -> String {
         match self.unit {
-            Unit::Root(most_m) if most_m < 1.0 => format!("{} cm", digits(100.0 * value)),
+            Unit::Root(most_m) if most_m < 0.1 => format!("{} mm", digits(1000.0 * value)),
+            Unit::Root(most_m) if most_m < 2.0 => format!("{} cm", digits(100.0 * value)),
             Unit::Root(_) => format!("{} m", digits(value)),
             Unit::Square => format!("{} m²", digits(value)),
             Unit::Share => format!("{} %", digits(100.0 * value)),

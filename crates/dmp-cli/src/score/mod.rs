@@ -116,6 +116,10 @@ struct Scored<'a> {
     gates: &'a [GateReport],
 }
 
+/// Why a room has no page.
+pub(crate) const NO_PAGE_OF_ROOMS: &str =
+    "--report: its maps and places are those of drives; it draws no rooms";
+
 impl ScoreArgs {
     fn config(&self) -> Config {
         let settings =
@@ -154,9 +158,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             like.iter().try_for_each(|like| like.check_log(log.summary()))?;
             let config = config.settled(log.summary());
             if arguments.outputs.report.is_some() && config.scales() == Scales::Room {
-                bail!(crate::exit::Usage(
-                    "--report: its maps and places are those of drives; it draws no rooms".to_owned()
-                ));
+                bail!(crate::exit::Usage(NO_PAGE_OF_ROOMS.to_owned()));
             }
             let recorder = Recorder::new(outputs, log.as_ref(), &runs, &config, common)?;
             let evaluated = evaluate(log.as_ref(), &runs, &config, &recorder);

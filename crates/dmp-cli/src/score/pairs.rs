@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use dmp::{PairReport, Report, ScaleReport, Scales};
+use dmp::{PairReport, Reach, Report, ScaleReport, Scales};
 
 use super::sampling;
 use crate::text::{NONE, Side, Table, count, digits};
@@ -63,14 +63,12 @@ fn told(report: &Report) -> Vec<Told<'_>> {
 
 /// What a scale says about the maps.
 fn reach(scale_m: f64, scales: Scales) -> &'static str {
-    // A room is a drive of a tenth its size.
-    match (scale_m * Scales::Drive.widest_m() / scales.widest_m(), scales) {
-        (m, _) if m >= 5.0 => "globally",
-        (m, Scales::Drive) if m >= 1.0 => "at the metre scale",
-        (m, Scales::Room) if m >= 1.0 => "at the decimetre scale",
-        (m, _) if m >= 0.5 => "locally",
-        (_, Scales::Drive) => "in centimetres",
-        (_, Scales::Room) => "in millimetres",
+    match (scales.reach(scale_m), scales) {
+        (Reach::Global, _) => "globally",
+        (Reach::Middle, Scales::Drive) => "at the metre scale",
+        (Reach::Middle, Scales::Room) => "at the decimetre scale",
+        (Reach::Local, _) => "locally",
+        (Reach::Fine, _) => "in centimetres",
     }
 }
 

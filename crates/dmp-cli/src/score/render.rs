@@ -96,7 +96,7 @@ fn left_out(free_space: &FreeSpaceReport) -> String {
 fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
     let cross_validated = is_cross_validated(report);
     let columns = columns(report);
-    let unit = columns.first().map_or("m", |column| column.unit);
+    let (unit, per_metre) = columns.first().map_or(("m", 1.0), |column| (column.unit, column.per_metre()));
     let is_sample = sampling::is_sample(report);
     // Behind the first column, how far a sample may be off.
     let with_error = |mut cells: Vec<String>, error: String| {
@@ -119,7 +119,7 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
         let tied = above.is_some_and(|above| report.ties.iter().any(|[a, b]| a == above && b == name));
         let rank = if tied { "=".to_owned() } else { (place + 1).to_string() };
         let show = |column: &ScoreColumn| column.show(run).unwrap_or_else(|| NONE.to_owned());
-        let error = sampling::half_width(run, cross_validated, unit);
+        let error = sampling::half_width(run, cross_validated, per_metre);
         table.row(with_error(
             [rank, name.clone()].into_iter().chain(columns.iter().map(show)).collect(),
             error,

@@ -142,14 +142,13 @@ pub(super) fn is_sample(report: &Report) -> bool {
 
 /// How far the ends of the 99 % interval of a run's first column are from it, the longer way, as that column is shown:
 /// a root.
-pub(super) fn half_width(run: &RunReport, cross_validated: bool, unit: &str) -> String {
+pub(super) fn half_width(run: &RunReport, cross_validated: bool, per_metre: f64) -> String {
     let (value, interval) = if cross_validated {
         (run.r_cv_m2[0], run.r_cv_ci99_m2)
     } else {
         (run.r_near_m2[0], run.r_near_ci99_m2)
     };
-    let in_metre = if unit == "m" { 1.0 } else { 100.0 };
-    let root = |square_m2: f64| in_metre * square_m2.max(0.0).sqrt();
+    let root = |square_m2: f64| per_metre * square_m2.max(0.0).sqrt();
     value.zip(interval).map_or(NONE.to_owned(), |(value, [low, high])| {
         digits((root(high) - root(value)).max(root(value) - root(low)))
     })

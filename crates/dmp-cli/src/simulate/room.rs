@@ -167,8 +167,9 @@ fn size_px(text: &str) -> Result<[u32; 2], String> {
 
 /// Three lengths in metres: `7x5.6x2.6`.
 fn room_m(text: &str) -> Result<[f64; 3], String> {
-    let all: Vec<f64> = text.split('x').filter_map(|part| part.trim().parse().ok()).collect();
-    all.try_into().map_err(|_| format!("`{text}` are no width, depth and height in metres: try 7x5.6x2.6"))
+    let all: Option<Vec<f64>> = text.split('x').map(|part| part.trim().parse().ok()).collect();
+    all.and_then(|all| all.try_into().ok())
+        .ok_or_else(|| format!("`{text}` are no width, depth and height in metres: try 7x5.6x2.6"))
 }
 
 #[cfg(test)]
@@ -179,6 +180,9 @@ mod tests {
     fn sizes_are_understood() {
         assert_eq!(size_px("160x120"), Ok([160, 120]));
         assert_eq!(room_m("8x6x2.5"), Ok([8.0, 6.0, 2.5]));
+        for text in ["7x5.6xfoox2.6", "7xx5.6x2.6"] {
+            assert!(room_m(text).is_err(), "{text}");
+        }
         for text in ["640", "x480", "640x480x3", "-1x5", ""] {
             assert!(size_px(text).is_err_and(|error| error.contains("try")), "{text}");
             assert!(text == "640x480x3" || room_m(text).is_err_and(|error| error.contains("try")), "{text}");

@@ -23,7 +23,8 @@ pub(super) fn ranking(report: &Report) -> String {
     let top_m2 = report.runs.iter().filter_map(interval).map(|[_, high]| high).fold(0.0, f64::max);
     let mut heads = vec![head("rank", "", ""), head("run", "", "name")];
     heads.extend(columns.iter().take(1).map(|column| head(&column.title(), column.unit, "")));
-    heads.push(head("99 % interval", "m", ""));
+    let (unit, per_metre) = columns.first().map_or(("m", 1.0), |column| (column.unit, column.per_metre()));
+    heads.push(head("99 % interval", unit, ""));
     heads.extend(columns.iter().skip(1).map(|column| head(&column.title(), column.unit, "")));
     let mut rows = Vec::new();
     for (place, run) in in_order(report).enumerate() {
@@ -35,7 +36,7 @@ pub(super) fn ranking(report: &Report) -> String {
         let mut row =
             vec![cell(&rank, ""), format!("<th scope=\"row\" class=\"name\">{}</th>", escape(&run.name))];
         row.extend(columns.iter().take(1).map(show));
-        row.push(format!("<td>{}</td>", whisker(value_m2, interval(run), top_m2)));
+        row.push(format!("<td>{}</td>", whisker(value_m2, interval(run), top_m2, (unit, per_metre))));
         row.extend(columns.iter().skip(1).map(show));
         rows.push(row);
     }
@@ -48,14 +49,19 @@ pub(super) fn ranking(report: &Report) -> String {
 }
 
 /// A dot at the score, with a line over its interval, and the interval in words.
-fn whisker(value_m2: Option<f64>, interval_m2: Option<[f64; 2]>, top_m2: f64) -> String {
+fn whisker(
+    value_m2: Option<f64>,
+    interval_m2: Option<[f64; 2]>,
+    top_m2: f64,
+    (unit, per_metre): (&str, f64),
+) -> String {
     let (Some(value_m2), Some([low_m2, high_m2])) = (value_m2, interval_m2) else { return NONE.to_owned() };
     let x =
         |square_m2: f64| 6.0 + (BAR_PX - 12.0) * (square_m2.max(0.0) / top_m2.max(f64::MIN_POSITIVE)).sqrt();
-    let [low, high] = [low_m2, high_m2].map(|square_m2| digits(square_m2.max(0.0).sqrt()));
+    let [low, high] = [low_m2, high_m2].map(|square_m2| digits(per_metre * square_m2.max(0.0).sqrt()));
     let [from, at, to] = [low_m2, value_m2, high_m2].map(x);
     format!(
-        "<svg role=\"img\" aria-label=\"{low} to {high} m\" width=\"{BAR_PX:.0}\" height=\"14\" viewBox=\"0 0 {BAR_PX:.0} 14\">\
+        "<svg role=\"img\" aria-label=\"{low} to {high} {unit}\" width=\"{BAR_PX:.0}\" height=\"14\" viewBox=\"0 0 {BAR_PX:.0} 14\">\
          <path d=\"M0 7H{BAR_PX:.0}\" stroke=\"var(--line)\"/><path d=\"M{from:.1} 7H{to:.1}M{from:.1} 3v8M{to:.1} 3v8\" \
          stroke=\"var(--ink)\" stroke-width=\"1.5\"/><circle cx=\"{at:.1}\" cy=\"7\" r=\"4\" fill=\"var(--accent)\"/></svg>\
          <br>{low} to {high}"

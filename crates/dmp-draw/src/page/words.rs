@@ -1,6 +1,6 @@
 //! The ranking, told to somebody who knows neither residuals nor squares.
 
-use dmp::{PairReport, Report, ScaleReport, Scales};
+use dmp::{PairReport, Reach, Report, ScaleReport, Scales};
 
 use crate::plot::escape;
 use crate::text::{count, digits};
@@ -145,21 +145,20 @@ fn of_pair(report: &Report, pair: &PairReport, high: &str, low: &str) -> String 
 
 /// What a scale says about the maps.
 fn reach(scale_m: f64, scales: Scales) -> &'static str {
-    // A room is a drive of a tenth its size.
-    let is_room = scales == Scales::Room;
-    match scale_m * Scales::Drive.widest_m() / scales.widest_m() {
-        m if m >= 5.0 => "its map as a whole fits together better",
-        m if m >= 1.0 && is_room => {
-            "its map fits together better at the scale of decimetres, beyond which nothing is decided"
-        }
-        m if m >= 1.0 => {
+    match (scales.reach(scale_m), scales) {
+        (Reach::Global, _) => "its map as a whole fits together better",
+        (Reach::Middle, Scales::Drive) => {
             "its map fits together better at the scale of metres, beyond which nothing is decided"
         }
-        m if m >= 0.5 && !is_room => {
+        (Reach::Middle, Scales::Room) => {
+            "its map fits together better at the scale of decimetres, beyond which nothing is decided"
+        }
+        (Reach::Local, Scales::Drive) => {
             "its surfaces are sharper at the scale of decimetres, beyond which nothing is decided"
         }
-        // The finest of a room is 2 cm.
-        _ => "its surfaces are sharper at the scale of centimetres, beyond which nothing is decided",
+        (Reach::Local, Scales::Room) | (Reach::Fine, _) => {
+            "its surfaces are sharper at the scale of centimetres, beyond which nothing is decided"
+        }
     }
 }
 

@@ -139,7 +139,7 @@ impl LoopMap {
                 if of_keyframe.scans_left == 0 { open.remove(&keyframe) } else { None }
             };
             if let Some(Open { patch, rays: drawn, .. }) = done {
-                let grouped = KeyframeRays::new(drawn);
+                let grouped = KeyframeRays::new(drawn, config.scales());
                 rays.lock().unwrap_or_else(PoisonError::into_inner)[keyframe] = grouped;
                 writer.put(keyframe, patch)?;
             }
@@ -178,7 +178,7 @@ impl LoopMap {
 
     /// A place where no patch moved more than this is as it was, metres.
     pub fn moved_m(&self) -> f64 {
-        self.options.moved_m.unwrap_or(MOVED_M * metre_m(self.scales))
+        self.options.moved_m.unwrap_or(MOVED_M * self.scales.metre_m())
     }
 
     /// Edge of the voxels, metres.
@@ -215,11 +215,6 @@ impl LoopMap {
 /// What moved less is as it was where nothing else is asked for, metres of a drive.
 const MOVED_M: f64 = 0.02;
 
-/// How long what is a metre on a drive is on these scales, metres.
-pub(super) fn metre_m(scales: Scales) -> f64 {
-    scales.widest_m() / Scales::Drive.widest_m()
-}
-
 /// Cuts the way through the keyframes.
 fn stretches(world_from_body: &[Isometry3<f64>], scales: Scales) -> Vec<usize> {
     let places = || world_from_body.iter().map(|pose| pose.translation.vector);
@@ -230,7 +225,7 @@ fn stretches(world_from_body: &[Isometry3<f64>], scales: Scales) -> Vec<usize> {
             Some(*along_m)
         }))
         .collect();
-    let longest_m = STRETCH_M * metre_m(scales);
+    let longest_m = STRETCH_M * scales.metre_m();
     let length_m = longest_m.min(along_m.last().copied().unwrap_or_default() / FEWEST_STRETCHES);
     let stretch = |along_m: &f64| if length_m > 0.0 { (along_m / length_m) as usize } else { 0 };
     along_m.iter().map(stretch).collect()

@@ -5,7 +5,6 @@ use std::collections::HashMap;
 use dmp_sensor::Isometry3;
 use nalgebra::Point3;
 
-use super::build::metre_m;
 use super::rays::COLUMN_M;
 use super::{LoopMap, placement};
 
@@ -15,15 +14,20 @@ const NEAR_M: f64 = 3.0;
 
 /// Which patches have something in each column of the world.
 #[derive(Debug)]
-pub(super) struct Columns(HashMap<[i64; 2], Vec<u32>>);
+pub(super) struct Columns {
+    columns: HashMap<[i64; 2], Vec<u32>>,
+    /// Edge of a column, metres.
+    column_m: f64,
+}
 
 impl Columns {
     pub(super) fn new(map: &LoopMap, world_from_body: &[Isometry3<f64>]) -> Self {
+        let column_m = COLUMN_M * map.scales.metre_m();
         let mut columns: HashMap<[i64; 2], Vec<u32>> = HashMap::new();
         for (number, pose) in world_from_body.iter().enumerate() {
             let placement = placement(pose);
             for bounds_m in map.patches.bounds_m(number) {
-                for column in columns_of(placement.bounds_m(bounds_m)) {
+                for column in columns_of(placement.bounds_m(bounds_m), column_m) {
                     let patches = columns.entry(column).or_default();
                     if patches.last() != Some(&(number as u32)) {
                         patches.push(number as u32);
@@ -31,17 +35,20 @@ impl Columns {
                 }
             }
         }
-        Self(columns)
+        Self { columns, column_m }
     }
 
     fn patches_in(&self, bounds_m: [[f64; 3]; 2]) -> impl Iterator<Item = usize> {
-        columns_of(bounds_m).filter_map(|column| self.0.get(&column)).flatten().map(|&number| number as usize)
+        columns_of(bounds_m, self.column_m)
+            .filter_map(|column| self.columns.get(&column))
+            .flatten()
+            .map(|&number| number as usize)
     }
 }
 
 /// The columns that a box in the world reaches into.
-fn columns_of([low, high]: [[f64; 3]; 2]) -> impl Iterator<Item = [i64; 2]> {
-    let column = |c: f64| (c / COLUMN_M).floor() as i64;
+fn columns_of([low, high]: [[f64; 3]; 2], column_m: f64) -> impl Iterator<Item = [i64; 2]> {
+    let column = |c: f64| (c / column_m).floor() as i64;
     let (xs, ys) = (column(low[0])..=column(high[0]), column(low[1])..=column(high[1]));
     xs.flat_map(move |x| ys.clone().map(move |y| [x, y]))
 }
@@ -87,7 +94,7 @@ impl<'a> Moved<'a> {
             let motion = motions.entry(patch).or_insert_with(|| self.motion(keyframe, patch));
             motion.shift_m + motion.turn_rad * range_m > self.map.moved_m()
         };
-        let near_m = NEAR_M * metre_m(self.map.scales);
+        let near_m = NEAR_M * self.map.scales.metre_m();
         let [before, after] = [self.before, self.after].map(|poses| placement(&poses[keyframe]));
         let changed = |group: &super::rays::Group| {
             let [low, high] = group.bounds_m;

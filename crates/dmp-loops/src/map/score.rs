@@ -209,6 +209,7 @@ impl LoopMap {
         let settings = CastSettings {
             horizon_m: HORIZON * self.max_range_m,
             window_m: self.scales.near_m()[0],
+            return_m: self.scales.blocked_m(),
             ..CastSettings::default()
         };
         Ok(Caster::new(placed, settings, maps * self.tile_bytes))

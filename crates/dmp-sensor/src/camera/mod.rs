@@ -24,7 +24,7 @@ pub struct PinholeCamera {
 #[non_exhaustive]
 pub enum CameraError {
     /// An image without pixels, or with more than any camera has.
-    #[error("an image of {} x {} pixels: it must have 1 to {MOST_PX} either way", size_px[0], size_px[1])]
+    #[error("an image of {} x {} pixels: it must have 1 to {MOST_IN_ALL_PX} in all", size_px[0], size_px[1])]
     Size {
         /// Width and height.
         size_px: [u32; 2],
@@ -45,8 +45,8 @@ pub enum CameraError {
     },
 }
 
-/// More pixels a side than any depth camera has.
-const MOST_PX: u32 = 1 << 14;
+/// More pixels than any depth camera has.
+const MOST_IN_ALL_PX: u64 = 1 << 24;
 
 impl PinholeCamera {
     /// The camera with images of `size_px` (width, height), focal lengths fx and fy and the centre cx, cy, pixels.
@@ -59,7 +59,8 @@ impl PinholeCamera {
         centre_px: [f64; 2],
         distortion: Distortion,
     ) -> Result<Self, CameraError> {
-        if !size_px.iter().all(|px| (1..=MOST_PX).contains(px)) {
+        let [width, height] = size_px.map(u64::from);
+        if !(1..=MOST_IN_ALL_PX).contains(&(width * height)) {
             return Err(CameraError::Size { size_px });
         }
         if !focal_px.iter().all(|px| px.is_finite() && *px != 0.0) {
@@ -205,6 +206,7 @@ mod tests {
         };
         let none = Distortion::NONE;
         assert!(of([0, 480], [1.0; 2], [0.0; 2], none).starts_with("an image of 0 x 480"));
+        assert!(of([5000, 4000], [1.0; 2], [0.0; 2], none).contains("it must have 1 to 16777216 in all"));
         assert!(of([640, 480], [525.0, 0.0], [0.0; 2], none).contains("525 and 0 pixels"));
         assert!(of([640, 480], [525.0, 525.0], [f64::NAN, 1.0], none).starts_with("a centre of NaN"));
         let lens = Distortion { radial: [0.0, f64::INFINITY, 0.0], ..none };

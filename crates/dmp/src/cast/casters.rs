@@ -34,6 +34,7 @@ impl Casters {
         let settings = CastSettings {
             horizon_m: HORIZON * config.max_range_m(),
             window_m: config.scales().near_m()[0],
+            return_m: config.scales().blocked_m(),
             ..CastSettings::default()
         };
         let schedule: Arc<OnceLock<Schedule>> = Arc::default();

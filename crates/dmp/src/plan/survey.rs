@@ -1,5 +1,5 @@
 use dmp_log::ScanLog;
-use dmp_map::{DensityProbe, Lattice};
+use dmp_map::{DensityProbe, Lattice, MapError};
 use dmp_reduce::Scales;
 use dmp_sensor::{EgoMask, EgoVotes, ReturnFilter, Scan};
 
@@ -81,12 +81,20 @@ pub(crate) fn voxel(
         Scales::Room => ROOM_VOXELS_M,
     };
     let mut choice = VoxelChoice { voxel_m: voxels_m[0], filled_share: None };
-    for voxel_m in voxels_m {
+    'edges: for (k, &voxel_m) in voxels_m.iter().enumerate() {
         let lattice = Lattice::new(voxel_m).map_err(EvaluateError::Work)?;
         let mut best: f64 = 0.0;
         for (run, poses) in runs.iter().zip(poses) {
             watch.begin(Stage::Survey, scans as u64);
-            let share = filled_share(log, blocks, lattice, run, poses, filter, watch)?;
+            let share = match filled_share(log, blocks, lattice, run, poses, filter, watch) {
+                // The world of small voxels is small.
+                Err(EvaluateError::Map { source: MapError::OutOfWorld { .. }, .. })
+                    if k + 1 < voxels_m.len() =>
+                {
+                    continue 'edges;
+                }
+                share => share?,
+            };
             best = best.max(share);
             if best >= FILLED_SHARE {
                 return Ok(VoxelChoice { voxel_m, filled_share: Some(best) });

@@ -250,10 +250,10 @@ fn input_report(
 
 /// The raw log-likelihood of a run, of a depth camera in its own number with its own noise (eq. 8–12).
 fn log_likelihood(sums: &RunSums, config: &Config, has_depth: bool) -> f64 {
-    if has_depth {
-        -0.5 * sums.depth_sigmas_squared()
-    } else {
-        log_likelihood_raw(sums.dmp_sum_m2(), config.sigma_m())
+    match config.sigma_m {
+        None if has_depth => -0.5 * sums.depth_sigmas_squared(),
+        Some(sigma_m) if has_depth => log_likelihood_raw(sums.dmp_depth_sum_m2(), sigma_m),
+        _ => log_likelihood_raw(sums.dmp_sum_m2(), config.sigma_m()),
     }
 }
 

@@ -103,12 +103,12 @@ pub struct ConfigReport {
     pub time_offset_s: f64,
     /// Noise behind the raw log-likelihood, metres; null where it grows with depth, `depth_noise`.
     pub sigma_m: Option<f64>,
-    /// The noise of a depth camera: σ(z) = least_m + growth_per_m (z − nearest_m)²; null for other sensors, and where
+    /// The noise of a depth camera: σ(z) = `least_m` + `growth_per_m` (z − `nearest_m`)²; null for other sensors, and where
     /// one number was given.
     pub depth_noise: Option<DepthNoiseReport>,
     /// The lengths by which returns are judged: `drive` or `room`.
     pub scales: Scales,
-    /// Share of the full square, 100 m² on a drive, that a return without an independent crossing costs in `R_cv(10)`.
+    /// Share of the full square, 100 m² on a drive, that a return without an independent crossing costs in `R_cv` at its largest truncation.
     pub miss_price: f64,
     /// Whether returns on the trails of moving objects were kept out of the maps.
     pub free_space: bool,
