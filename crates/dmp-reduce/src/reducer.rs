@@ -244,7 +244,12 @@ impl Reducer {
         assert!(a < b && b < runs, "no pair ({a}, {b}) of {runs} runs");
         // Pairs stand row by row; before row `a` there are rows of runs − 1, runs − 2, … pairs.
         let index = a * (2 * runs - a - 1) / 2 + (b - a - 1);
-        compare(a, b, &self.pairs[index], self.layout.scales, self.asked(confidence))
+        let pair = &self.pairs[index];
+        let predicted = [a, b].map(|run| match pair.basis {
+            Basis::CrossValidated => self.runs[run].sums.with_independent(),
+            Basis::Near => self.runs[run].sums.with_first(),
+        });
+        compare([a, b], predicted, pair, self.layout.scales, self.asked(confidence))
     }
 
     /// All pairs compared, in the order (0, 1), (0, 2), …, (1, 2), …

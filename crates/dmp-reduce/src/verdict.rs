@@ -106,6 +106,17 @@ pub enum UndecidedReason {
     /// All common returns lie in one batch of frames, whose scatter nobody knows.
     #[error("all common returns lie in one short stretch of the log")]
     OneStretch,
+    /// The run that the common returns speak for predicts less than half of what the other does. A map in pieces that
+    /// do not meet agrees with itself wherever they are, and has little in common with any other.
+    #[error(
+        "the run that the common returns speak for predicts {predicted} returns, the other {other}: a map in pieces agrees with itself"
+    )]
+    LessCovered {
+        /// Returns that it predicts from other parts of the drive.
+        predicted: u64,
+        /// Those that the other does.
+        other: u64,
+    },
     /// Every interval contains 0.
     #[error("no scale shows a difference outside its interval")]
     NoDifference,
@@ -152,8 +163,19 @@ fn reach(scale_m: f64, scales: Scales) -> String {
     }
 }
 
+/// A run that is to be better must predict more than one in so many of the returns that the other does.
+const LEAST_COVERED: f64 = 2.0;
+
 /// Compares runs `a` and `b` by the sums of their pair.
-pub(crate) fn compare(a: usize, b: usize, pair: &PairTotals, scales: Scales, asked: Asked) -> Comparison {
+///
+/// `predicted` are the returns that each has in its sums.
+pub(crate) fn compare(
+    [a, b]: [usize; 2],
+    predicted: [u64; 2],
+    pair: &PairTotals,
+    scales: Scales,
+    asked: Asked,
+) -> Comparison {
     let (basis, lengths) = (pair.basis, scales);
     let all: Vec<_> = pair
         .scales
@@ -170,7 +192,11 @@ pub(crate) fn compare(a: usize, b: usize, pair: &PairTotals, scales: Scales, ask
             let a_better = difference.value_m2 < 0.0;
             let guard = place_guard(pair, &all, a_better, asked.frames);
             let which = if a_better { a } else { b };
+            let [own, other] = if a_better { predicted } else { [predicted[1], predicted[0]] };
             let verdict = match guard.iter().find(|check| check.tripped) {
+                _ if LEAST_COVERED * (own as f64) < other as f64 => {
+                    Verdict::Undecided { reason: UndecidedReason::LessCovered { predicted: own, other } }
+                }
                 None => Verdict::Better { which, decided_at_m, returns: common_returns },
                 Some(check) => Verdict::Mixed {
                     which,

@@ -186,7 +186,7 @@ fn a_given_map_is_judged_by_the_nearest_crossing() {
 
 #[test]
 fn runs_are_listed_along_the_verdicts() {
-    // Run 2 misses most returns, so its R_cv(10) is bad; where it does see something it is the best.
+    // Run 2 misses a third of the returns, so its R_cv(10) is bad; where it does see something it is the best.
     let bases = [CV; 4];
     let mut reducer = Reducer::new(Layout::new(50, bases.to_vec()));
     let mut sums = FrameSums::new(&bases);
@@ -194,7 +194,7 @@ fn runs_are_listed_along_the_verdicts() {
         sums.clear();
         for k in 0..RETURNS {
             let off = |base: f64, which| Residuals::all(base + 0.05 * noise(frame, k, which));
-            let seldom = if k % 8 == 0 { off(0.0, 3) } else { Residuals::MISS };
+            let seldom = if k % 3 < 2 { off(0.0, 3) } else { Residuals::MISS };
             sums.add_return(&[off(2.0, 1), off(0.5, 2), seldom, off(0.5, 4)]);
         }
         reducer.add_frame(frame, &sums).unwrap();
@@ -206,6 +206,33 @@ fn runs_are_listed_along_the_verdicts() {
     assert!(
         reducer.scores(2).r_cv_m2[0].1.unwrap().value_m2 > reducer.scores(0).r_cv_m2[0].1.unwrap().value_m2
     );
+}
+
+#[test]
+fn a_run_that_predicts_less_than_half_of_what_the_other_does_is_not_the_better_one() {
+    // Of every so many returns the first run predicts one, without fault.
+    for (of, better) in [(1, Some(0)), (2, Some(0)), (3, None), (8, None)] {
+        let predicts =
+            |frame: u64, k: u32| [(k % of == 0).then_some(0.1), Some(0.5 + 0.05 * noise(frame, k, 2))];
+        let pair = compare([CV; 2], 60, predicts);
+        match better {
+            Some(better) => {
+                assert!(matches!(pair.verdict, Verdict::Better { which, .. } if which == better), "{pair:?}");
+            }
+            None => {
+                let expected = UndecidedReason::LessCovered {
+                    predicted: pair.common_returns,
+                    other: 60 * u64::from(RETURNS),
+                };
+                assert_eq!(pair.verdict, Verdict::Undecided { reason: expected });
+            }
+        }
+        // The other way round nothing is amiss.
+        let worse =
+            |frame: u64, k: u32| [(k % of == 0).then_some(0.5 + 0.05 * noise(frame, k, 2)), Some(0.1)];
+        let pair = compare([CV; 2], 60, worse);
+        assert!(matches!(pair.verdict, Verdict::Better { which: 1, .. }), "{pair:?}");
+    }
 }
 
 #[test]

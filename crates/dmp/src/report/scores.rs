@@ -69,11 +69,13 @@ impl<'de> Deserialize<'de> for ScaleScores {
                         Ok(scale_m) if scale_m > 0.0 && f64::is_finite(scale_m) => scale_m,
                         _ => return Err(A::Error::custom(format!("`{key}` is no truncation in metres"))),
                     };
-                    if scores.last().is_some_and(|(last_m, _)| *last_m <= scale_m) {
-                        return Err(A::Error::custom(format!("the truncation `{key}` does not fall")));
+                    if scores.iter().any(|(there_m, _)| *there_m == scale_m) {
+                        return Err(A::Error::custom(format!("the truncation `{key}` is there twice")));
                     }
                     scores.push((scale_m, score));
                 }
+                // The keys of an object have no order.
+                scores.sort_by(|a, b| b.0.total_cmp(&a.0));
                 Ok(ScaleScores(scores))
             }
         }
@@ -92,12 +94,13 @@ mod tests {
         let text = serde_json::to_string(&scores).unwrap();
         assert_eq!(text, r#"{"10":2.25,"0.5":null}"#);
         assert_eq!(serde_json::from_str::<ScaleScores>(&text).unwrap(), scores);
+        assert_eq!(serde_json::from_str::<ScaleScores>(r#"{"0.5":null,"10":2.25}"#).unwrap(), scores);
         assert_eq!((scores[0], scores[1], scores[7]), (Some(2.25), None, None));
         assert_eq!((scores.at(10.0), scores.at(2.0), scores.scale_m(1)), (Some(2.25), None, Some(0.5)));
         for (text, problem) in [
             (r#"{"ten":1.0}"#, "`ten` is no truncation"),
             (r#"{"-2":1.0}"#, "`-2` is no truncation"),
-            (r#"{"2":1.0,"10":1.0}"#, "`10` does not fall"),
+            (r#"{"2":1.0,"2.0":1.0}"#, "`2.0` is there twice"),
         ] {
             let error = serde_json::from_str::<ScaleScores>(text).unwrap_err().to_string();
             assert!(error.contains(problem), "{error}");
