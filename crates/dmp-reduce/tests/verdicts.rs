@@ -213,23 +213,18 @@ fn a_run_that_predicts_less_than_half_of_what_the_other_does_is_not_the_better_o
     // Of every so many returns the first run predicts one, without fault.
     for (of, better) in [(1, Some(0)), (2, Some(0)), (3, None), (8, None)] {
         let predicts =
-            |frame: u64, k: u32| [(k % of == 0).then_some(0.1), Some(0.5 + 0.05 * noise(frame, k, 2))];
+            |frame: u64, k: u32| [k.is_multiple_of(of).then_some(0.1), Some(0.5 + 0.05 * noise(frame, k, 2))];
         let pair = compare([CV; 2], 60, predicts);
-        match better {
-            Some(better) => {
-                assert!(matches!(pair.verdict, Verdict::Better { which, .. } if which == better), "{pair:?}");
-            }
-            None => {
-                let expected = UndecidedReason::LessCovered {
-                    predicted: pair.common_returns,
-                    other: 60 * u64::from(RETURNS),
-                };
-                assert_eq!(pair.verdict, Verdict::Undecided { reason: expected });
-            }
+        if let Some(better) = better {
+            assert!(matches!(pair.verdict, Verdict::Better { which, .. } if which == better), "{pair:?}");
+        } else {
+            let all = 60 * u64::from(RETURNS);
+            let reason = UndecidedReason::LessCovered { predicted: pair.common_returns, other: all };
+            assert_eq!(pair.verdict, Verdict::Undecided { reason });
         }
         // The other way round nothing is amiss.
         let worse =
-            |frame: u64, k: u32| [(k % of == 0).then_some(0.5 + 0.05 * noise(frame, k, 2)), Some(0.1)];
+            |frame: u64, k: u32| [k.is_multiple_of(of).then_some(0.5 + 0.05 * noise(frame, k, 2)), Some(0.1)];
         let pair = compare([CV; 2], 60, worse);
         assert!(matches!(pair.verdict, Verdict::Better { which: 1, .. }), "{pair:?}");
     }
