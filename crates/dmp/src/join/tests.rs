@@ -171,6 +171,10 @@ fn a_difference_in_any_setting_is_told() {
         let value = json.pointer_mut(&path).unwrap();
         *value = match (value.clone(), field.as_str()) {
             (_, "config.ego_box_m") => json!([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]),
+            (_, "config.scales") => json!("room"),
+            (_, "config.depth_noise") => json!({ "least_m": 0.001, "growth_per_m": 0.002, "nearest_m": 0.4 }),
+            (_, "config.segments.length_s") => json!(2.0),
+            (_, "config.segments.length_scans") => json!(30),
             (_, "sampling.looks") => json!([28, 56]),
             (_, "sampling.seed") => json!(3),
             (_, "free_space") => json!({ "votes": ["truth"], "returns_fused": 9, "returns_left_out": 1 }),

@@ -43,7 +43,7 @@ pub(super) fn cut_segments(
     let mut starts = match length {
         SegmentLength::Metres(m) if travel_m >= MIN_TRAVEL_M => starts_of(steps_m.iter().copied(), m),
         SegmentLength::Metres(_) => vec![0],
-        SegmentLength::Seconds(s) => starts_of(steps_s(frames).into_iter(), s),
+        SegmentLength::Seconds(s) => starts_by_time(frames, s),
         SegmentLength::Scans(scans) => (0..frames.len()).step_by(scans.max(1) as usize).collect(),
     };
     let is_cut = starts.len() >= MIN_SEGMENTS;
@@ -71,10 +71,15 @@ fn starts_of(steps: impl Iterator<Item = f64>, length: f64) -> Vec<usize> {
     starts
 }
 
-/// The time from each frame to the next, seconds; 0 where a log has no stamps.
-fn steps_s(frames: &[PlannedFrame]) -> Vec<f64> {
-    let step_ns = |pair: &[PlannedFrame]| Some(pair[1].stamp_ns?.saturating_sub(pair[0].stamp_ns?));
-    frames.windows(2).map(|pair| step_ns(pair).unwrap_or(0) as f64 / 1e9).collect()
+/// The same by the stamps, in whole nanoseconds: a segment begins with the first frame of each stretch of time that has
+/// one. A log without stamps has one segment.
+fn starts_by_time(frames: &[PlannedFrame], length_s: f64) -> Vec<usize> {
+    let length_ns = ((length_s * 1e9).round() as i64).max(1);
+    let first_ns = frames.first().and_then(|frame| frame.stamp_ns);
+    let stretch = |frame: &PlannedFrame| Some(frame.stamp_ns?.saturating_sub(first_ns?) / length_ns);
+    let begins = |pair: &[PlannedFrame]| stretch(&pair[0]) != stretch(&pair[1]);
+    let later = (1..).zip(frames.windows(2)).filter(|(_, pair)| begins(pair)).map(|(ordinal, _)| ordinal);
+    std::iter::once(0).chain(later).collect()
 }
 
 /// Gives every frame its segment of another evaluation, as its report has them.
