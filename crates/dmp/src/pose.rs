@@ -9,7 +9,7 @@ use crate::plan::Heads;
 
 /// Returns handled at a time, those of all runs together: bounds the memory of a thread however large a
 /// scan is and however many the runs are. No number depends on it.
-pub(crate) const BLOCK_RAYS: usize = 1 << 15;
+pub(crate) const BLOCK_RAYS: usize = 28 << 10;
 const MIN_BLOCK_RETURNS: usize = 1 << 10;
 
 /// How a run's poses are found.
