@@ -202,7 +202,7 @@ fn what_is_not_for_rooms_is_refused_in_words() {
     // A gate asks for a truncation that there is.
     for (gate, code, words) in [
         ("R_near_5=1m", 4, "the result has none at 5 m, but at 0.5, 0.2, 0.05 m"),
-        ("R_near_0.05=4cm", 0, ""),
+        ("R_near_0.05=4cm", 4, "R_near 0.05 m is not given: no return tells"),
     ] {
         let output = dmp(folder.path(), &format!("score box -t run.txt --fail-above {gate}"));
         let told = text(&output.stderr) + &text(&output.stdout);
