@@ -227,6 +227,8 @@ pub struct LogSummary {
     pub period_ns: Option<i64>,
     /// How the times of the points are understood, in words; `None` where there are none.
     pub point_times: Option<String>,
+    /// From a scan's stamp to the middle of its returns, nanoseconds, from a few scans; 0 where they have no times.
+    pub middle_ns: i64,
     /// The camera whose depth images the scans are; `None` for other sensors.
     pub camera: Option<PinholeCamera>,
     /// Units of depth a metre in such images.

@@ -30,6 +30,7 @@ impl BagLog {
     /// Takes the times of points to be what was found, and gives up the scans that lack them.
     pub(super) fn take_time(&mut self, choice: TimeChoice) {
         self.summary.point_times = Some(choice.words.clone());
+        self.summary.middle_ns = choice.middle_ns;
         let (layouts, mut damage) = (&self.topic.layouts, DamageList::default());
         self.topic.entries.retain(|entry| {
             let layout = layouts.get(entry.layout as usize);

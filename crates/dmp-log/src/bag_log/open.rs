@@ -122,6 +122,7 @@ impl BagLog {
             span_ns: None,
             period_ns: None,
             point_times: None,
+            middle_ns: 0,
             camera: None,
             depth_units_per_m: None,
             notes,

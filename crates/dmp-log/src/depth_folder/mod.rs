@@ -105,6 +105,7 @@ impl DepthFolder {
             span_ns: span_ns(&frames),
             period_ns: period_ns(&frames),
             point_times: None,
+            middle_ns: 0,
             camera: Some(camera),
             depth_units_per_m: Some(units_per_m),
             notes,

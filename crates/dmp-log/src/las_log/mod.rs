@@ -87,6 +87,7 @@ impl LasLog {
             span_ns: span_ns(&frames),
             period_ns: period_ns(&frames),
             point_times: Some("field `gps_time`: seconds on the clock of the stamps".into()),
+            middle_ns: made_with.scan_period_ns / 2,
             camera: None,
             depth_units_per_m: None,
             notes,

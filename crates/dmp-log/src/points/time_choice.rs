@@ -14,6 +14,8 @@ pub(crate) struct TimeChoice {
     pub(crate) field: String,
     pub(crate) rule: TimeRule,
     pub(crate) words: String,
+    /// From the stamp to the middle of a scan, nanoseconds.
+    pub(crate) middle_ns: i64,
 }
 
 /// The frames to look at: the first three, the middle and the last with returns.
@@ -171,5 +173,19 @@ pub(crate) fn place_stamp(
     let span =
         if sample.is_empty() { String::new() } else { format!(", a scan spans {:.4} s", span_ns / 1e9) };
     let words = format!("field `{field}`: {}, {evidence}{span}{stamp}", rule.words());
-    Ok(TimeChoice { field: field.into(), rule, words })
+    Ok(TimeChoice { field: field.into(), rule, words, middle_ns: middle_ns(rule, sample) })
+}
+
+/// From the stamp to the middle of a scan, from the first and the last of the sampled returns.
+fn middle_ns(rule: TimeRule, sample: &[SampledScan]) -> i64 {
+    let unit_ns = rule.unit.in_ns() as f64;
+    let from_stamp = |scan: &SampledScan, value: f64| match rule.origin {
+        Origin::Stamp => value * unit_ns,
+        Origin::Clock => value * unit_ns - scan.stamp_ns as f64,
+        Origin::FirstPoint => (value - scan.smallest) * unit_ns,
+    };
+    let first_ns = sample.iter().map(|scan| from_stamp(scan, scan.smallest)).fold(f64::INFINITY, f64::min);
+    let last_ns = sample.iter().map(|scan| from_stamp(scan, scan.largest)).fold(f64::NEG_INFINITY, f64::max);
+    let middle_ns = 0.5 * (first_ns + last_ns);
+    if middle_ns.is_finite() { (middle_ns.round() as i64).saturating_add(rule.shift_ns) } else { 0 }
 }

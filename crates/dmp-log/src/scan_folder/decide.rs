@@ -23,6 +23,7 @@ impl ScanFolder {
                     return option(needs_stamps(options));
                 }
                 self.summary.point_times = Some(beside.words.clone());
+                self.summary.middle_ns = beside.middle_ns;
                 self.time = Some(Times::Beside(beside));
             }
             return Ok(());
@@ -47,6 +48,7 @@ impl ScanFolder {
             return Err(las_has_seconds(folder, &choice));
         }
         self.summary.point_times = Some(choice.words.clone());
+        self.summary.middle_ns = choice.middle_ns;
         let (layouts, mut damage) = (&self.layouts, DamageList::default());
         self.entries.retain(|entry| {
             let layout = layouts.get(entry.layout);

@@ -82,6 +82,7 @@ impl ScanFolder {
             span_ns: None,
             period_ns: None,
             point_times: None,
+            middle_ns: 0,
             camera: None,
             depth_units_per_m: None,
             notes,

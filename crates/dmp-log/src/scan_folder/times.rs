@@ -21,6 +21,8 @@ pub(super) struct Beside {
     pub(super) rule: TimeRule,
     /// The same in words.
     pub(super) words: String,
+    /// From the stamp to the middle of a scan, nanoseconds.
+    pub(super) middle_ns: i64,
 }
 
 /// The folder with times of the scans in `folder`.
@@ -64,7 +66,7 @@ impl Beside {
         let choice = place_stamp("times/*.f32", rule, options.stamp_at, &sample, evidence)
             .map_err(|problem| LogError::Option { path: folder.clone(), problem })?;
         notes.push(format!("a time for each point from {}", folder.display()));
-        Ok(Some(Self { folder, rule: choice.rule, words: choice.words }))
+        Ok(Some(Self { folder, rule: choice.rule, words: choice.words, middle_ns: choice.middle_ns }))
     }
 }
 

@@ -51,7 +51,9 @@ pub(crate) fn pose_of(
     }
     check_place(place, position_m)?;
     let quaternion = Quaternion::new(qw, qx, qy, qz);
-    let norm = quaternion.norm();
+    // In pairs, so that a trajectory turned by half a turn about an axis, which only swaps and negates these, has the
+    // same norms to the last bit.
+    let norm = ((qx * qx + qy * qy) + (qz * qz + qw * qw)).sqrt();
     if norm < 1e-6 {
         let problem = format!("the quaternion ({qx}, {qy}, {qz}, {qw}) is zero: no rotation");
         return Err(ParseError::new(place, problem));
@@ -60,7 +62,7 @@ pub(crate) fn pose_of(
         let problem = format!("the quaternion ({qx}, {qy}, {qz}, {qw}) has the norm {norm:.4}, not 1");
         return Err(ParseError::new(place, problem));
     }
-    let rotation = UnitQuaternion::from_quaternion(quaternion);
+    let rotation = UnitQuaternion::new_unchecked(quaternion / norm);
     Ok(Isometry3::from_parts(Translation3::from(position_m), rotation))
 }
 
