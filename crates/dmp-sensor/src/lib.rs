@@ -37,7 +37,9 @@ mod travel;
 
 pub use camera::{CameraError, DepthNoise, Distortion, PinholeCamera, PixelBearings, depth_per_range};
 pub use ego::{EgoMask, EgoVotes};
-pub use nalgebra::{Isometry3, Matrix6, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+pub use nalgebra::{
+    Isometry3, Matrix3, Matrix6, Point3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3,
+};
 pub use pose_graph::{Component, Disconnected, EdgeFault, PoseEdge, PoseGraph, PoseGraphError};
 pub use ray::Ray;
 pub use returns::{DropReason, ReturnCounts, ReturnFilter, is_implausible};

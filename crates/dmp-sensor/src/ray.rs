@@ -1,4 +1,4 @@
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
 /// A return as the range–bearing model sees it: from where, in which direction, how far.
 ///
@@ -30,6 +30,16 @@ impl Ray {
         }
     }
 
+    /// The same ray seen from another frame.
+    #[must_use]
+    pub fn moved(&self, new_from_world: &Isometry3<f64>) -> Self {
+        Self {
+            origin_in_world: (new_from_world * Point3::from(self.origin_in_world)).into(),
+            direction_in_world: (new_from_world.rotation * Vector3::from(self.direction_in_world)).into(),
+            range_m: self.range_m,
+        }
+    }
+
     /// Where the measured return lies, world frame, metres.
     #[inline]
     pub fn endpoint_in_world(&self) -> [f64; 3] {
@@ -40,7 +50,6 @@ impl Ray {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector3;
 
     #[test]
     fn the_endpoint_is_the_transformed_point() {
@@ -49,6 +58,10 @@ mod tests {
         let expected = pose * Point3::new(3.0, -4.0, 12.0);
         assert!((ray.range_m - 13.0).abs() < 1e-12);
         for (got, want) in ray.endpoint_in_world().iter().zip(expected.iter()) {
+            assert!((got - want).abs() < 1e-8, "{got} {want}");
+        }
+        let moved = ray.moved(&pose.inverse());
+        for (got, want) in moved.endpoint_in_world().iter().zip([3.0, -4.0, 12.0]) {
             assert!((got - want).abs() < 1e-8, "{got} {want}");
         }
     }

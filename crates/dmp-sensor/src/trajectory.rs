@@ -1,4 +1,4 @@
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 
 /// Where the body was in the world: poses `world_from_body`, with stamps in nanoseconds or, for formats
 /// without any, in the order of the scans.
@@ -77,6 +77,24 @@ impl Trajectory {
         Ok(Self { stamps_ns: None, world_from_body })
     }
 
+    /// The same poses seen from the first of them.
+    ///
+    /// A trajectory that was moved as a whole gives the same answer, to the last bit where the motion was exact: a
+    /// translation that rounded nothing, or half a turn about an axis.
+    #[must_use]
+    pub fn from_its_start(&self) -> Self {
+        let start = self.world_from_body[0];
+        let world_from_body = self.world_from_body.iter().map(|pose| seen_from(&start, pose)).collect();
+        Self { stamps_ns: self.stamps_ns.clone(), world_from_body }
+    }
+
+    /// The same poses with a motion behind them: `new_from_world` takes places of the world into the new one.
+    #[must_use]
+    pub fn moved(&self, new_from_world: &Isometry3<f64>) -> Self {
+        let world_from_body = self.world_from_body.iter().map(|pose| new_from_world * pose).collect();
+        Self { stamps_ns: self.stamps_ns.clone(), world_from_body }
+    }
+
     /// Stamps in nanoseconds, strictly increasing; `None` where the format has none.
     pub fn stamps_ns(&self) -> Option<&[i64]> {
         self.stamps_ns.as_deref()
@@ -123,6 +141,29 @@ impl Trajectory {
         let alpha = (stamp_ns - stamps[before]) as f64 / gap_ns as f64;
         Some(interpolate(&self.world_from_body[before], &self.world_from_body[after], alpha))
     }
+}
+
+/// frame⁻¹ · pose. Sums are taken in pairs that half a turn of both about an axis maps onto each other: it swaps the
+/// components of quaternions two by two, so that all of them are the same but for their signs, which cancel.
+fn seen_from(frame: &Isometry3<f64>, pose: &Isometry3<f64>) -> Isometry3<f64> {
+    let (f, p) = (frame.rotation.quaternion(), pose.rotation.quaternion());
+    let from_frame = pose.translation.vector - frame.translation.vector;
+    let (xx, yy, zz, ww) = (f.i * f.i, f.j * f.j, f.k * f.k, f.w * f.w);
+    let product = |a: f64, b: f64| 2.0 * (a * b);
+    // Columns of the frame's rotation: its axes.
+    let axes = [
+        [(xx + ww) - (yy + zz), product(f.i, f.j) + product(f.k, f.w), product(f.i, f.k) - product(f.j, f.w)],
+        [product(f.i, f.j) - product(f.k, f.w), (yy + ww) - (xx + zz), product(f.j, f.k) + product(f.i, f.w)],
+        [product(f.i, f.k) + product(f.j, f.w), product(f.j, f.k) - product(f.i, f.w), (zz + ww) - (xx + yy)],
+    ];
+    let place = axes.map(|axis| axis[0] * from_frame.x + axis[1] * from_frame.y + axis[2] * from_frame.z);
+    let rotation = Quaternion::new(
+        (f.w * p.w + f.i * p.i) + (f.j * p.j + f.k * p.k),
+        (f.w * p.i - f.i * p.w) + (f.k * p.j - f.j * p.k),
+        (f.w * p.j - f.j * p.w) + (f.i * p.k - f.k * p.i),
+        (f.w * p.k - f.k * p.w) + (f.j * p.i - f.i * p.j),
+    );
+    Isometry3::from_parts(Vector3::from(place).into(), UnitQuaternion::new_unchecked(rotation))
 }
 
 fn interpolate(a: &Isometry3<f64>, b: &Isometry3<f64>, alpha: f64) -> Isometry3<f64> {
@@ -193,7 +234,7 @@ impl TrackCursor<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{UnitQuaternion, Vector3};
+    use proptest::prelude::*;
 
     fn pose(x: f64, yaw: f64) -> Isometry3<f64> {
         Isometry3::from_parts(
@@ -239,6 +280,55 @@ mod tests {
         assert_eq!(two_runs.unwrap_err(), TrajectoryError::Contradiction { stamp_ns: 3, apart_m: 1.0 });
         assert_eq!(Trajectory::stamped(vec![]).unwrap_err(), TrajectoryError::Empty);
         assert_eq!(Trajectory::unstamped(vec![]).unwrap_err(), TrajectoryError::Empty);
+    }
+
+    fn poses() -> impl Strategy<Value = Vec<Isometry3<f64>>> {
+        let pose = (prop::array::uniform3(-500i32..500), prop::array::uniform4(-100i32..100));
+        let pose =
+            pose.prop_filter("a rotation", |(_, q)| q.iter().any(|&c| c != 0)).prop_map(|(place, q)| {
+                let [x, y, z] = place.map(|c| f64::from(c) * 0.173);
+                let [i, j, k, w] = q.map(f64::from);
+                let norm = ((i * i + j * j) + (k * k + w * w)).sqrt();
+                let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k) / norm);
+                // On a grid that translations below leave it on.
+                let place = [x, y, z].map(|c| (c * 1024.0).round() / 1024.0);
+                Isometry3::from_parts(Vector3::from(place).into(), rotation)
+            });
+        prop::collection::vec(pose, 1..20)
+    }
+
+    proptest! {
+        #[test]
+        fn a_trajectory_seen_from_its_start_is_that_wherever_it_lies(poses in poses()) {
+            let run = Trajectory::unstamped(poses).unwrap();
+            let from_start = run.from_its_start();
+            for (pose, seen) in run.poses().iter().zip(from_start.poses()) {
+                let expected = run.poses()[0].inverse() * pose;
+                prop_assert!((expected.translation.vector - seen.translation.vector).norm() < 1e-10);
+                prop_assert!(expected.rotation.angle_to(&seen.rotation) < 1e-7);
+            }
+            for shift in [[0.5, -4096.0, 1.0 / 256.0], [500_000.0, 4_649_776.0, 128.0]] {
+                let shifted = run.moved(&Isometry3::translation(shift[0], shift[1], shift[2]));
+                prop_assert_eq!(shifted.from_its_start(), from_start.clone());
+            }
+            // Half a turn about each axis, as a file would have it: places and quaternions with swapped numbers.
+            for axis in 0..3 {
+                let turned = run.poses().iter().map(|pose| {
+                    let keep = |k: usize, c: f64| if k == axis { c } else { -c };
+                    let place = pose.translation.vector;
+                    let place = Vector3::new(keep(0, place.x), keep(1, place.y), keep(2, place.z));
+                    let [i, j, k, w]: [f64; 4] = pose.rotation.coords.into();
+                    let [w, i, j, k] = match axis {
+                        0 => [-i, w, -k, j],
+                        1 => [-j, k, w, -i],
+                        _ => [-k, -j, i, w],
+                    };
+                    Isometry3::from_parts(place.into(), UnitQuaternion::new_unchecked(Quaternion::new(w, i, j, k)))
+                });
+                let turned = Trajectory::unstamped(turned.collect()).unwrap();
+                prop_assert_eq!(turned.from_its_start(), from_start.clone(), "about {}", axis);
+            }
+        }
     }
 
     #[test]
