@@ -59,8 +59,7 @@ impl ReadyMap {
             return Err(MapError::ByteOrder { path: path.to_path_buf() });
         }
         let radius_m = store.lattice().disc_radius_m() as f32;
-        let mut writer =
-            StoredTilesWriter::create(path, Form::CastReady, store.lattice(), store.provenance())?;
+        let mut writer = StoredTilesWriter::create(path, Form::CastReady, store.lattice(), store.origin())?;
         let mut entries: Vec<&TileEntry> = store.entries().collect();
         entries.sort_unstable_by_key(|entry| entry.tile);
         let mut done = 0;

@@ -48,7 +48,7 @@ fn random_map(random: &mut Random, offset: [f64; 3], voxels: usize) -> Store {
         }
     }
     let path = folder.path().join("map");
-    fuser.finish(&path, "", Durability::Scratch, &|_, _| ()).unwrap();
+    fuser.finish(&path, &dmp_map::Origin::of(""), Durability::Scratch, &|_, _| ()).unwrap();
     Store::open(&path).unwrap()
 }
 

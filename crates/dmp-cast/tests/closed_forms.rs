@@ -16,7 +16,7 @@ fn map_of(points: impl Iterator<Item = Point>, offset: Point) -> Store {
     // All seen in segment 0: every surfel is independent of segment 10.
     fuser.add(&points, Some(0), &mut FuseScratch::default()).unwrap();
     let path = folder.path().join("map");
-    fuser.finish(&path, "", Durability::Scratch, &|_, _| ()).unwrap();
+    fuser.finish(&path, &dmp_map::Origin::of(""), Durability::Scratch, &|_, _| ()).unwrap();
     Store::open(&path).unwrap()
 }
 

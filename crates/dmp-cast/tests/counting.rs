@@ -34,7 +34,7 @@ fn strewn(random: &mut Random, voxels: usize) -> Store {
         fuser.add(&points, Some(segment), &mut FuseScratch::default()).unwrap();
     }
     let path = folder.path().join("map");
-    fuser.finish(&path, "", Durability::Scratch, &|_, _| ()).unwrap();
+    fuser.finish(&path, &dmp_map::Origin::of(""), Durability::Scratch, &|_, _| ()).unwrap();
     Store::open(&path).unwrap()
 }
 

@@ -37,7 +37,7 @@ fn maps(folder: &Path, voxels: usize, reach_m: f64) -> [PathBuf; 2] {
         fuser.add(&points, Some(segment), &mut FuseScratch::default()).unwrap();
     }
     let [archive, ready] = ["map.dmpmap", "map.dmpcast"].map(|name| folder.join(name));
-    fuser.finish(&archive, "strewn", Durability::Scratch, &|_, _| ()).unwrap();
+    fuser.finish(&archive, &dmp_map::Origin::of("strewn"), Durability::Scratch, &|_, _| ()).unwrap();
     let store = Store::open(&archive).unwrap();
     let summary = ReadyMap::write(&store, &ready, Durability::Durable, &|_, _| ()).unwrap();
     assert_eq!(summary.bytes, fs::metadata(&ready).unwrap().len());
@@ -88,7 +88,7 @@ fn both_forms_give_the_same_bits() {
         [(path, Grouping::Auto, usize::MAX), (path, Grouping::Single, 0), (path, Grouping::Packets, 0)]
     }) {
         let map = ReadyMap::open(&ready).unwrap();
-        assert_eq!((map.file().provenance(), map.edge_m()), ("strewn", 32.0));
+        assert_eq!((map.file().origin().text.as_str(), map.edge_m()), ("strewn", 32.0));
         let caster = Caster::new(map, CastSettings::default(), budget_bytes).with(path, grouping);
         assert!(cast(&caster, &queries).unwrap() == expected, "{} {grouping:?}", path.name());
     }
@@ -166,7 +166,7 @@ fn put_crc(bytes: &mut [u8], of: std::ops::Range<usize>, at: usize) {
 fn forge(mut bytes: Vec<u8>, path: &Path) {
     let directory = directory(&bytes);
     let text = u32::from_le_bytes(bytes[directory.start..directory.start + 4].try_into().unwrap()) as usize;
-    for entry in (directory.start + 4 + text..directory.end).step_by(84) {
+    for entry in (directory.start + 4 + text + 56..directory.end).step_by(84) {
         for blob in [entry + 36, entry + 60] {
             let start = u64::from_le_bytes(bytes[blob..blob + 8].try_into().unwrap()) as usize;
             let length = u32::from_le_bytes(bytes[blob + 8..blob + 12].try_into().unwrap()) as usize;
@@ -219,7 +219,7 @@ fn trees_that_leave_their_tile_are_refused() {
     forge(bytes, &forged);
     assert!(answers(&forged, &queries).unwrap_err().to_string().contains("tile (0, 0)"));
     // More rows than bytes, in the directory.
-    let rows_at = directory(&good).start + 4 + "strewn".len() + 36 + 16;
+    let rows_at = directory(&good).start + 4 + "strewn".len() + 56 + 36 + 16;
     let error = put(rows_at, 1 << 20);
     assert!(error.contains("directory") && error.contains("1048576 nodes"), "{error}");
 }

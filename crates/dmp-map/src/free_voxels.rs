@@ -8,7 +8,7 @@ use crate::MapError;
 use crate::cache::{BudgetCache, Weight};
 use crate::code::SurfelCode;
 use crate::lattice::{TileId, Voxel};
-use crate::store::{Durability, Store, StoreWriter, TileEntry};
+use crate::store::{Durability, Origin, Store, StoreWriter, TileEntry};
 use crate::surfel::borders_of;
 use crate::tally::{Met, Tally};
 use crate::tile_moments::MixHasher;
@@ -52,7 +52,7 @@ impl FreeVoxels {
         budget_bytes: usize,
     ) -> Result<Self, MapError> {
         let lattice = map.lattice();
-        let mut writer = StoreWriter::create(path, lattice, "voxels that are free")?;
+        let mut writer = StoreWriter::create(path, lattice, &Origin::of("voxels that are free"))?;
         let tiles: BTreeSet<TileId> = map.entries().map(|entry| entry.tile).collect();
         // Copies of a tile's discs follow its neighbours' own, in the order of the tiles they come from.
         let mut copies_before: HashMap<TileId, usize, BuildHasherDefault<MixHasher>> = HashMap::default();

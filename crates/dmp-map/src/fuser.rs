@@ -10,7 +10,7 @@ use crate::moments::VoxelRecord;
 use crate::open_tiles::{OpenTiles, Sums};
 use crate::recent_voxels::RecentVoxels;
 use crate::scratch::Scratch;
-use crate::store::{Durability, StoreSummary, StoreWriter};
+use crate::store::{Durability, Origin, StoreSummary, StoreWriter};
 use crate::surfel::{Border, TileSurfels, borders_of, surfels_of};
 use crate::tile_moments::{PartOfVoxel, TileMoments};
 use crate::tile_table::TileTable;
@@ -163,7 +163,7 @@ impl MapFuser {
         self.open.keep_budget(|tile, moments| self.scratch.append(tile, &moments.into_sorted()))
     }
 
-    /// Turns the sums into surfels and writes the store at `path`; `provenance` is kept in it as it is.
+    /// Turns the sums into surfels and writes the store at `path`; `origin` is kept in it.
     /// `on_tile` is told after each batch how many tiles are done, of how many.
     ///
     /// # Errors
@@ -172,14 +172,14 @@ impl MapFuser {
     pub fn finish(
         self,
         path: &Path,
-        provenance: &str,
+        origin: &Origin,
         durability: Durability,
         on_tile: &(dyn Fn(u64, u64) + Sync),
     ) -> Result<StoreSummary, MapError> {
         let mut tiles: BTreeSet<TileId> = self.scratch.tiles();
         tiles.extend(self.open.tiles());
         let total = tiles.len() as u64;
-        let mut writer = StoreWriter::create(path, self.lattice, provenance)?;
+        let mut writer = StoreWriter::create(path, self.lattice, origin)?;
         let mut borders = BorderQueue { waiting: BTreeMap::new() };
         let mut done = 0;
         let mut tiles = tiles.into_iter();

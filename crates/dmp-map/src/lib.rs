@@ -15,16 +15,16 @@
 //! The same points give the same bytes, whatever the number of threads, the budget or the order.
 //!
 //! ```
-//! use dmp_map::{Durability, FuseScratch, Lattice, MapFuser, Store};
+//! use dmp_map::{Durability, FuseScratch, Lattice, MapFuser, Origin, Store};
 //!
 //! let folder = tempfile::tempdir()?;
 //! let fuser = MapFuser::new(Lattice::new(0.2)?, 64 << 20, folder.path())?;
 //! let wall: Vec<[f64; 3]> = (0..9000).map(|i| [5.0, f64::from(i % 100) * 0.05, f64::from(i / 100) * 0.05]).collect();
 //! fuser.add(&wall, Some(0), &mut FuseScratch::default())?;
-//! let summary = fuser.finish(&folder.path().join("wall.dmpmap"), "a wall", Durability::Scratch, &|_, _| ())?;
+//! let summary = fuser.finish(&folder.path().join("wall.dmpmap"), &Origin::of("a wall"), Durability::Scratch, &|_, _| ())?;
 //! let store = Store::open(&summary.path)?;
 //! let surfels: usize = store.entries().map(|e| e.own.surfels as usize).sum();
-//! assert!(surfels > 400 && store.provenance() == "a wall");
+//! assert!(surfels > 400 && store.origin().text == "a wall");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -67,8 +67,8 @@ pub use patch::{PatchBuilder, PatchWriter, Patches, PlacedPatches, Placement};
 pub use room::{FreeSpace, free_space};
 pub use sample::TriangleSampler;
 pub use store::{
-    Blob, Durability, Form, MappedBytes, Store, StoreSummary, StoredTiles, StoredTilesWriter, Tile,
-    TileEntry, VERSION,
+    Blob, Durability, Form, MappedBytes, Origin, OwnDisc, Store, StoreSummary, StoredTiles,
+    StoredTilesWriter, Tile, TileEntry, VERSION,
 };
 pub use support::{Independence, Support};
 pub use surfel::Surfel;

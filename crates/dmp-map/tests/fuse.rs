@@ -56,7 +56,7 @@ fn fuse(
     assert_eq!(fuser.points(), scans.iter().map(|s| s.len() as u64).sum::<u64>());
     assert_eq!(budget_bytes < 1 << 30, fuser.scratch_bytes() > 0, "the small budget must be felt");
     let path = folder.join("map.dmpmap");
-    fuser.finish(&path, "test", Durability::Scratch, &|_, _| ()).unwrap();
+    fuser.finish(&path, &dmp_map::Origin::of("test"), Durability::Scratch, &|_, _| ()).unwrap();
     std::fs::read(path).unwrap()
 }
 
@@ -224,7 +224,7 @@ fn a_map_put_down_and_taken_up_again_has_the_same_bytes() {
         }
     }
     let path = folder.path().join("resumed.dmpmap");
-    fuser.finish(&path, "test", Durability::Scratch, &|_, _| ()).unwrap();
+    fuser.finish(&path, &dmp_map::Origin::of("test"), Durability::Scratch, &|_, _| ()).unwrap();
     assert!(std::fs::read(path).unwrap() == whole);
 }
 
@@ -242,6 +242,7 @@ fn a_scratch_file_that_lost_its_end_is_refused() {
     std::fs::write(&scratch, bytes.iter().map(|b| b ^ 1).collect::<Vec<u8>>()).unwrap();
     let changed = MapFuser::resume(lattice, 1 << 20, &scratch, &state).unwrap();
     let path = folder.path().join("map.dmpmap");
-    let error = changed.finish(&path, "test", Durability::Scratch, &|_, _| ()).unwrap_err();
+    let error =
+        changed.finish(&path, &dmp_map::Origin::of("test"), Durability::Scratch, &|_, _| ()).unwrap_err();
     assert!(error.to_string().contains("changed on disk"), "{error}");
 }

@@ -15,7 +15,9 @@ fn small_store(folder: &Path) -> PathBuf {
         .collect();
     fuser.add(&points, Some(3), &mut FuseScratch::default()).unwrap();
     let path = folder.join("small.dmpmap");
-    let summary = fuser.finish(&path, "a patch of ground", Durability::Durable, &|_, _| ()).unwrap();
+    let summary = fuser
+        .finish(&path, &dmp_map::Origin::of("a patch of ground"), Durability::Durable, &|_, _| ())
+        .unwrap();
     assert!(summary.tiles == 2 && summary.surfels > 100 && summary.border_copies > 5);
     assert_eq!(summary.bytes, std::fs::metadata(&path).unwrap().len());
     path
@@ -68,12 +70,12 @@ fn other_versions_and_other_files_are_told_apart() {
     let folder = tempfile::tempdir().unwrap();
     let path = small_store(folder.path());
     let mut bytes = std::fs::read(&path).unwrap();
-    for version in [1, 9] {
+    for version in [1, 2, 9] {
         bytes[8] = version;
         std::fs::write(&path, &bytes).unwrap();
         let error = Store::open(&path).unwrap_err().to_string();
         assert!(
-            error.ends_with(&format!("store version {version}, this program reads version 2")),
+            error.ends_with(&format!("store version {version}, this program reads version 3")),
             "{error}"
         );
     }
@@ -87,7 +89,7 @@ fn an_empty_map_is_a_map() {
     let folder = tempfile::tempdir().unwrap();
     let fuser = MapFuser::new(Lattice::new(0.2).unwrap(), usize::MAX, folder.path()).unwrap();
     let path = folder.path().join("empty.dmpmap");
-    fuser.finish(&path, "", Durability::Scratch, &|_, _| ()).unwrap();
+    fuser.finish(&path, &dmp_map::Origin::of(""), Durability::Scratch, &|_, _| ()).unwrap();
     let store = Store::open(&path).unwrap();
     assert_eq!((store.surfels(), store.bounds()), (0, None));
 }
@@ -97,7 +99,7 @@ fn a_store_that_cannot_be_written_leaves_what_was_there() {
     let folder = tempfile::tempdir().unwrap();
     let fuser = MapFuser::new(Lattice::new(0.2).unwrap(), usize::MAX, folder.path()).unwrap();
     let path = folder.path().join("no/such/folder/map.dmpmap");
-    let error = fuser.finish(&path, "", Durability::Scratch, &|_, _| ()).unwrap_err();
+    let error = fuser.finish(&path, &dmp_map::Origin::of(""), Durability::Scratch, &|_, _| ()).unwrap_err();
     assert!(error.to_string().contains("map.dmpmap"), "{error}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }

@@ -3,7 +3,7 @@
 
     python read_store.py MAP.dmpmap [OUT.json]
 
-The JSON: {"provenance", "voxel_units", "tiles": [{"x", "y", "origin_in_world_m", "z_range_m", "min_third_lowest",
+The JSON: {"provenance", "own_from_world", "voxel_units", "tiles": [{"x", "y", "origin_in_world_m", "z_range_m", "min_third_lowest",
 "max_third_highest", "own", "surfels": [[centre x, y, z, normal x, y, z, third lowest, third highest], ...]}, ...]},
 tiles by rows, centres in the tile's coordinates, the first `own` surfels the tile's own.
 """
@@ -81,8 +81,8 @@ def read(path):
     with open(path, "rb") as file:
         data = file.read()
     magic, version, form, voxel_units, tile_voxels, across_steps = struct.unpack_from("<8s5I", data)
-    if (magic, version, form) != (b"DMPSTORE", 2, 1):
-        raise ValueError(f"{path}: {magic} of version {version} and form {form}, not an archive of version 2")
+    if (magic, version, form) != (b"DMPSTORE", 3, 1):
+        raise ValueError(f"{path}: {magic} of version {version} and form {form}, not an archive of version 3")
     checked(data[:60], struct.unpack_from("<I", data, 60)[0], "header")
     footer = data[-40:]
     start, length, crc, count, footer_crc, end = struct.unpack("<QQIQI8s", footer)
@@ -91,9 +91,10 @@ def read(path):
     checked(footer[:28], footer_crc, "footer")
     directory = checked(data[start:start + length], crc, "directory")
     text = struct.unpack_from("<I", directory)[0]
+    own_from_world = struct.unpack_from("<7d", directory, 4 + text)
     tiles = []
     for k in range(count):
-        entry = struct.unpack_from("<5i2d" + 2 * "QIIII", directory, 4 + text + 84 * k)
+        entry = struct.unpack_from("<5i2d" + 2 * "QIIII", directory, 60 + text + 84 * k)
         y, x, base_voxel_z, lowest, highest, low, high = entry[:7]
         surfels, blobs = [], [entry[7:12], entry[12:17]]
         for offset, size, rows, cells, crc in blobs:
@@ -105,7 +106,8 @@ def read(path):
         tiles.append({"x": x, "y": y, "origin_in_world_m": origin, "z_range_m": [low, high],
                       "min_third_lowest": lowest, "max_third_highest": highest,
                       "own": blobs[0][2], "surfels": surfels})
-    return {"provenance": directory[4:4 + text].decode(), "voxel_units": voxel_units, "tiles": tiles}
+    return {"provenance": directory[4:4 + text].decode(), "own_from_world": own_from_world,
+            "voxel_units": voxel_units, "tiles": tiles}
 
 
 if __name__ == "__main__":

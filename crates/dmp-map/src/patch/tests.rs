@@ -1,5 +1,5 @@
 use super::*;
-use crate::{Durability, FuseScratch, MapFuser, Store, Surfel, TileId, TileSource};
+use crate::{Durability, FuseScratch, MapFuser, Origin, Store, Surfel, TileId, TileSource};
 use proptest::prelude::*;
 
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -35,7 +35,7 @@ fn fused(lattice: Lattice, points: &[[f64; 3]]) -> Store {
     let fuser = MapFuser::new(lattice, 64 << 20, folder.path()).unwrap();
     fuser.add(points, None, &mut FuseScratch::default()).unwrap();
     let path = folder.path().join("m.dmpmap");
-    fuser.finish(&path, "", Durability::Scratch, &|_, _| ()).unwrap();
+    fuser.finish(&path, &Origin::of(""), Durability::Scratch, &|_, _| ()).unwrap();
     Store::open_once(&path).unwrap()
 }
 

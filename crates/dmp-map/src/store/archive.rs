@@ -1,8 +1,10 @@
 use std::ops::Deref;
 use std::path::Path;
 
+use dmp_sensor::{Point3, Vector3};
+
 use super::columns::{Whose, pack, unpack};
-use super::layout::{Blob, Form, MAX_TILE_SURFELS, TileEntry};
+use super::layout::{Blob, Form, MAX_TILE_SURFELS, Origin, TileEntry};
 use super::read::StoredTiles;
 use super::write::{Durability, StoreSummary, StoredTilesWriter};
 use crate::MapError;
@@ -35,6 +37,15 @@ impl Tile {
     pub fn base_z_m(&self) -> f64 {
         self.origin_in_world_m[2]
     }
+}
+
+/// A disc of a map in the frame of whoever made the map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OwnDisc {
+    /// Its centre, metres.
+    pub centre_in_own_m: [f64; 3],
+    /// Its unit normal; the sign means nothing.
+    pub normal_in_own: [f32; 3],
 }
 
 /// What the file itself tells: its grid, its text, its directory.
@@ -83,6 +94,29 @@ impl Store {
         Ok(Some(Tile { id: tile, origin_in_world_m, surfels, own: entry.own.surfels as usize }))
     }
 
+    /// The discs of a tile's own surfels in the frame of the map's maker, in their order; none where the map is empty.
+    ///
+    /// # Errors
+    /// As [`Store::load`].
+    pub fn discs_in_own(&self, tile: TileId) -> Result<impl Iterator<Item = OwnDisc>, MapError> {
+        let loaded = self.load(tile)?;
+        let origin_in_world_m = loaded.as_ref().map_or([0.0; 3], |tile| tile.origin_in_world_m);
+        let surfels = loaded.map_or_else(Vec::new, |mut tile| {
+            tile.surfels.truncate(tile.own);
+            tile.surfels
+        });
+        let own_from_world = *self.own_from_world();
+        Ok(surfels.into_iter().map(move |surfel| {
+            let centre: [f64; 3] =
+                std::array::from_fn(|k| origin_in_world_m[k] + f64::from(surfel.centre_in_tile_m[k]));
+            let normal = own_from_world * Vector3::from(surfel.normal.map(f64::from));
+            OwnDisc {
+                centre_in_own_m: (own_from_world * Point3::from(centre)).into(),
+                normal_in_own: normal.map(|c| c as f32).into(),
+            }
+        }))
+    }
+
     /// A tile's own surfels as they were written; none where the map is empty.
     pub(crate) fn own_codes(&self, tile: TileId) -> Result<TileSurfels, MapError> {
         let Some(entry) = self.entry(tile) else { return Ok(TileSurfels::default()) };
@@ -119,8 +153,8 @@ pub(crate) struct StoreWriter {
 }
 
 impl StoreWriter {
-    pub(crate) fn create(path: &Path, lattice: Lattice, provenance: &str) -> Result<Self, MapError> {
-        let file = StoredTilesWriter::create(path, Form::Archive, lattice, provenance)?;
+    pub(crate) fn create(path: &Path, lattice: Lattice, origin: &Origin) -> Result<Self, MapError> {
+        let file = StoredTilesWriter::create(path, Form::Archive, lattice, origin)?;
         Ok(Self { file, lattice, thin_voxels: 0 })
     }
 

@@ -2,9 +2,10 @@ use super::columns::{CELL_BYTES, SURFEL_BYTES};
 use crate::lattice::{Lattice, TileId, UNITS_PER_M};
 use crate::surfel::Surfel;
 use crate::tiles::TileExtent;
+use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 /// Version of the store format this program writes and reads.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 pub(super) const MAGIC: [u8; 8] = *b"DMPSTORE";
 pub(super) const END_MAGIC: [u8; 8] = *b"DMPSTEND";
@@ -13,10 +14,12 @@ pub(super) const HEADER_BYTES: usize = 64;
 /// Offset, length and CRC-32 of the directory, number of tiles, CRC-32 of those, end magic.
 pub(super) const FOOTER_BYTES: usize = 40;
 pub(super) const ENTRY_BYTES: usize = 84;
+/// The frame of the map: x, y, z and the quaternion x, y, z, w.
+pub(super) const FRAME_BYTES: usize = 56;
 /// Most surfels a tile may claim: bounds what a forged directory can make us allocate (1 GiB).
 pub(super) const MAX_TILE_SURFELS: u32 = 1 << 25;
-/// Longest provenance text kept in a store.
-pub(super) const MAX_PROVENANCE_BYTES: usize = 1 << 20;
+/// Longest text kept in a store.
+pub(super) const MAX_TEXT_BYTES: usize = 1 << 20;
 /// No zstd frame gives more than this for a byte: a block of at least 4 bytes gives at most 128 KiB.
 const MOST_INFLATION: u64 = 1 << 15;
 
@@ -72,6 +75,40 @@ pub struct Blob {
     pub rows: u32,
     /// CRC-32 of the bytes.
     pub crc32: u32,
+}
+
+/// Where a map comes from: what its file says of it beside the tiles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Origin {
+    /// A text for people, kept up to a mebibyte.
+    pub text: String,
+    /// The frame that the map is made in, seen from that of whoever made it: a run is brought into a frame of its own
+    /// making, and its map is to be told in the frame of its trajectory.
+    pub own_from_world: Isometry3<f64>,
+}
+
+impl Origin {
+    /// Of a map that was made in the frame its maker has.
+    pub fn of(text: impl Into<String>) -> Self {
+        Self { text: text.into(), own_from_world: Isometry3::identity() }
+    }
+
+    pub(super) fn frame_bytes(&self) -> Vec<u8> {
+        let (place, rotation) = (self.own_from_world.translation.vector, self.own_from_world.rotation.coords);
+        place.iter().chain(rotation.iter()).flat_map(|number| number.to_le_bytes()).collect()
+    }
+
+    /// The frame that these bytes tell, unless it is none.
+    pub(super) fn frame_of(bytes: &[u8; FRAME_BYTES]) -> Option<Isometry3<f64>> {
+        let mut at = Cursor { bytes, at: 0 };
+        let [x, y, z, i, j, k, w]: [f64; 7] = std::array::from_fn(|_| at.f64());
+        let rotation = Quaternion::new(w, i, j, k);
+        let is_frame = [x, y, z].iter().all(|c| c.is_finite()) && (rotation.norm() - 1.0).abs() < 1e-9;
+        // As it was written, to the bit.
+        is_frame.then(|| {
+            Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::new_unchecked(rotation))
+        })
+    }
 }
 
 /// What the directory says of one tile.

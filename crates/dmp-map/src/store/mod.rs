@@ -12,7 +12,7 @@ mod read;
 mod write;
 
 pub(crate) use archive::StoreWriter;
-pub use archive::{Store, Tile};
-pub use layout::{Blob, Form, TileEntry, VERSION};
+pub use archive::{OwnDisc, Store, Tile};
+pub use layout::{Blob, Form, Origin, TileEntry, VERSION};
 pub use read::{MappedBytes, StoredTiles};
 pub use write::{Durability, StoreSummary, StoredTilesWriter};

@@ -5,10 +5,12 @@ use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use dmp_sensor::{Isometry3, Point3};
 use memmap2::Mmap;
 
 use super::layout::{
-    Blob, Cursor, END_MAGIC, ENTRY_BYTES, FOOTER_BYTES, Form, HEADER_BYTES, MAGIC, TileEntry, VERSION,
+    Blob, Cursor, END_MAGIC, ENTRY_BYTES, FOOTER_BYTES, FRAME_BYTES, Form, HEADER_BYTES, MAGIC, Origin,
+    TileEntry, VERSION,
 };
 use crate::MapError;
 use crate::lattice::{Lattice, TileId};
@@ -23,7 +25,7 @@ pub struct StoredTiles {
     path: PathBuf,
     bytes: Arc<Mmap>,
     lattice: Lattice,
-    provenance: String,
+    origin: Origin,
     entries: HashMap<TileId, TileEntry, BuildHasherDefault<MixHasher>>,
     bounds: Option<[TileId; 2]>,
 }
@@ -67,7 +69,7 @@ impl StoredTiles {
         let lattice = lattice_of(path, &bytes[..HEADER_BYTES], form)?;
         let directory = directory_of(&bytes).map_err(|(part, detail)| damaged(part, detail))?;
         let blobs_end = bytes.len() as u64 - FOOTER_BYTES as u64 - directory.bytes.len() as u64;
-        let (provenance, rows) = split_directory(&directory).map_err(|d| damaged("directory", d))?;
+        let (origin, rows) = split_directory(&directory).map_err(|d| damaged("directory", d))?;
         let mut entries: HashMap<_, _, _> = HashMap::default();
         let mut bounds: Option<[TileId; 2]> = None;
         for row in rows {
@@ -81,9 +83,8 @@ impl StoredTiles {
                 return Err(damaged("directory", format!("tile {id} is listed twice")));
             }
         }
-        let provenance = provenance.to_owned();
         let (path, bytes) = (path.to_path_buf(), Arc::new(bytes));
-        Ok(Self { path, bytes, lattice, provenance, entries, bounds })
+        Ok(Self { path, bytes, lattice, origin, entries, bounds })
     }
 
     /// Where it was opened.
@@ -96,9 +97,31 @@ impl StoredTiles {
         self.lattice
     }
 
-    /// The text its maker left in it.
-    pub fn provenance(&self) -> &str {
-        &self.provenance
+    /// Where the map comes from.
+    pub fn origin(&self) -> &Origin {
+        &self.origin
+    }
+
+    /// The frame of the map, seen from that of its maker.
+    pub fn own_from_world(&self) -> &Isometry3<f64> {
+        &self.origin.own_from_world
+    }
+
+    /// Smallest and largest x, y and z that the discs of a tile may reach in the frame of its maker, metres.
+    pub fn box_in_own_m(&self, entry: &TileEntry) -> [[f64; 3]; 2] {
+        let ([x, y], edge_m) = (self.lattice.tile_corner_m(entry.tile), self.lattice.tile_edge_m());
+        let [low_z, high_z] = entry.extent.z_range_m;
+        let mut corners = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+        for corner in 0..8 {
+            let end = |axis: usize, low: f64, high: f64| if corner >> axis & 1 == 0 { low } else { high };
+            let in_world = Point3::new(end(0, x, x + edge_m), end(1, y, y + edge_m), end(2, low_z, high_z));
+            let in_own = self.own_from_world() * in_world;
+            for axis in 0..3 {
+                corners[0][axis] = corners[0][axis].min(in_own[axis]);
+                corners[1][axis] = corners[1][axis].max(in_own[axis]);
+            }
+        }
+        corners
     }
 
     /// What the directory says of a tile; `None` where the map is empty.
@@ -204,13 +227,17 @@ fn directory_of(bytes: &[u8]) -> Result<Directory<'_>, (&'static str, String)> {
 
 fn split_directory<'a>(
     directory: &Directory<'a>,
-) -> Result<(&'a str, impl Iterator<Item = &'a [u8; ENTRY_BYTES]> + use<'a>), String> {
+) -> Result<(Origin, impl Iterator<Item = &'a [u8; ENTRY_BYTES]> + use<'a>), String> {
     let text_bytes = Cursor { bytes: directory.bytes, at: 0 }.u32() as usize;
     let text = directory.bytes.get(4..4 + text_bytes).ok_or("its text does not fit")?;
     let text = std::str::from_utf8(text).map_err(|_| "its text is not UTF-8")?;
-    let (rows, rest) = directory.bytes[4 + text_bytes..].as_chunks::<ENTRY_BYTES>();
+    let (frame, rows) = directory.bytes[4 + text_bytes..]
+        .split_first_chunk::<FRAME_BYTES>()
+        .ok_or("its frame does not fit")?;
+    let own_from_world = Origin::frame_of(frame).ok_or("its frame is no rigid motion")?;
+    let (rows, rest) = rows.as_chunks::<ENTRY_BYTES>();
     if rows.len() as u64 != directory.tiles || !rest.is_empty() {
         return Err(format!("it holds {} tiles, the footer says {}", rows.len(), directory.tiles));
     }
-    Ok((text, rows.iter()))
+    Ok((Origin { text: text.to_owned(), own_from_world }, rows.iter()))
 }

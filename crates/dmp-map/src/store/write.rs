@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use super::layout::{Blob, END_MAGIC, Form, HEADER_BYTES, MAGIC, MAX_PROVENANCE_BYTES, TileEntry, VERSION};
+use super::layout::{Blob, END_MAGIC, Form, HEADER_BYTES, MAGIC, MAX_TEXT_BYTES, Origin, TileEntry, VERSION};
 use crate::MapError;
 use crate::lattice::{Lattice, TileId};
 
@@ -42,16 +42,16 @@ pub struct StoredTilesWriter {
     file: BufWriter<NamedTempFile>,
     at: u64,
     form: Form,
-    provenance: String,
+    origin: Origin,
     entries: BTreeMap<TileId, TileEntry>,
 }
 
 impl StoredTilesWriter {
-    /// Begins a file at `path`; `provenance` is kept in it, up to a mebibyte.
+    /// Begins a file at `path`.
     ///
     /// # Errors
     /// When it cannot be made there.
-    pub fn create(path: &Path, form: Form, lattice: Lattice, provenance: &str) -> Result<Self, MapError> {
+    pub fn create(path: &Path, form: Form, lattice: Lattice, origin: &Origin) -> Result<Self, MapError> {
         let folder = match path.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
@@ -71,13 +71,11 @@ impl StoredTilesWriter {
         }
         header.resize(HEADER_BYTES - 4, 0);
         header.extend(crc32fast::hash(&header).to_le_bytes());
-        let mut cut = provenance.len().min(MAX_PROVENANCE_BYTES);
-        while !provenance.is_char_boundary(cut) {
-            cut -= 1;
-        }
-        let (path, provenance) = (path.to_path_buf(), provenance[..cut].to_owned());
+        let mut origin = origin.clone();
+        origin.text.truncate(origin.text.floor_char_boundary(MAX_TEXT_BYTES));
+        let path = path.to_path_buf();
         let (file, entries) = (BufWriter::new(file), BTreeMap::new());
-        let mut writer = Self { path, file, at: 0, form, provenance, entries };
+        let mut writer = Self { path, file, at: 0, form, origin, entries };
         writer.put(&header)?;
         Ok(writer)
     }
@@ -132,8 +130,9 @@ impl StoredTilesWriter {
     /// When they cannot be written; then no file appears, and what was there before is untouched.
     pub fn finish(mut self, durability: Durability) -> Result<StoreSummary, MapError> {
         let mut directory = Vec::new();
-        directory.extend((self.provenance.len() as u32).to_le_bytes());
-        directory.extend(self.provenance.as_bytes());
+        directory.extend((self.origin.text.len() as u32).to_le_bytes());
+        directory.extend(self.origin.text.as_bytes());
+        directory.extend(self.origin.frame_bytes());
         for entry in self.entries.values() {
             entry.encode(&mut directory);
         }
