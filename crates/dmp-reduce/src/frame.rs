@@ -1,15 +1,15 @@
+use std::cmp::Ordering;
+
 use crate::Basis;
 use crate::fixed::FixedSum;
 use crate::residuals::{Residuals, Squares};
 use crate::run::RunSums;
-use crate::scales::{CV, Scales, TRUNCATED_BITS};
+use crate::scales::{CV, Scales};
+use crate::surface::{GROUPS, SurfaceGroup};
+use crate::units::Total;
 
-/// Returns after which the 64-bit sums of pairs are carried into wide ones: 2^14 squares below 2^50
-/// stay below 2^64.
-const BLOCK: u32 = 1 << 14;
-const _: () = assert!(BLOCK.ilog2() + TRUNCATED_BITS == u64::BITS);
-
-/// The sums of all runs over one frame, and of every pair of them over the returns both predict.
+/// The sums of all runs over one frame, and of every pair of them over the returns both predict; each by groups of
+/// surface.
 ///
 /// One return is added for all runs at once. Give the same rays to every run: what is compared is
 /// their answer to the same question. Cleared and filled again, it allocates nothing.
@@ -17,20 +17,13 @@ const _: () = assert!(BLOCK.ilog2() + TRUNCATED_BITS == u64::BITS);
 pub struct FrameSums {
     scales: Scales,
     bases: Vec<Basis>,
+    /// For every run its groups of surface.
     runs: Vec<RunSums>,
     /// The pairs (a, b) with a < b: (0, 1), (0, 2), …, (1, 2), …
     pairs: Vec<PairSums>,
-    blocks: Vec<Block>,
-    in_block: u32,
+    /// For every pair its groups of surface.
+    groups: Vec<PairGroup>,
     squares: Vec<Squares>,
-}
-
-/// Sums of a pair not yet carried: as the pair's, in 64 bits.
-#[derive(Debug, Clone, Copy, Default)]
-struct Block {
-    returns: u64,
-    a: [u64; CV],
-    b: [u64; CV],
 }
 
 /// The sums of a pair of runs over their common returns: those with zc in both, or with z1 in both
@@ -43,6 +36,13 @@ pub struct PairSums {
     b: [FixedSum; CV],
 }
 
+/// The differences a − b of a pair over one group of surface.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+struct PairGroup {
+    returns: u64,
+    difference: [i128; CV],
+}
+
 impl FrameSums {
     /// Empty sums for runs judged by `bases`, on the scales of a LiDAR.
     pub fn new(bases: &[Basis]) -> Self {
@@ -51,32 +51,30 @@ impl FrameSums {
 
     /// Empty sums for runs judged by `bases` and by these lengths.
     pub fn on_scales(bases: &[Basis], scales: Scales) -> Self {
-        let pairs: Vec<_> = pairs_of(bases.len())
-            .map(|(a, b)| PairSums {
-                basis: bases[a].of_pair(bases[b]),
-                returns: 0,
-                a: Default::default(),
-                b: Default::default(),
-            })
-            .collect();
+        let pairs: Vec<_> =
+            pairs_of(bases.len()).map(|(a, b)| PairSums::nothing(bases[a].of_pair(bases[b]))).collect();
         Self {
             scales,
             bases: bases.to_vec(),
-            runs: vec![RunSums::new(scales); bases.len()],
-            blocks: vec![Block::default(); pairs.len()],
+            runs: vec![RunSums::new(scales); bases.len() * GROUPS],
+            groups: vec![PairGroup::default(); pairs.len() * GROUPS],
             pairs,
-            in_block: 0,
             squares: vec![Squares::default(); bases.len()],
         }
+    }
+
+    /// What sums of so many runs take in memory, bytes.
+    pub fn bytes_of(runs: usize) -> usize {
+        let pairs = pairs_of(runs).count();
+        GROUPS * (runs * size_of::<RunSums>() + pairs * size_of::<PairGroup>())
     }
 
     /// Forgets all returns, keeps the buffers.
     pub fn clear(&mut self) {
         self.runs.fill(RunSums::new(self.scales));
-        self.blocks.fill(Block::default());
-        self.in_block = 0;
+        self.groups.fill(PairGroup::default());
         for pair in &mut self.pairs {
-            *pair = PairSums { basis: pair.basis, returns: 0, a: Default::default(), b: Default::default() };
+            *pair = PairSums::nothing(pair.basis);
         }
     }
 
@@ -86,46 +84,27 @@ impl FrameSums {
     /// Where there are not as many residuals as runs.
     #[inline]
     pub fn add_return(&mut self, residuals: &[Residuals]) {
-        for (run, residuals) in self.runs.iter_mut().zip(residuals) {
-            run.add(residuals);
-        }
-        self.add_to_pairs(residuals);
-    }
-
-    /// Adds one return to the sums of the pairs alone: those of the runs are to come by [`Self::add_to_run`], from
-    /// sums that were made of the same returns anyway.
-    ///
-    /// # Panics
-    /// Where there are not as many residuals as runs.
-    #[inline]
-    pub fn add_to_pairs(&mut self, residuals: &[Residuals]) {
-        assert_eq!(residuals.len(), self.runs.len(), "one set of residuals for each run");
-        if self.pairs.is_empty() {
-            return;
-        }
-        for (squares, residuals) in self.squares.iter_mut().zip(residuals) {
+        assert_eq!(residuals.len(), self.bases.len(), "one set of residuals for each run");
+        for (run, (squares, residuals)) in self.squares.iter_mut().zip(residuals).enumerate() {
             *squares = Squares::of(residuals, self.scales);
+            let group = squares.surface_on(self.bases[run]).index();
+            self.runs[run * GROUPS + group].add_squares(squares);
         }
-        let mut blocks = self.blocks.iter_mut().zip(&self.pairs);
-        for (i, a) in self.squares.iter().enumerate() {
-            for (b, (block, pair)) in self.squares[i + 1..].iter().zip(&mut blocks) {
-                if let (Some(a), Some(b)) = (a.on(pair.basis), b.on(pair.basis)) {
-                    block.add(a, b);
+        let mut pairs = self.pairs.iter_mut().zip(self.groups.as_chunks_mut::<GROUPS>().0);
+        for (run, a) in self.squares.iter().enumerate() {
+            for (b, (pair, groups)) in self.squares[run + 1..].iter().zip(&mut pairs) {
+                if let (Some(square_a), Some(square_b)) = (a.on(pair.basis), b.on(pair.basis)) {
+                    pair.add(square_a, square_b);
+                    // The surface of the prediction that is further off made the difference.
+                    let surface = match square_a[0].cmp(&square_b[0]) {
+                        Ordering::Greater => a.surface_on(pair.basis),
+                        Ordering::Less => b.surface_on(pair.basis),
+                        Ordering::Equal => a.surface_on(pair.basis).min(b.surface_on(pair.basis)),
+                    };
+                    groups[surface.index()].add(square_a, square_b);
                 }
             }
         }
-        self.in_block += 1;
-        if self.in_block == BLOCK {
-            self.carry();
-        }
-    }
-
-    /// Adds the sums of some of the frame's returns to those of the `run`-th run, without any of the pairs.
-    ///
-    /// # Panics
-    /// Where there is no such run.
-    pub fn add_to_run(&mut self, run: usize, sums: &RunSums) {
-        self.runs[run].merge(sums);
     }
 
     /// Adds the sums of another part of the same frame.
@@ -138,12 +117,14 @@ impl FrameSums {
             (&other.bases, other.scales),
             "parts of a frame are of the same runs"
         );
-        self.carry();
         for (mine, theirs) in self.runs.iter_mut().zip(&other.runs) {
             mine.merge(theirs);
         }
-        for (mine, theirs) in self.pairs.iter_mut().zip(other.pair_sums()) {
-            mine.merge(&theirs);
+        for (mine, theirs) in self.pairs.iter_mut().zip(&other.pairs) {
+            mine.merge(theirs);
+        }
+        for (mine, theirs) in self.groups.iter_mut().zip(&other.groups) {
+            mine.merge(theirs);
         }
     }
 
@@ -158,25 +139,34 @@ impl FrameSums {
     }
 
     /// The sums of each run.
-    pub fn runs(&self) -> &[RunSums] {
-        &self.runs
+    pub fn runs(&self) -> Vec<RunSums> {
+        let whole = |groups: &[RunSums; GROUPS]| {
+            let mut run = RunSums::new(self.scales);
+            groups.iter().for_each(|group| run.merge(group));
+            run
+        };
+        self.runs.as_chunks().0.iter().map(whole).collect()
+    }
+
+    /// The sums of one run by groups of surface.
+    pub(crate) fn groups_of_run(&self, run: usize) -> impl Iterator<Item = (SurfaceGroup, &RunSums)> {
+        SurfaceGroup::all().zip(&self.runs[run * GROUPS..(run + 1) * GROUPS])
     }
 
     /// Every pair (a, b) with a < b in the order (0, 1), (0, 2), …, (1, 2), …
-    pub fn pair_sums(&self) -> impl Iterator<Item = PairSums> {
-        self.pairs.iter().zip(&self.blocks).map(|(pair, block)| {
-            let mut sums = *pair;
-            sums.carry(block);
-            sums
-        })
+    pub fn pair_sums(&self) -> impl ExactSizeIterator<Item = PairSums> {
+        self.pairs.iter().copied()
     }
 
-    fn carry(&mut self) {
-        for (pair, block) in self.pairs.iter_mut().zip(&mut self.blocks) {
-            pair.carry(block);
-            *block = Block::default();
-        }
-        self.in_block = 0;
+    /// The differences of the `pair`-th pair at the `scale`-th of its scales, by groups of surface.
+    pub(crate) fn differences(
+        &self,
+        pair: usize,
+        scale: usize,
+    ) -> impl Iterator<Item = (SurfaceGroup, Total)> {
+        let groups = &self.groups[pair * GROUPS..(pair + 1) * GROUPS];
+        let total = move |group: &PairGroup| Total { sum: group.difference[scale], returns: group.returns };
+        SurfaceGroup::all().zip(groups.iter().map(total))
     }
 }
 
@@ -185,18 +175,29 @@ pub(crate) fn pairs_of(runs: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..runs).flat_map(move |a| (a + 1..runs).map(move |b| (a, b)))
 }
 
-impl Block {
+impl PairGroup {
     #[inline]
     fn add(&mut self, a: &[u64; CV], b: &[u64; CV]) {
         self.returns += 1;
         for k in 0..CV {
-            self.a[k] += a[k];
-            self.b[k] += b[k];
+            // Both are below 2^50.
+            self.difference[k] += i128::from(a[k] as i64 - b[k] as i64);
+        }
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.returns += other.returns;
+        for (mine, theirs) in self.difference.iter_mut().zip(other.difference) {
+            *mine += theirs;
         }
     }
 }
 
 impl PairSums {
+    fn nothing(basis: Basis) -> Self {
+        Self { basis, returns: 0, a: Default::default(), b: Default::default() }
+    }
+
     /// By what the pair is judged.
     pub fn basis(&self) -> Basis {
         self.basis
@@ -218,11 +219,12 @@ impl PairSums {
         (self.a[scale], self.b[scale])
     }
 
-    fn carry(&mut self, block: &Block) {
-        self.returns += block.returns;
+    #[inline]
+    fn add(&mut self, a: &[u64; CV], b: &[u64; CV]) {
+        self.returns += 1;
         for k in 0..CV {
-            self.a[k] += FixedSum::from_units(block.a[k].into());
-            self.b[k] += FixedSum::from_units(block.b[k].into());
+            self.a[k] += FixedSum::from_units(a[k].into());
+            self.b[k] += FixedSum::from_units(b[k].into());
         }
     }
 
@@ -260,7 +262,7 @@ mod tests {
     #[test]
     fn the_longest_frame_of_the_worst_residuals_does_not_overflow() {
         let mut frame = FrameSums::new(&[Basis::CrossValidated; 2]);
-        let returns = 5 * u64::from(BLOCK) / 2;
+        let returns = 40_960;
         for _ in 0..returns {
             frame.add_return(&[Residuals::all(1e4), Residuals::all(-1e9)]);
         }
@@ -272,23 +274,24 @@ mod tests {
     }
 
     #[test]
-    fn runs_and_pairs_may_be_added_to_by_themselves() {
-        let bases = [Basis::CrossValidated, Basis::Near];
-        let (mut whole, mut apart) = (FrameSums::new(&bases), FrameSums::new(&bases));
-        let mut tiles = [[RunSums::default(); 2]; 3];
-        for k in 0..20_000 {
-            let returned = [Residuals::all(f64::from(k) * 1e-3), Residuals::all(-0.3)];
-            whole.add_return(&returned);
-            apart.add_to_pairs(&returned);
-            for (run, residuals) in returned.iter().enumerate() {
-                tiles[k as usize % 3][run].add(residuals);
-            }
-        }
-        for (run, sums) in tiles.iter().flat_map(|of_tile| of_tile.iter().enumerate()) {
-            apart.add_to_run(run, sums);
-        }
-        assert_eq!(apart.runs(), whole.runs());
-        assert!(apart.pair_sums().eq(whole.pair_sums()));
+    fn groups_add_up_to_the_whole_and_a_difference_belongs_to_the_worse_prediction() {
+        let group = |x| SurfaceGroup::of_cube([x, 0, 0]);
+        let mut frame = FrameSums::new(&[Basis::CrossValidated; 2]);
+        let on = |residual_m, cube| Residuals { surfaces: [group(cube); 2], ..Residuals::all(residual_m) };
+        assert_ne!(group(1), group(2));
+        frame.add_return(&[on(0.3, 1), on(0.1, 2)]);
+        frame.add_return(&[on(0.1, 1), on(-0.4, 2)]);
+        let of = |wanted| {
+            let total = frame.differences(0, 0).find(|(group, _)| *group == wanted).unwrap().1;
+            (total.returns, total.mean_m2().unwrap())
+        };
+        let near = |(returns, mean_m2): (u64, f64), m2: f64| returns == 1 && (mean_m2 - m2).abs() < 1e-9;
+        assert!(near(of(group(1)), 0.08) && near(of(group(2)), -0.15));
+        let pair = frame.pair_sums().next().unwrap();
+        let sum: i128 = frame.differences(0, 3).map(|(_, total)| total.sum).sum();
+        assert_eq!(sum, pair.at(3).0.units() - pair.at(3).1.units());
+        let returns = |run| frame.groups_of_run(run).map(|(_, sums)| sums.returns()).max();
+        assert_eq!((returns(0), returns(1)), (Some(2), Some(2)));
     }
 
     #[test]
@@ -296,7 +299,9 @@ mod tests {
         let mut whole = FrameSums::new(&[Basis::CrossValidated, Basis::Near]);
         let mut parts = [whole.clone(), whole.clone()];
         for k in 0..40_000 {
-            let returned = [Residuals::all(f64::from(k) * 1e-3), Residuals::all(-0.3)];
+            let surface = SurfaceGroup::of_cube([k / 100, 0, 0]);
+            let returned = [f64::from(k) * 1e-3, -0.3]
+                .map(|m| Residuals { surfaces: [surface; 2], ..Residuals::all(m) });
             whole.add_return(&returned);
             parts[usize::from(k % 3 == 0)].add_return(&returned);
         }
@@ -304,8 +309,10 @@ mod tests {
         first.merge(&second);
         assert_eq!(first.runs(), whole.runs());
         assert!(first.pair_sums().eq(whole.pair_sums()));
+        assert!(first.differences(0, 1).eq(whole.differences(0, 1)));
         whole.clear();
         assert_eq!(whole.runs(), [RunSums::default(); 2]);
         assert!(whole.pair_sums().eq(FrameSums::new(whole.bases()).pair_sums()));
+        assert!(whole.differences(0, 1).all(|(_, total)| total == Total::default()));
     }
 }

@@ -1,7 +1,8 @@
 use crate::Basis;
+use crate::compare::ScaleComparison;
 use crate::pair::{PairTotals, place_count};
-use crate::ratio::{Frames, Total};
-use crate::verdict::ScaleComparison;
+use crate::ratio::Frames;
+use crate::units::Total;
 
 /// A verdict becomes mixed where the opposition at a scale is above what is tolerated, and above a share
 /// of the support.

@@ -10,16 +10,17 @@
 //!
 //! - Squared residuals are integers in units of 2^-40 m² ([`FixedSum`]); every sum is a sum of integers.
 //!   So the same frames give the same bits whatever the order, the threads and the shards.
-//! - An [`Interval`] is at 99 %. Over all frames it comes from batches of consecutive frames or from
-//!   single frames, whichever is wider, as neighbouring frames are alike; of sampled frames it is the
-//!   error of the sampling. A pair is looked at at several scales, each at 99 %: that is several looks.
+//! - An [`Interval`] comes from two kinds of units: stretches of the log, as neighbouring frames are alike, and pieces of
+//!   surface ([`SurfaceGroup`]), as all frames that see one share its errors.
+//! - The verdicts on all pairs at all scales share one error ([`Promise`]): where runs are equal, the chance that any
+//!   two are told apart is 1 % if nothing else is asked for.
 //! - The values depend on the place and on the settings. They compare runs of one log under one setting,
 //!   nothing else, and [`log_likelihood_raw`] is never a probability.
 //!
 //! Nothing here knows of maps, rays, files or threads. Lengths are metres, squares m².
 //!
 //! ```
-//! use dmp_reduce::{Basis, Confidence, FrameSums, Layout, Reducer, Residuals, Verdict};
+//! use dmp_reduce::{Basis, FrameSums, Layout, Promise, Reducer, Residuals, SurfaceGroup, Verdict};
 //!
 //! let layout = Layout::new(8, vec![Basis::CrossValidated; 2]);
 //! let mut reducer = Reducer::new(layout.clone());
@@ -28,18 +29,23 @@
 //!     frame.clear();
 //!     for k in 0..100 {
 //!         let off_m = 0.01 + 0.001 * f64::from(k % 7);
-//!         frame.add_return(&[Residuals::all(off_m), Residuals::all(off_m + 0.05)]);
+//!         let surface = SurfaceGroup::of_cube([k % 10, 0, 0]);
+//!         let of_runs = [off_m, off_m + 0.05].map(|m| Residuals { surfaces: [surface; 2], ..Residuals::all(m) });
+//!         frame.add_return(&of_runs);
 //!     }
 //!     reducer.add_frame(ordinal, &frame)?;
 //! }
-//! let pair = reducer.compare(0, 1, Confidence::P99);
-//! assert!(matches!(pair.verdict, Verdict::Better { which: 0, .. }));
-//! assert_eq!(reducer.order(&[pair])[0].run, 0);
+//! let pairs = reducer.comparisons(Promise::default()).pairs;
+//! assert!(matches!(pairs[0].verdict, Verdict::Better { which: 0, .. }));
+//! assert_eq!(reducer.order(&pairs)[0].run, 0);
 //! # Ok::<(), dmp_reduce::ReduceError>(())
 //! ```
 
+mod answers;
 mod basis;
+mod compare;
 mod error;
+mod family;
 mod fixed;
 mod frame;
 mod guard;
@@ -51,12 +57,17 @@ mod ratio;
 mod reducer;
 mod residuals;
 mod run;
+mod same;
 mod scales;
 mod student;
+mod surface;
+mod units;
 mod verdict;
 mod wide;
 
+pub use answers::{Comparisons, RunScores};
 pub use basis::Basis;
+pub use compare::{Comparison, ScaleComparison};
 pub use error::ReduceError;
 pub use fixed::FixedSum;
 pub use frame::{FrameSums, PairSums};
@@ -64,10 +75,12 @@ pub use guard::{GuardCheck, Place};
 pub use likelihood::log_likelihood_raw;
 pub use order::{Ranked, order_runs};
 pub use price::MissPrice;
-pub use ratio::{Estimate, Interval, IntervalFrom};
-pub use reducer::{Layout, Reducer, RunScores, Seen};
+pub use ratio::{Estimate, Interval};
+pub use reducer::{Layout, Reducer, Seen};
 pub use residuals::{DepthResidual, HitKind, Residuals};
 pub use run::{RunSums, Withheld};
+pub use same::{Margin, Promise};
 pub use scales::{Reach, Scales};
 pub use student::Confidence;
-pub use verdict::{Comparison, ScaleComparison, UndecidedReason, Verdict};
+pub use surface::SurfaceGroup;
+pub use verdict::{UndecidedReason, Verdict};

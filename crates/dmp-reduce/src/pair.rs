@@ -1,8 +1,9 @@
 use crate::Basis;
 use crate::fixed::FixedSum;
-use crate::frame::PairSums;
-use crate::ratio::{Frames, Ratio, Total};
+use crate::frame::{FrameSums, PairSums};
+use crate::ratio::{Frames, Ratio};
 use crate::scales::Scales;
+use crate::units::Total;
 
 /// Stretches of the log that the place guard looks at.
 const PLACES: u64 = 10;
@@ -35,16 +36,28 @@ impl PairTotals {
         Self { basis, scales: vec![ScaleTotals::default(); basis.scales_m(Scales::default()).len()] }
     }
 
-    pub(crate) fn add_frame(&mut self, ordinal: u64, pair: &PairSums, frames: Frames) {
+    /// Its differences, scale by scale.
+    pub(crate) fn ratios(&self) -> impl Iterator<Item = &Ratio> {
+        self.scales.iter().map(|scale| &scale.difference)
+    }
+
+    /// Adds the `index`-th pair of a frame.
+    pub(crate) fn add_frame(
+        &mut self,
+        ordinal: u64,
+        index: usize,
+        pair: &PairSums,
+        sums: &FrameSums,
+        frames: Frames,
+    ) {
         if pair.returns() == 0 {
             return;
         }
         let place = frames.part_of(ordinal, place_count(frames));
         for (k, scale) in self.scales.iter_mut().enumerate() {
             let (a, b) = pair.at(k);
-            let difference = Total { sum: a.units() - b.units(), returns: pair.returns() };
-            scale.difference.add_frame(ordinal, difference, frames);
-            scale.places[place].add(difference);
+            scale.difference.add_frame(ordinal, frames, sums.differences(index, k));
+            scale.places[place].add(Total { sum: a.units() - b.units(), returns: pair.returns() });
             scale.a += a;
             scale.b += b;
         }

@@ -1,20 +1,23 @@
-use crate::fixed::{FixedSum, units_to_m2};
+use crate::fixed::units_to_m2;
 use crate::student::Confidence;
+use crate::surface::{GROUPS, SurfaceGroup};
+use crate::units::{Scatter, Total, Units};
 use crate::wide::Wide;
 
-/// Batches of consecutive frames an interval over all frames is taken from.
-const BATCHES: u64 = 20;
-/// Frames with returns below which there is no interval.
+/// Stretches of consecutive frames, of at least two frames each.
+const STRETCHES: u64 = 40;
+/// Frames with returns, and groups of surface with returns, below which there is no interval.
 pub(crate) const FRAMES_NEEDED: u64 = 4;
+pub(crate) const GROUPS_NEEDED: u64 = 4;
 
 /// All frames that there are, scored or not, in the order of time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Frames(pub(crate) u64);
 
 impl Frames {
-    /// Batches for the interval: 20, of at least two frames each; never fewer than two.
-    fn batches(self) -> u64 {
-        (self.0 / 2).clamp(2, BATCHES)
+    /// Stretches for the interval: 40, of at least two frames each; never fewer than two.
+    fn stretches(self) -> u64 {
+        (self.0 / 2).clamp(2, STRETCHES)
     }
 
     /// In which of `parts` equal stretches the frame `ordinal` lies.
@@ -30,55 +33,22 @@ impl Frames {
     }
 }
 
-/// What an interval is asked for: of how many frames how many were scored, and how sure it is to be.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Asked {
-    pub(crate) scored: u64,
-    pub(crate) frames: Frames,
-    pub(crate) confidence: Confidence,
-}
-
-impl Asked {
-    /// Share of the frames that were not scored.
-    pub(crate) fn left_share(self) -> f64 {
-        1.0 - self.scored as f64 / self.frames.0 as f64
-    }
-
-    pub(crate) fn is_sample(self) -> bool {
-        self.scored < self.frames.0
-    }
-}
-
-/// The sum of a quantity in units of 2^-40 m², and over how many returns.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub(crate) struct Total {
-    pub(crate) sum: i128,
-    pub(crate) returns: u64,
-}
-
-impl Total {
-    pub(crate) fn add(&mut self, other: Self) {
-        self.sum += other.sum;
-        self.returns += other.returns;
-    }
-
-    /// Square metres; `None` over nothing.
-    pub(crate) fn mean_m2(self) -> Option<f64> {
-        FixedSum::from_units(self.sum).mean_m2(self.returns)
-    }
-}
-
-/// A mean over returns with its error: what is kept of the frames for the ratio estimator D = ΣΔ / ΣN,
-/// where a frame has the total Δ over N returns.
+/// A mean over returns with its error: what is kept for the ratio estimator D = ΣΔ / ΣN, where a unit has the total Δ
+/// over N returns.
+///
+/// Neighbouring frames are alike, and all frames that see a piece of surface share its errors. So there are two kinds of
+/// units, stretches of time and groups of surface, and the error of D is the sum of what each shows (two-way
+/// clustering: Cameron, Gelbach & Miller 2011; what returns scatter by themselves is counted twice, on the safe side).
 ///
 /// # Why nothing overflows
 /// A truncated square, and the difference of two, is below 2^50 units. A frame has at most 2^32 and all
 /// frames together at most 2^44 returns (the reducer refuses more), so
 /// |ΣΔ| < 2^94, ΣN² ≤ 2^76 and |ΣΔN| < 2^126 fit an `i128`, and ΣΔ² < 2^176 a [`Wide`].
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Ratio {
     total: Total,
-    batches: [Total; BATCHES as usize],
+    stretches: Units,
+    surfaces: Units,
     frames: FrameMoments,
 }
 
@@ -94,18 +64,7 @@ struct FrameMoments {
     returns_square: i128,
 }
 
-/// From what an interval was taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum IntervalFrom {
-    /// Batches of consecutive frames: neighbouring frames are alike.
-    Batches,
-    /// Single frames, where they differ more than batches do.
-    Frames,
-    /// Single frames of a sample: the error of sampling, against the score over all frames.
-    SampledFrames,
-}
-
-/// An interval, both ends included: at 99 % where no other confidence was asked for.
+/// An interval, both ends included, as sure as was asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
     /// Lower end, square metres.
@@ -114,8 +73,6 @@ pub struct Interval {
     pub high_m2: f64,
     /// Degrees of freedom of Student's distribution.
     pub degrees: u64,
-    /// From what it was taken.
-    pub from: IntervalFrom,
 }
 
 impl Interval {
@@ -133,19 +90,70 @@ pub struct Estimate {
     pub value_m2: f64,
     /// Over how many returns.
     pub returns: u64,
-    /// Its interval; `None` where fewer than four frames have returns, or where, over all frames,
-    /// all returns lie in one batch.
+    /// Its interval; `None` where fewer than four frames or four groups of surface have returns, or where all lie in
+    /// one stretch of the frames.
     pub interval: Option<Interval>,
 }
 
+/// A mean with its standard error, square metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Mean {
+    pub(crate) value_m2: f64,
+    pub(crate) returns: u64,
+    /// The standard error, and how many degrees of freedom it is known with.
+    pub(crate) error: Option<(f64, u64)>,
+}
+
+impl Mean {
+    /// With the interval that is as sure as `confidence`.
+    pub(crate) fn within(self, confidence: Confidence) -> Estimate {
+        let interval = self.error.map(|(error_m2, degrees)| {
+            let half_m2 = if error_m2 > 0.0 { confidence.student_t(degrees) * error_m2 } else { 0.0 };
+            Interval { low_m2: self.value_m2 - half_m2, high_m2: self.value_m2 + half_m2, degrees }
+        });
+        Estimate { value_m2: self.value_m2, returns: self.returns, interval }
+    }
+
+    /// How likely a difference as large as this is where none is true: the chance that |t| is not below what it is
+    /// here. 1 where there is no error to compare with.
+    pub(crate) fn chance(self) -> f64 {
+        match self.error {
+            None => 1.0,
+            Some(_) if self.value_m2 == 0.0 => 1.0,
+            Some((error_m2, degrees)) => Confidence::chance(self.value_m2.abs() / error_m2, degrees),
+        }
+    }
+}
+
+impl Default for Ratio {
+    fn default() -> Self {
+        Self {
+            total: Total::default(),
+            stretches: Units::new(STRETCHES as usize),
+            surfaces: Units::new(GROUPS),
+            frames: FrameMoments::default(),
+        }
+    }
+}
+
 impl Ratio {
-    /// Adds one frame. Each frame once.
-    pub(crate) fn add_frame(&mut self, ordinal: u64, frame: Total, frames: Frames) {
+    /// Adds one frame, of which each group of surface has a total. Each frame once.
+    pub(crate) fn add_frame(
+        &mut self,
+        ordinal: u64,
+        frames: Frames,
+        by_surface: impl Iterator<Item = (SurfaceGroup, Total)>,
+    ) {
+        let mut frame = Total::default();
+        for (group, total) in by_surface {
+            frame.add(total);
+            self.surfaces.add(group.index(), total);
+        }
         if frame.returns == 0 {
             return;
         }
         self.total.add(frame);
-        self.batches[frames.part_of(ordinal, frames.batches())].add(frame);
+        self.stretches.add(frames.part_of(ordinal, frames.stretches()), frame);
         let returns = i128::from(frame.returns);
         self.frames.frames += 1;
         self.frames.sums_square += Wide::product(frame.sum, frame.sum);
@@ -155,13 +163,17 @@ impl Ratio {
 
     pub(crate) fn merge(&mut self, other: &Self) {
         self.total.add(other.total);
-        for (mine, theirs) in self.batches.iter_mut().zip(other.batches) {
-            mine.add(theirs);
-        }
+        self.stretches.merge(&other.stretches);
+        self.surfaces.merge(&other.surfaces);
         self.frames.frames += other.frames.frames;
         self.frames.sums_square += other.frames.sums_square;
         self.frames.cross += other.frames.cross;
         self.frames.returns_square += other.frames.returns_square;
+    }
+
+    /// Whether it has the units that one made here has: what comes from elsewhere may not.
+    pub(crate) fn is_whole(&self) -> bool {
+        (self.stretches.len(), self.surfaces.len()) == (STRETCHES as usize, GROUPS)
     }
 
     pub(crate) fn total(&self) -> Total {
@@ -173,63 +185,35 @@ impl Ratio {
         self.frames.frames
     }
 
-    /// Whether the total of every frame is 0.
-    pub(crate) fn is_zero_everywhere(&self) -> bool {
-        self.frames.sums_square == Wide::default()
+    /// Groups of surface with returns.
+    pub(crate) fn groups(&self) -> u64 {
+        self.surfaces.occupied()
     }
 
-    /// The mean with its interval; `None` over nothing.
-    pub(crate) fn estimate(&self, asked: Asked) -> Option<Estimate> {
+    /// The mean with its error; `None` over nothing.
+    pub(crate) fn mean(&self) -> Option<Mean> {
         let value_m2 = self.total.mean_m2()?;
-        let interval = self.half_width(asked).map(|(half_width, degrees, from)| {
-            let half_width_m2 = units_to_m2(half_width);
-            Interval { low_m2: value_m2 - half_width_m2, high_m2: value_m2 + half_width_m2, degrees, from }
+        let error = self.scatter().map(|scatter| {
+            let error_m2 = units_to_m2(scatter.variance.sqrt() / self.total.returns as f64);
+            (error_m2, scatter.degrees as u64)
         });
-        Some(Estimate { value_m2, returns: self.total.returns, interval })
+        Some(Mean { value_m2, returns: self.total.returns, error })
     }
 
-    /// Half the interval in units, its degrees of freedom and its source.
-    fn half_width(&self, asked: Asked) -> Option<(f64, u64, IntervalFrom)> {
+    /// What stretches or single frames scatter, whichever is more, and groups of surface.
+    fn scatter(&self) -> Option<Scatter> {
         let frames = self.frames.frames;
         if frames < FRAMES_NEEDED {
             return None;
         }
-        let of_frames =
-            asked.confidence.student_t(frames - 1) * self.standard_error(frames, self.frame_errors());
-        if asked.is_sample() {
-            let left = asked.left_share();
-            return Some((of_frames * left.sqrt(), frames - 1, IntervalFrom::SampledFrames));
-        }
-        let (batches, errors) = self.batch_errors();
-        if batches < 2 {
+        let of_frames = Scatter::of(frames, self.frame_errors());
+        let (of_stretches, of_surfaces) =
+            (self.stretches.scatter(self.total), self.surfaces.scatter(self.total));
+        if of_stretches.units < 2 || of_surfaces.units < GROUPS_NEEDED {
             return None;
         }
-        let of_batches = asked.confidence.student_t(batches - 1) * self.standard_error(batches, errors);
-        if of_batches >= of_frames {
-            Some((of_batches, batches - 1, IntervalFrom::Batches))
-        } else {
-            Some((of_frames, frames - 1, IntervalFrom::Frames))
-        }
-    }
-
-    /// The linearised standard error of a ratio: √(U/(U−1) Σe²) / ΣN over U units (batches or frames)
-    /// with the errors e = Δ − D N. Units without returns do not count: e is 0 there whatever is true.
-    fn standard_error(&self, units: u64, errors_square: f64) -> f64 {
-        let units = units as f64;
-        (units / (units - 1.0) * errors_square).sqrt() / self.total.returns as f64
-    }
-
-    /// The number of batches with returns and their Σe². Each e is rounded once.
-    fn batch_errors(&self) -> (u64, f64) {
-        let all = i128::from(self.total.returns);
-        let (mut batches, mut errors_square) = (0, 0.0);
-        for batch in self.batches.iter().filter(|batch| batch.returns > 0) {
-            let scaled = Wide::product(batch.sum, all) - Wide::product(self.total.sum, batch.returns.into());
-            let error = scaled.to_f64() / all as f64;
-            batches += 1;
-            errors_square += error * error;
-        }
-        (batches, errors_square)
+        let in_time = if of_stretches.variance >= of_frames.variance { of_stretches } else { of_frames };
+        Some(in_time.and(of_surfaces))
     }
 
     /// Σe² over the frames, from their moments: ΣΔ² − 2 D ΣΔN + D² ΣN².

@@ -2,14 +2,13 @@ use crate::basis::Basis;
 use crate::error::ReduceError;
 use crate::fixed::FixedSum;
 use crate::frame::{FrameSums, pairs_of};
-use crate::order::{Ranked, order_runs};
 use crate::pair::PairTotals;
 use crate::price::MissPrice;
-use crate::ratio::{Asked, Estimate, Frames, Ratio, Total};
+use crate::ratio::{Frames, Ratio};
 use crate::run::RunSums;
 use crate::scales::{CV, NEAR, Scales, WIDEST};
-use crate::student::Confidence;
-use crate::verdict::{Comparison, Verdict, compare};
+use crate::surface::GROUPS;
+use crate::units::Total;
 
 /// Most returns of one frame, and of all frames, for which no sum can overflow.
 const FRAME_RETURNS: u64 = 1 << 32;
@@ -18,10 +17,10 @@ const ALL_RETURNS: u64 = 1 << 44;
 /// What a [`Reducer`] is told beforehand: how many frames there are, and the runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
-    frames: Frames,
-    bases: Vec<Basis>,
-    miss_price: MissPrice,
-    scales: Scales,
+    pub(crate) frames: Frames,
+    pub(crate) bases: Vec<Basis>,
+    pub(crate) miss_price: MissPrice,
+    pub(crate) scales: Scales,
 }
 
 impl Layout {
@@ -69,14 +68,13 @@ impl Layout {
 /// frames came in, the answers have the same bits.
 ///
 /// Every frame is to be added at most once, a frame without returns too; what is added twice counts
-/// twice. Where not all were added, they are taken for a sample that is spread evenly over the log, and the
-/// intervals are those of the sampling.
+/// twice. Where not all were added, they are taken for a sample that is spread evenly over the log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reducer {
-    layout: Layout,
-    frames_added: u64,
-    runs: Vec<RunTotals>,
-    pairs: Vec<PairTotals>,
+    pub(crate) layout: Layout,
+    pub(crate) frames_added: u64,
+    pub(crate) runs: Vec<RunTotals>,
+    pub(crate) pairs: Vec<PairTotals>,
 }
 
 /// What a reducer has seen, without its layout: to be put down and taken up again by another process.
@@ -89,24 +87,19 @@ pub struct Seen {
 
 /// What is kept of one run.
 #[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-struct RunTotals {
-    sums: RunSums,
-    cv: [Ratio; CV - WIDEST],
-    near: [Ratio; NEAR],
-}
-
-/// The scores of one run over all frames added.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RunScores {
-    /// Its sums, from which all scores come.
-    pub sums: RunSums,
-    /// As [`RunSums::r_cv_m2`], with intervals: (scale in metres, score).
-    pub r_cv_m2: [(f64, Option<Estimate>); CV - WIDEST],
-    /// As [`RunSums::r_near_m2`], with intervals: (scale in metres, score).
-    pub r_near_m2: [(f64, Option<Estimate>); NEAR],
+pub(crate) struct RunTotals {
+    pub(crate) sums: RunSums,
+    pub(crate) cv: [Ratio; CV - WIDEST],
+    pub(crate) near: [Ratio; NEAR],
 }
 
 impl Reducer {
+    /// What a reducer of so many runs takes in memory, bytes.
+    pub fn bytes_of(runs: usize) -> usize {
+        let scores = runs * (CV - WIDEST + NEAR) + pairs_of(runs).count() * CV;
+        scores * 2 * GROUPS * size_of::<Total>()
+    }
+
     /// A reducer that has seen no frame.
     pub fn new(layout: Layout) -> Self {
         let bases = &layout.bases;
@@ -134,7 +127,9 @@ impl Reducer {
             |pairs: &[PairTotals]| pairs.iter().map(|p| (p.basis, p.scales.len())).collect::<Vec<_>>();
         let other_scales = |run: &RunTotals| run.sums.are_on_other_than(empty.layout.scales);
         let other_runs = seen.runs.len() != empty.runs.len() || basis(&seen.pairs) != basis(&empty.pairs);
-        if other_runs || seen.runs.iter().any(other_scales) {
+        let ratios = seen.runs.iter().flat_map(|run| run.cv.iter().chain(&run.near));
+        let is_cut = ratios.chain(seen.pairs.iter().flat_map(PairTotals::ratios)).any(|r| !r.is_whole());
+        if other_runs || is_cut || seen.runs.iter().any(other_scales) {
             return Err(ReduceError::OtherRuns);
         }
         let resumed =
@@ -156,17 +151,19 @@ impl Reducer {
         if frame.bases() != self.layout.bases || frame.scales() != self.layout.scales {
             return Err(ReduceError::OtherRuns);
         }
-        let returns = frame.runs().first().map_or(0, RunSums::returns);
+        let runs = frame.runs();
+        let returns = runs.first().map_or(0, RunSums::returns);
         self.check_room(1, returns)?;
         if returns > FRAME_RETURNS {
             return Err(ReduceError::TooManyReturns);
         }
         self.frames_added += 1;
-        for (totals, run) in self.runs.iter_mut().zip(frame.runs()) {
-            totals.add_frame(ordinal, run, &self.layout);
+        for (index, (totals, sums)) in self.runs.iter_mut().zip(&runs).enumerate() {
+            totals.sums.merge(sums);
+            totals.add_groups(ordinal, index, frame, &self.layout);
         }
-        for (totals, pair) in self.pairs.iter_mut().zip(frame.pair_sums()) {
-            totals.add_frame(ordinal, &pair, frames);
+        for (index, (totals, pair)) in self.pairs.iter_mut().zip(frame.pair_sums()).enumerate() {
+            totals.add_frame(ordinal, index, &pair, frame, frames);
         }
         Ok(())
     }
@@ -216,77 +213,33 @@ impl Reducer {
         self.frames_added
     }
 
-    /// The sums and scores of the `run`-th run.
+    /// The sums of the `run`-th run.
     ///
     /// # Panics
     /// Where there is no such run.
-    pub fn scores(&self, run: usize) -> RunScores {
-        let totals = &self.runs[run];
-        let asked = self.asked(Confidence::P99);
-        let scales = self.layout.scales;
-        RunScores {
-            sums: totals.sums,
-            r_cv_m2: std::array::from_fn(|k| (scales.cv_m()[WIDEST + k], totals.cv[k].estimate(asked))),
-            r_near_m2: std::array::from_fn(|k| (scales.near_m()[k], totals.near[k].estimate(asked))),
-        }
-    }
-
-    fn asked(&self, confidence: Confidence) -> Asked {
-        Asked { scored: self.frames_added, frames: self.layout.frames, confidence }
-    }
-
-    /// Compares run `a` with run `b`, a < b, by intervals at `confidence`.
-    ///
-    /// # Panics
-    /// Where there is no such pair.
-    pub fn compare(&self, a: usize, b: usize, confidence: Confidence) -> Comparison {
-        let runs = self.runs.len();
-        assert!(a < b && b < runs, "no pair ({a}, {b}) of {runs} runs");
-        // Pairs stand row by row; before row `a` there are rows of runs − 1, runs − 2, … pairs.
-        let index = a * (2 * runs - a - 1) / 2 + (b - a - 1);
-        let pair = &self.pairs[index];
-        let predicted = [a, b].map(|run| match pair.basis {
-            Basis::CrossValidated => self.runs[run].sums.with_independent(),
-            Basis::Near => self.runs[run].sums.with_first(),
-        });
-        compare([a, b], predicted, pair, self.layout.scales, self.asked(confidence))
-    }
-
-    /// All pairs compared, in the order (0, 1), (0, 2), …, (1, 2), …
-    pub fn comparisons(&self, confidence: Confidence) -> Vec<Comparison> {
-        pairs_of(self.runs.len()).map(|(a, b)| self.compare(a, b, confidence)).collect()
-    }
-
-    /// The runs from best to worst: along the decided verdicts of `comparisons`, free choices by
-    /// ascending `R_cv` at its widest scale, or so by `R_near` where any of the maps was given, as then it is the one score
-    /// that all runs have. See [`order_runs`].
-    pub fn order(&self, comparisons: &[Comparison]) -> Vec<Ranked> {
-        let near = self.layout.bases.contains(&Basis::Near);
-        let price = self.layout.miss_price;
-        let score =
-            |run: &RunTotals| if near { run.sums.r_near_m2()[0].1 } else { run.sums.r_cv_widest_m2(price) };
-        let scores: Vec<_> = self.runs.iter().map(score).collect();
-        let decided: Vec<_> = comparisons
-            .iter()
-            .filter_map(|pair| match pair.verdict {
-                Verdict::Better { which, .. } => Some((which, pair.a + pair.b - which)),
-                _ => None,
-            })
-            .collect();
-        order_runs(&scores, &decided)
+    pub fn sums(&self, run: usize) -> &RunSums {
+        &self.runs[run].sums
     }
 }
 
 impl RunTotals {
-    fn add_frame(&mut self, ordinal: u64, frame: &RunSums, layout: &Layout) {
-        let (frames, miss_price) = (layout.frames, layout.miss_price);
+    fn add_groups(&mut self, ordinal: u64, run: usize, frame: &FrameSums, layout: &Layout) {
         let total = |(sum, returns): (FixedSum, u64)| Total { sum: sum.units(), returns };
-        self.sums.merge(frame);
         for (k, ratio) in self.cv.iter_mut().enumerate() {
-            ratio.add_frame(ordinal, total(frame.cv_ratio(WIDEST + k, miss_price)), frames);
+            let of_group = |sums: &RunSums| total(sums.cv_ratio(WIDEST + k, layout.miss_price));
+            ratio.add_frame(
+                ordinal,
+                layout.frames,
+                frame.groups_of_run(run).map(|(group, sums)| (group, of_group(sums))),
+            );
         }
         for (k, ratio) in self.near.iter_mut().enumerate() {
-            ratio.add_frame(ordinal, total(frame.near_ratio(k)), frames);
+            let of_group = |sums: &RunSums| total(sums.near_ratio(k));
+            ratio.add_frame(
+                ordinal,
+                layout.frames,
+                frame.groups_of_run(run).map(|(group, sums)| (group, of_group(sums))),
+            );
         }
     }
 

@@ -1,6 +1,7 @@
 use crate::basis::Basis;
 use crate::fixed::{near_square_units, square_units};
 use crate::scales::{CV, NEAR, Scales};
+use crate::surface::SurfaceGroup;
 
 /// What one run's map predicts for one return, as residuals z − z' in metres: measured range minus
 /// predicted range (Zhang & Chen 2021, eq. 6–7). `None` is a miss: a value, never a range.
@@ -23,6 +24,9 @@ pub struct Residuals {
     pub revisited: bool,
     /// Of a depth camera, where there is a z1: the first residual as the camera has it.
     pub depth: Option<DepthResidual>,
+    /// Which surface of the map the prediction by which the run is judged lies on, first for `R_cv`, then for `R_near`
+    /// ([`Basis`]); where there is none, the place of the return.
+    pub surfaces: [SurfaceGroup; 2],
 }
 
 /// The residual of a depth camera's own number: depth along the optical axis, not range along the ray.
@@ -68,6 +72,7 @@ impl Residuals {
         independent_cos: None,
         revisited: false,
         depth: None,
+        surfaces: [SurfaceGroup::NONE; 2],
     };
 
     /// One surfel crossed squarely, independent of the return and revisited, `residual_m` short of it.
@@ -80,6 +85,7 @@ impl Residuals {
             independent_cos: Some(1.0),
             revisited: true,
             depth: None,
+            surfaces: [SurfaceGroup::NONE; 2],
         }
     }
 }
@@ -98,6 +104,7 @@ pub(crate) struct Squares {
     pub(crate) revisited: bool,
     pub(crate) blocked: bool,
     pub(crate) non_finite: u8,
+    surfaces: [SurfaceGroup; 2],
 }
 
 impl Squares {
@@ -125,6 +132,16 @@ impl Squares {
             revisited: residuals.revisited,
             blocked: first.is_some_and(|m| m > scales.blocked_m()),
             non_finite: (given.iter().flatten().count() - finite) as u8,
+            surfaces: residuals.surfaces,
+        }
+    }
+
+    /// The piece of surface that a prediction of `basis` lies on.
+    #[inline]
+    pub(crate) fn surface_on(&self, basis: Basis) -> SurfaceGroup {
+        match basis {
+            Basis::CrossValidated => self.surfaces[0],
+            Basis::Near => self.surfaces[1],
         }
     }
 

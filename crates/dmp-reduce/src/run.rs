@@ -54,7 +54,11 @@ impl RunSums {
     /// Adds one return.
     #[inline]
     pub fn add(&mut self, residuals: &Residuals) {
-        let squares = Squares::of(residuals, self.scales);
+        self.add_squares(&Squares::of(residuals, self.scales));
+    }
+
+    #[inline]
+    pub(crate) fn add_squares(&mut self, squares: &Squares) {
         self.returns += 1;
         self.with_first += u64::from(squares.first.is_some());
         self.with_independent += u64::from(squares.independent.is_some());

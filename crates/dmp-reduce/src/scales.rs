@@ -110,6 +110,13 @@ impl Scales {
         }
     }
 
+    /// Edge of the cubes of a map that count as one piece of surface, metres: errors are alike within, and have little in
+    /// common beyond (`docs/accuracy.md`).
+    #[inline]
+    pub fn surface_m(self) -> f64 {
+        4.0 * self.metre_m()
+    }
+
     /// A return whose first surfel is crossed this much before the measured range is blocked, metres.
     #[inline]
     pub fn blocked_m(self) -> f64 {

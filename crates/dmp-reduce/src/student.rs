@@ -31,8 +31,8 @@ impl Confidence {
         if level == Self::P99.level {
             return Self::P99;
         }
-        let within = |z: f64| 1.0 - libm::erfc(z / SQRT_2);
-        let normal = bisect((0.0, 7.0), |z| within(z) < level);
+        let beyond = |z: f64| libm::erfc(z / SQRT_2);
+        let normal = bisect((0.0, 9.0), |z| beyond(z) > 1.0 - level);
         // That of one degree of freedom, and a little more for rounding.
         let largest = libm::tan(FRAC_PI_2 * level) * 1.001;
         Self { level, normal, largest }
@@ -48,6 +48,12 @@ impl Confidence {
     #[must_use]
     pub fn of_each_look(self, looks: u32) -> Self {
         if looks <= 1 { self } else { Self::of(1.0 - (1.0 - self.level) / f64::from(looks)) }
+    }
+
+    /// How likely |t| is to be at least so long by chance, t of Student's distribution with `degrees` degrees of freedom.
+    /// More than 400 degrees count as 400; chances below 1e-15 are rounded.
+    pub fn chance(t: f64, degrees: u64) -> f64 {
+        if t.is_infinite() { 0.0 } else { (1.0 - probability_within(t, degrees.clamp(1, SUMMED))).max(0.0) }
     }
 
     /// The length that |t| stays below with this probability, t of Student's distribution with `degrees`
