@@ -1,6 +1,6 @@
 use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query};
 use dmp_map::{MapError, PlacedPatches};
-use dmp_reduce::{Estimate, Residuals, Scales};
+use dmp_reduce::{Estimate, Residuals, Scales, SurfaceGroup};
 use dmp_sensor::{Isometry3, Ray};
 use rayon::prelude::*;
 
@@ -24,18 +24,31 @@ pub(super) const LOOPS: usize = 1;
 struct Left {
     first_m: f32,
     nearest_m: f32,
+    /// Where the nearest crossing is, or the first, or the return.
+    surface: SurfaceGroup,
 }
 
 impl Left {
-    fn of(ray: &Ray, answer: &Answer) -> Self {
+    fn of(ray: &Ray, answer: &Answer, scales: Scales) -> Self {
+        let predicted_m = answer.nearest_m.or(answer.first_m).unwrap_or(ray.range_m);
+        let place_m = [0, 1, 2].map(|k| ray.origin_in_world[k] + predicted_m * ray.direction_in_world[k]);
         let residual =
             |range_m: Option<f64>| range_m.map_or(f32::NAN, |range_m| (ray.range_m - range_m) as f32);
-        Self { first_m: residual(answer.first_m), nearest_m: residual(answer.nearest_m) }
+        Self {
+            first_m: residual(answer.first_m),
+            nearest_m: residual(answer.nearest_m),
+            surface: SurfaceGroup::of_place(place_m, scales),
+        }
     }
 
     fn residuals(self) -> Residuals {
         let residual = |m: f32| (!m.is_nan()).then_some(f64::from(m));
-        Residuals { first_m: residual(self.first_m), nearest_m: residual(self.nearest_m), ..Residuals::MISS }
+        Residuals {
+            first_m: residual(self.first_m),
+            nearest_m: residual(self.nearest_m),
+            surfaces: [self.surface; 2],
+            ..Residuals::MISS
+        }
     }
 }
 
@@ -75,11 +88,14 @@ impl<'a> Placed<'a> {
         let caster = map.caster(&world_from_body, map.threads())?;
         let left = (0..world_from_body.len())
             .into_par_iter()
-            .map_init(Casting::default, |casting, keyframe| {
-                let mut left = Vec::new();
-                casting.cast(&caster, &world_from_body[keyframe], map.rays[keyframe].all(), &mut left)?;
-                Ok(left)
-            })
+            .map_init(
+                || Casting::new(map.scales),
+                |casting, keyframe| {
+                    let mut left = Vec::new();
+                    casting.cast(&caster, &world_from_body[keyframe], map.rays[keyframe].all(), &mut left)?;
+                    Ok(left)
+                },
+            )
             .collect::<Result<_, MapError>>()?;
         let columns = Columns::new(map, &world_from_body);
         Ok(Self { map, world_from_body, left, columns })
@@ -87,7 +103,7 @@ impl<'a> Placed<'a> {
 
     /// The score of this map itself.
     pub(crate) fn score(&self) -> Result<MapScores, LoopError> {
-        let mut sums = Sums::new(self.map.scales);
+        let mut sums = self.map.sums();
         for (keyframe, left) in self.seen() {
             sums.enter(self.map.stretches[keyframe])?;
             left.iter().for_each(|left| sums.frame.add_return(&[left.residuals(); 2]));
@@ -110,7 +126,7 @@ impl<'a> Placed<'a> {
         let seen: Vec<(usize, &Vec<Left>)> = self.seen().collect();
         let stretches: Vec<_> = seen.chunk_by(|a, b| map.stretches[a.0] == map.stretches[b.0]).collect();
         let part = |stretches: &[&[(usize, &Vec<Left>)]]| {
-            let mut part = Part::new(map.scales);
+            let mut part = Part::new(map);
             stretches.iter().flat_map(|seen| seen.iter()).try_for_each(|(keyframe, before)| {
                 part.add(*keyframe, before, &moved, &caster, world_from_body)
             })?;
@@ -124,7 +140,7 @@ impl<'a> Placed<'a> {
                 several.par_iter().map(|stretches| part(stretches)).collect::<Result<_, LoopError>>()?
             }
         };
-        let mut whole = Part::new(map.scales);
+        let mut whole = Part::new(map);
         parts.iter().try_for_each(|part| whole.merge(part))?;
         Ok(whole.sums.score(whole.cast as f64 / whole.all.max(1) as f64))
     }
@@ -146,8 +162,9 @@ struct Part {
 }
 
 impl Part {
-    fn new(scales: Scales) -> Self {
-        Self { sums: Sums::new(scales), cast: 0, all: 0, casting: Casting::default(), left: Vec::new() }
+    fn new(map: &LoopMap) -> Self {
+        let casting = Casting::new(map.scales);
+        Self { sums: map.sums(), cast: 0, all: 0, casting, left: Vec::new() }
     }
 
     /// Adds a keyframe of which the map before left this.
@@ -199,6 +216,11 @@ impl Part {
 }
 
 impl LoopMap {
+    /// Sums of nothing yet.
+    fn sums(&self) -> Sums {
+        Sums::new(self.scales, self.stretches.iter().max().map_or(0, |last| last + 1))
+    }
+
     /// A caster into the map with its patches there, whose tiles may take the memory of so many maps.
     fn caster(
         &self,
@@ -217,8 +239,8 @@ impl LoopMap {
 }
 
 /// A thread's buffers.
-#[derive(Default)]
 struct Casting {
+    scales: Scales,
     rays: Vec<Ray>,
     queries: Vec<Query>,
     answers: Vec<Answer>,
@@ -226,6 +248,11 @@ struct Casting {
 }
 
 impl Casting {
+    fn new(scales: Scales) -> Self {
+        let (rays, queries, answers) = (Vec::new(), Vec::new(), Vec::new());
+        Self { scales, rays, queries, answers, buffers: CastBuffers::default() }
+    }
+
     /// Casts rays of a keyframe, and adds what the map leaves of them to `left`.
     fn cast(
         &mut self,
@@ -234,7 +261,7 @@ impl Casting {
         rays: &[RayInPatch],
         left: &mut Vec<Left>,
     ) -> Result<(), MapError> {
-        let Self { rays: placed, queries, answers, buffers } = self;
+        let Self { scales, rays: placed, queries, answers, buffers } = self;
         for rays in rays.chunks(BLOCK_RAYS) {
             placed.clear();
             placed.extend(rays.iter().map(|ray| ray.placed(world_from_body)));
@@ -246,7 +273,9 @@ impl Casting {
                 segment: None,
             }));
             caster.cast(queries, answers, buffers)?;
-            left.extend(placed.iter().zip(answers.iter()).map(|(ray, answer)| Left::of(ray, answer)));
+            left.extend(
+                placed.iter().zip(answers.iter()).map(|(ray, answer)| Left::of(ray, answer, *scales)),
+            );
         }
         Ok(())
     }

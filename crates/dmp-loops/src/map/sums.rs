@@ -1,4 +1,4 @@
-use dmp_reduce::{Basis, Confidence, Estimate, FrameSums, Interval, Layout, Reducer, Scales};
+use dmp_reduce::{Basis, Confidence, Estimate, FrameSums, Interval, Layout, Promise, Reducer, Scales};
 
 use super::score::{LOOPS, MapScores};
 use crate::LoopError;
@@ -11,13 +11,10 @@ pub(super) struct Sums {
     stretch: Option<usize>,
 }
 
-/// Stretches of the drive are a sample of all places that it could have been through: of so many that none was left out
-/// or not makes no difference.
-const PLACES: u64 = 1 << 40;
-
 impl Sums {
-    pub(super) fn new(scales: Scales) -> Self {
-        let layout = Layout::new(PLACES, vec![Basis::Near; 2]).on_scales(scales);
+    /// Of a map with these scales and so many stretches.
+    pub(super) fn new(scales: Scales, stretches: usize) -> Self {
+        let layout = Layout::new(stretches as u64, vec![Basis::Near; 2]).on_scales(scales);
         let frame = FrameSums::on_scales(layout.bases(), scales);
         Self { reducer: Reducer::new(layout), frame, stretch: None }
     }
@@ -46,10 +43,10 @@ impl Sums {
     }
 
     pub(super) fn score(&self, cast_share: f64) -> MapScores {
-        let scales = self.reducer.compare(0, 1, Confidence::P99).scales;
+        let scales = self.reducer.compare(0, 1, Promise::default()).scales;
         // What is told there is the first less the second.
         let change = scales.get(LOOPS).and_then(|scale| scale.difference).map(negative);
-        MapScores { r_near_m2: self.reducer.scores(1).r_near_m2, change, cast_share }
+        MapScores { r_near_m2: self.reducer.scores(1, Confidence::P99).r_near_m2, change, cast_share }
     }
 }
 

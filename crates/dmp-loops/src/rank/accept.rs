@@ -2,6 +2,7 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use dmp::{Stage, Watch};
+use dmp_reduce::Margin;
 use dmp_sensor::{PoseEdge, PoseGraph};
 
 use super::{Ranker, Ranking, Tried, TryFault};
@@ -30,7 +31,7 @@ pub struct Decision {
 pub enum Verdict {
     /// It is in the graph.
     Accepted,
-    /// It makes the score worse, beyond the interval of the change.
+    /// It may make the score worse by more than what counts as the same.
     Worse,
     /// With those accepted before it, it has no score.
     Failed(TryFault),
@@ -82,9 +83,10 @@ impl PartialEq for Waiting {
 impl Eq for Waiting {}
 
 impl Ranker<'_> {
-    /// Adds candidates from best to worst, and keeps each that does not make the score worse beyond the 99 % interval of the
-    /// change, nor worse than the best so far by more than half that interval, lest many small steps lead away; where no map
-    /// is looked at, each whose sum of squares grows by no more than 99 of 100 right loops would.
+    /// Adds candidates from best to worst, and keeps each that by the 99 % interval of the change makes the score worse by no
+    /// more than what counts as the same ([`Margin`] of the best score so far, which nothing that is kept is further away
+    /// from, lest many small steps lead away); where no map is looked at, each whose sum of squares grows by no more than
+    /// 99 of 100 right loops would.
     ///
     /// Whenever the graph has grown, what comes next is tried again on it, and goes back among the others where it is no
     /// longer the best: a lazy greedy search, which tries few candidates more than twice. Accepted loops have no robust
@@ -169,12 +171,13 @@ impl Ranker<'_> {
     }
 }
 
-/// Whether the score becomes worse than it may, `best` being the best there was; a change that nobody knows is worse.
-fn is_worse(tried: &Tried, best: f64) -> bool {
+/// Whether the score may become worse than what counts as the same, `best_m2` being the best there was; a change that nobody
+/// knows may.
+fn is_worse(tried: &Tried, best_m2: f64) -> bool {
     let Some(map) = &tried.map else { return tried.chi2_change > LARGEST_CHI2 };
+    let best_m = best_m2.sqrt();
+    let most_m = best_m + Margin::default().metres(best_m);
+    let most_m2 = most_m * most_m - best_m2;
     let interval = map.change.and_then(|change| change.interval);
-    interval.is_none_or(|interval| {
-        let half = (interval.high_m2 - interval.low_m2) / 2.0;
-        interval.low_m2 > 0.0 || tried.score() - best > half
-    })
+    interval.is_none_or(|interval| interval.high_m2 > most_m2 || tried.score() - best_m2 > most_m2)
 }

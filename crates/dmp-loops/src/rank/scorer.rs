@@ -1,4 +1,4 @@
-use dmp::{Config, Watch, evaluate};
+use dmp::{Config, Frame, Watch, evaluate};
 use dmp_log::ScanLog;
 use dmp_reduce::Estimate;
 use dmp_sensor::Isometry3;
@@ -76,8 +76,7 @@ impl<'a> Scorer<'a> {
                 (Before::Patches(Box::new(placed)), Some(scores))
             }
             Kind::Log(maps) => {
-                let (scores, voxel_m) = maps.score(world_from_body, watch)?;
-                let config = Config { voxel_m: Some(voxel_m), ..maps.config.clone() };
+                let (scores, config) = maps.score(world_from_body, watch)?;
                 let maps = WholeMaps { config, without_m2: scores.ranked_m2(), ..**maps };
                 (Before::Log(Box::new(maps)), Some(scores))
             }
@@ -102,12 +101,12 @@ impl Before<'_> {
 }
 
 impl WholeMaps<'_> {
-    /// The scores of poses, and the edge of the voxels, metres.
+    /// The scores of poses, and the settings by which others are to be scored beside them: of the same voxels.
     fn score(
         &self,
         world_from_body: &[Isometry3<f64>],
         watch: &dyn Watch,
-    ) -> Result<(MapScores, f64), LoopError> {
+    ) -> Result<(MapScores, Config), LoopError> {
         let run = self.keyframes.run("graph", world_from_body)?;
         let report = evaluate(self.log, &[run], &self.config, &Quietly(watch))?;
         let of_run = &report.runs[0];
@@ -116,7 +115,9 @@ impl WholeMaps<'_> {
         let r_near_m2 = std::array::from_fn(|k| (near_m[k], of_run.r_near_m2[k].map(plain)));
         let scores = MapScores { r_near_m2, change: None, cast_share: 1.0 };
         let change = scores.ranked_m2().zip(self.without_m2).map(|(with, without)| plain(with - without));
-        Ok((MapScores { change, ..scores }, report.config.voxel_m))
+        let frame = Frame::of_report(report.inputs.runs[0].world_from_own);
+        let config = Config { voxel_m: Some(report.config.voxel_m), frame, ..self.config.clone() };
+        Ok((MapScores { change, ..scores }, config))
     }
 }
 

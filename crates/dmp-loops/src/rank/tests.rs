@@ -23,10 +23,11 @@ fn scores(map: &LoopMap, at: &[Isometry3<f64>], with: &[Vec<Isometry3<f64>>]) ->
     (ranked_m2(&placed.score().unwrap()), changes)
 }
 
-/// The rule: within the interval of the change, and of the best so far by half of it.
+/// The rule: by the whole interval of the change, and by itself of the best so far, no worse than a tenth more as root mean
+/// square.
 fn is_worse(score: &MapScores, best: f64) -> bool {
-    let interval = score.change.unwrap().interval.unwrap();
-    interval.low_m2 > 0.0 || ranked_m2(score) - best > (interval.high_m2 - interval.low_m2) / 2.0
+    let most = 1.1 * 1.1 * best - best;
+    score.change.unwrap().interval.unwrap().high_m2 > most || ranked_m2(score) - best > most
 }
 
 /// The plain greedy: tries all that remain on the graph as it is, and takes or refuses the one with the lowest change. The
