@@ -42,6 +42,21 @@ pub(crate) fn interval_ns(text: &str) -> Result<i64, String> {
     Ok((seconds.ok_or_else(|| format!("`{text}` is no time: try 0.1s or 100ms"))? * 1e9).round() as i64)
 }
 
+/// Two runs by their names; `None`: all of them.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Pair(pub(crate) Option<(String, String)>);
+
+/// Nothing, or two names.
+pub(crate) fn pair(text: &str) -> Result<Pair, String> {
+    if text.is_empty() {
+        return Ok(Pair(None));
+    }
+    match text.split_once(',').filter(|(a, b)| !a.is_empty() && !b.is_empty() && !b.contains(',')) {
+        Some((a, b)) => Ok(Pair(Some((a.to_owned(), b.to_owned())))),
+        None => Err("the names of two runs with a comma between them are expected".to_owned()),
+    }
+}
+
 /// A finite number with one of the units, the longer names first, or with none where that has a meaning.
 fn quantity(text: &str, units: &[(&str, f64)], without: Option<f64>) -> Option<f64> {
     let with_unit = units.iter().find_map(|&(name, factor)| Some((text.strip_suffix(name)?, factor)));
@@ -76,5 +91,12 @@ mod tests {
         for text in ["1cm", "0,1mrad", "1cm,-1deg", "1cm,1"] {
             assert!(errors(text).is_err_and(|e| e.contains("try")), "{text}");
         }
+    }
+
+    #[test]
+    fn a_pair_is_two_names() {
+        assert_eq!(pair("a,b"), Ok(Pair(Some(("a".to_owned(), "b".to_owned())))));
+        assert_eq!(pair(""), Ok(Pair(None)));
+        assert!(["a", "a,b,c", ",b", "a,"].into_iter().all(|text| pair(text).is_err()));
     }
 }

@@ -41,13 +41,14 @@ fn scores_are_one_json_object_or_a_table() {
         "warnings",
         "timing",
         "memory",
+        "promise",
     ];
     let mut found = keys(&scores);
     let mut expected = expected.to_vec();
     found.sort_unstable();
     expected.sort_unstable();
     assert_eq!(found, expected);
-    assert_eq!(scores["schema"], "dmp-score/1");
+    assert_eq!(scores["schema"], "dmp-score/2");
     assert_eq!(scores["order"], serde_json::json!(["truth", "b"]));
     assert_eq!(scores["pairs"][0]["verdict"], "truth");
     assert_eq!(scores["timing"]["threads"], 1);

@@ -24,6 +24,23 @@ pub fn percent(share: f64) -> String {
     format!("{:.1}", 100.0 * share)
 }
 
+/// How sure something is, in percent: `99 %`, `99.9962 %`; what is left of 100 % has two digits.
+pub fn confidence(level: f64) -> String {
+    percent_of(level, 1.0 - level)
+}
+
+/// What is left to chance where something is so sure: `1 %`, `0.25 %`.
+pub fn left(level: f64) -> String {
+    percent_of(1.0 - level, 1.0 - level)
+}
+
+/// In percent, as exactly as shows two digits of `smallest`; without zeros behind.
+fn percent_of(share: f64, smallest: f64) -> String {
+    let digits = (1.0 - libm::log10(100.0 * smallest.max(1e-14))).ceil().clamp(1.0, 13.0);
+    let text = format!("{:.*}", digits as usize, 100.0 * share);
+    format!("{} %", text.trim_end_matches('0').trim_end_matches('.'))
+}
+
 /// A count with commas between the thousands.
 pub fn count(count: u64) -> String {
     let plain = count.to_string();
@@ -166,6 +183,12 @@ mod tests {
             [0.0123, 61.24, 725.0, 7384.0].map(duration),
             ["0.0123 s", "61.2 s", "12 min 5 s", "2 h 3 min"]
         );
+    }
+
+    #[test]
+    fn what_is_left_to_chance_has_two_digits() {
+        assert_eq!([0.99, 0.9975, 0.999_962_1].map(confidence), ["99 %", "99.75 %", "99.9962 %"]);
+        assert_eq!([0.99, 0.9975, 0.95, 0.5].map(left), ["1 %", "0.25 %", "5 %", "50 %"]);
     }
 
     #[test]

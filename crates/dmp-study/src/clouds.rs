@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use dmp::{FrameSums, ScoredReturns, Stage, Watch};
-use dmp_sensor::Ray;
 
 /// Collects the returns of an evaluation as points in each run's world, and passes everything on to
 /// another watch.
@@ -90,12 +89,12 @@ fn append(to: &mut Vec<Vec<[f64; 3]>>, part: Vec<Vec<[f64; 3]>>) {
     }
 }
 
-fn points(rays: &[Vec<Ray>], kept: impl Fn(usize) -> bool) -> Vec<Vec<[f64; 3]>> {
-    let of_run = |rays: &Vec<Ray>| {
-        let kept = rays.iter().enumerate().filter(|&(k, _)| kept(k));
-        kept.map(|(_, ray)| ray.endpoint_in_world()).collect()
+fn points(returns: &ScoredReturns<'_>, kept: impl Fn(usize) -> bool) -> Vec<Vec<[f64; 3]>> {
+    let of_run = |run: usize| {
+        let kept = (0..returns.rays[run].len()).filter(|&k| kept(k));
+        kept.map(|k| returns.own_ray(run, k).endpoint_in_world()).collect()
     };
-    rays.iter().map(of_run).collect()
+    (0..returns.rays.len()).map(of_run).collect()
 }
 
 impl State {
@@ -146,8 +145,8 @@ impl Watch for CloudWatch<'_> {
             (offset, state.is_first(returns.frame, self.first_returns))
         };
         let kept = |k: usize| hash(returns.frame as u64, offset + k as u64) <= kept_up_to;
-        let kept = points(returns.rays, kept);
-        let whole = is_first.then(|| points(returns.rays, |_| true));
+        let kept = points(returns, kept);
+        let whole = is_first.then(|| points(returns, |_| true));
         let mut state = lock();
         append(&mut state.frames.entry(returns.frame).or_default().kept, kept);
         if let Some(whole) = whole {
@@ -186,7 +185,7 @@ fn hash(frame: u64, index: u64) -> u64 {
 mod tests {
     use super::*;
     use dmp::Residuals;
-    use dmp_sensor::Isometry3;
+    use dmp_sensor::{Isometry3, Ray};
 
     /// Frame `frame` with its returns split into parts; two runs, one a metre beside the other.
     fn feed(watch: &CloudWatch<'_>, frame: usize, parts: &[usize]) {
@@ -204,7 +203,8 @@ mod tests {
                 frame,
                 first: next,
                 offsets_ns: &vec![0; count],
-                world_from_sensor: &[Isometry3::identity(); 2],
+                own_from_sensor: &[Isometry3::identity(); 2],
+                own_from_world: &[Isometry3::identity(); 2],
                 rays: &rays,
                 residuals: &residuals,
             });

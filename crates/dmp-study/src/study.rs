@@ -59,7 +59,7 @@ pub struct Study {
     pub peers: Option<PeerReport>,
     /// What a reader should know.
     pub notes: Vec<String>,
-    /// The whole report of the scores: schema `dmp-score/1`.
+    /// The whole report of the scores: schema `dmp-score/2`.
     pub score: Report,
 }
 

@@ -2,10 +2,11 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use dmp_log::{LengthUnit, LogSummary};
-use dmp_reduce::{MissPrice, Scales};
+use dmp_reduce::{Confidence, Margin, MissPrice, Promise, Scales};
 use dmp_sensor::{DepthNoise, Isometry3, Trajectory};
 
 use crate::error::EvaluateError;
+use crate::own_frame::Frame;
 use crate::report::SegmentReport;
 use crate::sample::{Decide, Sample};
 
@@ -138,6 +139,11 @@ pub struct Config {
     pub free_space: bool,
     /// What a return that no independent surfel predicts costs in `R_cv` at its largest truncation.
     pub miss_price: MissPrice,
+    /// How sure the verdicts are to be, all of them together: where runs are equal, the chance that any two of them are
+    /// told apart is what this leaves, over all pairs, scales and looks.
+    pub confidence: Confidence,
+    /// How far apart two runs may be and still count as the same.
+    pub same_within: Margin,
     /// The sensor's noise, metres: scales the raw log-likelihood, nothing else. `None`: 0.02 m, and that of a depth
     /// camera grows with depth as [`DepthNoise::KINECT`].
     pub sigma_m: Option<f64>,
@@ -156,6 +162,8 @@ pub struct Config {
     pub resume: bool,
     /// In which order the log is read.
     pub order: FrameOrder,
+    /// In which frame each run is scored.
+    pub frame: Frame,
 }
 
 impl Default for Config {
@@ -178,6 +186,8 @@ impl Default for Config {
             max_time_gap_ns: None,
             free_space: false,
             miss_price: MissPrice::default(),
+            confidence: Confidence::P99,
+            same_within: Margin::default(),
             sigma_m: None,
             memory_bytes: 2 << 30,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
@@ -186,6 +196,7 @@ impl Default for Config {
             checkpoint_every: None,
             resume: false,
             order: FrameOrder::Log,
+            frame: Frame::OfTheWay,
         }
     }
 }
@@ -236,6 +247,11 @@ impl Config {
         self.sigma_m.map_or(DepthNoise::KINECT, DepthNoise::constant)
     }
 
+    /// What the verdicts promise where nothing is looked at twice.
+    pub(crate) fn promise(&self) -> Promise {
+        Promise { confidence: self.confidence, margin: self.same_within }
+    }
+
     /// How long what is a metre on a drive is here, metres.
     pub(crate) fn metre_m(&self) -> f64 {
         self.scales().metre_m()
@@ -277,6 +293,10 @@ impl Config {
         }
         if let Some(sigma_m) = self.sigma_m.filter(|&m| !(m > 0.0 && m.is_finite())) {
             return bad("sigma", format!("{sigma_m} m"), "it must be positive");
+        }
+        let (Margin::Share(margin) | Margin::Metres(margin)) = self.same_within;
+        if !(margin >= 0.0 && margin.is_finite()) {
+            return bad("same-within", margin.to_string(), "it must be 0 or more");
         }
         if self.every == 0 {
             return bad("every", "0".into(), "it must be 1 or more");

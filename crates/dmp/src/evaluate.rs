@@ -9,6 +9,7 @@ use crate::cast::{CastPass, Casters};
 use crate::checkpoint::Work;
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
+use crate::own_frame::Placed;
 use crate::plan::{Heads, Plan};
 use crate::report::{Inputs, PassTimes, Report};
 use crate::watch::Watch;
@@ -53,10 +54,12 @@ fn evaluate_in(
     let mut lap = start;
     let mut lap_s = || std::mem::replace(&mut lap, Instant::now()).elapsed().as_secs_f64();
 
-    // The same returns z, voxels and segments for every run.
+    // Every run in a frame of its own making; the same returns z, voxels and segments for all.
     let stores = given::given_stores(runs)?;
     let voxel_m = given::voxel_of_stores(runs, &stores, config.voxel_m)?.or(config.voxel_m);
-    let plan = Plan::new(log, runs, &Config { voxel_m, ..config.clone() }, watch)?;
+    let placed = Placed::new(Heads::Log(log), runs, &stores, config)?;
+    let runs = placed.runs.as_slice();
+    let plan = Plan::new(log, runs, &placed.own_from_world, &Config { voxel_m, ..config.clone() }, watch)?;
     let (room, room_warning) = work.look_for_room(log, &plan, runs, config, watch)?;
     let plan_s = lap_s();
 
@@ -83,8 +86,8 @@ fn evaluate_in(
     let map_bytes = fuse::fused_bytes(&run_maps);
     let casters = Casters::new(run_maps, config, work.budget());
     // Where they hardly belong together: what is likely wrong, told before the long part.
-    let hints =
-        sanity::look(log, &plan, &sanity::stretches(&plan, config), runs, &casters.given(), config, watch)?;
+    let stretches = sanity::stretches(&plan, config);
+    let hints = sanity::look(log, &plan, &stretches, placed.as_given, &casters.given(), config, watch)?;
     let (plan, casters) = (&plan, &casters);
     let pass = CastPass { log, plan, runs, casters, config, work, watch };
     let mut scored = pass.run(&as_kept)?;

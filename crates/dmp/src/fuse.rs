@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 
 use dmp_log::ScanLog;
-use dmp_map::{Durability, FuseScratch, Lattice, MapFuser, Store};
+use dmp_map::{Durability, FuseScratch, Lattice, MapFuser, Origin, Store};
 use dmp_sensor::{Ray, ReturnCounts, Scan};
 
 use crate::checkpoint::{Fused, FusedMap, Fusing, Round, Work};
@@ -98,25 +98,30 @@ pub(crate) fn maps_of(
     let mut scratch_bytes = 0;
     let mut maps = Vec::new();
     let mut notes = vec![Vec::new(); runs.len()];
-    for (((run, fuser), store), notes) in runs.iter().zip(fusers).zip(stores).zip(&mut notes) {
+    for ((((run, own_from_world), fuser), store), notes) in
+        runs.iter().zip(&plan.own_from_world).zip(fusers).zip(stores).zip(&mut notes)
+    {
+        let origin = |text| Origin { text, own_from_world: *own_from_world };
         let map_error = EvaluateError::map_of(&run.name);
         maps.push(match (fuser, store, &run.map) {
             (Some(fuser), ..) => {
                 scratch_bytes += fuser.scratch_bytes();
                 let (path, keep) = places.map(run);
                 let (store, thin_voxels) =
-                    finish(fuser, &path, &provenance(log, run, plan), keep, watch).map_err(map_error)?;
+                    finish(fuser, &path, &origin(provenance(log, run, plan)), keep, watch)
+                        .map_err(map_error)?;
                 RunMap { store, fused: true, thin_voxels: Some(thin_voxels), points_dropped: 0 }
             }
             (None, Some(store), _) => RunMap { store, fused: false, thin_voxels: None, points_dropped: 0 },
             (None, None, MapSource::Given(given)) => {
                 let fuser = new_fuser(run)?;
-                let found = fuse_given(given, &run.name, config.map_unit, &fuser, watch)?;
+                let world_from_own = own_from_world.inverse();
+                let found = fuse_given(given, &run.name, config.map_unit, &fuser, &world_from_own, watch)?;
                 *notes = found.notes;
                 let text = format!("fused from {}", given.display());
                 let path = work.file(&format!("given-{}.dmpmap", file_stem(runs, run)));
                 let (store, thin_voxels) =
-                    finish(fuser, &path, &text, places.keep(), watch).map_err(map_error)?;
+                    finish(fuser, &path, &origin(text), places.keep(), watch).map_err(map_error)?;
                 RunMap { store, fused: false, thin_voxels: Some(thin_voxels), points_dropped: found.dropped }
             }
             (None, None, MapSource::Fused) => continue,
@@ -252,13 +257,13 @@ pub(crate) fn keep(work: &Work, round: Round, fused: &Fused) -> Result<(), Evalu
 pub(crate) fn finish(
     fuser: MapFuser,
     path: &Path,
-    provenance: &str,
+    origin: &Origin,
     life: Life,
     watch: &dyn Watch,
 ) -> Result<(Store, u64), dmp_map::MapError> {
     let done = std::sync::atomic::AtomicU64::new(0);
     let durability = if life == Life::User { Durability::Durable } else { Durability::Scratch };
-    let summary = fuser.finish(path, provenance, durability, &|tiles, total| {
+    let summary = fuser.finish(path, origin, durability, &|tiles, total| {
         let before = done.swap(tiles, std::sync::atomic::Ordering::Relaxed);
         if before == 0 {
             watch.begin(Stage::Surfels, total);

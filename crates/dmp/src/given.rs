@@ -5,6 +5,7 @@ use std::path::Path;
 use dmp_log::{LengthUnit, is_mesh, read_cloud, read_mesh};
 use dmp_map::{FuseScratch, Lattice, MapError, MapFuser, Store, TriangleSampler};
 use dmp_reduce::Scales;
+use dmp_sensor::{Isometry3, Point3};
 
 use crate::config::{Config, MapSource, Run};
 use crate::error::EvaluateError;
@@ -94,16 +95,18 @@ pub(crate) struct GivenMap {
     pub(crate) notes: Vec<String>,
 }
 
-/// Fuses a cloud or a mesh, whose points know no segment.
+/// Fuses a cloud or a mesh, whose points know no segment and are brought into the world.
 pub(crate) fn fuse_given(
     path: &Path,
     run: &str,
     unit: Option<LengthUnit>,
     fuser: &MapFuser,
+    world_from_own: &Isometry3<f64>,
     watch: &dyn Watch,
 ) -> Result<GivenMap, EvaluateError> {
     watch.begin(Stage::ReadMap, 0);
-    let mut points = Points { fuser, run, watch, buffers: FuseScratch::default(), batch: Vec::new() };
+    let buffers = FuseScratch::default();
+    let mut points = Points { fuser, world_from_own, run, watch, buffers, batch: Vec::new() };
     let mut given = if is_mesh(path)? {
         fuse_mesh(path, unit, &mut points)?
     } else {
@@ -121,6 +124,7 @@ pub(crate) fn fuse_given(
 /// Finite points on their way into a map.
 struct Points<'a> {
     fuser: &'a MapFuser,
+    world_from_own: &'a Isometry3<f64>,
     run: &'a str,
     watch: &'a dyn Watch,
     buffers: FuseScratch,
@@ -133,6 +137,9 @@ impl Points<'_> {
         self.watch.advance(self.batch.len() as u64);
         if self.watch.cancelled() {
             return Err(EvaluateError::Cancelled);
+        }
+        for point in &mut self.batch {
+            *point = (self.world_from_own * Point3::from(*point)).into();
         }
         let added = self.fuser.add(&self.batch, None, &mut self.buffers);
         self.batch.clear();

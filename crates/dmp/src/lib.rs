@@ -37,6 +37,7 @@ mod given;
 mod join;
 mod maps;
 mod memory;
+mod own_frame;
 mod places;
 mod plan;
 mod pose;
@@ -56,17 +57,19 @@ pub use fuse::file_stem_of;
 pub use join::{JoinError, JoinedReport, NamedReport, join_reports};
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
 pub use memory::{machine_memory_bytes, peak_anonymous_bytes};
+pub use own_frame::Frame;
 pub use places::{ScoredPlace, drawn_places, evaluate_quick};
 pub use posed::{PosedLog, PosedScan};
 pub use report::{
     ConfigReport, DepthNoiseReport, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport,
-    PairReport, PassTimes, PlacesReport, Report, RunInputReport, RunReport, SamplingReport, ScaleReport,
-    ScaleScores, SegmentReport, TileReport,
+    PairReport, PassTimes, PlacesReport, PromiseReport, Report, RunInputReport, RunReport, SamplingReport,
+    ScaleReport, ScaleScores, SegmentReport, TileReport,
 };
 pub use sample::{Decide, Looks, Sample};
 pub use watch::{ScoredReturns, Stage, Watch};
 
 pub use dmp_log::LengthUnit;
 pub use dmp_reduce::{
-    Basis, Confidence, DepthResidual, FrameSums, HitKind, MissPrice, Reach, Residuals, RunSums, Scales,
+    Basis, Confidence, DepthResidual, FrameSums, HitKind, Margin, MissPrice, Promise, Reach, Residuals,
+    RunSums, Scales, SurfaceGroup,
 };

@@ -1,13 +1,15 @@
 use std::path::Path;
 
 use dmp_log::ScanLog;
-use dmp_map::{Lattice, MapFuser, Store, WorkFolder};
+use dmp_map::{Lattice, MapFuser, Origin, Store, WorkFolder};
 use dmp_reduce::Scales;
+use dmp_sensor::Isometry3;
 
 use crate::checkpoint::Work;
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
-use crate::plan::Plan;
+use crate::own_frame::Placed;
+use crate::plan::{Heads, Plan};
 use crate::watch::Watch;
 use crate::{fuse, given, trails};
 
@@ -57,7 +59,9 @@ fn fuse_in(
     let pool = pool.map_err(|source| EvaluateError::Threads { threads: config.threads, source })?;
     let stores = given::given_stores(runs)?;
     let voxel_m = given::voxel_of_stores(runs, &stores, config.voxel_m)?.or(config.voxel_m);
-    let plan = Plan::new(log, runs, &Config { voxel_m, ..config.clone() }, watch)?;
+    let placed = Placed::new(Heads::Log(log), runs, &stores, config)?;
+    let runs = placed.runs.as_slice();
+    let plan = Plan::new(log, runs, &placed.own_from_world, &Config { voxel_m, ..config.clone() }, watch)?;
     work.look_for_room(log, &plan, runs, config, watch)?;
     let maps = pool.install(|| fuse::maps_of(log, &plan, runs, stores, None, config, work, watch))?;
     if !config.free_space {
@@ -107,9 +111,9 @@ pub fn map_of_cloud(
     let budget_bytes = config.memory_bytes / 2;
     let fuser = MapFuser::new(lattice, budget_bytes, work.path()).map_err(EvaluateError::Work)?;
     let name = output.display().to_string();
-    let found = given::fuse_given(cloud, &name, config.map_unit, &fuser, watch)?;
+    let found = given::fuse_given(cloud, &name, config.map_unit, &fuser, &Isometry3::identity(), watch)?;
     let text = format!("dmp {}; fused from {}", env!("CARGO_PKG_VERSION"), cloud.display());
-    let finished = pool.install(|| fuse::finish(fuser, output, &text, fuse::Life::User, watch));
+    let finished = pool.install(|| fuse::finish(fuser, output, &Origin::of(text), fuse::Life::User, watch));
     let (store, thin_voxels) = finished.map_err(EvaluateError::Work)?;
     Ok(CloudMap { store, thin_voxels, points_dropped: found.dropped, notes: found.notes })
 }

@@ -1,6 +1,6 @@
 use dmp_cast::{Answer, Query};
 use dmp_log::{LogFormat, ScanLog};
-use dmp_reduce::Residuals;
+use dmp_reduce::{FrameSums, Reducer, Residuals};
 use dmp_sensor::Ray;
 
 use crate::config::{Config, Run};
@@ -71,7 +71,8 @@ fn thread_bytes(largest_scan: usize, largest_read: usize, row_bytes: usize, runs
     // Packed and unpacked.
     let reader = 2 * largest_read.saturating_mul(row_bytes);
     let rays = BLOCK_RAYS.min(largest_scan.saturating_mul(runs));
-    reader + largest_scan.saturating_mul(RETURN_BYTES) + rays * RAY_BYTES + THREAD_BYTES
+    let sums = FrameSums::bytes_of(runs) + Reducer::bytes_of(runs);
+    reader + largest_scan.saturating_mul(RETURN_BYTES) + rays * RAY_BYTES + sums + THREAD_BYTES
 }
 
 /// Memory of this machine in bytes, where the system tells.

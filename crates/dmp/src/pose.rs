@@ -52,6 +52,22 @@ impl<'a> RunPoses<'a> {
         }
     }
 
+    /// The sensor's pose so long after the stamp of a frame, or in its line where that has no stamp.
+    pub(crate) fn of_frame_after(&self, frame: &PlannedFrame, after_ns: i64) -> Option<Isometry3<f64>> {
+        let stamp_ns = match self.pairing {
+            Pairing::ByStamp => frame.stamp_ns,
+            Pairing::ByLine => self.stamp_of_line(frame),
+        };
+        match stamp_ns {
+            Some(stamp_ns) => self.track.world_from_sensor_at(stamp_ns.checked_add(after_ns)?),
+            None => self.of_frame(frame),
+        }
+    }
+
+    fn stamp_of_line(&self, frame: &PlannedFrame) -> Option<i64> {
+        self.track.trajectory().stamps_ns()?.get(frame.number).copied()
+    }
+
     /// Whether the log's times of points are of no use to this run, whose poses have no stamps.
     pub(crate) fn ignores_point_times(&self) -> bool {
         self.pairing == Pairing::ByLine && self.track.trajectory().stamps_ns().is_none()
@@ -59,10 +75,9 @@ impl<'a> RunPoses<'a> {
 
     /// How the poses of a scan's returns are found; `None` where the run has none for the scan.
     fn of_scan(&self, frame: &PlannedFrame, scan: &Scan) -> Option<ScanPose> {
-        let line_ns = || self.track.trajectory().stamps_ns()?.get(frame.number).copied();
         match self.pairing {
             Pairing::ByStamp => Some(ScanPose::After(frame.stamp_ns?)),
-            Pairing::ByLine => match line_ns() {
+            Pairing::ByLine => match self.stamp_of_line(frame) {
                 Some(stamp_ns) if !scan.time_offsets_ns.is_empty() => Some(ScanPose::After(stamp_ns)),
                 _ => self.of_frame(frame).map(ScanPose::Rigid),
             },

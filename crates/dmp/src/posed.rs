@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use dmp_log::ScanLog;
-use dmp_sensor::{DropReason, Ray, ReturnCounts, Scan};
+use dmp_sensor::{DropReason, Isometry3, Ray, ReturnCounts, Scan};
 
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
@@ -45,7 +45,11 @@ impl<'a> PosedLog<'a> {
     ) -> Result<Self, EvaluateError> {
         let config = config.settled(log.summary());
         config.check()?;
-        Ok(Self { log, plan: Plan::new(log, std::slice::from_ref(run), &config, watch)?, config })
+        Ok(Self {
+            log,
+            plan: Plan::new(log, std::slice::from_ref(run), &[Isometry3::identity()], &config, watch)?,
+            config,
+        })
     }
 
     /// The settings as they take effect on this log.

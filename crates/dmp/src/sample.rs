@@ -1,4 +1,4 @@
-use dmp_reduce::{Basis, Confidence, Scales};
+use dmp_reduce::Confidence;
 
 use crate::error::EvaluateError;
 use crate::frames::FrameSet;
@@ -48,9 +48,6 @@ impl Sample {
 pub struct Decide {
     /// The names of the two runs that matter; `None`: every pair does.
     pub pair: Option<(String, String)>,
-    /// How sure a verdict from samples is to be, all looks at all scales together. From all frames it is what it is
-    /// without samples.
-    pub confidence: Confidence,
 }
 
 /// The samples of an evaluation, each inside the next: one, or those looked at in turn until what is asked for is
@@ -90,12 +87,17 @@ impl Looks {
         self.sizes.iter().filter(|&&size| size < self.all).count() as u32
     }
 
-    /// How sure each scale of each look must be, so that all scales of all looks at samples together are as sure as
-    /// `asked` (Bonferroni's inequality).
+    /// How sure a look at `scored` frames must be, so that all looks that there may be are as sure as `asked` (Bonferroni's
+    /// inequality). Where samples may be looked at before all frames are, half of the error is kept for the last look, so
+    /// that it decides nearly what it would alone.
     #[must_use]
-    pub fn confidence(&self, asked: Confidence) -> Confidence {
-        asked
-            .of_each_look(self.at_samples() * Basis::CrossValidated.cascade_m(Scales::default()).len() as u32)
+    pub fn confidence(&self, scored: u64, asked: Confidence) -> Confidence {
+        match self.at_samples() {
+            0 => asked,
+            _ if self.sizes.len() == 1 => asked,
+            _ if scored >= self.all => asked.of_each_look(2),
+            samples => asked.of_each_look(2 * samples),
+        }
     }
 
     /// The frames of the `look`-th sample, by their ordinals, in order.
@@ -201,6 +203,17 @@ mod tests {
         assert_eq!([Sample::Frames(28), Sample::Frames(1000), Sample::All].map(size), [28, 942, 942]);
         assert_eq!(Looks::new(942, Sample::All, 0, true).sizes(), [28, 56, 112, 224, 448, 896, 942]);
         assert_eq!(Looks::new(0, Sample::All, 0, true).sizes(), [0]);
+        let error = |decide, sample, scored| {
+            let confidence = Looks::new(942, sample, 0, decide).confidence(scored, Confidence::P99);
+            (100.0 * (1.0 - confidence.level()) * 1e6).round() / 1e6
+        };
+        // Six looks at samples and one at all.
+        assert_eq!(
+            [28, 896, 942].map(|scored| error(true, Sample::All, scored)),
+            [0.083_333, 0.083_333, 0.5]
+        );
+        assert_eq!((error(false, Sample::All, 942), error(false, Sample::Frames(28), 28)), (1.0, 1.0));
+        assert_eq!(error(true, Sample::Frames(942), 942), 1.0);
         assert!(!Looks::new(28, Sample::All, 0, true).is_sampled());
     }
 }

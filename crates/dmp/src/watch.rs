@@ -36,12 +36,21 @@ pub struct ScoredReturns<'a> {
     pub first: usize,
     /// When each return was measured, nanoseconds after the frame's stamp.
     pub offsets_ns: &'a [i64],
-    /// For every run, the pose of the sensor at the frame's stamp, or in its line.
-    pub world_from_sensor: &'a [Isometry3<f64>],
-    /// For every run, the rays of the same returns in the same order: `rays[run][index]`.
+    /// For every run, the pose of the sensor at the frame's stamp, or in its line, in the frame of its trajectory.
+    pub own_from_sensor: &'a [Isometry3<f64>],
+    /// For every run, the frame of its trajectory, seen from the world that it is scored in.
+    pub own_from_world: &'a [Isometry3<f64>],
+    /// For every run, the rays of the same returns in the same order: `rays[run][index]`. See [`Self::own_ray`].
     pub rays: &'a [Vec<Ray>],
     /// For every run, what the rays left: `residuals[run][index]`.
     pub residuals: &'a [Vec<Residuals>],
+}
+
+impl ScoredReturns<'_> {
+    /// The ray of a return in the frame of the run's trajectory.
+    pub fn own_ray(&self, run: usize, index: usize) -> Ray {
+        self.rays[run][index].moved(&self.own_from_world[run])
+    }
 }
 
 /// Somebody who follows an evaluation; called from several threads at once.

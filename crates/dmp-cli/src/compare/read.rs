@@ -129,16 +129,16 @@ mod tests {
         let version = "not made by this build of dmp";
         let cases: [(Change<'_>, &str); 8] = [
             (
-                &|json| json["schema"] = "dmp-score/2".into(),
-                "schema `dmp-score/2`: a result of `dmp score --json` has `dmp-score/1`",
+                &|json| json["schema"] = "dmp-score/1".into(),
+                "schema `dmp-score/1`: a result of `dmp score --json` has `dmp-score/2`",
             ),
             (&|json| remove(json, "schema"), "no result of `dmp score --json`: it has no `schema`"),
             (&|json| remove(json, "sampling"), "missing field `sampling`: "),
             (&|json| remove(json, "free_space"), "missing field `free_space`: "),
             (&|json| remove(&mut json["runs"][1], "coverage"), "missing field `runs[1].coverage`: "),
             (
-                &|json| remove(&mut json["pairs"][0]["scales"][2], "ci99_m2"),
-                "missing field `pairs[0].scales[2].ci99_m2`: ",
+                &|json| remove(&mut json["pairs"][0]["scales"][2], "interval_m2"),
+                "missing field `pairs[0].scales[2].interval_m2`: ",
             ),
             (&|json| json["runs"][0]["new"] = json!(1), "unknown field `new`: "),
             (&|json| json["order"] = json!(3), "invalid type: integer `3`"),

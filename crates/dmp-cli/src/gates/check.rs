@@ -2,12 +2,13 @@
 
 use std::fmt;
 
-use dmp::{PairReport, Report};
+use dmp::{PairReport, Report, ScaleReport};
 use serde::Serialize;
 
 use super::limit::{Bound, Limit};
 use super::unknown_run;
 use crate::exit::Usage;
+use crate::text::digits;
 
 /// A gate that was asked for.
 #[derive(Debug, Clone)]
@@ -18,6 +19,8 @@ pub(super) enum Asked {
     Best(String),
     /// No run decided to be better than this.
     Unbeaten(String),
+    /// Two runs the same, or all of them.
+    Same(Option<(String, String)>),
 }
 
 /// What became of a gate for one run, or for one pair. Part of the command's JSON.
@@ -56,17 +59,26 @@ impl Asked {
             Self::Limit(limit, Bound::Below) => format!("--fail-below {}", limit.text),
             Self::Best(name) => format!("--expect-best {name}"),
             Self::Unbeaten(name) => format!("--expect-unbeaten {name}"),
+            Self::Same(None) => "--expect-same".to_owned(),
+            Self::Same(Some((a, b))) => format!("--expect-same={a},{b}"),
         }
     }
 
     /// Refuses what these runs can never pass or fail.
     pub(super) fn refuse_unknown(&self, runs: &[&str]) -> Result<(), Usage> {
-        let (name, compares) = match self {
-            Self::Limit(limit, _) => (limit.run.as_ref(), false),
-            Self::Best(name) | Self::Unbeaten(name) => (Some(name), true),
+        let (names, compares) = match self {
+            Self::Limit(limit, _) => (limit.run.iter().collect(), false),
+            Self::Best(name) | Self::Unbeaten(name) => (vec![name], true),
+            Self::Same(None) => (Vec::new(), true),
+            Self::Same(Some((a, b))) => (vec![a, b], true),
         };
-        if let Some(name) = name.filter(|name| !runs.contains(&name.as_str())) {
+        if let Some(name) = names.iter().find(|name| !runs.contains(&name.as_str())) {
             return Err(unknown_run(&self.text(), name, runs));
+        }
+        if let [a, b] = names.as_slice()
+            && a == b
+        {
+            return Err(Usage(format!("{}: a run is always the same as itself", self.text())));
         }
         if compares && runs.len() < 2 {
             return Err(Usage(format!("{}: there is no other run to compare with", self.text())));
@@ -85,6 +97,15 @@ impl Asked {
                 let other = |pair: &PairReport| if pair.a == *name { pair.b.clone() } else { pair.a.clone() };
                 pair.is_some_and(|pair| pair.verdict != other(pair))
             }),
+            Self::Same(Some((a, b))) => vec![self.check_pair(a, b, report, is_same)],
+            Self::Same(None) => {
+                let all = report.order.iter().enumerate();
+                let each = |(k, a): (usize, &String)| {
+                    let others = report.order.iter().skip(k + 1);
+                    others.map(|b| self.check_pair(a, b, report, is_same)).collect::<Vec<_>>()
+                };
+                all.flat_map(each).collect()
+            }
         }
     }
 
@@ -133,27 +154,59 @@ impl Asked {
         passes: impl Fn(Option<&PairReport>) -> bool,
     ) -> Vec<GateReport> {
         let others = report.order.iter().filter(|other| *other != name);
-        let check = |other: &String| {
-            let is_it = |pair: &&PairReport| {
-                (pair.a == name && pair.b == *other) || (pair.a == *other && pair.b == name)
-            };
-            let pair = report.pairs.iter().find(is_it);
-            GateReport {
-                gate: self.text(),
-                run: name.to_owned(),
-                against: Some(other.clone()),
-                score: None,
-                value: None,
-                limit: None,
-                unit: None,
-                passed: passes(pair),
-                reason: pair.map_or_else(
-                    || format!("not compared with {other}: no result holds both"),
-                    |pair| told(pair, name, other),
-                ),
-            }
-        };
-        others.map(check).collect()
+        others.map(|other| self.check_pair(name, other, report, &passes)).collect()
+    }
+
+    /// The pair of two runs, as far as there is one.
+    fn check_pair(
+        &self,
+        name: &str,
+        other: &str,
+        report: &Report,
+        passes: impl Fn(Option<&PairReport>) -> bool,
+    ) -> GateReport {
+        let is_it =
+            |pair: &&PairReport| (pair.a == name && pair.b == other) || (pair.a == other && pair.b == name);
+        let pair = report.pairs.iter().find(is_it);
+        GateReport {
+            gate: self.text(),
+            run: name.to_owned(),
+            against: Some(other.to_owned()),
+            score: None,
+            value: None,
+            limit: None,
+            unit: None,
+            passed: passes(pair),
+            reason: match (pair, self) {
+                (None, _) => format!("not compared with {other}: no result holds both"),
+                (Some(pair), Self::Same(_)) => how_same(pair, other),
+                (Some(pair), _) => told(pair, name, other),
+            },
+        }
+    }
+}
+
+fn is_same(pair: Option<&PairReport>) -> bool {
+    pair.is_some_and(|pair| pair.is_same)
+}
+
+/// How far a run may be apart from another one, at the scale that says most.
+fn how_same(pair: &PairReport, other: &str) -> String {
+    let of_margin = |scale: &ScaleReport| Some(scale.apart_at_most_m? / scale.margin_m?);
+    let most = pair.scales.iter().filter_map(|scale| Some((scale, of_margin(scale)?)));
+    let most = most.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(scale, _)| scale);
+    let Some(scale) = most else { return format!("nothing is known of how far it is from {other}") };
+    let length = |m: Option<f64>| format!("{} cm", digits(100.0 * m.unwrap_or_default()));
+    let (apart, margin) = (length(scale.apart_at_most_m), length(scale.margin_m));
+    let at = format!("at {} {} m", pair.score, scale.scale_m);
+    match pair.is_same {
+        true => format!("the same as {other}: at most {apart} apart {at}, {margin} would be"),
+        false if scale.apart_at_most_m <= scale.margin_m => {
+            format!("not the same as {other}: one of the two predicts far fewer returns")
+        }
+        false => {
+            format!("not the same as {other}: up to {apart} apart {at}, where {margin} count as the same")
+        }
     }
 }
 
@@ -170,6 +223,7 @@ fn told(pair: &PairReport, name: &str, other: &str) -> String {
                 format!("mixed against {other}: better on the whole{at}, worse at places")
             }
             Some(_) => format!("mixed against {other}: worse on the whole{at}, better at places"),
+            None if pair.is_same => format!("the same as {other}"),
             None => format!("undecided against {other}"),
         }
     }
@@ -242,6 +296,36 @@ mod tests {
             "passed drift: mixed against größe: worse on the whole, at R_cv 10 m, better at places (--expect-unbeaten drift)",
         ];
         assert_eq!(told(&Asked::Unbeaten("drift".into()), &report), expected);
+    }
+
+    #[test]
+    fn the_same_is_more_than_undecided() {
+        let mut report = sample::three_runs();
+        let asked = Asked::Same(Some(("truth".into(), "größe".into())));
+        // The scale is told at which most is left possible, in parts of what counts as the same.
+        for pair in &mut report.pairs {
+            pair.scales.iter_mut().for_each(|scale| {
+                scale.margin_m = Some(if scale.scale_m == 0.5 { 0.01 } else { 0.015 });
+            });
+        }
+        let apart = "FAILED truth: not the same as größe: up to 2.00 cm apart at R_cv 0.5 m, where 1.00 cm count as the same \
+                     (--expect-same=truth,größe)";
+        assert_eq!(told(&asked, &report)[0], apart);
+        for pair in &mut report.pairs {
+            pair.is_same = true;
+            pair.scales.iter_mut().for_each(|scale| scale.margin_m = Some(0.03));
+        }
+        assert!(
+            told(&asked, &report)[0].starts_with("passed truth: the same as größe: at most 2.00 cm apart")
+        );
+        assert_eq!(told(&Asked::Same(None), &report).len(), 3);
+        let refused = |pair: Option<(&str, &str)>| {
+            let pair = pair.map(|(a, b)| (a.to_owned(), b.to_owned()));
+            Asked::Same(pair).refuse_unknown(&["a", "b"]).err().map(|usage| usage.to_string())
+        };
+        assert_eq!((refused(None), refused(Some(("b", "a")))), (None, None));
+        assert!(refused(Some(("a", "c"))).unwrap().contains("no run is called `c`"));
+        assert!(refused(Some(("a", "a"))).unwrap().ends_with("a run is always the same as itself"));
     }
 
     #[test]

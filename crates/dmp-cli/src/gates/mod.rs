@@ -15,6 +15,7 @@ use dmp::Report;
 
 use crate::Exit;
 use crate::exit::Usage;
+use crate::parse::{Pair, pair};
 use crate::save::save_text;
 use check::Asked;
 pub(crate) use check::GateReport;
@@ -47,13 +48,18 @@ struct AskedArgs {
     /// The same if it is below: `--fail-below coverage=50%`
     #[arg(long, value_name = "[NAME:]SCORE=LIMIT", help_heading = "Gates", value_parser = limit::below)]
     fail_below: Vec<Limit>,
-    /// End with exit code 4 unless the run NAME is decided to be better than each of the others; undecided and mixed
-    /// are not enough
+    /// End with exit code 4 unless the run NAME is decided to be better than each of the others; undecided, mixed
+    /// and the same are not enough
     #[arg(long, value_name = "NAME", help_heading = "Gates")]
     expect_best: Option<String>,
-    /// End with exit code 4 if any run is decided to be better than the run NAME; undecided and mixed pass
+    /// End with exit code 4 if any run is decided to be better than the run NAME; undecided, mixed and the same pass
     #[arg(long, value_name = "NAME", help_heading = "Gates")]
     expect_unbeaten: Vec<String>,
+    /// End with exit code 4 unless these two runs, or without names all, are the same within --same-within: at no scale
+    /// is a difference left possible that matters. Undecided is not enough
+    #[arg(long, value_name = "RUN,RUN", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    #[arg(value_parser = pair, help_heading = "Gates")]
+    expect_same: Vec<Pair>,
 }
 
 /// Who reads the lines on standard error.
@@ -74,6 +80,7 @@ impl GateArgs {
         gates.extend(limits(&asked.fail_below, Bound::Below));
         gates.extend(asked.expect_best.iter().cloned().map(Asked::Best));
         gates.extend(asked.expect_unbeaten.iter().cloned().map(Asked::Unbeaten));
+        gates.extend(asked.expect_same.iter().map(|pair| Asked::Same(pair.0.clone())));
         for gate in &gates {
             gate.refuse_unknown(runs)?;
         }

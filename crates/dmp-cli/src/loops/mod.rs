@@ -71,8 +71,8 @@ pub(crate) struct LoopsArgs {
     #[command(flatten)]
     weights: WeightArgs,
 
-    /// Then add candidates from best to worst, and keep each that does not make the score worse beyond the 99 %
-    /// interval of the change
+    /// Then add candidates from best to worst, and keep each that by the 99 % interval of its change makes the score worse
+    /// by a tenth at most
     #[arg(long, help_heading = "Acceptance")]
     accept: bool,
 

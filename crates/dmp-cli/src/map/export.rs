@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use dmp_log::{CloudFormat, CloudWriter, OrientedPoint};
-use dmp_map::{Store, Tile, TileId};
+use dmp_map::{Store, TileEntry, TileId};
 
 use crate::exit::Usage;
 use crate::progress::Progress;
@@ -12,7 +12,7 @@ use crate::{Common, Exit, process, text};
 
 /// Write a map's surfels as a point cloud with normals: LAZ, LAS, PLY or PCD
 ///
-/// Places are those of the world of the run's trajectory, in metres. Memory does not grow with the map.
+/// Places are those of the frame of the run's trajectory, in metres. Memory does not grow with the map.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     dmp map export maps/truth.dmpmap -o truth.laz\n  \
@@ -24,7 +24,7 @@ pub(crate) struct ExportArgs {
     /// The cloud: FILE.laz, .las, .ply or .pcd
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Only surfels whose centres lie in this box, world metres
+    /// Only surfels whose centres lie in this box, metres in the frame of the run's trajectory
     #[arg(long = "box", value_name = "XMIN,YMIN,XMAX,YMAX", allow_hyphen_values = true, value_parser = square)]
     within: Option<[f64; 4]>,
 }
@@ -52,14 +52,13 @@ pub(super) fn run(arguments: &ExportArgs, common: &Common, out: &mut impl Write)
     let format = format_of(&arguments.output)?;
     let map = Store::open(&arguments.map)?;
     refuse_same(&arguments.map, &arguments.output)?;
-    let edge_m = map.lattice().tile_edge_m();
-    let in_reach = |tile: &TileId| {
+    let in_reach = |entry: &&TileEntry| {
         arguments.within.is_none_or(|[x0, y0, x1, y1]| {
-            let [x, y] = map.lattice().tile_corner_m(*tile);
-            x <= x1 && x + edge_m >= x0 && y <= y1 && y + edge_m >= y0
+            let [low, high] = map.box_in_own_m(entry);
+            low[0] <= x1 && high[0] >= x0 && low[1] <= y1 && high[1] >= y0
         })
     };
-    let mut tiles: Vec<TileId> = map.entries().map(|entry| entry.tile).filter(in_reach).collect();
+    let mut tiles: Vec<TileId> = map.entries().filter(in_reach).map(|entry| entry.tile).collect();
     tiles.sort_unstable();
     let progress = Progress::new(common);
 
@@ -94,17 +93,14 @@ pub(super) fn run(arguments: &ExportArgs, common: &Common, out: &mut impl Write)
     Ok(Exit::Done)
 }
 
-/// A tile's own surfels in the world, those outside the box left out.
+/// A tile's own surfels in the frame of the run's trajectory, those outside the box left out.
 fn points_of(map: &Store, id: TileId, within: Option<[f64; 4]>) -> anyhow::Result<Vec<OrientedPoint>> {
-    let Some(tile) = map.load(id)? else { return Ok(Vec::new()) };
-    let Tile { origin_in_world_m: origin, own, .. } = tile;
-    let in_world = tile.surfels[..own].iter().map(|surfel| OrientedPoint {
-        point_m: std::array::from_fn(|k| origin[k] + f64::from(surfel.centre_in_tile_m[k])),
-        normal: surfel.normal,
-    });
+    let in_own = map
+        .discs_in_own(id)?
+        .map(|disc| OrientedPoint { point_m: disc.centre_in_own_m, normal: disc.normal_in_own });
     let inside = |point: &OrientedPoint| {
         let [x, y, _] = point.point_m;
         within.is_none_or(|[x0, y0, x1, y1]| (x0..=x1).contains(&x) && (y0..=y1).contains(&y))
     };
-    Ok(in_world.filter(inside).collect())
+    Ok(in_own.filter(inside).collect())
 }

@@ -17,7 +17,7 @@ pub(crate) struct MapInfoArgs {
     /// The map
     #[arg(value_name = "MAP")]
     map: PathBuf,
-    /// Print one JSON object (schema dmp-map-info/1)
+    /// Print one JSON object (schema dmp-map-info/2)
     #[arg(long, help_heading = "Output")]
     json: bool,
 }
@@ -38,8 +38,10 @@ struct Info<'a> {
     border_copies: u64,
     bytes_per_surfel: Option<f64>,
     largest_tile_surfels: u64,
-    /// Smallest and largest x, y and z that a disc may reach, world metres; by whole tiles in x and y.
+    /// Smallest and largest x, y and z that a disc may reach in the frame of the run's trajectory, metres; by whole tiles.
     extent_m: Option<[[f64; 3]; 2]>,
+    /// Takes places of the run's trajectory into the frame of the map's tiles: x, y, z (metres), qx, qy, qz, qw.
+    world_from_own: [f64; 7],
     /// The first and the last segment that any three observations of a surfel are known of.
     segments: Option<[i32; 2]>,
 }
@@ -63,20 +65,22 @@ impl<'a> Info<'a> {
     fn new(map: &'a Store, bytes: u64) -> Self {
         let (surfels, lattice) = (map.surfels(), map.lattice());
         let extents = || map.entries().map(|entry| entry.extent);
-        let low_z = extents().map(|extent| extent.z_range_m[0]).fold(f64::INFINITY, f64::min);
-        let high_z = extents().map(|extent| extent.z_range_m[1]).fold(f64::NEG_INFINITY, f64::max);
-        let extent_m = map.bounds().map(|[low, high]| {
-            let (low, high) = (lattice.tile_corner_m(low), lattice.tile_corner_m(high));
-            let edge_m = lattice.tile_edge_m();
-            [[low[0], low[1], low_z], [high[0] + edge_m, high[1] + edge_m, high_z]]
-        });
+        let join = |[low, high]: [[f64; 3]; 2], [other_low, other_high]: [[f64; 3]; 2]| {
+            [0, 1].map(|end| {
+                std::array::from_fn(|k| match end {
+                    0 => f64::min(low[k], other_low[k]),
+                    _ => f64::max(high[k], other_high[k]),
+                })
+            })
+        };
+        let extent_m = map.entries().map(|entry| map.box_in_own_m(entry)).reduce(join);
         let first = extents().map(|extent| extent.min_third_lowest).min().unwrap_or(i32::MAX);
         let last = extents().map(|extent| extent.max_third_highest).max().unwrap_or(i32::MIN);
         Self {
-            schema: "dmp-map-info/1",
+            schema: "dmp-map-info/2",
             path: map.path().display().to_string(),
             bytes,
-            provenance: map.provenance(),
+            provenance: &map.origin().text,
             voxel_m: lattice.voxel_m(),
             disc_radius_m: lattice.disc_radius_m(),
             tile_edge_m: lattice.tile_edge_m(),
@@ -86,6 +90,11 @@ impl<'a> Info<'a> {
             bytes_per_surfel: (surfels > 0).then(|| bytes as f64 / surfels as f64),
             largest_tile_surfels: map.entries().map(dmp_map::TileEntry::surfels).max().unwrap_or(0),
             extent_m,
+            world_from_own: {
+                let motion = map.own_from_world().inverse();
+                let (t, q) = (motion.translation.vector, motion.rotation.coords);
+                [t.x, t.y, t.z, q.x, q.y, q.z, q.w]
+            },
             segments: (first <= last).then_some([first, last]),
         }
     }

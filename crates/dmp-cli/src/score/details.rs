@@ -35,7 +35,10 @@ fn scores(out: &mut impl Write, report: &Report) -> io::Result<()> {
     for (k, scale_m) in scales.cv_m()[1..].iter().enumerate() {
         rows.push((format!("R_cv {scale_m} m"), Box::new(move |run| square(run.r_cv_m2[k]))));
         if k == 0 {
-            rows.push(("  99 % interval".to_owned(), Box::new(|run| interval(run.r_cv_ci99_m2))));
+            rows.push((
+                format!("  {} interval", text::confidence(report.promise.confidence)),
+                Box::new(|run| interval(run.r_cv_interval_m2)),
+            ));
         }
     }
     for (k, scale_m) in scales.near_m().iter().enumerate() {

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use dmp::{Config, Ego, MissPrice, Report, Sample};
+use dmp::{Confidence, Config, Ego, Margin, MissPrice, Report, Sample};
 use dmp_log::LogSummary;
 
 use crate::compare::read_result;
 
 /// The options whose values are those of the result.
-pub(super) const TAKEN: [&str; 14] = [
+pub(super) const TAKEN: [&str; 16] = [
+    "confidence",
     "decide",
     "ego",
     "every",
@@ -18,6 +19,7 @@ pub(super) const TAKEN: [&str; 14] = [
     "min_range",
     "miss_price",
     "quick",
+    "same_within",
     "sample",
     "scales",
     "seed",
@@ -41,7 +43,7 @@ impl Like {
     /// The settings with those that scores depend on as they were. Where the sensor sits and what is added to the
     /// clock belongs to the runs.
     pub(super) fn settings(&self, config: Config) -> anyhow::Result<Config> {
-        let (path, Report { config: was, sampling, .. }) = (self.path.display(), &self.report);
+        let (path, Report { config: was, sampling, promise, .. }) = (self.path.display(), &self.report);
         if was.free_space {
             bail!(
                 "{path}: made with --free-space, where maps depend on all runs of a command: score them in one"
@@ -69,6 +71,14 @@ impl Like {
         let Some(miss_price) = MissPrice::new(was.miss_price) else {
             bail!("{path}: config.miss_price is {}, no share from 0 to 1", was.miss_price);
         };
+        let Some(confidence) = Confidence::new(promise.confidence) else {
+            bail!("{path}: promise.confidence is {}, no share from 0.5 to 1", promise.confidence);
+        };
+        let same_within = match (promise.same_within_share, promise.same_within_m) {
+            (Some(share), None) => Margin::Share(share),
+            (None, Some(metres)) => Margin::Metres(metres),
+            _ => bail!("{path}: promise holds no margin within which runs are the same"),
+        };
         Ok(Config {
             voxel_m: Some(was.voxel_m),
             segments: Some(was.segments.clone()),
@@ -78,6 +88,8 @@ impl Like {
             ego,
             every: was.every,
             miss_price,
+            confidence,
+            same_within,
             sigma_m: was.sigma_m,
             sample: sampling.seed.map_or(Sample::All, |_| Sample::Frames(sampling.frames_scored)),
             seed: sampling.seed.unwrap_or(config.seed),

@@ -6,6 +6,7 @@ mod like;
 pub(crate) mod outputs;
 mod pairs;
 pub(crate) mod parse;
+mod promise;
 pub(crate) mod render;
 #[cfg(test)]
 pub(crate) mod sample;
@@ -31,6 +32,7 @@ use crate::settings::{ResumeArgs, SettingsArgs};
 use crate::{Common, Exit, when_printed};
 use like::Like;
 use outputs::{OutputArgs, Recorder};
+use promise::PromiseArgs;
 use sampling::SamplingArgs;
 
 /// Score runs on a log, and rank them
@@ -83,16 +85,18 @@ pub(crate) struct ScoreArgs {
     #[command(flatten)]
     settings: SettingsArgs,
     /// Score as this result of `dmp score --json` of the same log was made, so that `dmp compare` takes both: with its
-    /// voxel, segments, ranges, vehicle, every N-th scan, price of a miss, range noise and sampled scans
+    /// voxel, segments, ranges, vehicle, every N-th scan, price of a miss, range noise, sampled scans and confidence
     #[arg(long, value_name = "RESULT", conflicts_with_all = like::TAKEN, help_heading = "Input")]
     like: Option<PathBuf>,
+    #[command(flatten)]
+    promise: PromiseArgs,
     #[command(flatten)]
     sampling: SamplingArgs,
 
     #[command(flatten)]
     resume: ResumeArgs,
 
-    /// Print one JSON object (schema dmp-score/1) instead of tables
+    /// Print one JSON object (schema dmp-score/2) instead of tables
     #[arg(long, help_heading = "Output")]
     json: bool,
     /// Also print every scale of every pair, all scores, where returns went, times and memory
@@ -124,7 +128,7 @@ impl ScoreArgs {
     fn config(&self) -> Config {
         let settings =
             Config { save_maps: self.save_maps.clone(), map_unit: self.map_unit.0, ..self.settings.config() };
-        self.sampling.of(self.resume.in_config(settings))
+        self.promise.of(self.sampling.of(self.resume.in_config(settings)))
     }
 
     /// Every file that is read, as it was named.

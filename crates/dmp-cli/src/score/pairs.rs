@@ -20,6 +20,7 @@ struct Told<'a> {
 impl Told<'_> {
     fn verdict(&self) -> &'static str {
         match (self.pair.decided_at_m, &self.pair.better_on_the_whole) {
+            (None, _) if self.pair.is_same => "the same as",
             (None, _) => "undecided against",
             (Some(_), Some(_)) => "mixed against",
             (Some(_), None) => "better than",
@@ -30,7 +31,7 @@ impl Told<'_> {
     fn difference(&self, scale: &ScaleReport) -> [String; 2] {
         let turned = self.first != self.pair.a;
         let sign = if turned { -1.0 } else { 1.0 };
-        let interval = scale.ci99_m2.map(|[low, high]| if turned { [-high, -low] } else { [low, high] });
+        let interval = scale.interval_m2.map(|[low, high]| if turned { [-high, -low] } else { [low, high] });
         [
             scale.difference_m2.map_or(NONE.to_owned(), |difference| digits(sign * difference)),
             interval.map_or(NONE.to_owned(), |[low, high]| format!("{} to {}", digits(low), digits(high))),
@@ -76,7 +77,7 @@ fn reach(scale_m: f64, scales: Scales) -> &'static str {
 pub(super) fn verdicts(out: &mut impl Write, report: &Report) -> io::Result<()> {
     let (pairs, scales) = (told(report), report.config.scales);
     let mut table = Table::new([Side::Left, Side::Left, Side::Left, Side::Left, Side::Right, Side::Right]);
-    table.row(["Pairs", "", "", "decided at", "first minus second, m²", "99 % interval"]);
+    table.row(["Pairs", "", "", "decided at", "first minus second, m²", "interval"]);
     for told in &pairs {
         let decided = told.pair.decided_at_m;
         let at = |scale_m: f64| format!("{} {scale_m} m, {}", told.pair.score, reach(scale_m, scales));
@@ -94,8 +95,16 @@ pub(super) fn verdicts(out: &mut impl Write, report: &Report) -> io::Result<()> 
         ]);
     }
     table.write(out, "")?;
+    for told in pairs.iter().filter(|told| told.verdict() == "better than" && told.pair.is_same) {
+        writeln!(
+            out,
+            "{}, {}: the difference is too small to matter (--same-within)",
+            told.first, told.second
+        )?;
+    }
     for told in pairs.iter().filter(|told| told.verdict() != "better than") {
-        let more = sampling::more_needed(report, told.pair);
+        let is_undecided = told.verdict() == "undecided against";
+        let more = if is_undecided { sampling::more_needed(report, told.pair) } else { String::new() };
         writeln!(out, "{}, {}: {}{more}", told.first, told.second, told.pair.reason)?;
     }
     Ok(())
@@ -104,7 +113,7 @@ pub(super) fn verdicts(out: &mut impl Write, report: &Report) -> io::Result<()> 
 /// Writes every scale of every pair.
 pub(super) fn scales(out: &mut impl Write, report: &Report) -> io::Result<()> {
     let mut table = Table::new([Side::Left, Side::Left, Side::Left, Side::Right, Side::Right, Side::Right]);
-    table.row(["Scales", "minus", "score", "difference, m²", "99 % interval", "common returns"]);
+    table.row(["Scales", "minus", "score", "difference, m²", "interval", "common returns"]);
     for told in told(report) {
         for scale in &told.pair.scales {
             let [difference, interval] = told.difference(scale);
@@ -130,7 +139,7 @@ mod tests {
             std::mem::swap(&mut pair.a, &mut pair.b);
             for scale in &mut pair.scales {
                 scale.difference_m2 = scale.difference_m2.map(|difference| -difference);
-                scale.ci99_m2 = scale.ci99_m2.map(|[low, high]| [-high, -low]);
+                scale.interval_m2 = scale.interval_m2.map(|[low, high]| [-high, -low]);
             }
         }
         let after: Vec<[String; 2]> =

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use dmp::{FreeSpaceReport, Report, SegmentLength};
-use dmp_draw::{ScoreColumn, columns, is_cross_validated};
+use dmp_draw::{ScoreColumn, columns, is_cross_validated, promise};
 
 use super::{details, pairs, sampling};
 use crate::text::{self, NONE, Side, Table, counted, percent};
@@ -108,7 +108,8 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
     let mut sides = vec![Side::Right, Side::Left];
     sides.resize(2 + columns.len() + usize::from(is_sample), Side::Right);
     let mut table = Table::new(sides);
-    for (line, (title, error)) in [("run", "±"), ("", "99 %"), ("", unit)].into_iter().enumerate() {
+    let sure = text::confidence(report.promise.confidence);
+    for (line, (title, error)) in [("run", "±"), ("", sure.as_str()), ("", unit)].into_iter().enumerate() {
         let heads = columns.iter().map(|column| head_of(column, line));
         let cells = [String::new(), title.to_owned()].into_iter().chain(heads).collect();
         table.row(with_error(cells, error.to_owned()));
@@ -154,31 +155,17 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
     }
     writeln!(out, "miss      {rates}")?;
     if sampling::is_sample(report) {
-        writeln!(out, "±         how far the score before it may be, at 99 %, from that of all scans")?;
+        writeln!(out, "±         how far the score before it may be off, as sure as is said")?;
     }
     if !report.ties.is_empty() {
-        writeln!(out, "=         not decided against the run above")?;
+        writeln!(out, "=         the run above is not decided to be better")?;
     }
     Ok(())
 }
 
 fn limits(report: &Report) -> String {
     let scores = "Scores compare runs of this log under these settings only.";
-    match report.pairs.iter().map(|pair| pair.scales.len()).max() {
-        Some(scales) => {
-            let confidence = (1e4 * report.sampling.confidence).round() / 1e2;
-            let sample = if sampling::is_sample(report) {
-                "\nOf a sample, better means: all scans would show the smaller value. Whether that is beyond chance, only all \
-                 scans tell."
-            } else {
-                ""
-            };
-            format!(
-                "{scores}{sample}\nA verdict takes up to {scales} looks, one at each scale, each at {confidence} %."
-            )
-        }
-        None => scores.to_owned(),
-    }
+    promise(report).map_or(scores.to_owned(), |promise| format!("{scores}\n{promise}"))
 }
 
 #[cfg(test)]
@@ -216,9 +203,9 @@ miss      rays that hit nothing; blocked: that hit something over 0.5 m too earl
 ",
             LEGEND,
             "\
-=         not decided against the run above
+=         the run above is not decided to be better
 
-Pairs                            decided at           first minus second, m²     99 % interval
+Pairs                            decided at           first minus second, m²          interval
 truth  undecided against  größe  –                                         –                 –
 truth  better than        drift  R_cv 10 m, globally                  -0.254  -0.307 to -0.201
 größe  mixed against      drift  R_cv 10 m, globally                  -0.254  -0.307 to -0.201
@@ -230,7 +217,7 @@ Warnings
   drift: R_cv is not given: coverage is 0.431, below 0.5; pairs are still compared on common returns
 
 Scores compare runs of this log under these settings only.
-A verdict takes up to 4 looks, one at each scale, each at 99 %.
+At most 1 % of commands tell any two equal runs apart: all pairs and 4 scales share that, so each interval is at 99.75 %.
 ",
         ];
         assert_eq!(text_of(&sample::three_runs(), false), expected.concat());

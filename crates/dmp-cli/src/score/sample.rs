@@ -1,8 +1,8 @@
 //! Reports made by hand, for tests.
 
 use dmp::{
-    ConfigReport, DropReport, InputReport, MapReport, MemoryReport, PairReport, PassTimes, Report, RunReport,
-    SamplingReport, ScaleReport, ScaleScores, Scales, SegmentReport,
+    ConfigReport, DropReport, InputReport, MapReport, MemoryReport, PairReport, PassTimes, PromiseReport,
+    Report, RunReport, SamplingReport, ScaleReport, ScaleScores, Scales, SegmentReport,
 };
 
 /// Truth and noise not told apart, drift worse, and mixed against noise.
@@ -10,7 +10,7 @@ pub(crate) fn three_runs() -> Report {
     let mut drift = run("drift", 2.0);
     drift.coverage = Some(0.431);
     drift.r_cv_m2 = ScaleScores::new([10.0, 2.0, 0.5, 0.2].map(|scale_m| (scale_m, None)));
-    drift.r_cv_ci99_m2 = None;
+    drift.r_cv_interval_m2 = None;
     drift.r_cv_withheld = Some("coverage is 0.431, below 0.5".into());
     drift.warnings = vec![
         "R_cv is not given: coverage is 0.431, below 0.5; pairs are still compared on common returns".into(),
@@ -25,7 +25,7 @@ pub(crate) fn three_runs() -> Report {
         "better on the whole, globally: decided at the 10 m scale, but worse in frames 12–40 at 30 m".into();
     for scale in &mut mixed.scales {
         scale.difference_m2 = scale.difference_m2.map(|difference| -difference);
-        scale.ci99_m2 = scale.ci99_m2.map(|[low, high]| [-high, -low]);
+        scale.interval_m2 = scale.interval_m2.map(|[low, high]| [-high, -low]);
     }
     let pairs = vec![mixed, pair("truth", "drift", "R_cv", &[10.0, 2.0, 0.5, 0.2]), undecided];
     let mut report = report(runs, &["truth", "größe", "drift"], pairs);
@@ -44,7 +44,7 @@ pub(crate) fn given_maps() -> Report {
         let mut run = run(name, factor);
         (run.coverage, run.coverage_revisit) = (None, None);
         run.r_cv_m2 = ScaleScores::new([10.0, 2.0, 0.5, 0.2].map(|scale_m| (scale_m, None)));
-        run.r_cv_ci99_m2 = None;
+        run.r_cv_interval_m2 = None;
         run.r_cv_withheld = Some("the map was given".into());
         run
     };
@@ -81,9 +81,9 @@ fn run(name: &str, factor: f64) -> RunReport {
             (0.5, scaled(0.01)),
             (0.2, scaled(0.0025)),
         ]),
-        r_cv_ci99_m2: Some([factor * 2.0, factor * 2.5]),
+        r_cv_interval_m2: Some([factor * 2.0, factor * 2.5]),
         r_cv_withheld: None,
-        r_near_ci99_m2: None,
+        r_near_interval_m2: None,
         r_near_m2: ScaleScores::new([(5.0, scaled(0.36)), (2.0, scaled(0.04)), (0.5, scaled(0.0004))]),
         miss_rate: Some(0.021),
         blocked_rate: Some(0.1234),
@@ -109,7 +109,9 @@ fn pair(a: &str, b: &str, score: &str, scales_m: &[f64]) -> PairReport {
         mean_a_m2: Some(0.1 * scale_m),
         mean_b_m2: Some(0.1254 * scale_m),
         difference_m2: Some(-0.0254 * scale_m),
-        ci99_m2: Some([-0.0307 * scale_m, -0.0201 * scale_m]),
+        interval_m2: Some([-0.0307 * scale_m, -0.0201 * scale_m]),
+        apart_at_most_m: Some(0.02),
+        margin_m: Some(0.01),
         returns: 876_543,
     };
     PairReport {
@@ -119,6 +121,7 @@ fn pair(a: &str, b: &str, score: &str, scales_m: &[f64]) -> PairReport {
         scales: scales_m.iter().map(scale).collect(),
         llr_raw: 123_456.0,
         verdict: a.into(),
+        is_same: false,
         better_on_the_whole: None,
         decided_at_m: scales_m.first().copied(),
         reason: "better globally: decided at the 10 m scale (876543 common returns)".into(),
@@ -186,12 +189,17 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
         order: order.iter().map(|&name| name.to_owned()).collect(),
         ties: Vec::new(),
         pairs,
+        promise: PromiseReport {
+            confidence: 0.99,
+            interval_confidence: 0.9975,
+            same_within_share: Some(0.1),
+            same_within_m: None,
+        },
         sampling: SamplingReport {
             frames_scored: 597,
             frames_total: 597,
             seed: None,
             looks: None,
-            confidence: 0.99,
             places: None,
         },
         warnings: Vec::new(),

@@ -1,15 +1,16 @@
 //! Scoring a sample of the scans: the options, and how a report tells of it.
 
 use clap::Args;
-use dmp::{Confidence, Config, Decide, PairReport, PlacesReport, Report, RunReport, Sample, SamplingReport};
+use dmp::{Config, Decide, PairReport, PlacesReport, Report, RunReport, Sample, SamplingReport, ScaleReport};
 
+use crate::parse::{Pair, pair};
 use crate::text::{self, NONE, counted, digits};
 
 /// Which of the scans are scored. The maps are made of all scans in use.
 #[derive(Debug, Args)]
 pub(crate) struct SamplingArgs {
     /// Score only so many scans, as 28, or such a share of them, as 2%, evenly spread from a random start. The maps are
-    /// made of all scans. The first score and the differences of pairs come with the error of the sampling
+    /// made of all scans. The first score comes with its error too
     #[arg(long, value_name = "N|P%", value_parser = sample, help_heading = "Sampling")]
     sample: Option<Sample>,
     /// Score a sample, of 28 scans or as --sample says, and twice as many as long as not every pair of runs is
@@ -17,11 +18,6 @@ pub(crate) struct SamplingArgs {
     #[arg(long, value_name = "RUN,RUN", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     #[arg(value_parser = pair, help_heading = "Sampling")]
     decide: Option<Pair>,
-    /// How sure --decide is to be of a verdict that it takes from samples, all its looks together; a verdict from all
-    /// scans is as without --decide
-    #[arg(long, value_name = "P%", default_value = "99%", value_parser = confidence)]
-    #[arg(requires = "decide", help_heading = "Sampling")]
-    confidence: Confidence,
     /// Answers from a sample of places, of which no more of the log is read than this share of its bytes: the scans near
     /// each place on every pass. Every place has a small map of its own. Needs an index in the log (MCAP, rosbag2, a
     /// folder of scans) that tells when scans were made, or a pose for each scan
@@ -43,31 +39,16 @@ impl SamplingArgs {
 
     /// The settings with the sampling that was asked for.
     pub(crate) fn of(&self, config: Config) -> Config {
-        let decide = self.decide.clone().map(|pair| Decide { pair: pair.0, confidence: self.confidence });
+        let decide = self.decide.clone().map(|pair| Decide { pair: pair.0 });
         Config { sample: self.sample.unwrap_or_default(), seed: self.seed, decide, ..config }
     }
 }
-
-/// The two runs that matter; `None`: all do.
-#[derive(Debug, Clone, PartialEq)]
-struct Pair(Option<(String, String)>);
 
 /// `5%`, as a share.
 fn share(text: &str) -> Result<f64, String> {
     let percent = text.strip_suffix('%').and_then(|percent| percent.trim_end().parse::<f64>().ok());
     let error = || format!("`{text}` is no share of a log: try 5%");
     percent.filter(|&percent| percent > 0.0 && percent <= 100.0).map(|p| p / 100.0).ok_or_else(error)
-}
-
-/// Nothing, or two names.
-fn pair(text: &str) -> Result<Pair, String> {
-    if text.is_empty() {
-        return Ok(Pair(None));
-    }
-    match text.split_once(',').filter(|(a, b)| !a.is_empty() && !b.is_empty() && !b.contains(',')) {
-        Some((a, b)) => Ok(Pair(Some((a.to_owned(), b.to_owned())))),
-        None => Err("the names of two runs with a comma between them are expected".to_owned()),
-    }
 }
 
 /// `28` or `2%`.
@@ -80,16 +61,6 @@ fn sample(text: &str) -> Result<Sample, String> {
         }
         None => text.parse().ok().filter(|&frames| frames > 0).map(Sample::Frames).ok_or_else(error),
     }
-}
-
-/// `99%` or `0.99`.
-fn confidence(text: &str) -> Result<Confidence, String> {
-    let share = match text.strip_suffix('%') {
-        Some(percent) => percent.trim_end().parse::<f64>().ok().map(|percent| percent / 100.0),
-        None => text.parse().ok(),
-    };
-    let error = || format!("`{text}` is no confidence: try 99% (from 50% to below 100%)");
-    share.and_then(Confidence::new).ok_or_else(error)
 }
 
 /// What was scored, where that is not everything, in a line.
@@ -140,13 +111,13 @@ pub(super) fn is_sample(report: &Report) -> bool {
     report.sampling.frames_scored < report.sampling.frames_total
 }
 
-/// How far the ends of the 99 % interval of a run's first column are from it, the longer way, as that column is shown:
+/// How far the ends of the interval of a run's first column are from it, the longer way, as that column is shown:
 /// a root.
 pub(super) fn half_width(run: &RunReport, cross_validated: bool, per_metre: f64) -> String {
     let (value, interval) = if cross_validated {
-        (run.r_cv_m2[0], run.r_cv_ci99_m2)
+        (run.r_cv_m2[0], run.r_cv_interval_m2)
     } else {
-        (run.r_near_m2[0], run.r_near_ci99_m2)
+        (run.r_near_m2[0], run.r_near_interval_m2)
     };
     let root = |square_m2: f64| per_metre * square_m2.max(0.0).sqrt();
     value.zip(interval).map_or(NONE.to_owned(), |(value, [low, high])| {
@@ -156,6 +127,11 @@ pub(super) fn half_width(run: &RunReport, cross_validated: bool, per_metre: f64)
 
 /// What to do about a pair that a sample does not decide.
 pub(super) fn more_needed(report: &Report, pair: &PairReport) -> String {
+    // Without an interval, or without any difference, nobody knows what more of the log would show.
+    let is_known = |scale: &ScaleReport| scale.interval_m2.is_some() && scale.difference_m2 != Some(0.0);
+    if !pair.scales.iter().any(is_known) {
+        return String::new();
+    }
     if let Some(places) = &report.sampling.places {
         return more_places_needed(places, report.inputs.bytes, pair.places_needed);
     }
@@ -166,13 +142,14 @@ pub(super) fn more_needed(report: &Report, pair: &PairReport) -> String {
             format!("; about {} more scans would decide: --decide", needed - frames_scored)
         }
         Some(_) => "; if anything decides, it is all scans, without --sample".to_owned(),
+        None if frames_scored < frames_total => "; all scans would hardly decide either".to_owned(),
         None => String::new(),
     }
 }
 
 /// The same of places.
 fn more_places_needed(places: &PlacesReport, log_bytes: u64, needed: Option<u64>) -> String {
-    let Some(needed) = needed else { return String::new() };
+    let Some(needed) = needed else { return "; all places would hardly decide either".to_owned() };
     // What was read may be more than was asked for.
     let read = places.bytes_read.map_or(0.0, |bytes| bytes as f64 / log_bytes.max(1) as f64);
     let share = 100.0 * read.max(places.share_asked) * needed as f64 / places.drawn.max(1) as f64;
@@ -204,22 +181,5 @@ mod tests {
         for text in ["5", "0%", "101%", "-1%", "nan%", "%", ""] {
             assert!(share(text).is_err_and(|e| e.ends_with("try 5%")), "{text}");
         }
-    }
-
-    #[test]
-    fn a_confidence_is_a_share_below_one() {
-        assert_eq!(confidence("99%"), Ok(Confidence::P99));
-        assert_eq!(confidence("0.99"), Ok(Confidence::P99));
-        assert!(confidence("99.9 %").is_ok_and(|found| (found.level() - 0.999).abs() < 1e-12));
-        for text in ["100%", "1", "0.4", "nan", "x", ""] {
-            assert!(confidence(text).is_err(), "{text}");
-        }
-    }
-
-    #[test]
-    fn a_pair_is_two_names() {
-        assert_eq!(pair("a,b"), Ok(Pair(Some(("a".to_owned(), "b".to_owned())))));
-        assert_eq!(pair(""), Ok(Pair(None)));
-        assert!(["a", "a,b,c", ",b", "a,"].into_iter().all(|text| pair(text).is_err()));
     }
 }

@@ -93,24 +93,11 @@ fn verdict(input: &PageInput<'_>) -> String {
     let said = words::pairs(input.report);
     let remarks = input.remarks.iter().map(|remark| escape(remark));
     let list = list("<ul class=\"said\">", said.into_iter().chain(remarks));
-    let looks =
-        input.report.pairs.iter().map(|pair| pair.scales.len()).max().map_or_else(String::new, |scales| {
-            let percent = (1e4 * input.report.sampling.confidence).round() / 1e2;
-            paragraph(&format!(
-                "A verdict takes up to {scales} looks, one at each scale, each at {percent} %."
-            ))
-        });
-    let sampling = &input.report.sampling;
-    let is_sample = sampling.frames_scored < sampling.frames_total || sampling.places.is_some();
-    let of_sample = if is_sample && !input.report.pairs.is_empty() {
-        paragraph(
-            "Only a sample was scored. Better means here: all scans would show the smaller value. Whether that is beyond \
-             chance, only all scans tell.",
-        )
-    } else {
-        String::new()
+    let promise = match crate::promise(input.report) {
+        Some(promise) => paragraph(&promise),
+        None => String::new(),
     };
-    let body = format!("<p class=\"answer\">{}</p>\n{list}{of_sample}{looks}", words::answer(input.report));
+    let body = format!("<p class=\"answer\">{}</p>\n{list}{promise}", words::answer(input.report));
     section("verdict", "Verdict", &body)
 }
 

@@ -5,7 +5,7 @@ use dmp::{Report, RunReport};
 use super::html::{cell, head, table, terms};
 use crate::columns::{ScoreColumn, columns, is_cross_validated};
 use crate::plot::escape;
-use crate::text::{NONE, digits};
+use crate::text::{NONE, confidence, digits};
 
 /// Width of the bars that show a score with its interval, pixels.
 const BAR_PX: f64 = 160.0;
@@ -19,12 +19,14 @@ pub(super) fn in_order(report: &Report) -> impl Iterator<Item = &RunReport> {
 pub(super) fn ranking(report: &Report) -> String {
     let cross_validated = is_cross_validated(report);
     let columns = columns(report);
-    let interval = |run: &RunReport| if cross_validated { run.r_cv_ci99_m2 } else { run.r_near_ci99_m2 };
+    let interval =
+        |run: &RunReport| if cross_validated { run.r_cv_interval_m2 } else { run.r_near_interval_m2 };
     let top_m2 = report.runs.iter().filter_map(interval).map(|[_, high]| high).fold(0.0, f64::max);
     let mut heads = vec![head("rank", "", ""), head("run", "", "name")];
     heads.extend(columns.iter().take(1).map(|column| head(&column.title(), column.unit, "")));
     let (unit, per_metre) = columns.first().map_or(("m", 1.0), |column| (column.unit, column.per_metre()));
-    heads.push(head("99 % interval", unit, ""));
+    let interval_title = format!("{} interval", confidence(report.promise.confidence));
+    heads.push(head(&interval_title, unit, ""));
     heads.extend(columns.iter().skip(1).map(|column| head(&column.title(), column.unit, "")));
     let mut rows = Vec::new();
     for (place, run) in in_order(report).enumerate() {
@@ -43,7 +45,7 @@ pub(super) fn ranking(report: &Report) -> String {
     let caption = if report.ties.is_empty() {
         "Best first; less is better, but for coverage and revisit"
     } else {
-        "Best first; less is better, but for coverage and revisit; = is not decided against the run above"
+        "Best first; less is better, but for coverage and revisit; = the run above is not decided to be better"
     };
     table(caption, &heads, &rows) + &meanings(report, cross_validated)
 }

@@ -18,6 +18,7 @@ enum Against<'a> {
     Worse,
     /// Better on the whole is the run of this name.
     Mixed(&'a str),
+    Same,
     Undecided,
     NotCompared,
 }
@@ -25,6 +26,7 @@ enum Against<'a> {
 fn against<'a>(report: &'a Report, best: &str, other: &str) -> Against<'a> {
     let Some(pair) = pair_of(report, best, other) else { return Against::NotCompared };
     match (&pair.decided_at_m, &pair.better_on_the_whole) {
+        (None, _) if pair.is_same => Against::Same,
         (None, _) => Against::Undecided,
         (_, Some(better)) => Against::Mixed(better),
         (Some(_), None) if pair.verdict == best => Against::Better,
@@ -59,6 +61,9 @@ pub(super) fn answer(report: &Report) -> String {
                     "{better} made the better map of the two on the whole, but {worse} is better at some places."
                 )
             }
+            Against::Same => {
+                format!("{} and {} made the same map, for practical purposes.", strong(best), strong(other))
+            }
             Against::Undecided => {
                 format!("Nothing is decided between {} and {}.", strong(best), strong(other))
             }
@@ -72,6 +77,7 @@ pub(super) fn answer(report: &Report) -> String {
     let mut clauses = Vec::new();
     for (words, names) in [
         ("it is better than", stands(&|kind| matches!(kind, Against::Better))),
+        ("it is the same as", stands(&|kind| matches!(kind, Against::Same))),
         ("nothing is decided against", stands(&|kind| matches!(kind, Against::Undecided))),
         ("at some places better, at others worse than", stands(&|kind| matches!(kind, Against::Mixed(_)))),
         ("worse than", stands(&|kind| matches!(kind, Against::Worse))),
@@ -135,6 +141,9 @@ fn of_pair(report: &Report, pair: &PairReport, high: &str, low: &str) -> String 
         sentence.push(' ');
         sentence.push_str(&numbers);
     }
+    if pair.is_same {
+        sentence.push_str(" The difference is too small to matter.");
+    }
     if pair.better_on_the_whole.is_some() {
         sentence.push_str(" Not everywhere: ");
         sentence.push_str(&escape(&pair.reason));
@@ -167,12 +176,12 @@ fn numbers(pair: &PairReport, scale: &ScaleReport, better: &str) -> Option<Strin
     let is_a = better == pair.a;
     let (mean_a_m2, mean_b_m2) = (scale.mean_a_m2?, scale.mean_b_m2?);
     let (own_m2, other_m2) = if is_a { (mean_a_m2, mean_b_m2) } else { (mean_b_m2, mean_a_m2) };
-    let [low, high] = scale.ci99_m2?;
+    let [low, high] = scale.interval_m2?;
     // How much worse the other is: positive.
     let [from_m2, to_m2] = if is_a { [-high, -low] } else { [low, high] };
     Some(format!(
-        "It predicts what the sensor measured to {} m, the other to {} m (root mean square, errors counted up to {} m); at \
-         99 % confidence the mean squares differ by {} to {} m².",
+        "It predicts what the sensor measured to {} m, the other to {} m (root mean square, errors counted up to {} m); the mean \
+         squares differ by {} to {} m².",
         digits(own_m2.sqrt()),
         digits(other_m2.sqrt()),
         scale.scale_m,

@@ -69,6 +69,8 @@ pub struct TownOptions {
     pub parked: f64,
     /// Cars that drive through the streets, each along one.
     pub moving_cars: usize,
+    /// Seed of these; `None`: that of the town.
+    pub traffic_seed: Option<u64>,
 }
 
 impl Default for TownOptions {
@@ -81,6 +83,7 @@ impl Default for TownOptions {
             relief_m: 4.0,
             parked: 0.35,
             moving_cars: 0,
+            traffic_seed: None,
         }
     }
 }
@@ -111,6 +114,14 @@ pub struct Town {
 }
 
 impl Town {
+    /// The same town with as many other cars in its streets, drawn by `seed`.
+    ///
+    /// # Errors
+    /// As [`Town::new`].
+    pub fn with_other_traffic(&self, seed: u64) -> Result<Self, SimError> {
+        Self::new(TownOptions { traffic_seed: Some(seed), ..self.options.clone() })
+    }
+
     /// Builds the town: the same options give the same town, to the bit.
     ///
     /// # Errors

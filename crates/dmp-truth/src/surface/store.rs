@@ -2,7 +2,7 @@ use dmp_map::{Store, TileId};
 
 use super::SurfaceError;
 
-/// Hands over the centres of a map's surfels, world metres, tile by tile in the order of the tiles; copies
+/// Hands over the centres of a map's surfels, metres in the frame of its maker, tile by tile in the order of the tiles; copies
 /// over borders are left out.
 ///
 /// # Errors
@@ -15,11 +15,11 @@ pub fn surfel_centres<E: From<SurfaceError>>(
     tiles.sort_unstable();
     let mut centres = Vec::new();
     for id in tiles {
-        let Some(tile) = store.load(id).map_err(SurfaceError::Map)? else { continue };
         centres.clear();
-        centres.extend(tile.surfels[..tile.own].iter().map(|surfel| -> [f64; 3] {
-            std::array::from_fn(|k| tile.origin_in_world_m[k] + f64::from(surfel.centre_in_tile_m[k]))
-        }));
+        centres.extend(store.discs_in_own(id).map_err(SurfaceError::Map)?.map(|disc| disc.centre_in_own_m));
+        if centres.is_empty() {
+            continue;
+        }
         sink(&centres)?;
     }
     Ok(())

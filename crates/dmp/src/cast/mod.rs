@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use dmp_log::ScanLog;
 use dmp_map::{Lattice, TileId};
-use dmp_reduce::{Comparison, Confidence, Layout, Reducer, RunSums, Verdict};
+use dmp_reduce::{Comparison, Layout, Promise, Reducer, RunSums, Verdict};
 use dmp_sensor::ReturnCounts;
 
 use crate::checkpoint::{Casting, Fused, Round, Work};
@@ -35,8 +35,8 @@ pub(crate) struct Scored {
     /// How many frames were scored when it was looked whether that decides; where it was asked for, the last is all
     /// that were scored.
     pub(crate) looks: Vec<u64>,
-    /// How sure each look was to be.
-    pub(crate) confidence: Confidence,
+    /// What the verdicts of the last look promise.
+    pub(crate) promise: Promise,
     pub(crate) counts: ReturnCounts,
     /// Sums of the returns that lie in a tile, for each run and tile.
     pub(crate) tiles: HashMap<(usize, TileId), RunSums>,
@@ -138,7 +138,7 @@ impl CastPass<'_> {
             Ok::<_, EvaluateError>(())
         })?;
         let (reducer, counts, tiles) = state(&workers)?;
-        let confidence = self.confidence(&reducer);
+        let promise = self.promise(&reducer);
         let scored = reducer.frames_added();
         let tile_loads = self.casters.of_runs[0].tile_loads();
         let lattice = self.casters.of_runs[0].map().lattice();
@@ -149,7 +149,7 @@ impl CastPass<'_> {
             places: None,
             scan_of_unit: self.plan.frames().iter().map(|frame| frame.number).collect(),
             looks: self.plan.looks.sizes().iter().copied().filter(|&size| size <= scored).collect(),
-            confidence,
+            promise,
             counts,
             tiles,
             tile_loads,
@@ -197,15 +197,10 @@ impl CastPass<'_> {
         self.plan.looks.sizes().iter().enumerate().map(look).collect()
     }
 
-    /// How sure a verdict on what a reducer has seen is to be: looks at samples share the error that was asked for, and
-    /// all frames are judged as without looks.
-    fn confidence(&self, reducer: &Reducer) -> Confidence {
-        match &self.config.decide {
-            Some(decide) if reducer.frames_added() < reducer.layout().frames() => {
-                self.plan.looks.confidence(decide.confidence)
-            }
-            _ => Confidence::P99,
-        }
+    /// What verdicts on what a reducer has seen promise: looks share the error that was asked for.
+    fn promise(&self, reducer: &Reducer) -> Promise {
+        let confidence = self.plan.looks.confidence(reducer.frames_added(), self.config.confidence);
+        Promise { confidence, ..self.config.promise() }
     }
 
     /// Whether everything that was asked for is decided; never where nothing was.
@@ -215,8 +210,9 @@ impl CastPass<'_> {
             let names = [&self.runs[pair.a].name, &self.runs[pair.b].name];
             decide.pair.as_ref().is_none_or(|(a, b)| names == [a, b] || names == [b, a])
         };
-        let pairs = reducer.comparisons(self.confidence(reducer));
-        pairs
+        let comparisons = reducer.comparisons(self.promise(reducer));
+        comparisons
+            .pairs
             .iter()
             .filter(|pair| matters(pair))
             .all(|pair| !matches!(pair.verdict, Verdict::Undecided { .. }))

@@ -1,9 +1,11 @@
 use std::collections::HashMap;
 
 use dmp_cast::{Answer, CastBuffers, Caster, Query};
-use dmp_map::TileTable;
-use dmp_reduce::{Basis, DepthResidual, FrameSums, Layout, Reducer, Residuals, RunSums};
-use dmp_sensor::{DepthNoise, Ray, ReturnCounts, Scan, depth_per_range};
+use dmp_map::{TileId, TileTable};
+use dmp_reduce::{
+    Basis, DepthResidual, FrameSums, Layout, Reducer, Residuals, RunSums, Scales, SurfaceGroup,
+};
+use dmp_sensor::{DepthNoise, Isometry3, Ray, ReturnCounts, Scan, depth_per_range};
 
 use super::{CastPass, TileSums};
 use crate::config::Run;
@@ -16,6 +18,7 @@ use crate::watch::{ScoredReturns, Watch};
 pub(super) struct CastWorker<'a> {
     poser: Poser<'a>,
     poses: &'a [RunPoses<'a>],
+    own_from_world: &'a [Isometry3<f64>],
     runs: &'a [Run],
     casters: &'a [Caster],
     watch: &'a dyn Watch,
@@ -29,6 +32,8 @@ pub(super) struct CastWorker<'a> {
     residuals: Vec<Vec<Residuals>>,
     /// Of one return, for every run.
     of_return: Vec<Residuals>,
+    /// For every run, the tiles of its own frame.
+    own_tiles: Vec<OwnTiles>,
     /// Of the frame's returns, for every run.
     frame_tiles: Vec<TileTable<RunSums>>,
     frame: FrameSums,
@@ -51,13 +56,19 @@ impl Worker for CastWorker<'_> {
             buffers,
             residuals,
             of_return,
+            own_tiles,
             frame_tiles,
+            own_from_world,
             ..
         } = self;
         let (depth_noise, scales) = (self.depth_noise.as_ref(), self.frame.scales());
         self.frame.clear();
         let sums = &mut self.frame;
-        let world_from_sensor: Vec<_> = poses.iter().filter_map(|poses| poses.of_frame(frame)).collect();
+        let own_from_sensor = |(poses, own_from_world): (&RunPoses<'_>, &Isometry3<f64>)| {
+            Some(own_from_world * poses.of_frame(frame)?)
+        };
+        let own_from_sensor: Vec<_> =
+            poses.iter().zip(own_from_world.iter()).filter_map(own_from_sensor).collect();
         let mut first = 0;
         let counts = poser.blocks_with_returns(frame, scan, |rays, returns| {
             for (run, caster) in casters.iter().enumerate() {
@@ -69,7 +80,7 @@ impl Worker for CastWorker<'_> {
                     .map_err(EvaluateError::map_of(&runs[run].name))?;
             }
             for (run, rays) in rays.iter().enumerate() {
-                let of_answer = |(ray, answer): (&Ray, &Answer)| residuals_of(ray.range_m, answer);
+                let of_answer = |(ray, answer): (&Ray, &Answer)| residuals_of(ray, answer, scales);
                 residuals[run].clear();
                 residuals[run].extend(rays.iter().zip(&answers[run]).map(of_answer));
                 if let Some(noise) = depth_noise {
@@ -80,36 +91,30 @@ impl Worker for CastWorker<'_> {
                             residuals.first_m.map(|m| depth_residual(m, ray.range_m, *point, noise));
                     }
                 }
-                let lattice = casters[run].map().lattice();
                 for (ray, residuals) in rays.iter().zip(&residuals[run]) {
-                    let tile = lattice.tile_of(ray.endpoint_in_world());
-                    let tile = tile.map_err(EvaluateError::map_of(&runs[run].name))?;
-                    let of_tile = frame_tiles[run].entry(tile);
+                    let of_tile = frame_tiles[run].entry(own_tiles[run].of(ray.endpoint_in_world()));
                     if of_tile.returns() == 0 {
                         *of_tile = RunSums::new(scales);
                     }
                     of_tile.add(residuals);
                 }
             }
-            if runs.len() > 1 {
-                for index in 0..rays[0].len() {
-                    of_return.clear();
-                    of_return.extend(residuals.iter().map(|of_run| of_run[index]));
-                    sums.add_to_pairs(of_return);
-                }
+            for index in 0..rays[0].len() {
+                of_return.clear();
+                of_return.extend(residuals.iter().map(|of_run| of_run[index]));
+                sums.add_return(of_return);
             }
-            let world_from_sensor = &world_from_sensor;
+            let (own_from_sensor, own_from_world) = (&own_from_sensor[..], &**own_from_world);
             let frame = frame.number;
             let offsets_ns = returns.offsets_ns;
-            let scored = ScoredReturns { frame, first, offsets_ns, world_from_sensor, rays, residuals };
+            let scored =
+                ScoredReturns { frame, first, offsets_ns, own_from_sensor, own_from_world, rays, residuals };
             watch.returns_scored(&scored);
             first += offsets_ns.len();
             Ok::<(), EvaluateError>(())
         })?;
-        // A frame's sums are those of its tiles.
         for (run, of_run) in self.frame_tiles.iter_mut().enumerate() {
             for (tile, of_tile) in of_run.drain() {
-                self.frame.add_to_run(run, &of_tile);
                 self.tiles.entry((run, tile)).or_default().merge(&of_tile);
             }
         }
@@ -137,6 +142,16 @@ impl<'a> CastWorker<'a> {
             buffers: CastBuffers::default(),
             residuals: vec![Vec::new(); pass.runs.len()],
             of_return: Vec::new(),
+            own_tiles: pass
+                .plan
+                .own_from_world
+                .iter()
+                .zip(&pass.casters.of_runs)
+                .map(|(own_from_world, caster)| {
+                    OwnTiles::new(own_from_world, caster.map().lattice().tile_edge_m())
+                })
+                .collect(),
+            own_from_world: &pass.plan.own_from_world,
             frame_tiles: pass.runs.iter().map(|_| TileTable::default()).collect(),
             frame: FrameSums::on_scales(&pass.casters.bases, layout.scales()),
             reducer: Reducer::new(layout.clone()),
@@ -155,9 +170,40 @@ pub(crate) fn query_of(ray: &Ray, segment: Option<i32>) -> Query {
     }
 }
 
-/// Zhang & Chen 2021, eq. 7: z − z', for each of the three z'.
-fn residuals_of(range_m: f64, answer: &Answer) -> Residuals {
+/// Where a place of the world lies among the tiles of a run's own frame, by which its sums are told.
+struct OwnTiles {
+    rows: [[f64; 3]; 2],
+    origin: [f64; 2],
+    per_edge: f64,
+}
+
+impl OwnTiles {
+    fn new(own_from_world: &Isometry3<f64>, edge_m: f64) -> Self {
+        let rotation = own_from_world.rotation.to_rotation_matrix();
+        let rows = [0, 1].map(|k| std::array::from_fn(|l| rotation[(k, l)]));
+        let origin = [0, 1].map(|k| own_from_world.translation.vector[k]);
+        Self { rows, origin, per_edge: 1.0 / edge_m }
+    }
+
+    #[inline]
+    fn of(&self, [x, y, z]: [f64; 3]) -> TileId {
+        let [x, y] = [0, 1].map(|k| {
+            let [a, b, c] = self.rows[k];
+            ((a * x + b * y + c * z + self.origin[k]) * self.per_edge).floor() as i32
+        });
+        TileId { x, y }
+    }
+}
+
+/// Zhang & Chen 2021, eq. 7: z − z', for each of the three z'; and the pieces of surface on which predictions lie.
+fn residuals_of(ray: &Ray, answer: &Answer, scales: Scales) -> Residuals {
+    let range_m = ray.range_m;
     let residual = |predicted_m: Option<f64>| predicted_m.map(|z| range_m - z);
+    let surface = |predicted_m: Option<f64>| {
+        let predicted_m = predicted_m.unwrap_or(range_m);
+        let place_m = [0, 1, 2].map(|k| ray.origin_in_world[k] + predicted_m * ray.direction_in_world[k]);
+        SurfaceGroup::of_place(place_m, scales)
+    };
     Residuals {
         first_m: residual(answer.first_m),
         nearest_m: residual(answer.nearest_m),
@@ -165,6 +211,7 @@ fn residuals_of(range_m: f64, answer: &Answer) -> Residuals {
         independent_cos: answer.independent_cos,
         revisited: answer.revisited,
         depth: None,
+        surfaces: [surface(answer.independent_m), surface(answer.nearest_m.or(answer.first_m))],
     }
 }
 

@@ -137,6 +137,9 @@ fn add(joined: &mut Report, other: Report) {
     {
         known.extend(more.into_iter().filter(|line| !known.contains(line)).collect::<Vec<_>>());
     }
+    // As sure as the intervals of either are.
+    let sure = &mut joined.promise.interval_confidence;
+    *sure = sure.min(other.promise.interval_confidence);
     joined.timing = added(joined.timing, other.timing);
     joined.memory = most(joined.memory, other.memory);
 }
@@ -187,7 +190,7 @@ fn put_in_order(joined: &mut Report) {
     let place = |name: &str| joined.runs.iter().position(|run| run.name == name);
     let decided = |pair: &PairReport| {
         let worse = if pair.verdict == pair.a { &pair.b } else { &pair.a };
-        // Mixed and undecided are the names of no run.
+        // Mixed, the same and undecided are the names of no run.
         Some((place(&pair.verdict)?, place(worse)?))
     };
     let decided: Vec<(usize, usize)> = joined.pairs.iter().filter_map(decided).collect();

@@ -23,7 +23,7 @@ pub(super) fn check(named: &NamedReport) -> Result<(), JoinError> {
     for (k, pair) in pairs.iter().enumerate() {
         let of_pair = |name: &str| name == pair.a || name == pair.b;
         let wrong = [&pair.a, &pair.b].into_iter().find(|name| !is_run(name)).or_else(|| {
-            let word = ["mixed", "undecided"].contains(&pair.verdict.as_str());
+            let word = ["mixed", "same", "undecided"].contains(&pair.verdict.as_str());
             (!word && !of_pair(&pair.verdict)).then_some(&pair.verdict)
         });
         if let Some(name) = wrong {

@@ -9,7 +9,7 @@ use crate::report::Report;
 type Fact = (&'static str, &'static str, fn(&Report) -> String);
 
 /// Told before settings that only follow from them.
-const FACTS: [Fact; 35] = [
+const FACTS: [Fact; 37] = [
     ("version of dmp", "dmp_version", |report| report.dmp_version.clone()),
     ("log", "inputs.fingerprint", |report| report.inputs.fingerprint.clone()),
     ("log", "inputs.bytes", |report| report.inputs.bytes.to_string()),
@@ -25,7 +25,9 @@ const FACTS: [Fact; 35] = [
     ("frames", "sampling.frames_scored", |report| report.sampling.frames_scored.to_string()),
     ("frames", "sampling.seed", |report| or_null(report.sampling.seed)),
     ("frames", "sampling.looks", |report| format!("{:?}", report.sampling.looks)),
-    ("settings", "sampling.confidence", |report| report.sampling.confidence.to_string()),
+    ("settings", "promise.confidence", |report| report.promise.confidence.to_string()),
+    ("settings", "promise.same_within_share", |report| or_null(report.promise.same_within_share)),
+    ("settings", "promise.same_within_m", |report| or_null(report.promise.same_within_m)),
     ("settings", "config.min_range_m", |report| report.config.min_range_m.to_string()),
     ("settings", "config.max_range_m", |report| report.config.max_range_m.to_string()),
     ("settings", "config.horizon_m", |report| report.config.horizon_m.to_string()),

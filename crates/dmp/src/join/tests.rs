@@ -97,7 +97,7 @@ fn runs_with_one_name_and_two_scores_get_the_names_of_their_reports() {
     assert_eq!(runs_of, [vec!["td/truth", "drift"], vec!["new/truth", "noise"], vec!["td/truth"]]);
     assert_eq!(report.order, ["new/truth", "td/truth", "noise", "drift"]);
     let pair = find(&report.pairs, &["new/truth".into(), "noise".into()]).unwrap();
-    assert_eq!((pair.verdict.as_str(), pair.decided_at_m), ("new/truth", Some(10.0)));
+    assert_eq!((pair.verdict.as_str(), pair.decided_at_m), ("new/truth", Some(2.0)));
     assert!(report.inputs.runs.iter().map(|run| &run.name).eq(report.runs.iter().map(|run| &run.name)));
     // The same words about a run make it no other run.
     let mut twice = [only(&["truth"]), only(&["truth"])];

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use dmp_log::{Damage, LogOutline};
 use dmp_map::WorkFolder;
-use dmp_reduce::{Basis, Confidence, FrameSums, Layout, Reducer, Scales};
+use dmp_reduce::{Basis, FrameSums, Layout, Reducer, Scales};
 use dmp_sensor::DropReason;
 
 use crate::cast::Scored;
@@ -19,6 +19,7 @@ use crate::config::{Config, MapSource, Run};
 use crate::error::EvaluateError;
 use crate::fuse::Maps;
 use crate::memory::{self, Budget};
+use crate::own_frame::Placed;
 use crate::plan::{Drive, Heads, Plan};
 use crate::pose::Pairing;
 use crate::report::{self, Inputs, PassTimes, PlacesReport, Report};
@@ -74,6 +75,8 @@ pub fn evaluate_quick(
     check(runs, config, share)?;
     let start = Instant::now();
     let read_before = outline.bytes_read();
+    let placed = Placed::new(Heads::Outline(outline), runs, &[], config)?;
+    let runs = placed.runs.as_slice();
     let drive = Drive::new(Heads::Outline(outline), runs, config)?;
     let by_stamp = drive.poses.iter().any(|run| run.pairing == Pairing::ByStamp);
     if by_stamp && outline.stamp_error_ns() > VAGUE_NS {
@@ -87,7 +90,7 @@ pub fn evaluate_quick(
     // The same returns z, voxels and segments for every run and every place.
     let (all, drawn) = (sample.total as u64, sample.drawn.len() as u64);
     let looks = Looks::new(all, Sample::Frames(drawn), config.seed, false);
-    let surveyed = survey::look(&scans, &way, &sample.drawn, runs, looks, config, watch)?;
+    let surveyed = survey::look(&scans, &way, &sample.drawn, &placed, looks, config, watch)?;
     let Surveyed { plan, hints, largest_scan } = surveyed;
     let most_scans = sample.drawn.iter().map(|(_, scans)| scans.read.len()).max().unwrap_or(0);
     let held_bytes = most_scans as u64 * largest_scan * HELD_RETURN_BYTES;
@@ -132,7 +135,7 @@ pub fn evaluate_quick(
         places: Some(sample.report(&way, share, totals.scans_read, bytes_read)),
         scan_of_unit: sample.middles,
         looks: vec![reducer.frames_added()],
-        confidence: Confidence::P99,
+        promise: config.promise(),
         counts,
         tiles: totals.tiles,
         tile_loads: totals.tile_loads,

@@ -126,7 +126,7 @@ impl PlaceScorer<'_> {
         }
 
         let start = Instant::now();
-        let Plan { poses, segments, filter, voxel, looks, .. } = self.plan;
+        let Plan { poses, segments, filter, voxel, looks, own_from_world, .. } = self.plan;
         let plan = Plan {
             selection: Selection { frames, ..Selection::default() },
             poses: poses.clone(),
@@ -134,6 +134,7 @@ impl PlaceScorer<'_> {
             filter: filter.clone(),
             voxel: *voxel,
             looks: looks.clone(),
+            own_from_world: own_from_world.clone(),
         };
         let work = Work::open(&log, runs, self.config)?;
         let stores = runs.iter().map(|_| None).collect();

@@ -7,9 +7,10 @@ use dmp_log::{HeldLog, LogOutline, ScanLog};
 use super::ScoredPlace;
 use super::scans::DriveScans;
 use super::way::{PlaceScans, Way};
-use crate::config::{Config, Run};
+use crate::config::Config;
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
+use crate::own_frame::Placed;
 use crate::plan::{Plan, survey};
 use crate::sample::Looks;
 use crate::sanity;
@@ -42,7 +43,7 @@ pub(super) fn look<'a>(
     scans: &DriveScans<'a>,
     way: &Way,
     places: &[(ScoredPlace, PlaceScans)],
-    runs: &[Run],
+    placed: &Placed<'_>,
     looks: Looks,
     config: &Config,
     watch: &dyn Watch,
@@ -67,7 +68,7 @@ pub(super) fn look<'a>(
     let passes: Vec<Vec<PlannedFrame>> = passes.iter().map(|pass| held.of(pass)).collect();
     let passes: Vec<&[PlannedFrame]> = passes.iter().map(Vec::as_slice).collect();
     let blocks: Vec<&[PlannedFrame]> = passes.iter().map(|pass| survey::block_of(pass)).collect();
-    let voxel = survey::voxel(&held.log, &blocks, runs, &drive.poses, &filter, config, watch)?;
+    let voxel = survey::voxel(&held.log, &blocks, &placed.runs, &drive.poses, &filter, config, watch)?;
     let plan = Plan {
         selection: drive.selection.clone(),
         poses: drive.poses.clone(),
@@ -75,8 +76,9 @@ pub(super) fn look<'a>(
         filter,
         voxel,
         looks,
+        own_from_world: placed.own_from_world.clone(),
     };
-    let hints = sanity::look(&held.log, &plan, &passes, runs, &[], config, watch)?;
+    let hints = sanity::look(&held.log, &plan, &passes, placed.as_given, &[], config, watch)?;
     Ok(Surveyed { plan, hints, largest_scan })
 }
 

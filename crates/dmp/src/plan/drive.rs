@@ -62,7 +62,7 @@ fn steps_m(frames: &[PlannedFrame], poses: &[RunPoses<'_>]) -> Vec<f64> {
 }
 
 /// What a run cannot be called: the words that stand for no run in a report's verdicts.
-const RESERVED_NAMES: [&str; 2] = ["mixed", "undecided"];
+const RESERVED_NAMES: [&str; 3] = ["mixed", "same", "undecided"];
 
 fn check_runs(runs: &[Run], config: &Config) -> Result<(), EvaluateError> {
     if runs.is_empty() {

@@ -5,7 +5,7 @@ mod select;
 pub(crate) mod survey;
 
 use dmp_log::ScanLog;
-use dmp_sensor::ReturnFilter;
+use dmp_sensor::{Isometry3, ReturnFilter};
 
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
@@ -34,6 +34,8 @@ pub(crate) struct Plan<'a> {
     pub(crate) voxel: VoxelChoice,
     /// Which of the scans are scored.
     pub(crate) looks: Looks,
+    /// For every run, the frame that its trajectory was given in.
+    pub(crate) own_from_world: Vec<Isometry3<f64>>,
 }
 
 /// The voxel edge and why it is that.
@@ -53,6 +55,7 @@ impl<'a> Plan<'a> {
     pub(crate) fn new(
         log: &dyn ScanLog,
         runs: &'a [Run],
+        own_from_world: &[Isometry3<f64>],
         config: &Config,
         watch: &dyn Watch,
     ) -> Result<Self, EvaluateError> {
@@ -64,7 +67,8 @@ impl<'a> Plan<'a> {
         let voxel = survey::voxel(log, &survey::blocks_of(frames), runs, &poses, &filter, config, watch)?;
         let all = selection.frames.len() as u64;
         let looks = Looks::new(all, config.sample, config.seed, config.decide.is_some());
-        Ok(Self { selection, poses, segments, filter, voxel, looks })
+        let own_from_world = own_from_world.to_vec();
+        Ok(Self { selection, poses, segments, filter, voxel, looks, own_from_world })
     }
 
     /// The scans to be scored.

@@ -1,13 +1,13 @@
 use dmp_log::Damage;
 use dmp_reduce::{
-    Basis, Comparison, Confidence, Estimate, RunSums, ScaleComparison, Verdict, log_likelihood_raw,
+    Basis, Comparison, Comparisons, Estimate, Margin, RunSums, ScaleComparison, Verdict, log_likelihood_raw,
 };
 use dmp_sensor::{DepthNoise, DropReason, Isometry3, ReturnCounts};
 
 use super::{
     ConfigReport, DepthNoiseReport, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport,
-    PairReport, PassTimes, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, ScaleScores,
-    SegmentReport, TileReport, warnings,
+    PairReport, PassTimes, PromiseReport, Report, RunInputReport, RunReport, SamplingReport, ScaleReport,
+    ScaleScores, SegmentReport, TileReport, warnings,
 };
 use crate::cast::{HORIZON, Scored};
 use crate::config::{Config, Ego, MapSource, Run, SegmentLength};
@@ -66,8 +66,8 @@ pub(crate) fn build(
     timing: PassTimes,
 ) -> Report {
     let reducer = &scored.reducer;
-    let comparisons = reducer.comparisons(scored.confidence);
-    let ranked = reducer.order(&comparisons);
+    let Comparisons { of_each_interval, pairs } = reducer.comparisons(scored.promise);
+    let ranked = reducer.order(&pairs);
     let name = |run: usize| runs[run].name.clone();
     let ties = ranked
         .windows(2)
@@ -92,13 +92,24 @@ pub(crate) fn build(
             .collect(),
         order: ranked.iter().map(|ranked| name(ranked.run)).collect(),
         ties,
-        pairs: comparisons.iter().map(|pair| pair_report(pair, runs, config, scored, has_depth)).collect(),
+        pairs: pairs.iter().map(|pair| pair_report(pair, runs, config, scored, has_depth)).collect(),
+        promise: PromiseReport {
+            confidence: config.confidence.level(),
+            interval_confidence: of_each_interval.level(),
+            same_within_share: match config.same_within {
+                Margin::Share(share) => Some(share),
+                Margin::Metres(_) => None,
+            },
+            same_within_m: match config.same_within {
+                Margin::Share(_) => None,
+                Margin::Metres(metres) => Some(metres),
+            },
+        },
         sampling: SamplingReport {
             frames_scored: scored.frames,
             frames_total: plan.frames().len() as u64,
             seed: plan.looks.is_sampled().then_some(config.seed),
             looks: config.decide.is_some().then(|| scored.looks.clone()),
-            confidence: scored.confidence.level(),
             places: scored.places,
         },
         warnings: Vec::new(),
@@ -210,6 +221,7 @@ fn input_report(
             (None, Some(_)) => "given for the run".to_owned(),
             (None, None) => "the settings, for all runs".to_owned(),
         },
+        world_from_own: seven(plan.own_from_world[k].inverse()),
         pairing: match plan.poses[k].pairing {
             Pairing::ByStamp => "by stamp",
             Pairing::ByLine => "line by line",
@@ -265,7 +277,7 @@ fn run_report(
     map: MapReport,
     has_depth: bool,
 ) -> RunReport {
-    let scores = scored.reducer.scores(run);
+    let scores = scored.reducer.scores(run, config.confidence);
     let sums = &scores.sums;
     let basis = scored.reducer.layout().bases()[run];
     let withheld = sums.r_cv_withheld(basis);
@@ -284,10 +296,10 @@ fn run_report(
         dmp_depth_sum_m2: has_depth.then(|| sums.dmp_depth_sum_m2()),
         dmp_depth_mean_m2: sums.dmp_depth_mean_m2().filter(|_| has_depth),
         r_cv_m2: cv,
-        r_cv_ci99_m2: scores.r_cv_m2[0].1.filter(|_| given).and_then(interval_of),
+        r_cv_interval_m2: scores.r_cv_m2[0].1.filter(|_| given).and_then(interval_of),
         r_cv_withheld: withheld.map(|why| why.to_string()),
         r_near_m2: near,
-        r_near_ci99_m2: scores.r_near_m2[0].1.and_then(interval_of),
+        r_near_interval_m2: scores.r_near_m2[0].1.and_then(interval_of),
         miss_rate: sums.miss_rate(),
         blocked_rate: sums.blocked_rate(),
         coverage: cross_validated(sums.coverage()),
@@ -310,15 +322,15 @@ fn pair_report(
     has_depth: bool,
 ) -> PairReport {
     let name = |run: usize| runs[run].name.clone();
-    let likelihood = |run: usize| log_likelihood(&scored.reducer.scores(run).sums, config, has_depth);
-    // What is printed is at 99 %, however sure the verdict had to be.
-    let printed = scored.reducer.compare(pair.a, pair.b, Confidence::P99);
+    let likelihood = |run: usize| log_likelihood(scored.reducer.sums(run), config, has_depth);
     let scale = |scale: &ScaleComparison| ScaleReport {
         scale_m: scale.scale_m,
         mean_a_m2: scale.mean_a_m2,
         mean_b_m2: scale.mean_b_m2,
         difference_m2: scale.difference.map(|difference| difference.value_m2),
-        ci99_m2: scale.difference.and_then(interval_of),
+        interval_m2: scale.difference.and_then(interval_of),
+        apart_at_most_m: scale.apart_at_most_m,
+        margin_m: scale.margin_m,
         returns: pair.common_returns,
     };
     let (verdict, better_on_the_whole, decided_at_m) = match &pair.verdict {
@@ -326,6 +338,7 @@ fn pair_report(
         Verdict::Mixed { which, decided_at_m, .. } => {
             ("mixed".into(), Some(name(*which)), Some(*decided_at_m))
         }
+        Verdict::Same { .. } => ("same".into(), None, None),
         Verdict::Undecided { .. } => ("undecided".into(), None, None),
     };
     PairReport {
@@ -336,9 +349,10 @@ fn pair_report(
             Basis::Near => "R_near",
         }
         .to_owned(),
-        scales: printed.scales.iter().map(scale).collect(),
+        scales: pair.scales.iter().map(scale).collect(),
         llr_raw: likelihood(pair.a) - likelihood(pair.b),
         verdict,
+        is_same: pair.is_same(),
         better_on_the_whole,
         decided_at_m,
         reason: pair.verdict.reason_with(config.scales(), |unit| scored.scan_of_unit[unit as usize] as u64),

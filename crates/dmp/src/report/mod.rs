@@ -13,12 +13,12 @@ pub use scores::ScaleScores;
 
 pub(crate) use build::{Inputs, build, drops_in_words, map_reports};
 
-/// What an evaluation found. Serialised, it is the command's JSON: schema `dmp-score/1`, described in
+/// What an evaluation found. Serialised, it is the command's JSON: schema `dmp-score/2`, described in
 /// `docs/json.md`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Report {
-    /// Always `dmp-score/1`.
+    /// Always `dmp-score/2`.
     pub schema: String,
     /// Version of this program.
     pub dmp_version: String,
@@ -36,6 +36,8 @@ pub struct Report {
     pub ties: Vec<[String; 2]>,
     /// Every pair of runs.
     pub pairs: Vec<PairReport>,
+    /// What the verdicts on them promise, all together.
+    pub promise: PromiseReport,
     /// How much of the log was scored.
     pub sampling: SamplingReport,
     /// What a reader must know before believing any of it.
@@ -51,7 +53,7 @@ pub struct Report {
 
 impl Report {
     /// What `schema` says.
-    pub const SCHEMA: &str = "dmp-score/1";
+    pub const SCHEMA: &str = "dmp-score/2";
 
     /// Sentences that must stand beside the scores: the report's warnings, those of its runs with their names, and why a
     /// run has no `R_cv` where others do.
@@ -212,6 +214,9 @@ pub struct RunInputReport {
     pub body_from_sensor: [f64; 7],
     /// Where that is from, in words.
     pub body_from_sensor_source: String,
+    /// The frame that the run is scored in, which follows from its way: takes places of its trajectory's frame
+    /// there. x, y, z (metres), qx, qy, qz, qw.
+    pub world_from_own: [f64; 7],
     /// `by stamp` or `line by line`.
     pub pairing: String,
     /// Longest gap between poses that is interpolated over, seconds.
@@ -247,14 +252,14 @@ pub struct RunReport {
     pub dmp_depth_mean_m2: Option<f64>,
     /// R_cv, by truncation.
     pub r_cv_m2: ScaleScores,
-    /// 99 % interval of R_cv at its largest truncation.
-    pub r_cv_ci99_m2: Option<[f64; 2]>,
+    /// Interval of R_cv at its largest truncation, by itself as sure as [`PromiseReport::confidence`].
+    pub r_cv_interval_m2: Option<[f64; 2]>,
     /// Why R_cv is not given; null where it is.
     pub r_cv_withheld: Option<String>,
     /// R_near, by truncation.
     pub r_near_m2: ScaleScores,
-    /// 99 % interval of R_near at its largest truncation.
-    pub r_near_ci99_m2: Option<[f64; 2]>,
+    /// The same of R_near.
+    pub r_near_interval_m2: Option<[f64; 2]>,
     /// Share of returns without any crossing.
     pub miss_rate: Option<f64>,
     /// Share of returns with a surfel more than 0.5 m in front, in a room 0.05 m.
@@ -328,8 +333,11 @@ pub struct PairReport {
     pub scales: Vec<ScaleReport>,
     /// The paper's LLR, log p(Z|a) − log p(Z|b): a raw sum, not a probability.
     pub llr_raw: f64,
-    /// Name of the better run, `mixed` or `undecided`.
+    /// Name of the better run, `mixed`, `same` or `undecided`.
     pub verdict: String,
+    /// Whether no difference that matters is left possible at any scale; true also of some pairs in which one run is
+    /// better beyond doubt, by too little to matter.
+    pub is_same: bool,
     /// For `mixed`: the run that is better on the whole.
     pub better_on_the_whole: Option<String>,
     /// The scale that decided, metres.
@@ -354,10 +362,29 @@ pub struct ScaleReport {
     pub mean_b_m2: Option<f64>,
     /// Mean of a minus b over the common returns, m²: negative where a is better.
     pub difference_m2: Option<f64>,
-    /// Its 99 % interval.
-    pub ci99_m2: Option<[f64; 2]>,
+    /// Its interval, as sure as [`PromiseReport::interval_confidence`].
+    pub interval_m2: Option<[f64; 2]>,
+    /// How far apart the root mean squares of the two may be at most, by that interval, metres.
+    pub apart_at_most_m: Option<f64>,
+    /// How far apart they may be and still count as the same, metres.
+    pub margin_m: Option<f64>,
     /// Common returns.
     pub returns: u64,
+}
+
+/// What the verdicts on all pairs promise together.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PromiseReport {
+    /// Where runs are equal, no two of them are told apart in this share of commands: over all pairs, scales and looks.
+    pub confidence: f64,
+    /// How sure each interval of a difference is, so that all together keep that.
+    pub interval_confidence: f64,
+    /// How far apart two runs may be and still count as the same: this share of the better one's root mean square; null
+    /// where metres were asked for.
+    pub same_within_share: Option<f64>,
+    /// So many metres at every scale; null where a share was asked for.
+    pub same_within_m: Option<f64>,
 }
 
 /// How much of the log was scored.
@@ -372,8 +399,6 @@ pub struct SamplingReport {
     pub seed: Option<u64>,
     /// How many scans were scored at each look whether that decides; null where no decision was asked for.
     pub looks: Option<Vec<u64>>,
-    /// How sure each interval is that a verdict is taken from: 0.99, but for looks at samples, which share the error.
-    pub confidence: f64,
     /// Where not scans but places were drawn: which; null where not.
     pub places: Option<PlacesReport>,
 }

@@ -1,6 +1,6 @@
 use dmp_map::Store;
 
-/// A box with its edges along the axes of the world, metres.
+/// A box with its edges along the axes of a run's own frame, metres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Extent {
     low_m: [f64; 3],
@@ -15,10 +15,9 @@ impl Extent {
 
     /// A box around a map, up to a tile larger; `None` around an empty one.
     pub(super) fn of_store(store: &Store) -> Option<Self> {
-        let (lattice, edge_m) = (store.lattice(), store.lattice().tile_edge_m());
         let tile = |entry: &dmp_map::TileEntry| {
-            let ([x, y], [low, high]) = (lattice.tile_corner_m(entry.tile), entry.extent.z_range_m);
-            Self { low_m: [x, y, low], high_m: [x + edge_m, y + edge_m, high] }
+            let [low_m, high_m] = store.box_in_own_m(entry);
+            Self { low_m, high_m }
         };
         store
             .entries()

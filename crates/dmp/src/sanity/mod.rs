@@ -33,7 +33,7 @@ const LEAST_WAY: f64 = 0.5;
 const FIT_M: f64 = 0.5;
 const NEARLY_NOTHING: f64 = 0.25;
 
-/// For every run, what is likely wrong with it by the scans of some `stretches` of the drive, in words; told to
+/// For every run as it was given, what is likely wrong with it by the scans of some `stretches` of the drive, in words; told to
 /// `watch` too. `given` are the maps that were not fused, by their runs.
 pub(crate) fn look(
     log: &dyn ScanLog,
@@ -75,11 +75,13 @@ impl Look<'_> {
     /// Whether its scans fit together much better when what the user gave is read another way.
     fn at_poses(&self, log: &dyn ScanLog) -> Result<Option<String>, EvaluateError> {
         let filter = &self.plan.filter;
-        let given = self.sample.fit(self.poses, filter, 0)?;
+        let body_from_sensor = self.run.body_from_sensor(self.config);
+        let as_given = Track::new(&self.run.trajectory, body_from_sensor, self.poses.max_gap_ns);
+        let given = self.sample.fit(&self.poses.along(as_given), filter, 0)?;
         let turned_round = inverted(&self.run.trajectory);
         let mut best: Option<(Fit, Alternative)> = None;
         let stamped = self.poses.pairing == Pairing::ByStamp;
-        for alternative in all(self.run.body_from_sensor(self.config), stamped, log.summary()) {
+        for alternative in all(body_from_sensor, stamped, log.summary()) {
             let trajectory = match &turned_round {
                 Some(inverted) if alternative.inverted => inverted,
                 _ => &self.run.trajectory,
@@ -108,8 +110,10 @@ impl Look<'_> {
 
     /// Whether a map that was given is where the trajectory is.
     fn at_map(&self, caster: &Caster) -> Result<Option<String>, EvaluateError> {
+        let own_from_world = caster.map().own_from_world();
         let places = self.plan.frames().iter().filter_map(|frame| self.poses.of_frame(frame));
-        let drive = Extent::of_points(places.map(|pose| pose.translation.vector.into()));
+        let places = places.map(|pose| (own_from_world * pose).translation.vector.into());
+        let drive = Extent::of_points(places);
         let Some((drive, map)) = drive.zip(Extent::of_store(caster.map())) else { return Ok(None) };
         let gap_m = drive.gap_m(&map);
         if gap_m > self.config.max_range_m() {

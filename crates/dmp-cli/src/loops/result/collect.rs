@@ -175,7 +175,7 @@ fn accepted_of(inputs: &Inputs, ranked: &Ranked, accepted: &dmp_loops::Acceptanc
             accepted: matches!(decision.verdict, Verdict::Accepted),
             why_not: match &decision.verdict {
                 Verdict::Accepted => None,
-                Verdict::Worse => Some("worse".to_owned()),
+                Verdict::Worse => Some("may be worse".to_owned()),
                 Verdict::Failed(fault) => Some(fault.to_string()),
             },
             after: decision.after,

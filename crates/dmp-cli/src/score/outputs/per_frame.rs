@@ -17,7 +17,7 @@ pub(super) fn lines(frame: u32, stamp_ns: Option<i64>, sums: &FrameSums, runs: &
     for (run, sums) in runs.iter().zip(sums.runs()) {
         // Writing to a string cannot fail.
         let _ = write!(lines, "{frame},{stamp},{},", run.name);
-        scores(&mut lines, sums, run);
+        scores(&mut lines, &sums, run);
     }
     lines
 }

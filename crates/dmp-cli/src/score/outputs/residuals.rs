@@ -65,11 +65,9 @@ impl RunReturns {
         origin: Origin,
         buffers: &Buffers,
     ) -> std::io::Result<()> {
-        let (Some(rays), Some(residuals), Some(pose)) = (
-            scored.rays.get(self.run),
-            scored.residuals.get(self.run),
-            scored.world_from_sensor.get(self.run),
-        ) else {
+        let (Some(rays), Some(residuals), Some(pose)) =
+            (scored.rays.get(self.run), scored.residuals.get(self.run), scored.own_from_sensor.get(self.run))
+        else {
             return Ok(());
         };
         let mut first = scored.first as u64;
@@ -83,7 +81,8 @@ impl RunReturns {
                 for number in drawn(origin.frame, origin.every, first..first + rays.len() as u64) {
                     let index = (number - first) as usize;
                     let time_ns = after_start_ns.saturating_add(offsets_ns[index]);
-                    let (ray, residuals) = (&rays[index], &residuals[index]);
+                    let residuals = &residuals[index];
+                    let ray = &scored.own_ray(self.run, number as usize - scored.first);
                     let point =
                         scored_point(ray, residuals, (self.is_fused, self.scales), origin.frame, time_ns);
                     piece.extend_from_slice(&point.to_bytes());

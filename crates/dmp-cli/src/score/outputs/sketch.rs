@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use dmp::{Basis, Config, EvaluateError, FrameSums, MapSource, Report, Run, Sample, ScoredReturns};
 use dmp_draw::{DiscInWorld, FrameScore, Painter, Pictures, SampledReturn, SeenFrame};
 use dmp_log::ScanLog;
-use dmp_map::{Store, TileId};
+use dmp_map::{OwnDisc, Store, TileId};
 
 use super::residuals::{Buffers, drawn};
 use super::spool::Spool;
@@ -70,8 +70,7 @@ impl Sketch {
         scored: &ScoredReturns<'_>,
         buffers: &Buffers,
     ) -> io::Result<()> {
-        let positions =
-            || scored.world_from_sensor.iter().map(|pose| pose.translation.vector.into()).collect();
+        let positions = || scored.own_from_sensor.iter().map(|pose| pose.translation.vector.into()).collect();
         if scored.first == 0 {
             lock(&self.frames).entry(frame).or_default().position_in_world_m = positions();
         }
@@ -82,7 +81,7 @@ impl Sketch {
             for number in drawn(frame, self.every, first..first + scored.offsets_ns.len() as u64) {
                 let index = (number - first) as usize;
                 for (run, basis) in self.bases.iter().enumerate() {
-                    let (ray, residuals) = (&scored.rays[run][index], &scored.residuals[run][index]);
+                    let (ray, residuals) = (scored.own_ray(run, index), &scored.residuals[run][index]);
                     let residual_m = match basis {
                         Basis::CrossValidated => residuals.independent_m,
                         // Where nothing is near, what is far is as wrong as can be.
@@ -109,7 +108,8 @@ impl Sketch {
 
     /// Keeps what a scan was scored.
     pub(super) fn frame_scored(&self, frame: u32, sums: &FrameSums) {
-        let scores = sums.runs().iter().zip(&self.bases).map(|(sums, basis)| FrameScore::of(sums, *basis));
+        let runs = sums.runs();
+        let scores = runs.iter().zip(&self.bases).map(|(sums, basis)| FrameScore::of(sums, *basis));
         lock(&self.frames).entry(frame).or_default().scores = scores.collect();
     }
 
@@ -191,26 +191,20 @@ fn draw_discs(
     window: usize,
     [low_m, high_m]: [[f64; 2]; 2],
 ) -> anyhow::Result<()> {
-    let lattice = map.lattice();
-    let [low, high] = [low_m, high_m].map(|[x, y]| lattice.tile_of([x, y, 0.0]));
-    let (low, high) = (low?, high?);
-    for y in low.y..=high.y {
-        for x in low.x..=high.x {
-            let Some(tile) = map.load(TileId { x, y })? else { continue };
-            for surfel in &tile.surfels[..tile.own] {
-                let centre = surfel.centre_in_tile_m;
-                painter.disc(
-                    run,
-                    window,
-                    &DiscInWorld {
-                        centre_in_world_m: std::array::from_fn(|axis| {
-                            tile.origin_in_world_m[axis] + f64::from(centre[axis])
-                        }),
-                        normal: surfel.normal,
-                        radius_m: lattice.disc_radius_m(),
-                    },
-                );
-            }
+    let radius_m = map.lattice().disc_radius_m();
+    let mut tiles: Vec<TileId> = map
+        .entries()
+        .filter(|entry| {
+            let [low, high] = map.box_in_own_m(entry);
+            (0..2).all(|axis| low[axis] <= high_m[axis] && high[axis] >= low_m[axis])
+        })
+        .map(|entry| entry.tile)
+        .collect();
+    tiles.sort_unstable();
+    for tile in tiles {
+        for OwnDisc { centre_in_own_m, normal_in_own } in map.discs_in_own(tile)? {
+            let disc = DiscInWorld { centre_in_world_m: centre_in_own_m, normal: normal_in_own, radius_m };
+            painter.disc(run, window, &disc);
         }
     }
     Ok(())

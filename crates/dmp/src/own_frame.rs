@@ -1,0 +1,273 @@
+//! The frame in which a run is scored: it follows from where the sensor was in the log's scans, whichever way the run's
+//! own frame lies.
+//!
+//! A map is a grid of voxels, and where a surface lies in its voxels shows in what rays predict. SLAM systems put their
+//! world where they like: the first pose, gravity, north. So every run is first moved, rigidly and by what it says of the
+//! way itself, to where any other would lie that went the same way. Two runs that differ by a rigid motion then have one
+//! map. From here on `world` is that frame, and `own` that of the run's trajectory, in which users get what they are
+//! told.
+//!
+//! In the frame found so, the way lies level and along an axis; what is built along streets does too, and a flat ground
+//! would lie at one height in its voxels everywhere, good or bad luck for the whole map. So the frame is tilted against
+//! that by a few degrees about each axis: every surface crosses its voxels at all heights within a few metres, and luck
+//! evens out.
+
+use dmp_map::{Store, smallest_eigenvector};
+use dmp_sensor::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
+
+use crate::config::{Config, Run};
+use crate::error::EvaluateError;
+use crate::frames::PlannedFrame;
+use crate::plan::{Drive, Heads};
+
+/// How far a sensor sees about itself, metres of a drive, and how far along its own z axis: with the places it was at,
+/// that makes the extent of what it saw.
+const REACH_M: f64 = 20.0;
+const REACH_ALONG_Z_M: f64 = 3.0;
+/// Weights over the time of the log by which the way is told from its way back: Legendre polynomials up to this.
+const HARMONICS: usize = 8;
+/// Turns about x, y and z, in this order, by 5, 4 and 7 degrees: the slopes of level and upright planes in the frame lie
+/// between 0.06 and 0.13. As (x, y, z, w).
+const TILT: [f64; 4] = [0.045_640_04, 0.032_139_97, 0.062_472_74, 0.996_484_4];
+
+/// In which frame a run is fused and scored. Results are told in the run's own, whichever it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Frame {
+    /// The one that follows from the way of the sensor, so that it makes no difference where a run's own lies.
+    OfTheWay,
+    /// That one, moved: to see what the place of the voxels is worth.
+    Moved(Isometry3<f64>),
+    /// `world_from_own`, whatever the way: for poses of one graph that are to share their voxels.
+    Fixed(Isometry3<f64>),
+}
+
+impl Frame {
+    /// Fixed to a frame that a report tells ([`RunInputReport::world_from_own`](crate::RunInputReport)): x, y, z in
+    /// metres, qx, qy, qz, qw.
+    pub fn of_report([x, y, z, i, j, k, w]: [f64; 7]) -> Self {
+        let turn = UnitQuaternion::new_normalize(Quaternion::new(w, i, j, k));
+        Self::Fixed(Isometry3::from_parts(Translation3::new(x, y, z), turn))
+    }
+}
+
+/// Runs in frames of their own making.
+#[derive(Debug)]
+pub(crate) struct Placed<'a> {
+    /// The runs as they were given.
+    pub(crate) as_given: &'a [Run],
+    /// The runs, their trajectories in the world.
+    pub(crate) runs: Vec<Run>,
+    /// For every run, the frame its trajectory was given in.
+    pub(crate) own_from_world: Vec<Isometry3<f64>>,
+}
+
+impl<'a> Placed<'a> {
+    /// Brings `runs` into their frames; one whose map is a store, into that of the store.
+    ///
+    /// # Errors
+    /// When a run and the log do not belong together.
+    pub(crate) fn new(
+        heads: Heads<'_>,
+        runs: &'a [Run],
+        stores: &[Option<Store>],
+        config: &Config,
+    ) -> Result<Self, EvaluateError> {
+        let with = |run: &Run, trajectory| Run { trajectory, ..run.clone() };
+        let from_start: Vec<Run> =
+            runs.iter().map(|run| with(run, run.trajectory.from_its_start())).collect();
+        let drive = Drive::new(heads, &from_start, config)?;
+        let (frames, after_ns) = seen_by_all(&drive, heads.summary().middle_ns);
+        let mut placed = Self { as_given: runs, runs: Vec::new(), own_from_world: Vec::new() };
+        for (number, (run, seen)) in runs.iter().zip(&from_start).enumerate() {
+            if let Some(store) = stores.get(number).and_then(Option::as_ref) {
+                let own_from_world = *store.own_from_world();
+                placed.runs.push(with(run, run.trajectory.moved(&own_from_world.inverse())));
+                placed.own_from_world.push(own_from_world);
+                continue;
+            }
+            let own_from_start = run.trajectory.poses()[0];
+            let of_the_way = || {
+                let place = |frame: &&PlannedFrame| drive.poses[number].of_frame_after(frame, after_ns);
+                frame_of(&frames.iter().filter_map(place).collect::<Vec<_>>(), config.metre_m())
+            };
+            let world_from_start = match config.frame {
+                Frame::OfTheWay => of_the_way(),
+                Frame::Moved(new_from_world) => new_from_world * of_the_way(),
+                Frame::Fixed(world_from_own) => world_from_own * own_from_start,
+            };
+            placed.runs.push(with(run, seen.trajectory.moved(&world_from_start)));
+            placed.own_from_world.push(own_from_start * world_from_start.inverse());
+        }
+        Ok(placed)
+    }
+}
+
+/// When the sensor was where every run has it in the middle of a scan, whether stamps are those of a scan's start or of
+/// its end: the scans, and how long after their stamps. The stamps themselves, should no run have a pose in any middle.
+fn seen_by_all<'a>(drive: &'a Drive<'_>, middle_ns: i64) -> (Vec<&'a PlannedFrame>, i64) {
+    let after = |after_ns| {
+        let by_all = |frame: &&PlannedFrame| {
+            drive.poses.iter().all(|poses| poses.of_frame_after(frame, after_ns).is_some())
+        };
+        drive.frames().iter().filter(by_all).collect::<Vec<_>>()
+    };
+    match after(middle_ns) {
+        none if none.is_empty() => (after(0), 0),
+        frames => (frames, middle_ns),
+    }
+}
+
+/// The frame of a way of the sensor, seen from the one its poses are told in: its origin is the mean place, z the
+/// direction in which what was seen has least extent, x that in which the way, weighed over time, leads furthest; then
+/// tilted.
+fn frame_of(poses: &[Isometry3<f64>], metre_m: f64) -> Isometry3<f64> {
+    let count = poses.len().max(1) as f64;
+    let mean = poses.iter().map(|pose| pose.translation.vector).sum::<Vector3<f64>>() / count;
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()]
+        .map(|axis| poses.iter().map(|pose| pose.rotation * axis).sum::<Vector3<f64>>() / count);
+
+    let (across, along) = (REACH_M * metre_m, REACH_ALONG_Z_M * metre_m);
+    let mut extent = Matrix3::identity() * (across * across);
+    for pose in poses {
+        let (place, up) = (pose.translation.vector - mean, pose.rotation * Vector3::z());
+        extent +=
+            (place * place.transpose() - up * up.transpose() * (across * across - along * along)) / count;
+    }
+    let upper = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(|at| extent[at]);
+    let z = Vector3::from(smallest_eigenvector(upper).0);
+    // Up is where the sensor has it: along that of its axes which says most of it.
+    let leaning = longest(axes.into_iter().map(|axis| z * axis.dot(&z)));
+    let z = if leaning.dot(&z) < 0.0 { -z } else { z };
+
+    let level = |leads: Vector3<f64>| leads - z * leads.dot(&z);
+    let mut moments = [Vector3::zeros(); HARMONICS];
+    for (index, pose) in poses.iter().enumerate() {
+        let weights = legendre((2 * index + 1) as f64 / count - 1.0);
+        for (moment, weight) in moments.iter_mut().zip(weights) {
+            *moment += (pose.translation.vector - mean) * (weight / count);
+        }
+    }
+    // Where the sensor hardly moves, the way its axes point says more.
+    let leads = longest(moments.into_iter().chain(axes.map(|axis| axis * metre_m)).map(level));
+    let any = longest([Vector3::x(), Vector3::y()].into_iter().map(level));
+    let x = leads.try_normalize(0.0).unwrap_or_else(|| any.normalize());
+    let level_from_start = Matrix3::from_rows(&[x.transpose(), z.cross(&x).transpose(), z.transpose()]);
+    let level_from_start =
+        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(level_from_start));
+    let [i, j, k, w] = TILT;
+    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k)) * level_from_start;
+    Isometry3::from_parts((-(rotation * mean)).into(), rotation)
+}
+
+/// The longest of some vectors, the first of those; zero of none.
+fn longest(vectors: impl Iterator<Item = Vector3<f64>>) -> Vector3<f64> {
+    vectors.fold(Vector3::zeros(), |longest, vector| {
+        if vector.norm_squared() > longest.norm_squared() { vector } else { longest }
+    })
+}
+
+/// P₁ to P₈ at `t`, −1 to 1: (n + 1) P₍ₙ₊₁₎ = (2 n + 1) t Pₙ − n P₍ₙ₋₁₎.
+fn legendre(t: f64) -> [f64; HARMONICS] {
+    let (mut before, mut last) = (1.0, t);
+    std::array::from_fn(|k| {
+        let (degree, now) = ((k + 1) as f64, last);
+        (before, last) = (last, ((2.0 * degree + 1.0) * t * last - degree * before) / (degree + 1.0));
+        now
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A drive round a block, level but for a hill, the sensor looking ahead; every pose off by what `noise` says.
+    fn drive(noise: impl Fn(usize) -> Vector3<f64>) -> Vec<Isometry3<f64>> {
+        let pose = |k: usize| {
+            let along = k as f64 / 100.0;
+            let place = match along {
+                a if a < 1.0 => Vector3::new(80.0 * a, 0.0, 0.0),
+                a if a < 2.0 => Vector3::new(80.0, 60.0 * (a - 1.0), 3.0 * (a - 1.0)),
+                a => Vector3::new(80.0 - 80.0 * (a - 2.0), 60.0, 3.0 - 3.0 * (a - 2.0)),
+            };
+            let yaw = along.floor() * std::f64::consts::FRAC_PI_2;
+            let turn = UnitQuaternion::from_euler_angles(0.01 * noise(k).x, 0.01 * noise(k).y, yaw);
+            Isometry3::from_parts((place + noise(k)).into(), turn)
+        };
+        (0..300).map(pose).collect()
+    }
+
+    fn still(_: usize) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+
+    fn apart(a: &Isometry3<f64>, b: &Isometry3<f64>) -> (f64, f64) {
+        ((a.translation.vector - b.translation.vector).norm(), a.rotation.angle_to(&b.rotation))
+    }
+
+    #[test]
+    fn a_way_comes_to_lie_in_one_place_wherever_it_was() {
+        let way = drive(still);
+        let placed = frame_of(&way, 1.0) * way[17];
+        for (shift, turn) in [
+            ([500_000.0, 4_649_776.0, 100.0], [0.0, 0.0, 0.0]),
+            ([3.0, -4.0, 5.0], [0.1, -0.2, 3.0]),
+            ([0.0, 0.0, 0.0], [3.0, 0.4, -2.0]),
+        ] {
+            let motion = Isometry3::from_parts(
+                Translation3::from(shift),
+                UnitQuaternion::from_euler_angles(turn[0], turn[1], turn[2]),
+            );
+            let moved: Vec<_> = way.iter().map(|pose| motion * pose).collect();
+            let again = frame_of(&moved, 1.0) * moved[17];
+            let (metres, radians) = apart(&placed, &again);
+            assert!(metres < 1e-6 && radians < 1e-8, "{shift:?} {turn:?}: {metres} m {radians} rad");
+        }
+    }
+
+    #[test]
+    fn ways_that_are_nearly_the_same_come_to_lie_nearly_so() {
+        let noise = |size_m: f64, seed: f64| {
+            move |k: usize| {
+                Vector3::from([1.3, 2.7, 4.1].map(|f| size_m * (f * (k as f64 + seed) * 7.77).sin()))
+            }
+        };
+        for size_m in [0.001, 0.03] {
+            let (a, b) = (drive(noise(size_m, 1.0)), drive(noise(size_m, 5.0)));
+            let by = frame_of(&a, 1.0) * frame_of(&b, 1.0).inverse();
+            // Hundreds of poses: the frames agree better than any pose does.
+            let (metres, radians) = apart(&by, &Isometry3::identity());
+            assert!(metres < size_m && 100.0 * radians < size_m, "{size_m}: {metres} m {radians} rad");
+        }
+    }
+
+    #[test]
+    fn level_ground_and_walls_along_the_way_cross_their_voxels() {
+        let world_from_own = frame_of(&drive(still), 1.0);
+        let up = world_from_own * Vector3::z();
+        assert!(up.z > 0.99, "{up}");
+        assert!(up.x.abs() > 0.02 && up.y.abs() > 0.02, "{up}");
+        let [i, j, k, w] = TILT;
+        let tilt = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k)).to_rotation_matrix();
+        for (k, l) in [(0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1)] {
+            let slope = tilt[(k, l)].abs();
+            assert!((0.05..0.13).contains(&slope), "{k} {l}: {slope}");
+        }
+        // A sensor that is mounted upside down has its map upside down, and a car that goes nowhere has one too.
+        let turned = UnitQuaternion::from_euler_angles(std::f64::consts::PI, 0.0, 0.0);
+        let hung: Vec<_> = drive(still).iter().map(|pose| pose * turned).collect();
+        assert!((frame_of(&hung, 1.0) * Vector3::z()).z < -0.99);
+        let parked = vec![drive(still)[7]; 20];
+        assert!((frame_of(&parked, 1.0) * Vector3::z()).z > 0.99);
+        let alone = frame_of(&parked[..1], 1.0);
+        assert!(apart(&frame_of(&parked, 1.0), &alone).0 < 1e-9);
+    }
+
+    #[test]
+    fn the_polynomials_are_those_of_legendre() {
+        let p = legendre(0.3);
+        for (k, expected) in [(0, 0.3), (1, 0.5 * (3.0 * 0.09 - 1.0)), (2, 0.5 * (5.0 * 0.027 - 0.9))] {
+            assert!((p[k] - expected).abs() < 1e-15);
+        }
+        assert!(legendre(1.0).iter().all(|p| (p - 1.0).abs() < 1e-14));
+    }
+}
