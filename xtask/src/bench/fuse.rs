@@ -85,7 +85,7 @@ fn fuse(scans: &[PosedScan], voxel_m: f64) -> anyhow::Result<Taken> {
     }
     let added_s = on_core_s()?;
     let path = folder.path().join("fused.dmpmap");
-    let summary = fuser.finish(&path, "benchmark", Durability::Scratch, &|_, _| ())?;
+    let summary = fuser.finish(&path, &dmp_map::Origin::of("benchmark"), Durability::Scratch, &|_, _| ())?;
     let finish_s = on_core_s()? - added_s;
     let (surfels, voxels) = (summary.surfels, summary.surfels + summary.thin_voxels);
     Ok(Taken { add_s: added_s - start_s, finish_s, surfels, voxels })

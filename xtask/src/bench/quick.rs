@@ -62,7 +62,7 @@ pub(crate) fn run(arguments: &QuickArgs) -> anyhow::Result<()> {
         circumstances()
     );
     println!(
-        "{:<14}{:>9}{:>8}{:>9}{:>9}{:>9}{:>8}{:>9}   at 10 m: difference, 99 % interval, m²",
+        "{:<14}{:>9}{:>8}{:>9}{:>9}{:>9}{:>8}{:>9}   at 10 m: difference, its interval, m²",
         "", "read MB", "of log", "wall s", "core s", "places", "scans", "verdict"
     );
     let mut quick = Vec::new();
@@ -104,8 +104,8 @@ impl Row {
             number("/sampling/frames_scored")?,
             at("/pairs/0/verdict")?.as_str().unwrap_or_default(),
             number("/pairs/0/scales/0/difference_m2")?,
-            number("/pairs/0/scales/0/ci99_m2/0")?,
-            number("/pairs/0/scales/0/ci99_m2/1")?,
+            number("/pairs/0/scales/0/interval_m2/0")?,
+            number("/pairs/0/scales/0/interval_m2/1")?,
         );
         Ok(())
     }

@@ -66,7 +66,8 @@ impl Sightings {
     /// Of a part of a frame; the first run is the truth.
     pub(super) fn of(scored: &ScoredReturns<'_>) -> Self {
         let mut seen = Self::new(scored.rays.len());
-        for (index, ray) in scored.rays[0].iter().enumerate() {
+        for index in 0..scored.rays[0].len() {
+            let ray = scored.own_ray(0, index);
             // The direction tells a frame's returns apart, in whatever parts they come.
             let d = ray.direction_in_world;
             let hash = mix(mix(mix(scored.frame as u64 ^ d[0].to_bits()) ^ d[1].to_bits()) ^ d[2].to_bits());
@@ -74,11 +75,11 @@ impl Sightings {
                 continue;
             }
             let truth = ray.endpoint_in_world();
-            let displacement = |rays: &Vec<dmp_sensor::Ray>| {
-                let end = rays[index].endpoint_in_world();
+            let displacement = |run: usize| {
+                let end = scored.own_ray(run, index).endpoint_in_world();
                 std::array::from_fn(|k| (end[k] - truth[k]) as f32)
             };
-            let displacement_m = scored.rays.iter().map(displacement).collect();
+            let displacement_m = (0..scored.rays.len()).map(displacement).collect();
             seen.keep(truth.map(|c| (c / PLACE_M).floor() as i64), hash, || Sighting {
                 frame: scored.frame,
                 displacement_m,

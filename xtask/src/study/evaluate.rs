@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
-use dmp::{Report, Run};
+use dmp::{Confidence, Config, Report, Run};
 use dmp_log::{LogOptions, McapScanWriter, McapWriterOptions, open_log};
 use dmp_sensor::Point3;
 use dmp_sim::Recording;
@@ -15,7 +15,7 @@ use super::consistency::{Inconsistency, Sightings, Weigh};
 use super::drives::{DriveSpec, Half};
 use super::estimates::{Estimate, estimates};
 use super::interval::{BATCHES, difference, parts};
-use super::observe::{Both, CV_M, Frame, NEAR_M, Observer, Sum, pairs};
+use super::observe::{Both, CV_M, Frame, NEAR_M, Observer, PairFrame, Score, Sum, pairs};
 use super::removal::frames_without_own;
 use super::result::{DriveResult, PairResult, RunResult, Said};
 use super::rule::Rule;
@@ -55,11 +55,13 @@ pub(super) fn evaluate(spec: &DriveSpec, setting: &Setting, work: &Path) -> anyh
     )
     .with_context(|| format!("{} under {}", spec.name, setting.name))?;
     let report = &study.score;
-    let (mut frames, sightings) = observer.finish();
+    let (mut frames, mut surfaces, sightings) = observer.finish();
     let segments = &report.config.segments;
     if setting.fuse_without_own {
-        let (config, voxel_m) = (setting.config(), report.config.voxel_m);
-        frames = frames_without_own(log.as_ref(), &runs, &segments.starts_scan, &config, voxel_m)?;
+        // All estimates begin in one world; in one frame a group of surface is the same place in every map.
+        let frame = dmp::Frame::of_report(report.inputs.runs[0].world_from_own);
+        let config = Config { frame, voxel_m: Some(report.config.voxel_m), ..setting.config() };
+        (frames, surfaces) = frames_without_own(log.as_ref(), &runs, &segments.starts_scan, &config)?;
     }
     let segment_of = |frame: usize| segments.starts_scan.partition_point(|&start| start <= frame) as i64 - 1;
     let (spreads, sightings) = sightings
@@ -83,8 +85,9 @@ pub(super) fn evaluate(spec: &DriveSpec, setting: &Setting, work: &Path) -> anyh
         travel_m: segments.travel_m,
         frames: frames.len(),
         returns: report.inputs.returns_used,
+        interval_confidence: report.promise.interval_confidence,
         runs: run_results.collect(),
-        pairs: pair_results(setting, report, &estimates, &frames)?,
+        pairs: pair_results(setting, report, &estimates, &frames, &surfaces)?,
         sightings,
         seconds: start.elapsed().as_secs_f64(),
     })
@@ -228,7 +231,10 @@ fn pair_results(
     report: &Report,
     estimates: &[Estimate],
     frames: &[Frame],
+    surfaces: &[Vec<PairFrame>],
 ) -> anyhow::Result<Vec<PairResult>> {
+    let confidence =
+        Confidence::new(report.promise.interval_confidence).context("a confidence from 0.5 to below 1")?;
     let of_pair = |(index, (a, b)): (usize, (usize, usize))| {
         let [name_a, name_b] = [a, b].map(|run| &estimates[run].name);
         let pair = report.pairs.iter().find(|pair| pair.a == *name_a && pair.b == *name_b);
@@ -236,29 +242,41 @@ fn pair_results(
         let verdict = match pair.verdict.as_str() {
             // The command's verdict is about other sums.
             _ if setting.fuse_without_own => Said::Nothing,
-            "undecided" => Said::Nothing,
+            "undecided" | "same" => Said::Nothing,
             "mixed" => Said::Mixed(pair.better_on_the_whole.as_ref() == Some(name_a)),
             name if name == name_a => Said::A,
             name if name == name_b => Said::B,
             other => anyhow::bail!("{name_a} and {name_b}: {other} is no verdict"),
         };
         let (mut singles, mut batches) = (BTreeMap::new(), BTreeMap::new());
-        let mut single = |name: String, frames: Vec<Both>| {
-            if let Some(value) = difference(&frames) {
+        let mut single = |name: String, score: Score| {
+            let frames: Vec<Both> = frames.iter().map(|frame| frame.pairs[index].of(score)).collect();
+            let groups: Vec<Both> = surfaces[index].iter().map(|group| group.of(score)).collect();
+            if let Some(value) = difference(&frames, &groups) {
                 batches.insert(name.clone(), parts(&frames, BATCHES));
                 singles.insert(name, value);
             }
         };
         for (k, t) in CV_M.iter().enumerate() {
-            single(common_cv(*t), frames.iter().map(|f| f.pairs[index].cv[k]).collect());
-            single(square_on(*t), frames.iter().map(|f| f.pairs[index].square_on[k]).collect());
+            single(common_cv(*t), Score::Cv(k));
+            single(square_on(*t), Score::SquareOn(k));
         }
         for (k, t) in NEAR_M.iter().enumerate() {
-            single(format!("R_near({t})"), frames.iter().map(|f| f.pairs[index].near[k]).collect());
+            single(format!("R_near({t})"), Score::Near(k));
         }
-        single("DMP mean".to_owned(), frames.iter().map(|f| f.pairs[index].first).collect());
-        let result = PairResult { a, b, verdict, decided_at_m: pair.decided_at_m, singles, batches };
-        let again = Rule::documented().say(&result);
+        single("DMP mean".to_owned(), Score::First);
+        let of_run = |run: usize| frames.iter().map(|frame| frame.runs[run].cv[0].returns).sum();
+        let result = PairResult {
+            a,
+            b,
+            verdict,
+            decided_at_m: pair.decided_at_m,
+            is_same: pair.is_same,
+            predicted: [of_run(a), of_run(b)],
+            singles,
+            batches,
+        };
+        let again = Rule::documented().say(&result, confidence);
         ensure!(
             setting.fuse_without_own || again.said == verdict,
             "{name_a} and {name_b}: the command says {verdict:?}, its rule on the study's own sums {again:?}"

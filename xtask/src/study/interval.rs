@@ -1,33 +1,124 @@
-//! The documented intervals once more, in plain floating point: the study does not take them from the
+//! The documented errors once more, in plain floating point: the study does not take them from the
 //! reducer it judges.
 
 use dmp_reduce::Confidence;
 
 use super::observe::Both;
-use super::result::{Batch, Difference};
+use super::result::{Batch, Difference, Said};
 
-/// So many parts have the frames.
+/// So many parts of the frames are kept.
 pub(super) const BATCHES: usize = 20;
+/// So many stretches of the frames are units of independence.
+const STRETCHES: usize = 40;
 
-/// Mean over returns and half its 99 % interval, from the totals of consecutive frames (docs/metric.md).
-pub(super) fn difference(frames: &[Both]) -> Option<Difference> {
+/// The difference of two means over returns that are not the same, and its error: their units pair off, the k-th stretch
+/// of one with that of the other, and each group of surface with itself.
+pub(super) fn difference_of_two(frames: [&[Both]; 2], groups: [&[Both]; 2]) -> Option<Difference> {
+    let total =
+        |units: &[Both]| units.iter().fold((0.0, 0.0), |(s, n), u| (s + u.difference_m2, n + u.returns));
+    let totals = frames.map(total);
+    if totals.iter().any(|(_, returns)| *returns == 0.0) {
+        return None;
+    }
+    // Each unit as its part of the mean, so that both weigh the same: the error of a − b is that of one of these.
+    let part = |units: &[Batch], (sum, returns): (f64, f64)| -> Vec<f64> {
+        units.iter().map(|unit| (unit.difference_m2 - sum / returns * unit.returns) / returns).collect()
+    };
+    let pairs = |a: &[Batch], b: &[Batch]| -> Vec<f64> {
+        let (a, b) = (part(a, totals[0]), part(b, totals[1]));
+        a.iter().zip(&b).map(|(a, b)| a - b).filter(|e| *e != 0.0).collect()
+    };
+    let count = (frames[0].len().min(frames[1].len()) / 2).clamp(2, STRETCHES);
+    let batches = |units: &[Both]| units.iter().map(Batch::from).collect::<Vec<_>>();
+    let stretches = scatter(&pairs(&parts(frames[0], count), &parts(frames[1], count)));
+    let surfaces = scatter(&pairs(&batches(groups[0]), &batches(groups[1])));
+    let value_m2 = totals[0].0 / totals[0].1 - totals[1].0 / totals[1].1;
+    Some(with_error(value_m2, stretches, surfaces))
+}
+
+/// What errors of units scatter: their variance, and what it is worth in degrees of freedom.
+fn scatter(errors: &[f64]) -> (f64, f64) {
+    let count = errors.len() as f64;
+    let [squares, fourths]: [f64; 2] = [2, 4].map(|power| errors.iter().map(|e| e.powi(power)).sum());
+    let worth = if fourths > 0.0 { 3.0 * squares * squares / fourths - 3.0 } else { f64::INFINITY };
+    (count / (count - 1.0) * squares, worth.clamp(1.0, (count - 1.0).max(1.0)))
+}
+
+/// The sum of two errors (Satterthwaite 1946).
+fn with_error(value_m2: f64, in_time: (f64, f64), on_surfaces: (f64, f64)) -> Difference {
+    let variance = in_time.0 + on_surfaces.0;
+    let part =
+        |(variance, degrees): (f64, f64)| if variance > 0.0 { variance * variance / degrees } else { 0.0 };
+    let parts = part(in_time) + part(on_surfaces);
+    let degrees = if parts > 0.0 { variance * variance / parts } else { in_time.1.min(on_surfaces.1) };
+    Difference { value_m2, error_m2: Some(variance.sqrt()), degrees: degrees as u64 }
+}
+
+/// Mean over returns and its error, from the totals of consecutive frames and of groups of surface (docs/metric.md).
+pub(super) fn difference(frames: &[Both], groups: &[Both]) -> Option<Difference> {
     let (sum, returns) = frames.iter().fold((0.0, 0.0), |(s, n), f| (s + f.difference_m2, n + f.returns));
     if returns == 0.0 {
         return None;
     }
     let value_m2 = sum / returns;
-    let used: Vec<Batch> = frames.iter().map(Batch::from).filter(|f| f.returns > 0.0).collect();
-    let mut of_batches = parts(frames, (frames.len() / 2).clamp(2, BATCHES));
-    of_batches.retain(|batch| batch.returns > 0.0);
-    let half_width_m2 = (used.len() >= 4 && of_batches.len() >= 2)
-        .then(|| half_width(&used, value_m2, returns).max(half_width(&of_batches, value_m2, returns)));
-    Some(Difference { value_m2, half_width_m2 })
+    let errors = |units: Vec<Batch>| -> Vec<f64> {
+        let used = units.iter().filter(|unit| unit.returns > 0.0);
+        used.map(|unit| (unit.difference_m2 - value_m2 * unit.returns) / returns).collect()
+    };
+    let single = errors(frames.iter().map(Batch::from).collect());
+    let stretches = errors(parts(frames, (frames.len() / 2).clamp(2, STRETCHES)));
+    let surfaces = errors(groups.iter().map(Batch::from).collect());
+    let is_known = single.len() >= 4 && stretches.len() >= 2 && surfaces.len() >= 4;
+    let of_frames = (scatter(&single).0, single.len() as f64 - 1.0);
+    let of_stretches = scatter(&stretches);
+    let in_time = if of_stretches.0 >= of_frames.0 { of_stretches } else { of_frames };
+    let found = with_error(value_m2, in_time, scatter(&surfaces));
+    Some(Difference { error_m2: found.error_m2.filter(|_| is_known), ..found })
 }
 
-fn half_width(units: &[Batch], mean_m2: f64, returns: f64) -> f64 {
-    let count = units.len() as f64;
-    let squares: f64 = units.iter().map(|unit| (unit.difference_m2 - mean_m2 * unit.returns).powi(2)).sum();
-    Confidence::P99.student_t(units.len() as u64 - 1) * (count / (count - 1.0) * squares).sqrt() / returns
+impl Difference {
+    /// Which of two is better, as sure as `confidence`.
+    pub(super) fn said(self, confidence: Confidence) -> Said {
+        let half_m2 = self.half_m2(confidence);
+        match self.value_m2 {
+            _ if self.error_m2.is_none() => Said::Nothing,
+            value_m2 if value_m2 < -half_m2 => Said::A,
+            value_m2 if value_m2 > half_m2 => Said::B,
+            _ => Said::Nothing,
+        }
+    }
+
+    /// Half the width of its interval; 0 where nobody knows.
+    pub(super) fn half_m2(self, confidence: Confidence) -> f64 {
+        match self.error_m2 {
+            Some(error_m2) if error_m2 > 0.0 => confidence.student_t(self.degrees) * error_m2,
+            _ => 0.0,
+        }
+    }
+
+    /// How likely so large a difference is by chance.
+    pub(super) fn chance(self) -> f64 {
+        match self.error_m2 {
+            Some(error_m2) if self.value_m2 != 0.0 => {
+                Confidence::chance(self.value_m2.abs() / error_m2, self.degrees)
+            }
+            _ => 1.0,
+        }
+    }
+}
+
+/// How sure each of several questions must be, so that all together are as sure as 99 %, given how likely their answers are
+/// by chance: as many share the error as are left when those that are beyond doubt are set aside (Holm 1979).
+pub(super) fn of_each(chances: &[f64]) -> Confidence {
+    let mut answered = 0;
+    loop {
+        let left = (chances.len() - answered).max(1);
+        let found = chances.iter().filter(|&&chance| chance <= 0.01 / left as f64).count();
+        if found <= answered {
+            return Confidence::P99.of_each_look(left as u32);
+        }
+        answered = found;
+    }
 }
 
 /// The frames in so many consecutive parts.

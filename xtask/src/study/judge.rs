@@ -118,9 +118,10 @@ pub(super) fn tally(
 ) -> Tally {
     let mut tally = Tally::default();
     for drive in drives {
+        let confidence = rule.confidence(drive);
         for pair in &drive.pairs {
             let (a, b) = (&drive.runs[pair.a], &drive.runs[pair.b]);
-            let saying = rule.say(pair);
+            let saying = rule.say(pair, confidence);
             let truth = truth_of(a, b, saying.scale_m);
             tally.add(saying, wanted(a, b, &truth));
         }
@@ -208,6 +209,8 @@ mod tests {
             b,
             verdict: Said::Nothing,
             decided_at_m: None,
+            is_same: false,
+            predicted: [1.0; 2],
             singles: BTreeMap::new(),
             batches: BTreeMap::new(),
         };
@@ -221,6 +224,7 @@ mod tests {
             travel_m: 1.0,
             frames: 1,
             returns: 1,
+            interval_confidence: 0.99,
             sightings: BTreeMap::new(),
             seconds: 0.0,
             runs: runs.iter().map(run).collect(),

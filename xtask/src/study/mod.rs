@@ -8,6 +8,7 @@ mod figures;
 mod interval;
 mod judge;
 mod loops;
+mod null;
 mod observe;
 mod pair_tables;
 mod places;
@@ -47,6 +48,8 @@ enum StudyTask {
     Sample(sample::SampleArgs),
     /// Draw samples of the drives' places and tell how often they are right
     Places(places::PlacesArgs),
+    /// Score equal runs, which no command may tell apart, and runs of known order
+    Null(null::NullArgs),
     /// Rank loop candidates of the drives and tell how well
     Loops(loops::LoopsArgs),
     /// Score depth cameras in simulated rooms: the paper's own experiment
@@ -74,6 +77,7 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
         StudyTask::Score(arguments) => score::run(arguments),
         StudyTask::Sample(arguments) => sample::run(arguments),
         StudyTask::Places(arguments) => places::run(arguments),
+        StudyTask::Null(arguments) => null::run(arguments),
         StudyTask::Loops(arguments) => loops::run(arguments),
         StudyTask::Rooms(arguments) => rooms::run(arguments),
         StudyTask::Export { drive, output } => export(&find(drive)?, output),

@@ -1,8 +1,10 @@
 //! Follows an evaluation and sums up what the report does not have: other truncations, pair by pair.
 
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-use dmp::{Residuals, ScoredReturns, Watch};
+use dmp::{Residuals, ScoredReturns, SurfaceGroup, Watch};
 
 use super::consistency::Sightings;
 
@@ -56,12 +58,42 @@ pub(super) struct Both {
 }
 
 impl Both {
+    pub(super) fn merge(&mut self, other: &Self) {
+        self.difference_m2 += other.difference_m2;
+        self.level_m2 += other.level_m2;
+        self.returns += other.returns;
+    }
+
     fn add(&mut self, a_m2: f64, b_m2: f64) {
         self.difference_m2 += a_m2 - b_m2;
         self.level_m2 += a_m2 + b_m2;
         self.returns += 1.0;
     }
 }
+
+impl PairFrame {
+    /// The sums of a score that pairs are judged by, by its name.
+    pub(super) fn of(&self, score: Score) -> Both {
+        match score {
+            Score::Cv(k) => self.cv[k],
+            Score::SquareOn(k) => self.square_on[k],
+            Score::Near(k) => self.near[k],
+            Score::First => self.first,
+        }
+    }
+}
+
+/// A score that pairs are judged by: which of its truncations.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Score {
+    Cv(usize),
+    SquareOn(usize),
+    Near(usize),
+    First,
+}
+
+/// For every pair its sums by groups of surface.
+type Surfaces = Vec<BTreeMap<SurfaceGroup, PairFrame>>;
 
 /// All runs and pairs in one frame.
 #[derive(Debug, Clone, Default)]
@@ -81,12 +113,15 @@ pub(super) fn pairs(runs: usize) -> impl Iterator<Item = (usize, usize)> {
 pub(super) struct Observer {
     frames: Mutex<Vec<Option<Box<Frame>>>>,
     sightings: Option<Mutex<Sightings>>,
+    /// Sums by groups of surface, in as many parts as threads came by at once.
+    surfaces: Mutex<Vec<Surfaces>>,
     runs: usize,
 }
 
 /// What one return gives for one run.
 #[derive(Debug, Clone, Copy, Default)]
 struct Squares {
+    surface: SurfaceGroup,
     cv: Option<[f64; CV_M.len()]>,
     square_on: Option<[f64; CV_M.len()]>,
     near: Option<[f64; NEAR_M.len()]>,
@@ -97,6 +132,7 @@ impl Squares {
     fn of(residuals: &Residuals) -> Self {
         let cv = residuals.independent_m.map(|r| CV_M.map(|t| (r * r).min(t * t)));
         Self {
+            surface: residuals.surfaces[0],
             cv,
             square_on: cv
                 .zip(residuals.independent_cos)
@@ -114,15 +150,22 @@ impl Observer {
     /// again are remembered.
     pub(super) fn new(frames: usize, runs: usize, sightings: bool) -> Self {
         let sightings = sightings.then(|| Mutex::new(Sightings::new(runs)));
-        Self { frames: Mutex::new(vec![None; frames]), sightings, runs }
+        Self { frames: Mutex::new(vec![None; frames]), sightings, surfaces: Mutex::default(), runs }
     }
 
-    /// Frames in order of the log, without those that were not scored; and the sightings.
-    pub(super) fn finish(self) -> (Vec<Frame>, Option<Sightings>) {
+    /// Frames in order of the log, without those that were not scored; every pair by groups of surface; and the sightings.
+    pub(super) fn finish(self) -> (Vec<Frame>, Vec<Vec<PairFrame>>, Option<Sightings>) {
+        let mut surfaces: Surfaces = vec![BTreeMap::new(); pairs(self.runs).count()];
+        for part in self.surfaces.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner) {
+            for (all, part) in surfaces.iter_mut().zip(part) {
+                part.into_iter().for_each(|(group, sums)| all.entry(group).or_default().merge(&sums));
+            }
+        }
+        let surfaces = surfaces.into_iter().map(|of_pair| of_pair.into_values().collect()).collect();
         let frames = self.frames.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
         let sightings =
             self.sightings.map(|s| s.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner));
-        (frames.into_iter().flatten().map(|frame| *frame).collect(), sightings)
+        (frames.into_iter().flatten().map(|frame| *frame).collect(), surfaces, sightings)
     }
 }
 
@@ -134,16 +177,27 @@ impl Watch for Observer {
             let pairs = vec![PairFrame::default(); pairs(self.runs).count()];
             Box::new(Frame { runs: vec![RunFrame::default(); self.runs], pairs })
         });
+        let lock = || self.surfaces.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut surfaces = lock().pop().unwrap_or_else(|| vec![BTreeMap::new(); frame.pairs.len()]);
         let mut of_return = vec![Squares::default(); self.runs];
         for index in 0..scored.residuals[0].len() {
             for (run, squares) in of_return.iter_mut().enumerate() {
                 *squares = Squares::of(&scored.residuals[run][index]);
                 frame.runs[run].add(squares);
             }
-            for ((a, b), pair) in pairs(self.runs).zip(&mut frame.pairs) {
-                pair.add(&of_return[a], &of_return[b]);
+            for (((a, b), pair), surfaces) in pairs(self.runs).zip(&mut frame.pairs).zip(&mut surfaces) {
+                let (a, b) = (&of_return[a], &of_return[b]);
+                pair.add(a, b);
+                let off = |squares: &Squares| squares.cv.map_or(0.0, |cv| cv[0]);
+                let surface = match off(a).total_cmp(&off(b)) {
+                    Ordering::Greater => a.surface,
+                    Ordering::Less => b.surface,
+                    Ordering::Equal => a.surface.min(b.surface),
+                };
+                surfaces.entry(surface).or_default().add(a, b);
             }
         }
+        lock().push(surfaces);
         self.frames.lock().unwrap_or_else(std::sync::PoisonError::into_inner)[scored.frame] = Some(frame);
         if let Some(sightings) = &self.sightings {
             let seen = Sightings::of(scored);
@@ -168,6 +222,16 @@ impl RunFrame {
 }
 
 impl PairFrame {
+    fn merge(&mut self, other: &Self) {
+        fn all<const N: usize>(sums: &mut [Both; N], others: &[Both; N]) {
+            sums.iter_mut().zip(others).for_each(|(sum, other)| sum.merge(other));
+        }
+        all(&mut self.cv, &other.cv);
+        all(&mut self.square_on, &other.square_on);
+        all(&mut self.near, &other.near);
+        self.first.merge(&other.first);
+    }
+
     fn add(&mut self, a: &Squares, b: &Squares) {
         fn all<const N: usize>(sums: &mut [Both; N], a: Option<[f64; N]>, b: Option<[f64; N]>) {
             if let (Some(a), Some(b)) = (a, b) {

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::judge::{CONSISTENCY, Spread, Tally, kinds, smaller, tally, truth_of};
 use super::result::{DriveResult, RunResult, Said};
-use super::rule::{Cascade, Rule, Square};
+use super::rule::{Cascade, GUARDS, Opposing, Rule, Square};
 use super::tables::{Table, share};
 
 /// Rules that decide pairs.
@@ -85,11 +85,15 @@ pub(super) fn cascades(chosen: &[&DriveResult], held_out: &[&DriveResult]) -> St
     };
     let plain = |name: &str, guards| rule(name, Square::Plain, &scales_m, guards);
     let square_on = |name: &str, guards| rule(name, Square::SquareOn, &scales_m, guards);
+    let mut beyond_doubt =
+        Cascade::new("guard .10 .05, .02 .25, beyond doubt", Square::Plain, &scales_m, GUARDS);
+    beyond_doubt.opposing = Opposing::Decided;
     let rules = [
         Rule::Command,
         plain("no guard", None),
         plain("guard .05 .05, .02 .25", Some([[0.05, 0.05], [0.02, 0.25]])),
-        plain("guard .10 .05, .02 .25", Some([[0.1, 0.05], [0.02, 0.25]])),
+        plain("guard .10 .05, .02 .25", GUARDS),
+        Rule::Cascade(beyond_doubt),
         plain("guard .20 .20, .02 .25", Some([[0.2, 0.2], [0.02, 0.25]])),
         plain("guard .20 .40, .02 .25", Some([[0.2, 0.4], [0.02, 0.25]])),
         plain("guard .20 .20, .05 .50", Some([[0.2, 0.2], [0.05, 0.5]])),
@@ -100,7 +104,7 @@ pub(super) fn cascades(chosen: &[&DriveResult], held_out: &[&DriveResult]) -> St
             Some([[0.2, 0.2], [0.02, 0.25]]),
         ),
         square_on("cos², no guard", None),
-        square_on("cos², guard .10 .05, .02 .25", Some([[0.1, 0.05], [0.02, 0.25]])),
+        square_on("cos², guard .10 .05, .02 .25", GUARDS),
         square_on("cos², guard .20 .20, .02 .25", Some([[0.2, 0.2], [0.02, 0.25]])),
     ];
     for rule in rules {
@@ -212,7 +216,7 @@ fn tally_by(drives: &[&DriveResult], spread: Spread) -> Tally {
     for drive in drives {
         for pair in &drive.pairs {
             let (a, b) = (&drive.runs[pair.a], &drive.runs[pair.b]);
-            let saying = Rule::Command.say(pair);
+            let saying = Rule::Command.say(pair, Rule::Command.confidence(drive));
             let of = |run: &RunResult| spread.of(run, saying.scale_m);
             tally.add(saying, smaller(of(a), of(b)));
         }
@@ -268,7 +272,7 @@ pub(super) fn contradictions(drives: &[&DriveResult]) -> String {
     for drive in drives {
         for pair in &drive.pairs {
             let (a, b) = (&drive.runs[pair.a], &drive.runs[pair.b]);
-            let saying = Rule::Command.say(pair);
+            let saying = Rule::Command.say(pair, Rule::Command.confidence(drive));
             let truth = truth_of(a, b, saying.scale_m);
             let said = match saying.said {
                 Said::A => true,

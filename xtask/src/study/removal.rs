@@ -8,17 +8,16 @@ use dmp::{Config, Ego, MapSource, Residuals, Run, ScoredReturns, Watch, fuse_map
 use dmp_log::{FrameInfo, LogError, LogSummary, ScanLog, ScanReader};
 use dmp_sensor::Scan;
 
-use super::observe::{Frame, Observer};
+use super::observe::{Frame, Observer, PairFrame};
 
-/// Every frame that is scored, with what the other parts of the drive predict for it. `starts` are the first
-/// frames of the segments; one fusion for each of them.
+/// Every frame that is scored, and every pair by groups of surface, with what the other parts of the drive predict for
+/// it. `starts` are the first frames of the segments; one fusion for each of them.
 pub(super) fn frames_without_own(
     log: &dyn ScanLog,
     runs: &[Run],
     starts: &[usize],
     config: &Config,
-    voxel_m: f64,
-) -> anyhow::Result<Vec<Frame>> {
+) -> anyhow::Result<(Vec<Frame>, Vec<Vec<PairFrame>>)> {
     let mut reader = log.reader()?;
     let mut scans = Vec::new();
     for index in (0..log.frames().len()).step_by(config.every) {
@@ -28,7 +27,6 @@ pub(super) fn frames_without_own(
     }
     let folder = tempfile::tempdir()?;
     let config = Config {
-        voxel_m: Some(voxel_m),
         every: 1,
         // The vehicle is looked for in all scans or not at all; the simulated sensor does not see it.
         ego: Ego::None,
@@ -63,7 +61,8 @@ pub(super) fn frames_without_own(
             }
         }
     }
-    Ok(observer.finish().0)
+    let (frames, surfaces, _) = observer.finish();
+    Ok((frames, surfaces))
 }
 
 /// Hands returns on, with the first surfel of a map without own points as the first independent one.

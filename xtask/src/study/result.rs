@@ -18,6 +18,8 @@ pub(super) struct DriveResult {
     pub(super) travel_m: f64,
     pub(super) frames: usize,
     pub(super) returns: u64,
+    /// How sure each interval of a difference was, so that all verdicts are as sure as 99 % together.
+    pub(super) interval_confidence: f64,
     /// Pairs of sightings behind each definition of the inconsistency.
     pub(super) sightings: BTreeMap<String, u64>,
     pub(super) seconds: f64,
@@ -49,7 +51,11 @@ pub(super) struct PairResult {
     pub(super) verdict: Said,
     /// The scale that decided, metres.
     pub(super) decided_at_m: Option<f64>,
-    /// Mean differences a − b of single scores, and half of their 99 % intervals.
+    /// Whether the command calls the two the same.
+    pub(super) is_same: bool,
+    /// Returns that each of the two predicts from other parts of the drive.
+    pub(super) predicted: [f64; 2],
+    /// Mean differences a − b of single scores, and their errors.
     pub(super) singles: BTreeMap<String, Difference>,
     /// The same scores over [`super::interval::BATCHES`] consecutive parts of the frames.
     pub(super) batches: BTreeMap<String, Vec<Batch>>,
@@ -69,18 +75,9 @@ pub(super) struct Batch {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Difference {
     pub(super) value_m2: f64,
-    pub(super) half_width_m2: Option<f64>,
-}
-
-impl Difference {
-    /// Which of two is better beyond doubt.
-    pub(super) fn said(self) -> Said {
-        match self.half_width_m2 {
-            Some(half) if self.value_m2 < -half => Said::A,
-            Some(half) if self.value_m2 > half => Said::B,
-            _ => Said::Nothing,
-        }
-    }
+    /// Its standard error, and how many degrees of freedom it is known with.
+    pub(super) error_m2: Option<f64>,
+    pub(super) degrees: u64,
 }
 
 /// A verdict over two estimates.

@@ -70,6 +70,20 @@ pub(super) fn run(arguments: &RoomsArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// A recording of a room as the study makes it, and its truth.
+pub(super) fn room_log(seed: u64, out: &Path) -> anyhow::Result<(Box<dyn ScanLog>, Trajectory)> {
+    let arguments = RoomsArgs {
+        rooms: vec![seed],
+        settings: false,
+        once: false,
+        images: 150,
+        width: 320,
+        out: out.to_path_buf(),
+    };
+    let place = RoomLog::open(seed, &arguments)?;
+    Ok((place.log, place.truth))
+}
+
 /// A recording on disk, with its truth.
 struct RoomLog {
     room: Room,

@@ -1,7 +1,7 @@
 //! How often samples are right.
 
 use dmp::Confidence;
-use dmp_reduce::{Reducer, Verdict};
+use dmp_reduce::{Promise, Reducer, Verdict};
 
 use super::{Full, decided};
 
@@ -46,12 +46,13 @@ impl Samples {
 
     pub(in crate::study) fn add(&mut self, sample: &Reducer, full: &Full) {
         for (run, value) in full.runs.iter().enumerate() {
-            let interval = sample.scores(run).r_cv_m2[0].1.and_then(|estimate| estimate.interval);
+            let interval =
+                sample.scores(run, Confidence::P99).r_cv_m2[0].1.and_then(|estimate| estimate.interval);
             if let (Some(interval), Some(value)) = (interval, value) {
                 self.runs_covered.add((interval.low_m2..=interval.high_m2).contains(value));
             }
         }
-        for (index, said) in sample.comparisons(Confidence::P99).iter().enumerate() {
+        for (index, said) in sample.comparisons(Promise::default()).pairs.iter().enumerate() {
             let all = &full.pairs[index];
             for (ours, all) in said.scales.iter().zip(&all.scales) {
                 if let (Some(interval), Some(all)) = (ours.interval(), all.difference) {

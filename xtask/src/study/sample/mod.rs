@@ -2,14 +2,14 @@
 
 pub(super) mod counts;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context as _, ensure};
 use dmp::{Confidence, Config, FrameSums, Looks, Run, Sample, Watch};
 use dmp_log::{LogOptions, open_log};
-use dmp_reduce::{Basis, Comparison, Layout, MissPrice, Reducer, Verdict};
+use dmp_reduce::{Basis, Comparison, Layout, MissPrice, Promise, Reducer, Verdict};
 use dmp_sim::Recording;
 
 use super::drives::{DriveSpec, drives};
@@ -33,6 +33,9 @@ pub(super) struct SampleArgs {
     #[arg(long, default_value = "target/study", value_name = "FOLDER")]
     out: PathBuf,
 }
+
+/// Scales at which a pair is looked at.
+const CASCADE_SCALES: u32 = 4;
 
 /// The sums of every frame of a drive, in order of time.
 pub(super) struct Frames {
@@ -140,7 +143,7 @@ pub(super) struct Full {
 impl Full {
     pub(super) fn of(whole: &Reducer) -> Self {
         let runs = (0..whole.layout().bases().len()).map(|run| value_of(whole, run)).collect();
-        Self { runs, pairs: whole.comparisons(Confidence::P99) }
+        Self { runs, pairs: whole.comparisons(Promise::default()).pairs }
     }
 
     /// Whether the run that a verdict calls better is the worse one, at the scale that decided.
@@ -154,7 +157,7 @@ impl Full {
 }
 
 fn value_of(reducer: &Reducer, run: usize) -> Option<f64> {
-    Some(reducer.scores(run).r_cv_m2[0].1?.value_m2)
+    Some(reducer.scores(run, Confidence::P99).r_cv_m2[0].1?.value_m2)
 }
 
 /// The better run and the scale, where anything is decided.
@@ -163,7 +166,7 @@ fn decided(comparison: &Comparison) -> Option<(usize, f64)> {
         Verdict::Better { which, decided_at_m, .. } | Verdict::Mixed { which, decided_at_m, .. } => {
             Some((which, decided_at_m))
         }
-        Verdict::Undecided { .. } => None,
+        Verdict::Same { .. } | Verdict::Undecided { .. } => None,
     }
 }
 
@@ -183,16 +186,20 @@ fn decisions(drive: &Frames, full: &Full, seeds: u64) -> anyhow::Result<Decision
     let all = drive.frames.len() as u64;
     for seed in 0..seeds {
         let looks = Looks::new(all, Sample::All, seed, true);
-        let confidence = looks.confidence(Confidence::P99);
+        let mut reducer = drive.reducer(std::iter::empty())?;
+        let mut seen = BTreeSet::new();
         let mut open: Vec<usize> = (0..full.pairs.len()).collect();
         for (look, &size) in looks.sizes().iter().enumerate() {
             if size == all {
                 break;
             }
-            let reducer = drive.reducer(looks.frames(look))?;
+            drive.add(&mut reducer, looks.frames(look).filter(|frame| seen.insert(*frame)))?;
+            // Each pair by itself: its scales share what a look has of the error.
+            let of_look = looks.confidence(size, Confidence::P99);
+            let confidence = of_look.of_each_look(CASCADE_SCALES);
             open.retain(|&index| {
                 let pair = &full.pairs[index];
-                let said = reducer.compare(pair.a, pair.b, confidence);
+                let said = reducer.compare(pair.a, pair.b, Promise { confidence, ..Promise::default() });
                 if decided(&said).is_none() {
                     return true;
                 }

@@ -1,0 +1,257 @@
+//! What verdicts say of runs that are equal, and of runs that are not.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+
+use dmp::{Basis, Confidence, FrameSums, Promise, Report, Scales, Watch};
+use dmp_reduce::{Comparison, Estimate, Layout, Reducer, ScaleComparison, Verdict};
+
+use super::sets::{Kind, Set};
+
+/// How sure verdicts are asked to be: what is promised, and less, so that there is something to count.
+pub(super) const LEVELS: [f64; 3] = [0.99, 0.9, 0.5];
+
+/// Adds up an evaluation, so that it can be judged again at other levels.
+pub(super) struct Sums(Mutex<Reducer>);
+
+impl Sums {
+    pub(super) fn new(frames: usize, runs: usize, scales: Scales) -> Self {
+        let layout = Layout::new(frames as u64, vec![Basis::CrossValidated; runs]).on_scales(scales);
+        Self(Mutex::new(Reducer::new(layout)))
+    }
+
+    pub(super) fn finish(self) -> Reducer {
+        self.0.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Watch for Sums {
+    fn frame_scored(&self, frame: usize, sums: &FrameSums) {
+        let mut reducer = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        // A frame that does not fit would show in the counts: none are left out.
+        if let Err(error) = reducer.add_frame(frame as u64, sums) {
+            eprintln!("scan {frame}: {error}");
+        }
+    }
+}
+
+/// A value with its standard error, square metres.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Estimated {
+    pub(super) value_m2: f64,
+    pub(super) error_m2: f64,
+}
+
+impl Estimated {
+    fn of(estimate: Estimate) -> Option<Self> {
+        let interval = estimate.interval?;
+        let half_m2 = 0.5 * (interval.high_m2 - interval.low_m2);
+        let error_m2 = half_m2 / Confidence::P99.student_t(interval.degrees);
+        Some(Self { value_m2: estimate.value_m2, error_m2 })
+    }
+}
+
+/// What is estimated at each scale, metres.
+pub(super) type Values = Vec<(f64, Estimated)>;
+
+/// Differences of all pairs, and the scores of all runs, at every scale that has an interval.
+pub(super) struct AtScales {
+    pub(super) differences: Vec<Values>,
+    pub(super) scores: Vec<Values>,
+}
+
+impl AtScales {
+    pub(super) fn of(reducer: &Reducer) -> Self {
+        let of_pair = |(a, b): (usize, usize)| {
+            let pair = reducer.compare(a, b, Promise::default());
+            let of_scale = |scale: &ScaleComparison| Some((scale.scale_m, Estimated::of(scale.difference?)?));
+            pair.scales.iter().filter_map(of_scale).collect()
+        };
+        let of_run = |run: usize| {
+            let scores = reducer.scores(run, Confidence::P99).r_cv_m2;
+            scores.iter().filter_map(|(scale_m, score)| Some((*scale_m, Estimated::of((*score)?)?))).collect()
+        };
+        let runs = reducer.layout().bases().len();
+        Self {
+            differences: all_pairs(reducer).into_iter().map(of_pair).collect(),
+            scores: (0..runs).map(of_run).collect(),
+        }
+    }
+}
+
+fn all_pairs(reducer: &Reducer) -> Vec<(usize, usize)> {
+    let runs = reducer.layout().bases().len();
+    (0..runs).flat_map(|a| (a + 1..runs).map(move |b| (a, b))).collect()
+}
+
+/// What becomes of the pairs of one command at one level.
+#[derive(Debug, Clone, Copy, Default)]
+struct AtLevel {
+    right: usize,
+    /// For equal runs, told apart at all.
+    wrong: usize,
+    mixed: usize,
+    same: usize,
+    undecided: usize,
+}
+
+/// What became of one command.
+#[derive(Debug, Clone)]
+pub(super) struct Counts {
+    pairs: usize,
+    levels: [AtLevel; LEVELS.len()],
+    /// Pairs told apart at 99 %, mixed included, by the scale that decided.
+    by_scale: BTreeMap<String, usize>,
+    /// Largest relative difference of a score between two runs.
+    apart: f64,
+}
+
+/// Which of a pair is the better one; `None` where they are equal or nobody knows.
+fn better(set: &Set, a: usize, b: usize) -> Option<usize> {
+    let step = |run: usize| {
+        let (kind, size) = set.runs[run].0.split_once(' ')?;
+        Some((kind.to_owned(), size.parse::<f64>().ok()?))
+    };
+    match (set.kind, step(a), step(b)) {
+        (Kind::Ladder, None, Some(_)) => Some(a),
+        (Kind::Ladder, Some((kind, size)), Some((other, larger))) if kind == other => {
+            Some(if size < larger { a } else { b })
+        }
+        _ => None,
+    }
+}
+
+impl Counts {
+    pub(super) fn of(set: &Set, reducer: &Reducer, report: &Report) -> Self {
+        let mut counts = Self {
+            pairs: 0,
+            levels: [AtLevel::default(); LEVELS.len()],
+            by_scale: BTreeMap::new(),
+            apart: 0.0,
+        };
+        for (number, (level, at_level)) in LEVELS.iter().zip(&mut counts.levels).enumerate() {
+            let confidence = Confidence::new(*level).unwrap_or(Confidence::P99);
+            let pairs = reducer.comparisons(Promise { confidence, ..Promise::default() }).pairs;
+            let judged =
+                |pair: &&Comparison| set.kind != Kind::Ladder || better(set, pair.a, pair.b).is_some();
+            let judged: Vec<&Comparison> = pairs.iter().filter(judged).collect();
+            if number == 0 {
+                counts.pairs = judged.len();
+            }
+            for pair in judged {
+                at_level.add(pair, better(set, pair.a, pair.b));
+                if let (0, Verdict::Better { decided_at_m, .. } | Verdict::Mixed { decided_at_m, .. }) =
+                    (number, &pair.verdict)
+                {
+                    *counts.by_scale.entry(format!("{decided_at_m} m")).or_default() += 1;
+                }
+            }
+        }
+        let mut scores: BTreeMap<String, [f64; 2]> = BTreeMap::new();
+        for (scale_m, score) in report.runs.iter().flat_map(|run| run.r_cv_m2.iter()) {
+            let Some(score) = score else { continue };
+            let range = scores.entry(scale_m.to_string()).or_insert([score; 2]);
+            *range = [range[0].min(score), range[1].max(score)];
+        }
+        counts.apart = scores.values().map(|[low, high]| high / low - 1.0).fold(0.0, f64::max);
+        counts
+    }
+
+    fn told_apart(&self, level: usize) -> usize {
+        self.levels[level].right + self.levels[level].wrong + self.levels[level].mixed
+    }
+
+    pub(super) fn print(&self, log: &str, set: &str) {
+        let AtLevel { right, wrong, mixed, same, undecided } = self.levels[0];
+        let scales: Vec<String> = self.by_scale.iter().map(|(m, count)| format!("{count} at {m}")).collect();
+        println!(
+            "{log:<14}{set:<24}{:>4} pairs: {right:>3} right {wrong:>3} wrong {mixed:>3} mixed {same:>3} same {undecided:>3} \
+             undecided; scores apart by {:.1e}  {}",
+            self.pairs,
+            self.apart,
+            scales.join(", ")
+        );
+    }
+}
+
+impl AtLevel {
+    fn add(&mut self, pair: &Comparison, better: Option<usize>) {
+        match pair.verdict {
+            Verdict::Better { which, .. } if better == Some(which) => self.right += 1,
+            Verdict::Better { .. } => self.wrong += 1,
+            Verdict::Mixed { .. } => self.mixed += 1,
+            Verdict::Same { .. } => self.same += 1,
+            Verdict::Undecided { .. } => self.undecided += 1,
+        }
+    }
+}
+
+/// All commands.
+#[derive(Default)]
+pub(super) struct Verdicts {
+    commands: Vec<(Kind, String, Counts)>,
+}
+
+impl Verdicts {
+    pub(super) fn add(&mut self, set: &Set, counts: Counts) {
+        // A tenth of the noise in a room is the same kind.
+        let name = set.name.split([' ', ',']).next().unwrap_or_default().to_owned();
+        self.commands.push((set.kind, name, counts));
+    }
+
+    pub(super) fn print(&self) {
+        println!(
+            "\nequal runs: of so many commands and pairs, those told apart (better or mixed) when asked to be so sure"
+        );
+        println!(
+            "{:<10}{:>10}{:>8}{:>18}{:>18}{:>18}{:>8}",
+            "runs", "commands", "pairs", "99 %", "90 %", "50 %", "same"
+        );
+        let mut names: Vec<(Kind, &str)> =
+            self.commands.iter().map(|(kind, name, _)| (*kind, name.as_str())).collect();
+        names.sort_unstable();
+        names.dedup();
+        for (kind, name) in names.iter().filter(|(kind, _)| *kind != Kind::Ladder) {
+            self.print_equal(name, |of, word| of == *kind && word == *name);
+        }
+        self.print_equal("all", |kind, _| kind != Kind::Ladder);
+
+        println!("\nruns of known order: pairs, and what verdicts at 99 % say");
+        println!(
+            "{:<24}{:>8}{:>8}{:>8}{:>8}{:>8}{:>11}",
+            "", "pairs", "right", "wrong", "mixed", "same", "undecided"
+        );
+        for (kind, name) in names.iter().filter(|(kind, _)| *kind == Kind::Ladder) {
+            let mut sum = AtLevel::default();
+            let mut pairs = 0;
+            for (_, _, counts) in self.commands.iter().filter(|(of, word, _)| of == kind && word == name) {
+                let one = counts.levels[0];
+                pairs += counts.pairs;
+                sum.right += one.right;
+                sum.wrong += one.wrong;
+                sum.mixed += one.mixed;
+                sum.same += one.same;
+                sum.undecided += one.undecided;
+            }
+            let AtLevel { right, wrong, mixed, same, undecided } = sum;
+            println!("{name:<24}{pairs:>8}{right:>8}{wrong:>8}{mixed:>8}{same:>8}{undecided:>11}");
+        }
+    }
+
+    fn print_equal(&self, title: &str, wanted: impl Fn(Kind, &str) -> bool) {
+        let of: Vec<&Counts> = self
+            .commands
+            .iter()
+            .filter(|(kind, name, _)| wanted(*kind, name))
+            .map(|(_, _, counts)| counts)
+            .collect();
+        let pairs: usize = of.iter().map(|counts| counts.pairs).sum();
+        let at = |level: usize| {
+            let commands = of.iter().filter(|counts| counts.told_apart(level) > 0).count();
+            let told: usize = of.iter().map(|counts| counts.told_apart(level)).sum();
+            format!("{commands} with {told}")
+        };
+        let same: usize = of.iter().map(|counts| counts.levels[0].same).sum();
+        println!("{title:<10}{:>10}{pairs:>8}{:>18}{:>18}{:>18}{same:>8}", of.len(), at(0), at(1), at(2));
+    }
+}
