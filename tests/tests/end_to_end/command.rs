@@ -24,6 +24,7 @@ mod schema {
         pub(super) order: Vec<String>,
         pub(super) ties: Vec<[String; 2]>,
         pub(super) pairs: Vec<Pair>,
+        pub(super) promise: BTreeMap<String, Option<f64>>,
         pub(super) sampling: serde_json::Value,
         pub(super) warnings: Vec<String>,
         pub(super) gates: Vec<serde_json::Value>,
@@ -107,6 +108,7 @@ mod schema {
         pub(super) poses: u64,
         pub(super) body_from_sensor: [f64; 7],
         pub(super) body_from_sensor_source: String,
+        pub(super) world_from_own: [f64; 7],
         pub(super) pairing: String,
         pub(super) max_time_gap_s: f64,
         pub(super) scans_without_pose: u64,
@@ -127,8 +129,8 @@ mod schema {
         pub(super) dmp_depth_sum_m2: Option<f64>,
         pub(super) dmp_depth_mean_m2: Option<f64>,
         pub(super) r_cv_m2: BTreeMap<String, Option<f64>>,
-        pub(super) r_cv_ci99_m2: Option<[f64; 2]>,
-        pub(super) r_near_ci99_m2: Option<[f64; 2]>,
+        pub(super) r_cv_interval_m2: Option<[f64; 2]>,
+        pub(super) r_near_interval_m2: Option<[f64; 2]>,
         pub(super) r_cv_withheld: Option<String>,
         pub(super) r_near_m2: BTreeMap<String, Option<f64>>,
         pub(super) miss_rate: Option<f64>,
@@ -155,6 +157,7 @@ mod schema {
         pub(super) scales: Vec<Scale>,
         pub(super) llr_raw: f64,
         pub(super) verdict: String,
+        pub(super) is_same: bool,
         pub(super) better_on_the_whole: Option<String>,
         pub(super) decided_at_m: Option<f64>,
         pub(super) reason: String,
@@ -170,7 +173,9 @@ mod schema {
         pub(super) mean_a_m2: Option<f64>,
         pub(super) mean_b_m2: Option<f64>,
         pub(super) difference_m2: Option<f64>,
-        pub(super) ci99_m2: Option<[f64; 2]>,
+        pub(super) interval_m2: Option<[f64; 2]>,
+        pub(super) apart_at_most_m: Option<f64>,
+        pub(super) margin_m: Option<f64>,
         pub(super) returns: u64,
     }
 }
@@ -188,7 +193,7 @@ fn the_main_job_ranks_the_samples() {
     );
     let readme = std::fs::read_to_string(workspace().join("README.md")).unwrap();
     assert!(readme.contains(table.trim_end()), "README.md shows another table than\n{table}");
-    for words in ["better than", "globally", "99 % interval", "these settings only"] {
+    for words in ["better than", "globally", "interval", "these settings only", "so each interval is at"] {
         assert!(table.contains(words), "no `{words}` in\n{table}");
     }
 }
@@ -198,17 +203,19 @@ fn the_json_is_as_documented() {
     let output = dmp(&workspace(), &format!("{MAIN_JOB} --json"));
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let report: schema::Report = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(report.schema, "dmp-score/1");
+    assert_eq!(report.schema, "dmp-score/2");
     assert_eq!((report.order[0].as_str(), report.order[3].as_str()), ("truth", "collapsed"));
     assert!(report.ties.is_empty() && report.pairs.len() == 6 && report.runs.len() == 4);
     for pair in &report.pairs {
         assert!(pair.verdict == pair.a || pair.verdict == pair.b, "{pair:?}");
         let decided = pair.scales.iter().find(|scale| Some(scale.scale_m) == pair.decided_at_m).unwrap();
-        let [low, high] = decided.ci99_m2.unwrap();
+        let [low, high] = decided.interval_m2.unwrap();
         let difference = decided.difference_m2.unwrap();
         assert!(low <= difference && difference <= high && (low > 0.0 || high < 0.0), "{decided:?}");
         assert_eq!(pair.verdict == pair.a, difference < 0.0, "lower is better");
         assert!(decided.returns > 100_000);
+        // Better by more than what may count as the same, at some scale.
+        assert!(!pair.is_same && pair.scales.iter().any(|scale| scale.apart_at_most_m > scale.margin_m));
         let means = decided.mean_a_m2.unwrap() - decided.mean_b_m2.unwrap();
         assert!((means - difference).abs() < 1e-9);
     }

@@ -50,7 +50,7 @@ fn one_result_is_the_table_again() {
         folder,
         "compare compared.json",
         1,
-        &["compared.json: schema `dmp-compare/1`", "has `dmp-score/1`"],
+        &["compared.json: schema `dmp-compare/1`", "has `dmp-score/2`"],
     );
 }
 
@@ -214,18 +214,18 @@ fn files_that_are_no_results_are_named() {
     let (code, table) = compare(folder, "cut.json");
     assert!(code == 3 && table.contains("lost from the log: "), "{code}\n{table}");
     let mut old = json.clone();
-    old["runs"][0].as_object_mut().unwrap().remove("r_near_ci99_m2");
+    old["runs"][0].as_object_mut().unwrap().remove("r_near_interval_m2");
     write(folder, "old.json", &old.to_string());
     refused(
         folder,
         "compare a.json old.json",
         1,
-        &["old.json: missing field `runs[0].r_near_ci99_m2`", "score again"],
+        &["old.json: missing field `runs[0].r_near_interval_m2`", "score again"],
     );
     let mut later = json.clone();
-    later["schema"] = "dmp-score/2".into();
+    later["schema"] = "dmp-score/3".into();
     write(folder, "later.json", &later.to_string());
-    refused(folder, "compare later.json", 1, &["later.json: schema `dmp-score/2`"]);
+    refused(folder, "compare later.json", 1, &["later.json: schema `dmp-score/3`"]);
     let mut forged = json;
     forged["order"] = serde_json::json!(["x"]);
     write(folder, "forged.json", &forged.to_string());

@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use dmp::{Config, Ego};
-use dmp_sensor::{Scan, Track, Trajectory};
+use dmp::{Config, Ego, Run};
+use dmp_sensor::{Isometry3, Quaternion, Scan, Track, Trajectory, Translation3, UnitQuaternion};
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::common::{drift, noise, runs_of, score, small_town, write_mcap};
@@ -62,6 +62,14 @@ impl Ray {
 pub(crate) fn segments_of(report: &dmp::Report, scans: usize) -> Vec<i64> {
     let starts = &report.config.segments.starts_scan;
     (0..scans).map(|k| starts.iter().filter(|&&start| start <= k).count() as i64 - 1).collect()
+}
+
+/// A run in the frame that the report says it was scored in.
+pub(crate) fn in_world(report: &dmp::Report, run: &Run) -> Trajectory {
+    let told = report.inputs.runs.iter().find(|told| told.name == run.name).unwrap();
+    let [x, y, z, i, j, k, w] = told.world_from_own;
+    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
+    run.trajectory.moved(&Isometry3::from_parts(Translation3::new(x, y, z), rotation))
 }
 
 /// Every return of the log as a ray of one run.
@@ -200,7 +208,7 @@ fn the_pipeline_is_the_formulas() {
 
     let segment_of = segments_of(&report, scans.len());
     for (run, reported) in runs.iter().zip(&report.runs) {
-        let rays = rays(&scans, &run.trajectory, &segment_of);
+        let rays = rays(&scans, &in_world(&report, run), &segment_of);
         assert_eq!(rays.len() as u64, reported.returns);
         let discs = surfels(&rays);
         assert_eq!(discs.len() as u64, reported.map.surfels);

@@ -61,6 +61,13 @@ fn largest_difference(a: &Value, b: &Value, place: &str) -> f64 {
         }
         (Value::Array(a), Value::Array(b)) => {
             assert_eq!(a.len(), b.len(), "{place}");
+            // An end of an interval may be anywhere near 0: it is off in parts of the end that is further from there.
+            if let ([Value::Number(_), ..], [Value::Number(_), ..]) = (&a[..], &b[..]) {
+                let [a, b] = [a, b].map(|ends| ends.iter().map(|end| end.as_f64().unwrap()));
+                let largest = a.clone().chain(b.clone()).fold(0.0, |most: f64, end| most.max(end.abs()));
+                let off = a.zip(b).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+                return if off == 0.0 { 0.0 } else { off / largest };
+            }
             a.iter().zip(b).map(|(a, b)| largest_difference(a, b, place)).fold(0.0, f64::max)
         }
         (Value::Object(a), Value::Object(b)) => {

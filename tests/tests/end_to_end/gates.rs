@@ -36,7 +36,7 @@ fn every_failed_gate_is_a_line_and_the_exit_code_is_4() {
     assert_eq!(code, 4);
     let expected = [
         "gate failed: drift: R_cv 0.5 m is 44.5 cm, above 20.0 cm (--fail-above R_cv_0.5=20cm)",
-        "gate failed: drift: blocked is 33.7 %, above 20.0 % (--fail-above drift:blocked=20%)",
+        "gate failed: drift: blocked is 33.6 %, above 20.0 % (--fail-above drift:blocked=20%)",
         "gate failed: drift: revisit is 36.3 %, below 50.0 % (--fail-below revisit=50%)",
         "gate failed: drift: worse than truth, at R_cv 10 m (--expect-best drift)",
         "gate failed: drift: worse than truth, at R_cv 10 m (--expect-unbeaten drift)",
@@ -47,6 +47,38 @@ fn every_failed_gate_is_a_line_and_the_exit_code_is_4() {
         assert!(table.contains(&line), "{line} in\n{table}");
     }
     assert!(table.contains("  passed  truth: R_cv 0.5 m is 14.7 cm, not above 20.0 cm"), "{table}");
+}
+
+#[test]
+fn a_change_that_changes_nothing_is_told_from_one_that_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = std::fs::read_to_string(crate::common::workspace().join("data-samples/truth.tum")).unwrap();
+    let moved = truth.lines().filter(|line| !line.starts_with('#')).map(|line| {
+        let mut columns: Vec<String> = line.split(' ').map(str::to_owned).collect();
+        columns[1] = format!("{:.9}", columns[1].parse::<f64>().unwrap() + 432_100.25);
+        columns.join(" ") + "\n"
+    });
+    write(folder.path(), "moved.tum", &moved.collect::<String>());
+    let score = |options: &str| {
+        let output = dmp(folder.path(), &format!("score @/town.mcap -t @/truth.tum {options} --quiet"));
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
+    };
+    let (code, table, stderr) = score("-t moved.tum --expect-same --same-within 1%");
+    assert_eq!((code, stderr.as_str()), (Some(0), ""));
+    assert!(table.contains("truth  the same as  moved"), "{table}");
+
+    let (code, _, stderr) = score("-t @/drift.tum --expect-same=drift,truth");
+    assert_eq!(code, Some(4), "{stderr}");
+    let expected = "gate failed: drift: not the same as truth: up to ";
+    assert!(stderr.starts_with(expected) && stderr.lines().count() == 1, "{stderr}");
+    // Better beyond doubt, and by less than what somebody calls the same.
+    let (code, json, stderr) = score("-t @/noise.tum --expect-same --same-within 5m --confidence 90% --json");
+    assert_eq!((code, stderr.as_str()), (Some(0), ""));
+    let json: Value = serde_json::from_str(&json).unwrap();
+    let pair = &json["pairs"][0];
+    assert_eq!((pair["verdict"].as_str(), pair["is_same"].as_bool()), (Some("truth"), Some(true)));
+    let sure = json["promise"]["interval_confidence"].as_f64().unwrap();
+    assert!((sure - 0.975).abs() < 1e-12, "{sure}");
 }
 
 #[test]
@@ -94,7 +126,7 @@ fn ci_servers_are_told_in_their_ways() {
     let options = "--fail-above blocked=20% --expect-best drift --annotate github --junit gates.xml";
     let output = dmp(folder.path(), &format!("{TWO} {options}"));
     assert_eq!(output.status.code(), Some(4));
-    let expected = "::error title=dmp gate failed::drift: blocked is 33.7 %25, above 20.0 %25 (--fail-above blocked=20%25)\n\
+    let expected = "::error title=dmp gate failed::drift: blocked is 33.6 %25, above 20.0 %25 (--fail-above blocked=20%25)\n\
                     ::error title=dmp gate failed::drift: worse than truth, at R_cv 10 m (--expect-best drift)\n";
     assert_eq!(text(&output.stderr), expected);
     let xml = std::fs::read_to_string(folder.path().join("gates.xml")).unwrap();
@@ -106,7 +138,7 @@ fn ci_servers_are_told_in_their_ways() {
     assert!(head.contains("town.mcap\" tests=\"3\""), "{xml}");
     let expected = r#" classname="truth" name="--fail-above blocked=20%: truth" time="0"/>
     <testcase classname="drift" name="--fail-above blocked=20%: drift" time="0">
-      <failure type="gate" message="blocked is 33.7 %, above 20.0 %"/>
+      <failure type="gate" message="blocked is 33.6 %, above 20.0 %"/>
     </testcase>
     <testcase classname="drift" name="--expect-best drift: drift against truth" time="0">
       <failure type="gate" message="worse than truth, at R_cv 10 m"/>

@@ -106,7 +106,9 @@ fn a_cloud_of_the_same_points_gives_the_same_map_in_every_format() {
         assert!(given.r_cv_withheld.as_deref().unwrap().contains("map was given"), "{given:?}");
         assert_eq!((given.coverage, given.coverage_revisit), (None, None));
         if map.extension().unwrap() != "las" && map.extension().unwrap() != "laz" {
-            assert_eq!(given.dmp_sum_m2, of_fused.dmp_sum_m2, "{map:?}: to the bit");
+            // The frame is found another way, to the last bits.
+            let relative = (given.dmp_sum_m2 / of_fused.dmp_sum_m2 - 1.0).abs();
+            assert!(relative < 1e-9, "{map:?}: {relative}");
         }
     }
 }

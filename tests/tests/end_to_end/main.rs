@@ -21,6 +21,7 @@ mod loops;
 mod manual;
 mod map_command;
 mod mesh_maps;
+mod null;
 mod paper;
 mod pinhole;
 mod quick;

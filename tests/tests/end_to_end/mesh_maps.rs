@@ -183,7 +183,7 @@ fn rays_into_a_sampled_mesh_stop_where_its_triangles_are() {
     let inside = |p: Vector3<f64>| (1.0..11.0).contains(&p.z);
     let (errors, missed) = errors_of("silo.obj", &silo, [0.4, -0.2, 6.1], inside);
     // Discs are flat: over their 16 cm a wall of radius 5 m bends by 2.6 mm, and their centres lie inside it.
-    assert!(missed == 0.0 && *errors.last().unwrap() < 5e-3 && errors[errors.len() / 2] < 1e-3);
+    assert!(missed == 0.0 && *errors.last().unwrap() < 6e-3 && errors[errors.len() / 2] < 1e-3);
 }
 
 /// Near an edge the map is what a fused one is there too: a voxel on the edge mixes both sides.

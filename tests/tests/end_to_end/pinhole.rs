@@ -99,8 +99,10 @@ fn a_plane_that_is_nearer_than_it_was_measured_is_off_by_so_much_in_depth_everyw
         for (range_m, range, depth) in &seen {
             // Measured 2 m of depth, predicted 1.975: by the same share nearer along every ray.
             let (range, depth) = (range.unwrap(), depth.unwrap());
-            assert!((depth - 0.025).abs() < 2e-5, "{depth}");
-            assert!((range - 0.025 * range_m / 2.0).abs() < 3e-5, "{range} of {range_m}");
+            // The points of the plane are rounded by 0.06 mm along each axis of a world that lies askew to it, and few of
+            // them tilt a surfel.
+            assert!((depth - 0.025).abs() < 2e-4, "{depth}");
+            assert!((range - 0.025 * range_m / 2.0).abs() < 3e-4, "{range} of {range_m}");
             range_squares += (0.025 * range_m / 2.0).powi(2);
         }
         let run = &report.runs[0];

@@ -36,7 +36,7 @@ fn a_ladder_of_errors_on_an_out_and_back_drive() {
             let rank = |name: &str| runs.iter().position(|run| run.name == name).unwrap();
             for pair in &report.pairs {
                 let kind = match pair.verdict.as_str() {
-                    "undecided" => 3,
+                    "undecided" | "same" => 3,
                     "mixed" => 2,
                     better => usize::from(better != pair.a),
                 };

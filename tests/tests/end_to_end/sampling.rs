@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use dmp::{
-    Confidence, Config, Decide, FrameOrder, FrameSums, MapSource, Report, Run, RunSums, Sample, Watch,
-    evaluate,
+    Config, Decide, FrameOrder, FrameSums, MapSource, Margin, Report, Run, RunSums, Sample, Watch, evaluate,
 };
+use dmp_sim::SlamErrors;
 use serde_json::Value;
 
 use crate::common::{
@@ -20,7 +20,7 @@ struct Frames(Mutex<BTreeMap<usize, Vec<RunSums>>>);
 
 impl Watch for Frames {
     fn frame_scored(&self, frame: usize, sums: &FrameSums) {
-        assert!(self.0.lock().unwrap().insert(frame, sums.runs().to_vec()).is_none(), "frame {frame} twice");
+        assert!(self.0.lock().unwrap().insert(frame, sums.runs()).is_none(), "frame {frame} twice");
     }
 }
 
@@ -104,7 +104,7 @@ fn samples_grow_until_it_is_decided() {
     let mut runs = runs_of(&truth, &[("drift", drift(2.0))]);
     let decide = |pair: Option<(&str, &str)>| {
         let pair = pair.map(|(a, b)| (a.to_owned(), b.to_owned()));
-        let decide = Some(Decide { pair, confidence: Confidence::P99 });
+        let decide = Some(Decide { pair });
         Config { sample: Sample::Frames(4), decide, ..Config::default() }
     };
     let report = score(&path, &runs, &decide(None));
@@ -114,19 +114,29 @@ fn samples_grow_until_it_is_decided() {
         report.sampling.frames_scored < 60 && looks.last() == Some(&report.sampling.frames_scored),
         "{looks:?}"
     );
-    // Looks at 4, 8, 16 and 32, at four scales each, share the error.
-    assert_eq!(report.sampling.confidence, 1.0 - (1.0 - 0.99) / 16.0);
+    // Looks at 4, 8, 16 and 32, at four scales each, share half of the error; the other half is kept for all scans.
+    let error = |report: &Report| 1.0 - report.promise.interval_confidence;
+    assert!((error(&report) / (0.01 / 32.0) - 1.0).abs() < 1e-9, "{}", error(&report));
 
-    // Two runs that cannot be told apart take all scans, and the numbers are those of all.
-    runs.push(Run::new("copy", truth.clone()));
-    let hopeless = Config { checkpoint_every: Some(std::time::Duration::ZERO), ..decide(None) };
+    // Two runs that cannot be told apart, nor be called the same early, take all scans.
+    let draw = |seed| SlamErrors { seed, ..noise(0.05, 0.1) }.apply(&truth).unwrap();
+    runs.extend([Run::new("draw", draw(1)), Run::new("another draw", draw(2))]);
+    let hopeless = Config {
+        same_within: Margin::Metres(0.001),
+        checkpoint_every: Some(std::time::Duration::ZERO),
+        ..decide(None)
+    };
     let all = score(&path, &runs, &hopeless);
     assert_eq!(all.sampling.looks, Some(vec![4, 8, 16, 32, 60]));
-    assert_eq!(all.sampling.confidence, 0.99);
+    let differences = |report: &Report| -> Vec<_> {
+        let scales = report.pairs.iter().flat_map(|pair| &pair.scales);
+        scales.map(|scale| (scale.returns, scale.difference_m2)).collect()
+    };
     let whole = score(&path, &runs, &Config::default());
-    assert_eq!((&all.runs, &all.pairs), (&whole.runs, &whole.pairs));
+    assert_eq!(all.runs, whole.runs);
+    assert_eq!(differences(&all), differences(&whole));
     // But not where that pair does not matter.
-    let other = score(&path, &runs, &decide(Some(("drift", "copy"))));
+    let other = score(&path, &runs, &decide(Some(("drift", "draw"))));
     assert!(other.sampling.frames_scored < 60, "{:?}", other.sampling);
 
     // Interrupted again and again it comes to the same.

@@ -34,7 +34,7 @@ fn what_is_left_out_is_what_counting_ray_by_ray_says() {
     let segment_of = direct::segments_of(&report, scans.len());
 
     let rays: Vec<Vec<direct::Ray>> =
-        runs.iter().map(|run| direct::rays(&scans, &run.trajectory, &segment_of)).collect();
+        runs.iter().map(|run| direct::rays(&scans, &direct::in_world(&report, run), &segment_of)).collect();
     // For each run: all surfels, and the voxels of those that rays contradict.
     let mut surfels = Vec::new();
     let mut free: Vec<Vec<[i64; 3]>> = Vec::new();

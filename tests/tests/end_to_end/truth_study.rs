@@ -233,7 +233,7 @@ impl Watch for Again {
     }
 
     fn frame_scored(&self, frame: usize, sums: &FrameSums) {
-        self.frames.lock().unwrap().insert(frame, sums.runs().to_vec());
+        self.frames.lock().unwrap().insert(frame, sums.runs());
     }
 }
 

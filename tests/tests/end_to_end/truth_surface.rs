@@ -85,10 +85,7 @@ fn a_runs_own_map_lies_on_the_truths() {
     let store = dmp_map::Store::open(&folder.path().join("truth.dmpmap")).unwrap();
     let mut centres = Vec::new();
     for entry in store.entries() {
-        let tile = store.load(entry.tile).unwrap().unwrap();
-        centres.extend(tile.surfels[..tile.own].iter().map(|surfel| -> [f64; 3] {
-            std::array::from_fn(|k| tile.origin_in_world_m[k] + f64::from(surfel.centre_in_tile_m[k]))
-        }));
+        centres.extend(store.discs_in_own(entry.tile).unwrap().map(|disc| disc.centre_in_own_m));
     }
     cloud(&folder.path().join("reference.ply"), &centres);
 

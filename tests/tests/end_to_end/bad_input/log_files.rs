@@ -45,7 +45,7 @@ fn row_07_few_file_descriptors_are_enough() {
     let truth = read_trajectory(&path.join("truth.tum")).unwrap().trajectory;
     let stretched = truth.stamps_ns().unwrap().iter().zip(truth.poses()).map(|(&stamp_ns, pose)| {
         let mut pose = *pose;
-        pose.translation.vector *= 40.0;
+        pose.translation.vector *= 50.0;
         (stamp_ns, pose)
     });
     save_tum(&path.join("far.tum"), &Trajectory::stamped(stretched.collect()).unwrap().trajectory);

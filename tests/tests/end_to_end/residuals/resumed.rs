@@ -18,7 +18,7 @@ struct Counting {
 impl Watch for Counting {
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
         assert_eq!(returns.rays[0].len(), returns.offsets_ns.len());
-        assert_eq!(returns.rays.len(), returns.world_from_sensor.len());
+        assert_eq!(returns.rays.len(), returns.own_from_sensor.len());
         self.returns.fetch_add(returns.rays[0].len() as u64, Ordering::Relaxed);
     }
 

@@ -1,0 +1,182 @@
+//! Equal maps are called equal: runs that differ by nothing but where their world lies, or by luck, in one command, and
+//! runs that differ beside them. `cargo xtask study null` does the same at length.
+
+use std::io::Write as _;
+
+use dmp::{Config, Report, Run};
+use dmp_log::{read_trajectory, write_tum};
+use dmp_sensor::{Isometry3, Trajectory, Translation3, UnitQuaternion};
+use dmp_sim::SlamErrors;
+
+use crate::common::{drift, noise, real_data, score, small_town, write_mcap};
+
+/// A log, and a good run on it.
+struct Known {
+    log: std::path::PathBuf,
+    base: Trajectory,
+    _folder: tempfile::TempDir,
+}
+
+fn town() -> Known {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("town.mcap");
+    let (scans, truth) = small_town(60, 180);
+    write_mcap(&log, &scans);
+    Known { log, base: truth, _folder: folder }
+}
+
+/// A town, and the real drive where its recording is at hand.
+fn logs() -> Vec<Known> {
+    let real = real_data("nclt_revisit").map(|log| {
+        let base = read_trajectory(&log.join("poses_lidar_odometry.txt")).unwrap().trajectory;
+        Known { log, base, _folder: tempfile::tempdir().unwrap() }
+    });
+    std::iter::once(town()).chain(real).collect()
+}
+
+fn world(place: [f64; 3], [roll, pitch, yaw]: [f64; 3]) -> Isometry3<f64> {
+    Isometry3::from_parts(Translation3::from(place), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
+}
+
+/// Worlds as systems have them: at the first pose, level somewhere, tilted, in UTM, upside down.
+fn worlds() -> [Isometry3<f64>; 6] {
+    [
+        Isometry3::identity(),
+        world([0.31, -0.77, 0.49], [0.0; 3]),
+        world([-12.3, 45.6, 7.8], [0.0, 0.0, 2.1]),
+        world([4.0, 0.1, -9.0], [0.04, -0.05, -0.7]),
+        world([432_100.25, 4_649_776.5, 120.125], [0.01, 0.02, 0.9]),
+        world([1.0, 2.0, 3.0], [std::f64::consts::PI, 0.0, 0.3]),
+    ]
+}
+
+/// The trajectory as its file has it, with nine decimals: TUM, or the rows of KITTI where there are no stamps.
+fn from_a_file(trajectory: &Trajectory) -> Trajectory {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut lines, mut path) = (Vec::new(), folder.path().join("run.tum"));
+    if trajectory.stamps_ns().is_some() {
+        write_tum(&mut lines, trajectory).unwrap();
+    } else {
+        path.set_extension("txt");
+        for pose in trajectory.poses() {
+            let rows = pose.to_homogeneous();
+            let numbers = (0..12).map(|k| format!("{:.9}", rows[(k / 4, k % 4)]));
+            writeln!(lines, "{}", numbers.collect::<Vec<_>>().join(" ")).unwrap();
+        }
+    }
+    std::fs::write(&path, lines).unwrap();
+    read_trajectory(&path).unwrap().trajectory
+}
+
+fn runs(trajectories: impl IntoIterator<Item = (String, Trajectory)>) -> Vec<Run> {
+    trajectories.into_iter().map(|(name, trajectory)| Run::new(name, trajectory)).collect()
+}
+
+fn verdicts(report: &Report) -> Vec<(&str, &str, &str)> {
+    report.pairs.iter().map(|pair| (pair.a.as_str(), pair.b.as_str(), pair.verdict.as_str())).collect()
+}
+
+fn numbers(report: &Report, run: usize) -> Vec<f64> {
+    let run = &report.runs[run];
+    let scores = [&run.r_cv_m2, &run.r_near_m2]
+        .into_iter()
+        .flat_map(|scores| scores.iter().filter_map(|(_, score)| score));
+    scores.chain([run.dmp_sum_m2, run.coverage.unwrap(), run.miss_rate.unwrap()]).collect()
+}
+
+#[test]
+fn copies_that_lie_elsewhere_have_the_same_scores() {
+    for log in logs() {
+        let copies = worlds().into_iter().enumerate();
+        let copies = copies.map(|(k, world)| (format!("copy {k}"), from_a_file(&log.base.moved(&world))));
+        let report = score(&log.log, &runs(copies), &Config::default());
+        let first = numbers(&report, 0);
+        let others = (1..report.runs.len()).flat_map(|run| numbers(&report, run));
+        let off =
+            first.iter().cycle().zip(others).fold(0.0, |most: f64, (a, b)| most.max((a / b - 1.0).abs()));
+        println!("scores of copies of {} differ by {off:.1e} at most", log.log.display());
+        assert!(off < 1e-6, "{off}");
+        for (a, b, verdict) in verdicts(&report) {
+            assert_eq!(verdict, "same", "{a} and {b} on {}", log.log.display());
+        }
+    }
+}
+
+/// What a motion does not round leaves every bit of the scores.
+#[test]
+fn copies_moved_by_what_binary_numbers_hold_have_the_same_bits() {
+    let Known { log, base, _folder } = town();
+    // Places of 2⁻²⁰ m, to which thousands of metres can be added and nothing is lost.
+    let held = |c: f64| (c * 1_048_576.0).round() / 1_048_576.0;
+    let poses = base
+        .poses()
+        .iter()
+        .map(|pose| Isometry3::from_parts(pose.translation.vector.map(held).into(), pose.rotation));
+    let stamped = base.stamps_ns().unwrap().iter().copied().zip(poses).collect();
+    let base = Trajectory::stamped(stamped).unwrap().trajectory;
+    let half_turn = |axis: usize| {
+        let mut ijk = [0.0; 3];
+        ijk[axis] = 1.0;
+        UnitQuaternion::new_unchecked(dmp_sensor::Quaternion::new(0.0, ijk[0], ijk[1], ijk[2]))
+    };
+    let by = |place: [f64; 3], turn| Isometry3::from_parts(Translation3::from(place), turn);
+    let motions = [
+        Isometry3::identity(),
+        by([4096.0, -512.0, 64.25], UnitQuaternion::identity()),
+        by([0.0; 3], half_turn(2)),
+        by([1024.0, 2048.0, -8.0], half_turn(0)),
+    ];
+    let mut seen: Vec<serde_json::Value> = Vec::new();
+    for motion in motions {
+        let report = score(&log, &runs([("run".to_owned(), base.moved(&motion))]), &Config::default());
+        seen.push(serde_json::to_value(&report.runs).unwrap());
+    }
+    for other in &seen[1..] {
+        assert_eq!(other, &seen[0]);
+    }
+}
+
+#[test]
+fn runs_that_are_equally_good_are_not_told_apart() {
+    for log in logs() {
+        for (sigma_m, sigma_deg) in [(0.005, 0.02), (0.01, 0.05), (0.03, 0.1)] {
+            let draw = |seed: u64| {
+                let noisy = SlamErrors { seed, ..noise(sigma_m, sigma_deg) }.apply(&log.base).unwrap();
+                (format!("draw {seed}"), noisy.moved(&worlds()[seed as usize]))
+            };
+            let report = score(&log.log, &runs((0..4).map(draw)), &Config::default());
+            untold(&report, &format!("{}, noise of {sigma_m} m", log.log.display()));
+        }
+        let bent = |bend_m: f64| SlamErrors { bend_m: Some(bend_m), ..SlamErrors::default() };
+        let bent = [0.01, -0.01].map(|m| (format!("bent by {m} m"), bent(m).apply(&log.base).unwrap()));
+        let report = score(&log.log, &runs(bent), &Config::default());
+        untold(&report, &format!("{}, bent", log.log.display()));
+    }
+}
+
+fn untold(report: &Report, of: &str) {
+    for (a, b, verdict) in verdicts(report) {
+        assert!(["same", "undecided"].contains(&verdict), "{a} and {b} of {of}: {verdict}");
+    }
+}
+
+/// A rule that never decides would pass the others.
+#[test]
+fn runs_that_differ_are_told_apart_wherever_their_worlds_lie() {
+    for log in logs() {
+        let worse = [noise(0.03, 0.1), noise(0.1, 0.3), drift(1.0), drift(3.0)];
+        let worse = worse.iter().map(|errors| errors.apply(&log.base).unwrap());
+        let all = std::iter::once(log.base.clone()).chain(worse).zip(worlds());
+        let names = ["base", "noise 3 cm", "noise 10 cm", "drift 1 m", "drift 3 m"];
+        let all = names.map(str::to_owned).into_iter().zip(all.map(|(run, world)| run.moved(&world)));
+        let report = score(&log.log, &runs(all), &Config::default());
+        for (a, b, verdict) in verdicts(&report) {
+            let good = match (a, b) {
+                ("base", _) => a,
+                _ if a.split(' ').next() == b.split(' ').next() => a,
+                _ => continue,
+            };
+            assert_eq!(verdict, good, "{a} and {b} on {}", log.log.display());
+        }
+    }
+}
