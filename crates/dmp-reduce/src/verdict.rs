@@ -114,8 +114,9 @@ impl Verdict {
     }
 }
 
-/// A length with two digits that count.
+/// A length that is at most so long, with two digits that count; what is shorter than a micrometre is told as one.
 fn short(length_m: f64) -> String {
+    let length_m = if length_m > 0.0 { length_m.max(1e-6) } else { 0.0 };
     let digits = if length_m > 0.0 { (1.0 - libm::log10(length_m).floor()).clamp(0.0, 6.0) } else { 0.0 };
     format!("{length_m:.*}", digits as usize)
 }
@@ -128,5 +129,16 @@ fn reach(scale_m: f64, scales: Scales) -> String {
         Reach::Middle => format!("at the {middle} scale: decided at {scale_m} m, undecided above"),
         Reach::Local => format!("locally: decided at {scale_m} m, undecided above"),
         Reach::Fine => format!("only at the centimetre scale: decided at {scale_m} m, undecided above"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    #[test]
+    fn lengths_have_two_digits_and_are_never_told_as_nothing() {
+        let told = [12.345, 0.2149, 0.012_345, 3e-10, 0.0].map(short);
+        assert_eq!(told, ["12", "0.21", "0.012", "0.000001", "0"]);
     }
 }
