@@ -295,6 +295,22 @@ mod tests {
     }
 
     #[test]
+    fn a_pair_is_grouped_by_the_predictions_that_it_is_judged_by() {
+        let group = |x| SurfaceGroup::of_cube([x, 0, 0]);
+        // A fused run beside one with a given map: both count by R_near there.
+        let mut frame = FrameSums::new(&[Basis::CrossValidated, Basis::Near]);
+        let on = |residual_m, of_cv, of_near| Residuals {
+            surfaces: [group(of_cv), group(of_near)],
+            ..Residuals::all(residual_m)
+        };
+        frame.add_return(&[on(0.3, 1, 2), on(0.1, 3, 4)]);
+        let of_pair = frame.differences(0, 0).find(|(_, total)| total.returns > 0).unwrap();
+        assert_eq!(of_pair.0, group(2));
+        let of_run = |run| frame.groups_of_run(run).find(|(_, sums)| sums.returns() > 0).unwrap().0;
+        assert_eq!((of_run(0), of_run(1)), (group(1), group(4)));
+    }
+
+    #[test]
     fn parts_of_a_frame_merge_and_clear_empties() {
         let mut whole = FrameSums::new(&[Basis::CrossValidated, Basis::Near]);
         let mut parts = [whole.clone(), whole.clone()];

@@ -67,6 +67,8 @@ fn runs_scored_alike_stand_in_one_table() {
     assert!(place("\n1  truth") < place("\n2  noise") && place("\n2  noise") < place("\n3  drift"));
     assert!(place("truth  better than  drift") < place("\nNot compared: no result holds both runs"));
     assert!(place("\n  truth, noise\n") < place("\n  noise, drift\n"), "{table}");
+    // No error is shared between results.
+    place("At most 1 % of results tell any two equal runs apart, each by itself");
     // In one command with the same segments it comes to the same scores.
     let all = save(folder, "all.json", &format!("{RUNS} --like first.json"));
     let (code, json) = compare(folder, "first.json second.json --json");

@@ -3,7 +3,7 @@
 
 use std::io::Write as _;
 
-use dmp::{Config, Report, Run};
+use dmp::{Config, Frame, Report, Run};
 use dmp_log::{read_trajectory, write_tum};
 use dmp_sensor::{Isometry3, Trajectory, Translation3, UnitQuaternion};
 use dmp_sim::SlamErrors;
@@ -134,6 +134,21 @@ fn copies_moved_by_what_binary_numbers_hold_have_the_same_bits() {
     for other in &seen[1..] {
         assert_eq!(other, &seen[0]);
     }
+}
+
+/// A frame that a report tells can be asked for.
+#[test]
+fn a_run_that_is_put_into_its_frame_has_the_same_scores() {
+    let Known { log, base, _folder } = town();
+    let runs = runs([("run".to_owned(), base.moved(&worlds()[4]))]);
+    let found = score(&log, &runs, &Config::default());
+    let fixed = Config { frame: Frame::of_report(found.inputs.runs[0].world_from_own), ..Config::default() };
+    let put = score(&log, &runs, &fixed);
+    for (a, b) in numbers(&found, 0).into_iter().zip(numbers(&put, 0)) {
+        assert!((a / b - 1.0).abs() < 1e-6, "{a} and {b}");
+    }
+    let elsewhere = score(&log, &runs, &Config { frame: Frame::Moved(worlds()[3]), ..Config::default() });
+    assert_ne!(numbers(&found, 0), numbers(&elsewhere, 0));
 }
 
 #[test]

@@ -154,6 +154,12 @@ fn the_command_tells_of_the_sample() {
     for part in ["scored: 10 of ", "evenly spread (--seed 7); the maps are made of all", "   R_cv      ±"] {
         assert!(table.contains(part), "{part}\n{table}");
     }
+    // Of three scans there is no interval, so nobody knows what more would show.
+    let table = text(&dmp(folder.path(), &format!("{score} --sample 3")).stdout);
+    assert!(
+        table.contains("only 3 frames have common returns") && !table.contains("hardly decide"),
+        "{table}"
+    );
     let json = dmp(folder.path(), &format!("{score} --decide=truth,drift --confidence 99.9% --json")).stdout;
     let json: Value = serde_json::from_slice(&json).unwrap();
     assert_eq!(json["pairs"][0]["verdict"], "truth", "{json}");
