@@ -25,8 +25,8 @@ const HEADER_BYTES: usize = 24;
 #[derive(Debug)]
 pub struct WorkFolder {
     path: PathBuf,
-    /// Locked as long as it is open.
-    lock: Option<File>,
+    /// Locked until this is dropped.
+    lock: File,
     kept: bool,
 }
 
@@ -88,7 +88,7 @@ impl WorkFolder {
         if !is_at(&lock, &path.join(LOCK)) {
             return Err(MapError::Locked { path });
         }
-        Ok(Self { path, lock: Some(lock), kept: false })
+        Ok(Self { path, lock, kept: false })
     }
 
     fn clear(&self) -> Result<(), MapError> {
@@ -212,7 +212,8 @@ impl Drop for WorkFolder {
             // Whatever cannot be removed is left for the user to find; there is nobody to tell.
             let _ = fs::remove_dir_all(&self.path);
         }
-        drop(self.lock.take());
+        // Closing it would not do: a process that another thread starts just now holds a copy of it for a moment.
+        let _ = self.lock.unlock();
     }
 }
 
@@ -302,6 +303,19 @@ mod tests {
         // Nobody works there and nothing can be gone on from: the next one cleans up.
         drop(WorkFolder::new(parent.path()).unwrap());
         assert!(!left.exists());
+    }
+
+    /// What a process that is being started by another thread does to the lock: it has a copy of it for a moment.
+    #[test]
+    fn a_copy_of_its_lock_does_not_keep_a_folder_taken() {
+        let parent = tempfile::tempdir().unwrap();
+        let mut work = WorkFolder::of(parent.path(), "a", false).unwrap();
+        let copy = work.lock.try_clone().unwrap();
+        work.save("fuse", b"half").unwrap();
+        work.keep();
+        drop(work);
+        assert!(WorkFolder::of(parent.path(), "a", true).unwrap().holds("fuse"));
+        drop(copy);
     }
 
     #[test]
