@@ -81,7 +81,7 @@ fn score(folder: &Path) -> anyhow::Result<String> {
         Ok(Run::new(name, read_trajectory(&folder.join(name).with_extension("tum"))?.trajectory))
     };
     let runs = RUNS.into_iter().map(run).collect::<anyhow::Result<Vec<_>>>()?;
-    let report = evaluate(log.as_ref(), &runs, &Config::default(), &())?;
+    let report = evaluate(log.as_ref(), &runs, &Config::default(), ())?;
     let mut json = serde_json::to_value(report)?;
     let top = json.as_object_mut().context("a report is an object")?;
     for of_the_moment in ["timing", "memory", "dmp_version"] {

@@ -1,7 +1,7 @@
 use std::fmt;
 use std::io::IsTerminal as _;
 
-use dmp::{Stage, Watch};
+use dmp::Stage;
 use dmp_truth::surface::{SurfaceError, SurfaceWatch};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
@@ -90,7 +90,7 @@ impl Drop for Progress {
     }
 }
 
-impl Watch for Progress {
+impl dmp::Progress for Progress {
     fn begin(&self, stage: Stage, total: u64) {
         let (what, unit) = match stage {
             Stage::Survey => ("looking at scans", "scans/s"),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use dmp::{FrameSums, ScoredReturns, Stage, Watch};
+use dmp::{FrameSums, Progress, ScoredReturns, ScoredRun, Sink, Stage, Watch};
 
 /// Collects the returns of an evaluation as points in each run's world, and passes everything on to
 /// another watch.
@@ -13,7 +13,7 @@ use dmp::{FrameSums, ScoredReturns, Stage, Watch};
 /// are kept for every run, whatever the threads; a step through the returns would pick the same beams
 /// again and again. The first scans are kept whole besides.
 pub struct CloudWatch<'a> {
-    inner: &'a dyn Watch,
+    inner: Watch<'a>,
     max_points: usize,
     first_returns: usize,
     /// A return is kept when its hash is at most this.
@@ -56,7 +56,8 @@ impl std::fmt::Debug for CloudWatch<'_> {
 impl<'a> CloudWatch<'a> {
     /// Keeps about `max_points` returns of the log, and as many of the first scans whole as it takes for
     /// `first_returns` used returns.
-    pub fn new(inner: &'a dyn Watch, max_points: usize, first_returns: usize) -> Self {
+    pub fn new(inner: impl Into<Watch<'a>>, max_points: usize, first_returns: usize) -> Self {
+        let inner = inner.into();
         let kept_up_to = AtomicU64::new(u64::MAX);
         Self { inner, max_points, first_returns, kept_up_to, state: Mutex::default() }
     }
@@ -90,11 +91,11 @@ fn append(to: &mut Vec<Vec<[f64; 3]>>, part: Vec<Vec<[f64; 3]>>) {
 }
 
 fn points(returns: &ScoredReturns<'_>, kept: impl Fn(usize) -> bool) -> Vec<Vec<[f64; 3]>> {
-    let of_run = |run: usize| {
-        let kept = (0..returns.rays[run].len()).filter(|&k| kept(k));
-        kept.map(|k| returns.own_ray(run, k).endpoint_in_world()).collect()
+    let of_run = |run: &ScoredRun<'_>| {
+        let kept = (0..run.rays.len()).filter(|&k| kept(k));
+        kept.map(|k| run.own_ray(k).endpoint_in_world()).collect()
     };
-    (0..returns.rays.len()).map(of_run).collect()
+    returns.runs.iter().map(of_run).collect()
 }
 
 impl State {
@@ -119,22 +120,32 @@ fn returns_of(scan: &[Vec<[f64; 3]>]) -> usize {
     scan.first().map_or(0, Vec::len)
 }
 
-impl Watch for CloudWatch<'_> {
+impl Progress for CloudWatch<'_> {
     fn begin(&self, stage: Stage, total: u64) {
         if stage == Stage::Cast {
             let share = if total == 0 { 1.0 } else { self.max_points as f64 / total as f64 };
             // Saturates at the largest: everything is kept.
             self.kept_up_to.store((share * u64::MAX as f64) as u64, Ordering::Relaxed);
         }
-        self.inner.begin(stage, total);
+        self.inner.progress.begin(stage, total);
     }
 
     fn advance(&self, amount: u64) {
-        self.inner.advance(amount);
+        self.inner.progress.advance(amount);
     }
 
+    fn note(&self, text: &str) {
+        self.inner.progress.note(text);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.inner.progress.cancelled()
+    }
+}
+
+impl Sink for CloudWatch<'_> {
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
-        let count = returns.rays.first().map_or(0, Vec::len);
+        let count = returns.offsets_ns.len();
         let kept_up_to = self.kept_up_to.load(Ordering::Relaxed);
         let lock = || self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let (offset, is_first) = {
@@ -154,19 +165,15 @@ impl Watch for CloudWatch<'_> {
             state.prune(self.first_returns);
         }
         drop(state);
-        self.inner.returns_scored(returns);
+        self.inner.sink.returns_scored(returns);
     }
 
     fn frame_scored(&self, frame: usize, sums: &FrameSums) {
-        self.inner.frame_scored(frame, sums);
+        self.inner.sink.frame_scored(frame, sums);
     }
 
     fn wants_every_return(&self) -> bool {
         true
-    }
-
-    fn cancelled(&self) -> bool {
-        self.inner.cancelled()
     }
 }
 
@@ -196,24 +203,26 @@ mod tests {
                 direction_in_world: [0.0, 0.0, 1.0],
                 range_m: (next + k) as f64,
             };
-            let rays: Vec<Vec<Ray>> =
-                [0.0, 1.0].iter().map(|&y| (0..count).map(|k| ray(k, y)).collect()).collect();
-            let residuals = vec![vec![Residuals::MISS; count]; 2];
+            let rays = [0.0, 1.0].map(|y| (0..count).map(|k| ray(k, y)).collect::<Vec<_>>());
+            let residuals = vec![Residuals::MISS; count];
+            let run = |rays| ScoredRun {
+                own_from_sensor: Isometry3::identity(),
+                own_from_world: Isometry3::identity(),
+                rays,
+                residuals: &residuals,
+            };
             watch.returns_scored(&ScoredReturns {
                 frame,
                 first: next,
                 offsets_ns: &vec![0; count],
-                own_from_sensor: &[Isometry3::identity(); 2],
-                own_from_world: &[Isometry3::identity(); 2],
-                rays: &rays,
-                residuals: &residuals,
+                runs: &[run(&rays[0]), run(&rays[1])],
             });
             next += count;
         }
     }
 
     fn collect(max_points: usize, frames: &[(usize, &[usize])]) -> RunClouds {
-        let watch = CloudWatch::new(&(), max_points, 250);
+        let watch = CloudWatch::new((), max_points, 250);
         watch.begin(Stage::Cast, 10_000);
         frames.iter().for_each(|(frame, parts)| feed(&watch, *frame, parts));
         watch.finish()

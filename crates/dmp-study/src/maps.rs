@@ -1,6 +1,6 @@
 //! What is told of the runs' maps by their points.
 
-use dmp::{Config, EvaluateError, Run, Watch};
+use dmp::{Config, EvaluateError, Progress, Run};
 use dmp_truth::surface::SurfaceSettings;
 
 use crate::clouds::RunClouds;
@@ -10,8 +10,8 @@ use crate::study::StudyOptions;
 use crate::truth::{ReferenceSurface, SurfaceProblem, TrajectoryErrors, surface_distances};
 
 /// What comes after the evaluation can be stopped too, run by run.
-pub(crate) fn go_on(watch: &dyn Watch) -> Result<(), EvaluateError> {
-    if watch.cancelled() { Err(EvaluateError::Cancelled) } else { Ok(()) }
+pub(crate) fn go_on(progress: &dyn Progress) -> Result<(), EvaluateError> {
+    if progress.cancelled() { Err(EvaluateError::Cancelled) } else { Ok(()) }
 }
 
 /// Mean and median surface distance of every run.
@@ -22,7 +22,7 @@ pub(crate) fn distances_of(
     surface: &ReferenceSurface<'_>,
     config: &Config,
     options: &StudyOptions,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> Result<Vec<(f64, f64)>, StudyError> {
     let settings = SurfaceSettings {
         cap_m: options.surface_cap_m,
@@ -33,7 +33,7 @@ pub(crate) fn distances_of(
         ..SurfaceSettings::default()
     };
     let of_run = |((run, errors), cloud): ((&Run, &TrajectoryErrors), &Vec<[f64; 3]>)| {
-        go_on(watch)?;
+        go_on(progress)?;
         let distances = surface_distances(cloud, errors.reference_from_run, surface, &settings);
         distances.map_err(|problem| match problem {
             SurfaceProblem::Measuring(source) => StudyError::Surface { run: run.name.clone(), source },

@@ -112,16 +112,18 @@ pub struct PeerReport {
 /// # Errors
 /// When a run and the reference have no poses in common, a setting makes no sense, the runs cannot be scored,
 /// or the surface cannot be read. What is quick to find out is found out first.
-pub fn study(
-    log: &dyn ScanLog,
-    runs: &[Run],
+pub fn study<'a>(
+    log: &'a dyn ScanLog,
+    runs: &'a [Run],
     reference: &Trajectory,
     surface: Option<&ReferenceSurface<'_>>,
     config: &Config,
     options: &StudyOptions,
-    watch: &dyn Watch,
+    watch: impl Into<Watch<'a>>,
 ) -> Result<Study, StudyError> {
     check(options)?;
+    let watch = watch.into();
+    let progress = watch.progress;
     let against_reference = |run: &Run| {
         let errors = trajectory_errors(reference, &run.trajectory, &options.truth);
         errors.map_err(|source| StudyError::Reference { run: run.name.clone(), source })
@@ -132,7 +134,7 @@ pub fn study(
     let max_points = if wants_points { options.max_points } else { 0 };
     let mom_returns = if options.peers.is_some() { options.mom_returns } else { 0 };
     let collecting = CloudWatch::new(watch, max_points, mom_returns);
-    let score = evaluate(log, runs, config, &collecting)?;
+    let score = evaluate(log, runs, config, (&collecting, &collecting))?;
     let clouds = collecting.finish();
 
     let mut notes = Vec::new();
@@ -147,7 +149,7 @@ pub fn study(
     columns.push(lower("rpe_rmse_m", "RPE", "m", steps.collect()));
 
     if let Some(surface) = surface {
-        let distances = distances_of(runs, &errors, &clouds, surface, config, options, watch)?;
+        let distances = distances_of(runs, &errors, &clouds, surface, config, options, progress)?;
         columns.push(lower("smd_mean_m", "SMD", "m", distances.iter().map(|d| Some(d.0)).collect()));
         columns.push(lower("smd_median_m", "SMD median", "m", distances.iter().map(|d| Some(d.1)).collect()));
     }
@@ -157,12 +159,12 @@ pub fn study(
         let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
         let pool = pool.map_err(|source| StudyError::Threads { threads: config.threads, source })?;
         let sharpness_of = |cloud: &Vec<[f64; 3]>| {
-            go_on(watch)?;
+            go_on(progress)?;
             Ok(map_sharpness(cloud, peers))
         };
         let sharpness: Vec<MapSharpness> =
             pool.install(|| clouds.clouds.iter().map(sharpness_of).collect::<Result<_, EvaluateError>>())?;
-        go_on(watch)?;
+        go_on(progress)?;
         let mom = pool.install(|| mom_of(runs, &clouds, peers, &mut notes));
         columns.push(lower("mme", "MME", "nats", sharpness.iter().map(|s| s.mme).collect()));
         columns.push(lower("mpv_m2", "MPV", "m²", sharpness.iter().map(|s| s.mpv_m2).collect()));

@@ -9,7 +9,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let runs = arguments
         .map(|file| Ok(Run::new(file.as_str(), read_trajectory(file.as_ref())?.trajectory)))
         .collect::<Result<Vec<_>, dmp_log::LogError>>()?;
-    let report = evaluate(log.as_ref(), &runs, &Config::default(), &())?;
+    let report = evaluate(log.as_ref(), &runs, &Config::default(), ())?;
     println!("voxel {:.3} m, order: {}", report.config.voxel_m, report.order.join(", "));
     for pair in &report.pairs {
         println!("{} against {}: {} ({})", pair.a, pair.b, pair.verdict, pair.reason);

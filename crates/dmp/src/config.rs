@@ -1,14 +1,15 @@
+//! What is asked of an evaluation: the runs, and everything that can be set.
+
 use std::path::PathBuf;
 use std::time::Duration;
 
-use dmp_log::{LengthUnit, LogSummary};
-use dmp_reduce::{Confidence, Margin, MissPrice, Promise, Scales};
-use dmp_sensor::{DepthNoise, Isometry3, Trajectory};
+use dmp_log::LengthUnit;
+use dmp_reduce::{Confidence, Margin, MissPrice, Scales};
+use dmp_sensor::{Isometry3, Quaternion, Trajectory, Translation3, UnitQuaternion};
 
-use crate::error::EvaluateError;
-use crate::own_frame::Frame;
 use crate::report::SegmentReport;
 use crate::sample::{Decide, Sample};
+use crate::segment_length::SegmentLength;
 
 /// One estimate to be scored: a trajectory and the map that belongs to it.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,11 +50,6 @@ impl Run {
             source: RunSource::default(),
         }
     }
-
-    /// Where the sensor sits on the body of this run.
-    pub(crate) fn body_from_sensor(&self, config: &Config) -> Isometry3<f64> {
-        self.body_from_sensor.unwrap_or(config.body_from_sensor)
-    }
 }
 
 /// Where a run's map comes from.
@@ -67,7 +63,7 @@ pub enum MapSource {
 }
 
 /// What is known of the vehicle that carries the sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Ego {
     /// Looked for in a sample of scans.
     Auto,
@@ -77,18 +73,7 @@ pub enum Ego {
     BoxMm([i64; 3], [i64; 3]),
 }
 
-/// How long a segment of the drive is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SegmentLength {
-    /// By the way of the sensor, metres.
-    Metres(f64),
-    /// By the stamps of the scans, seconds.
-    Seconds(f64),
-    /// By the number of scans in use.
-    Scans(u64),
-}
-
-/// In which order the log is read. It changes no number; it is here so that this can be shown.
+/// In which order the log is read. It changes no number; it can be set so that this can be shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrameOrder {
     /// As the log has them.
@@ -97,7 +82,28 @@ pub enum FrameOrder {
     Shuffled(u64),
 }
 
-/// Everything that can be set. The default is what `dmp score` does without options.
+/// In which frame a run is fused and scored. Results are told in the run's own, whichever it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Frame {
+    /// The one that follows from the way of the sensor, so that it makes no difference where a run's own lies.
+    OfTheWay,
+    /// That one, moved: to see what the place of the voxels is worth.
+    Moved(Isometry3<f64>),
+    /// `world_from_own`, whatever the way: for poses of one graph that are to share their voxels.
+    Fixed(Isometry3<f64>),
+}
+
+impl Frame {
+    /// Fixed to a frame that a report tells ([`RunInputReport::world_from_own`](crate::RunInputReport)): x, y, z in
+    /// metres, qx, qy, qz, qw.
+    pub fn of_report([x, y, z, i, j, k, w]: [f64; 7]) -> Self {
+        let turn = UnitQuaternion::new_normalize(Quaternion::new(w, i, j, k));
+        Self::Fixed(Isometry3::from_parts(Translation3::new(x, y, z), turn))
+    }
+}
+
+/// Everything that can be set. The default is what `dmp score` does without options. An evaluation works with what it
+/// [comes to](crate::Settings) on a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// The lengths by which returns are judged, and which the other defaults go with; `None`: those of a room for
@@ -206,108 +212,4 @@ impl Default for Config {
 fn work_folder() -> PathBuf {
     let disk = PathBuf::from("/var/tmp");
     if std::env::var_os("TMPDIR").is_none() && disk.is_dir() { disk } else { std::env::temp_dir() }
-}
-
-impl Config {
-    /// These settings for a log: its sensor says which lengths they go with, where they do not say it themselves.
-    #[must_use]
-    pub fn settled(&self, log: &LogSummary) -> Self {
-        let of_sensor = if log.camera.is_some() { Scales::Room } else { Scales::Drive };
-        Self { scales: Some(self.scales.unwrap_or(of_sensor)), ..self.clone() }
-    }
-
-    /// The lengths by which returns are judged.
-    pub fn scales(&self) -> Scales {
-        self.scales.unwrap_or_default()
-    }
-
-    /// Smallest range used, metres.
-    pub fn min_range_m(&self) -> f64 {
-        self.min_range_m.unwrap_or(match self.scales() {
-            Scales::Drive => 1.5,
-            Scales::Room => 0.3,
-        })
-    }
-
-    /// Largest range used, metres.
-    pub fn max_range_m(&self) -> f64 {
-        self.max_range_m.unwrap_or(match self.scales() {
-            Scales::Drive => 100.0,
-            Scales::Room => 10.0,
-        })
-    }
-
-    /// The range noise of a LiDAR, metres.
-    pub fn sigma_m(&self) -> f64 {
-        self.sigma_m.unwrap_or(0.02)
-    }
-
-    /// The noise of a depth camera.
-    pub fn depth_noise(&self) -> DepthNoise {
-        self.sigma_m.map_or(DepthNoise::KINECT, DepthNoise::constant)
-    }
-
-    /// What the verdicts promise where nothing is looked at twice.
-    pub(crate) fn promise(&self) -> Promise {
-        Promise { confidence: self.confidence, margin: self.same_within }
-    }
-
-    /// How long what is a metre on a drive is here, metres.
-    pub(crate) fn metre_m(&self) -> f64 {
-        self.scales().metre_m()
-    }
-
-    /// Checks every setting by itself, before anything is opened.
-    ///
-    /// # Errors
-    /// The first setting that makes no sense, with its value and what it must be.
-    pub fn check(&self) -> Result<(), EvaluateError> {
-        let bad = |setting, value: String, why| Err(EvaluateError::Setting { setting, value, why });
-        // What one end is where only the other was given, a log may have to say.
-        let is_known = self.scales.is_some() || self.min_range_m.is_some() == self.max_range_m.is_some();
-        let (min_range_m, max_range_m) = if is_known {
-            (self.min_range_m(), self.max_range_m())
-        } else {
-            (self.min_range_m.unwrap_or(0.0), self.max_range_m.unwrap_or(1000.0))
-        };
-        let ranges_fit = min_range_m >= 0.0 && min_range_m < max_range_m;
-        if !ranges_fit || max_range_m > 1000.0 {
-            let value = format!("{min_range_m} to {max_range_m} m");
-            return bad("ranges", value, "they must rise from 0 or more to at most 1000 m");
-        }
-        if let Some(segment) = self.segment {
-            let (length, unit) = match segment {
-                SegmentLength::Metres(m) => (m, "m"),
-                SegmentLength::Seconds(s) => (s, "s"),
-                SegmentLength::Scans(scans) => (scans as f64, "scans"),
-            };
-            if !(length > 0.0 && length.is_finite()) {
-                return bad("segment", format!("{length} {unit}"), "it must be positive");
-            }
-        }
-        match self.voxel_m {
-            Some(m) if !(0.01..=2.0).contains(&m) => {
-                return bad("voxel", format!("{m} m"), "it must lie between 0.01 and 2 m");
-            }
-            _ => {}
-        }
-        if let Some(sigma_m) = self.sigma_m.filter(|&m| !(m > 0.0 && m.is_finite())) {
-            return bad("sigma", format!("{sigma_m} m"), "it must be positive");
-        }
-        let (Margin::Share(margin) | Margin::Metres(margin)) = self.same_within;
-        if !(margin >= 0.0 && margin.is_finite()) {
-            return bad("same-within", margin.to_string(), "it must be 0 or more");
-        }
-        if self.every == 0 {
-            return bad("every", "0".into(), "it must be 1 or more");
-        }
-        self.sample.check()?;
-        if self.threads == 0 || self.threads > 1024 {
-            return bad("threads", self.threads.to_string(), "it must lie between 1 and 1024");
-        }
-        if self.memory_bytes < 32 << 20 {
-            return bad("memory", format!("{} bytes", self.memory_bytes), "it must be 32 MiB or more");
-        }
-        Ok(())
-    }
 }

@@ -1,3 +1,5 @@
+//! Reads the planned frames of a log and hands them to threads.
+
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -8,8 +10,9 @@ use dmp_sensor::Scan;
 
 use crate::config::FrameOrder;
 use crate::error::EvaluateError;
-use crate::memory;
-use crate::watch::Watch;
+use crate::frame_set::FrameSet;
+use crate::peak;
+use crate::progress::Progress;
 
 /// A scan to be scored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,24 +41,7 @@ pub(crate) struct Reading<'a> {
     pub(crate) log: &'a dyn ScanLog,
     pub(crate) frames: &'a [PlannedFrame],
     pub(crate) order: FrameOrder,
-    pub(crate) watch: &'a dyn Watch,
-}
-
-/// Some of the planned frames, by their ordinals.
-#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub(crate) struct FrameSet(Vec<u64>);
-
-impl FrameSet {
-    pub(crate) fn insert(&mut self, ordinal: usize) {
-        if self.0.len() <= ordinal / 64 {
-            self.0.resize(ordinal / 64 + 1, 0);
-        }
-        self.0[ordinal / 64] |= 1 << (ordinal % 64);
-    }
-
-    pub(crate) fn contains(&self, ordinal: usize) -> bool {
-        self.0.get(ordinal / 64).is_some_and(|word| word >> (ordinal % 64) & 1 == 1)
-    }
+    pub(crate) progress: &'a dyn Progress,
 }
 
 /// What is kept of the workers, given the frames that they have done.
@@ -172,7 +158,7 @@ fn in_threads<W: Worker>(
 }
 
 fn work<W: Worker>(
-    Reading { log, frames, watch, .. }: Reading<'_>,
+    Reading { log, frames, progress, .. }: Reading<'_>,
     jobs: &crossbeam_channel::Receiver<Vec<usize>>,
     stopped: &AtomicBool,
     worker: &mut W,
@@ -184,14 +170,14 @@ fn work<W: Worker>(
             if stopped.load(Ordering::Relaxed) {
                 return Ok(());
             }
-            if watch.cancelled() {
+            if progress.cancelled() {
                 return Err(EvaluateError::Cancelled);
             }
             let frame = &frames[ordinal];
             reader.read(frame.frame, &mut scan)?;
             worker.frame(ordinal, frame, &scan)?;
         }
-        memory::look();
+        peak::look();
     }
     Ok(())
 }

@@ -7,9 +7,10 @@ use dmp_map::{FuseScratch, Lattice, MapError, MapFuser, Store, TriangleSampler};
 use dmp_reduce::Scales;
 use dmp_sensor::{Isometry3, Point3};
 
-use crate::config::{Config, MapSource, Run};
+use crate::config::{MapSource, Run};
 use crate::error::EvaluateError;
-use crate::watch::{Stage, Watch};
+use crate::progress::{Progress, Stage};
+use crate::settings::Settings;
 
 /// Samples of a mesh along the edge of a voxel: 25 on a face that it fills, where three make a surfel.
 const SAMPLES_PER_VOXEL: f64 = 5.0;
@@ -19,12 +20,12 @@ const MAX_SAMPLES: u64 = 10_000_000_000;
 const BATCH: usize = 65_536;
 
 /// Refuses given maps where trails are to be kept out of maps, and rooms.
-pub(crate) fn check_free_space(runs: &[Run], config: &Config) -> Result<(), EvaluateError> {
-    if config.free_space && config.scales() == Scales::Room {
+pub(crate) fn check_free_space(runs: &[Run], settings: &Settings) -> Result<(), EvaluateError> {
+    if settings.free_space && settings.scales == Scales::Room {
         let why = "what passes through what is told by half a metre, which is a drive's";
         return Err(EvaluateError::Setting { setting: "free-space", value: "in a room".to_owned(), why });
     }
-    match runs.iter().find(|run| config.free_space && run.map != MapSource::Fused) {
+    match runs.iter().find(|run| settings.free_space && run.map != MapSource::Fused) {
         Some(run) => Err(EvaluateError::Setting {
             setting: "free-space",
             value: format!("with a map given for `{}`", run.name),
@@ -95,18 +96,19 @@ pub(crate) struct GivenMap {
     pub(crate) notes: Vec<String>,
 }
 
-/// Fuses a cloud or a mesh, whose points know no segment and are brought into the world.
+/// Fuses a cloud or a mesh, whose points know no segment, `into` a map after they are brought into its world
+/// (`world_from_own`).
 pub(crate) fn fuse_given(
     path: &Path,
     run: &str,
     unit: Option<LengthUnit>,
-    fuser: &MapFuser,
-    world_from_own: &Isometry3<f64>,
-    watch: &dyn Watch,
+    into: (&MapFuser, &Isometry3<f64>),
+    progress: &dyn Progress,
 ) -> Result<GivenMap, EvaluateError> {
-    watch.begin(Stage::ReadMap, 0);
+    progress.begin(Stage::ReadMap, 0);
+    let (fuser, world_from_own) = into;
     let buffers = FuseScratch::default();
-    let mut points = Points { fuser, world_from_own, run, watch, buffers, batch: Vec::new() };
+    let mut points = Points { fuser, world_from_own, run, progress, buffers, batch: Vec::new() };
     let mut given = if is_mesh(path)? {
         fuse_mesh(path, unit, &mut points)?
     } else {
@@ -116,7 +118,7 @@ pub(crate) fn fuse_given(
         given.notes.push(format!("in {}, as --map-unit says: brought to metres", unit.name()));
     }
     for note in &given.notes {
-        watch.note(&format!("map of `{run}`: {note}"));
+        progress.note(&format!("map of `{run}`: {note}"));
     }
     Ok(given)
 }
@@ -126,7 +128,7 @@ struct Points<'a> {
     fuser: &'a MapFuser,
     world_from_own: &'a Isometry3<f64>,
     run: &'a str,
-    watch: &'a dyn Watch,
+    progress: &'a dyn Progress,
     buffers: FuseScratch,
     batch: Vec<[f64; 3]>,
 }
@@ -134,8 +136,8 @@ struct Points<'a> {
 impl Points<'_> {
     /// Fuses what is collected.
     fn flush(&mut self) -> Result<(), EvaluateError> {
-        self.watch.advance(self.batch.len() as u64);
-        if self.watch.cancelled() {
+        self.progress.advance(self.batch.len() as u64);
+        if self.progress.cancelled() {
             return Err(EvaluateError::Cancelled);
         }
         for point in &mut self.batch {

@@ -21,52 +21,66 @@
 //!     .into_iter()
 //!     .map(|file| Ok(Run::new(file, read_trajectory(file.as_ref())?.trajectory)))
 //!     .collect::<Result<Vec<_>, dmp_log::LogError>>()?;
-//! let report = evaluate(log.as_ref(), &runs, &Config::default(), &())?;
+//! let report = evaluate(log.as_ref(), &runs, &Config::default(), ())?;
 //! println!("best: {}", report.order[0]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod cast;
-mod checkpoint;
 mod config;
+mod disk;
 mod error;
 mod evaluate;
+mod evaluation;
+mod file_stem;
+mod frame_set;
 mod frames;
 mod fuse;
 mod given;
+mod heads;
 mod join;
 mod maps;
 mod memory;
 mod own_frame;
+mod peak;
 mod places;
 mod plan;
 mod pose;
 mod posed;
+mod progress;
 mod report;
-mod room;
+mod run_map;
+mod run_state;
 mod sample;
 mod sanity;
 mod schedule;
+mod segment_length;
+mod settings;
+mod sink;
 mod trails;
 mod watch;
+mod work;
 
-pub use config::{Config, Ego, FrameOrder, MapSource, Run, RunSource, SegmentLength};
+pub use config::{Config, Ego, Frame, FrameOrder, MapSource, Run, RunSource};
 pub use error::EvaluateError;
 pub use evaluate::evaluate;
-pub use fuse::file_stem_of;
+pub use file_stem::file_stem_of;
 pub use join::{JoinError, JoinedReport, NamedReport, join_reports};
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
-pub use memory::{machine_memory_bytes, peak_anonymous_bytes};
-pub use own_frame::Frame;
-pub use places::{ScoredPlace, drawn_places, evaluate_quick};
+pub use peak::{machine_memory_bytes, peak_anonymous_bytes};
+pub use places::{drawn_places, evaluate_quick};
 pub use posed::{PosedLog, PosedScan};
+pub use progress::{Progress, Stage};
 pub use report::{
     ConfigReport, DepthNoiseReport, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport,
     PairReport, PassTimes, PlacesReport, PromiseReport, Report, RunInputReport, RunReport, SamplingReport,
     ScaleReport, ScaleScores, SegmentReport, TileReport,
 };
 pub use sample::{Decide, Looks, Sample};
-pub use watch::{ScoredReturns, Stage, Watch};
+pub use segment_length::SegmentLength;
+pub use settings::{Means, Settings};
+pub use sink::{ScoredPlace, ScoredReturns, ScoredRun, Sink};
+pub use watch::Watch;
 
 pub use dmp_log::LengthUnit;
 pub use dmp_reduce::{

@@ -1,14 +1,36 @@
+//! Who gets how much of the memory: threads take what they need, and the rest is shared out by the numbers below.
+
 use dmp_cast::{Answer, Query};
 use dmp_log::{LogFormat, ScanLog};
 use dmp_reduce::{FrameSums, Reducer, Residuals};
 use dmp_sensor::Ray;
 
-use crate::config::{Config, Run};
 use crate::error::EvaluateError;
-use crate::pose::BLOCK_RAYS;
+use crate::settings::Means;
+
+// Of what tables and tiles may take, one pass at a time:
+
+/// The maps under construction, all together.
+const FUSE_SHARE: f64 = 0.6;
+/// The tiles of all maps while rays are cast.
+const CAST_SHARE: f64 = 0.75;
+/// The tiles that rays are counted in, and the counts, while trails are looked for.
+const COUNTED_TILES_SHARE: f64 = 0.3;
+const COUNTS_SHARE: f64 = 0.2;
+/// Free voxels while maps are fused without them.
+const FREE_VOXELS_SHARE: f64 = 0.1;
+/// The one map that is made of a cloud, of all memory.
+const CLOUD_MAP_SHARE: f64 = 0.5;
+/// The tiles of a map that is put together of patches, of all memory, on all threads.
+const PATCHED_TILES_SHARE: usize = 3;
+
+// What there is before anything is shared:
 
 /// What the program takes by itself, bytes.
 const PROGRAM_BYTES: usize = 8 << 20;
+/// Returns handled at a time, those of all runs together: bounds the memory of a thread however large a
+/// scan is and however many the runs are. No number depends on it.
+pub(crate) const BLOCK_RAYS: usize = 28 << 10;
 /// What a thread takes for each ray of a block: the ray, its time, its question, its answer, its residuals; and a quarter
 /// for lists that grow.
 const RAY_BYTES: usize =
@@ -21,19 +43,23 @@ const RETURN_BYTES: usize = 32;
 const THREAD_BYTES: usize = 1 << 20;
 /// Least that the sums of a run's map need.
 const LEAST_TABLE_BYTES: usize = 1 << 20;
+/// What a return takes while the scans of a place are held, bytes: coordinates and a time.
+const HELD_RETURN_BYTES: u64 = 20;
+/// Least memory for the maps of a place beside what its thread cannot do without, bytes.
+const LEAST_PLACE_BYTES: usize = 32 << 20;
 
-/// How the memory that was asked for is shared out: threads need what they need, tables and tiles take the rest.
+/// How the memory that was asked for is shared out.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Budget {
     tables_bytes: usize,
 }
 
 impl Budget {
-    /// The shares for a log, runs and settings.
+    /// The shares for a log and so many runs.
     ///
     /// # Errors
     /// When the memory asked for is too little for the threads.
-    pub(crate) fn new(log: &dyn ScanLog, runs: &[Run], config: &Config) -> Result<Self, EvaluateError> {
+    pub(crate) fn new(log: &dyn ScanLog, runs: usize, means: &Means) -> Result<Self, EvaluateError> {
         let largest_scan = log.frames().iter().map(|frame| frame.returns).max().unwrap_or(0) as usize;
         let row_bytes = log.summary().point_bytes as usize;
         let group = |frames: std::ops::Range<usize>| -> u64 {
@@ -45,24 +71,97 @@ impl Budget {
         } else {
             largest_scan
         };
-        let thread = thread_bytes(largest_scan, largest_read, row_bytes, runs.len());
-        let fixed = PROGRAM_BYTES + config.threads.saturating_mul(thread);
-        let needed = fixed + runs.len() * LEAST_TABLE_BYTES;
-        if config.memory_bytes < needed {
-            let (asked, threads, runs) = (config.memory_bytes, config.threads, runs.len());
+        let thread = thread_bytes(largest_scan, largest_read, row_bytes, runs);
+        let fixed = PROGRAM_BYTES + means.threads.saturating_mul(thread);
+        let needed = fixed + runs * LEAST_TABLE_BYTES;
+        if means.memory_bytes < needed {
+            let (asked, threads) = (means.memory_bytes, means.threads);
             return Err(EvaluateError::TooLittleMemory { asked, needed, threads, runs });
         }
-        Ok(Self { tables_bytes: config.memory_bytes - fixed })
+        Ok(Self { tables_bytes: means.memory_bytes - fixed })
     }
 
-    /// The least memory for one thread on scans that are held already, of so many returns at most, bytes.
-    pub(crate) fn least_bytes(largest_scan: usize, row_bytes: usize, runs: usize) -> usize {
-        PROGRAM_BYTES + thread_bytes(largest_scan, largest_scan, row_bytes, runs) + runs * LEAST_TABLE_BYTES
+    /// For the sums of each of so many maps that are fused at once, bytes.
+    pub(crate) fn map_bytes(&self, maps: usize) -> usize {
+        self.share(FUSE_SHARE) / maps.max(1)
     }
 
-    /// A share of what tables and tiles may take, bytes.
-    pub(crate) fn share(&self, share: f64) -> usize {
+    /// The same as [`Self::map_bytes`] before it is rounded to whole bytes, for an estimate.
+    pub(crate) fn all_map_bytes(&self) -> usize {
+        self.share(FUSE_SHARE)
+    }
+
+    /// For the tiles of all maps while rays are cast, bytes.
+    pub(crate) fn cast_bytes(&self) -> usize {
+        self.share(CAST_SHARE)
+    }
+
+    /// For each of so many runs while trails are looked for, bytes.
+    pub(crate) fn trails(&self, runs: usize) -> TrailBytes {
+        TrailBytes {
+            tiles: self.share(COUNTED_TILES_SHARE) / runs,
+            counts: self.share(COUNTS_SHARE) / runs,
+            free_voxels: self.share(FREE_VOXELS_SHARE) / runs,
+        }
+    }
+
+    fn share(&self, share: f64) -> usize {
         (share * self.tables_bytes as f64) as usize
+    }
+}
+
+/// The memory of one run while trails are looked for, bytes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TrailBytes {
+    /// Tiles that rays are counted in.
+    pub(crate) tiles: usize,
+    /// The counts.
+    pub(crate) counts: usize,
+    /// The voxels found to be free.
+    pub(crate) free_voxels: usize,
+}
+
+/// What threads that score places need.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PlaceNeeds {
+    /// Most returns of the scans of a place, and of one scan, as far as is known.
+    pub(crate) returns: u64,
+    pub(crate) largest_scan: u64,
+    /// Bytes of a point in the log.
+    pub(crate) row_bytes: usize,
+    pub(crate) runs: usize,
+}
+
+impl PlaceNeeds {
+    /// As many threads as the memory allows for so many places, and the means of each.
+    ///
+    /// # Errors
+    /// When it is too little for one.
+    pub(crate) fn share(&self, means: &Means, places: usize) -> Result<(usize, Means), EvaluateError> {
+        let held_bytes = (self.returns * HELD_RETURN_BYTES) as usize;
+        let largest_scan = self.largest_scan as usize;
+        let least = PROGRAM_BYTES
+            + thread_bytes(largest_scan, largest_scan, self.row_bytes, self.runs)
+            + self.runs * LEAST_TABLE_BYTES;
+        let needed = held_bytes + least + LEAST_PLACE_BYTES;
+        let asked = means.memory_bytes;
+        if asked < needed {
+            return Err(EvaluateError::TooLittleMemory { asked, needed, threads: 1, runs: self.runs });
+        }
+        let threads = (asked / needed).min(means.threads).min(places).max(1);
+        Ok((threads, Means { threads: 1, memory_bytes: asked / threads - held_bytes, ..means.clone() }))
+    }
+}
+
+impl Means {
+    /// For the one map that is made of a cloud, bytes.
+    pub(crate) fn cloud_map_bytes(&self) -> usize {
+        (CLOUD_MAP_SHARE * self.memory_bytes as f64) as usize
+    }
+
+    /// For the tiles of a map that is put together of patches, on each thread, bytes.
+    pub fn patched_tiles_bytes(&self) -> usize {
+        self.memory_bytes / PATCHED_TILES_SHARE / self.threads
     }
 }
 
@@ -73,36 +172,4 @@ fn thread_bytes(largest_scan: usize, largest_read: usize, row_bytes: usize, runs
     let rays = BLOCK_RAYS.min(largest_scan.saturating_mul(runs));
     let sums = FrameSums::bytes_of(runs) + Reducer::bytes_of(runs);
     reader + largest_scan.saturating_mul(RETURN_BYTES) + rays * RAY_BYTES + sums + THREAD_BYTES
-}
-
-/// Memory of this machine in bytes, where the system tells.
-pub fn machine_memory_bytes() -> Option<u64> {
-    kilobytes("/proc/meminfo", "MemTotal:")
-}
-
-/// Anonymous memory of this process now, bytes: what it allocated, mapped files not counted.
-pub(crate) fn anonymous_bytes() -> Option<u64> {
-    kilobytes("/proc/self/status", "RssAnon:")
-}
-
-fn kilobytes(file: &str, key: &str) -> Option<u64> {
-    let text = std::fs::read_to_string(file).ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix(key))?;
-    line.split_whitespace().next()?.parse::<u64>().ok().map(|kib| kib * 1024)
-}
-
-/// The largest anonymous memory seen by the evaluations of this process, bytes; `None` where the
-/// system does not tell. Looked at after every few frames of every thread.
-pub fn peak_anonymous_bytes() -> Option<u64> {
-    let peak = PEAK.load(std::sync::atomic::Ordering::Relaxed);
-    (peak > 0).then_some(peak)
-}
-
-static PEAK: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
-
-/// Looks at the memory and remembers the largest.
-pub(crate) fn look() {
-    if let Some(bytes) = anonymous_bytes() {
-        PEAK.fetch_max(bytes, std::sync::atomic::Ordering::Relaxed);
-    }
 }

@@ -13,12 +13,16 @@
 //! evens out.
 
 use dmp_map::{Store, smallest_eigenvector};
-use dmp_sensor::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
+use dmp_sensor::{Isometry3, Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
-use crate::config::{Config, Run};
+use crate::config::{Frame, Run};
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
-use crate::plan::{Drive, Heads};
+use crate::heads::Heads;
+use crate::plan::Drive;
+use crate::pose::RunPoses;
+use crate::run_state::{RunState, poses_of};
+use crate::settings::Settings;
 
 /// How far a sensor sees about itself, metres of a drive, and how far along its own z axis: with the places it was at,
 /// that makes the extent of what it saw.
@@ -30,84 +34,66 @@ const HARMONICS: usize = 8;
 /// between 0.06 and 0.13. As (x, y, z, w).
 const TILT: [f64; 4] = [0.045_640_04, 0.032_139_97, 0.062_472_74, 0.996_484_4];
 
-/// In which frame a run is fused and scored. Results are told in the run's own, whichever it is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Frame {
-    /// The one that follows from the way of the sensor, so that it makes no difference where a run's own lies.
-    OfTheWay,
-    /// That one, moved: to see what the place of the voxels is worth.
-    Moved(Isometry3<f64>),
-    /// `world_from_own`, whatever the way: for poses of one graph that are to share their voxels.
-    Fixed(Isometry3<f64>),
-}
-
-impl Frame {
-    /// Fixed to a frame that a report tells ([`RunInputReport::world_from_own`](crate::RunInputReport)): x, y, z in
-    /// metres, qx, qy, qz, qw.
-    pub fn of_report([x, y, z, i, j, k, w]: [f64; 7]) -> Self {
-        let turn = UnitQuaternion::new_normalize(Quaternion::new(w, i, j, k));
-        Self::Fixed(Isometry3::from_parts(Translation3::new(x, y, z), turn))
-    }
-}
-
-/// Runs in frames of their own making.
-#[derive(Debug)]
-pub(crate) struct Placed<'a> {
-    /// The runs as they were given.
-    pub(crate) as_given: &'a [Run],
-    /// The runs, their trajectories in the world.
-    pub(crate) runs: Vec<Run>,
-    /// For every run, the frame its trajectory was given in.
-    pub(crate) own_from_world: Vec<Isometry3<f64>>,
-}
-
-impl<'a> Placed<'a> {
-    /// Brings `runs` into their frames; one whose map is a store, into that of the store.
-    ///
-    /// # Errors
-    /// When a run and the log do not belong together.
-    pub(crate) fn new(
-        heads: Heads<'_>,
-        runs: &'a [Run],
-        stores: &[Option<Store>],
-        config: &Config,
-    ) -> Result<Self, EvaluateError> {
-        let with = |run: &Run, trajectory| Run { trajectory, ..run.clone() };
-        let from_start: Vec<Run> =
-            runs.iter().map(|run| with(run, run.trajectory.from_its_start())).collect();
-        let drive = Drive::new(heads, &from_start, config)?;
-        let (frames, after_ns) = seen_by_all(&drive, heads.summary().middle_ns);
-        let mut placed = Self { as_given: runs, runs: Vec::new(), own_from_world: Vec::new() };
-        for (number, (run, seen)) in runs.iter().zip(&from_start).enumerate() {
-            if let Some(store) = stores.get(number).and_then(Option::as_ref) {
-                let own_from_world = *store.own_from_world();
-                placed.runs.push(with(run, run.trajectory.moved(&own_from_world.inverse())));
-                placed.own_from_world.push(own_from_world);
-                continue;
-            }
-            let own_from_start = run.trajectory.poses()[0];
+/// Brings `runs` into frames of their own making; one whose map is a store, into that of the store. `stores` are those of
+/// the runs, in their order.
+///
+/// # Errors
+/// When a run and the log do not belong together.
+pub(crate) fn place<'a>(
+    heads: Heads<'_>,
+    runs: &'a [Run],
+    stores: Vec<Option<Store>>,
+    settings: &Settings,
+) -> Result<Vec<RunState<'a, Option<Store>>>, EvaluateError> {
+    let from_start = |(number, store): (usize, Option<Store>)| {
+        let run = &runs[number];
+        let poses = RunPoses::new(heads, run, run.trajectory.from_its_start(), settings)?;
+        Ok(RunState {
+            own_from_world: run.trajectory.poses()[0],
+            ..RunState::new(runs, number, poses, store)
+        })
+    };
+    let mut runs =
+        stores.into_iter().enumerate().map(from_start).collect::<Result<Vec<_>, EvaluateError>>()?;
+    let drive = Drive::new(heads, &mut runs, settings)?;
+    let (frames, after_ns) = seen_by_all(&drive, &runs, heads.summary().middle_ns);
+    let world_from_start: Vec<_> = runs
+        .iter()
+        .map(|run| {
             let of_the_way = || {
-                let place = |frame: &&PlannedFrame| drive.poses[number].of_frame_after(frame, after_ns);
-                frame_of(&frames.iter().filter_map(place).collect::<Vec<_>>(), config.metre_m())
+                let place = |frame: &&PlannedFrame| run.poses.of_frame_after(frame, after_ns);
+                frame_of(&frames.iter().filter_map(place).collect::<Vec<_>>(), settings.metre_m())
             };
-            let world_from_start = match config.frame {
+            match settings.frame {
                 Frame::OfTheWay => of_the_way(),
                 Frame::Moved(new_from_world) => new_from_world * of_the_way(),
-                Frame::Fixed(world_from_own) => world_from_own * own_from_start,
-            };
-            placed.runs.push(with(run, seen.trajectory.moved(&world_from_start)));
-            placed.own_from_world.push(own_from_start * world_from_start.inverse());
+                Frame::Fixed(world_from_own) => world_from_own * run.own_from_world,
+            }
+        })
+        .collect();
+    for (run, world_from_start) in runs.iter_mut().zip(world_from_start) {
+        if let Some(store) = &run.map {
+            run.own_from_world = *store.own_from_world();
+            let trajectory = run.run.trajectory.moved(&run.own_from_world.inverse());
+            run.poses = RunPoses::new(heads, run.run, trajectory, settings)?;
+        } else {
+            run.poses = run.poses.moved(&world_from_start);
+            run.own_from_world *= world_from_start.inverse();
         }
-        Ok(placed)
     }
+    Ok(runs)
 }
 
 /// When the sensor was where every run has it in the middle of a scan, whether stamps are those of a scan's start or of
 /// its end: the scans, and how long after their stamps. The stamps themselves, should no run have a pose in any middle.
-fn seen_by_all<'a>(drive: &'a Drive<'_>, middle_ns: i64) -> (Vec<&'a PlannedFrame>, i64) {
+fn seen_by_all<'d, M>(
+    drive: &'d Drive,
+    runs: &[RunState<'_, M>],
+    middle_ns: i64,
+) -> (Vec<&'d PlannedFrame>, i64) {
     let after = |after_ns| {
         let by_all = |frame: &&PlannedFrame| {
-            drive.poses.iter().all(|poses| poses.of_frame_after(frame, after_ns).is_some())
+            poses_of(runs).all(|poses| poses.of_frame_after(frame, after_ns).is_some())
         };
         drive.frames().iter().filter(by_all).collect::<Vec<_>>()
     };
@@ -214,7 +200,7 @@ mod tests {
             ([0.0, 0.0, 0.0], [3.0, 0.4, -2.0]),
         ] {
             let motion = Isometry3::from_parts(
-                Translation3::from(shift),
+                dmp_sensor::Translation3::from(shift),
                 UnitQuaternion::from_euler_angles(turn[0], turn[1], turn[2]),
             );
             let moved: Vec<_> = way.iter().map(|pose| motion * pose).collect();

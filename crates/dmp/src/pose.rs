@@ -1,15 +1,20 @@
+//! Where the sensor was in each run, and the rays that its returns make there.
+
+use std::sync::Arc;
+
+use dmp_cast::Query;
 use dmp_sensor::{
-    DropReason, Isometry3, Ray, ReturnCounts, ReturnFilter, Scan, Track, TrackCursor, is_implausible,
+    DropReason, Isometry3, Ray, ReturnCounts, ReturnFilter, Scan, Track, TrackCursor, Trajectory,
+    is_implausible,
 };
 
-use crate::config::{Config, Run};
+use crate::config::Run;
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
-use crate::plan::Heads;
+use crate::heads::Heads;
+use crate::memory::BLOCK_RAYS;
+use crate::settings::Settings;
 
-/// Returns handled at a time, those of all runs together: bounds the memory of a thread however large a
-/// scan is and however many the runs are. No number depends on it.
-pub(crate) const BLOCK_RAYS: usize = 28 << 10;
 const MIN_BLOCK_RETURNS: usize = 1 << 10;
 
 /// How a run's poses are found.
@@ -23,32 +28,51 @@ pub(crate) enum Pairing {
 }
 
 /// Where the sensor was in one run.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct RunPoses<'a> {
+#[derive(Debug, Clone)]
+pub(crate) struct RunPoses {
     pub(crate) pairing: Pairing,
     /// Longest gap between poses that is interpolated over, nanoseconds.
     pub(crate) max_gap_ns: i64,
-    track: Track<'a>,
+    body_from_sensor: Isometry3<f64>,
+    trajectory: Arc<Trajectory>,
 }
 
-impl<'a> RunPoses<'a> {
-    /// Pairs the run's poses with the log's scans.
-    pub(crate) fn new(heads: Heads<'_>, run: &'a Run, config: &Config) -> Result<Self, EvaluateError> {
-        let max_gap_ns = config.max_time_gap_ns.unwrap_or_else(|| run.trajectory.usual_gap_ns());
-        let track = Track::new(&run.trajectory, run.body_from_sensor(config), max_gap_ns);
-        Ok(Self { pairing: pairing_of(heads, run)?, max_gap_ns, track })
+impl RunPoses {
+    /// Pairs the poses of a run, told in some frame as `trajectory`, with the log's scans.
+    ///
+    /// # Errors
+    /// When scans and poses can be paired neither by stamp nor line by line.
+    pub(crate) fn new(
+        heads: Heads<'_>,
+        run: &Run,
+        trajectory: Trajectory,
+        settings: &Settings,
+    ) -> Result<Self, EvaluateError> {
+        let max_gap_ns = settings.max_time_gap_ns.unwrap_or_else(|| trajectory.usual_gap_ns());
+        let body_from_sensor = settings.body_from_sensor(run);
+        let pairing = pairing_of(heads, run)?;
+        Ok(Self { pairing, max_gap_ns, body_from_sensor, trajectory: Arc::new(trajectory) })
     }
 
     /// The same pairing with other poses of as many lines.
-    pub(crate) fn along<'b>(&self, track: Track<'b>) -> RunPoses<'b> {
-        RunPoses { pairing: self.pairing, max_gap_ns: self.max_gap_ns, track }
+    pub(crate) fn along(&self, trajectory: &Arc<Trajectory>, body_from_sensor: Isometry3<f64>) -> Self {
+        Self { trajectory: Arc::clone(trajectory), body_from_sensor, ..*self }
+    }
+
+    /// The same in a frame that `new_from_world` leads to.
+    pub(crate) fn moved(&self, new_from_world: &Isometry3<f64>) -> Self {
+        Self { trajectory: Arc::new(self.trajectory.moved(new_from_world)), ..*self }
+    }
+
+    fn track(&self) -> Track<'_> {
+        Track::new(&self.trajectory, self.body_from_sensor, self.max_gap_ns)
     }
 
     /// The sensor's pose at the stamp of a frame, or in its line.
     pub(crate) fn of_frame(&self, frame: &PlannedFrame) -> Option<Isometry3<f64>> {
         match self.pairing {
-            Pairing::ByStamp => self.track.world_from_sensor_at(frame.stamp_ns?),
-            Pairing::ByLine => self.track.world_from_sensor_of_line(frame.number),
+            Pairing::ByStamp => self.track().world_from_sensor_at(frame.stamp_ns?),
+            Pairing::ByLine => self.track().world_from_sensor_of_line(frame.number),
         }
     }
 
@@ -59,18 +83,18 @@ impl<'a> RunPoses<'a> {
             Pairing::ByLine => self.stamp_of_line(frame),
         };
         match stamp_ns {
-            Some(stamp_ns) => self.track.world_from_sensor_at(stamp_ns.checked_add(after_ns)?),
+            Some(stamp_ns) => self.track().world_from_sensor_at(stamp_ns.checked_add(after_ns)?),
             None => self.of_frame(frame),
         }
     }
 
     fn stamp_of_line(&self, frame: &PlannedFrame) -> Option<i64> {
-        self.track.trajectory().stamps_ns()?.get(frame.number).copied()
+        self.trajectory.stamps_ns()?.get(frame.number).copied()
     }
 
     /// Whether the log's times of points are of no use to this run, whose poses have no stamps.
     pub(crate) fn ignores_point_times(&self) -> bool {
-        self.pairing == Pairing::ByLine && self.track.trajectory().stamps_ns().is_none()
+        self.pairing == Pairing::ByLine && self.trajectory.stamps_ns().is_none()
     }
 
     /// How the poses of a scan's returns are found; `None` where the run has none for the scan.
@@ -102,25 +126,47 @@ fn pairing_of(heads: Heads<'_>, run: &Run) -> Result<Pairing, EvaluateError> {
     }
 }
 
-/// The returns of a block.
+/// Some used returns of a scan, the same in every run.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Returns<'a> {
+pub(crate) struct Block<'a> {
+    runs: &'a [PosedRun<'a>],
     /// Time of each after the scan's stamp, nanoseconds.
     pub(crate) offsets_ns: &'a [i64],
     /// As the sensor has them, metres.
     pub(crate) points_in_sensor_m: &'a [[f32; 3]],
 }
 
+impl Block<'_> {
+    /// The rays of the returns in one run.
+    pub(crate) fn rays(&self, run: usize) -> &[Ray] {
+        &self.runs[run].rays
+    }
+
+    /// How many returns.
+    pub(crate) fn len(&self) -> usize {
+        self.offsets_ns.len()
+    }
+}
+
 /// Turns scans into rays, one for every run and every return that is used.
 #[derive(Debug)]
 pub(crate) struct Poser<'a> {
     filter: &'a ReturnFilter,
-    runs: &'a [RunPoses<'a>],
-    cursors: Vec<TrackCursor<'a>>,
-    rays: Vec<Vec<Ray>>,
+    runs: Vec<PosedRun<'a>>,
     offsets_ns: Vec<i64>,
     points_in_sensor_m: Vec<[f32; 3]>,
-    poses: Vec<Isometry3<f64>>,
+}
+
+/// One run on its way through the scans.
+#[derive(Debug)]
+struct PosedRun<'a> {
+    poses: &'a RunPoses,
+    cursor: TrackCursor<'a>,
+    /// How poses are found in the scan at hand, and the one of the returns at hand.
+    of_scan: ScanPose,
+    world_from_sensor: Isometry3<f64>,
+    /// Of the block at hand.
+    rays: Vec<Ray>,
 }
 
 /// How one run's poses are found within one scan.
@@ -133,38 +179,34 @@ enum ScanPose {
 }
 
 impl<'a> Poser<'a> {
-    pub(crate) fn new(runs: &'a [RunPoses<'a>], filter: &'a ReturnFilter) -> Self {
-        let cursors = runs.iter().map(|run| run.track.cursor()).collect();
-        let rays = vec![Vec::new(); runs.len()];
-        let (offsets_ns, points_in_sensor_m) = (Vec::new(), Vec::new());
-        Self { filter, runs, cursors, rays, offsets_ns, points_in_sensor_m, poses: Vec::new() }
+    pub(crate) fn new(runs: impl IntoIterator<Item = &'a RunPoses>, filter: &'a ReturnFilter) -> Self {
+        let unknown = Isometry3::identity();
+        let posed = |poses: &'a RunPoses| PosedRun {
+            poses,
+            cursor: poses.track().cursor(),
+            of_scan: ScanPose::Rigid(unknown),
+            world_from_sensor: unknown,
+            rays: Vec::new(),
+        };
+        let runs = runs.into_iter().map(posed).collect();
+        Self { filter, runs, offsets_ns: Vec::new(), points_in_sensor_m: Vec::new() }
     }
 
-    /// Gives `each` the rays of the scan's used returns, block by block: one list for every run, the
-    /// same returns in all of them. Every return of the scan is counted in the answer.
+    /// Gives `each` the scan's used returns, block by block. Every return of the scan is counted in the answer.
     pub(crate) fn blocks<E>(
         &mut self,
         frame: &PlannedFrame,
         scan: &Scan,
-        mut each: impl FnMut(&[Vec<Ray>]) -> Result<(), E>,
-    ) -> Result<ReturnCounts, E> {
-        self.blocks_with_returns(frame, scan, |rays, _| each(rays))
-    }
-
-    /// The same with what else is known of each return.
-    pub(crate) fn blocks_with_returns<E>(
-        &mut self,
-        frame: &PlannedFrame,
-        scan: &Scan,
-        mut each: impl FnMut(&[Vec<Ray>], Returns<'_>) -> Result<(), E>,
+        mut each: impl FnMut(Block<'_>) -> Result<(), E>,
     ) -> Result<ReturnCounts, E> {
         let mut counts = ReturnCounts::default();
-        let scan_poses: Option<Vec<ScanPose>> =
-            self.runs.iter().map(|run| run.of_scan(frame, scan)).collect();
-        let Some(scan_poses) = scan_poses else {
-            counts.add_dropped(DropReason::NoPose, scan.len() as u64);
-            return Ok(counts);
-        };
+        for run in &mut self.runs {
+            let Some(of_scan) = run.poses.of_scan(frame, scan) else {
+                counts.add_dropped(DropReason::NoPose, scan.len() as u64);
+                return Ok(counts);
+            };
+            run.of_scan = of_scan;
+        }
         let block_returns = (BLOCK_RAYS / self.runs.len().max(1)).max(MIN_BLOCK_RETURNS);
         self.clear();
         // The beams of a firing share their time, and so their poses.
@@ -179,7 +221,7 @@ impl<'a> Poser<'a> {
             }
             let offset_ns = scan.time_offsets_ns.get(index).copied().unwrap_or(0);
             if posed_at_ns != Some(offset_ns) {
-                if !self.pose_returns(&scan_poses, offset_ns) {
+                if !self.runs.iter_mut().all(|run| run.move_to(offset_ns)) {
                     posed_at_ns = None;
                     counts.add_dropped(DropReason::NoPose, 1);
                     continue;
@@ -187,47 +229,56 @@ impl<'a> Poser<'a> {
                 posed_at_ns = Some(offset_ns);
             }
             counts.add_used();
-            for (rays, pose) in self.rays.iter_mut().zip(&self.poses) {
-                rays.push(Ray::of_return(pose, point));
+            for run in &mut self.runs {
+                run.rays.push(Ray::of_return(&run.world_from_sensor, point));
             }
             self.offsets_ns.push(offset_ns);
             self.points_in_sensor_m.push(point);
-            if self.rays[0].len() == block_returns {
-                each(&self.rays, self.returns())?;
+            if self.offsets_ns.len() == block_returns {
+                each(self.block())?;
                 self.clear();
             }
         }
-        if !self.rays[0].is_empty() {
-            each(&self.rays, self.returns())?;
+        if !self.offsets_ns.is_empty() {
+            each(self.block())?;
         }
         Ok(counts)
     }
 
     fn clear(&mut self) {
-        self.rays.iter_mut().for_each(Vec::clear);
+        self.runs.iter_mut().for_each(|run| run.rays.clear());
         self.offsets_ns.clear();
         self.points_in_sensor_m.clear();
     }
 
-    fn returns(&self) -> Returns<'_> {
-        Returns { offsets_ns: &self.offsets_ns, points_in_sensor_m: &self.points_in_sensor_m }
+    fn block(&self) -> Block<'_> {
+        let Self { runs, offsets_ns, points_in_sensor_m, .. } = self;
+        Block { runs, offsets_ns, points_in_sensor_m }
     }
+}
 
-    /// Finds every run's pose of the returns at one time; `false` where a run has none.
-    fn pose_returns(&mut self, scan_poses: &[ScanPose], offset_ns: i64) -> bool {
-        self.poses.clear();
-        for (cursor, scan_pose) in self.cursors.iter_mut().zip(scan_poses) {
-            let pose = match *scan_pose {
-                ScanPose::Rigid(pose) => Some(pose),
-                ScanPose::After(stamp_ns) => {
-                    stamp_ns.checked_add(offset_ns).and_then(|ns| cursor.world_from_sensor_at(ns))
-                }
-            };
-            match pose {
-                Some(pose) => self.poses.push(pose),
-                None => return false,
+impl PosedRun<'_> {
+    /// Finds the pose of the returns so long after the scan's stamp; `false` where there is none.
+    fn move_to(&mut self, offset_ns: i64) -> bool {
+        let pose = match self.of_scan {
+            ScanPose::Rigid(pose) => Some(pose),
+            ScanPose::After(stamp_ns) => {
+                stamp_ns.checked_add(offset_ns).and_then(|ns| self.cursor.world_from_sensor_at(ns))
             }
-        }
-        true
+        };
+        pose.is_some_and(|pose| {
+            self.world_from_sensor = pose;
+            true
+        })
+    }
+}
+
+/// What is asked of a map along a ray; `segment` is that in which the return was measured, where the map knows of any.
+pub(crate) fn query_of(ray: &Ray, segment: Option<i32>) -> Query {
+    Query {
+        origin_in_world_m: ray.origin_in_world,
+        direction_in_world: ray.direction_in_world,
+        measured_m: ray.range_m,
+        segment,
     }
 }

@@ -1,25 +1,25 @@
 //! The used returns of a log as rays: for those who make something else of them than scores.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 use dmp_log::ScanLog;
-use dmp_sensor::{DropReason, Isometry3, Ray, ReturnCounts, Scan};
+use dmp_sensor::{DropReason, Ray, ReturnCounts, Scan};
 
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
+use crate::evaluation::{Evaluation, Task};
 use crate::frames::{PlannedFrame, Worker, each_frame};
-use crate::memory;
-use crate::plan::Plan;
-use crate::pose::Poser;
-use crate::watch::{Stage, Watch};
+use crate::heads::Heads;
+use crate::peak;
+use crate::pose::{Poser, RunPoses};
+use crate::progress::{Progress, Stage};
+use crate::run_state::{RunState, poses_of};
+use crate::settings::{Means, Settings};
+use crate::watch::Watch;
 
-/// A log with one run's poses: which scans and returns are used is decided as for [`evaluate`](crate::evaluate).
-#[derive(Debug)]
-pub struct PosedLog<'a> {
-    log: &'a dyn ScanLog,
-    plan: Plan<'a>,
-    config: Config,
-}
+/// A log with one run's poses: which scans and returns are used is decided as for [`evaluate`](crate::evaluate). The
+/// poses are taken as they are given.
+pub struct PosedLog<'a>(Evaluation<'a, ()>);
 
 /// A scan that is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,30 +41,32 @@ impl<'a> PosedLog<'a> {
         log: &'a dyn ScanLog,
         run: &'a Run,
         config: &Config,
-        watch: &dyn Watch,
+        watch: impl Into<Watch<'a>>,
     ) -> Result<Self, EvaluateError> {
-        let config = config.settled(log.summary());
-        config.check()?;
-        Ok(Self {
-            log,
-            plan: Plan::new(log, std::slice::from_ref(run), &[Isometry3::identity()], &config, watch)?,
-            config,
-        })
+        let runs = std::slice::from_ref(run);
+        let task = Task::open(log, runs, config, watch.into())?;
+        let poses = RunPoses::new(Heads::Log(log), run, run.trajectory.clone(), &task.settings)?;
+        task.plan_placed(vec![RunState::new(runs, 0, poses, ())], None).map(Self)
     }
 
-    /// The settings as they take effect on this log.
-    pub fn config(&self) -> &Config {
-        &self.config
+    /// The settings as they hold on this log.
+    pub fn settings(&self) -> &Settings {
+        &self.0.settings
+    }
+
+    /// What it may use.
+    pub fn means(&self) -> &Means {
+        &self.0.means
     }
 
     /// Edge of the voxels that maps of this log are to have, metres.
     pub fn voxel_m(&self) -> f64 {
-        self.plan.voxel.voxel_m
+        self.0.plan.voxel.voxel_m
     }
 
     /// The scans in use, in order of time.
     pub fn scans(&self) -> impl ExactSizeIterator<Item = PosedScan> {
-        self.plan.frames().iter().map(posed_scan)
+        self.0.plan.frames().iter().map(posed_scan)
     }
 
     /// Reads the log once and gives `take` the rays of every scan in use with the scan's place among
@@ -72,32 +74,35 @@ impl<'a> PosedLog<'a> {
     ///
     /// # Errors
     /// When the log cannot be read, and the first that `take` gives.
-    pub fn each<E: From<EvaluateError> + Send>(
-        &self,
-        watch: &dyn Watch,
-        take: &Take<'_, E>,
-    ) -> Result<ReturnCounts, E> {
-        watch.begin(Stage::Fuse, self.plan.returns());
+    pub fn each<E: From<EvaluateError> + Send>(&self, take: &Take<'_, E>) -> Result<ReturnCounts, E> {
+        let Evaluation { log, means, plan, runs, progress, .. } = &self.0;
+        progress.begin(Stage::Fuse, plan.returns());
         let failed = Mutex::new(None);
-        let reading = self.plan.reading(self.log, &self.config, watch);
-        let worker = || Taker {
-            poser: Poser::new(&self.plan.poses, &self.plan.filter),
+        let worker = |_| Taker {
+            poser: Poser::new(poses_of(runs), &plan.filter),
             rays: Vec::new(),
             take,
             failed: &failed,
             counts: ReturnCounts::default(),
-            watch,
+            progress: *progress,
         };
-        let workers = each_frame(reading, (0..self.config.threads).map(|_| worker()).collect());
-        if let Some(error) = failed.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take() {
+        let workers = (0..means.threads).map(worker).collect();
+        let workers = each_frame(plan.reading(*log, means, *progress), workers);
+        if let Some(error) = failed.lock().unwrap_or_else(PoisonError::into_inner).take() {
             return Err(error);
         }
         let mut counts = ReturnCounts::default();
         workers?.iter().for_each(|worker| counts.merge(&worker.counts));
-        counts.add_dropped(DropReason::ScanNotSelected, self.plan.selection.unselected_returns);
-        counts.add_dropped(DropReason::ScanWithoutPose, self.plan.selection.unposed_returns);
-        memory::look();
+        counts.add_dropped(DropReason::ScanNotSelected, plan.selection.unselected_returns);
+        counts.add_dropped(DropReason::ScanWithoutPose, plan.selection.unposed_returns);
+        peak::look();
         Ok(counts)
+    }
+}
+
+impl std::fmt::Debug for PosedLog<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("PosedLog").field("settings", &self.0.settings).finish_non_exhaustive()
     }
 }
 
@@ -116,24 +121,24 @@ struct Taker<'a, E> {
     /// What went wrong there first.
     failed: &'a Mutex<Option<E>>,
     counts: ReturnCounts,
-    watch: &'a dyn Watch,
+    progress: &'a dyn Progress,
 }
 
 impl<E: From<EvaluateError> + Send> Worker for Taker<'_, E> {
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
         let Self { poser, rays, .. } = self;
         rays.clear();
-        let counts = poser.blocks(frame, scan, |of_runs| {
-            rays.extend_from_slice(&of_runs[0]);
+        let counts = poser.blocks(frame, scan, |block| {
+            rays.extend_from_slice(block.rays(0));
             Ok::<(), EvaluateError>(())
         })?;
         if let Err(error) = (self.take)(ordinal, rays) {
-            self.failed.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error);
+            self.failed.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
             // What it was is told to the one who asked.
             return Err(EvaluateError::Cancelled);
         }
         self.counts.merge(&counts);
-        self.watch.advance(counts.total());
+        self.progress.advance(counts.total());
         Ok(())
     }
 }

@@ -1,14 +1,16 @@
+//! Which of the frames are scored, and how sure a look at some of them must be.
+
 use dmp_reduce::Confidence;
 
 use crate::error::EvaluateError;
-use crate::frames::FrameSet;
+use crate::frame_set::FrameSet;
 
 /// Frames of the first look where nothing else is asked for: Zhang & Chen 2021 sample frames too; on city drives 28
 /// find the better of two runs nearly as often as all do.
 const FIRST_LOOK: u64 = 28;
 
 /// How many of the frames are scored. The maps are made of all.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub enum Sample {
     /// Every one.
     #[default]
@@ -44,7 +46,7 @@ impl Sample {
 }
 
 /// Until when growing samples are scored.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Decide {
     /// The names of the two runs that matter; `None`: every pair does.
     pub pair: Option<(String, String)>,

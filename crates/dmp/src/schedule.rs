@@ -1,10 +1,12 @@
+//! Which tiles of every map are needed when.
+
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use dmp_cast::Caster;
-use dmp_map::{TileEntry, TileId, TileSource};
+use dmp_map::{Store, TileEntry, TileId, TileSource};
 
 use crate::plan::Plan;
+use crate::pose::RunPoses;
 
 /// The way a sensor goes before the tiles within its reach are looked up again, metres.
 const STEP_M: f64 = 2.0;
@@ -28,32 +30,31 @@ pub(crate) struct Schedule {
 }
 
 impl Schedule {
-    /// The schedule of `jobs`, each some ordinals of planned frames, for a sensor that sees `reach_m` far.
+    /// The schedule of `jobs`, each some ordinals of planned frames, for a sensor that sees `reach_m` far: `runs` are
+    /// where it was and the map, for each run.
     /// `O(frames · tiles in reach)` time at worst, memory by the number of visits.
     pub(crate) fn new<'a>(
-        plan: &Plan<'_>,
-        casters: &[Caster],
+        plan: &Plan,
+        runs: &[(&RunPoses, &Store)],
         jobs: impl Iterator<Item = &'a Vec<usize>>,
         reach_m: f64,
     ) -> Self {
         let mut schedule = Self::empty();
-        let mut near: Vec<Near> = casters.iter().map(|_| Near::default()).collect();
+        let mut near: Vec<Near> = runs.iter().map(|_| Near::default()).collect();
         for (job, ordinals) in jobs.enumerate() {
             schedule.begin.push(Vec::new());
             for ordinal in ordinals {
                 let frame = &plan.frames()[*ordinal];
-                for (run, ((near, caster), poses)) in
-                    near.iter_mut().zip(casters).zip(&plan.poses).enumerate()
-                {
+                for (number, (near, (poses, map))) in near.iter_mut().zip(runs).enumerate() {
                     let Some(pose) = poses.of_frame(frame) else { continue };
                     let place = pose.translation.vector;
-                    let renewed = near.move_to([place.x, place.y], caster.map(), reach_m);
+                    let renewed = near.move_to([place.x, place.y], *map, reach_m);
                     if renewed || near.job != Some(job) {
                         near.job = Some(job);
-                        near.tiles.iter().for_each(|&tile| schedule.visit((run, tile), job));
+                        near.tiles.iter().for_each(|&tile| schedule.visit((number, tile), job));
                     }
                     if renewed {
-                        let surfels = |tile| caster.map().entry(tile).map_or(0, TileEntry::surfels);
+                        let surfels = |tile| map.entry(tile).map_or(0, TileEntry::surfels);
                         near.bytes = near.tiles.iter().map(|&tile| surfels(tile) * SURFEL_BYTES).sum();
                     }
                 }

@@ -1,24 +1,19 @@
+//! What the rays of a log say of the space that the maps fill: where they pass, there was something that moved.
+
 use dmp_cast::{CastSettings, CountBuffers, CrossingCounter, Query};
-use dmp_log::ScanLog;
-use dmp_map::{FreeVoxels, MarkBuffers, Met, Tally};
+use dmp_map::{FreeVoxels, MarkBuffers, Met, Store, Tally};
 use dmp_sensor::{Ray, ReturnCounts, Scan};
 
-use crate::cast::query_of;
-use crate::checkpoint::Work;
-use crate::config::{Config, Run};
 use crate::error::EvaluateError;
+use crate::evaluation::Evaluation;
 use crate::frames::{PlannedFrame, Worker, each_frame};
-use crate::fuse::{self, Maps};
-use crate::memory;
-use crate::plan::Plan;
-use crate::pose::Poser;
-use crate::watch::{Stage, Watch};
+use crate::peak;
+use crate::pose::{Block, Poser, query_of};
+use crate::progress::Stage;
+use crate::run_map::RunMap;
+use crate::run_state::poses_of;
+use crate::work::TrailFacts;
 
-/// Shares of the memory for the tiles that rays are counted in, and for the counts.
-const TILE_SHARE: f64 = 0.3;
-const COUNT_SHARE: f64 = 0.2;
-/// Share of the memory for free voxels while maps are fused without them.
-const VOXEL_SHARE: f64 = 0.1;
 /// Rays that must have gone through a surfel before it is taken for free space.
 const MIN_THROUGH: u32 = 4;
 /// A run has a vote where its share of contradicted surfels is at most this many times the smallest.
@@ -27,21 +22,17 @@ const VOTE_RATIO: u128 = 2;
 /// What the rays of a log say of the space that each run's map fills.
 #[derive(Debug)]
 pub(crate) struct Trails {
-    of_runs: Vec<FreeVoxels>,
-    summary: TrailSummary,
-    counts: ReturnCounts,
-    scratch_bytes: u64,
+    pub(crate) of_runs: Vec<RunTrails>,
+    pub(crate) counts: ReturnCounts,
+    pub(crate) scratch_bytes: u64,
 }
 
-/// What was found, for the report.
-#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
-pub(crate) struct TrailSummary {
-    /// Surfels of each run's map with all returns in it.
-    pub(crate) surfels: Vec<u64>,
-    /// How many of them the run's rays contradict.
-    pub(crate) contradicted: Vec<u64>,
-    /// Which runs say what a trail is.
-    pub(crate) votes: Vec<bool>,
+/// The same of one run.
+#[derive(Debug)]
+pub(crate) struct RunTrails {
+    name: String,
+    free: FreeVoxels,
+    pub(crate) facts: TrailFacts,
 }
 
 /// Per-thread buffers of [`Trails::mark`].
@@ -52,21 +43,20 @@ pub(crate) struct TrailBuffers {
 }
 
 impl Trails {
-    /// Says for each return, given by its rays in every run, whether it lies on a trail: whether its own
-    /// surfel is contradicted in every run that has a vote. The answer is one for all runs.
+    /// Says for each return whether it lies on a trail: whether its own surfel is contradicted in every run that has a
+    /// vote. The answer is one for all runs.
     pub(crate) fn mark(
         &self,
-        runs: &[Run],
-        rays: &[Vec<Ray>],
+        block: &Block<'_>,
         marks: &mut Vec<bool>,
         buffers: &mut TrailBuffers,
     ) -> Result<(), EvaluateError> {
         marks.clear();
-        marks.resize(rays.first().map_or(0, Vec::len), true);
+        marks.resize(block.len(), true);
         let TrailBuffers { of_run, voxels } = buffers;
-        for run in (0..runs.len()).filter(|&run| self.summary.votes[run]) {
-            let ends = rays[run].iter().map(Ray::endpoint_in_world);
-            self.of_runs[run].mark(ends, of_run, voxels).map_err(EvaluateError::map_of(&runs[run].name))?;
+        for (number, run) in self.of_runs.iter().enumerate().filter(|(_, run)| run.facts.votes) {
+            let ends = block.rays(number).iter().map(Ray::endpoint_in_world);
+            run.free.mark(ends, of_run, voxels).map_err(EvaluateError::map_of(&run.name))?;
             marks.iter_mut().zip(&*of_run).for_each(|(mark, free)| *mark &= free);
         }
         Ok(())
@@ -77,22 +67,27 @@ impl Trails {
 ///
 /// Trails are contradicted in every run alike, doubled walls only where the trajectory doubles them. So a run
 /// with far more contradictions is no witness for what moved.
-fn votes_of(contradicted: &[u64], surfels: &[u64]) -> Vec<bool> {
+fn give_votes(runs: &mut [TrailFacts]) {
     // a/b ≤ r·c/d as a·d ≤ r·c·b, which integers decide the same everywhere.
     let share_within = |(a, b): (u64, u64), (c, d): (u64, u64), ratio: u128| {
         u128::from(a) * u128::from(d.max(1)) <= ratio * u128::from(c) * u128::from(b.max(1))
     };
-    let shares: Vec<(u64, u64)> = contradicted.iter().copied().zip(surfels.iter().copied()).collect();
-    let vote = |&one: &(u64, u64)| shares.iter().all(|&other| share_within(one, other, VOTE_RATIO));
-    shares.iter().map(vote).collect()
+    let shares: Vec<(u64, u64)> = runs.iter().map(|run| (run.contradicted, run.surfels)).collect();
+    for run in runs {
+        let one = (run.contradicted, run.surfels);
+        run.votes = shares.iter().all(|&other| share_within(one, other, VOTE_RATIO));
+    }
 }
 
-struct CountWorker<'a> {
-    poser: Poser<'a>,
-    runs: &'a [Run],
-    counters: &'a [CrossingCounter],
-    tallies: &'a [Tally],
-    watch: &'a dyn Watch,
+/// A run's map while rays are counted in it.
+struct Counting {
+    counter: CrossingCounter,
+    tally: Tally,
+}
+
+struct CountWorker<'e> {
+    poser: Poser<'e>,
+    evaluation: &'e Evaluation<'e, Counting>,
     queries: Vec<Query>,
     buffers: CountBuffers,
     counts: ReturnCounts,
@@ -100,103 +95,98 @@ struct CountWorker<'a> {
 
 impl Worker for CountWorker<'_> {
     fn frame(&mut self, _: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
-        let Self { poser, runs, counters, tallies, queries, buffers, .. } = self;
-        let counts = poser.blocks(frame, scan, |rays| {
-            for (((counter, tally), rays), run) in counters.iter().zip(*tallies).zip(rays).zip(*runs) {
+        let Self { poser, evaluation, queries, buffers, .. } = self;
+        let counts = poser.blocks(frame, scan, |block| {
+            for (number, run) in evaluation.runs.iter().enumerate() {
                 queries.clear();
-                queries.extend(rays.iter().map(|ray| query_of(ray, Some(frame.segment))));
-                counter.count(queries, tally, buffers).map_err(EvaluateError::map_of(&run.name))?;
+                queries.extend(block.rays(number).iter().map(|ray| query_of(ray, Some(frame.segment))));
+                let Counting { counter, tally } = &run.map;
+                counter.count(queries, tally, buffers).map_err(EvaluateError::map_of(run.name()))?;
             }
             Ok::<(), EvaluateError>(())
         })?;
         self.counts.merge(&counts);
-        self.watch.advance(counts.total());
+        self.evaluation.progress.advance(counts.total());
         Ok(())
     }
 }
 
-/// The maps without the returns that lie on trails, fused once more: two passes over the log.
-pub(crate) fn keep_out(
-    log: &dyn ScanLog,
-    plan: &Plan<'_>,
-    runs: &[Run],
-    maps: Maps,
-    config: &Config,
-    work: &Work,
-    watch: &dyn Watch,
-) -> Result<Maps, EvaluateError> {
-    let (first, scratch_bytes) = (maps.counts, maps.scratch_bytes);
-    let trails = find(log, plan, runs, maps, config, work, watch)?;
-    let none = runs.iter().map(|_| None).collect();
-    let mut maps = fuse::maps_of(log, plan, runs, none, Some(&trails), config, work, watch)?;
-    for counts in [Some(trails.counts), maps.counts] {
-        if let (Some(first), Some(second)) = (first, counts.filter(|counts| Some(*counts) != first)) {
-            return Err(EvaluateError::LogChanged { first: first.used(), second: second.used() });
+impl<'a> Evaluation<'a, RunMap> {
+    /// Counts how every ray meets every run's map, in one pass over the log, and finds what the rays contradict. The maps
+    /// are gone then.
+    ///
+    /// # Errors
+    /// When the log or a map cannot be read, or the counts not be put aside.
+    pub(crate) fn find_trails(mut self) -> Result<(Evaluation<'a, Option<Store>>, Trails), EvaluateError> {
+        let bytes = self.work.budget().trails(self.runs.len());
+        let reach = CastSettings::default().reach;
+        let mut runs = Vec::new();
+        for run in std::mem::take(&mut self.runs) {
+            let tally = Tally::new(bytes.counts, self.work.path());
+            let tally = tally.map_err(EvaluateError::map_of(run.name()))?;
+            let (run, map) = run.with_map(());
+            let counter = CrossingCounter::new(map.store, reach, bytes.tiles);
+            runs.push(run.with_map(Counting { counter, tally }).0);
         }
+        let mut counting = self.with_runs(runs);
+        let counts = counting.count_crossings()?;
+        peak::look();
+
+        let mut trails = Trails { of_runs: Vec::new(), counts, scratch_bytes: 0 };
+        let (mut runs, work) = (Vec::new(), std::sync::Arc::clone(&counting.work));
+        for (run, number) in std::mem::take(&mut counting.runs).into_iter().zip(1..) {
+            let (run, Counting { counter, tally }) = run.with_map(None);
+            let path = work.file(&format!("free-{number}"));
+            let find =
+                || FreeVoxels::find(counter.store(), &tally, is_contradicted, &path, bytes.free_voxels);
+            let free = work.install(find).map_err(EvaluateError::map_of(run.name()))?;
+            let (surfels, contradicted) = (counter.store().surfels(), free.count());
+            let facts = TrailFacts { surfels, contradicted, votes: false };
+            trails.of_runs.push(RunTrails { name: run.name().to_owned(), free, facts });
+            trails.scratch_bytes += tally.scratch_bytes();
+            runs.push(run);
+            peak::look();
+        }
+        let mut facts: Vec<TrailFacts> = trails.of_runs.iter().map(|run| run.facts).collect();
+        give_votes(&mut facts);
+        trails.of_runs.iter_mut().zip(facts).for_each(|(run, facts)| run.facts = facts);
+        Ok((counting.with_runs(runs), trails))
     }
-    maps.scratch_bytes += scratch_bytes + trails.scratch_bytes;
-    maps.trails = Some(trails.summary);
-    Ok(maps)
 }
 
-/// Counts how every ray meets every run's map, in one pass over the log, and finds what the rays contradict.
-fn find(
-    log: &dyn ScanLog,
-    plan: &Plan<'_>,
-    runs: &[Run],
-    maps: Maps,
-    config: &Config,
-    work: &Work,
-    watch: &dyn Watch,
-) -> Result<Trails, EvaluateError> {
-    let share = |share: f64| work.budget().share(share) / runs.len();
-    let reach = CastSettings::default().reach;
-    let counters: Vec<CrossingCounter> = maps
-        .of_runs
-        .into_iter()
-        .map(|map| CrossingCounter::new(map.store, reach, share(TILE_SHARE)))
-        .collect();
-    let tallies = runs
-        .iter()
-        .map(|run| Tally::new(share(COUNT_SHARE), work.path()).map_err(EvaluateError::map_of(&run.name)))
-        .collect::<Result<Vec<_>, _>>()?;
-    watch.begin(Stage::Trails, plan.returns());
-    let worker = |_| CountWorker {
-        poser: Poser::new(&plan.poses, &plan.filter),
-        runs,
-        counters: &counters,
-        tallies: &tallies,
-        watch,
-        queries: Vec::new(),
-        buffers: CountBuffers::default(),
-        counts: ReturnCounts::default(),
-    };
-    let workers = (0..config.threads).map(worker).collect();
-    let mut counts = ReturnCounts::default();
-    for worker in each_frame(plan.reading(log, config, watch), workers)? {
-        counts.merge(&worker.counts);
-    }
-    memory::look();
+fn is_contradicted(met: Met) -> bool {
+    met.through >= MIN_THROUGH && met.through > met.on
+}
 
-    let is_contradicted = |met: Met| met.through >= MIN_THROUGH && met.through > met.on;
-    let (mut of_runs, mut surfels, mut scratch_bytes) = (Vec::new(), Vec::new(), 0);
-    for (((counter, tally), run), number) in counters.into_iter().zip(tallies).zip(runs).zip(1..) {
-        let path = work.file(&format!("free-{number}"));
-        let free = FreeVoxels::find(counter.store(), &tally, is_contradicted, &path, share(VOXEL_SHARE));
-        of_runs.push(free.map_err(EvaluateError::map_of(&run.name))?);
-        surfels.push(counter.store().surfels());
-        scratch_bytes += tally.scratch_bytes();
-        memory::look();
+impl Evaluation<'_, Counting> {
+    fn count_crossings(&self) -> Result<ReturnCounts, EvaluateError> {
+        self.progress.begin(Stage::Trails, self.plan.returns());
+        let worker = |_| CountWorker {
+            poser: Poser::new(poses_of(&self.runs), &self.plan.filter),
+            evaluation: self,
+            queries: Vec::new(),
+            buffers: CountBuffers::default(),
+            counts: ReturnCounts::default(),
+        };
+        let workers = (0..self.means.threads).map(worker).collect();
+        let mut counts = ReturnCounts::default();
+        for worker in each_frame(self.plan.reading(self.log, &self.means, self.progress), workers)? {
+            counts.merge(&worker.counts);
+        }
+        Ok(counts)
     }
-    let contradicted: Vec<u64> = of_runs.iter().map(FreeVoxels::count).collect();
-    let votes = votes_of(&contradicted, &surfels);
-    let summary = TrailSummary { surfels, contradicted, votes };
-    Ok(Trails { of_runs, summary, counts, scratch_bytes })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn votes_of(contradicted: &[u64], surfels: &[u64]) -> Vec<bool> {
+        let facts = |(&contradicted, &surfels)| TrailFacts { surfels, contradicted, votes: false };
+        let mut runs: Vec<_> = contradicted.iter().zip(surfels).map(facts).collect();
+        give_votes(&mut runs);
+        runs.iter().map(|run| run.votes).collect()
+    }
 
     #[test]
     fn far_more_contradictions_than_the_least_cost_the_vote() {

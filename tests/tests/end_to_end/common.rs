@@ -70,7 +70,7 @@ pub(crate) fn runs_of(truth: &Trajectory, wrong: &[(&str, SlamErrors)]) -> Vec<R
 }
 
 pub(crate) fn score(log: &Path, runs: &[Run], config: &Config) -> Report {
-    evaluate(open(log).as_ref(), runs, config, &()).unwrap()
+    evaluate(open(log).as_ref(), runs, config, ()).unwrap()
 }
 
 /// A report as JSON without what may differ from run to run.

@@ -36,7 +36,7 @@ fn every_return_is_accounted_for() {
     let runs = [Run::new("whole", truth.clone()), Run::new("half", half_run)];
     let config =
         Config { every: 3, ego: dmp::Ego::BoxMm([-3000, 0, -3000], [3000, 6000, 0]), ..Config::default() };
-    let report = evaluate(log.as_ref(), &runs, &config, &()).unwrap();
+    let report = evaluate(log.as_ref(), &runs, &config, ()).unwrap();
     let inputs = &report.inputs;
     let total: u64 = scans.iter().map(|scan| scan.len() as u64).sum();
     assert_eq!(inputs.returns, total);
@@ -77,7 +77,7 @@ fn a_log_without_usable_returns_is_an_error_that_says_where_they_went() {
     write_mcap(&path, &(0..5).map(scan).collect::<Vec<_>>());
     let poses = (0..5).map(|k| (k * 100_000_000, Isometry3::identity())).collect();
     let run = Run::new("still", Trajectory::stamped(poses).unwrap().trajectory);
-    let error = evaluate(open(&path).as_ref(), &[run], &Config::default(), &()).unwrap_err();
+    let error = evaluate(open(&path).as_ref(), &[run], &Config::default(), ()).unwrap_err();
     assert_eq!(error.to_string(), "no return is used: 5 non_finite, 5 no_return");
 }
 
@@ -104,7 +104,7 @@ fn a_vehicle_that_stands_most_of_the_time_is_not_the_world() {
     let moved = stamps_ns.iter().map(|ns| ns + wait_ns).zip(truth.poses().iter().copied());
     let run = Trajectory::stamped(std::iter::once(start).chain(moved).collect()).unwrap().trajectory;
     let config = Config { max_time_gap_ns: Some(i64::MAX), ..Config::default() };
-    let report = evaluate(open(&path).as_ref(), &[Run::new("run", run)], &config, &()).unwrap();
+    let report = evaluate(open(&path).as_ref(), &[Run::new("run", run)], &config, ()).unwrap();
     assert!(report.config.segments.travel_m > 50.0);
     assert_eq!(
         report.inputs.dropped.0["vehicle"],

@@ -142,7 +142,7 @@ fn a_map_that_cannot_be_read_is_named() {
     std::fs::write(&broken, "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 3\n1 two 3\n").unwrap();
     for (map, words) in [(broken, "two"), (folder.path().join("none.las"), "none.las")] {
         let error =
-            evaluate(open(&log).as_ref(), &with_map(&truth, map), &Config::default(), &()).unwrap_err();
+            evaluate(open(&log).as_ref(), &with_map(&truth, map), &Config::default(), ()).unwrap_err();
         let chain = std::iter::successors(Some(&error as &dyn std::error::Error), |cause| cause.source());
         let text = chain.map(ToString::to_string).collect::<Vec<_>>().join(": ");
         assert!(text.contains(words), "{text}");
@@ -161,7 +161,7 @@ fn maps_of_different_voxels_are_not_compared() {
         Run { map, ..Run::new(name, truth.clone()) }
     };
     let runs = [save(0.2, "fine"), save(0.5, "coarse")];
-    let error = evaluate(open(&log).as_ref(), &runs, &Config::default(), &()).unwrap_err();
+    let error = evaluate(open(&log).as_ref(), &runs, &Config::default(), ()).unwrap_err();
     assert!(matches!(error, EvaluateError::DifferentVoxels { .. }), "{error}");
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use dmp::{Config, Ego, MapSource, Residuals, Run, ScoredReturns, Watch, evaluate};
+use dmp::{Config, Ego, MapSource, Residuals, Run, ScoredReturns, Sink, Watch, evaluate};
 use dmp_sensor::{Isometry3, Scan, Trajectory};
 use nalgebra::Vector3;
 
@@ -101,9 +101,9 @@ fn directions(count: usize) -> impl Iterator<Item = Vector3<f64>> {
 /// Keeps the residuals of a scan in its order.
 struct Seen(Mutex<Vec<Residuals>>);
 
-impl Watch for Seen {
+impl Sink for Seen {
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
-        self.0.lock().unwrap().extend_from_slice(&returns.residuals[0]);
+        self.0.lock().unwrap().extend_from_slice(returns.runs[0].residuals);
     }
 }
 
@@ -140,7 +140,7 @@ fn errors_of(
     let runs = [Run { map: MapSource::Given(map), ..Run::new("given", still) }];
     let config = Config { voxel_m: Some(VOXEL_M), ego: Ego::None, ..Config::default() };
     let residuals = Seen(Mutex::new(Vec::new()));
-    evaluate(open(&log).as_ref(), &runs, &config, &residuals).unwrap();
+    evaluate(open(&log).as_ref(), &runs, &config, Watch::sink(&residuals)).unwrap();
     let residuals = residuals.0.into_inner().unwrap();
     assert_eq!(residuals.len(), cosines.len());
     let mut errors: Vec<f64> = residuals
@@ -240,7 +240,7 @@ fn row_03_a_triangle_beyond_reason_is_named() {
     let fail = |triangles: &[Triangle]| {
         write_obj(&map, triangles);
         let runs = [Run { map: MapSource::Given(map.clone()), ..Run::new("given", truth.clone()) }];
-        let error = evaluate(open(&log).as_ref(), &runs, &Config::default(), &()).unwrap_err();
+        let error = evaluate(open(&log).as_ref(), &runs, &Config::default(), ()).unwrap_err();
         let chain = std::iter::successors(Some(&error as &dyn std::error::Error), |cause| cause.source());
         chain.map(ToString::to_string).collect::<Vec<_>>().join(": ")
     };

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::Mutex;
 
-use dmp::{Config, MapSource, Report, Run, ScoredReturns, Watch, evaluate};
+use dmp::{Config, MapSource, Report, Run, ScoredReturns, Sink, Watch, evaluate};
 use dmp_log::{DepthFolderWriter, LogOptions, open_log};
 use dmp_sensor::{Distortion, Isometry3, PinholeCamera, Trajectory, Vector3};
 
@@ -57,9 +57,9 @@ type Seen = (f64, Option<f64>, Option<f64>);
 #[derive(Default)]
 struct Residuals(Mutex<Vec<Seen>>);
 
-impl Watch for Residuals {
+impl Sink for Residuals {
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
-        let of_return = returns.rays[0].iter().zip(&returns.residuals[0]);
+        let of_return = returns.runs[0].rays.iter().zip(returns.runs[0].residuals);
         let seen = of_return.map(|(ray, r)| (ray.range_m, r.first_m, r.depth.map(|depth| depth.first_m)));
         self.0.lock().unwrap().extend(seen);
     }
@@ -68,7 +68,7 @@ impl Watch for Residuals {
 fn scored(log: &Path, runs: &[Run], config: &Config) -> (Report, Vec<Seen>) {
     let log = open_log(log, &LogOptions::default()).unwrap();
     let seen = Residuals::default();
-    let report = evaluate(log.as_ref(), runs, config, &seen).unwrap();
+    let report = evaluate(log.as_ref(), runs, config, Watch::sink(&seen)).unwrap();
     (report, seen.0.into_inner().unwrap())
 }
 

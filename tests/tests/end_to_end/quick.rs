@@ -6,7 +6,8 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use dmp::{
-    Config, Ego, EvaluateError, FrameSums, Report, Run, Sample, ScoredPlace, Watch, evaluate, evaluate_quick,
+    Config, Ego, EvaluateError, FrameSums, Report, Run, Sample, ScoredPlace, Sink, Watch, evaluate,
+    evaluate_quick,
 };
 use dmp_log::{FolderFormat, FolderScanWriter, LogOptions, LogOutline, outline_log, write_tum};
 use dmp_sensor::{Scan, Trajectory};
@@ -20,7 +21,7 @@ fn outline(log: &Path) -> LogOutline {
 }
 
 fn quick(log: &Path, runs: &[Run], config: &Config, share: f64) -> Report {
-    evaluate_quick(&outline(log), runs, config, share, &()).unwrap()
+    evaluate_quick(&outline(log), runs, config, share, ()).unwrap()
 }
 
 /// A drive through a city with a small sensor: its scans and its truth.
@@ -39,7 +40,7 @@ struct Sums {
     places: Mutex<BTreeMap<usize, (ScoredPlace, FrameSums)>>,
 }
 
-impl Watch for Sums {
+impl Sink for Sums {
     fn frame_scored(&self, frame: usize, sums: &FrameSums) {
         self.frames.lock().unwrap().insert(frame, sums.clone());
     }
@@ -74,8 +75,8 @@ fn a_place_that_sees_the_whole_drive_is_scored_as_in_the_whole() {
     let config = Config { ego: Ego::None, voxel_m: Some(0.4), ..Config::default() };
 
     let (whole, parts) = (Sums::default(), Sums::default());
-    evaluate(open(&path).as_ref(), &runs, &config, &whole).unwrap();
-    let report = evaluate_quick(&outline(&path), &runs, &config, 1.0, &parts).unwrap();
+    evaluate(open(&path).as_ref(), &runs, &config, Watch::sink(&whole)).unwrap();
+    let report = evaluate_quick(&outline(&path), &runs, &config, 1.0, Watch::sink(&parts)).unwrap();
     let whole = whole.frames.into_inner().unwrap();
     let (frames, places) = (parts.frames.into_inner().unwrap(), parts.places.into_inner().unwrap());
     let of_report = report.sampling.places.unwrap();
@@ -133,7 +134,7 @@ fn a_share_of_the_log_is_read_and_decides() {
     // The same again from the same outline.
     let known = outline(&path);
     for _ in 0..2 {
-        let again = evaluate_quick(&known, &runs, &config, 0.5, &()).unwrap();
+        let again = evaluate_quick(&known, &runs, &config, 0.5, ()).unwrap();
         assert_eq!(comparable(&again), comparable(&report));
     }
     // Another seed draws other places, and sees the same.
@@ -142,7 +143,7 @@ fn a_share_of_the_log_is_read_and_decides() {
     assert_eq!(other.pairs[0].verdict, "truth");
     // Less than any memory has room for.
     let little = Config { memory_bytes: 40 << 20, ..config };
-    let error = evaluate_quick(&outline(&path), &runs, &little, 0.5, &()).unwrap_err();
+    let error = evaluate_quick(&outline(&path), &runs, &little, 0.5, ()).unwrap_err();
     assert!(error.is_usage() && matches!(error, EvaluateError::TooLittleMemory { .. }), "{error}");
 }
 
@@ -166,7 +167,7 @@ fn the_container_of_the_scans_changes_no_number() {
     let places = reports[0].sampling.places.unwrap();
     assert_eq!(places.drawn, places.total);
     // All places, and on the whole what all scans say.
-    let whole = evaluate(open(&mcap).as_ref(), &runs, &Config::default(), &()).unwrap();
+    let whole = evaluate(open(&mcap).as_ref(), &runs, &Config::default(), ()).unwrap();
     let verdicts = |report: &Report| report.pairs.iter().map(|p| p.verdict.clone()).collect::<Vec<_>>();
     assert_eq!(verdicts(&reports[0])[1], verdicts(&whole)[1]);
     assert_eq!(whole.order[0], reports[0].order[0]);
@@ -275,7 +276,7 @@ fn a_drive_with_nothing_to_choose_among_is_refused() {
     write_mcap(&path, &scans[..20]);
     let runs = runs_of(&truth, &[("drift", drift(1.0))]);
     let refusal =
-        |config: &Config, share: f64| evaluate_quick(&outline(&path), &runs, config, share, &()).unwrap_err();
+        |config: &Config, share: f64| evaluate_quick(&outline(&path), &runs, config, share, ()).unwrap_err();
     let error = refusal(&Config::default(), 0.5);
     assert!(error.is_usage() && error.to_string().contains("nothing to choose among"), "{error}");
     for share in [0.0, -1.0, 1.1, f64::NAN] {

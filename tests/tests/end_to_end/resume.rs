@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use dmp::{Config, EvaluateError, Report, Run, Watch, evaluate};
+use dmp::{Config, EvaluateError, Progress, Report, Run, evaluate};
 use dmp_log::{McapScanWriter, McapWriterOptions};
 use dmp_sensor::Scan;
 use serde_json::Value;
@@ -33,7 +33,7 @@ impl StopAfter {
     }
 }
 
-impl Watch for StopAfter {
+impl Progress for StopAfter {
     fn advance(&self, amount: u64) {
         self.done.fetch_add(amount, Ordering::Relaxed);
     }
@@ -66,7 +66,7 @@ fn an_evaluation_in_many_pieces_is_the_one_in_one_piece() {
     let runs = runs_of(&truth, &[("noise", noise(0.05, 0.2)), ("drift", drift(1.0))]);
     for (free_space, every) in [(false, 0), (true, 0), (false, 3600)] {
         let config = Config { free_space, memory_bytes: 32 << 20, ..Config::default() };
-        let whole = evaluate(open(&path).as_ref(), &runs, &config, &()).unwrap();
+        let whole = evaluate(open(&path).as_ref(), &runs, &config, ()).unwrap();
         let pieces = Config {
             work_folder: folder.path().to_path_buf(),
             checkpoint_every: Some(Duration::from_secs(every)),
@@ -98,7 +98,7 @@ fn what_was_kept_of_another_evaluation_is_not_taken_up() {
     assert!(matches!(stopped, Err(EvaluateError::Cancelled)));
     let other = Config { segment: Some(dmp::SegmentLength::Metres(5.0)), ..config.clone() };
     let expected = Config { segment: Some(dmp::SegmentLength::Metres(5.0)), ..Config::default() };
-    let report = |config| comparable(&evaluate(open(&path).as_ref(), &runs, config, &()).unwrap());
+    let report = |config| comparable(&evaluate(open(&path).as_ref(), &runs, config, ()).unwrap());
     assert_eq!(report(&other), report(&expected));
     // A damaged checkpoint is refused, not guessed at.
     let left = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path()).find(|p| p.is_dir());
@@ -110,7 +110,7 @@ fn what_was_kept_of_another_evaluation_is_not_taken_up() {
             fs::write(&file, bytes).unwrap();
         }
     }
-    let error = evaluate(open(&path).as_ref(), &runs, &config, &()).unwrap_err();
+    let error = evaluate(open(&path).as_ref(), &runs, &config, ()).unwrap_err();
     assert!(error.to_string().contains("checkpoint is damaged"), "{error}");
     let afresh = Config { resume: false, ..config };
     assert_eq!(report(&afresh), report(&Config::default()));

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use dmp::{
-    Config, Decide, FrameOrder, FrameSums, MapSource, Margin, Report, Run, RunSums, Sample, Watch, evaluate,
+    Config, Decide, FrameOrder, FrameSums, MapSource, Margin, Report, Run, RunSums, Sample, Sink, Watch,
+    evaluate,
 };
 use dmp_sim::SlamErrors;
 use serde_json::Value;
@@ -18,7 +19,7 @@ use crate::resume::{in_pieces, write_in_small_chunks};
 #[derive(Default)]
 struct Frames(Mutex<BTreeMap<usize, Vec<RunSums>>>);
 
-impl Watch for Frames {
+impl Sink for Frames {
     fn frame_scored(&self, frame: usize, sums: &FrameSums) {
         assert!(self.0.lock().unwrap().insert(frame, sums.runs()).is_none(), "frame {frame} twice");
     }
@@ -30,7 +31,7 @@ fn frames_of(
     config: &Config,
 ) -> (Report, BTreeMap<usize, Vec<RunSums>>) {
     let frames = Frames::default();
-    let report = evaluate(open(log).as_ref(), runs, config, &frames).unwrap();
+    let report = evaluate(open(log).as_ref(), runs, config, Watch::sink(&frames)).unwrap();
     (report, frames.0.into_inner().unwrap())
 }
 

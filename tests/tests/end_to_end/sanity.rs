@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use dmp::{Config, MapSource, Report, Run, Watch, evaluate};
+use dmp::{Config, MapSource, Progress, Report, Run, evaluate};
 use dmp_log::read_trajectory;
 use dmp_sensor::{Isometry3, Trajectory, UnitQuaternion, Vector3};
 
@@ -26,7 +26,7 @@ fn moved(trajectory: &Trajectory, pose: impl Fn(&Isometry3<f64>) -> Isometry3<f6
 #[derive(Default)]
 struct Told(Mutex<Vec<String>>);
 
-impl Watch for Told {
+impl Progress for Told {
     fn note(&self, text: &str) {
         self.0.lock().unwrap().push(text.to_owned());
     }
@@ -75,13 +75,8 @@ fn row_19_right_runs_get_no_hint_however_bad_they_are() {
 /// The map of the truth, kept.
 fn saved_map(folder: &Path) -> PathBuf {
     let config = Config { save_maps: Some(folder.to_path_buf()), ..Config::default() };
-    evaluate(
-        open(&sample("town.mcap")).as_ref(),
-        &[Run::new("truth", trajectory("truth.tum"))],
-        &config,
-        &(),
-    )
-    .unwrap();
+    evaluate(open(&sample("town.mcap")).as_ref(), &[Run::new("truth", trajectory("truth.tum"))], &config, ())
+        .unwrap();
     folder.join("truth.dmpmap")
 }
 

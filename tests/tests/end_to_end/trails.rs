@@ -153,7 +153,7 @@ fn given_maps_are_refused() {
     write_mcap(&path, &scans);
     let given = MapSource::Given(folder.path().join("survey.las"));
     let runs = [Run::new("fused", truth.clone()), Run { map: given, ..Run::new("given", truth) }];
-    let error = evaluate(open(&path).as_ref(), &runs, &with(true), &()).unwrap_err();
+    let error = evaluate(open(&path).as_ref(), &runs, &with(true), ()).unwrap_err();
     assert!(matches!(&error, EvaluateError::Setting { value, .. } if value.contains("`given`")), "{error}");
     assert!(error.is_usage());
 }
@@ -172,10 +172,10 @@ fn saved_maps_are_those_without_trails() {
     assert!(report.runs[0].map.surfels_with_trails.unwrap() > saved.surfels());
     assert!(report.warnings.iter().any(|warning| warning.contains("only `truth` says")));
 
-    let only_fused = fuse_maps(open(&path).as_ref(), &runs, &with(true), &()).unwrap();
+    let only_fused = fuse_maps(open(&path).as_ref(), &runs, &with(true), ()).unwrap();
     assert!(only_fused.iter().map(|(_, map)| map.surfels()).eq([saved.surfels()]));
     let given = Run { map: MapSource::Given(folder.path().join("truth.dmpmap")), ..runs[0].clone() };
-    let error = fuse_maps(open(&path).as_ref(), &[given], &with(true), &()).unwrap_err();
+    let error = fuse_maps(open(&path).as_ref(), &[given], &with(true), ()).unwrap_err();
     assert!(error.is_usage(), "{error}");
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-use dmp::{Config, FrameSums, RunSums, ScoredReturns, Watch, evaluate};
+use dmp::{Config, FrameSums, RunSums, ScoredReturns, Sink, Watch, evaluate};
 use dmp_log::read_trajectory;
 use serde_json::Value;
 
@@ -221,14 +221,17 @@ struct Again {
     frames: Mutex<BTreeMap<usize, Vec<RunSums>>>,
 }
 
-impl Watch for Again {
+impl Sink for Again {
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
         let mut frames = self.runs.lock().unwrap();
         let sums = frames.entry(returns.frame).or_default();
-        sums.resize_with(returns.residuals.len(), RunSums::default);
-        for (run, residuals) in returns.residuals.iter().enumerate() {
-            assert_eq!(residuals.len(), returns.rays[run].len());
-            residuals.iter().for_each(|residuals| sums[run].add(residuals));
+        sums.resize_with(returns.runs.len(), RunSums::default);
+        for (run, sums) in returns.runs.iter().zip(sums) {
+            assert_eq!(
+                (run.residuals.len(), run.rays.len()),
+                (returns.offsets_ns.len(), returns.offsets_ns.len())
+            );
+            run.residuals.iter().for_each(|residuals| sums.add(residuals));
         }
     }
 
@@ -247,7 +250,7 @@ fn every_scored_return_comes_by_the_watch() {
         runs_of(&truth, &[("noise", noise(0.05, 0.1)), ("drift", drift(1.0)), ("half", collapse(0.5))]);
     let again = Again::default();
     let config = Config { threads: 3, ..Config::default() };
-    let report = evaluate(open(&path).as_ref(), &runs, &config, &again).unwrap();
+    let report = evaluate(open(&path).as_ref(), &runs, &config, Watch::sink(&again)).unwrap();
     let by_return = again.runs.into_inner().unwrap();
     assert_eq!(by_return, again.frames.into_inner().unwrap());
     assert_eq!(by_return.len(), report.inputs.scans_used);

@@ -50,7 +50,7 @@ pub(crate) fn run(arguments: &StoreArgs) -> anyhow::Result<()> {
         let &(_, voxel_m) = known.with_context(|| format!("{name}: no such scene"))?;
         let config =
             Config { voxel_m: Some(voxel_m), save_maps: Some(folder.path().into()), ..Config::default() };
-        drop(fuse_maps(drive.log.as_ref(), &[Run::new(name, drive.truth.clone())], &config, &())?);
+        drop(fuse_maps(drive.log.as_ref(), &[Run::new(name, drive.truth.clone())], &config, ())?);
         measure(name, &folder.path().join(format!("{name}.dmpmap")), folder.path(), arguments.runs)?;
     }
     Ok(())

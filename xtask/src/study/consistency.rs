@@ -65,9 +65,9 @@ impl Sightings {
 
     /// Of a part of a frame; the first run is the truth.
     pub(super) fn of(scored: &ScoredReturns<'_>) -> Self {
-        let mut seen = Self::new(scored.rays.len());
-        for index in 0..scored.rays[0].len() {
-            let ray = scored.own_ray(0, index);
+        let mut seen = Self::new(scored.runs.len());
+        for index in 0..scored.offsets_ns.len() {
+            let ray = scored.runs[0].own_ray(index);
             // The direction tells a frame's returns apart, in whatever parts they come.
             let d = ray.direction_in_world;
             let hash = mix(mix(mix(scored.frame as u64 ^ d[0].to_bits()) ^ d[1].to_bits()) ^ d[2].to_bits());
@@ -76,10 +76,10 @@ impl Sightings {
             }
             let truth = ray.endpoint_in_world();
             let displacement = |run: usize| {
-                let end = scored.own_ray(run, index).endpoint_in_world();
+                let end = scored.runs[run].own_ray(index).endpoint_in_world();
                 std::array::from_fn(|k| (end[k] - truth[k]) as f32)
             };
-            let displacement_m = (0..scored.rays.len()).map(displacement).collect();
+            let displacement_m = (0..scored.runs.len()).map(displacement).collect();
             seen.keep(truth.map(|c| (c / PLACE_M).floor() as i64), hash, || Sighting {
                 frame: scored.frame,
                 displacement_m,

@@ -51,7 +51,7 @@ pub(super) fn evaluate(spec: &DriveSpec, setting: &Setting, work: &Path) -> anyh
         setting.against_truth.then_some(hand_over),
         &setting.config(),
         &options,
-        &observer,
+        dmp::Watch::sink(&observer),
     )
     .with_context(|| format!("{} under {}", spec.name, setting.name))?;
     let report = &study.score;

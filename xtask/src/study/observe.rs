@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-use dmp::{Residuals, ScoredReturns, SurfaceGroup, Watch};
+use dmp::{Residuals, ScoredReturns, Sink, SurfaceGroup};
 
 use super::consistency::Sightings;
 
@@ -169,7 +169,7 @@ impl Observer {
     }
 }
 
-impl Watch for Observer {
+impl Sink for Observer {
     fn returns_scored(&self, scored: &ScoredReturns<'_>) {
         let taken =
             self.frames.lock().unwrap_or_else(std::sync::PoisonError::into_inner)[scored.frame].take();
@@ -180,9 +180,9 @@ impl Watch for Observer {
         let lock = || self.surfaces.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let mut surfaces = lock().pop().unwrap_or_else(|| vec![BTreeMap::new(); frame.pairs.len()]);
         let mut of_return = vec![Squares::default(); self.runs];
-        for index in 0..scored.residuals[0].len() {
+        for index in 0..scored.offsets_ns.len() {
             for (run, squares) in of_return.iter_mut().enumerate() {
-                *squares = Squares::of(&scored.residuals[run][index]);
+                *squares = Squares::of(&scored.runs[run].residuals[index]);
                 frame.runs[run].add(squares);
             }
             for (((a, b), pair), surfaces) in pairs(self.runs).zip(&mut frame.pairs).zip(&mut surfaces) {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context as _, ensure};
-use dmp::{Config, FrameSums, ScoredPlace, Watch, drawn_places, evaluate_quick};
+use dmp::{Config, FrameSums, ScoredPlace, Sink, Watch, drawn_places, evaluate_quick};
 use dmp_log::{LogOptions, outline_log};
 use dmp_reduce::{Basis, Layout, MissPrice, Reducer};
 
@@ -129,7 +129,7 @@ impl Drive {
         let (path, runs) = log_and_runs(spec, work)?;
         let outline = outline_log(&path, &LogOptions::default())?;
         let kept = Kept::default();
-        evaluate_quick(&outline, &runs, &Config::default(), 1.0, &kept)
+        evaluate_quick(&outline, &runs, &Config::default(), 1.0, Watch::sink(&kept))
             .with_context(|| spec.name.to_owned())?;
         let kept = kept.0.into_inner().unwrap_or_else(PoisonError::into_inner);
         ensure!(kept.keys().map(|number| number + 1).eq(1..=kept.len()), "{}: not all places", spec.name);
@@ -202,7 +202,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 #[derive(Default)]
 struct Kept(Mutex<BTreeMap<usize, (bool, FrameSums)>>);
 
-impl Watch for Kept {
+impl Sink for Kept {
     fn place_scored(&self, place: ScoredPlace, sums: &FrameSums) {
         let kept = (place.is_revisited, sums.clone());
         self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(place.number, kept);

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use anyhow::Context as _;
-use dmp::{Config, Ego, MapSource, Residuals, Run, ScoredReturns, Watch, fuse_maps};
+use dmp::{Config, Ego, MapSource, Residuals, Run, ScoredReturns, ScoredRun, Sink, Watch, fuse_maps};
 use dmp_log::{FrameInfo, LogError, LogSummary, ScanLog, ScanReader};
 use dmp_sensor::Scan;
 
@@ -44,7 +44,7 @@ pub(super) fn frames_without_own(
         if own.scans.is_empty() {
             continue;
         }
-        let maps = fuse_maps(&others, runs, &config, &()).with_context(|| format!("segment {segment}"))?;
+        let maps = fuse_maps(&others, runs, &config, ()).with_context(|| format!("segment {segment}"))?;
         let given = |run: &Run| Run {
             map: MapSource::Given(folder.path().join(format!("{}.dmpmap", run.name))),
             ..run.clone()
@@ -53,7 +53,8 @@ pub(super) fn frames_without_own(
         let relay =
             Relay { observer: &observer, frames: own.scans.iter().map(|(frame, _)| *frame).collect() };
         let scoring = Config { save_maps: None, ..config.clone() };
-        dmp::evaluate(&own, &given, &scoring, &relay).with_context(|| format!("segment {segment}"))?;
+        dmp::evaluate(&own, &given, &scoring, Watch::sink(&relay))
+            .with_context(|| format!("segment {segment}"))?;
         drop(maps);
         for run in &given {
             if let MapSource::Given(path) = &run.map {
@@ -72,14 +73,16 @@ struct Relay<'a> {
     frames: Vec<usize>,
 }
 
-impl Watch for Relay<'_> {
+impl Sink for Relay<'_> {
     fn returns_scored(&self, scored: &ScoredReturns<'_>) {
         let independent = |r: &Residuals| Residuals { independent_m: r.first_m, ..*r };
         let residuals: Vec<Vec<Residuals>> =
-            scored.residuals.iter().map(|of_run| of_run.iter().map(independent).collect()).collect();
+            scored.runs.iter().map(|run| run.residuals.iter().map(independent).collect()).collect();
+        let runs = scored.runs.iter().zip(&residuals);
+        let runs: Vec<_> = runs.map(|(run, residuals)| ScoredRun { residuals, ..*run }).collect();
         self.observer.returns_scored(&ScoredReturns {
             frame: self.frames[scored.frame],
-            residuals: &residuals,
+            runs: &runs,
             ..*scored
         });
     }

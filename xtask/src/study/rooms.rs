@@ -56,15 +56,8 @@ pub(super) fn run(arguments: &RoomsArgs) -> anyhow::Result<()> {
             reference.add_triangles(&triangles).map_err(Into::into)
         };
         let options = StudyOptions { peers: None, surface_cap_m: 1.0, ..StudyOptions::default() };
-        let found = study(
-            place.log.as_ref(),
-            &runs,
-            &place.truth,
-            Some(&surface),
-            &Config::default(),
-            &options,
-            &(),
-        )?;
+        let found =
+            study(place.log.as_ref(), &runs, &place.truth, Some(&surface), &Config::default(), &options, ())?;
         print(seed, &found);
     }
     Ok(())
@@ -280,7 +273,7 @@ fn settings(arguments: &RoomsArgs) -> anyhow::Result<()> {
                 Some(default) => change(scored, default),
                 None => scored,
             };
-            let report = evaluate(place.log.as_ref(), runs, &config, &())?;
+            let report = evaluate(place.log.as_ref(), runs, &config, ())?;
             let judged = Judged::of(&report, ates_m);
             all = Judged {
                 right: all.right + judged.right,

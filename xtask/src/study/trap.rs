@@ -72,7 +72,7 @@ fn spring(seed: u64, folder: &Path) -> anyhow::Result<Study> {
     let named = |(name, change): (&&str, &Change)| Ok(Run::new(*name, trajectory(*change)?));
     let runs: Vec<Run> = RUNS.iter().zip(&CHANGES).map(named).collect::<anyhow::Result<_>>()?;
     let reference = &runs[0].trajectory;
-    Ok(study(log.as_ref(), &runs, reference, None, &Config::default(), &StudyOptions::default(), &())?)
+    Ok(study(log.as_ref(), &runs, reference, None, &Config::default(), &StudyOptions::default(), ())?)
 }
 
 /// Where the sensor is at a scan: it drives along x and weaves a little.

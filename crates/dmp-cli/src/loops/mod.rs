@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use dmp::{Config, Watch};
+use dmp::Config;
 use dmp_log::{Candidate, ScanLog};
 use dmp_loops::{
     Keyframes, LoopError, LoopMap, MapOptions, OptimiseOptions, Ranker, Ranking, Scorer, in_threads,
@@ -170,14 +170,14 @@ fn rank(
     scorer: Scorer<'_>,
     candidates: &[PoseEdge],
     accept: bool,
-    watch: &dyn Watch,
+    progress: &dyn dmp::Progress,
 ) -> Result<Ranked, LoopError> {
     let start = Instant::now();
-    let ranker = Ranker::new(graph, options.clone(), scorer, watch)?;
+    let ranker = Ranker::new(graph, options.clone(), scorer, progress)?;
     let without = ranker.without().clone();
-    let ranking = ranker.rank(candidates, watch)?;
+    let ranking = ranker.rank(candidates, progress)?;
     let rank_s = start.elapsed().as_secs_f64();
-    let accepted = if accept { Some(ranker.accept(candidates, &ranking, watch)?) } else { None };
+    let accepted = if accept { Some(ranker.accept(candidates, &ranking, progress)?) } else { None };
     let accept_s = start.elapsed().as_secs_f64() - rank_s;
     Ok(Ranked { without, ranking, accepted, rank_s, accept_s })
 }

@@ -160,12 +160,12 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             let OpenedRuns { log, runs, damaged } =
                 OpenedRuns::open(started, maps, &arguments.log, &arguments.settings, common)?;
             like.iter().try_for_each(|like| like.check_log(log.summary()))?;
-            let config = config.settled(log.summary());
-            if arguments.outputs.report.is_some() && config.scales() == Scales::Room {
+            let (settings, means) = config.on(log.summary())?;
+            if arguments.outputs.report.is_some() && settings.scales == Scales::Room {
                 bail!(crate::exit::Usage(NO_PAGE_OF_ROOMS.to_owned()));
             }
-            let recorder = Recorder::new(outputs, log.as_ref(), &runs, &config, common)?;
-            let evaluated = evaluate(log.as_ref(), &runs, &config, &recorder);
+            let recorder = Recorder::new(outputs, log.as_ref(), &runs, (&settings, &means), common)?;
+            let evaluated = evaluate(log.as_ref(), &runs, &config, (&recorder, &recorder));
             let (report, recorded) = recorder.end(evaluated)?;
             (report, damaged, Some(recorded))
         }

@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use dmp::{Config, PosedLog, PosedScan, Scales, Watch};
+use dmp::{Config, PosedLog, PosedScan, Progress, Scales};
 use dmp_log::ScanLog;
 use dmp_map::{Lattice, PatchBuilder, PatchWriter, Patches, WorkFolder};
 use dmp_sensor::{Isometry3, Ray, ReturnCounts};
@@ -93,14 +93,14 @@ impl LoopMap {
         world_from_body: &[Isometry3<f64>],
         config: &Config,
         options: MapOptions,
-        watch: &dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<Self, LoopError> {
         options.check()?;
         let run = keyframes.run("graph", world_from_body)?;
-        let posed = PosedLog::new(log, &run, config, watch)?;
-        let config = posed.config();
+        let posed = PosedLog::new(log, &run, config, progress)?;
+        let (settings, means) = (posed.settings(), posed.means());
         let lattice = Lattice::new(posed.voxel_m())?;
-        let folder = WorkFolder::new(&config.work_folder)?;
+        let folder = WorkFolder::new(&means.work_folder)?;
         let count = world_from_body.len();
         let writer = PatchWriter::new(lattice, count, folder.path())?;
 
@@ -139,22 +139,22 @@ impl LoopMap {
                 if of_keyframe.scans_left == 0 { open.remove(&keyframe) } else { None }
             };
             if let Some(Open { patch, rays: drawn, .. }) = done {
-                let grouped = KeyframeRays::new(drawn, config.scales());
+                let grouped = KeyframeRays::new(drawn, settings.scales);
                 rays.lock().unwrap_or_else(PoisonError::into_inner)[keyframe] = grouped;
                 writer.put(keyframe, patch)?;
             }
             Ok(())
         };
-        let counts = posed.each(watch, &take)?;
+        let counts = posed.each(&take)?;
         Ok(Self {
             patches: writer.finish()?,
-            stretches: stretches(world_from_body, config.scales()),
+            stretches: stretches(world_from_body, settings.scales),
             rays: rays.into_inner().unwrap_or_else(PoisonError::into_inner),
             options,
-            max_range_m: config.max_range_m(),
-            scales: config.scales(),
-            tile_bytes: config.memory_bytes / 3 / config.threads,
-            threads: config.threads,
+            max_range_m: settings.max_range_m,
+            scales: settings.scales,
+            tile_bytes: means.patched_tiles_bytes(),
+            threads: means.threads,
             counts,
             scans: scans.len(),
         })

@@ -1,7 +1,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use dmp::{Stage, Watch};
+use dmp::{Progress, Stage};
 use dmp_reduce::Margin;
 use dmp_sensor::{PoseEdge, PoseGraph};
 
@@ -99,7 +99,7 @@ impl Ranker<'_> {
         mut self,
         candidates: &[PoseEdge],
         ranking: &Ranking,
-        watch: &dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<Acceptance, LoopError> {
         if !self.scorer.has_intervals() && self.without.map.is_some() {
             return Err(LoopError::NoIntervals);
@@ -107,11 +107,11 @@ impl Ranker<'_> {
         if let Some(tried) = ranking.ranked.iter().find(|tried| tried.index >= candidates.len()) {
             return Err(LoopError::OtherCandidates { index: tried.index, candidates: candidates.len() });
         }
-        watch.begin(Stage::Candidates, candidates.len() as u64);
+        progress.begin(Stage::Candidates, candidates.len() as u64);
         let mut waiting: BinaryHeap<Waiting> =
             ranking.ranked.iter().map(|tried| self.waiting(tried.clone(), 0)).collect();
         let mut decisions = Vec::new();
-        watch.advance(ranking.failed.len() as u64);
+        progress.advance(ranking.failed.len() as u64);
         let mut accepted = 0;
         let mut best = self.without.score();
         while let Some(Waiting { tried, after, .. }) = waiting.pop() {
@@ -119,7 +119,7 @@ impl Ranker<'_> {
             let tried = if after == accepted {
                 tried
             } else {
-                match self.try_one(index, &candidates[index], true, watch)? {
+                match self.try_one(index, &candidates[index], true, progress)? {
                     Ok(tried) => tried,
                     Err(fault) => {
                         decisions.push(Decision {
@@ -128,7 +128,7 @@ impl Ranker<'_> {
                             after: accepted,
                             tried: None,
                         });
-                        watch.advance(1);
+                        progress.advance(1);
                         continue;
                     }
                 }
@@ -142,12 +142,12 @@ impl Ranker<'_> {
             let verdict = if is_worse(&tried, best) { Verdict::Worse } else { Verdict::Accepted };
             let is_accepted = matches!(verdict, Verdict::Accepted);
             if is_accepted {
-                self.add(candidates[index].clone(), watch)?;
+                self.add(candidates[index].clone(), progress)?;
                 best = best.min(self.without.score());
             }
             decisions.push(Decision { index, verdict, after: accepted, tried: Some(tried) });
             accepted += usize::from(is_accepted);
-            watch.advance(1);
+            progress.advance(1);
         }
         let r_near_m2 = self.without.map.as_ref().and_then(MapScores::ranked_m2);
         let graph = self.accepted.iter().try_fold(self.graph, |graph, edge| graph.with_edge(edge.clone()))?;
@@ -161,11 +161,11 @@ impl Ranker<'_> {
     }
 
     /// Makes a candidate one of the graph's edges: the poses are those that it was tried with.
-    fn add(&mut self, candidate: PoseEdge, watch: &dyn Watch) -> Result<(), LoopError> {
+    fn add(&mut self, candidate: PoseEdge, progress: &dyn Progress) -> Result<(), LoopError> {
         self.accepted.push(candidate);
         let found = optimise(&self.graph, &self.accepted, &self.options).map_err(LoopError::Graph)?;
         self.without.chi2 = found.chi2_after;
-        (self.before, self.without.map) = self.scorer.begin_at(&found.world_from_body, watch)?;
+        (self.before, self.without.map) = self.scorer.begin_at(&found.world_from_body, progress)?;
         self.graph = self.graph.with_poses(found.world_from_body)?;
         Ok(())
     }

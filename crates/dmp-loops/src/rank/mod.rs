@@ -8,7 +8,7 @@ mod tests;
 pub use accept::{Acceptance, Decision, Verdict};
 pub use scorer::Scorer;
 
-use dmp::{EvaluateError, Stage, Watch};
+use dmp::{EvaluateError, Progress, Stage};
 use dmp_map::MapError;
 use dmp_sensor::{PoseEdge, PoseGraph};
 use rayon::prelude::*;
@@ -126,10 +126,10 @@ impl<'a> Ranker<'a> {
         graph: PoseGraph,
         options: OptimiseOptions,
         scorer: Scorer<'a>,
-        watch: &dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<Self, LoopError> {
         let chi2 = optimise(&graph, &[], &options).map_err(LoopError::Graph)?.chi2_after;
-        let (before, map) = scorer.begin_at(graph.poses(), watch)?;
+        let (before, map) = scorer.begin_at(graph.poses(), progress)?;
         let without = Without { chi2, map };
         Ok(Self { graph, options, scorer, before, without, accepted: Vec::new() })
     }
@@ -149,11 +149,11 @@ impl<'a> Ranker<'a> {
     /// # Errors
     /// When no candidate can be scored any more: files that cannot be read, or whoever watches has cancelled. What is wrong
     /// with one candidate is no error.
-    pub fn rank(&self, candidates: &[PoseEdge], watch: &dyn Watch) -> Result<Ranking, LoopError> {
-        watch.begin(Stage::Candidates, candidates.len() as u64);
+    pub fn rank(&self, candidates: &[PoseEdge], progress: &dyn Progress) -> Result<Ranking, LoopError> {
+        progress.begin(Stage::Candidates, candidates.len() as u64);
         let one = |(index, candidate): (usize, &PoseEdge)| {
-            let tried = self.try_one(index, candidate, false, watch);
-            watch.advance(1);
+            let tried = self.try_one(index, candidate, false, progress);
+            progress.advance(1);
             tried
         };
         let tried: Vec<_> = if self.scorer.is_parallel() {
@@ -186,9 +186,9 @@ impl<'a> Ranker<'a> {
         index: usize,
         candidate: &PoseEdge,
         alone: bool,
-        watch: &dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<Result<Tried, TryFault>, LoopError> {
-        if watch.cancelled() {
+        if progress.cancelled() {
             return Err(EvaluateError::Cancelled.into());
         }
         let extra = [self.accepted.as_slice(), std::slice::from_ref(candidate)].concat();
@@ -199,7 +199,7 @@ impl<'a> Ranker<'a> {
             }
             Err(error) => return Ok(Err(error.into())),
         };
-        let map = match self.before.score(&found.world_from_body, alone, watch) {
+        let map = match self.before.score(&found.world_from_body, alone, progress) {
             Ok(Some(map)) if map.ranked_m2().is_none() => return Ok(Err(TryFault::NoScore)),
             Ok(map) => map,
             Err(

@@ -1,4 +1,4 @@
-use dmp::{Config, Frame, Watch, evaluate};
+use dmp::{Config, Frame, Progress, evaluate};
 use dmp_log::ScanLog;
 use dmp_reduce::Estimate;
 use dmp_sensor::Isometry3;
@@ -66,7 +66,7 @@ impl<'a> Scorer<'a> {
     pub(super) fn begin_at(
         &self,
         world_from_body: &[Isometry3<f64>],
-        watch: &dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<(Before<'a>, Option<MapScores>), LoopError> {
         Ok(match &self.0 {
             Kind::Graph => (Before::Graph, None),
@@ -76,7 +76,7 @@ impl<'a> Scorer<'a> {
                 (Before::Patches(Box::new(placed)), Some(scores))
             }
             Kind::Log(maps) => {
-                let (scores, config) = maps.score(world_from_body, watch)?;
+                let (scores, config) = maps.score(world_from_body, progress)?;
                 let maps = WholeMaps { config, without_m2: scores.ranked_m2(), ..**maps };
                 (Before::Log(Box::new(maps)), Some(scores))
             }
@@ -90,12 +90,12 @@ impl Before<'_> {
         &self,
         world_from_body: &[Isometry3<f64>],
         alone: bool,
-        watch: &dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<Option<MapScores>, LoopError> {
         match self {
             Self::Graph => Ok(None),
             Self::Patches(placed) => placed.moved_to(world_from_body, alone).map(Some),
-            Self::Log(maps) => maps.score(world_from_body, watch).map(|(scores, _)| Some(scores)),
+            Self::Log(maps) => maps.score(world_from_body, progress).map(|(scores, _)| Some(scores)),
         }
     }
 }
@@ -105,10 +105,10 @@ impl WholeMaps<'_> {
     fn score(
         &self,
         world_from_body: &[Isometry3<f64>],
-        watch: &dyn Watch,
+        progress: &dyn Progress,
     ) -> Result<(MapScores, Config), LoopError> {
         let run = self.keyframes.run("graph", world_from_body)?;
-        let report = evaluate(self.log, &[run], &self.config, &Quietly(watch))?;
+        let report = evaluate(self.log, &[run], &self.config, &Quietly(progress))?;
         let of_run = &report.runs[0];
         let plain = |value_m2| Estimate { value_m2, returns: of_run.returns, interval: None };
         let near_m = report.config.scales.near_m();
@@ -122,9 +122,9 @@ impl WholeMaps<'_> {
 }
 
 /// Lets an evaluation among many be cancelled, and keeps its stages to itself.
-struct Quietly<'a>(&'a dyn Watch);
+struct Quietly<'a>(&'a dyn Progress);
 
-impl Watch for Quietly<'_> {
+impl Progress for Quietly<'_> {
     fn cancelled(&self) -> bool {
         self.0.cancelled()
     }

@@ -1,64 +1,86 @@
+//! A caster into every run's map, and the tiles that all of them share.
+
 use std::sync::{Arc, OnceLock};
 
 use crossbeam_channel::bounded;
 use dmp_cast::{CastSettings, Caster, TileCache};
 use dmp_reduce::Basis;
 
-use crate::config::Config;
-use crate::fuse::RunMap;
-use crate::memory::Budget;
+use crate::evaluation::Evaluation;
+use crate::run_map::RunMap;
+use crate::run_state::RunState;
 use crate::schedule::{RunTile, Schedule};
+use crate::settings::Settings;
+use crate::work::MapFacts;
 
-/// Share of the memory that the tiles of all maps may take while rays are cast.
-const CAST_SHARE: f64 = 0.75;
 /// Most tiles that wait to be loaded before they are needed.
 const PREFETCHED_TILES: usize = 256;
 /// Most jobs for each thread that are handed out and not done: those that wait and the one at work.
 const JOBS_AT_WORK: usize = 3;
 /// Predictions are looked for up to this many times the largest range used: further, a sensor would
 /// see nothing.
-pub(crate) const HORIZON: f64 = 2.0;
+const HORIZON: f64 = 2.0;
 
-/// A caster into every run's map, and what can be told of its surfels.
-pub(crate) struct Casters {
-    pub(crate) of_runs: Vec<Caster>,
-    pub(crate) bases: Vec<Basis>,
-    /// When tiles are needed, once that is known.
+/// A run's map, ready to be cast into.
+pub(crate) struct RunCaster {
+    pub(crate) caster: Caster,
+    pub(crate) facts: MapFacts,
+}
+
+impl RunCaster {
+    /// What can be told of its surfels.
+    pub(crate) fn basis(&self) -> Basis {
+        if self.facts.fused { Basis::CrossValidated } else { Basis::Near }
+    }
+}
+
+/// What can be told of the surfels of some runs.
+pub(super) fn bases(runs: &[RunState<'_, RunCaster>]) -> Vec<Basis> {
+    runs.iter().map(|run| run.map.basis()).collect()
+}
+
+/// How far predictions are looked for, metres.
+pub(crate) fn horizon_m(settings: &Settings) -> f64 {
+    HORIZON * settings.max_range_m
+}
+
+/// The tiles of all maps that are in memory.
+pub(crate) struct SharedTiles {
+    /// When they are needed, once that is known.
     pub(super) schedule: Arc<OnceLock<Schedule>>,
     pub(super) budget_bytes: usize,
 }
 
-impl Casters {
-    /// Casters that share the memory there is for tiles.
-    pub(crate) fn new(maps: Vec<RunMap>, config: &Config, budget: &Budget) -> Self {
+impl<'a> Evaluation<'a, RunMap> {
+    /// Makes the maps ready to be cast into: casters that share the memory there is for tiles.
+    pub(crate) fn casters(mut self) -> (Evaluation<'a, RunCaster>, SharedTiles) {
+        let scales = self.settings.scales;
         let settings = CastSettings {
-            horizon_m: HORIZON * config.max_range_m(),
-            window_m: config.scales().near_m()[0],
-            return_m: config.scales().blocked_m(),
+            horizon_m: horizon_m(&self.settings),
+            window_m: scales.near_m()[0],
+            return_m: scales.blocked_m(),
             ..CastSettings::default()
         };
         let schedule: Arc<OnceLock<Schedule>> = Arc::default();
         let foreseen = Arc::clone(&schedule);
         let next_use = move |tile: &RunTile| foreseen.get().map_or(0, |schedule| schedule.next_use(tile));
-        let budget_bytes = budget.share(CAST_SHARE);
+        let budget_bytes = self.work.budget().cast_bytes();
         let tiles = Arc::new(TileCache::foreseeing(budget_bytes, Box::new(next_use)));
-        let caster = |(number, map): (usize, RunMap)| {
-            let basis = if map.fused { Basis::CrossValidated } else { Basis::Near };
-            (Caster::sharing(map.store, settings, &tiles, number), basis)
+        let caster = |(number, run): (usize, RunState<'a, RunMap>)| {
+            let (run, RunMap { store, facts }) = run.with_map(());
+            let caster = Caster::sharing(store, settings, &tiles, number);
+            run.with_map(RunCaster { caster, facts }).0
         };
-        let (of_runs, bases) = maps.into_iter().enumerate().map(caster).unzip();
-        Self { of_runs, bases, schedule, budget_bytes }
+        let runs = std::mem::take(&mut self.runs).into_iter().enumerate().map(caster).collect();
+        (self.with_runs(runs), SharedTiles { schedule, budget_bytes })
     }
+}
 
-    /// Of the runs whose maps were not fused, the casters.
-    pub(crate) fn given(&self) -> Vec<Option<&Caster>> {
-        let given = |(caster, basis): (_, &Basis)| (*basis == Basis::Near).then_some(caster);
-        self.of_runs.iter().zip(&self.bases).map(given).collect()
-    }
-
+impl SharedTiles {
     /// Has the tiles loaded that come into reach, beside what reads and casts; `pass` is given what to tell of jobs.
     pub(super) fn with_prefetch<R>(
         &self,
+        runs: &[RunState<'_, RunCaster>],
         threads: usize,
         schedule: &Schedule,
         pass: impl FnOnce(&dyn Fn(usize)) -> R,
@@ -70,7 +92,7 @@ impl Casters {
             scope.spawn(move || {
                 for (run, tile) in receiver {
                     // A damaged tile is told of by the ray that needs it.
-                    let _ = self.of_runs[run].prefetch(tile);
+                    let _ = runs[run].map.caster.prefetch(tile);
                 }
             });
             let at_work = JOBS_AT_WORK * threads;

@@ -1,159 +1,69 @@
+//! What a thread does with a scan: casts its rays and adds up what they leave.
+
 use std::collections::HashMap;
 
-use dmp_cast::{Answer, CastBuffers, Caster, Query};
+use dmp_cast::{Answer, CastBuffers, Query};
 use dmp_map::{TileId, TileTable};
 use dmp_reduce::{
     Basis, DepthResidual, FrameSums, Layout, Reducer, Residuals, RunSums, Scales, SurfaceGroup,
 };
 use dmp_sensor::{DepthNoise, Isometry3, Ray, ReturnCounts, Scan, depth_per_range};
 
-use super::{CastPass, TileSums};
-use crate::config::Run;
+use super::casters::{RunCaster, bases};
 use crate::error::EvaluateError;
+use crate::evaluation::Evaluation;
 use crate::frames::{PlannedFrame, Worker};
-use crate::pose::{Poser, RunPoses};
-use crate::watch::{ScoredReturns, Watch};
+use crate::pose::{Block, Poser, query_of};
+use crate::run_state::{RunState, poses_of};
+use crate::sink::{ScoredReturns, ScoredRun};
 
-/// What a thread does with a scan: casts its rays and adds up what they leave.
-pub(super) struct CastWorker<'a> {
-    poser: Poser<'a>,
-    poses: &'a [RunPoses<'a>],
-    own_from_world: &'a [Isometry3<f64>],
-    runs: &'a [Run],
-    casters: &'a [Caster],
-    watch: &'a dyn Watch,
-    bases: &'a [Basis],
+/// Sums of the returns that lie in a tile, for each run and tile.
+pub(crate) type TileSums = HashMap<(usize, TileId), RunSums>;
+
+/// A thread's sums, and its buffers.
+pub(super) struct CastWorker<'e> {
+    evaluation: &'e Evaluation<'e, RunCaster>,
+    poser: Poser<'e>,
+    runs: Vec<CastRun<'e>>,
     /// Of a depth camera.
     depth_noise: Option<DepthNoise>,
     queries: Vec<Query>,
-    answers: Vec<Vec<Answer>>,
     buffers: CastBuffers,
-    /// Of the returns at hand, for every run.
-    residuals: Vec<Vec<Residuals>>,
     /// Of one return, for every run.
     of_return: Vec<Residuals>,
-    /// For every run, the tiles of its own frame.
-    own_tiles: Vec<OwnTiles>,
-    /// Of the frame's returns, for every run.
-    frame_tiles: Vec<TileTable<RunSums>>,
     frame: FrameSums,
     pub(super) reducer: Reducer,
     pub(super) tiles: TileSums,
     pub(super) counts: ReturnCounts,
 }
 
-impl Worker for CastWorker<'_> {
-    fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
-        let Self {
-            poser,
-            poses,
-            runs,
-            casters,
-            watch,
-            bases,
-            queries,
-            answers,
-            buffers,
-            residuals,
-            of_return,
-            own_tiles,
-            frame_tiles,
-            own_from_world,
-            ..
-        } = self;
-        let (depth_noise, scales) = (self.depth_noise.as_ref(), self.frame.scales());
-        self.frame.clear();
-        let sums = &mut self.frame;
-        let own_from_sensor = |(poses, own_from_world): (&RunPoses<'_>, &Isometry3<f64>)| {
-            Some(own_from_world * poses.of_frame(frame)?)
-        };
-        let own_from_sensor: Vec<_> =
-            poses.iter().zip(own_from_world.iter()).filter_map(own_from_sensor).collect();
-        let mut first = 0;
-        let counts = poser.blocks_with_returns(frame, scan, |rays, returns| {
-            for (run, caster) in casters.iter().enumerate() {
-                let segment = (bases[run] == Basis::CrossValidated).then_some(frame.segment);
-                queries.clear();
-                queries.extend(rays[run].iter().map(|ray| query_of(ray, segment)));
-                caster
-                    .cast(queries, &mut answers[run], buffers)
-                    .map_err(EvaluateError::map_of(&runs[run].name))?;
-            }
-            for (run, rays) in rays.iter().enumerate() {
-                let of_answer = |(ray, answer): (&Ray, &Answer)| residuals_of(ray, answer, scales);
-                residuals[run].clear();
-                residuals[run].extend(rays.iter().zip(&answers[run]).map(of_answer));
-                if let Some(noise) = depth_noise {
-                    for ((residuals, ray), point) in
-                        residuals[run].iter_mut().zip(rays).zip(returns.points_in_sensor_m)
-                    {
-                        residuals.depth =
-                            residuals.first_m.map(|m| depth_residual(m, ray.range_m, *point, noise));
-                    }
-                }
-                for (ray, residuals) in rays.iter().zip(&residuals[run]) {
-                    let of_tile = frame_tiles[run].entry(own_tiles[run].of(ray.endpoint_in_world()));
-                    if of_tile.returns() == 0 {
-                        *of_tile = RunSums::new(scales);
-                    }
-                    of_tile.add(residuals);
-                }
-            }
-            for index in 0..rays[0].len() {
-                of_return.clear();
-                of_return.extend(residuals.iter().map(|of_run| of_run[index]));
-                sums.add_return(of_return);
-            }
-            let (own_from_sensor, own_from_world) = (&own_from_sensor[..], &**own_from_world);
-            let frame = frame.number;
-            let offsets_ns = returns.offsets_ns;
-            let scored =
-                ScoredReturns { frame, first, offsets_ns, own_from_sensor, own_from_world, rays, residuals };
-            watch.returns_scored(&scored);
-            first += offsets_ns.len();
-            Ok::<(), EvaluateError>(())
-        })?;
-        for (run, of_run) in self.frame_tiles.iter_mut().enumerate() {
-            for (tile, of_tile) in of_run.drain() {
-                self.tiles.entry((run, tile)).or_default().merge(&of_tile);
-            }
-        }
-        self.reducer.add_frame(ordinal as u64, &self.frame)?;
-        self.watch.frame_scored(frame.number, &self.frame);
-        self.counts.merge(&counts);
-        self.watch.advance(counts.total());
-        Ok(())
-    }
+/// One run, with what its rays left.
+struct CastRun<'e> {
+    run: &'e RunState<'e, RunCaster>,
+    /// Whether its surfels know the segments they were seen in.
+    is_cross_validated: bool,
+    /// The tiles of its own frame.
+    own_tiles: OwnTiles,
+    /// Of the returns at hand.
+    answers: Vec<Answer>,
+    residuals: Vec<Residuals>,
+    /// Of the frame's returns.
+    frame_tiles: TileTable<RunSums>,
 }
 
-impl<'a> CastWorker<'a> {
+impl<'e> CastWorker<'e> {
     /// A worker of the pass that has seen nothing.
-    pub(super) fn new(pass: &CastPass<'a>, layout: &Layout) -> Self {
+    pub(super) fn new(evaluation: &'e Evaluation<'e, RunCaster>, layout: &Layout) -> Self {
+        let Evaluation { log, settings, plan, runs, .. } = evaluation;
         Self {
-            poser: Poser::new(&pass.plan.poses, &pass.plan.filter),
-            poses: &pass.plan.poses,
-            runs: pass.runs,
-            casters: &pass.casters.of_runs,
-            watch: pass.watch,
-            bases: &pass.casters.bases,
-            depth_noise: pass.log.summary().camera.map(|_| pass.config.depth_noise()),
+            evaluation,
+            poser: Poser::new(poses_of(runs), &plan.filter),
+            runs: runs.iter().map(CastRun::new).collect(),
+            depth_noise: log.summary().camera.map(|_| settings.depth_noise()),
             queries: Vec::new(),
-            answers: vec![Vec::new(); pass.runs.len()],
             buffers: CastBuffers::default(),
-            residuals: vec![Vec::new(); pass.runs.len()],
             of_return: Vec::new(),
-            own_tiles: pass
-                .plan
-                .own_from_world
-                .iter()
-                .zip(&pass.casters.of_runs)
-                .map(|(own_from_world, caster)| {
-                    OwnTiles::new(own_from_world, caster.map().lattice().tile_edge_m())
-                })
-                .collect(),
-            own_from_world: &pass.plan.own_from_world,
-            frame_tiles: pass.runs.iter().map(|_| TileTable::default()).collect(),
-            frame: FrameSums::on_scales(&pass.casters.bases, layout.scales()),
+            frame: FrameSums::on_scales(&bases(runs), layout.scales()),
             reducer: Reducer::new(layout.clone()),
             tiles: HashMap::new(),
             counts: ReturnCounts::default(),
@@ -161,12 +71,106 @@ impl<'a> CastWorker<'a> {
     }
 }
 
-pub(crate) fn query_of(ray: &Ray, segment: Option<i32>) -> Query {
-    Query {
-        origin_in_world_m: ray.origin_in_world,
-        direction_in_world: ray.direction_in_world,
-        measured_m: ray.range_m,
-        segment,
+impl Worker for CastWorker<'_> {
+    fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
+        let Self { evaluation, poser, runs, queries, buffers, of_return, .. } = self;
+        let (depth_noise, scales) = (self.depth_noise.as_ref(), self.frame.scales());
+        self.frame.clear();
+        let sums = &mut self.frame;
+        let mut first = 0;
+        let counts = poser.blocks(frame, scan, |block| {
+            for (number, run) in runs.iter_mut().enumerate() {
+                run.cast(block.rays(number), frame.segment, queries, buffers)?;
+                run.leave_residuals(&block, number, scales, depth_noise);
+            }
+            for index in 0..block.len() {
+                of_return.clear();
+                of_return.extend(runs.iter().map(|run| run.residuals[index]));
+                sums.add_return(of_return);
+            }
+            let scored: Vec<ScoredRun<'_>> = runs
+                .iter()
+                .enumerate()
+                .filter_map(|(number, run)| run.scored(frame, block.rays(number)))
+                .collect();
+            let (frame, offsets_ns, runs) = (frame.number, block.offsets_ns, scored.as_slice());
+            evaluation.sink.returns_scored(&ScoredReturns { frame, first, offsets_ns, runs });
+            first += offsets_ns.len();
+            Ok::<(), EvaluateError>(())
+        })?;
+        for (number, run) in self.runs.iter_mut().enumerate() {
+            for (tile, of_tile) in run.frame_tiles.drain() {
+                self.tiles.entry((number, tile)).or_default().merge(&of_tile);
+            }
+        }
+        self.reducer.add_frame(ordinal as u64, &self.frame)?;
+        self.evaluation.sink.frame_scored(frame.number, &self.frame);
+        self.counts.merge(&counts);
+        self.evaluation.progress.advance(counts.total());
+        Ok(())
+    }
+}
+
+impl<'e> CastRun<'e> {
+    fn new(run: &'e RunState<'e, RunCaster>) -> Self {
+        let edge_m = run.map.caster.map().lattice().tile_edge_m();
+        Self {
+            run,
+            is_cross_validated: run.map.basis() == Basis::CrossValidated,
+            own_tiles: OwnTiles::new(&run.own_from_world, edge_m),
+            answers: Vec::new(),
+            residuals: Vec::new(),
+            frame_tiles: TileTable::default(),
+        }
+    }
+
+    /// Casts rays that were measured in a segment.
+    fn cast(
+        &mut self,
+        rays: &[Ray],
+        segment: i32,
+        queries: &mut Vec<Query>,
+        buffers: &mut CastBuffers,
+    ) -> Result<(), EvaluateError> {
+        let segment = self.is_cross_validated.then_some(segment);
+        queries.clear();
+        queries.extend(rays.iter().map(|ray| query_of(ray, segment)));
+        let cast = self.run.map.caster.cast(queries, &mut self.answers, buffers);
+        cast.map_err(EvaluateError::map_of(self.run.name()))
+    }
+
+    /// What the rays leave, and its sums by tile.
+    fn leave_residuals(
+        &mut self,
+        block: &Block<'_>,
+        number: usize,
+        scales: Scales,
+        depth_noise: Option<&DepthNoise>,
+    ) {
+        let rays = block.rays(number);
+        self.residuals.clear();
+        let answered = rays.iter().zip(&self.answers);
+        self.residuals.extend(answered.map(|(ray, answer)| residuals_of(ray, answer, scales)));
+        if let Some(noise) = depth_noise {
+            for ((residuals, ray), point) in self.residuals.iter_mut().zip(rays).zip(block.points_in_sensor_m)
+            {
+                residuals.depth = residuals.first_m.map(|m| depth_residual(m, ray.range_m, *point, noise));
+            }
+        }
+        for (ray, residuals) in rays.iter().zip(&self.residuals) {
+            let of_tile = self.frame_tiles.entry(self.own_tiles.of(ray.endpoint_in_world()));
+            if of_tile.returns() == 0 {
+                *of_tile = RunSums::new(scales);
+            }
+            of_tile.add(residuals);
+        }
+    }
+
+    /// The returns at hand as they are handed over.
+    fn scored<'s>(&'s self, frame: &PlannedFrame, rays: &'s [Ray]) -> Option<ScoredRun<'s>> {
+        let own_from_world = self.run.own_from_world;
+        let own_from_sensor = own_from_world * self.run.poses.of_frame(frame)?;
+        Some(ScoredRun { own_from_sensor, own_from_world, rays, residuals: &self.residuals })
     }
 }
 

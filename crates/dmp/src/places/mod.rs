@@ -17,14 +17,20 @@ use dmp_sensor::DropReason;
 use crate::cast::Scored;
 use crate::config::{Config, MapSource, Run};
 use crate::error::EvaluateError;
-use crate::fuse::Maps;
-use crate::memory::{self, Budget};
-use crate::own_frame::Placed;
-use crate::plan::{Drive, Heads, Plan};
+use crate::evaluation::{FuseTotals, check_runs};
+use crate::heads::Heads;
+use crate::memory::PlaceNeeds;
+use crate::own_frame;
+use crate::peak;
+use crate::plan::Drive;
 use crate::pose::Pairing;
-use crate::report::{self, Inputs, PassTimes, PlacesReport, Report};
+use crate::progress::Stage;
+use crate::report::{Findings, PassTimes, PlacesReport, Report, ToldMap, drops_in_words};
 use crate::sample::{Looks, Sample};
-use crate::watch::{Stage, Watch};
+use crate::settings::{Means, Settings};
+use crate::sink::ScoredPlace;
+use crate::watch::Watch;
+use crate::work::{MapFacts, pool};
 pub use draw::drawn_places;
 use draw::{FEW_PLACES, draw};
 use scans::DriveScans;
@@ -32,25 +38,10 @@ use score::{PlaceScorer, PlaceTotals};
 use survey::Surveyed;
 use way::{LENGTH_M, PlaceScans, SPACING_M, Way};
 
-/// A place of a quick score.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ScoredPlace {
-    /// Its number along the way, from 0.
-    pub number: usize,
-    /// How many places there are.
-    pub of: usize,
-    /// Whether most runs have the way come back to it.
-    pub is_revisited: bool,
-}
-
 /// Places below which there is nothing to choose among.
 const FEWEST_PLACES: usize = 4;
 /// Stamps that are known no better than this, nanoseconds, do not tell where a scan was made.
 const VAGUE_NS: i64 = 1_000_000_000;
-/// What a return takes in memory while it is held, bytes: coordinates and a time.
-const HELD_RETURN_BYTES: u64 = 20;
-/// Least memory for the maps of a thread beside what it cannot do without, bytes.
-const LEAST_MAP_BYTES: usize = 32 << 20;
 
 /// Scores `runs` on a sample of places of the log that `outline` tells of, drawn by [`Config::seed`], and reads about
 /// `share` of its bytes: the scans near these places, on every pass.
@@ -63,71 +54,63 @@ const LEAST_MAP_BYTES: usize = 32 << 20;
 /// # Errors
 /// As [`evaluate`](crate::evaluate); when the drive has too few places, when the stamps in the log's index do not tell
 /// where scans were made, and for settings that need the whole log.
-pub fn evaluate_quick(
-    outline: &LogOutline,
-    runs: &[Run],
+pub fn evaluate_quick<'a>(
+    outline: &'a LogOutline,
+    runs: &'a [Run],
     config: &Config,
     share: f64,
-    watch: &dyn Watch,
+    watch: impl Into<Watch<'a>>,
 ) -> Result<Report, EvaluateError> {
-    let config = &config.settled(outline.summary());
-    config.check()?;
-    check(runs, config, share)?;
+    let watch = watch.into();
+    let (settings, means) = config.on(outline.summary())?;
+    check_runs(runs, &settings)?;
+    check(runs, &settings, &means, share)?;
     let start = Instant::now();
     let read_before = outline.bytes_read();
-    let placed = Placed::new(Heads::Outline(outline), runs, &[], config)?;
-    let runs = placed.runs.as_slice();
-    let drive = Drive::new(Heads::Outline(outline), runs, config)?;
-    let by_stamp = drive.poses.iter().any(|run| run.pairing == Pairing::ByStamp);
+    let heads = Heads::Outline(outline);
+    let stores = runs.iter().map(|_| None).collect();
+    let mut placed = own_frame::place(heads, runs, stores, &settings)?;
+    let drive = Drive::new(heads, &mut placed, &settings)?;
+    let by_stamp = placed.iter().any(|run| run.poses.pairing == Pairing::ByStamp);
     if by_stamp && outline.stamp_error_ns() > VAGUE_NS {
         let (path, error_ns) = (outline.summary().path.clone(), outline.stamp_error_ns());
         return Err(EvaluateError::VagueStamps { path, error_s: error_ns as f64 / 1e9 });
     }
-    let scans = DriveScans::new(outline, &drive);
+    let scans = DriveScans::new(outline, &drive, &placed);
     let way = Way::new(&scans);
-    let sample = Places::choose(&scans, &way, config, share)?;
+    let sample = Places::choose(&scans, &way, settings.seed, share)?;
 
     // The same returns z, voxels and segments for every run and every place.
     let (all, drawn) = (sample.total as u64, sample.drawn.len() as u64);
-    let looks = Looks::new(all, Sample::Frames(drawn), config.seed, false);
-    let surveyed = survey::look(&scans, &way, &sample.drawn, &placed, looks, config, watch)?;
-    let Surveyed { plan, hints, largest_scan } = surveyed;
-    let most_scans = sample.drawn.iter().map(|(_, scans)| scans.read.len()).max().unwrap_or(0);
-    let held_bytes = most_scans as u64 * largest_scan * HELD_RETURN_BYTES;
+    let looks = Looks::new(all, Sample::Frames(drawn), settings.seed, false);
+    let surveyed = survey::look(&scans, &way, &sample.drawn, looks, &settings, watch.progress)?;
     let plan_s = start.elapsed().as_secs_f64();
 
     // Every place as a log of its own: its map, and the sums of its returns. The places are the units that the error
     // of the sampling comes from.
-    let layout = Layout::new(all, vec![Basis::CrossValidated; runs.len()]).with_miss_price(config.miss_price);
-    let pass = Pass { scans: &scans, plan: &plan, runs, config, held_bytes, largest_scan, watch };
-    let (reducer, totals, threads) = pass.run(&sample.drawn, &layout)?;
+    let pass =
+        Pass { scans: &scans, surveyed: &surveyed, asked: runs, settings: &settings, means: &means, watch };
+    let (reducer, totals, threads) = pass.run(&sample.drawn, all)?;
     let mut counts = totals.scored;
     counts.add_dropped(DropReason::ScanNotSampled, totals.fused.total().saturating_sub(counts.total()));
     counts.add_dropped(DropReason::ScanWithoutPose, totals.unposed_returns);
     let Some(lattice) = totals.lattice.filter(|_| counts.used() > 0) else {
-        return Err(EvaluateError::NoReturns(report::drops_in_words(&counts)));
+        return Err(EvaluateError::NoReturns(drops_in_words(&counts)));
     };
-    memory::look();
+    peak::look();
 
     let total_s = start.elapsed().as_secs_f64();
-    let times = PassTimes {
+    let timing = PassTimes {
         plan_s,
         fuse_s: totals.fuse_s / threads as f64,
         trails_s: 0.0,
         cast_s: totals.cast_s / threads as f64,
         total_s,
-        threads: config.threads,
+        threads: means.threads,
     };
     let since = outline.bytes_read().zip(read_before).map(|(now, before)| now - before);
     let bytes_read = since.zip(outline.own_bytes_read()).map(|(since, own)| since + own);
-    let maps = Maps {
-        of_runs: Vec::new(),
-        counts: Some(totals.fused),
-        left_out: 0,
-        trails: None,
-        scratch_bytes: totals.scratch_bytes,
-        notes: vec![Vec::new(); runs.len()],
-    };
+    let fused = FuseTotals { counts: Some(totals.fused), left_out: 0, scratch_bytes: totals.scratch_bytes };
     // A place has its maps by itself: their tiles are what is in reach, once.
     let tiles_in_reach = totals.maps.iter().map(|map| map.tiles).sum();
     let scored = Scored {
@@ -135,7 +118,7 @@ pub fn evaluate_quick(
         places: Some(sample.report(&way, share, totals.scans_read, bytes_read)),
         scan_of_unit: sample.middles,
         looks: vec![reducer.frames_added()],
-        promise: config.promise(),
+        promise: settings.promise(),
         counts,
         tiles: totals.tiles,
         tile_loads: totals.tile_loads,
@@ -144,9 +127,20 @@ pub fn evaluate_quick(
         lattice,
         reducer,
     };
-    let damage = all_damage(outline, totals.damage);
-    let inputs = Inputs { heads: Heads::Outline(outline), damage: &damage, runs };
-    let mut report = report::build(inputs, config, &plan, &maps, totals.maps, &scored, &hints, times);
+    let told = |report| ToldMap { report, facts: MapFacts { fused: true, ..MapFacts::default() } };
+    let told_runs = surveyed.runs.iter().zip(totals.maps).map(|(run, report)| run.like(told(report)));
+    let findings = Findings {
+        heads,
+        damage: &all_damage(outline, totals.damage),
+        settings: &settings,
+        means: &means,
+        plan: &surveyed.plan,
+        runs: &told_runs.collect::<Vec<_>>(),
+        fused,
+        scored: &scored,
+        timing,
+    };
+    let mut report = findings.report();
     report.memory.disk_bytes = totals.scratch_bytes + totals.map_bytes;
     Ok(report)
 }
@@ -164,12 +158,12 @@ fn all_damage(outline: &LogOutline, mut of_places: Vec<(usize, Damage)>) -> Vec<
 }
 
 /// What a sample of places cannot do.
-fn check(runs: &[Run], config: &Config, share: f64) -> Result<(), EvaluateError> {
+fn check(runs: &[Run], settings: &Settings, means: &Means, share: f64) -> Result<(), EvaluateError> {
     let bad = |value: String, why| Err(EvaluateError::Setting { setting: "quick", value, why });
     if !(share > 0.0 && share <= 1.0) {
         return bad(format!("{share}"), "it must be a share of the log's bytes above 0 and at most 1");
     }
-    if config.scales() == Scales::Room {
+    if settings.scales == Scales::Room {
         return bad(
             "of a room".into(),
             "its places are those of a drive, 10 m long: --sample scores part of the scans",
@@ -181,10 +175,10 @@ fn check(runs: &[Run], config: &Config, share: f64) -> Result<(), EvaluateError>
             "it makes the maps of places itself: --sample scores part of the scans",
         );
     }
-    if config.sample != Sample::All || config.decide.is_some() {
+    if settings.sample != Sample::All || settings.decide.is_some() {
         return bad("with a sample of scans".into(), "it is one or the other");
     }
-    if config.free_space || config.save_maps.is_some() || config.checkpoint_every.is_some() || config.resume {
+    if settings.free_space || means.save_maps.is_some() || means.checkpoint_every.is_some() || means.resume {
         return bad("with a setting for whole maps".into(), "it makes maps of places, and none of all");
     }
     Ok(())
@@ -202,12 +196,7 @@ struct Places {
 }
 
 impl Places {
-    fn choose(
-        drive_scans: &DriveScans<'_>,
-        way: &Way,
-        config: &Config,
-        share: f64,
-    ) -> Result<Self, EvaluateError> {
+    fn choose(drive_scans: &DriveScans<'_>, way: &Way, seed: u64, share: f64) -> Result<Self, EvaluateError> {
         let places = way.places();
         let (outline, drive) = (drive_scans.outline(), drive_scans.drive());
         if places.len() < FEWEST_PLACES {
@@ -221,7 +210,7 @@ impl Places {
         // All of the log is all places, though most scans are read for several of them.
         let budget_bytes = if share < 1.0 { asked.saturating_sub(read) } else { u64::MAX };
         let revisited: Vec<bool> = places.iter().map(|place| way.is_revisited(place)).collect();
-        let numbers = draw(&bytes, &revisited, budget_bytes, config.seed);
+        let numbers = draw(&bytes, &revisited, budget_bytes, seed);
         Ok(Self {
             total: places.len(),
             revisited_total: revisited.iter().filter(|&&revisited| revisited).count(),
@@ -256,50 +245,44 @@ impl Places {
 }
 
 /// What threads share.
-struct Pass<'a> {
-    scans: &'a DriveScans<'a>,
-    plan: &'a Plan<'a>,
-    runs: &'a [Run],
-    config: &'a Config,
-    /// Most bytes that the scans of a place take in memory.
-    held_bytes: u64,
-    /// Most returns of a scan, as far as is known.
-    largest_scan: u64,
-    watch: &'a dyn Watch,
+struct Pass<'p> {
+    scans: &'p DriveScans<'p>,
+    surveyed: &'p Surveyed<'p>,
+    asked: &'p [Run],
+    settings: &'p Settings,
+    means: &'p Means,
+    watch: Watch<'p>,
 }
 
 impl Pass<'_> {
-    /// Scores places, one of them a thread. Says how many threads there were.
+    /// Scores places, one of them a thread, of `all` that there are. Says how many threads there were.
     fn run(
         &self,
         drawn: &[(ScoredPlace, PlaceScans)],
-        layout: &Layout,
+        all: u64,
     ) -> Result<(Reducer, PlaceTotals, usize), EvaluateError> {
-        let (threads, config) = self.shares(drawn.len())?;
+        let (threads, means) = self.needs(drawn).share(self.means, drawn.len())?;
         // What every place writes goes into folders of its own in this one.
-        let folder = WorkFolder::new(&self.config.work_folder).map_err(EvaluateError::Work)?;
-        let config = Config { work_folder: folder.path().to_path_buf(), ..config };
-        self.watch.begin(Stage::Places, drawn.len() as u64);
+        let folder = WorkFolder::new(&self.means.work_folder).map_err(EvaluateError::Work)?;
+        let means = Means { work_folder: folder.path().to_path_buf(), ..means };
+        let layout = Layout::new(all, vec![Basis::CrossValidated; self.asked.len()])
+            .with_miss_price(self.settings.miss_price);
+        let progress = self.watch.progress;
+        progress.begin(Stage::Places, drawn.len() as u64);
         let next = AtomicUsize::new(0);
+        let nothing = || (Reducer::new(layout.clone()), PlaceTotals::new(self.asked.len()));
         let work = || -> Result<(Reducer, PlaceTotals), EvaluateError> {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-            let pool = pool.map_err(|source| EvaluateError::Threads { threads: 1, source })?;
-            let scorer = PlaceScorer {
-                scans: self.scans,
-                plan: self.plan,
-                runs: self.runs,
-                config: &config,
-                watch: self.watch,
-            };
-            let (mut reducer, mut totals) = (Reducer::new(layout.clone()), PlaceTotals::new(self.runs.len()));
+            let pool = pool(1)?;
+            let scorer = self.scorer(&means);
+            let (mut reducer, mut totals) = nothing();
             while let Some((place, scans)) = drawn.get(next.fetch_add(1, Ordering::Relaxed)) {
-                if self.watch.cancelled() {
+                if progress.cancelled() {
                     return Err(EvaluateError::Cancelled);
                 }
                 let sums: FrameSums = pool.install(|| scorer.score(place.number, scans, &mut totals))?;
                 reducer.add_frame(place.number as u64, &sums)?;
-                self.watch.place_scored(*place, &sums);
-                self.watch.advance(1);
+                self.watch.sink.place_scored(*place, &sums);
+                progress.advance(1);
             }
             Ok((reducer, totals))
         };
@@ -310,7 +293,7 @@ impl Pass<'_> {
             let resume = |panic| std::panic::resume_unwind(panic);
             threads.into_iter().map(|thread| thread.join().unwrap_or_else(resume)).collect()
         });
-        let (mut reducer, mut totals) = (Reducer::new(layout.clone()), PlaceTotals::new(self.runs.len()));
+        let (mut reducer, mut totals) = nothing();
         for of_thread in done {
             let (of_thread, more) = of_thread?;
             reducer.merge(&of_thread)?;
@@ -319,17 +302,27 @@ impl Pass<'_> {
         Ok((reducer, totals, threads))
     }
 
-    /// As many threads as the memory allows, and the settings of each.
-    fn shares(&self, places: usize) -> Result<(usize, Config), EvaluateError> {
-        let asked = self.config.memory_bytes;
-        let row_bytes = self.scans.outline().summary().point_bytes as usize;
-        let least = Budget::least_bytes(self.largest_scan as usize, row_bytes, self.runs.len());
-        let needed = self.held_bytes as usize + least + LEAST_MAP_BYTES;
-        if asked < needed {
-            return Err(EvaluateError::TooLittleMemory { asked, needed, threads: 1, runs: self.runs.len() });
+    fn scorer<'s>(&'s self, means: &'s Means) -> PlaceScorer<'s> {
+        PlaceScorer {
+            scans: self.scans,
+            plan: &self.surveyed.plan,
+            asked: self.asked,
+            runs: &self.surveyed.runs,
+            settings: self.settings,
+            means,
+            watch: self.watch,
         }
-        let threads = (asked / needed).min(self.config.threads).min(places).max(1);
-        let memory_bytes = asked / threads - self.held_bytes as usize;
-        Ok((threads, Config { threads: 1, memory_bytes, ..self.config.clone() }))
+    }
+
+    /// What a thread needs to score one of some places.
+    fn needs(&self, places: &[(ScoredPlace, PlaceScans)]) -> PlaceNeeds {
+        let largest_scan = self.surveyed.largest_scan;
+        let most_scans = places.iter().map(|(_, scans)| scans.read.len()).max().unwrap_or(0);
+        PlaceNeeds {
+            returns: most_scans as u64 * largest_scan,
+            largest_scan,
+            row_bytes: self.scans.outline().summary().point_bytes as usize,
+            runs: self.asked.len(),
+        }
     }
 }

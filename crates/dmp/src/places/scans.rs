@@ -3,33 +3,51 @@
 use std::collections::{BTreeSet, HashMap};
 
 use dmp_log::{HeldLog, LogOutline, OutlinedScan, ScanLog};
+use dmp_map::Store;
 
-use crate::config::Config;
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
 use crate::plan::Drive;
+use crate::pose::RunPoses;
+use crate::run_state::{RunState, poses_of};
+use crate::settings::Settings;
 
 /// A drive on a log of which hardly a scan was read. Its scans are named by their ordinals in it.
 #[derive(Debug)]
 pub(crate) struct DriveScans<'a> {
     outline: &'a LogOutline,
-    drive: &'a Drive<'a>,
+    drive: &'a Drive,
+    runs: &'a [RunState<'a, Option<Store>>],
     /// By the number of a scan in the log, its ordinal in the drive.
     ordinals: HashMap<usize, usize>,
 }
 
 impl<'a> DriveScans<'a> {
-    pub(crate) fn new(outline: &'a LogOutline, drive: &'a Drive<'a>) -> Self {
+    pub(crate) fn new(
+        outline: &'a LogOutline,
+        drive: &'a Drive,
+        runs: &'a [RunState<'a, Option<Store>>],
+    ) -> Self {
         let numbers = drive.frames().iter().enumerate().map(|(ordinal, frame)| (frame.number, ordinal));
-        Self { outline, drive, ordinals: numbers.collect() }
+        Self { outline, drive, runs, ordinals: numbers.collect() }
     }
 
     pub(crate) fn outline(&self) -> &'a LogOutline {
         self.outline
     }
 
-    pub(crate) fn drive(&self) -> &'a Drive<'a> {
+    pub(crate) fn drive(&self) -> &'a Drive {
         self.drive
+    }
+
+    /// The runs, with no map yet.
+    pub(crate) fn runs(&self) -> &'a [RunState<'a, Option<Store>>] {
+        self.runs
+    }
+
+    /// Where the sensor was, for each run.
+    pub(crate) fn poses(&self) -> impl Iterator<Item = &'a RunPoses> {
+        poses_of(self.runs)
     }
 
     fn outlined(&self, ordinal: usize) -> &OutlinedScan {
@@ -58,16 +76,16 @@ impl<'a> DriveScans<'a> {
 
     /// Scans that were read as they are used, with their ordinals: at their own stamps, in the drive's segments; and
     /// the returns of those that have no pose there.
-    pub(crate) fn frames_of(&self, log: &HeldLog, config: &Config) -> (Vec<(usize, PlannedFrame)>, u64) {
+    pub(crate) fn frames_of(&self, log: &HeldLog, settings: &Settings) -> (Vec<(usize, PlannedFrame)>, u64) {
         let mut frames = Vec::with_capacity(log.frames().len());
         let mut unposed_returns = 0;
         for (frame, info) in log.frames().iter().enumerate() {
             let number = log.number_in_log(frame);
             let Some(&ordinal) = self.ordinals.get(&number) else { continue };
-            let stamp_ns = info.stamp_ns.map(|stamp_ns| stamp_ns.saturating_add(config.time_offset_ns));
+            let stamp_ns = info.stamp_ns.map(|stamp_ns| stamp_ns.saturating_add(settings.time_offset_ns));
             let segment = self.drive.frames()[ordinal].segment;
             let planned = PlannedFrame { frame, number, stamp_ns, returns: info.returns, segment };
-            if self.drive.poses.iter().all(|run| run.of_frame(&planned).is_some()) {
+            if self.poses().all(|run| run.of_frame(&planned).is_some()) {
                 frames.push((ordinal, planned));
             } else {
                 unposed_returns += info.returns;

@@ -1,61 +1,68 @@
 //! One place: its map, fused from the scans around it, and its own scans cast into that.
 
 use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use dmp_log::{Damage, ScanLog};
-use dmp_map::{Lattice, TileId};
+use dmp_log::{Damage, HeldLog, ScanLog};
+use dmp_map::{Lattice, Store, TileId};
 use dmp_reduce::{Basis, FrameSums, RunSums};
 use dmp_sensor::{DropReason, ReturnCounts};
 
 use super::scans::DriveScans;
 use super::way::PlaceScans;
-use crate::cast::{CastPass, Casters};
-use crate::checkpoint::Work;
-use crate::config::{Config, Run};
+use crate::config::Run;
 use crate::error::EvaluateError;
-use crate::frames::{FrameSet, PlannedFrame};
-use crate::fuse;
+use crate::evaluation::Task;
+use crate::frame_set::FrameSet;
+use crate::frames::PlannedFrame;
 use crate::plan::{Plan, Selection};
-use crate::report::{MapReport, map_reports};
-use crate::watch::{ScoredReturns, Stage, Watch};
+use crate::progress::Progress;
+use crate::report::{MapReport, map_report};
+use crate::run_map::tile_bytes;
+use crate::run_state::RunState;
+use crate::settings::{Means, Settings};
+use crate::sink::{ScoredReturns, Sink};
+use crate::watch::Watch;
+use crate::work::Work;
 
 /// What scores places: one thread's.
-pub(crate) struct PlaceScorer<'a> {
-    pub(crate) scans: &'a DriveScans<'a>,
-    /// What holds for all places: voxels, filter, poses.
-    pub(crate) plan: &'a Plan<'a>,
-    pub(crate) runs: &'a [Run],
-    /// With this thread's share of the memory.
-    pub(crate) config: &'a Config,
-    pub(crate) watch: &'a dyn Watch,
+pub(super) struct PlaceScorer<'a> {
+    pub(super) scans: &'a DriveScans<'a>,
+    /// What holds for all places: voxels, filter.
+    pub(super) plan: &'a Plan,
+    pub(super) asked: &'a [Run],
+    pub(super) runs: &'a [RunState<'a, Option<Store>>],
+    pub(super) settings: &'a Settings,
+    /// This thread's share.
+    pub(super) means: &'a Means,
+    pub(super) watch: Watch<'a>,
 }
 
 /// What comes of places.
 #[derive(Debug, Clone)]
-pub(crate) struct PlaceTotals {
+pub(super) struct PlaceTotals {
     /// Returns of the scans that were fused, and of those that were scored.
-    pub(crate) fused: ReturnCounts,
-    pub(crate) scored: ReturnCounts,
-    pub(crate) scans_read: u64,
-    pub(crate) scans_scored: u64,
+    pub(super) fused: ReturnCounts,
+    pub(super) scored: ReturnCounts,
+    pub(super) scans_read: u64,
+    pub(super) scans_scored: u64,
     /// Scans that turned out to have no pose in some run.
-    pub(crate) unposed_returns: u64,
-    pub(crate) tiles: HashMap<(usize, TileId), RunSums>,
-    pub(crate) maps: Vec<MapReport>,
-    pub(crate) scratch_bytes: u64,
-    pub(crate) map_bytes: u64,
-    pub(crate) tile_loads: u64,
-    pub(crate) fuse_s: f64,
-    pub(crate) cast_s: f64,
+    pub(super) unposed_returns: u64,
+    pub(super) tiles: HashMap<(usize, TileId), RunSums>,
+    pub(super) maps: Vec<MapReport>,
+    pub(super) scratch_bytes: u64,
+    pub(super) map_bytes: u64,
+    pub(super) tile_loads: u64,
+    pub(super) fuse_s: f64,
+    pub(super) cast_s: f64,
     /// What is lost, and at which place that was seen.
-    pub(crate) damage: Vec<(usize, Damage)>,
-    pub(crate) lattice: Option<Lattice>,
+    pub(super) damage: Vec<(usize, Damage)>,
+    pub(super) lattice: Option<Lattice>,
 }
 
 impl PlaceTotals {
-    pub(crate) fn new(runs: usize) -> Self {
+    pub(super) fn new(runs: usize) -> Self {
         Self {
             fused: ReturnCounts::default(),
             scored: ReturnCounts::default(),
@@ -74,7 +81,7 @@ impl PlaceTotals {
         }
     }
 
-    pub(crate) fn merge(&mut self, other: Self) {
+    pub(super) fn merge(&mut self, other: Self) {
         self.fused.merge(&other.fused);
         self.scored.merge(&other.scored);
         self.scans_read += other.scans_read;
@@ -98,17 +105,16 @@ impl PlaceTotals {
 
 impl PlaceScorer<'_> {
     /// Reads, fuses and casts the place of this number; `totals` take what is not its sums.
-    pub(crate) fn score(
+    pub(super) fn score(
         &self,
         number: usize,
         place: &PlaceScans,
         totals: &mut PlaceTotals,
     ) -> Result<FrameSums, EvaluateError> {
-        let runs = self.runs;
-        let nothing = FrameSums::new(&vec![Basis::CrossValidated; runs.len()]);
+        let nothing = FrameSums::new(&vec![Basis::CrossValidated; self.runs.len()]);
         let watch = InPlace { whole: self.watch, sums: Mutex::new(nothing) };
         let log = self.scans.load(&place.read)?;
-        let (frames, unposed_returns) = self.scans.frames_of(&log, self.config);
+        let (frames, unposed_returns) = self.scans.frames_of(&log, self.settings);
         let mut scored = FrameSet::default();
         for (at, _) in frames.iter().enumerate().filter(|(_, (ordinal, _))| place.scored.contains(ordinal)) {
             scored.insert(at);
@@ -124,57 +130,49 @@ impl PlaceScorer<'_> {
             totals.fused.add_dropped(DropReason::ScanNotSampled, returns);
             return Ok(watch.sums());
         }
+        totals.merge(self.evaluate(&log, frames, &scored, &watch)?);
+        Ok(watch.sums())
+    }
 
+    /// Fuses some scans, and casts those that are to be scored.
+    fn evaluate(
+        &self,
+        log: &HeldLog,
+        frames: Vec<PlannedFrame>,
+        scored: &FrameSet,
+        watch: &InPlace<'_>,
+    ) -> Result<PlaceTotals, EvaluateError> {
         let start = Instant::now();
-        let Plan { poses, segments, filter, voxel, looks, own_from_world, .. } = self.plan;
-        let plan = Plan {
-            selection: Selection { frames, ..Selection::default() },
-            poses: poses.clone(),
-            segments: segments.clone(),
-            filter: filter.clone(),
-            voxel: *voxel,
-            looks: looks.clone(),
-            own_from_world: own_from_world.clone(),
-        };
-        let work = Work::open(&log, runs, self.config)?;
-        let stores = runs.iter().map(|_| None).collect();
-        let mut maps = fuse::maps_of(&log, &plan, runs, stores, None, self.config, &work, &watch)?;
-        let run_maps = std::mem::take(&mut maps.of_runs);
+        let (settings, means) = (self.settings.clone(), self.means.clone());
+        let work = Arc::new(Work::open(log, self.asked, &settings, &means)?);
+        let plan = Plan { selection: Selection { frames, ..Selection::default() }, ..self.plan.clone() };
+        let runs = self.runs.iter().map(|run| run.like(None)).collect();
+        let task = Task { log, settings, means, work, watch: Watch::from((watch, watch)) };
+        let fused = task.planned(plan, runs).fuse()?;
         let fuse_s = start.elapsed().as_secs_f64();
-
-        let of_maps = map_reports(&run_maps, None);
-        let map_bytes = fuse::fused_bytes(&run_maps);
-        let casters = Casters::new(run_maps, self.config, work.budget());
-        let pass = CastPass {
-            log: &log,
-            plan: &plan,
-            runs,
-            casters: &casters,
-            config: self.config,
-            work: &work,
-            watch: &watch,
-        };
-        let (counts, tiles) = pass.of_frames(&scored)?;
-        totals.merge(PlaceTotals {
-            fused: maps.counts.unwrap_or_default(),
+        let (maps, _) = fused.casters();
+        let (counts, tiles) = maps.cast_frames(scored)?;
+        let stores = || maps.runs.iter().map(|run| (run.map.caster.map(), &run.map.facts));
+        let first = &maps.runs[0].map.caster;
+        Ok(PlaceTotals {
+            fused: maps.fused.counts.unwrap_or_default(),
             scored: counts,
             tiles,
-            maps: of_maps,
-            scratch_bytes: maps.scratch_bytes,
-            map_bytes,
-            tile_loads: casters.of_runs.first().map_or(0, dmp_cast::Caster::tile_loads),
+            maps: stores().map(|(store, facts)| map_report(store, facts)).collect(),
+            scratch_bytes: maps.fused.scratch_bytes,
+            map_bytes: stores().map(|(store, _)| tile_bytes(store)).sum(),
+            tile_loads: first.tile_loads(),
             fuse_s,
             cast_s: start.elapsed().as_secs_f64() - fuse_s,
-            lattice: casters.of_runs.first().map(|caster| caster.map().lattice()),
-            ..PlaceTotals::new(runs.len())
-        });
-        Ok(watch.sums())
+            lattice: Some(first.map().lattice()),
+            ..PlaceTotals::new(self.runs.len())
+        })
     }
 }
 
 /// Watches one place of many, whose stages are those of the whole, and adds up its scans.
 struct InPlace<'a> {
-    whole: &'a dyn Watch,
+    whole: Watch<'a>,
     sums: Mutex<FrameSums>,
 }
 
@@ -184,25 +182,23 @@ impl InPlace<'_> {
     }
 }
 
-impl Watch for InPlace<'_> {
-    fn begin(&self, _: Stage, _: u64) {}
-
-    fn advance(&self, _: u64) {}
-
+impl Progress for InPlace<'_> {
     fn note(&self, text: &str) {
-        self.whole.note(text);
+        self.whole.progress.note(text);
     }
 
+    fn cancelled(&self) -> bool {
+        self.whole.progress.cancelled()
+    }
+}
+
+impl Sink for InPlace<'_> {
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
-        self.whole.returns_scored(returns);
+        self.whole.sink.returns_scored(returns);
     }
 
     fn frame_scored(&self, frame: usize, sums: &FrameSums) {
         self.sums.lock().unwrap_or_else(PoisonError::into_inner).merge(sums);
-        self.whole.frame_scored(frame, sums);
-    }
-
-    fn cancelled(&self) -> bool {
-        self.whole.cancelled()
+        self.whole.sink.frame_scored(frame, sums);
     }
 }

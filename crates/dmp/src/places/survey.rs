@@ -3,18 +3,19 @@
 use std::collections::BTreeSet;
 
 use dmp_log::{HeldLog, LogOutline, ScanLog};
+use dmp_map::Store;
 
-use super::ScoredPlace;
 use super::scans::DriveScans;
 use super::way::{PlaceScans, Way};
-use crate::config::Config;
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
-use crate::own_frame::Placed;
-use crate::plan::{Plan, survey};
+use crate::plan::{BLOCK_RETURNS, BLOCK_SCANS, BLOCKS, Plan, Survey, block_of, spread};
+use crate::progress::Progress;
+use crate::run_state::RunState;
 use crate::sample::Looks;
-use crate::sanity;
-use crate::watch::Watch;
+use crate::sanity::Doubts;
+use crate::settings::Settings;
+use crate::sink::ScoredPlace;
 
 /// Scans that vote on the vehicle.
 const VOTERS: usize = 30;
@@ -25,15 +26,15 @@ pub(super) fn bytes(outline: &LogOutline) -> u64 {
     let packed: u64 = scans.chunk_by(|a, b| a.group == b.group).map(|group| group[0].bytes).sum();
     let groups = scans.last().map_or(1, |scan| u64::from(scan.group) + 1);
     let in_a_group = (scans.len() as u64).div_ceil(groups).max(1);
-    let of_pass = (survey::BLOCK_SCANS as u64).div_ceil(in_a_group) + 1;
-    (VOTERS as u64 + survey::BLOCKS as u64 * of_pass) * packed / groups
+    let of_pass = (BLOCK_SCANS as u64).div_ceil(in_a_group) + 1;
+    (VOTERS as u64 + BLOCKS as u64 * of_pass) * packed / groups
 }
 
 /// What holds for all places.
 pub(super) struct Surveyed<'a> {
-    pub(super) plan: Plan<'a>,
-    /// For every run what is likely wrong with it.
-    pub(super) hints: Vec<Option<String>>,
+    pub(super) plan: Plan,
+    /// The runs, with what is likely wrong with them.
+    pub(super) runs: Vec<RunState<'a, Option<Store>>>,
     /// Returns of the largest scan that was looked at.
     pub(super) largest_scan: u64,
 }
@@ -43,43 +44,34 @@ pub(super) fn look<'a>(
     scans: &DriveScans<'a>,
     way: &Way,
     places: &[(ScoredPlace, PlaceScans)],
-    placed: &Placed<'_>,
     looks: Looks,
-    config: &Config,
-    watch: &dyn Watch,
+    settings: &Settings,
+    progress: &dyn Progress,
 ) -> Result<Surveyed<'a>, EvaluateError> {
     let drive = scans.drive();
     let scored: Vec<usize> = places.iter().flat_map(|(_, place)| place.scored.iter().copied()).collect();
-    let voters: BTreeSet<usize> =
-        survey::spread(scored.len(), VOTERS).into_iter().map(|k| scored[k]).collect();
-    let voters = Held::read(scans, &voters, config)?;
-    let filter =
-        survey::filter(&voters.log, &voters.of(&voters.ordinals()), drive.segments.travel_m, config, watch)?;
+    let voters: BTreeSet<usize> = spread(scored.len(), VOTERS).into_iter().map(|k| scored[k]).collect();
+    let voters = Held::read(scans, &voters, settings)?;
+    let survey = Survey { log: &voters.log, settings, progress };
+    let filter = survey.filter(&voters.of(&voters.ordinals()), drive.segments.travel_m)?;
     let (mut largest_scan, mean_returns) = voters.returns();
     drop(voters);
 
     // As many scans of a few passes as a block has.
-    let count = (survey::BLOCK_RETURNS.div_ceil(mean_returns.max(1)) as usize).min(survey::BLOCK_SCANS);
+    let count = (BLOCK_RETURNS.div_ceil(mean_returns.max(1)) as usize).min(BLOCK_SCANS);
     let pass_of = |k: usize| way.pass_of(&places[k].1).iter().take(count).copied().collect();
-    let passes: Vec<BTreeSet<usize>> =
-        survey::spread(places.len(), survey::BLOCKS).into_iter().map(pass_of).collect();
-    let held = Held::read(scans, &passes.iter().flatten().copied().collect(), config)?;
+    let passes: Vec<BTreeSet<usize>> = spread(places.len(), BLOCKS).into_iter().map(pass_of).collect();
+    let held = Held::read(scans, &passes.iter().flatten().copied().collect(), settings)?;
     largest_scan = largest_scan.max(held.returns().0);
     let passes: Vec<Vec<PlannedFrame>> = passes.iter().map(|pass| held.of(pass)).collect();
     let passes: Vec<&[PlannedFrame]> = passes.iter().map(Vec::as_slice).collect();
-    let blocks: Vec<&[PlannedFrame]> = passes.iter().map(|pass| survey::block_of(pass)).collect();
-    let voxel = survey::voxel(&held.log, &blocks, &placed.runs, &drive.poses, &filter, config, watch)?;
-    let plan = Plan {
-        selection: drive.selection.clone(),
-        poses: drive.poses.clone(),
-        segments: drive.segments.clone(),
-        filter,
-        voxel,
-        looks,
-        own_from_world: placed.own_from_world.clone(),
-    };
-    let hints = sanity::look(&held.log, &plan, &passes, placed.as_given, &[], config, watch)?;
-    Ok(Surveyed { plan, hints, largest_scan })
+    let blocks: Vec<&[PlannedFrame]> = passes.iter().map(|pass| block_of(pass)).collect();
+    let mut runs: Vec<_> = scans.runs().iter().map(|run| run.like(None)).collect();
+    let voxel = Survey { log: &held.log, settings, progress }.voxel(&blocks, &runs, &filter)?;
+    let (selection, segments) = (drive.selection.clone(), drive.segments.clone());
+    let plan = Plan { selection, segments, filter, voxel, looks };
+    Doubts { log: &held.log, plan: &plan, settings, progress }.look(&passes, &mut runs, |_| None)?;
+    Ok(Surveyed { plan, runs, largest_scan })
 }
 
 /// Scans that were read, and how they are used.
@@ -92,10 +84,10 @@ impl Held {
     fn read(
         scans: &DriveScans<'_>,
         ordinals: &BTreeSet<usize>,
-        config: &Config,
+        settings: &Settings,
     ) -> Result<Self, EvaluateError> {
         let log = scans.load(&ordinals.iter().copied().collect::<Vec<_>>())?;
-        let (frames, _) = scans.frames_of(&log, config);
+        let (frames, _) = scans.frames_of(&log, settings);
         Ok(Self { log, frames })
     }
 

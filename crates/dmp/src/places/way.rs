@@ -3,9 +3,9 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::scans::DriveScans;
-use crate::config::SegmentLength;
 use crate::plan::Drive;
 use crate::pose::RunPoses;
+use crate::segment_length::SegmentLength;
 
 /// Length of the stretch of the way that is a place, metres.
 pub(crate) const LENGTH_M: f64 = 10.0;
@@ -29,7 +29,7 @@ const MAX_SCANS: usize = 240;
 const MAX_SCANS_OF_RUN: usize = 120;
 
 /// The way that the longest segment takes, metres.
-fn longest_m(drive: &Drive<'_>) -> f64 {
+fn longest_m(drive: &Drive) -> f64 {
     let last = drive.along_m.len() - 1;
     let ends = drive.segments.starts.iter().skip(1).chain([&last]);
     let ways = drive
@@ -86,18 +86,18 @@ struct Whereabouts {
 impl Way {
     pub(crate) fn new(scans: &DriveScans<'_>) -> Self {
         let drive = scans.drive();
-        let place = |frame, run: &RunPoses<'_>| {
+        let place = |frame, run: &RunPoses| {
             // Every scan in use has a pose in every run.
             run.of_frame(frame).map_or([f64::NAN; 3], |pose| pose.translation.vector.into())
         };
-        let of_run = |run| drive.frames().iter().map(|frame| place(frame, run)).collect();
+        let of_run = |run: &RunPoses| drive.frames().iter().map(|frame| place(frame, run)).collect();
         let segment_m = match drive.segments.length {
             Some(SegmentLength::Metres(m)) => m.max(LENGTH_M),
             // The way that the longest takes.
             Some(SegmentLength::Seconds(_) | SegmentLength::Scans(_)) => longest_m(drive).max(LENGTH_M),
             None => LENGTH_M,
         };
-        let places_m = drive.poses.iter().map(of_run).collect();
+        let places_m = scans.poses().map(of_run).collect();
         Self::of(drive.along_m.clone(), places_m, scans.groups(), segment_m)
     }
 

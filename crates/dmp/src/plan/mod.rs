@@ -1,31 +1,30 @@
+//! What is decided before anything is scored: which scans, which returns, which voxels and segments.
+
 mod drive;
-mod heads;
 mod segments;
 mod select;
-pub(crate) mod survey;
+mod survey;
 
 use dmp_log::ScanLog;
-use dmp_sensor::{Isometry3, ReturnFilter};
+use dmp_sensor::ReturnFilter;
 
-use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::frames::{PlannedFrame, Reading};
-use crate::pose::RunPoses;
+use crate::heads::Heads;
+use crate::progress::Progress;
+use crate::run_state::RunState;
 use crate::sample::Looks;
-use crate::watch::Watch;
+use crate::settings::{Means, Settings};
 pub(crate) use drive::Drive;
-pub(crate) use heads::Heads;
 pub(crate) use segments::Segments;
 pub(crate) use select::Selection;
+pub(crate) use survey::{BLOCK_RETURNS, BLOCK_SCANS, BLOCKS, Survey, VoxelChoice, block_of, spread};
 
-/// What is decided before anything is scored, once for all runs: the scans, the returns, the voxel, the
-/// segments.
+/// What is decided before anything is scored, once for all runs.
 #[derive(Debug, Clone)]
-pub(crate) struct Plan<'a> {
+pub(crate) struct Plan {
     /// Which scans, and what became of the others.
     pub(crate) selection: Selection,
-    /// Where the sensor was, for each run.
-    pub(crate) poses: Vec<RunPoses<'a>>,
     /// How the drive is cut.
     pub(crate) segments: Segments,
     /// Which returns are used.
@@ -34,44 +33,37 @@ pub(crate) struct Plan<'a> {
     pub(crate) voxel: VoxelChoice,
     /// Which of the scans are scored.
     pub(crate) looks: Looks,
-    /// For every run, the frame that its trajectory was given in.
-    pub(crate) own_from_world: Vec<Isometry3<f64>>,
 }
 
-/// The voxel edge and why it is that.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct VoxelChoice {
-    /// The edge v, metres.
-    pub(crate) voxel_m: f64,
-    /// Share of returns in voxels with three or more in the sampled blocks; `None` where it was given.
-    pub(crate) filled_share: Option<f64>,
-}
-
-impl<'a> Plan<'a> {
-    /// Looks at log and runs and decides, for settings that were checked. Reads a sample of scans.
+impl Plan {
+    /// Looks at log and runs and decides; `voxel_m` is the edge of voxels where that is decided already. Reads a sample of
+    /// scans.
     ///
     /// # Errors
     /// When a run and the log do not belong together, or nothing is left.
-    pub(crate) fn new(
+    pub(crate) fn new<M>(
         log: &dyn ScanLog,
-        runs: &'a [Run],
-        own_from_world: &[Isometry3<f64>],
-        config: &Config,
-        watch: &dyn Watch,
+        runs: &mut [RunState<'_, M>],
+        voxel_m: Option<f64>,
+        settings: &Settings,
+        progress: &dyn Progress,
     ) -> Result<Self, EvaluateError> {
-        let Drive { selection, poses, segments, .. } = Drive::new(Heads::Log(log), runs, config)?;
+        let Drive { selection, segments, .. } = Drive::new(Heads::Log(log), runs, settings)?;
         let frames = selection.frames.as_slice();
+        let survey = Survey { log, settings, progress };
         // At equal steps of the way, not of time: a vehicle that stands sees everything keep its place.
         let starts = segments.starts.iter().map(|&ordinal| frames[ordinal]);
-        let filter = survey::filter(log, &starts.collect::<Vec<_>>(), segments.travel_m, config, watch)?;
-        let voxel = survey::voxel(log, &survey::blocks_of(frames), runs, &poses, &filter, config, watch)?;
+        let filter = survey.filter(&starts.collect::<Vec<_>>(), segments.travel_m)?;
+        let voxel = match voxel_m {
+            Some(voxel_m) => VoxelChoice { voxel_m, filled_share: None },
+            None => survey.voxel(&survey::blocks_of(frames), runs, &filter)?,
+        };
         let all = selection.frames.len() as u64;
-        let looks = Looks::new(all, config.sample, config.seed, config.decide.is_some());
-        let own_from_world = own_from_world.to_vec();
-        Ok(Self { selection, poses, segments, filter, voxel, looks, own_from_world })
+        let looks = Looks::new(all, settings.sample, settings.seed, settings.decide.is_some());
+        Ok(Self { selection, segments, filter, voxel, looks })
     }
 
-    /// The scans to be scored.
+    /// The scans in use, in order of time.
     pub(crate) fn frames(&self) -> &[PlannedFrame] {
         &self.selection.frames
     }
@@ -80,10 +72,10 @@ impl<'a> Plan<'a> {
     pub(crate) fn reading<'b>(
         &'b self,
         log: &'b dyn ScanLog,
-        config: &Config,
-        watch: &'b dyn Watch,
+        means: &Means,
+        progress: &'b dyn Progress,
     ) -> Reading<'b> {
-        Reading { log, frames: self.frames(), order: config.order, watch }
+        Reading { log, frames: self.frames(), order: means.order, progress }
     }
 
     /// Returns of all planned scans, used or not.

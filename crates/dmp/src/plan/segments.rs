@@ -1,11 +1,13 @@
+//! How the drive is cut into segments.
+
 use std::collections::HashMap;
 
 use dmp_reduce::Scales;
 
-use crate::config::SegmentLength;
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
 use crate::report::SegmentReport;
+use crate::segment_length::SegmentLength;
 
 /// How the drive is cut into segments, the same for all runs.
 #[derive(Debug, Clone, PartialEq)]

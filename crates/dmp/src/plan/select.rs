@@ -1,18 +1,20 @@
-use super::heads::Heads;
-use crate::config::{Config, Run};
+//! Which scans are in use.
+
+use crate::config::Run;
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
-use crate::pose::RunPoses;
+use crate::heads::Heads;
+use crate::run_state::RunState;
+use crate::settings::Settings;
 
 /// Share of the scans that must have a pose in a run; below, the two hardly belong together.
 const MIN_POSED_SHARE: f64 = 0.05;
+
 /// The scans to be scored, and what became of the others.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Selection {
     /// The scans that were asked for and have a pose in every run, in order of time.
     pub(crate) frames: Vec<PlannedFrame>,
-    /// Scans that were asked for and have no pose, for each run.
-    pub(crate) without_pose: Vec<usize>,
     /// Returns of scans that were not asked for.
     pub(crate) unselected_returns: u64,
     /// Returns of scans that lack a pose in some run.
@@ -23,34 +25,27 @@ pub(crate) struct Selection {
     pub(crate) same_stamp: usize,
 }
 
-/// The scans that were asked for and have a pose in every run.
-pub(super) fn select(
+/// The scans that were asked for and have a pose in every run; the runs get to know how many they have none for.
+pub(super) fn select<M>(
     heads: Heads<'_>,
-    runs: &[Run],
-    poses: &[RunPoses<'_>],
-    config: &Config,
+    runs: &mut [RunState<'_, M>],
+    settings: &Settings,
 ) -> Result<Selection, EvaluateError> {
-    let mut selection = Selection {
-        frames: Vec::new(),
-        without_pose: vec![0; runs.len()],
-        unselected_returns: 0,
-        unposed_returns: 0,
-        out_of_order: 0,
-        same_stamp: 0,
-    };
+    let mut selection = Selection::default();
+    runs.iter_mut().for_each(|run| run.scans_without_pose = 0);
     let mut asked = 0;
     for (frame, (number, info)) in heads.scans().enumerate() {
-        if number % config.every != 0 {
+        if number % settings.every != 0 {
             selection.unselected_returns += info.returns;
             continue;
         }
         asked += 1;
-        let stamp_ns = info.stamp_ns.map(|stamp_ns| stamp_ns.saturating_add(config.time_offset_ns));
+        let stamp_ns = info.stamp_ns.map(|stamp_ns| stamp_ns.saturating_add(settings.time_offset_ns));
         let planned = PlannedFrame { frame, number, stamp_ns, returns: info.returns, segment: 0 };
         let mut posed = true;
-        for (poses, without_pose) in poses.iter().zip(&mut selection.without_pose) {
-            if poses.of_frame(&planned).is_none() {
-                *without_pose += 1;
+        for run in &mut *runs {
+            if run.poses.of_frame(&planned).is_none() {
+                run.scans_without_pose += 1;
                 posed = false;
             }
         }
@@ -60,11 +55,11 @@ pub(super) fn select(
             selection.unposed_returns += info.returns;
         }
     }
-    for (k, run) in runs.iter().enumerate() {
-        let found = asked - selection.without_pose[k];
+    for run in &*runs {
+        let found = asked - run.scans_without_pose;
         if found == 0 || (found as f64) < MIN_POSED_SHARE * asked as f64 {
-            let why = why_no_overlap(heads, run, config);
-            return Err(EvaluateError::NoOverlap { run: run.name.clone(), found, scans: asked, why });
+            let (run, why) = (run.run.name.clone(), why_no_overlap(heads, run.run, settings));
+            return Err(EvaluateError::NoOverlap { run, found, scans: asked, why });
         }
     }
     if selection.frames.is_empty() {
@@ -92,7 +87,7 @@ fn shift_of_clocks(log: (i64, i64), run: (i64, i64)) -> i64 {
     whole.into_iter().find(|&whole| common_ns(whole) >= common_ns(shift_ns)).unwrap_or(shift_ns)
 }
 
-fn why_no_overlap(heads: Heads<'_>, run: &Run, config: &Config) -> String {
+fn why_no_overlap(heads: Heads<'_>, run: &Run, settings: &Settings) -> String {
     let (Some((first, last)), Some([start, .., end])) = (heads.summary().span_ns, run.trajectory.stamps_ns())
     else {
         return "the trajectory holds too few poses".to_owned();
@@ -101,7 +96,7 @@ fn why_no_overlap(heads: Heads<'_>, run: &Run, config: &Config) -> String {
         return format!("the log's stamps are all the same, {:.3} s: they tell nothing", first as f64 / 1e9);
     }
     let (first, last) =
-        (first.saturating_add(config.time_offset_ns), last.saturating_add(config.time_offset_ns));
+        (first.saturating_add(settings.time_offset_ns), last.saturating_add(settings.time_offset_ns));
     let s = |ns: i64| ns as f64 / 1e9;
     let spans = format!(
         "the log spans {:.3} to {:.3} s, the trajectory {:.3} to {:.3} s",

@@ -1,15 +1,18 @@
+//! What is decided by looking at a few scans: the vehicle and the voxels.
+
 use dmp_log::ScanLog;
 use dmp_map::{DensityProbe, Lattice, MapError};
 use dmp_reduce::Scales;
-use dmp_sensor::{EgoMask, EgoVotes, ReturnFilter, Scan};
+use dmp_sensor::{EgoMask, EgoVotes, Ray, ReturnFilter, Scan};
 
-use super::VoxelChoice;
-use crate::config::{Config, Ego, Run};
+use crate::config::Ego;
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
-use crate::memory;
-use crate::pose::{Poser, RunPoses};
-use crate::watch::{Stage, Watch};
+use crate::peak;
+use crate::pose::Poser;
+use crate::progress::{Progress, Stage};
+use crate::run_state::RunState;
+use crate::settings::Settings;
 
 /// Scans that vote on the vehicle, spread evenly over the log.
 const EGO_SCANS: usize = 50;
@@ -27,114 +30,123 @@ const VOXELS_M: [f64; 3] = [0.2, 0.3, 0.5];
 const ROOM_VOXELS_M: [f64; 3] = [0.02, 0.03, 0.05];
 const FILLED_SHARE: f64 = 0.7;
 
-/// Which returns are used: the ranges, and the vehicle as it is given or as some of the `voters` find it, scans
-/// from all along the way.
-pub(crate) fn filter(
-    log: &dyn ScanLog,
-    voters: &[PlannedFrame],
-    travel_m: f64,
-    config: &Config,
-    watch: &dyn Watch,
-) -> Result<ReturnFilter, EvaluateError> {
-    let (min_range_m, max_range_m) = (config.min_range_m(), config.max_range_m());
-    let mut filter = ReturnFilter { min_range_m, max_range_m, ego: EgoMask::default() };
-    match config.ego {
-        Ego::None => {}
-        Ego::BoxMm(min, max) => filter.ego = EgoMask::from_box_mm(min, max),
-        // Nobody holds a camera so that a part of themselves is always in view.
-        Ego::Auto if travel_m < EGO_TRAVEL_M || config.scales() == Scales::Room => {}
-        Ego::Auto => {
-            let chosen = spread(voters.len(), EGO_SCANS);
-            watch.begin(Stage::Survey, chosen.len() as u64);
-            let (mut reader, mut scan) = (log.reader()?, Scan::default());
-            let mut votes = EgoVotes::default();
-            for voter in chosen {
-                reader.read(voters[voter].frame, &mut scan)?;
-                let used = scan.points_in_sensor_m.iter().filter(|&&point| filter.check(point).is_ok());
-                votes.add_scan(used.copied());
-                watch.advance(1);
-            }
-            filter.ego = votes.mask();
-        }
-    }
-    Ok(filter)
+/// The voxel edge and why it is that.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct VoxelChoice {
+    /// The edge v, metres.
+    pub(crate) voxel_m: f64,
+    /// Share of returns in voxels with three or more in the sampled blocks; `None` where it was given.
+    pub(crate) filled_share: Option<f64>,
 }
 
-/// The voxel edge given, or the smallest at which enough returns of some run share their voxel with two
-/// others: a poor trajectory scatters what a good one gathers, and density is a matter of the sensor and
-/// the drive. One run and one edge at a time, since each takes memory for a whole block of scans.
-pub(crate) fn voxel(
-    log: &dyn ScanLog,
-    blocks: &[&[PlannedFrame]],
-    runs: &[Run],
-    poses: &[RunPoses<'_>],
-    filter: &ReturnFilter,
-    config: &Config,
-    watch: &dyn Watch,
-) -> Result<VoxelChoice, EvaluateError> {
-    if let Some(voxel_m) = config.voxel_m {
-        return Ok(VoxelChoice { voxel_m, filled_share: None });
-    }
-    let scans: usize = blocks.iter().map(|block| block.len()).sum();
-    let voxels_m = match config.scales() {
-        Scales::Drive => VOXELS_M,
-        Scales::Room => ROOM_VOXELS_M,
-    };
-    let mut choice = VoxelChoice { voxel_m: voxels_m[0], filled_share: None };
-    'edges: for (k, &voxel_m) in voxels_m.iter().enumerate() {
-        let lattice = Lattice::new(voxel_m).map_err(EvaluateError::Work)?;
-        let mut best: f64 = 0.0;
-        for (run, poses) in runs.iter().zip(poses) {
-            watch.begin(Stage::Survey, scans as u64);
-            let share = match filled_share(log, blocks, lattice, run, poses, filter, watch) {
-                // The world of small voxels is small.
-                Err(EvaluateError::Map { source: MapError::OutOfWorld { .. }, .. })
-                    if k + 1 < voxels_m.len() =>
-                {
-                    continue 'edges;
+/// Looks at scans of a log.
+#[derive(Clone, Copy)]
+pub(crate) struct Survey<'a> {
+    pub(crate) log: &'a dyn ScanLog,
+    pub(crate) settings: &'a Settings,
+    pub(crate) progress: &'a dyn Progress,
+}
+
+impl Survey<'_> {
+    /// Which returns are used: the ranges, and the vehicle as it is given or as some of the `voters` find it, scans
+    /// from all along the way.
+    pub(crate) fn filter(
+        &self,
+        voters: &[PlannedFrame],
+        travel_m: f64,
+    ) -> Result<ReturnFilter, EvaluateError> {
+        let Settings { min_range_m, max_range_m, scales, ego, .. } = *self.settings;
+        let mut filter = ReturnFilter { min_range_m, max_range_m, ego: EgoMask::default() };
+        match ego {
+            Ego::None => {}
+            Ego::BoxMm(min, max) => filter.ego = EgoMask::from_box_mm(min, max),
+            // Nobody holds a camera so that a part of themselves is always in view.
+            Ego::Auto if travel_m < EGO_TRAVEL_M || scales == Scales::Room => {}
+            Ego::Auto => {
+                let chosen = spread(voters.len(), EGO_SCANS);
+                self.progress.begin(Stage::Survey, chosen.len() as u64);
+                let (mut reader, mut scan) = (self.log.reader()?, Scan::default());
+                let mut votes = EgoVotes::default();
+                for voter in chosen {
+                    reader.read(voters[voter].frame, &mut scan)?;
+                    let used = scan.points_in_sensor_m.iter().filter(|&&point| filter.check(point).is_ok());
+                    votes.add_scan(used.copied());
+                    self.progress.advance(1);
                 }
-                share => share?,
-            };
-            best = best.max(share);
-            if best >= FILLED_SHARE {
-                return Ok(VoxelChoice { voxel_m, filled_share: Some(best) });
+                filter.ego = votes.mask();
             }
         }
-        choice = VoxelChoice { voxel_m, filled_share: Some(best) };
+        Ok(filter)
     }
-    Ok(choice)
-}
 
-/// Share of one run's returns that lie in filled voxels of `lattice`.
-fn filled_share(
-    log: &dyn ScanLog,
-    blocks: &[&[PlannedFrame]],
-    lattice: Lattice,
-    run: &Run,
-    poses: &RunPoses<'_>,
-    filter: &ReturnFilter,
-    watch: &dyn Watch,
-) -> Result<f64, EvaluateError> {
-    let returns = |block: &&[PlannedFrame]| block.iter().map(|frame| frame.returns as usize).sum();
-    let mut probe = DensityProbe::new(lattice, blocks.iter().map(returns).max().unwrap_or(0));
-    let (mut reader, mut scan) = (log.reader()?, Scan::default());
-    let mut poser = Poser::new(std::slice::from_ref(poses), filter);
-    for block in blocks {
-        for frame in *block {
-            if watch.cancelled() {
-                return Err(EvaluateError::Cancelled);
+    /// The smallest voxel edge at which enough returns of some run share their voxel with two others: a poor trajectory
+    /// scatters what a good one gathers, and density is a matter of the sensor and the drive. One run and one edge at a
+    /// time, since each takes memory for a whole block of scans.
+    pub(crate) fn voxel<M>(
+        &self,
+        blocks: &[&[PlannedFrame]],
+        runs: &[RunState<'_, M>],
+        filter: &ReturnFilter,
+    ) -> Result<VoxelChoice, EvaluateError> {
+        let scans: usize = blocks.iter().map(|block| block.len()).sum();
+        let voxels_m = match self.settings.scales {
+            Scales::Drive => VOXELS_M,
+            Scales::Room => ROOM_VOXELS_M,
+        };
+        let mut choice = VoxelChoice { voxel_m: voxels_m[0], filled_share: None };
+        'edges: for (k, &voxel_m) in voxels_m.iter().enumerate() {
+            let lattice = Lattice::new(voxel_m).map_err(EvaluateError::Work)?;
+            let mut best: f64 = 0.0;
+            for run in runs {
+                self.progress.begin(Stage::Survey, scans as u64);
+                let share = match self.filled_share(blocks, lattice, run, filter) {
+                    // The world of small voxels is small.
+                    Err(EvaluateError::Map { source: MapError::OutOfWorld { .. }, .. })
+                        if k + 1 < voxels_m.len() =>
+                    {
+                        continue 'edges;
+                    }
+                    share => share?,
+                };
+                best = best.max(share);
+                if best >= FILLED_SHARE {
+                    return Ok(VoxelChoice { voxel_m, filled_share: Some(best) });
+                }
             }
-            reader.read(frame.frame, &mut scan)?;
-            poser.blocks(frame, &scan, |rays| {
-                let mut points = rays[0].iter().map(dmp_sensor::Ray::endpoint_in_world);
-                points.try_for_each(|point| probe.add(point)).map_err(EvaluateError::map_of(&run.name))
-            })?;
-            watch.advance(1);
+            choice = VoxelChoice { voxel_m, filled_share: Some(best) };
         }
-        probe.end_block();
-        memory::look();
+        Ok(choice)
     }
-    Ok(probe.filled_share())
+
+    /// Share of one run's returns that lie in filled voxels of `lattice`.
+    fn filled_share<M>(
+        &self,
+        blocks: &[&[PlannedFrame]],
+        lattice: Lattice,
+        run: &RunState<'_, M>,
+        filter: &ReturnFilter,
+    ) -> Result<f64, EvaluateError> {
+        let returns = |block: &&[PlannedFrame]| block.iter().map(|frame| frame.returns as usize).sum();
+        let mut probe = DensityProbe::new(lattice, blocks.iter().map(returns).max().unwrap_or(0));
+        let (mut reader, mut scan) = (self.log.reader()?, Scan::default());
+        let mut poser = Poser::new([&run.poses], filter);
+        for block in blocks {
+            for frame in *block {
+                if self.progress.cancelled() {
+                    return Err(EvaluateError::Cancelled);
+                }
+                reader.read(frame.frame, &mut scan)?;
+                poser.blocks(frame, &scan, |block| {
+                    let mut points = block.rays(0).iter().map(Ray::endpoint_in_world);
+                    points.try_for_each(|point| probe.add(point)).map_err(EvaluateError::map_of(run.name()))
+                })?;
+                self.progress.advance(1);
+            }
+            probe.end_block();
+            peak::look();
+        }
+        Ok(probe.filled_share())
+    }
 }
 
 /// Up to `count` of `total` ordinals, evenly spread.

@@ -1,33 +1,44 @@
 use dmp_log::Damage;
+use dmp_map::Store;
 use dmp_reduce::{
     Basis, Comparison, Comparisons, Estimate, Margin, RunSums, ScaleComparison, Verdict, log_likelihood_raw,
 };
-use dmp_sensor::{DepthNoise, DropReason, Isometry3, ReturnCounts};
+use dmp_sensor::{DepthNoise, DropReason, ReturnCounts};
 
 use super::{
     ConfigReport, DepthNoiseReport, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport,
     PairReport, PassTimes, PromiseReport, Report, RunInputReport, RunReport, SamplingReport, ScaleReport,
     ScaleScores, SegmentReport, TileReport, warnings,
 };
-use crate::cast::{HORIZON, Scored};
-use crate::config::{Config, Ego, MapSource, Run, SegmentLength};
-use crate::fuse::{Maps, RunMap};
-use crate::memory;
-use crate::plan::{Heads, Plan};
+use crate::cast::{Scored, horizon_m};
+use crate::config::{Ego, MapSource};
+use crate::evaluation::FuseTotals;
+use crate::heads::Heads;
+use crate::peak;
+use crate::plan::Plan;
 use crate::pose::Pairing;
-use crate::trails::TrailSummary;
+use crate::run_state::RunState;
+use crate::segment_length::SegmentLength;
+use crate::settings::{Means, Settings, seven};
+use crate::work::MapFacts;
 
-/// The maps as they are before the caster takes them.
-pub(crate) fn map_reports(maps: &[RunMap], trails: Option<&TrailSummary>) -> Vec<MapReport> {
-    let report = |(run, map): (usize, &RunMap)| MapReport {
-        surfels: map.store.surfels(),
-        tiles: map.store.entries().count() as u64,
-        thin_voxels: map.thin_voxels,
-        map_points_dropped: map.points_dropped,
-        surfels_with_trails: trails.map(|trails| trails.surfels[run]),
-        surfels_contradicted: trails.map(|trails| trails.contradicted[run]),
-    };
-    maps.iter().enumerate().map(report).collect()
+/// What is told of a run's map.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ToldMap {
+    pub(crate) report: MapReport,
+    pub(crate) facts: MapFacts,
+}
+
+/// The part of a report that speaks of a map.
+pub(crate) fn map_report(store: &Store, facts: &MapFacts) -> MapReport {
+    MapReport {
+        surfels: store.surfels(),
+        tiles: store.entries().count() as u64,
+        thin_voxels: facts.thin_voxels,
+        map_points_dropped: facts.points_dropped,
+        surfels_with_trails: facts.trails.map(|trails| trails.surfels),
+        surfels_contradicted: facts.trails.map(|trails| trails.contradicted),
+    }
 }
 
 /// Dropped returns by reason, as one line.
@@ -44,96 +55,293 @@ pub(crate) fn drops_in_words(counts: &ReturnCounts) -> String {
     format!("{}{implausible}", parts.join(", "))
 }
 
-/// What was given.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Inputs<'a> {
+/// Everything that an evaluation came to.
+#[derive(Clone, Copy)]
+pub(crate) struct Findings<'a> {
     pub(crate) heads: Heads<'a>,
     /// What of the log is lost.
     pub(crate) damage: &'a [Damage],
-    pub(crate) runs: &'a [Run],
+    pub(crate) settings: &'a Settings,
+    pub(crate) means: &'a Means,
+    pub(crate) plan: &'a Plan,
+    pub(crate) runs: &'a [RunState<'a, ToldMap>],
+    pub(crate) fused: FuseTotals,
+    pub(crate) scored: &'a Scored,
+    pub(crate) timing: PassTimes,
 }
 
-/// The report of an evaluation: where everything meets.
-#[expect(clippy::too_many_arguments, reason = "the report is where everything meets")]
-pub(crate) fn build(
-    Inputs { heads, damage, runs }: Inputs<'_>,
-    config: &Config,
-    plan: &Plan<'_>,
-    maps: &Maps,
-    map_reports: Vec<MapReport>,
-    scored: &Scored,
-    hints: &[Option<String>],
-    timing: PassTimes,
-) -> Report {
-    let reducer = &scored.reducer;
-    let Comparisons { of_each_interval, pairs } = reducer.comparisons(scored.promise);
-    let ranked = reducer.order(&pairs);
-    let name = |run: usize| runs[run].name.clone();
-    let ties = ranked
-        .windows(2)
-        .filter(|pair| pair[0].tied_with_next)
-        .map(|pair| [name(pair[0].run), name(pair[1].run)])
-        .collect();
-    let has_depth = heads.summary().camera.is_some();
-    let mut report = Report {
-        schema: Report::SCHEMA.to_owned(),
-        dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
-        config: config_report(runs, config, plan, scored, has_depth),
-        inputs: input_report(Inputs { heads, damage, runs }, config, plan, maps, &scored.counts),
-        free_space: maps.trails.as_ref().map(|trails| FreeSpaceReport {
-            votes: (0..runs.len()).filter(|&run| trails.votes[run]).map(name).collect(),
-            returns_fused: maps.counts.map_or(0, |counts| counts.used()),
-            returns_left_out: maps.left_out,
-        }),
-        runs: map_reports
-            .into_iter()
-            .enumerate()
-            .map(|(run, map)| run_report(run, runs, config, scored, map, has_depth))
-            .collect(),
-        order: ranked.iter().map(|ranked| name(ranked.run)).collect(),
-        ties,
-        pairs: pairs.iter().map(|pair| pair_report(pair, runs, config, scored, has_depth)).collect(),
-        promise: PromiseReport {
-            confidence: config.confidence.level(),
-            interval_confidence: of_each_interval.level(),
-            same_within_share: match config.same_within {
-                Margin::Share(share) => Some(share),
-                Margin::Metres(_) => None,
+impl Findings<'_> {
+    /// The report of an evaluation; what is known of the disk is left to be told.
+    pub(crate) fn report(&self) -> Report {
+        let Self { settings, plan, runs, fused, scored, timing, .. } = *self;
+        let reducer = &scored.reducer;
+        let Comparisons { of_each_interval, pairs } = reducer.comparisons(scored.promise);
+        let ranked = reducer.order(&pairs);
+        let name = |run: usize| runs[run].run.name.clone();
+        let ties = ranked
+            .windows(2)
+            .filter(|pair| pair[0].tied_with_next)
+            .map(|pair| [name(pair[0].run), name(pair[1].run)])
+            .collect();
+        let votes = |run: &RunState<'_, ToldMap>| run.map.facts.trails.is_some_and(|trails| trails.votes);
+        let mut report = Report {
+            schema: Report::SCHEMA.to_owned(),
+            dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
+            config: self.config(),
+            inputs: self.inputs(),
+            free_space: runs.iter().any(|run| run.map.facts.trails.is_some()).then(|| FreeSpaceReport {
+                votes: runs.iter().filter(|run| votes(run)).map(|run| run.run.name.clone()).collect(),
+                returns_fused: fused.counts.map_or(0, |counts| counts.used()),
+                returns_left_out: fused.left_out,
+            }),
+            runs: (0..runs.len()).map(|run| self.run(run)).collect(),
+            order: ranked.iter().map(|ranked| name(ranked.run)).collect(),
+            ties,
+            pairs: pairs.iter().map(|pair| self.pair(pair)).collect(),
+            promise: PromiseReport {
+                confidence: settings.confidence.level(),
+                interval_confidence: of_each_interval.level(),
+                same_within_share: match settings.same_within {
+                    Margin::Share(share) => Some(share),
+                    Margin::Metres(_) => None,
+                },
+                same_within_m: match settings.same_within {
+                    Margin::Share(_) => None,
+                    Margin::Metres(metres) => Some(metres),
+                },
             },
-            same_within_m: match config.same_within {
-                Margin::Share(_) => None,
-                Margin::Metres(metres) => Some(metres),
+            sampling: SamplingReport {
+                frames_scored: scored.frames,
+                frames_total: plan.frames().len() as u64,
+                seed: plan.looks.is_sampled().then_some(settings.seed),
+                looks: settings.decide.is_some().then(|| scored.looks.clone()),
+                places: scored.places,
             },
-        },
-        sampling: SamplingReport {
-            frames_scored: scored.frames,
-            frames_total: plan.frames().len() as u64,
-            seed: plan.looks.is_sampled().then_some(config.seed),
-            looks: config.decide.is_some().then(|| scored.looks.clone()),
-            places: scored.places,
-        },
-        warnings: Vec::new(),
-        timing,
-        memory: MemoryReport {
-            budget_bytes: config.memory_bytes,
-            peak_anon_bytes: memory::peak_anonymous_bytes(),
-            scratch_bytes: maps.scratch_bytes,
-            disk_bytes: maps.scratch_bytes,
-            disk_bytes_estimated: 0,
-            tile_loads: scored.tile_loads,
-            tiles_in_reach: scored.tiles_in_reach,
-            tile_visits: scored.tile_visits,
-        },
-        tiles: tile_reports(scored),
-    };
-    warnings::add(&mut report, plan, &scored.counts, hints);
-    report
-}
+            warnings: Vec::new(),
+            timing,
+            memory: MemoryReport {
+                budget_bytes: self.means.memory_bytes,
+                peak_anon_bytes: peak::peak_anonymous_bytes(),
+                scratch_bytes: fused.scratch_bytes,
+                disk_bytes: fused.scratch_bytes,
+                disk_bytes_estimated: 0,
+                tile_loads: scored.tile_loads,
+                tiles_in_reach: scored.tiles_in_reach,
+                tile_visits: scored.tile_visits,
+            },
+            tiles: tile_reports(scored),
+        };
+        warnings::add(&mut report, plan, &scored.counts, runs);
+        report
+    }
 
-/// A transform as x, y, z, qx, qy, qz, qw.
-fn seven(transform: Isometry3<f64>) -> [f64; 7] {
-    let (t, q) = (transform.translation.vector, transform.rotation.coords);
-    [t.x, t.y, t.z, q.x, q.y, q.z, q.w]
+    /// Whether a depth camera measured.
+    fn has_depth(&self) -> bool {
+        self.heads.summary().camera.is_some()
+    }
+
+    fn config(&self) -> ConfigReport {
+        let Self { settings: config, plan, runs, scored, .. } = *self;
+        let has_depth = self.has_depth();
+        let lattice = scored.lattice;
+        let starts = || plan.segments.starts.iter().map(|&ordinal| &plan.frames()[ordinal]);
+        ConfigReport {
+            voxel_m: lattice.voxel_m(),
+            voxel_filled_share: plan.voxel.filled_share,
+            tile_edge_m: lattice.tile_edge_m(),
+            disc_radius_m: lattice.disc_radius_m(),
+            segments: SegmentReport {
+                length_m: match plan.segments.length {
+                    Some(SegmentLength::Metres(m)) => Some(m),
+                    _ => None,
+                },
+                length_s: match plan.segments.length {
+                    Some(SegmentLength::Seconds(s)) => Some(s),
+                    _ => None,
+                },
+                length_scans: match plan.segments.length {
+                    Some(SegmentLength::Scans(scans)) => Some(scans),
+                    _ => None,
+                },
+                count: plan.segments.starts.len(),
+                travel_m: plan.segments.travel_m,
+                starts_ns: starts().filter_map(|frame| frame.stamp_ns).collect(),
+                starts_scan: starts().map(|frame| frame.number).collect(),
+            },
+            min_range_m: config.min_range_m,
+            max_range_m: config.max_range_m,
+            horizon_m: horizon_m(config),
+            ego: match config.ego {
+                Ego::Auto => "auto",
+                Ego::None => "none",
+                Ego::BoxMm(..) => "box",
+            }
+            .to_owned(),
+            ego_cells: plan.filter.ego.cells(),
+            ego_box_m: match config.ego {
+                Ego::BoxMm(min, max) => Some([min, max].map(|corner| corner.map(|mm| mm as f64 / 1e3))),
+                Ego::Auto | Ego::None => None,
+            },
+            every: config.every,
+            body_from_sensor: common(runs.iter().map(|run| config.body_from_sensor(run.run)))
+                .as_ref()
+                .map(seven),
+            time_offset_s: config.time_offset_ns as f64 / 1e9,
+            miss_price: config.miss_price.share(),
+            sigma_m: config.asked_sigma_m.or((!has_depth).then(|| config.sigma_m())),
+            depth_noise: (has_depth && config.asked_sigma_m.is_none()).then(|| {
+                let DepthNoise { least_m, growth_per_m, nearest_m } = config.depth_noise();
+                DepthNoiseReport { least_m, growth_per_m, nearest_m }
+            }),
+            scales: config.scales,
+            free_space: config.free_space,
+        }
+    }
+
+    fn inputs(&self) -> InputReport {
+        let Self { heads, damage, settings, plan, runs, .. } = *self;
+        let counts = &self.scored.counts;
+        let summary = heads.summary();
+        let run_input = |state: &RunState<'_, ToldMap>| {
+            let run = state.run;
+            RunInputReport {
+                name: run.name.clone(),
+                file: run.source.file.clone(),
+                format: run.source.format.clone(),
+                poses: run.trajectory.len(),
+                body_from_sensor: seven(&settings.body_from_sensor(run)),
+                body_from_sensor_source: match (&run.source.body_from_sensor, run.body_from_sensor) {
+                    (Some(source), _) => source.clone(),
+                    (None, Some(_)) => "given for the run".to_owned(),
+                    (None, None) => "the settings, for all runs".to_owned(),
+                },
+                world_from_own: seven(&state.own_from_world.inverse()),
+                pairing: match state.poses.pairing {
+                    Pairing::ByStamp => "by stamp",
+                    Pairing::ByLine => "line by line",
+                }
+                .to_owned(),
+                max_time_gap_s: state.poses.max_gap_ns as f64 / 1e9,
+                scans_without_pose: state.scans_without_pose,
+                map: match &run.map {
+                    MapSource::Fused => "fused".to_owned(),
+                    MapSource::Given(path) => path.display().to_string(),
+                },
+                map_notes: state.map.facts.notes.clone(),
+                notes: run.source.notes.clone(),
+            }
+        };
+        InputReport {
+            log: summary.path.display().to_string(),
+            format: summary.format.name().to_owned(),
+            fingerprint: summary.fingerprint.clone(),
+            bytes: summary.bytes,
+            topic: summary.topic.clone(),
+            point_times: summary.point_times.clone(),
+            span_ns: summary.span_ns,
+            scans: heads.len(),
+            scans_used: plan.frames().len(),
+            returns: counts.total(),
+            returns_used: counts.used(),
+            dropped: DropReport(
+                DropReason::ALL
+                    .iter()
+                    .map(|&reason| (reason.name().to_owned(), counts.dropped(reason)))
+                    .collect(),
+            ),
+            runs: runs.iter().map(run_input).collect(),
+            notes: summary.notes.clone(),
+            damage: damage.iter().map(|damage| format!("{}: {}", damage.place, damage.what)).collect(),
+        }
+    }
+
+    /// The raw log-likelihood of a run, of a depth camera in its own number with its own noise (eq. 8–12).
+    fn log_likelihood(&self, sums: &RunSums) -> f64 {
+        let has_depth = self.has_depth();
+        match self.settings.asked_sigma_m {
+            None if has_depth => -0.5 * sums.depth_sigmas_squared(),
+            Some(sigma_m) if has_depth => log_likelihood_raw(sums.dmp_depth_sum_m2(), sigma_m),
+            _ => log_likelihood_raw(sums.dmp_sum_m2(), self.settings.sigma_m()),
+        }
+    }
+
+    fn run(&self, run: usize) -> RunReport {
+        let Self { settings: config, runs, scored, .. } = *self;
+        let has_depth = self.has_depth();
+        let scores = scored.reducer.scores(run, config.confidence);
+        let sums = &scores.sums;
+        let basis = scored.reducer.layout().bases()[run];
+        let withheld = sums.r_cv_withheld(basis);
+        let given = withheld.is_none();
+        let value =
+            |(scale_m, score): (f64, Option<Estimate>)| (scale_m, score.map(|estimate| estimate.value_m2));
+        let cv = ScaleScores::new(scores.r_cv_m2.map(|(m, score)| value((m, score.filter(|_| given)))));
+        let near = ScaleScores::new(scores.r_near_m2.map(value));
+        let cross_validated = |share: Option<f64>| share.filter(|_| basis == Basis::CrossValidated);
+        RunReport {
+            name: runs[run].run.name.clone(),
+            returns: sums.returns(),
+            frames: scored.frames as usize,
+            dmp_sum_m2: sums.dmp_sum_m2(),
+            dmp_mean_m2: sums.dmp_mean_m2(),
+            dmp_depth_sum_m2: has_depth.then(|| sums.dmp_depth_sum_m2()),
+            dmp_depth_mean_m2: sums.dmp_depth_mean_m2().filter(|_| has_depth),
+            r_cv_m2: cv,
+            r_cv_interval_m2: scores.r_cv_m2[0].1.filter(|_| given).and_then(interval_of),
+            r_cv_withheld: withheld.map(|why| why.to_string()),
+            r_near_m2: near,
+            r_near_interval_m2: scores.r_near_m2[0].1.and_then(interval_of),
+            miss_rate: sums.miss_rate(),
+            blocked_rate: sums.blocked_rate(),
+            coverage: cross_validated(sums.coverage()),
+            coverage_revisit: cross_validated(sums.coverage_revisit()),
+            log_likelihood_raw: self.log_likelihood(sums),
+            map: runs[run].map.report.clone(),
+            warnings: Vec::new(),
+        }
+    }
+
+    fn pair(&self, pair: &Comparison) -> PairReport {
+        let Self { settings: config, runs, scored, .. } = *self;
+        let name = |run: usize| runs[run].run.name.clone();
+        let likelihood = |run: usize| self.log_likelihood(scored.reducer.sums(run));
+        let scale = |scale: &ScaleComparison| ScaleReport {
+            scale_m: scale.scale_m,
+            mean_a_m2: scale.mean_a_m2,
+            mean_b_m2: scale.mean_b_m2,
+            difference_m2: scale.difference.map(|difference| difference.value_m2),
+            interval_m2: scale.difference.and_then(interval_of),
+            apart_at_most_m: scale.apart_at_most_m,
+            margin_m: scale.margin_m,
+            returns: pair.common_returns,
+        };
+        let (verdict, better_on_the_whole, decided_at_m) = match &pair.verdict {
+            Verdict::Better { which, decided_at_m, .. } => (name(*which), None, Some(*decided_at_m)),
+            Verdict::Mixed { which, decided_at_m, .. } => {
+                ("mixed".into(), Some(name(*which)), Some(*decided_at_m))
+            }
+            Verdict::Same { .. } => ("same".into(), None, None),
+            Verdict::Undecided { .. } => ("undecided".into(), None, None),
+        };
+        PairReport {
+            a: name(pair.a),
+            b: name(pair.b),
+            score: match pair.basis {
+                Basis::CrossValidated => "R_cv",
+                Basis::Near => "R_near",
+            }
+            .to_owned(),
+            scales: pair.scales.iter().map(scale).collect(),
+            llr_raw: likelihood(pair.a) - likelihood(pair.b),
+            verdict,
+            is_same: pair.is_same(),
+            better_on_the_whole,
+            decided_at_m,
+            reason: pair.verdict.reason_with(config.scales, |unit| scored.scan_of_unit[unit as usize] as u64),
+            frames_needed: pair.frames_needed.filter(|_| scored.places.is_none()),
+            places_needed: pair.frames_needed.filter(|_| scored.places.is_some()),
+        }
+    }
 }
 
 /// What all have in common; `None` where two differ.
@@ -142,223 +350,8 @@ fn common<T: PartialEq>(mut values: impl Iterator<Item = T>) -> Option<T> {
     values.all(|value| value == first).then_some(first)
 }
 
-fn config_report(
-    runs: &[Run],
-    config: &Config,
-    plan: &Plan<'_>,
-    scored: &Scored,
-    has_depth: bool,
-) -> ConfigReport {
-    let lattice = scored.lattice;
-    let starts = || plan.segments.starts.iter().map(|&ordinal| &plan.frames()[ordinal]);
-    ConfigReport {
-        voxel_m: lattice.voxel_m(),
-        voxel_filled_share: plan.voxel.filled_share,
-        tile_edge_m: lattice.tile_edge_m(),
-        disc_radius_m: lattice.disc_radius_m(),
-        segments: SegmentReport {
-            length_m: match plan.segments.length {
-                Some(SegmentLength::Metres(m)) => Some(m),
-                _ => None,
-            },
-            length_s: match plan.segments.length {
-                Some(SegmentLength::Seconds(s)) => Some(s),
-                _ => None,
-            },
-            length_scans: match plan.segments.length {
-                Some(SegmentLength::Scans(scans)) => Some(scans),
-                _ => None,
-            },
-            count: plan.segments.starts.len(),
-            travel_m: plan.segments.travel_m,
-            starts_ns: starts().filter_map(|frame| frame.stamp_ns).collect(),
-            starts_scan: starts().map(|frame| frame.number).collect(),
-        },
-        min_range_m: config.min_range_m(),
-        max_range_m: config.max_range_m(),
-        horizon_m: HORIZON * config.max_range_m(),
-        ego: match config.ego {
-            Ego::Auto => "auto",
-            Ego::None => "none",
-            Ego::BoxMm(..) => "box",
-        }
-        .to_owned(),
-        ego_cells: plan.filter.ego.cells(),
-        ego_box_m: match config.ego {
-            Ego::BoxMm(min, max) => Some([min, max].map(|corner| corner.map(|mm| mm as f64 / 1e3))),
-            Ego::Auto | Ego::None => None,
-        },
-        every: config.every,
-        body_from_sensor: common(runs.iter().map(|run| run.body_from_sensor(config))).map(seven),
-        time_offset_s: config.time_offset_ns as f64 / 1e9,
-        miss_price: config.miss_price.share(),
-        sigma_m: config.sigma_m.or((!has_depth).then(|| config.sigma_m())),
-        depth_noise: (has_depth && config.sigma_m.is_none()).then(|| {
-            let DepthNoise { least_m, growth_per_m, nearest_m } = config.depth_noise();
-            DepthNoiseReport { least_m, growth_per_m, nearest_m }
-        }),
-        scales: config.scales(),
-        free_space: config.free_space,
-    }
-}
-
-fn input_report(
-    Inputs { heads, damage, runs }: Inputs<'_>,
-    config: &Config,
-    plan: &Plan<'_>,
-    maps: &Maps,
-    counts: &ReturnCounts,
-) -> InputReport {
-    let summary = heads.summary();
-    let run_input = |(k, run): (usize, &Run)| RunInputReport {
-        name: run.name.clone(),
-        file: run.source.file.clone(),
-        format: run.source.format.clone(),
-        poses: run.trajectory.len(),
-        body_from_sensor: seven(run.body_from_sensor(config)),
-        body_from_sensor_source: match (&run.source.body_from_sensor, run.body_from_sensor) {
-            (Some(source), _) => source.clone(),
-            (None, Some(_)) => "given for the run".to_owned(),
-            (None, None) => "the settings, for all runs".to_owned(),
-        },
-        world_from_own: seven(plan.own_from_world[k].inverse()),
-        pairing: match plan.poses[k].pairing {
-            Pairing::ByStamp => "by stamp",
-            Pairing::ByLine => "line by line",
-        }
-        .to_owned(),
-        max_time_gap_s: plan.poses[k].max_gap_ns as f64 / 1e9,
-        scans_without_pose: plan.selection.without_pose[k],
-        map: match &run.map {
-            MapSource::Fused => "fused".to_owned(),
-            MapSource::Given(path) => path.display().to_string(),
-        },
-        map_notes: maps.notes[k].clone(),
-        notes: run.source.notes.clone(),
-    };
-    InputReport {
-        log: summary.path.display().to_string(),
-        format: summary.format.name().to_owned(),
-        fingerprint: summary.fingerprint.clone(),
-        bytes: summary.bytes,
-        topic: summary.topic.clone(),
-        point_times: summary.point_times.clone(),
-        span_ns: summary.span_ns,
-        scans: heads.len(),
-        scans_used: plan.frames().len(),
-        returns: counts.total(),
-        returns_used: counts.used(),
-        dropped: DropReport(
-            DropReason::ALL
-                .iter()
-                .map(|&reason| (reason.name().to_owned(), counts.dropped(reason)))
-                .collect(),
-        ),
-        runs: runs.iter().enumerate().map(run_input).collect(),
-        notes: summary.notes.clone(),
-        damage: damage.iter().map(|damage| format!("{}: {}", damage.place, damage.what)).collect(),
-    }
-}
-
-/// The raw log-likelihood of a run, of a depth camera in its own number with its own noise (eq. 8–12).
-fn log_likelihood(sums: &RunSums, config: &Config, has_depth: bool) -> f64 {
-    match config.sigma_m {
-        None if has_depth => -0.5 * sums.depth_sigmas_squared(),
-        Some(sigma_m) if has_depth => log_likelihood_raw(sums.dmp_depth_sum_m2(), sigma_m),
-        _ => log_likelihood_raw(sums.dmp_sum_m2(), config.sigma_m()),
-    }
-}
-
-fn run_report(
-    run: usize,
-    runs: &[Run],
-    config: &Config,
-    scored: &Scored,
-    map: MapReport,
-    has_depth: bool,
-) -> RunReport {
-    let scores = scored.reducer.scores(run, config.confidence);
-    let sums = &scores.sums;
-    let basis = scored.reducer.layout().bases()[run];
-    let withheld = sums.r_cv_withheld(basis);
-    let given = withheld.is_none();
-    let value =
-        |(scale_m, score): (f64, Option<Estimate>)| (scale_m, score.map(|estimate| estimate.value_m2));
-    let cv = ScaleScores::new(scores.r_cv_m2.map(|(m, score)| value((m, score.filter(|_| given)))));
-    let near = ScaleScores::new(scores.r_near_m2.map(value));
-    let cross_validated = |share: Option<f64>| share.filter(|_| basis == Basis::CrossValidated);
-    RunReport {
-        name: runs[run].name.clone(),
-        returns: sums.returns(),
-        frames: scored.frames as usize,
-        dmp_sum_m2: sums.dmp_sum_m2(),
-        dmp_mean_m2: sums.dmp_mean_m2(),
-        dmp_depth_sum_m2: has_depth.then(|| sums.dmp_depth_sum_m2()),
-        dmp_depth_mean_m2: sums.dmp_depth_mean_m2().filter(|_| has_depth),
-        r_cv_m2: cv,
-        r_cv_interval_m2: scores.r_cv_m2[0].1.filter(|_| given).and_then(interval_of),
-        r_cv_withheld: withheld.map(|why| why.to_string()),
-        r_near_m2: near,
-        r_near_interval_m2: scores.r_near_m2[0].1.and_then(interval_of),
-        miss_rate: sums.miss_rate(),
-        blocked_rate: sums.blocked_rate(),
-        coverage: cross_validated(sums.coverage()),
-        coverage_revisit: cross_validated(sums.coverage_revisit()),
-        log_likelihood_raw: log_likelihood(sums, config, has_depth),
-        map,
-        warnings: Vec::new(),
-    }
-}
-
 fn interval_of(estimate: Estimate) -> Option<[f64; 2]> {
     estimate.interval.map(|interval| [interval.low_m2, interval.high_m2])
-}
-
-fn pair_report(
-    pair: &Comparison,
-    runs: &[Run],
-    config: &Config,
-    scored: &Scored,
-    has_depth: bool,
-) -> PairReport {
-    let name = |run: usize| runs[run].name.clone();
-    let likelihood = |run: usize| log_likelihood(scored.reducer.sums(run), config, has_depth);
-    let scale = |scale: &ScaleComparison| ScaleReport {
-        scale_m: scale.scale_m,
-        mean_a_m2: scale.mean_a_m2,
-        mean_b_m2: scale.mean_b_m2,
-        difference_m2: scale.difference.map(|difference| difference.value_m2),
-        interval_m2: scale.difference.and_then(interval_of),
-        apart_at_most_m: scale.apart_at_most_m,
-        margin_m: scale.margin_m,
-        returns: pair.common_returns,
-    };
-    let (verdict, better_on_the_whole, decided_at_m) = match &pair.verdict {
-        Verdict::Better { which, decided_at_m, .. } => (name(*which), None, Some(*decided_at_m)),
-        Verdict::Mixed { which, decided_at_m, .. } => {
-            ("mixed".into(), Some(name(*which)), Some(*decided_at_m))
-        }
-        Verdict::Same { .. } => ("same".into(), None, None),
-        Verdict::Undecided { .. } => ("undecided".into(), None, None),
-    };
-    PairReport {
-        a: name(pair.a),
-        b: name(pair.b),
-        score: match pair.basis {
-            Basis::CrossValidated => "R_cv",
-            Basis::Near => "R_near",
-        }
-        .to_owned(),
-        scales: pair.scales.iter().map(scale).collect(),
-        llr_raw: likelihood(pair.a) - likelihood(pair.b),
-        verdict,
-        is_same: pair.is_same(),
-        better_on_the_whole,
-        decided_at_m,
-        reason: pair.verdict.reason_with(config.scales(), |unit| scored.scan_of_unit[unit as usize] as u64),
-        frames_needed: pair.frames_needed.filter(|_| scored.places.is_none()),
-        places_needed: pair.frames_needed.filter(|_| scored.places.is_some()),
-    }
 }
 
 fn tile_reports(scored: &Scored) -> Vec<TileReport> {

@@ -7,11 +7,11 @@ use std::collections::BTreeMap;
 use dmp_reduce::Scales;
 use serde::{Deserialize, Serialize};
 
-use crate::config::SegmentLength;
+use crate::segment_length::SegmentLength;
 
 pub use scores::ScaleScores;
 
-pub(crate) use build::{Inputs, build, drops_in_words, map_reports};
+pub(crate) use build::{Findings, ToldMap, drops_in_words, map_report};
 
 /// What an evaluation found. Serialised, it is the command's JSON: schema `dmp-score/2`, described in
 /// `docs/json.md`.
@@ -434,7 +434,7 @@ pub struct PlacesReport {
 }
 
 /// How long it took.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PassTimes {
     /// Planning, the survey included, seconds.

@@ -2,6 +2,7 @@ use dmp_sensor::ReturnCounts;
 
 use super::{PairReport, PlacesReport, Report, RunReport, SamplingReport};
 use crate::plan::Plan;
+use crate::run_state::RunState;
 
 /// Below this share of returns seen on another visit, nothing is said about the global shape.
 const REVISIT_NEEDED: f64 = 0.05;
@@ -25,12 +26,12 @@ const OVER_ASKED: f64 = 1.1;
 const FRAMES_FEW: u64 = 40;
 
 /// Adds what a reader must know before believing the report.
-pub(super) fn add(report: &mut Report, plan: &Plan<'_>, counts: &ReturnCounts, hints: &[Option<String>]) {
-    for (run, hint) in report.runs.iter_mut().zip(hints) {
+pub(super) fn add<M>(report: &mut Report, plan: &Plan, counts: &ReturnCounts, runs: &[RunState<'_, M>]) {
+    for (run, state) in report.runs.iter_mut().zip(runs) {
         // What is likely wrong comes before what follows from it.
-        run.warnings = hint.iter().cloned().chain(of_run(run)).collect();
+        run.warnings = state.hint.iter().cloned().chain(of_run(run)).collect();
     }
-    report.warnings = of_report(report, plan);
+    report.warnings = of_report(report, plan, runs);
     report.warnings.extend(implausible(counts));
 }
 
@@ -79,7 +80,7 @@ fn of_run(run: &RunReport) -> Vec<String> {
     warnings
 }
 
-fn of_report(report: &Report, plan: &Plan<'_>) -> Vec<String> {
+fn of_report<M>(report: &Report, plan: &Plan, runs: &[RunState<'_, M>]) -> Vec<String> {
     let inputs = &report.inputs;
     let mut warnings = Vec::new();
     for lost in &inputs.damage {
@@ -112,10 +113,10 @@ fn of_report(report: &Report, plan: &Plan<'_>) -> Vec<String> {
         ));
     }
     if inputs.point_times.is_some() {
-        for (run, _) in inputs.runs.iter().zip(&plan.poses).filter(|(_, poses)| poses.ignores_point_times()) {
+        for run in runs.iter().filter(|run| run.poses.ignores_point_times()) {
             warnings.push(format!(
                 "the poses of `{}` have no stamps, so the times of points are not used: each scan has one pose",
-                run.name
+                run.name()
             ));
         }
     }

@@ -2,21 +2,22 @@
 //! is most likely wrong where they do not. It changes no score. `docs/metric.md` says what was measured.
 
 mod alternatives;
+mod doubts;
 mod extent;
 mod sample;
 
-use dmp_cast::{Answer, CastBuffers, Caster};
-use dmp_log::ScanLog;
-use dmp_sensor::{Ray, Track};
+use std::sync::Arc;
 
-use crate::cast::query_of;
-use crate::config::{Config, Run};
+use dmp_cast::{Answer, CastBuffers, Caster};
+use dmp_sensor::Ray;
+
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
-use crate::plan::Plan;
-use crate::pose::{Pairing, RunPoses};
-use crate::watch::{Stage, Watch};
+use crate::pose::{Pairing, query_of};
+use crate::progress::Stage;
+use crate::run_state::RunState;
 use alternatives::{Alternative, all, inverted};
+pub(crate) use doubts::Doubts;
 use extent::Extent;
 pub(crate) use sample::stretches;
 use sample::{Fit, Sample};
@@ -33,61 +34,61 @@ const LEAST_WAY: f64 = 0.5;
 const FIT_M: f64 = 0.5;
 const NEARLY_NOTHING: f64 = 0.25;
 
-/// For every run as it was given, what is likely wrong with it by the scans of some `stretches` of the drive, in words; told to
-/// `watch` too. `given` are the maps that were not fused, by their runs.
-pub(crate) fn look(
-    log: &dyn ScanLog,
-    plan: &Plan<'_>,
-    stretches: &[&[PlannedFrame]],
-    runs: &[Run],
-    given: &[Option<&Caster>],
-    config: &Config,
-    watch: &dyn Watch,
-) -> Result<Vec<Option<String>>, EvaluateError> {
-    watch.begin(Stage::Survey, runs.len() as u64);
-    let sample = Sample::read(log, plan, stretches, config)?;
-    let mut hints = Vec::new();
-    for (number, (run, poses)) in runs.iter().zip(&plan.poses).enumerate() {
-        let look = Look { sample: &sample, plan, run, poses, config };
-        let mut hint = look.at_poses(log)?;
-        if let (None, Some(Some(map))) = (&hint, given.get(number)) {
-            hint = look.at_map(map)?;
+impl Doubts<'_> {
+    /// Says of every run what is likely wrong with it by the scans of some `stretches` of the drive, in words; tells
+    /// whoever watches too. `given` is the map of a run where it was not fused.
+    ///
+    /// # Errors
+    /// When the log or a map cannot be read.
+    pub(crate) fn look<M>(
+        &self,
+        stretches: &[&[PlannedFrame]],
+        runs: &mut [RunState<'_, M>],
+        given: impl Fn(&M) -> Option<&Caster>,
+    ) -> Result<(), EvaluateError> {
+        self.progress.begin(Stage::Survey, runs.len() as u64);
+        let sample = Sample::read(self, stretches, runs)?;
+        for run in runs {
+            let look = Look { sample: &sample, doubts: self, run };
+            let mut hint = look.at_poses()?;
+            if let (None, Some(map)) = (&hint, given(&run.map)) {
+                hint = look.at_map(map)?;
+            }
+            if let Some(hint) = &hint {
+                self.progress.note(&format!("run `{}`: {hint}", run.name()));
+            }
+            run.hint = hint;
+            self.progress.advance(1);
         }
-        if let Some(hint) = &hint {
-            watch.note(&format!("run `{}`: {hint}", run.name));
-        }
-        hints.push(hint);
-        watch.advance(1);
+        Ok(())
     }
-    Ok(hints)
 }
 
 /// One run, looked at.
-struct Look<'a> {
+struct Look<'a, M> {
     sample: &'a Sample,
-    plan: &'a Plan<'a>,
-    run: &'a Run,
-    poses: &'a RunPoses<'a>,
-    config: &'a Config,
+    doubts: &'a Doubts<'a>,
+    run: &'a RunState<'a, M>,
 }
 
-impl Look<'_> {
+impl<M> Look<'_, M> {
     /// Whether its scans fit together much better when what the user gave is read another way.
-    fn at_poses(&self, log: &dyn ScanLog) -> Result<Option<String>, EvaluateError> {
-        let filter = &self.plan.filter;
-        let body_from_sensor = self.run.body_from_sensor(self.config);
-        let as_given = Track::new(&self.run.trajectory, body_from_sensor, self.poses.max_gap_ns);
-        let given = self.sample.fit(&self.poses.along(as_given), filter, 0)?;
-        let turned_round = inverted(&self.run.trajectory);
+    fn at_poses(&self) -> Result<Option<String>, EvaluateError> {
+        let Self { sample, doubts: Doubts { log, plan, settings, .. }, run } = self;
+        let filter = &plan.filter;
+        let body_from_sensor = settings.body_from_sensor(run.run);
+        let as_given = Arc::new(run.run.trajectory.clone());
+        let given = sample.fit(&run.poses.along(&as_given, body_from_sensor), filter, 0)?;
+        let turned_round = inverted(&as_given).map(Arc::new);
         let mut best: Option<(Fit, Alternative)> = None;
-        let stamped = self.poses.pairing == Pairing::ByStamp;
+        let stamped = run.poses.pairing == Pairing::ByStamp;
         for alternative in all(body_from_sensor, stamped, log.summary()) {
             let trajectory = match &turned_round {
                 Some(inverted) if alternative.inverted => inverted,
-                _ => &self.run.trajectory,
+                _ => &as_given,
             };
-            let track = Track::new(trajectory, alternative.body_from_sensor, self.poses.max_gap_ns);
-            let fit = self.sample.fit(&self.poses.along(track), filter, alternative.shift_ns)?;
+            let poses = run.poses.along(trajectory, alternative.body_from_sensor);
+            let fit = sample.fit(&poses, filter, alternative.shift_ns)?;
             let stands = alternative.shift_ns != 0 && fit.way_m < LEAST_WAY * given.way_m;
             if !stands && best.as_ref().is_none_or(|(best, _)| fit.together > best.together) {
                 best = Some((fit, alternative));
@@ -100,7 +101,7 @@ impl Look<'_> {
             format!(
                 "only {:.0} % of the returns of {} scans meet those of other scans near by; with {} {:.0} % do: {}",
                 100.0 * given.together,
-                self.sample.scans,
+                sample.scans,
                 alternative.with,
                 100.0 * fit.together,
                 alternative.ask
@@ -111,12 +112,12 @@ impl Look<'_> {
     /// Whether a map that was given is where the trajectory is.
     fn at_map(&self, caster: &Caster) -> Result<Option<String>, EvaluateError> {
         let own_from_world = caster.map().own_from_world();
-        let places = self.plan.frames().iter().filter_map(|frame| self.poses.of_frame(frame));
+        let places = self.doubts.plan.frames().iter().filter_map(|frame| self.run.poses.of_frame(frame));
         let places = places.map(|pose| (own_from_world * pose).translation.vector.into());
         let drive = Extent::of_points(places);
         let Some((drive, map)) = drive.zip(Extent::of_store(caster.map())) else { return Ok(None) };
         let gap_m = drive.gap_m(&map);
-        if gap_m > self.config.max_range_m() {
+        if gap_m > self.doubts.settings.max_range_m {
             return Ok(Some(format!(
                 "the trajectory is around {}, the map around {}, {gap_m:.0} m apart: is the map in the trajectory's frame?",
                 drive.centre_in_words(),
@@ -137,12 +138,12 @@ impl Look<'_> {
     fn share_in_map(&self, caster: &Caster) -> Result<f64, EvaluateError> {
         let (mut queries, mut answers, mut buffers) = (Vec::new(), Vec::new(), CastBuffers::default());
         let mut found = 0_usize;
-        let fit_m = FIT_M * self.config.metre_m();
-        self.sample.rays(self.poses, &self.plan.filter, 0, |_, rays| {
+        let fit_m = FIT_M * self.doubts.settings.metre_m();
+        self.sample.rays(&self.run.poses, &self.doubts.plan.filter, 0, |_, rays| {
             queries.clear();
             queries.extend(rays.iter().map(|ray| query_of(ray, None)));
             let cast = caster.cast(&queries, &mut answers, &mut buffers);
-            cast.map_err(EvaluateError::map_of(&self.run.name))?;
+            cast.map_err(EvaluateError::map_of(self.run.name()))?;
             let fits = |(ray, answer): &(&Ray, &Answer)| {
                 answer.nearest_m.is_some_and(|nearest_m| (nearest_m - ray.range_m).abs() <= fit_m)
             };

@@ -2,14 +2,16 @@
 
 use std::collections::HashMap;
 
-use dmp_log::ScanLog;
 use dmp_sensor::{Ray, ReturnFilter, Scan, Vector3};
 
-use crate::config::{Config, SegmentLength};
+use super::doubts::Doubts;
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
 use crate::plan::Plan;
 use crate::pose::{Poser, RunPoses};
+use crate::run_state::{RunState, poses_of};
+use crate::segment_length::SegmentLength;
+use crate::settings::Settings;
 
 /// Scans of a stretch, and returns of a scan, that are looked at.
 const SCANS: usize = 8;
@@ -44,16 +46,15 @@ pub(super) struct Sample {
 impl Sample {
     /// Scans of the first stretch and of that with the sharpest turn among the others: along a straight street
     /// every wrong rotation and every wrong time give a street as well, only another one.
-    pub(super) fn read(
-        log: &dyn ScanLog,
-        plan: &Plan<'_>,
+    pub(super) fn read<M>(
+        &Doubts { log, plan, settings, .. }: &Doubts<'_>,
         stretches: &[&[PlannedFrame]],
-        config: &Config,
+        runs: &[RunState<'_, M>],
     ) -> Result<Self, EvaluateError> {
-        let cell_m = CELL_M * config.metre_m();
+        let cell_m = CELL_M * settings.metre_m();
         let mut sample = Self { stretches: Vec::new(), cell_m, returns: 0, scans: 0 };
         let (mut reader, mut whole) = (log.reader()?, Scan::default());
-        let turns: Vec<f64> = stretches.iter().map(|stretch| turn_rad(stretch, &plan.poses)).collect();
+        let turns: Vec<f64> = stretches.iter().map(|stretch| turn_rad(stretch, runs)).collect();
         let sharpest =
             (1..stretches.len()).max_by(|&a, &b| f64::total_cmp(&turns[a], &turns[b]).then(b.cmp(&a)));
         for stretch in stretches.iter().take(1).chain(sharpest.map(|k| &stretches[k])) {
@@ -75,16 +76,16 @@ impl Sample {
     /// are later by `shift_ns`. Returns without a pose have no ray.
     pub(super) fn rays(
         &self,
-        poses: &RunPoses<'_>,
+        poses: &RunPoses,
         filter: &ReturnFilter,
         shift_ns: i64,
         mut each: impl FnMut(usize, &[Ray]) -> Result<(), EvaluateError>,
     ) -> Result<(), EvaluateError> {
-        let mut poser = Poser::new(std::slice::from_ref(poses), filter);
+        let mut poser = Poser::new([poses], filter);
         for (k, (frame, scan)) in self.stretches.iter().flatten().enumerate() {
             let stamp_ns = frame.stamp_ns.map(|stamp_ns| stamp_ns.saturating_add(shift_ns));
             let frame = PlannedFrame { stamp_ns, ..*frame };
-            poser.blocks(&frame, scan, |rays| each(k, &rays[0]))?;
+            poser.blocks(&frame, scan, |block| each(k, block.rays(0)))?;
         }
         Ok(())
     }
@@ -92,7 +93,7 @@ impl Sample {
     /// How well the scans fit together with these poses, at stamps that are later by `shift_ns`.
     pub(super) fn fit(
         &self,
-        poses: &RunPoses<'_>,
+        poses: &RunPoses,
         filter: &ReturnFilter,
         shift_ns: i64,
     ) -> Result<Fit, EvaluateError> {
@@ -125,11 +126,11 @@ impl Sample {
 }
 
 /// The first stretches of a drive, cut as all runs agree.
-pub(crate) fn stretches<'p>(plan: &'p Plan<'_>, config: &Config) -> Vec<&'p [PlannedFrame]> {
+pub(crate) fn stretches<'p>(plan: &'p Plan, settings: &Settings) -> Vec<&'p [PlannedFrame]> {
     let (frames, starts) = (plan.frames(), &plan.segments.starts);
     let segments = match plan.segments.length {
         Some(SegmentLength::Metres(length_m)) => {
-            (STRETCH_M * config.metre_m() / length_m).ceil().max(1.0) as usize
+            (STRETCH_M * settings.metre_m() / length_m).ceil().max(1.0) as usize
         }
         Some(SegmentLength::Seconds(_) | SegmentLength::Scans(_)) => 1,
         // Every scan is a segment.
@@ -140,11 +141,11 @@ pub(crate) fn stretches<'p>(plan: &'p Plan<'_>, config: &Config) -> Vec<&'p [Pla
 }
 
 /// How far a stretch turns from scan to scan, all runs together.
-fn turn_rad(stretch: &[PlannedFrame], runs: &[RunPoses<'_>]) -> f64 {
-    let turn = |pair: &[PlannedFrame], run: &RunPoses<'_>| {
+fn turn_rad<M>(stretch: &[PlannedFrame], runs: &[RunState<'_, M>]) -> f64 {
+    let turn = |pair: &[PlannedFrame], run: &RunPoses| {
         Some(run.of_frame(&pair[0])?.rotation.angle_to(&run.of_frame(&pair[1])?.rotation))
     };
-    stretch.windows(2).flat_map(|pair| runs.iter().filter_map(move |run| turn(pair, run))).sum()
+    stretch.windows(2).flat_map(|pair| poses_of(runs).filter_map(move |run| turn(pair, run))).sum()
 }
 
 /// Up to so many of the returns that are used, evenly spread over the scan.

@@ -3,7 +3,7 @@
 use std::fs::{self, File};
 use std::sync::Mutex;
 
-use dmp::{Config, Run, Stage, Watch, evaluate};
+use dmp::{Config, Progress, Run, Stage, evaluate};
 use dmp_log::{FolderFormat, read_trajectory};
 use dmp_sensor::{Scan, Trajectory};
 
@@ -65,7 +65,7 @@ struct Meddler<F: Fn() + Sync> {
     done: Mutex<bool>,
 }
 
-impl<F: Fn() + Sync> Watch for Meddler<F> {
+impl<F: Fn() + Sync> Progress for Meddler<F> {
     fn begin(&self, stage: Stage, _: u64) {
         let mut done = self.done.lock().unwrap();
         if (self.at)(stage) && !*done {

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use dmp::{Config, FrameSums, ScoredReturns, Watch, evaluate};
+use dmp::{Config, FrameSums, Progress, ScoredReturns, Sink, Watch, evaluate};
 
 use crate::common::{comparable, drift, open, runs_of, small_town};
 use crate::resume::{in_pieces, write_in_small_chunks};
@@ -15,11 +15,11 @@ struct Counting {
     frames: AtomicU64,
 }
 
-impl Watch for Counting {
+impl Sink for Counting {
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
-        assert_eq!(returns.rays[0].len(), returns.offsets_ns.len());
-        assert_eq!(returns.rays.len(), returns.own_from_sensor.len());
-        self.returns.fetch_add(returns.rays[0].len() as u64, Ordering::Relaxed);
+        let [run] = returns.runs else { panic!("{} runs", returns.runs.len()) };
+        assert_eq!(run.rays.len(), returns.offsets_ns.len());
+        self.returns.fetch_add(run.rays.len() as u64, Ordering::Relaxed);
     }
 
     fn frame_scored(&self, _: usize, _: &FrameSums) {
@@ -34,11 +34,13 @@ impl Watch for Counting {
 /// Asks to stop once so many returns were scored.
 struct StopInCast(AtomicU64);
 
-impl Watch for StopInCast {
+impl Sink for StopInCast {
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
-        self.0.fetch_add(returns.rays[0].len() as u64, Ordering::Relaxed);
+        self.0.fetch_add(returns.offsets_ns.len() as u64, Ordering::Relaxed);
     }
+}
 
+impl Progress for StopInCast {
     fn cancelled(&self) -> bool {
         self.0.load(Ordering::Relaxed) > 20_000
     }
@@ -58,10 +60,11 @@ fn every_return_comes_by_also_where_an_evaluation_is_taken_up() {
         ..Config::default()
     };
     let log = open(&path);
-    let stopped = evaluate(log.as_ref(), &runs, &config, &StopInCast(AtomicU64::new(0)));
+    let stop = StopInCast(AtomicU64::new(0));
+    let stopped = evaluate(log.as_ref(), &runs, &config, (&stop, &stop));
     assert!(stopped.is_err(), "it was to stop while it casts");
     let watch = Counting::default();
-    let report = evaluate(log.as_ref(), &runs, &config, &watch).unwrap();
+    let report = evaluate(log.as_ref(), &runs, &config, Watch::sink(&watch)).unwrap();
     assert_eq!(watch.returns.into_inner(), report.runs[0].returns);
     assert_eq!(watch.frames.into_inner(), report.sampling.frames_scored);
     let (whole, _) = in_pieces(&path, &runs, &Config { resume: false, ..config }, u64::MAX / 4);

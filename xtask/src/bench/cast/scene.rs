@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context as _, ensure};
 use clap::Args;
-use dmp::{Config, Run, ScoredReturns, Watch, evaluate};
+use dmp::{Config, Run, ScoredReturns, Sink, Watch, evaluate};
 use dmp_log::{LogOptions, McapScanWriter, McapWriterOptions, ScanLog, open_log, read_trajectory};
 use dmp_map::Store;
 use dmp_sensor::{Ray, Trajectory};
@@ -143,7 +143,7 @@ impl Scene {
         let scans = log.frames().len();
         let wanted = (0..cast_scans.min(scans)).map(|k| k * scans / cast_scans.min(scans));
         let kept = Kept { of_frames: Mutex::new(wanted.map(|frame| (frame, Vec::new())).collect()) };
-        let report = evaluate(log, &[Run::new("drive", trajectory)], &config, &kept)?;
+        let report = evaluate(log, &[Run::new("drive", trajectory)], &config, Watch::sink(&kept))?;
         let starts = report.config.segments.starts_scan;
         let store = Store::open(&maps.path().join("drive.dmpmap"))?;
 
@@ -226,11 +226,11 @@ struct Kept {
     of_frames: Mutex<BTreeMap<usize, Vec<Ray>>>,
 }
 
-impl Watch for Kept {
+impl Sink for Kept {
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
         let mut of_frames = self.of_frames.lock().unwrap_or_else(PoisonError::into_inner);
-        if let (Some(kept), [rays]) = (of_frames.get_mut(&returns.frame), returns.rays) {
-            kept.extend_from_slice(rays);
+        if let (Some(kept), [run]) = (of_frames.get_mut(&returns.frame), returns.runs) {
+            kept.extend_from_slice(run.rays);
         }
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::Context as _;
-use dmp::{Config, Run, Scales, ScoredReturns, SurfaceGroup, Watch};
+use dmp::{Config, Run, Scales, ScoredReturns, Sink, SurfaceGroup, Watch};
 use dmp_log::{FrameInfo, LogError, LogSummary, ScanLog, ScanReader, StaticFrames};
 use dmp_sensor::Scan;
 
@@ -53,7 +53,7 @@ fn compare(what: &'static str, log: &NullLog, a: &dyn ScanLog, b: &dyn ScanLog) 
     let sums = |of: &dyn ScanLog| -> anyhow::Result<Sums> {
         let sums = Sums { scales: log.scales, frames: Mutex::default(), groups: Mutex::default() };
         let runs = [Run::new("base", log.base.clone())];
-        dmp::evaluate(of, &runs, &Config::default(), &sums)
+        dmp::evaluate(of, &runs, &Config::default(), Watch::sink(&sums))
             .with_context(|| format!("{what} of {}", log.name))?;
         Ok(sums)
     };
@@ -92,11 +92,11 @@ impl Sums {
     }
 }
 
-impl Watch for Sums {
+impl Sink for Sums {
     fn returns_scored(&self, scored: &ScoredReturns<'_>) {
         let mut groups: BTreeMap<SurfaceGroup, [Both; SCALES]> = BTreeMap::new();
         let mut frame = [Both::default(); SCALES];
-        for residuals in &scored.residuals[0] {
+        for residuals in scored.runs[0].residuals {
             let Some(residual_m) = residuals.independent_m else { continue };
             let group = groups.entry(residuals.surfaces[0]).or_default();
             for (k, scale_m) in self.scales.cv_m()[1..].iter().enumerate() {

@@ -149,7 +149,7 @@ pub(super) fn grids(log: &NullLog, positions: u64) -> anyhow::Result<Grids> {
         let world = worlds(position + 1).swap_remove(3);
         let config = Config { frame: Frame::Moved(world), ..Config::default() };
         let sums = Sums::new(log.log.frames().len(), runs.len(), log.scales);
-        dmp::evaluate(log.log.as_ref(), &runs, &config, &sums)?;
+        dmp::evaluate(log.log.as_ref(), &runs, &config, dmp::Watch::sink(&sums))?;
         found.push(AtScales::of(&sums.finish()));
     }
     Ok(Grids {

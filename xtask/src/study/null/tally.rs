@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use dmp::{Basis, Confidence, FrameSums, Promise, Report, Scales, Watch};
+use dmp::{Basis, Confidence, FrameSums, Promise, Report, Scales, Sink};
 use dmp_reduce::{Comparison, Estimate, Layout, Reducer, ScaleComparison, Verdict};
 
 use super::sets::{Kind, Set};
@@ -25,7 +25,7 @@ impl Sums {
     }
 }
 
-impl Watch for Sums {
+impl Sink for Sums {
     fn frame_scored(&self, frame: usize, sums: &FrameSums) {
         let mut reducer = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         // A frame that does not fit would show in the counts: none are left out.

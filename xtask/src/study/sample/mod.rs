@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context as _, ensure};
-use dmp::{Confidence, Config, FrameSums, Looks, Run, Sample, Watch};
+use dmp::{Confidence, Config, FrameSums, Looks, Run, Sample, Sink, Watch};
 use dmp_log::{LogOptions, open_log};
 use dmp_reduce::{Basis, Comparison, Layout, MissPrice, Promise, Reducer, Verdict};
 use dmp_sim::Recording;
@@ -97,7 +97,8 @@ pub(super) fn frames_of(spec: &DriveSpec, work: &Path) -> anyhow::Result<Frames>
     let (path, runs) = log_and_runs(spec, work)?;
     let log = open_log(&path, &LogOptions::default())?;
     let kept = Kept::default();
-    dmp::evaluate(log.as_ref(), &runs, &Config::default(), &kept).with_context(|| spec.name.to_owned())?;
+    dmp::evaluate(log.as_ref(), &runs, &Config::default(), Watch::sink(&kept))
+        .with_context(|| spec.name.to_owned())?;
     let frames: Vec<FrameSums> =
         kept.0.into_inner().unwrap_or_else(PoisonError::into_inner).into_values().collect();
     ensure!(!frames.is_empty(), "{}: nothing was scored", spec.name);
@@ -109,7 +110,7 @@ pub(super) fn frames_of(spec: &DriveSpec, work: &Path) -> anyhow::Result<Frames>
 #[derive(Default)]
 struct Kept(Mutex<BTreeMap<usize, FrameSums>>);
 
-impl Watch for Kept {
+impl Sink for Kept {
     fn frame_scored(&self, frame: usize, sums: &FrameSums) {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(frame, sums.clone());
     }

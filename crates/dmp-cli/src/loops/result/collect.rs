@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use dmp::{Config, ScaleScores};
+use dmp::{ScaleScores, Scales};
 use dmp_log::CandidateFault;
 use dmp_loops::{Decision, Estimate, LoopMap, MapScores, Optimised, Tried, Verdict};
 use dmp_sensor::DropReason;
@@ -43,7 +43,7 @@ impl LoopsResult {
                 },
                 voxel_m: map.map(LoopMap::voxel_m),
                 rays_per_keyframe: map.map(|_| arguments.rays),
-                scale_m: inputs.log.as_ref().map(|log| scale_m(&config.settled(log.summary()))),
+                scale_m: inputs.log.as_ref().map(|log| scale_m(config.scales_on(log.summary()))),
                 moved_m: map.map(LoopMap::moved_m),
                 step_error: pair(inputs.weights.step_error),
                 loop_error: pair(inputs.weights.loop_error),
@@ -112,8 +112,8 @@ fn near_of(map: &MapScores) -> ScaleScores {
 }
 
 /// The truncation of `R_near` that ranks loops, metres.
-fn scale_m(config: &Config) -> f64 {
-    config.scales().near_m()[1]
+fn scale_m(scales: Scales) -> f64 {
+    scales.near_m()[1]
 }
 
 /// A change and its interval.

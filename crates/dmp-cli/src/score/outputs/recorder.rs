@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context as _, bail};
-use dmp::{Config, EvaluateError, FrameSums, Report, Run, ScoredReturns, Stage, Watch};
+use dmp::{EvaluateError, FrameSums, Means, Report, Run, ScoredReturns, Settings, Sink, Stage};
 use dmp_log::{ResidualFormat, ScanLog};
 use dmp_map::Store;
 
@@ -42,10 +42,10 @@ impl<'a> Recorder<'a> {
         outputs: Outputs,
         log: &'a dyn ScanLog,
         runs: &[Run],
-        config: &'a Config,
+        (settings, means): (&Settings, &'a Means),
         common: &Common,
     ) -> anyhow::Result<Self> {
-        let work_folder = config.work_folder.as_path();
+        let work_folder = means.work_folder.as_path();
         let spool = || Spool::new(work_folder).with_context(|| waits_in(work_folder));
         let mut residuals = Vec::new();
         for (run, file) in outputs.residuals.into_iter().enumerate() {
@@ -58,7 +58,7 @@ impl<'a> Recorder<'a> {
             }
             let name = runs[run].name.clone();
             let is_fused = runs[run].map == dmp::MapSource::Fused;
-            let scales = config.scales();
+            let scales = settings.scales;
             residuals.push(RunReturns { run, name, file, is_fused, scales, spool: spool()? });
         }
         let per_frame = match outputs.per_frame {
@@ -67,7 +67,7 @@ impl<'a> Recorder<'a> {
         };
         let page = match outputs.page {
             Some(path) => {
-                let sketch = Sketch::new(log, runs, config, work_folder);
+                let sketch = Sketch::new(log, runs, settings, work_folder);
                 Some((path, sketch.with_context(|| waits_in(work_folder))?))
             }
             None => None,
@@ -76,14 +76,14 @@ impl<'a> Recorder<'a> {
             progress: Progress::new(common),
             log,
             work_folder,
-            threads: config.threads,
+            threads: means.threads,
             residuals,
             every: outputs.every,
             buffers: Buffers::default(),
             per_frame,
             per_tile: outputs.per_tile,
             page,
-            rows: runs.iter().map(|run| RunRows::new(run, config.miss_price)).collect(),
+            rows: runs.iter().map(|run| RunRows::new(run, settings.miss_price)).collect(),
             has_failed: AtomicBool::new(false),
             failure: Mutex::new(None),
         })
@@ -119,19 +119,25 @@ fn waits_in(folder: &Path) -> String {
     format!("{}: cannot keep what is to be written; --work names another folder", folder.display())
 }
 
-impl Watch for Recorder<'_> {
+impl dmp::Progress for Recorder<'_> {
     fn begin(&self, stage: Stage, total: u64) {
         self.progress.begin(stage, total);
     }
 
     fn advance(&self, amount: u64) {
-        Watch::advance(&self.progress, amount);
+        dmp::Progress::advance(&self.progress, amount);
     }
 
     fn note(&self, text: &str) {
         self.progress.note(text);
     }
 
+    fn cancelled(&self) -> bool {
+        self.has_failed.load(Ordering::Relaxed) || dmp::Progress::cancelled(&self.progress)
+    }
+}
+
+impl Sink for Recorder<'_> {
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
         if self.has_failed.load(Ordering::Relaxed) {
             return;
@@ -170,10 +176,6 @@ impl Watch for Recorder<'_> {
 
     fn wants_every_return(&self) -> bool {
         !self.residuals.is_empty() || self.per_frame.is_some() || self.page.is_some()
-    }
-
-    fn cancelled(&self) -> bool {
-        self.has_failed.load(Ordering::Relaxed) || self.progress.cancelled()
     }
 }
 

@@ -65,13 +65,10 @@ impl RunReturns {
         origin: Origin,
         buffers: &Buffers,
     ) -> std::io::Result<()> {
-        let (Some(rays), Some(residuals), Some(pose)) =
-            (scored.rays.get(self.run), scored.residuals.get(self.run), scored.own_from_sensor.get(self.run))
-        else {
-            return Ok(());
-        };
+        let Some(run) = scored.runs.get(self.run) else { return Ok(()) };
+        let pose = run.own_from_sensor;
         let mut first = scored.first as u64;
-        let pieces = rays.chunks(PIECE_ROWS).zip(residuals.chunks(PIECE_ROWS));
+        let pieces = run.rays.chunks(PIECE_ROWS).zip(run.residuals.chunks(PIECE_ROWS));
         for ((rays, residuals), offsets_ns) in pieces.zip(scored.offsets_ns.chunks(PIECE_ROWS)) {
             buffers.with(|piece| {
                 piece.extend_from_slice(&origin.stamp_ns.to_le_bytes());
@@ -82,7 +79,7 @@ impl RunReturns {
                     let index = (number - first) as usize;
                     let time_ns = after_start_ns.saturating_add(offsets_ns[index]);
                     let residuals = &residuals[index];
-                    let ray = &scored.own_ray(self.run, number as usize - scored.first);
+                    let ray = &run.own_ray(number as usize - scored.first);
                     let point =
                         scored_point(ray, residuals, (self.is_fused, self.scales), origin.frame, time_ns);
                     piece.extend_from_slice(&point.to_bytes());

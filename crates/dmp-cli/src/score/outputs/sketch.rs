@@ -5,7 +5,9 @@ use std::io;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use dmp::{Basis, Config, EvaluateError, FrameSums, MapSource, Report, Run, Sample, ScoredReturns};
+use dmp::{
+    Basis, EvaluateError, FrameSums, MapSource, Report, Run, Sample, ScoredReturns, ScoredRun, Settings,
+};
 use dmp_draw::{DiscInWorld, FrameScore, Painter, Pictures, SampledReturn, SeenFrame};
 use dmp_log::ScanLog;
 use dmp_map::{OwnDisc, Store, TileId};
@@ -40,14 +42,19 @@ struct Seen {
 
 impl Sketch {
     /// Of an evaluation of these runs. What is drawn waits in the folder.
-    pub(super) fn new(log: &dyn ScanLog, runs: &[Run], config: &Config, folder: &Path) -> io::Result<Self> {
+    pub(super) fn new(
+        log: &dyn ScanLog,
+        runs: &[Run],
+        settings: &Settings,
+        folder: &Path,
+    ) -> io::Result<Self> {
         // As pairs are judged: by what is known of both maps.
         let all_fused = runs.iter().all(|run| run.map == MapSource::Fused);
         let basis = if all_fused { Basis::CrossValidated } else { Basis::Near };
         let (scans, returns) =
             log.frames().iter().fold((0_u64, 0), |(n, sum), frame| (n + 1, sum + frame.returns));
-        let (scans, returns) = (scans as f64 / config.every as f64, returns as f64 / config.every as f64);
-        let (scored, drawn) = match (&config.sample, &config.decide) {
+        let (scans, returns) = (scans as f64 / settings.every as f64, returns as f64 / settings.every as f64);
+        let (scored, drawn) = match (&settings.sample, &settings.decide) {
             (_, Some(_)) => (scans, DECIDING_RETURNS),
             (Sample::Frames(frames), None) => (*frames as f64, RETURNS),
             (Sample::Share(share), None) => (share * scans, RETURNS),
@@ -70,7 +77,8 @@ impl Sketch {
         scored: &ScoredReturns<'_>,
         buffers: &Buffers,
     ) -> io::Result<()> {
-        let positions = || scored.own_from_sensor.iter().map(|pose| pose.translation.vector.into()).collect();
+        let position = |run: &ScoredRun<'_>| run.own_from_sensor.translation.vector.into();
+        let positions = || scored.runs.iter().map(position).collect();
         if scored.first == 0 {
             lock(&self.frames).entry(frame).or_default().position_in_world_m = positions();
         }
@@ -81,7 +89,8 @@ impl Sketch {
             for number in drawn(frame, self.every, first..first + scored.offsets_ns.len() as u64) {
                 let index = (number - first) as usize;
                 for (run, basis) in self.bases.iter().enumerate() {
-                    let (ray, residuals) = (scored.own_ray(run, index), &scored.residuals[run][index]);
+                    let (ray, residuals) =
+                        (scored.runs[run].own_ray(index), &scored.runs[run].residuals[index]);
                     let residual_m = match basis {
                         Basis::CrossValidated => residuals.independent_m,
                         // Where nothing is near, what is far is as wrong as can be.

@@ -1,3 +1,5 @@
+//! What is known of a log's scans before they are read.
+
 use dmp_log::{FrameInfo, LogOutline, LogSummary, ScanLog};
 
 /// What is known of a log's scans before they are read.

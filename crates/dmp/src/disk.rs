@@ -3,16 +3,14 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use dmp_log::ScanLog;
 use dmp_map::{Lattice, SCRATCH_VOXEL_BYTES, free_space};
 use dmp_sensor::{Ray, Scan};
 
-use crate::config::{Config, MapSource, Run};
+use crate::config::MapSource;
 use crate::error::{EvaluateError, in_words};
-use crate::fuse::FUSE_SHARE;
-use crate::memory::Budget;
-use crate::plan::Plan;
+use crate::evaluation::Evaluation;
 use crate::pose::{Poser, RunPoses};
+use crate::settings::Means;
 
 /// Scans that are looked at, evenly spread.
 const SCANS: usize = 16;
@@ -31,9 +29,18 @@ const FUSE_S: f64 = 1e-7;
 /// Returns that a voxel needs for a surfel.
 const FILLED: u32 = 3;
 
-/// Bytes that fusing the maps will write, estimated.
+/// What is known of the disk before it is written to.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct DiskEstimate {
+    /// Bytes that will be written, about.
+    pub(crate) bytes: u64,
+    /// Where there may be too few.
+    pub(crate) warning: Option<String>,
+}
+
+/// Bytes that fusing the maps will write.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) struct Room {
+struct DiskNeed {
     /// Partial sums, and maps that are removed at the end.
     work: Bytes,
     /// Maps that are kept.
@@ -56,63 +63,99 @@ struct ScanVoxels {
     least_filled: u64,
 }
 
-impl Room {
-    /// What fusing the maps of runs will write, from a sample of scans, the ways and the memory.
-    pub(crate) fn estimate(
-        log: &dyn ScanLog,
-        plan: &Plan<'_>,
-        runs: &[Run],
-        config: &Config,
-        budget: &Budget,
-    ) -> Result<Self, EvaluateError> {
-        let fused = || runs.iter().zip(&plan.poses).filter(|(run, _)| run.map == MapSource::Fused);
-        let Some((_, first)) = fused().next() else { return Ok(Self::default()) };
-        let voxels = scan_voxels(log, plan, first)?;
+impl<M> Evaluation<'_, M> {
+    /// Estimates what will be written and whether there is space for it; where there may be none, whoever watches is told.
+    /// What is gone on with has its place already.
+    ///
+    /// # Errors
+    /// Where it is too little for sure.
+    pub(crate) fn estimate_disk(&self) -> Result<DiskEstimate, EvaluateError> {
+        let need = self.disk_need()?;
+        let warning = if self.work.is_resumed() { None } else { need.check(&self.means)? };
+        warning.iter().for_each(|warning| self.progress.note(warning));
+        Ok(DiskEstimate { bytes: need.work.about + need.saved.about, warning })
+    }
+
+    /// What fusing the maps will write, from a sample of scans, the ways and the memory.
+    fn disk_need(&self) -> Result<DiskNeed, EvaluateError> {
+        let (plan, means) = (&self.plan, &self.means);
+        let fused = || self.runs.iter().filter(|run| run.run.map == MapSource::Fused).map(|run| &run.poses);
+        let Some(first) = fused().next() else { return Ok(DiskNeed::default()) };
+        let voxels = self.scan_voxels(first)?;
         let count = fused().count() as f64;
-        let in_memory = budget.share(FUSE_SHARE) as f64 / count / TABLE_VOXEL_BYTES;
-        let fuse_s = plan.returns() as f64 * count * FUSE_S / config.threads as f64;
-        let kept_between = config.checkpoint_every.is_some_and(|every| fuse_s > every.as_secs_f64());
+        let in_memory = self.work.budget().all_map_bytes() as f64 / count / TABLE_VOXEL_BYTES;
+        let fuse_s = plan.returns() as f64 * count * FUSE_S / means.threads as f64;
+        let kept_between = means.checkpoint_every.is_some_and(|every| fuse_s > every.as_secs_f64());
         let (mut aside_bytes, mut map_bytes, mut least_bytes) = (0, 0, 0);
-        for (_, poses) in fused() {
-            let places = places(plan, poses);
+        for poses in fused() {
+            let places = self.places(poses);
             let of_map = (voxels.mean * (1.0 + cells(&places) as f64)).min(plan.returns() as f64);
             let all = of_map * TIMES_ASIDE;
             let aside = if kept_between { all } else { (all - in_memory).max(0.0) };
             aside_bytes += aside as u64 * SCRATCH_VOXEL_BYTES as u64;
             map_bytes += (of_map * MAP_VOXEL_BYTES) as u64;
             // What is seen from places so far apart has no voxel in common.
-            least_bytes +=
-                apart(&places, 2.0 * config.max_range_m()) * voxels.least_filled * LEAST_MAP_VOXEL_BYTES;
+            let apart = apart(&places, 2.0 * self.settings.max_range_m);
+            least_bytes += apart * voxels.least_filled * LEAST_MAP_VOXEL_BYTES;
         }
         // Without trails, all is fused once more.
-        let rounds = 1 + u64::from(config.free_space);
-        let saved = u64::from(config.save_maps.is_some());
+        let rounds = 1 + u64::from(self.settings.free_space);
+        let saved = u64::from(means.save_maps.is_some());
         let maps = |times: u64| Bytes { about: map_bytes * times, least: least_bytes * times };
         let mut work = maps(rounds - saved);
         work.about += aside_bytes * rounds;
-        Ok(Self { work, saved: maps(saved) })
+        Ok(DiskNeed { work, saved: maps(saved) })
     }
 
-    /// All bytes.
-    pub(crate) fn bytes(&self) -> u64 {
-        self.work.about + self.saved.about
+    fn places(&self, poses: &RunPoses) -> Vec<[f64; 2]> {
+        let place = |frame| poses.of_frame(frame).map(|pose| [pose.translation.x, pose.translation.y]);
+        self.plan.frames().iter().filter_map(place).collect()
     }
 
+    /// Looks at some scans.
+    fn scan_voxels(&self, poses: &RunPoses) -> Result<ScanVoxels, EvaluateError> {
+        let lattice = Lattice::new(self.plan.voxel.voxel_m).map_err(EvaluateError::Work)?;
+        let frames = self.plan.frames();
+        let count = SCANS.min(frames.len());
+        let (mut reader, mut scan) = (self.log.reader()?, Scan::default());
+        let mut poser = Poser::new([poses], &self.plan.filter);
+        let mut voxels = ScanVoxels { mean: 0.0, least_filled: u64::MAX };
+        let mut returns: HashMap<[i64; 3], u32> = HashMap::new();
+        for k in 0..count {
+            let frame = &frames[k * frames.len() / count];
+            reader.read(frame.frame, &mut scan)?;
+            returns.clear();
+            poser.blocks(frame, &scan, |block| {
+                for end in block.rays(0).iter().map(Ray::endpoint_in_world) {
+                    let voxel = end.map(|c| (c / lattice.voxel_m()).floor() as i64);
+                    *returns.entry(voxel).or_default() += 1;
+                }
+                Ok::<(), EvaluateError>(())
+            })?;
+            voxels.mean += returns.len() as f64 / count as f64;
+            let filled = returns.values().filter(|&&count| count >= FILLED).count() as u64;
+            voxels.least_filled = voxels.least_filled.min(filled);
+        }
+        Ok(voxels)
+    }
+}
+
+impl DiskNeed {
     /// Compares with what the file systems have: a warning where it is likely too little.
     ///
     /// # Errors
     /// Where it is too little for sure.
-    pub(crate) fn check(&self, config: &Config) -> Result<Option<String>, EvaluateError> {
-        let mut work = Place { folder: &config.work_folder, option: "--work", bytes: self.work };
+    fn check(&self, means: &Means) -> Result<Option<String>, EvaluateError> {
+        let mut work = Target { folder: &means.work_folder, option: "--work", bytes: self.work };
         let mut saved = None;
-        if let Some(folder) = &config.save_maps {
+        if let Some(folder) = &means.save_maps {
             let same = matches!((free_space(folder), free_space(work.folder)),
                 (Some(a), Some(b)) if a.file_system == b.file_system);
             if same {
                 work.bytes.about += self.saved.about;
                 work.bytes.least += self.saved.least;
             } else {
-                saved = Some(Place { folder, option: "--save-maps or -o", bytes: self.saved });
+                saved = Some(Target { folder, option: "--save-maps or -o", bytes: self.saved });
             }
         }
         let mut warnings = Vec::new();
@@ -125,14 +168,14 @@ impl Room {
 
 /// Where something is written.
 #[derive(Debug, Clone, Copy)]
-struct Place<'a> {
+struct Target<'a> {
     folder: &'a Path,
     /// What moves it elsewhere.
     option: &'static str,
     bytes: Bytes,
 }
 
-impl Place<'_> {
+impl Target<'_> {
     fn check(self, free_bytes: Option<u64>) -> Result<Option<String>, EvaluateError> {
         let Some(free_bytes) = free_bytes else { return Ok(None) };
         let Self { folder, option, bytes: Bytes { about: bytes, least: least_bytes } } = self;
@@ -149,11 +192,6 @@ impl Place<'_> {
             )
         }))
     }
-}
-
-fn places(plan: &Plan<'_>, poses: &RunPoses<'_>) -> Vec<[f64; 2]> {
-    let place = |frame| poses.of_frame(frame).map(|pose| [pose.translation.x, pose.translation.y]);
-    plan.frames().iter().filter_map(place).collect()
 }
 
 /// The cell of a grid of this edge.
@@ -183,37 +221,6 @@ fn apart(places: &[[f64; 2]], least_m: f64) -> u64 {
     count
 }
 
-/// Looks at some scans.
-fn scan_voxels(
-    log: &dyn ScanLog,
-    plan: &Plan<'_>,
-    poses: &RunPoses<'_>,
-) -> Result<ScanVoxels, EvaluateError> {
-    let lattice = Lattice::new(plan.voxel.voxel_m).map_err(EvaluateError::Work)?;
-    let frames = plan.frames();
-    let count = SCANS.min(frames.len());
-    let (mut reader, mut scan) = (log.reader()?, Scan::default());
-    let mut poser = Poser::new(std::slice::from_ref(poses), &plan.filter);
-    let mut voxels = ScanVoxels { mean: 0.0, least_filled: u64::MAX };
-    let mut returns: HashMap<[i64; 3], u32> = HashMap::new();
-    for k in 0..count {
-        let frame = &frames[k * frames.len() / count];
-        reader.read(frame.frame, &mut scan)?;
-        returns.clear();
-        poser.blocks(frame, &scan, |rays| {
-            for end in rays[0].iter().map(Ray::endpoint_in_world) {
-                let voxel = end.map(|c| (c / lattice.voxel_m()).floor() as i64);
-                *returns.entry(voxel).or_default() += 1;
-            }
-            Ok::<(), EvaluateError>(())
-        })?;
-        voxels.mean += returns.len() as f64 / count as f64;
-        let filled = returns.values().filter(|&&count| count >= FILLED).count() as u64;
-        voxels.least_filled = voxels.least_filled.min(filled);
-    }
-    Ok(voxels)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -239,9 +246,9 @@ mod tests {
     }
 
     #[test]
-    fn too_little_room_is_refused_or_warned_of() {
+    fn too_little_space_is_refused_or_warned_of() {
         let place =
-            |about, least| Place { folder: Path::new("w"), option: "--work", bytes: Bytes { about, least } };
+            |about, least| Target { folder: Path::new("w"), option: "--work", bytes: Bytes { about, least } };
         assert_eq!(place(10 << 20, 5).check(None).unwrap(), None);
         assert_eq!(place(10 << 20, 5).check(Some(10 << 20)).unwrap(), None);
         let warning = place(10 << 20, 5).check(Some(3 << 20)).unwrap().unwrap();

@@ -1,4 +1,6 @@
-use std::hash::{DefaultHasher, Hash, Hasher};
+//! The folder that an evaluation works in, and what it keeps there to be taken up again.
+
+use std::hash::Hasher as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -6,26 +8,25 @@ use std::time::{Duration, Instant};
 use dmp_log::ScanLog;
 use dmp_map::{MapError, WorkFolder};
 use dmp_reduce::{RunSums, Seen};
-use dmp_sensor::{Isometry3, ReturnCounts};
+use dmp_sensor::ReturnCounts;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::config::{Config, MapSource, Run};
+use crate::config::{MapSource, Run};
 use crate::error::EvaluateError;
-use crate::frames::FrameSet;
+use crate::frame_set::FrameSet;
 use crate::memory::Budget;
-use crate::plan::Plan;
-use crate::room::Room;
-use crate::trails::TrailSummary;
-use crate::watch::Watch;
+use crate::progress::Progress;
+use crate::settings::{Means, Settings, seven};
 
-/// What an evaluation works with: its share of the memory, its folder, and what it keeps there to be taken up again.
+/// What an evaluation works with: its threads, its share of the memory, its folder, and what it keeps there.
 #[derive(Debug)]
 pub(crate) struct Work {
     folder: WorkFolder,
     every: Option<Duration>,
     last: Mutex<Instant>,
     budget: Budget,
+    pool: rayon::ThreadPool,
     resumed: bool,
 }
 
@@ -54,7 +55,6 @@ pub(crate) struct Fused {
     pub(crate) counts: Option<ReturnCounts>,
     pub(crate) left_out: u64,
     pub(crate) scratch_bytes: u64,
-    pub(crate) trails: Option<TrailSummary>,
     pub(crate) maps: Vec<FusedMap>,
 }
 
@@ -62,10 +62,33 @@ pub(crate) struct Fused {
 #[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub(crate) struct FusedMap {
     pub(crate) path: Option<PathBuf>,
+    pub(crate) facts: MapFacts,
+}
+
+/// What is known of a map beside its surfels.
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
+pub(crate) struct MapFacts {
+    /// Whether its surfels know the segments they were seen in.
     pub(crate) fused: bool,
+    /// Occupied voxels without a surfel; `None` for a store that was given.
     pub(crate) thin_voxels: Option<u64>,
+    /// Points of a given cloud, or triangles of a mesh, that are not finite.
     pub(crate) points_dropped: u64,
+    /// What was made of a map that was given, in words.
     pub(crate) notes: Vec<String>,
+    /// Where trails were looked for: what was found.
+    pub(crate) trails: Option<TrailFacts>,
+}
+
+/// What the rays of a run say of its map with all returns in it.
+#[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
+pub(crate) struct TrailFacts {
+    /// Surfels of that map.
+    pub(crate) surfels: u64,
+    /// How many of them the rays contradict.
+    pub(crate) contradicted: u64,
+    /// Whether the run says what a trail is.
+    pub(crate) votes: bool,
 }
 
 /// Scores as far as rays are cast.
@@ -97,61 +120,38 @@ impl Checkpoint for Casting {
 
 impl Work {
     /// A folder for this evaluation inside the one of the settings: as it was left, where it is to be resumed.
-    pub(crate) fn open(log: &dyn ScanLog, runs: &[Run], config: &Config) -> Result<Self, EvaluateError> {
-        let budget = Budget::new(log, runs, config)?;
-        let parent = &config.work_folder;
-        let folder = if config.checkpoint_every.is_none() && !config.resume {
+    pub(crate) fn open(
+        log: &dyn ScanLog,
+        runs: &[Run],
+        settings: &Settings,
+        means: &Means,
+    ) -> Result<Self, EvaluateError> {
+        let budget = Budget::new(log, runs.len(), means)?;
+        let parent = &means.work_folder;
+        let folder = if means.checkpoint_every.is_none() && !means.resume {
             WorkFolder::new(parent)
         } else {
-            match WorkFolder::of(parent, &identity(log, runs, config), config.resume) {
+            match WorkFolder::of(parent, &identity(log, runs, settings, means)?, means.resume) {
                 // Somebody evaluates the same at the same time: each in a folder of its own.
-                Err(MapError::Locked { .. }) if !config.resume => WorkFolder::new(parent),
+                Err(MapError::Locked { .. }) if !means.resume => WorkFolder::new(parent),
                 folder => folder,
             }
         };
         let folder = folder.map_err(EvaluateError::Work)?;
+        let pool = pool(means.threads)?;
         let resumed = folder.has_checkpoint();
-        Ok(Self { folder, every: config.checkpoint_every, last: Mutex::new(Instant::now()), budget, resumed })
+        let (every, last) = (means.checkpoint_every, Mutex::new(Instant::now()));
+        Ok(Self { folder, every, last, budget, pool, resumed })
     }
 
-    /// Does something in the folder. Where that fails, what was done stays for another process, and `watch` is told
-    /// where.
-    pub(crate) fn within<T>(
-        self,
-        watch: &dyn Watch,
-        what: impl FnOnce(&Self) -> Result<T, EvaluateError>,
-    ) -> Result<(T, Self), EvaluateError> {
-        if self.resumed {
-            watch.note(&format!("goes on from what was done in {}", self.path().display()));
-        }
-        match what(&self) {
-            Ok(done) => Ok((done, self)),
-            Err(error) => {
-                if let Some(folder) = self.leave() {
-                    let folder = folder.display();
-                    watch.note(&format!(
-                        "what was done so far is kept in {folder}: the same command with --resume goes on"
-                    ));
-                }
-                Err(error)
-            }
-        }
+    /// Whether there is something to go on from.
+    pub(crate) fn is_resumed(&self) -> bool {
+        self.resumed
     }
 
-    /// Estimates what will be written and whether there is room for it; where there may be none, `watch` is told. What
-    /// is gone on with has its place already.
-    pub(crate) fn look_for_room(
-        &self,
-        log: &dyn ScanLog,
-        plan: &Plan<'_>,
-        runs: &[Run],
-        config: &Config,
-        watch: &dyn Watch,
-    ) -> Result<(Room, Option<String>), EvaluateError> {
-        let room = Room::estimate(log, plan, runs, config, &self.budget)?;
-        let warning = if self.resumed { None } else { room.check(config)? };
-        warning.iter().for_each(|warning| watch.note(warning));
-        Ok((room, warning))
+    /// Does something on its threads.
+    pub(crate) fn install<R: Send>(&self, what: impl FnOnce() -> R + Send) -> R {
+        self.pool.install(what)
     }
 
     /// How the memory is shared out.
@@ -212,11 +212,14 @@ impl Work {
     }
 
     /// Leaves what was done for another process, where there is a checkpoint; tells where.
-    fn leave(mut self) -> Option<PathBuf> {
-        self.folder.has_checkpoint().then(|| {
+    pub(crate) fn leave(mut self, progress: &dyn Progress) {
+        if self.folder.has_checkpoint() {
             self.folder.keep();
-            self.folder.path().to_path_buf()
-        })
+            let folder = self.folder.path().display();
+            progress.note(&format!(
+                "what was done so far is kept in {folder}: the same command with --resume goes on"
+            ));
+        }
     }
 }
 
@@ -227,40 +230,48 @@ fn name<C: Checkpoint>(round: Round) -> String {
     }
 }
 
-/// Stands for everything that the numbers depend on: this version, the log, the runs, the settings.
-fn identity(log: &dyn ScanLog, runs: &[Run], config: &Config) -> String {
-    let mut hasher = DefaultHasher::new();
-    env!("CARGO_PKG_VERSION").hash(&mut hasher);
-    let summary = log.summary();
-    (&summary.fingerprint, &summary.topic, &summary.point_times, log.frames().len()).hash(&mut hasher);
-    for frame in log.frames() {
-        (frame.stamp_ns, frame.returns).hash(&mut hasher);
-    }
-    for run in runs {
-        run.name.hash(&mut hasher);
-        run.trajectory.stamps_ns().hash(&mut hasher);
-        run.trajectory.poses().iter().for_each(|pose| hash_pose(pose, &mut hasher));
-        hash_pose(&run.body_from_sensor(config), &mut hasher);
-        if let MapSource::Given(path) = &run.map {
-            let changed = std::fs::metadata(path).and_then(|data| Ok((data.len(), data.modified()?)));
-            (path, changed.ok()).hash(&mut hasher);
-        }
-    }
-    // Where and with what it is done changes no number.
-    let numbers = Config {
-        body_from_sensor: Isometry3::identity(),
-        memory_bytes: 0,
-        threads: 0,
-        work_folder: PathBuf::new(),
-        checkpoint_every: None,
-        resume: false,
-        ..config.clone()
-    };
-    format!("{numbers:?}").hash(&mut hasher);
-    format!("{:016x}", hasher.finish())
+/// Threads for what is not read scan by scan.
+pub(crate) fn pool(threads: usize) -> Result<rayon::ThreadPool, EvaluateError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|source| EvaluateError::Threads { threads, source })
 }
 
-fn hash_pose(pose: &Isometry3<f64>, hasher: &mut impl Hasher) {
-    let numbers = pose.translation.vector.iter().chain(pose.rotation.coords.iter());
-    numbers.for_each(|number| number.to_bits().hash(hasher));
+/// Stands for everything that the numbers depend on, and for where maps are saved: this version, the log, the runs, the
+/// settings. The same on every machine and in every build.
+fn identity(
+    log: &dyn ScanLog,
+    runs: &[Run],
+    settings: &Settings,
+    means: &Means,
+) -> Result<String, EvaluateError> {
+    let summary = log.summary();
+    let of_log = (&summary.fingerprint, &summary.topic, &summary.point_times, log.frames().len() as u64);
+    let mut hash = Hash(fnv::FnvHasher::default());
+    hash.add(&(env!("CARGO_PKG_VERSION"), of_log, settings))?;
+    hash.add(&means.save_maps.as_ref().map(|folder| folder.as_os_str().as_encoded_bytes()))?;
+    for frame in log.frames() {
+        hash.add(&(frame.stamp_ns, frame.returns))?;
+    }
+    for run in runs {
+        hash.add(&(&run.name, run.trajectory.stamps_ns(), seven(&settings.body_from_sensor(run))))?;
+        for pose in run.trajectory.poses() {
+            hash.add(&seven(pose))?;
+        }
+        if let MapSource::Given(path) = &run.map {
+            let changed = std::fs::metadata(path).and_then(|data| Ok((data.len(), data.modified()?)));
+            hash.add(&(path.as_os_str().as_encoded_bytes(), changed.ok()))?;
+        }
+    }
+    Ok(format!("{:016x}", hash.0.finish()))
+}
+
+/// The 64-bit FNV-1a hash of what is serialised.
+struct Hash(fnv::FnvHasher);
+
+impl Hash {
+    fn add(&mut self, what: &impl Serialize) -> Result<(), EvaluateError> {
+        let bytes = postcard::to_allocvec(what).map_err(EvaluateError::Checkpoint)?;
+        self.0.write(&bytes);
+        Ok(())
+    }
 }

@@ -1,0 +1,223 @@
+//! One pass over the log in which rays are cast, `z' = S(M, T_z)`, and what they leave is reduced.
+
+use std::collections::HashMap;
+
+use dmp_map::{Lattice, TileId};
+use dmp_reduce::{Comparison, Layout, Promise, Reducer, RunSums, Verdict};
+use dmp_sensor::ReturnCounts;
+
+use super::casters::{RunCaster, SharedTiles, bases};
+use super::worker::{CastWorker, TileSums};
+use crate::error::EvaluateError;
+use crate::evaluation::Evaluation;
+use crate::frame_set::FrameSet;
+use crate::frames::{Jobs, Pauses, Reading, each_frame_in_parts, each_frame_of, jobs_of};
+use crate::fuse::KeptMaps;
+use crate::progress::Stage;
+use crate::report::PlacesReport;
+use crate::schedule::Schedule;
+use crate::work::{Casting, Round};
+
+/// Everything that comes of casting a log.
+#[derive(Debug)]
+pub(crate) struct Scored {
+    pub(crate) reducer: Reducer,
+    /// Scans that were scored.
+    pub(crate) frames: u64,
+    /// Where not scans but places were drawn: what is told of them.
+    pub(crate) places: Option<PlacesReport>,
+    /// For every unit that the reducer takes its number in the log: of a scan, or of the scan in a place's middle.
+    pub(crate) scan_of_unit: Vec<usize>,
+    /// How many frames were scored when it was looked whether that decides; where it was asked for, the last is all
+    /// that were scored.
+    pub(crate) looks: Vec<u64>,
+    /// What the verdicts of the last look promise.
+    pub(crate) promise: Promise,
+    pub(crate) counts: ReturnCounts,
+    /// Sums of the returns that lie in a tile, for each run and tile.
+    pub(crate) tiles: HashMap<(usize, TileId), RunSums>,
+    pub(crate) tile_loads: u64,
+    /// Tiles that were ever within the sensor's reach, and how often they came into it.
+    pub(crate) tiles_in_reach: u64,
+    pub(crate) tile_visits: u64,
+    /// The grid of the maps.
+    pub(crate) lattice: Lattice,
+}
+
+/// What a look adds to the one before.
+struct Look {
+    /// Frames that are scored when it is done.
+    size: u64,
+    /// Returns that it adds, and how many of these are done already.
+    returns: u64,
+    returns_done: u64,
+    jobs: Vec<Vec<usize>>,
+}
+
+/// The sums of an evaluation as far as it is cast.
+type Sums = (Reducer, ReturnCounts, TileSums);
+
+impl Evaluation<'_, RunCaster> {
+    /// Casts every return of the sample into every run's map and reduces the residuals, in one pass over the log. What
+    /// an earlier process kept is taken up, and `maps`, as they are kept, go before what this one keeps. Where a decision
+    /// is asked for, samples grow until it is made.
+    ///
+    /// # Errors
+    /// When the log or a map cannot be read.
+    pub(crate) fn cast(&self, tiles: &SharedTiles, maps: &KeptMaps) -> Result<Scored, EvaluateError> {
+        let layout = self.layout().with_miss_price(self.settings.miss_price);
+        let (before, mut done) = self.before(&layout, maps.round)?;
+
+        let state = |workers: &[CastWorker<'_>]| {
+            let (mut reducer, mut counts, mut tiles) = before.clone();
+            for worker in workers {
+                reducer.merge(&worker.reducer)?;
+                counts.merge(&worker.counts);
+                for (tile, sums) in &worker.tiles {
+                    tiles.entry(*tile).or_insert_with(RunSums::default).merge(sums);
+                }
+            }
+            Ok::<_, EvaluateError>((reducer, counts, tiles))
+        };
+        let mut keep = |workers: &[CastWorker<'_>], done: &FrameSet| {
+            maps.keep(&self.work)?;
+            let (reducer, counts, tiles) = state(workers)?;
+            let tiles = tiles.into_iter().map(|((run, tile), sums)| (run as u64, tile.x, tile.y, sums));
+            let tiles = tiles.collect();
+            self.work
+                .save(maps.round, &Casting { done: done.clone(), reducer: reducer.seen(), counts, tiles })
+        };
+        let mut workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
+        let reading = self.plan.reading(self.log, &self.means, self.progress);
+        let looks: Vec<Look> = self.looks(reading, &done);
+        let schedule = tiles.schedule.get_or_init(|| {
+            let jobs = looks.iter().flat_map(|look| &look.jobs);
+            let runs: Vec<_> = self.runs.iter().map(|run| (&run.poses, run.map.caster.map())).collect();
+            Schedule::new(&self.plan, &runs, jobs, self.settings.max_range_m)
+        });
+        let (needed, budget) = (schedule.bytes_in_reach(), tiles.budget_bytes as u64);
+        if needed > budget {
+            self.progress.note(&format!(
+                "the tiles in reach of the sensor take up to {} MiB, more than the {} MiB there are for them: \
+                 some are loaded more than once a visit; more --memory would be faster",
+                needed.div_ceil(1 << 20),
+                budget >> 20
+            ));
+        }
+        let every = self.work.every();
+        let mut first = 0;
+        tiles.with_prefetch(&self.runs, self.means.threads, schedule, |ahead| {
+            for look in looks {
+                self.progress.begin(Stage::Cast, look.returns);
+                self.progress.advance(look.returns_done);
+                let jobs = Jobs { first, jobs: look.jobs };
+                first += jobs.jobs.len();
+                let pauses = Pauses { every, done: std::mem::take(&mut done), keep: &mut keep, ahead };
+                (workers, done) = each_frame_in_parts(reading, jobs, std::mem::take(&mut workers), pauses)?;
+                let reducer = state(&workers)?.0;
+                // What an earlier process went on from was not decided.
+                if reducer.frames_added() == look.size && self.is_decided(&reducer) {
+                    break;
+                }
+            }
+            Ok::<_, EvaluateError>(())
+        })?;
+        let (reducer, counts, tiles) = state(&workers)?;
+        let promise = self.promise(&reducer);
+        let frames = reducer.frames_added();
+        let caster = &self.runs[0].map.caster;
+        let (tiles_in_reach, tile_visits) = schedule.tiles_and_visits(first);
+        Ok(Scored {
+            reducer,
+            frames,
+            places: None,
+            scan_of_unit: self.plan.frames().iter().map(|frame| frame.number).collect(),
+            looks: self.plan.looks.sizes().iter().copied().filter(|&size| size <= frames).collect(),
+            promise,
+            counts,
+            tiles,
+            tile_loads: caster.tile_loads(),
+            tiles_in_reach,
+            tile_visits,
+            lattice: caster.map().lattice(),
+        })
+    }
+
+    /// Casts every return of some of the frames, once and with nothing kept; where they went, and their sums by tile.
+    ///
+    /// # Errors
+    /// When the log or a map cannot be read.
+    pub(crate) fn cast_frames(&self, wanted: &FrameSet) -> Result<(ReturnCounts, TileSums), EvaluateError> {
+        let layout = self.layout();
+        let workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
+        let reading = self.plan.reading(self.log, &self.means, self.progress);
+        let workers = each_frame_of(reading, |ordinal| wanted.contains(ordinal), workers)?;
+        let (mut counts, mut tiles) = (ReturnCounts::default(), HashMap::new());
+        for worker in workers {
+            counts.merge(&worker.counts);
+            for (tile, sums) in worker.tiles {
+                tiles.entry(tile).or_insert_with(RunSums::default).merge(&sums);
+            }
+        }
+        Ok((counts, tiles))
+    }
+
+    fn layout(&self) -> Layout {
+        Layout::new(self.plan.frames().len() as u64, bases(&self.runs)).on_scales(self.settings.scales)
+    }
+
+    /// What is to be read for each look that there may be.
+    fn looks(&self, reading: Reading<'_>, done: &FrameSet) -> Vec<Look> {
+        let frames = self.plan.frames();
+        let look = |(number, &size): (usize, &u64)| {
+            let added = self.plan.looks.added(number);
+            let returns = |is_in: &dyn Fn(usize) -> bool| {
+                (0..frames.len())
+                    .filter(|&ordinal| is_in(ordinal))
+                    .map(|ordinal| frames[ordinal].returns)
+                    .sum()
+            };
+            Look {
+                size,
+                returns: returns(&|ordinal| added.contains(ordinal)),
+                returns_done: returns(&|ordinal| added.contains(ordinal) && done.contains(ordinal)),
+                jobs: jobs_of(reading, |ordinal| added.contains(ordinal) && !done.contains(ordinal)),
+            }
+        };
+        self.plan.looks.sizes().iter().enumerate().map(look).collect()
+    }
+
+    /// What verdicts on what a reducer has seen promise: looks share the error that was asked for.
+    fn promise(&self, reducer: &Reducer) -> Promise {
+        let confidence = self.plan.looks.confidence(reducer.frames_added(), self.settings.confidence);
+        Promise { confidence, ..self.settings.promise() }
+    }
+
+    /// Whether everything that was asked for is decided; never where nothing was.
+    fn is_decided(&self, reducer: &Reducer) -> bool {
+        let Some(decide) = &self.settings.decide else { return false };
+        let matters = |pair: &Comparison| {
+            let (one, other) = (self.runs[pair.a].name(), self.runs[pair.b].name());
+            let is_that = |(a, b): &(String, String)| (a == one && b == other) || (b == one && a == other);
+            decide.pair.as_ref().is_none_or(is_that)
+        };
+        let comparisons = reducer.comparisons(self.promise(reducer));
+        comparisons
+            .pairs
+            .iter()
+            .filter(|pair| matters(pair))
+            .all(|pair| !matches!(pair.verdict, Verdict::Undecided { .. }))
+    }
+
+    /// What is scored already, and which frames that is.
+    fn before(&self, layout: &Layout, round: Round) -> Result<(Sums, FrameSet), EvaluateError> {
+        let kept = if self.sink.wants_every_return() { None } else { self.work.load::<Casting>(round)? };
+        let Some(kept) = kept else {
+            let nothing = (Reducer::new(layout.clone()), ReturnCounts::default(), HashMap::new());
+            return Ok((nothing, FrameSet::default()));
+        };
+        let tiles = kept.tiles.into_iter().map(|(run, x, y, sums)| ((run as usize, TileId { x, y }), sums));
+        let reducer = Reducer::resume(layout.clone(), kept.reducer)?;
+        Ok(((reducer, kept.counts, tiles.collect()), kept.done))
+    }
+}

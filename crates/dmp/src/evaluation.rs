@@ -1,0 +1,160 @@
+//! An evaluation on its way: what its passes read and what they add. The passes themselves are in files of their own,
+//! each a method here.
+
+use std::sync::Arc;
+
+use dmp_log::ScanLog;
+use dmp_map::Store;
+use dmp_sensor::ReturnCounts;
+
+use crate::config::{Config, Run};
+use crate::error::EvaluateError;
+use crate::heads::Heads;
+use crate::plan::Plan;
+use crate::progress::Progress;
+use crate::run_state::RunState;
+use crate::settings::{Means, Settings};
+use crate::sink::Sink;
+use crate::watch::Watch;
+use crate::work::Work;
+use crate::{given, own_frame};
+
+/// A log, the runs to be scored on it, and how far that is: `M` is the map of each run as far as it is made. A pass takes
+/// an evaluation and gives one that is further.
+pub(crate) struct Evaluation<'a, M> {
+    pub(crate) log: &'a dyn ScanLog,
+    pub(crate) settings: Settings,
+    pub(crate) means: Means,
+    pub(crate) work: Arc<Work>,
+    pub(crate) progress: &'a dyn Progress,
+    pub(crate) sink: &'a dyn Sink,
+    pub(crate) plan: Plan,
+    pub(crate) runs: Vec<RunState<'a, M>>,
+    pub(crate) fused: FuseTotals,
+}
+
+/// What fusing all maps came to.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct FuseTotals {
+    /// Where the returns went; `None` when no map had to be fused.
+    pub(crate) counts: Option<ReturnCounts>,
+    /// Used returns that are in no map, for they lie on trails.
+    pub(crate) left_out: u64,
+    /// Bytes put aside on the way.
+    pub(crate) scratch_bytes: u64,
+}
+
+/// What an evaluation works with before it has a plan.
+#[derive(Clone)]
+pub(crate) struct Task<'a> {
+    pub(crate) log: &'a dyn ScanLog,
+    pub(crate) settings: Settings,
+    pub(crate) means: Means,
+    pub(crate) work: Arc<Work>,
+    pub(crate) watch: Watch<'a>,
+}
+
+impl<'a> Task<'a> {
+    /// Settles what is asked for on a log, and takes a work folder.
+    ///
+    /// # Errors
+    /// When a setting makes no sense, alone or with the others.
+    pub(crate) fn open(
+        log: &'a dyn ScanLog,
+        runs: &[Run],
+        config: &Config,
+        watch: Watch<'a>,
+    ) -> Result<Self, EvaluateError> {
+        let (settings, means) = config.on(log.summary())?;
+        check_runs(runs, &settings)?;
+        given::check_free_space(runs, &settings)?;
+        let work = Arc::new(Work::open(log, runs, &settings, &means)?);
+        Ok(Self { log, settings, means, work, watch })
+    }
+
+    /// Does something with it. Where that fails, what was done stays for another process, and whoever watches is told
+    /// where.
+    pub(crate) fn keeping<T>(
+        self,
+        what: impl FnOnce(Self) -> Result<T, EvaluateError>,
+    ) -> Result<T, EvaluateError> {
+        let (work, progress) = (Arc::clone(&self.work), self.watch.progress);
+        if work.is_resumed() {
+            progress.note(&format!("goes on from what was done in {}", work.path().display()));
+        }
+        what(self).inspect_err(|_| {
+            if let Some(work) = Arc::into_inner(work) {
+                work.leave(progress);
+            }
+        })
+    }
+
+    /// Decides on scans, returns, voxels and segments, the same for all runs; and brings every run into a frame of its own
+    /// making.
+    ///
+    /// # Errors
+    /// When log and runs do not belong together.
+    pub(crate) fn plan(self, runs: &'a [Run]) -> Result<Evaluation<'a, Option<Store>>, EvaluateError> {
+        let stores = given::given_stores(runs)?;
+        let voxel_m = given::voxel_of_stores(runs, &stores, self.settings.voxel_m)?;
+        let runs = own_frame::place(Heads::Log(self.log), runs, stores, &self.settings)?;
+        self.plan_placed(runs, voxel_m)
+    }
+
+    /// The same for runs that have their frames; `voxel_m` is the edge that given maps have.
+    pub(crate) fn plan_placed<M>(
+        self,
+        mut runs: Vec<RunState<'a, M>>,
+        voxel_m: Option<f64>,
+    ) -> Result<Evaluation<'a, M>, EvaluateError> {
+        let voxel_m = voxel_m.or(self.settings.voxel_m);
+        let plan = Plan::new(self.log, &mut runs, voxel_m, &self.settings, self.watch.progress)?;
+        Ok(self.planned(plan, runs))
+    }
+
+    /// With what was decided.
+    pub(crate) fn planned<M>(self, plan: Plan, runs: Vec<RunState<'a, M>>) -> Evaluation<'a, M> {
+        let Self { log, settings, means, work, watch: Watch { progress, sink } } = self;
+        Evaluation { log, settings, means, work, progress, sink, plan, runs, fused: FuseTotals::default() }
+    }
+}
+
+impl<'a, M> Evaluation<'a, M> {
+    /// The same with other maps: the runs with those.
+    pub(crate) fn with_runs<N>(self, runs: Vec<RunState<'a, N>>) -> Evaluation<'a, N> {
+        let Self { log, settings, means, work, progress, sink, plan, fused, .. } = self;
+        Evaluation { log, settings, means, work, progress, sink, plan, runs, fused }
+    }
+}
+
+/// Checks what the settings say of the runs.
+///
+/// # Errors
+/// When there is none, two share a name, or a pair that is to be decided is not there.
+pub(crate) fn check_runs(runs: &[Run], settings: &Settings) -> Result<(), EvaluateError> {
+    if runs.is_empty() {
+        return Err(EvaluateError::NoRuns);
+    }
+    for (k, run) in runs.iter().enumerate() {
+        if runs[..k].iter().any(|other| other.name == run.name) {
+            return Err(EvaluateError::SameName { name: run.name.clone() });
+        }
+        if RESERVED_NAMES.contains(&run.name.as_str()) {
+            return Err(EvaluateError::ReservedName { name: run.name.clone() });
+        }
+    }
+    let bad = |value, why| Err(EvaluateError::Setting { setting: "decide", value, why });
+    if settings.decide.is_some() && runs.len() < 2 {
+        return bad("with one run".to_owned(), "there must be two runs at least to decide between");
+    }
+    if let Some((a, b)) = settings.decide.as_ref().and_then(|decide| decide.pair.as_ref()) {
+        let is_run = |name: &String| runs.iter().any(|run| run.name == *name);
+        if a == b || !is_run(a) || !is_run(b) {
+            return bad(format!("{a},{b}"), "it must name two of the runs");
+        }
+    }
+    Ok(())
+}
+
+/// What a run cannot be called: the words that stand for no run in a report's verdicts.
+const RESERVED_NAMES: [&str; 3] = ["mixed", "same", "undecided"];

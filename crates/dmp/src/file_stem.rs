@@ -1,0 +1,27 @@
+//! Names of runs as names of files.
+
+/// The name of a run as a file name, `names` being those of all runs: what file systems or shells take amiss becomes
+/// `_`, and where that makes two runs alike, they get their numbers.
+pub fn file_stem_of(names: &[&str], name: &str) -> String {
+    let harmless = |name: &str| -> String {
+        name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect()
+    };
+    let stem = harmless(name);
+    let alike: Vec<&&str> =
+        names.iter().filter(|other| harmless(other).eq_ignore_ascii_case(&stem)).collect();
+    match alike.iter().position(|&&other| other == name) {
+        Some(number) if alike.len() > 1 => format!("{stem}-{}", number + 1),
+        _ => stem,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_run_has_a_file_of_its_own() {
+        let names = ["a/x", "a_x", "A_X", "b ü"];
+        assert_eq!(names.map(|name| file_stem_of(&names, name)), ["a_x-1", "a_x-2", "A_X-3", "b_ü"]);
+    }
+}

@@ -1,0 +1,195 @@
+//! The maps of all runs: fused from the scans in one pass over the log, or given.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use dmp_map::{Lattice, MapFuser, Origin, Store};
+
+use super::files::finish;
+use super::pass::{FusePass, Making};
+use crate::config::MapSource;
+use crate::error::EvaluateError;
+use crate::evaluation::Evaluation;
+use crate::given::fuse_given;
+use crate::peak;
+use crate::run_map::RunMap;
+use crate::run_state::RunState;
+use crate::trails::Trails;
+use crate::work::{Fused, Fusing, MapFacts, Round};
+
+impl<'a> Evaluation<'a, Option<Store>> {
+    /// Makes the map of every run. What an earlier process kept is taken up.
+    ///
+    /// # Errors
+    /// When the log or a given map cannot be read, or a map not be written.
+    pub(crate) fn fuse(self) -> Result<Evaluation<'a, RunMap>, EvaluateError> {
+        match self.work.load::<Fused>(Round::WithoutTrails)? {
+            Some(fused) => self.reopened(fused),
+            None => self.fuse_without(None),
+        }
+    }
+
+    /// The same without the returns on `trails`.
+    fn fuse_without(self, trails: Option<&Trails>) -> Result<Evaluation<'a, RunMap>, EvaluateError> {
+        let work = Arc::clone(&self.work);
+        let round = if trails.is_some() { Round::WithoutTrails } else { Round::First };
+        if let Some(fused) = work.load::<Fused>(round)? {
+            return self.reopened(fused);
+        }
+        let mut before = work.load::<Fusing>(round)?.unwrap_or_default();
+        let mut making = self.begin(round, std::mem::take(&mut before.fusers))?;
+        if making.runs.iter().any(|run| matches!(run.map, Making::Scans(_))) {
+            let (counts, left_out) = FusePass { evaluation: &making, trails, round }.run(&before)?;
+            (making.fused.counts, making.fused.left_out) = (Some(counts), left_out);
+        }
+        work.install(|| making.finish(round))
+    }
+
+    /// Begins the maps, or goes on from the states of those that an earlier process fused.
+    fn begin(
+        mut self,
+        round: Round,
+        states: Vec<Option<Vec<u8>>>,
+    ) -> Result<Evaluation<'a, Making<'a>>, EvaluateError> {
+        let (lattice, budget_bytes) = (self.lattice()?, self.map_bytes());
+        let mut runs = Vec::new();
+        let states = states.into_iter().chain(std::iter::repeat(None));
+        for (run, state) in std::mem::take(&mut self.runs).into_iter().zip(states) {
+            let (run, store) = run.with_map(());
+            let making = match (&run.run.map, store, state) {
+                (_, Some(store), _) => Making::Store(store),
+                (MapSource::Given(file), None, _) => Making::File(file),
+                (MapSource::Fused, None, Some(state)) => {
+                    let scratch = self.scratch_file(round, &run);
+                    let fuser = MapFuser::resume(lattice, budget_bytes, &scratch, &state);
+                    Making::Scans(fuser.map_err(EvaluateError::map_of(run.name()))?)
+                }
+                (MapSource::Fused, None, None) => Making::Scans(self.new_fuser(round, &run, budget_bytes)?),
+            };
+            runs.push(run.with_map(making).0);
+        }
+        Ok(self.with_runs(runs))
+    }
+}
+
+impl<M> Evaluation<'_, M> {
+    fn lattice(&self) -> Result<Lattice, EvaluateError> {
+        Lattice::new(self.plan.voxel.voxel_m).map_err(EvaluateError::Work)
+    }
+
+    /// Memory for each map that is fused from the scans.
+    fn map_bytes(&self) -> usize {
+        let fused = self.runs.iter().filter(|run| run.run.map == MapSource::Fused).count();
+        self.work.budget().map_bytes(fused)
+    }
+
+    fn new_fuser<N>(
+        &self,
+        round: Round,
+        run: &RunState<'_, N>,
+        budget_bytes: usize,
+    ) -> Result<MapFuser, EvaluateError> {
+        let lattice = self.lattice()?;
+        let fuser = if self.work.every().is_some() {
+            MapFuser::with_scratch(lattice, budget_bytes, &self.scratch_file(round, run))
+        } else {
+            MapFuser::new(lattice, budget_bytes, self.work.path())
+        };
+        fuser.map_err(EvaluateError::map_of(run.name()))
+    }
+}
+
+/// Where the map of a run comes from, in words, and in which frame.
+fn origin<M>(run: &RunState<'_, M>, text: String) -> Origin {
+    Origin { text, own_from_world: run.own_from_world }
+}
+
+impl<'a> Evaluation<'a, Making<'a>> {
+    /// Makes surfels of what is fused, run by run.
+    fn finish(mut self, round: Round) -> Result<Evaluation<'a, RunMap>, EvaluateError> {
+        let budget_bytes = self.map_bytes();
+        let mut runs = Vec::new();
+        for run in std::mem::take(&mut self.runs) {
+            let (run, making) = run.with_map(());
+            let map = match making {
+                Making::Scans(fuser) => {
+                    self.fused.scratch_bytes += fuser.scratch_bytes();
+                    let (path, life) = self.map_file(round, &run);
+                    let origin = origin(&run, self.provenance(run.name()));
+                    let finished = finish(fuser, &path, &origin, life, self.progress);
+                    let (store, thin_voxels) = finished.map_err(EvaluateError::map_of(run.name()))?;
+                    let facts =
+                        MapFacts { fused: true, thin_voxels: Some(thin_voxels), ..MapFacts::default() };
+                    RunMap { store, facts }
+                }
+                Making::Store(store) => RunMap { store, facts: MapFacts::default() },
+                Making::File(file) => {
+                    let fuser = self.new_fuser(round, &run, budget_bytes)?;
+                    self.given_map(&run, file, fuser)?
+                }
+            };
+            runs.push(run.with_map(map).0);
+            peak::look();
+        }
+        Ok(self.with_runs(runs))
+    }
+
+    /// Makes the map of a cloud or a mesh.
+    fn given_map(
+        &self,
+        run: &RunState<'_, ()>,
+        file: &Path,
+        fuser: MapFuser,
+    ) -> Result<RunMap, EvaluateError> {
+        let world_from_own = run.own_from_world.inverse();
+        let into = (&fuser, &world_from_own);
+        let found = fuse_given(file, run.name(), self.settings.map_unit, into, self.progress)?;
+        let origin = origin(run, format!("fused from {}", file.display()));
+        let finished = finish(fuser, &self.given_map_file(run), &origin, self.life(), self.progress);
+        let (store, thin_voxels) = finished.map_err(EvaluateError::map_of(run.name()))?;
+        let (thin_voxels, points_dropped) = (Some(thin_voxels), found.dropped);
+        let facts = MapFacts { thin_voxels, points_dropped, notes: found.notes, ..MapFacts::default() };
+        Ok(RunMap { store, facts })
+    }
+
+    fn provenance(&self, run: &str) -> String {
+        let summary = self.log.summary();
+        format!(
+            "dmp {}; log {} ({}); run {run}; {} scans, {} segments",
+            env!("CARGO_PKG_VERSION"),
+            summary.path.display(),
+            summary.fingerprint,
+            self.plan.frames().len(),
+            self.plan.segments.starts.len()
+        )
+    }
+}
+
+impl Evaluation<'_, RunMap> {
+    /// The maps without the returns that lie on trails, where that was asked for: fused once more, in two passes over the
+    /// log.
+    ///
+    /// # Errors
+    /// As [`Evaluation::fuse`], and when the log gives other returns than before.
+    pub(crate) fn keep_out_trails(self) -> Result<Self, EvaluateError> {
+        if !self.settings.free_space || self.has_trails_out() {
+            return Ok(self);
+        }
+        self.keep_if_due()?;
+        let before = self.fused;
+        let (planned, trails) = self.find_trails()?;
+        let mut maps = planned.fuse_without(Some(&trails))?;
+        for counts in [Some(trails.counts), maps.fused.counts] {
+            if let (Some(first), Some(second)) =
+                (before.counts, counts.filter(|counts| Some(*counts) != before.counts))
+            {
+                return Err(EvaluateError::LogChanged { first: first.used(), second: second.used() });
+            }
+        }
+        maps.fused.scratch_bytes += before.scratch_bytes + trails.scratch_bytes;
+        for (run, found) in maps.runs.iter_mut().zip(&trails.of_runs) {
+            run.map.facts.trails = Some(found.facts);
+        }
+        Ok(maps)
+    }
+}

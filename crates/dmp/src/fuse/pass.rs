@@ -1,0 +1,140 @@
+//! One pass over the log in which maps are fused.
+
+use std::path::Path;
+
+use dmp_map::{FuseScratch, MapFuser, Store};
+use dmp_sensor::{Ray, ReturnCounts, Scan};
+
+use crate::error::EvaluateError;
+use crate::evaluation::Evaluation;
+use crate::frame_set::FrameSet;
+use crate::frames::{Jobs, Pauses, PlannedFrame, Worker, each_frame_in_parts, jobs_of};
+use crate::pose::Poser;
+use crate::progress::Stage;
+use crate::run_state::{RunState, poses_of};
+use crate::trails::{TrailBuffers, Trails};
+use crate::work::{Fusing, Round};
+
+/// What a run's map is made of.
+pub(super) enum Making<'a> {
+    /// The scans.
+    Scans(MapFuser),
+    /// It is there.
+    Store(Store),
+    /// A cloud or a mesh.
+    File(&'a Path),
+}
+
+impl Making<'_> {
+    fn fuser(&self) -> Option<&MapFuser> {
+        match self {
+            Self::Scans(fuser) => Some(fuser),
+            Self::Store(_) | Self::File(_) => None,
+        }
+    }
+}
+
+/// One pass over the log; returns on `trails` are left out.
+pub(super) struct FusePass<'p> {
+    pub(super) evaluation: &'p Evaluation<'p, Making<'p>>,
+    pub(super) trails: Option<&'p Trails>,
+    pub(super) round: Round,
+}
+
+impl FusePass<'_> {
+    /// Goes on from `before`, and tells where the returns went and how many of them are in no map.
+    pub(super) fn run(&self, before: &Fusing) -> Result<(ReturnCounts, u64), EvaluateError> {
+        let Evaluation { log, means, work, progress, plan, runs, .. } = self.evaluation;
+        progress.begin(Stage::Fuse, plan.returns());
+        progress.advance(before.counts.total());
+        let state = |workers: &[FuseWorker<'_>]| {
+            let (mut counts, mut left_out) = (before.counts, before.left_out);
+            for worker in workers {
+                counts.merge(&worker.counts);
+                left_out += worker.left_out;
+            }
+            (counts, left_out)
+        };
+        let put_down = |workers: &[FuseWorker<'_>], done: &FrameSet| {
+            let put_down = |run: &RunState<'_, Making<'_>>| {
+                let state = run.map.fuser().map(MapFuser::put_down).transpose();
+                state.map_err(EvaluateError::map_of(run.name()))
+            };
+            let fusers = runs.iter().map(put_down).collect::<Result<_, _>>()?;
+            let (counts, left_out) = state(workers);
+            work.save(self.round, &Fusing { done: done.clone(), counts, left_out, fusers })
+        };
+        let workers = (0..means.threads).map(|_| FuseWorker::new(self)).collect();
+        let pauses = Pauses {
+            every: work.every(),
+            done: before.done.clone(),
+            keep: &mut |w, done| put_down(w, done),
+            ahead: &|_| (),
+        };
+        let reading = plan.reading(*log, means, *progress);
+        let jobs = Jobs { first: 0, jobs: jobs_of(reading, |ordinal| !pauses.done.contains(ordinal)) };
+        let (workers, done) = each_frame_in_parts(reading, jobs, workers, pauses)?;
+        if work.due() {
+            put_down(&workers, &done)?;
+        }
+        Ok(state(&workers))
+    }
+}
+
+/// What a thread does with a scan: adds its returns to every map.
+struct FuseWorker<'p> {
+    poser: Poser<'p>,
+    evaluation: &'p Evaluation<'p, Making<'p>>,
+    trails: Option<&'p Trails>,
+    /// Of the returns at hand: whether they are in no map. Empty where all are.
+    on_trail: Vec<bool>,
+    trail_buffers: TrailBuffers,
+    left_out: u64,
+    buffers: FuseScratch,
+    points: Vec<[f64; 3]>,
+    counts: ReturnCounts,
+}
+
+impl<'p> FuseWorker<'p> {
+    fn new(pass: &FusePass<'p>) -> Self {
+        let evaluation = pass.evaluation;
+        Self {
+            poser: Poser::new(poses_of(&evaluation.runs), &evaluation.plan.filter),
+            evaluation,
+            trails: pass.trails,
+            on_trail: Vec::new(),
+            trail_buffers: TrailBuffers::default(),
+            left_out: 0,
+            buffers: FuseScratch::default(),
+            points: Vec::new(),
+            counts: ReturnCounts::default(),
+        }
+    }
+}
+
+impl Worker for FuseWorker<'_> {
+    fn frame(&mut self, _: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
+        let Self { poser, evaluation, buffers, points, trails, on_trail, trail_buffers, left_out, .. } = self;
+        let counts = poser.blocks(frame, scan, |block| {
+            match trails {
+                Some(trails) => trails.mark(&block, on_trail, trail_buffers)?,
+                None => on_trail.clear(),
+            }
+            *left_out += on_trail.iter().filter(|&&on_trail| on_trail).count() as u64;
+            for (number, run) in evaluation.runs.iter().enumerate() {
+                if let Some(fuser) = run.map.fuser() {
+                    let fused = |&(k, _): &(usize, &Ray)| !on_trail.get(k).copied().unwrap_or(false);
+                    points.clear();
+                    let rays = block.rays(number).iter().enumerate().filter(fused);
+                    points.extend(rays.map(|(_, ray)| ray.endpoint_in_world()));
+                    let added = fuser.add(points, Some(frame.segment), buffers);
+                    added.map_err(EvaluateError::map_of(run.name()))?;
+                }
+            }
+            Ok::<(), EvaluateError>(())
+        })?;
+        self.counts.merge(&counts);
+        self.evaluation.progress.advance(counts.total());
+        Ok(())
+    }
+}

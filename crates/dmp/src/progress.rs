@@ -1,0 +1,66 @@
+//! What is being done at the moment, told to whoever wants to show it, who may also stop it.
+
+/// What is being done at the moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Stage {
+    /// A sample of scans is looked at: the vehicle, the density. Counted in scans.
+    Survey,
+    /// The map of a run is read from a file. Counted in points.
+    ReadMap,
+    /// Returns are fused into every run's map. Counted in returns.
+    Fuse,
+    /// Surfels are made and stored. Counted in tiles.
+    Surfels,
+    /// What returns' rays pass through is counted, to find trails. Counted in returns.
+    Trails,
+    /// Returns are cast into every run's map. Counted in returns.
+    Cast,
+    /// Places are scored, each by itself. Counted in places.
+    Places,
+    /// Loop candidates are tried, each by itself. Counted in candidates.
+    Candidates,
+}
+
+/// Follows how far an evaluation is, and may stop it; called from several threads at once. `()` does neither.
+///
+/// ```
+/// use std::sync::atomic::{AtomicU64, Ordering};
+///
+/// /// Stops after a million returns.
+/// #[derive(Default)]
+/// struct Enough(AtomicU64);
+///
+/// impl dmp::Progress for Enough {
+///     fn advance(&self, amount: u64) {
+///         self.0.fetch_add(amount, Ordering::Relaxed);
+///     }
+///     fn cancelled(&self) -> bool {
+///         self.0.load(Ordering::Relaxed) > 1_000_000
+///     }
+/// }
+/// ```
+pub trait Progress: Sync {
+    /// A stage begins; `total` is what [`Progress::advance`] will add up to, 0 where that is not known.
+    fn begin(&self, stage: Stage, total: u64) {
+        let _ = (stage, total);
+    }
+
+    /// So much more of the stage is done.
+    fn advance(&self, amount: u64) {
+        let _ = amount;
+    }
+
+    /// Something worth knowing while the evaluation goes on; the report has it too.
+    fn note(&self, text: &str) {
+        let _ = text;
+    }
+
+    /// Whether to stop: asked before every frame. The evaluation then ends with
+    /// [`EvaluateError::Cancelled`](crate::EvaluateError::Cancelled) and leaves nothing behind.
+    fn cancelled(&self) -> bool {
+        false
+    }
+}
+
+impl Progress for () {}

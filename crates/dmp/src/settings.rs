@@ -1,0 +1,339 @@
+//! What holds in an evaluation: the settings that its numbers depend on, each with its value, and the means that it has.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use dmp_log::{LengthUnit, LogSummary};
+use dmp_reduce::{Confidence, Margin, MissPrice, Promise, Scales};
+use dmp_sensor::{DepthNoise, Isometry3};
+use serde::{Serialize, Serializer};
+
+use crate::config::{Config, Ego, Frame, FrameOrder, Run};
+use crate::error::EvaluateError;
+use crate::report::SegmentReport;
+use crate::sample::{Decide, Sample};
+use crate::segment_length::SegmentLength;
+
+/// Everything that changes numbers, as it holds for a log: what [`Config`] leaves open is decided here, once. What is
+/// still `None` is decided by looking at the scans.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+pub struct Settings {
+    /// The lengths by which returns are judged.
+    pub scales: Scales,
+    /// Edge of a voxel, metres; `None`: by the density of the scans.
+    pub voxel_m: Option<f64>,
+    /// Length of a segment of the drive; `None`: by the length of the drive.
+    pub segment: Option<SegmentLength>,
+    /// The segments of another evaluation; `None`: the way is cut anew.
+    pub segments: Option<SegmentReport>,
+    /// The unit of given clouds and meshes; `None`: what their files say.
+    #[serde(serialize_with = "unit")]
+    pub map_unit: Option<LengthUnit>,
+    /// Smallest range used, metres.
+    pub min_range_m: f64,
+    /// Largest range used, metres.
+    pub max_range_m: f64,
+    /// The vehicle itself.
+    pub ego: Ego,
+    /// Every n-th scan of the log is used.
+    pub every: usize,
+    /// How many of the scans in use are scored.
+    pub sample: Sample,
+    /// What the sample is drawn by.
+    pub seed: u64,
+    /// Until when growing samples are scored.
+    pub decide: Option<Decide>,
+    /// Where the sensor sits on the body, for runs that do not say it themselves.
+    #[serde(serialize_with = "isometry")]
+    pub body_from_sensor: Isometry3<f64>,
+    /// Added to every stamp of the log, nanoseconds.
+    pub time_offset_ns: i64,
+    /// Poses further apart are not interpolated between, nanoseconds; `None`: by each trajectory's own intervals.
+    pub max_time_gap_ns: Option<i64>,
+    /// Whether returns on trails are kept out of the maps.
+    pub free_space: bool,
+    /// What a miss costs.
+    #[serde(serialize_with = "miss_price")]
+    pub miss_price: MissPrice,
+    /// How sure all verdicts are to be.
+    #[serde(serialize_with = "confidence")]
+    pub confidence: Confidence,
+    /// How far apart two runs may be and still count as the same.
+    #[serde(serialize_with = "margin")]
+    pub same_within: Margin,
+    /// The noise that was asked for, metres; `None`: that of the sensor, [`Self::sigma_m`] or [`Self::depth_noise`].
+    pub asked_sigma_m: Option<f64>,
+    /// In which frame each run is scored.
+    #[serde(serialize_with = "frame")]
+    pub frame: Frame,
+}
+
+/// What an evaluation may use. It changes no number.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Means {
+    /// Memory to aim for, bytes.
+    pub memory_bytes: usize,
+    /// Threads that read, fuse and cast.
+    pub threads: usize,
+    /// Where work folders are made.
+    pub work_folder: PathBuf,
+    /// Where the fused maps are kept; `None`: nowhere.
+    pub save_maps: Option<PathBuf>,
+    /// Time from one checkpoint to the next; `None`: there are none.
+    pub checkpoint_every: Option<Duration>,
+    /// Whether to go on from a checkpoint.
+    pub resume: bool,
+    /// In which order the log is read.
+    pub order: FrameOrder,
+}
+
+impl Config {
+    /// What holds on a log: its sensor says which lengths the settings go with, where they do not say it themselves.
+    ///
+    /// # Errors
+    /// The first setting that makes no sense, with its value and what it must be.
+    pub fn on(&self, log: &LogSummary) -> Result<(Settings, Means), EvaluateError> {
+        self.on_scales(self.scales_on(log))
+    }
+
+    /// The lengths by which returns of a log are judged.
+    pub fn scales_on(&self, log: &LogSummary) -> Scales {
+        self.scales.unwrap_or(if log.camera.is_some() { Scales::Room } else { Scales::Drive })
+    }
+
+    /// What holds where there is no log to say which lengths they go with, but these do, where the settings do not say it
+    /// themselves.
+    ///
+    /// # Errors
+    /// As [`Self::on`].
+    pub fn on_scales(&self, usual: Scales) -> Result<(Settings, Means), EvaluateError> {
+        let scales = self.scales.unwrap_or(usual);
+        let (min_range_m, max_range_m) = self.ranges_m(scales);
+        self.check()?;
+        check_ranges(min_range_m, max_range_m)?;
+        let settings = Settings {
+            scales,
+            voxel_m: self.voxel_m,
+            segment: self.segment,
+            segments: self.segments.clone(),
+            map_unit: self.map_unit,
+            min_range_m,
+            max_range_m,
+            ego: self.ego,
+            every: self.every,
+            sample: self.sample,
+            seed: self.seed,
+            decide: self.decide.clone(),
+            body_from_sensor: self.body_from_sensor,
+            time_offset_ns: self.time_offset_ns,
+            max_time_gap_ns: self.max_time_gap_ns,
+            free_space: self.free_space,
+            miss_price: self.miss_price,
+            confidence: self.confidence,
+            same_within: self.same_within,
+            asked_sigma_m: self.sigma_m,
+            frame: self.frame,
+        };
+        let means = Means {
+            memory_bytes: self.memory_bytes,
+            threads: self.threads,
+            work_folder: self.work_folder.clone(),
+            save_maps: self.save_maps.clone(),
+            checkpoint_every: self.checkpoint_every,
+            resume: self.resume,
+            order: self.order,
+        };
+        Ok((settings, means))
+    }
+
+    fn ranges_m(&self, scales: Scales) -> (f64, f64) {
+        let (min_m, max_m) = match scales {
+            Scales::Drive => (1.5, 100.0),
+            Scales::Room => (0.3, 10.0),
+        };
+        (self.min_range_m.unwrap_or(min_m), self.max_range_m.unwrap_or(max_m))
+    }
+
+    /// Checks every setting by itself, before anything is opened.
+    ///
+    /// # Errors
+    /// The first setting that makes no sense, with its value and what it must be.
+    pub fn check(&self) -> Result<(), EvaluateError> {
+        // What one end is where only the other was given, a log may have to say.
+        match self.scales {
+            Some(scales) => {
+                let (min_m, max_m) = self.ranges_m(scales);
+                check_ranges(min_m, max_m)?;
+            }
+            None => check_ranges(self.min_range_m.unwrap_or(0.0), self.max_range_m.unwrap_or(MAX_RANGE_M))?,
+        }
+        if let Some(segment) = self.segment {
+            let (length, unit) = match segment {
+                SegmentLength::Metres(m) => (m, "m"),
+                SegmentLength::Seconds(s) => (s, "s"),
+                SegmentLength::Scans(scans) => (scans as f64, "scans"),
+            };
+            if !(length > 0.0 && length.is_finite()) {
+                return bad("segment", format!("{length} {unit}"), "it must be positive");
+            }
+        }
+        match self.voxel_m {
+            Some(m) if !(0.01..=2.0).contains(&m) => {
+                return bad("voxel", format!("{m} m"), "it must lie between 0.01 and 2 m");
+            }
+            _ => {}
+        }
+        if let Some(sigma_m) = self.sigma_m.filter(|&m| !(m > 0.0 && m.is_finite())) {
+            return bad("sigma", format!("{sigma_m} m"), "it must be positive");
+        }
+        let (Margin::Share(margin) | Margin::Metres(margin)) = self.same_within;
+        if !(margin >= 0.0 && margin.is_finite()) {
+            return bad("same-within", margin.to_string(), "it must be 0 or more");
+        }
+        if self.every == 0 {
+            return bad("every", "0".into(), "it must be 1 or more");
+        }
+        self.sample.check()?;
+        if self.threads == 0 || self.threads > 1024 {
+            return bad("threads", self.threads.to_string(), "it must lie between 1 and 1024");
+        }
+        if self.memory_bytes < 32 << 20 {
+            return bad("memory", format!("{} bytes", self.memory_bytes), "it must be 32 MiB or more");
+        }
+        Ok(())
+    }
+}
+
+/// Further no sensor measures that is meant here, metres.
+const MAX_RANGE_M: f64 = 1000.0;
+
+fn check_ranges(min_range_m: f64, max_range_m: f64) -> Result<(), EvaluateError> {
+    let fit = min_range_m >= 0.0 && min_range_m < max_range_m && max_range_m <= MAX_RANGE_M;
+    if fit {
+        return Ok(());
+    }
+    let value = format!("{min_range_m} to {max_range_m} m");
+    bad("ranges", value, "they must rise from 0 or more to at most 1000 m")
+}
+
+fn bad(setting: &'static str, value: String, why: &'static str) -> Result<(), EvaluateError> {
+    Err(EvaluateError::Setting { setting, value, why })
+}
+
+impl Settings {
+    /// How long what is a metre on a drive is here, metres.
+    pub(crate) fn metre_m(&self) -> f64 {
+        self.scales.metre_m()
+    }
+
+    /// The range noise of a LiDAR, metres.
+    pub(crate) fn sigma_m(&self) -> f64 {
+        self.asked_sigma_m.unwrap_or(0.02)
+    }
+
+    /// The noise of a depth camera.
+    pub(crate) fn depth_noise(&self) -> DepthNoise {
+        self.asked_sigma_m.map_or(DepthNoise::KINECT, DepthNoise::constant)
+    }
+
+    /// What the verdicts promise where nothing is looked at twice.
+    pub(crate) fn promise(&self) -> Promise {
+        Promise { confidence: self.confidence, margin: self.same_within }
+    }
+
+    /// Where the sensor sits on the body of a run.
+    pub(crate) fn body_from_sensor(&self, run: &Run) -> Isometry3<f64> {
+        run.body_from_sensor.unwrap_or(self.body_from_sensor)
+    }
+}
+
+/// A transform as x, y, z (metres), qx, qy, qz, qw.
+pub(crate) fn seven(transform: &Isometry3<f64>) -> [f64; 7] {
+    let (t, q) = (transform.translation.vector, transform.rotation.coords);
+    [t.x, t.y, t.z, q.x, q.y, q.z, q.w]
+}
+
+// The types of other crates, as what says all of them.
+
+#[expect(clippy::ref_option, reason = "serde gives it so")]
+fn unit<S: Serializer>(unit: &Option<LengthUnit>, serializer: S) -> Result<S::Ok, S::Error> {
+    unit.map(LengthUnit::name).serialize(serializer)
+}
+
+fn isometry<S: Serializer>(pose: &Isometry3<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    seven(pose).serialize(serializer)
+}
+
+fn miss_price<S: Serializer>(price: &MissPrice, serializer: S) -> Result<S::Ok, S::Error> {
+    price.share().serialize(serializer)
+}
+
+fn confidence<S: Serializer>(confidence: &Confidence, serializer: S) -> Result<S::Ok, S::Error> {
+    confidence.level().serialize(serializer)
+}
+
+fn margin<S: Serializer>(margin: &Margin, serializer: S) -> Result<S::Ok, S::Error> {
+    match margin {
+        Margin::Share(share) => ("share", share),
+        Margin::Metres(metres) => ("metres", metres),
+    }
+    .serialize(serializer)
+}
+
+fn frame<S: Serializer>(frame: &Frame, serializer: S) -> Result<S::Ok, S::Error> {
+    match frame {
+        Frame::OfTheWay => ("of the way", None),
+        Frame::Moved(by) => ("moved", Some(seven(by))),
+        Frame::Fixed(at) => ("fixed", Some(seven(at))),
+    }
+    .serialize(serializer)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is kept for `--resume` is found by these bytes: they must be there for every setting.
+    #[test]
+    fn what_changes_a_number_changes_the_bytes_and_nothing_else_does() {
+        let bytes =
+            |config: &Config| postcard::to_allocvec(&config.on_scales(Scales::Drive).unwrap().0).unwrap();
+        let config = Config::default();
+        let elsewhere = Config { threads: 7, memory_bytes: 1 << 30, resume: true, ..config.clone() };
+        assert_eq!(bytes(&elsewhere), bytes(&config));
+        assert_eq!(bytes(&Config { scales: Some(Scales::Drive), ..config.clone() }), bytes(&config));
+        let one = Isometry3::translation(1.0, 0.0, 0.0);
+        let others = [
+            Config { scales: Some(Scales::Room), ..config.clone() },
+            Config { voxel_m: Some(0.3), ..config.clone() },
+            Config { segment: Some(SegmentLength::Metres(5.0)), ..config.clone() },
+            Config { segment: Some(SegmentLength::Seconds(5.0)), ..config.clone() },
+            Config { map_unit: Some(LengthUnit::Metre), ..config.clone() },
+            Config { same_within: Margin::Metres(0.02), ..config.clone() },
+            Config { same_within: Margin::Share(0.02), ..config.clone() },
+            Config { ego: Ego::None, ..config.clone() },
+            Config { frame: Frame::Moved(one), ..config.clone() },
+            Config { frame: Frame::Fixed(one), ..config.clone() },
+            Config { confidence: Confidence::new(0.95).unwrap(), ..config.clone() },
+            Config { body_from_sensor: one, ..config.clone() },
+            config,
+        ];
+        for (k, one) in others.iter().enumerate() {
+            for other in &others[..k] {
+                assert_ne!(bytes(one), bytes(other), "{one:?} {other:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_range_that_is_left_open_is_the_sensors() {
+        let config = Config { min_range_m: Some(20.0), ..Config::default() };
+        config.check().unwrap();
+        assert_eq!(config.on_scales(Scales::Drive).unwrap().0.max_range_m, 100.0);
+        let error = config.on_scales(Scales::Room).unwrap_err();
+        assert_eq!(error.to_string(), "ranges 20 to 10 m: they must rise from 0 or more to at most 1000 m");
+        assert!(Config { max_range_m: Some(-1.0), ..Config::default() }.check().is_err());
+    }
+}
