@@ -1,6 +1,7 @@
 use std::sync::Arc;
 
-use dmp_map::{BudgetCache, MapError, NextUse, Store, TileExtent, TileId};
+use dmp_disk::{BudgetCache, NextUse};
+use dmp_map::{MapError, Store, TileExtent, TileId};
 
 use crate::casting::{CastBuffers, Casting, Grouping};
 use crate::journey::{Tiles, travel};

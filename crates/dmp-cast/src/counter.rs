@@ -1,8 +1,7 @@
 use std::sync::Arc;
 
-use dmp_map::{
-    BudgetCache, Crossing, Independence, MapError, Store, Tally, TileExtent, TileId, TileSource, Weight,
-};
+use dmp_disk::{BudgetCache, Weight};
+use dmp_map::{Crossing, Independence, MapError, Store, Tally, TileExtent, TileId, TileSource};
 
 use crate::journey::{JourneyBuffers, Tiles, Traveller, Wait, travel};
 use crate::lanes::{Job, Simd};

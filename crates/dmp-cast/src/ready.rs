@@ -1,6 +1,7 @@
 //! Tiles as rays are cast into them, and where they come from.
 
-use dmp_map::{MapError, MappedBytes, Tile, TileExtent, TileId, TileSource, Weight};
+use dmp_disk::Weight;
+use dmp_map::{MapError, MappedBytes, Tile, TileExtent, TileId, TileSource};
 
 use crate::tile::{BuiltTile, CastTile, Leaf, LeafSupport};
 

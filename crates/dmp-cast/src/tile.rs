@@ -1,4 +1,4 @@
-use dmp_map::Weight;
+use dmp_disk::Weight;
 
 /// Children of a node.
 pub(crate) const WIDTH: usize = 8;

@@ -1,4 +1,6 @@
-use crate::lattice::{TileId, Voxel};
+use dmp_disk::TileId;
+
+use crate::lattice::Voxel;
 use crate::{Lattice, MapError};
 
 /// Returns a voxel needs to count as filled.

@@ -4,10 +4,11 @@ use std::hash::BuildHasherDefault;
 use std::path::Path;
 use std::sync::Arc;
 
+use dmp_disk::{BudgetCache, TileId, Weight};
+
 use crate::MapError;
-use crate::cache::{BudgetCache, Weight};
 use crate::code::SurfelCode;
-use crate::lattice::{TileId, Voxel};
+use crate::lattice::Voxel;
 use crate::store::{Durability, Origin, Store, StoreWriter, TileEntry};
 use crate::surfel::borders_of;
 use crate::tally::{Met, Tally};

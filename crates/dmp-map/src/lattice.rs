@@ -1,3 +1,5 @@
+use dmp_disk::TileId;
+
 use crate::MapError;
 use crate::code::DEPTH_STEPS;
 
@@ -15,21 +17,6 @@ const TILE_EDGE_M: f64 = 32.0;
 const ROOM_VOXELS_M: f64 = 0.05;
 /// The edge of tiles in a map of such voxels.
 const ROOM_TILE_VOXELS: u32 = 160;
-
-/// A column of the world: tiles are square in x and y and reach from the lowest to the highest point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct TileId {
-    /// Row: the tile covers world y from `y` to `y + 1` tile edges. First, so that ids sort by rows.
-    pub y: i32,
-    /// Column: the tile covers world x from `x` to `x + 1` tile edges.
-    pub x: i32,
-}
-
-impl std::fmt::Display for TileId {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "({}, {})", self.x, self.y)
-    }
-}
 
 /// The integer grid every map lives on: lattice units, voxels of a whole number of units, tiles of a
 /// whole, even number of voxels. All indices follow from integers alone, so they are the same on every

@@ -5,12 +5,10 @@
 //! [`Lattice`], exact integer sums ([`Support`] among them: which segments of the drive saw the voxel).
 //! What outgrows its budget goes to a scratch file. [`MapFuser::finish`] turns the sums into [`Surfel`]s
 //! and writes them tile by tile into a [`Store`]: one immutable, checksummed file, from which a [`Tile`]
-//! is loaded at a time, usually through a [`BudgetCache`].
+//! is loaded at a time, usually through a [`BudgetCache`](dmp_disk::BudgetCache).
 //!
 //! [`Patches`] are rigid pieces of a map that are fused once; a [`PlacedPatches`] is the map they make wherever they come
 //! to lie, tile by tile as it is asked for.
-//!
-//! [`TileBuckets`] sorts other records into tiles out of core, for joins of two clouds tile by tile.
 //!
 //! The same points give the same bytes, whatever the number of threads, the budget or the order.
 //!
@@ -28,8 +26,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod buckets;
-mod cache;
 mod code;
 mod density;
 mod error;
@@ -42,9 +38,7 @@ mod normal;
 mod open_tiles;
 mod patch;
 mod recent_voxels;
-mod room;
 mod sample;
-mod scratch;
 mod store;
 mod support;
 mod surfel;
@@ -53,18 +47,15 @@ mod tile_moments;
 mod tile_table;
 mod tiles;
 mod window;
-mod work;
 
-pub use buckets::TileBuckets;
-pub use cache::{BudgetCache, NextUse, Weight};
 pub use density::DensityProbe;
+pub use dmp_disk::TileId;
 pub use error::MapError;
 pub use free_voxels::{FreeVoxels, MarkBuffers};
 pub use fuser::{FuseScratch, MapFuser, SCRATCH_VOXEL_BYTES};
-pub use lattice::{Lattice, TileId, UNITS_PER_M};
+pub use lattice::{Lattice, UNITS_PER_M};
 pub use normal::smallest_eigenvector;
 pub use patch::{PatchBuilder, PatchWriter, Patches, PlacedPatches, Placement};
-pub use room::{FreeSpace, free_space};
 pub use sample::TriangleSampler;
 pub use store::{
     Blob, Durability, Form, MappedBytes, Origin, OwnDisc, Store, StoreSummary, StoredTiles,
@@ -75,4 +66,3 @@ pub use surfel::Surfel;
 pub use tally::{Crossing, Met, Tally};
 pub use tile_table::TileTable;
 pub use tiles::{LooseSurfels, TileExtent, TileSource, WorldSurfel};
-pub use work::WorkFolder;

@@ -1,5 +1,7 @@
+use dmp_disk::TileId;
+
 use crate::code::{Decoder, NormalCode, SurfelCode};
-use crate::lattice::{Lattice, TileId};
+use crate::lattice::Lattice;
 use crate::moments::{Moments, VoxelRecord};
 use crate::normal::smallest_eigenvector;
 

@@ -1,7 +1,8 @@
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
-use crate::lattice::TileId;
+use dmp_disk::TileId;
+
 use crate::tile_moments::MixHasher;
 
 /// Tiles whose x and y are the same in their last bits share a place of the table.

@@ -1,7 +1,8 @@
 use std::collections::HashMap;
 
+use dmp_disk::TileId;
+
 use crate::MapError;
-use crate::lattice::TileId;
 use crate::store::{Store, Tile};
 use crate::surfel::Surfel;
 

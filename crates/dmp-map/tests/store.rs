@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
+use dmp_disk::DiskError;
 use dmp_map::{Durability, FuseScratch, Lattice, MapError, MapFuser, Store};
 
 fn small_store(folder: &Path) -> PathBuf {
@@ -81,7 +82,7 @@ fn other_versions_and_other_files_are_told_apart() {
     }
     std::fs::write(&path, vec![b'x'; 500]).unwrap();
     assert!(matches!(Store::open(&path), Err(MapError::NotAStore { .. })));
-    assert!(matches!(Store::open(&folder.path().join("none")), Err(MapError::Io { .. })));
+    assert!(matches!(Store::open(&folder.path().join("none")), Err(MapError::Disk(DiskError::Io { .. }))));
 }
 
 #[test]

@@ -83,7 +83,7 @@ pub(crate) fn voxel_of_stores(
 
 fn is_store(path: &Path) -> bool {
     // Whatever is wrong with the file is better said by the one that reads it as a whole.
-    !matches!(Store::open(path), Err(dmp_map::MapError::NotAStore { .. } | dmp_map::MapError::Io { .. }))
+    !matches!(Store::open(path), Err(dmp_map::MapError::NotAStore { .. } | dmp_map::MapError::Disk(_)))
 }
 
 /// What a given cloud or mesh brought.

@@ -1,7 +1,8 @@
 use std::path::Path;
 
+use dmp_disk::WorkFolder;
 use dmp_log::ScanLog;
-use dmp_map::{Lattice, MapFuser, Origin, Store, WorkFolder};
+use dmp_map::{Lattice, MapFuser, Origin, Store};
 use dmp_reduce::Scales;
 use dmp_sensor::Isometry3;
 
@@ -102,7 +103,7 @@ pub fn map_of_cloud(
     config.check()?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
     let pool = pool.map_err(|source| EvaluateError::Threads { threads: config.threads, source })?;
-    let work = WorkFolder::new(&config.work_folder).map_err(EvaluateError::Work)?;
+    let work = WorkFolder::new(&config.work_folder).map_err(EvaluateError::work)?;
     let usual_m = match config.scales() {
         Scales::Drive => CLOUD_VOXEL_M,
         Scales::Room => ROOM_CLOUD_VOXEL_M,

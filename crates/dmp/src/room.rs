@@ -3,8 +3,9 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
+use dmp_disk::disk_space;
 use dmp_log::ScanLog;
-use dmp_map::{Lattice, SCRATCH_VOXEL_BYTES, free_space};
+use dmp_map::{Lattice, SCRATCH_VOXEL_BYTES};
 use dmp_sensor::{Ray, Scan};
 
 use crate::config::{Config, MapSource, Run};
@@ -106,7 +107,7 @@ impl Room {
         let mut work = Place { folder: &config.work_folder, option: "--work", bytes: self.work };
         let mut saved = None;
         if let Some(folder) = &config.save_maps {
-            let same = matches!((free_space(folder), free_space(work.folder)),
+            let same = matches!((disk_space(folder), disk_space(work.folder)),
                 (Some(a), Some(b)) if a.file_system == b.file_system);
             if same {
                 work.bytes.about += self.saved.about;
@@ -117,7 +118,7 @@ impl Room {
         }
         let mut warnings = Vec::new();
         for place in [work].into_iter().chain(saved) {
-            warnings.extend(place.check(free_space(place.folder).map(|free| free.bytes))?);
+            warnings.extend(place.check(disk_space(place.folder).map(|free| free.free_bytes))?);
         }
         Ok((!warnings.is_empty()).then(|| warnings.join("; ")))
     }

@@ -1,10 +1,12 @@
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
+use dmp_disk::TileId;
+
 use super::placed::{MARGIN_VOXELS, Placement};
 use super::{Block, PatchVoxel, block_edge_m, covariance_step_units2};
 use crate::MapError;
-use crate::lattice::{InVoxel, Lattice, TileId, UNITS_PER_M, Voxel, rounded};
+use crate::lattice::{InVoxel, Lattice, UNITS_PER_M, Voxel, rounded};
 use crate::moments::{Moments, VoxelRecord};
 use crate::surfel::{TileSurfels, surfels_of_cells};
 use crate::tile_moments::MixHasher;

@@ -1,10 +1,11 @@
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
+use dmp_disk::TileId;
+
 use super::gathered::{Around, Gathered};
 use super::{Patches, block_edge_m};
 use crate::MapError;
-use crate::lattice::TileId;
 use crate::store::Tile;
 use crate::surfel::Surfel;
 use crate::tile_moments::MixHasher;

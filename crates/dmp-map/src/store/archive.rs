@@ -1,6 +1,7 @@
 use std::ops::Deref;
 use std::path::Path;
 
+use dmp_disk::TileId;
 use dmp_sensor::{Point3, Vector3};
 
 use super::columns::{Whose, pack, unpack};
@@ -9,7 +10,7 @@ use super::read::StoredTiles;
 use super::write::{Durability, StoreSummary, StoredTilesWriter};
 use crate::MapError;
 use crate::code::{Decoder, SurfelCode};
-use crate::lattice::{Lattice, TileId};
+use crate::lattice::Lattice;
 use crate::surfel::{Surfel, TileSurfels};
 
 /// A finished map of surfels in the archive form, opened for reading; shared freely between threads.

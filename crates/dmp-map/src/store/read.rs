@@ -5,6 +5,7 @@ use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use dmp_disk::TileId;
 use dmp_sensor::{Isometry3, Point3};
 use memmap2::Mmap;
 
@@ -13,7 +14,7 @@ use super::layout::{
     TileEntry, VERSION,
 };
 use crate::MapError;
-use crate::lattice::{Lattice, TileId};
+use crate::lattice::Lattice;
 use crate::tile_moments::MixHasher;
 
 /// A finished file of tiles, in either form, opened for reading; shared freely between threads.

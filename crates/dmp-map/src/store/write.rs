@@ -2,11 +2,12 @@ use std::collections::BTreeMap;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use dmp_disk::TileId;
 use tempfile::NamedTempFile;
 
 use super::layout::{Blob, END_MAGIC, Form, HEADER_BYTES, MAGIC, MAX_TEXT_BYTES, Origin, TileEntry, VERSION};
 use crate::MapError;
-use crate::lattice::{Lattice, TileId};
+use crate::lattice::Lattice;
 
 /// Whether a store is to survive a power cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 use std::collections::HashMap;
 
-use dmp_map::{TileBuckets, TileId};
+use dmp_disk::{TileBuckets, TileId};
 use rayon::prelude::*;
 
 use super::gather::{PointBuckets, Reference};

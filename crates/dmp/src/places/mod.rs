@@ -9,8 +9,8 @@ mod way;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use dmp_disk::WorkFolder;
 use dmp_log::{Damage, LogOutline};
-use dmp_map::WorkFolder;
 use dmp_reduce::{Basis, FrameSums, Layout, Reducer, Scales};
 use dmp_sensor::DropReason;
 
@@ -277,7 +277,7 @@ impl Pass<'_> {
     ) -> Result<(Reducer, PlaceTotals, usize), EvaluateError> {
         let (threads, config) = self.shares(drawn.len())?;
         // What every place writes goes into folders of its own in this one.
-        let folder = WorkFolder::new(&self.config.work_folder).map_err(EvaluateError::Work)?;
+        let folder = WorkFolder::new(&self.config.work_folder).map_err(EvaluateError::work)?;
         let config = Config { work_folder: folder.path().to_path_buf(), ..config };
         self.watch.begin(Stage::Places, drawn.len() as u64);
         let next = AtomicUsize::new(0);
