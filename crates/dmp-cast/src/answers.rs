@@ -28,7 +28,7 @@ impl Search for First<'_> {
 
 /// z1, zn and zc.
 pub(crate) struct Three<'a> {
-    tile: &'a CastTile<'a>,
+    tile: &'a CastTile,
     rays: &'a PacketRays,
     independence: Option<Independence>,
     revisit: Option<Independence>,
@@ -41,7 +41,7 @@ pub(crate) struct Three<'a> {
 impl<'a> Three<'a> {
     #[inline(always)]
     pub(crate) fn new(
-        tile: &'a CastTile<'a>,
+        tile: &'a CastTile,
         rays: &'a PacketRays,
         [independence, revisit]: [Option<Independence>; 2],
         answers: &'a mut PacketAnswers,

@@ -10,7 +10,7 @@ use crate::path::Path;
 use crate::query::{CastSettings, Query, Wanted};
 use crate::rays::Rays;
 use crate::search::{Each, SearchLists, SearchRays};
-use crate::tile::{BuiltTile, LEAF_DISCS};
+use crate::tile::{CastTile, LEAF_DISCS};
 
 /// A ray that measured something within this of a crossing ended there; one that measured something
 /// further than this behind the surfel's plane went through, metres.
@@ -31,7 +31,7 @@ pub struct CrossingCounter {
 
 #[derive(Debug)]
 pub(crate) struct NumberedTile {
-    tile: BuiltTile,
+    tile: CastTile,
     /// For each place of the leaves the surfel's place in the store's tile.
     places: Vec<u32>,
     surfels: usize,
@@ -105,7 +105,7 @@ impl Tiles for CrossingCounter {
             let loaded = self.store.load(tile)?;
             let surfels = loaded.as_ref().map_or(0, |tile| tile.surfels.len());
             let (tile, places) =
-                loaded.map_or_else(Default::default, |tile| BuiltTile::numbered(&tile, radius_m));
+                loaded.map_or_else(Default::default, |tile| CastTile::numbered(&tile, radius_m));
             Ok(NumberedTile { tile, places, surfels })
         })
     }
@@ -160,7 +160,6 @@ impl Traveller for Counting<'_> {
         waits: &[Wait],
     ) -> Result<(), MapError> {
         let NumberedTile { tile, places, surfels } = numbered;
-        let tile = &tile.view();
         let Self { reach, queries, tally, rays, lists, crossings } = self;
         crossings.clear();
         for wait in waits {

@@ -55,8 +55,6 @@ mod packet;
 mod path;
 mod query;
 mod rays;
-mod ready;
-mod ready_map;
 mod search;
 mod tile;
 
@@ -65,5 +63,4 @@ pub use casting::{CastBuffers, Grouping};
 pub use counter::{CountBuffers, CrossingCounter};
 pub use path::Path;
 pub use query::{Answer, CastSettings, Query, Wanted};
-pub use ready::{CastSource, ReadyTile};
-pub use ready_map::ReadyMap;
+pub use tile::CastTile;

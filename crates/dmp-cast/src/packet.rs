@@ -111,7 +111,7 @@ pub(crate) struct PacketLists {
 /// discs, and every disc meets all rays. One packet alone would wait at every node for what the last one said, so
 /// several take turns: the lists are worked off from the front and grow at their end.
 pub(crate) struct CastPackets<'a, const THREE: bool> {
-    pub(crate) tile: &'a CastTile<'a>,
+    pub(crate) tile: &'a CastTile,
     pub(crate) visits: &'a mut [Visit; PACKETS],
     /// A bit for each visit that is to be cast.
     pub(crate) together: u32,

@@ -53,7 +53,7 @@ pub(crate) struct SearchLists {
 
 /// Tells `found` all crossings of some rays, in no order that means anything.
 pub(crate) struct SearchRays<'a, F> {
-    pub(crate) tile: &'a CastTile<'a>,
+    pub(crate) tile: &'a CastTile,
     pub(crate) rays: &'a PacketRays,
     /// A bit for each ray.
     pub(crate) lanes: u32,

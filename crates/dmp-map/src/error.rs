@@ -2,8 +2,6 @@ use std::path::{Path, PathBuf};
 
 use dmp_disk::{DiskError, TileId};
 
-use crate::Form;
-
 /// What can go wrong with a map. Every variant names the file, the place or the value.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -56,22 +54,6 @@ pub enum MapError {
         found: u32,
         /// Version of this program.
         known: u32,
-    },
-    /// The store has its tiles in the other form.
-    #[error("{}: a map in the {found} form, where one in the {wanted} form is needed", path.display())]
-    OtherForm {
-        /// The file.
-        path: PathBuf,
-        /// Its form.
-        found: Form,
-        /// The form that can be read here.
-        wanted: Form,
-    },
-    /// The cast-ready form lies in the file as it lies in memory, on machines of the usual order of bytes.
-    #[error("{}: the cast-ready form needs a little-endian machine", path.display())]
-    ByteOrder {
-        /// The file.
-        path: PathBuf,
     },
     /// The store is damaged outside its tiles: cut short, or a checksum that does not match.
     #[error("{}: the store's {part} is damaged: {detail}", path.display())]

@@ -57,10 +57,7 @@ pub use lattice::{Lattice, UNITS_PER_M};
 pub use normal::smallest_eigenvector;
 pub use patch::{PatchBuilder, PatchWriter, Patches, PlacedPatches, Placement};
 pub use sample::TriangleSampler;
-pub use store::{
-    Blob, Durability, Form, MappedBytes, Origin, OwnDisc, Store, StoreSummary, StoredTiles,
-    StoredTilesWriter, Tile, TileEntry, VERSION,
-};
+pub use store::{Blob, Durability, Origin, OwnDisc, Store, StoreSummary, Tile, TileEntry, VERSION};
 pub use support::{Independence, Support};
 pub use surfel::Surfel;
 pub use tally::{Crossing, Met, Tally};

@@ -43,7 +43,7 @@ const TABLE: [(&str, &[&str]); 13] = [
             "zstd",
         ],
     ),
-    ("dmp-cast", &["bytemuck", "dmp-disk", "dmp-map", "obvhs", "rayon"]),
+    ("dmp-cast", &["dmp-disk", "dmp-map", "obvhs", "rayon"]),
     ("dmp-reduce", &["libm", "serde", "thiserror"]),
     ("dmp-sim", &["dmp-log", "dmp-sensor", "libm", "nalgebra", "rayon", "thiserror"]),
     (

@@ -1,24 +1,14 @@
-use std::ops::Deref;
-use std::path::Path;
+//! Loading tiles of a store.
 
 use dmp_disk::TileId;
 use dmp_sensor::{Point3, Vector3};
 
-use super::columns::{Whose, pack, unpack};
-use super::layout::{Blob, Form, MAX_TILE_SURFELS, Origin, TileEntry};
-use super::read::StoredTiles;
-use super::write::{Durability, StoreSummary, StoredTilesWriter};
+use super::columns::{Whose, unpack};
+use super::layout::{Blob, TileEntry};
+use super::read::Store;
 use crate::MapError;
 use crate::code::{Decoder, SurfelCode};
-use crate::lattice::Lattice;
 use crate::surfel::{Surfel, TileSurfels};
-
-/// A finished map of surfels in the archive form, opened for reading; shared freely between threads.
-///
-/// Opening checks everything but the tiles, loading a tile checks that tile: nothing damaged is ever
-/// handed out.
-#[derive(Debug)]
-pub struct Store(StoredTiles);
 
 /// One tile in memory: its own surfels, then the copies of its neighbours' border discs.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,36 +39,7 @@ pub struct OwnDisc {
     pub normal_in_own: [f32; 3],
 }
 
-/// What the file itself tells: its grid, its text, its directory.
-impl Deref for Store {
-    type Target = StoredTiles;
-
-    fn deref(&self) -> &StoredTiles {
-        &self.0
-    }
-}
-
 impl Store {
-    /// Opens a store and checks its header, directory and footer.
-    ///
-    /// # Errors
-    /// When the file cannot be read, is no store, is of another version or form, cut short or damaged.
-    pub fn open(path: &Path) -> Result<Self, MapError> {
-        StoredTiles::open(path, Form::Archive).map(Self)
-    }
-
-    /// Opens a store and takes its name away: the file lives as long as somebody reads it and vanishes
-    /// then, however the process ends. (Where the system does not allow that, it keeps its name.)
-    ///
-    /// # Errors
-    /// As [`Store::open`].
-    pub fn open_once(path: &Path) -> Result<Self, MapError> {
-        let store = Self::open(path)?;
-        // A name that stays is removed with the work folder it is in.
-        let _ = std::fs::remove_file(path);
-        Ok(store)
-    }
-
     /// Loads a tile; `None` where the map is empty. `O(surfels)`.
     ///
     /// # Errors
@@ -138,70 +99,9 @@ impl Store {
         }
         let compressed = self.blob(entry.tile, blob)?;
         let damaged = |detail| self.damaged_tile(entry.tile, blob, detail);
-        let columns = zstd::bulk::decompress(&compressed, blob.unzipped_bytes() as usize);
+        let columns = zstd::bulk::decompress(compressed, blob.unzipped_bytes() as usize);
         let columns = columns.map_err(|error| damaged(format!("cannot decompress: {error}")))?;
         let rows = [blob.rows, blob.surfels].map(|rows| rows as usize);
         unpack(&columns, rows, &self.lattice(), whose, each).map_err(damaged)
-    }
-}
-
-/// Writes a store tile by tile, under a temporary name until it is whole.
-#[derive(Debug)]
-pub(crate) struct StoreWriter {
-    file: StoredTilesWriter,
-    lattice: Lattice,
-    thin_voxels: u64,
-}
-
-impl StoreWriter {
-    pub(crate) fn create(path: &Path, lattice: Lattice, origin: &Origin) -> Result<Self, MapError> {
-        let file = StoredTilesWriter::create(path, Form::Archive, lattice, origin)?;
-        Ok(Self { file, lattice, thin_voxels: 0 })
-    }
-
-    pub(crate) fn base_voxel_z(&self, tile: TileId) -> Option<i32> {
-        self.file.entry(tile).map(|entry| entry.base_voxel_z)
-    }
-
-    pub(crate) fn write_own(&mut self, tile: TileId, content: &TileSurfels) -> Result<(), MapError> {
-        self.thin_voxels += content.thin_voxels;
-        if !content.codes.is_empty() {
-            let blob = self.write_blob(tile, content)?;
-            self.bound(tile, content).own = blob;
-        }
-        Ok(())
-    }
-
-    pub(crate) fn write_borders(&mut self, tile: TileId, content: &TileSurfels) -> Result<(), MapError> {
-        let blob = self.write_blob(tile, content)?;
-        self.bound(tile, content).borders = blob;
-        Ok(())
-    }
-
-    fn bound(&mut self, tile: TileId, content: &TileSurfels) -> &mut TileEntry {
-        let lattice = self.lattice;
-        let entry = self.file.entry_mut(tile, || TileEntry::new(tile, content.base_voxel_z));
-        entry.bound(content.surfels(&lattice), &lattice);
-        entry
-    }
-
-    fn write_blob(&mut self, tile: TileId, content: &TileSurfels) -> Result<Blob, MapError> {
-        let count = content.codes.len();
-        let surfels = u32::try_from(count).ok().filter(|&surfels| surfels <= MAX_TILE_SURFELS);
-        let surfels = surfels.ok_or_else(|| MapError::Damaged {
-            path: self.file.path().to_path_buf(),
-            part: "plan",
-            detail: format!(
-                "tile {tile} would hold {count} surfels, more than the {MAX_TILE_SURFELS} a tile may have"
-            ),
-        })?;
-        let (packed, rows) =
-            pack(&content.codes).map_err(MapError::io(self.file.path(), "cannot compress a tile"))?;
-        Ok(Blob { surfels, rows, ..self.file.put_blob(&[&packed])? })
-    }
-
-    /// Directory and footer, then the name.
-    pub(crate) fn finish(self, durability: Durability) -> Result<StoreSummary, MapError> {
-        Ok(StoreSummary { thin_voxels: self.thin_voxels, ..self.file.finish(durability)? })
     }
 }
