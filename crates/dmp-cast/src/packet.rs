@@ -48,8 +48,6 @@ pub(crate) struct PacketAnswers {
     /// |nearest − measured|; before there is one, the half-width of the window.
     pub(crate) gap_m: Column,
     pub(crate) independent_m: Column,
-    /// |n·d| there.
-    pub(crate) independent_cos: Column,
     /// A bit for each ray.
     pub(crate) revisited: u32,
 }
@@ -221,20 +219,18 @@ fn cross<S: Simd, const THREE: bool>(simd: S, tile: &CastTile, visit: &mut Visit
     let (from, to) = (S::Sixteen::load(wide, &rays.from_m), S::Sixteen::load(wide, &rays.to_m));
     let radius2 = S::Sixteen::splat(wide, tile.radius_m * tile.radius_m);
     let min_cos = S::Sixteen::splat(wide, MIN_COS);
-    let (one, infinite) = (S::Sixteen::splat(wide, 1.0), S::Sixteen::splat(wide, f32::INFINITY));
+    let infinite = S::Sixteen::splat(wide, f32::INFINITY);
     let mut first = S::Sixteen::load(wide, &answers.first_m);
     let mut nearest = S::Sixteen::load(wide, &answers.nearest_m);
     let mut gap = S::Sixteen::load(wide, &answers.gap_m);
     let mut independent = S::Sixteen::load(wide, &answers.independent_m);
-    let mut independent_cos = S::Sixteen::load(wide, &answers.independent_cos);
     let mut revisited = answers.revisited;
     for &disc in discs {
         let (leaf, place) = (disc as usize / LEAF_DISCS, disc as usize % LEAF_DISCS);
         let centre = S::Sixteen::splat3(wide, tile.leaves[leaf].disc(place, 0));
         let normal = S::Sixteen::splat3(wide, tile.leaves[leaf].disc(place, 3));
         let (range, cos, off2) = plane_crossing(origin, direction, centre, normal);
-        let cos = cos.abs();
-        let hits = min_cos.le(cos) & off2.le(radius2) & from.le(range) & range.le(to);
+        let hits = min_cos.le(cos.abs()) & off2.le(radius2) & from.le(range) & range.le(to);
         // Nowhere near anything where it does not hit.
         let range = range.where_or(hits, infinite);
         first = range.min(first);
@@ -245,12 +241,8 @@ fn cross<S: Simd, const THREE: bool>(simd: S, tile: &CastTile, visit: &mut Visit
             gap = gap_here.where_or(nearer, gap);
             let [low, high] = tile.support[leaf].of(place);
             let holds = |[below, above]: [i32; 2]| u32::from(low < below || high > above).wrapping_neg();
-            let cos = cos.min(one);
-            let better = hits
-                & S::Sixteen::mask_of(wide, holds(independence))
-                & (range.lt(independent) | (range.equal(independent) & independent_cos.lt(cos)));
-            independent = range.where_or(better, independent);
-            independent_cos = cos.where_or(better, independent_cos);
+            let counts = S::Sixteen::mask_of(wide, holds(independence));
+            independent = range.where_or(counts & range.lt(independent), independent);
             // All that is hit here lies before the end of the place.
             revisited |= hits.bits() & holds(revisit);
         }
@@ -260,7 +252,6 @@ fn cross<S: Simd, const THREE: bool>(simd: S, tile: &CastTile, visit: &mut Visit
         nearest.store(&mut answers.nearest_m);
         gap.store(&mut answers.gap_m);
         independent.store(&mut answers.independent_m);
-        independent_cos.store(&mut answers.independent_cos);
         answers.revisited = revisited;
     }
 }
