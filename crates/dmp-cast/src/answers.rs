@@ -3,7 +3,8 @@
 use dmp_map::Independence;
 
 use crate::lanes::{Lanes, Simd};
-use crate::packet::{Column, PacketAnswers, PacketRays, RAYS};
+use crate::packet::PacketAnswers;
+use crate::packet_rays::{Column, PacketRays, RAYS};
 use crate::search::{Search, each_hit};
 use crate::tile::{CastTile, Node};
 

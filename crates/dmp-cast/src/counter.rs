@@ -5,7 +5,7 @@ use dmp_map::{Crossing, Independence, MapError, Store, Tally, TileExtent, TileId
 
 use crate::journey::{JourneyBuffers, Tiles, Traveller, Wait, travel};
 use crate::lanes::{Job, Simd};
-use crate::packet::{PacketRays, RAYS};
+use crate::packet_rays::{PacketRays, RAYS};
 use crate::path::Path;
 use crate::query::{CastSettings, Query, Wanted};
 use crate::rays::Rays;

@@ -9,10 +9,10 @@ use dmp_disk::{BudgetCache, TileId, Weight};
 use crate::MapError;
 use crate::code::SurfelCode;
 use crate::lattice::Voxel;
+use crate::mix_hasher::MixHasher;
 use crate::store::{Durability, Origin, Store, StoreWriter, TileEntry};
-use crate::surfel::borders_of;
 use crate::tally::{Met, Tally};
-use crate::tile_moments::MixHasher;
+use crate::tile_surfels::borders_of;
 
 /// The voxels of a map that rays have shown to be free, looked up under a byte budget.
 ///

@@ -11,8 +11,8 @@ use crate::moments::VoxelRecord;
 use crate::open_tiles::{OpenTiles, Sums};
 use crate::recent_voxels::RecentVoxels;
 use crate::store::{Durability, Origin, StoreSummary, StoreWriter};
-use crate::surfel::{Border, TileSurfels, borders_of, surfels_of};
 use crate::tile_moments::{PartOfVoxel, TileMoments};
+use crate::tile_surfels::{Border, TileSurfels, borders_of, surfels_of};
 use crate::tile_table::TileTable;
 
 /// Parts of voxels that go into a tile at a time, while they are still in fast memory.

@@ -1,10 +1,11 @@
 use dmp_disk::TileId;
 
 use crate::MapError;
-use crate::code::DEPTH_STEPS;
 
 /// Lattice units per metre: coordinates are rounded to 2⁻¹³ m (0.12 mm) before anything is summed.
 pub const UNITS_PER_M: f64 = 8192.0;
+/// Steps of depth in a lattice unit: 3.8 µm each.
+pub(crate) const DEPTH_STEPS: u32 = 32;
 /// Coordinates beyond this are refused in every map, metres. Earth-centred coordinates (6.4e6 m) are well inside
 /// for all but the smallest voxels.
 pub(crate) const WORLD_LIMIT_M: f64 = 5e7;

@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use dmp_disk::{DiskError, TileId};
 
-use crate::tile_moments::MixHasher;
+use crate::mix_hasher::MixHasher;
 
 /// Locks over which tiles are spread, so that threads rarely wait for each other.
 const SHARDS: usize = 64;

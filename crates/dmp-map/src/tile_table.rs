@@ -3,7 +3,7 @@ use std::hash::BuildHasherDefault;
 
 use dmp_disk::TileId;
 
-use crate::tile_moments::MixHasher;
+use crate::mix_hasher::MixHasher;
 
 /// Tiles whose x and y are the same in their last bits share a place of the table.
 const PLACES_EDGE: i32 = 16;

@@ -4,7 +4,8 @@ mod route;
 
 use dmp_map::Independence;
 
-use crate::packet::{PacketAnswers, PacketRays, RAYS};
+use crate::packet::PacketAnswers;
+use crate::packet_rays::{PacketRays, RAYS};
 use crate::query::{Answer, CastSettings, Query, Wanted};
 
 /// How far before its tile a ray is looked at, metres: rounding at a border must not open a gap. Discs

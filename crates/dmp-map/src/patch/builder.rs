@@ -1,4 +1,4 @@
-use super::{Block, PatchVoxel, block_voxels, covariance_step_units2};
+use super::block::{Block, PatchVoxel, block_voxels, covariance_step_units2};
 use crate::MapError;
 use crate::lattice::{InVoxel, Lattice};
 use crate::moments::Moments;

@@ -1,4 +1,6 @@
+use super::block::{block_edge_m, covariance_step_units2};
 use super::*;
+use crate::lattice::{Lattice, UNITS_PER_M};
 use crate::{Durability, FuseScratch, MapFuser, Origin, Store, Surfel, TileId, TileSource};
 use proptest::prelude::*;
 

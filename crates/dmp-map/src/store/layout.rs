@@ -3,7 +3,7 @@ use dmp_disk::TileId;
 use super::columns::{CELL_BYTES, SURFEL_BYTES};
 use crate::lattice::{Lattice, UNITS_PER_M};
 use crate::surfel::Surfel;
-use crate::tiles::TileExtent;
+use crate::tile::TileExtent;
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 /// Version of the store format this program writes and reads.

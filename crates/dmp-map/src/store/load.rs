@@ -8,27 +8,9 @@ use super::layout::{Blob, TileEntry};
 use super::read::Store;
 use crate::MapError;
 use crate::code::{Decoder, SurfelCode};
-use crate::surfel::{Surfel, TileSurfels};
-
-/// One tile in memory: its own surfels, then the copies of its neighbours' border discs.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Tile {
-    /// Which tile.
-    pub id: TileId,
-    /// The place that the surfels' coordinates count from: the tile's corner and a z amid its surfels, world metres.
-    pub origin_in_world_m: [f64; 3],
-    /// The surfels.
-    pub surfels: Vec<Surfel>,
-    /// How many of them, in front, are the tile's own.
-    pub own: usize,
-}
-
-impl Tile {
-    /// Height that the tile's z counts from, world metres.
-    pub fn base_z_m(&self) -> f64 {
-        self.origin_in_world_m[2]
-    }
-}
+use crate::tile::{Tile, TileExtent};
+use crate::tile_source::TileSource;
+use crate::tile_surfels::TileSurfels;
 
 /// A disc of a map in the frame of whoever made the map.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,5 +85,28 @@ impl Store {
         let columns = columns.map_err(|error| damaged(format!("cannot decompress: {error}")))?;
         let rows = [blob.rows, blob.surfels].map(|rows| rows as usize);
         unpack(&columns, rows, &self.lattice(), whose, each).map_err(damaged)
+    }
+}
+
+impl TileSource for Store {
+    fn tile_edge_m(&self) -> f64 {
+        self.lattice().tile_edge_m()
+    }
+
+    fn disc_radius_m(&self) -> f64 {
+        self.lattice().disc_radius_m()
+    }
+
+    fn tile_bounds(&self) -> Option<[TileId; 2]> {
+        self.bounds()
+    }
+
+    #[inline]
+    fn tile_extent(&self, tile: TileId) -> Option<TileExtent> {
+        Some(self.entry(tile)?.extent)
+    }
+
+    fn load_tile(&self, tile: TileId) -> Result<Option<Tile>, MapError> {
+        self.load(tile)
     }
 }

@@ -11,7 +11,7 @@ mod read;
 mod write;
 
 pub use layout::{Blob, Origin, TileEntry, VERSION};
-pub use load::{OwnDisc, Tile};
+pub use load::OwnDisc;
 pub use read::Store;
 pub(crate) use write::StoreWriter;
 pub use write::{Durability, StoreSummary};

@@ -15,7 +15,7 @@ use super::layout::{
 };
 use crate::MapError;
 use crate::lattice::Lattice;
-use crate::tile_moments::MixHasher;
+use crate::mix_hasher::MixHasher;
 
 /// A finished map of surfels, opened for reading; shared freely between threads.
 ///

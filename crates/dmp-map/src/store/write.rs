@@ -13,7 +13,7 @@ use super::layout::{
 };
 use crate::MapError;
 use crate::lattice::Lattice;
-use crate::surfel::TileSurfels;
+use crate::tile_surfels::TileSurfels;
 
 /// Whether a store is to survive a power cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
