@@ -1,3 +1,5 @@
+//! Casts blocks of rays into a map.
+
 use std::sync::Arc;
 
 use dmp_disk::{BudgetCache, NextUse};
@@ -15,7 +17,7 @@ use crate::tile::CastTile;
 pub struct TileCache(BudgetCache<(usize, TileId), CastTile>);
 
 impl TileCache {
-    /// Room for `budget_bytes`.
+    /// Holds about `budget_bytes` of tiles.
     pub fn new(budget_bytes: usize) -> Self {
         Self(BudgetCache::new(budget_bytes))
     }

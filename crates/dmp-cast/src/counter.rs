@@ -1,3 +1,5 @@
+//! Counts what rays pass through and what they end on.
+
 use std::sync::Arc;
 
 use dmp_disk::{BudgetCache, Weight};

@@ -5,13 +5,13 @@ use crate::tile::Leaf;
 
 /// A disc is crossed only where the ray is not almost parallel to it: |n·d| of at least this.
 pub(crate) const MIN_COS: f32 = 0.01;
-/// Three columns of a leaf, from `kind` on.
+/// Three columns of a leaf, from `first` on.
 #[inline(always)]
-pub(crate) fn columns<S: Simd>(simd: S, leaf: &Leaf, kind: usize) -> [S::Sixteen; 3] {
+pub(crate) fn columns<S: Simd>(simd: S, leaf: &Leaf, first: usize) -> [S::Sixteen; 3] {
     [
-        S::Sixteen::load(simd.sixteen(), &leaf.0[kind]),
-        S::Sixteen::load(simd.sixteen(), &leaf.0[kind + 1]),
-        S::Sixteen::load(simd.sixteen(), &leaf.0[kind + 2]),
+        S::Sixteen::load(simd.sixteen(), &leaf.0[first]),
+        S::Sixteen::load(simd.sixteen(), &leaf.0[first + 1]),
+        S::Sixteen::load(simd.sixteen(), &leaf.0[first + 2]),
     ]
 }
 

@@ -1,3 +1,5 @@
+//! What is asked of a map along a ray, and what it answers.
+
 use dmp_map::Independence;
 
 /// A ray and what was measured along it. One that begins beyond ±5e7 m, where no map is, or whose direction is no unit

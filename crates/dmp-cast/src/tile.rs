@@ -4,7 +4,7 @@ use dmp_disk::Weight;
 
 /// Children of a node.
 pub(crate) const WIDTH: usize = 8;
-/// Discs a leaf has room for.
+/// Most discs of a leaf.
 pub(crate) const LEAF_DISCS: usize = 16;
 
 /// One tile as rays are cast into it: a tree eight wide over leaves of up to sixteen discs.
@@ -73,11 +73,11 @@ impl Leaf {
         Self([far, far, far, none, none, none])
     };
 
-    /// Three numbers of one disc, from `kind` on: 0 for its centre, 3 for its normal.
+    /// Three numbers of one disc, from `first` on: 0 for its centre, 3 for its normal.
     #[inline(always)]
-    pub(crate) fn disc(&self, disc: usize, kind: usize) -> [f32; 3] {
+    pub(crate) fn disc(&self, disc: usize, first: usize) -> [f32; 3] {
         let disc = disc % LEAF_DISCS;
-        [self.0[kind][disc], self.0[kind + 1][disc], self.0[kind + 2][disc]]
+        [self.0[first][disc], self.0[first + 1][disc], self.0[first + 2][disc]]
     }
 }
 

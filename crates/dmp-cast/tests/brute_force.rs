@@ -7,7 +7,7 @@
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Grouping, Path, Query, Wanted};
-use dmp_map::{Durability, FuseScratch, Independence, Lattice, LooseSurfels, MapFuser, Store, WorldSurfel};
+use dmp_map::{Durability, FuseBuffers, Independence, Lattice, LooseSurfels, MapFuser, Store, WorldSurfel};
 use proptest::prelude::*;
 
 const TOLERANCE_M: f64 = 1e-3;
@@ -36,7 +36,7 @@ impl Random {
 fn random_map(random: &mut Random, offset: [f64; 3], voxels: usize) -> Store {
     let folder = tempfile::tempdir().unwrap();
     let fuser = MapFuser::new(Lattice::new(0.5).unwrap(), usize::MAX, folder.path()).unwrap();
-    let mut buffers = FuseScratch::default();
+    let mut buffers = FuseBuffers::default();
     for _ in 0..voxels {
         let corner = [random.between(-40.0, 70.0), random.between(-40.0, 70.0), random.between(-6.0, 6.0)];
         let corner: [f64; 3] = std::array::from_fn(|k| ((corner[k] + offset[k]) / 0.5).floor() * 0.5);
@@ -48,7 +48,7 @@ fn random_map(random: &mut Random, offset: [f64; 3], voxels: usize) -> Store {
         }
     }
     let path = folder.path().join("map");
-    fuser.finish(&path, &dmp_map::Origin::of(""), Durability::Scratch, &|_, _| ()).unwrap();
+    fuser.finish(&path, &dmp_map::Origin::of(""), Durability::Temporary, &|_, _| ()).unwrap();
     Store::open(&path).unwrap()
 }
 

@@ -19,7 +19,7 @@ const BATCH: usize = 4096;
 #[derive(Debug)]
 pub struct ScratchFile<T> {
     /// The folder, or the file where it has a name.
-    place: PathBuf,
+    path: PathBuf,
     inner: Mutex<Inner>,
     records: PhantomData<fn() -> T>,
 }
@@ -105,9 +105,9 @@ impl<T: Pod> ScratchFile<T> {
         Ok(scratch)
     }
 
-    fn in_file(file: File, place: &Path) -> Self {
+    fn in_file(file: File, path: &Path) -> Self {
         let inner = Inner { file, end: 0, parts: HashMap::new() };
-        Self { place: place.to_path_buf(), inner: Mutex::new(inner), records: PhantomData }
+        Self { path: path.to_path_buf(), inner: Mutex::new(inner), records: PhantomData }
     }
 
     /// Brings everything to disk and lists it, for [`Self::resume`].
@@ -116,10 +116,7 @@ impl<T: Pod> ScratchFile<T> {
     /// When the file cannot be written.
     pub fn list(&self) -> Result<Vec<u8>, DiskError> {
         let inner = self.lock();
-        inner
-            .file
-            .sync_data()
-            .map_err(DiskError::io(&self.place, "cannot write the scratch file to disk"))?;
+        inner.file.sync_data().map_err(DiskError::io(&self.path, "cannot write the scratch file to disk"))?;
         let listed = |(tile, part): (&TileId, &Part)| ListedPart {
             y: tile.y,
             x: tile.x,
@@ -158,7 +155,7 @@ impl<T: Pod> ScratchFile<T> {
         let mut inner = self.lock();
         let offset = inner.end;
         let written = inner.file.seek(SeekFrom::Start(offset)).and_then(|_| inner.file.write_all(bytes));
-        written.map_err(DiskError::io(&self.place, "cannot write the scratch file here"))?;
+        written.map_err(DiskError::io(&self.path, "cannot write the scratch file here"))?;
         inner.end += bytes.len() as u64;
         inner.parts.entry(tile).or_default().push(Part { offset, records: records.len(), crc32 });
         Ok(())
@@ -185,7 +182,7 @@ impl<T: Pod> ScratchFile<T> {
                 let read =
                     inner.file.seek(SeekFrom::Start(offset)).and_then(|_| inner.file.read_exact(bytes));
                 drop(inner);
-                read.map_err(DiskError::io(&self.place, "cannot read the scratch file here"))?;
+                read.map_err(DiskError::io(&self.path, "cannot read the scratch file here"))?;
                 crc.update(bytes);
                 batch.iter().try_for_each(&mut each)?;
             }

@@ -1,3 +1,5 @@
+//! A surfel in whole numbers: how it is rounded, and how it is read.
+
 use crate::lattice::{DEPTH_STEPS, Lattice, UNITS_PER_M};
 use crate::surfel::Surfel;
 

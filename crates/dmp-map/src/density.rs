@@ -1,3 +1,5 @@
+//! How densely points fill the voxels of a grid.
+
 use dmp_disk::TileId;
 
 use crate::lattice::Voxel;
@@ -19,7 +21,7 @@ pub struct DensityProbe {
 }
 
 impl DensityProbe {
-    /// A probe on `lattice`, with room for blocks of `block_points`.
+    /// A probe on `lattice`, for blocks of `block_points`.
     pub fn new(lattice: Lattice, block_points: usize) -> Self {
         Self { lattice, block: Vec::with_capacity(block_points), points: 0, in_filled_voxels: 0 }
     }

@@ -1,3 +1,5 @@
+//! What can go wrong with a map.
+
 use std::path::{Path, PathBuf};
 
 use dmp_disk::{DiskError, TileId};

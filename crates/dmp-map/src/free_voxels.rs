@@ -1,3 +1,5 @@
+//! The voxels of a map that rays contradict: what moved.
+
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeSet, HashMap};
 use std::hash::BuildHasherDefault;
@@ -78,7 +80,7 @@ impl FreeVoxels {
             content.codes.retain(|_| met.next().is_some_and(&is_free));
             writer.write_own(id, &content)?;
         }
-        writer.finish(Durability::Scratch)?;
+        writer.finish(Durability::Temporary)?;
         Ok(Self { store: Store::open_once(path)?, tiles: BudgetCache::new(budget_bytes) })
     }
 

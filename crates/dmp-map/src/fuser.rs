@@ -1,3 +1,5 @@
+//! From points to a store: sums of voxels, tile by tile, out of core.
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -42,7 +44,7 @@ pub struct MapFuser {
 
 /// Per-thread buffers of [`MapFuser::add`].
 #[derive(Debug, Default)]
-pub struct FuseScratch {
+pub struct FuseBuffers {
     recent: RecentVoxels,
     by_tile: TileTable<Vec<PartOfVoxel>>,
 }
@@ -138,9 +140,9 @@ impl MapFuser {
         &self,
         points_in_world_m: &[[f64; 3]],
         segment: Option<i32>,
-        buffers: &mut FuseScratch,
+        buffers: &mut FuseBuffers,
     ) -> Result<(), MapError> {
-        let FuseScratch { recent, by_tile } = buffers;
+        let FuseBuffers { recent, by_tile } = buffers;
         for (_, list) in by_tile.all_mut() {
             list.clear();
         }

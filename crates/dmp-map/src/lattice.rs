@@ -1,3 +1,5 @@
+//! The integer grid that maps live on: units, voxels, tiles.
+
 use dmp_disk::TileId;
 
 use crate::MapError;

@@ -13,13 +13,13 @@
 //! The same points give the same bytes, whatever the number of threads, the budget or the order.
 //!
 //! ```
-//! use dmp_map::{Durability, FuseScratch, Lattice, MapFuser, Origin, Store};
+//! use dmp_map::{Durability, FuseBuffers, Lattice, MapFuser, Origin, Store};
 //!
 //! let folder = tempfile::tempdir()?;
 //! let fuser = MapFuser::new(Lattice::new(0.2)?, 64 << 20, folder.path())?;
 //! let wall: Vec<[f64; 3]> = (0..9000).map(|i| [5.0, f64::from(i % 100) * 0.05, f64::from(i / 100) * 0.05]).collect();
-//! fuser.add(&wall, Some(0), &mut FuseScratch::default())?;
-//! let summary = fuser.finish(&folder.path().join("wall.dmpmap"), &Origin::of("a wall"), Durability::Scratch, &|_, _| ())?;
+//! fuser.add(&wall, Some(0), &mut FuseBuffers::default())?;
+//! let summary = fuser.finish(&folder.path().join("wall.dmpmap"), &Origin::of("a wall"), Durability::Temporary, &|_, _| ())?;
 //! let store = Store::open(&summary.path)?;
 //! let surfels: usize = store.entries().map(|e| e.own.surfels as usize).sum();
 //! assert!(surfels > 400 && store.origin().text == "a wall");
@@ -56,7 +56,7 @@ pub use density::DensityProbe;
 pub use dmp_disk::TileId;
 pub use error::MapError;
 pub use free_voxels::{FreeVoxels, MarkBuffers};
-pub use fuser::{FuseScratch, MapFuser, SCRATCH_VOXEL_BYTES};
+pub use fuser::{FuseBuffers, MapFuser, SCRATCH_VOXEL_BYTES};
 pub use lattice::{Lattice, UNITS_PER_M};
 pub use loose_surfels::{LooseSurfels, WorldSurfel};
 pub use normal::smallest_eigenvector;

@@ -1,3 +1,5 @@
+//! What is summed up of tiles, in memory under a byte budget.
+
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};

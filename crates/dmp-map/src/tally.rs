@@ -1,3 +1,5 @@
+//! Counts how rays met surfels, out of core.
+
 use std::path::Path;
 
 use dmp_disk::{ScratchFile, TileId};

@@ -1,3 +1,5 @@
+//! The voxel sums of one tile while it is being fused.
+
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
@@ -9,7 +11,7 @@ use crate::narrow_moments::{NarrowMoments, PackedSums};
 /// Voxels along the edge of a brick.
 const BRICK_EDGE: u32 = 4;
 const BRICK_VOXELS: usize = (BRICK_EDGE * BRICK_EDGE * BRICK_EDGE) as usize;
-/// Sums that a brick gets room for at a time.
+/// Sums that are set aside for a brick at a time.
 const GROUP: usize = 4;
 /// Voxels whose sums are looked up together.
 const TOGETHER: usize = 128;

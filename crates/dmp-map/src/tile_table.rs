@@ -1,3 +1,5 @@
+//! A table of what belongs to which tile, for the few tiles that a scan touches.
+
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 

@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 
 use dmp_log::ScanLog;
-use dmp_map::{Durability, FuseScratch, Lattice, MapFuser, Origin, Store};
+use dmp_map::{Durability, FuseBuffers, Lattice, MapFuser, Origin, Store};
 use dmp_sensor::{Ray, ReturnCounts, Scan};
 
 use crate::checkpoint::{Fused, FusedMap, Fusing, Round, Work};
@@ -262,7 +262,7 @@ pub(crate) fn finish(
     watch: &dyn Watch,
 ) -> Result<(Store, u64), dmp_map::MapError> {
     let done = std::sync::atomic::AtomicU64::new(0);
-    let durability = if life == Life::User { Durability::Durable } else { Durability::Scratch };
+    let durability = if life == Life::User { Durability::Durable } else { Durability::Temporary };
     let summary = fuser.finish(path, origin, durability, &|tiles, total| {
         let before = done.swap(tiles, std::sync::atomic::Ordering::Relaxed);
         if before == 0 {
@@ -321,7 +321,7 @@ struct FuseWorker<'a> {
     trail_buffers: TrailBuffers,
     left_out: u64,
     watch: &'a dyn Watch,
-    buffers: FuseScratch,
+    buffers: FuseBuffers,
     points: Vec<[f64; 3]>,
     counts: ReturnCounts,
 }
@@ -418,7 +418,7 @@ impl<'a> FusePass<'a> {
             trail_buffers: TrailBuffers::default(),
             left_out: 0,
             watch: self.watch,
-            buffers: FuseScratch::default(),
+            buffers: FuseBuffers::default(),
             points: Vec::new(),
             counts: ReturnCounts::default(),
         }

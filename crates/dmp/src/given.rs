@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dmp_log::{LengthUnit, is_mesh, read_cloud, read_mesh};
-use dmp_map::{FuseScratch, Lattice, MapError, MapFuser, Store, TriangleSampler};
+use dmp_map::{FuseBuffers, Lattice, MapError, MapFuser, Store, TriangleSampler};
 use dmp_reduce::Scales;
 use dmp_sensor::{Isometry3, Point3};
 
@@ -105,7 +105,7 @@ pub(crate) fn fuse_given(
     watch: &dyn Watch,
 ) -> Result<GivenMap, EvaluateError> {
     watch.begin(Stage::ReadMap, 0);
-    let buffers = FuseScratch::default();
+    let buffers = FuseBuffers::default();
     let mut points = Points { fuser, world_from_own, run, watch, buffers, batch: Vec::new() };
     let mut given = if is_mesh(path)? {
         fuse_mesh(path, unit, &mut points)?
@@ -127,7 +127,7 @@ struct Points<'a> {
     world_from_own: &'a Isometry3<f64>,
     run: &'a str,
     watch: &'a dyn Watch,
-    buffers: FuseScratch,
+    buffers: FuseBuffers,
     batch: Vec<[f64; 3]>,
 }
 

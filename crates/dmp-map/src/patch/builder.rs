@@ -1,3 +1,5 @@
+//! Makes a patch of points.
+
 use super::block::{Block, PatchVoxel, block_voxels, covariance_step_units2};
 use crate::MapError;
 use crate::lattice::{InVoxel, Lattice};

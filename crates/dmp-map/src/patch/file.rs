@@ -1,3 +1,5 @@
+//! The file that patches lie in.
+
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};

@@ -1,3 +1,5 @@
+//! Puts the voxels of patches together into those of a tile.
+
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 

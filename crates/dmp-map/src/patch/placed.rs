@@ -1,3 +1,5 @@
+//! The map that patches make where they are placed.
+
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 

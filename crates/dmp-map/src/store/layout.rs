@@ -1,3 +1,5 @@
+//! What the bytes of a store mean, but for the blobs.
+
 use dmp_disk::TileId;
 
 use super::columns::{CELL_BYTES, SURFEL_BYTES};

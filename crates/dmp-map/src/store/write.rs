@@ -20,8 +20,8 @@ use crate::tile_surfels::TileSurfels;
 pub enum Durability {
     /// Synchronised to disk before it gets its name.
     Durable,
-    /// Scratch: given its name without waiting for the disk.
-    Scratch,
+    /// Given its name without waiting for the disk: for what goes with the process.
+    Temporary,
 }
 
 /// What a finished store holds.

@@ -1,3 +1,5 @@
+//! Why a map cannot be measured.
+
 use std::fmt;
 
 use dmp_disk::DiskError;

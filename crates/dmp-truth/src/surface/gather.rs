@@ -1,3 +1,5 @@
+//! Sorts both sides of a comparison into tiles on disk.
+
 use dmp_disk::{TileBuckets, TileId};
 use dmp_map::TriangleSampler;
 use dmp_sensor::{Isometry3, Point3};

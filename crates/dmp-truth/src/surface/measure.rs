@@ -1,3 +1,5 @@
+//! Measures tile by tile, in parallel.
+
 use std::collections::HashMap;
 
 use dmp_disk::{TileBuckets, TileId};

@@ -1,3 +1,5 @@
+//! Poses as a file has them.
+
 use super::CompareError;
 use super::rotation::{angle_rad, from_quaternion, product, to_quaternion};
 use nalgebra::{Matrix3, Vector3};
