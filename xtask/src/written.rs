@@ -12,7 +12,7 @@ use dmp_log::{
     FolderFormat, FolderScanWriter, McapCompression, McapScanWriter, McapWriterOptions, write_euroc,
     write_kitti, write_times, write_tum,
 };
-use dmp_map::{Durability, FuseScratch, Lattice, MapFuser, Origin, Store, Surfel};
+use dmp_map::{Durability, FuseBuffers, Lattice, MapFuser, Origin, Store, Surfel};
 use dmp_sensor::{Isometry3, Scan, Trajectory, Vector3};
 use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route};
 use serde_json::{Value, json};
@@ -111,13 +111,13 @@ fn map(folder: &Path, scans: &[Scan]) -> anyhow::Result<Value> {
                 [x - 1.0 + 2.0 * f64::from(k) + a, y - 1.0 + b, z + 500.0 + c]
             };
             let points: Vec<[f64; 3]> = scan.points_in_sensor_m.iter().map(place).collect();
-            fuser.add(&points, segment, &mut FuseScratch::default())?;
+            fuser.add(&points, segment, &mut FuseBuffers::default())?;
         }
     }
     let path = folder.join("map.dmpmap");
     let frame = Isometry3::new(Vector3::new(431_000.5, -20.25, 3.0), Vector3::new(0.1, -0.2, 0.7));
     let origin = Origin { text: "two scans".to_owned(), own_from_world: frame };
-    fuser.finish(&path, &origin, Durability::Scratch, &|_, _| ())?;
+    fuser.finish(&path, &origin, Durability::Temporary, &|_, _| ())?;
     let store = Store::open(&path)?;
     let mut entries: Vec<_> = store.entries().collect();
     entries.sort_unstable_by_key(|entry| entry.tile);

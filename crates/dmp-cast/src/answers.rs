@@ -3,7 +3,8 @@
 use dmp_map::Independence;
 
 use crate::lanes::{Lanes, Simd};
-use crate::packet::{Column, PacketAnswers, PacketRays, RAYS};
+use crate::packet::PacketAnswers;
+use crate::packet_rays::{Column, PacketRays, RAYS};
 use crate::search::{Search, each_hit};
 use crate::tile::{CastTile, Node};
 
@@ -28,7 +29,7 @@ impl Search for First<'_> {
 
 /// z1, zn and zc.
 pub(crate) struct Three<'a> {
-    tile: &'a CastTile<'a>,
+    tile: &'a CastTile,
     rays: &'a PacketRays,
     independence: Option<Independence>,
     revisit: Option<Independence>,
@@ -41,7 +42,7 @@ pub(crate) struct Three<'a> {
 impl<'a> Three<'a> {
     #[inline(always)]
     pub(crate) fn new(
-        tile: &'a CastTile<'a>,
+        tile: &'a CastTile,
         rays: &'a PacketRays,
         [independence, revisit]: [Option<Independence>; 2],
         answers: &'a mut PacketAnswers,
@@ -106,17 +107,8 @@ impl Three<'_> {
         }
         let [low, high] = self.tile.support[leaf].of(disc);
         let holds = |independence: Option<Independence>| independence.is_some_and(|i| i.holds(low, high));
-        let (independent_m, best_cos) =
-            (&mut answers.independent_m[lane], &mut answers.independent_cos[lane]);
-        if range_m <= *independent_m && holds(self.independence) {
-            let [x, y, z] = self.tile.leaves[leaf].disc(disc, 3);
-            let d = self.rays.direction;
-            // Rounding must not lift it over 1.
-            let cos = (x * d[0][lane] + y * d[1][lane] + z * d[2][lane]).abs().min(1.0);
-            // Of two at the same range the one hit more squarely, whichever came first.
-            if range_m < *independent_m || cos > *best_cos {
-                (*independent_m, *best_cos) = (range_m, cos);
-            }
+        if range_m < answers.independent_m[lane] && holds(self.independence) {
+            answers.independent_m[lane] = range_m;
         }
         let at_place = range_m <= self.rays.place_m[lane];
         answers.revisited |= u32::from(at_place && holds(self.revisit)) << lane;

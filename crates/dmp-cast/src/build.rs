@@ -1,17 +1,19 @@
+//! Builds the tree of a tile.
+
 use dmp_map::{Surfel, Tile};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
-use crate::tile::{BuiltTile, LEAF_DISCS, Leaf, LeafSupport, Node, WIDTH};
+use crate::tile::{CastTile, LEAF_DISCS, Leaf, LeafSupport, Node, WIDTH};
 
 /// Slack around every disc's box, metres: rounding of the ray must not cull a disc it hits.
 const BOX_SLACK_M: f32 = 1e-4;
 
-impl BuiltTile {
-    /// Builds the tree. `O(n log n)`.
-    pub(crate) fn new(tile: &Tile, radius_m: f32) -> Self {
+impl CastTile {
+    /// Builds the tree of a tile whose discs have one radius, metres. `O(n log n)`.
+    pub fn build(tile: &Tile, radius_m: f32) -> Self {
         Self::numbered(tile, radius_m).0
     }
 
@@ -82,7 +84,7 @@ struct Collapse<'a> {
     clusters: &'a Clusters,
     surfels: &'a [Surfel],
     places: Vec<u32>,
-    cast: &'a mut BuiltTile,
+    cast: &'a mut CastTile,
 }
 
 impl Collapse<'_> {

@@ -1,20 +1,23 @@
+//! Casts blocks of rays into a map.
+
 use std::sync::Arc;
 
-use dmp_map::{BudgetCache, MapError, NextUse, Store, TileExtent, TileId};
+use dmp_disk::{BudgetCache, NextUse};
+use dmp_map::{MapError, Store, TileExtent, TileId, TileSource};
 
 use crate::casting::{CastBuffers, Casting, Grouping};
 use crate::journey::{Tiles, travel};
 use crate::lanes::{Job, Simd};
 use crate::path::Path;
 use crate::query::{Answer, CastSettings, Query};
-use crate::ready::{CastSource, ReadyTile};
+use crate::tile::CastTile;
 
 /// The tiles of one or more maps in memory, ready for casting, under one byte budget.
 #[derive(Debug)]
-pub struct TileCache(BudgetCache<(usize, TileId), ReadyTile>);
+pub struct TileCache(BudgetCache<(usize, TileId), CastTile>);
 
 impl TileCache {
-    /// Room for `budget_bytes`.
+    /// Holds about `budget_bytes` of tiles.
     pub fn new(budget_bytes: usize) -> Self {
         Self(BudgetCache::new(budget_bytes))
     }
@@ -42,7 +45,7 @@ pub struct Caster<M = Store> {
     grouping: Grouping,
 }
 
-impl<M: CastSource> Caster<M> {
+impl<M: TileSource> Caster<M> {
     /// A caster into `map` that keeps at most about `budget_bytes` of tiles in memory.
     pub fn new(map: M, settings: CastSettings, budget_bytes: usize) -> Self {
         Self::sharing(map, settings, &Arc::new(TileCache::new(budget_bytes)), 0)
@@ -99,23 +102,27 @@ impl<M: CastSource> Caster<M> {
     }
 }
 
-impl<M: CastSource> Tiles for Caster<M> {
-    type Tile = ReadyTile;
+impl<M: TileSource> Tiles for Caster<M> {
+    type Tile = CastTile;
 
     fn edge_m(&self) -> f64 {
-        self.map.edge_m()
+        self.map.tile_edge_m()
     }
 
     fn bounds(&self) -> Option<[TileId; 2]> {
-        self.map.bounds()
+        self.map.tile_bounds()
     }
 
     fn extent(&self, tile: TileId) -> Option<TileExtent> {
-        self.map.extent(tile)
+        self.map.tile_extent(tile)
     }
 
-    fn load(&self, tile: TileId) -> Result<Arc<ReadyTile>, MapError> {
-        self.tiles.0.get((self.number, tile), || self.map.load_ready(tile))
+    fn load(&self, tile: TileId) -> Result<Arc<CastTile>, MapError> {
+        let radius_m = self.map.disc_radius_m() as f32;
+        self.tiles.0.get((self.number, tile), || {
+            let loaded = self.map.load_tile(tile)?;
+            Ok(loaded.map_or_else(CastTile::default, |tile| CastTile::build(&tile, radius_m)))
+        })
     }
 }
 
@@ -126,7 +133,7 @@ struct CastBlock<'a, M> {
     buffers: &'a mut CastBuffers,
 }
 
-impl<M: CastSource> Job for CastBlock<'_, M> {
+impl<M: TileSource> Job for CastBlock<'_, M> {
     type Output = Result<(), MapError>;
 
     #[inline(always)]

@@ -6,10 +6,10 @@ use crate::answers::{First, Three};
 use crate::frustum::{Frustum, LEAST_RAYS, SQUARES_PER_RAY};
 use crate::journey::{JourneyBuffers, Traveller, Wait};
 use crate::lanes::Simd;
-use crate::packet::{CastPackets, PACKETS, PacketAnswers, PacketLists, RAYS, Visit};
+use crate::packet::{CastPackets, PACKETS, PacketAnswers, PacketLists, Visit};
+use crate::packet_rays::RAYS;
 use crate::query::{Answer, Wanted};
 use crate::rays::Rays;
-use crate::ready::ReadyTile;
 use crate::search::{SearchLists, SearchRays};
 use crate::tile::CastTile;
 
@@ -70,18 +70,17 @@ pub(crate) struct Casting<'a> {
 }
 
 impl Traveller for Casting<'_> {
-    type Tile = ReadyTile;
+    type Tile = CastTile;
 
     #[inline(always)]
     fn visit<S: Simd>(
         &mut self,
         simd: S,
         _: TileId,
-        tile: &ReadyTile,
+        tile: &CastTile,
         packets: &mut [Rays],
         waits: &[Wait],
     ) -> Result<(), MapError> {
-        let tile = &tile.view();
         for waits in waits.chunks(PACKETS) {
             visit_tile(simd, tile, packets, waits, self.grouping, self.wanted, self.lists);
         }

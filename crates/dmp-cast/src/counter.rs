@@ -1,17 +1,18 @@
+//! Counts what rays pass through and what they end on.
+
 use std::sync::Arc;
 
-use dmp_map::{
-    BudgetCache, Crossing, Independence, MapError, Store, Tally, TileExtent, TileId, TileSource, Weight,
-};
+use dmp_disk::{BudgetCache, Weight};
+use dmp_map::{Crossing, Independence, MapError, Store, Tally, TileExtent, TileId, TileSource};
 
 use crate::journey::{JourneyBuffers, Tiles, Traveller, Wait, travel};
 use crate::lanes::{Job, Simd};
-use crate::packet::{PacketRays, RAYS};
+use crate::packet_rays::{PacketRays, RAYS};
 use crate::path::Path;
 use crate::query::{CastSettings, Query, Wanted};
 use crate::rays::Rays;
 use crate::search::{Each, SearchLists, SearchRays};
-use crate::tile::{BuiltTile, LEAF_DISCS};
+use crate::tile::{CastTile, LEAF_DISCS};
 
 /// A ray that measured something within this of a crossing ended there; one that measured something
 /// further than this behind the surfel's plane went through, metres.
@@ -32,7 +33,7 @@ pub struct CrossingCounter {
 
 #[derive(Debug)]
 pub(crate) struct NumberedTile {
-    tile: BuiltTile,
+    tile: CastTile,
     /// For each place of the leaves the surfel's place in the store's tile.
     places: Vec<u32>,
     surfels: usize,
@@ -106,7 +107,7 @@ impl Tiles for CrossingCounter {
             let loaded = self.store.load(tile)?;
             let surfels = loaded.as_ref().map_or(0, |tile| tile.surfels.len());
             let (tile, places) =
-                loaded.map_or_else(Default::default, |tile| BuiltTile::numbered(&tile, radius_m));
+                loaded.map_or_else(Default::default, |tile| CastTile::numbered(&tile, radius_m));
             Ok(NumberedTile { tile, places, surfels })
         })
     }
@@ -161,7 +162,6 @@ impl Traveller for Counting<'_> {
         waits: &[Wait],
     ) -> Result<(), MapError> {
         let NumberedTile { tile, places, surfels } = numbered;
-        let tile = &tile.view();
         let Self { reach, queries, tally, rays, lists, crossings } = self;
         crossings.clear();
         for wait in waits {

@@ -1,8 +1,8 @@
 //! The space that some rays share.
 
+use crate::crossing::columns;
 use crate::lanes::{Lanes, Mask, Simd, dot};
-use crate::packet::{PacketRays, load3};
-use crate::search::columns;
+use crate::packet_rays::{PacketRays, load3};
 use crate::tile::{Leaf, Node};
 
 /// Rounding of rays and planes, and the millimetre before a tile from which on rays are looked at: nothing is

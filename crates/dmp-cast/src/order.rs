@@ -1,6 +1,6 @@
 //! Which rays go together.
 
-use crate::packet::RAYS;
+use crate::packet_rays::RAYS;
 use crate::query::Query;
 
 /// Height of the bands that rays are sorted into, as far away as they reach, metres.

@@ -2,42 +2,12 @@
 
 use dmp_map::Independence;
 
+use crate::crossing::{MIN_COS, plane_crossing};
 use crate::frustum::Frustum;
 use crate::lanes::{Job, Lanes, Mask, Simd};
-use crate::search::{MIN_COS, plane_crossing};
+use crate::lists::grow_to;
+use crate::packet_rays::{Column, PacketRays, RAYS, load3};
 use crate::tile::{CastTile, LEAF_DISCS, WIDTH};
-
-/// Rays of a packet.
-pub(crate) const RAYS: usize = 16;
-pub(crate) type Column = [f32; RAYS];
-
-/// Sixteen rays inside one tile: ranges count from the places where they enter it. Where none goes `to_m` lies
-/// before `from_m`.
-#[derive(Debug, Clone, Default)]
-#[repr(align(64))]
-pub(crate) struct PacketRays {
-    /// From the tile's origin, metres.
-    pub(crate) origin_m: [Column; 3],
-    pub(crate) direction: [Column; 3],
-    pub(crate) measured_m: Column,
-    /// The last range that may be of what was measured: [`CastSettings::return_m`](crate::CastSettings::return_m) behind that.
-    pub(crate) place_m: Column,
-    /// Crossings are looked for between these.
-    pub(crate) from_m: Column,
-    pub(crate) to_m: Column,
-}
-
-impl PacketRays {
-    /// Lets only some of the rays go; says which of them have a way to go.
-    #[inline(always)]
-    pub(crate) fn limit_to<S: Simd>(&mut self, simd: S, lanes: u32) -> u32 {
-        let wide = simd.sixteen();
-        let (from, to) = (S::Sixteen::load(wide, &self.from_m), S::Sixteen::load(wide, &self.to_m));
-        let goes = from.lt(to) & S::Sixteen::mask_of(wide, lanes);
-        to.where_or(goes, from - S::Sixteen::splat(wide, 1.0)).store(&mut self.to_m);
-        goes.bits()
-    }
-}
 
 /// The best answers so far; infinite where there is none, negatively infinite where the answer is final.
 #[derive(Debug, Clone, Default)]
@@ -48,8 +18,6 @@ pub(crate) struct PacketAnswers {
     /// |nearest − measured|; before there is one, the half-width of the window.
     pub(crate) gap_m: Column,
     pub(crate) independent_m: Column,
-    /// |n·d| there.
-    pub(crate) independent_cos: Column,
     /// A bit for each ray.
     pub(crate) revisited: u32,
 }
@@ -111,7 +79,7 @@ pub(crate) struct PacketLists {
 /// discs, and every disc meets all rays. One packet alone would wait at every node for what the last one said, so
 /// several take turns: the lists are worked off from the front and grow at their end.
 pub(crate) struct CastPackets<'a, const THREE: bool> {
-    pub(crate) tile: &'a CastTile<'a>,
+    pub(crate) tile: &'a CastTile,
     pub(crate) visits: &'a mut [Visit; PACKETS],
     /// A bit for each visit that is to be cast.
     pub(crate) together: u32,
@@ -143,19 +111,6 @@ fn bounds_of(independence: Option<Independence>) -> [i32; 2] {
     independence.map_or([i32::MIN, i32::MAX], Independence::bounds)
 }
 
-/// Makes a list at least so long. To be called where nothing is at hand yet that would have to be put aside.
-#[inline(always)]
-pub(crate) fn make_room(list: &mut Vec<u32>, length: usize) {
-    #[cold]
-    #[inline(never)]
-    fn grow(list: &mut Vec<u32>, length: usize) {
-        list.resize(2 * length, 0);
-    }
-    if list.len() < length {
-        grow(list, length);
-    }
-}
-
 #[inline(always)]
 fn gather_leaves<'a, S: Simd>(
     simd: S,
@@ -166,13 +121,13 @@ fn gather_leaves<'a, S: Simd>(
     leaves: &'a mut Vec<u32>,
 ) -> &'a [u32] {
     let eight = simd.eight();
-    make_room(nodes, RAYS);
+    grow_to(nodes, RAYS);
     // Every packet at the root.
     S::Sixteen::pack_lanes(simd.sixteen(), 0, together, nodes);
     let (mut at, mut end, mut count) = (0, together.count_ones() as usize, 0);
     while at < end {
-        make_room(nodes, end + WIDTH);
-        make_room(leaves, count + WIDTH);
+        grow_to(nodes, end + WIDTH);
+        grow_to(leaves, count + WIDTH);
         let (index, packet) = ((nodes[at] >> PACKET_BITS) as usize, nodes[at] as usize % PACKETS);
         at += 1;
         let node = &tile.nodes[index];
@@ -200,7 +155,7 @@ fn gather_discs<S: Simd>(
     for &pair in leaves {
         let (leaf, packet) = (pair >> PACKET_BITS, pair as usize % PACKETS);
         let (list, count) = (&mut discs[packet], &mut counts[packet]);
-        make_room(list, *count + LEAF_DISCS);
+        grow_to(list, *count + LEAF_DISCS);
         let inside = visits[packet].frustum.discs(simd, &tile.leaves[leaf as usize]);
         S::Sixteen::pack_lanes(simd.sixteen(), leaf * LEAF_DISCS as u32, inside, &mut list[*count..]);
         *count += inside.count_ones() as usize;
@@ -221,20 +176,18 @@ fn cross<S: Simd, const THREE: bool>(simd: S, tile: &CastTile, visit: &mut Visit
     let (from, to) = (S::Sixteen::load(wide, &rays.from_m), S::Sixteen::load(wide, &rays.to_m));
     let radius2 = S::Sixteen::splat(wide, tile.radius_m * tile.radius_m);
     let min_cos = S::Sixteen::splat(wide, MIN_COS);
-    let (one, infinite) = (S::Sixteen::splat(wide, 1.0), S::Sixteen::splat(wide, f32::INFINITY));
+    let infinite = S::Sixteen::splat(wide, f32::INFINITY);
     let mut first = S::Sixteen::load(wide, &answers.first_m);
     let mut nearest = S::Sixteen::load(wide, &answers.nearest_m);
     let mut gap = S::Sixteen::load(wide, &answers.gap_m);
     let mut independent = S::Sixteen::load(wide, &answers.independent_m);
-    let mut independent_cos = S::Sixteen::load(wide, &answers.independent_cos);
     let mut revisited = answers.revisited;
     for &disc in discs {
         let (leaf, place) = (disc as usize / LEAF_DISCS, disc as usize % LEAF_DISCS);
         let centre = S::Sixteen::splat3(wide, tile.leaves[leaf].disc(place, 0));
         let normal = S::Sixteen::splat3(wide, tile.leaves[leaf].disc(place, 3));
         let (range, cos, off2) = plane_crossing(origin, direction, centre, normal);
-        let cos = cos.abs();
-        let hits = min_cos.le(cos) & off2.le(radius2) & from.le(range) & range.le(to);
+        let hits = min_cos.le(cos.abs()) & off2.le(radius2) & from.le(range) & range.le(to);
         // Nowhere near anything where it does not hit.
         let range = range.where_or(hits, infinite);
         first = range.min(first);
@@ -245,12 +198,8 @@ fn cross<S: Simd, const THREE: bool>(simd: S, tile: &CastTile, visit: &mut Visit
             gap = gap_here.where_or(nearer, gap);
             let [low, high] = tile.support[leaf].of(place);
             let holds = |[below, above]: [i32; 2]| u32::from(low < below || high > above).wrapping_neg();
-            let cos = cos.min(one);
-            let better = hits
-                & S::Sixteen::mask_of(wide, holds(independence))
-                & (range.lt(independent) | (range.equal(independent) & independent_cos.lt(cos)));
-            independent = range.where_or(better, independent);
-            independent_cos = cos.where_or(better, independent_cos);
+            let counts = S::Sixteen::mask_of(wide, holds(independence));
+            independent = range.where_or(counts & range.lt(independent), independent);
             // All that is hit here lies before the end of the place.
             revisited |= hits.bits() & holds(revisit);
         }
@@ -260,17 +209,6 @@ fn cross<S: Simd, const THREE: bool>(simd: S, tile: &CastTile, visit: &mut Visit
         nearest.store(&mut answers.nearest_m);
         gap.store(&mut answers.gap_m);
         independent.store(&mut answers.independent_m);
-        independent_cos.store(&mut answers.independent_cos);
         answers.revisited = revisited;
     }
-}
-
-#[inline(always)]
-pub(crate) fn load3<S: Simd>(simd: S, columns: &[Column; 3]) -> [S::Sixteen; 3] {
-    let wide = simd.sixteen();
-    [
-        S::Sixteen::load(wide, &columns[0]),
-        S::Sixteen::load(wide, &columns[1]),
-        S::Sixteen::load(wide, &columns[2]),
-    ]
 }

@@ -1,3 +1,5 @@
+//! What is asked of a map along a ray, and what it answers.
+
 use dmp_map::Independence;
 
 /// A ray and what was measured along it. One that begins beyond ±5e7 m, where no map is, or whose direction is no unit
@@ -27,9 +29,6 @@ pub struct Answer {
     pub nearest_m: Option<f64>,
     /// zc: the first independent surfel crossed.
     pub independent_m: Option<f64>,
-    /// |n·d| between that surfel's normal and the ray: 1 where it is hit squarely. Of two surfels at the same
-    /// range the larger. In no score of the report: the study looks at it.
-    pub independent_cos: Option<f32>,
     /// Whether a surfel crossed from the sensor up to [`CastSettings::return_m`] behind the return is independent at the wider
     /// reach: the place was seen on another visit. What the ray would meet further on says nothing of the place.
     pub revisited: bool,

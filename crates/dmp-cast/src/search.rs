@@ -3,12 +3,12 @@
 //! One ray alone would wait at every node for what the last one said. So sixteen are on their way at once, in turns:
 //! a list of pairs of a ray and a node is worked off from the front and grows at its end.
 
-use crate::lanes::{Job, Lanes, Mask, Simd, dot};
-use crate::packet::{Column, PacketRays, RAYS, load3, make_room};
-use crate::tile::{CastTile, LEAF_DISCS, Leaf, Node, WIDTH};
+use crate::crossing::{MIN_COS, columns, plane_crossing};
+use crate::lanes::{Job, Lanes, Mask, Simd};
+use crate::lists::grow_to;
+use crate::packet_rays::{Column, PacketRays, RAYS, load3};
+use crate::tile::{CastTile, LEAF_DISCS, Node, WIDTH};
 
-/// A disc is crossed only where the ray is not almost parallel to it: |n·d| of at least this.
-pub(crate) const MIN_COS: f32 = 0.01;
 /// A box's corners and a ray's ranges are rounded: nothing is left out by less than this, metres.
 const SLACK_M: f32 = 1e-4;
 /// Stands for one over a direction of nothing: products with it are large, and never NaN.
@@ -53,7 +53,7 @@ pub(crate) struct SearchLists {
 
 /// Tells `found` all crossings of some rays, in no order that means anything.
 pub(crate) struct SearchRays<'a, F> {
-    pub(crate) tile: &'a CastTile<'a>,
+    pub(crate) tile: &'a CastTile,
     pub(crate) rays: &'a PacketRays,
     /// A bit for each ray.
     pub(crate) lanes: u32,
@@ -106,13 +106,13 @@ fn gather<'a, S: Simd, F: Search>(
     let eight = simd.eight();
     let slabs = Slabs::new(simd, rays);
     let SearchLists { nodes, leaves } = lists;
-    make_room(nodes, RAYS);
+    grow_to(nodes, RAYS);
     // Every ray at the root.
     S::Sixteen::pack_lanes(simd.sixteen(), 0, lanes, nodes);
     let (mut at, mut end, mut count) = (0, lanes.count_ones() as usize, 0);
     while at < end {
-        make_room(nodes, end + WIDTH);
-        make_room(leaves, count + WIDTH);
+        grow_to(nodes, end + WIDTH);
+        grow_to(leaves, count + WIDTH);
         let (index, lane) = ((nodes[at] >> LANE_BITS) as usize, nodes[at] as usize % RAYS);
         at += 1;
         let node = &tile.nodes[index];
@@ -190,27 +190,6 @@ impl Slabs {
         let near = (S::Eight::load(eight, &node.bounds[near]) - origin) * inverse;
         (near, (S::Eight::load(eight, &node.bounds[far]) - origin) * inverse)
     }
-}
-
-/// Three columns of a leaf, from `kind` on.
-#[inline(always)]
-pub(crate) fn columns<S: Simd>(simd: S, leaf: &Leaf, kind: usize) -> [S::Sixteen; 3] {
-    [
-        S::Sixteen::load(simd.sixteen(), &leaf.0[kind]),
-        S::Sixteen::load(simd.sixteen(), &leaf.0[kind + 1]),
-        S::Sixteen::load(simd.sixteen(), &leaf.0[kind + 2]),
-    ]
-}
-
-/// Where rays cross the planes of discs, the cosine of the incidence, and how far from the disc's centre,
-/// squared: the one place that says so, for one ray and many discs as for many rays and one disc.
-#[inline(always)]
-pub(crate) fn plane_crossing<L: Lanes>(o: [L; 3], d: [L; 3], c: [L; 3], n: [L; 3]) -> (L, L, L) {
-    let to_centre = [c[0] - o[0], c[1] - o[1], c[2] - o[2]];
-    let cos = dot(n, d);
-    let range = dot(n, to_centre) / cos;
-    let off = [range * d[0] - to_centre[0], range * d[1] - to_centre[1], range * d[2] - to_centre[2]];
-    (range, cos, dot(off, off))
 }
 
 /// Every crossing: the ray, the leaf, the disc in it, the range.

@@ -1,41 +1,26 @@
-use dmp_map::Weight;
+//! A tile as rays are cast into it: a tree over leaves of discs.
+
+use dmp_disk::Weight;
 
 /// Children of a node.
 pub(crate) const WIDTH: usize = 8;
-/// Discs a leaf has room for.
+/// Most discs of a leaf.
 pub(crate) const LEAF_DISCS: usize = 16;
 
-/// One tile as rays are cast into it: a tree eight wide over leaves of up to sixteen discs, wherever it lies.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct CastTile<'a> {
+/// One tile as rays are cast into it: a tree eight wide over leaves of up to sixteen discs.
+#[derive(Debug, Default)]
+pub struct CastTile {
     pub(crate) origin_in_world_m: [f64; 3],
     pub(crate) radius_m: f32,
     /// The root first, parents before their children.
-    pub(crate) nodes: &'a [Node],
-    pub(crate) leaves: &'a [Leaf],
-    /// Which segments saw the discs of each leaf.
-    pub(crate) support: &'a [LeafSupport],
-}
-
-/// A [`CastTile`] in memory of its own.
-#[derive(Debug, Default)]
-pub(crate) struct BuiltTile {
-    pub(crate) origin_in_world_m: [f64; 3],
-    pub(crate) radius_m: f32,
     pub(crate) nodes: Vec<Node>,
     pub(crate) leaves: Vec<Leaf>,
+    /// Which segments saw the discs of each leaf.
     pub(crate) support: Vec<LeafSupport>,
 }
 
-impl BuiltTile {
-    pub(crate) fn view(&self) -> CastTile<'_> {
-        let Self { origin_in_world_m, radius_m, nodes, leaves, support } = self;
-        CastTile { origin_in_world_m: *origin_in_world_m, radius_m: *radius_m, nodes, leaves, support }
-    }
-}
-
 /// Eight boxes with what is in them. A place without a child has a box that nothing can meet.
-#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
     /// Least x, y and z, then largest, of each child, metres from the tile's origin.
@@ -48,18 +33,16 @@ pub(crate) struct Node {
     pub(crate) children: [u32; WIDTH],
     /// A bit for each child that is a leaf.
     pub(crate) leaves: u32,
-    /// Zeros up to whole cache lines.
-    pub(crate) filling: [u32; 7],
 }
 
 /// Sixteen discs in columns, one number of all of them in a cache line: centre x, y, z (metres from the tile's
 /// origin), normal x, y, z. A place without a disc has no normal, so that no ray crosses it, and a centre far off.
-#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct Leaf(pub(crate) [[f32; LEAF_DISCS]; 6]);
 
 /// Third lowest and third highest segments of sixteen discs.
-#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct LeafSupport {
     pub(crate) third_lowest: [i32; LEAF_DISCS],
@@ -76,7 +59,6 @@ impl Node {
             max_third_highest: [i32::MIN; WIDTH],
             children: [0; WIDTH],
             leaves: 0,
-            filling: [0; 7],
         }
     };
 
@@ -91,11 +73,11 @@ impl Leaf {
         Self([far, far, far, none, none, none])
     };
 
-    /// Three numbers of one disc, from `kind` on: 0 for its centre, 3 for its normal.
+    /// Three numbers of one disc, from `first` on: 0 for its centre, 3 for its normal.
     #[inline(always)]
-    pub(crate) fn disc(&self, disc: usize, kind: usize) -> [f32; 3] {
+    pub(crate) fn disc(&self, disc: usize, first: usize) -> [f32; 3] {
         let disc = disc % LEAF_DISCS;
-        [self.0[kind][disc], self.0[kind + 1][disc], self.0[kind + 2][disc]]
+        [self.0[first][disc], self.0[first + 1][disc], self.0[first + 2][disc]]
     }
 }
 
@@ -109,7 +91,7 @@ impl LeafSupport {
     }
 }
 
-impl Weight for BuiltTile {
+impl Weight for CastTile {
     fn weight_bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<Node>()
             + self.leaves.capacity() * size_of::<Leaf>()

@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 use dmp_cast::{CastBuffers, CastSettings, Caster, Query};
-use dmp_map::{Durability, FuseScratch, Lattice, MapFuser, Store};
+use dmp_map::{Durability, FuseBuffers, Lattice, MapFuser, Store};
 
 type Point = [f64; 3];
 
@@ -14,9 +14,9 @@ fn map_of(points: impl Iterator<Item = Point>, offset: Point) -> Store {
     let fuser = MapFuser::new(Lattice::new(0.1).unwrap(), usize::MAX, folder.path()).unwrap();
     let points: Vec<Point> = points.map(|p| std::array::from_fn(|k| p[k] + offset[k])).collect();
     // All seen in segment 0: every surfel is independent of segment 10.
-    fuser.add(&points, Some(0), &mut FuseScratch::default()).unwrap();
+    fuser.add(&points, Some(0), &mut FuseBuffers::default()).unwrap();
     let path = folder.path().join("map");
-    fuser.finish(&path, &dmp_map::Origin::of(""), Durability::Scratch, &|_, _| ()).unwrap();
+    fuser.finish(&path, &dmp_map::Origin::of(""), Durability::Temporary, &|_, _| ()).unwrap();
     Store::open(&path).unwrap()
 }
 

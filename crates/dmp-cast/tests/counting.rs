@@ -9,7 +9,7 @@ use std::cell::RefCell;
 
 use dmp_cast::{CountBuffers, CrossingCounter, Query};
 use dmp_map::{
-    Durability, FreeVoxels, FuseScratch, Independence, Lattice, MapFuser, MarkBuffers, Met, Store, Tally,
+    Durability, FreeVoxels, FuseBuffers, Independence, Lattice, MapFuser, MarkBuffers, Met, Store, Tally,
     TileId,
 };
 
@@ -31,10 +31,10 @@ fn strewn(random: &mut Random, voxels: usize) -> Store {
         let points: Vec<[f64; 3]> =
             (0..5).map(|_| corner.map(|c| (c * 2.0).floor() / 2.0 + random.between(0.01, 0.49))).collect();
         let segment = random.between(0.0, 30.0) as i32;
-        fuser.add(&points, Some(segment), &mut FuseScratch::default()).unwrap();
+        fuser.add(&points, Some(segment), &mut FuseBuffers::default()).unwrap();
     }
     let path = folder.path().join("map");
-    fuser.finish(&path, &dmp_map::Origin::of(""), Durability::Scratch, &|_, _| ()).unwrap();
+    fuser.finish(&path, &dmp_map::Origin::of(""), Durability::Temporary, &|_, _| ()).unwrap();
     Store::open(&path).unwrap()
 }
 

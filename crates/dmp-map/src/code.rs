@@ -1,11 +1,10 @@
-use crate::lattice::{Lattice, UNITS_PER_M};
+//! A surfel in whole numbers: how it is rounded, and how it is read.
+
+use crate::lattice::{DEPTH_STEPS, Lattice, UNITS_PER_M};
 use crate::surfel::Surfel;
 
 /// Steps of a slope in 1.
 pub(crate) const SLOPE_STEPS: i32 = 1 << 18;
-/// Steps of depth in a lattice unit: 3.8 µm each.
-pub(crate) const DEPTH_STEPS: u32 = 32;
-
 /// A surfel in whole numbers: what a store keeps of it, and all that there is of it anywhere.
 ///
 /// The normal is most along one axis, and known by its slopes against that. Along the other two axes the centre

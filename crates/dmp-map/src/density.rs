@@ -1,4 +1,8 @@
-use crate::lattice::{TileId, Voxel};
+//! How densely points fill the voxels of a grid.
+
+use dmp_disk::TileId;
+
+use crate::lattice::Voxel;
 use crate::{Lattice, MapError};
 
 /// Returns a voxel needs to count as filled.
@@ -17,7 +21,7 @@ pub struct DensityProbe {
 }
 
 impl DensityProbe {
-    /// A probe on `lattice`, with room for blocks of `block_points`.
+    /// A probe on `lattice`, for blocks of `block_points`.
     pub fn new(lattice: Lattice, block_points: usize) -> Self {
         Self { lattice, block: Vec::with_capacity(block_points), points: 0, in_filled_voxels: 0 }
     }

@@ -1,6 +1,8 @@
+//! What can go wrong with a map.
+
 use std::path::{Path, PathBuf};
 
-use crate::{Form, TileId};
+use dmp_disk::{DiskError, TileId};
 
 /// What can go wrong with a map. Every variant names the file, the place or the value.
 #[derive(Debug, thiserror::Error)]
@@ -34,16 +36,9 @@ pub enum MapError {
         /// The vector.
         normal: [f32; 3],
     },
-    /// A file could not be read or written.
-    #[error("{}: {what}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What was being done.
-        what: &'static str,
-        /// The system's reason.
-        source: std::io::Error,
-    },
+    /// From a file, or the scratch file.
+    #[error(transparent)]
+    Disk(#[from] DiskError),
     /// The file is no map store of ours.
     #[error("{}: not a map store (it starts with {found:02x?})", path.display())]
     NotAStore {
@@ -61,22 +56,6 @@ pub enum MapError {
         found: u32,
         /// Version of this program.
         known: u32,
-    },
-    /// The store has its tiles in the other form.
-    #[error("{}: a map in the {found} form, where one in the {wanted} form is needed", path.display())]
-    OtherForm {
-        /// The file.
-        path: PathBuf,
-        /// Its form.
-        found: Form,
-        /// The form that can be read here.
-        wanted: Form,
-    },
-    /// The cast-ready form lies in the file as it lies in memory, on machines of the usual order of bytes.
-    #[error("{}: the cast-ready form needs a little-endian machine", path.display())]
-    ByteOrder {
-        /// The file.
-        path: PathBuf,
     },
     /// The store is damaged outside its tiles: cut short, or a checksum that does not match.
     #[error("{}: the store's {part} is damaged: {detail}", path.display())]
@@ -112,23 +91,11 @@ pub enum MapError {
         /// The spacing, metres.
         spacing_m: f64,
     },
-    /// Another process works in the folder.
-    #[error("{}: another process is at work here", path.display())]
-    Locked {
-        /// The work folder.
-        path: PathBuf,
-    },
-    /// Records put aside could not be read back as they were written.
-    #[error("the scratch file changed on disk (tile {tile})")]
-    ScratchDamaged {
-        /// The tile.
-        tile: TileId,
-    },
 }
 
 impl MapError {
     pub(crate) fn io(path: &Path, what: &'static str) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.to_path_buf();
-        move |source| Self::Io { path, what, source }
+        let io = DiskError::io(path, what);
+        move |source| Self::Disk(io(source))
     }
 }

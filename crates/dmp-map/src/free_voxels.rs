@@ -1,17 +1,20 @@
+//! The voxels of a map that rays contradict: what moved.
+
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeSet, HashMap};
 use std::hash::BuildHasherDefault;
 use std::path::Path;
 use std::sync::Arc;
 
+use dmp_disk::{BudgetCache, TileId, Weight};
+
 use crate::MapError;
-use crate::cache::{BudgetCache, Weight};
 use crate::code::SurfelCode;
-use crate::lattice::{TileId, Voxel};
+use crate::lattice::Voxel;
+use crate::mix_hasher::MixHasher;
 use crate::store::{Durability, Origin, Store, StoreWriter, TileEntry};
-use crate::surfel::borders_of;
 use crate::tally::{Met, Tally};
-use crate::tile_moments::MixHasher;
+use crate::tile_surfels::borders_of;
 
 /// The voxels of a map that rays have shown to be free, looked up under a byte budget.
 ///
@@ -77,7 +80,7 @@ impl FreeVoxels {
             content.codes.retain(|_| met.next().is_some_and(&is_free));
             writer.write_own(id, &content)?;
         }
-        writer.finish(Durability::Scratch)?;
+        writer.finish(Durability::Temporary)?;
         Ok(Self { store: Store::open_once(path)?, tiles: BudgetCache::new(budget_bytes) })
     }
 

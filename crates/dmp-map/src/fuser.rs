@@ -1,18 +1,20 @@
+//! From points to a store: sums of voxels, tile by tile, out of core.
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use dmp_disk::{ScratchFile, TileId};
 use rayon::prelude::*;
 
 use crate::MapError;
-use crate::lattice::{Lattice, TileId};
+use crate::lattice::Lattice;
 use crate::moments::VoxelRecord;
 use crate::open_tiles::{OpenTiles, Sums};
 use crate::recent_voxels::RecentVoxels;
-use crate::scratch::Scratch;
 use crate::store::{Durability, Origin, StoreSummary, StoreWriter};
-use crate::surfel::{Border, TileSurfels, borders_of, surfels_of};
 use crate::tile_moments::{PartOfVoxel, TileMoments};
+use crate::tile_surfels::{Border, TileSurfels, borders_of, surfels_of};
 use crate::tile_table::TileTable;
 
 /// Parts of voxels that go into a tile at a time, while they are still in fast memory.
@@ -37,12 +39,12 @@ pub struct MapFuser {
     lattice: Lattice,
     open: OpenTiles<TileMoments>,
     points: AtomicU64,
-    scratch: Scratch<VoxelRecord>,
+    scratch: ScratchFile<VoxelRecord>,
 }
 
 /// Per-thread buffers of [`MapFuser::add`].
 #[derive(Debug, Default)]
-pub struct FuseScratch {
+pub struct FuseBuffers {
     recent: RecentVoxels,
     by_tile: TileTable<Vec<PartOfVoxel>>,
 }
@@ -58,7 +60,7 @@ impl MapFuser {
             lattice,
             open: OpenTiles::new(budget_bytes),
             points: AtomicU64::new(0),
-            scratch: Scratch::new(scratch_folder)?,
+            scratch: ScratchFile::new(scratch_folder)?,
         })
     }
 
@@ -72,7 +74,7 @@ impl MapFuser {
             lattice,
             open: OpenTiles::new(budget_bytes),
             points: AtomicU64::new(0),
-            scratch: Scratch::named(scratch)?,
+            scratch: ScratchFile::named(scratch)?,
         })
     }
 
@@ -94,7 +96,7 @@ impl MapFuser {
             lattice,
             open: OpenTiles::new(budget_bytes),
             points: AtomicU64::new(u64::from_le_bytes(*points)),
-            scratch: Scratch::resume(scratch, list)?,
+            scratch: ScratchFile::resume(scratch, list)?,
         })
     }
 
@@ -138,9 +140,9 @@ impl MapFuser {
         &self,
         points_in_world_m: &[[f64; 3]],
         segment: Option<i32>,
-        buffers: &mut FuseScratch,
+        buffers: &mut FuseBuffers,
     ) -> Result<(), MapError> {
-        let FuseScratch { recent, by_tile } = buffers;
+        let FuseBuffers { recent, by_tile } = buffers;
         for (_, list) in by_tile.all_mut() {
             list.clear();
         }
@@ -160,7 +162,8 @@ impl MapFuser {
             list.clear();
         }
         self.points.fetch_add(points_in_world_m.len() as u64, Ordering::Relaxed);
-        self.open.keep_budget(|tile, moments| self.scratch.append(tile, &moments.into_sorted()))
+        self.open.keep_budget(|tile, moments| self.scratch.append(tile, &moments.into_sorted()))?;
+        Ok(())
     }
 
     /// Turns the sums into surfels and writes the store at `path`; `origin` is kept in it.

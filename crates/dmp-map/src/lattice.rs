@@ -1,8 +1,13 @@
+//! The integer grid that maps live on: units, voxels, tiles.
+
+use dmp_disk::TileId;
+
 use crate::MapError;
-use crate::code::DEPTH_STEPS;
 
 /// Lattice units per metre: coordinates are rounded to 2⁻¹³ m (0.12 mm) before anything is summed.
 pub const UNITS_PER_M: f64 = 8192.0;
+/// Steps of depth in a lattice unit: 3.8 µm each.
+pub(crate) const DEPTH_STEPS: u32 = 32;
 /// Coordinates beyond this are refused in every map, metres. Earth-centred coordinates (6.4e6 m) are well inside
 /// for all but the smallest voxels.
 pub(crate) const WORLD_LIMIT_M: f64 = 5e7;
@@ -15,21 +20,6 @@ const TILE_EDGE_M: f64 = 32.0;
 const ROOM_VOXELS_M: f64 = 0.05;
 /// The edge of tiles in a map of such voxels.
 const ROOM_TILE_VOXELS: u32 = 160;
-
-/// A column of the world: tiles are square in x and y and reach from the lowest to the highest point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct TileId {
-    /// Row: the tile covers world y from `y` to `y + 1` tile edges. First, so that ids sort by rows.
-    pub y: i32,
-    /// Column: the tile covers world x from `x` to `x + 1` tile edges.
-    pub x: i32,
-}
-
-impl std::fmt::Display for TileId {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "({}, {})", self.x, self.y)
-    }
-}
 
 /// The integer grid every map lives on: lattice units, voxels of a whole number of units, tiles of a
 /// whole, even number of voxels. All indices follow from integers alone, so they are the same on every

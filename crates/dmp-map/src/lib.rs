@@ -5,74 +5,67 @@
 //! [`Lattice`], exact integer sums ([`Support`] among them: which segments of the drive saw the voxel).
 //! What outgrows its budget goes to a scratch file. [`MapFuser::finish`] turns the sums into [`Surfel`]s
 //! and writes them tile by tile into a [`Store`]: one immutable, checksummed file, from which a [`Tile`]
-//! is loaded at a time, usually through a [`BudgetCache`].
+//! is loaded at a time, usually through a [`BudgetCache`](dmp_disk::BudgetCache).
 //!
 //! [`Patches`] are rigid pieces of a map that are fused once; a [`PlacedPatches`] is the map they make wherever they come
 //! to lie, tile by tile as it is asked for.
 //!
-//! [`TileBuckets`] sorts other records into tiles out of core, for joins of two clouds tile by tile.
-//!
 //! The same points give the same bytes, whatever the number of threads, the budget or the order.
 //!
 //! ```
-//! use dmp_map::{Durability, FuseScratch, Lattice, MapFuser, Origin, Store};
+//! use dmp_map::{Durability, FuseBuffers, Lattice, MapFuser, Origin, Store};
 //!
 //! let folder = tempfile::tempdir()?;
 //! let fuser = MapFuser::new(Lattice::new(0.2)?, 64 << 20, folder.path())?;
 //! let wall: Vec<[f64; 3]> = (0..9000).map(|i| [5.0, f64::from(i % 100) * 0.05, f64::from(i / 100) * 0.05]).collect();
-//! fuser.add(&wall, Some(0), &mut FuseScratch::default())?;
-//! let summary = fuser.finish(&folder.path().join("wall.dmpmap"), &Origin::of("a wall"), Durability::Scratch, &|_, _| ())?;
+//! fuser.add(&wall, Some(0), &mut FuseBuffers::default())?;
+//! let summary = fuser.finish(&folder.path().join("wall.dmpmap"), &Origin::of("a wall"), Durability::Temporary, &|_, _| ())?;
 //! let store = Store::open(&summary.path)?;
 //! let surfels: usize = store.entries().map(|e| e.own.surfels as usize).sum();
 //! assert!(surfels > 400 && store.origin().text == "a wall");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod buckets;
-mod cache;
 mod code;
 mod density;
 mod error;
 mod free_voxels;
 mod fuser;
 mod lattice;
+mod loose_surfels;
+mod mix_hasher;
 mod moments;
 mod narrow_moments;
 mod normal;
 mod open_tiles;
 mod patch;
 mod recent_voxels;
-mod room;
-mod sample;
-mod scratch;
 mod store;
 mod support;
 mod surfel;
 mod tally;
+mod tile;
 mod tile_moments;
+mod tile_source;
+mod tile_surfels;
 mod tile_table;
-mod tiles;
+mod triangle_sampler;
 mod window;
-mod work;
 
-pub use buckets::TileBuckets;
-pub use cache::{BudgetCache, NextUse, Weight};
 pub use density::DensityProbe;
+pub use dmp_disk::TileId;
 pub use error::MapError;
 pub use free_voxels::{FreeVoxels, MarkBuffers};
-pub use fuser::{FuseScratch, MapFuser, SCRATCH_VOXEL_BYTES};
-pub use lattice::{Lattice, TileId, UNITS_PER_M};
+pub use fuser::{FuseBuffers, MapFuser, SCRATCH_VOXEL_BYTES};
+pub use lattice::{Lattice, UNITS_PER_M};
+pub use loose_surfels::{LooseSurfels, WorldSurfel};
 pub use normal::smallest_eigenvector;
 pub use patch::{PatchBuilder, PatchWriter, Patches, PlacedPatches, Placement};
-pub use room::{FreeSpace, free_space};
-pub use sample::TriangleSampler;
-pub use store::{
-    Blob, Durability, Form, MappedBytes, Origin, OwnDisc, Store, StoreSummary, StoredTiles,
-    StoredTilesWriter, Tile, TileEntry, VERSION,
-};
+pub use store::{Blob, Durability, Origin, OwnDisc, Store, StoreSummary, TileEntry, VERSION};
 pub use support::{Independence, Support};
 pub use surfel::Surfel;
 pub use tally::{Crossing, Met, Tally};
+pub use tile::{Tile, TileExtent};
+pub use tile_source::TileSource;
 pub use tile_table::TileTable;
-pub use tiles::{LooseSurfels, TileExtent, TileSource, WorldSurfel};
-pub use work::WorkFolder;
+pub use triangle_sampler::TriangleSampler;

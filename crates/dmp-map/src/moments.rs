@@ -1,3 +1,5 @@
+//! Sums over the points of a voxel, as exact integers.
+
 use crate::Support;
 use crate::lattice::Voxel;
 

@@ -1,3 +1,5 @@
+//! The sums of a voxel in few bytes, as long as they are small.
+
 use crate::Support;
 use crate::moments::Moments;
 

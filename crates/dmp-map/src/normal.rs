@@ -1,3 +1,5 @@
+//! The normal of a cloud: the smallest eigenvector of its covariance.
+
 /// The eigenvector of the smallest eigenvalue of a symmetric 3×3 matrix (xx, xy, xz, yy, yz, zz), of
 /// unit length, its largest component positive; and the three eigenvalues, ascending.
 ///

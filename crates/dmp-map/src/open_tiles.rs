@@ -1,11 +1,13 @@
+//! What is summed up of tiles, in memory under a byte budget.
+
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use crate::MapError;
-use crate::lattice::TileId;
-use crate::tile_moments::MixHasher;
+use dmp_disk::{DiskError, TileId};
+
+use crate::mix_hasher::MixHasher;
 
 /// Locks over which tiles are spread, so that threads rarely wait for each other.
 const SHARDS: usize = 64;
@@ -67,8 +69,8 @@ impl<T: Sums> OpenTiles<T> {
     /// Over the budget, hands the tiles unused for longest to `put_aside` until three quarters of it remain.
     pub(crate) fn keep_budget(
         &self,
-        put_aside: impl Fn(TileId, T) -> Result<(), MapError>,
-    ) -> Result<(), MapError> {
+        put_aside: impl Fn(TileId, T) -> Result<(), DiskError>,
+    ) -> Result<(), DiskError> {
         if self.bytes.load(Ordering::Relaxed) <= self.budget_bytes {
             return Ok(());
         }

@@ -1,3 +1,5 @@
+//! Sums up points by voxels before they go to the map.
+
 use crate::MapError;
 use crate::lattice::{InVoxel, Lattice};
 use crate::narrow_moments::PackedSums;

@@ -1,3 +1,5 @@
+//! Which parts of the drive saw a surfel, and what that makes independent.
+
 /// Which segments of the drive a surfel was seen in, as far as independence needs it: the three lowest
 /// and the three highest segments of its observations, with multiplicity.
 ///

@@ -1,9 +1,11 @@
+//! Counts how rays met surfels, out of core.
+
 use std::path::Path;
 
+use dmp_disk::{ScratchFile, TileId};
+
 use crate::MapError;
-use crate::lattice::TileId;
 use crate::open_tiles::{OpenTiles, Sums};
-use crate::scratch::Scratch;
 
 /// How rays met one surfel. Counts stop at 2³² − 1, which no order of adding changes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -54,7 +56,7 @@ impl Sums for Vec<Met> {
 #[derive(Debug)]
 pub struct Tally {
     open: OpenTiles<Vec<Met>>,
-    scratch: Scratch<Record>,
+    scratch: ScratchFile<Record>,
 }
 
 impl Tally {
@@ -64,7 +66,7 @@ impl Tally {
     /// # Errors
     /// When the scratch file cannot be made.
     pub fn new(budget_bytes: usize, scratch_folder: &Path) -> Result<Self, MapError> {
-        Ok(Self { open: OpenTiles::new(budget_bytes), scratch: Scratch::new(scratch_folder)? })
+        Ok(Self { open: OpenTiles::new(budget_bytes), scratch: ScratchFile::new(scratch_folder)? })
     }
 
     /// Bytes of counts put aside so far.
@@ -95,7 +97,8 @@ impl Tally {
             let records: Vec<Record> =
                 counted.map(|(surfel, met)| Record { surfel, through: met.through, on: met.on }).collect();
             self.scratch.append(tile, &records)
-        })
+        })?;
+        Ok(())
     }
 
     /// The counts of a tile's `surfels` surfels, copies over its borders among them.

@@ -1,14 +1,17 @@
+//! The voxel sums of one tile while it is being fused.
+
 use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::hash::BuildHasherDefault;
 
 use crate::lattice::Voxel;
+use crate::mix_hasher::MixHasher;
 use crate::moments::{Moments, VoxelRecord};
 use crate::narrow_moments::{NarrowMoments, PackedSums};
 
 /// Voxels along the edge of a brick.
 const BRICK_EDGE: u32 = 4;
 const BRICK_VOXELS: usize = (BRICK_EDGE * BRICK_EDGE * BRICK_EDGE) as usize;
-/// Sums that a brick gets room for at a time.
+/// Sums that are set aside for a brick at a time.
 const GROUP: usize = 4;
 /// Voxels whose sums are looked up together.
 const TOGETHER: usize = 128;
@@ -171,35 +174,6 @@ fn corner_of_brick(voxel: Voxel) -> Voxel {
 fn voxel_at(corner: Voxel, place: usize) -> Voxel {
     let [z, y, x] = [BRICK_EDGE * BRICK_EDGE, BRICK_EDGE, 1].map(|step| place as u32 / step % BRICK_EDGE);
     Voxel { z: corner.z + z as i32, y: corner.y + y as u16, x: corner.x + x as u16 }
-}
-
-/// One multiplication and a fold: brick keys are small integers that nobody chooses to collide.
-#[derive(Debug, Default)]
-pub(crate) struct MixHasher(u64);
-
-impl Hasher for MixHasher {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            self.write_u64(u64::from(byte));
-        }
-    }
-
-    fn write_u32(&mut self, n: u32) {
-        self.write_u64(n.into());
-    }
-
-    fn write_i32(&mut self, n: i32) {
-        self.write_u64(u64::from(n as u32));
-    }
-
-    fn write_u64(&mut self, n: u64) {
-        let product = (u128::from(self.0 ^ n) + 1) * 0x9e37_79b9_7f4a_7c15;
-        self.0 = (product >> 64) as u64 ^ product as u64;
-    }
 }
 
 #[cfg(test)]

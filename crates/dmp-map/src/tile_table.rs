@@ -1,8 +1,11 @@
+//! A table of what belongs to which tile, for the few tiles that a scan touches.
+
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
-use crate::lattice::TileId;
-use crate::tile_moments::MixHasher;
+use dmp_disk::TileId;
+
+use crate::mix_hasher::MixHasher;
 
 /// Tiles whose x and y are the same in their last bits share a place of the table.
 const PLACES_EDGE: i32 = 16;

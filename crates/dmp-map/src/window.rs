@@ -1,3 +1,5 @@
+//! Locates points in voxels, many at a time.
+
 use crate::MapError;
 use crate::lattice::{Lattice, SHIFT, UNITS_PER_M};
 

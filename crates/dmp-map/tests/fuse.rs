@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use dmp_map::{Durability, FuseScratch, Independence, Lattice, MapFuser, Store, UNITS_PER_M};
+use dmp_map::{Durability, FuseBuffers, Independence, Lattice, MapFuser, Store, UNITS_PER_M};
 
 type Point = [f64; 3];
 
@@ -46,7 +46,7 @@ fn fuse(
         for part in parts {
             let fuser = &fuser;
             scope.spawn(move || {
-                let mut buffers = FuseScratch::default();
+                let mut buffers = FuseBuffers::default();
                 for &s in part {
                     fuser.add(&scans[s], Some(s as i32), &mut buffers).unwrap();
                 }
@@ -56,7 +56,7 @@ fn fuse(
     assert_eq!(fuser.points(), scans.iter().map(|s| s.len() as u64).sum::<u64>());
     assert_eq!(budget_bytes < 1 << 30, fuser.scratch_bytes() > 0, "the small budget must be felt");
     let path = folder.join("map.dmpmap");
-    fuser.finish(&path, &dmp_map::Origin::of("test"), Durability::Scratch, &|_, _| ()).unwrap();
+    fuser.finish(&path, &dmp_map::Origin::of("test"), Durability::Temporary, &|_, _| ()).unwrap();
     std::fs::read(path).unwrap()
 }
 
@@ -211,7 +211,7 @@ fn a_map_put_down_and_taken_up_again_has_the_same_bytes() {
     let forward: Vec<usize> = (0..scans.len()).collect();
     let whole = fuse(folder.path(), &scans, &forward, usize::MAX, 1);
     let (lattice, scratch) = (Lattice::new(0.2).unwrap(), folder.path().join("scratch"));
-    let mut buffers = FuseScratch::default();
+    let mut buffers = FuseBuffers::default();
     let mut fuser = MapFuser::with_scratch(lattice, 1 << 20, &scratch).unwrap();
     for (s, points) in scans.iter().enumerate() {
         fuser.add(points, Some(s as i32), &mut buffers).unwrap();
@@ -224,7 +224,7 @@ fn a_map_put_down_and_taken_up_again_has_the_same_bytes() {
         }
     }
     let path = folder.path().join("resumed.dmpmap");
-    fuser.finish(&path, &dmp_map::Origin::of("test"), Durability::Scratch, &|_, _| ()).unwrap();
+    fuser.finish(&path, &dmp_map::Origin::of("test"), Durability::Temporary, &|_, _| ()).unwrap();
     assert!(std::fs::read(path).unwrap() == whole);
 }
 
@@ -233,7 +233,7 @@ fn a_scratch_file_that_lost_its_end_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let (lattice, scratch) = (Lattice::new(0.2).unwrap(), folder.path().join("scratch"));
     let fuser = MapFuser::with_scratch(lattice, 1 << 20, &scratch).unwrap();
-    fuser.add(&scans([0.0; 3])[0], Some(0), &mut FuseScratch::default()).unwrap();
+    fuser.add(&scans([0.0; 3])[0], Some(0), &mut FuseBuffers::default()).unwrap();
     let state = fuser.put_down().unwrap();
     let bytes = std::fs::read(&scratch).unwrap();
     std::fs::write(&scratch, &bytes[..bytes.len() - 1]).unwrap();
@@ -243,6 +243,6 @@ fn a_scratch_file_that_lost_its_end_is_refused() {
     let changed = MapFuser::resume(lattice, 1 << 20, &scratch, &state).unwrap();
     let path = folder.path().join("map.dmpmap");
     let error =
-        changed.finish(&path, &dmp_map::Origin::of("test"), Durability::Scratch, &|_, _| ()).unwrap_err();
+        changed.finish(&path, &dmp_map::Origin::of("test"), Durability::Temporary, &|_, _| ()).unwrap_err();
     assert!(error.to_string().contains("changed on disk"), "{error}");
 }

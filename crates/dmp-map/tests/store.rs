@@ -4,7 +4,8 @@
 
 use std::path::{Path, PathBuf};
 
-use dmp_map::{Durability, FuseScratch, Lattice, MapError, MapFuser, Store};
+use dmp_disk::DiskError;
+use dmp_map::{Durability, FuseBuffers, Lattice, MapError, MapFuser, Store};
 
 fn small_store(folder: &Path) -> PathBuf {
     let fuser = MapFuser::new(Lattice::new(0.5).unwrap(), usize::MAX, folder).unwrap();
@@ -13,7 +14,7 @@ fn small_store(folder: &Path) -> PathBuf {
             [29.0 + f64::from(i % 70) * 0.1, 1.0 + f64::from(i / 70) * 0.1, f64::from(i * 31 % 17) * 0.01]
         })
         .collect();
-    fuser.add(&points, Some(3), &mut FuseScratch::default()).unwrap();
+    fuser.add(&points, Some(3), &mut FuseBuffers::default()).unwrap();
     let path = folder.join("small.dmpmap");
     let summary = fuser
         .finish(&path, &dmp_map::Origin::of("a patch of ground"), Durability::Durable, &|_, _| ())
@@ -81,7 +82,7 @@ fn other_versions_and_other_files_are_told_apart() {
     }
     std::fs::write(&path, vec![b'x'; 500]).unwrap();
     assert!(matches!(Store::open(&path), Err(MapError::NotAStore { .. })));
-    assert!(matches!(Store::open(&folder.path().join("none")), Err(MapError::Io { .. })));
+    assert!(matches!(Store::open(&folder.path().join("none")), Err(MapError::Disk(DiskError::Io { .. }))));
 }
 
 #[test]
@@ -89,7 +90,7 @@ fn an_empty_map_is_a_map() {
     let folder = tempfile::tempdir().unwrap();
     let fuser = MapFuser::new(Lattice::new(0.2).unwrap(), usize::MAX, folder.path()).unwrap();
     let path = folder.path().join("empty.dmpmap");
-    fuser.finish(&path, &dmp_map::Origin::of(""), Durability::Scratch, &|_, _| ()).unwrap();
+    fuser.finish(&path, &dmp_map::Origin::of(""), Durability::Temporary, &|_, _| ()).unwrap();
     let store = Store::open(&path).unwrap();
     assert_eq!((store.surfels(), store.bounds()), (0, None));
 }
@@ -99,7 +100,7 @@ fn a_store_that_cannot_be_written_leaves_what_was_there() {
     let folder = tempfile::tempdir().unwrap();
     let fuser = MapFuser::new(Lattice::new(0.2).unwrap(), usize::MAX, folder.path()).unwrap();
     let path = folder.path().join("no/such/folder/map.dmpmap");
-    let error = fuser.finish(&path, &dmp_map::Origin::of(""), Durability::Scratch, &|_, _| ()).unwrap_err();
+    let error = fuser.finish(&path, &dmp_map::Origin::of(""), Durability::Temporary, &|_, _| ()).unwrap_err();
     assert!(error.to_string().contains("map.dmpmap"), "{error}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }

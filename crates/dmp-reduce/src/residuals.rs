@@ -17,9 +17,6 @@ pub struct Residuals {
     pub nearest_m: Option<f64>,
     /// z − zc, to the first independent surfel crossed.
     pub independent_m: Option<f64>,
-    /// |n·d| between that surfel's normal and the ray: 1 where it is hit squarely. In no score of the report:
-    /// the study looks at it.
-    pub independent_cos: Option<f32>,
     /// Whether an independent crossing exists even when five segments to either side are left out.
     pub revisited: bool,
     /// Of a depth camera, where there is a z1: the first residual as the camera has it.
@@ -69,20 +66,18 @@ impl Residuals {
         first_m: None,
         nearest_m: None,
         independent_m: None,
-        independent_cos: None,
         revisited: false,
         depth: None,
         surfaces: [SurfaceGroup::NONE; 2],
     };
 
-    /// One surfel crossed squarely, independent of the return and revisited, `residual_m` short of it.
+    /// One surfel crossed, independent of the return and revisited, `residual_m` short of it.
     pub fn all(residual_m: f64) -> Self {
         let residual = Some(residual_m);
         Self {
             first_m: residual,
             nearest_m: residual,
             independent_m: residual,
-            independent_cos: Some(1.0),
             revisited: true,
             depth: None,
             surfaces: [SurfaceGroup::NONE; 2],
@@ -172,7 +167,6 @@ mod tests {
             first_m: Some(f64::INFINITY),
             nearest_m: Some(0.1),
             independent_m: Some(f64::NAN),
-            independent_cos: Some(1.0),
             ..Residuals::MISS
         };
         let squares = Squares::of(&residuals, Scales::Drive);

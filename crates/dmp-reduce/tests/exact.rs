@@ -21,7 +21,6 @@ fn residuals() -> impl Strategy<Value = Residuals> {
                 .filter(|_| near)
                 .map(|first: f64| if first.abs() < 5.0 { first } else { nearest }),
             independent_m: first_m.filter(|_| !own).map(|_| zc),
-            independent_cos: None,
             revisited: revisited && !own,
             depth: first_m.map(|m| DepthResidual { first_m: 0.8 * m, first_sigmas: 7.0 * m }),
             surfaces: [SurfaceGroup::of_cube([cube, 0, 0]); 2],

@@ -3,7 +3,8 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use dmp_map::{Lattice, SCRATCH_VOXEL_BYTES, free_space};
+use dmp_disk::disk_space;
+use dmp_map::{Lattice, SCRATCH_VOXEL_BYTES};
 use dmp_sensor::{Ray, Scan};
 
 use crate::config::MapSource;
@@ -149,7 +150,7 @@ impl DiskNeed {
         let mut work = Target { folder: &means.work_folder, option: "--work", bytes: self.work };
         let mut saved = None;
         if let Some(folder) = &means.save_maps {
-            let same = matches!((free_space(folder), free_space(work.folder)),
+            let same = matches!((disk_space(folder), disk_space(work.folder)),
                 (Some(a), Some(b)) if a.file_system == b.file_system);
             if same {
                 work.bytes.about += self.saved.about;
@@ -160,7 +161,7 @@ impl DiskNeed {
         }
         let mut warnings = Vec::new();
         for place in [work].into_iter().chain(saved) {
-            warnings.extend(place.check(free_space(place.folder).map(|free| free.bytes))?);
+            warnings.extend(place.check(disk_space(place.folder).map(|free| free.free_bytes))?);
         }
         Ok((!warnings.is_empty()).then(|| warnings.join("; ")))
     }

@@ -193,6 +193,11 @@ fn mebibytes(bytes: usize) -> String {
 }
 
 impl EvaluateError {
+    /// From the work folder.
+    pub(crate) fn work(source: impl Into<MapError>) -> Self {
+        Self::Work(source.into())
+    }
+
     pub(crate) fn map_of(run: &str) -> impl Fn(MapError) -> Self {
         move |source| Self::Map { run: run.to_owned(), source }
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dmp_log::{LengthUnit, is_mesh, read_cloud, read_mesh};
-use dmp_map::{FuseScratch, Lattice, MapError, MapFuser, Store, TriangleSampler};
+use dmp_map::{FuseBuffers, Lattice, MapError, MapFuser, Store, TriangleSampler};
 use dmp_reduce::Scales;
 use dmp_sensor::{Isometry3, Point3};
 
@@ -84,7 +84,7 @@ pub(crate) fn voxel_of_stores(
 
 fn is_store(path: &Path) -> bool {
     // Whatever is wrong with the file is better said by the one that reads it as a whole.
-    !matches!(Store::open(path), Err(dmp_map::MapError::NotAStore { .. } | dmp_map::MapError::Io { .. }))
+    !matches!(Store::open(path), Err(dmp_map::MapError::NotAStore { .. } | dmp_map::MapError::Disk(_)))
 }
 
 /// What a given cloud or mesh brought.
@@ -107,7 +107,7 @@ pub(crate) fn fuse_given(
 ) -> Result<GivenMap, EvaluateError> {
     progress.begin(Stage::ReadMap, 0);
     let (fuser, world_from_own) = into;
-    let buffers = FuseScratch::default();
+    let buffers = FuseBuffers::default();
     let mut points = Points { fuser, world_from_own, run, progress, buffers, batch: Vec::new() };
     let mut given = if is_mesh(path)? {
         fuse_mesh(path, unit, &mut points)?
@@ -129,7 +129,7 @@ struct Points<'a> {
     world_from_own: &'a Isometry3<f64>,
     run: &'a str,
     progress: &'a dyn Progress,
-    buffers: FuseScratch,
+    buffers: FuseBuffers,
     batch: Vec<[f64; 3]>,
 }
 

@@ -3,8 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use dmp_disk::WorkFolder;
 use dmp_log::ScanLog;
-use dmp_map::{Lattice, MapFuser, Origin, Store, WorkFolder};
+use dmp_map::{Lattice, MapFuser, Origin, Store};
 use dmp_reduce::Scales;
 use dmp_sensor::Isometry3;
 
@@ -83,7 +84,7 @@ pub fn map_of_cloud<'a>(
     // A cloud does not say what made it: it is taken for that of a drive.
     let (settings, means) = config.on_scales(Scales::Drive)?;
     let pool = pool(means.threads)?;
-    let work = WorkFolder::new(&means.work_folder).map_err(EvaluateError::Work)?;
+    let work = WorkFolder::new(&means.work_folder).map_err(EvaluateError::work)?;
     let usual_m = match settings.scales {
         Scales::Drive => CLOUD_VOXEL_M,
         Scales::Room => ROOM_CLOUD_VOXEL_M,

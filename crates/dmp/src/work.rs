@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use dmp_disk::{DiskError, WorkFolder};
 use dmp_log::ScanLog;
-use dmp_map::{MapError, WorkFolder};
 use dmp_reduce::{RunSums, Seen};
 use dmp_sensor::ReturnCounts;
 use serde::Serialize;
@@ -133,11 +133,11 @@ impl Work {
         } else {
             match WorkFolder::of(parent, &identity(log, runs, settings, means)?, means.resume) {
                 // Somebody evaluates the same at the same time: each in a folder of its own.
-                Err(MapError::Locked { .. }) if !means.resume => WorkFolder::new(parent),
+                Err(DiskError::Locked { .. }) if !means.resume => WorkFolder::new(parent),
                 folder => folder,
             }
         };
-        let folder = folder.map_err(EvaluateError::Work)?;
+        let folder = folder.map_err(EvaluateError::work)?;
         let pool = pool(means.threads)?;
         let resumed = folder.has_checkpoint();
         let (every, last) = (means.checkpoint_every, Mutex::new(Instant::now()));
@@ -180,13 +180,13 @@ impl Work {
 
     pub(crate) fn save<C: Checkpoint>(&self, round: Round, state: &C) -> Result<(), EvaluateError> {
         let bytes = postcard::to_allocvec(state).map_err(EvaluateError::Checkpoint)?;
-        self.folder.save(&name::<C>(round), &bytes).map_err(EvaluateError::Work)?;
+        self.folder.save(&name::<C>(round), &bytes).map_err(EvaluateError::work)?;
         *self.last.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
         Ok(())
     }
 
     pub(crate) fn load<C: Checkpoint>(&self, round: Round) -> Result<Option<C>, EvaluateError> {
-        let Some(bytes) = self.folder.load(&name::<C>(round)).map_err(EvaluateError::Work)? else {
+        let Some(bytes) = self.folder.load(&name::<C>(round)).map_err(EvaluateError::work)? else {
             return Ok(None);
         };
         postcard::from_bytes(&bytes).map(Some).map_err(EvaluateError::Checkpoint)
@@ -199,7 +199,7 @@ impl Work {
 
     /// Brings a file to disk that a checkpoint will speak of.
     pub(crate) fn sync(&self, file: &Path) -> Result<(), EvaluateError> {
-        self.folder.sync(file).map_err(EvaluateError::Work)
+        self.folder.sync(file).map_err(EvaluateError::work)
     }
 
     /// Removes the folder's files whose names end in `.extension`.

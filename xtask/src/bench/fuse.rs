@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use clap::Args;
 use dmp_log::{LogOptions, open_log, read_trajectory};
-use dmp_map::{Durability, FuseScratch, Lattice, MapFuser};
+use dmp_map::{Durability, FuseBuffers, Lattice, MapFuser};
 use dmp_sensor::{EgoMask, Isometry3, Ray, ReturnFilter, Scan, Track};
 
 use super::{circumstances, on_core_s, spread};
@@ -79,13 +79,14 @@ fn fuse(scans: &[PosedScan], voxel_m: f64) -> anyhow::Result<Taken> {
     let folder = tempfile::tempdir_in("/var/tmp")?;
     let start_s = on_core_s()?;
     let fuser = MapFuser::new(Lattice::new(voxel_m)?, usize::MAX, folder.path())?;
-    let mut buffers = FuseScratch::default();
+    let mut buffers = FuseBuffers::default();
     for scan in scans {
         fuser.add(&scan.points_in_world_m, Some(scan.segment), &mut buffers)?;
     }
     let added_s = on_core_s()?;
     let path = folder.path().join("fused.dmpmap");
-    let summary = fuser.finish(&path, &dmp_map::Origin::of("benchmark"), Durability::Scratch, &|_, _| ())?;
+    let summary =
+        fuser.finish(&path, &dmp_map::Origin::of("benchmark"), Durability::Temporary, &|_, _| ())?;
     let finish_s = on_core_s()? - added_s;
     let (surfels, voxels) = (summary.surfels, summary.surfels + summary.thin_voxels);
     Ok(Taken { add_s: added_s - start_s, finish_s, surfels, voxels })

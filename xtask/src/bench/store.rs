@@ -1,4 +1,4 @@
-//! The two forms of a map on disk: how large, and how long until rays can be cast into it.
+//! A map on disk: how large, and how long until rays can be cast into it.
 
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
@@ -7,13 +7,13 @@ use std::time::Instant;
 use anyhow::Context as _;
 use clap::Args;
 use dmp::{Config, Run, fuse_maps};
-use dmp_cast::{CastSource, ReadyMap, ReadyTile};
-use dmp_map::{Durability, Store, StoreSummary, Tile, TileEntry, TileId};
+use dmp_cast::CastTile;
+use dmp_map::{Store, Tile, TileEntry, TileId};
 
 use super::cast::scene::{SCENES, SimulatedDrive};
 use super::{circumstances, drop_pages, spread};
 
-/// Maps in the archive form and in the cast-ready form: bytes, and time to load, warm and cold
+/// Stored maps: bytes, and time to load, warm and cold
 #[derive(Debug, Args)]
 pub(crate) struct StoreArgs {
     /// Names of the simulated scenes, as of `bench cast`
@@ -42,7 +42,7 @@ pub(crate) fn run(arguments: &StoreArgs) -> anyhow::Result<()> {
     );
     if let Some(path) = &arguments.store {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        return measure(&name, path, folder.path(), arguments.runs);
+        return measure(&name, path, arguments.runs);
     }
     let drive = SimulatedDrive::new(arguments.scans as usize, folder.path())?;
     for name in &arguments.scenes {
@@ -51,57 +51,51 @@ pub(crate) fn run(arguments: &StoreArgs) -> anyhow::Result<()> {
         let config =
             Config { voxel_m: Some(voxel_m), save_maps: Some(folder.path().into()), ..Config::default() };
         drop(fuse_maps(drive.log.as_ref(), &[Run::new(name, drive.truth.clone())], &config, ())?);
-        measure(name, &folder.path().join(format!("{name}.dmpmap")), folder.path(), arguments.runs)?;
+        measure(name, &folder.path().join(format!("{name}.dmpmap")), arguments.runs)?;
     }
     Ok(())
 }
 
-fn measure(name: &str, archive: &Path, folder: &Path, runs: u32) -> anyhow::Result<()> {
-    let ready = folder.join(format!("{name}.dmpcast"));
-    let store = Store::open(archive)?;
-    let start = Instant::now();
-    let written = ReadyMap::write(&store, &ready, Durability::Durable, &|_, _| ())?;
-    let writing_s = start.elapsed().as_secs_f64();
-    let StoreSummary { surfels, border_copies, tiles, .. } = written;
+fn measure(name: &str, path: &Path, runs: u32) -> anyhow::Result<()> {
+    let store = Store::open(path)?;
+    let surfels = store.surfels();
+    let copies: u64 = store.entries().map(|entry| u64::from(entry.borders.surfels)).sum();
     println!(
-        "\n{name}: {surfels} surfels and {border_copies} copies in {tiles} tiles, voxels of {:.2} m; \
-         cast-ready form written in {writing_s:.2} s",
+        "\n{name}: {surfels} surfels and {copies} copies in {} tiles, voxels of {:.2} m",
+        store.entries().count(),
         store.lattice().voxel_m()
     );
     let ids = in_order(store.entries());
     drop(store);
     let per = 1e9 / surfels as f64;
 
-    println!("{:<12}{:>18}{:>10}  until rays can be cast, ns a surfel", "form", "bytes a surfel", "MB");
+    println!("{:>18}{:>10}  until rays can be cast, ns a surfel", "bytes a surfel", "MB");
     println!(
-        "{:<40}{:>10}{:>18}{:>10}{:>18}{:>10}",
+        "{:<28}{:>10}{:>18}{:>10}{:>18}{:>10}",
         "", "warm", "least – largest", "cold", "least – largest", "MB read"
     );
-    for (form, path) in [("archive", archive), ("cast-ready", &ready)] {
-        let bytes = std::fs::metadata(path)?.len();
-        let (mut warm_s, mut cold_s, mut read_bytes) = (Vec::new(), Vec::new(), 0);
-        // Twice, so that both find what the last load left behind.
-        for _ in 0..runs {
-            drop_pages(path)?;
-            let before = bytes_read()?;
-            cold_s.push(load(path, &ids)?);
-            read_bytes = bytes_read()? - before;
-            warm_s.push(load(path, &ids)?);
-        }
-        let [warm, cold] = [warm_s, cold_s].map(|times_s| spread(times_s).map(|time_s| time_s * per));
-        println!(
-            "{form:<12}{:>18.2}{:>10.1}{:>10.1}{:>18}{:>10.1}{:>18}{:>10.1}",
-            bytes as f64 / surfels as f64,
-            bytes as f64 / 1e6,
-            warm[0],
-            format!("{:.1} – {:.1}", warm[1], warm[2]),
-            cold[0],
-            format!("{:.1} – {:.1}", cold[1], cold[2]),
-            read_bytes as f64 / 1e6
-        );
+    let bytes = std::fs::metadata(path)?.len();
+    let (mut warm_s, mut cold_s, mut read_bytes) = (Vec::new(), Vec::new(), 0);
+    for _ in 0..runs {
+        drop_pages(path)?;
+        let before = bytes_read()?;
+        cold_s.push(load(path, &ids)?);
+        read_bytes = bytes_read()? - before;
+        warm_s.push(load(path, &ids)?);
     }
+    let [warm, cold] = [warm_s, cold_s].map(|times_s| spread(times_s).map(|time_s| time_s * per));
+    println!(
+        "{:>18.2}{:>10.1}{:>10.1}{:>18}{:>10.1}{:>18}{:>10.1}",
+        bytes as f64 / surfels as f64,
+        bytes as f64 / 1e6,
+        warm[0],
+        format!("{:.1} – {:.1}", warm[1], warm[2]),
+        cold[0],
+        format!("{:.1} – {:.1}", cold[1], cold[2]),
+        read_bytes as f64 / 1e6
+    );
     println!("{:<40}{:>10}{:>18}", "steps, warm", "ns", "least – largest");
-    for (step, times_s) in steps(archive, &ready, &ids, runs)? {
+    for (step, times_s) in steps(path, &ids, runs)? {
         let [median, least, largest] = spread(times_s).map(|time_s| time_s * per);
         println!("{step:<40}{median:>10.1}{:>18}", format!("{least:.1} – {largest:.1}"));
     }
@@ -111,40 +105,22 @@ fn measure(name: &str, archive: &Path, folder: &Path, runs: u32) -> anyhow::Resu
 /// Opens a map and makes every tile ready; seconds.
 fn load(path: &Path, ids: &[TileId]) -> anyhow::Result<f64> {
     let start = Instant::now();
-    let map: Box<dyn CastSource> = if path.extension().is_some_and(|extension| extension == "dmpcast") {
-        Box::new(ReadyMap::open(path)?)
-    } else {
-        Box::new(Store::open(path)?)
-    };
+    let store = Store::open(path)?;
+    let radius_m = store.lattice().disc_radius_m() as f32;
     for &id in ids {
-        drop(black_box(map.load_ready(id)?));
+        black_box(store.load(id)?.map(|tile| CastTile::build(&tile, radius_m)));
     }
     Ok(start.elapsed().as_secs_f64())
 }
 
 /// What loading consists of, each over all tiles; seconds.
-fn steps(
-    archive: &Path,
-    ready: &Path,
-    ids: &[TileId],
-    runs: u32,
-) -> anyhow::Result<Vec<(&'static str, Vec<f64>)>> {
-    let mut times: Vec<(&str, Vec<f64>)> = [
-        "archive: checksums",
-        "archive: unzip",
-        "archive: codes to surfels",
-        "archive: tree",
-        "cast-ready: checksums",
-        "cast-ready: look through trees",
-        "cast-ready: a tile that was used before",
-    ]
-    .map(|step| (step, Vec::new()))
-    .into();
-    let store = Store::open(archive)?;
+fn steps(path: &Path, ids: &[TileId], runs: u32) -> anyhow::Result<Vec<(&'static str, Vec<f64>)>> {
+    let mut times: Vec<(&str, Vec<f64>)> =
+        ["checksums", "unzip", "codes to surfels", "tree"].map(|step| (step, Vec::new())).into();
+    let store = Store::open(path)?;
     let radius_m = store.lattice().disc_radius_m() as f32;
     for _ in 0..runs {
-        let mapped = ReadyMap::open(ready)?;
-        let mut taken_s = [0.0; 7];
+        let mut taken_s = [0.0; 4];
         for &id in ids {
             let entry = store.entry(id).context("a tile")?;
             let blobs = [&entry.own, &entry.borders].into_iter().filter(|blob| blob.surfels > 0);
@@ -161,26 +137,9 @@ fn steps(
             let unzip_s = clock.lap_s();
             let tile: Option<Tile> = store.load(id)?;
             let load_s = clock.lap_s();
-            black_box(tile.map(|tile| ReadyTile::build(&tile, radius_m)));
+            black_box(tile.map(|tile| CastTile::build(&tile, radius_m)));
             let tree_s = clock.lap_s();
-            let entry = mapped.file().entry(id).context("a tile")?;
-            for blob in [&entry.own, &entry.borders] {
-                black_box(mapped.file().blob(id, blob)?);
-            }
-            let mapped_checksums_s = clock.lap_s();
-            black_box(mapped.load_ready(id)?);
-            let first_s = clock.lap_s();
-            black_box(mapped.load_ready(id)?);
-            let again_s = clock.lap_s();
-            let all = [
-                checksums_s,
-                unzip_s,
-                (load_s - checksums_s - unzip_s).max(0.0),
-                tree_s,
-                mapped_checksums_s,
-                (first_s - mapped_checksums_s).max(0.0),
-                again_s,
-            ];
+            let all = [checksums_s, unzip_s, (load_s - checksums_s - unzip_s).max(0.0), tree_s];
             taken_s.iter_mut().zip(all).for_each(|(sum, time_s)| *sum += time_s);
         }
         times.iter_mut().zip(taken_s).for_each(|((_, times_s), time_s)| times_s.push(time_s));

@@ -186,14 +186,6 @@ fn scores(study: &Study, index: usize, frames: &[Frame]) -> BTreeMap<String, Opt
             scores.insert(format!("R_cv({t}) κ={kappa}"), Some(all));
         }
     }
-    for (k, t) in CV_M.iter().enumerate() {
-        let hits = total(of_run().map(|frame| frame.square_on[k]));
-        let mean = (hits.returns > 0.0).then(|| hits.sum_m2 / hits.returns);
-        scores.insert(format!("R_cv({t}) cos² hits"), mean);
-        let missing = returns - hits.returns;
-        scores
-            .insert(format!("R_cv({t}) cos² κ=0.15"), Some((hits.sum_m2 + 0.15 * t * t * missing) / returns));
-    }
     for (k, t) in NEAR_M.iter().enumerate() {
         let hits = total(of_run().map(|frame| frame.near[k]));
         scores.insert(format!("R_near({t})"), (hits.returns > 0.0).then(|| hits.sum_m2 / hits.returns));
@@ -219,11 +211,6 @@ fn shares(report: &Report, index: usize) -> BTreeMap<String, Option<f64>> {
 /// Name of `R_cv(t)` over the returns with zc in both runs.
 pub(super) fn common_cv(t: f64) -> String {
     format!("R_cv({t}) common")
-}
-
-/// The same with every square weighed by the incidence, cos².
-pub(super) fn square_on(t: f64) -> String {
-    format!("R_cv({t}) cos² common")
 }
 
 fn pair_results(
@@ -259,7 +246,6 @@ fn pair_results(
         };
         for (k, t) in CV_M.iter().enumerate() {
             single(common_cv(*t), Score::Cv(k));
-            single(square_on(*t), Score::SquareOn(k));
         }
         for (k, t) in NEAR_M.iter().enumerate() {
             single(format!("R_near({t})"), Score::Near(k));

@@ -33,8 +33,6 @@ pub(super) struct RunFrame {
     pub(super) returns: f64,
     /// Over returns with zc.
     pub(super) cv: [Sum; CV_M.len()],
-    /// The same with every square weighed by the incidence, cos².
-    pub(super) square_on: [Sum; CV_M.len()],
     /// Over returns with z1.
     pub(super) near: [Sum; NEAR_M.len()],
 }
@@ -43,8 +41,6 @@ pub(super) struct RunFrame {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct PairFrame {
     pub(super) cv: [Both; CV_M.len()],
-    /// The same with every square weighed by the incidence, cos².
-    pub(super) square_on: [Both; CV_M.len()],
     pub(super) near: [Both; NEAR_M.len()],
     pub(super) first: Both,
 }
@@ -76,7 +72,6 @@ impl PairFrame {
     pub(super) fn of(&self, score: Score) -> Both {
         match score {
             Score::Cv(k) => self.cv[k],
-            Score::SquareOn(k) => self.square_on[k],
             Score::Near(k) => self.near[k],
             Score::First => self.first,
         }
@@ -87,7 +82,6 @@ impl PairFrame {
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Score {
     Cv(usize),
-    SquareOn(usize),
     Near(usize),
     First,
 }
@@ -123,20 +117,15 @@ pub(super) struct Observer {
 struct Squares {
     surface: SurfaceGroup,
     cv: Option<[f64; CV_M.len()]>,
-    square_on: Option<[f64; CV_M.len()]>,
     near: Option<[f64; NEAR_M.len()]>,
     first: Option<f64>,
 }
 
 impl Squares {
     fn of(residuals: &Residuals) -> Self {
-        let cv = residuals.independent_m.map(|r| CV_M.map(|t| (r * r).min(t * t)));
         Self {
             surface: residuals.surfaces[0],
-            cv,
-            square_on: cv
-                .zip(residuals.independent_cos)
-                .map(|(cv, cos)| cv.map(|square| square * f64::from(cos * cos))),
+            cv: residuals.independent_m.map(|r| CV_M.map(|t| (r * r).min(t * t))),
             near: residuals
                 .first_m
                 .map(|_| NEAR_M.map(|t| residuals.nearest_m.map_or(t * t, |r| (r * r).min(t * t)))),
@@ -212,9 +201,6 @@ impl RunFrame {
         if let Some(cv) = squares.cv {
             self.cv.iter_mut().zip(cv).for_each(|(sum, square)| sum.add(square));
         }
-        if let Some(square_on) = squares.square_on {
-            self.square_on.iter_mut().zip(square_on).for_each(|(sum, square)| sum.add(square));
-        }
         if let Some(near) = squares.near {
             self.near.iter_mut().zip(near).for_each(|(sum, square)| sum.add(square));
         }
@@ -227,7 +213,6 @@ impl PairFrame {
             sums.iter_mut().zip(others).for_each(|(sum, other)| sum.merge(other));
         }
         all(&mut self.cv, &other.cv);
-        all(&mut self.square_on, &other.square_on);
         all(&mut self.near, &other.near);
         self.first.merge(&other.first);
     }
@@ -239,7 +224,6 @@ impl PairFrame {
             }
         }
         all(&mut self.cv, a.cv, b.cv);
-        all(&mut self.square_on, a.square_on, b.square_on);
         all(&mut self.near, a.near, b.near);
         if let (Some(a), Some(b)) = (a.first, b.first) {
             self.first.add(a, b);

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::judge::{CONSISTENCY, Spread, Tally, kinds, smaller, tally, truth_of};
 use super::result::{DriveResult, RunResult, Said};
-use super::rule::{Cascade, GUARDS, Opposing, Rule, Square};
+use super::rule::{Cascade, GUARDS, Opposing, Rule};
 use super::tables::{Table, share};
 
 /// Rules that decide pairs.
@@ -80,32 +80,23 @@ pub(super) fn cascades(chosen: &[&DriveResult], held_out: &[&DriveResult]) -> St
         ],
     );
     let scales_m = [10.0, 2.0, 0.5, 0.2];
-    let rule = |name: &str, square, scales_m: &[f64], guards| {
-        Rule::Cascade(Cascade::new(name, square, scales_m, guards))
-    };
-    let plain = |name: &str, guards| rule(name, Square::Plain, &scales_m, guards);
-    let square_on = |name: &str, guards| rule(name, Square::SquareOn, &scales_m, guards);
-    let mut beyond_doubt =
-        Cascade::new("guard .10 .05, .02 .25, beyond doubt", Square::Plain, &scales_m, GUARDS);
+    let rule = |name: &str, guards| Rule::Cascade(Cascade::new(name, &scales_m, guards));
+    let mut beyond_doubt = Cascade::new("guard .10 .05, .02 .25, beyond doubt", &scales_m, GUARDS);
     beyond_doubt.opposing = Opposing::Decided;
     let rules = [
         Rule::Command,
-        plain("no guard", None),
-        plain("guard .05 .05, .02 .25", Some([[0.05, 0.05], [0.02, 0.25]])),
-        plain("guard .10 .05, .02 .25", GUARDS),
+        rule("no guard", None),
+        rule("guard .05 .05, .02 .25", Some([[0.05, 0.05], [0.02, 0.25]])),
+        rule("guard .10 .05, .02 .25", GUARDS),
         Rule::Cascade(beyond_doubt),
-        plain("guard .20 .20, .02 .25", Some([[0.2, 0.2], [0.02, 0.25]])),
-        plain("guard .20 .40, .02 .25", Some([[0.2, 0.4], [0.02, 0.25]])),
-        plain("guard .20 .20, .05 .50", Some([[0.2, 0.2], [0.05, 0.5]])),
-        rule(
+        rule("guard .20 .20, .02 .25", Some([[0.2, 0.2], [0.02, 0.25]])),
+        rule("guard .20 .40, .02 .25", Some([[0.2, 0.4], [0.02, 0.25]])),
+        rule("guard .20 .20, .05 .50", Some([[0.2, 0.2], [0.05, 0.5]])),
+        Rule::Cascade(Cascade::new(
             "from 5 m, guard .20 .20, .02 .25",
-            Square::Plain,
             &[5.0, 2.0, 0.5, 0.2],
             Some([[0.2, 0.2], [0.02, 0.25]]),
-        ),
-        square_on("cos², no guard", None),
-        square_on("cos², guard .10 .05, .02 .25", GUARDS),
-        square_on("cos², guard .20 .20, .02 .25", Some([[0.2, 0.2], [0.02, 0.25]])),
+        )),
     ];
     for rule in rules {
         let mut row = vec![rule.name()];

@@ -2,7 +2,7 @@
 
 use dmp::Confidence;
 
-use super::evaluate::{common_cv, square_on};
+use super::evaluate::common_cv;
 use super::interval::of_each;
 use super::judge::smaller;
 use super::result::{DriveResult, PairResult, Said};
@@ -117,7 +117,7 @@ impl Cascade {
 impl Rule {
     /// The rule of docs/metric.md, from the study's own sums.
     pub(super) fn documented() -> Self {
-        Self::Cascade(Cascade::new("as documented", Square::Plain, &[10.0, 2.0, 0.5, 0.2], GUARDS))
+        Self::Cascade(Cascade::new("as documented", &[10.0, 2.0, 0.5, 0.2], GUARDS))
     }
 
     pub(super) fn name(&self) -> String {
@@ -167,31 +167,18 @@ impl Rule {
     }
 }
 
-/// What of a return is compared.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Square {
-    /// (z − zc)², truncated.
-    Plain,
-    /// That times cos² of the incidence.
-    SquareOn,
-}
-
 impl Cascade {
     /// R_cv at these truncations, one after the other, with a guard at τ = 30 m and one at 2 m: each a share of
     /// the level and one of what supports the verdict.
-    pub(super) fn new(name: &str, square: Square, scales_m: &[f64], guards: Option<[[f64; 2]; 2]>) -> Self {
-        let score = |scale_m: f64| match square {
-            Square::Plain => common_cv(scale_m),
-            Square::SquareOn => square_on(scale_m),
-        };
+    pub(super) fn new(name: &str, scales_m: &[f64], guards: Option<[[f64; 2]; 2]>) -> Self {
         let guard = |(scale_m, [opposing, of_supporting]): (f64, [f64; 2])| Guard {
-            score: score(scale_m),
+            score: common_cv(scale_m),
             opposing,
             of_supporting,
         };
         Self {
             name: name.to_owned(),
-            levels: scales_m.iter().map(|&scale_m| (score(scale_m), scale_m)).collect(),
+            levels: scales_m.iter().map(|&scale_m| (common_cv(scale_m), scale_m)).collect(),
             guard: guards
                 .map_or_else(Vec::new, |guards| [30.0, 2.0].into_iter().zip(guards).map(guard).collect()),
             opposing: Opposing::Leaning,

@@ -68,8 +68,6 @@ fn scores() -> Vec<(String, &'static str)> {
         ("R_cv(2) hits", "R_cv(2)"),
         ("R_cv(0.5) hits", "R_cv(0.5)"),
         ("R_cv(0.2) hits", "R_cv(0.2)"),
-        ("R_cv(10) cos² κ=0.15", "R_cv(10) cos²"),
-        ("R_cv(2) cos² hits", "R_cv(2) cos²"),
         ("R_near(5)", "R_near(5)"),
         ("R_near(2)", "R_near(2)"),
         ("R_near(0.5)", "R_near(0.5)"),

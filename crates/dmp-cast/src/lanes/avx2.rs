@@ -1,3 +1,5 @@
+//! Eight lanes of AVX2; two of these are sixteen.
+
 #![expect(unsafe_code, reason = "the processor's vector instructions")]
 
 use std::arch::x86_64::{
@@ -13,7 +15,7 @@ use std::arch::x86_64::{
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 
 use super::pair::Pair;
-use super::{Job, Lanes, Mask, Simd};
+use super::simd::{Job, Lanes, Mask, Simd};
 
 /// AVX2, with the bit instructions that came along with it.
 #[derive(Debug, Clone, Copy)]

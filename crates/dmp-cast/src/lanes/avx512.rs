@@ -1,3 +1,5 @@
+//! Sixteen lanes of AVX-512; eight are those of AVX2.
+
 #![expect(unsafe_code, reason = "the processor's vector instructions")]
 
 use std::arch::x86_64::{
@@ -11,7 +13,7 @@ use std::arch::x86_64::{
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 
 use super::avx2::{self, Avx2};
-use super::{Job, Lanes, Mask, Simd};
+use super::simd::{Job, Lanes, Mask, Simd};
 
 /// AVX-512 (F, VL, BW, DQ), which includes AVX2.
 #[derive(Debug, Clone, Copy)]

@@ -1,6 +1,8 @@
+//! Twice as many lanes, from two vectors.
+
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 
-use super::{Lanes, Mask};
+use super::simd::{Lanes, Mask};
 
 /// Twice as many lanes, from two vectors.
 #[derive(Debug, Clone, Copy)]

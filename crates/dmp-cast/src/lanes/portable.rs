@@ -1,36 +1,13 @@
+//! Four lanes of plain code, for the compiler to make of it what the target has.
+
 use std::array::from_fn;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 
-use super::pair::Pair;
-use super::{Job, Lanes, Mask, Simd};
+use super::simd::{Lanes, Mask};
 
-/// Plain code, for the compiler to make of it what the target always has.
+/// What every processor of the target has.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Portable;
-
-#[cfg(target_arch = "x86_64")]
-type Best = super::sse2::Four;
-#[cfg(not(target_arch = "x86_64"))]
-type Best = Four;
-
-impl Simd for Portable {
-    type Eight = Pair<Best>;
-    type Sixteen = Pair<Pair<Best>>;
-
-    #[inline(always)]
-    fn eight(self) -> Self {
-        self
-    }
-    #[inline(always)]
-    fn sixteen(self) -> Self {
-        self
-    }
-
-    #[inline(never)]
-    fn run<J: Job>(self, job: J) -> J::Output {
-        job.on(self)
-    }
-}
 
 /// Four numbers, on targets for which there is nothing better; on x86-64 in tests only.
 #[derive(Debug, Clone, Copy)]

@@ -11,7 +11,8 @@ use std::arch::x86_64::{
 };
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 
-use super::{Lanes, Mask, Portable};
+use super::portable::Portable;
+use super::simd::{Lanes, Mask};
 
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Four(__m128);

@@ -4,7 +4,8 @@ mod route;
 
 use dmp_map::Independence;
 
-use crate::packet::{PacketAnswers, PacketRays, RAYS};
+use crate::packet::PacketAnswers;
+use crate::packet_rays::{PacketRays, RAYS};
 use crate::query::{Answer, CastSettings, Query, Wanted};
 
 /// How far before its tile a ray is looked at, metres: rounding at a border must not open a gap. Discs
@@ -37,7 +38,6 @@ pub(crate) struct Rays {
     nearest_m: Column,
     gap_m: Column,
     independent_m: Column,
-    independent_cos: [f32; RAYS],
     /// A bit for each ray.
     revisited: u32,
     /// Column and row of the tile each has come to.
@@ -70,7 +70,6 @@ impl Rays {
         nearest_m: [0.0; RAYS],
         gap_m: [0.0; RAYS],
         independent_m: [0.0; RAYS],
-        independent_cos: [0.0; RAYS],
         revisited: 0,
         tile: [[0; RAYS]; 2],
         steps: [0; RAYS],
@@ -104,7 +103,6 @@ impl Rays {
         self.nearest_m = [f64::INFINITY; RAYS];
         self.gap_m = [window_m; RAYS];
         self.independent_m = [f64::INFINITY; RAYS];
-        self.independent_cos = [0.0; RAYS];
         self.enter_m = [0.0; RAYS];
         self.revisited = 0;
         self.steps = [0; RAYS];
@@ -205,7 +203,6 @@ impl Rays {
             let is_final = self.measured_m[lane] + self.gap_m[lane] <= enter_m;
             answers.gap_m[lane] = if is_final { none } else { self.gap_m[lane] as f32 };
         }
-        answers.independent_cos = self.independent_cos;
         answers.revisited = self.revisited;
     }
 
@@ -228,9 +225,6 @@ impl Rays {
             if is_in & (independent < before.independent_m[lane]) {
                 self.independent_m[lane] = enter_m + f64::from(independent);
             }
-            if is_in {
-                self.independent_cos[lane] = found.independent_cos[lane];
-            }
         }
         self.revisited |= found.revisited & lanes;
     }
@@ -244,7 +238,6 @@ impl Rays {
                 first_m: range(self.first_m[lane]),
                 nearest_m: range(self.nearest_m[lane]),
                 independent_m: range(self.independent_m[lane]),
-                independent_cos: range(self.independent_m[lane]).map(|_| self.independent_cos[lane]),
                 revisited: self.revisited >> lane & 1 == 1,
             };
         }

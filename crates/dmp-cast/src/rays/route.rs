@@ -3,7 +3,7 @@
 use dmp_map::{Independence, TileExtent, TileId};
 
 use super::{BORDER_SLACK_M, Rays};
-use crate::packet::RAYS;
+use crate::packet_rays::RAYS;
 
 impl Rays {
     /// The tile a ray has come to.

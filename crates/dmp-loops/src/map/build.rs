@@ -2,8 +2,9 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 use dmp::{Config, PosedLog, PosedScan, Progress, Scales};
+use dmp_disk::WorkFolder;
 use dmp_log::ScanLog;
-use dmp_map::{Lattice, PatchBuilder, PatchWriter, Patches, WorkFolder};
+use dmp_map::{Lattice, MapError, PatchBuilder, PatchWriter, Patches};
 use dmp_sensor::{Isometry3, Ray, ReturnCounts};
 
 use super::rays::{KeyframeRays, RayInPatch, is_drawn};
@@ -100,7 +101,7 @@ impl LoopMap {
         let posed = PosedLog::new(log, &run, config, progress)?;
         let (settings, means) = (posed.settings(), posed.means());
         let lattice = Lattice::new(posed.voxel_m())?;
-        let folder = WorkFolder::new(&means.work_folder)?;
+        let folder = WorkFolder::new(&means.work_folder).map_err(MapError::from)?;
         let count = world_from_body.len();
         let writer = PatchWriter::new(lattice, count, folder.path())?;
 

@@ -1,4 +1,6 @@
-use super::{Block, PatchVoxel, block_voxels, covariance_step_units2};
+//! Makes a patch of points.
+
+use super::block::{Block, PatchVoxel, block_voxels, covariance_step_units2};
 use crate::MapError;
 use crate::lattice::{InVoxel, Lattice};
 use crate::moments::Moments;

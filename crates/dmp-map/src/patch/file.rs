@@ -1,11 +1,13 @@
+//! The file that patches lie in.
+
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use super::builder::Patch;
+use super::block::{Block, PatchVoxel, block_edge_m};
+use super::builder::{Patch, PatchBuilder};
 use super::gathered::Gathered;
-use super::{Block, PatchBuilder, PatchVoxel, block_edge_m};
 use crate::MapError;
 use crate::lattice::Lattice;
 

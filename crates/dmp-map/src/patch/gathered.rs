@@ -1,14 +1,20 @@
+//! Puts the voxels of patches together into those of a tile.
+
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
-use super::placed::{MARGIN_VOXELS, Placement};
-use super::{Block, PatchVoxel, block_edge_m, covariance_step_units2};
-use crate::MapError;
-use crate::lattice::{InVoxel, Lattice, TileId, UNITS_PER_M, Voxel, rounded};
-use crate::moments::{Moments, VoxelRecord};
-use crate::surfel::{TileSurfels, surfels_of_cells};
-use crate::tile_moments::MixHasher;
+use dmp_disk::TileId;
 
+use super::block::{Block, PatchVoxel, block_edge_m, covariance_step_units2};
+use super::placement::Placement;
+use crate::MapError;
+use crate::lattice::{InVoxel, Lattice, UNITS_PER_M, Voxel, rounded};
+use crate::mix_hasher::MixHasher;
+use crate::moments::{Moments, VoxelRecord};
+use crate::tile_surfels::{TileSurfels, surfels_of_cells};
+
+/// Voxels around a tile that are put together with it: a cell, so that discs from there are known that reach into it.
+pub(super) const MARGIN_VOXELS: i32 = 2;
 /// Voxels along the edge of a brick: two cells.
 const BRICK_EDGE: u32 = 4;
 const BRICK_VOXELS: usize = (BRICK_EDGE * BRICK_EDGE * BRICK_EDGE) as usize;

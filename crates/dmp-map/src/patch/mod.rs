@@ -1,72 +1,15 @@
 //! Rigid pieces of a map, which are fused once and put together anew wherever they come to lie.
 
+mod block;
 mod builder;
 mod file;
 mod gathered;
 mod placed;
+mod placement;
 #[cfg(test)]
 mod tests;
 
 pub use builder::PatchBuilder;
 pub use file::{PatchWriter, Patches};
-pub use placed::{PlacedPatches, Placement};
-
-use crate::lattice::{Lattice, UNITS_PER_M};
-
-/// The points of one voxel of a patch, summed up: what there is of them once the patch is made.
-///
-/// 20 bytes. A mean is rounded to a lattice unit, a covariance to 2⁻¹⁵ of the largest that points of one voxel can
-/// have, and more points than 65,535 count as so many.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
-pub(crate) struct PatchVoxel {
-    /// Lattice units from the block's lowest corner.
-    mean_units: [u16; 3],
-    count: u16,
-    /// xx, xy, xz, yy, yz, zz, in [`covariance_step_units2`].
-    covariance_steps: [i16; 6],
-}
-
-/// Voxels that lie together in a patch: a cube of some eight metres.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Block {
-    /// Its lowest corner, in blocks from the patch's origin: y, x, z, so that the blocks of a column follow each other,
-    /// and its neighbour's them.
-    place: [i32; 3],
-    /// Bounds of the means, lattice units from the block's lowest corner.
-    low_units: [u16; 3],
-    high_units: [u16; 3],
-    /// Its voxels among those of the patch.
-    first: u32,
-    voxels: u32,
-}
-
-/// Voxels along the edge of a block: as many as 16 bits can tell places in.
-fn block_voxels(lattice: &Lattice) -> i32 {
-    ((1u32 << 16) / lattice.voxel_units()) as i32
-}
-
-fn block_edge_m(lattice: &Lattice) -> f64 {
-    f64::from(block_voxels(lattice)) * lattice.voxel_m()
-}
-
-/// The step in which covariances are kept: points of a voxel of edge v have variances of at most v²/4.
-fn covariance_step_units2(lattice: &Lattice) -> f64 {
-    let half = f64::from(lattice.voxel_units()) / 2.0;
-    half * half / f64::from(i16::MAX)
-}
-
-impl Block {
-    /// Its lowest corner in the patch, metres.
-    fn corner_m(&self, edge_m: f64) -> [f64; 3] {
-        let [y, x, z] = self.place;
-        [x, y, z].map(|n| f64::from(n) * edge_m)
-    }
-
-    /// Lowest and highest place of a mean in the patch, metres.
-    fn bounds_m(&self, edge_m: f64) -> [[f64; 3]; 2] {
-        let corner = self.corner_m(edge_m);
-        [self.low_units, self.high_units]
-            .map(|units| std::array::from_fn(|k| corner[k] + f64::from(units[k]) / UNITS_PER_M))
-    }
-}
+pub use placed::PlacedPatches;
+pub use placement::Placement;

@@ -1,66 +1,25 @@
+//! The map that patches make where they are placed.
+
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
-use super::gathered::{Around, Gathered};
-use super::{Patches, block_edge_m};
-use crate::MapError;
-use crate::lattice::TileId;
-use crate::store::Tile;
-use crate::surfel::Surfel;
-use crate::tile_moments::MixHasher;
-use crate::tiles::{TileExtent, TileSource};
+use dmp_disk::TileId;
 
-/// Voxels around a tile that are put together with it: a cell, so that discs from there are known that reach into it.
-pub(super) const MARGIN_VOXELS: i32 = 2;
+use super::block::block_edge_m;
+use super::file::Patches;
+use super::gathered::{Around, Gathered, MARGIN_VOXELS};
+use super::placement::Placement;
+use crate::MapError;
+use crate::mix_hasher::MixHasher;
+use crate::surfel::Surfel;
+use crate::tile::{Tile, TileExtent};
+use crate::tile_source::TileSource;
 
 /// Voxels of patches that are read before they are put together: 20 MB.
 const MOST_READ: usize = 1 << 20;
 
 /// A block that was read: its column in the world, its patch and number there, and where its voxels are among those read.
 type Read = ([i32; 3], usize, usize, usize);
-
-/// Where a patch lies in the world.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Placement {
-    /// `world_from_patch` of directions: a rotation matrix, row by row.
-    pub rotation: [[f64; 3]; 3],
-    /// The patch's origin in the world, metres.
-    pub origin_in_world_m: [f64; 3],
-}
-
-impl Placement {
-    #[inline]
-    pub(super) fn place(&self, point_in_patch_m: [f64; 3]) -> [f64; 3] {
-        let [x, y, z] = point_in_patch_m;
-        std::array::from_fn(|k| {
-            let [a, b, c] = self.rotation[k];
-            self.origin_in_world_m[k] + a * x + b * y + c * z
-        })
-    }
-
-    /// Bounds in the world of a box in the patch, both given by their lowest and highest corner, metres.
-    pub fn bounds_m(&self, [low, high]: [[f64; 3]; 2]) -> [[f64; 3]; 2] {
-        let middle: [f64; 3] = std::array::from_fn(|k| f64::midpoint(low[k], high[k]));
-        let half: [f64; 3] = std::array::from_fn(|k| (high[k] - low[k]) / 2.0);
-        let middle = self.place(middle);
-        let half = self.rotation.map(|row| (0..3).map(|k| row[k].abs() * half[k]).sum::<f64>());
-        [std::array::from_fn(|k| middle[k] - half[k]), std::array::from_fn(|k| middle[k] + half[k])]
-    }
-
-    /// R C Rᵀ of a covariance xx, xy, xz, yy, yz, zz.
-    #[inline]
-    pub(super) fn rotate(&self, [xx, xy, xz, yy, yz, zz]: [f64; 6]) -> [f64; 6] {
-        let by_row = |[a, b, c]: [f64; 3]| {
-            [a * xx + b * xy + c * xz, a * xy + b * yy + c * yz, a * xz + b * yz + c * zz]
-        };
-        let rows = self.rotation.map(by_row);
-        let dot = |i: usize, j: usize| {
-            let ([a, b, c], [x, y, z]) = (rows[i], self.rotation[j]);
-            a * x + b * y + c * z
-        };
-        [dot(0, 0), dot(0, 1), dot(0, 2), dot(1, 1), dot(1, 2), dot(2, 2)]
-    }
-}
 
 /// The map that patches make where they are placed. A tile is put together when it is asked for, and not kept.
 ///

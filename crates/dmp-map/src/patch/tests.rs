@@ -1,5 +1,9 @@
+//! Patches against maps fused of the same points.
+
+use super::block::{block_edge_m, covariance_step_units2};
 use super::*;
-use crate::{Durability, FuseScratch, MapFuser, Origin, Store, Surfel, TileId, TileSource};
+use crate::lattice::{Lattice, UNITS_PER_M};
+use crate::{Durability, FuseBuffers, MapFuser, Origin, Store, Surfel, TileId, TileSource};
 use proptest::prelude::*;
 
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -33,9 +37,9 @@ fn patches(lattice: Lattice, clouds: &[Vec<[f64; 3]>]) -> Patches {
 fn fused(lattice: Lattice, points: &[[f64; 3]]) -> Store {
     let folder = tempfile::tempdir().unwrap();
     let fuser = MapFuser::new(lattice, 64 << 20, folder.path()).unwrap();
-    fuser.add(points, None, &mut FuseScratch::default()).unwrap();
+    fuser.add(points, None, &mut FuseBuffers::default()).unwrap();
     let path = folder.path().join("m.dmpmap");
-    fuser.finish(&path, &Origin::of(""), Durability::Scratch, &|_, _| ()).unwrap();
+    fuser.finish(&path, &Origin::of(""), Durability::Temporary, &|_, _| ()).unwrap();
     Store::open_once(&path).unwrap()
 }
 

@@ -1,15 +1,21 @@
+//! What the bytes of a store mean, but for the blobs.
+
+use dmp_disk::TileId;
+
 use super::columns::{CELL_BYTES, SURFEL_BYTES};
-use crate::lattice::{Lattice, TileId, UNITS_PER_M};
+use crate::lattice::{Lattice, UNITS_PER_M};
 use crate::surfel::Surfel;
-use crate::tiles::TileExtent;
+use crate::tile::TileExtent;
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 /// Version of the store format this program writes and reads.
 pub const VERSION: u32 = 3;
 
+/// What the header says of the blobs: codes of surfels, compressed.
+pub(super) const FORM: u32 = 1;
 pub(super) const MAGIC: [u8; 8] = *b"DMPSTORE";
 pub(super) const END_MAGIC: [u8; 8] = *b"DMPSTEND";
-/// Magic, version, form, voxel units, tile voxels, steps across, zeros, CRC-32 of those; then the blobs.
+/// Magic, version, [`FORM`], voxel units, tile voxels, steps across, zeros, CRC-32 of those; then the blobs.
 pub(super) const HEADER_BYTES: usize = 64;
 /// Offset, length and CRC-32 of the directory, number of tiles, CRC-32 of those, end magic.
 pub(super) const FOOTER_BYTES: usize = 40;
@@ -23,45 +29,6 @@ pub(super) const MAX_TEXT_BYTES: usize = 1 << 20;
 /// No zstd frame gives more than this for a byte: a block of at least 4 bytes gives at most 128 KiB.
 const MOST_INFLATION: u64 = 1 << 15;
 
-/// What the blobs of a store hold.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
-    /// Codes of surfels, compressed: small.
-    Archive,
-    /// What rays are cast into, as it lies in memory: used where it is mapped.
-    CastReady,
-}
-
-impl Form {
-    pub(super) const fn code(self) -> u32 {
-        match self {
-            Self::Archive => 1,
-            Self::CastReady => 2,
-        }
-    }
-
-    pub(super) fn from_code(code: u32) -> Option<Self> {
-        [Self::Archive, Self::CastReady].into_iter().find(|form| form.code() == code)
-    }
-
-    /// Blobs begin at multiples of this, and are filled up with zeros to the next.
-    pub(super) const fn alignment(self) -> usize {
-        match self {
-            Self::Archive => 1,
-            Self::CastReady => 64,
-        }
-    }
-}
-
-impl std::fmt::Display for Form {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Archive => "archive",
-            Self::CastReady => "cast-ready",
-        })
-    }
-}
-
 /// A run of bytes in the file, and what it stands for.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Blob {
@@ -71,7 +38,7 @@ pub struct Blob {
     pub bytes: u32,
     /// Number of surfels: the tile's own in the first blob, copies in the second.
     pub surfels: u32,
-    /// Cells of an archive; in a cast-ready tile nodes in the first blob, leaves in the second.
+    /// Number of cells that hold them.
     pub rows: u32,
     /// CRC-32 of the bytes.
     pub crc32: u32,
@@ -177,15 +144,13 @@ impl TileEntry {
         Self { tile, own, borders, base_voxel_z, extent }
     }
 
-    /// Whether what it says can be true of a file of `form` whose blobs end at `blobs_end`.
-    pub(super) fn check(&self, form: Form, blobs_end: u64) -> Result<(), String> {
+    /// Whether what it says can be true of a file whose blobs end at `blobs_end`.
+    pub(super) fn check(&self, blobs_end: u64) -> Result<(), String> {
         for blob in [&self.own, &self.borders] {
             let end = blob.offset.checked_add(u64::from(blob.bytes));
             let inside = blob.offset >= HEADER_BYTES as u64 && end.is_some_and(|end| end <= blobs_end);
-            let aligned = blob.offset % form.alignment() as u64 == 0;
-            let empty = blob.bytes == 0 && blob.rows == 0 && (blob.surfels == 0 || form == Form::CastReady);
-            let fits = form == Form::CastReady || blob.codes_fit();
-            if !(empty || inside && aligned && fits) || blob.surfels > MAX_TILE_SURFELS {
+            let empty = blob.bytes == 0 && blob.rows == 0 && blob.surfels == 0;
+            if !(empty || inside && blob.codes_fit()) || blob.surfels > MAX_TILE_SURFELS {
                 return Err(format!(
                     "tile {}: {} surfels, {} rows, in {} bytes at byte {} do not fit the file",
                     self.tile, blob.surfels, blob.rows, blob.bytes, blob.offset
@@ -201,7 +166,7 @@ impl TileEntry {
 }
 
 impl Blob {
-    /// Bytes of an archive's blob when unzipped.
+    /// Bytes of the blob when unzipped.
     pub(super) fn unzipped_bytes(&self) -> u64 {
         u64::from(self.rows) * CELL_BYTES as u64 + u64::from(self.surfels) * SURFEL_BYTES as u64
     }

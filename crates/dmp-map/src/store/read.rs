@@ -1,56 +1,42 @@
+//! Opening a store: its header, directory and footer, and the bytes of its blobs.
+
 use std::collections::HashMap;
 use std::fs::File;
 use std::hash::BuildHasherDefault;
-use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
+use dmp_disk::TileId;
 use dmp_sensor::{Isometry3, Point3};
 use memmap2::Mmap;
 
 use super::layout::{
-    Blob, Cursor, END_MAGIC, ENTRY_BYTES, FOOTER_BYTES, FRAME_BYTES, Form, HEADER_BYTES, MAGIC, Origin,
+    Blob, Cursor, END_MAGIC, ENTRY_BYTES, FOOTER_BYTES, FORM, FRAME_BYTES, HEADER_BYTES, MAGIC, Origin,
     TileEntry, VERSION,
 };
 use crate::MapError;
-use crate::lattice::{Lattice, TileId};
-use crate::tile_moments::MixHasher;
+use crate::lattice::Lattice;
+use crate::mix_hasher::MixHasher;
 
-/// A finished file of tiles, in either form, opened for reading; shared freely between threads.
+/// A finished map of surfels, opened for reading; shared freely between threads.
 ///
-/// Opening checks everything but the blobs, asking for a blob checks that blob: nothing damaged is ever handed
-/// out.
+/// Opening checks everything but the tiles, loading a tile checks that tile: nothing damaged is ever
+/// handed out.
 #[derive(Debug)]
-pub struct StoredTiles {
+pub struct Store {
     path: PathBuf,
-    bytes: Arc<Mmap>,
+    bytes: Mmap,
     lattice: Lattice,
     origin: Origin,
     entries: HashMap<TileId, TileEntry, BuildHasherDefault<MixHasher>>,
     bounds: Option<[TileId; 2]>,
 }
 
-/// Bytes of a mapped file, which stays mapped as long as they are held.
-#[derive(Debug, Clone)]
-pub struct MappedBytes {
-    file: Arc<Mmap>,
-    range: Range<usize>,
-}
-
-impl Deref for MappedBytes {
-    type Target = [u8];
-
-    fn deref(&self) -> &[u8] {
-        self.file.get(self.range.clone()).unwrap_or_default()
-    }
-}
-
-impl StoredTiles {
-    /// Opens a file of tiles and checks its header, directory and footer.
+impl Store {
+    /// Opens a store and checks its header, directory and footer.
     ///
     /// # Errors
-    /// When the file cannot be read, is none of ours, is of another version or form, cut short or damaged.
-    pub fn open(path: &Path, form: Form) -> Result<Self, MapError> {
+    /// When the file cannot be read, is no store, is of another version, cut short or damaged.
+    pub fn open(path: &Path) -> Result<Self, MapError> {
         let file = File::open(path).map_err(MapError::io(path, "cannot open the map"))?;
         let length = file.metadata().map_err(MapError::io(path, "cannot read the map"))?.len();
         let not_a_store =
@@ -66,7 +52,7 @@ impl StoredTiles {
             return Err(not_a_store(&bytes[..8]));
         }
         let damaged = |part, detail| MapError::Damaged { path: path.to_path_buf(), part, detail };
-        let lattice = lattice_of(path, &bytes[..HEADER_BYTES], form)?;
+        let lattice = lattice_of(path, &bytes[..HEADER_BYTES])?;
         let directory = directory_of(&bytes).map_err(|(part, detail)| damaged(part, detail))?;
         let blobs_end = bytes.len() as u64 - FOOTER_BYTES as u64 - directory.bytes.len() as u64;
         let (origin, rows) = split_directory(&directory).map_err(|d| damaged("directory", d))?;
@@ -74,7 +60,7 @@ impl StoredTiles {
         let mut bounds: Option<[TileId; 2]> = None;
         for row in rows {
             let entry = TileEntry::decode(row);
-            entry.check(form, blobs_end).map_err(|d| damaged("directory", d))?;
+            entry.check(blobs_end).map_err(|d| damaged("directory", d))?;
             let id = entry.tile;
             let [low, high] = bounds.get_or_insert([id, id]);
             *low = TileId { x: low.x.min(id.x), y: low.y.min(id.y) };
@@ -83,8 +69,19 @@ impl StoredTiles {
                 return Err(damaged("directory", format!("tile {id} is listed twice")));
             }
         }
-        let (path, bytes) = (path.to_path_buf(), Arc::new(bytes));
-        Ok(Self { path, bytes, lattice, origin, entries, bounds })
+        Ok(Self { path: path.to_path_buf(), bytes, lattice, origin, entries, bounds })
+    }
+
+    /// Opens a store and takes its name away: the file lives as long as somebody reads it and vanishes
+    /// then, however the process ends. (Where the system does not allow that, it keeps its name.)
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub fn open_once(path: &Path) -> Result<Self, MapError> {
+        let store = Self::open(path)?;
+        // A name that stays is removed with the work folder it is in.
+        let _ = std::fs::remove_file(path);
+        Ok(store)
     }
 
     /// Where it was opened.
@@ -145,43 +142,36 @@ impl StoredTiles {
         self.entries.values().map(|entry| u64::from(entry.own.surfels)).sum()
     }
 
-    /// A blob's bytes as they lie in the file; empty where it does not lie in it.
-    pub fn blob_as_checked(&self, blob: &Blob) -> MappedBytes {
-        let start = blob.offset as usize;
-        MappedBytes { file: Arc::clone(&self.bytes), range: start..start + blob.bytes as usize }
-    }
-
     /// A blob's bytes, compared with its checksum.
     ///
     /// # Errors
     /// When they are not those that were written.
-    pub fn blob(&self, tile: TileId, blob: &Blob) -> Result<MappedBytes, MapError> {
-        let bytes = self.blob_as_checked(blob);
-        let checked = check_crc(&bytes, blob.crc32);
+    pub fn blob(&self, tile: TileId, blob: &Blob) -> Result<&[u8], MapError> {
+        let start = blob.offset as usize;
+        let bytes = self.bytes.get(start..start + blob.bytes as usize).unwrap_or_default();
+        let checked = check_crc(bytes, blob.crc32);
         checked.map_err(|detail| self.damaged_tile(tile, blob, detail))?;
         Ok(bytes)
     }
 
     /// That a tile's blob holds what it cannot hold.
-    pub fn damaged_tile(&self, tile: TileId, blob: &Blob, detail: String) -> MapError {
+    pub(super) fn damaged_tile(&self, tile: TileId, blob: &Blob, detail: String) -> MapError {
         MapError::DamagedTile { path: self.path.clone(), tile, offset: blob.offset, detail }
     }
 }
 
-fn lattice_of(path: &Path, header: &[u8], form: Form) -> Result<Lattice, MapError> {
+fn lattice_of(path: &Path, header: &[u8]) -> Result<Lattice, MapError> {
     let damaged = |detail| MapError::Damaged { path: path.to_path_buf(), part: "header", detail };
     let mut at = Cursor { bytes: header, at: 8 };
-    let (version, found_form) = (at.u32(), at.u32());
+    let (version, form) = (at.u32(), at.u32());
     let (voxel_units, tile_voxels, across_steps) = (at.u32(), at.u32(), at.u32());
     if version != VERSION {
         return Err(MapError::Version { path: path.to_path_buf(), found: version, known: VERSION });
     }
     let crc32 = Cursor { bytes: header, at: HEADER_BYTES - 4 }.u32();
     check_crc(&header[..HEADER_BYTES - 4], crc32).map_err(damaged)?;
-    match Form::from_code(found_form) {
-        Some(found) if found == form => {}
-        Some(found) => return Err(MapError::OtherForm { path: path.to_path_buf(), found, wanted: form }),
-        None => return Err(damaged(format!("form {found_form} is none of version {VERSION}"))),
+    if form != FORM {
+        return Err(damaged(format!("form {form} is none of version {VERSION}")));
     }
     let lattice = Lattice::from_parts(voxel_units, tile_voxels);
     lattice.filter(|lattice| lattice.across_steps() == across_steps).ok_or_else(|| {

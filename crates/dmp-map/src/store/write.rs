@@ -1,20 +1,27 @@
+//! Writing a store.
+
 use std::collections::BTreeMap;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use dmp_disk::TileId;
 use tempfile::NamedTempFile;
 
-use super::layout::{Blob, END_MAGIC, Form, HEADER_BYTES, MAGIC, MAX_TEXT_BYTES, Origin, TileEntry, VERSION};
+use super::columns::pack;
+use super::layout::{
+    Blob, END_MAGIC, FORM, HEADER_BYTES, MAGIC, MAX_TEXT_BYTES, MAX_TILE_SURFELS, Origin, TileEntry, VERSION,
+};
 use crate::MapError;
-use crate::lattice::{Lattice, TileId};
+use crate::lattice::Lattice;
+use crate::tile_surfels::TileSurfels;
 
 /// Whether a store is to survive a power cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Durability {
     /// Synchronised to disk before it gets its name.
     Durable,
-    /// Scratch: given its name without waiting for the disk.
-    Scratch,
+    /// Given its name without waiting for the disk: for what goes with the process.
+    Temporary,
 }
 
 /// What a finished store holds.
@@ -28,30 +35,30 @@ pub struct StoreSummary {
     pub surfels: u64,
     /// Copies of discs over tile borders.
     pub border_copies: u64,
-    /// Occupied voxels that gave no surfel: too few points, or no plane. Not known of a store that was made of
-    /// another: 0.
+    /// Occupied voxels that gave no surfel: too few points, or no plane.
     pub thin_voxels: u64,
     /// Length of the file.
     pub bytes: u64,
 }
 
-/// Writes a file of tiles in either form, blob by blob, under a temporary name until it is whole.
+/// Writes a store tile by tile, under a temporary name until it is whole.
 #[derive(Debug)]
-pub struct StoredTilesWriter {
+pub(crate) struct StoreWriter {
     path: PathBuf,
     file: BufWriter<NamedTempFile>,
     at: u64,
-    form: Form,
+    lattice: Lattice,
     origin: Origin,
     entries: BTreeMap<TileId, TileEntry>,
+    thin_voxels: u64,
 }
 
-impl StoredTilesWriter {
+impl StoreWriter {
     /// Begins a file at `path`.
     ///
     /// # Errors
     /// When it cannot be made there.
-    pub fn create(path: &Path, form: Form, lattice: Lattice, origin: &Origin) -> Result<Self, MapError> {
+    pub(crate) fn create(path: &Path, lattice: Lattice, origin: &Origin) -> Result<Self, MapError> {
         let folder = match path.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
@@ -66,7 +73,7 @@ impl StoredTilesWriter {
         let mut header = Vec::new();
         header.extend(MAGIC);
         let grid = [lattice.voxel_units(), lattice.tile_voxels(), lattice.across_steps()];
-        for value in [VERSION, form.code()].into_iter().chain(grid) {
+        for value in [VERSION, FORM].into_iter().chain(grid) {
             header.extend(value.to_le_bytes());
         }
         header.resize(HEADER_BYTES - 4, 0);
@@ -75,24 +82,50 @@ impl StoredTilesWriter {
         origin.text.truncate(origin.text.floor_char_boundary(MAX_TEXT_BYTES));
         let path = path.to_path_buf();
         let (file, entries) = (BufWriter::new(file), BTreeMap::new());
-        let mut writer = Self { path, file, at: 0, form, origin, entries };
+        let mut writer = Self { path, file, at: 0, lattice, origin, entries, thin_voxels: 0 };
         writer.put(&header)?;
         Ok(writer)
     }
 
-    /// Where it is to be.
-    pub fn path(&self) -> &Path {
-        &self.path
+    pub(crate) fn base_voxel_z(&self, tile: TileId) -> Option<i32> {
+        self.entries.get(&tile).map(|entry| entry.base_voxel_z)
     }
 
-    /// What the directory is to say of a tile.
-    pub fn entry(&self, tile: TileId) -> Option<&TileEntry> {
-        self.entries.get(&tile)
+    pub(crate) fn write_own(&mut self, tile: TileId, content: &TileSurfels) -> Result<(), MapError> {
+        self.thin_voxels += content.thin_voxels;
+        if !content.codes.is_empty() {
+            let blob = self.write_blob(tile, content)?;
+            self.bound(tile, content).own = blob;
+        }
+        Ok(())
     }
 
-    /// The same, to be changed; `new` where there is none yet.
-    pub fn entry_mut(&mut self, tile: TileId, new: impl FnOnce() -> TileEntry) -> &mut TileEntry {
-        self.entries.entry(tile).or_insert_with(new)
+    pub(crate) fn write_borders(&mut self, tile: TileId, content: &TileSurfels) -> Result<(), MapError> {
+        let blob = self.write_blob(tile, content)?;
+        self.bound(tile, content).borders = blob;
+        Ok(())
+    }
+
+    fn bound(&mut self, tile: TileId, content: &TileSurfels) -> &mut TileEntry {
+        let lattice = self.lattice;
+        let entry = self.entries.entry(tile).or_insert_with(|| TileEntry::new(tile, content.base_voxel_z));
+        entry.bound(content.surfels(&lattice), &lattice);
+        entry
+    }
+
+    fn write_blob(&mut self, tile: TileId, content: &TileSurfels) -> Result<Blob, MapError> {
+        let count = content.codes.len();
+        let surfels = u32::try_from(count).ok().filter(|&surfels| surfels <= MAX_TILE_SURFELS);
+        let surfels = surfels.ok_or_else(|| MapError::Damaged {
+            path: self.path.clone(),
+            part: "plan",
+            detail: format!(
+                "tile {tile} would hold {count} surfels, more than the {MAX_TILE_SURFELS} a tile may have"
+            ),
+        })?;
+        let (packed, rows) =
+            pack(&content.codes).map_err(MapError::io(&self.path, "cannot compress a tile"))?;
+        Ok(Blob { surfels, rows, ..self.put_blob(&packed)? })
     }
 
     fn put(&mut self, bytes: &[u8]) -> Result<(), MapError> {
@@ -101,34 +134,23 @@ impl StoredTilesWriter {
         Ok(())
     }
 
-    /// Writes a blob, one part after the other, and zeros up to where the next may begin. What the blob stands for
-    /// is left open.
-    ///
-    /// # Errors
-    /// When it cannot be written, or is longer than 4 GiB.
-    pub fn put_blob(&mut self, parts: &[&[u8]]) -> Result<Blob, MapError> {
+    /// Writes a blob. What it stands for is left open.
+    fn put_blob(&mut self, content: &[u8]) -> Result<Blob, MapError> {
         let offset = self.at;
-        let content: usize = parts.iter().map(|part| part.len()).sum();
-        let zeros = [0; 64];
-        let filling = &zeros[..content.next_multiple_of(self.form.alignment()) - content];
-        let bytes = u32::try_from(content + filling.len()).map_err(|_| MapError::Damaged {
+        let bytes = u32::try_from(content.len()).map_err(|_| MapError::Damaged {
             path: self.path.clone(),
             part: "plan",
-            detail: format!("a tile would have {content} bytes, more than the 4 GiB it may have"),
+            detail: format!("a tile would have {} bytes, more than the 4 GiB it may have", content.len()),
         })?;
-        let mut crc32 = crc32fast::Hasher::new();
-        for part in parts.iter().copied().chain([filling]) {
-            crc32.update(part);
-            self.put(part)?;
-        }
-        Ok(Blob { offset, bytes, crc32: crc32.finalize(), ..Blob::default() })
+        self.put(content)?;
+        Ok(Blob { offset, bytes, crc32: crc32fast::hash(content), ..Blob::default() })
     }
 
     /// Directory and footer, then the name.
     ///
     /// # Errors
     /// When they cannot be written; then no file appears, and what was there before is untouched.
-    pub fn finish(mut self, durability: Durability) -> Result<StoreSummary, MapError> {
+    pub(crate) fn finish(mut self, durability: Durability) -> Result<StoreSummary, MapError> {
         let mut directory = Vec::new();
         directory.extend((self.origin.text.len() as u32).to_le_bytes());
         directory.extend(self.origin.text.as_bytes());
@@ -156,7 +178,7 @@ impl StoredTilesWriter {
             tiles: self.entries.len() as u64,
             surfels: self.entries.values().map(|e| u64::from(e.own.surfels)).sum(),
             border_copies: self.entries.values().map(|e| u64::from(e.borders.surfels)).sum(),
-            thin_voxels: 0,
+            thin_voxels: self.thin_voxels,
             bytes: self.at,
             path: self.path,
         })

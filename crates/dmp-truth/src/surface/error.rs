@@ -1,5 +1,8 @@
+//! Why a map cannot be measured.
+
 use std::fmt;
 
+use dmp_disk::DiskError;
 use dmp_map::MapError;
 
 /// The smallest and largest corner of a box around points, metres.
@@ -86,7 +89,10 @@ pub enum SurfaceError {
         /// Why.
         source: rayon::ThreadPoolBuildError,
     },
-    /// From the scratch files or a store.
+    /// From the scratch files.
+    #[error(transparent)]
+    Disk(#[from] DiskError),
+    /// From a store, or a mesh with too much area.
     #[error(transparent)]
     Map(#[from] MapError),
 }

@@ -1,4 +1,7 @@
-use dmp_map::{TileBuckets, TileId, TriangleSampler};
+//! Sorts both sides of a comparison into tiles on disk.
+
+use dmp_disk::{TileBuckets, TileId};
+use dmp_map::TriangleSampler;
 use dmp_sensor::{Isometry3, Point3};
 
 use super::grid::{Grid, in_world};

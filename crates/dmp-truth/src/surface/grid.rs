@@ -1,3 +1,5 @@
+//! The square tiles that points are sorted into, and what reaches over their borders.
+
 use dmp_map::TileId;
 
 use super::Extent;

@@ -1,6 +1,8 @@
+//! Measures tile by tile, in parallel.
+
 use std::collections::HashMap;
 
-use dmp_map::{TileBuckets, TileId};
+use dmp_disk::{TileBuckets, TileId};
 use rayon::prelude::*;
 
 use super::gather::{PointBuckets, Reference};

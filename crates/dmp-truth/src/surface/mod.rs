@@ -42,8 +42,6 @@ pub use measure::SurfaceWatch;
 pub use report::{AtThreshold, Distances, EvaluatedCounts, ReferenceCounts, SurfaceReport};
 pub use settings::SurfaceSettings;
 pub use store::surfel_centres;
+pub use triangle::Triangle;
 
 pub use dmp_map::{MapError, Store};
-
-/// Three corners, metres.
-pub type Triangle = [[f64; 3]; 3];

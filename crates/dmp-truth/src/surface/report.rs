@@ -1,3 +1,5 @@
+//! What a measurement says.
+
 use super::Extent;
 
 /// Distances of points from a surface, metres, each counted as the cap where it is further.

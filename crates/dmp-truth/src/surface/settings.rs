@@ -1,3 +1,5 @@
+//! How a map is measured.
+
 use std::path::PathBuf;
 
 use super::SurfaceError;

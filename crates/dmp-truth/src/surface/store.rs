@@ -1,3 +1,5 @@
+//! The points of a stored map.
+
 use dmp_map::{Store, TileId};
 
 use super::SurfaceError;

@@ -1,3 +1,5 @@
+//! Distances as whole numbers: exact sums and quantiles in any order.
+
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 

@@ -1,3 +1,5 @@
+//! What points of one tile are measured to: an index of points and triangles.
+
 use rstar::{AABB, PointDistance, RTree, RTreeObject};
 
 use super::Triangle;

@@ -1,4 +1,7 @@
-use super::Triangle;
+//! How far a point is from a triangle.
+
+/// Three corners, metres.
+pub type Triangle = [[f64; 3]; 3];
 
 /// Sine of an angle below which a triangle has no inside to speak of: its plane would be made of rounding.
 /// What is left out then is narrower than this times its length.

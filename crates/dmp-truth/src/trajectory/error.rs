@@ -1,3 +1,5 @@
+//! Why two trajectories cannot be compared.
+
 use super::{DeltaUnit, ErrorUnit};
 
 /// Why two trajectories cannot be compared as asked.

@@ -1,7 +1,7 @@
 //! The errors themselves: APE and RPE, by the relation of poses that is looked at.
 
 use super::rotation::angle_rad;
-use super::{CompareError, PairOptions, Pose, PosePath, pairs};
+use super::{CompareError, ErrorUnit, PairOptions, Pose, PosePath, pairs};
 use nalgebra::Matrix3;
 
 /// What of a difference of poses is the error.
@@ -46,53 +46,6 @@ impl Relation {
             Self::RotationAngleDeg => ErrorUnit::Degrees,
             Self::PointDistanceErrorRatio => ErrorUnit::Percent,
             Self::FullTransformation | Self::RotationPart => ErrorUnit::None,
-        }
-    }
-}
-
-/// What errors are in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ErrorUnit {
-    /// A norm of a matrix.
-    None,
-    /// Millimetres.
-    Millimeters,
-    /// Centimetres.
-    Centimeters,
-    /// Metres.
-    Meters,
-    /// Kilometres.
-    Kilometers,
-    /// Degrees.
-    Degrees,
-    /// Radians.
-    Radians,
-    /// Percent.
-    Percent,
-}
-
-impl ErrorUnit {
-    /// As it is printed.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::None => "unit-less",
-            Self::Millimeters => "mm",
-            Self::Centimeters => "cm",
-            Self::Meters => "m",
-            Self::Kilometers => "km",
-            Self::Degrees => "deg",
-            Self::Radians => "rad",
-            Self::Percent => "%",
-        }
-    }
-
-    fn meters(self) -> Option<f64> {
-        match self {
-            Self::Millimeters => Some(1e-3),
-            Self::Centimeters => Some(1e-2),
-            Self::Meters => Some(1.0),
-            Self::Kilometers => Some(1e3),
-            _ => None,
         }
     }
 }

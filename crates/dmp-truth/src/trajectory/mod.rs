@@ -30,19 +30,15 @@ mod rigid;
 mod rotation;
 mod statistics;
 mod sum;
+mod units;
 
 pub use align::{Similarity, umeyama};
 pub use associate::{Matching, Sync, associate, match_stamps};
 pub use error::CompareError;
-pub use metric::{ErrorUnit, Errors, Relation, absolute, relative};
-pub use pairs::{DeltaUnit, PairOptions, pairs};
-pub use path::{Plane, Pose, PosePath};
+pub use metric::{Errors, Relation, absolute, relative};
+pub use pairs::{PairOptions, pairs};
+pub use path::{Plane, Pose, PosePath, quaternion_xyzw};
 pub use prepare::{Alignment, Preparation, Prepared};
 pub use rigid::rigid_alignment;
 pub use statistics::Statistics;
-
-/// The unit quaternion `(x, y, z, w)` of a pose's rotation, `w` not negative.
-pub fn quaternion_xyzw(pose: &Pose) -> [f64; 4] {
-    let q = rotation::to_quaternion(&pose.rotation);
-    if q[3] < 0.0 { q.map(|c| -c) } else { q }
-}
+pub use units::{DeltaUnit, ErrorUnit};

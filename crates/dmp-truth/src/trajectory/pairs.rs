@@ -2,33 +2,7 @@
 
 use super::path::turn_between;
 use super::rotation::{angle_of_quaternion_rad, to_quaternion};
-use super::{CompareError, Pose};
-
-/// What the distance of a pair is counted in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum DeltaUnit {
-    /// Lines of the trajectory.
-    #[default]
-    Frames,
-    /// Metres of way.
-    Meters,
-    /// Degrees of turn.
-    Degrees,
-    /// Radians of turn.
-    Radians,
-}
-
-impl DeltaUnit {
-    /// As it is printed.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Frames => "frames",
-            Self::Meters => "m",
-            Self::Degrees => "deg",
-            Self::Radians => "rad",
-        }
-    }
-}
+use super::{CompareError, DeltaUnit, Pose};
 
 /// How far apart the poses of a pair are, and which pairs there are.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,3 +1,5 @@
+//! Brings two trajectories together: filtered, associated, aligned.
+
 use super::{CompareError, Matching, Plane, Pose, PosePath, Similarity, associate, umeyama};
 
 /// What is done to two trajectories before they are compared, in the order of the fields.

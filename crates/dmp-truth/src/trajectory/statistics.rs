@@ -1,3 +1,5 @@
+//! Sums up errors: mean, median, root mean square and the like.
+
 use super::sum::sum;
 
 /// What is told of a list of errors.

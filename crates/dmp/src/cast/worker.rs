@@ -212,7 +212,6 @@ fn residuals_of(ray: &Ray, answer: &Answer, scales: Scales) -> Residuals {
         first_m: residual(answer.first_m),
         nearest_m: residual(answer.nearest_m),
         independent_m: residual(answer.independent_m),
-        independent_cos: answer.independent_cos,
         revisited: answer.revisited,
         depth: None,
         surfaces: [surface(answer.independent_m), surface(answer.nearest_m.or(answer.first_m))],

@@ -72,7 +72,7 @@ pub(crate) fn finish(
     progress: &dyn Progress,
 ) -> Result<(Store, u64), MapError> {
     let done = AtomicU64::new(0);
-    let durability = if life == Life::User { Durability::Durable } else { Durability::Scratch };
+    let durability = if life == Life::User { Durability::Durable } else { Durability::Temporary };
     let summary = fuser.finish(path, origin, durability, &|tiles, total| {
         let before = done.swap(tiles, Ordering::Relaxed);
         if before == 0 {

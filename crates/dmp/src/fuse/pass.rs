@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dmp_map::{FuseScratch, MapFuser, Store};
+use dmp_map::{FuseBuffers, MapFuser, Store};
 use dmp_sensor::{Ray, ReturnCounts, Scan};
 
 use crate::error::EvaluateError;
@@ -90,7 +90,7 @@ struct FuseWorker<'p> {
     on_trail: Vec<bool>,
     trail_buffers: TrailBuffers,
     left_out: u64,
-    buffers: FuseScratch,
+    buffers: FuseBuffers,
     points: Vec<[f64; 3]>,
     counts: ReturnCounts,
 }
@@ -105,7 +105,7 @@ impl<'p> FuseWorker<'p> {
             on_trail: Vec::new(),
             trail_buffers: TrailBuffers::default(),
             left_out: 0,
-            buffers: FuseScratch::default(),
+            buffers: FuseBuffers::default(),
             points: Vec::new(),
             counts: ReturnCounts::default(),
         }

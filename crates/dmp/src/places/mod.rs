@@ -9,8 +9,8 @@ mod way;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use dmp_disk::WorkFolder;
 use dmp_log::{Damage, LogOutline};
-use dmp_map::WorkFolder;
 use dmp_reduce::{Basis, FrameSums, Layout, Reducer, Scales};
 use dmp_sensor::DropReason;
 
@@ -263,7 +263,7 @@ impl Pass<'_> {
     ) -> Result<(Reducer, PlaceTotals, usize), EvaluateError> {
         let (threads, means) = self.needs(drawn).share(self.means, drawn.len())?;
         // What every place writes goes into folders of its own in this one.
-        let folder = WorkFolder::new(&self.means.work_folder).map_err(EvaluateError::Work)?;
+        let folder = WorkFolder::new(&self.means.work_folder).map_err(EvaluateError::work)?;
         let means = Means { work_folder: folder.path().to_path_buf(), ..means };
         let layout = Layout::new(all, vec![Basis::CrossValidated; self.asked.len()])
             .with_miss_price(self.settings.miss_price);

@@ -1,3 +1,5 @@
+//! Points spread evenly over the triangles of a mesh.
+
 use crate::MapError;
 
 /// Fractions of 2⁶⁴: the steps of the R2 sequence, 1/g and 1/g² with g³ = g + 1 (Roberts 2018, "The

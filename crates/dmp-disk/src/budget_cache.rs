@@ -1,3 +1,5 @@
+//! A cache under a byte budget, which lets go first what is used last.
+
 use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::hash::Hash;

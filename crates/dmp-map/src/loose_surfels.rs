@@ -1,104 +1,13 @@
+//! Surfels from anywhere as a map in memory.
+
 use std::collections::HashMap;
 
+use dmp_disk::TileId;
+
 use crate::MapError;
-use crate::lattice::TileId;
-use crate::store::{Store, Tile};
 use crate::surfel::Surfel;
-
-/// A surfel map cut into columns of tiles, whose discs all have one radius: a [`Store`] on disk, or
-/// [`LooseSurfels`] in memory.
-pub trait TileSource: Sync {
-    /// Edge of the square tiles, metres; tile (x, y) begins at (x, y) edges.
-    fn tile_edge_m(&self) -> f64;
-
-    /// Radius of every disc, metres.
-    fn disc_radius_m(&self) -> f64;
-
-    /// The smallest and largest column and row of any tile; `None` for an empty map.
-    fn tile_bounds(&self) -> Option<[TileId; 2]>;
-
-    /// What is known of a tile before it is loaded; `None` where the map is empty.
-    fn tile_extent(&self, tile: TileId) -> Option<TileExtent>;
-
-    /// Loads a tile, copies of discs that reach over its borders included; `None` where the map is empty.
-    ///
-    /// # Errors
-    /// When its bytes are not those that were written.
-    fn load_tile(&self, tile: TileId) -> Result<Option<Tile>, MapError>;
-}
-
-/// Bounds of what a tile holds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TileExtent {
-    /// Lowest and highest world z any disc reaches, metres.
-    pub z_range_m: [f64; 2],
-    /// Smallest third-lowest segment of its surfels: no surfel of the tile can be independent earlier.
-    pub min_third_lowest: i32,
-    /// Largest third-highest segment of its surfels.
-    pub max_third_highest: i32,
-}
-
-impl TileExtent {
-    pub(crate) const EMPTY: Self = Self {
-        z_range_m: [f64::INFINITY, f64::NEG_INFINITY],
-        min_third_lowest: i32::MAX,
-        max_third_highest: i32::MIN,
-    };
-
-    /// Widens it by a disc whose z counts from `base_z_m`.
-    pub(crate) fn add(&mut self, surfel: &Surfel, base_z_m: f64, radius_m: f32) {
-        let half = f64::from(surfel.half_extents_m(radius_m)[2]) + 1e-3;
-        let z = base_z_m + f64::from(surfel.centre_in_tile_m[2]);
-        self.z_range_m = [self.z_range_m[0].min(z - half), self.z_range_m[1].max(z + half)];
-        self.min_third_lowest = self.min_third_lowest.min(surfel.third_lowest);
-        self.max_third_highest = self.max_third_highest.max(surfel.third_highest);
-    }
-}
-
-impl<T: TileSource> TileSource for &T {
-    fn tile_edge_m(&self) -> f64 {
-        (**self).tile_edge_m()
-    }
-
-    fn disc_radius_m(&self) -> f64 {
-        (**self).disc_radius_m()
-    }
-
-    fn tile_bounds(&self) -> Option<[TileId; 2]> {
-        (**self).tile_bounds()
-    }
-
-    fn tile_extent(&self, tile: TileId) -> Option<TileExtent> {
-        (**self).tile_extent(tile)
-    }
-
-    fn load_tile(&self, tile: TileId) -> Result<Option<Tile>, MapError> {
-        (**self).load_tile(tile)
-    }
-}
-
-impl TileSource for Store {
-    fn tile_edge_m(&self) -> f64 {
-        self.lattice().tile_edge_m()
-    }
-
-    fn disc_radius_m(&self) -> f64 {
-        self.lattice().disc_radius_m()
-    }
-
-    fn tile_bounds(&self) -> Option<[TileId; 2]> {
-        self.bounds()
-    }
-
-    #[inline]
-    fn tile_extent(&self, tile: TileId) -> Option<TileExtent> {
-        Some(self.entry(tile)?.extent)
-    }
-
-    fn load_tile(&self, tile: TileId) -> Result<Option<Tile>, MapError> {
-        self.load(tile)
-    }
-}
+use crate::tile::{Tile, TileExtent};
+use crate::tile_source::TileSource;
 
 /// A surfel in world coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,11 +1,11 @@
+//! Records sorted into tiles, out of core.
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use bytemuck::Pod;
 
-use crate::MapError;
-use crate::lattice::TileId;
-use crate::scratch::Scratch;
+use crate::{DiskError, ScratchFile, TileId};
 
 /// Records sorted into tiles, out of core: what outgrows the budget goes to a file without a name, which
 /// vanishes with the process.
@@ -18,7 +18,7 @@ pub struct TileBuckets<T> {
     waiting: BTreeMap<TileId, Vec<T>>,
     waiting_bytes: usize,
     counts: BTreeMap<TileId, u64>,
-    scratch: Scratch<T>,
+    scratch: ScratchFile<T>,
 }
 
 impl<T: Pod> TileBuckets<T> {
@@ -26,8 +26,8 @@ impl<T: Pod> TileBuckets<T> {
     ///
     /// # Errors
     /// When the file cannot be made.
-    pub fn new(budget_bytes: usize, scratch_folder: &Path) -> Result<Self, MapError> {
-        let scratch = Scratch::new(scratch_folder)?;
+    pub fn new(budget_bytes: usize, scratch_folder: &Path) -> Result<Self, DiskError> {
+        let scratch = ScratchFile::new(scratch_folder)?;
         Ok(Self {
             budget_bytes,
             waiting: BTreeMap::new(),
@@ -41,7 +41,7 @@ impl<T: Pod> TileBuckets<T> {
     ///
     /// # Errors
     /// When the scratch file cannot be written.
-    pub fn add(&mut self, tile: TileId, record: T) -> Result<(), MapError> {
+    pub fn add(&mut self, tile: TileId, record: T) -> Result<(), DiskError> {
         let list = self.waiting.entry(tile).or_default();
         let before = list.capacity();
         list.push(record);
@@ -51,7 +51,7 @@ impl<T: Pod> TileBuckets<T> {
     }
 
     /// Writes the longest lists until half the budget is free: parts on disk stay long.
-    fn put_aside(&mut self) -> Result<(), MapError> {
+    fn put_aside(&mut self) -> Result<(), DiskError> {
         let mut lengths: Vec<(usize, TileId)> =
             self.waiting.iter().map(|(&tile, list)| (list.capacity(), tile)).collect();
         lengths.sort_unstable_by(|a, b| b.cmp(a));
@@ -85,7 +85,7 @@ impl<T: Pod> TileBuckets<T> {
     ///
     /// # Errors
     /// When the scratch file cannot be read back as it was written; and the first error of `each`.
-    pub fn read<E: From<MapError>>(
+    pub fn read<E: From<DiskError>>(
         &self,
         tile: TileId,
         mut each: impl FnMut(&T) -> Result<(), E>,
@@ -117,7 +117,7 @@ mod tests {
         let mut records = Vec::new();
         let put = |record: &[f64; 2]| {
             records.push(*record);
-            Ok::<(), MapError>(())
+            Ok::<(), DiskError>(())
         };
         buckets.read(tile, put).unwrap();
         records
@@ -144,8 +144,8 @@ mod tests {
     fn the_readers_own_error_ends_the_reading() {
         #[derive(Debug)]
         struct Enough;
-        impl From<MapError> for Enough {
-            fn from(_: MapError) -> Self {
+        impl From<DiskError> for Enough {
+            fn from(_: DiskError) -> Self {
                 Self
             }
         }

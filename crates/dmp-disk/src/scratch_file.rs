@@ -1,3 +1,5 @@
+//! Parts of tiles in one file, put aside and read back.
+
 use std::collections::{BTreeSet, HashMap};
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -7,8 +9,7 @@ use std::sync::{Mutex, PoisonError};
 
 use bytemuck::Pod;
 
-use crate::MapError;
-use crate::lattice::TileId;
+use crate::{DiskError, TileId};
 
 /// Records read back at a time.
 const BATCH: usize = 4096;
@@ -16,9 +17,9 @@ const BATCH: usize = 4096;
 /// Parts of tiles that do not fit in memory, in one file. Without a name it vanishes with the process, however
 /// that ends; with one, another process can go on with it.
 #[derive(Debug)]
-pub(crate) struct Scratch<T> {
+pub struct ScratchFile<T> {
     /// The folder, or the file where it has a name.
-    place: PathBuf,
+    path: PathBuf,
     inner: Mutex<Inner>,
     records: PhantomData<fn() -> T>,
 }
@@ -49,26 +50,36 @@ struct ListedPart {
     zero: u32,
 }
 
-impl<T: Pod> Scratch<T> {
-    pub(crate) fn new(folder: &Path) -> Result<Self, MapError> {
-        let file =
-            tempfile::tempfile_in(folder).map_err(MapError::io(folder, "cannot make a scratch file here"))?;
+impl<T: Pod> ScratchFile<T> {
+    /// An empty file without a name in `folder`.
+    ///
+    /// # Errors
+    /// When it cannot be made there.
+    pub fn new(folder: &Path) -> Result<Self, DiskError> {
+        let file = tempfile::tempfile_in(folder)
+            .map_err(DiskError::io(folder, "cannot make a scratch file here"))?;
         Ok(Self::in_file(file, folder))
     }
 
     /// An empty file of this name, in place of what was there.
-    pub(crate) fn named(path: &Path) -> Result<Self, MapError> {
+    ///
+    /// # Errors
+    /// When it cannot be made there.
+    pub fn named(path: &Path) -> Result<Self, DiskError> {
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(true).open(path);
-        Ok(Self::in_file(file.map_err(MapError::io(path, "cannot make the scratch file"))?, path))
+        Ok(Self::in_file(file.map_err(DiskError::io(path, "cannot make the scratch file"))?, path))
     }
 
     /// The file as it was when `list` was [made](Self::list); what came behind is forgotten.
-    pub(crate) fn resume(path: &Path, list: &[u8]) -> Result<Self, MapError> {
+    ///
+    /// # Errors
+    /// When the file cannot be opened or is shorter than it was, or `list` is no list of parts.
+    pub fn resume(path: &Path, list: &[u8]) -> Result<Self, DiskError> {
         let damaged =
-            |detail: String| MapError::Damaged { path: path.to_path_buf(), part: "list of parts", detail };
+            |detail: String| DiskError::Damaged { path: path.to_path_buf(), part: "list of parts", detail };
         let file = OpenOptions::new().read(true).write(true).open(path);
-        let file = file.map_err(MapError::io(path, "cannot open the scratch file"))?;
-        let length = file.metadata().map_err(MapError::io(path, "cannot open the scratch file"))?.len();
+        let file = file.map_err(DiskError::io(path, "cannot open the scratch file"))?;
+        let length = file.metadata().map_err(DiskError::io(path, "cannot open the scratch file"))?.len();
         let (rows, rest) = list.as_chunks::<{ size_of::<ListedPart>() }>();
         if !rest.is_empty() {
             return Err(damaged(format!("it has {} bytes", list.len())));
@@ -85,7 +96,7 @@ impl<T: Pod> Scratch<T> {
             let part = Part { offset, records: records as usize, crc32 };
             parts.entry(TileId { y, x }).or_default().push(part);
         }
-        file.set_len(end).map_err(MapError::io(path, "cannot cut the scratch file"))?;
+        file.set_len(end).map_err(DiskError::io(path, "cannot cut the scratch file"))?;
         let scratch = Self::in_file(file, path);
         {
             let mut inner = scratch.lock();
@@ -94,15 +105,18 @@ impl<T: Pod> Scratch<T> {
         Ok(scratch)
     }
 
-    fn in_file(file: File, place: &Path) -> Self {
+    fn in_file(file: File, path: &Path) -> Self {
         let inner = Inner { file, end: 0, parts: HashMap::new() };
-        Self { place: place.to_path_buf(), inner: Mutex::new(inner), records: PhantomData }
+        Self { path: path.to_path_buf(), inner: Mutex::new(inner), records: PhantomData }
     }
 
-    /// Brings everything to disk and lists it.
-    pub(crate) fn list(&self) -> Result<Vec<u8>, MapError> {
+    /// Brings everything to disk and lists it, for [`Self::resume`].
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn list(&self) -> Result<Vec<u8>, DiskError> {
         let inner = self.lock();
-        inner.file.sync_data().map_err(MapError::io(&self.place, "cannot write the scratch file to disk"))?;
+        inner.file.sync_data().map_err(DiskError::io(&self.path, "cannot write the scratch file to disk"))?;
         let listed = |(tile, part): (&TileId, &Part)| ListedPart {
             y: tile.y,
             x: tile.x,
@@ -121,29 +135,37 @@ impl<T: Pod> Scratch<T> {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(crate) fn bytes(&self) -> u64 {
+    /// Bytes written so far.
+    pub fn bytes(&self) -> u64 {
         self.lock().end
     }
 
-    pub(crate) fn tiles(&self) -> BTreeSet<TileId> {
+    /// The tiles with anything in them, in order.
+    pub fn tiles(&self) -> BTreeSet<TileId> {
         self.lock().parts.keys().copied().collect()
     }
 
     /// Puts a part of a tile behind what is there; reading gives the parts one after the other.
-    pub(crate) fn append(&self, tile: TileId, records: &[T]) -> Result<(), MapError> {
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn append(&self, tile: TileId, records: &[T]) -> Result<(), DiskError> {
         let bytes: &[u8] = bytemuck::cast_slice(records);
         let crc32 = crc32fast::hash(bytes);
         let mut inner = self.lock();
         let offset = inner.end;
         let written = inner.file.seek(SeekFrom::Start(offset)).and_then(|_| inner.file.write_all(bytes));
-        written.map_err(MapError::io(&self.place, "cannot write the scratch file here"))?;
+        written.map_err(DiskError::io(&self.path, "cannot write the scratch file here"))?;
         inner.end += bytes.len() as u64;
         inner.parts.entry(tile).or_default().push(Part { offset, records: records.len(), crc32 });
         Ok(())
     }
 
-    /// Hands over a tile's records, part by part.
-    pub(crate) fn read<E: From<MapError>>(
+    /// Hands over a tile's records, part by part; of a part that turns out damaged, records before that is known.
+    ///
+    /// # Errors
+    /// When the file cannot be read back as it was written; and the first error of `each`.
+    pub fn read<E: From<DiskError>>(
         &self,
         tile: TileId,
         mut each: impl FnMut(&T) -> Result<(), E>,
@@ -160,12 +182,12 @@ impl<T: Pod> Scratch<T> {
                 let read =
                     inner.file.seek(SeekFrom::Start(offset)).and_then(|_| inner.file.read_exact(bytes));
                 drop(inner);
-                read.map_err(MapError::io(&self.place, "cannot read the scratch file here"))?;
+                read.map_err(DiskError::io(&self.path, "cannot read the scratch file here"))?;
                 crc.update(bytes);
                 batch.iter().try_for_each(&mut each)?;
             }
             if crc.finalize() != part.crc32 {
-                return Err(MapError::ScratchDamaged { tile }.into());
+                return Err(DiskError::ScratchDamaged { tile }.into());
             }
         }
         Ok(())

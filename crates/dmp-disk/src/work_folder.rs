@@ -1,8 +1,11 @@
+//! Where the files of one evaluation live, and what is kept of it for another process.
+
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::MapError;
+use crate::DiskError;
+use crate::checkpoint::{content_of, header_of};
 
 /// Every work folder's name begins so.
 const PREFIX: &str = "dmp-work-";
@@ -10,13 +13,8 @@ const PREFIX: &str = "dmp-work-";
 const LOCK: &str = "lock";
 /// Ends the name of a checkpoint.
 const CHECKPOINT: &str = "checkpoint";
-const MAGIC: [u8; 8] = *b"DMPCHECK";
-const VERSION: u32 = 1;
 /// How often a folder is made anew where others remove it before it is locked.
 const TRIES: u32 = 20;
-/// Magic, version, CRC-32 of what follows it, length of the content.
-const HEADER_BYTES: usize = 24;
-
 /// Where scratch files, maps and checkpoints of one evaluation live: a folder that one process at a time works in.
 ///
 /// It is removed with all it holds when it is dropped, unless it was [told to stay](Self::keep). A process that is
@@ -35,17 +33,17 @@ impl WorkFolder {
     ///
     /// # Errors
     /// When it cannot be made there.
-    pub fn new(parent: &Path) -> Result<Self, MapError> {
+    pub fn new(parent: &Path) -> Result<Self, DiskError> {
         sweep(parent);
         let mut tries = 1;
         loop {
             let made = tempfile::Builder::new().prefix(PREFIX).tempdir_in(parent);
-            let path = made.map_err(MapError::io(parent, "cannot make a work folder here"))?.keep();
+            let path = made.map_err(DiskError::io(parent, "cannot make a work folder here"))?.keep();
             match Self::in_folder(path.clone()) {
                 Ok(folder) => return Ok(folder),
                 Err(error) => {
                     // Before it had its lock, another process may have taken it for one that was left behind.
-                    let swept = matches!(error, MapError::Locked { .. }) || !path.exists();
+                    let swept = matches!(error, DiskError::Locked { .. }) || !path.exists();
                     let _ = fs::remove_dir_all(&path);
                     if !swept || tries == TRIES {
                         return Err(error);
@@ -60,13 +58,13 @@ impl WorkFolder {
     ///
     /// # Errors
     /// When it cannot be made or emptied there, or another process works in it.
-    pub fn of(parent: &Path, id: &str, resume: bool) -> Result<Self, MapError> {
+    pub fn of(parent: &Path, id: &str, resume: bool) -> Result<Self, DiskError> {
         sweep(parent);
         let path = parent.join(format!("{PREFIX}{id}"));
         // The parent is to be there: a path that was mistyped is no place for gigabytes.
         match fs::create_dir(&path) {
             Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => {
-                return Err(MapError::io(parent, "cannot make a work folder here")(error));
+                return Err(DiskError::io(parent, "cannot make a work folder here")(error));
             }
             _ => {}
         }
@@ -77,22 +75,22 @@ impl WorkFolder {
         Ok(folder)
     }
 
-    fn in_folder(path: PathBuf) -> Result<Self, MapError> {
+    fn in_folder(path: PathBuf) -> Result<Self, DiskError> {
         let lock = OpenOptions::new().create(true).truncate(false).write(true).open(path.join(LOCK));
-        let lock = lock.map_err(MapError::io(&path, "cannot make a lock in the work folder"))?;
+        let lock = lock.map_err(DiskError::io(&path, "cannot make a lock in the work folder"))?;
         match lock.try_lock() {
-            Err(TryLockError::WouldBlock) => return Err(MapError::Locked { path }),
+            Err(TryLockError::WouldBlock) => return Err(DiskError::Locked { path }),
             // Where a file system has no locks, the folder's name must do.
             Ok(()) | Err(TryLockError::Error(_)) => {}
         }
         if !is_at(&lock, &path.join(LOCK)) {
-            return Err(MapError::Locked { path });
+            return Err(DiskError::Locked { path });
         }
         Ok(Self { path, lock, kept: false })
     }
 
-    fn clear(&self) -> Result<(), MapError> {
-        let io = |what| MapError::io(&self.path, what);
+    fn clear(&self) -> Result<(), DiskError> {
+        let io = |what| DiskError::io(&self.path, what);
         for entry in fs::read_dir(&self.path).map_err(io("cannot list the work folder"))? {
             let entry = entry.map_err(io("cannot list the work folder"))?;
             if entry.file_name() != LOCK {
@@ -122,18 +120,12 @@ impl WorkFolder {
     ///
     /// # Errors
     /// When it cannot be written; what was kept before is untouched then.
-    pub fn save(&self, name: &str, content: &[u8]) -> Result<(), MapError> {
+    pub fn save(&self, name: &str, content: &[u8]) -> Result<(), DiskError> {
         let path = self.checkpoint(name);
-        let io = |what| MapError::io(&path, what);
-        let mut header = [0; HEADER_BYTES];
-        header[..8].copy_from_slice(&MAGIC);
-        header[8..12].copy_from_slice(&VERSION.to_le_bytes());
-        header[16..].copy_from_slice(&(content.len() as u64).to_le_bytes());
-        let crc32 = checksum(&header, content);
-        header[12..16].copy_from_slice(&crc32.to_le_bytes());
+        let io = |what| DiskError::io(&path, what);
         let file = tempfile::NamedTempFile::new_in(&self.path);
         let mut file = file.map_err(io("cannot write the checkpoint"))?;
-        let written = file.write_all(&header).and_then(|()| file.write_all(content));
+        let written = file.write_all(&header_of(content)).and_then(|()| file.write_all(content));
         written.and_then(|()| file.as_file().sync_all()).map_err(io("cannot write the checkpoint"))?;
         file.persist(&path).map_err(|error| io("cannot write the checkpoint")(error.error))?;
         sync_folder(&self.path).map_err(io("cannot write the checkpoint"))
@@ -143,35 +135,25 @@ impl WorkFolder {
     ///
     /// # Errors
     /// When it cannot be read, or is not what was written.
-    pub fn load(&self, name: &str) -> Result<Option<Vec<u8>>, MapError> {
+    pub fn load(&self, name: &str) -> Result<Option<Vec<u8>>, DiskError> {
         let path = self.checkpoint(name);
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(MapError::io(&path, "cannot read the checkpoint")(error)),
+            Err(error) => return Err(DiskError::io(&path, "cannot read the checkpoint")(error)),
         };
-        let damaged = |detail: String| MapError::Damaged { path: path.clone(), part: "checkpoint", detail };
-        let Some((header, content)) = bytes.split_first_chunk::<HEADER_BYTES>() else {
-            return Err(damaged(format!("{} bytes are too few for one", bytes.len())));
-        };
-        let word =
-            |at: usize| u32::from_le_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]]);
-        if header[..8] != MAGIC || word(8) != VERSION {
-            return Err(damaged(format!("it begins with {:02x?}", &header[..12])));
+        match content_of(&bytes) {
+            Ok(content) => Ok(Some(content.to_vec())),
+            Err(detail) => Err(DiskError::Damaged { path, part: "checkpoint", detail }),
         }
-        let (saved, calculated) = (word(12), checksum(header, content));
-        if saved != calculated || header[16..] != (content.len() as u64).to_le_bytes() {
-            return Err(damaged(format!("checksum {calculated:08x}, {saved:08x} was written")));
-        }
-        Ok(Some(content.to_vec()))
     }
 
     /// Brings a file of the folder to disk.
     ///
     /// # Errors
     /// When that cannot be done.
-    pub fn sync(&self, file: &Path) -> Result<(), MapError> {
-        let io = |what| MapError::io(file, what);
+    pub fn sync(&self, file: &Path) -> Result<(), DiskError> {
+        let io = |what| DiskError::io(file, what);
         File::open(file).and_then(|file| file.sync_all()).map_err(io("cannot write it to disk"))
     }
 
@@ -217,17 +199,8 @@ impl Drop for WorkFolder {
     }
 }
 
-/// Of the checksum itself nothing, of everything else all.
-fn checksum(header: &[u8; HEADER_BYTES], content: &[u8]) -> u32 {
-    let mut crc = crc32fast::Hasher::new();
-    crc.update(&header[..12]);
-    crc.update(&header[16..]);
-    crc.update(content);
-    crc.finalize()
-}
-
 /// A new name in a folder is safe once the folder is written.
-pub(crate) fn sync_folder(folder: &Path) -> std::io::Result<()> {
+fn sync_folder(folder: &Path) -> std::io::Result<()> {
     if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
 }
 
@@ -286,7 +259,7 @@ mod tests {
         let mut work = WorkFolder::of(parent.path(), "a", false).unwrap();
         fs::write(work.file("map"), b"surfels").unwrap();
         work.save("fuse", b"half").unwrap();
-        assert!(matches!(WorkFolder::of(parent.path(), "a", true), Err(MapError::Locked { .. })));
+        assert!(matches!(WorkFolder::of(parent.path(), "a", true), Err(DiskError::Locked { .. })));
         work.keep();
         drop(work);
         let resumed = WorkFolder::of(parent.path(), "a", true).unwrap();
@@ -361,9 +334,9 @@ mod tests {
             let mut bytes = whole.clone();
             bytes[at] ^= 0x10;
             fs::write(&path, bytes).unwrap();
-            assert!(matches!(work.load("fuse"), Err(MapError::Damaged { .. })), "byte {at}");
+            assert!(matches!(work.load("fuse"), Err(DiskError::Damaged { .. })), "byte {at}");
             fs::write(&path, &whole[..at]).unwrap();
-            assert!(matches!(work.load("fuse"), Err(MapError::Damaged { .. })), "cut at {at}");
+            assert!(matches!(work.load("fuse"), Err(DiskError::Damaged { .. })), "cut at {at}");
         }
     }
 }

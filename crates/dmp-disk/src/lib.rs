@@ -1,0 +1,44 @@
+//! Working with more data than fits in memory: folders, files and caches that know nothing of maps.
+//!
+//! # Brief overview
+//! A [`WorkFolder`] holds the files of one evaluation and its checkpoints; one process at a time works in it.
+//! A [`ScratchFile`] keeps parts of tiles that do not fit in memory, [`TileBuckets`] sorts records into tiles
+//! under a byte budget. A [`BudgetCache`] keeps loaded values under a byte budget. [`disk_space`] says how much
+//! can still be written to a file system.
+//!
+//! Everything read back is compared with a checksum: what changed on disk is an error, never a wrong record.
+//!
+//! ```
+//! use dmp_disk::{DiskError, TileBuckets, TileId};
+//!
+//! // 64 bytes of memory; the rest goes to disk.
+//! let mut buckets: TileBuckets<[f64; 2]> = TileBuckets::new(64, &std::env::temp_dir())?;
+//! let tile = TileId { x: 3, y: -1 };
+//! for k in 0..100 {
+//!     buckets.add(tile, [f64::from(k), 0.5])?;
+//! }
+//! let mut sum = 0.0;
+//! buckets.read(tile, |record| {
+//!     sum += record[0];
+//!     Ok::<(), DiskError>(())
+//! })?;
+//! assert!(sum == 4950.0 && buckets.scratch_bytes() > 0);
+//! # Ok::<(), DiskError>(())
+//! ```
+
+mod budget_cache;
+mod checkpoint;
+mod disk_space;
+mod error;
+mod scratch_file;
+mod tile_buckets;
+mod tile_id;
+mod work_folder;
+
+pub use budget_cache::{BudgetCache, NextUse, Weight};
+pub use disk_space::{DiskSpace, disk_space};
+pub use error::DiskError;
+pub use scratch_file::ScratchFile;
+pub use tile_buckets::TileBuckets;
+pub use tile_id::TileId;
+pub use work_folder::WorkFolder;
