@@ -49,12 +49,13 @@ mod sway;
 mod town;
 
 pub use city::{CityOptions, CityRecording};
+pub use dmp_lengths::Scales;
 pub use drive::{Drive, DriveOptions};
 pub use error::SimError;
 pub use errors::{Noise, SlamErrors, ate_rmse_m, close_loop};
 pub use lidar::Lidar;
 pub use lidar_options::{LidarOptions, NoReturn, Sweep};
-pub use loops::{CameraViews, LoopGraph, LoopGraphOptions, LoopKind, LoopLengths, SimulatedLoop};
+pub use loops::{LoopGraph, LoopGraphOptions, LoopKind, SimulatedLoop};
 pub use room::{
     DepthImage, DepthRecording, DepthRecordingOptions, Room, RoomEstimate, RoomHit, RoomOptions, RoomWalk,
     RoomWalkOptions, room_estimates,

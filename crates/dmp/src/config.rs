@@ -212,8 +212,8 @@ impl Config {
     /// These settings for a log: its sensor says which lengths they go with, where they do not say it themselves.
     #[must_use]
     pub fn settled(&self, log: &LogSummary) -> Self {
-        let of_sensor = if log.camera.is_some() { Scales::Room } else { Scales::Drive };
-        Self { scales: Some(self.scales.unwrap_or(of_sensor)), ..self.clone() }
+        let scales = self.scales.unwrap_or_else(|| Scales::of_sensor(log.camera.is_some()));
+        Self { scales: Some(scales), ..self.clone() }
     }
 
     /// The lengths by which returns are judged.
@@ -223,18 +223,12 @@ impl Config {
 
     /// Smallest range used, metres.
     pub fn min_range_m(&self) -> f64 {
-        self.min_range_m.unwrap_or(match self.scales() {
-            Scales::Drive => 1.5,
-            Scales::Room => 0.3,
-        })
+        self.min_range_m.unwrap_or(self.scales().lengths().min_range_m)
     }
 
     /// Largest range used, metres.
     pub fn max_range_m(&self) -> f64 {
-        self.max_range_m.unwrap_or(match self.scales() {
-            Scales::Drive => 100.0,
-            Scales::Room => 10.0,
-        })
+        self.max_range_m.unwrap_or(self.scales().lengths().max_range_m)
     }
 
     /// The range noise of a LiDAR, metres.
@@ -254,7 +248,7 @@ impl Config {
 
     /// How long what is a metre on a drive is here, metres.
     pub(crate) fn metre_m(&self) -> f64 {
-        self.scales().metre_m()
+        self.scales().lengths().metre_m
     }
 
     /// Checks every setting by itself, before anything is opened.

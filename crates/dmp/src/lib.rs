@@ -70,6 +70,6 @@ pub use watch::{ScoredReturns, Stage, Watch};
 
 pub use dmp_log::LengthUnit;
 pub use dmp_reduce::{
-    Basis, Confidence, DepthResidual, FrameSums, HitKind, Margin, MissPrice, Promise, Reach, Residuals,
-    RunSums, Scales, SurfaceGroup,
+    Basis, Confidence, DepthResidual, FrameSums, HitKind, Lengths, Margin, MissPrice, Promise, Reach,
+    Residuals, RunSums, Scales, SurfaceGroup,
 };

@@ -2,7 +2,6 @@ use std::path::Path;
 
 use dmp_log::ScanLog;
 use dmp_map::{Lattice, MapFuser, Origin, Store, WorkFolder};
-use dmp_reduce::Scales;
 use dmp_sensor::Isometry3;
 
 use crate::checkpoint::Work;
@@ -84,10 +83,6 @@ pub struct CloudMap {
     pub notes: Vec<String>,
 }
 
-/// Voxels of a cloud where none are asked for, metres.
-const CLOUD_VOXEL_M: f64 = 0.2;
-const ROOM_CLOUD_VOXEL_M: f64 = 0.02;
-
 /// Makes a map of a cloud or a mesh and writes it to `output`, as [`evaluate`](crate::evaluate) does with one that is
 /// given.
 ///
@@ -103,10 +98,7 @@ pub fn map_of_cloud(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
     let pool = pool.map_err(|source| EvaluateError::Threads { threads: config.threads, source })?;
     let work = WorkFolder::new(&config.work_folder).map_err(EvaluateError::Work)?;
-    let usual_m = match config.scales() {
-        Scales::Drive => CLOUD_VOXEL_M,
-        Scales::Room => ROOM_CLOUD_VOXEL_M,
-    };
+    let usual_m = config.scales().lengths().cloud_voxel_m;
     let lattice = Lattice::new(config.voxel_m.unwrap_or(usual_m)).map_err(EvaluateError::Work)?;
     let budget_bytes = config.memory_bytes / 2;
     let fuser = MapFuser::new(lattice, budget_bytes, work.path()).map_err(EvaluateError::Work)?;

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use crate::common::workspace;
 
 /// What each crate may name in its `[dependencies]`: the table of `docs/architecture.md`.
-const TABLE: [(&str, &[&str]); 12] = [
+const TABLE: [(&str, &[&str]); 13] = [
+    ("dmp-lengths", &["serde"]),
     ("dmp-sensor", &["nalgebra", "serde", "thiserror"]),
     (
         "dmp-log",
@@ -43,8 +44,8 @@ const TABLE: [(&str, &[&str]); 12] = [
         ],
     ),
     ("dmp-cast", &["bytemuck", "dmp-map", "obvhs", "rayon"]),
-    ("dmp-reduce", &["libm", "serde", "thiserror"]),
-    ("dmp-sim", &["dmp-log", "dmp-sensor", "libm", "nalgebra", "rayon", "thiserror"]),
+    ("dmp-reduce", &["dmp-lengths", "libm", "serde", "thiserror"]),
+    ("dmp-sim", &["dmp-lengths", "dmp-sensor", "libm", "nalgebra", "rayon", "thiserror"]),
     (
         "dmp",
         &[

@@ -13,11 +13,8 @@ use crate::{Keyframes, LoopError};
 /// Most rays that are held and cast into each map, of all keyframes together: some 40 MB with what they leave.
 const MOST_RAYS: usize = 1_000_000;
 
-/// Length of a stretch of the drive, metres: keyframes nearer than that to each other see the same surfels, and what a
-/// finer or coarser meeting with voxels does to one it does to the others. A way shorter than [`FEWEST_STRETCHES`] of them is
-/// cut into as many shorter ones. Only those with a keyframe count, so that there are fewer where keyframes are few, or stand
-/// close to each other with gaps between; where none moved, there is one.
-const STRETCH_M: f64 = 5.0;
+/// A way shorter than so many stretches is cut into as many shorter ones. Only those with a keyframe count, so that there are
+/// fewer where keyframes are few, or stand close to each other with gaps between; where none moved, there is one.
 const FEWEST_STRETCHES: f64 = 20.0;
 
 /// How the map of a graph is made and scored.
@@ -178,7 +175,7 @@ impl LoopMap {
 
     /// A place where no patch moved more than this is as it was, metres.
     pub fn moved_m(&self) -> f64 {
-        self.options.moved_m.unwrap_or(MOVED_M * self.scales.metre_m())
+        self.options.moved_m.unwrap_or(self.scales.lengths().loop_map.moved_m)
     }
 
     /// Edge of the voxels, metres.
@@ -212,9 +209,6 @@ impl LoopMap {
     }
 }
 
-/// What moved less is as it was where nothing else is asked for, metres of a drive.
-const MOVED_M: f64 = 0.02;
-
 /// Cuts the way through the keyframes.
 fn stretches(world_from_body: &[Isometry3<f64>], scales: Scales) -> Vec<usize> {
     let places = || world_from_body.iter().map(|pose| pose.translation.vector);
@@ -225,8 +219,8 @@ fn stretches(world_from_body: &[Isometry3<f64>], scales: Scales) -> Vec<usize> {
             Some(*along_m)
         }))
         .collect();
-    let longest_m = STRETCH_M * scales.metre_m();
-    let length_m = longest_m.min(along_m.last().copied().unwrap_or_default() / FEWEST_STRETCHES);
+    let length_m = scales.lengths().loop_map.stretch_m;
+    let length_m = length_m.min(along_m.last().copied().unwrap_or_default() / FEWEST_STRETCHES);
     let stretch = |along_m: &f64| if length_m > 0.0 { (along_m / length_m) as usize } else { 0 };
     along_m.iter().map(stretch).collect()
 }

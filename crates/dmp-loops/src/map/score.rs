@@ -230,8 +230,8 @@ impl LoopMap {
         let placed = PlacedPatches::new(&self.patches, world_from_body.iter().map(placement).collect())?;
         let settings = CastSettings {
             horizon_m: HORIZON * self.max_range_m,
-            window_m: self.scales.near_m()[0],
-            return_m: self.scales.blocked_m(),
+            window_m: self.scales.lengths().near_m[0],
+            return_m: self.scales.lengths().blocked_m,
             ..CastSettings::default()
         };
         Ok(Caster::new(placed, settings, maps * self.tile_bytes))

@@ -111,7 +111,7 @@ impl WholeMaps<'_> {
         let report = evaluate(self.log, &[run], &self.config, &Quietly(watch))?;
         let of_run = &report.runs[0];
         let plain = |value_m2| Estimate { value_m2, returns: of_run.returns, interval: None };
-        let near_m = report.config.scales.near_m();
+        let near_m = report.config.scales.lengths().near_m;
         let r_near_m2 = std::array::from_fn(|k| (near_m[k], of_run.r_near_m2[k].map(plain)));
         let scores = MapScores { r_near_m2, change: None, cast_share: 1.0 };
         let change = scores.ranked_m2().zip(self.without_m2).map(|(with, without)| plain(with - without));

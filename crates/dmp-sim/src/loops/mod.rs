@@ -2,7 +2,6 @@
 //! true.
 
 mod keyframes;
-mod lengths;
 mod measure;
 mod odometry;
 mod places;
@@ -11,12 +10,12 @@ mod tests;
 
 use std::collections::BTreeSet;
 
+use dmp_lengths::{LoopLengths, Scales, SimulatedLoopLengths};
 use dmp_sensor::{PoseEdge, PoseGraph, Trajectory};
 
 use crate::error::{SimError, require};
 use crate::random::Random;
 use keyframes::{Keyframes, Spacing};
-pub use lengths::{CameraViews, LoopLengths};
 pub use measure::LoopKind;
 use measure::Measurer;
 use places::Places;
@@ -51,34 +50,34 @@ pub struct LoopGraphOptions {
 }
 
 impl Default for LoopGraphOptions {
-    /// A drift of some metres in 500 to 800 m.
     fn default() -> Self {
-        Self {
-            seed: 1,
-            spacing_m: 1.0,
-            spacing_rad: None,
-            instants_ns: None,
-            step_sigma_m: 0.02,
-            step_sigma_rad: 0.03 * RAD_PER_DEG,
-            yaw_bias_rad_per_m: 0.006 * RAD_PER_DEG,
-            lengths: LoopLengths::DRIVE,
-            true_loops: 10,
-            false_loops: 10,
-            near_loops: 6,
-        }
+        Self::on_scales(Scales::default())
     }
 }
 
 impl LoopGraphOptions {
-    /// For a hand-held camera in a room: a keyframe every 0.2 m or 15°, and a drift of some decimetres in 20 m.
-    pub fn room() -> Self {
+    /// What is usual for a drive with a sensor that sees all around, or for a walk through a room with a camera in the hand.
+    pub fn on_scales(scales: Scales) -> Self {
+        let SimulatedLoopLengths {
+            spacing_m,
+            spacing_rad,
+            step_sigma_m,
+            step_sigma_rad,
+            yaw_bias_rad_per_m,
+            loops: lengths,
+        } = scales.lengths().simulated_loops;
         Self {
-            spacing_m: 0.2,
-            spacing_rad: Some(15.0 * RAD_PER_DEG),
-            step_sigma_rad: 0.3 * RAD_PER_DEG,
-            yaw_bias_rad_per_m: 0.1 * RAD_PER_DEG,
-            lengths: LoopLengths::ROOM,
-            ..Self::default()
+            seed: 1,
+            spacing_m,
+            spacing_rad,
+            instants_ns: None,
+            step_sigma_m,
+            step_sigma_rad,
+            yaw_bias_rad_per_m,
+            lengths,
+            true_loops: 10,
+            false_loops: 10,
+            near_loops: 6,
         }
     }
 }

@@ -33,8 +33,8 @@ impl Casters {
     pub(crate) fn new(maps: Vec<RunMap>, config: &Config, budget: &Budget) -> Self {
         let settings = CastSettings {
             horizon_m: HORIZON * config.max_range_m(),
-            window_m: config.scales().near_m()[0],
-            return_m: config.scales().blocked_m(),
+            window_m: config.scales().lengths().near_m[0],
+            return_m: config.scales().lengths().blocked_m,
             ..CastSettings::default()
         };
         let schedule: Arc<OnceLock<Schedule>> = Arc::default();

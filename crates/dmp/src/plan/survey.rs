@@ -1,6 +1,5 @@
 use dmp_log::ScanLog;
 use dmp_map::{DensityProbe, Lattice, MapError};
-use dmp_reduce::Scales;
 use dmp_sensor::{EgoMask, EgoVotes, ReturnFilter, Scan};
 
 use super::VoxelChoice;
@@ -13,18 +12,12 @@ use crate::watch::{Stage, Watch};
 
 /// Scans that vote on the vehicle, spread evenly over the log.
 const EGO_SCANS: usize = 50;
-/// A log that travels less than this, metres, may stand still for most of its scans: then everything
-/// would look like the vehicle.
-const EGO_TRAVEL_M: f64 = 20.0;
 /// Blocks of successive scans in which the density is looked at, scans of one, and where one ends at
 /// the latest.
 pub(crate) const BLOCKS: usize = 5;
 pub(crate) const BLOCK_SCANS: usize = 20;
 pub(crate) const BLOCK_RETURNS: u64 = 1_000_000;
-/// The voxel edges to choose from, metres, on a drive and in a room, and the share of returns in filled voxels that is
-/// enough.
-const VOXELS_M: [f64; 3] = [0.2, 0.3, 0.5];
-const ROOM_VOXELS_M: [f64; 3] = [0.02, 0.03, 0.05];
+/// The share of returns in filled voxels that is enough for a voxel edge.
 const FILLED_SHARE: f64 = 0.7;
 
 /// Which returns are used: the ranges, and the vehicle as it is given or as some of the `voters` find it, scans
@@ -41,8 +34,7 @@ pub(crate) fn filter(
     match config.ego {
         Ego::None => {}
         Ego::BoxMm(min, max) => filter.ego = EgoMask::from_box_mm(min, max),
-        // Nobody holds a camera so that a part of themselves is always in view.
-        Ego::Auto if travel_m < EGO_TRAVEL_M || config.scales() == Scales::Room => {}
+        Ego::Auto if config.scales().lengths().ego_travel_m.is_none_or(|least_m| travel_m < least_m) => {}
         Ego::Auto => {
             let chosen = spread(voters.len(), EGO_SCANS);
             watch.begin(Stage::Survey, chosen.len() as u64);
@@ -76,10 +68,7 @@ pub(crate) fn voxel(
         return Ok(VoxelChoice { voxel_m, filled_share: None });
     }
     let scans: usize = blocks.iter().map(|block| block.len()).sum();
-    let voxels_m = match config.scales() {
-        Scales::Drive => VOXELS_M,
-        Scales::Room => ROOM_VOXELS_M,
-    };
+    let voxels_m = config.scales().lengths().voxels_m;
     let mut choice = VoxelChoice { voxel_m: voxels_m[0], filled_share: None };
     'edges: for (k, &voxel_m) in voxels_m.iter().enumerate() {
         let lattice = Lattice::new(voxel_m).map_err(EvaluateError::Work)?;

@@ -41,7 +41,7 @@ const DEG_PER_M: f64 = 10.0 / 3.0;
 
 /// All sets of a log. Every run lies in a world of its own.
 pub(super) fn sets(log: &NullLog, draws: u64) -> anyhow::Result<Vec<Set>> {
-    let metre_m = log.scales.metre_m();
+    let metre_m = log.scales.lengths().metre_m;
     let mut sets = Vec::new();
     let copies = worlds(0).into_iter().enumerate();
     let copies = copies.map(|(k, world)| (format!("copy {k}"), log.base.moved(&world))).collect();
@@ -90,7 +90,7 @@ fn noise(log: &NullLog, sigma_m: f64, sigma_rad: f64, seed: u64) -> SlamErrors {
 
 /// The run as it is, worse by more and more noise, and by more and more drift.
 fn ladder(log: &NullLog, name: &str, noises_m: &[f64], drifts_m: &[f64]) -> anyhow::Result<Set> {
-    let metre_m = log.scales.metre_m();
+    let metre_m = log.scales.lengths().metre_m;
     let mut runs = vec![("base".to_owned(), elsewhere(&log.base, 0))];
     for (k, noise_m) in (1..).zip(noises_m) {
         let noisy = noise(log, noise_m * metre_m, (noise_m * DEG_PER_M).to_radians(), k).apply(&log.base)?;
@@ -141,7 +141,8 @@ pub(super) struct Grids {
 pub(super) fn grids(log: &NullLog, positions: u64) -> anyhow::Result<Grids> {
     let mut runs = Vec::new();
     for seed in 1..=3 {
-        let noisy = noise(log, 0.01 * log.scales.metre_m(), 0.05_f64.to_radians(), seed).apply(&log.base)?;
+        let noisy =
+            noise(log, 0.01 * log.scales.lengths().metre_m, 0.05_f64.to_radians(), seed).apply(&log.base)?;
         runs.push(Run::new(format!("draw {seed}"), noisy));
     }
     let mut found: Vec<AtScales> = Vec::new();

@@ -113,7 +113,7 @@ fn near_of(map: &MapScores) -> ScaleScores {
 
 /// The truncation of `R_near` that ranks loops, metres.
 fn scale_m(config: &Config) -> f64 {
-    config.scales().near_m()[1]
+    config.scales().lengths().near_m[1]
 }
 
 /// A change and its interval.
