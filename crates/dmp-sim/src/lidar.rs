@@ -5,8 +5,9 @@ use dmp_sensor::{Isometry3, Scan, Vector3};
 use crate::drive::Drive;
 use crate::error::SimError;
 use crate::lidar_options::{LidarOptions, NoReturn, Sweep};
+use crate::parts::solid::Hit;
 use crate::random::Random;
-use crate::town::{Hit, Town};
+use crate::town::Town;
 
 /// The range at which a LiDAR sees "at most" is given for a surface that is this bright, seen straight on.
 const NOMINAL_REFLECTIVITY: f64 = 0.8;

@@ -4,11 +4,11 @@ use nalgebra::Vector3;
 
 use crate::city::plan::{Plan, Street, Use};
 use crate::city::terrain::Terrain;
+use crate::parts::building::{Storeys, build_block, build_hall};
+use crate::parts::shape::Shape;
+use crate::parts::solid::{Solid, Surface};
+use crate::parts::street::{Stretch, car, furnish_street, plant_tree, put_pole};
 use crate::random::Random;
-use crate::town::building::{Storeys, build_block, build_hall};
-use crate::town::shape::Shape;
-use crate::town::street::{Stretch, car, furnish_street, plant_tree, put_pole};
-use crate::town::{Solid, Surface};
 
 /// Nothing stands in a street nearer than this to a street that crosses it, metres.
 const CLEAR_M: f64 = 3.5;

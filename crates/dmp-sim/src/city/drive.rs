@@ -4,11 +4,9 @@ use crate::city::plan::Plan;
 use crate::city::terrain::{Patch, Terrain};
 use crate::city::tour::tour;
 use crate::city::way::Way;
-use crate::route::{corner, lane};
+use crate::route_path::{CORNER_M, corner, lane};
 use crate::sway::{Stance, Sways};
 
-/// Length of a curve round a corner, metres.
-const CORNER_M: f64 = 14.0;
 /// The drive goes on for this long before its first and after its last scan.
 const MARGIN_S: f64 = 2.0;
 /// Height of the sensor above the ground, metres.

@@ -1,7 +1,7 @@
 //! Solids as the caster of a city takes them: in `f32`, relative to a point nearby.
 
-use crate::town::Solid;
-use crate::town::shape::Shape;
+use crate::parts::shape::Shape;
+use crate::parts::solid::Solid;
 
 /// Which formula a form needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -11,8 +11,8 @@ use crate::city::noise::Normal;
 use crate::city::view::{Frame, View};
 use crate::lidar::Lidar;
 use crate::lidar_options::{LidarOptions, NoReturn, Sweep};
+use crate::parts::solid::{Hit, Surface};
 use crate::random::Random;
-use crate::town::{Hit, Surface};
 
 /// The ground is at hand for this much more than the range of the sensor, metres.
 const BEYOND_M: f64 = 16.0;

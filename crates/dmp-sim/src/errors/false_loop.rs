@@ -1,4 +1,4 @@
-use super::{Poses, Travel, smooth_step};
+use super::poses::{Poses, Travel, smooth_step};
 use crate::error::SimError;
 use crate::random::Random;
 

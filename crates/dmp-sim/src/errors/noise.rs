@@ -1,6 +1,6 @@
 use dmp_sensor::{Isometry3, UnitQuaternion, Vector3};
 
-use super::Poses;
+use super::poses::Poses;
 use crate::error::{SimError, require};
 use crate::random::Random;
 

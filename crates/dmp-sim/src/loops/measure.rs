@@ -1,3 +1,5 @@
+//! What a front end measures of a loop, and what is wrong with it.
+
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 
@@ -5,8 +7,9 @@ use dmp_lengths::LoopLengths;
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph, UnitQuaternion, Vector3};
 
 use super::keyframes::Keyframes;
-use super::{RAD_PER_DEG, SimulatedLoop};
 use crate::random::Random;
+
+const RAD_PER_DEG: f64 = std::f64::consts::PI / 180.0;
 
 /// What every loop measurement is off by about each axis.
 const SIGMA_RAD: f64 = 0.2 * RAD_PER_DEG;
@@ -49,6 +52,15 @@ impl fmt::Display for LoopKind {
             Self::Near => "near",
         })
     }
+}
+
+/// A loop candidate, and what it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SimulatedLoop {
+    /// The measurement, from the earlier vertex to the later one.
+    pub edge: PoseEdge,
+    /// What it is.
+    pub kind: LoopKind,
 }
 
 /// Measures loops of a drive.

@@ -1,10 +1,12 @@
+//! Odometry that drifts from keyframe to keyframe.
+
 use std::collections::BTreeMap;
 
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
 
-use super::LoopGraphOptions;
 use super::keyframes::Keyframes;
 use super::measure::{off_by, up_and_ahead};
+use super::options::LoopGraphOptions;
 use crate::random::Random;
 
 /// The smallest standard deviations that are told of a step: no odometry is better, and the information of one

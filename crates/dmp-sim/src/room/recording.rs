@@ -1,7 +1,7 @@
 use dmp_sensor::{Isometry3, PinholeCamera, Trajectory};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use super::Room;
+use super::furnished::Room;
 use super::image::DepthImage;
 use super::noise::measured;
 use super::view::{Seen, View};

@@ -2,7 +2,7 @@ use std::f64::consts::{PI, TAU};
 
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
-use super::Room;
+use super::furnished::Room;
 use crate::error::{SimError, require};
 use crate::random::Random;
 use crate::sway::Sway;

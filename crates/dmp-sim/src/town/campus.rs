@@ -6,11 +6,11 @@
 
 use nalgebra::Vector3;
 
-use super::building::build_hall;
 use super::ground::Ground;
-use super::shape::Shape;
-use super::street::{plant_tree, put_pole};
-use super::{Solid, Surface};
+use crate::parts::building::build_hall;
+use crate::parts::shape::Shape;
+use crate::parts::solid::{Solid, Surface};
+use crate::parts::street::{plant_tree, put_pole};
 use crate::random::Random;
 
 /// Corners of the walk, metres east and north: from the south through a passage, under the arcade, round the

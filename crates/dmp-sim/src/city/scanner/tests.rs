@@ -2,7 +2,7 @@ use super::*;
 use crate::city::block;
 use crate::city::blocks::cells_around;
 use crate::city::plan::Plan;
-use crate::town::Solid;
+use crate::parts::solid::Solid;
 
 const PLAN: Plan = Plan { seed: 11 };
 const SPEED_M_S: f64 = 12.0;

@@ -3,9 +3,9 @@
 
 use nalgebra::Vector3;
 
-use super::ground::Relief;
+use super::relief::Relief;
 use super::shape::Shape;
-use super::{Solid, Surface};
+use super::solid::{Solid, Surface};
 use crate::random::Random;
 
 /// One side of a block, seen from its street: `along` the façades, `inward` from the building line.
