@@ -39,6 +39,7 @@ mod errors;
 mod lidar;
 mod lidar_options;
 mod loops;
+mod motion;
 mod parts;
 mod path;
 mod profile;

@@ -3,6 +3,7 @@
 use dmp_sensor::{Isometry3, Trajectory};
 
 use crate::error::SimError;
+use crate::path;
 
 pub(super) type Poses = Vec<Isometry3<f64>>;
 
@@ -45,6 +46,5 @@ pub(super) fn with_poses(run: &Trajectory, poses: Poses) -> Trajectory {
 
 /// Rises smoothly from 0 at `u` ≤ 0 to 1 at `u` ≥ 1, without a jump of slope or curvature.
 pub(super) fn smooth_step(u: f64) -> f64 {
-    let u = u.clamp(0.0, 1.0);
-    u * u * u * (u * (6.0 * u - 15.0) + 10.0)
+    path::smooth_step(u.clamp(0.0, 1.0))
 }

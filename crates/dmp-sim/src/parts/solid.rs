@@ -2,6 +2,9 @@
 
 use super::shape::Shape;
 
+/// Share of the light that comes back from the ground, seen straight on.
+pub(crate) const GROUND_REFLECTIVITY: f64 = 0.25;
+
 /// What a ray met.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]

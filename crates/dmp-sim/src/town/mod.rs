@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use crate::error::{SimError, require};
 use crate::parts::building::{Storeys, build_block};
 use crate::parts::relief::Relief as _;
-use crate::parts::solid::{Hit, Solid, Surface};
+use crate::parts::solid::{GROUND_REFLECTIVITY, Hit, Solid, Surface};
 use crate::parts::street::{CROSSING_M, Stretch, furnish_street};
 use crate::random::Random;
 pub(crate) use campus::{WALK, walkable_m};
@@ -163,7 +163,7 @@ impl Town {
             }
         }
         if let Some(entry) = self.ground.entry(origin, direction, far_m) {
-            hit = Some((entry, 0.25, Surface::Ground));
+            hit = Some((entry, GROUND_REFLECTIVITY, Surface::Ground));
         }
         hit.map(|(entry, reflectivity, surface)| {
             let cos_incidence = (-entry.normal.dot(&direction)).clamp(f64::MIN_POSITIVE, 1.0);

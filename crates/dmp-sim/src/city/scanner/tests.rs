@@ -2,6 +2,7 @@ use super::*;
 use crate::city::block;
 use crate::city::blocks::cells_around;
 use crate::city::plan::Plan;
+use crate::lidar_options::NoReturn;
 use crate::parts::solid::Solid;
 
 const PLAN: Plan = Plan { seed: 11 };
