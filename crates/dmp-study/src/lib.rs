@@ -14,6 +14,7 @@ mod clouds;
 mod columns;
 mod error;
 mod maps;
+mod options;
 pub mod peers;
 mod plots;
 mod study;
@@ -22,7 +23,8 @@ mod truth;
 
 pub use clouds::{CloudWatch, RunClouds};
 pub use error::StudyError;
+pub use options::StudyOptions;
 pub use plots::{Picture, plots_of};
-pub use study::{PeerReport, Study, StudyOptions, SurfaceReport, TruthReport, study};
+pub use study::{PeerReport, Study, SurfaceReport, TruthReport, study};
 pub use table::{Column, Correlation, StudyTable, correlation};
 pub use truth::{ReferenceSurface, TruthOptions};

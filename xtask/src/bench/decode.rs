@@ -16,7 +16,7 @@ use dmp_sensor::Scan;
 use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route};
 use serde::{Deserialize, Serialize};
 
-use super::{circumstances, on_core_s, spread};
+use super::times::{circumstances, on_core_s, spread};
 
 /// Scans that are simulated; a longer log repeats them under later stamps.
 const DISTINCT_SCANS: usize = 20;

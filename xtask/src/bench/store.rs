@@ -11,7 +11,7 @@ use dmp_cast::{CastSource, ReadyMap, ReadyTile};
 use dmp_map::{Durability, Store, StoreSummary, Tile, TileEntry, TileId};
 
 use super::cast::scene::{SCENES, SimulatedDrive};
-use super::{circumstances, drop_pages, spread};
+use super::times::{circumstances, drop_pages, spread};
 
 /// Maps in the archive form and in the cast-ready form: bytes, and time to load, warm and cold
 #[derive(Debug, Args)]

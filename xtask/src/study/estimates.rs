@@ -143,7 +143,7 @@ impl Making<'_> {
 
 /// Where the run of an odometry on a drive is kept.
 pub(crate) fn odometry_path(spec: &DriveSpec, config: &str) -> PathBuf {
-    crate::root().join("xtask").join("odometry").join(format!("{}-{config}.tum", spec.name))
+    crate::workspace::root().join("xtask").join("odometry").join(format!("{}-{config}.tum", spec.name))
 }
 
 /// The kept run of an odometry, moved so that its first pose is the true one: an odometry starts anywhere.

@@ -1,13 +1,14 @@
+//! The map of a graph: its scans as rigid patches, one around each keyframe, read from the log once.
+
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 use dmp::{Config, PosedLog, PosedScan, Scales, Watch};
 use dmp_log::ScanLog;
-use dmp_map::{Lattice, PatchBuilder, PatchWriter, Patches, WorkFolder};
+use dmp_map::{Lattice, PatchBuilder, PatchWriter, Patches, Placement, WorkFolder};
 use dmp_sensor::{Isometry3, Ray, ReturnCounts};
 
 use super::rays::{KeyframeRays, RayInPatch, is_drawn};
-use super::score::Placed;
 use crate::{Keyframes, LoopError};
 
 /// Most rays that are held and cast into each map, of all keyframes together: some 40 MB with what they leave.
@@ -157,12 +158,6 @@ impl LoopMap {
         })
     }
 
-    /// The map with the keyframes at these poses, with all rays cast into it: of each keyframe on the thread that comes
-    /// to it.
-    pub(crate) fn placed_at(&self, world_from_body: Vec<Isometry3<f64>>) -> Result<Placed<'_>, LoopError> {
-        Placed::new(self, world_from_body)
-    }
-
     /// What became of the returns of the log.
     pub fn counts(&self) -> &ReturnCounts {
         &self.counts
@@ -223,4 +218,13 @@ fn stretches(world_from_body: &[Isometry3<f64>], scales: Scales) -> Vec<usize> {
     let length_m = length_m.min(along_m.last().copied().unwrap_or_default() / FEWEST_STRETCHES);
     let stretch = |along_m: &f64| if length_m > 0.0 { (along_m / length_m) as usize } else { 0 };
     along_m.iter().map(stretch).collect()
+}
+
+/// Where the patch of a keyframe lies.
+pub(super) fn placement(world_from_body: &Isometry3<f64>) -> Placement {
+    let rotation = world_from_body.rotation.to_rotation_matrix();
+    Placement {
+        rotation: std::array::from_fn(|i| std::array::from_fn(|j| rotation[(i, j)])),
+        origin_in_world_m: world_from_body.translation.vector.into(),
+    }
 }

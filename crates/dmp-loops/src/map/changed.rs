@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use dmp_sensor::Isometry3;
 use nalgebra::Point3;
 
-use super::{LoopMap, placement};
+use super::build::{LoopMap, placement};
 
 /// Which patches have something in each column of the world.
 #[derive(Debug)]

@@ -1,3 +1,5 @@
+//! A sample of the rays of each keyframe, by where they end.
+
 use std::collections::BTreeMap;
 
 use dmp::Scales;
