@@ -1,3 +1,5 @@
+//! What cannot be simulated.
+
 use dmp_sensor::{PoseGraphError, TrajectoryError};
 
 use crate::route::Route;

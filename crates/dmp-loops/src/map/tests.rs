@@ -1,3 +1,5 @@
+//! A map whose patches moved has the scores of one that is made anew.
+
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
 use dmp_sim::LoopKind;
 

@@ -1,3 +1,5 @@
+//! The search for acceptable candidates finds what a plain one does; what has no score is told.
+
 use std::collections::BTreeSet;
 
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};

@@ -1,3 +1,5 @@
+//! A right loop closure of the whole way.
+
 use dmp_sensor::{Isometry3, Trajectory, UnitQuaternion, Vector3};
 use nalgebra::{Matrix3, Matrix6, Vector6};
 

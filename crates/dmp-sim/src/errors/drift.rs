@@ -1,3 +1,5 @@
+//! Drift that grows with the travel.
+
 use dmp_sensor::{Isometry3, UnitQuaternion, Vector3};
 
 use super::align::aligned_rmse_m;

@@ -1,3 +1,5 @@
+//! A wrong loop closure.
+
 use super::poses::{Poses, Travel, smooth_step};
 use crate::error::SimError;
 use crate::random::Random;

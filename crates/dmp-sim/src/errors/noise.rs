@@ -1,3 +1,5 @@
+//! White noise of poses.
+
 use dmp_sensor::{Isometry3, UnitQuaternion, Vector3};
 
 use super::poses::Poses;

@@ -1,3 +1,5 @@
+//! Pairs of keyframes: at one place, or at places far apart.
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use dmp_lengths::LoopLengths;

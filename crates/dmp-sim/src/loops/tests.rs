@@ -1,3 +1,5 @@
+//! Pose graphs drift as they say, and loop candidates are what they say.
+
 use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
 

@@ -1,3 +1,5 @@
+//! What a room is built of, put where a wall says.
+
 use dmp_sensor::Vector3;
 
 use super::plan::Face;

@@ -1,3 +1,5 @@
+//! The plan of a room: its walls, and what is set back in them.
+
 use crate::random::Random;
 
 /// Which [`Room`]. Everything in it follows from these numbers.

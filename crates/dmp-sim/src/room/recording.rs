@@ -1,3 +1,5 @@
+//! A recording: depth images of a walk through a room, and the truth about it.
+
 use dmp_sensor::{Isometry3, PinholeCamera, Trajectory};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 

@@ -1,3 +1,5 @@
+//! The surface of a room that can be seen, as triangles.
+
 use std::f64::consts::{PI, TAU};
 
 use dmp_sensor::Vector3;

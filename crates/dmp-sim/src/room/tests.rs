@@ -1,3 +1,5 @@
+//! Rooms, their images, their surfaces and walks through them.
+
 use std::collections::HashMap;
 
 use dmp_sensor::{Distortion, Isometry3, PinholeCamera, Trajectory, Vector3};

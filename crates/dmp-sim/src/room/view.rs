@@ -1,3 +1,5 @@
+//! What every pixel of a depth camera sees of a room, exactly.
+
 use std::ops::Range;
 
 use dmp_sensor::{Isometry3, PinholeCamera, PixelBearings, Vector3};

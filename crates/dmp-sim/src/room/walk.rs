@@ -1,3 +1,5 @@
+//! A walk through a room with a camera in the hand.
+
 use std::f64::consts::{PI, TAU};
 
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};

@@ -1,3 +1,5 @@
+//! Floor, ceiling and walls of a room, with doors, windows and alcoves.
+
 use dmp_sensor::Vector3;
 
 use super::fitting::Fitting;

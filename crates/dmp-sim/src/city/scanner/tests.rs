@@ -1,3 +1,5 @@
+//! What a scanner measures is what every form and the ground answer for by themselves.
+
 use super::*;
 use crate::city::block;
 use crate::city::blocks::cells_around;
