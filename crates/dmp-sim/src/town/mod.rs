@@ -38,14 +38,6 @@ pub struct Town {
 }
 
 impl Town {
-    /// The same town with as many other cars in its streets, drawn by `seed`.
-    ///
-    /// # Errors
-    /// As [`Town::new`].
-    pub fn with_other_traffic(&self, seed: u64) -> Result<Self, SimError> {
-        Self::new(TownOptions { traffic_seed: Some(seed), ..self.options.clone() })
-    }
-
     /// Builds the town: the same options give the same town, to the bit.
     ///
     /// # Errors
