@@ -41,7 +41,7 @@ pub(crate) struct SamplesArgs {
 }
 
 pub(crate) fn run(arguments: &SamplesArgs) -> anyhow::Result<()> {
-    let samples = crate::root().join("data-samples");
+    let samples = crate::workspace::root().join("data-samples");
     let fresh = tempfile::tempdir()?;
     make(fresh.path())?;
     fs::write(fresh.path().join(SCORES), score(fresh.path())?)?;

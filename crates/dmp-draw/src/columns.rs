@@ -76,12 +76,13 @@ pub fn is_cross_validated(report: &Report) -> bool {
 /// maps were given.
 pub fn columns(report: &Report) -> Vec<ScoreColumn> {
     let scales = report.config.scales;
-    let near_m: &[f64] = scales.near_m();
+    let near_m: &[f64] = &scales.lengths().near_m;
     let near = |index| ScoreColumn::root("R_near", |run, k| run.r_near_m2[k], index, near_m);
     let cross_validated = is_cross_validated(report);
     let mut columns: Vec<ScoreColumn> = if cross_validated {
         // The first of the truncations serves the place guard alone.
-        let cv = |index| ScoreColumn::root("R_cv", |run, k| run.r_cv_m2[k], index, &scales.cv_m()[1..]);
+        let cv =
+            |index| ScoreColumn::root("R_cv", |run, k| run.r_cv_m2[k], index, &scales.lengths().cv_m[1..]);
         [cv(0), cv(1), cv(2), near(near_m.len() - 1)].into_iter().flatten().collect()
     } else {
         (0..near_m.len()).filter_map(near).collect()

@@ -1,3 +1,5 @@
+//! What can go wrong with loop candidates.
+
 use dmp::EvaluateError;
 use dmp_map::MapError;
 use dmp_reduce::ReduceError;

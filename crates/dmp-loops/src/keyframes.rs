@@ -11,10 +11,10 @@ use crate::LoopError;
 
 /// When the vertices of a graph were: each is the pose of the body at an instant, a keyframe.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Keyframes(Kind);
+pub struct Keyframes(Instants);
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum Kind {
+enum Instants {
     /// Strictly increasing, nanoseconds.
     At(Vec<i64>),
     /// So many scans of a log without stamps, in their order.
@@ -42,9 +42,9 @@ impl Keyframes {
             (Some(times), Some(_)) => Self::at(times.to_vec(), vertices),
             (None, _) if scans != vertices => Err(LoopError::WhichScans { scans, vertices }),
             (None, Some(stamps)) if stamps.windows(2).all(|pair| pair[0] < pair[1]) => {
-                Ok(Self(Kind::At(stamps)))
+                Ok(Self(Instants::At(stamps)))
             }
-            (None, _) => Ok(Self(Kind::Scans(scans))),
+            (None, _) => Ok(Self(Instants::Scans(scans))),
         }
     }
 
@@ -58,15 +58,15 @@ impl Keyframes {
         }
         match stamps_ns.windows(2).find(|pair| pair[0] >= pair[1]) {
             Some(pair) => Err(LoopError::Backwards { before_ns: pair[0], stamp_ns: pair[1] }),
-            None => Ok(Self(Kind::At(stamps_ns))),
+            None => Ok(Self(Instants::At(stamps_ns))),
         }
     }
 
     /// How many there are.
     pub(crate) fn len(&self) -> usize {
         match &self.0 {
-            Kind::At(stamps) => stamps.len(),
-            Kind::Scans(scans) => *scans,
+            Instants::At(stamps) => stamps.len(),
+            Instants::Scans(scans) => *scans,
         }
     }
 
@@ -80,18 +80,18 @@ impl Keyframes {
             return Err(LoopError::OtherKeyframes { keyframes, poses });
         }
         let trajectory = match &self.0 {
-            Kind::At(stamps) => {
+            Instants::At(stamps) => {
                 let poses = stamps.iter().copied().zip(world_from_body.iter().copied()).collect();
                 Trajectory::stamped(poses)?.trajectory
             }
-            Kind::Scans(_) => Trajectory::unstamped(world_from_body.to_vec())?,
+            Instants::Scans(_) => Trajectory::unstamped(world_from_body.to_vec())?,
         };
         Ok(Run::new(name, trajectory))
     }
 
     /// The keyframe nearest to a scan, by its stamp, or by its number where there are no stamps.
     pub(crate) fn nearest(&self, stamp_ns: Option<i64>, number: usize) -> usize {
-        let (Kind::At(stamps), Some(stamp_ns)) = (&self.0, stamp_ns) else { return number };
+        let (Instants::At(stamps), Some(stamp_ns)) = (&self.0, stamp_ns) else { return number };
         let after = stamps.partition_point(|&stamp| stamp <= stamp_ns).min(stamps.len() - 1);
         let before = after.saturating_sub(1);
         let far = |index: usize| stamps[index].abs_diff(stamp_ns);

@@ -45,8 +45,8 @@ impl Reducer {
         let estimate = |ratio: &Ratio| ratio.mean().map(|mean| mean.within(confidence));
         RunScores {
             sums: totals.sums,
-            r_cv_m2: std::array::from_fn(|k| (scales.cv_m()[WIDEST + k], estimate(&totals.cv[k]))),
-            r_near_m2: std::array::from_fn(|k| (scales.near_m()[k], estimate(&totals.near[k]))),
+            r_cv_m2: std::array::from_fn(|k| (scales.lengths().cv_m[WIDEST + k], estimate(&totals.cv[k]))),
+            r_near_m2: std::array::from_fn(|k| (scales.lengths().near_m[k], estimate(&totals.near[k]))),
         }
     }
 

@@ -21,16 +21,16 @@ impl Basis {
     /// The scales of its sums, metres, largest first.
     pub fn scales_m(self, scales: Scales) -> &'static [f64] {
         match self {
-            Self::CrossValidated => scales.cv_m(),
-            Self::Near => scales.near_m(),
+            Self::CrossValidated => &scales.lengths().cv_m,
+            Self::Near => &scales.lengths().near_m,
         }
     }
 
     /// The scales at which a pair is decided, metres, in the order in which they are asked.
     pub fn cascade_m(self, scales: Scales) -> &'static [f64] {
         match self {
-            Self::CrossValidated => &scales.cv_m()[WIDEST..],
-            Self::Near => scales.near_m(),
+            Self::CrossValidated => &scales.lengths().cv_m[WIDEST..],
+            Self::Near => &scales.lengths().near_m,
         }
     }
 }

@@ -80,7 +80,7 @@ pub use reducer::{Layout, Reducer, Seen};
 pub use residuals::{DepthResidual, HitKind, Residuals};
 pub use run::{RunSums, Withheld};
 pub use same::{Margin, Promise};
-pub use scales::{Reach, Scales};
+pub use scales::{Lengths, Reach, Scales};
 pub use student::Confidence;
 pub use surface::SurfaceGroup;
 pub use verdict::{UndecidedReason, Verdict};

@@ -1,6 +1,6 @@
 use std::fmt;
 
-use crate::scales::{Scales, WIDEST};
+use crate::scales::{Scales, WIDEST, limits};
 
 /// What a return without an independent crossing costs in `R_cv` at its widest scale: the share κ of the full
 /// square, 100 m² for a LiDAR.
@@ -25,7 +25,7 @@ impl MissPrice {
 
     /// In the units of [`FixedSum`](crate::FixedSum), rounded down.
     pub(crate) fn units(self, scales: Scales) -> i128 {
-        i128::from(scales.limits().cv[WIDEST]) * i128::from(self.thousandths) / 1000
+        i128::from(limits(scales).cv[WIDEST]) * i128::from(self.thousandths) / 1000
     }
 }
 

@@ -1,6 +1,6 @@
 use crate::basis::Basis;
 use crate::fixed::{near_square_units, square_units};
-use crate::scales::{CV, NEAR, Scales};
+use crate::scales::{CV, NEAR, Scales, limits};
 use crate::surface::SurfaceGroup;
 
 /// What one run's map predicts for one return, as residuals z − z' in metres: measured range minus
@@ -40,7 +40,7 @@ pub struct DepthResidual {
 pub enum HitKind {
     /// Nothing: what [`RunSums::miss_rate`](crate::RunSums::miss_rate) counts.
     Miss,
-    /// A surfel at most [`Scales::blocked_m`] from the return.
+    /// A surfel at most [`Lengths::blocked_m`](crate::Lengths) from the return.
     Hit,
     /// A surfel more than that in front of the return: what [`RunSums::blocked_rate`](crate::RunSums::blocked_rate)
     /// counts.
@@ -52,7 +52,7 @@ pub enum HitKind {
 impl Residuals {
     /// What the ray meets first.
     pub fn hit_kind(&self, scales: Scales) -> HitKind {
-        let blocked_m = scales.blocked_m();
+        let blocked_m = scales.lengths().blocked_m;
         match self.first_m.filter(|m| m.is_finite()) {
             None => HitKind::Miss,
             Some(m) if m > blocked_m => HitKind::Blocked,
@@ -105,7 +105,7 @@ pub(crate) struct Squares {
 impl Squares {
     #[inline]
     pub(crate) fn of(residuals: &Residuals, scales: Scales) -> Self {
-        let limits = scales.limits();
+        let limits = limits(scales);
         let given = [residuals.first_m, residuals.nearest_m, residuals.independent_m];
         let [first, nearest, independent] = given.map(|r| r.filter(|m| m.is_finite()));
         let finite = [first, nearest, independent].iter().flatten().count();
@@ -125,7 +125,7 @@ impl Squares {
                     .map(|off| if off.is_finite() { square_units(off) } else { 0 })
             }),
             revisited: residuals.revisited,
-            blocked: first.is_some_and(|m| m > scales.blocked_m()),
+            blocked: first.is_some_and(|m| m > scales.lengths().blocked_m),
             non_finite: (given.iter().flatten().count() - finite) as u8,
             surfaces: residuals.surfaces,
         }

@@ -178,14 +178,14 @@ impl RunSums {
     pub fn r_cv_m2(&self, price: MissPrice) -> [(f64, Option<f64>); CV - WIDEST] {
         std::array::from_fn(|k| {
             let (sum, count) = self.cv_ratio(WIDEST + k, price);
-            (self.scales.cv_m()[WIDEST + k], sum.mean_m2(count))
+            (self.scales.lengths().cv_m[WIDEST + k], sum.mean_m2(count))
         })
     }
 
     /// `R_near` as (scale in metres, score), at 5, 2 and 0.5 m for a LiDAR: the mean of min((z − zn)², τ²) over the
     /// returns with z1.
     pub fn r_near_m2(&self) -> [(f64, Option<f64>); NEAR] {
-        std::array::from_fn(|k| (self.scales.near_m()[k], self.near[k].mean_m2(self.with_first)))
+        std::array::from_fn(|k| (self.scales.lengths().near_m[k], self.near[k].mean_m2(self.with_first)))
     }
 
     /// Why `R_cv` is not to be given for this run; `None` where it is.
@@ -203,7 +203,7 @@ impl RunSums {
         self.share(self.returns - self.with_first)
     }
 
-    /// Share of returns that cross a surfel more than [`Scales::blocked_m`] before the measured range.
+    /// Share of returns that cross a surfel more than [`Lengths::blocked_m`](crate::Lengths) before the measured range.
     pub fn blocked_rate(&self) -> Option<f64> {
         self.share(self.blocked)
     }
@@ -223,7 +223,7 @@ impl RunSums {
         (self.returns > 0).then(|| count as f64 / self.returns as f64)
     }
 
-    /// Numerator and denominator of `R_cv` at the `scale`-th of [`Scales::cv_m`].
+    /// Numerator and denominator of `R_cv` at the `scale`-th of [`Lengths::cv_m`](crate::Lengths).
     pub(crate) fn cv_ratio(&self, scale: usize, price: MissPrice) -> (FixedSum, u64) {
         if scale != WIDEST {
             return (self.cv[scale], self.with_independent);
@@ -232,7 +232,7 @@ impl RunSums {
         (self.cv[scale] + FixedSum::from_units(missing * price.units(self.scales)), self.returns)
     }
 
-    /// Numerator and denominator of `R_near` at the `scale`-th of [`Scales::near_m`].
+    /// Numerator and denominator of `R_near` at the `scale`-th of [`Lengths::near_m`](crate::Lengths).
     pub(crate) fn near_ratio(&self, scale: usize) -> (FixedSum, u64) {
         (self.near[scale], self.with_first)
     }

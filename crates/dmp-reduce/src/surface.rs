@@ -6,7 +6,7 @@ pub(crate) const GROUPS: usize = 64;
 /// The piece of surface that a prediction lies on, as one of 64 groups into which all pieces are sorted by a hash.
 ///
 /// Returns whose rays end on one piece of a map err together, whenever they were measured. A piece is a cube of the
-/// map, of [`Scales::surface_m`](crate::Scales::surface_m) along an edge. There may be any number of them; which of
+/// map, of [`Lengths::surface_m`](crate::Lengths) along an edge. There may be any number of them; which of
 /// them share a group has nothing to do with where they are, so the scatter of the groups is that of the pieces
 /// (random groups: Wolter, *Introduction to Variance Estimation*, 2007, chapter 2), in memory that does not grow
 /// with the map.
@@ -20,7 +20,7 @@ impl SurfaceGroup {
     /// The group of the piece at a place of the map, metres.
     #[inline]
     pub fn of_place(place_m: [f64; 3], scales: Scales) -> Self {
-        let edge_m = scales.surface_m();
+        let edge_m = scales.lengths().surface_m;
         Self::of_cube(place_m.map(|c| (c / edge_m).floor() as i32))
     }
 

@@ -123,12 +123,11 @@ fn short(length_m: f64) -> String {
 
 /// What the scale that decided says.
 fn reach(scale_m: f64, scales: Scales) -> String {
-    let middle = if scales == Scales::Drive { "metre" } else { "decimetre" };
-    match scales.reach(scale_m) {
+    match scales.lengths().reach(scale_m) {
         Reach::Global => format!("globally: decided at the {scale_m} m scale"),
-        Reach::Middle => format!("at the {middle} scale: decided at {scale_m} m, undecided above"),
-        Reach::Local => format!("locally: decided at {scale_m} m, undecided above"),
-        Reach::Fine => format!("only at the centimetre scale: decided at {scale_m} m, undecided above"),
+        Reach::Middle(unit) => format!("at the {unit} scale: decided at {scale_m} m, undecided above"),
+        Reach::Local(_) => format!("locally: decided at {scale_m} m, undecided above"),
+        Reach::Fine(unit) => format!("only at the {unit} scale: decided at {scale_m} m, undecided above"),
     }
 }
 

@@ -1,8 +1,11 @@
+//! A drive through a town, or a walk over a campus: when which point of its line is passed.
+
 use std::ops::Range;
 
 use dmp_sensor::{Isometry3, Trajectory, TrajectoryError};
 
 use crate::error::{SimError, require};
+use crate::motion::{self, FORWARD_M_S2, HEIGHT_M, MARGIN_S, SIDEWAYS_M_S2, START_NS, WAVER, require_speed};
 use crate::path::{Path, STEP_M, hermite};
 use crate::profile::Profile;
 use crate::random::Random;
@@ -10,15 +13,8 @@ use crate::route::Route;
 use crate::sway::{Stance, Sway, Sways};
 use crate::town::{Town, TownOptions};
 
-/// The drive goes on for this long before the first and after the last instant asked for.
-const MARGIN_S: f64 = 2.0;
-/// Sideways acceleration in curves and change of speed that a passenger would accept, m/s².
-const SIDEWAYS_M_S2: f64 = 2.0;
-const FORWARD_M_S2: f64 = 1.2;
 /// Speed is the mean over this many stations to either side, twice.
 const SMOOTHING: usize = 8;
-/// A car's speed over a street at most, its share of wavering included.
-const WAVER: f64 = 0.08;
 /// Stairs are taken more slowly, by this much per unit of slope, and with so much of the slope as pitch: a
 /// walker leans, but does not lie on the stairs as a car on a hill.
 const EFFORT: f64 = 1.2;
@@ -43,8 +39,8 @@ pub struct DriveOptions {
 
 impl Default for DriveOptions {
     fn default() -> Self {
-        let start_ns = 1_700_000_000_000_000_000;
-        Self { seed: 1, route: Route::Loop, speed_m_s: 6.0, duration_s: 30.0, start_ns, height_m: 1.9 }
+        let (start_ns, height_m) = (START_NS, HEIGHT_M);
+        Self { seed: 1, route: Route::Loop, speed_m_s: 6.0, duration_s: 30.0, start_ns, height_m }
     }
 }
 
@@ -117,7 +113,7 @@ impl<'a> Drive<'a> {
     /// streets or a car over a campus.
     pub fn new(town: &'a Town, options: DriveOptions) -> Result<Self, SimError> {
         let DriveOptions { speed_m_s, duration_s, height_m, .. } = options;
-        require((0.5..=40.0).contains(&speed_m_s), "the speed in m/s", "from 0.5 to 40", speed_m_s)?;
+        require_speed(speed_m_s)?;
         require(
             duration_s > 0.0 && duration_s <= 1e5,
             "the length of the drive in s",
@@ -142,8 +138,7 @@ impl<'a> Drive<'a> {
     /// The body's pose at an instant. From 2 s before the start to 2 s after the end it moves, before
     /// and after that it all but stands.
     pub fn world_from_body_at(&self, stamp_ns: i64) -> Isometry3<f64> {
-        let time_s = stamp_ns.saturating_sub(self.options.start_ns) as f64 * 1e-9;
-        let time_s = time_s.clamp(-MARGIN_S, self.options.duration_s + MARGIN_S);
+        let time_s = motion::time_s(stamp_ns, self.options.start_ns, self.options.duration_s);
         let path_m = self.plan.path_m(time_s);
         let at = self.plan.path.at(path_m);
         let on_map = self.sways.on_map(&at, path_m);
@@ -164,10 +159,8 @@ impl<'a> Drive<'a> {
     /// # Errors
     /// When the rate is below 1 Hz or above 10 kHz.
     pub fn trajectory(&self, rate_hz: f64) -> Result<Trajectory, SimError> {
-        require((1.0..=1e4).contains(&rate_hz), "the rate of the poses in Hz", "from 1 to 10000", rate_hz)?;
-        let last = (self.options.duration_s * rate_hz).ceil() as i64 + 1;
-        let stamp = |k: i64| self.options.start_ns + libm::round(k as f64 * 1e9 / rate_hz) as i64;
-        let poses = (-1..=last).map(stamp).map(|stamp_ns| (stamp_ns, self.world_from_body_at(stamp_ns)));
+        let stamps_ns = motion::pose_stamps_ns(self.options.start_ns, self.options.duration_s, rate_hz)?;
+        let poses = stamps_ns.map(|stamp_ns| (stamp_ns, self.world_from_body_at(stamp_ns)));
         Ok(sorted(Trajectory::stamped(poses.collect()).map(|repaired| repaired.trajectory)))
     }
 }

@@ -1,7 +1,9 @@
+//! What cannot be simulated.
+
 use dmp_sensor::{PoseGraphError, TrajectoryError};
 
-use crate::loops::LoopLengths;
 use crate::route::Route;
+use dmp_lengths::LoopLengths;
 
 /// Why a simulation cannot be made as asked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -39,26 +39,31 @@ mod errors;
 mod lidar;
 mod lidar_options;
 mod loops;
+mod motion;
+mod parts;
 mod path;
 mod profile;
 mod random;
 mod room;
 mod route;
+mod route_path;
 mod simulation;
 mod sway;
 mod town;
 
 pub use city::{CityOptions, CityRecording};
+pub use dmp_lengths::Scales;
 pub use drive::{Drive, DriveOptions};
 pub use error::SimError;
 pub use errors::{Noise, SlamErrors, ate_rmse_m, close_loop};
 pub use lidar::Lidar;
 pub use lidar_options::{LidarOptions, NoReturn, Sweep};
-pub use loops::{CameraViews, LoopGraph, LoopGraphOptions, LoopKind, LoopLengths, SimulatedLoop};
+pub use loops::{LoopGraph, LoopGraphOptions, LoopKind, SimulatedLoop};
+pub use parts::solid::{Hit, Surface};
 pub use room::{
     DepthImage, DepthRecording, DepthRecordingOptions, Room, RoomEstimate, RoomHit, RoomOptions, RoomWalk,
     RoomWalkOptions, room_estimates,
 };
 pub use route::Route;
 pub use simulation::{Recording, RecordingOptions};
-pub use town::{Hit, Surface, Town, TownOptions};
+pub use town::{Town, TownOptions};

@@ -1,15 +1,21 @@
+//! A LiDAR, and its scans of a drive through a town.
+
 use std::f64::consts::{PI, TAU};
 
 use dmp_sensor::{Isometry3, Scan, Vector3};
 
 use crate::drive::Drive;
 use crate::error::SimError;
-use crate::lidar_options::{LidarOptions, NoReturn, Sweep};
+use crate::lidar_options::{LidarOptions, Sweep};
+use crate::parts::solid::Hit;
 use crate::random::Random;
-use crate::town::{Hit, Town};
+use crate::town::Town;
 
 /// The range at which a LiDAR sees "at most" is given for a surface that is this bright, seen straight on.
 const NOMINAL_REFLECTIVITY: f64 = 0.8;
+
+/// Scans that are measured at the same time, on all threads, and held in memory together.
+pub(crate) const BATCH: usize = 16;
 
 /// A LiDAR that turns about its z axis, counter-clockwise from the rear (−x), and measures as it moves.
 #[derive(Debug, Clone)]
@@ -119,11 +125,7 @@ impl Lidar {
             hit.filter(|hit| !lost && self.sees(hit)).map(|hit| hit.range_m + options.range_noise_m * noise);
         match range_m.filter(|&range_m| range_m >= options.min_range_m) {
             Some(range_m) => Some((told * range_m).map(|c| round_to(c, options.resolution_m) as f32).into()),
-            None => match options.no_return {
-                NoReturn::Omitted => None,
-                NoReturn::Zero => Some([0.0; 3]),
-                NoReturn::NotANumber => Some([f32::NAN; 3]),
-            },
+            None => options.no_return.point(),
         }
     }
 
@@ -143,6 +145,7 @@ fn round_to(value: f64, step: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::drive::DriveOptions;
+    use crate::lidar_options::NoReturn;
     use crate::town::TownOptions;
 
     fn scene(options: LidarOptions) -> Scan {

@@ -1,3 +1,5 @@
+//! What a LiDAR is like.
+
 use std::f64::consts::PI;
 
 use crate::error::{SimError, require};
@@ -12,6 +14,17 @@ pub enum NoReturn {
     Zero,
     /// A point of NaNs.
     NotANumber,
+}
+
+impl NoReturn {
+    /// The point, sensor frame, metres; `None` for none.
+    pub(crate) fn point(self) -> Option<[f32; 3]> {
+        match self {
+            Self::Omitted => None,
+            Self::Zero => Some([0.0; 3]),
+            Self::NotANumber => Some([f32::NAN; 3]),
+        }
+    }
 }
 
 /// When the points of a sweep are measured.

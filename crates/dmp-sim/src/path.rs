@@ -15,7 +15,7 @@ pub(crate) struct Piece {
 impl Piece {
     /// Heading gained after the share `u` of the piece.
     fn heading_rad(&self, u: f64) -> f64 {
-        self.turn_rad * (u * u * u * (u * (6.0 * u - 15.0) + 10.0))
+        self.turn_rad * smooth_step(u)
     }
 
     /// Turn per metre at the share `u` of the piece.
@@ -35,6 +35,11 @@ impl Piece {
         }
         at
     }
+}
+
+/// Rises from 0 at `u` = 0 to 1 at `u` = 1, without a jump of slope or curvature.
+pub(crate) fn smooth_step(u: f64) -> f64 {
+    u * u * u * (u * (6.0 * u - 15.0) + 10.0)
 }
 
 /// A point of the line, on the map plane.

@@ -1,3 +1,5 @@
+//! A recording: scans of a drive through a town, and the truth about it.
+
 use std::collections::HashMap;
 
 use dmp_sensor::{Scan, Trajectory};
@@ -5,13 +7,12 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use crate::drive::{Drive, DriveOptions};
 use crate::error::{SimError, require};
-use crate::lidar::Lidar;
+use crate::lidar::{BATCH, Lidar};
 use crate::lidar_options::LidarOptions;
+use crate::motion::require_speed;
 use crate::route::Route;
 use crate::town::{Town, TownOptions};
 
-/// Scans that are measured at the same time, on all threads, and held in memory together.
-const BATCH: usize = 16;
 /// A place is revisited when it was passed within this distance, metres …
 const REVISIT_M: f64 = 5.0;
 /// … after at least this much other travel.
@@ -51,12 +52,7 @@ impl RecordingOptions {
     /// When a number is outside its range.
     pub fn town(&self) -> Result<Town, SimError> {
         require(self.scans >= 1, "the number of scans", "1 or more", 0.0)?;
-        require(
-            (0.5..=40.0).contains(&self.speed_m_s),
-            "the speed in m/s",
-            "from 0.5 to 40",
-            self.speed_m_s,
-        )?;
+        require_speed(self.speed_m_s)?;
         let drive = self.drive();
         let travel_m = drive.speed_m_s * drive.duration_s;
         require(travel_m <= 1e6, "the travel in m", "up to 1000000", travel_m)?;

@@ -12,7 +12,7 @@ use dmp::{FrameSums, Progress, ScoredReturns, ScoredRun, Sink, Stage, Watch};
 /// Every used return is kept or not by a hash of its scan and its place in it, so that the same returns
 /// are kept for every run, whatever the threads; a step through the returns would pick the same beams
 /// again and again. The first scans are kept whole besides.
-pub struct CloudWatch<'a> {
+pub(crate) struct CloudWatch<'a> {
     inner: Watch<'a>,
     max_points: usize,
     first_returns: usize,
@@ -23,13 +23,13 @@ pub struct CloudWatch<'a> {
 
 /// What an evaluation left: one cloud for each run, in its world frame, metres.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct RunClouds {
+pub(crate) struct RunClouds {
     /// For each run, the thinned returns, in order of the log: the k-th is the same return in every run.
-    pub clouds: Vec<Vec<[f64; 3]>>,
+    pub(crate) clouds: Vec<Vec<[f64; 3]>>,
     /// For each run, all returns of the first scans, in order of the log.
-    pub first_scans: Vec<Vec<[f64; 3]>>,
+    pub(crate) first_scans: Vec<Vec<[f64; 3]>>,
     /// How many scans these are.
-    pub first_scan_count: usize,
+    pub(crate) first_scan_count: usize,
 }
 
 #[derive(Debug, Default)]
@@ -47,23 +47,17 @@ struct FramePoints {
     kept: Vec<Vec<[f64; 3]>>,
 }
 
-impl std::fmt::Debug for CloudWatch<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("CloudWatch").field("max_points", &self.max_points).finish_non_exhaustive()
-    }
-}
-
 impl<'a> CloudWatch<'a> {
     /// Keeps about `max_points` returns of the log, and as many of the first scans whole as it takes for
     /// `first_returns` used returns.
-    pub fn new(inner: impl Into<Watch<'a>>, max_points: usize, first_returns: usize) -> Self {
+    pub(crate) fn new(inner: impl Into<Watch<'a>>, max_points: usize, first_returns: usize) -> Self {
         let inner = inner.into();
         let kept_up_to = AtomicU64::new(u64::MAX);
         Self { inner, max_points, first_returns, kept_up_to, state: Mutex::default() }
     }
 
     /// The points, once the evaluation has ended.
-    pub fn finish(self) -> RunClouds {
+    pub(crate) fn finish(self) -> RunClouds {
         let State { frames, whole } = self.state.into_inner().unwrap_or_else(PoisonError::into_inner);
         let first_scan_count = whole.len();
         RunClouds {

@@ -51,7 +51,7 @@ pub(crate) fn of_report(report: &Report) -> Vec<Column> {
     let keys = |score: &str, scales_m: &[f64]| -> Vec<String> {
         scales_m.iter().map(|scale_m| format!("r_{score}_{scale_m}_m2")).collect()
     };
-    let there = [keys("cv", scales.cv_m()), keys("near", scales.near_m())].concat();
+    let there = [keys("cv", &scales.lengths().cv_m), keys("near", &scales.lengths().near_m)].concat();
     let is_there = |(key, ..): &&Score| !key.starts_with("r_") || there.iter().any(|there| there == key);
     SCORES.iter().filter(is_there).map(column).collect()
 }

@@ -1,3 +1,5 @@
+//! What can go wrong with a study.
+
 use dmp::EvaluateError;
 use dmp_truth::surface::SurfaceError;
 use dmp_truth::trajectory::CompareError;

@@ -7,22 +7,23 @@
 //! columns a [`Correlation`]. [`plots_of`] draws it as pictures of [`dmp_draw::plot`]. `docs/study.md` has the meaning of
 //! every column.
 //!
-//! The points that surface distance and the peers look at are the same returns in every run, thinned by a
-//! [`CloudWatch`]. Nothing here opens a file.
+//! The points that surface distance and the peers look at are the same returns in every run, thinned. Nothing here opens a
+//! file.
 
 mod clouds;
 mod columns;
 mod error;
 mod maps;
+mod options;
 pub mod peers;
 mod plots;
 mod study;
 mod table;
 mod truth;
 
-pub use clouds::{CloudWatch, RunClouds};
 pub use error::StudyError;
+pub use options::StudyOptions;
 pub use plots::{Picture, plots_of};
-pub use study::{PeerReport, Study, StudyOptions, SurfaceReport, TruthReport, study};
+pub use study::{PeerReport, Study, SurfaceReport, TruthReport, study};
 pub use table::{Column, Correlation, StudyTable, correlation};
 pub use truth::{ReferenceSurface, TruthOptions};

@@ -5,8 +5,8 @@ use dmp_truth::surface::SurfaceSettings;
 
 use crate::clouds::RunClouds;
 use crate::error::StudyError;
+use crate::options::StudyOptions;
 use crate::peers::{PeerOptions, mutually_orthogonal, orthogonal_subset};
-use crate::study::StudyOptions;
 use crate::truth::{ReferenceSurface, SurfaceProblem, TrajectoryErrors, surface_distances};
 
 /// What comes after the evaluation can be stopped too, run by run.

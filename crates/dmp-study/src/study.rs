@@ -1,3 +1,5 @@
+//! The study of one log: every score of every run, beside ground truth and the metrics of others.
+
 use dmp::{Config, EvaluateError, Report, Run, Watch, evaluate};
 use dmp_log::ScanLog;
 use dmp_sensor::Trajectory;
@@ -7,36 +9,10 @@ use crate::clouds::CloudWatch;
 use crate::columns::{lower, of_report};
 use crate::error::StudyError;
 use crate::maps::{distances_of, go_on, mom_of};
-use crate::peers::{MapSharpness, PeerOptions, map_sharpness};
+use crate::options::StudyOptions;
+use crate::peers::{MapSharpness, map_sharpness};
 use crate::table::{Correlation, StudyTable};
-use crate::truth::{ReferenceSurface, TrajectoryErrors, TruthOptions, trajectory_errors};
-
-/// What can be set beside the scoring itself.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StudyOptions {
-    /// How runs are compared with the reference trajectory.
-    pub truth: TruthOptions,
-    /// A distance from the reference surface beyond this counts as this, metres.
-    pub surface_cap_m: f64,
-    /// The map metrics of others; `None` leaves them out.
-    pub peers: Option<PeerOptions>,
-    /// About so many returns of each run stand for its map, where peers and surface distance are taken.
-    pub max_points: usize,
-    /// MOM looks for its planes in as many of the first scans as have so many used returns.
-    pub mom_returns: usize,
-}
-
-impl Default for StudyOptions {
-    fn default() -> Self {
-        Self {
-            truth: TruthOptions::default(),
-            surface_cap_m: 1.0,
-            peers: Some(PeerOptions::default()),
-            max_points: 300_000,
-            mom_returns: 3_000,
-        }
-    }
-}
+use crate::truth::{ReferenceSurface, TrajectoryErrors, trajectory_errors};
 
 /// The scores of a log's runs beside ground truth and other metrics. Serialised, it is the command's JSON:
 /// schema `dmp-study/1`, described in `docs/study.md`.

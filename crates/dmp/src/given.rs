@@ -4,7 +4,6 @@ use std::path::Path;
 
 use dmp_log::{LengthUnit, is_mesh, read_cloud, read_mesh};
 use dmp_map::{FuseBuffers, Lattice, MapError, MapFuser, Store, TriangleSampler};
-use dmp_reduce::Scales;
 use dmp_sensor::{Isometry3, Point3};
 
 use crate::config::{MapSource, Run};
@@ -19,11 +18,16 @@ const MAX_SAMPLES: u64 = 10_000_000_000;
 /// Samples fused at once.
 const BATCH: usize = 65_536;
 
-/// Refuses given maps where trails are to be kept out of maps, and rooms.
+/// Refuses given maps where trails are to be kept out of maps, and what has none.
 pub(crate) fn check_free_space(runs: &[Run], settings: &Settings) -> Result<(), EvaluateError> {
-    if settings.free_space && settings.scales == Scales::Room {
+    let lengths = settings.scales.lengths();
+    if settings.free_space && !lengths.has_free_space {
         let why = "what passes through what is told by half a metre, which is a drive's";
-        return Err(EvaluateError::Setting { setting: "free-space", value: "in a room".to_owned(), why });
+        return Err(EvaluateError::Setting {
+            setting: "free-space",
+            value: format!("in a {}", lengths.name),
+            why,
+        });
     }
     match runs.iter().find(|run| settings.free_space && run.map != MapSource::Fused) {
         Some(run) => Err(EvaluateError::Setting {

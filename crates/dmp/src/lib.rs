@@ -84,6 +84,6 @@ pub use watch::Watch;
 
 pub use dmp_log::LengthUnit;
 pub use dmp_reduce::{
-    Basis, Confidence, DepthResidual, FrameSums, HitKind, Margin, MissPrice, Promise, Reach, Residuals,
-    RunSums, Scales, SurfaceGroup,
+    Basis, Confidence, DepthResidual, FrameSums, HitKind, Lengths, Margin, MissPrice, Promise, Reach,
+    Residuals, RunSums, Scales, SurfaceGroup,
 };

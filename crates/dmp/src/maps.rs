@@ -65,10 +65,6 @@ pub struct CloudMap {
     pub notes: Vec<String>,
 }
 
-/// Voxels of a cloud where none are asked for, metres.
-const CLOUD_VOXEL_M: f64 = 0.2;
-const ROOM_CLOUD_VOXEL_M: f64 = 0.02;
-
 /// Makes a map of a cloud or a mesh and writes it to `output`, as [`evaluate`](crate::evaluate) does with one that is
 /// given.
 ///
@@ -85,11 +81,8 @@ pub fn map_of_cloud<'a>(
     let (settings, means) = config.on_scales(Scales::Drive)?;
     let pool = pool(means.threads)?;
     let work = WorkFolder::new(&means.work_folder).map_err(EvaluateError::work)?;
-    let usual_m = match settings.scales {
-        Scales::Drive => CLOUD_VOXEL_M,
-        Scales::Room => ROOM_CLOUD_VOXEL_M,
-    };
-    let lattice = Lattice::new(settings.voxel_m.unwrap_or(usual_m)).map_err(EvaluateError::Work)?;
+    let voxel_m = settings.voxel_m.unwrap_or(settings.scales.lengths().cloud_voxel_m);
+    let lattice = Lattice::new(voxel_m).map_err(EvaluateError::Work)?;
     let fuser = MapFuser::new(lattice, means.cloud_map_bytes(), work.path()).map_err(EvaluateError::Work)?;
     let name = output.display().to_string();
     let found = fuse_given(cloud, &name, settings.map_unit, (&fuser, &Isometry3::identity()), progress)?;

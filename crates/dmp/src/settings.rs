@@ -100,7 +100,7 @@ impl Config {
 
     /// The lengths by which returns of a log are judged.
     pub fn scales_on(&self, log: &LogSummary) -> Scales {
-        self.scales.unwrap_or(if log.camera.is_some() { Scales::Room } else { Scales::Drive })
+        self.scales.unwrap_or_else(|| Scales::of_sensor(log.camera.is_some()))
     }
 
     /// What holds where there is no log to say which lengths they go with, but these do, where the settings do not say it
@@ -149,11 +149,9 @@ impl Config {
     }
 
     fn ranges_m(&self, scales: Scales) -> (f64, f64) {
-        let (min_m, max_m) = match scales {
-            Scales::Drive => (1.5, 100.0),
-            Scales::Room => (0.3, 10.0),
-        };
-        (self.min_range_m.unwrap_or(min_m), self.max_range_m.unwrap_or(max_m))
+        let lengths = scales.lengths();
+        let min_range_m = self.min_range_m.unwrap_or(lengths.min_range_m);
+        (min_range_m, self.max_range_m.unwrap_or(lengths.max_range_m))
     }
 
     /// Checks every setting by itself, before anything is opened.
@@ -225,7 +223,7 @@ fn bad(setting: &'static str, value: String, why: &'static str) -> Result<(), Ev
 impl Settings {
     /// How long what is a metre on a drive is here, metres.
     pub(crate) fn metre_m(&self) -> f64 {
-        self.scales.metre_m()
+        self.scales.lengths().metre_m
     }
 
     /// The range noise of a LiDAR, metres.

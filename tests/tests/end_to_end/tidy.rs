@@ -6,6 +6,7 @@ use crate::common::workspace;
 
 /// What each crate may name in its `[dependencies]`: the table of `docs/architecture.md`.
 const TABLE: [(&str, &[&str]); 13] = [
+    ("dmp-lengths", &["serde"]),
     ("dmp-sensor", &["nalgebra", "serde", "thiserror"]),
     (
         "dmp-log",
@@ -43,9 +44,9 @@ const TABLE: [(&str, &[&str]); 13] = [
             "zstd",
         ],
     ),
-    ("dmp-cast", &["dmp-disk", "dmp-map", "obvhs", "rayon"]),
-    ("dmp-reduce", &["libm", "serde", "thiserror"]),
-    ("dmp-sim", &["dmp-log", "dmp-sensor", "libm", "nalgebra", "rayon", "thiserror"]),
+    ("dmp-cast", &["bytemuck", "dmp-map", "obvhs", "rayon"]),
+    ("dmp-reduce", &["dmp-lengths", "libm", "serde", "thiserror"]),
+    ("dmp-sim", &["dmp-lengths", "dmp-sensor", "libm", "nalgebra", "rayon", "thiserror"]),
     (
         "dmp",
         &[

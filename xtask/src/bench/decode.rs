@@ -16,7 +16,7 @@ use dmp_sensor::Scan;
 use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route};
 use serde::{Deserialize, Serialize};
 
-use super::{circumstances, on_core_s, spread};
+use super::times::{circumstances, on_core_s, spread};
 
 /// Scans that are simulated; a longer log repeats them under later stamps.
 const DISTINCT_SCANS: usize = 20;
@@ -42,24 +42,24 @@ pub(crate) struct DecodeArgs {
 struct Format {
     name: &'static str,
     file: &'static str,
-    kind: Kind,
+    kind: Container,
 }
 
 #[derive(Clone, Copy)]
-enum Kind {
+enum Container {
     Mcap(McapCompression),
     Folder(FolderFormat),
 }
 
 const FORMATS: [Format; 8] = [
-    Format { name: "MCAP, zstd", file: "zstd.mcap", kind: Kind::Mcap(McapCompression::Zstd) },
-    Format { name: "MCAP, lz4", file: "lz4.mcap", kind: Kind::Mcap(McapCompression::Lz4) },
-    Format { name: "MCAP, none", file: "none.mcap", kind: Kind::Mcap(McapCompression::None) },
-    Format { name: "folder of .bin", file: "bin", kind: Kind::Folder(FolderFormat::Bin) },
-    Format { name: "folder of .pcd", file: "pcd", kind: Kind::Folder(FolderFormat::Pcd) },
-    Format { name: "folder of .ply", file: "ply", kind: Kind::Folder(FolderFormat::Ply) },
-    Format { name: "folder of .las", file: "las", kind: Kind::Folder(FolderFormat::Las) },
-    Format { name: "folder of .laz", file: "laz", kind: Kind::Folder(FolderFormat::Laz) },
+    Format { name: "MCAP, zstd", file: "zstd.mcap", kind: Container::Mcap(McapCompression::Zstd) },
+    Format { name: "MCAP, lz4", file: "lz4.mcap", kind: Container::Mcap(McapCompression::Lz4) },
+    Format { name: "MCAP, none", file: "none.mcap", kind: Container::Mcap(McapCompression::None) },
+    Format { name: "folder of .bin", file: "bin", kind: Container::Folder(FolderFormat::Bin) },
+    Format { name: "folder of .pcd", file: "pcd", kind: Container::Folder(FolderFormat::Pcd) },
+    Format { name: "folder of .ply", file: "ply", kind: Container::Folder(FolderFormat::Ply) },
+    Format { name: "folder of .las", file: "las", kind: Container::Folder(FolderFormat::Las) },
+    Format { name: "folder of .laz", file: "laz", kind: Container::Folder(FolderFormat::Laz) },
 ];
 
 /// What one reading took.
@@ -174,7 +174,7 @@ fn simulate() -> anyhow::Result<Vec<Scan>> {
 }
 
 /// Writes the scans again and again, ten a second, until there are as many points.
-fn write(path: &Path, kind: Kind, scans: &[Scan], points: u64) -> anyhow::Result<()> {
+fn write(path: &Path, kind: Container, scans: &[Scan], points: u64) -> anyhow::Result<()> {
     let stamped = |(number, scan): (usize, &Scan)| Scan {
         stamp_ns: Some(1_600_000_000_000_000_000 + number as i64 * 100_000_000),
         ..scan.clone()
@@ -186,7 +186,7 @@ fn write(path: &Path, kind: Kind, scans: &[Scan], points: u64) -> anyhow::Result
         is_wanted
     });
     match kind {
-        Kind::Mcap(compression) => {
+        Container::Mcap(compression) => {
             let options = McapWriterOptions { compression, ..McapWriterOptions::default() };
             let mut writer = McapScanWriter::create(path, &options)?;
             for scan in log {
@@ -194,7 +194,7 @@ fn write(path: &Path, kind: Kind, scans: &[Scan], points: u64) -> anyhow::Result
             }
             Ok(writer.finish()?)
         }
-        Kind::Folder(format) => {
+        Container::Folder(format) => {
             let mut writer = FolderScanWriter::create(path, format)?;
             for scan in log {
                 writer.write_scan(&scan)?;

@@ -8,7 +8,7 @@ use dmp_log::{LogOptions, open_log, read_trajectory};
 use dmp_map::{Durability, FuseBuffers, Lattice, MapFuser};
 use dmp_sensor::{EgoMask, Isometry3, Ray, ReturnFilter, Scan, Track};
 
-use super::{circumstances, on_core_s, spread};
+use super::times::{circumstances, on_core_s, spread};
 
 /// Length of the segments that the drive is cut into, metres.
 const SEGMENT_M: f64 = 12.0;

@@ -7,8 +7,8 @@ use std::process::Command;
 use anyhow::Context as _;
 use clap::Args;
 
-use super::circumstances;
 use super::taken::{Taken, taken_by};
+use super::times::circumstances;
 
 /// `dmp loops` of a simulated city: a hundred candidates by patches, and the first few directly
 #[derive(Debug, Args)]

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use super::city::{City, drift_of, truth_of};
 use super::taken::{Taken, taken_by};
-use super::{circumstances, drop_pages, spread};
+use super::times::{circumstances, drop_pages, spread};
 
 /// `dmp score --quick` on a long log of a city, the truth against a drift of 1 m, beside the whole score: bytes read,
 /// time, verdict

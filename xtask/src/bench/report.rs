@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::city::{City, drift_of, truth_of};
 use super::taken::{Taken, taken_by};
-use super::{circumstances, spread};
+use super::times::{circumstances, spread};
 
 /// `dmp score` of a simulated city, the truth against a drift of 1 m, with `--report` and without, in turns
 #[derive(Debug, Args)]

@@ -9,7 +9,7 @@ use clap::Args;
 use serde_json::Value;
 
 use super::taken::{Taken, taken_by};
-use super::{circumstances, spread};
+use super::times::{circumstances, spread};
 
 /// `dmp score` of one run on 600 depth images of 640 x 480 pixels, beside samples of its images
 #[derive(Debug, Args)]

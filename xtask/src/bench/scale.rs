@@ -10,9 +10,9 @@ use clap::Args;
 use dmp_draw::plot::{Axis, Plot, Point, Series, Style};
 use serde_json::Value;
 
-use super::circumstances;
 use super::city::{City, drift_of, truth_of};
 use super::taken::{Taken, taken_by};
+use super::times::circumstances;
 
 /// Logs of a city of 1, 4 and 16 times the length, scored in the same memory
 #[derive(Debug, Args)]

@@ -8,7 +8,7 @@ use anyhow::Context as _;
 use clap::Args;
 use serde::Deserialize;
 
-use super::{circumstances, spread};
+use super::times::{circumstances, spread};
 
 /// A whole `dmp score` of one run: points per second of processor time, and how busy the cores were
 #[derive(Debug, Args)]

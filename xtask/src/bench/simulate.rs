@@ -7,8 +7,8 @@ use std::process::Command;
 use anyhow::Context as _;
 use clap::Args;
 
-use super::circumstances;
 use super::taken::{Taken, taken_by};
+use super::times::circumstances;
 
 /// Drives of several lengths through a city: points per second of processor time, bytes, memory
 #[derive(Debug, Args)]

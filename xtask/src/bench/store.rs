@@ -11,7 +11,7 @@ use dmp_cast::CastTile;
 use dmp_map::{Store, Tile, TileEntry, TileId};
 
 use super::cast::scene::{SCENES, SimulatedDrive};
-use super::{circumstances, drop_pages, spread};
+use super::times::{circumstances, drop_pages, spread};
 
 /// Stored maps: bytes, and time to load, warm and cold
 #[derive(Debug, Args)]

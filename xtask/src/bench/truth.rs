@@ -1,9 +1,11 @@
+//! How fast runs are compared with ground truth.
+
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{circumstances, seconds, spread};
+use super::times::{circumstances, seconds, spread};
 
 /// `dmp truth ape` and `rpe` beside evo's commands, where they are installed
 #[derive(Debug, Args)]

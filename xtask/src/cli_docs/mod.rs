@@ -17,7 +17,7 @@ pub(crate) struct CliDocsArgs {
 }
 
 pub(crate) fn run(arguments: &CliDocsArgs) -> anyhow::Result<()> {
-    let path = crate::root().join("docs/cli.md");
+    let path = crate::workspace::root().join("docs/cli.md");
     let made = page::page(dmp_cli::command());
     if !arguments.check {
         return fs::write(&path, made).with_context(|| format!("{}: cannot write", path.display()));

@@ -21,12 +21,12 @@ const KEPT: usize = 8;
 #[derive(Debug)]
 pub(super) struct Sightings {
     runs: usize,
-    places: HashMap<[i64; 3], Place>,
+    places: HashMap<[i64; 3], PlaceSightings>,
 }
 
 /// What is remembered of a place.
 #[derive(Debug, Default)]
-struct Place {
+struct PlaceSightings {
     /// Returns that were remembered, kept or not.
     returns: u64,
     /// The kept ones by their hashes.
@@ -149,7 +149,7 @@ impl Sightings {
     }
 }
 
-impl Place {
+impl PlaceSightings {
     fn keep(&mut self, hash: u64, sighting: impl FnOnce() -> Sighting) {
         if self.kept.len() < KEPT || self.kept.last_key_value().is_some_and(|(&last, _)| hash < last) {
             self.kept.insert(hash, sighting());

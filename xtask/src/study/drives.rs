@@ -108,6 +108,13 @@ fn walk(name: &'static str, half: Half, about: &'static str, seed: u64, size: [u
     DriveSpec { poses_per_scan: 4, ..drive }
 }
 
+/// The drive of a name.
+pub(super) fn find(name: &str) -> anyhow::Result<DriveSpec> {
+    let names: Vec<_> = drives().iter().map(|drive| drive.name).collect();
+    let drive = drives().into_iter().find(|drive| drive.name == name);
+    drive.with_context(|| format!("{name}: no such drive; they are {}", names.join(", ")))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -14,7 +14,7 @@ pub(crate) const ODOMETRY: [&str; 2] = ["default", "coarse"];
 
 /// What is wrong with an estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(crate) enum Kind {
+pub(crate) enum EstimateKind {
     /// Nothing.
     Truth,
     /// White noise of every scan's pose.
@@ -43,7 +43,7 @@ pub(crate) struct Estimate {
     /// Its kind and size.
     pub(crate) name: String,
     /// What is wrong with it.
-    pub(crate) kind: Kind,
+    pub(crate) kind: EstimateKind,
     /// The poses.
     pub(crate) trajectory: Trajectory,
 }
@@ -54,7 +54,7 @@ pub(crate) fn estimates(spec: &DriveSpec, truth: &Trajectory) -> anyhow::Result<
     for config in ODOMETRY {
         estimates.push(Estimate {
             name: format!("odometry-{config}"),
-            kind: Kind::Odometry,
+            kind: EstimateKind::Odometry,
             trajectory: odometry(spec, config, truth)?,
         });
     }
@@ -64,33 +64,33 @@ pub(crate) fn estimates(spec: &DriveSpec, truth: &Trajectory) -> anyhow::Result<
 /// Those that are made from the truth.
 pub(crate) fn simulated(spec: &DriveSpec, truth: &Trajectory) -> anyhow::Result<Vec<Estimate>> {
     let mut made = Making { spec, truth, estimates: Vec::new() };
-    made.keep("truth".into(), Kind::Truth, truth.clone());
+    made.keep("truth".into(), EstimateKind::Truth, truth.clone());
     for (sigma_m, sigma_deg) in [(0.01, 0.05), (0.03, 0.1), (0.1, 0.3), (0.3, 1.0)] {
         let noise = Some(made.noise(sigma_m, sigma_deg));
-        made.wrong(format!("noise-{sigma_m}m"), Kind::Noise, &SlamErrors { noise, ..made.errors() })?;
+        made.wrong(format!("noise-{sigma_m}m"), EstimateKind::Noise, &SlamErrors { noise, ..made.errors() })?;
     }
     for ate_m in [0.1, 0.3, 1.0, 3.0] {
         let errors = SlamErrors { drift_ate_m: Some(ate_m), ..made.errors() };
-        made.wrong(format!("drift-{ate_m}m"), Kind::Drift, &errors)?;
+        made.wrong(format!("drift-{ate_m}m"), EstimateKind::Drift, &errors)?;
     }
     made.largest_drift(&[10.0, 6.0, 4.0])?;
     for ate_m in [1.0, 3.0] {
         let drifted = SlamErrors { drift_ate_m: Some(ate_m), ..made.errors() }.apply(truth)?;
-        made.keep(format!("closed-{ate_m}m"), Kind::LoopClosed, close_loop(&drifted, truth)?);
+        made.keep(format!("closed-{ate_m}m"), EstimateKind::LoopClosed, close_loop(&drifted, truth)?);
     }
     for jump_m in [10.0, 30.0] {
         let errors = SlamErrors { false_loop_m: Some(jump_m), ..made.errors() };
-        made.wrong(format!("false-loop-{jump_m}m"), Kind::FalseLoop, &errors)?;
+        made.wrong(format!("false-loop-{jump_m}m"), EstimateKind::FalseLoop, &errors)?;
     }
     for share in [0.1, 0.3] {
         let errors = SlamErrors { collapse_share: Some(share), ..made.errors() };
-        made.wrong(format!("collapsed-{share}"), Kind::Collapsed, &errors)?;
+        made.wrong(format!("collapsed-{share}"), EstimateKind::Collapsed, &errors)?;
     }
-    made.wrong("scale-1.01".into(), Kind::Scale, &SlamErrors { scale: Some(1.01), ..made.errors() })?;
-    made.wrong("bend-2m".into(), Kind::Bend, &SlamErrors { bend_m: Some(2.0), ..made.errors() })?;
+    made.wrong("scale-1.01".into(), EstimateKind::Scale, &SlamErrors { scale: Some(1.01), ..made.errors() })?;
+    made.wrong("bend-2m".into(), EstimateKind::Bend, &SlamErrors { bend_m: Some(2.0), ..made.errors() })?;
     let noise = Some(made.noise(0.03, 0.1));
     let mixed = SlamErrors { drift_ate_m: Some(0.3), noise, ..made.errors() };
-    made.wrong("mixed-0.3m".into(), Kind::Mixed, &mixed)?;
+    made.wrong("mixed-0.3m".into(), EstimateKind::Mixed, &mixed)?;
     Ok(made.estimates)
 }
 
@@ -114,11 +114,11 @@ impl Making<'_> {
         Noise { sigma_m, sigma_rad: sigma_deg.to_radians(), interval_ns: self.spec.scan_period_ns() }
     }
 
-    fn keep(&mut self, name: String, kind: Kind, trajectory: Trajectory) {
+    fn keep(&mut self, name: String, kind: EstimateKind, trajectory: Trajectory) {
         self.estimates.push(Estimate { name, kind, trajectory });
     }
 
-    fn wrong(&mut self, name: String, kind: Kind, errors: &SlamErrors) -> anyhow::Result<()> {
+    fn wrong(&mut self, name: String, kind: EstimateKind, errors: &SlamErrors) -> anyhow::Result<()> {
         let wrong = errors.apply(self.truth).with_context(|| format!("{}: {name}", self.spec.name))?;
         self.keep(name, kind, wrong);
         Ok(())
@@ -130,7 +130,7 @@ impl Making<'_> {
             let errors = SlamErrors { drift_ate_m: Some(ate_m), ..self.errors() };
             match errors.apply(self.truth) {
                 Ok(wrong) => {
-                    self.keep(format!("drift-{ate_m}m"), Kind::Drift, wrong);
+                    self.keep(format!("drift-{ate_m}m"), EstimateKind::Drift, wrong);
                     return Ok(());
                 }
                 Err(SimError::DriftNotReached { .. }) => {}
@@ -143,7 +143,7 @@ impl Making<'_> {
 
 /// Where the run of an odometry on a drive is kept.
 pub(crate) fn odometry_path(spec: &DriveSpec, config: &str) -> PathBuf {
-    crate::root().join("xtask").join("odometry").join(format!("{}-{config}.tum", spec.name))
+    crate::workspace::root().join("xtask").join("odometry").join(format!("{}-{config}.tum", spec.name))
 }
 
 /// The kept run of an odometry, moved so that its first pose is the true one: an odometry starts anywhere.
@@ -200,17 +200,17 @@ mod tests {
                 let size = name.trim_end_matches('m').rsplit('-').next().and_then(|size| size.parse().ok());
                 let asked: f64 = size.unwrap_or(0.0);
                 let expected = match kind {
-                    Kind::Truth => 0.0..1e-9,
+                    EstimateKind::Truth => 0.0..1e-9,
                     // Three axes.
-                    Kind::Noise => asked * 1.6..asked * 1.9,
-                    Kind::Drift => asked * 0.99..asked * 1.01,
-                    Kind::Mixed => asked * 0.99..asked * 1.05,
-                    Kind::LoopClosed => 0.03..asked * 1.2,
+                    EstimateKind::Noise => asked * 1.6..asked * 1.9,
+                    EstimateKind::Drift => asked * 0.99..asked * 1.01,
+                    EstimateKind::Mixed => asked * 0.99..asked * 1.05,
+                    EstimateKind::LoopClosed => 0.03..asked * 1.2,
                     _ => 0.05..100.0,
                 };
                 assert!(expected.contains(&ate_m), "{}: {name} has an ATE of {ate_m} m", spec.name);
                 assert_eq!(trajectory.stamps_ns(), truth.stamps_ns());
-                if *kind == Kind::LoopClosed {
+                if *kind == EstimateKind::LoopClosed {
                     let [ours, theirs] = [trajectory, &truth].map(|run| *run.poses().last().unwrap());
                     assert!(ours.inv_mul(&theirs).translation.vector.norm() < 1e-7);
                 }
@@ -223,7 +223,8 @@ mod tests {
             let truth = truth(&spec);
             let start_ns = truth.stamps_ns().unwrap()[0];
             let made = estimates(&spec, &truth).unwrap();
-            let runs: Vec<_> = made.iter().filter(|estimate| estimate.kind == Kind::Odometry).collect();
+            let runs: Vec<_> =
+                made.iter().filter(|estimate| estimate.kind == EstimateKind::Odometry).collect();
             assert_eq!((made.len(), runs.len()), (21, 2));
             for Estimate { name, trajectory, .. } in runs {
                 let stamps_ns = trajectory.stamps_ns().unwrap();

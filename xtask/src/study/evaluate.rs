@@ -17,7 +17,7 @@ use super::estimates::{Estimate, estimates};
 use super::interval::{BATCHES, difference, parts};
 use super::observe::{Both, CV_M, Frame, NEAR_M, Observer, PairFrame, Score, Sum, pairs};
 use super::removal::frames_without_own;
-use super::result::{DriveResult, PairResult, RunResult, Said};
+use super::result::{DriveResult, PairResult, RunResult, Said, common_cv, square_on};
 use super::rule::Rule;
 use super::setting::Setting;
 
@@ -206,11 +206,6 @@ fn shares(report: &Report, index: usize) -> BTreeMap<String, Option<f64>> {
         ("miss".to_owned(), run.miss_rate),
         ("blocked".to_owned(), run.blocked_rate),
     ])
-}
-
-/// Name of `R_cv(t)` over the returns with zc in both runs.
-pub(super) fn common_cv(t: f64) -> String {
-    format!("R_cv({t}) common")
 }
 
 fn pair_results(

@@ -4,16 +4,7 @@ use std::collections::BTreeMap;
 
 use super::observe::CV_M;
 use super::result::{DriveResult, RunResult, Said};
-use super::rule::{Rule, Saying};
-
-/// Which of two is better by some measure; `None` where they are equal or it is not known.
-pub(super) fn smaller(a: Option<f64>, b: Option<f64>) -> Option<bool> {
-    match (a?, b?) {
-        (a, b) if a < b => Some(true),
-        (a, b) if a > b => Some(false),
-        _ => None,
-    }
-}
+use super::rule::{Rule, Saying, smaller};
 
 /// A way to sum up how far apart sightings of one place lie.
 #[derive(Debug, Clone, Copy)]

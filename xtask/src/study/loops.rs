@@ -15,7 +15,7 @@ use dmp_sim::{LoopGraph, LoopGraphOptions, LoopKind, Recording};
 use dmp_truth::detection::{PrecisionRecall, Ranked};
 use dmp_truth::rank::kendall_tau_b;
 
-use super::drives::{DriveSpec, drives};
+use super::drives::{DriveSpec, drives, find};
 use super::evaluate::write_log;
 
 /// Loop candidates of known kind on the drives that come back, ranked by patches and by whole maps
@@ -50,7 +50,7 @@ const WITHOUT_LOOPS: &str = "oneway-32";
 pub(super) fn run(arguments: &LoopsArgs) -> anyhow::Result<()> {
     std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
     for name in &arguments.drives {
-        super::find(name)?;
+        find(name)?;
     }
     let wanted = |spec: &DriveSpec| match arguments.drives.as_slice() {
         [] => spec.name != WITHOUT_LOOPS,

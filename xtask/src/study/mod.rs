@@ -31,7 +31,7 @@ use anyhow::{Context as _, ensure};
 use clap::{Args, Subcommand};
 use dmp_log::{FolderFormat, FolderScanWriter, write_tum};
 use dmp_sim::Recording;
-use drives::{DriveSpec, drives};
+use drives::{DriveSpec, drives, find};
 
 /// The simulated study: does the score rank maps as the truth does?
 #[derive(Debug, Args)]
@@ -84,12 +84,6 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
         StudyTask::Trap { seed } => trap::run(*seed),
         StudyTask::Drives => drives().iter().try_for_each(survey::print),
     }
-}
-
-fn find(name: &str) -> anyhow::Result<DriveSpec> {
-    let names: Vec<_> = drives().iter().map(|drive| drive.name).collect();
-    let drive = drives().into_iter().find(|drive| drive.name == name);
-    drive.with_context(|| format!("{name}: no such drive; they are {}", names.join(", ")))
 }
 
 fn export(spec: &DriveSpec, folder: &Path) -> anyhow::Result<()> {

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::judge::{CONSISTENCY, Spread, Tally, kinds, smaller, tally, truth_of};
+use super::judge::{CONSISTENCY, Spread, Tally, kinds, tally, truth_of};
 use super::result::{DriveResult, RunResult, Said};
-use super::rule::{Cascade, GUARDS, Opposing, Rule};
+use super::rule::{Cascade, GUARDS, Opposing, Rule, Square, smaller};
 use super::tables::{Table, share};
 
 /// Rules that decide pairs.

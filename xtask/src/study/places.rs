@@ -9,7 +9,7 @@ use dmp::{Config, FrameSums, ScoredPlace, Sink, Watch, drawn_places, evaluate_qu
 use dmp_log::{LogOptions, outline_log};
 use dmp_reduce::{Basis, Layout, MissPrice, Reducer};
 
-use super::drives::{DriveSpec, drives};
+use super::drives::{DriveSpec, drives, find};
 use super::sample::counts::Samples;
 use super::sample::{Full, frames_of, log_and_runs};
 
@@ -33,7 +33,7 @@ pub(super) struct PlacesArgs {
 pub(super) fn run(arguments: &PlacesArgs) -> anyhow::Result<()> {
     std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
     for name in &arguments.drives {
-        super::find(name)?;
+        find(name)?;
     }
     let wanted =
         |spec: &DriveSpec| arguments.drives.is_empty() || arguments.drives.iter().any(|d| d == spec.name);

@@ -89,3 +89,13 @@ pub(super) enum Said {
     Mixed(bool),
     Nothing,
 }
+
+/// Name of `R_cv(t)` over the returns with zc in both runs.
+pub(super) fn common_cv(t: f64) -> String {
+    format!("R_cv({t}) common")
+}
+
+/// The same with every square weighed by the incidence, cos².
+pub(super) fn square_on(t: f64) -> String {
+    format!("R_cv({t}) cos² common")
+}

@@ -2,10 +2,17 @@
 
 use dmp::Confidence;
 
-use super::evaluate::common_cv;
 use super::interval::of_each;
-use super::judge::smaller;
-use super::result::{DriveResult, PairResult, Said};
+use super::result::{DriveResult, PairResult, Said, common_cv, square_on};
+
+/// Which of two is better by some measure; `None` where they are equal or it is not known.
+pub(super) fn smaller(a: Option<f64>, b: Option<f64>) -> Option<bool> {
+    match (a?, b?) {
+        (a, b) if a < b => Some(true),
+        (a, b) if a > b => Some(false),
+        _ => None,
+    }
+}
 
 /// What a rule says of a pair.
 #[derive(Debug, Clone, Copy)]

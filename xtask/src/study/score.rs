@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, ensure};
 
-use super::drives::drives;
+use super::drives::{drives, find};
 use super::evaluate::evaluate;
 use super::result::DriveResult;
 use super::setting::{Setting, settings};
@@ -36,7 +36,7 @@ pub(super) fn run(arguments: &ScoreArgs) -> anyhow::Result<()> {
         arguments;
     std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
     for name in only_drives {
-        super::find(name)?;
+        find(name)?;
     }
     for name in only_settings {
         let names: Vec<_> = settings().iter().map(|setting| setting.name).collect();

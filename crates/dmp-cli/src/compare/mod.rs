@@ -90,8 +90,8 @@ pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Resu
     };
     let results = arguments.results.iter().zip(names).map(read).collect::<anyhow::Result<Vec<_>>>()?;
     let JoinedReport { mut report, runs_of, not_compared } = join_reports(&results).map_err(with_remedy)?;
-    if arguments.report.is_some() && report.config.scales == dmp::Scales::Room {
-        bail!(Usage(crate::score::NO_PAGE_OF_ROOMS.to_owned()));
+    if arguments.report.is_some() && !report.config.scales.lengths().has_page {
+        bail!(Usage(crate::score::no_page(report.config.scales)));
     }
     let runs: Vec<&str> = report.order.iter().map(String::as_str).collect();
     let gates = arguments.gates.start(&runs)?;

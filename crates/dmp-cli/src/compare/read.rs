@@ -44,7 +44,8 @@ fn report(path: &Path) -> anyhow::Result<Report> {
     })?;
     let scales = report.config.scales;
     for run in &report.runs {
-        let all = [(&run.r_cv_m2, &scales.cv_m()[1..]), (&run.r_near_m2, &scales.near_m()[..])];
+        let all =
+            [(&run.r_cv_m2, &scales.lengths().cv_m[1..]), (&run.r_near_m2, &scales.lengths().near_m[..])];
         if all.iter().any(|(scores, scales_m)| !scores.iter().map(|(m, _)| m).eq(scales_m.iter().copied())) {
             bail!("the truncations of `{}` are not those of its `config.scales`", run.name);
         }

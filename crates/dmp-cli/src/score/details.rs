@@ -32,7 +32,7 @@ fn scores(out: &mut impl Write, report: &Report) -> io::Result<()> {
     };
     let mut rows: Vec<Row<'_>> = vec![("Scores, m²".to_owned(), Box::new(|run| run.name.clone()))];
     let scales = report.config.scales;
-    for (k, scale_m) in scales.cv_m()[1..].iter().enumerate() {
+    for (k, scale_m) in scales.lengths().cv_m[1..].iter().enumerate() {
         rows.push((format!("R_cv {scale_m} m"), Box::new(move |run| square(run.r_cv_m2[k]))));
         if k == 0 {
             rows.push((
@@ -41,7 +41,7 @@ fn scores(out: &mut impl Write, report: &Report) -> io::Result<()> {
             ));
         }
     }
-    for (k, scale_m) in scales.near_m().iter().enumerate() {
+    for (k, scale_m) in scales.lengths().near_m.iter().enumerate() {
         rows.push((format!("R_near {scale_m} m"), Box::new(move |run| square(run.r_near_m2[k]))));
     }
     rows.push(("DMP, sum".to_owned(), Box::new(|run| digits(run.dmp_sum_m2))));

@@ -120,9 +120,10 @@ struct Scored<'a> {
     gates: &'a [GateReport],
 }
 
-/// Why a room has no page.
-pub(crate) const NO_PAGE_OF_ROOMS: &str =
-    "--report: its maps and places are those of drives; it draws no rooms";
+/// Why what was scored on these scales has no page.
+pub(crate) fn no_page(scales: Scales) -> String {
+    format!("--report: its maps and places are those of drives; it draws no {}s", scales.lengths().name)
+}
 
 impl ScoreArgs {
     fn config(&self) -> Config {
@@ -161,8 +162,8 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
                 OpenedRuns::open(started, maps, &arguments.log, &arguments.settings, common)?;
             like.iter().try_for_each(|like| like.check_log(log.summary()))?;
             let (settings, means) = config.on(log.summary())?;
-            if arguments.outputs.report.is_some() && settings.scales == Scales::Room {
-                bail!(crate::exit::Usage(NO_PAGE_OF_ROOMS.to_owned()));
+            if arguments.outputs.report.is_some() && !settings.scales.lengths().has_page {
+                bail!(crate::exit::Usage(no_page(settings.scales)));
             }
             let recorder = Recorder::new(outputs, log.as_ref(), &runs, (&settings, &means), common)?;
             let evaluated = evaluate(log.as_ref(), &runs, &config, (&recorder, &recorder));

@@ -63,13 +63,12 @@ fn told(report: &Report) -> Vec<Told<'_>> {
 }
 
 /// What a scale says about the maps.
-fn reach(scale_m: f64, scales: Scales) -> &'static str {
-    match (scales.reach(scale_m), scales) {
-        (Reach::Global, _) => "globally",
-        (Reach::Middle, Scales::Drive) => "at the metre scale",
-        (Reach::Middle, Scales::Room) => "at the decimetre scale",
-        (Reach::Local, _) => "locally",
-        (Reach::Fine, _) => "in centimetres",
+fn reach(scale_m: f64, scales: Scales) -> String {
+    match scales.lengths().reach(scale_m) {
+        Reach::Global => "globally".to_owned(),
+        Reach::Middle(unit) => format!("at the {unit} scale"),
+        Reach::Local(_) => "locally".to_owned(),
+        Reach::Fine(unit) => format!("in {unit}s"),
     }
 }
 

@@ -51,12 +51,13 @@ impl FromStr for AutoSegment {
 
 /// The lengths by which returns are judged, which may be left to the log's sensor.
 pub(crate) fn scales(text: &str) -> Result<Option<Scales>, String> {
-    match text {
-        "auto" => Ok(None),
-        "drive" => Ok(Some(Scales::Drive)),
-        "room" => Ok(Some(Scales::Room)),
-        _ => Err(format!("`{text}` are no lengths that are known: try auto, drive or room")),
+    if text == "auto" {
+        return Ok(None);
     }
+    Scales::named(text).map(Some).ok_or_else(|| {
+        let names: Vec<_> = Scales::ALL.iter().map(|(_, lengths)| lengths.name).collect();
+        format!("`{text}` are no lengths that are known: try auto, {}", names.join(" or "))
+    })
 }
 
 /// The unit of a map, which may be left to its file.

@@ -130,7 +130,7 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
     writeln!(out)?;
     let means = "RMS of measured minus predicted range, cut off at the length above; less is better";
     let scales = report.config.scales;
-    let (widest_m, blocked_m) = (scales.widest_m(), scales.blocked_m());
+    let (widest_m, blocked_m) = (scales.lengths().widest_m(), scales.lengths().blocked_m);
     let rates = format!("rays that hit nothing; blocked: that hit something over {blocked_m} m too early");
     let has_depth = report.runs.iter().any(|run| run.dmp_depth_mean_m2.is_some());
     let depth = if has_depth { "; depth: along the optical axis, as cameras measure" } else { "" };

@@ -8,7 +8,7 @@ use dmp_log::{
     write_pose_graph, write_tum,
 };
 use dmp_sensor::{PoseEdge, Trajectory};
-use dmp_sim::{LoopGraph, LoopGraphOptions, LoopKind, ate_rmse_m};
+use dmp_sim::{LoopGraph, LoopGraphOptions, LoopKind, Scales, ate_rmse_m};
 
 use super::told;
 use crate::save::{refuse_same, save};
@@ -78,7 +78,7 @@ pub(super) fn run(arguments: &LoopsArgs, common: &Common, out: &mut impl Write) 
         }
     }
     let times = arguments.keyframes.as_deref().map(read_keyframe_times).transpose()?;
-    let usual = if arguments.room { LoopGraphOptions::room() } else { LoopGraphOptions::default() };
+    let usual = LoopGraphOptions::on_scales(Scales::of_sensor(arguments.room));
     let (step_sigma_m, step_sigma_rad) =
         arguments.noise.unwrap_or((usual.step_sigma_m, usual.step_sigma_rad));
     let options = LoopGraphOptions {

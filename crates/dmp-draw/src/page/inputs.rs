@@ -131,7 +131,7 @@ fn settings(report: &Report) -> String {
         ("time offset", format!("{} s", config.time_offset_s)),
         ("range noise", format!("{}, for the raw log-likelihood", noise(config))),
         ("price of a miss", {
-            let widest_m = config.scales.widest_m();
+            let widest_m = config.scales.lengths().widest_m();
             format!("{} of {} m² in R_cv({widest_m})", config.miss_price, widest_m * widest_m)
         }),
         ("trails", trails),

@@ -73,7 +73,7 @@ fn whisker(
 fn meanings(report: &Report, cross_validated: bool) -> String {
     let rms = "root mean square of measured minus predicted range, cut off at the length beside it";
     let scales = report.config.scales;
-    let (widest_m, blocked_m) = (scales.widest_m(), scales.blocked_m());
+    let (widest_m, blocked_m) = (scales.lengths().widest_m(), scales.lengths().blocked_m);
     let missing_m = widest_m * report.config.miss_price.sqrt();
     let mut meanings = Vec::new();
     if cross_validated {

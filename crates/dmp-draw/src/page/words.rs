@@ -153,22 +153,13 @@ fn of_pair(report: &Report, pair: &PairReport, high: &str, low: &str) -> String 
 }
 
 /// What a scale says about the maps.
-fn reach(scale_m: f64, scales: Scales) -> &'static str {
-    match (scales.reach(scale_m), scales) {
-        (Reach::Global, _) => "its map as a whole fits together better",
-        (Reach::Middle, Scales::Drive) => {
-            "its map fits together better at the scale of metres, beyond which nothing is decided"
-        }
-        (Reach::Middle, Scales::Room) => {
-            "its map fits together better at the scale of decimetres, beyond which nothing is decided"
-        }
-        (Reach::Local, Scales::Drive) => {
-            "its surfaces are sharper at the scale of decimetres, beyond which nothing is decided"
-        }
-        (Reach::Local, Scales::Room) | (Reach::Fine, _) => {
-            "its surfaces are sharper at the scale of centimetres, beyond which nothing is decided"
-        }
-    }
+fn reach(scale_m: f64, scales: Scales) -> String {
+    let (what, unit) = match scales.lengths().reach(scale_m) {
+        Reach::Global => return "its map as a whole fits together better".to_owned(),
+        Reach::Middle(unit) => ("its map fits together better", unit),
+        Reach::Local(unit) | Reach::Fine(unit) => ("its surfaces are sharper", unit),
+    };
+    format!("{what} at the scale of {unit}s, beyond which nothing is decided")
 }
 
 /// By how much one is better, and whether that may be chance.

@@ -1,3 +1,5 @@
+//! Which keyframe a scan belongs to.
+
 use std::ops::Range;
 
 use dmp_log::{FrameInfo, LogError, LogSummary, ScanReader};

@@ -1,24 +1,22 @@
+//! The map of a graph: its scans as rigid patches, one around each keyframe, read from the log once.
+
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 use dmp::{Config, PosedLog, PosedScan, Progress, Scales};
 use dmp_disk::WorkFolder;
 use dmp_log::ScanLog;
-use dmp_map::{Lattice, MapError, PatchBuilder, PatchWriter, Patches};
+use dmp_map::{Lattice, MapError, PatchBuilder, PatchWriter, Patches, Placement};
 use dmp_sensor::{Isometry3, Ray, ReturnCounts};
 
 use super::rays::{KeyframeRays, RayInPatch, is_drawn};
-use super::score::Placed;
 use crate::{Keyframes, LoopError};
 
 /// Most rays that are held and cast into each map, of all keyframes together: some 40 MB with what they leave.
 const MOST_RAYS: usize = 1_000_000;
 
-/// Length of a stretch of the drive, metres: keyframes nearer than that to each other see the same surfels, and what a
-/// finer or coarser meeting with voxels does to one it does to the others. A way shorter than [`FEWEST_STRETCHES`] of them is
-/// cut into as many shorter ones. Only those with a keyframe count, so that there are fewer where keyframes are few, or stand
-/// close to each other with gaps between; where none moved, there is one.
-const STRETCH_M: f64 = 5.0;
+/// A way shorter than so many stretches is cut into as many shorter ones. Only those with a keyframe count, so that there are
+/// fewer where keyframes are few, or stand close to each other with gaps between; where none moved, there is one.
 const FEWEST_STRETCHES: f64 = 20.0;
 
 /// How the map of a graph is made and scored.
@@ -161,12 +159,6 @@ impl LoopMap {
         })
     }
 
-    /// The map with the keyframes at these poses, with all rays cast into it: of each keyframe on the thread that comes
-    /// to it.
-    pub(crate) fn placed_at(&self, world_from_body: Vec<Isometry3<f64>>) -> Result<Placed<'_>, LoopError> {
-        Placed::new(self, world_from_body)
-    }
-
     /// What became of the returns of the log.
     pub fn counts(&self) -> &ReturnCounts {
         &self.counts
@@ -179,7 +171,7 @@ impl LoopMap {
 
     /// A place where no patch moved more than this is as it was, metres.
     pub fn moved_m(&self) -> f64 {
-        self.options.moved_m.unwrap_or(MOVED_M * self.scales.metre_m())
+        self.options.moved_m.unwrap_or(self.scales.lengths().loop_map.moved_m)
     }
 
     /// Edge of the voxels, metres.
@@ -213,9 +205,6 @@ impl LoopMap {
     }
 }
 
-/// What moved less is as it was where nothing else is asked for, metres of a drive.
-const MOVED_M: f64 = 0.02;
-
 /// Cuts the way through the keyframes.
 fn stretches(world_from_body: &[Isometry3<f64>], scales: Scales) -> Vec<usize> {
     let places = || world_from_body.iter().map(|pose| pose.translation.vector);
@@ -226,8 +215,17 @@ fn stretches(world_from_body: &[Isometry3<f64>], scales: Scales) -> Vec<usize> {
             Some(*along_m)
         }))
         .collect();
-    let longest_m = STRETCH_M * scales.metre_m();
-    let length_m = longest_m.min(along_m.last().copied().unwrap_or_default() / FEWEST_STRETCHES);
+    let length_m = scales.lengths().loop_map.stretch_m;
+    let length_m = length_m.min(along_m.last().copied().unwrap_or_default() / FEWEST_STRETCHES);
     let stretch = |along_m: &f64| if length_m > 0.0 { (along_m / length_m) as usize } else { 0 };
     along_m.iter().map(stretch).collect()
+}
+
+/// Where the patch of a keyframe lies.
+pub(super) fn placement(world_from_body: &Isometry3<f64>) -> Placement {
+    let rotation = world_from_body.rotation.to_rotation_matrix();
+    Placement {
+        rotation: std::array::from_fn(|i| std::array::from_fn(|j| rotation[(i, j)])),
+        origin_in_world_m: world_from_body.translation.vector.into(),
+    }
 }

@@ -5,12 +5,7 @@ use std::collections::HashMap;
 use dmp_sensor::Isometry3;
 use nalgebra::Point3;
 
-use super::rays::COLUMN_M;
-use super::{LoopMap, placement};
-
-/// Beyond this a surfel makes no difference to `R_near(2 m)`: the scale, the radius of a disc, and the cell that a normal
-/// comes from, metres of a drive.
-const NEAR_M: f64 = 3.0;
+use super::build::{LoopMap, placement};
 
 /// Which patches have something in each column of the world.
 #[derive(Debug)]
@@ -22,7 +17,7 @@ pub(super) struct Columns {
 
 impl Columns {
     pub(super) fn new(map: &LoopMap, world_from_body: &[Isometry3<f64>]) -> Self {
-        let column_m = COLUMN_M * map.scales.metre_m();
+        let column_m = map.scales.lengths().loop_map.column_m;
         let mut columns: HashMap<[i64; 2], Vec<u32>> = HashMap::new();
         for (number, pose) in world_from_body.iter().enumerate() {
             let placement = placement(pose);
@@ -94,7 +89,7 @@ impl<'a> Moved<'a> {
             let motion = motions.entry(patch).or_insert_with(|| self.motion(keyframe, patch));
             motion.shift_m + motion.turn_rad * range_m > self.map.moved_m()
         };
-        let near_m = NEAR_M * self.map.scales.metre_m();
+        let near_m = self.map.scales.lengths().loop_map.near_m;
         let [before, after] = [self.before, self.after].map(|poses| placement(&poses[keyframe]));
         let changed = |group: &super::rays::Group| {
             let [low, high] = group.bounds_m;

@@ -1,11 +1,10 @@
+//! A sample of the rays of each keyframe, by where they end.
+
 use std::collections::BTreeMap;
 
 use dmp::Scales;
 use dmp_sensor::{Isometry3, Ray};
 use nalgebra::Point3;
-
-/// Edge of the columns that the rays of a keyframe are grouped by, metres of a drive.
-pub(super) const COLUMN_M: f64 = 8.0;
 
 /// A sample of the rays of a keyframe's scans, in the frame of the keyframe: by the columns that they end in.
 #[derive(Debug, Clone, Default)]
@@ -52,7 +51,7 @@ impl RayInPatch {
 impl KeyframeRays {
     /// Groups rays. They are in one order whatever order they come in.
     pub(super) fn new(rays: Vec<RayInPatch>, scales: Scales) -> Self {
-        let column_m = COLUMN_M * scales.metre_m();
+        let column_m = scales.lengths().loop_map.column_m;
         let mut columns: BTreeMap<[i64; 2], Vec<RayInPatch>> = BTreeMap::new();
         for ray in rays {
             let column = [ray.to_m[0], ray.to_m[1]].map(|c| (f64::from(c) / column_m).floor() as i64);

@@ -1,13 +1,15 @@
+//! Scores of a map, as its patches lie and as they are moved.
+
 use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query};
 use dmp_map::{MapError, PlacedPatches};
-use dmp_reduce::{Estimate, Residuals, Scales, SurfaceGroup};
+use dmp_reduce::{Residuals, Scales, SurfaceGroup};
 use dmp_sensor::{Isometry3, Ray};
 use rayon::prelude::*;
 
+use super::build::{LoopMap, placement};
 use super::changed::{Columns, Moved};
 use super::rays::RayInPatch;
-use super::sums::Sums;
-use super::{LoopMap, placement};
+use super::sums::{MapScores, Sums};
 use crate::LoopError;
 
 /// Predictions are looked for up to this many times the largest range used, as in the whole score.
@@ -16,9 +18,6 @@ const HORIZON: f64 = 2.0;
 const PARTS: usize = 4;
 /// Rays that are cast together.
 const BLOCK_RAYS: usize = 1 << 14;
-/// Which of the scales of `R_near` ranks loops: 2 m on a drive.
-pub(super) const LOOPS: usize = 1;
-
 /// What a map leaves of a ray: z − z' for the first crossing and for the nearest, metres; NaN where there is none.
 #[derive(Debug, Clone, Copy)]
 struct Left {
@@ -62,29 +61,9 @@ pub(crate) struct Placed<'a> {
     columns: Columns,
 }
 
-/// What a map is worth.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MapScores {
-    /// R_near at 5, 2 and 0.5 m, square metres, each with its 99 % interval where there is one; lower is better. `None`
-    /// where the map predicts no return.
-    pub r_near_m2: [(f64, Option<Estimate>); 3],
-    /// `R_near(2 m)` less that of the graph without the candidate, over the returns that both maps predict; negative where
-    /// the map became better.
-    pub change: Option<Estimate>,
-    /// Share of the rays that were cast anew, the others end where nothing moved.
-    pub cast_share: f64,
-}
-
-impl MapScores {
-    /// `R_near(2 m)`, by which loops are ranked, square metres.
-    pub fn ranked_m2(&self) -> Option<f64> {
-        self.r_near_m2[LOOPS].1.map(|estimate| estimate.value_m2)
-    }
-}
-
 impl<'a> Placed<'a> {
     /// Casts all rays, of each keyframe on the thread that comes to it.
-    pub(super) fn new(map: &'a LoopMap, world_from_body: Vec<Isometry3<f64>>) -> Result<Self, LoopError> {
+    pub(crate) fn new(map: &'a LoopMap, world_from_body: Vec<Isometry3<f64>>) -> Result<Self, LoopError> {
         let caster = map.caster(&world_from_body, map.threads())?;
         let left = (0..world_from_body.len())
             .into_par_iter()
@@ -230,8 +209,8 @@ impl LoopMap {
         let placed = PlacedPatches::new(&self.patches, world_from_body.iter().map(placement).collect())?;
         let settings = CastSettings {
             horizon_m: HORIZON * self.max_range_m,
-            window_m: self.scales.near_m()[0],
-            return_m: self.scales.blocked_m(),
+            window_m: self.scales.lengths().near_m[0],
+            return_m: self.scales.lengths().blocked_m,
             ..CastSettings::default()
         };
         Ok(Caster::new(placed, settings, maps * self.tile_bytes))

@@ -1,7 +1,31 @@
+//! What is summed up of a map, and its scores.
+
 use dmp_reduce::{Basis, Confidence, Estimate, FrameSums, Interval, Layout, Promise, Reducer, Scales};
 
-use super::score::{LOOPS, MapScores};
 use crate::LoopError;
+
+/// Which of the scales of `R_near` ranks loops: 2 m on a drive.
+pub(super) const LOOPS: usize = 1;
+
+/// What a map is worth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MapScores {
+    /// R_near at 5, 2 and 0.5 m, square metres, each with its 99 % interval where there is one; lower is better. `None`
+    /// where the map predicts no return.
+    pub r_near_m2: [(f64, Option<Estimate>); 3],
+    /// `R_near(2 m)` less that of the graph without the candidate, over the returns that both maps predict; negative where
+    /// the map became better.
+    pub change: Option<Estimate>,
+    /// Share of the rays that were cast anew, the others end where nothing moved.
+    pub cast_share: f64,
+}
+
+impl MapScores {
+    /// `R_near(2 m)`, by which loops are ranked, square metres.
+    pub fn ranked_m2(&self) -> Option<f64> {
+        self.r_near_m2[LOOPS].1.map(|estimate| estimate.value_m2)
+    }
+}
 
 /// The sums of a map and of another one beside it, stretch by stretch.
 pub(super) struct Sums {

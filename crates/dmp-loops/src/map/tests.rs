@@ -1,14 +1,16 @@
+//! A map whose patches moved has the scores of one that is made anew.
+
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
 use dmp_sim::LoopKind;
 
-use super::score::LOOPS;
+use super::sums::LOOPS;
 use super::{LoopMap, MapOptions, MapScores, Placed};
 use crate::tests::DRIVE;
 use crate::{OptimiseOptions, optimise};
 
 /// A map that is made anew, all of it.
 fn cast_anew<'a>(map: &'a LoopMap, world_from_body: &[Isometry3<f64>]) -> Placed<'a> {
-    map.placed_at(world_from_body.to_vec()).unwrap()
+    Placed::new(map, world_from_body.to_vec()).unwrap()
 }
 
 /// The score of a map whose patches moved, which is the same by one thread and by all.

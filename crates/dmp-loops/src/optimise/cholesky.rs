@@ -1,3 +1,5 @@
+//! Sparse symmetric systems, solved in blocks of a pose.
+
 use super::elimination::Elimination;
 use nalgebra::{Matrix6, Vector6};
 use std::ops::Range;

@@ -1,8 +1,29 @@
+//! The way downhill, step by step.
+
 use super::cholesky::Model;
+use super::error::OptimiseError;
+use super::kernel::Kernel;
 use super::problem::Problem;
-use super::{OptimiseError, OptimiseOptions};
 use dmp_sensor::Isometry3;
 use nalgebra::Vector6;
+
+/// How a graph is optimised.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OptimiseOptions {
+    /// Steps that are tried at most.
+    pub most_iterations: usize,
+    /// The longest step of a pose, metres and radians, that is as good as none.
+    pub tolerance: f64,
+    /// A robust kernel for the loops of the graph itself: edges between vertices that do not follow each other in the
+    /// order of the ids. Added edges have none: what they do is the question.
+    pub loop_kernel: Option<Kernel>,
+}
+
+impl Default for OptimiseOptions {
+    fn default() -> Self {
+        Self { most_iterations: 100, tolerance: 1e-8, loop_kernel: None }
+    }
+}
 
 /// How much of what the slope promises a step must bring (Armijo 1966).
 const WORTH: f64 = 1e-4;

@@ -1,3 +1,5 @@
+//! In which order unknowns are solved for.
+
 use std::collections::BTreeSet;
 
 /// In which order the variables of a sparse symmetric system are eliminated, and which numbers of its Cholesky factor

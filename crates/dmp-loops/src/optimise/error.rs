@@ -1,3 +1,5 @@
+//! What can go wrong with an optimisation.
+
 use dmp_sensor::{Disconnected, EdgeFault};
 
 /// Why a graph cannot be optimised.

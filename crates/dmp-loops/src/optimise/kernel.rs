@@ -1,3 +1,5 @@
+//! Robust kernels: what large residuals count for.
+
 /// A robust kernel: what an edge that fits badly counts for less.
 ///
 /// The scale is in standard deviations: a residual as large as it counts for about half to all of its square.

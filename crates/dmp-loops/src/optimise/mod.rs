@@ -11,27 +11,10 @@ mod residual;
 pub use error::OptimiseError;
 pub use kernel::Kernel;
 
+pub use descent::OptimiseOptions;
 use descent::{Descent, descend};
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph, Vector3};
 use problem::Problem;
-
-/// How a graph is optimised.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OptimiseOptions {
-    /// Steps that are tried at most.
-    pub most_iterations: usize,
-    /// The longest step of a pose, metres and radians, that is as good as none.
-    pub tolerance: f64,
-    /// A robust kernel for the loops of the graph itself: edges between vertices that do not follow each other in the
-    /// order of the ids. Added edges have none: what they do is the question.
-    pub loop_kernel: Option<Kernel>,
-}
-
-impl Default for OptimiseOptions {
-    fn default() -> Self {
-        Self { most_iterations: 100, tolerance: 1e-8, loop_kernel: None }
-    }
-}
 
 /// What an optimisation found.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,3 +1,5 @@
+//! The sum of squares of a graph, and its slopes.
+
 use super::Kernel;
 use super::cholesky::{Meeting, Model, System};
 use super::residual::{Slope, bend, moved, residual, slope};

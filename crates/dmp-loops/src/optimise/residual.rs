@@ -1,3 +1,5 @@
+//! What an edge is off by, and how that changes with its poses.
+
 use dmp_sensor::{Isometry3, PoseEdge, Vector3};
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector6};
 

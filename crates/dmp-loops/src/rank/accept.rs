@@ -1,3 +1,5 @@
+//! Which candidates are accepted, one after the other.
+
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -5,7 +7,7 @@ use dmp::{Progress, Stage};
 use dmp_reduce::Margin;
 use dmp_sensor::{PoseEdge, PoseGraph};
 
-use super::{Ranker, Ranking, Tried, TryFault};
+use super::ranker::{Ranker, Ranking, Tried, TryFault};
 use crate::map::MapScores;
 use crate::{LoopError, optimise};
 

@@ -1,3 +1,5 @@
+//! Who says what the poses of a graph are worth.
+
 use dmp::{Config, Frame, Progress, evaluate};
 use dmp_log::ScanLog;
 use dmp_reduce::Estimate;
@@ -8,10 +10,10 @@ use crate::{Keyframes, LoopError};
 
 /// Who says what the poses of a graph are worth.
 #[derive(Debug)]
-pub struct Scorer<'a>(Kind<'a>);
+pub struct Scorer<'a>(ScoredBy<'a>);
 
 #[derive(Debug)]
-enum Kind<'a> {
+enum ScoredBy<'a> {
     Graph,
     Patches(&'a LoopMap),
     Log(Box<WholeMaps<'a>>),
@@ -38,28 +40,28 @@ pub(super) struct WholeMaps<'a> {
 impl<'a> Scorer<'a> {
     /// The graph's own edges alone: no map is looked at.
     pub fn graph() -> Self {
-        Self(Kind::Graph)
+        Self(ScoredBy::Graph)
     }
 
     /// The map that is put together of patches.
     pub fn patches(map: &'a LoopMap) -> Self {
-        Self(Kind::Patches(map))
+        Self(ScoredBy::Patches(map))
     }
 
     /// The map that is fused from the log, and all returns: the log is read twice for every candidate, as
     /// [`evaluate`](dmp::evaluate) does. Its changes have no intervals.
     pub fn log(log: &'a dyn ScanLog, keyframes: &'a Keyframes, config: &Config) -> Self {
-        Self(Kind::Log(Box::new(WholeMaps { log, keyframes, config: config.clone(), without_m2: None })))
+        Self(ScoredBy::Log(Box::new(WholeMaps { log, keyframes, config: config.clone(), without_m2: None })))
     }
 
     /// Whether candidates are scored beside each other; else each is by several threads.
     pub(super) fn is_parallel(&self) -> bool {
-        !matches!(self.0, Kind::Log(_))
+        !matches!(self.0, ScoredBy::Log(_))
     }
 
     /// Whether changes have intervals.
     pub(super) fn has_intervals(&self) -> bool {
-        matches!(self.0, Kind::Patches(_))
+        matches!(self.0, ScoredBy::Patches(_))
     }
 
     /// Scores poses that others are to be compared with.
@@ -69,13 +71,13 @@ impl<'a> Scorer<'a> {
         progress: &dyn Progress,
     ) -> Result<(Before<'a>, Option<MapScores>), LoopError> {
         Ok(match &self.0 {
-            Kind::Graph => (Before::Graph, None),
-            Kind::Patches(map) => {
-                let placed = map.placed_at(world_from_body.to_vec())?;
+            ScoredBy::Graph => (Before::Graph, None),
+            ScoredBy::Patches(map) => {
+                let placed = Placed::new(map, world_from_body.to_vec())?;
                 let scores = placed.score()?;
                 (Before::Patches(Box::new(placed)), Some(scores))
             }
-            Kind::Log(maps) => {
+            ScoredBy::Log(maps) => {
                 let (scores, config) = maps.score(world_from_body, progress)?;
                 let maps = WholeMaps { config, without_m2: scores.ranked_m2(), ..**maps };
                 (Before::Log(Box::new(maps)), Some(scores))
@@ -111,7 +113,7 @@ impl WholeMaps<'_> {
         let report = evaluate(self.log, &[run], &self.config, &Quietly(progress))?;
         let of_run = &report.runs[0];
         let plain = |value_m2| Estimate { value_m2, returns: of_run.returns, interval: None };
-        let near_m = report.config.scales.near_m();
+        let near_m = report.config.scales.lengths().near_m;
         let r_near_m2 = std::array::from_fn(|k| (near_m[k], of_run.r_near_m2[k].map(plain)));
         let scores = MapScores { r_near_m2, change: None, cast_share: 1.0 };
         let change = scores.ranked_m2().zip(self.without_m2).map(|(with, without)| plain(with - without));

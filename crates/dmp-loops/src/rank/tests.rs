@@ -1,12 +1,14 @@
+//! The search for acceptable candidates finds what a plain one does; what has no score is told.
+
 use std::collections::BTreeSet;
 
-use dmp_sensor::Isometry3;
+use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
 use dmp_sim::LoopKind;
 
 use super::*;
-use crate::map::{LoopMap, MapOptions};
+use crate::map::{LoopMap, MapOptions, MapScores, Placed};
 use crate::tests::{DRIVE, chain};
-use crate::{Kernel, Keyframes};
+use crate::{Kernel, Keyframes, OptimiseOptions, optimise};
 
 fn map() -> LoopMap {
     DRIVE.map_at(DRIVE.graph.poses(), MapOptions { rays_per_keyframe: 400, ..MapOptions::default() })
@@ -18,7 +20,7 @@ fn ranked_m2(score: &MapScores) -> f64 {
 
 /// The score of poses, and what candidates on them change, by a map that is made for this alone.
 fn scores(map: &LoopMap, at: &[Isometry3<f64>], with: &[Vec<Isometry3<f64>>]) -> (f64, Vec<MapScores>) {
-    let placed = map.placed_at(at.to_vec()).unwrap();
+    let placed = Placed::new(map, at.to_vec()).unwrap();
     let changes = with.iter().map(|poses| placed.moved_to(poses, true).unwrap()).collect();
     (ranked_m2(&placed.score().unwrap()), changes)
 }

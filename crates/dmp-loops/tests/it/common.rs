@@ -1,3 +1,5 @@
+//! Graphs that the tests share.
+
 use dmp_loops::{OptimiseOptions, Optimised, optimise};
 use dmp_sensor::{
     Isometry3, Matrix6, PoseEdge, PoseGraph, Quaternion, Translation3, UnitQuaternion, Vector3,

@@ -4,19 +4,16 @@ use nalgebra::Vector3;
 
 use crate::city::plan::{Plan, Street, Use};
 use crate::city::terrain::Terrain;
+use crate::parts::building::{Area, Storeys, build_block, build_hall};
+use crate::parts::shape::Shape;
+use crate::parts::solid::{Solid, Surface};
+use crate::parts::street::{Stretch, car, furnish_street, plant_tree, put_pole};
 use crate::random::Random;
-use crate::town::building::{Storeys, build_block, build_hall};
-use crate::town::shape::Shape;
-use crate::town::street::{Stretch, car, furnish_street, plant_tree, put_pole};
-use crate::town::{Solid, Surface};
 
 /// Nothing stands in a street nearer than this to a street that crosses it, metres.
 const CLEAR_M: f64 = 3.5;
 /// Avenues, of at least this width, have a row of trees in their middle, metres.
 const AVENUE_M: f64 = 24.0;
-
-/// A rectangle from–to east and north, metres.
-type Area = [[f64; 2]; 2];
 
 /// Everything of the block north-east of crossing `cell`: a function of the plan and the cell alone.
 pub(crate) fn build(plan: Plan, cell: [i64; 2]) -> Vec<Solid> {

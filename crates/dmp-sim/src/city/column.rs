@@ -7,7 +7,7 @@
     reason = "plain loops over lanes without branches become vector instructions"
 )]
 
-use crate::city::form::{Form, Kind};
+use crate::city::form::{Form, FormKind};
 
 /// Beams that are computed side by side.
 pub(crate) const LANES: usize = 8;
@@ -63,10 +63,10 @@ impl Group {
     /// Meets the beams with a form whose centre lies at `centre` from where they start.
     pub(crate) fn meet(&mut self, form: &Form, centre: [f32; 3], number: u32) {
         let met = match form.kind {
-            Kind::Box => self.meet_box(centre, form.half, number),
-            Kind::Turned => self.meet_turned(centre, form, number),
-            Kind::Tube => self.meet_tube(centre, form.half, number),
-            Kind::Ball => self.meet_ball(centre, form.half, number),
+            FormKind::Box => self.meet_box(centre, form.half, number),
+            FormKind::Turned => self.meet_turned(centre, form, number),
+            FormKind::Tube => self.meet_tube(centre, form.half, number),
+            FormKind::Ball => self.meet_ball(centre, form.half, number),
         };
         if met {
             self.measure();
@@ -146,14 +146,14 @@ impl Group {
         let direction = [0, 1, 2].map(|k| self.direction[k][l]);
         let range_m = self.far_m[l];
         match form.kind {
-            Kind::Box => facing(direction, centre, form.half),
-            Kind::Turned => {
+            FormKind::Box => facing(direction, centre, form.half),
+            FormKind::Turned => {
                 let [x, y] = [direction[0], direction[1]];
                 let [cos, sin] = form.turn;
                 let direction = [cos * x + sin * y, cos * y - sin * x, direction[2]];
                 facing(direction, turned_point(centre, form.turn), form.half)
             }
-            Kind::Tube => {
+            FormKind::Tube => {
                 let [x, y, z] = [0, 1, 2].map(|k| range_m * direction[k] - centre[k]);
                 // At an end the point lies within the radius, and at half the height.
                 if form.half[2] - z.abs() < 1e-4 * (1.0 + range_m)
@@ -164,7 +164,7 @@ impl Group {
                     -(x * direction[0] + y * direction[1]) / form.half[0]
                 }
             }
-            Kind::Ball => {
+            FormKind::Ball => {
                 let normal =
                     [0, 1, 2].map(|k| (range_m * direction[k] - centre[k]) / (form.half[k] * form.half[k]));
                 let length = (normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]).sqrt();

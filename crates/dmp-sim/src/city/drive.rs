@@ -1,20 +1,14 @@
+//! A drive through a city: where the car is at every instant.
+
 use dmp_sensor::Isometry3;
 
 use crate::city::plan::Plan;
 use crate::city::terrain::{Patch, Terrain};
 use crate::city::tour::tour;
 use crate::city::way::Way;
-use crate::route::{corner, lane};
+use crate::motion::{self, HEIGHT_M, MARGIN_S, START_NS};
+use crate::route_path::{CORNER_M, corner, lane};
 use crate::sway::{Stance, Sways};
-
-/// Length of a curve round a corner, metres.
-const CORNER_M: f64 = 14.0;
-/// The drive goes on for this long before its first and after its last scan.
-const MARGIN_S: f64 = 2.0;
-/// Height of the sensor above the ground, metres.
-const HEIGHT_M: f64 = 1.9;
-/// When the first scan starts.
-pub(crate) const START_NS: i64 = 1_700_000_000_000_000_000;
 
 /// A car's way through a city: its pose at every instant.
 #[derive(Debug, Clone)]
@@ -49,8 +43,7 @@ impl CityDrive {
     }
 
     fn time_s(&self, stamp_ns: i64) -> f64 {
-        let time_s = stamp_ns.saturating_sub(START_NS) as f64 * 1e-9;
-        time_s.clamp(-MARGIN_S, self.duration_s + MARGIN_S)
+        motion::time_s(stamp_ns, START_NS, self.duration_s)
     }
 
     /// The body's pose, which is the sensor's, at an instant.

@@ -1,11 +1,11 @@
 //! Solids as the caster of a city takes them: in `f32`, relative to a point nearby.
 
-use crate::town::Solid;
-use crate::town::shape::Shape;
+use crate::parts::shape::Shape;
+use crate::parts::solid::Solid;
 
 /// Which formula a form needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum FormKind {
     /// A box along the axes.
     Box,
     /// An upright box, turned about the vertical.
@@ -19,7 +19,7 @@ pub(crate) enum Kind {
 /// A solid relative to the corner of its block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Form {
-    pub(crate) kind: Kind,
+    pub(crate) kind: FormKind,
     pub(crate) centre: [f32; 3],
     /// Half its size along its own axes; of a cylinder radius, radius, half the height.
     pub(crate) half: [f32; 3],
@@ -39,10 +39,10 @@ impl Form {
         centre.x -= corner[0];
         centre.y -= corner[1];
         let (kind, half, turn) = match solid.shape {
-            Shape::Box { half, sin_yaw: 0.0, .. } => (Kind::Box, half, [1.0, 0.0]),
-            Shape::Box { half, cos_yaw, sin_yaw, .. } => (Kind::Turned, half, [cos_yaw, sin_yaw]),
-            Shape::Cylinder { .. } => (Kind::Tube, reach, [1.0, 0.0]),
-            Shape::Ellipsoid { half, .. } => (Kind::Ball, half, [1.0, 0.0]),
+            Shape::Box { half, sin_yaw: 0.0, .. } => (FormKind::Box, half, [1.0, 0.0]),
+            Shape::Box { half, cos_yaw, sin_yaw, .. } => (FormKind::Turned, half, [cos_yaw, sin_yaw]),
+            Shape::Cylinder { .. } => (FormKind::Tube, reach, [1.0, 0.0]),
+            Shape::Ellipsoid { half, .. } => (FormKind::Ball, half, [1.0, 0.0]),
         };
         Self {
             kind,

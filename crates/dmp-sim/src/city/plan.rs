@@ -1,8 +1,8 @@
 //! Where the streets of a city run, and what its blocks are: each a function of the seed and of whole
 //! numbers, so that any part of the city is known without the rest.
 
+use crate::parts::building::Storeys;
 use crate::random::Random;
-use crate::town::building::Storeys;
 
 /// Mean distance between neighbouring streets, metres.
 pub(crate) const PITCH_M: f64 = 84.0;

@@ -1,16 +1,16 @@
+//! A recording of a drive through a city.
+
 use dmp_sensor::{Isometry3, Scan};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use crate::city::blocks::Blocks;
-use crate::city::drive::{CityDrive, START_NS};
+use crate::city::drive::CityDrive;
 use crate::city::plan::Plan;
 use crate::city::scanner::Scanner;
 use crate::error::{SimError, require};
-use crate::lidar::Lidar;
+use crate::lidar::{BATCH, Lidar};
 use crate::lidar_options::LidarOptions;
-
-/// Scans that are measured at the same time, on all threads, and held in memory together.
-const BATCH: usize = 16;
+use crate::motion::{START_NS, pose_stamps_ns, require_speed};
 
 /// A recording of a drive through a city without end.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,7 +52,7 @@ impl CityRecording {
         require((50.0..=1e6).contains(&travel_m), "the travel in m", "from 50 to 1000000", travel_m)?;
         let share = (0.0..=0.9).contains(&revisit_share);
         require(share, "the share of the way that is revisited", "from 0 to 0.9", revisit_share)?;
-        require((0.5..=40.0).contains(&speed_m_s), "the speed in m/s", "from 0.5 to 40", speed_m_s)?;
+        require_speed(speed_m_s)?;
         let lidar = Lidar::new(LidarOptions { seed, ..options.lidar.clone() })?;
         let plan = Plan { seed };
         let drive = CityDrive::new(plan, travel_m, revisit_share, speed_m_s);
@@ -89,12 +89,8 @@ impl CityRecording {
         &self,
         rate_hz: f64,
     ) -> Result<impl ExactSizeIterator<Item = (i64, Isometry3<f64>)>, SimError> {
-        require((1.0..=1e4).contains(&rate_hz), "the rate of the poses in Hz", "from 1 to 10000", rate_hz)?;
-        let count = (self.drive.duration_s * rate_hz).ceil() as usize + 3;
-        Ok((0..count).map(move |k| {
-            let stamp_ns = START_NS + libm::round((k as f64 - 1.0) * 1e9 / rate_hz) as i64;
-            (stamp_ns, self.drive.world_from_body_at(stamp_ns))
-        }))
+        let stamps_ns = pose_stamps_ns(START_NS, self.drive.duration_s, rate_hz)?;
+        Ok(stamps_ns.map(|stamp_ns| (stamp_ns, self.drive.world_from_body_at(stamp_ns))))
     }
 
     /// Length of the way, metres, and the share of it that is driven for a second time or more.

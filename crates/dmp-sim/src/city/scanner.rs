@@ -1,3 +1,5 @@
+//! The scans of a drive through a city.
+
 use std::f64::consts::{PI, TAU};
 
 use dmp_sensor::{Scan, Vector3};
@@ -5,19 +7,18 @@ use dmp_sensor::{Scan, Vector3};
 use crate::city::beams::Beams;
 use crate::city::blocks::Blocks;
 use crate::city::column::{GROUND, LANES, NOTHING};
-use crate::city::drive::{CityDrive, START_NS};
+use crate::city::drive::CityDrive;
 use crate::city::firing::Firing;
 use crate::city::noise::Normal;
 use crate::city::view::{Frame, View};
 use crate::lidar::Lidar;
-use crate::lidar_options::{LidarOptions, NoReturn, Sweep};
+use crate::lidar_options::{LidarOptions, Sweep};
+use crate::motion::START_NS;
+use crate::parts::solid::{GROUND_REFLECTIVITY, Hit, Surface};
 use crate::random::Random;
-use crate::town::{Hit, Surface};
 
 /// The ground is at hand for this much more than the range of the sensor, metres.
 const BEYOND_M: f64 = 16.0;
-/// Share of the light that comes back from the ground.
-const GROUND_REFLECTIVITY: f64 = 0.25;
 
 /// Measures the scans of a drive through a city.
 ///
@@ -170,11 +171,7 @@ impl Scanner {
             if seen && measured_m >= options.min_range_m {
                 scan.points_in_sensor_m.push(self.rounding.of(told * measured_m));
             } else {
-                match options.no_return {
-                    NoReturn::Omitted => {}
-                    NoReturn::Zero => scan.points_in_sensor_m.push([0.0; 3]),
-                    NoReturn::NotANumber => scan.points_in_sensor_m.push([f32::NAN; 3]),
-                }
+                scan.points_in_sensor_m.extend(options.no_return.point());
             }
         }
     }

@@ -2,7 +2,7 @@
 //! from the seed.
 
 use crate::city::plan::Plan;
-use crate::town::ground::Relief;
+use crate::parts::relief::Relief;
 
 /// Distance of the lattice's points, metres.
 const LATTICE_M: f64 = 16.0;

@@ -3,14 +3,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use crate::motion::{FORWARD_M_S2, SIDEWAYS_M_S2, WAVER};
 use crate::path::{Path, Piece, Station};
 use crate::random::Random;
-
-/// Sideways acceleration in curves and change of speed that a passenger would accept, m/s².
-const SIDEWAYS_M_S2: f64 = 2.0;
-const FORWARD_M_S2: f64 = 1.2;
-/// Speeds on straight legs differ from each other by this share, up or down.
-const WAVER: f64 = 0.08;
 
 /// Where a curve starts.
 const STRAIGHT: Station = Station { x: 0.0, y: 0.0, heading_rad: 0.0, curvature: 0.0 };

@@ -1,3 +1,5 @@
+//! Drives and walks are smooth, and keep to their lines.
+
 use super::*;
 use dmp_sensor::Vector3;
 

@@ -1,3 +1,5 @@
+//! How far two trajectories are apart after the best alignment.
+
 use dmp_sensor::{Isometry3, Trajectory, Vector3};
 use nalgebra::Matrix3;
 

@@ -1,7 +1,9 @@
+//! A right loop closure of the whole way.
+
 use dmp_sensor::{Isometry3, Trajectory, UnitQuaternion, Vector3};
 use nalgebra::{Matrix3, Matrix6, Vector6};
 
-use super::{Poses, Travel, with_poses};
+use super::poses::{Poses, Travel, with_poses};
 use crate::error::SimError;
 
 /// What odometry errs by in a metre of travel, as a pose graph is told: metres and radians. Their ratio

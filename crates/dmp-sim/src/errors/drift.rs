@@ -1,7 +1,9 @@
+//! Drift that grows with the travel.
+
 use dmp_sensor::{Isometry3, UnitQuaternion, Vector3};
 
 use super::align::aligned_rmse_m;
-use super::{Poses, Travel};
+use super::poses::{Poses, Travel};
 use crate::error::SimError;
 use crate::random::Random;
 

@@ -1,4 +1,6 @@
-use super::{Poses, Travel, smooth_step};
+//! A wrong loop closure.
+
+use super::poses::{Poses, Travel, smooth_step};
 use crate::error::SimError;
 use crate::random::Random;
 

@@ -5,16 +5,16 @@ mod closure;
 mod drift;
 mod false_loop;
 mod noise;
+mod poses;
 mod shape;
 
-use dmp_sensor::{Isometry3, Trajectory};
+use dmp_sensor::Trajectory;
 
 use crate::error::{SimError, require};
 pub use align::ate_rmse_m;
 pub use closure::close_loop;
 pub use noise::Noise;
-
-type Poses = Vec<Isometry3<f64>>;
+use poses::{Travel, with_poses};
 
 /// Errors to put into a trajectory. Those that are set are applied in the order of the fields, each to the
 /// result of the one before; the same numbers give the same trajectory, to the bit.
@@ -82,53 +82,10 @@ impl SlamErrors {
     }
 }
 
-/// Way travelled until each pose, metres.
-struct Travel(Vec<f64>);
-
-impl Travel {
-    fn of(poses: &[Isometry3<f64>], what: &'static str) -> Result<Self, SimError> {
-        let mut travel_m = vec![0.0; poses.len()];
-        for k in 1..poses.len() {
-            travel_m[k] =
-                travel_m[k - 1] + (poses[k].translation.vector - poses[k - 1].translation.vector).norm();
-        }
-        let travel = Self(travel_m);
-        if travel.total_m() > 0.0 { Ok(travel) } else { Err(SimError::NoTravel { what }) }
-    }
-
-    fn total_m(&self) -> f64 {
-        self.0.last().copied().unwrap_or(0.0)
-    }
-
-    /// Travel in the middle of the step from pose `k` to the next.
-    fn middle_m(&self, k: usize) -> f64 {
-        f64::midpoint(self.0[k], self.0[k + 1])
-    }
-}
-
-/// The same stamps with other poses.
-fn with_poses(run: &Trajectory, poses: Poses) -> Trajectory {
-    let made = match run.stamps_ns() {
-        Some(stamps_ns) => Trajectory::stamped(stamps_ns.iter().copied().zip(poses).collect())
-            .map(|repaired| repaired.trajectory),
-        None => Trajectory::unstamped(poses),
-    };
-    match made {
-        Ok(trajectory) => trajectory,
-        Err(error) => unreachable!("the stamps are those of a valid trajectory: {error}"),
-    }
-}
-
-/// Rises smoothly from 0 at `u` ≤ 0 to 1 at `u` ≥ 1, without a jump of slope or curvature.
-fn smooth_step(u: f64) -> f64 {
-    let u = u.clamp(0.0, 1.0);
-    u * u * u * (u * (6.0 * u - 15.0) + 10.0)
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use dmp_sensor::{Translation3, UnitQuaternion, Vector3};
+    use dmp_sensor::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
     /// A lap and a half on a circle with a radius of 30 m, `count` poses, 0.1 s apart.
     pub(crate) fn circle(count: usize) -> Trajectory {

@@ -1,6 +1,8 @@
+//! White noise of poses.
+
 use dmp_sensor::{Isometry3, UnitQuaternion, Vector3};
 
-use super::Poses;
+use super::poses::Poses;
 use crate::error::{SimError, require};
 use crate::random::Random;
 

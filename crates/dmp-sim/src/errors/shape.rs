@@ -2,7 +2,7 @@
 
 use dmp_sensor::{UnitQuaternion, Vector3};
 
-use super::{Poses, Travel, smooth_step};
+use super::poses::{Poses, Travel, smooth_step};
 
 pub(super) fn scale(poses: &mut Poses, factor: f64) {
     let Some(first) = poses.first().map(|pose| pose.translation.vector) else { return };

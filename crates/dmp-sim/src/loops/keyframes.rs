@@ -1,3 +1,5 @@
+//! The keyframes of a drive.
+
 use dmp_sensor::{Isometry3, Trajectory};
 
 use crate::error::SimError;

@@ -1,12 +1,15 @@
+//! What a front end measures of a loop, and what is wrong with it.
+
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 
+use dmp_lengths::LoopLengths;
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph, UnitQuaternion, Vector3};
 
 use super::keyframes::Keyframes;
-use super::lengths::LoopLengths;
-use super::{RAD_PER_DEG, SimulatedLoop};
 use crate::random::Random;
+
+const RAD_PER_DEG: f64 = std::f64::consts::PI / 180.0;
 
 /// What every loop measurement is off by about each axis.
 const SIGMA_RAD: f64 = 0.2 * RAD_PER_DEG;
@@ -51,6 +54,15 @@ impl fmt::Display for LoopKind {
     }
 }
 
+/// A loop candidate, and what it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SimulatedLoop {
+    /// The measurement, from the earlier vertex to the later one.
+    pub edge: PoseEdge,
+    /// What it is.
+    pub kind: LoopKind,
+}
+
 /// Measures loops of a drive.
 pub(super) struct Measurer<'a> {
     pub(super) keyframes: &'a Keyframes,
@@ -77,7 +89,7 @@ impl Measurer<'_> {
         // Within what noise may add, evenly over the disc.
         let radius_m = (self.lengths.alike_within_m - 8.0 * self.lengths.sigma_m) * self.random.unit().sqrt();
         let angle = TAU * self.random.unit();
-        let [up, ahead] = self.lengths.up_and_ahead();
+        let [up, ahead] = up_and_ahead(&self.lengths);
         let place = ahead * (radius_m * libm::cos(angle)) + up.cross(&ahead) * (radius_m * libm::sin(angle));
         let looks_back = self.random.chance(0.5) && self.lengths.views.is_none();
         let back = if looks_back { PI } else { 0.0 };
@@ -92,12 +104,17 @@ impl Measurer<'_> {
         let (before, after) = (at.saturating_sub(1), (at + 1).min(poses.len() - 1));
         let ahead = poses[after].translation.vector - poses[before].translation.vector;
         let ahead =
-            ahead.try_normalize(1e-9).unwrap_or_else(|| poses[at].rotation * self.lengths.up_and_ahead()[1]);
+            ahead.try_normalize(1e-9).unwrap_or_else(|| poses[at].rotation * up_and_ahead(&self.lengths)[1]);
         let aside = UnitQuaternion::from_scaled_axis(Vector3::z() * (NEAR_SIGMA_RAD * self.random.normal()));
         let sign = if self.random.chance(0.5) { -1.0 } else { 1.0 };
         let length_m = self.random.between(self.lengths.near_m[0], self.lengths.near_m[1]);
         poses[at].rotation.inverse() * (aside * ahead) * (sign * length_m)
     }
+}
+
+/// Which way is up in the body, and ahead.
+pub(super) fn up_and_ahead(lengths: &LoopLengths) -> [Vector3<f64>; 2] {
+    if lengths.views.is_some() { [-Vector3::y(), Vector3::z()] } else { [Vector3::z(), Vector3::x()] }
 }
 
 /// A small pose: a normal shift, and a normal turn beside a given one.

@@ -2,97 +2,24 @@
 //! true.
 
 mod keyframes;
-mod lengths;
 mod measure;
 mod odometry;
+mod options;
 mod places;
 #[cfg(test)]
 mod tests;
 
 use std::collections::BTreeSet;
 
-use dmp_sensor::{PoseEdge, PoseGraph, Trajectory};
+use dmp_sensor::{PoseGraph, Trajectory};
 
-use crate::error::{SimError, require};
+use crate::error::SimError;
 use crate::random::Random;
-use keyframes::{Keyframes, Spacing};
-pub use lengths::{CameraViews, LoopLengths};
-pub use measure::LoopKind;
+use keyframes::Keyframes;
 use measure::Measurer;
+pub use measure::{LoopKind, SimulatedLoop};
+pub use options::LoopGraphOptions;
 use places::Places;
-
-/// How the pose graph of a drive, or of a walk through a room, is made, and which loop candidates are.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LoopGraphOptions {
-    /// Seed of the odometry's noise and of all that is drawn for the candidates.
-    pub seed: u64,
-    /// Travel from one keyframe to the next, metres; with 0 every instant is a keyframe.
-    pub spacing_m: f64,
-    /// A turn after which there is a keyframe, too, however short the way, radians; `None` for none.
-    pub spacing_rad: Option<f64>,
-    /// Instants that may be keyframes, nanoseconds, in any order: the scans of a log. `None`: those of the
-    /// trajectory's poses.
-    pub instants_ns: Option<Vec<i64>>,
-    /// Standard deviation of a step of one metre of the odometry along each axis, metres; that of other steps
-    /// grows with the square root of their length.
-    pub step_sigma_m: f64,
-    /// The same of the rotation about each axis, radians.
-    pub step_sigma_rad: f64,
-    /// What the odometry turns too far to the left in each metre of travel, radians.
-    pub yaw_bias_rad_per_m: f64,
-    /// What counts as one place and as another, and what loops are off by.
-    pub lengths: LoopLengths,
-    /// Candidates that are [`LoopKind::True`].
-    pub true_loops: usize,
-    /// Candidates that are [`LoopKind::False`].
-    pub false_loops: usize,
-    /// Candidates that are [`LoopKind::Near`].
-    pub near_loops: usize,
-}
-
-impl Default for LoopGraphOptions {
-    /// A drift of some metres in 500 to 800 m.
-    fn default() -> Self {
-        Self {
-            seed: 1,
-            spacing_m: 1.0,
-            spacing_rad: None,
-            instants_ns: None,
-            step_sigma_m: 0.02,
-            step_sigma_rad: 0.03 * RAD_PER_DEG,
-            yaw_bias_rad_per_m: 0.006 * RAD_PER_DEG,
-            lengths: LoopLengths::DRIVE,
-            true_loops: 10,
-            false_loops: 10,
-            near_loops: 6,
-        }
-    }
-}
-
-impl LoopGraphOptions {
-    /// For a hand-held camera in a room: a keyframe every 0.2 m or 15°, and a drift of some decimetres in 20 m.
-    pub fn room() -> Self {
-        Self {
-            spacing_m: 0.2,
-            spacing_rad: Some(15.0 * RAD_PER_DEG),
-            step_sigma_rad: 0.3 * RAD_PER_DEG,
-            yaw_bias_rad_per_m: 0.1 * RAD_PER_DEG,
-            lengths: LoopLengths::ROOM,
-            ..Self::default()
-        }
-    }
-}
-
-const RAD_PER_DEG: f64 = std::f64::consts::PI / 180.0;
-
-/// A loop candidate, and what it is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SimulatedLoop {
-    /// The measurement, from the earlier vertex to the later one.
-    pub edge: PoseEdge,
-    /// What it is.
-    pub kind: LoopKind,
-}
 
 /// A pose graph without loops, candidates for them, and the truth.
 #[derive(Debug, Clone, PartialEq)]
@@ -126,23 +53,6 @@ impl LoopGraph {
         let poses = keyframes.stamps_ns.into_iter().zip(keyframes.poses).collect();
         let truth = Trajectory::stamped(poses)?.trajectory;
         Ok(Self { graph, truth, candidates })
-    }
-}
-
-impl LoopGraphOptions {
-    fn spacing(&self) -> Spacing {
-        Spacing { way_m: self.spacing_m, turn_rad: self.spacing_rad.unwrap_or(f64::INFINITY) }
-    }
-
-    fn check(&self) -> Result<(), SimError> {
-        let within = |value: f64, most: f64| (0.0..=most).contains(&value);
-        let turn = self.spacing_rad.unwrap_or(0.0);
-        require(within(turn, 4.0), "the turn between keyframes in rad", "from 0 to 4", turn)?;
-        require(within(self.spacing_m, 1000.0), "the spacing in m", "from 0 to 1000", self.spacing_m)?;
-        require(within(self.step_sigma_m, 10.0), "the noise in m", "from 0 to 10", self.step_sigma_m)?;
-        require(within(self.step_sigma_rad, 1.0), "the noise in rad", "from 0 to 1", self.step_sigma_rad)?;
-        let bias = self.yaw_bias_rad_per_m;
-        require(within(bias.abs(), 1.0), "the yaw bias in rad/m", "from -1 to 1", bias)
     }
 }
 

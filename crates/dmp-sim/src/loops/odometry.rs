@@ -1,10 +1,12 @@
+//! Odometry that drifts from keyframe to keyframe.
+
 use std::collections::BTreeMap;
 
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
 
-use super::LoopGraphOptions;
 use super::keyframes::Keyframes;
-use super::measure::off_by;
+use super::measure::{off_by, up_and_ahead};
+use super::options::LoopGraphOptions;
 use crate::random::Random;
 
 /// The smallest standard deviations that are told of a step: no odometry is better, and the information of one
@@ -23,7 +25,7 @@ pub(super) fn drifted(
 ) -> (BTreeMap<i64, Isometry3<f64>>, Vec<PoseEdge>) {
     let mut vertices = BTreeMap::new();
     let mut edges = Vec::new();
-    let [up, _] = options.lengths.up_and_ahead();
+    let [up, _] = up_and_ahead(&options.lengths);
     let mut at = keyframes.poses.first().copied().unwrap_or_else(Isometry3::identity);
     vertices.insert(0, at);
     for (k, pair) in keyframes.poses.windows(2).enumerate() {

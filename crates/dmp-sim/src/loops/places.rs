@@ -1,7 +1,11 @@
+//! Pairs of keyframes: at one place, or at places far apart.
+
 use std::collections::{BTreeMap, BTreeSet};
 
+use dmp_lengths::LoopLengths;
+use dmp_sensor::Isometry3;
+
 use super::keyframes::Keyframes;
-use super::lengths::LoopLengths;
 use crate::error::SimError;
 use crate::random::Random;
 
@@ -71,7 +75,7 @@ impl<'a> Places<'a> {
                 let b = from[random.index(from.len())];
                 let a = random.index(self.long_before(b));
                 let poses = &self.keyframes.poses;
-                (self.lengths.are_others(&poses[a], &poses[b]) && known.insert((a, b))).then_some((a, b))
+                (self.are_others(&poses[a], &poses[b]) && known.insert((a, b))).then_some((a, b))
             };
             let found = (0..DRAWS).find_map(|k| draw(if k < DRAWS / 2 { part } else { &later }));
             let (until_now, lengths) = (pairs.len(), self.lengths);
@@ -89,7 +93,20 @@ impl<'a> Places<'a> {
         let lists = squares.filter_map(|square| self.by_square.get(&square));
         let near = lists.flat_map(move |list| list.iter().copied().take_while(move |&m| m < before));
         let poses = &self.keyframes.poses;
-        near.filter(move |&m| self.lengths.are_one(&poses[m], &poses[k]))
+        near.filter(move |&m| self.are_one(&poses[m], &poses[k]))
+    }
+
+    /// Whether two poses are at one place, and look at the same things.
+    fn are_one(&self, a: &Isometry3<f64>, b: &Isometry3<f64>) -> bool {
+        let views = self.lengths.views.is_none_or(|views| a.rotation.angle_to(&b.rotation) <= views.same_rad);
+        apart_m(a, b) <= self.lengths.same_place_m && views
+    }
+
+    /// Whether two poses are at places far apart, or look at other things.
+    fn are_others(&self, a: &Isometry3<f64>, b: &Isometry3<f64>) -> bool {
+        let views =
+            self.lengths.views.is_some_and(|views| a.rotation.angle_to(&b.rotation) > views.other_rad);
+        apart_m(a, b) > self.lengths.other_place_m || views
     }
 
     /// How many of the keyframes have more travel to this one than lies between those of a loop: the first ones.
@@ -97,6 +114,10 @@ impl<'a> Places<'a> {
         let travel_m = &self.keyframes.travel_m;
         travel_m.partition_point(|&m| m < travel_m[k] - self.lengths.between_m)
     }
+}
+
+fn apart_m(a: &Isometry3<f64>, b: &Isometry3<f64>) -> f64 {
+    (a.translation.vector - b.translation.vector).norm()
 }
 
 fn square(keyframes: &Keyframes, k: usize, side_m: f64) -> [i64; 2] {

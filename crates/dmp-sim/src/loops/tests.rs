@@ -1,6 +1,9 @@
+//! Pose graphs drift as they say, and loop candidates are what they say.
+
 use std::collections::BTreeSet;
 use std::f64::consts::{PI, TAU};
 
+use dmp_lengths::Scales;
 use dmp_sensor::{Isometry3, PoseGraph, Trajectory, Translation3, UnitQuaternion, Vector3};
 
 use super::*;
@@ -256,7 +259,7 @@ fn a_walk_through_a_room_has_loops_of_its_own_lengths() {
         let walk = RoomWalk::new(&room, walk).unwrap();
         let pose = |k: i64| (k * 33_333_333, walk.world_from_camera_at(k * 33_333_333));
         let truth = Trajectory::stamped((0..600).map(pose).collect()).unwrap().trajectory;
-        let options = LoopGraphOptions { seed, ..LoopGraphOptions::room() };
+        let options = LoopGraphOptions { seed, ..LoopGraphOptions::on_scales(Scales::Room) };
         let made = LoopGraph::new(&truth, &options).unwrap();
         let poses = made.truth.poses();
         // Every 0.2 m or 15°, whichever comes first.
@@ -297,13 +300,14 @@ fn a_walk_through_a_room_has_loops_of_its_own_lengths() {
 #[test]
 fn what_cannot_be_is_refused() {
     let straight = line(2000);
+    let of_drive = Scales::Drive.lengths().simulated_loops.loops;
     let error = LoopGraph::new(&straight, &LoopGraphOptions::default()).unwrap_err();
-    assert_eq!(error, SimError::TooFewRevisits { asked: 16, found: 0, lengths: LoopLengths::DRIVE });
+    assert_eq!(error, SimError::TooFewRevisits { asked: 16, found: 0, lengths: of_drive });
     let only_false = LoopGraphOptions { false_loops: 3, ..without_loops() };
     assert_eq!(LoopGraph::new(&straight, &only_false).unwrap().candidates.len(), 3);
     // 75 m are too short for places with 100 m between them, and a circle of 30 m across has none 40 m apart.
     let error = LoopGraph::new(&line(300), &only_false).unwrap_err();
-    assert_eq!(error, SimError::TooFewPlaces { asked: 3, found: 0, lengths: LoopLengths::DRIVE });
+    assert_eq!(error, SimError::TooFewPlaces { asked: 3, found: 0, lengths: of_drive });
     let round = |k: usize| {
         let angle = TAU * k as f64 / 100.0;
         let place = Isometry3::translation(15.0 * libm::cos(angle), 15.0 * libm::sin(angle), 0.0);
@@ -311,7 +315,7 @@ fn what_cannot_be_is_refused() {
     };
     let circle = Trajectory::stamped((0..300).map(round).collect()).unwrap().trajectory;
     let error = LoopGraph::new(&circle, &LoopGraphOptions::default()).unwrap_err();
-    assert_eq!(error, SimError::TooFewPlaces { asked: 10, found: 0, lengths: LoopLengths::DRIVE });
+    assert_eq!(error, SimError::TooFewPlaces { asked: 10, found: 0, lengths: of_drive });
     let many = LoopGraphOptions { true_loops: 100_000, ..LoopGraphOptions::default() };
     assert!(matches!(LoopGraph::new(&circle, &many), Err(SimError::TooFewRevisits { asked: 100_006, .. })));
 

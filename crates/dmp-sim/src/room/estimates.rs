@@ -1,3 +1,5 @@
+//! What SLAM systems might have made of a walk through a room, from good to collapsed.
+
 use dmp_sensor::{Isometry3, Trajectory, UnitQuaternion, Vector3};
 
 use crate::error::SimError;

@@ -1,9 +1,18 @@
+//! What a room is built of, put where a wall says.
+
 use dmp_sensor::Vector3;
 
-use super::Solid;
 use super::plan::Face;
+use crate::parts::shape::Shape;
 use crate::random::Random;
-use crate::town::Shape;
+
+/// A solid thing in a room.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Solid {
+    pub(super) shape: Shape,
+    /// Share of the readings that a depth camera loses on it: what is dark or shines.
+    pub(super) lost: f64,
+}
 
 /// Share of the readings lost on ordinary surfaces.
 const ORDINARY: f64 = 0.02;

@@ -1,3 +1,5 @@
+//! Where furniture stands in a room.
+
 use super::fitting::{Fitting, Span};
 use super::furniture::{Piece, coffee_table};
 use super::plan::{Face, Plan, RecessKind};

@@ -1,3 +1,5 @@
+//! A depth image.
+
 /// A depth image, as cameras write them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DepthImage {

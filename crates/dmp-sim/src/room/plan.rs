@@ -1,5 +1,22 @@
-use super::RoomOptions;
+//! The plan of a room: its walls, and what is set back in them.
+
 use crate::random::Random;
+
+/// Which [`Room`]. Everything in it follows from these numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RoomOptions {
+    /// Another seed makes another plan and other furniture.
+    pub seed: u64,
+    /// Width (x), depth (y) and height (z) from wall to wall, metres.
+    pub size_m: [f64; 3],
+}
+
+impl Default for RoomOptions {
+    /// A large living room.
+    fn default() -> Self {
+        Self { seed: 1, size_m: [7.0, 5.6, 2.6] }
+    }
+}
 
 /// A stretch of wall, seen from within: furniture stands along it.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,7 +1,9 @@
+//! A recording: depth images of a walk through a room, and the truth about it.
+
 use dmp_sensor::{Isometry3, PinholeCamera, Trajectory};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use super::Room;
+use super::furnished::Room;
 use super::image::DepthImage;
 use super::noise::measured;
 use super::view::{Seen, View};

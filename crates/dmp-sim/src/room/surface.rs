@@ -1,9 +1,11 @@
+//! The surface of a room that can be seen, as triangles.
+
 use std::f64::consts::{PI, TAU};
 
 use dmp_sensor::Vector3;
 
-use super::Room;
-use crate::town::Shape;
+use super::furnished::Room;
+use crate::parts::shape::Shape;
 
 /// Farthest that the triangles of something round lie within it, metres.
 const WITHIN_M: f64 = 5e-4;

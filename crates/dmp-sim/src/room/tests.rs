@@ -1,12 +1,18 @@
+//! Rooms, their images, their surfaces and walks through them.
+
 use std::collections::HashMap;
 
-use dmp_sensor::{Distortion, Isometry3, PinholeCamera, Trajectory};
+use dmp_sensor::{Distortion, Isometry3, PinholeCamera, Trajectory, Vector3};
 use rayon::ThreadPoolBuilder;
 
+use super::fitting::Solid;
 use super::noise::{measured, sigma_m};
+use super::plan::Plan;
 use super::view::{Seen, View};
 use super::*;
 use crate::ate_rmse_m;
+use crate::error::SimError;
+use crate::parts::shape::Shape;
 use crate::random::Random;
 
 /// The default camera with images of another width.

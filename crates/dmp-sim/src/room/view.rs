@@ -1,8 +1,11 @@
+//! What every pixel of a depth camera sees of a room, exactly.
+
 use std::ops::Range;
 
 use dmp_sensor::{Isometry3, PinholeCamera, PixelBearings, Vector3};
 
-use super::{Room, Solid};
+use super::fitting::Solid;
+use super::furnished::Room;
 
 /// Pixels of a tile, either way. The solids that its rays may meet are found for all of them together.
 const TILE_PX: usize = 16;

@@ -1,8 +1,10 @@
+//! A walk through a room with a camera in the hand.
+
 use std::f64::consts::{PI, TAU};
 
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
-use super::Room;
+use super::furnished::Room;
 use crate::error::{SimError, require};
 use crate::random::Random;
 use crate::sway::Sway;

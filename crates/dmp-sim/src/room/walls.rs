@@ -1,8 +1,10 @@
+//! Floor, ceiling and walls of a room, with doors, windows and alcoves.
+
 use dmp_sensor::Vector3;
 
 use super::fitting::Fitting;
 use super::plan::{Block, DEEPEST_M, Face, Plan, Recess, RecessKind};
-use crate::town::Shape;
+use crate::parts::shape::Shape;
 
 /// Behind the faces of walls, floor and ceiling, metres: more than anything is set back.
 const THICK_M: f64 = DEEPEST_M + 0.3;

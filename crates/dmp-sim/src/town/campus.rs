@@ -6,11 +6,11 @@
 
 use nalgebra::Vector3;
 
-use super::building::build_hall;
 use super::ground::Ground;
-use super::shape::Shape;
-use super::street::{plant_tree, put_pole};
-use super::{Solid, Surface};
+use crate::parts::building::{Area, build_hall};
+use crate::parts::shape::Shape;
+use crate::parts::solid::{Solid, Surface};
+use crate::parts::street::{plant_tree, put_pole};
 use crate::random::Random;
 
 /// Corners of the walk, metres east and north: from the south through a passage, under the arcade, round the
@@ -41,9 +41,6 @@ pub(crate) const WALK: [[f64; 2]; 20] = [
 /// Heights of the terraces, metres.
 const LOWER_M: f64 = 2.4;
 const UPPER_M: f64 = 4.0;
-
-/// A rectangle from–to east and north, metres.
-type Area = [[f64; 2]; 2];
 
 /// The lower terrace and, on it, the upper one.
 const TERRACES: [(Area, f64); 2] =

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::shape::Shape;
+use crate::parts::shape::Shape;
 
 const CELL_M: f64 = 3.0;
 

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Vector2, Vector3};
 
-use super::shape::Entry;
+use crate::parts::relief::Relief;
+use crate::parts::shape::Entry;
 use crate::random::Random;
 
 /// Wave lengths, metres, and each wave's share of the relief.
@@ -16,12 +17,6 @@ struct Wave {
     /// Wave vector, radians per metre.
     vector: Vector2<f64>,
     phase_rad: f64,
-}
-
-/// The ground that something stands on.
-pub(crate) trait Relief {
-    /// Height at a place, metres.
-    fn height_m(&self, x: f64, y: f64) -> f64;
 }
 
 /// A height over every place of the world.

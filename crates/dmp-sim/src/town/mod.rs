@@ -1,106 +1,30 @@
-pub(crate) mod building;
+//! A town of streets, or a campus: made as a whole, of any shape that a ray can meet in closed form.
+
 mod campus;
 mod grid;
-pub(crate) mod ground;
-pub(crate) mod shape;
-pub(crate) mod street;
+mod ground;
+mod options;
 mod traffic;
 
 use nalgebra::Vector3;
 
 use crate::error::{SimError, require};
+use crate::parts::building::{Storeys, build_block};
+use crate::parts::relief::Relief as _;
+use crate::parts::solid::{GROUND_REFLECTIVITY, Hit, Solid, Surface};
+use crate::parts::street::{CROSSING_M, Stretch, furnish_street};
 use crate::random::Random;
-use building::{Storeys, build_block};
 pub(crate) use campus::{WALK, walkable_m};
 use grid::Grid;
-use ground::{Ground, Relief as _};
-pub(crate) use shape::Shape;
-use street::{CROSSING_M, Stretch, furnish_street};
-pub(crate) use traffic::LANE_M;
+use ground::Ground;
+pub use options::TownOptions;
 use traffic::MovingCar;
-
-/// What a ray met.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Surface {
-    /// The ground: street, pavement, hill.
-    Ground,
-    /// A house, with everything that is built onto it.
-    Building,
-    /// A flight of stairs, a terrace, and the low walls and benches on them.
-    Stairs,
-    /// A lamp post, sign post or bollard.
-    Pole,
-    /// A tree or a hedge.
-    Plant,
-    /// A car that stands.
-    ParkedCar,
-    /// A car that drives.
-    MovingCar,
-}
-
-/// The first surface along a ray.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hit {
-    /// Range from the ray's origin, metres.
-    pub range_m: f64,
-    /// Cosine of the angle between the ray and the surface's normal, in (0, 1].
-    pub cos_incidence: f64,
-    /// Share of the light that comes back from the surface, seen straight on.
-    pub reflectivity: f64,
-    /// What it is.
-    pub surface: Surface,
-}
-
-/// Of which size a [`Town`] is. Everything in it follows from these numbers.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TownOptions {
-    /// Two towns of different seeds have nothing in common but their streets.
-    pub seed: u64,
-    /// Blocks from west to east and from south to north.
-    pub blocks: [usize; 2],
-    /// Distance between the middles of neighbouring streets, east and north, metres.
-    pub block_m: [f64; 2],
-    /// Width of the streets from façade to façade, metres.
-    pub street_m: f64,
-    /// Height of the hills from lowest to highest, about, metres.
-    pub relief_m: f64,
-    /// Share of the kerb that has cars parked on it.
-    pub parked: f64,
-    /// Cars that drive through the streets, each along one.
-    pub moving_cars: usize,
-    /// Seed of these; `None`: that of the town.
-    pub traffic_seed: Option<u64>,
-}
-
-impl Default for TownOptions {
-    fn default() -> Self {
-        Self {
-            seed: 1,
-            blocks: [3, 3],
-            block_m: [36.0, 28.0],
-            street_m: 14.0,
-            relief_m: 4.0,
-            parked: 0.35,
-            moving_cars: 0,
-            traffic_seed: None,
-        }
-    }
-}
 
 /// A block takes about 30 kB of memory.
 const MOST_BLOCKS: usize = 20_000;
 
 /// The houses of a town.
 const HOUSES: Storeys = Storeys { least: 2, choices: 3 };
-
-/// A solid thing of the town.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Solid {
-    pub(crate) shape: Shape,
-    pub(crate) reflectivity: f64,
-    pub(crate) surface: Surface,
-}
 
 /// A town on gentle hills: blocks of houses with relief in their façades, trees, poles, parked and
 /// moving cars. It lies in the world frame, x east, y north, z up, its south-western crossing at (0, 0).
@@ -114,14 +38,6 @@ pub struct Town {
 }
 
 impl Town {
-    /// The same town with as many other cars in its streets, drawn by `seed`.
-    ///
-    /// # Errors
-    /// As [`Town::new`].
-    pub fn with_other_traffic(&self, seed: u64) -> Result<Self, SimError> {
-        Self::new(TownOptions { traffic_seed: Some(seed), ..self.options.clone() })
-    }
-
     /// Builds the town: the same options give the same town, to the bit.
     ///
     /// # Errors
@@ -239,7 +155,7 @@ impl Town {
             }
         }
         if let Some(entry) = self.ground.entry(origin, direction, far_m) {
-            hit = Some((entry, 0.25, Surface::Ground));
+            hit = Some((entry, GROUND_REFLECTIVITY, Surface::Ground));
         }
         hit.map(|(entry, reflectivity, surface)| {
             let cos_incidence = (-entry.normal.dot(&direction)).clamp(f64::MIN_POSITIVE, 1.0);

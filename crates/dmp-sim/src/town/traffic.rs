@@ -1,16 +1,17 @@
+//! Cars that drive along the streets of a town.
+
 use nalgebra::Vector3;
 
-use super::ground::Relief;
-use super::street::car;
-use super::{Solid, Surface, TownOptions};
+use super::options::TownOptions;
+use crate::parts::relief::Relief;
+use crate::parts::solid::{Solid, Surface};
+use crate::parts::street::{LANE_M, car};
 use crate::random::Random;
 
 /// A car keeps this far from a sensor in its own lane, metres.
 const DISTANCE_M: f64 = 10.0;
 /// Cars turn up this far outside the town, and vanish there.
 const OUTSKIRTS_M: f64 = 25.0;
-/// Distance of the lanes from the middle of the street, metres.
-pub(crate) const LANE_M: f64 = 1.7;
 
 /// A car that drives along one street for ever: at its end, it starts again at the beginning.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,8 +3,8 @@
 use dmp_map::smallest_eigenvector;
 use rayon::prelude::*;
 
-use super::PeerOptions;
 use super::grid::Grid;
+use super::options::PeerOptions;
 use super::orthogonal::PLANE_POINTS;
 
 /// MOM of a map, m²: for each direction the median over its points of the smallest eigenvalue of the

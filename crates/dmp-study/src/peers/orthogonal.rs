@@ -2,8 +2,8 @@
 
 use dmp_map::smallest_eigenvector;
 
-use super::PeerOptions;
 use super::grid::Grid;
+use super::options::PeerOptions;
 use super::ward::ward;
 
 /// A point is on a plane when so many times the smallest eigenvalue is below the middle one.

@@ -4,8 +4,8 @@ use std::f64::consts::{E, PI};
 
 use dmp_map::smallest_eigenvector;
 
-use super::PeerOptions;
 use super::grid::Grid;
+use super::options::PeerOptions;
 
 /// MME and MPV of a cloud.
 #[derive(Debug, Clone, Copy, PartialEq)]

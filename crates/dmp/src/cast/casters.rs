@@ -54,11 +54,11 @@ pub(crate) struct SharedTiles {
 impl<'a> Evaluation<'a, RunMap> {
     /// Makes the maps ready to be cast into: casters that share the memory there is for tiles.
     pub(crate) fn casters(mut self) -> (Evaluation<'a, RunCaster>, SharedTiles) {
-        let scales = self.settings.scales;
+        let lengths = self.settings.scales.lengths();
         let settings = CastSettings {
             horizon_m: horizon_m(&self.settings),
-            window_m: scales.near_m()[0],
-            return_m: scales.blocked_m(),
+            window_m: lengths.near_m[0],
+            return_m: lengths.blocked_m,
             ..CastSettings::default()
         };
         let schedule: Arc<OnceLock<Schedule>> = Arc::default();

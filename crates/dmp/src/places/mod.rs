@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use dmp_disk::WorkFolder;
 use dmp_log::{Damage, LogOutline};
-use dmp_reduce::{Basis, FrameSums, Layout, Reducer, Scales};
+use dmp_reduce::{Basis, FrameSums, Layout, Reducer};
 use dmp_sensor::DropReason;
 
 use crate::cast::Scored;
@@ -163,9 +163,10 @@ fn check(runs: &[Run], settings: &Settings, means: &Means, share: f64) -> Result
     if !(share > 0.0 && share <= 1.0) {
         return bad(format!("{share}"), "it must be a share of the log's bytes above 0 and at most 1");
     }
-    if settings.scales == Scales::Room {
+    let lengths = settings.scales.lengths();
+    if !lengths.has_quick {
         return bad(
-            "of a room".into(),
+            format!("of a {}", lengths.name),
             "its places are those of a drive, 10 m long: --sample scores part of the scans",
         );
     }

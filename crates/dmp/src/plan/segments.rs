@@ -22,8 +22,7 @@ pub(crate) struct Segments {
     pub(crate) travel_m: f64,
 }
 
-/// Longest segment of the drive, metres, and how many a short drive is cut into.
-const SEGMENT_M: f64 = 12.0;
+/// How many segments a short drive is cut into.
 const SEGMENTS: f64 = 16.0;
 /// With fewer segments, or less travel on a drive, every scan is a segment of its own.
 const MIN_SEGMENTS: usize = 8;
@@ -37,10 +36,9 @@ pub(super) fn cut_segments(
     frames: &mut [PlannedFrame],
 ) -> Segments {
     let travel_m: f64 = steps_m.iter().sum();
-    let length = asked.unwrap_or_else(|| match scales {
-        Scales::Drive => SegmentLength::Metres(SEGMENT_M.min(travel_m / SEGMENTS)),
-        // A camera that is held and turned sees something else without going anywhere.
-        Scales::Room => SegmentLength::Scans((frames.len() as f64 / SEGMENTS).ceil() as u64),
+    let length = asked.unwrap_or_else(|| match scales.lengths().segment_m {
+        Some(longest_m) => SegmentLength::Metres(longest_m.min(travel_m / SEGMENTS)),
+        None => SegmentLength::Scans((frames.len() as f64 / SEGMENTS).ceil() as u64),
     });
     let mut starts = match length {
         SegmentLength::Metres(m) if travel_m >= MIN_TRAVEL_M => starts_of(steps_m.iter().copied(), m),

@@ -2,7 +2,6 @@
 
 use dmp_log::ScanLog;
 use dmp_map::{DensityProbe, Lattice, MapError};
-use dmp_reduce::Scales;
 use dmp_sensor::{EgoMask, EgoVotes, Ray, ReturnFilter, Scan};
 
 use crate::config::Ego;
@@ -16,18 +15,12 @@ use crate::settings::Settings;
 
 /// Scans that vote on the vehicle, spread evenly over the log.
 const EGO_SCANS: usize = 50;
-/// A log that travels less than this, metres, may stand still for most of its scans: then everything
-/// would look like the vehicle.
-const EGO_TRAVEL_M: f64 = 20.0;
 /// Blocks of successive scans in which the density is looked at, scans of one, and where one ends at
 /// the latest.
 pub(crate) const BLOCKS: usize = 5;
 pub(crate) const BLOCK_SCANS: usize = 20;
 pub(crate) const BLOCK_RETURNS: u64 = 1_000_000;
-/// The voxel edges to choose from, metres, on a drive and in a room, and the share of returns in filled voxels that is
-/// enough.
-const VOXELS_M: [f64; 3] = [0.2, 0.3, 0.5];
-const ROOM_VOXELS_M: [f64; 3] = [0.02, 0.03, 0.05];
+/// The share of returns in filled voxels that is enough for a voxel edge.
 const FILLED_SHARE: f64 = 0.7;
 
 /// The voxel edge and why it is that.
@@ -60,8 +53,7 @@ impl Survey<'_> {
         match ego {
             Ego::None => {}
             Ego::BoxMm(min, max) => filter.ego = EgoMask::from_box_mm(min, max),
-            // Nobody holds a camera so that a part of themselves is always in view.
-            Ego::Auto if travel_m < EGO_TRAVEL_M || scales == Scales::Room => {}
+            Ego::Auto if scales.lengths().ego_travel_m.is_none_or(|least_m| travel_m < least_m) => {}
             Ego::Auto => {
                 let chosen = spread(voters.len(), EGO_SCANS);
                 self.progress.begin(Stage::Survey, chosen.len() as u64);
@@ -89,10 +81,7 @@ impl Survey<'_> {
         filter: &ReturnFilter,
     ) -> Result<VoxelChoice, EvaluateError> {
         let scans: usize = blocks.iter().map(|block| block.len()).sum();
-        let voxels_m = match self.settings.scales {
-            Scales::Drive => VOXELS_M,
-            Scales::Room => ROOM_VOXELS_M,
-        };
+        let voxels_m = self.settings.scales.lengths().voxels_m;
         let mut choice = VoxelChoice { voxel_m: voxels_m[0], filled_share: None };
         'edges: for (k, &voxel_m) in voxels_m.iter().enumerate() {
             let lattice = Lattice::new(voxel_m).map_err(EvaluateError::Work)?;

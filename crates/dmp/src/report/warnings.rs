@@ -224,7 +224,7 @@ fn contradictions(report: &Report) -> Vec<String> {
             format!(
                 "`{}` is better than `{worse}` on the returns that both predict, though its R_cv at {} m over all returns is larger: believe the pair",
                 pair.verdict,
-                report.config.scales.widest_m()
+                report.config.scales.lengths().widest_m()
             )
         })
     };

@@ -4,7 +4,7 @@ use dmp_cast::{Grouping, Path};
 
 use super::exact::{Agreement, Exact};
 use super::files::Work;
-use super::own::{BOUND_M, Kind, Mode, Own};
+use super::own::{BOUND_M, CasterKind, Mode, Own};
 use super::speeds::Casters;
 
 const ANSWERS: [&str; 3] = ["z1", "zn", "zc"];
@@ -20,7 +20,7 @@ pub(super) fn print(own: &mut Own, work: &Work, casters: &mut Casters, exact: &E
             for path in Path::all() {
                 let name = if grouping == Grouping::Single { "single" } else { "packets" };
                 let name = format!("{}-{name}{told}", path.name());
-                let kind = |three| Kind { three, bounded: is_bounded, one_tree: false };
+                let kind = |three| CasterKind { three, bounded: is_bounded, one_tree: false };
                 let ranges = own.ranges(Mode { path, grouping, kind: kind(true), twice: false })?;
                 let alone = own.ranges(Mode { path, grouping, kind: kind(false), twice: false })?;
                 if !same(&ranges[0], &alone[0]) {

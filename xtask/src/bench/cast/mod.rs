@@ -1,6 +1,7 @@
 //! The caster: how fast and how exact it is, beside others on the same work.
 
 mod agreement;
+mod arguments;
 mod bands;
 mod exact;
 mod files;
@@ -14,66 +15,15 @@ mod speeds;
 use std::path::PathBuf;
 
 use anyhow::ensure;
-use clap::Args;
 use dmp_cast::Path;
 
+pub(crate) use self::arguments::CastArgs;
 use self::exact::Exact;
 use self::files::{Files, Work};
 use self::own::Own;
 use self::records::write_numbers;
 use self::speeds::Casters;
-use crate::bench::circumstances;
-
-/// Rays into surfels: speed and exactness beside Embree and `open3d`
-///
-/// Scenes are read from a folder, or made of a simulated drive, or of a log; or the work is anyone's own.
-#[derive(Debug, Args)]
-pub(crate) struct CastArgs {
-    /// Names of the scenes; dense, city and coarse are made where the folder has them not
-    #[arg(default_values = ["dense", "city", "coarse"])]
-    scenes: Vec<String>,
-    /// Folder of the scenes' files; without it they are not kept
-    #[arg(long)]
-    folder: Option<PathBuf>,
-    /// Only make the files of the scenes
-    #[arg(long, requires = "folder")]
-    only_files: bool,
-    #[command(flatten)]
-    making: scene::SceneArgs,
-    /// Surfels: little-endian f32, centre xyz, normal xyz, radius
-    #[arg(long, requires = "rays", conflicts_with_all = ["folder", "scenes", "log"])]
-    surfels: Option<PathBuf>,
-    /// Rays: little-endian f32, origin xyz, direction xyz, measured range
-    #[arg(long, requires = "surfels")]
-    rays: Option<PathBuf>,
-    /// Third lowest and third highest segment of each surfel, little-endian i32
-    #[arg(long, requires_all = ["surfels", "segments"])]
-    support: Option<PathBuf>,
-    /// Segment of each ray, little-endian i32
-    #[arg(long, requires = "support")]
-    segments: Option<PathBuf>,
-    /// Write the first range of each ray here, little-endian f32, NaN for a miss
-    #[arg(long, requires = "surfels")]
-    ranges: Option<PathBuf>,
-    /// Casts in each mode, in turns
-    #[arg(long, default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..))]
-    runs: u32,
-    /// The core that everything on one thread runs on
-    #[arg(long, default_value_t = 0)]
-    core: usize,
-    /// A Python that has `open3d`
-    #[arg(long, default_value = "python3")]
-    python: PathBuf,
-    /// Options of `cast` of bench/peers/embree, in one word; once for each Embree to compare
-    #[arg(long, default_values = ["", "--isa avx2"], allow_hyphen_values = true)]
-    embree: Vec<String>,
-    /// Everything that Embree can do
-    #[arg(long)]
-    all_modes: bool,
-    /// Only casters and modes whose names, as in the table, contain this; no other tables then
-    #[arg(long, default_value = "")]
-    only: String,
-}
+use crate::bench::times::circumstances;
 
 pub(crate) fn run(arguments: &CastArgs) -> anyhow::Result<()> {
     if !arguments.only_files {

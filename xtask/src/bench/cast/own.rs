@@ -23,14 +23,14 @@ pub(super) const BOUND_M: f64 = 5.0;
 pub(super) struct Mode {
     pub(super) path: Path,
     pub(super) grouping: Grouping,
-    pub(super) kind: Kind,
+    pub(super) kind: CasterKind,
     /// All rays twice, on two threads.
     pub(super) twice: bool,
 }
 
 /// What casters differ in; the rest can be changed on one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct Kind {
+pub(super) struct CasterKind {
     /// All three answers, not z1 alone.
     pub(super) three: bool,
     /// Up to [`BOUND_M`] behind the measured range.
@@ -63,7 +63,7 @@ impl FromStr for Mode {
             _ if grouping.starts_with(UP_TO) => Grouping::UpTo(grouping[UP_TO.len()..].parse()?),
             _ => bail!("{name}: unknown mode"),
         };
-        Ok(Self { path, grouping, kind: Kind { three, bounded, one_tree }, twice })
+        Ok(Self { path, grouping, kind: CasterKind { three, bounded, one_tree }, twice })
     }
 }
 
@@ -96,14 +96,14 @@ impl TileSource for SharedMap {
 
 /// A map and the rays that are cast into it.
 #[derive(Debug)]
-struct Place {
+struct MapAndRays {
     map: SharedMap,
     queries: Vec<Query>,
     /// What was added to every coordinate of the files, metres.
     shift_m: [f64; 3],
 }
 
-impl Place {
+impl MapAndRays {
     fn new(work: &Work, one_tree: bool) -> anyhow::Result<Self> {
         let (mut edge_m, mut shift_m) = (TILE_EDGE_M, [0.0; 3]);
         if one_tree {
@@ -125,9 +125,9 @@ type Buffers = (CastBuffers, Vec<Answer>);
 #[derive(Debug)]
 pub(super) struct Own {
     work: Work,
-    tiled: Place,
-    one_tree: Option<Place>,
-    casters: HashMap<Kind, Caster<SharedMap>>,
+    tiled: MapAndRays,
+    one_tree: Option<MapAndRays>,
+    casters: HashMap<CasterKind, Caster<SharedMap>>,
     horizon_m: f64,
     buffers: [Buffers; 2],
     tile_bytes: usize,
@@ -135,7 +135,7 @@ pub(super) struct Own {
 
 impl Own {
     pub(super) fn new(work: Work) -> anyhow::Result<Self> {
-        let tiled = Place::new(&work, false)?;
+        let tiled = MapAndRays::new(&work, false)?;
         Ok(Self {
             horizon_m: work.horizon_m(),
             work,
@@ -173,7 +173,7 @@ impl Own {
         Ok(())
     }
 
-    fn settings(&self, kind: Kind) -> CastSettings {
+    fn settings(&self, kind: CasterKind) -> CastSettings {
         CastSettings {
             horizon_m: self.horizon_m,
             beyond_m: if kind.bounded { BOUND_M } else { f64::INFINITY },
@@ -202,7 +202,7 @@ impl Own {
 
     fn cast(&mut self, mode: Mode, take: impl FnMut(&[Answer])) -> anyhow::Result<f64> {
         if mode.kind.one_tree && self.one_tree.is_none() {
-            self.one_tree = Some(Place::new(&self.work, true)?);
+            self.one_tree = Some(MapAndRays::new(&self.work, true)?);
         }
         let place = self.one_tree.as_ref().filter(|_| mode.kind.one_tree).unwrap_or(&self.tiled);
         let settings = self.settings(mode.kind);
@@ -245,7 +245,7 @@ impl Own {
             })
         };
         let queries: Vec<Query> = map.0.tiles().filter_map(down).collect();
-        let settings = self.settings(Kind { three: false, bounded: false, one_tree: false });
+        let settings = self.settings(CasterKind { three: false, bounded: false, one_tree: false });
         let caster = Caster::new(map.clone(), settings, usize::MAX).with(Path::best(), Grouping::Single);
         let (buffers, answers) = &mut self.buffers[0];
         let start = Instant::now();

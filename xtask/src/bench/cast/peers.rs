@@ -8,7 +8,7 @@ use anyhow::{Context as _, bail, ensure};
 
 use super::files::Files;
 use super::records::{RECORD_BYTES, numbers};
-use crate::root;
+use crate::workspace::root;
 
 /// Which caster.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -2,11 +2,11 @@
 
 use dmp_cast::Path;
 
-use super::CastArgs;
+use super::arguments::CastArgs;
 use super::files::Files;
 use super::own::UP_TO;
 use super::peers::{Peer, PeerKind};
-use crate::bench::spread;
+use crate::bench::times::spread;
 
 /// What Embree's single rays are compared with; the second bounds them by the measured range, in the widest packets.
 const EMBREE_MODES: [&str; 2] = ["single", "wide16-bounded"];

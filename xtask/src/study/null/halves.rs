@@ -58,7 +58,7 @@ fn compare(what: &'static str, log: &NullLog, a: &dyn ScanLog, b: &dyn ScanLog) 
         Ok(sums)
     };
     let (a, b) = (sums(a)?.finish(), sums(b)?.finish());
-    let scales_m = &log.scales.cv_m()[1..];
+    let scales_m = &log.scales.lengths().cv_m[1..];
     let scales = scales_m.iter().enumerate().filter_map(|(k, &scale_m)| {
         let of = |sums: &(Vec<[Both; SCALES]>, Vec<[Both; SCALES]>)| {
             let at = |units: &[[Both; SCALES]]| units.iter().map(|unit| unit[k]).collect::<Vec<Both>>();
@@ -99,7 +99,7 @@ impl Sink for Sums {
         for residuals in scored.runs[0].residuals {
             let Some(residual_m) = residuals.independent_m else { continue };
             let group = groups.entry(residuals.surfaces[0]).or_default();
-            for (k, scale_m) in self.scales.cv_m()[1..].iter().enumerate() {
+            for (k, scale_m) in self.scales.lengths().cv_m[1..].iter().enumerate() {
                 let square = Both {
                     difference_m2: (residual_m * residual_m).min(scale_m * scale_m),
                     level_m2: 0.0,

@@ -6,7 +6,7 @@ use anyhow::{Context as _, ensure};
 use dmp::Scales;
 use dmp_log::{LogOptions, ScanLog, open_log, read_trajectory};
 use dmp_sensor::Trajectory;
-use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route};
+use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route, Town, TownOptions};
 
 use super::super::drives::{DriveSpec, drives};
 use super::super::evaluate::write_log;
@@ -63,7 +63,8 @@ impl NullLog {
         let path = work.join(format!("{name}.mcap"));
         write_log(&recording, &path)?;
         let other_traffic = if options.traffic > 0 {
-            let town = town.with_other_traffic(options.seed + 1)?;
+            let traffic_seed = Some(options.seed + 1);
+            let town = Town::new(TownOptions { traffic_seed, ..town.options().clone() })?;
             let path = work.join(format!("{name}.other-traffic.mcap"));
             write_log(&Recording::new(&town, &options)?, &path)?;
             Some(open_log(&path, &LogOptions::default())?)

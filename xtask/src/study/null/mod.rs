@@ -3,6 +3,7 @@
 mod halves;
 mod logs;
 mod sets;
+mod sums;
 mod tally;
 
 use std::path::PathBuf;
@@ -56,8 +57,8 @@ pub(super) fn run(arguments: &NullArgs) -> anyhow::Result<()> {
 fn score(log: &NullLog, set: &Set) -> anyhow::Result<Counts> {
     let named = |(name, trajectory): &(String, Trajectory)| Run::new(name, trajectory.clone());
     let runs: Vec<Run> = set.runs.iter().map(named).collect();
-    let sums = tally::Sums::new(log.log.frames().len(), runs.len(), log.scales);
-    let report = dmp::evaluate(log.log.as_ref(), &runs, &Config::default(), dmp::Watch::sink(&sums))
+    let sums = sums::Sums::new(log.log.frames().len(), runs.len(), log.scales);
+    let report = dmp::evaluate(log.log.as_ref(), &runs, &Config::default(), &sums)
         .with_context(|| format!("{} of {}", set.name, log.name))?;
     Ok(Counts::of(set, &sums.finish(), &report))
 }

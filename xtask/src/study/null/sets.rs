@@ -8,11 +8,11 @@ use dmp_sensor::{Isometry3, Trajectory, Translation3, UnitQuaternion};
 use dmp_sim::{Noise, SimError, SlamErrors};
 
 use super::logs::NullLog;
-use super::tally::{AtScales, Estimated, Sums, Values};
+use super::sums::{AtScales, Estimated, Sums, Values};
 
 /// What is true of the runs of a set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Kind {
+pub(super) enum SetKind {
     /// They are the same but for where their worlds lie.
     Rigid,
     /// They are equally good.
@@ -24,7 +24,7 @@ pub(super) enum Kind {
 /// Runs of a log.
 pub(super) struct Set {
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) kind: SetKind,
     pub(super) runs: Vec<(String, Trajectory)>,
 }
 
@@ -41,11 +41,11 @@ const DEG_PER_M: f64 = 10.0 / 3.0;
 
 /// All sets of a log. Every run lies in a world of its own.
 pub(super) fn sets(log: &NullLog, draws: u64) -> anyhow::Result<Vec<Set>> {
-    let metre_m = log.scales.metre_m();
+    let metre_m = log.scales.lengths().metre_m;
     let mut sets = Vec::new();
     let copies = worlds(0).into_iter().enumerate();
     let copies = copies.map(|(k, world)| (format!("copy {k}"), log.base.moved(&world))).collect();
-    sets.push(Set { name: "rigid copies".to_owned(), kind: Kind::Rigid, runs: copies });
+    sets.push(Set { name: "rigid copies".to_owned(), kind: SetKind::Rigid, runs: copies });
     for (noise_m, noise_deg) in NOISE {
         let draw = |seed: u64| {
             let errors = noise(log, noise_m * metre_m, noise_deg.to_radians(), seed);
@@ -53,7 +53,7 @@ pub(super) fn sets(log: &NullLog, draws: u64) -> anyhow::Result<Vec<Set>> {
         };
         let runs = (1..=draws).map(draw).collect::<anyhow::Result<_>>()?;
         let name = format!("noise {} mm, {noise_deg}°", digits(1e3 * noise_m * metre_m));
-        sets.push(Set { name, kind: Kind::Equal, runs });
+        sets.push(Set { name, kind: SetKind::Equal, runs });
     }
     let bent = |bend_m: f64, seed| {
         let bend = SlamErrors { bend_m: Some(bend_m), ..errors(seed) };
@@ -68,7 +68,7 @@ pub(super) fn sets(log: &NullLog, draws: u64) -> anyhow::Result<Vec<Set>> {
         [bent(BEND_M * metre_m, 1)?, bent(-BEND_M * metre_m, 2)?].into_iter().flatten().collect();
     if runs.len() == 2 {
         let name = format!("bent by ±{} mm", digits(1e3 * BEND_M * metre_m));
-        sets.push(Set { name, kind: Kind::Equal, runs });
+        sets.push(Set { name, kind: SetKind::Equal, runs });
     }
     sets.push(ladder(log, "errors", &NOISE_LADDER, &DRIFT_LADDER_M)?);
     sets.push(ladder(log, "small errors", &SMALL_NOISE_LADDER, &SMALL_DRIFT_LADDER_M)?);
@@ -90,7 +90,7 @@ fn noise(log: &NullLog, sigma_m: f64, sigma_rad: f64, seed: u64) -> SlamErrors {
 
 /// The run as it is, worse by more and more noise, and by more and more drift.
 fn ladder(log: &NullLog, name: &str, noises_m: &[f64], drifts_m: &[f64]) -> anyhow::Result<Set> {
-    let metre_m = log.scales.metre_m();
+    let metre_m = log.scales.lengths().metre_m;
     let mut runs = vec![("base".to_owned(), elsewhere(&log.base, 0))];
     for (k, noise_m) in (1..).zip(noises_m) {
         let noisy = noise(log, noise_m * metre_m, (noise_m * DEG_PER_M).to_radians(), k).apply(&log.base)?;
@@ -104,7 +104,7 @@ fn ladder(log: &NullLog, name: &str, noises_m: &[f64], drifts_m: &[f64]) -> anyh
             Err(error) => return Err(error).with_context(|| format!("{}: drift {drift_m}", log.name)),
         }
     }
-    Ok(Set { name: format!("ladder of {name}"), kind: Kind::Ladder, runs })
+    Ok(Set { name: format!("ladder of {name}"), kind: SetKind::Ladder, runs })
 }
 
 /// A run in another world, drawn by a seed.
@@ -141,7 +141,8 @@ pub(super) struct Grids {
 pub(super) fn grids(log: &NullLog, positions: u64) -> anyhow::Result<Grids> {
     let mut runs = Vec::new();
     for seed in 1..=3 {
-        let noisy = noise(log, 0.01 * log.scales.metre_m(), 0.05_f64.to_radians(), seed).apply(&log.base)?;
+        let noisy =
+            noise(log, 0.01 * log.scales.lengths().metre_m, 0.05_f64.to_radians(), seed).apply(&log.base)?;
         runs.push(Run::new(format!("draw {seed}"), noisy));
     }
     let mut found: Vec<AtScales> = Vec::new();

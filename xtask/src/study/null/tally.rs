@@ -1,88 +1,14 @@
 //! What verdicts say of runs that are equal, and of runs that are not.
 
 use std::collections::BTreeMap;
-use std::sync::{Mutex, PoisonError};
 
-use dmp::{Basis, Confidence, FrameSums, Promise, Report, Scales, Sink};
-use dmp_reduce::{Comparison, Estimate, Layout, Reducer, ScaleComparison, Verdict};
+use dmp::{Confidence, Promise, Report};
+use dmp_reduce::{Comparison, Reducer, Verdict};
 
-use super::sets::{Kind, Set};
+use super::sets::{Set, SetKind};
 
 /// How sure verdicts are asked to be: what is promised, and less, so that there is something to count.
 pub(super) const LEVELS: [f64; 3] = [0.99, 0.9, 0.5];
-
-/// Adds up an evaluation, so that it can be judged again at other levels.
-pub(super) struct Sums(Mutex<Reducer>);
-
-impl Sums {
-    pub(super) fn new(frames: usize, runs: usize, scales: Scales) -> Self {
-        let layout = Layout::new(frames as u64, vec![Basis::CrossValidated; runs]).on_scales(scales);
-        Self(Mutex::new(Reducer::new(layout)))
-    }
-
-    pub(super) fn finish(self) -> Reducer {
-        self.0.into_inner().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Sink for Sums {
-    fn frame_scored(&self, frame: usize, sums: &FrameSums) {
-        let mut reducer = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        // A frame that does not fit would show in the counts: none are left out.
-        if let Err(error) = reducer.add_frame(frame as u64, sums) {
-            eprintln!("scan {frame}: {error}");
-        }
-    }
-}
-
-/// A value with its standard error, square metres.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Estimated {
-    pub(super) value_m2: f64,
-    pub(super) error_m2: f64,
-}
-
-impl Estimated {
-    fn of(estimate: Estimate) -> Option<Self> {
-        let interval = estimate.interval?;
-        let half_m2 = 0.5 * (interval.high_m2 - interval.low_m2);
-        let error_m2 = half_m2 / Confidence::P99.student_t(interval.degrees);
-        Some(Self { value_m2: estimate.value_m2, error_m2 })
-    }
-}
-
-/// What is estimated at each scale, metres.
-pub(super) type Values = Vec<(f64, Estimated)>;
-
-/// Differences of all pairs, and the scores of all runs, at every scale that has an interval.
-pub(super) struct AtScales {
-    pub(super) differences: Vec<Values>,
-    pub(super) scores: Vec<Values>,
-}
-
-impl AtScales {
-    pub(super) fn of(reducer: &Reducer) -> Self {
-        let of_pair = |(a, b): (usize, usize)| {
-            let pair = reducer.compare(a, b, Promise::default());
-            let of_scale = |scale: &ScaleComparison| Some((scale.scale_m, Estimated::of(scale.difference?)?));
-            pair.scales.iter().filter_map(of_scale).collect()
-        };
-        let of_run = |run: usize| {
-            let scores = reducer.scores(run, Confidence::P99).r_cv_m2;
-            scores.iter().filter_map(|(scale_m, score)| Some((*scale_m, Estimated::of((*score)?)?))).collect()
-        };
-        let runs = reducer.layout().bases().len();
-        Self {
-            differences: all_pairs(reducer).into_iter().map(of_pair).collect(),
-            scores: (0..runs).map(of_run).collect(),
-        }
-    }
-}
-
-fn all_pairs(reducer: &Reducer) -> Vec<(usize, usize)> {
-    let runs = reducer.layout().bases().len();
-    (0..runs).flat_map(|a| (a + 1..runs).map(move |b| (a, b))).collect()
-}
 
 /// What becomes of the pairs of one command at one level.
 #[derive(Debug, Clone, Copy, Default)]
@@ -113,8 +39,8 @@ fn better(set: &Set, a: usize, b: usize) -> Option<usize> {
         Some((kind.to_owned(), size.parse::<f64>().ok()?))
     };
     match (set.kind, step(a), step(b)) {
-        (Kind::Ladder, None, Some(_)) => Some(a),
-        (Kind::Ladder, Some((kind, size)), Some((other, larger))) if kind == other => {
+        (SetKind::Ladder, None, Some(_)) => Some(a),
+        (SetKind::Ladder, Some((kind, size)), Some((other, larger))) if kind == other => {
             Some(if size < larger { a } else { b })
         }
         _ => None,
@@ -133,7 +59,7 @@ impl Counts {
             let confidence = Confidence::new(*level).unwrap_or(Confidence::P99);
             let pairs = reducer.comparisons(Promise { confidence, ..Promise::default() }).pairs;
             let judged =
-                |pair: &&Comparison| set.kind != Kind::Ladder || better(set, pair.a, pair.b).is_some();
+                |pair: &&Comparison| set.kind != SetKind::Ladder || better(set, pair.a, pair.b).is_some();
             let judged: Vec<&Comparison> = pairs.iter().filter(judged).collect();
             if number == 0 {
                 counts.pairs = judged.len();
@@ -189,7 +115,7 @@ impl AtLevel {
 /// All commands.
 #[derive(Default)]
 pub(super) struct Verdicts {
-    commands: Vec<(Kind, String, Counts)>,
+    commands: Vec<(SetKind, String, Counts)>,
 }
 
 impl Verdicts {
@@ -207,21 +133,21 @@ impl Verdicts {
             "{:<10}{:>10}{:>8}{:>18}{:>18}{:>18}{:>8}",
             "runs", "commands", "pairs", "99 %", "90 %", "50 %", "same"
         );
-        let mut names: Vec<(Kind, &str)> =
+        let mut names: Vec<(SetKind, &str)> =
             self.commands.iter().map(|(kind, name, _)| (*kind, name.as_str())).collect();
         names.sort_unstable();
         names.dedup();
-        for (kind, name) in names.iter().filter(|(kind, _)| *kind != Kind::Ladder) {
+        for (kind, name) in names.iter().filter(|(kind, _)| *kind != SetKind::Ladder) {
             self.print_equal(name, |of, word| of == *kind && word == *name);
         }
-        self.print_equal("all", |kind, _| kind != Kind::Ladder);
+        self.print_equal("all", |kind, _| kind != SetKind::Ladder);
 
         println!("\nruns of known order: pairs, and what verdicts at 99 % say");
         println!(
             "{:<24}{:>8}{:>8}{:>8}{:>8}{:>8}{:>11}",
             "", "pairs", "right", "wrong", "mixed", "same", "undecided"
         );
-        for (kind, name) in names.iter().filter(|(kind, _)| *kind == Kind::Ladder) {
+        for (kind, name) in names.iter().filter(|(kind, _)| *kind == SetKind::Ladder) {
             let mut sum = AtLevel::default();
             let mut pairs = 0;
             for (_, _, counts) in self.commands.iter().filter(|(of, word, _)| of == kind && word == name) {
@@ -238,7 +164,7 @@ impl Verdicts {
         }
     }
 
-    fn print_equal(&self, title: &str, wanted: impl Fn(Kind, &str) -> bool) {
+    fn print_equal(&self, title: &str, wanted: impl Fn(SetKind, &str) -> bool) {
         let of: Vec<&Counts> = self
             .commands
             .iter()

@@ -3,7 +3,7 @@
 use dmp::Confidence;
 use dmp_reduce::{Promise, Reducer, Verdict};
 
-use super::{Full, decided};
+use super::full::{Full, decided};
 
 /// How often something held, of how many.
 #[derive(Debug, Clone, Copy, Default)]

@@ -1,6 +1,7 @@
 //! `cargo xtask study sample`: what samples of the scans say, against what all scans say.
 
 pub(super) mod counts;
+mod full;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -9,13 +10,15 @@ use std::sync::{Mutex, PoisonError};
 use anyhow::{Context as _, ensure};
 use dmp::{Confidence, Config, FrameSums, Looks, Run, Sample, Sink, Watch};
 use dmp_log::{LogOptions, open_log};
-use dmp_reduce::{Basis, Comparison, Layout, MissPrice, Promise, Reducer, Verdict};
+use dmp_reduce::{Basis, Layout, MissPrice, Promise, Reducer};
 use dmp_sim::Recording;
 
-use super::drives::{DriveSpec, drives};
+use super::drives::{DriveSpec, drives, find};
 use super::estimates::estimates;
 use super::evaluate::write_log;
 use counts::{Samples, Share};
+pub(super) use full::Full;
+use full::decided;
 
 /// Samples of each drive's scans, drawn by many seeds, against all its scans
 #[derive(Debug, clap::Args)]
@@ -46,7 +49,7 @@ pub(super) struct Frames {
 pub(super) fn run(arguments: &SampleArgs) -> anyhow::Result<()> {
     std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
     for name in &arguments.drives {
-        super::find(name)?;
+        find(name)?;
     }
     let wanted =
         |spec: &DriveSpec| arguments.drives.is_empty() || arguments.drives.iter().any(|d| d == spec.name);
@@ -132,42 +135,6 @@ impl Frames {
             reducer.add_frame(ordinal as u64, &self.frames[ordinal])?;
         }
         Ok(())
-    }
-}
-
-/// What all scans say.
-pub(super) struct Full {
-    pub(super) runs: Vec<Option<f64>>,
-    pub(super) pairs: Vec<Comparison>,
-}
-
-impl Full {
-    pub(super) fn of(whole: &Reducer) -> Self {
-        let runs = (0..whole.layout().bases().len()).map(|run| value_of(whole, run)).collect();
-        Self { runs, pairs: whole.comparisons(Promise::default()).pairs }
-    }
-
-    /// Whether the run that a verdict calls better is the worse one, at the scale that decided.
-    fn contradicts(&self, pair: usize, said: &Comparison) -> bool {
-        let Some((which, decided_at_m)) = decided(said) else { return false };
-        let scale = self.pairs[pair].scales.iter().find(|scale| scale.scale_m == decided_at_m);
-        let difference_m2 = scale.and_then(|scale| scale.difference).map_or(0.0, |d| d.value_m2);
-        // Negative where a is better.
-        difference_m2 == 0.0 || (difference_m2 < 0.0) != (which == said.a)
-    }
-}
-
-fn value_of(reducer: &Reducer, run: usize) -> Option<f64> {
-    Some(reducer.scores(run, Confidence::P99).r_cv_m2[0].1?.value_m2)
-}
-
-/// The better run and the scale, where anything is decided.
-fn decided(comparison: &Comparison) -> Option<(usize, f64)> {
-    match comparison.verdict {
-        Verdict::Better { which, decided_at_m, .. } | Verdict::Mixed { which, decided_at_m, .. } => {
-            Some((which, decided_at_m))
-        }
-        Verdict::Same { .. } | Verdict::Undecided { .. } => None,
     }
 }
 

@@ -113,7 +113,7 @@ fn near_of(map: &MapScores) -> ScaleScores {
 
 /// The truncation of `R_near` that ranks loops, metres.
 fn scale_m(scales: Scales) -> f64 {
-    scales.near_m()[1]
+    scales.lengths().near_m[1]
 }
 
 /// A change and its interval.

@@ -6,8 +6,8 @@ use dmp::{MissPrice, RunSums, Scales};
 
 /// The columns of [`scores`].
 pub(super) fn columns(scales: Scales) -> String {
-    let cv = scales.cv_m()[1..].iter().map(|scale_m| format!("r_cv_{scale_m}_m2"));
-    let near = scales.near_m().iter().map(|scale_m| format!("r_near_{scale_m}_m2"));
+    let cv = scales.lengths().cv_m[1..].iter().map(|scale_m| format!("r_cv_{scale_m}_m2"));
+    let near = scales.lengths().near_m.iter().map(|scale_m| format!("r_near_{scale_m}_m2"));
     let truncated: Vec<String> = cv.chain(near).collect();
     format!(
         "returns,returns_with_z1,returns_with_zc,dmp_sum_m2,dmp_mean_m2,{},miss_rate,blocked_rate,coverage,coverage_revisit",

@@ -1,8 +1,11 @@
+//! What a scanner measures is what every form and the ground answer for by themselves.
+
 use super::*;
 use crate::city::block;
 use crate::city::blocks::cells_around;
 use crate::city::plan::Plan;
-use crate::town::Solid;
+use crate::lidar_options::NoReturn;
+use crate::parts::solid::Solid;
 
 const PLAN: Plan = Plan { seed: 11 };
 const SPEED_M_S: f64 = 12.0;

@@ -1,3 +1,5 @@
+//! Rays meet what stands on the campus, and its stairs are met tread by tread.
+
 use super::*;
 use crate::town::Town;
 

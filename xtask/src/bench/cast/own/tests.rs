@@ -1,3 +1,5 @@
+//! The caster in each of its modes, on a small scene.
+
 use super::*;
 use crate::bench::cast::exact::Agreement;
 use crate::bench::cast::files::Files;
@@ -101,9 +103,9 @@ fn all_trees_are_built_and_weighed() {
 fn modes_have_names() {
     let mode: Mode = "portable-packets-three-bounded-twice".parse().unwrap();
     assert_eq!((mode.path.name(), mode.grouping, mode.twice), ("portable", Grouping::Auto, true));
-    assert_eq!(mode.kind, Kind { three: true, bounded: true, one_tree: false });
+    assert_eq!(mode.kind, CasterKind { three: true, bounded: true, one_tree: false });
     let mode: Mode = "portable-single-one-tree".parse().unwrap();
-    assert_eq!(mode.kind, Kind { three: false, bounded: false, one_tree: true });
+    assert_eq!(mode.kind, CasterKind { three: false, bounded: false, one_tree: true });
     for wrong in ["", "single", "portable-", "portable-many", "portable-single-fast", "mmx-single"] {
         assert!(wrong.parse::<Mode>().is_err(), "{wrong}");
     }

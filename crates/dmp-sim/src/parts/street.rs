@@ -2,13 +2,16 @@
 
 use nalgebra::Vector3;
 
-use super::ground::Relief;
+use super::relief::Relief;
 use super::shape::Shape;
-use super::{Solid, Surface};
+use super::solid::{Solid, Surface};
 use crate::random::Random;
 
 /// Along a street, nothing stands nearer than this to the middle of a crossing, metres.
 pub(crate) const CROSSING_M: f64 = 10.5;
+
+/// Distance of the lanes from the middle of the street, metres.
+pub(crate) const LANE_M: f64 = 1.7;
 
 /// A street from one crossing to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,9 +3,9 @@
 
 use nalgebra::Vector3;
 
-use super::ground::Relief;
+use super::relief::Relief;
 use super::shape::Shape;
-use super::{Solid, Surface};
+use super::solid::{Solid, Surface};
 use crate::random::Random;
 
 /// One side of a block, seen from its street: `along` the façades, `inward` from the building line.
@@ -44,6 +44,20 @@ impl Frontage<'_> {
     }
 }
 
+/// A rectangle from–to east and north, metres.
+pub(crate) type Area = [[f64; 2]; 2];
+
+/// The four sides of an area of such a size: the corner at which each starts, its direction, the one inward from it, and its
+/// length, metres.
+fn sides([[x0, x1], [y0, y1]]: Area, size: [f64; 2]) -> [([[f64; 2]; 3], f64); 4] {
+    [
+        ([[x0, y0], [1.0, 0.0], [0.0, 1.0]], size[0]),
+        ([[x1, y0], [0.0, 1.0], [-1.0, 0.0]], size[1]),
+        ([[x1, y1], [-1.0, 0.0], [0.0, -1.0]], size[0]),
+        ([[x0, y1], [0.0, -1.0], [1.0, 0.0]], size[1]),
+    ]
+}
+
 /// How high the houses of a block are: `least` storeys or up to `choices` − 1 more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Storeys {
@@ -60,16 +74,9 @@ pub(crate) fn build_block(
     random: &mut Random,
     solids: &mut Vec<Solid>,
 ) {
-    let [x0, y0] = corner;
-    let [x1, y1] = [x0 + size[0], y0 + size[1]];
-    let sides = [
-        ([x0, y0], [1.0, 0.0], [0.0, 1.0], size[0]),
-        ([x1, y0], [0.0, 1.0], [-1.0, 0.0], size[1]),
-        ([x1, y1], [-1.0, 0.0], [0.0, -1.0], size[0]),
-        ([x0, y1], [0.0, -1.0], [1.0, 0.0], size[1]),
-    ];
+    let area = [0, 1].map(|k| [corner[k], corner[k] + size[k]]);
     let depth_m = (size[0].min(size[1]) / 2.0).min(9.0);
-    for (corner, along, inward, length_m) in sides {
+    for ([corner, along, inward], length_m) in sides(area, size) {
         let mut frontage = Frontage { corner, along, inward, ground, solids };
         let mut from = 0.0;
         while from < length_m {
@@ -86,27 +93,21 @@ pub(crate) fn build_block(
 /// One large building over `area` (from–to east and north), `top_m` high: a core, and on its four sides a
 /// lattice of pillars and bands before the windows.
 pub(crate) fn build_hall(
-    area: [[f64; 2]; 2],
+    area: Area,
     top_m: f64,
     ground: &dyn Relief,
     random: &mut Random,
     solids: &mut Vec<Solid>,
 ) {
-    let [[x0, x1], [y0, y1]] = area;
+    let size = area.map(|[from, to]| to - from);
     let recess = random.between(0.15, 0.3);
     let albedo = random.between(0.35, 0.7);
     let floor_m = random.between(3.0, 3.6);
-    let sides = [
-        ([x0, y0], [1.0, 0.0], [0.0, 1.0], x1 - x0),
-        ([x1, y0], [0.0, 1.0], [-1.0, 0.0], y1 - y0),
-        ([x1, y1], [-1.0, 0.0], [0.0, -1.0], x1 - x0),
-        ([x0, y1], [0.0, -1.0], [1.0, 0.0], y1 - y0),
-    ];
-    for (side, (corner, along, inward, length_m)) in sides.into_iter().enumerate() {
+    for (side, ([corner, along, inward], length_m)) in sides(area, size).into_iter().enumerate() {
         let mut frontage = Frontage { corner, along, inward, ground, solids };
         if side == 0 {
             let inner = [recess, length_m - recess];
-            frontage.put(inner, [recess, y1 - y0 - recess], [-0.5, top_m], albedo * 0.5, Surface::Building);
+            frontage.put(inner, [recess, size[1] - recess], [-0.5, top_m], albedo * 0.5, Surface::Building);
         }
         let bays = (length_m / random.between(2.6, 4.2)).floor().max(1.0);
         let pitch_m = (length_m - 0.5) / bays;
