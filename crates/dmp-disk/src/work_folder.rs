@@ -20,6 +20,20 @@ const TRIES: u32 = 20;
 /// It is removed with all it holds when it is dropped, unless it was [told to stay](Self::keep). A process that is
 /// killed leaves it behind: with a checkpoint in it, it can be [taken up](Self::of); without one, the next
 /// process that makes a folder beside it removes it.
+///
+/// ```
+/// use dmp_disk::WorkFolder;
+///
+/// let parent = tempfile::tempdir()?;
+/// let mut folder = WorkFolder::of(parent.path(), "town", false)?;
+/// folder.save("fusing", b"as far as scan 1200")?;
+/// folder.keep();
+/// drop(folder);
+/// // Another process goes on from there.
+/// let folder = WorkFolder::of(parent.path(), "town", true)?;
+/// assert_eq!(folder.load("fusing")?.as_deref(), Some(&b"as far as scan 1200"[..]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct WorkFolder {
     path: PathBuf,
