@@ -6,7 +6,7 @@ use crate::lanes::{Lanes, Simd};
 use crate::packet::PacketAnswers;
 use crate::packet_rays::{Column, PacketRays, RAYS};
 use crate::search::{Search, each_hit};
-use crate::tile::{CastTile, Node};
+use crate::tile::{Node, TileView};
 
 /// z1 alone: the rays' bounds are to be no further than the best so far.
 pub(crate) struct First<'a>(pub(crate) &'a mut Column);
@@ -29,7 +29,7 @@ impl Search for First<'_> {
 
 /// z1, zn and zc.
 pub(crate) struct Three<'a> {
-    tile: &'a CastTile,
+    tile: &'a TileView<'a>,
     rays: &'a PacketRays,
     independence: Option<Independence>,
     revisit: Option<Independence>,
@@ -42,7 +42,7 @@ pub(crate) struct Three<'a> {
 impl<'a> Three<'a> {
     #[inline(always)]
     pub(crate) fn new(
-        tile: &'a CastTile,
+        tile: &'a TileView<'a>,
         rays: &'a PacketRays,
         [independence, revisit]: [Option<Independence>; 2],
         answers: &'a mut PacketAnswers,

@@ -11,7 +11,7 @@ use crate::packet_rays::RAYS;
 use crate::query::{Answer, Wanted};
 use crate::rays::Rays;
 use crate::search::{SearchLists, SearchRays};
-use crate::tile::CastTile;
+use crate::tile::{CastTile, TileView};
 
 /// How rays are taken through a tile. No answer depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -81,6 +81,7 @@ impl Traveller for Casting<'_> {
         packets: &mut [Rays],
         waits: &[Wait],
     ) -> Result<(), MapError> {
+        let tile = &tile.view();
         for waits in waits.chunks(PACKETS) {
             visit_tile(simd, tile, packets, waits, self.grouping, self.wanted, self.lists);
         }
@@ -97,7 +98,7 @@ impl Traveller for Casting<'_> {
 #[inline(always)]
 fn visit_tile<S: Simd>(
     simd: S,
-    tile: &CastTile,
+    tile: &TileView,
     packets: &mut [Rays],
     waits: &[Wait],
     grouping: Grouping,
@@ -147,7 +148,7 @@ fn visit_tile<S: Simd>(
 #[inline(always)]
 fn search_alone<S: Simd>(
     simd: S,
-    tile: &CastTile,
+    tile: &TileView,
     visit: &mut Visit,
     lanes: u32,
     wanted: Wanted,

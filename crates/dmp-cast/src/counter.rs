@@ -162,6 +162,7 @@ impl Traveller for Counting<'_> {
         waits: &[Wait],
     ) -> Result<(), MapError> {
         let NumberedTile { tile, places, surfels } = numbered;
+        let tile = &tile.view();
         let Self { reach, queries, tally, rays, lists, crossings } = self;
         crossings.clear();
         for wait in waits {

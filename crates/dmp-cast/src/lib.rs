@@ -14,22 +14,32 @@
 //! A miss is `None`, never a range. World coordinates are `f64`; inside a tile, `f32` from the place
 //! where the ray enters it.
 //!
-//! ```no_run
+//! ```
 //! use dmp_cast::{CastBuffers, CastSettings, Caster, Query};
-//! use dmp_map::Store;
+//! use dmp_map::{Durability, FuseBuffers, Lattice, MapFuser, Origin, Store};
 //!
-//! let store = Store::open("town.dmpmap".as_ref())?;
-//! let caster = Caster::new(store, CastSettings::default(), 256 << 20);
-//! let ray = Query {
-//!     origin_in_world_m: [0.0, 0.0, 1.8],
+//! // A wall at x = 5.02 m, fused into a map.
+//! let folder = tempfile::tempdir()?;
+//! let fuser = MapFuser::new(Lattice::new(0.2)?, 64 << 20, folder.path())?;
+//! let wall: Vec<[f64; 3]> = (0..9000).map(|i| [5.02, f64::from(i % 100) * 0.05, f64::from(i / 100) * 0.05]).collect();
+//! fuser.add(&wall, Some(0), &mut FuseBuffers::default())?;
+//! let path = folder.path().join("wall.dmpmap");
+//! fuser.finish(&path, &Origin::of("a wall"), Durability::Temporary, &|_, _| ())?;
+//!
+//! // A ray along x, and one that looks away.
+//! let caster = Caster::new(Store::open(&path)?, CastSettings::default(), 256 << 20);
+//! let towards = Query {
+//!     origin_in_world_m: [0.0, 2.5, 2.0],
 //!     direction_in_world: [1.0, 0.0, 0.0],
-//!     measured_m: 12.3,
+//!     measured_m: 5.3,
 //!     segment: None,
 //! };
+//! let away = Query { direction_in_world: [-1.0, 0.0, 0.0], ..towards };
 //! let mut answers = Vec::new();
-//! caster.cast(&[ray], &mut answers, &mut CastBuffers::default())?;
-//! println!("first surface after {:?} m", answers[0].first_m);
-//! # Ok::<(), dmp_map::MapError>(())
+//! caster.cast(&[towards, away], &mut answers, &mut CastBuffers::default())?;
+//! assert!((answers[0].first_m.unwrap_or_default() - 5.02).abs() < 1e-3);
+//! assert_eq!(answers[1].first_m, None);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 #![expect(

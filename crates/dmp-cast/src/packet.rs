@@ -7,7 +7,7 @@ use crate::frustum::Frustum;
 use crate::lanes::{Job, Lanes, Mask, Simd};
 use crate::lists::grow_to;
 use crate::packet_rays::{Column, PacketRays, RAYS, load3};
-use crate::tile::{CastTile, LEAF_DISCS, WIDTH};
+use crate::tile::{LEAF_DISCS, TileView, WIDTH};
 
 /// The best answers so far; infinite where there is none, negatively infinite where the answer is final.
 #[derive(Debug, Clone, Default)]
@@ -79,7 +79,7 @@ pub(crate) struct PacketLists {
 /// discs, and every disc meets all rays. One packet alone would wait at every node for what the last one said, so
 /// several take turns: the lists are worked off from the front and grow at their end.
 pub(crate) struct CastPackets<'a, const THREE: bool> {
-    pub(crate) tile: &'a CastTile,
+    pub(crate) tile: &'a TileView<'a>,
     pub(crate) visits: &'a mut [Visit; PACKETS],
     /// A bit for each visit that is to be cast.
     pub(crate) together: u32,
@@ -114,7 +114,7 @@ fn bounds_of(independence: Option<Independence>) -> [i32; 2] {
 #[inline(always)]
 fn gather_leaves<'a, S: Simd>(
     simd: S,
-    tile: &CastTile,
+    tile: &TileView,
     visits: &[Visit; PACKETS],
     together: u32,
     nodes: &mut Vec<u32>,
@@ -146,7 +146,7 @@ fn gather_leaves<'a, S: Simd>(
 #[inline(always)]
 fn gather_discs<S: Simd>(
     simd: S,
-    tile: &CastTile,
+    tile: &TileView,
     visits: &[Visit; PACKETS],
     leaves: &[u32],
     discs: &mut [Vec<u32>; PACKETS],
@@ -166,7 +166,7 @@ fn gather_discs<S: Simd>(
 /// Every disc meets all rays. What of it hits is decided by masks, not by jumps, which would be guessed wrong
 /// every other time.
 #[inline(always)]
-fn cross<S: Simd, const THREE: bool>(simd: S, tile: &CastTile, visit: &mut Visit, discs: &[u32]) {
+fn cross<S: Simd, const THREE: bool>(simd: S, tile: &TileView, visit: &mut Visit, discs: &[u32]) {
     let Visit { rays, answers, .. } = visit;
     let [independence, revisit] = [visit.independence, visit.revisit].map(bounds_of);
     let wide = simd.sixteen();

@@ -7,7 +7,7 @@ use crate::crossing::{MIN_COS, columns, plane_crossing};
 use crate::lanes::{Job, Lanes, Mask, Simd};
 use crate::lists::grow_to;
 use crate::packet_rays::{Column, PacketRays, RAYS, load3};
-use crate::tile::{CastTile, LEAF_DISCS, Node, WIDTH};
+use crate::tile::{LEAF_DISCS, Node, TileView, WIDTH};
 
 /// A box's corners and a ray's ranges are rounded: nothing is left out by less than this, metres.
 const SLACK_M: f32 = 1e-4;
@@ -53,7 +53,7 @@ pub(crate) struct SearchLists {
 
 /// Tells `found` all crossings of some rays, in no order that means anything.
 pub(crate) struct SearchRays<'a, F> {
-    pub(crate) tile: &'a CastTile,
+    pub(crate) tile: &'a TileView<'a>,
     pub(crate) rays: &'a PacketRays,
     /// A bit for each ray.
     pub(crate) lanes: u32,
@@ -97,7 +97,7 @@ impl<F: Search> Job for SearchRays<'_, F> {
 #[inline(always)]
 fn gather<'a, S: Simd, F: Search>(
     simd: S,
-    tile: &CastTile,
+    tile: &TileView,
     rays: &PacketRays,
     lanes: u32,
     found: &F,

@@ -19,6 +19,23 @@ pub struct CastTile {
     pub(crate) support: Vec<LeafSupport>,
 }
 
+/// A [`CastTile`] as the kernels have it at hand: where its lists are is known without a look into memory.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TileView<'a> {
+    pub(crate) origin_in_world_m: [f64; 3],
+    pub(crate) radius_m: f32,
+    pub(crate) nodes: &'a [Node],
+    pub(crate) leaves: &'a [Leaf],
+    pub(crate) support: &'a [LeafSupport],
+}
+
+impl CastTile {
+    pub(crate) fn view(&self) -> TileView<'_> {
+        let Self { origin_in_world_m, radius_m, nodes, leaves, support } = self;
+        TileView { origin_in_world_m: *origin_in_world_m, radius_m: *radius_m, nodes, leaves, support }
+    }
+}
+
 /// Eight boxes with what is in them. A place without a child has a box that nothing can meet.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]

@@ -2,7 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
-use dmp_cast::{CastBuffers, CastSettings, Caster, Query};
+use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query};
 use dmp_map::{Durability, FuseBuffers, Lattice, MapFuser, Store};
 
 type Point = [f64; 3];
@@ -135,4 +135,19 @@ fn of_two_crossings_equally_near_the_nearer_to_the_sensor_is_told() {
     let (near, far) = (cast(10.0), cast(14.0));
     assert!(far - near > 3.9);
     assert_eq!(cast(f64::midpoint(near, far)), near);
+}
+
+#[test]
+fn an_empty_map_answers_every_ray_with_a_miss() {
+    let store = map_of(std::iter::empty(), OFFSETS[0]);
+    let query = Query {
+        origin_in_world_m: [1.0, 2.0, 3.0],
+        direction_in_world: [0.6, 0.0, 0.8],
+        measured_m: 7.0,
+        segment: Some(10),
+    };
+    let mut answers = Vec::new();
+    let caster = Caster::new(store, CastSettings::default(), 0);
+    caster.cast(&[query; 9], &mut answers, &mut CastBuffers::default()).unwrap();
+    assert_eq!(answers, [Answer::default(); 9]);
 }

@@ -16,6 +16,8 @@ pub trait Weight {
 /// When the budget is exceeded the values whose next use is furthest off are let go, as far as that is
 /// [foreseen](Self::foreseeing), and among those alike the ones unused for longest. One that is in use lives on
 /// until its last user drops it, so the budget can be exceeded by what is in use at the moment.
+///
+/// A value that is in memory costs a look-up; to let one go costs a look at all of them.
 pub struct BudgetCache<K, V> {
     budget_bytes: usize,
     next_use: Box<NextUse<K>>,

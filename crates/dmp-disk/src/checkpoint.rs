@@ -1,12 +1,69 @@
-//! The bytes of a checkpoint: a header with a checksum, then the content.
+//! What a work folder keeps for another process: checkpoints, each a header with a checksum, then the content.
+
+use std::fs::{self, File};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use crate::DiskError;
+use crate::work_folder::{CHECKPOINT, WorkFolder};
 
 const MAGIC: [u8; 8] = *b"DMPCHECK";
 const VERSION: u32 = 1;
 /// Magic, version, CRC-32 of what follows it, length of the content.
 const HEADER_BYTES: usize = 24;
 
+impl WorkFolder {
+    /// Keeps `content` under `name`, in place of what was kept there before, so that it survives this process and
+    /// a power cut: whole, or not at all.
+    ///
+    /// # Errors
+    /// When it cannot be written; what was kept before is untouched then.
+    pub fn save(&self, name: &str, content: &[u8]) -> Result<(), DiskError> {
+        let path = self.checkpoint(name);
+        let io = |what| DiskError::io(&path, what);
+        let file = tempfile::NamedTempFile::new_in(self.path());
+        let mut file = file.map_err(io("cannot write the checkpoint"))?;
+        let written = file.write_all(&header_of(content)).and_then(|()| file.write_all(content));
+        written.and_then(|()| file.as_file().sync_all()).map_err(io("cannot write the checkpoint"))?;
+        file.persist(&path).map_err(|error| io("cannot write the checkpoint")(error.error))?;
+        sync_folder(self.path()).map_err(io("cannot write the checkpoint"))
+    }
+
+    /// What was last kept under `name`; `None` where nothing was.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is not what was written.
+    pub fn load(&self, name: &str) -> Result<Option<Vec<u8>>, DiskError> {
+        let path = self.checkpoint(name);
+        let bytes = match fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(DiskError::io(&path, "cannot read the checkpoint")(error)),
+        };
+        match content_of(&bytes) {
+            Ok(content) => Ok(Some(content.to_vec())),
+            Err(detail) => Err(DiskError::Damaged { path, part: "checkpoint", detail }),
+        }
+    }
+
+    /// Forgets what was kept under `name`.
+    pub fn forget(&self, name: &str) {
+        // What cannot be removed now goes with the folder.
+        let _ = fs::remove_file(self.checkpoint(name));
+    }
+
+    /// Whether anything is kept under `name`.
+    pub fn holds(&self, name: &str) -> bool {
+        self.checkpoint(name).exists()
+    }
+
+    fn checkpoint(&self, name: &str) -> PathBuf {
+        self.path().join(format!("{name}.{CHECKPOINT}"))
+    }
+}
+
 /// The header of a content.
-pub(crate) fn header_of(content: &[u8]) -> [u8; HEADER_BYTES] {
+fn header_of(content: &[u8]) -> [u8; HEADER_BYTES] {
     let mut header = [0; HEADER_BYTES];
     header[..8].copy_from_slice(&MAGIC);
     header[8..12].copy_from_slice(&VERSION.to_le_bytes());
@@ -20,7 +77,7 @@ pub(crate) fn header_of(content: &[u8]) -> [u8; HEADER_BYTES] {
 ///
 /// # Errors
 /// What is wrong with the bytes, where they are not those of a header and its content.
-pub(crate) fn content_of(bytes: &[u8]) -> Result<&[u8], String> {
+fn content_of(bytes: &[u8]) -> Result<&[u8], String> {
     let Some((header, content)) = bytes.split_first_chunk::<HEADER_BYTES>() else {
         return Err(format!("{} bytes are too few for one", bytes.len()));
     };
@@ -42,4 +99,31 @@ fn checksum(header: &[u8; HEADER_BYTES], content: &[u8]) -> u32 {
     crc.update(&header[16..]);
     crc.update(content);
     crc.finalize()
+}
+
+/// A new name in a folder is safe once the folder is written.
+fn sync_folder(folder: &Path) -> std::io::Result<()> {
+    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_damaged_byte_of_a_checkpoint_is_found() {
+        let parent = tempfile::tempdir().unwrap();
+        let work = WorkFolder::new(parent.path()).unwrap();
+        work.save("fuse", b"forty-two bytes of what was done so far..").unwrap();
+        let path = work.file("fuse.checkpoint");
+        let whole = fs::read(&path).unwrap();
+        for at in 0..whole.len() {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 0x10;
+            fs::write(&path, bytes).unwrap();
+            assert!(matches!(work.load("fuse"), Err(DiskError::Damaged { .. })), "byte {at}");
+            fs::write(&path, &whole[..at]).unwrap();
+            assert!(matches!(work.load("fuse"), Err(DiskError::Damaged { .. })), "cut at {at}");
+        }
+    }
 }

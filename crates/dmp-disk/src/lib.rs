@@ -30,6 +30,7 @@ mod budget_cache;
 mod checkpoint;
 mod disk_space;
 mod error;
+mod folder_lock;
 mod scratch_file;
 mod tile_buckets;
 mod tile_id;

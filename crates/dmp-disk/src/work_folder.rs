@@ -1,25 +1,37 @@
 //! Where the files of one evaluation live, and what is kept of it for another process.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::Write as _;
+use std::fs::{self, File, OpenOptions};
 use std::path::{Path, PathBuf};
 
 use crate::DiskError;
-use crate::checkpoint::{content_of, header_of};
+use crate::folder_lock::{LOCK, lock_folder};
 
 /// Every work folder's name begins so.
 const PREFIX: &str = "dmp-work-";
-/// Held by the process that works in the folder.
-const LOCK: &str = "lock";
 /// Ends the name of a checkpoint.
-const CHECKPOINT: &str = "checkpoint";
+pub(crate) const CHECKPOINT: &str = "checkpoint";
 /// How often a folder is made anew where others remove it before it is locked.
 const TRIES: u32 = 20;
+
 /// Where scratch files, maps and checkpoints of one evaluation live: a folder that one process at a time works in.
 ///
 /// It is removed with all it holds when it is dropped, unless it was [told to stay](Self::keep). A process that is
 /// killed leaves it behind: with a checkpoint in it, it can be [taken up](Self::of); without one, the next
 /// process that makes a folder beside it removes it.
+///
+/// ```
+/// use dmp_disk::WorkFolder;
+///
+/// let parent = tempfile::tempdir()?;
+/// let mut folder = WorkFolder::of(parent.path(), "town", false)?;
+/// folder.save("fusing", b"as far as scan 1200")?;
+/// folder.keep();
+/// drop(folder);
+/// // Another process goes on from there.
+/// let folder = WorkFolder::of(parent.path(), "town", true)?;
+/// assert_eq!(folder.load("fusing")?.as_deref(), Some(&b"as far as scan 1200"[..]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct WorkFolder {
     path: PathBuf,
@@ -76,17 +88,7 @@ impl WorkFolder {
     }
 
     fn in_folder(path: PathBuf) -> Result<Self, DiskError> {
-        let lock = OpenOptions::new().create(true).truncate(false).write(true).open(path.join(LOCK));
-        let lock = lock.map_err(DiskError::io(&path, "cannot make a lock in the work folder"))?;
-        match lock.try_lock() {
-            Err(TryLockError::WouldBlock) => return Err(DiskError::Locked { path }),
-            // Where a file system has no locks, the folder's name must do.
-            Ok(()) | Err(TryLockError::Error(_)) => {}
-        }
-        if !is_at(&lock, &path.join(LOCK)) {
-            return Err(DiskError::Locked { path });
-        }
-        Ok(Self { path, lock, kept: false })
+        Ok(Self { lock: lock_folder(&path)?, path, kept: false })
     }
 
     fn clear(&self) -> Result<(), DiskError> {
@@ -115,39 +117,6 @@ impl WorkFolder {
         self.kept = true;
     }
 
-    /// Keeps `content` under `name`, in place of what was kept there before, so that it survives this process and
-    /// a power cut: whole, or not at all.
-    ///
-    /// # Errors
-    /// When it cannot be written; what was kept before is untouched then.
-    pub fn save(&self, name: &str, content: &[u8]) -> Result<(), DiskError> {
-        let path = self.checkpoint(name);
-        let io = |what| DiskError::io(&path, what);
-        let file = tempfile::NamedTempFile::new_in(&self.path);
-        let mut file = file.map_err(io("cannot write the checkpoint"))?;
-        let written = file.write_all(&header_of(content)).and_then(|()| file.write_all(content));
-        written.and_then(|()| file.as_file().sync_all()).map_err(io("cannot write the checkpoint"))?;
-        file.persist(&path).map_err(|error| io("cannot write the checkpoint")(error.error))?;
-        sync_folder(&self.path).map_err(io("cannot write the checkpoint"))
-    }
-
-    /// What was last kept under `name`; `None` where nothing was.
-    ///
-    /// # Errors
-    /// When it cannot be read, or is not what was written.
-    pub fn load(&self, name: &str) -> Result<Option<Vec<u8>>, DiskError> {
-        let path = self.checkpoint(name);
-        let bytes = match fs::read(&path) {
-            Ok(bytes) => bytes,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(DiskError::io(&path, "cannot read the checkpoint")(error)),
-        };
-        match content_of(&bytes) {
-            Ok(content) => Ok(Some(content.to_vec())),
-            Err(detail) => Err(DiskError::Damaged { path, part: "checkpoint", detail }),
-        }
-    }
-
     /// Brings a file of the folder to disk.
     ///
     /// # Errors
@@ -155,17 +124,6 @@ impl WorkFolder {
     pub fn sync(&self, file: &Path) -> Result<(), DiskError> {
         let io = |what| DiskError::io(file, what);
         File::open(file).and_then(|file| file.sync_all()).map_err(io("cannot write it to disk"))
-    }
-
-    /// Forgets what was kept under `name`.
-    pub fn forget(&self, name: &str) {
-        // What cannot be removed now goes with the folder.
-        let _ = fs::remove_file(self.checkpoint(name));
-    }
-
-    /// Whether anything is kept under `name`.
-    pub fn holds(&self, name: &str) -> bool {
-        self.checkpoint(name).exists()
     }
 
     /// Removes the files whose names end in `.extension`.
@@ -182,10 +140,6 @@ impl WorkFolder {
     pub fn has_checkpoint(&self) -> bool {
         has_checkpoint(&self.path)
     }
-
-    fn checkpoint(&self, name: &str) -> PathBuf {
-        self.path.join(format!("{name}.{CHECKPOINT}"))
-    }
 }
 
 impl Drop for WorkFolder {
@@ -199,36 +153,11 @@ impl Drop for WorkFolder {
     }
 }
 
-/// A new name in a folder is safe once the folder is written.
-fn sync_folder(folder: &Path) -> std::io::Result<()> {
-    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
-}
-
 fn has_checkpoint(folder: &Path) -> bool {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     entries
         .into_iter()
         .any(|entry| Path::new(&entry.file_name()).extension().is_some_and(|e| e == CHECKPOINT))
-}
-
-/// Whether an open file is the one at this path: another process may have removed it before it was locked.
-fn is_at(file: &File, path: &Path) -> bool {
-    let Ok((open, there)) = file.metadata().and_then(|open| Ok((open, fs::metadata(path)?))) else {
-        return false;
-    };
-    same_file(&open, &there)
-}
-
-#[cfg(unix)]
-fn same_file(a: &fs::Metadata, b: &fs::Metadata) -> bool {
-    use std::os::unix::fs::MetadataExt as _;
-    (a.dev(), a.ino()) == (b.dev(), b.ino())
-}
-
-/// Where files have no numbers, one that is there is taken to be the same.
-#[cfg(not(unix))]
-fn same_file(_: &fs::Metadata, _: &fs::Metadata) -> bool {
-    true
 }
 
 /// Removes the folders of killed processes that hold nothing to go on from. What cannot be looked at is let be.
@@ -321,22 +250,5 @@ mod tests {
             }
         });
         assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 0);
-    }
-
-    #[test]
-    fn every_damaged_byte_of_a_checkpoint_is_found() {
-        let parent = tempfile::tempdir().unwrap();
-        let work = WorkFolder::new(parent.path()).unwrap();
-        work.save("fuse", b"forty-two bytes of what was done so far..").unwrap();
-        let path = work.file("fuse.checkpoint");
-        let whole = fs::read(&path).unwrap();
-        for at in 0..whole.len() {
-            let mut bytes = whole.clone();
-            bytes[at] ^= 0x10;
-            fs::write(&path, bytes).unwrap();
-            assert!(matches!(work.load("fuse"), Err(DiskError::Damaged { .. })), "byte {at}");
-            fs::write(&path, &whole[..at]).unwrap();
-            assert!(matches!(work.load("fuse"), Err(DiskError::Damaged { .. })), "cut at {at}");
-        }
     }
 }

@@ -31,6 +31,7 @@ mod density;
 mod error;
 mod free_voxels;
 mod fuser;
+mod integers;
 mod lattice;
 mod loose_surfels;
 mod mix_hasher;

@@ -1,7 +1,8 @@
 //! Locates points in voxels, many at a time.
 
 use crate::MapError;
-use crate::lattice::{Lattice, SHIFT, UNITS_PER_M};
+use crate::integers::SHIFT;
+use crate::lattice::{Lattice, UNITS_PER_M};
 
 /// Points that are located together.
 pub(crate) const TOGETHER: usize = 64;

@@ -3,6 +3,16 @@
 //! A list of items in the order in which somebody would accept them, the lowest score first, and for each
 //! whether it is true. [`rank::precision_recall`] does the counting; here a list
 //! from which nothing can be learnt is an error.
+//!
+//! ```
+//! use dmp_truth::detection::{PrecisionRecall, Ranked};
+//!
+//! let item = |score: f64, is_true: bool| Ranked { score: Some(score), is_true };
+//! let found = PrecisionRecall::of(&[item(0.1, true), item(0.2, false), item(0.3, true)])?;
+//! assert_eq!(found.average_precision, 0.5 * (1.0 + 2.0 / 3.0));
+//! assert_eq!(found.recall_without_false(), 0.5);
+//! # Ok::<(), dmp_truth::detection::DetectionError>(())
+//! ```
 
 use crate::rank;
 

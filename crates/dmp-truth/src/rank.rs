@@ -4,6 +4,14 @@
 //! Values stand in pairs by their index. A pair in which one value is `None` or not a number is left
 //! out, as if neither had been measured; so the answers of two correlations with different gaps are about
 //! different things. Lists of different lengths are compared over the shorter.
+//!
+//! ```
+//! use dmp_truth::rank::{kendall_tau_b, spearman_rho};
+//!
+//! let (score, error_m) = ([0.1, 0.2, 0.4, 0.3].map(Some), [1.0, 2.0, 3.0, 4.0].map(Some));
+//! assert_eq!(kendall_tau_b(&score, &error_m), Some(4.0 / 6.0));
+//! assert_eq!(spearman_rho(&score, &error_m), Some(0.8));
+//! ```
 
 /// The pairs of which both values are numbers.
 fn complete(a: &[Option<f64>], b: &[Option<f64>]) -> Vec<(f64, f64)> {

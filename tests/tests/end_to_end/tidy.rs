@@ -34,7 +34,6 @@ const TABLE: [(&str, &[&str]); 13] = [
         &[
             "bytemuck",
             "crc32fast",
-            "crossbeam-channel",
             "dmp-disk",
             "dmp-sensor",
             "memmap2",

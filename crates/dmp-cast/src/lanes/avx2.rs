@@ -12,10 +12,10 @@ use std::arch::x86_64::{
     _mm256_permutevar8x32_epi32, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_sll_epi32,
     _mm256_storeu_ps, _mm256_storeu_si256, _mm256_sub_ps,
 };
-use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 
 use super::pair::Pair;
 use super::simd::{Job, Lanes, Mask, Simd};
+use super::vector::{lanes_of_intrinsics, operators};
 
 /// AVX2, with the bit instructions that came along with it.
 #[derive(Debug, Clone, Copy)]
@@ -91,24 +91,8 @@ pub(crate) struct Mask8(__m256);
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ints8(__m256i);
 
-macro_rules! operator {
-    ($trait:ident, $name:ident, $type:ident, $intrinsic:ident) => {
-        impl $trait for $type {
-            type Output = Self;
-            #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                // SAFETY: the vectors exist only where AVX2 was found.
-                Self(unsafe { $intrinsic(self.0, other.0) })
-            }
-        }
-    };
-}
-operator!(Add, add, Eight, _mm256_add_ps);
-operator!(Sub, sub, Eight, _mm256_sub_ps);
-operator!(Mul, mul, Eight, _mm256_mul_ps);
-operator!(Div, div, Eight, _mm256_div_ps);
-operator!(BitAnd, bitand, Mask8, _mm256_and_ps);
-operator!(BitOr, bitor, Mask8, _mm256_or_ps);
+operators!(Eight: Add add _mm256_add_ps, Sub sub _mm256_sub_ps, Mul mul _mm256_mul_ps, Div div _mm256_div_ps);
+operators!(Mask8: BitAnd bitand _mm256_and_ps, BitOr bitor _mm256_or_ps);
 
 impl Mask for Mask8 {
     const COUNT: usize = 8;
@@ -128,57 +112,17 @@ fn load_ints(_: Avx2, values: &[i32]) -> __m256i {
 }
 
 impl Lanes for Eight {
-    type Simd = Avx2;
-    type Mask = Mask8;
+    lanes_of_intrinsics!(
+        Avx2, Mask8, 8;
+        splat _mm256_set1_ps, load _mm256_loadu_ps, store _mm256_storeu_ps, min _mm256_min_ps, max _mm256_max_ps,
+        lt _mm256_cmp_ps::<_CMP_LT_OQ>, le _mm256_cmp_ps::<_CMP_LE_OQ>, equal _mm256_cmp_ps::<_CMP_EQ_OQ>
+    );
     type Ints = Ints8;
-    const COUNT: usize = 8;
 
-    #[inline(always)]
-    fn splat(_: Avx2, value: f32) -> Self {
-        // SAFETY: AVX2 was found.
-        Self(unsafe { _mm256_set1_ps(value) })
-    }
-    #[inline(always)]
-    fn load(_: Avx2, values: &[f32]) -> Self {
-        let values = &values[..8];
-        // SAFETY: AVX2 was found, and eight floats lie there.
-        Self(unsafe { _mm256_loadu_ps(values.as_ptr()) })
-    }
-    #[inline(always)]
-    fn store(self, values: &mut [f32]) {
-        let values = &mut values[..8];
-        // SAFETY: the vector exists only where AVX2 was found, and eight floats fit there.
-        unsafe { _mm256_storeu_ps(values.as_mut_ptr(), self.0) }
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // SAFETY: the vectors exist only where AVX2 was found.
-        Self(unsafe { _mm256_min_ps(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        // SAFETY: the vectors exist only where AVX2 was found.
-        Self(unsafe { _mm256_max_ps(self.0, other.0) })
-    }
     #[inline(always)]
     fn abs(self) -> Self {
         // SAFETY: the vector exists only where AVX2 was found.
         Self(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
-    }
-    #[inline(always)]
-    fn lt(self, other: Self) -> Mask8 {
-        // SAFETY: the vectors exist only where AVX2 was found.
-        Mask8(unsafe { _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn le(self, other: Self) -> Mask8 {
-        // SAFETY: the vectors exist only where AVX2 was found.
-        Mask8(unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn equal(self, other: Self) -> Mask8 {
-        // SAFETY: the vectors exist only where AVX2 was found.
-        Mask8(unsafe { _mm256_cmp_ps::<_CMP_EQ_OQ>(self.0, other.0) })
     }
     #[inline(always)]
     fn where_or(self, mask: Mask8, other: Self) -> Self {

@@ -10,10 +10,11 @@ use std::arch::x86_64::{
     _mm512_set1_epi32, _mm512_set1_ps, _mm512_setr_epi32, _mm512_sll_epi32, _mm512_storeu_ps,
     _mm512_storeu_si512, _mm512_sub_ps,
 };
-use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
+use std::ops::{BitAnd, BitOr};
 
 use super::avx2::{self, Avx2};
 use super::simd::{Job, Lanes, Mask, Simd};
+use super::vector::{lanes_of_intrinsics, operators};
 
 /// AVX-512 (F, VL, BW, DQ), which includes AVX2.
 #[derive(Debug, Clone, Copy)]
@@ -66,22 +67,7 @@ pub(crate) struct Mask16(__mmask16);
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ints16(__m512i);
 
-macro_rules! operator {
-    ($trait:ident, $name:ident, $intrinsic:ident) => {
-        impl $trait for Sixteen {
-            type Output = Self;
-            #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                // SAFETY: the vectors exist only where AVX-512 was found.
-                Self(unsafe { $intrinsic(self.0, other.0) })
-            }
-        }
-    };
-}
-operator!(Add, add, _mm512_add_ps);
-operator!(Sub, sub, _mm512_sub_ps);
-operator!(Mul, mul, _mm512_mul_ps);
-operator!(Div, div, _mm512_div_ps);
+operators!(Sixteen: Add add _mm512_add_ps, Sub sub _mm512_sub_ps, Mul mul _mm512_mul_ps, Div div _mm512_div_ps);
 
 impl BitAnd for Mask16 {
     type Output = Self;
@@ -109,57 +95,17 @@ impl Mask for Mask16 {
 }
 
 impl Lanes for Sixteen {
-    type Simd = Avx512;
-    type Mask = Mask16;
+    lanes_of_intrinsics!(
+        Avx512, Mask16, 16;
+        splat _mm512_set1_ps, load _mm512_loadu_ps, store _mm512_storeu_ps, min _mm512_min_ps, max _mm512_max_ps,
+        lt _mm512_cmp_ps_mask::<_CMP_LT_OQ>, le _mm512_cmp_ps_mask::<_CMP_LE_OQ>, equal _mm512_cmp_ps_mask::<_CMP_EQ_OQ>
+    );
     type Ints = Ints16;
-    const COUNT: usize = 16;
 
-    #[inline(always)]
-    fn splat(_: Avx512, value: f32) -> Self {
-        // SAFETY: AVX-512 was found.
-        Self(unsafe { _mm512_set1_ps(value) })
-    }
-    #[inline(always)]
-    fn load(_: Avx512, values: &[f32]) -> Self {
-        let values = &values[..16];
-        // SAFETY: AVX-512 was found, and sixteen floats lie there.
-        Self(unsafe { _mm512_loadu_ps(values.as_ptr()) })
-    }
-    #[inline(always)]
-    fn store(self, values: &mut [f32]) {
-        let values = &mut values[..16];
-        // SAFETY: the vector exists only where AVX-512 was found, and sixteen floats fit there.
-        unsafe { _mm512_storeu_ps(values.as_mut_ptr(), self.0) }
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // SAFETY: the vectors exist only where AVX-512 was found.
-        Self(unsafe { _mm512_min_ps(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        // SAFETY: the vectors exist only where AVX-512 was found.
-        Self(unsafe { _mm512_max_ps(self.0, other.0) })
-    }
     #[inline(always)]
     fn abs(self) -> Self {
         // SAFETY: the vector exists only where AVX-512 was found.
         Self(unsafe { _mm512_abs_ps(self.0) })
-    }
-    #[inline(always)]
-    fn lt(self, other: Self) -> Mask16 {
-        // SAFETY: the vectors exist only where AVX-512 was found.
-        Mask16(unsafe { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn le(self, other: Self) -> Mask16 {
-        // SAFETY: the vectors exist only where AVX-512 was found.
-        Mask16(unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn equal(self, other: Self) -> Mask16 {
-        // SAFETY: the vectors exist only where AVX-512 was found.
-        Mask16(unsafe { _mm512_cmp_ps_mask::<_CMP_EQ_OQ>(self.0, other.0) })
     }
     #[inline(always)]
     fn where_or(self, mask: Mask16, other: Self) -> Self {

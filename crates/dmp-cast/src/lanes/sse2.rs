@@ -9,10 +9,10 @@ use std::arch::x86_64::{
     _mm_movehl_ps, _mm_movemask_ps, _mm_mul_ps, _mm_or_ps, _mm_or_si128, _mm_set1_epi32, _mm_set1_ps,
     _mm_setr_epi32, _mm_shuffle_ps, _mm_sll_epi32, _mm_storeu_ps, _mm_storeu_si128, _mm_sub_ps,
 };
-use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 
 use super::portable::Portable;
 use super::simd::{Lanes, Mask};
+use super::vector::{lanes_of_intrinsics, operators};
 
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Four(__m128);
@@ -24,24 +24,8 @@ pub(crate) struct Mask4(__m128);
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ints4(__m128i);
 
-macro_rules! operator {
-    ($trait:ident, $name:ident, $type:ident, $intrinsic:ident) => {
-        impl $trait for $type {
-            type Output = Self;
-            #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                // SAFETY: every x86-64 processor has SSE2.
-                Self(unsafe { $intrinsic(self.0, other.0) })
-            }
-        }
-    };
-}
-operator!(Add, add, Four, _mm_add_ps);
-operator!(Sub, sub, Four, _mm_sub_ps);
-operator!(Mul, mul, Four, _mm_mul_ps);
-operator!(Div, div, Four, _mm_div_ps);
-operator!(BitAnd, bitand, Mask4, _mm_and_ps);
-operator!(BitOr, bitor, Mask4, _mm_or_ps);
+operators!(Four: Add add _mm_add_ps, Sub sub _mm_sub_ps, Mul mul _mm_mul_ps, Div div _mm_div_ps);
+operators!(Mask4: BitAnd bitand _mm_and_ps, BitOr bitor _mm_or_ps);
 
 impl Mask for Mask4 {
     const COUNT: usize = 4;
@@ -61,57 +45,17 @@ fn load_ints(values: &[i32]) -> __m128i {
 }
 
 impl Lanes for Four {
-    type Simd = Portable;
-    type Mask = Mask4;
+    lanes_of_intrinsics!(
+        Portable, Mask4, 4;
+        splat _mm_set1_ps, load _mm_loadu_ps, store _mm_storeu_ps, min _mm_min_ps, max _mm_max_ps,
+        lt _mm_cmplt_ps, le _mm_cmple_ps, equal _mm_cmpeq_ps
+    );
     type Ints = Ints4;
-    const COUNT: usize = 4;
 
-    #[inline(always)]
-    fn splat(_: Portable, value: f32) -> Self {
-        // SAFETY: every x86-64 processor has SSE2.
-        Self(unsafe { _mm_set1_ps(value) })
-    }
-    #[inline(always)]
-    fn load(_: Portable, values: &[f32]) -> Self {
-        let values = &values[..4];
-        // SAFETY: four floats lie there.
-        Self(unsafe { _mm_loadu_ps(values.as_ptr()) })
-    }
-    #[inline(always)]
-    fn store(self, values: &mut [f32]) {
-        let values = &mut values[..4];
-        // SAFETY: four floats fit there.
-        unsafe { _mm_storeu_ps(values.as_mut_ptr(), self.0) }
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // SAFETY: every x86-64 processor has SSE2.
-        Self(unsafe { _mm_min_ps(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        // SAFETY: every x86-64 processor has SSE2.
-        Self(unsafe { _mm_max_ps(self.0, other.0) })
-    }
     #[inline(always)]
     fn abs(self) -> Self {
         // SAFETY: every x86-64 processor has SSE2.
         Self(unsafe { _mm_andnot_ps(_mm_set1_ps(-0.0), self.0) })
-    }
-    #[inline(always)]
-    fn lt(self, other: Self) -> Mask4 {
-        // SAFETY: every x86-64 processor has SSE2.
-        Mask4(unsafe { _mm_cmplt_ps(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn le(self, other: Self) -> Mask4 {
-        // SAFETY: every x86-64 processor has SSE2.
-        Mask4(unsafe { _mm_cmple_ps(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn equal(self, other: Self) -> Mask4 {
-        // SAFETY: every x86-64 processor has SSE2.
-        Mask4(unsafe { _mm_cmpeq_ps(self.0, other.0) })
     }
     #[inline(always)]
     fn where_or(self, mask: Mask4, other: Self) -> Self {

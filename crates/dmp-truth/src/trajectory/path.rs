@@ -1,7 +1,7 @@
 //! Poses as a file has them.
 
 use super::CompareError;
-use super::rotation::{angle_rad, from_quaternion, product, to_quaternion};
+use super::rotation::{angle_rad, from_quaternion, product};
 use nalgebra::{Matrix3, Vector3};
 
 /// One pose `world_from_body`: a place in metres and a rotation as it was read, not made orthogonal.
@@ -223,12 +223,6 @@ fn euler_rad(m: &Matrix3<f64>) -> [f64; 3] {
     } else {
         [libm::atan2(-m[(1, 2)], m[(1, 1)]), pitch, 0.0]
     }
-}
-
-/// The unit quaternion `(x, y, z, w)` of a pose's rotation, `w` not negative.
-pub fn quaternion_xyzw(pose: &Pose) -> [f64; 4] {
-    let q = to_quaternion(&pose.rotation);
-    if q[3] < 0.0 { q.map(|c| -c) } else { q }
 }
 
 #[cfg(test)]

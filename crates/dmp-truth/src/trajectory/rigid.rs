@@ -2,7 +2,8 @@
 
 use dmp_sensor::{Isometry3, Quaternion, Trajectory, UnitQuaternion};
 
-use super::{Alignment, CompareError, Matching, Pose, PosePath, Preparation, Similarity, quaternion_xyzw};
+use super::rotation::to_quaternion;
+use super::{Alignment, CompareError, Matching, Pose, PosePath, Preparation, Similarity};
 
 impl PosePath {
     /// The poses and stamps of a trajectory.
@@ -46,6 +47,12 @@ pub fn rigid_alignment(
     };
     let prepared = preparation.apply(PosePath::of(reference)?, PosePath::of(estimate)?)?;
     prepared.moved_by.map(|moved| moved.isometry()).ok_or(CompareError::NothingToAlign)
+}
+
+/// The unit quaternion `(x, y, z, w)` of a pose's rotation, `w` not negative.
+pub fn quaternion_xyzw(pose: &Pose) -> [f64; 4] {
+    let q = to_quaternion(&pose.rotation);
+    if q[3] < 0.0 { q.map(|c| -c) } else { q }
 }
 
 #[cfg(test)]
