@@ -56,7 +56,10 @@ mod damage;
 mod decimal;
 mod depth_folder;
 mod error;
+mod find;
 mod fingerprint;
+mod folder;
+mod frame_info;
 mod frames;
 mod g2o;
 mod held_log;
@@ -65,6 +68,7 @@ mod log;
 mod mcap_file;
 mod mesh;
 mod open;
+mod options;
 mod outline;
 mod part_log;
 mod pcd;
@@ -73,6 +77,7 @@ mod reads;
 mod residuals;
 mod ros;
 mod scan_folder;
+mod summary;
 mod text;
 mod trajectory;
 mod unit;
@@ -82,8 +87,10 @@ mod write_mcap;
 
 pub use calib::{Calib, find_calib, parse_calib, read_calib};
 pub use cloud::{CloudFormat, CloudSummary, CloudWriter, OrientedPoint, read_cloud};
+pub use damage::Damage;
 pub use depth_folder::CameraNumbers;
 pub use error::{LogError, ParseError, Place};
+pub use frame_info::{FrameInfo, OutlinedScan};
 pub use frames::StaticFrames;
 pub use g2o::{
     Candidate, CandidateFault, KeyframeTimes, KeyframeTimesFault, LoopCandidates, LoopLabels, PoseGraphFile,
@@ -93,16 +100,15 @@ pub use g2o::{
 };
 pub use held_log::HeldLog;
 pub use las_log::MadeWith;
-pub use log::{
-    Damage, FieldInfo, FieldMeaning, FrameInfo, LogFormat, LogOptions, LogSummary, LogSurvey, ScanLog,
-    ScanReader, ScanStream, TopicInfo,
-};
+pub use log::{LogSurvey, ScanLog, ScanReader, ScanStream};
 pub use mcap_file::McapCompression;
 pub use mesh::{MeshFormat, MeshSummary, is_mesh, read_mesh};
 pub use open::{open_log, survey_log};
-pub use outline::{LogOutline, OutlinedScan, outline_log};
+pub use options::LogOptions;
+pub use outline::{LogOutline, outline_log};
 pub use points::{PointTime, StampAt, TimeUnit};
 pub use residuals::{ResidualFormat, ResidualHead, ResidualWriter, ScoredPoint, ScoredScan};
+pub use summary::{FieldInfo, FieldMeaning, LogFormat, LogSummary, TopicInfo};
 pub use trajectory::{
     GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,
     TrajectoryParseError, is_bag, parse_euroc, parse_g2o, parse_kitti, parse_npy, parse_raw,

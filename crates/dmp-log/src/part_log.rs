@@ -1,6 +1,6 @@
 //! Some scans of a log that was opened whole.
 
-use crate::log::span_ns;
+use crate::frame_info::span_ns;
 use crate::{FrameInfo, LogError, LogSummary, Place, ScanLog, ScanReader, StaticFrames};
 use dmp_sensor::Scan;
 use std::ops::Range;

@@ -1,5 +1,6 @@
 //! Files whose bytes are counted as they are read.
 
+use crate::{LogError, Place};
 use std::fs::{File, Metadata};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -51,6 +52,28 @@ impl Seek for CountedFile {
     fn stream_position(&mut self) -> io::Result<u64> {
         self.file.stream_position()
     }
+}
+
+/// Reads `count` bytes from `at` on, which were there when the log was opened.
+pub(crate) fn fill(
+    path: &Path,
+    input: &mut (impl Read + Seek),
+    at: u64,
+    count: u64,
+    bytes: &mut Vec<u8>,
+) -> Result<(), LogError> {
+    bytes.clear();
+    let mut read = || -> io::Result<()> {
+        input.seek(SeekFrom::Start(at))?;
+        input.by_ref().take(count).read_to_end(bytes)?;
+        Ok(())
+    };
+    read().map_err(|e| LogError::io(path, "read", e))?;
+    if bytes.len() as u64 != count {
+        let problem = format!("{count} bytes were here when the file was opened, it is shorter now");
+        return Err(LogError::malformed(path, Place::Byte(at + bytes.len() as u64), problem));
+    }
+    Ok(())
 }
 
 #[cfg(test)]

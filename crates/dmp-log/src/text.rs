@@ -2,7 +2,11 @@
 
 use crate::{LogError, ParseError, Place};
 use std::fs;
+use std::io::{self, BufRead, Read as _};
 use std::path::Path;
+
+/// Longest line of a header, and of a vertex in text.
+pub(crate) const MAX_LINE_BYTES: u64 = 64 * 1024;
 
 /// The bytes of a file that is not too large to be `what`.
 pub(crate) fn read_text(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<u8>, LogError> {
@@ -47,4 +51,23 @@ pub(crate) fn is_header(columns: &[&str]) -> bool {
 pub(crate) fn is_cut(bytes: &[u8]) -> bool {
     let last = bytes.rsplit(|&c| c == b'\n').next().unwrap_or_default();
     last.iter().any(|c| !c.is_ascii_whitespace())
+}
+
+/// One line, without its end, of at most [`MAX_LINE_BYTES`]; `None` at the end of the file.
+pub(crate) fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<u64>> {
+    line.clear();
+    let count = input.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', line)? as u64;
+    if count == 0 {
+        return Ok(None);
+    }
+    if count == MAX_LINE_BYTES && line.last() != Some(&b'\n') {
+        return Err(io::Error::new(
+            io::ErrorKind::InvalidData,
+            format!("a line longer than {MAX_LINE_BYTES} bytes"),
+        ));
+    }
+    while line.last().is_some_and(u8::is_ascii_whitespace) {
+        line.pop();
+    }
+    Ok(Some(count))
 }

@@ -1,9 +1,10 @@
 //! Parts of a bag: which messages it has by its indexes, and some of them read.
 
-use super::location::Within;
-use super::{Bag, Kind, Location, Message, Walked, mcap, sqlite};
+use super::basics::Channel;
+use super::location::{Location, Within};
+use super::store::{Bag, FileKind, Message, Walked};
+use super::{mcap, sqlite};
 use crate::LogError;
-use crate::bag::Channel;
 use crate::damage::DamageList;
 use std::collections::BTreeSet;
 use std::io;
@@ -57,7 +58,7 @@ impl Bag {
                 each(channel, log_time_ns, Location { file, within });
             };
             let found = match kind {
-                Kind::Mcap => mcap::walk_heads(path, &self.count, &mut |channel, time, place, _| {
+                FileKind::Mcap => mcap::walk_heads(path, &self.count, &mut |channel, time, place, _| {
                     take(channel, time, Within::Mcap(place));
                 })
                 .map(|heads| {
@@ -68,7 +69,7 @@ impl Bag {
                     known.push(Known::Mcap { channels: heads.channels, bytes: heads.walked.bytes });
                     heads.walked
                 }),
-                Kind::Sqlite => {
+                FileKind::Sqlite => {
                     known.push(Known::Sqlite);
                     sqlite::walk_heads(path, &mut |channel, time, place, _| {
                         take(channel, time, Within::Sqlite(place));

@@ -1,23 +1,11 @@
 //! Single messages of a bag.
 
-use super::location::Within;
-use super::{Bag, Kind, Location, mcap, sqlite};
+use super::basics::MessageFault;
+use super::location::{Location, Within};
+use super::store::{Bag, FileKind};
+use super::{mcap, sqlite};
 use crate::{LogError, Place};
 use std::io;
-
-/// Why a message that was there cannot be read again.
-#[derive(Debug)]
-pub(super) enum MessageFault {
-    Io(io::Error),
-    /// The file is not what it was; in words.
-    Changed(String),
-}
-
-impl From<io::Error> for MessageFault {
-    fn from(error: io::Error) -> Self {
-        Self::Io(error)
-    }
-}
 
 impl Bag {
     /// A reader of single messages, with a file handle of its own.
@@ -50,9 +38,9 @@ impl BagReader<'_> {
             // The one before is closed first.
             self.open = None;
             let reader = match kind {
-                Kind::Mcap => mcap::McapMessages::open(path, &self.bag.count)
+                FileKind::Mcap => mcap::McapMessages::open(path, &self.bag.count)
                     .map(|reader| FileReader::Mcap(Box::new(reader))),
-                Kind::Sqlite => sqlite::SqliteMessages::open(path).map(FileReader::Sqlite),
+                FileKind::Sqlite => sqlite::SqliteMessages::open(path).map(FileReader::Sqlite),
             };
             self.open = Some((location.file, reader.map_err(|e| LogError::io(path, "open", e))?));
         }

@@ -1,7 +1,7 @@
 //! Folders as rosbag2 writes them: `metadata.yaml` and the files it names.
 
 use crate::decimal::shorten;
-use crate::open::files_with_extension;
+use crate::folder::files_with_extension;
 use crate::{LogError, ParseError, Place};
 use saphyr_parser::{Event, Parser};
 use std::collections::BTreeSet;

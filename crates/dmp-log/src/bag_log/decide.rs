@@ -1,6 +1,6 @@
 //! What the times of a topic's points mean.
 
-use super::{BagLog, BagScanReader};
+use super::log::{BagLog, BagScanReader};
 use crate::damage::DamageList;
 use crate::points::{SampledScan, TimeChoice, choose_time};
 use crate::{Damage, LogError, LogOptions};

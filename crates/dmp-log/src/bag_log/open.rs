@@ -1,10 +1,10 @@
 //! Opening a bag: which topic is read, and what is told of it.
 
-use super::BagLog;
 use super::found::clouds_of;
+use super::log::BagLog;
 use super::topic::{Entry, TopicIndex};
 use crate::bag::{Bag, Walked, in_words};
-use crate::log::{period_ns, span_ns};
+use crate::frame_info::{period_ns, span_ns};
 use crate::points::sampled_frames;
 use crate::{
     Damage, FrameInfo, LogError, LogOptions, LogSummary, LogSurvey, Place, ScanLog, ScanStream, StaticFrames,

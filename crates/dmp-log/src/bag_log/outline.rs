@@ -1,16 +1,16 @@
 //! A bag by its indexes: which scans it has, and parts of them.
 
 use super::found::{FoundFrames, frames_coding};
+use super::log::{BagLog, take_scan};
 use super::open::AroundScans;
 use super::topic::{Entry, TopicIndex};
-use super::{BagLog, take_scan};
+use crate::OutlinedScan;
 use crate::bag::{Bag, BagIndex, Location};
+use crate::frame_info::median_step_ns;
 use crate::frames::STATIC_TOPIC;
 use crate::held_log::HeldLog;
-use crate::log::median_step_ns;
-use crate::outline::OutlinedScan;
 use crate::points::{TimeChoice, sampled_frames};
-use crate::ros::{Cloud, ScanCoding};
+use crate::ros::ScanCoding;
 use crate::{Damage, FieldInfo, LogError, LogOptions, LogSummary, StaticFrames};
 use dmp_sensor::Scan;
 use std::collections::{BTreeMap, BTreeSet};
@@ -250,7 +250,7 @@ impl BagOutline {
         let time = self.whole.time.as_ref();
         let log = self.part_with(wanted, &mut |number, coding, body| {
             // One that is broken is told of where all are taken in.
-            if let Ok(cloud) = Cloud::parse(coding, body) {
+            if let Ok(cloud) = coding.parse(body) {
                 let mut scan = Scan::default();
                 take_scan(&cloud, time, &mut scan);
                 scans.insert(number, scan);

@@ -4,12 +4,10 @@
 //! claims. Offsets are those of the LAS 1.4 R15 and `LASzip` specifications.
 
 use super::las_bytes::Bytes;
-use super::las_crs::{self, CrsRecord};
+use super::las_crs::{self, CrsRecord, EVLR_HEAD_BYTES, VLR_HEAD_BYTES};
 use crate::{ParseError, Place};
 use std::io::{Read, Seek};
 
-pub(super) const VLR_HEAD_BYTES: u64 = 54;
-pub(super) const EVLR_HEAD_BYTES: u64 = 60;
 /// Extra bytes of a point up to which compressed files are read; each costs kilobytes of decoder.
 const MAX_EXTRA_BYTES: u16 = 1024;
 

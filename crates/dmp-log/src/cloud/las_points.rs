@@ -1,6 +1,6 @@
 //! Points of LAS and LAZ files, batch by batch from any point on.
 
-use super::BATCH;
+use super::batches::BATCH;
 use super::las_header::{self, LasHeader};
 use crate::decimal::shorten;
 use crate::reads::{CountedFile, ReadCount};

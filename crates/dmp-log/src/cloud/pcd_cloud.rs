@@ -1,9 +1,10 @@
-use super::{Batches, CloudFormat, broken};
-use crate::cloud::ply_header::read_line;
+use super::batches::{Batches, broken};
+use super::format::CloudFormat;
 use crate::decimal::shorten;
 use crate::pcd::header::{PcdData, PcdField, PcdHeader, read_header};
 use crate::pcd::lzf::{LzfReader, may_hold};
 use crate::points::Kind;
+use crate::text::read_line;
 use crate::{LogError, Place};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};

@@ -1,6 +1,8 @@
-use super::ply_header::{Coordinate, Encoding, PlyHeader, read_header, read_line};
-use super::{Batches, CloudFormat, broken};
+use super::batches::{Batches, broken};
+use super::format::CloudFormat;
+use super::ply_header::{Coordinate, Encoding, PlyHeader, read_header};
 use crate::decimal::shorten;
+use crate::text::read_line;
 use crate::{LogError, Place};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};

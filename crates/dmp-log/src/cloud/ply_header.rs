@@ -1,10 +1,9 @@
 use crate::decimal::shorten;
 use crate::points::{Field, Kind};
+use crate::text::read_line;
 use crate::{ParseError, Place};
-use std::io::{self, BufRead, Read};
+use std::io::BufRead;
 
-/// Longest line of a header, and of a vertex in text.
-pub(crate) const MAX_LINE_BYTES: u64 = 64 * 1024;
 const MAX_HEADER_LINES: u64 = 10_000;
 
 /// The order of a file's bytes.
@@ -68,25 +67,6 @@ struct Element {
     list: Option<String>,
     xyz: [Option<Coordinate>; 3],
     line: u64,
-}
-
-/// One line, without its end, of at most [`MAX_LINE_BYTES`]; `None` at the end of the file.
-pub(crate) fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<u64>> {
-    line.clear();
-    let count = input.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', line)? as u64;
-    if count == 0 {
-        return Ok(None);
-    }
-    if count == MAX_LINE_BYTES && line.last() != Some(&b'\n') {
-        return Err(io::Error::new(
-            io::ErrorKind::InvalidData,
-            format!("a line longer than {MAX_LINE_BYTES} bytes"),
-        ));
-    }
-    while line.last().is_some_and(u8::is_ascii_whitespace) {
-        line.pop();
-    }
-    Ok(Some(count))
 }
 
 /// Reads the header up to and including its `end_header` line.

@@ -1,6 +1,8 @@
-use super::{Fans, MeshFormat, MeshSummary, vertex};
-use crate::cloud::ply_header::read_line;
+//! The faces of an OBJ file.
+
+use super::fans::{Fans, MeshFormat, MeshSummary, vertex};
 use crate::decimal::shorten;
+use crate::text::read_line;
 use crate::{LogError, Place};
 use std::fs::File;
 use std::io::BufReader;
@@ -48,17 +50,11 @@ where
             _ => {}
         }
     }
-    fans.flush()?;
     if faces == 0 {
         let problem = format!("{} vertices and no face: not a mesh", vertices.len());
         return Err(LogError::malformed(path, Place::WholeFile, problem).into());
     }
-    Ok(MeshSummary {
-        format: MeshFormat::Obj,
-        vertices: vertices.len() as u64,
-        triangles: fans.triangles,
-        thin_faces: fans.thin_faces,
-    })
+    fans.finish(MeshFormat::Obj, vertices.len() as u64)
 }
 
 /// `7`, `7/1`, `7/1/2`, `7//2`, `-1`: counted from 1, or back from the latest. Answers from 0.

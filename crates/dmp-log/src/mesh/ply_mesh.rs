@@ -1,5 +1,7 @@
+//! The faces of a PLY file.
+
+use super::fans::{Fans, MeshFormat, MeshSummary, vertex};
 use super::ply_rows::{Bytes, CORNERS, Lines};
-use super::{Fans, MeshFormat, MeshSummary, vertex};
 use crate::cloud::ply_cloud::read_vertices;
 use crate::cloud::ply_header::{Encoding, PlyHeader, PlyProperty, read_header};
 use crate::{LogError, Place};
@@ -69,11 +71,5 @@ where
             fans.end_face();
         }
     }
-    fans.flush()?;
-    Ok(MeshSummary {
-        format: MeshFormat::Ply,
-        vertices: vertices.len() as u64,
-        triangles: fans.triangles,
-        thin_faces: fans.thin_faces,
-    })
+    fans.finish(MeshFormat::Ply, vertices.len() as u64)
 }

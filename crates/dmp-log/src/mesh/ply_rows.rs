@@ -1,7 +1,8 @@
 //! Rows of a PLY element with lists in it, in text and in bytes.
 
-use crate::cloud::ply_header::{PlyElement, PlyProperty, read_line};
+use crate::cloud::ply_header::{PlyElement, PlyProperty};
 use crate::decimal::shorten;
+use crate::text::read_line;
 use crate::{LogError, Place};
 use std::io::{self, BufRead, Read};
 use std::path::Path;

@@ -1,7 +1,7 @@
 use super::header::{PcdData, PcdField, PcdHeader};
-use crate::cloud::ply_header::read_line;
 use crate::decimal::shorten;
 use crate::points::Kind;
+use crate::text::read_line;
 use crate::{ParseError, Place};
 use std::io::BufRead;
 

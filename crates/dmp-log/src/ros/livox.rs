@@ -4,7 +4,7 @@
 //! Fields as in `livox_ros_driver2/msg/CustomMsg.msg` and `CustomPoint.msg`; those of the older driver are
 //! the same.
 
-use super::Cloud;
+use super::cloud::Cloud;
 use super::wire::{WireError, WireReader};
 use crate::points::{Field, Kind, Layout};
 

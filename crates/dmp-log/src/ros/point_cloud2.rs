@@ -1,6 +1,6 @@
 //! `sensor_msgs/msg/PointCloud2`: its header and the layout of its points.
 
-use super::Cloud;
+use super::cloud::Cloud;
 use super::wire::{WireError, WireReader};
 use crate::points::{Field, Kind, Layout};
 

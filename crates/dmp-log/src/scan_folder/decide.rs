@@ -1,8 +1,8 @@
 //! Where the times of a folder's points are, and what they mean.
 
 use super::format::ScanFormat;
+use super::log::{ScanFolder, Times};
 use super::times::{self, Beside};
-use super::{ScanFolder, Times};
 use crate::damage::DamageList;
 use crate::points::{
     Origin, SampledScan, TimeChoice, TimeRule, TimeUnit, candidates, choose_time, sampled_frames,

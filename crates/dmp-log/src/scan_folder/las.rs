@@ -1,3 +1,5 @@
+//! The head of a LAS or LAZ file with one scan, and its points.
+
 use super::head::{Body, Head};
 use crate::cloud::las_header;
 use crate::cloud::las_points::LasPoints;

@@ -1,3 +1,5 @@
+//! Lines of numbers that become rows of points.
+
 use crate::decimal::shorten;
 use crate::points::{Field, Kind};
 

@@ -1,12 +1,11 @@
 //! Times of points in files of their own beside the scans: `times/NAME.f32`, a float32 for each point.
 
-use super::Entry;
-use super::head::fill;
+use super::entry::Entry;
 use super::stamps::beside;
 use crate::points::{
     Origin, PointTime, RawTime, SampledScan, TimeRule, TimeUnit, place_stamp, sampled_frames,
 };
-use crate::reads::ReadCount;
+use crate::reads::{ReadCount, fill};
 use crate::{LogError, LogOptions};
 use dmp_sensor::Scan;
 use std::fs;

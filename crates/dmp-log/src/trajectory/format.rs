@@ -1,7 +1,7 @@
 use super::{euroc, npy, redwood};
 use crate::decimal::shorten;
+use crate::find::{ROS1_ADVICE, ROS1_MAGIC};
 use crate::g2o;
-use crate::open::{ROS1_ADVICE, ROS1_MAGIC};
 use crate::text::lines;
 use crate::{LogError, ParseError, Place};
 use std::fmt;

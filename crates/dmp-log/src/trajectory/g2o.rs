@@ -1,4 +1,4 @@
-use super::TrajectoryParseError;
+use super::error::TrajectoryParseError;
 use crate::ParseError;
 use crate::g2o::{Kind, Vertex, Vertices, records};
 use dmp_sensor::Trajectory;

@@ -1,4 +1,4 @@
-use super::TrajectoryParseError;
+use super::error::TrajectoryParseError;
 use super::numbers::{numbers, pose_of_rows};
 use crate::text::lines;
 use dmp_sensor::Trajectory;

@@ -1,4 +1,4 @@
-use super::TrajectoryParseError;
+use super::error::TrajectoryParseError;
 use super::numbers::pose_of_rows;
 use crate::decimal::shorten;
 use crate::{ParseError, Place};

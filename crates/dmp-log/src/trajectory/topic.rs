@@ -1,12 +1,12 @@
 //! Trajectories in the messages of a bag.
 
-use super::TrajectoryParseError;
+use super::error::TrajectoryParseError;
 use super::numbers::pose_of;
 use super::tree::MovingFrames;
 use crate::bag::{Message, Walked, in_words};
 use crate::damage::DamageList;
+use crate::find::bag_at;
 use crate::frames::{STATIC_TOPIC, StaticFrames, frame_name};
-use crate::open::bag_at;
 use crate::ros::{PoseCoding, PoseType, StampedPose};
 use crate::{Damage, LogError, ParseError, Place};
 use dmp_sensor::{Isometry3, Trajectory, TrajectoryRepairs};
@@ -88,7 +88,8 @@ pub fn read_topic_trajectory(
     };
     let mut notes = Vec::new();
     let (repairs, body_frame) = if coding.pose_type == PoseType::Transforms {
-        let chain = poses.frames.chain(&found.static_frames, wanted, scan_frame);
+        let (world, body) = (wanted.world.as_deref(), wanted.body.as_deref().or(scan_frame));
+        let chain = poses.frames.chain(&found.static_frames, world, body);
         let chain = chain.map_err(|problem| LogError::Option { path: path.into(), problem })?;
         notes.extend(chain.notes);
         (trajectory_of(chain.poses)?, Some(chain.body))

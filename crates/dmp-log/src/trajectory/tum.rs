@@ -1,4 +1,4 @@
-use super::TrajectoryParseError;
+use super::error::TrajectoryParseError;
 use super::numbers::{numbers, pose_of};
 use crate::decimal::{ns_to_seconds, seconds_to_ns};
 use crate::text::lines;

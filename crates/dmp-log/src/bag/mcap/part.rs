@@ -1,7 +1,7 @@
 //! Some records of an MCAP file, whose places are known from a pass over its heads.
 
-use super::McapPlace;
 use super::channels::Channels;
+use super::place::Record;
 use super::records::Source;
 use super::walk::{Each, Walk};
 use crate::damage::DamageList;
@@ -9,21 +9,6 @@ use crate::reads::ReadCount;
 use std::collections::BTreeSet;
 use std::io;
 use std::path::Path;
-
-/// A chunk, or a message outside the chunks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::bag) struct Record {
-    at: u64,
-    body_bytes: u64,
-    is_chunk: bool,
-}
-
-impl Record {
-    /// That in which a message lies.
-    pub(in crate::bag) fn of(place: McapPlace) -> Self {
-        Self { at: place.record_at, body_bytes: place.record_bytes, is_chunk: place.in_chunk.is_some() }
-    }
-}
 
 /// Reads these records and nothing else, each once, with the same checks as a pass over everything; `known`
 /// are the channels of the whole file. Gives what is wrong in them, and where the records begin that give nothing.

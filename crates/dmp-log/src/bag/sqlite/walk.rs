@@ -1,8 +1,8 @@
 //! Passes over the rows of a file: over all of them, with their messages or without, and over some.
 
-use super::{RowPlace, open_bag, to_io};
+use super::database::{RowPlace, open_bag, to_io};
 use crate::Damage;
-use crate::bag::{Channel, FileWalked};
+use crate::bag::basics::{Channel, FileWalked};
 use crate::damage::DamageList;
 use crate::decimal::shorten;
 use rusqlite::types::ValueRef;
@@ -178,4 +178,38 @@ impl Walk<'_, '_> {
 
 fn first_row(connection: &Connection) -> rusqlite::Result<i64> {
     connection.query_row("SELECT min(id) FROM messages", [], |row| row.get(0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn walk_of(schema: &str) -> io::Result<FileWalked> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.db3");
+        Connection::open(&path).unwrap().execute_batch(schema).unwrap();
+        walk(&path, &mut |_, _, _, body| assert!(body.len() < 10))
+    }
+
+    #[test]
+    fn only_plain_tables_are_read() {
+        let topics =
+            "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);
+                      INSERT INTO topics VALUES(1, '/points', 'sensor_msgs/msg/PointCloud2', 'cdr');";
+        let plain =
+            "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);
+                     INSERT INTO messages VALUES(1, 1, 5, x'0001');";
+        assert!(walk_of(&format!("{topics}{plain}")).unwrap().damage.into_vec().is_empty());
+        // Rows without an end, and bytes out of nothing.
+        let endless =
+            "CREATE VIEW messages AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n)
+                       SELECT id, 1 AS topic_id, 5 AS timestamp, x'00' AS data FROM n;";
+        let computed = "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER,
+                        data BLOB GENERATED ALWAYS AS (zeroblob(200000000)));
+                        INSERT INTO messages(topic_id, timestamp) VALUES(1, 5);";
+        for messages in [endless, computed, ""] {
+            let error = walk_of(&format!("{topics}{messages}")).unwrap_err().to_string();
+            assert!(error.contains("`messages` is no plain table"), "{error}");
+        }
+    }
 }

@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use super::CloudFormat;
+use super::format::CloudFormat;
 use crate::LogError;
 use crate::atomic::Pending;
 pub(crate) use column::{Column, Number};
