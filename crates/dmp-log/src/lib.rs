@@ -62,10 +62,10 @@ mod folder;
 mod frame_info;
 mod frames;
 mod g2o;
-mod held_log;
 mod las_log;
 mod log;
 mod mcap_file;
+mod memory_log;
 mod mesh;
 mod open;
 mod options;
@@ -98,10 +98,10 @@ pub use g2o::{
     read_keyframe_times, read_loop_candidates, read_loop_labels, read_pose_graph, write_keyframe_times,
     write_pose_edges, write_pose_graph,
 };
-pub use held_log::HeldLog;
 pub use las_log::MadeWith;
 pub use log::{LogSurvey, ScanLog, ScanReader, ScanStream};
 pub use mcap_file::McapCompression;
+pub use memory_log::{MemoryLog, MemoryLogFault};
 pub use mesh::{MeshFormat, MeshSummary, is_mesh, read_mesh};
 pub use open::{open_log, survey_log};
 pub use options::LogOptions;

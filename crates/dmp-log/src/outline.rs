@@ -7,7 +7,7 @@ use crate::las_log::LasLog;
 use crate::part_log::PartLog;
 use crate::scan_folder::ScanFolder;
 use crate::{
-    Damage, FrameInfo, HeldLog, LogError, LogOptions, LogSummary, OutlinedScan, ScanLog, StaticFrames,
+    Damage, FrameInfo, LogError, LogOptions, LogSummary, MemoryLog, OutlinedScan, ScanLog, StaticFrames,
 };
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -116,6 +116,15 @@ impl Source {
 }
 
 impl LogOutline {
+    /// The outline of scans in memory: every scan is known, and is read by itself.
+    pub fn of_memory(log: MemoryLog) -> Self {
+        let bytes_of = |frame: &FrameInfo| frame.returns * u64::from(log.summary().point_bytes);
+        let (path, bytes) =
+            (log.summary().path.clone(), log.frames().iter().map(bytes_of).collect::<Vec<_>>());
+        let (scans, source) = Source::whole(log, &bytes);
+        Self { path, scans, source, own_bytes: None }
+    }
+
     /// Every scan of the log, in its own order.
     pub fn scans(&self) -> &[OutlinedScan] {
         &self.scans
@@ -217,11 +226,11 @@ impl LogOutline {
     ///
     /// # Errors
     /// As [`Self::open`], but for scans that cannot be read.
-    pub fn load(&self, wanted: &[usize]) -> Result<HeldLog, LogError> {
+    pub fn load(&self, wanted: &[usize]) -> Result<MemoryLog, LogError> {
         self.check(wanted)?;
         match &self.source {
             Source::Bag(bag) => bag.load(wanted),
-            Source::Whole { log, notes } => HeldLog::of(&PartLog::of(Arc::clone(log), wanted, notes)),
+            Source::Whole { log, notes } => MemoryLog::of(&PartLog::of(Arc::clone(log), wanted, notes)),
         }
     }
 

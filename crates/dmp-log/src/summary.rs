@@ -30,6 +30,8 @@ pub enum LogFormat {
     IclNuim,
     /// A folder of depth images without stamps, as Redwood and Augmented ICL-NUIM have them.
     DepthFolder,
+    /// Scans in memory, of no file: [`MemoryLog`](crate::MemoryLog).
+    Memory,
 }
 
 impl LogFormat {
@@ -47,6 +49,7 @@ impl LogFormat {
             Self::TumRgbd => "folder of depth images (TUM RGB-D)",
             Self::IclNuim => "folder of depth images (ICL-NUIM)",
             Self::DepthFolder => "folder of depth images",
+            Self::Memory => "scans in memory",
         }
     }
 }

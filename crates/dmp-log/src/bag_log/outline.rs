@@ -8,10 +8,9 @@ use crate::OutlinedScan;
 use crate::bag::{Bag, BagIndex, Location};
 use crate::frame_info::median_step_ns;
 use crate::frames::STATIC_TOPIC;
-use crate::held_log::HeldLog;
 use crate::points::{TimeChoice, sampled_frames};
 use crate::ros::ScanCoding;
-use crate::{Damage, FieldInfo, LogError, LogOptions, LogSummary, StaticFrames};
+use crate::{Damage, FieldInfo, LogError, LogOptions, LogSummary, MemoryLog, StaticFrames};
 use dmp_sensor::Scan;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -245,7 +244,7 @@ impl BagOutline {
     }
 
     /// Reads some scans, numbers ascending, what they lie in once, and keeps them.
-    pub(crate) fn load(&self, wanted: &[usize]) -> Result<HeldLog, LogError> {
+    pub(crate) fn load(&self, wanted: &[usize]) -> Result<MemoryLog, LogError> {
         let mut scans = BTreeMap::new();
         let time = self.whole.time.as_ref();
         let log = self.part_with(wanted, &mut |number, coding, body| {
@@ -256,7 +255,7 @@ impl BagOutline {
                 scans.insert(number, scan);
             }
         })?;
-        Ok(HeldLog::new(&log, &mut |number| scans.remove(&number)))
+        Ok(MemoryLog::part_of(&log, &mut |number| scans.remove(&number)))
     }
 
     /// Opens some scans, numbers ascending.
