@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 /// Where in a file something is. Bytes, messages and frames count from 0, lines from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Place {
+pub enum PlaceInFile {
     /// The file as a whole.
     WholeFile,
     /// A byte of the file.
@@ -21,7 +21,7 @@ pub enum Place {
     Point(u64),
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for PlaceInFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::WholeFile => f.write_str("the whole file"),
@@ -39,13 +39,13 @@ impl fmt::Display for Place {
 #[error("{place}: {problem}")]
 pub struct ParseError {
     /// Where it is.
-    pub place: Place,
+    pub place: PlaceInFile,
     /// What it is, with the value that was found.
     pub problem: String,
 }
 
 impl ParseError {
-    pub(crate) fn new(place: Place, problem: impl Into<String>) -> Self {
+    pub(crate) fn new(place: PlaceInFile, problem: impl Into<String>) -> Self {
         Self { place, problem: problem.into() }
     }
 
@@ -90,7 +90,7 @@ pub enum LogError {
         /// The file.
         path: PathBuf,
         /// Where in it.
-        place: Place,
+        place: PlaceInFile,
         /// What is wrong, with the value.
         problem: String,
     },
@@ -192,7 +192,7 @@ impl LogError {
         Self::Io { path: path.into(), doing, source }
     }
 
-    pub(crate) fn malformed(path: &Path, place: Place, problem: impl Into<String>) -> Self {
+    pub(crate) fn malformed(path: &Path, place: PlaceInFile, problem: impl Into<String>) -> Self {
         Self::Malformed { path: path.into(), place, problem: problem.into() }
     }
 }

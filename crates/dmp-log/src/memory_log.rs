@@ -1,9 +1,9 @@
 //! Scans held in memory as a log: those of a caller's own code, or some that were read of another log.
 
 use crate::frame_info::{period_ns, span_ns};
-use crate::points::sampled_frames;
+use crate::points::frames_to_look_at;
 use crate::{
-    FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogSummary, Place, ScanLog, ScanReader,
+    FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogSummary, PlaceInFile, ScanLog, ScanReader,
     StaticFrames, fingerprint,
 };
 use dmp_sensor::{PinholeCamera, Scan};
@@ -207,7 +207,7 @@ fn fields(timed: bool) -> Vec<FieldInfo> {
 
 /// From the stamp to the middle of a scan, nanoseconds, from the same few scans as of a log on disk.
 fn middle_ns(scans: &[Scan]) -> i64 {
-    let looked_at = sampled_frames(scans.iter().map(|scan| scan.len() as u64));
+    let looked_at = frames_to_look_at(scans.iter().map(|scan| scan.len() as u64));
     let times_ns = || looked_at.iter().filter_map(|&k| scans.get(k)).flat_map(|scan| &scan.time_offsets_ns);
     let (Some(first), Some(last)) = (times_ns().min(), times_ns().max()) else { return 0 };
     (0.5 * (*first as f64 + *last as f64)).round() as i64
@@ -254,7 +254,7 @@ impl ScanReader for MemoryReader<'_> {
     fn read(&mut self, frame: usize, scan: &mut Scan) -> Result<(), LogError> {
         let Some((_, held)) = self.scans.get(frame) else {
             let problem = format!("{} scans are held in memory", self.scans.len());
-            return Err(LogError::malformed(self.path, Place::Frame(frame as u64), problem));
+            return Err(LogError::malformed(self.path, PlaceInFile::Frame(frame as u64), problem));
         };
         scan.clone_from(held);
         Ok(())

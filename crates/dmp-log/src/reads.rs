@@ -1,6 +1,6 @@
 //! Files whose bytes are counted as they are read.
 
-use crate::{LogError, Place};
+use crate::{LogError, PlaceInFile};
 use std::fs::{File, Metadata};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -71,7 +71,7 @@ pub(crate) fn fill(
     read().map_err(|e| LogError::io(path, "read", e))?;
     if bytes.len() as u64 != count {
         let problem = format!("{count} bytes were here when the file was opened, it is shorter now");
-        return Err(LogError::malformed(path, Place::Byte(at + bytes.len() as u64), problem));
+        return Err(LogError::malformed(path, PlaceInFile::Byte(at + bytes.len() as u64), problem));
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Lines of numbers, as people's files have them.
 
-use crate::{LogError, ParseError, Place};
+use crate::{LogError, ParseError, PlaceInFile};
 use std::fs;
 use std::io::{self, BufRead, Read as _};
 use std::path::Path;
@@ -13,7 +13,7 @@ pub(crate) fn read_text(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<
     let length = fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
     if length > most_bytes {
         let problem = format!("{length} bytes are no {what}, at most {most_bytes} are read");
-        return Err(LogError::malformed(path, Place::WholeFile, problem));
+        return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
     }
     fs::read(path).map_err(|e| LogError::io(path, "read", e))
 }
@@ -21,10 +21,10 @@ pub(crate) fn read_text(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<
 /// The lines with data: their places (from line 1) and columns. Blank lines and what follows a `#` are
 /// left out; columns are parted by blanks, tabs or commas; a byte order mark and carriage returns are
 /// passed over.
-pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = Result<(Place, Vec<&str>), ParseError>> {
+pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = Result<(PlaceInFile, Vec<&str>), ParseError>> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     bytes.split(|&c| c == b'\n').zip(1..).filter_map(|(line, number)| {
-        let place = Place::Line(number);
+        let place = PlaceInFile::Line(number);
         let data = line.split(|&c| c == b'#').next().unwrap_or_default();
         match std::str::from_utf8(data) {
             Err(_) => {

@@ -18,9 +18,9 @@ pub(crate) struct Channel {
     pub(crate) encoding: String,
 }
 
-/// What a walk over one file finds.
+/// What a pass over one file finds.
 #[derive(Debug, Default)]
-pub(super) struct FileWalked {
+pub(super) struct FileFound {
     pub(super) channels: Vec<Channel>,
     pub(super) damage: DamageList,
     pub(super) bytes: u64,

@@ -16,5 +16,5 @@ pub(crate) use basics::Channel;
 pub(crate) use location::Location;
 pub(crate) use part::BagIndex;
 pub(crate) use reader::BagReader;
-pub(crate) use store::{Bag, Message, Walked};
+pub(crate) use store::{Bag, BagFound, Message};
 pub(crate) use topics::in_words;

@@ -4,7 +4,7 @@ use super::basics::MessageFault;
 use super::location::{Location, Within};
 use super::store::{Bag, FileKind};
 use super::{mcap, sqlite};
-use crate::{LogError, Place};
+use crate::{LogError, PlaceInFile};
 use std::io;
 
 impl Bag {
@@ -32,7 +32,7 @@ impl BagReader<'_> {
     pub(crate) fn message(&mut self, location: &Location, frame: usize) -> Result<&[u8], LogError> {
         let Some((path, kind)) = self.bag.files.get(location.file as usize) else {
             let problem = format!("the bag has {} files", self.bag.files.len());
-            return Err(LogError::malformed(&self.bag.path, Place::Frame(frame as u64), problem));
+            return Err(LogError::malformed(&self.bag.path, PlaceInFile::Frame(frame as u64), problem));
         };
         if self.open.as_ref().is_none_or(|(file, _)| *file != location.file) {
             // The one before is closed first.
@@ -52,10 +52,12 @@ impl BagReader<'_> {
         body.map_err(|fault| match fault {
             MessageFault::Io(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
                 let problem = "the file is shorter than it was when it was opened";
-                LogError::malformed(path, Place::Frame(frame as u64), problem)
+                LogError::malformed(path, PlaceInFile::Frame(frame as u64), problem)
             }
             MessageFault::Io(error) => LogError::io(path, "read", error),
-            MessageFault::Changed(problem) => LogError::malformed(path, Place::Frame(frame as u64), problem),
+            MessageFault::Changed(problem) => {
+                LogError::malformed(path, PlaceInFile::Frame(frame as u64), problem)
+            }
         })
     }
 }

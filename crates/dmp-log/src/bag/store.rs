@@ -9,7 +9,7 @@ use crate::reads::ReadCount;
 use crate::{Damage, LogError};
 use std::path::{Path, PathBuf};
 
-/// A message as a walk over the bag meets it.
+/// A message as a pass over the bag meets it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Message<'a> {
     pub(crate) channel: &'a Channel,
@@ -34,9 +34,9 @@ pub(crate) struct Bag {
     pub(super) count: ReadCount,
 }
 
-/// What a walk over all messages finds beside them.
+/// What a pass over all messages finds beside them.
 #[derive(Debug, Default)]
-pub(crate) struct Walked {
+pub(crate) struct BagFound {
     pub(crate) topics: Topics,
     pub(crate) damage: Vec<Damage>,
     /// Bytes of all files.
@@ -96,32 +96,32 @@ impl Bag {
     ///
     /// # Errors
     /// When a file cannot be read.
-    pub(crate) fn walk(&self, each: &mut dyn FnMut(Message<'_>)) -> Result<Walked, LogError> {
-        let (mut walked, mut damage) = (Walked::default(), DamageList::default());
+    pub(crate) fn read_whole(&self, each: &mut dyn FnMut(Message<'_>)) -> Result<BagFound, LogError> {
+        let (mut bag_found, mut damage) = (BagFound::default(), DamageList::default());
         for (number, (path, kind)) in self.files.iter().enumerate() {
             let file = number as u32;
-            let topics = &mut walked.topics;
+            let topics = &mut bag_found.topics;
             let mut take = |channel: &Channel, log_time_ns: u64, within: Within, body: &[u8]| {
                 topics.count(channel, log_time_ns);
                 each(Message { channel, location: Location { file, within }, body });
             };
             let found = match kind {
-                FileKind::Mcap => mcap::walk(path, &self.count, &mut |channel, time, place, body| {
+                FileKind::Mcap => mcap::read_whole(path, &self.count, &mut |channel, time, place, body| {
                     take(channel, time, Within::Mcap(place), body);
                 }),
-                FileKind::Sqlite => sqlite::walk(path, &mut |channel, time, place, body| {
+                FileKind::Sqlite => sqlite::read_whole(path, &mut |channel, time, place, body| {
                     take(channel, time, Within::Sqlite(place), body);
                 }),
             };
             let found = found.map_err(|e| LogError::io(path, "read", e))?;
             for channel in found.channels {
-                walked.topics.describe(&channel);
+                bag_found.topics.describe(&channel);
             }
             damage.append(found.damage, |lost| self.in_file(path, lost));
-            walked.bytes += found.bytes;
+            bag_found.bytes += found.bytes;
         }
-        walked.damage = damage.into_vec();
-        Ok(walked)
+        bag_found.damage = damage.into_vec();
+        Ok(bag_found)
     }
 
     /// Names the file where the bag has several.

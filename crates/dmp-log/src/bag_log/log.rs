@@ -5,7 +5,7 @@ use crate::bag::{Bag, BagReader};
 use crate::frame_info::runs_of_eight;
 use crate::points::{Field, TimeChoice, TimeRule};
 use crate::ros::Cloud;
-use crate::{FrameInfo, LogError, LogSummary, Place, ScanLog, ScanReader, StaticFrames};
+use crate::{FrameInfo, LogError, LogSummary, PlaceInFile, ScanLog, ScanReader, StaticFrames};
 use dmp_sensor::Scan;
 use std::ops::Range;
 
@@ -83,8 +83,9 @@ impl BagScanReader<'_> {
         use_it: impl FnOnce(&Cloud<'_>),
     ) -> Result<(), LogError> {
         let number = self.log.number_in_log(frame);
-        let malformed =
-            |problem: String| LogError::malformed(self.log.bag.path(), Place::Frame(number as u64), problem);
+        let malformed = |problem: String| {
+            LogError::malformed(self.log.bag.path(), PlaceInFile::Frame(number as u64), problem)
+        };
         let entries = &self.log.topic.entries;
         let Some(entry) = entries.get(frame) else {
             return Err(malformed(format!("the log has {} scans", entries.len())));

@@ -3,12 +3,12 @@
 use super::found::clouds_of;
 use super::log::BagLog;
 use super::topic::{Entry, TopicIndex};
-use crate::bag::{Bag, Walked, in_words};
+use crate::bag::{Bag, BagFound, in_words};
 use crate::frame_info::{period_ns, span_ns};
-use crate::points::sampled_frames;
+use crate::points::frames_to_look_at;
 use crate::{
-    Damage, FrameInfo, LogError, LogOptions, LogSummary, LogSurvey, Place, ScanLog, ScanStream, StaticFrames,
-    TopicInfo,
+    Damage, FrameInfo, LogError, LogOptions, LogSummary, LogSurvey, PlaceInFile, ScanLog, ScanStream,
+    StaticFrames, TopicInfo,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -25,10 +25,10 @@ pub(super) struct AroundScans {
 }
 
 impl AroundScans {
-    pub(super) fn new(bag: Bag, walked: &Walked, static_frames: StaticFrames) -> Result<Self, LogError> {
-        let (topics, damage) = (walked.topics.infos(), walked.damage.clone());
+    pub(super) fn new(bag: Bag, bag_found: &BagFound, static_frames: StaticFrames) -> Result<Self, LogError> {
+        let (topics, damage) = (bag_found.topics.infos(), bag_found.damage.clone());
         let fingerprint = bag.fingerprint()?;
-        Ok(Self { bag, topics, static_frames, damage, bytes: walked.bytes, fingerprint })
+        Ok(Self { bag, topics, static_frames, damage, bytes: bag_found.bytes, fingerprint })
     }
 
     /// Chooses the topic that is read: the one that is wanted, or the only one.
@@ -40,7 +40,7 @@ impl AroundScans {
     ) -> Result<(String, T), LogError> {
         if let (true, Some(first)) = (clouds.is_empty(), self.damage.first()) {
             let problem = format!("no scan can be read; {}: {}", first.place, first.what);
-            return Err(LogError::malformed(self.bag.path(), Place::WholeFile, problem));
+            return Err(LogError::malformed(self.bag.path(), PlaceInFile::WholeFile, problem));
         }
         let (name, topic) = choose_topic(self.bag.path(), clouds, options.topic.as_deref(), &self.topics)?;
         if options.topic.is_none() {
@@ -53,8 +53,8 @@ impl AroundScans {
 impl BagLog {
     /// Reads the bag once from start to end, one chunk in memory at a time.
     pub(crate) fn open(bag: Bag, options: &LogOptions) -> Result<Self, LogError> {
-        let (walked, clouds, static_frames) = clouds_of(&bag)?;
-        let around = AroundScans::new(bag, &walked, static_frames)?;
+        let (bag_found, clouds, static_frames) = clouds_of(&bag)?;
+        let around = AroundScans::new(bag, &bag_found, static_frames)?;
         let mut notes = Vec::new();
         let (name, topic) = around.choose(clouds, options, &mut notes)?;
         Self::of_topic(&around, name, topic, notes, options)
@@ -62,8 +62,8 @@ impl BagLog {
 
     /// Reads the bag once and opens every topic with scans, or the one that the options name.
     pub(crate) fn survey(bag: &Bag, options: &LogOptions) -> Result<LogSurvey, LogError> {
-        let (walked, clouds, static_frames) = clouds_of(bag)?;
-        let around = AroundScans::new(bag.clone(), &walked, static_frames)?;
+        let (bag_found, clouds, static_frames) = clouds_of(bag)?;
+        let around = AroundScans::new(bag.clone(), &bag_found, static_frames)?;
         let clouds = match &options.topic {
             None => clouds,
             Some(wanted) => [choose_topic(bag.path(), clouds, Some(wanted), &around.topics)?].into(),
@@ -93,7 +93,7 @@ impl BagLog {
         options: &LogOptions,
     ) -> Result<Self, LogError> {
         let mut log = Self::undecided(around, name, topic, notes);
-        let looked_at = sampled_frames(log.frames.iter().map(|frame| frame.returns));
+        let looked_at = frames_to_look_at(log.frames.iter().map(|frame| frame.returns));
         log.decide_time(options, log.summary.period_ns, &looked_at)?;
         log.finish()
     }
@@ -152,7 +152,7 @@ impl BagLog {
                 self.summary.topic.as_deref().unwrap_or_default(),
                 lost.unwrap_or_default()
             );
-            return Err(LogError::malformed(self.bag.path(), Place::WholeFile, problem));
+            return Err(LogError::malformed(self.bag.path(), PlaceInFile::WholeFile, problem));
         }
         Ok(self)
     }

@@ -1,6 +1,6 @@
 //! Points of a cloud, handed over in batches.
 
-use crate::{LogError, Place};
+use crate::{LogError, PlaceInFile};
 use std::path::Path;
 
 /// Most points handed over at once.
@@ -42,6 +42,6 @@ impl<'a, F> Batches<'a, F> {
 }
 
 /// An error in a file at a place.
-pub(super) fn broken<E: From<LogError>>(path: &Path, place: Place, problem: impl Into<String>) -> E {
+pub(super) fn broken<E: From<LogError>>(path: &Path, place: PlaceInFile, problem: impl Into<String>) -> E {
     LogError::malformed(path, place, problem).into()
 }

@@ -3,9 +3,9 @@ use super::format::CloudFormat;
 use crate::decimal::shorten;
 use crate::pcd::header::{PcdData, PcdField, PcdHeader, read_header};
 use crate::pcd::lzf::{LzfReader, may_hold};
-use crate::points::Kind;
+use crate::points::NumberType;
 use crate::text::read_line;
-use crate::{LogError, Place};
+use crate::{LogError, PlaceInFile};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -42,7 +42,7 @@ fn read_text<E: From<LogError>, F: FnMut(&[[f64; 3]]) -> Result<(), E>>(
     let (mut number, mut line) = (header.lines, Vec::new());
     while batches.points < header.points {
         number += 1;
-        let place = Place::Line(number);
+        let place = PlaceInFile::Line(number);
         let read = read_line(input, &mut line);
         if read.map_err(|e| LogError::malformed(path, place, e.to_string()))?.is_none() {
             let problem = format!("the file ends after {} of {} points", batches.points, header.points);
@@ -103,7 +103,7 @@ fn read_compressed<E: From<LogError>, F: FnMut(&[[f64; 3]]) -> Result<(), E>>(
             "{compressed} compressed bytes that unpack to {unpacked}, in the {} bytes behind the header",
             length.saturating_sub(starts_at)
         );
-        return Err(broken(path, Place::Byte(header.bytes), problem));
+        return Err(broken(path, PlaceInFile::Byte(header.bytes), problem));
     }
     let columns = header.columns(unpacked).map_err(|e| e.in_file(path))?;
     let mut axes = Vec::new();
@@ -115,7 +115,7 @@ fn read_compressed<E: From<LogError>, F: FnMut(&[[f64; 3]]) -> Result<(), E>>(
     for point in 0..header.points {
         let mut place = [0.0; 3];
         for (coordinate, axis) in place.iter_mut().zip(&mut axes) {
-            *coordinate = axis.next().map_err(|e| unpacking::<E>(path, Place::Point(point), &e))?;
+            *coordinate = axis.next().map_err(|e| unpacking::<E>(path, PlaceInFile::Point(point), &e))?;
         }
         batches.push(place)?;
     }
@@ -124,7 +124,7 @@ fn read_compressed<E: From<LogError>, F: FnMut(&[[f64; 3]]) -> Result<(), E>>(
 
 /// The numbers of one axis, unpacked one by one.
 struct Axis {
-    kind: Kind,
+    kind: NumberType,
     input: BufReader<LzfReader<io::Take<BufReader<File>>>>,
 }
 
@@ -133,7 +133,7 @@ impl Axis {
         path: &Path,
         starts_at: u64,
         compressed: u64,
-        kind: Kind,
+        kind: NumberType,
         column_at: u64,
     ) -> Result<Self, E> {
         let mut file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
@@ -141,7 +141,7 @@ impl Axis {
         let input = LzfReader::new(BufReader::with_capacity(1 << 16, file).take(compressed));
         let mut input = BufReader::with_capacity(1 << 16, input);
         let skip = io::copy(&mut input.by_ref().take(column_at), &mut io::sink());
-        skip.map_err(|e| unpacking::<E>(path, Place::Byte(starts_at), &e))?;
+        skip.map_err(|e| unpacking::<E>(path, PlaceInFile::Byte(starts_at), &e))?;
         Ok(Self { kind, input })
     }
 
@@ -153,7 +153,7 @@ impl Axis {
     }
 }
 
-fn unpacking<E: From<LogError>>(path: &Path, place: Place, error: &io::Error) -> E {
+fn unpacking<E: From<LogError>>(path: &Path, place: PlaceInFile, error: &io::Error) -> E {
     let problem = match error.kind() {
         io::ErrorKind::UnexpectedEof => "they unpack to fewer bytes than claimed".to_owned(),
         _ => error.to_string(),
@@ -161,10 +161,10 @@ fn unpacking<E: From<LogError>>(path: &Path, place: Place, error: &io::Error) ->
     broken(path, place, format!("cannot unpack the points: {problem}"))
 }
 
-fn number(kind: Kind, bytes: &[u8]) -> f64 {
+fn number(kind: NumberType, bytes: &[u8]) -> f64 {
     let value = match kind {
-        Kind::F32 => bytes.first_chunk().map(|b| f32::from_le_bytes(*b).into()),
-        Kind::F64 => bytes.first_chunk().map(|b| f64::from_le_bytes(*b)),
+        NumberType::F32 => bytes.first_chunk().map(|b| f32::from_le_bytes(*b).into()),
+        NumberType::F64 => bytes.first_chunk().map(|b| f64::from_le_bytes(*b)),
         // No header with coordinates of another kind comes this far.
         _ => None,
     };

@@ -3,7 +3,7 @@ use super::format::CloudFormat;
 use super::ply_header::{Coordinate, Encoding, PlyHeader, read_header};
 use crate::decimal::shorten;
 use crate::text::read_line;
-use crate::{LogError, Place};
+use crate::{LogError, PlaceInFile};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -49,7 +49,7 @@ fn read_text<E: From<LogError>>(
     let (mut number, mut row, mut line) = (header.lines, 0, Vec::new());
     while row < header.vertices.saturating_add(skipped) {
         number += 1;
-        let place = Place::Line(number);
+        let place = PlaceInFile::Line(number);
         let read = read_line(input, &mut line);
         if read.map_err(|e| LogError::malformed(path, place, e.to_string()))?.is_none() {
             let (got, claimed) = (row.saturating_sub(skipped), header.vertices);
@@ -94,7 +94,7 @@ fn read_binary<E: From<LogError>>(
             "{} vertices of {} bytes do not fit in the {left} bytes behind the header",
             header.vertices, header.vertex_bytes
         );
-        return Err(broken(path, Place::Byte(header.bytes), problem));
+        return Err(broken(path, PlaceInFile::Byte(header.bytes), problem));
     };
     let io = |e| LogError::io(path, "read", e);
     std::io::copy(&mut input.by_ref().take(skipped), &mut std::io::sink()).map_err(io)?;

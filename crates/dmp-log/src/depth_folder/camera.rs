@@ -4,7 +4,7 @@ use super::camera_numbers::{CameraNumbers, distortion_of};
 use super::found::Layout;
 use crate::decimal::shorten;
 use crate::text::read_text;
-use crate::{LogError, LogOptions, Place};
+use crate::{LogError, LogOptions, PlaceInFile};
 use dmp_sensor::{Distortion, PinholeCamera};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ impl CameraFile {
         let bytes = read_text(&path, "camera", MAX_BYTES)?;
         match parse(&bytes) {
             Ok((size_px, numbers, units_per_m)) => Ok(Self { path, size_px, numbers, units_per_m }),
-            Err(problem) => Err(LogError::malformed(&path, Place::WholeFile, problem)),
+            Err(problem) => Err(LogError::malformed(&path, PlaceInFile::WholeFile, problem)),
         }
     }
 }
@@ -106,7 +106,7 @@ pub(super) fn choose(
     let CameraNumbers { focal_px, centre_px, distortion } = numbers;
     let camera = PinholeCamera::new(size_px, focal_px, centre_px, distortion).map_err(|e| match file {
         Some(file) if options.camera.is_none() => {
-            LogError::malformed(&file.path, Place::WholeFile, e.to_string())
+            LogError::malformed(&file.path, PlaceInFile::WholeFile, e.to_string())
         }
         _ => option(format!("--camera {numbers}: {e}")),
     })?;

@@ -7,8 +7,8 @@ use crate::damage::DamageList;
 use crate::frame_info::{period_ns, runs_of_eight, span_ns};
 use crate::reads::{CountedFile, ReadCount};
 use crate::{
-    Damage, FieldInfo, FieldMeaning, FrameInfo, LogError, LogOptions, LogSummary, Place, PointTime, ScanLog,
-    ScanReader, StampAt, fingerprint,
+    Damage, FieldInfo, FieldMeaning, FrameInfo, LogError, LogOptions, LogSummary, PlaceInFile, PointTime,
+    ScanLog, ScanReader, StampAt, fingerprint,
 };
 use dmp_sensor::{PixelBearings, Scan};
 use std::fs::Metadata;
@@ -69,7 +69,7 @@ impl DepthFolder {
             let first = damage.first();
             let lost = first.map(|first| format!("; {}: {}", first.place, first.what)).unwrap_or_default();
             let problem = format!("no depth image can be read{lost}");
-            return Err(LogError::malformed(&folder, Place::WholeFile, problem));
+            return Err(LogError::malformed(&folder, PlaceInFile::WholeFile, problem));
         };
         let (camera, units_per_m) =
             camera::choose(&folder, layout, size_px, file.as_ref(), options, &mut notes)?;
@@ -122,13 +122,13 @@ impl DepthFolder {
         if (now, metadata.modified().ok()) != (entry.length, entry.modified) {
             let before = entry.length;
             let problem = format!("the file has changed since it was opened: {before} bytes then, {now} now");
-            return Err(LogError::malformed(path, Place::WholeFile, problem));
+            return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
         }
         let mut input = BufReader::new(file);
         read_values(&mut input, self.size_px, values).map_err(|problem| match problem {
             DecodingProblem::Io(error) => LogError::io(path, "read", error),
             DecodingProblem::Damage(problem) => {
-                let place = input.stream_position().map_or(Place::WholeFile, Place::Byte);
+                let place = input.stream_position().map_or(PlaceInFile::WholeFile, PlaceInFile::Byte);
                 LogError::malformed(path, place, problem)
             }
         })
@@ -230,7 +230,7 @@ impl ScanReader for DepthReader<'_> {
         let log = self.log;
         let Some(entry) = log.entries.get(frame) else {
             let problem = format!("the log has {} scans", log.entries.len());
-            return Err(LogError::malformed(&log.summary.path, Place::Frame(frame as u64), problem));
+            return Err(LogError::malformed(&log.summary.path, PlaceInFile::Frame(frame as u64), problem));
         };
         scan.stamp_ns = entry.stamp_ns;
         log.values_of(entry, &mut self.values)?;

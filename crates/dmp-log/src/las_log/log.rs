@@ -9,7 +9,7 @@ use crate::cloud::las_units::{self, ToMetres};
 use crate::frame_info::{period_ns, runs_of_eight, span_ns};
 use crate::reads::ReadCount;
 use crate::{
-    FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogOptions, LogSummary, Place, PointTime,
+    FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogOptions, LogSummary, PlaceInFile, PointTime,
     ScanLog, ScanReader, StampAt, fingerprint,
 };
 use dmp_sensor::{Isometry3, Point3, Scan, Track, TrackCursor};
@@ -171,7 +171,8 @@ impl ScanReader for LasReader<'_> {
     fn read(&mut self, frame: usize, scan: &mut Scan) -> Result<(), LogError> {
         scan.clear();
         let log = self.log;
-        let malformed = |problem: String| LogError::malformed(&log.path, Place::Frame(frame as u64), problem);
+        let malformed =
+            |problem: String| LogError::malformed(&log.path, PlaceInFile::Frame(frame as u64), problem);
         let Some(cut) = log.cuts.get(frame) else {
             return Err(malformed(format!("the log has {} scans", log.cuts.len())));
         };

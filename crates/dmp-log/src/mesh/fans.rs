@@ -1,6 +1,6 @@
 //! Triangles made of the polygons of a mesh.
 
-use crate::{LogError, Place};
+use crate::{LogError, PlaceInFile};
 use std::path::Path;
 
 /// Most triangles handed over at once.
@@ -100,7 +100,7 @@ impl<'a, F> Fans<'a, F> {
 /// The vertex that a face names, counted from 0.
 pub(super) fn vertex<E: From<LogError>>(
     path: &Path,
-    place: Place,
+    place: PlaceInFile,
     vertices: &[[f64; 3]],
     index: i64,
 ) -> Result<[f64; 3], E> {

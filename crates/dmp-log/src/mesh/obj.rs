@@ -3,7 +3,7 @@
 use super::fans::{Fans, MeshFormat, MeshSummary, vertex};
 use crate::decimal::shorten;
 use crate::text::read_line;
-use crate::{LogError, Place};
+use crate::{LogError, PlaceInFile};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -21,7 +21,7 @@ where
     let mut fans = Fans::new(sink);
     loop {
         number += 1;
-        let place = Place::Line(number);
+        let place = PlaceInFile::Line(number);
         let wrong = |problem: String| LogError::malformed(path, place, problem);
         if read_line(&mut input, &mut line).map_err(|e| wrong(e.to_string()))?.is_none() {
             break;
@@ -52,7 +52,7 @@ where
     }
     if faces == 0 {
         let problem = format!("{} vertices and no face: not a mesh", vertices.len());
-        return Err(LogError::malformed(path, Place::WholeFile, problem).into());
+        return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem).into());
     }
     fans.finish(MeshFormat::Obj, vertices.len() as u64)
 }

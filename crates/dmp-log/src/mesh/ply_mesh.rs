@@ -4,7 +4,7 @@ use super::fans::{Fans, MeshFormat, MeshSummary, vertex};
 use super::ply_rows::{Bytes, CORNERS, Lines};
 use crate::cloud::ply_cloud::read_vertices;
 use crate::cloud::ply_header::{Encoding, PlyHeader, PlyProperty, read_header};
-use crate::{LogError, Place};
+use crate::{LogError, PlaceInFile};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -32,13 +32,13 @@ where
     let (mut input, header, length) = open(path)?;
     let Some(faces_at) = header.after.iter().position(|element| element.name == "face") else {
         let problem = "no element `face` behind the vertices: a cloud, not a mesh";
-        return Err(LogError::malformed(path, Place::Line(header.lines), problem).into());
+        return Err(LogError::malformed(path, PlaceInFile::Line(header.lines), problem).into());
     };
     let faces = &header.after[faces_at];
     let is_corners = |property: &PlyProperty| matches!(property, PlyProperty::List { name, .. } if CORNERS.contains(&name.as_str()));
     if !faces.properties.iter().any(is_corners) {
         let problem = format!("the faces lack the list `{}`", CORNERS.join("` or `"));
-        return Err(LogError::malformed(path, Place::Line(header.lines), problem).into());
+        return Err(LogError::malformed(path, PlaceInFile::Line(header.lines), problem).into());
     }
     let mut vertices: Vec<[f64; 3]> = Vec::new();
     let last_line = read_vertices(path, &mut input, &header, length, |vertex| {

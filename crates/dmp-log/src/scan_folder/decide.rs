@@ -5,7 +5,7 @@ use super::log::{ScanFolder, Times};
 use super::times::{self, Beside};
 use crate::damage::DamageList;
 use crate::points::{
-    Origin, SampledScan, TimeChoice, TimeRule, TimeUnit, candidates, choose_time, sampled_frames,
+    FieldExtremes, Origin, TimeChoice, TimeRule, TimeUnit, candidates, choose_time, frames_to_look_at,
 };
 use crate::{Damage, LogError, LogOptions};
 use std::path::PathBuf;
@@ -37,8 +37,8 @@ impl ScanFolder {
             ));
         }
         let mut notes = self.summary.notes.clone();
-        let sample = |fields: &[String]| self.sample(fields);
-        let choice = choose_time(&folder, layout, options, self.summary.period_ns, &mut notes, sample);
+        let look = |fields: &[String]| self.extremes(fields);
+        let choice = choose_time(&folder, layout, options, self.summary.period_ns, &mut notes, look);
         self.summary.notes = notes;
         let Some(choice) = choice? else { return Ok(()) };
         if choice.rule.origin == Origin::Clock && !stamped {
@@ -69,21 +69,21 @@ impl ScanFolder {
     }
 
     /// What a few scans have in the fields that may hold times.
-    fn sample(&self, fields: &[String]) -> Result<Vec<Vec<SampledScan>>, LogError> {
-        let mut samples: Vec<Vec<SampledScan>> = vec![Vec::new(); fields.len()];
+    fn extremes(&self, fields: &[String]) -> Result<Vec<Vec<FieldExtremes>>, LogError> {
+        let mut seen_of_fields: Vec<Vec<FieldExtremes>> = vec![Vec::new(); fields.len()];
         let mut data = Vec::new();
-        for frame in sampled_frames(self.entries.iter().map(|entry| entry.points)) {
+        for frame in frames_to_look_at(self.entries.iter().map(|entry| entry.points)) {
             let Some(entry) = self.entries.get(frame) else { continue };
             let rows = self.rows_of(entry, &mut data)?;
-            for (field, sample) in fields.iter().zip(&mut samples) {
+            for (field, seen) in fields.iter().zip(&mut seen_of_fields) {
                 let extremes = rows.layout.field(field).and_then(|field| rows.extremes(field));
                 if let Some((smallest, largest)) = extremes {
                     let stamp_ns = entry.stamp_ns.unwrap_or(0);
-                    sample.push(SampledScan { stamp_ns, smallest, largest });
+                    seen.push(FieldExtremes { stamp_ns, smallest, largest });
                 }
             }
         }
-        Ok(samples)
+        Ok(seen_of_fields)
     }
 }
 

@@ -3,9 +3,9 @@
 use super::format::ScanFormat;
 use super::head::{Body, Head};
 use super::{las, pcd, ply};
-use crate::points::{Field, Kind, Layout};
+use crate::points::{Field, Layout, NumberType};
 use crate::reads::{CountedFile, ReadCount, fill};
-use crate::{LogError, ParseError, Place};
+use crate::{LogError, ParseError, PlaceInFile};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -28,7 +28,7 @@ pub(super) struct ScanFile {
 /// What is missing at the end of a file that is cut short.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Cut {
-    pub(super) place: Place,
+    pub(super) place: PlaceInFile,
     pub(super) what: String,
 }
 
@@ -103,7 +103,7 @@ impl ScanFile {
         let cut = |row: u64, number: u64, what: &str| {
             let whole = row.saturating_sub(*skipped);
             let what = format!("{what}: of {points} points the {whole} before it are kept");
-            Ok((whole, Some(Cut { place: Place::Line(number), what })))
+            Ok((whole, Some(Cut { place: PlaceInFile::Line(number), what })))
         };
         let mut ended = true;
         while row < claimed {
@@ -152,10 +152,10 @@ fn read_data_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Op
 
 fn bin_head(length: u64) -> Result<Head, ParseError> {
     const POINT_BYTES: u32 = 16;
-    let field = |(name, offset): (&str, usize)| (name.to_owned(), Field { offset, kind: Kind::F32 });
+    let field = |(name, offset): (&str, usize)| (name.to_owned(), Field { offset, kind: NumberType::F32 });
     let named = [("x", 0), ("y", 4), ("z", 8), ("intensity", 12)].map(field).into();
     let layout = Layout::new(named, false, POINT_BYTES)
-        .map_err(|problem| ParseError::new(Place::WholeFile, problem))?;
+        .map_err(|problem| ParseError::new(PlaceInFile::WholeFile, problem))?;
     // A part of a point behind the whole ones is a point that was claimed.
     let points = length.div_ceil(POINT_BYTES.into());
     Ok(Head { layout, points, body: Body::Rows { data_at: 0 } })
@@ -167,7 +167,7 @@ fn whole_rows(data_at: u64, layout: &Layout, claimed: u64, length: u64) -> (u64,
     if there >= claimed {
         return (claimed, None);
     }
-    let place = Place::Byte(data_at + there * point_bytes);
+    let place = PlaceInFile::Byte(data_at + there * point_bytes);
     let what = format!(
         "the file ends at byte {length}, within point {there} of {claimed}, {point_bytes} bytes each: the points before it are kept"
     );

@@ -4,9 +4,9 @@ use super::head::{Body, Head};
 use crate::cloud::las_header;
 use crate::cloud::las_points::LasPoints;
 use crate::cloud::las_units;
-use crate::points::{Field, Kind, Layout};
+use crate::points::{Field, Layout, NumberType};
 use crate::reads::ReadCount;
-use crate::{LogError, ParseError, Place};
+use crate::{LogError, ParseError, PlaceInFile};
 use std::io::{Read, Seek};
 use std::path::Path;
 
@@ -23,18 +23,18 @@ pub(super) fn head(input: &mut (impl Read + Seek), length: u64) -> Result<Head, 
             "a coordinate of {extent_m} is no scan's, whose sensor is at 0,0,0: points in world coordinates are a map \
              (--map), or with --made-with a log, as one file"
         );
-        return Err(ParseError::new(Place::WholeFile, problem));
+        return Err(ParseError::new(PlaceInFile::WholeFile, problem));
     }
     let to_metres = las_units::of(&las)?;
     if to_metres.scale != [1.0; 3] {
         let note = to_metres.note.unwrap_or_default();
-        return Err(ParseError::new(Place::WholeFile, format!("a scan is in metres: {note}")));
+        return Err(ParseError::new(PlaceInFile::WholeFile, format!("a scan is in metres: {note}")));
     }
     let count = if las.gps_time.is_some() { 4 } else { 3 };
-    let field = |(k, name): (usize, &str)| (name.to_owned(), Field { offset: 8 * k, kind: Kind::F64 });
+    let field = |(k, name): (usize, &str)| (name.to_owned(), Field { offset: 8 * k, kind: NumberType::F64 });
     let named = FIELDS.into_iter().take(count).enumerate().map(field).collect();
     let layout = Layout::new(named, false, 8 * count as u32)
-        .map_err(|problem| ParseError::new(Place::WholeFile, problem))?;
+        .map_err(|problem| ParseError::new(PlaceInFile::WholeFile, problem))?;
     Ok(Head { layout, points: las.points, body: Body::Las })
 }
 
@@ -60,7 +60,7 @@ pub(super) fn read_rows(
             }
             None if timed => {
                 let problem = "the file has changed since it was opened".to_owned();
-                return Err(LogError::malformed(path, Place::WholeFile, problem));
+                return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
             }
             None => {
                 for ((x, y), z) in places {

@@ -7,7 +7,7 @@ use super::times::{Beside, read_times};
 use crate::frame_info::runs_of_eight;
 use crate::points::{Layout, Rows, TimeChoice};
 use crate::reads::ReadCount;
-use crate::{FrameInfo, LogError, LogSummary, Place, ScanLog, ScanReader};
+use crate::{FrameInfo, LogError, LogSummary, PlaceInFile, ScanLog, ScanReader};
 use dmp_sensor::Scan;
 use std::ops::Range;
 
@@ -56,7 +56,7 @@ impl ScanFolder {
         let (before, now) = (entry.length, file.length);
         let changed = || {
             let problem = format!("the file has changed since it was opened: {before} bytes then, {now} now");
-            LogError::malformed(&entry.path, Place::WholeFile, problem)
+            LogError::malformed(&entry.path, PlaceInFile::WholeFile, problem)
         };
         let layout = self.layouts.get(entry.layout).ok_or_else(changed)?;
         if (file.length, file.modified) != (entry.length, entry.modified) || file.head.layout != *layout {
@@ -105,7 +105,7 @@ impl ScanReader for FolderReader<'_> {
         let log = self.log;
         let Some(entry) = log.entries.get(frame) else {
             let problem = format!("the log has {} scans", log.entries.len());
-            return Err(LogError::malformed(&log.summary.path, Place::Frame(frame as u64), problem));
+            return Err(LogError::malformed(&log.summary.path, PlaceInFile::Frame(frame as u64), problem));
         };
         scan.stamp_ns = entry.stamp_ns;
         let rows = log.rows_of(entry, &mut self.data)?;

@@ -9,7 +9,7 @@ use super::stamps;
 use crate::damage::DamageList;
 use crate::frame_info::{period_ns, span_ns};
 use crate::reads::ReadCount;
-use crate::{Damage, FrameInfo, LogError, LogOptions, LogSummary, Place, fingerprint};
+use crate::{Damage, FrameInfo, LogError, LogOptions, LogSummary, PlaceInFile, fingerprint};
 use std::path::PathBuf;
 
 impl ScanFolder {
@@ -52,7 +52,7 @@ impl ScanFolder {
             let first = log.summary.damage.first();
             let lost = first.map(|first| format!("; {}: {}", first.place, first.what)).unwrap_or_default();
             let problem = format!("no scan can be read{lost}");
-            return Err(LogError::malformed(&log.summary.path, Place::WholeFile, problem));
+            return Err(LogError::malformed(&log.summary.path, PlaceInFile::WholeFile, problem));
         }
         Ok(log)
     }
@@ -109,7 +109,7 @@ impl ScanFolder {
              another layout",
             self.entries.len()
         );
-        Err(LogError::malformed(&self.summary.path, Place::WholeFile, problem))
+        Err(LogError::malformed(&self.summary.path, PlaceInFile::WholeFile, problem))
     }
 
     /// Fills what follows from the entries.

@@ -4,7 +4,7 @@ use crate::pcd::header::{PcdField, PcdHeader};
 use crate::pcd::lzf;
 use crate::points::Field;
 use crate::reads::fill;
-use crate::{LogError, ParseError, Place};
+use crate::{LogError, ParseError, PlaceInFile};
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
@@ -26,7 +26,7 @@ pub(super) fn packed(
     length: u64,
 ) -> Result<(Packed, Named), ParseError> {
     let PcdHeader { points, bytes: data_at, .. } = *header;
-    let wrong = |problem: String| ParseError::new(Place::Byte(data_at), problem);
+    let wrong = |problem: String| ParseError::new(PlaceInFile::Byte(data_at), problem);
     let mut sizes = [0; 8];
     let read = input.seek(SeekFrom::Start(data_at)).and_then(|_| input.read_exact(&mut sizes));
     read.map_err(|_| wrong("the file ends before the sizes of the compressed points".into()))?;
@@ -66,7 +66,7 @@ impl Packed {
         fill(path, input, data_at, self.compressed_bytes, rows)?;
         let unpacked = lzf::decompress(rows, self.uncompressed_bytes).map_err(|problem| {
             let problem = format!("the compressed points from here cannot be unpacked: {problem}");
-            LogError::malformed(path, Place::Byte(data_at), problem)
+            LogError::malformed(path, PlaceInFile::Byte(data_at), problem)
         })?;
         rows.clear();
         // No more than were unpacked: `columns` of the header says so.

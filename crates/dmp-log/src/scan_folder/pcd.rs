@@ -5,14 +5,14 @@ use super::packed::{is_single, packed};
 use super::text::TextRows;
 use crate::pcd::header::{PcdData, PcdField, PcdHeader, read_header};
 use crate::points::{Field, Layout};
-use crate::{ParseError, Place};
+use crate::{ParseError, PlaceInFile};
 use std::io::{BufRead, Seek};
 
 /// Reads and checks a head.
 pub(super) fn head(input: &mut (impl BufRead + Seek), length: u64) -> Result<Head, ParseError> {
     let header = read_header(input)?;
     let PcdHeader { points, bytes: data_at, lines, .. } = header;
-    let wrong = |problem: String| ParseError::new(Place::Line(lines), problem);
+    let wrong = |problem: String| ParseError::new(PlaceInFile::Line(lines), problem);
     let layout = |named: Vec<(String, Field)>, row_bytes: u32| {
         if points == 0 {
             return Ok(Layout::of_nothing(named, false, row_bytes));

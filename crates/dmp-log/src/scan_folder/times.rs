@@ -3,7 +3,7 @@
 use super::entry::Entry;
 use super::stamps::beside;
 use crate::points::{
-    Origin, PointTime, RawTime, SampledScan, TimeRule, TimeUnit, place_stamp, sampled_frames,
+    FieldExtremes, Origin, PointTime, RawTime, TimeRule, TimeUnit, frames_to_look_at, place_stamp,
 };
 use crate::reads::{ReadCount, fill};
 use crate::{LogError, LogOptions};
@@ -60,9 +60,9 @@ impl Beside {
                 });
             }
         }
-        let sample = sample(&folder, entries, count)?;
+        let seen = extremes(&folder, entries, count)?;
         let evidence = if given.is_some() { "as was said" } else { "as such files have them" };
-        let choice = place_stamp("times/*.f32", rule, options.stamp_at, &sample, evidence)
+        let choice = place_stamp("times/*.f32", rule, options.stamp_at, &seen, evidence)
             .map_err(|problem| LogError::Option { path: folder.clone(), problem })?;
         notes.push(format!("a time for each point from {}", folder.display()));
         Ok(Some(Self { folder, rule: choice.rule, words: choice.words, middle_ns: choice.middle_ns }))
@@ -93,17 +93,17 @@ fn seconds(bytes: &[u8]) -> impl Iterator<Item = f64> {
     floats(bytes).map(f64::from)
 }
 
-fn sample(folder: &Path, entries: &[Entry], count: &ReadCount) -> Result<Vec<SampledScan>, LogError> {
-    let (mut sample, mut bytes) = (Vec::new(), Vec::new());
-    for frame in sampled_frames(entries.iter().map(|entry| entry.points)) {
+fn extremes(folder: &Path, entries: &[Entry], count: &ReadCount) -> Result<Vec<FieldExtremes>, LogError> {
+    let (mut seen, mut bytes) = (Vec::new(), Vec::new());
+    for frame in frames_to_look_at(entries.iter().map(|entry| entry.points)) {
         let Some(entry) = entries.get(frame) else { continue };
         times_of(folder, entry, count, &mut bytes)?;
         let finite = || seconds(&bytes).filter(|time| time.is_finite());
         if let (Some(smallest), Some(largest)) = (finite().reduce(f64::min), finite().reduce(f64::max)) {
-            sample.push(SampledScan { stamp_ns: entry.stamp_ns.unwrap_or(0), smallest, largest });
+            seen.push(FieldExtremes { stamp_ns: entry.stamp_ns.unwrap_or(0), smallest, largest });
         }
     }
-    Ok(sample)
+    Ok(seen)
 }
 
 /// Adds the times of its points to a scan.

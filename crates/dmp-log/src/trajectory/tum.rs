@@ -2,7 +2,7 @@ use super::error::TrajectoryParseError;
 use super::numbers::{numbers, pose_of};
 use crate::decimal::{ns_to_seconds, seconds_to_ns};
 use crate::text::lines;
-use crate::{ParseError, Place};
+use crate::{ParseError, PlaceInFile};
 use dmp_sensor::{Isometry3, Trajectory, TrajectoryRepairs};
 use std::io::{self, Write};
 
@@ -21,7 +21,7 @@ pub fn parse_tum(bytes: &[u8]) -> Result<TrajectoryRepairs, TrajectoryParseError
     Ok(Trajectory::stamped(poses)?)
 }
 
-fn parse_line(place: Place, columns: &[&str]) -> Result<(i64, Isometry3<f64>), ParseError> {
+fn parse_line(place: PlaceInFile, columns: &[&str]) -> Result<(i64, Isometry3<f64>), ParseError> {
     let [_, tx, ty, tz, qx, qy, qz, qw] = numbers::<8>(place, columns, "stamp tx ty tz qx qy qz qw")?;
     let stamp = columns.first().copied().unwrap_or_default();
     let stamp_ns = seconds_to_ns(stamp).map_err(|problem| ParseError::new(place, problem))?;

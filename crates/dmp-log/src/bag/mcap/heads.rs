@@ -4,12 +4,12 @@
 
 use super::chunk::ChunkFault;
 use super::message_index::{PassedOver, entries_of};
+use super::pass::Pass;
 use super::place::McapPlace;
 use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, MESSAGE_HEAD_BYTES, Records, Source};
-use super::walk::Walk;
 use std::io;
 
-impl Walk<'_, '_> {
+impl Pass<'_, '_> {
     /// Leaves a chunk aside until its index is met.
     pub(super) fn pass_over(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
         self.settle(source)?;

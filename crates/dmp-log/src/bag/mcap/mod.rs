@@ -10,10 +10,10 @@ mod pass;
 mod place;
 mod records;
 mod summary_hint;
-mod walk;
+mod whole;
 
 pub(super) use channels::Channels;
 pub(super) use messages::McapMessages;
-pub(super) use part::walk_part;
-pub(super) use pass::{walk, walk_heads};
+pub(super) use part::read_part;
 pub(super) use place::{McapPlace, Record};
+pub(super) use whole::{read_heads, read_whole};

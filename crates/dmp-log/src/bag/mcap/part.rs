@@ -1,9 +1,9 @@
 //! Some records of an MCAP file, whose places are known from a pass over its heads.
 
 use super::channels::Channels;
+use super::pass::{Each, Pass};
 use super::place::Record;
 use super::records::Source;
-use super::walk::{Each, Walk};
 use crate::damage::DamageList;
 use crate::reads::ReadCount;
 use std::collections::BTreeSet;
@@ -15,7 +15,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// When the file cannot be read, or has not `file_bytes` bytes any more.
-pub(in crate::bag) fn walk_part(
+pub(in crate::bag) fn read_part(
     path: &Path,
     count: &ReadCount,
     (known, file_bytes): (&Channels, u64),
@@ -28,18 +28,18 @@ pub(in crate::bag) fn walk_part(
         let problem = format!("the file has changed since it was opened: {file_bytes} bytes then, {now} now");
         return Err(io::Error::other(problem));
     }
-    let mut walk = Walk::new(known.clone(), each);
+    let mut pass = Pass::new(known.clone(), each);
     let mut unreadable = BTreeSet::new();
     for record in records {
         let is_whole = if record.is_chunk {
-            walk.chunk(&mut source, record.at, record.body_bytes)?
+            pass.chunk(&mut source, record.at, record.body_bytes)?
         } else {
-            walk.message(&mut source, record.at, record.body_bytes)?;
+            pass.message(&mut source, record.at, record.body_bytes)?;
             true
         };
         if !is_whole {
             unreadable.insert(record.at);
         }
     }
-    Ok((walk.damage, unreadable))
+    Ok((pass.damage, unreadable))
 }

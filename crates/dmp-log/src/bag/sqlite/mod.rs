@@ -2,8 +2,8 @@
 
 mod database;
 mod messages;
-mod walk;
+mod pass;
 
 pub(super) use database::{MAGIC, RowPlace};
 pub(super) use messages::SqliteMessages;
-pub(super) use walk::{walk, walk_heads, walk_rows};
+pub(super) use pass::{read_heads, read_rows, read_whole};
