@@ -3,7 +3,7 @@
 use crate::bag::Bag;
 use crate::depth_folder::FoundImages;
 use crate::scan_folder::FoundScans;
-use crate::{LogError, LogOptions};
+use crate::{LogError, LogOptions, LogSetting};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
@@ -105,19 +105,18 @@ fn check_in_sensor_frame(path: &Path, found: &Found, options: &LogOptions) -> Re
     if options.made_with.is_none() || matches!(found, Found::Las) {
         return Ok(());
     }
-    let problem = "--made-with was given, but it is for one LAS or LAZ file in world coordinates (several have to be merged into one)".to_owned();
-    Err(LogError::Option { path: path.into(), problem })
+    let problem = "was given, but it is for one LAS or LAZ file in world coordinates (several have to be merged into one)";
+    Err(LogError::setting(path, LogSetting::MadeWith, "", problem))
 }
 
 fn check_of_camera(path: &Path, found: &Found, options: &LogOptions) -> Result<(), LogError> {
-    let given = match options {
-        LogOptions { camera: Some(camera), .. } => format!("--camera {camera}"),
-        LogOptions { depth_units_per_m: Some(units), .. } => format!("--depth-factor {units}"),
+    let (setting, value) = match options {
+        LogOptions { camera: Some(camera), .. } => (LogSetting::Camera, camera.to_string()),
+        LogOptions { depth_units_per_m: Some(units), .. } => (LogSetting::DepthUnits, units.to_string()),
         _ => return Ok(()),
     };
     if matches!(found, Found::Depth(_)) {
         return Ok(());
     }
-    let problem = format!("{given} was given, but it is for a folder of depth images");
-    Err(LogError::Option { path: path.into(), problem })
+    Err(LogError::setting(path, setting, value, "was given, but it is for a folder of depth images"))
 }

@@ -5,7 +5,10 @@
 //! ([`FrameInfo`]), a [`LogSummary`] of what was found, guessed and damaged, and a [`ScanReader`] for each
 //! thread, which fills a [`Scan`](dmp_sensor::Scan) with one scan at a time. [`read_trajectory`] reads
 //! poses, [`read_pose_graph`] a graph of them and [`read_loop_candidates`] edges that it might have,
-//! [`read_loop_labels`] which of those are true and [`read_keyframe_times`] when its vertices were. [`outline_log`] tells the scans of a log from its index and opens a part of them. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a reference.
+//! [`read_loop_labels`] which of those are true and [`read_keyframe_times`] when its vertices were.
+//! [`outline_log`] tells the scans of a log from its index and opens a part of them. [`MemoryLog`] makes a log of
+//! scans that a program has already. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a
+//! reference.
 //! [`McapScanWriter`], [`FolderScanWriter`], [`DepthFolderWriter`], [`write_tum`], [`write_euroc`], [`write_kitti`], [`write_redwood_log`] and [`write_pose_graph`] write what the
 //! readers read; [`ResidualWriter`] writes scored returns for people to look at. [`read_calib`] says where a LiDAR sits on a camera.
 //!
@@ -77,6 +80,7 @@ mod reads;
 mod residuals;
 mod ros;
 mod scan_folder;
+mod setting;
 mod summary;
 mod text;
 mod trajectory;
@@ -108,6 +112,7 @@ pub use options::LogOptions;
 pub use outline::{LogOutline, outline_log};
 pub use points::{PointTime, StampAt, TimeUnit};
 pub use residuals::{ResidualFormat, ResidualHead, ResidualWriter, ScoredPoint, ScoredScan};
+pub use setting::LogSetting;
 pub use summary::{FieldInfo, FieldMeaning, LogFormat, LogSummary, TopicInfo};
 pub use trajectory::{
     GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,

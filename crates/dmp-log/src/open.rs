@@ -19,6 +19,15 @@ use std::path::Path;
 /// When there is nothing at the path, when it is in no format known here, when the choice of a topic or
 /// the meaning of the times is left open, and when there is no scan in it. Damage to a part is no error,
 /// see [`crate::LogSummary::damage`].
+///
+/// ```no_run
+/// use dmp_log::{LogOptions, open_log};
+///
+/// let options = LogOptions { topic: Some("/front/points".into()), ..LogOptions::default() };
+/// let log = open_log("drive.mcap".as_ref(), &options)?;
+/// println!("{} scans, {} returns", log.frames().len(), log.summary().returns);
+/// # Ok::<(), dmp_log::LogError>(())
+/// ```
 pub fn open_log(path: &Path, options: &LogOptions) -> Result<Box<dyn ScanLog>, LogError> {
     let found = find_for(path, options)?;
     Ok(match found {

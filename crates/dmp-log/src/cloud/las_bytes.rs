@@ -1,3 +1,5 @@
+//! Bytes anywhere in a LAS file, never past its end.
+
 use crate::{ParseError, PlaceInFile};
 use std::io::{self, Read, Seek, SeekFrom};
 

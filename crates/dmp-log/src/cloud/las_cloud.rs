@@ -1,3 +1,5 @@
+//! The points of a LAS or LAZ file as a cloud, in metres.
+
 use super::batches::Batches;
 use super::format::CloudFormat;
 use super::las_points::LasPoints;

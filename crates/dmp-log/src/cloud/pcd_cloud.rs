@@ -1,3 +1,5 @@
+//! The points of a PCD file as a cloud: text, rows, or packed field by field, without holding them all.
+
 use super::batches::{Batches, broken};
 use super::format::CloudFormat;
 use crate::decimal::shorten;

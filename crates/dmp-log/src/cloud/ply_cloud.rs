@@ -1,3 +1,5 @@
+//! The vertices of a PLY file as a cloud, and for meshes.
+
 use super::batches::{Batches, broken};
 use super::format::CloudFormat;
 use super::ply_header::{Coordinate, Encoding, PlyHeader, read_header};

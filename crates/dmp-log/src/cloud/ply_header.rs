@@ -1,3 +1,5 @@
+//! The header of a PLY file: its elements, their properties, and where the vertices begin.
+
 use crate::decimal::shorten;
 use crate::points::{Field, NumberType};
 use crate::text::read_line;

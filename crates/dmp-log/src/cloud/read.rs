@@ -32,6 +32,22 @@ pub struct CloudSummary {
 /// # Errors
 /// When the file cannot be read, is in no format known here, has fewer points than it claims, or says that
 /// its coordinates are longitude and latitude; and the first error of `sink`.
+///
+/// ```
+/// use dmp_log::{LogError, read_cloud};
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("map.ply");
+/// let head = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n";
+/// std::fs::write(&path, format!("{head}end_header\n1 2 3\n4 5 6\n"))?;
+/// let mut points_m = Vec::new();
+/// let summary = read_cloud(&path, None, |batch| {
+///     points_m.extend_from_slice(batch);
+///     Ok::<(), LogError>(())
+/// })?;
+/// assert_eq!((summary.points, points_m[1]), (2, [4.0, 5.0, 6.0]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn read_cloud<E: From<LogError>>(
     path: &Path,
     unit: Option<LengthUnit>,

@@ -4,7 +4,7 @@ use super::camera_numbers::{CameraNumbers, distortion_of};
 use super::found::Layout;
 use crate::decimal::shorten;
 use crate::text::read_text;
-use crate::{LogError, LogOptions, PlaceInFile};
+use crate::{LogError, LogOptions, LogSetting, PlaceInFile};
 use dmp_sensor::{Distortion, PinholeCamera};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -87,7 +87,6 @@ pub(super) fn choose(
     options: &LogOptions,
     notes: &mut Vec<String>,
 ) -> Result<(PinholeCamera, f64), LogError> {
-    let option = |problem: String| LogError::Option { path: folder.into(), problem };
     let [width, height] = size_px;
     let of_file = |what: &CameraFile| format!("{}", what.path.display());
     let (numbers, whence) = match (options.camera, file, layout.usual_camera()) {
@@ -97,10 +96,11 @@ pub(super) fn choose(
             (CameraNumbers::without_lens(focal_px), format!("guessed: usual for {}", layout.words()))
         }
         (None, None, _) => {
-            return Err(option(format!(
-                "images of {width} x {height} pixels and no camera.json: say which camera they are from, --camera \
+            let problem = format!(
+                "images of {width} x {height} pixels and no camera.json: say which camera they are from, \
                  FX,FY,CX,CY[,K1,K2,P1,P2[,K3]]"
-            )));
+            );
+            return Err(LogError::missing(folder, LogSetting::Camera, problem));
         }
     };
     let CameraNumbers { focal_px, centre_px, distortion } = numbers;
@@ -108,7 +108,7 @@ pub(super) fn choose(
         Some(file) if options.camera.is_none() => {
             LogError::malformed(&file.path, PlaceInFile::WholeFile, e.to_string())
         }
-        _ => option(format!("--camera {numbers}: {e}")),
+        _ => LogError::setting(folder, LogSetting::Camera, numbers, format!("makes no camera: {e}")),
     })?;
     notes.push(format!("camera of {width} x {height} pixels, {}, {whence}", in_words(&numbers)));
     let scale_of_file = file.and_then(|file| Some((file.units_per_m?, file)));
@@ -117,13 +117,13 @@ pub(super) fn choose(
         (None, Some((units, file)), _) => (units, format!("from {}", of_file(file))),
         (None, None, Some(usual)) => (usual, format!("guessed: usual for {}", layout.words())),
         (None, None, None) => {
-            return Err(option(
-                "nothing says what a unit of depth is: say how many are a metre, --depth-factor UNITS".into(),
-            ));
+            let problem = "nothing says what a unit of depth is: say how many are a metre";
+            return Err(LogError::missing(folder, LogSetting::DepthUnits, problem));
         }
     };
     if !is_scale(units_per_m) {
-        return Err(option(format!("--depth-factor {units_per_m}: it must be units per metre, more than 0")));
+        let problem = "makes no sense: it must be units per metre, more than 0";
+        return Err(LogError::setting(folder, LogSetting::DepthUnits, units_per_m, problem));
     }
     notes.push(format!("{units_per_m} units of depth a metre, {whence}"));
     Ok((camera, units_per_m))

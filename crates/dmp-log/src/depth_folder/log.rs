@@ -7,8 +7,8 @@ use crate::damage::DamageList;
 use crate::frame_info::{period_ns, runs_of_eight, span_ns};
 use crate::reads::{CountedFile, ReadCount};
 use crate::{
-    Damage, FieldInfo, FieldMeaning, FrameInfo, LogError, LogOptions, LogSummary, PlaceInFile, PointTime,
-    ScanLog, ScanReader, StampAt, fingerprint,
+    Damage, FieldInfo, FieldMeaning, FrameInfo, LogError, LogOptions, LogSetting, LogSummary, PlaceInFile,
+    PointTime, ScanLog, ScanReader, StampAt, fingerprint,
 };
 use dmp_sensor::{PixelBearings, Scan};
 use std::fs::Metadata;
@@ -180,19 +180,20 @@ fn open(path: &Path, count: &ReadCount) -> Result<(CountedFile, Metadata), LogEr
 
 /// Nothing that has no meaning for images.
 fn check_options(folder: &Path, options: &LogOptions) -> Result<(), LogError> {
-    let problem = match options {
+    let (setting, value, problem) = match options {
         LogOptions { topic: Some(topic), .. } => {
-            format!("--topic {topic} was given, but a folder of depth images has no topics")
+            (LogSetting::Topic, topic.clone(), "was given, but a folder of depth images has no topics")
         }
         LogOptions { point_time, .. } if !matches!(point_time, PointTime::Auto | PointTime::Ignore) => {
-            format!("--point-time {point_time} was given, but the pixels of a depth image have no times")
+            let problem = "was given, but the pixels of a depth image have no times";
+            (LogSetting::PointTime, point_time.to_string(), problem)
         }
         LogOptions { stamp_at, .. } if *stamp_at != StampAt::Start => {
-            format!("--stamp {} was given, but a depth image is one instant", stamp_at.name())
+            (LogSetting::StampAt, stamp_at.name().to_owned(), "was given, but a depth image is one instant")
         }
         _ => return Ok(()),
     };
-    Err(LogError::Option { path: folder.into(), problem })
+    Err(LogError::setting(folder, setting, value, problem))
 }
 
 impl ScanLog for DepthFolder {

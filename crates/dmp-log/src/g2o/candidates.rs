@@ -1,3 +1,5 @@
+//! Loop candidates: edges of a g2o file that may be added to a graph.
+
 use super::graph::in_the_plane;
 use super::{Others, PoseGraphFile, Record, RecordType, read_bytes, records, undirected};
 use crate::{LogError, ParseError, PlaceInFile};

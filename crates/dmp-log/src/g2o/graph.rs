@@ -1,3 +1,5 @@
+//! A whole pose graph of a g2o file.
+
 use super::record::Edge;
 use super::{Others, RecordType, Vertices, read_bytes, records};
 use crate::{LogError, ParseError, PlaceInFile};

@@ -1,3 +1,5 @@
+//! When the body was at the vertices of a graph: a list of lines, read and written.
+
 use super::record::id_of;
 use crate::decimal::{ns_to_seconds, seconds_to_ns};
 use crate::text::{is_header, lines, read_text};

@@ -1,3 +1,5 @@
+//! Which loop candidates are true: a list of lines.
+
 use super::record::id_of;
 use super::undirected;
 use crate::decimal::shorten;

@@ -1,3 +1,5 @@
+//! One line of a g2o file: a vertex, an edge, or something else.
+
 use crate::decimal::shorten;
 use crate::text::lines;
 use crate::trajectory::numbers::{numbers, pose_of, values};

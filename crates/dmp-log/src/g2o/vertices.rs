@@ -1,3 +1,5 @@
+//! The vertices of a g2o file, gathered by their ids.
+
 use super::Vertex;
 use crate::{ParseError, PlaceInFile};
 use dmp_sensor::Isometry3;

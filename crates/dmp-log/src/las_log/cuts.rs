@@ -1,3 +1,5 @@
+//! Cutting the points of a LAS file into scans by their times.
+
 use super::clock::gps_ns;
 use super::made_with::MadeWith;
 use crate::cloud::las_points::LasPoints;

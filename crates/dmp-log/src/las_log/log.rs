@@ -9,8 +9,8 @@ use crate::cloud::las_units::{self, ToMetres};
 use crate::frame_info::{period_ns, runs_of_eight, span_ns};
 use crate::reads::ReadCount;
 use crate::{
-    FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogOptions, LogSummary, PlaceInFile, PointTime,
-    ScanLog, ScanReader, StampAt, fingerprint,
+    FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogOptions, LogSetting, LogSummary, PlaceInFile,
+    PointTime, ScanLog, ScanReader, StampAt, fingerprint,
 };
 use dmp_sensor::{Isometry3, Point3, Scan, Track, TrackCursor};
 use std::ops::Range;
@@ -112,27 +112,26 @@ fn option(path: &Path, problem: String) -> LogError {
 /// What the file was made with, and nothing that has no meaning for it.
 fn checked_options<'a>(path: &Path, options: &'a LogOptions) -> Result<&'a MadeWith, LogError> {
     let Some(made_with) = &options.made_with else {
-        return Err(option(
-            path,
-            "a LAS file has points in the world, without the place they were measured from: give the trajectory it was made with, --made-with TRAJECTORY (scans in the sensor's frame, one file each, are read as a folder)".into(),
-        ));
+        let problem = "a LAS file has points in the world, without the place they were measured from (scans in the sensor's \
+                       frame, one file each, are read as a folder): give the trajectory it was made with";
+        return Err(LogError::missing(path, LogSetting::MadeWith, problem));
     };
     let refused = match options {
-        LogOptions { topic: Some(topic), .. } => Some(format!("--topic {topic}")),
+        LogOptions { topic: Some(topic), .. } => Some((LogSetting::Topic, topic.clone())),
         LogOptions { point_time, .. } if *point_time != PointTime::Auto => {
-            Some(format!("--point-time {point_time}"))
+            Some((LogSetting::PointTime, point_time.to_string()))
         }
         LogOptions { stamp_at, .. } if *stamp_at != StampAt::Start => {
-            Some(format!("--stamp {}", stamp_at.name()))
+            Some((LogSetting::StampAt, stamp_at.name().to_owned()))
         }
         _ => None,
     };
     match refused {
-        Some(refused) => {
-            Err(option(path, format!("{refused} was given, but a LAS file is cut by its gps_time")))
+        Some((setting, value)) => {
+            Err(LogError::setting(path, setting, value, "was given, but a LAS file is cut by its gps_time"))
         }
         None if made_with.trajectory.stamps_ns().is_none() => {
-            Err(option(path, "--made-with needs a trajectory with stamps".into()))
+            Err(LogError::setting(path, LogSetting::MadeWith, "", "needs a trajectory with stamps"))
         }
         None => Ok(made_with),
     }

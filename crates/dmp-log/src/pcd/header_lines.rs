@@ -1,3 +1,5 @@
+//! The lines of a PCD header, parsed and checked.
+
 use super::header::{PcdData, PcdField, PcdHeader};
 use crate::decimal::shorten;
 use crate::points::NumberType;

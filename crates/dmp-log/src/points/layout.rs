@@ -1,3 +1,5 @@
+//! Where in a row of bytes the fields of a point are.
+
 use super::NumberType;
 use crate::{FieldInfo, FieldMeaning};
 

@@ -1,3 +1,5 @@
+//! The types of numbers that fields have, and how one is read.
+
 use super::RawTime;
 
 /// The numbers a field may hold.

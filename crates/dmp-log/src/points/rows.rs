@@ -1,3 +1,5 @@
+//! Rows of points, made into a scan.
+
 use super::number::{Number, with_number};
 use super::{Field, Layout, NumberType, RawTime, TimeRule};
 use dmp_sensor::Scan;

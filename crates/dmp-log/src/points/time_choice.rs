@@ -2,7 +2,7 @@
 
 use super::find_rule::{Finding, USUAL_PERIOD_NS, find_rule};
 use super::{FieldExtremes, Layout, Origin, PointTime, StampAt, TimeRule, candidates};
-use crate::{LogError, LogOptions};
+use crate::{LogError, LogOptions, LogSetting};
 use std::path::Path;
 
 /// Scans looked at for the meaning of the times of points.
@@ -45,20 +45,18 @@ pub(crate) fn choose_time(
 ) -> Result<Option<TimeChoice>, LogError> {
     let names = layout.names();
     let fields: Vec<String> = candidates(&names).into_iter().map(|(_, name)| name.to_owned()).collect();
-    let option = |problem: String| Err(LogError::Option { path: path.into(), problem });
     let given = TimeRule::given(options.point_time);
     let Some(first_field) = fields.first() else {
         if given.is_some() {
             let (point_time, names) = (options.point_time, names.join(", "));
-            return option(format!(
-                "--point-time {point_time} was given, but the points have no field for a time among [{names}]"
-            ));
+            let problem = format!("was given, but the points have no field for a time among [{names}]");
+            return Err(LogError::setting(path, LogSetting::PointTime, point_time, problem));
         }
-        return without_times(options).or_else(option);
+        return without_times(path, options);
     };
     if options.point_time == PointTime::Ignore {
         notes.push(format!("field `{first_field}`: not used as the time of a point, as was asked"));
-        return without_times(options).or_else(option);
+        return without_times(path, options);
     }
     let seen_of_fields = look(&fields)?;
     let period_ns = period_ns.unwrap_or_else(|| {
@@ -78,7 +76,7 @@ pub(crate) fn choose_time(
                     return Err(LogError::PointTime { path: path.into(), field, problem });
                 }
                 let evidence = if given.is_some() { "as was said" } else { "found from the values" };
-                return place_stamp(field, rule, options.stamp_at, seen, evidence).map(Some).or_else(option);
+                return place_stamp(path, field, rule, options.stamp_at, seen, evidence).map(Some);
             }
             Finding::Constant => {
                 notes.push(format!(
@@ -89,7 +87,7 @@ pub(crate) fn choose_time(
         }
     }
     match unclear {
-        None => without_times(options).or_else(option),
+        None => without_times(path, options),
         Some((field, problem)) => {
             let field = format!("in field `{field}`");
             Err(LogError::PointTime { path: path.into(), field, problem })
@@ -124,24 +122,26 @@ fn disagreement<'a>(
 }
 
 /// Without times a scan is one instant, its stamp, wherever that lies in it.
-fn without_times(options: &LogOptions) -> Result<Option<TimeChoice>, String> {
+fn without_times(path: &Path, options: &LogOptions) -> Result<Option<TimeChoice>, LogError> {
     match options.stamp_at {
         StampAt::Start => Ok(None),
-        at => Err(format!(
-            "--stamp {} was given, but the points have no times of their own: to move the stamps, give --time-offset",
-            at.name()
-        )),
+        at => {
+            let problem =
+                "was given, but the points have no times of their own: move the stamps of the trajectory";
+            Err(LogError::setting(path, LogSetting::StampAt, at.name(), problem))
+        }
     }
 }
 
 /// Puts times that count from the scan's beginning where the stamp is the middle or the end of it.
 pub(crate) fn place_stamp(
+    path: &Path,
     field: &str,
     mut rule: TimeRule,
     at: StampAt,
     seen: &[FieldExtremes],
     evidence: &str,
-) -> Result<TimeChoice, String> {
+) -> Result<TimeChoice, LogError> {
     let unit_ns = rule.unit.in_ns() as f64;
     // The longest of these scans: the others lack returns at their ends.
     let span_ns = seen.iter().map(|scan| (scan.largest - scan.smallest) * unit_ns).fold(0.0, f64::max);
@@ -152,15 +152,15 @@ pub(crate) fn place_stamp(
         Origin::FirstPoint => true,
     };
     if at != StampAt::Start && !from_start {
-        return Err(format!(
-            "--stamp {} was given, but the times in `{field}` say themselves where the stamp lies: the first is {:.4} s from it",
-            at.name(),
+        let problem = format!(
+            "was given, but the times in `{field}` say themselves where the stamp lies: the first is {:.4} s from it",
             if rule.origin == Origin::Clock {
                 seen.first().map_or(f64::NAN, |scan| (scan.smallest * unit_ns - scan.stamp_ns as f64) / 1e9)
             } else {
                 first_ns / 1e9
             }
-        ));
+        );
+        return Err(LogError::setting(path, LogSetting::StampAt, at.name(), problem));
     }
     rule.shift_ns = match at {
         StampAt::Start => 0,

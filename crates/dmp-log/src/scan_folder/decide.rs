@@ -7,20 +7,19 @@ use crate::damage::DamageList;
 use crate::points::{
     FieldExtremes, Origin, TimeChoice, TimeRule, TimeUnit, candidates, choose_time, frames_to_look_at,
 };
-use crate::{Damage, LogError, LogOptions};
-use std::path::PathBuf;
+use crate::{Damage, LogError, LogOptions, LogSetting};
+use std::path::{Path, PathBuf};
 
 impl ScanFolder {
     /// Finds the times of the points and what they mean, and gives up the scans that lack them.
     pub(super) fn decide_time(&mut self, options: &LogOptions) -> Result<(), LogError> {
         let folder = self.summary.path.clone();
         let stamped = self.entries.iter().any(|entry| entry.stamp_ns.is_some());
-        let option = |problem: String| Err(LogError::Option { path: folder.clone(), problem });
         if let Some(times) = times::folder_beside(&folder) {
             let beside = Beside::open(times, &self.entries, options, &self.count, &mut self.summary.notes)?;
             if let Some(beside) = beside {
                 if beside.rule.origin == Origin::Clock && !stamped {
-                    return option(needs_stamps(options));
+                    return Err(needs_stamps(&folder, options));
                 }
                 self.summary.point_times = Some(beside.words.clone());
                 self.summary.middle_ns = beside.middle_ns;
@@ -30,11 +29,11 @@ impl ScanFolder {
         }
         let Some(layout) = self.first_layout().filter(|_| self.summary.returns > 0) else { return Ok(()) };
         if TimeRule::given(options.point_time).is_some() && candidates(&layout.names()).is_empty() {
-            return option(format!(
-                "--point-time {} was given, but the points have no field for a time among [{}], and there is no folder times/ beside the scans",
-                options.point_time,
+            let problem = format!(
+                "was given, but the points have no field for a time among [{}], and there is no folder times/ beside the scans",
                 layout.names().join(", ")
-            ));
+            );
+            return Err(LogError::setting(&folder, LogSetting::PointTime, options.point_time, problem));
         }
         let mut notes = self.summary.notes.clone();
         let look = |fields: &[String]| self.extremes(fields);
@@ -42,7 +41,7 @@ impl ScanFolder {
         self.summary.notes = notes;
         let Some(choice) = choice? else { return Ok(()) };
         if choice.rule.origin == Origin::Clock && !stamped {
-            return option(needs_stamps(options));
+            return Err(needs_stamps(&folder, options));
         }
         if self.format == ScanFormat::Las && choice.rule.unit != TimeUnit::Seconds && is_open(options) {
             return Err(las_has_seconds(folder, &choice));
@@ -98,9 +97,7 @@ fn las_has_seconds(path: PathBuf, choice: &TimeChoice) -> LogError {
     LogError::PointTime { path, field: format!("in field `{}`", choice.field), problem }
 }
 
-fn needs_stamps(options: &LogOptions) -> String {
-    format!(
-        "--point-time {} needs stamps of the scans, and there is neither a times.txt nor a stamp in the file names",
-        options.point_time
-    )
+fn needs_stamps(folder: &Path, options: &LogOptions) -> LogError {
+    let problem = "needs stamps of the scans, and there is neither a times.txt nor a stamp in the file names";
+    LogError::setting(folder, LogSetting::PointTime, options.point_time, problem)
 }

@@ -36,19 +36,20 @@ impl ScanFile {
     /// Opens a file and reads its head.
     ///
     /// # Errors
-    /// [`LogError::Malformed`] when the head makes no sense or claims what is not there.
+    /// [`LogError::Malformed`] when the head makes no sense or claims what is not there,
+    /// [`LogError::WorldCoordinates`] when the points are of the world.
     pub(super) fn open(path: &Path, format: ScanFormat, count: &ReadCount) -> Result<Self, LogError> {
         let file = count.open(path).map_err(|e| LogError::io(path, "open", e))?;
         let metadata = file.metadata().map_err(|e| LogError::io(path, "read", e))?;
         let (length, modified) = (metadata.len(), metadata.modified().ok());
         let mut input = BufReader::with_capacity(BUFFER_BYTES, file);
+        let in_file = |e: ParseError| e.in_file(path);
         let head = match format {
-            ScanFormat::Bin => bin_head(length),
-            ScanFormat::Pcd => pcd::head(&mut input, length),
-            ScanFormat::Ply => ply::head(&mut input),
-            ScanFormat::Las => las::head(&mut input, length),
-        };
-        let head = head.map_err(|e| e.in_file(path))?;
+            ScanFormat::Bin => bin_head(length).map_err(in_file),
+            ScanFormat::Pcd => pcd::head(&mut input, length).map_err(in_file),
+            ScanFormat::Ply => ply::head(&mut input).map_err(in_file),
+            ScanFormat::Las => las::head(path, &mut input, length),
+        }?;
         Ok(Self { path: path.into(), input, count: count.clone(), length, modified, head })
     }
 

@@ -9,7 +9,7 @@ use super::stamps;
 use crate::damage::DamageList;
 use crate::frame_info::{period_ns, span_ns};
 use crate::reads::ReadCount;
-use crate::{Damage, FrameInfo, LogError, LogOptions, LogSummary, PlaceInFile, fingerprint};
+use crate::{Damage, FrameInfo, LogError, LogOptions, LogSetting, LogSummary, PlaceInFile, fingerprint};
 use std::path::PathBuf;
 
 impl ScanFolder {
@@ -17,8 +17,8 @@ impl ScanFolder {
     pub(crate) fn open(found: FoundScans, options: &LogOptions) -> Result<Self, LogError> {
         let FoundScans { folder, format, files, mut notes } = found;
         if let Some(topic) = &options.topic {
-            let problem = format!("--topic {topic} was given, but a folder of scans has no topics");
-            return Err(LogError::Option { path: folder, problem });
+            let problem = "was given, but a folder of scans has no topics";
+            return Err(LogError::setting(&folder, LogSetting::Topic, topic, problem));
         }
         let stamps_ns = stamps::find(&folder, &files, &mut notes)?;
         let summary = LogSummary {
@@ -58,7 +58,7 @@ impl ScanFolder {
     }
 
     fn take_stock(&mut self, files: &[PathBuf], stamps_ns: Option<&[i64]>) -> Result<(), LogError> {
-        let (mut names, mut damage) = (Vec::new(), DamageList::default());
+        let (mut names, mut damage, mut in_world) = (Vec::new(), DamageList::default(), None);
         for (number, path) in files.iter().enumerate() {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let length = std::fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
@@ -70,6 +70,12 @@ impl ScanFolder {
                     let place = format!("{}, {place}", path.display());
                     let what = format!("{problem}; the scan is skipped");
                     damage.push(Damage::new(place, what));
+                    continue;
+                }
+                Err(LogError::WorldCoordinates { path, problem }) => {
+                    let what = format!("{problem}: a map in world coordinates; the scan is skipped");
+                    damage.push(Damage::new(path.display().to_string(), what));
+                    in_world.get_or_insert(LogError::WorldCoordinates { path, problem });
                     continue;
                 }
                 Err(error) => return Err(error),
@@ -92,6 +98,9 @@ impl ScanFolder {
             self.entries.push(Entry { path, points, layout, stamp_ns, length, modified, is_cut });
         }
         self.summary.damage = damage.into_vec();
+        if let Some(error) = in_world.filter(|_| self.entries.is_empty()) {
+            return Err(error);
+        }
         self.check_bin()?;
         let names = names.iter().map(|(name, length)| (name.as_str(), *length));
         self.summary.fingerprint = fingerprint::of_names(names);

@@ -62,8 +62,7 @@ impl Beside {
         }
         let seen = extremes(&folder, entries, count)?;
         let evidence = if given.is_some() { "as was said" } else { "as such files have them" };
-        let choice = place_stamp("times/*.f32", rule, options.stamp_at, &seen, evidence)
-            .map_err(|problem| LogError::Option { path: folder.clone(), problem })?;
+        let choice = place_stamp(&folder, "times/*.f32", rule, options.stamp_at, &seen, evidence)?;
         notes.push(format!("a time for each point from {}", folder.display()));
         Ok(Some(Self { folder, rule: choice.rule, words: choice.words, middle_ns: choice.middle_ns }))
     }

@@ -1,3 +1,5 @@
+//! Trajectories as EuRoC has them, read and written.
+
 use super::error::TrajectoryParseError;
 use super::numbers::{pose_of, values};
 use crate::decimal::shorten;

@@ -1,3 +1,5 @@
+//! The formats of trajectories, and which one a file has.
+
 use super::{euroc, npy, redwood};
 use crate::decimal::shorten;
 use crate::find::{ROS1_ADVICE, ROS1_MAGIC};

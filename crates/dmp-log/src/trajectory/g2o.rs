@@ -1,3 +1,5 @@
+//! The vertices of a g2o file as a trajectory.
+
 use super::error::TrajectoryParseError;
 use crate::ParseError;
 use crate::g2o::{RecordType, Vertex, Vertices, records};

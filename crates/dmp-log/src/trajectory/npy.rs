@@ -1,3 +1,5 @@
+//! Trajectories as arrays of `NumPy`.
+
 use super::error::TrajectoryParseError;
 use super::numbers::pose_of_rows;
 use crate::decimal::shorten;

@@ -1,3 +1,5 @@
+//! Trajectories as their files have them, nothing put right.
+
 use super::format::TrajectoryFormat;
 use super::format::{find_format, no_poses};
 use super::numbers::numbers;

@@ -35,12 +35,22 @@ pub struct TrajectoryFile {
     pub fingerprint: String,
 }
 
-/// Reads a trajectory in the format that is found by looking: arrays by their first bytes, text by its
-/// first line with data. Poses in a format without stamps (KITTI, `.npy`, Redwood) have those of a `times.txt`
+/// Reads a trajectory, `world_from_body` in metres, in the format that is found by looking: arrays by their first bytes,
+/// text by its first line with data. Poses in a format without stamps (KITTI, `.npy`, Redwood) have those of a `times.txt`
 /// beside the file where that has as many lines.
 ///
 /// # Errors
 /// When the file cannot be read, has no poses, is in no such format, or breaks it in some line.
+///
+/// ```
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("run.txt");
+/// std::fs::write(&path, "# stamp tx ty tz qx qy qz qw\n1.0 0 0 0 0 0 0 1\n1.5 2 0 0 0 0 0 1\n")?;
+/// let trajectory = dmp_log::read_trajectory(&path)?.trajectory;
+/// assert_eq!(trajectory.stamps_ns(), Some(&[1_000_000_000, 1_500_000_000][..]));
+/// assert_eq!(trajectory.poses()[1].translation.x, 2.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn read_trajectory(path: &Path) -> Result<TrajectoryFile, LogError> {
     read_trajectory_as(path, None)
 }

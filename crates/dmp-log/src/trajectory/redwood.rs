@@ -1,3 +1,5 @@
+//! Trajectories as Redwood has them, read and written.
+
 use super::error::TrajectoryParseError;
 use super::numbers::{numbers, pose_of_rows};
 use crate::decimal::shorten;

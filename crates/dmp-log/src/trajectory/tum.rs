@@ -1,3 +1,5 @@
+//! Trajectories as TUM has them, read and written.
+
 use super::error::TrajectoryParseError;
 use super::numbers::{numbers, pose_of};
 use crate::decimal::{ns_to_seconds, seconds_to_ns};
@@ -32,6 +34,17 @@ fn parse_line(place: PlaceInFile, columns: &[&str]) -> Result<(i64, Isometry3<f6
 ///
 /// # Errors
 /// When the trajectory has no stamps (`InvalidInput`), or as `out` does.
+///
+/// ```
+/// use dmp_sensor::{Isometry3, Trajectory};
+///
+/// let run = Trajectory::stamped(vec![(1_500_000_000, Isometry3::translation(2.0, 0.0, 0.5))])?.trajectory;
+/// let mut file = Vec::new();
+/// dmp_log::write_tum(&mut file, &run)?;
+/// assert!(file.ends_with(b"\n1.500000000 2 0 0.5 0 0 0 1\n"));
+/// assert_eq!(dmp_log::parse_tum(&file)?.trajectory, run);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write_tum(out: &mut impl Write, trajectory: &Trajectory) -> io::Result<()> {
     let Some(stamps_ns) = trajectory.stamps_ns() else {
         let problem = "the TUM format needs stamps, and the trajectory has none";
