@@ -64,6 +64,11 @@ impl DamageList {
     }
 }
 
+/// The first loss, in words behind a message that nothing can be read; nothing where nothing is lost.
+pub(crate) fn first_in_words(damage: &[Damage]) -> String {
+    damage.first().map(|first| format!("; {}: {}", first.place, first.what)).unwrap_or_default()
+}
+
 /// What a message begins with in front of its values.
 fn kind_of(what: &str) -> String {
     let values = |c: char| c.is_ascii_digit() || c == '`';

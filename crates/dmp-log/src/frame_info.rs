@@ -1,6 +1,8 @@
 //! What is known of the scans of a log before they are read, and what follows from their stamps.
 
+use crate::{LogError, PlaceInFile};
 use std::ops::Range;
+use std::path::Path;
 
 /// What is known of a scan before it is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +35,14 @@ pub(crate) fn median_step_ns(mut stamps_ns: Vec<i64>) -> Option<i64> {
     let mut steps: Vec<i64> = steps.filter(|&step| step > 0).collect();
     steps.sort_unstable();
     steps.get(steps.len() / 2).copied()
+}
+
+/// What is held for a frame of the log at `path`.
+pub(crate) fn of_frame<'a, T>(held: &'a [T], frame: usize, path: &Path) -> Result<&'a T, LogError> {
+    held.get(frame).ok_or_else(|| {
+        let problem = format!("the log has {} scans", held.len());
+        LogError::malformed(path, PlaceInFile::Frame(frame as u64), problem)
+    })
 }
 
 /// Runs of at most eight frames.

@@ -1,10 +1,10 @@
 //! Scans held in memory as a log: those of a caller's own code, or some that were read of another log.
 
-use crate::frame_info::{period_ns, span_ns};
+use crate::frame_info::of_frame;
 use crate::points::frames_to_look_at;
 use crate::{
-    FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogSummary, PlaceInFile, ScanLog, ScanReader,
-    StaticFrames, fingerprint,
+    FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogSummary, ScanLog, ScanReader, StaticFrames,
+    fingerprint,
 };
 use dmp_sensor::{PinholeCamera, Scan};
 use std::ops::Range;
@@ -101,28 +101,17 @@ impl MemoryLog {
         let info = |scan: &Scan| FrameInfo { stamp_ns: scan.stamp_ns, returns: scan.len() as u64 };
         let frames: Vec<FrameInfo> = scans.iter().map(info).collect();
         let timed = scans.iter().any(|scan| !scan.time_offsets_ns.is_empty());
-        let returns = frames.iter().map(|frame| frame.returns).sum();
         let point_bytes = if timed { 20 } else { 12 };
-        let summary = LogSummary {
-            path: name.into(),
-            format: LogFormat::Memory,
-            topic: None,
-            frame_id: None,
+        let mut summary = LogSummary {
             fields: fields(timed),
             point_bytes,
-            returns,
-            span_ns: span_ns(&frames),
-            period_ns: period_ns(&frames),
             point_times: timed.then(|| "nanoseconds after the stamp of the scan, in memory".to_owned()),
             middle_ns: middle_ns(&scans),
-            camera: None,
-            depth_units_per_m: None,
-            notes: Vec::new(),
-            damage: Vec::new(),
             fingerprint: fingerprint::of_scans(&scans),
-            bytes: returns * u64::from(point_bytes),
-            topics: Vec::new(),
+            ..LogSummary::of(&name.into(), LogFormat::Memory)
         };
+        summary.describe(&frames);
+        summary.bytes = summary.returns * u64::from(point_bytes);
         let scans_in_log = scans.len();
         let scans = scans.into_iter().enumerate().collect();
         Ok(Self { scans, frames, summary, static_frames: StaticFrames::default(), scans_in_log })
@@ -252,10 +241,7 @@ struct MemoryReader<'a> {
 
 impl ScanReader for MemoryReader<'_> {
     fn read(&mut self, frame: usize, scan: &mut Scan) -> Result<(), LogError> {
-        let Some((_, held)) = self.scans.get(frame) else {
-            let problem = format!("{} scans are held in memory", self.scans.len());
-            return Err(LogError::malformed(self.path, PlaceInFile::Frame(frame as u64), problem));
-        };
+        let (_, held) = of_frame(self.scans, frame, self.path)?;
         scan.clone_from(held);
         Ok(())
     }

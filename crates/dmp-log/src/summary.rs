@@ -1,8 +1,9 @@
 //! What was found in a log on opening it: its format, topics, fields, times and damage.
 
-use crate::Damage;
+use crate::frame_info::{period_ns, span_ns};
+use crate::{Damage, FrameInfo};
 use dmp_sensor::PinholeCamera;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The formats of scan logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -145,6 +146,37 @@ pub struct LogSummary {
 }
 
 impl LogSummary {
+    /// That of a log of which nothing else is known yet.
+    pub(crate) fn of(path: &Path, format: LogFormat) -> Self {
+        Self {
+            path: path.into(),
+            format,
+            topic: None,
+            frame_id: None,
+            fields: Vec::new(),
+            point_bytes: 0,
+            returns: 0,
+            span_ns: None,
+            period_ns: None,
+            point_times: None,
+            middle_ns: 0,
+            camera: None,
+            depth_units_per_m: None,
+            notes: Vec::new(),
+            damage: Vec::new(),
+            fingerprint: String::new(),
+            bytes: 0,
+            topics: Vec::new(),
+        }
+    }
+
+    /// Fills what follows from the scans.
+    pub(crate) fn describe(&mut self, frames: &[FrameInfo]) {
+        self.returns = frames.iter().map(|frame| frame.returns).sum();
+        self.span_ns = span_ns(frames);
+        self.period_ns = period_ns(frames);
+    }
+
     /// Whether the log gives its points times of their own.
     pub fn has_point_times(&self) -> bool {
         self.point_times.is_some()

@@ -46,44 +46,30 @@ impl Bag {
     /// # Errors
     /// When a file cannot be read.
     pub(crate) fn index(&self, each: &mut dyn FnMut(&Channel, u64, Location)) -> Result<BagIndex, LogError> {
-        let (mut bag_found, mut damage) = (BagFound::default(), DamageList::default());
         let mut known = Vec::new();
         let (mut unindexed_chunks, mut learnt_chunks, mut loose_messages, mut unnamed_messages) =
             (0, 0, 0, 0);
-        for (number, (path, kind)) in self.files.iter().enumerate() {
-            let file = number as u32;
-            let topics = &mut bag_found.topics;
+        let bag_found = self.each_file(&mut |file, path, kind, topics| {
             let mut take = |channel: &Channel, log_time_ns: u64, within: Within| {
                 topics.count(channel, log_time_ns);
                 each(channel, log_time_ns, Location { file, within });
             };
-            let found = match kind {
-                FileKind::Mcap => mcap::read_heads(path, &self.count, &mut |channel, time, place, _| {
-                    take(channel, time, Within::Mcap(place));
-                })
-                .map(|heads| {
-                    unindexed_chunks += heads.unindexed_chunks;
-                    learnt_chunks += heads.learnt_chunks;
-                    loose_messages += heads.loose_messages;
-                    unnamed_messages += heads.unnamed_messages;
-                    known.push(Known::Mcap { channels: heads.channels, bytes: heads.found.bytes });
-                    heads.found
-                }),
-                FileKind::Sqlite => {
-                    known.push(Known::Sqlite);
-                    sqlite::read_heads(path, &mut |channel, time, place, _| {
-                        take(channel, time, Within::Sqlite(place));
-                    })
-                }
-            };
-            let found = found.map_err(|e| LogError::io(path, "read", e))?;
-            for channel in found.channels {
-                bag_found.topics.describe(&channel);
+            if kind == FileKind::Sqlite {
+                known.push(Known::Sqlite);
+                return sqlite::read_heads(path, &mut |channel, time, place, _| {
+                    take(channel, time, Within::Sqlite(place));
+                });
             }
-            damage.append(found.damage, |lost| self.in_file(path, lost));
-            bag_found.bytes += found.bytes;
-        }
-        bag_found.damage = damage.into_vec();
+            let heads = mcap::read_heads(path, &self.count, &mut |channel, time, place, _| {
+                take(channel, time, Within::Mcap(place));
+            })?;
+            unindexed_chunks += heads.unindexed_chunks;
+            learnt_chunks += heads.learnt_chunks;
+            loose_messages += heads.loose_messages;
+            unnamed_messages += heads.unnamed_messages;
+            known.push(Known::Mcap { channels: heads.channels, bytes: heads.found.bytes });
+            Ok(heads.found)
+        })?;
         let mut notes = Vec::new();
         if unindexed_chunks > 0 {
             notes.push(format!(

@@ -1,12 +1,13 @@
 //! A bag: which files it has, and a pass over all its messages.
 
-use super::basics::Channel;
+use super::basics::{Channel, FileFound};
 use super::location::{Location, Within};
 use super::topics::Topics;
 use super::{mcap, rosbag2, sqlite};
 use crate::damage::DamageList;
 use crate::reads::ReadCount;
 use crate::{Damage, LogError};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// A message as a pass over the bag meets it.
@@ -97,22 +98,30 @@ impl Bag {
     /// # Errors
     /// When a file cannot be read.
     pub(crate) fn read_whole(&self, each: &mut dyn FnMut(Message<'_>)) -> Result<BagFound, LogError> {
-        let (mut bag_found, mut damage) = (BagFound::default(), DamageList::default());
-        for (number, (path, kind)) in self.files.iter().enumerate() {
-            let file = number as u32;
-            let topics = &mut bag_found.topics;
+        self.each_file(&mut |file, path, kind, topics| {
             let mut take = |channel: &Channel, log_time_ns: u64, within: Within, body: &[u8]| {
                 topics.count(channel, log_time_ns);
                 each(Message { channel, location: Location { file, within }, body });
             };
-            let found = match kind {
+            match kind {
                 FileKind::Mcap => mcap::read_whole(path, &self.count, &mut |channel, time, place, body| {
                     take(channel, time, Within::Mcap(place), body);
                 }),
                 FileKind::Sqlite => sqlite::read_whole(path, &mut |channel, time, place, body| {
                     take(channel, time, Within::Sqlite(place), body);
                 }),
-            };
+            }
+        })
+    }
+
+    /// Gathers what is found in every file by `read`, which is given the file's number, path and kind.
+    pub(super) fn each_file(
+        &self,
+        read: &mut dyn FnMut(u32, &Path, FileKind, &mut Topics) -> io::Result<FileFound>,
+    ) -> Result<BagFound, LogError> {
+        let (mut bag_found, mut damage) = (BagFound::default(), DamageList::default());
+        for (number, (path, kind)) in self.files.iter().enumerate() {
+            let found = read(number as u32, path, *kind, &mut bag_found.topics);
             let found = found.map_err(|e| LogError::io(path, "read", e))?;
             for channel in found.channels {
                 bag_found.topics.describe(&channel);

@@ -4,7 +4,7 @@ use super::found::clouds_of;
 use super::log::BagLog;
 use super::topic::{Entry, TopicIndex};
 use crate::bag::{Bag, BagFound, in_words};
-use crate::frame_info::{period_ns, span_ns};
+use crate::damage::first_in_words;
 use crate::points::frames_to_look_at;
 use crate::{
     Damage, FrameInfo, LogError, LogOptions, LogSummary, LogSurvey, PlaceInFile, ScanLog, ScanStream,
@@ -38,8 +38,8 @@ impl AroundScans {
         options: &LogOptions,
         notes: &mut Vec<String>,
     ) -> Result<(String, T), LogError> {
-        if let (true, Some(first)) = (clouds.is_empty(), self.damage.first()) {
-            let problem = format!("no scan can be read; {}: {}", first.place, first.what);
+        if clouds.is_empty() && !self.damage.is_empty() {
+            let problem = format!("no scan can be read{}", first_in_words(&self.damage));
             return Err(LogError::malformed(self.bag.path(), PlaceInFile::WholeFile, problem));
         }
         let (name, topic) = choose_topic(self.bag.path(), clouds, options.topic.as_deref(), &self.topics)?;
@@ -112,24 +112,14 @@ impl BagLog {
         }
         let bag = around.bag.clone();
         let summary = LogSummary {
-            path: bag.path().into(),
-            format: bag.format(),
             topic: Some(name),
             frame_id: topic.frame_id.clone(),
-            fields: Vec::new(),
-            point_bytes: 0,
-            returns: 0,
-            span_ns: None,
-            period_ns: None,
-            point_times: None,
-            middle_ns: 0,
-            camera: None,
-            depth_units_per_m: None,
             notes,
             damage,
             fingerprint: around.fingerprint.clone(),
             bytes: around.bytes,
             topics: around.topics.clone(),
+            ..LogSummary::of(bag.path(), bag.format())
         };
         let static_frames = around.static_frames.clone();
         let mut log =
@@ -146,11 +136,10 @@ impl BagLog {
 
     pub(super) fn if_any(self) -> Result<Self, LogError> {
         if self.frames.is_empty() {
-            let lost = self.summary.damage.first().map(|first| format!("; {}: {}", first.place, first.what));
             let problem = format!(
                 "topic {} has no scan that can be read{}",
                 self.summary.topic.as_deref().unwrap_or_default(),
-                lost.unwrap_or_default()
+                first_in_words(&self.summary.damage)
             );
             return Err(LogError::malformed(self.bag.path(), PlaceInFile::WholeFile, problem));
         }
@@ -161,9 +150,7 @@ impl BagLog {
     pub(super) fn describe(&mut self) {
         let info = |entry: &Entry| FrameInfo { stamp_ns: Some(entry.stamp_ns), returns: entry.returns };
         self.frames = self.topic.entries.iter().map(info).collect();
-        self.summary.returns = self.frames.iter().map(|frame| frame.returns).sum();
-        self.summary.span_ns = span_ns(&self.frames);
-        self.summary.period_ns = period_ns(&self.frames);
+        self.summary.describe(&self.frames);
         if let Some(layout) = self.topic.first_layout() {
             self.summary.fields = layout.field_infos(self.time.as_ref().map(|time| time.field.as_str()));
             self.summary.point_bytes = layout.point_bytes();

@@ -6,6 +6,7 @@ use crate::decimal::shorten;
 use crate::pcd::header::{PcdData, PcdField, PcdHeader, read_header};
 use crate::pcd::lzf::{LzfReader, may_hold};
 use crate::points::NumberType;
+use crate::reads::open_sized;
 use crate::text::read_line;
 use crate::{LogError, PlaceInFile};
 use std::fs::File;
@@ -18,9 +19,7 @@ where
     E: From<LogError>,
     F: FnMut(&[[f64; 3]]) -> Result<(), E>,
 {
-    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
-    let length = file.metadata().map_err(|e| LogError::io(path, "read", e))?.len();
-    let mut input = BufReader::with_capacity(1 << 16, file);
+    let (mut input, length) = open_sized(path)?;
     let header = read_header(&mut input).map_err(|e| e.in_file(path))?;
     let xyz = header.xyz().map_err(|e| e.in_file(path))?;
     header.check_length(length).map_err(|e| e.in_file(path))?;

@@ -4,10 +4,10 @@ use super::batches::{Batches, broken};
 use super::format::CloudFormat;
 use super::ply_header::{Coordinate, Encoding, PlyHeader, read_header};
 use crate::decimal::shorten;
+use crate::reads::open_sized;
 use crate::text::read_line;
 use crate::{LogError, PlaceInFile};
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, Read};
 use std::path::Path;
 
 /// Reads the vertices of a PLY file row by row; other elements are passed over or never reached.
@@ -16,9 +16,7 @@ where
     E: From<LogError>,
     F: FnMut(&[[f64; 3]]) -> Result<(), E>,
 {
-    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
-    let length = file.metadata().map_err(|e| LogError::io(path, "read", e))?.len();
-    let mut input = BufReader::with_capacity(1 << 16, file);
+    let (mut input, length) = open_sized(path)?;
     let header = read_header(&mut input).map_err(|e| e.in_file(path))?;
     let mut batches = Batches::scaled(sink, scale);
     read_vertices(path, &mut input, &header, length, |point| batches.push(point))?;

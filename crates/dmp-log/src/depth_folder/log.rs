@@ -3,19 +3,17 @@
 use super::camera::{self, CameraFile};
 use super::found::{FoundImage, FoundImages};
 use super::image::{DecodingProblem, read_head, read_values};
-use crate::damage::DamageList;
-use crate::frame_info::{period_ns, runs_of_eight, span_ns};
-use crate::reads::{CountedFile, ReadCount};
+use crate::damage::{DamageList, first_in_words};
+use crate::frame_info::{of_frame, runs_of_eight};
+use crate::reads::{CountedFile, KnownFile, ReadCount};
 use crate::{
     Damage, FieldInfo, FieldMeaning, FrameInfo, LogError, LogOptions, LogSetting, LogSummary, PlaceInFile,
     PointTime, ScanLog, ScanReader, StampAt, fingerprint,
 };
 use dmp_sensor::{PixelBearings, Scan};
-use std::fs::Metadata;
 use std::io::{BufReader, Seek};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::path::Path;
 
 /// A folder of depth images, each a scan.
 #[derive(Debug)]
@@ -32,11 +30,8 @@ pub(crate) struct DepthFolder {
 /// An image whose head is well.
 #[derive(Debug)]
 struct Entry {
-    path: PathBuf,
+    file: KnownFile,
     stamp_ns: Option<i64>,
-    /// Length and time of the last change: whatever differs later is another file.
-    length: u64,
-    modified: Option<SystemTime>,
 }
 
 /// What the heads of the images say.
@@ -66,9 +61,7 @@ impl DepthFolder {
         let Stock { entries, size_px, damage, bytes, mut names } = stock;
         let damage = damage.into_vec();
         let Some(size_px) = size_px.filter(|_| !entries.is_empty()) else {
-            let first = damage.first();
-            let lost = first.map(|first| format!("; {}: {}", first.place, first.what)).unwrap_or_default();
-            let problem = format!("no depth image can be read{lost}");
+            let problem = format!("no depth image can be read{}", first_in_words(&damage));
             return Err(LogError::malformed(&folder, PlaceInFile::WholeFile, problem));
         };
         let (camera, units_per_m) =
@@ -86,43 +79,32 @@ impl DepthFolder {
             offset_bytes: 0,
             meaning: FieldMeaning::Coordinate,
         };
-        let summary = LogSummary {
-            path: folder,
-            format: layout.of_log(),
-            topic: None,
-            frame_id: None,
+        let mut summary = LogSummary {
             fields: vec![depth],
             point_bytes: 2,
-            returns: frames.iter().map(|frame| frame.returns).sum(),
-            span_ns: span_ns(&frames),
-            period_ns: period_ns(&frames),
-            point_times: None,
-            middle_ns: 0,
             camera: Some(camera),
             depth_units_per_m: Some(units_per_m),
             notes,
             damage,
             fingerprint: fingerprint::of_names(names.iter().map(|(name, length)| (name.as_str(), *length))),
             bytes,
-            topics: Vec::new(),
+            ..LogSummary::of(&folder, layout.of_log())
         };
+        summary.describe(&frames);
         Ok(Self { entries, frames, size_px, bearings: camera.bearings(), units_per_m, summary, count })
     }
 
     /// Bytes of the file of each frame.
     pub(crate) fn scan_bytes(&self) -> Vec<u64> {
-        self.entries.iter().map(|entry| entry.length).collect()
+        self.entries.iter().map(|entry| entry.file.length).collect()
     }
 
     /// Reads the values of an image, pairs of bytes, the larger first.
     fn values_of(&self, entry: &Entry, values: &mut Vec<u8>) -> Result<(), LogError> {
-        let path = &entry.path;
-        let (file, metadata) = open(path, &self.count)?;
-        let now = metadata.len();
-        if (now, metadata.modified().ok()) != (entry.length, entry.modified) {
-            let before = entry.length;
-            let problem = format!("the file has changed since it was opened: {before} bytes then, {now} now");
-            return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
+        let path = &entry.file.path;
+        let (file, known) = open(path, &self.count)?;
+        if known != entry.file {
+            return Err(known.changed_since(&entry.file));
         }
         let mut input = BufReader::new(file);
         read_values(&mut input, self.size_px, values).map_err(|problem| match problem {
@@ -141,7 +123,7 @@ impl Stock {
         let FoundImage { path, stamp_ns } = image;
         let lost =
             |what: String| Damage::new(path.display().to_string(), format!("{what}; the image is skipped"));
-        let (mut file, metadata) = match open(&path, count) {
+        let (mut file, known) = match open(&path, count) {
             Ok(opened) => opened,
             Err(LogError::NotFound { .. }) => {
                 self.damage.push(lost("no such file".into()));
@@ -149,7 +131,7 @@ impl Stock {
             }
             Err(error) => return Err(error),
         };
-        let length = metadata.len();
+        let length = known.length;
         self.bytes += length;
         self.names.push((path.file_name().unwrap_or_default().to_string_lossy().into_owned(), length));
         let head = read_head(&mut file, length).map_err(|e| LogError::io(&path, "read", e))?;
@@ -161,7 +143,7 @@ impl Stock {
             }
             (Ok(size_px), _) => {
                 self.size_px = Some(size_px);
-                self.entries.push(Entry { path, stamp_ns, length, modified: metadata.modified().ok() });
+                self.entries.push(Entry { file: known, stamp_ns });
             }
         }
         Ok(())
@@ -169,13 +151,13 @@ impl Stock {
 }
 
 /// Opens an image, which must be a file: a list may name anything.
-fn open(path: &Path, count: &ReadCount) -> Result<(CountedFile, Metadata), LogError> {
+fn open(path: &Path, count: &ReadCount) -> Result<(CountedFile, KnownFile), LogError> {
     let metadata = std::fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?;
     if !metadata.is_file() {
         return Err(LogError::NotFound { path: path.into() });
     }
     let file = count.open(path).map_err(|e| LogError::io(path, "open", e))?;
-    Ok((file, metadata))
+    Ok((file, KnownFile::new(path, &metadata)))
 }
 
 /// Nothing that has no meaning for images.
@@ -229,10 +211,7 @@ impl ScanReader for DepthReader<'_> {
     fn read(&mut self, frame: usize, scan: &mut Scan) -> Result<(), LogError> {
         scan.clear();
         let log = self.log;
-        let Some(entry) = log.entries.get(frame) else {
-            let problem = format!("the log has {} scans", log.entries.len());
-            return Err(LogError::malformed(&log.summary.path, PlaceInFile::Frame(frame as u64), problem));
-        };
+        let entry = of_frame(&log.entries, frame, &log.summary.path)?;
         scan.stamp_ns = entry.stamp_ns;
         log.values_of(entry, &mut self.values)?;
         let (values, _) = self.values.as_chunks::<2>();

@@ -6,7 +6,7 @@ use super::made_with::MadeWith;
 use crate::cloud::las_header::GpsTime;
 use crate::cloud::las_points::LasPoints;
 use crate::cloud::las_units::{self, ToMetres};
-use crate::frame_info::{period_ns, runs_of_eight, span_ns};
+use crate::frame_info::{of_frame, runs_of_eight};
 use crate::reads::ReadCount;
 use crate::{
     FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogOptions, LogSetting, LogSummary, PlaceInFile,
@@ -69,26 +69,18 @@ impl LasLog {
             let meaning = if name == "gps_time" { FieldMeaning::Time } else { FieldMeaning::Coordinate };
             FieldInfo { name: name.to_owned(), kind: "float64", offset_bytes, meaning }
         };
-        let summary = LogSummary {
-            path: path.into(),
-            format: LogFormat::Las,
-            topic: None,
-            frame_id: None,
+        let mut summary = LogSummary {
             fields: [("x", 0), ("y", 8), ("z", 16), ("gps_time", 24)].map(field).into(),
             point_bytes: 32,
-            returns: found.returns,
-            span_ns: span_ns(&frames),
-            period_ns: period_ns(&frames),
             point_times: Some("field `gps_time`: seconds on the clock of the stamps".into()),
             middle_ns: made_with.scan_period_ns / 2,
-            camera: None,
-            depth_units_per_m: None,
             notes,
             damage: found.damage,
             fingerprint: fingerprint::of_file(path, &count).map_err(|e| LogError::io(path, "read", e))?,
             bytes: std::fs::metadata(path).map_err(|e| LogError::io(path, "read", e))?.len(),
-            topics: Vec::new(),
+            ..LogSummary::of(path, LogFormat::Las)
         };
+        summary.describe(&frames);
         let (path, made_with) = (path.into(), made_with.clone());
         let (cuts, lost) = (found.scans, found.lost);
         Ok(Self { path, made_with, to_metres: scale, cuts, lost, frames, summary, count })
@@ -172,9 +164,7 @@ impl ScanReader for LasReader<'_> {
         let log = self.log;
         let malformed =
             |problem: String| LogError::malformed(&log.path, PlaceInFile::Frame(frame as u64), problem);
-        let Some(cut) = log.cuts.get(frame) else {
-            return Err(malformed(format!("the log has {} scans", log.cuts.len())));
-        };
+        let cut = of_frame(&log.cuts, frame, &log.path)?;
         scan.stamp_ns = Some(cut.stamp_ns);
         let mut poses = log.made_with.poses();
         let mut at = cut.points.start;

@@ -4,15 +4,14 @@ use super::fans::{Fans, MeshFormat, MeshSummary, vertex};
 use super::ply_rows::{Bytes, CORNERS, Lines};
 use crate::cloud::ply_cloud::read_vertices;
 use crate::cloud::ply_header::{Encoding, PlyHeader, PlyProperty, read_header};
+use crate::reads::open_sized;
 use crate::{LogError, PlaceInFile};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
 fn open(path: &Path) -> Result<(BufReader<File>, PlyHeader, u64), LogError> {
-    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
-    let length = file.metadata().map_err(|e| LogError::io(path, "read", e))?.len();
-    let mut input = BufReader::with_capacity(1 << 16, file);
+    let (mut input, length) = open_sized(path)?;
     let header = read_header(&mut input).map_err(|e| e.in_file(path))?;
     Ok((input, header, length))
 }

@@ -58,7 +58,7 @@ impl ScanFolder {
                     "no field `{}`, which the log's first scan has; the scan is skipped",
                     choice.field
                 );
-                damage.push(Damage::new(entry.path.display().to_string(), what));
+                damage.push(Damage::new(entry.file.path.display().to_string(), what));
             }
             kept
         });

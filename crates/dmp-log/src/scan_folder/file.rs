@@ -4,11 +4,10 @@ use super::format::ScanFormat;
 use super::head::{Body, Head};
 use super::{las, pcd, ply};
 use crate::points::{Field, Layout, NumberType};
-use crate::reads::{CountedFile, ReadCount, fill};
+use crate::reads::{CountedFile, KnownFile, ReadCount, fill};
 use crate::{LogError, ParseError, PlaceInFile};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::path::Path;
 
 /// Bytes read at once: heads are short, and there are many files.
 const BUFFER_BYTES: usize = 1 << 13;
@@ -16,12 +15,9 @@ const BUFFER_BYTES: usize = 1 << 13;
 /// A file with a scan, open, its head read and compared with its length.
 #[derive(Debug)]
 pub(super) struct ScanFile {
-    path: PathBuf,
+    pub(super) known: KnownFile,
     input: BufReader<CountedFile>,
     count: ReadCount,
-    pub(super) length: u64,
-    /// When it was last written; `None` where the system does not tell.
-    pub(super) modified: Option<SystemTime>,
     pub(super) head: Head,
 }
 
@@ -41,7 +37,8 @@ impl ScanFile {
     pub(super) fn open(path: &Path, format: ScanFormat, count: &ReadCount) -> Result<Self, LogError> {
         let file = count.open(path).map_err(|e| LogError::io(path, "open", e))?;
         let metadata = file.metadata().map_err(|e| LogError::io(path, "read", e))?;
-        let (length, modified) = (metadata.len(), metadata.modified().ok());
+        let known = KnownFile::new(path, &metadata);
+        let length = known.length;
         let mut input = BufReader::with_capacity(BUFFER_BYTES, file);
         let in_file = |e: ParseError| e.in_file(path);
         let head = match format {
@@ -50,14 +47,14 @@ impl ScanFile {
             ScanFormat::Ply => ply::head(&mut input).map_err(in_file),
             ScanFormat::Las => las::head(path, &mut input, length),
         }?;
-        Ok(Self { path: path.into(), input, count: count.clone(), length, modified, head })
+        Ok(Self { known, input, count: count.clone(), head })
     }
 
     /// How many of the points claimed are there, and what is missing. Only a text has to be read for it.
     pub(super) fn whole_points(&mut self) -> Result<(u64, Option<Cut>), LogError> {
         let Head { layout, points, body } = &self.head;
         match body {
-            Body::Rows { data_at } => Ok(whole_rows(*data_at, layout, *points, self.length)),
+            Body::Rows { data_at } => Ok(whole_rows(*data_at, layout, *points, self.known.length)),
             Body::Text { .. } => self.read_text(*points, &mut Vec::new(), true),
             Body::Packed(_) | Body::Las => Ok((*points, None)),
         }
@@ -73,17 +70,19 @@ impl ScanFile {
             Body::Rows { data_at } => {
                 let count = points.saturating_mul(self.head.layout.point_bytes().into());
                 let at = *data_at;
-                fill(&self.path, &mut self.input, at, count, rows)
+                fill(&self.known.path, &mut self.input, at, count, rows)
             }
             Body::Text { .. } => {
                 let (whole, cut) = self.read_text(points, rows, false)?;
                 match cut {
-                    Some(cut) if whole < points => Err(LogError::malformed(&self.path, cut.place, cut.what)),
+                    Some(cut) if whole < points => {
+                        Err(LogError::malformed(&self.known.path, cut.place, cut.what))
+                    }
                     _ => Ok(()),
                 }
             }
-            Body::Packed(packed) => packed.read_rows(&self.path, &mut self.input, rows),
-            Body::Las => las::read_rows(&self.path, &self.count, points, &self.head.layout, rows),
+            Body::Packed(packed) => packed.read_rows(&self.known.path, &mut self.input, rows),
+            Body::Las => las::read_rows(&self.known.path, &self.count, points, &self.head.layout, rows),
         }
     }
 
@@ -97,7 +96,7 @@ impl ScanFile {
         let Body::Text { data_at, lines_before, skipped, rows: text } = &self.head.body else {
             return Ok((0, None));
         };
-        let io = |e| LogError::io(&self.path, "read", e);
+        let io = |e| LogError::io(&self.known.path, "read", e);
         self.input.seek(SeekFrom::Start(*data_at)).map_err(io)?;
         let claimed = points.saturating_add(*skipped);
         let (mut number, mut row, mut line) = (*lines_before, 0, Vec::new());

@@ -4,10 +4,10 @@ use super::entry::Entry;
 use super::file::ScanFile;
 use super::format::ScanFormat;
 use super::times::{Beside, read_times};
-use crate::frame_info::runs_of_eight;
+use crate::frame_info::{of_frame, runs_of_eight};
 use crate::points::{Layout, Rows, TimeChoice};
 use crate::reads::ReadCount;
-use crate::{FrameInfo, LogError, LogSummary, PlaceInFile, ScanLog, ScanReader};
+use crate::{FrameInfo, LogError, LogSummary, ScanLog, ScanReader};
 use dmp_sensor::Scan;
 use std::ops::Range;
 
@@ -33,7 +33,7 @@ pub(super) enum Times {
 impl ScanFolder {
     /// Bytes of the file of each frame.
     pub(crate) fn scan_bytes(&self) -> Vec<u64> {
-        self.entries.iter().map(|entry| entry.length).collect()
+        self.entries.iter().map(|entry| entry.file.length).collect()
     }
 
     /// The field with the times of points, where they are in the scans themselves.
@@ -52,14 +52,11 @@ impl ScanFolder {
 
     /// Reads the points of a file into `data`.
     pub(super) fn rows_of<'a>(&'a self, entry: &Entry, data: &'a mut Vec<u8>) -> Result<Rows<'a>, LogError> {
-        let mut file = ScanFile::open(&entry.path, self.format, &self.count)?;
-        let (before, now) = (entry.length, file.length);
-        let changed = || {
-            let problem = format!("the file has changed since it was opened: {before} bytes then, {now} now");
-            LogError::malformed(&entry.path, PlaceInFile::WholeFile, problem)
-        };
+        let mut file = ScanFile::open(&entry.file.path, self.format, &self.count)?;
+        let known = file.known.clone();
+        let changed = || known.changed_since(&entry.file);
         let layout = self.layouts.get(entry.layout).ok_or_else(changed)?;
-        if (file.length, file.modified) != (entry.length, entry.modified) || file.head.layout != *layout {
+        if known != entry.file || file.head.layout != *layout {
             return Err(changed());
         }
         file.read_rows(entry.points, data)?;
@@ -103,10 +100,7 @@ impl ScanReader for FolderReader<'_> {
     fn read(&mut self, frame: usize, scan: &mut Scan) -> Result<(), LogError> {
         scan.clear();
         let log = self.log;
-        let Some(entry) = log.entries.get(frame) else {
-            let problem = format!("the log has {} scans", log.entries.len());
-            return Err(LogError::malformed(&log.summary.path, PlaceInFile::Frame(frame as u64), problem));
-        };
+        let entry = of_frame(&log.entries, frame, &log.summary.path)?;
         scan.stamp_ns = entry.stamp_ns;
         let rows = log.rows_of(entry, &mut self.data)?;
         let field = match &log.time {

@@ -6,8 +6,7 @@ use super::format::ScanFormat;
 use super::found::FoundScans;
 use super::log::ScanFolder;
 use super::stamps;
-use crate::damage::DamageList;
-use crate::frame_info::{period_ns, span_ns};
+use crate::damage::{DamageList, first_in_words};
 use crate::reads::ReadCount;
 use crate::{Damage, FrameInfo, LogError, LogOptions, LogSetting, LogSummary, PlaceInFile, fingerprint};
 use std::path::PathBuf;
@@ -21,26 +20,7 @@ impl ScanFolder {
             return Err(LogError::setting(&folder, LogSetting::Topic, topic, problem));
         }
         let stamps_ns = stamps::find(&folder, &files, &mut notes)?;
-        let summary = LogSummary {
-            path: folder,
-            format: format.of_log(),
-            topic: None,
-            frame_id: None,
-            fields: Vec::new(),
-            point_bytes: 0,
-            returns: 0,
-            span_ns: None,
-            period_ns: None,
-            point_times: None,
-            middle_ns: 0,
-            camera: None,
-            depth_units_per_m: None,
-            notes,
-            damage: Vec::new(),
-            fingerprint: String::new(),
-            bytes: 0,
-            topics: Vec::new(),
-        };
+        let summary = LogSummary { notes, ..LogSummary::of(&folder, format.of_log()) };
         let (entries, layouts, frames) = (Vec::new(), Vec::new(), Vec::new());
         let mut log =
             Self { format, entries, layouts, frames, time: None, summary, count: ReadCount::default() };
@@ -49,9 +29,7 @@ impl ScanFolder {
         log.decide_time(options)?;
         log.describe();
         if log.entries.is_empty() {
-            let first = log.summary.damage.first();
-            let lost = first.map(|first| format!("; {}: {}", first.place, first.what)).unwrap_or_default();
-            let problem = format!("no scan can be read{lost}");
+            let problem = format!("no scan can be read{}", first_in_words(&log.summary.damage));
             return Err(LogError::malformed(&log.summary.path, PlaceInFile::WholeFile, problem));
         }
         Ok(log)
@@ -93,9 +71,7 @@ impl ScanFolder {
                 self.layouts.push(file.head.layout);
             }
             let stamp_ns = stamps_ns.and_then(|stamps| stamps.get(number).copied());
-            let ScanFile { length, modified, .. } = file;
-            let path = path.clone();
-            self.entries.push(Entry { path, points, layout, stamp_ns, length, modified, is_cut });
+            self.entries.push(Entry { file: file.known, points, layout, stamp_ns, is_cut });
         }
         self.summary.damage = damage.into_vec();
         if let Some(error) = in_world.filter(|_| self.entries.is_empty()) {
@@ -125,9 +101,7 @@ impl ScanFolder {
     fn describe(&mut self) {
         let info = |entry: &Entry| FrameInfo { stamp_ns: entry.stamp_ns, returns: entry.points };
         self.frames = self.entries.iter().map(info).collect();
-        self.summary.returns = self.frames.iter().map(|frame| frame.returns).sum();
-        self.summary.span_ns = span_ns(&self.frames);
-        self.summary.period_ns = period_ns(&self.frames);
+        self.summary.describe(&self.frames);
         if let Some(layout) = self.first_layout() {
             (self.summary.fields, self.summary.point_bytes) =
                 (layout.field_infos(self.time_field()), layout.point_bytes());

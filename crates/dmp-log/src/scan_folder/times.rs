@@ -50,7 +50,7 @@ impl Beside {
             let times = length / TIME_BYTES;
             // A cut scan has fewer points than times; the first ones belong together.
             if times != entry.points && !(entry.is_cut && times > entry.points) {
-                let (other, other_count) = (entry.path.clone(), entry.points);
+                let (other, other_count) = (entry.file.path.clone(), entry.points);
                 return Err(LogError::CountMismatch {
                     path,
                     count: times,
@@ -70,7 +70,7 @@ impl Beside {
 
 fn file_of(folder: &Path, entry: &Entry) -> PathBuf {
     // Not `with_extension`: names of stamps have a full stop in them.
-    let stem = entry.path.file_stem().unwrap_or_default();
+    let stem = entry.file.path.file_stem().unwrap_or_default();
     let mut name = stem.to_owned();
     name.push(".f32");
     folder.join(name)

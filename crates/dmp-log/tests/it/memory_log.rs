@@ -108,5 +108,5 @@ fn a_log_without_stamps_or_of_a_camera_is_taken_as_it_is() {
     assert_eq!((summary.span_ns, summary.period_ns, summary.middle_ns), (None, None, 0));
     assert_eq!((summary.camera, summary.bytes), (Some(camera), 4 * 10 * 12));
     let error = log.reader().unwrap().read(4, &mut Scan::default()).unwrap_err().to_string();
-    assert_eq!(error, "rooms: frame 4: 4 scans are held in memory");
+    assert_eq!(error, "rooms: frame 4: the log has 4 scans");
 }
