@@ -2,7 +2,7 @@ use std::fmt;
 use std::process::ExitCode;
 
 use dmp::{EvaluateError, JoinError};
-use dmp_log::LogError;
+use dmp_log::{LogError, LogSetting};
 use dmp_truth::surface::SurfaceError;
 
 /// How a command ended. Scripts rely on the codes.
@@ -59,7 +59,7 @@ pub(crate) fn is_interrupt(error: &anyhow::Error) -> bool {
 pub(crate) fn one_line(error: &anyhow::Error) -> String {
     let mut line = String::new();
     for cause in error.chain() {
-        let text = cause.to_string().replace(['\n', '\r'], " ");
+        let text = in_words(cause).replace(['\n', '\r'], " ");
         if line.is_empty() {
             line = text;
         } else if !line.ends_with(&text) {
@@ -67,6 +67,28 @@ pub(crate) fn one_line(error: &anyhow::Error) -> String {
         }
     }
     line
+}
+
+/// What an error says; the settings of a log are called by the options of the command line.
+fn in_words(cause: &(dyn std::error::Error + 'static)) -> String {
+    let of_log = match cause.downcast_ref() {
+        Some(EvaluateError::Log(error)) => Some(error),
+        _ => cause.downcast_ref::<LogError>(),
+    };
+    of_log.map_or_else(|| cause.to_string(), |error| error.message_with(&option_of))
+}
+
+fn option_of(setting: LogSetting) -> String {
+    match setting {
+        LogSetting::Topic => "--topic".into(),
+        LogSetting::PointTime => "--point-time".into(),
+        LogSetting::StampAt => "--stamp".into(),
+        LogSetting::MadeWith => "--made-with".into(),
+        LogSetting::TimeOffset => "--time-offset".into(),
+        LogSetting::Camera => "--camera".into(),
+        LogSetting::DepthUnits => "--depth-factor".into(),
+        other => other.to_string(),
+    }
 }
 
 #[cfg(test)]
@@ -81,5 +103,14 @@ mod tests {
         assert_eq!(one_line(&told), "saving: a.tum: cannot write: disk full");
         let untold = Err::<(), _>(Usage("no poses".into())).context("a.tum").unwrap_err();
         assert_eq!(one_line(&untold), "a.tum: no poses");
+    }
+
+    #[test]
+    fn settings_are_called_by_their_options() {
+        let error = || LogError::SeveralTopics { path: "a.mcap".into(), topics: "/a, /b".into() };
+        let told = "a.mcap: several topics hold scans, name one with --topic: /a, /b";
+        assert_eq!(one_line(&error().into()), told);
+        assert_eq!(one_line(&EvaluateError::Log(error()).into()), told);
+        assert!(error().to_string().contains("name one with `topic`: /a"));
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::text::{lines, read_text};
 use crate::trajectory::numbers::{numbers, pose_of_rows};
-use crate::{LogError, ParseError, Place};
+use crate::{LogError, ParseError, PlaceInFile};
 use dmp_sensor::Isometry3;
 use std::path::{Path, PathBuf};
 
@@ -29,7 +29,7 @@ pub fn parse_calib(bytes: &[u8]) -> Result<Isometry3<f64>, ParseError> {
     parse(bytes)?.ok_or_else(|| {
         let problem =
             "no line `Tr:`, `Tr_velo_to_cam:` or `R:` and `T:`: no calibration of a LiDAR on a camera";
-        ParseError::new(Place::WholeFile, problem)
+        ParseError::new(PlaceInFile::WholeFile, problem)
     })
 }
 

@@ -1,6 +1,5 @@
 //! What is lost, in a list that stays short whatever a file is like.
 
-use crate::Damage;
 use crate::decimal::shorten;
 use std::collections::BTreeMap;
 
@@ -8,6 +7,24 @@ use std::collections::BTreeMap;
 const MOST_NAMED: usize = 100;
 /// Most kinds by which the others are counted.
 const MOST_KINDS: usize = 16;
+
+/// Something that is lost.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Damage {
+    /// Where, as `byte 4711` or `scans/000007.bin, byte 160`.
+    pub place: String,
+    /// What is wrong there and what is lost by it.
+    pub what: String,
+    /// How many places it stands for: one, or those beyond the first hundred that are counted by kind.
+    pub places: u64,
+}
+
+impl Damage {
+    /// Damage in one place.
+    pub(crate) fn new(place: impl Into<String>, what: impl Into<String>) -> Self {
+        Self { place: place.into(), what: what.into(), places: 1 }
+    }
+}
 
 /// The first places with damage, and how many of each kind come after them: a file may have millions.
 #[derive(Debug, Clone, Default)]
@@ -45,6 +62,11 @@ impl DamageList {
         });
         self.named.into_iter().chain(more).collect()
     }
+}
+
+/// The first loss, in words behind a message that nothing can be read; nothing where nothing is lost.
+pub(crate) fn first_in_words(damage: &[Damage]) -> String {
+    damage.first().map(|first| format!("; {}: {}", first.place, first.what)).unwrap_or_default()
 }
 
 /// What a message begins with in front of its values.

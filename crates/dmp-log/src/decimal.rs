@@ -1,3 +1,5 @@
+//! Decimal seconds to and from nanoseconds, exactly, and text cut short for messages.
+
 /// Digits kept of a number; what follows is below any unit used here.
 const MAX_DIGITS: u32 = 30;
 

@@ -1,3 +1,6 @@
+//! What can be wrong with a file, and where in it.
+
+use crate::LogSetting;
 use dmp_sensor::TrajectoryError;
 use std::fmt;
 use std::io;
@@ -6,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// Where in a file something is. Bytes, messages and frames count from 0, lines from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Place {
+pub enum PlaceInFile {
     /// The file as a whole.
     WholeFile,
     /// A byte of the file.
@@ -21,7 +24,7 @@ pub enum Place {
     Point(u64),
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for PlaceInFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::WholeFile => f.write_str("the whole file"),
@@ -39,13 +42,13 @@ impl fmt::Display for Place {
 #[error("{place}: {problem}")]
 pub struct ParseError {
     /// Where it is.
-    pub place: Place,
+    pub place: PlaceInFile,
     /// What it is, with the value that was found.
     pub problem: String,
 }
 
 impl ParseError {
-    pub(crate) fn new(place: Place, problem: impl Into<String>) -> Self {
+    pub(crate) fn new(place: PlaceInFile, problem: impl Into<String>) -> Self {
         Self { place, problem: problem.into() }
     }
 
@@ -90,7 +93,7 @@ pub enum LogError {
         /// The file.
         path: PathBuf,
         /// Where in it.
-        place: Place,
+        place: PlaceInFile,
         /// What is wrong, with the value.
         problem: String,
     },
@@ -117,7 +120,7 @@ pub enum LogError {
         topics: String,
     },
     /// There are several topics with scans and none was named.
-    #[error("{}: several topics hold scans, name one with --topic: {topics}", path.display())]
+    #[error("{}", self.message_with(&|setting| setting.to_string()))]
     SeveralTopics {
         /// The log.
         path: PathBuf,
@@ -135,7 +138,7 @@ pub enum LogError {
         topics: String,
     },
     /// The times of the points have no meaning that could be found.
-    #[error("{}: point time {field}: {problem}; say what they are with --point-time, or --point-time ignore", path.display())]
+    #[error("{}", self.message_with(&|setting| setting.to_string()))]
     PointTime {
         /// The log.
         path: PathBuf,
@@ -144,7 +147,37 @@ pub enum LogError {
         /// Why they are not understood, with span and period.
         problem: String,
     },
-    /// An option asks for what the log has not got.
+    /// A setting was given that the log has no use for, or a value of it that makes no sense.
+    #[error("{}", self.message_with(&|setting| setting.to_string()))]
+    Setting {
+        /// The log.
+        path: PathBuf,
+        /// The setting.
+        setting: LogSetting,
+        /// Its value as text; empty where that says nothing.
+        value: String,
+        /// What was wrong with it, and what was needed: the sentence goes on behind the value.
+        problem: String,
+    },
+    /// A setting was not given without which the log cannot be read.
+    #[error("{}", self.message_with(&|setting| setting.to_string()))]
+    MissingSetting {
+        /// The log.
+        path: PathBuf,
+        /// The setting.
+        setting: LogSetting,
+        /// What was found without it, and what is to be given.
+        problem: String,
+    },
+    /// The scans of a folder lie in world coordinates: they are a map, or a log with what it was made with.
+    #[error("{}", self.message_with(&|setting| setting.to_string()))]
+    WorldCoordinates {
+        /// The file, or the folder where none of its files is a scan.
+        path: PathBuf,
+        /// What was found.
+        problem: String,
+    },
+    /// What was asked for is not there.
     #[error("{}: {problem}", path.display())]
     Option {
         /// The log.
@@ -181,8 +214,54 @@ impl LogError {
             Self::NotFound { .. }
                 | Self::SeveralTopics { .. }
                 | Self::UnknownTopic { .. }
+                | Self::Setting { .. }
+                | Self::MissingSetting { .. }
                 | Self::Option { .. }
         )
+    }
+
+    /// The message, with the words that `name` has for settings: a command line may have options for them. The plain
+    /// message (`Display`) has the names of the fields of [`LogOptions`](crate::LogOptions).
+    pub fn message_with(&self, name: &dyn Fn(LogSetting) -> String) -> String {
+        match self {
+            Self::SeveralTopics { path, topics } => {
+                let topic = name(LogSetting::Topic);
+                format!("{}: several topics hold scans, name one with {topic}: {topics}", path.display())
+            }
+            Self::PointTime { path, field, problem } => {
+                let (path, point_time) = (path.display(), name(LogSetting::PointTime));
+                format!(
+                    "{path}: point time {field}: {problem}; say what they are with {point_time}, or {point_time} ignore"
+                )
+            }
+            Self::Setting { path, setting, value, problem } => {
+                let space = if value.is_empty() { "" } else { " " };
+                format!("{}: {}{space}{value} {problem}", path.display(), name(*setting))
+            }
+            Self::MissingSetting { path, setting, problem } => {
+                format!("{}: {problem} ({})", path.display(), name(*setting))
+            }
+            Self::WorldCoordinates { path, problem } => {
+                let (path, made_with) = (path.display(), name(LogSetting::MadeWith));
+                format!(
+                    "{path}: {problem}: points in world coordinates are a map, or with {made_with} a log, as one file"
+                )
+            }
+            other => other.to_string(),
+        }
+    }
+
+    pub(crate) fn setting(
+        path: &Path,
+        setting: LogSetting,
+        value: impl fmt::Display,
+        problem: impl Into<String>,
+    ) -> Self {
+        Self::Setting { path: path.into(), setting, value: value.to_string(), problem: problem.into() }
+    }
+
+    pub(crate) fn missing(path: &Path, setting: LogSetting, problem: impl Into<String>) -> Self {
+        Self::MissingSetting { path: path.into(), setting, problem: problem.into() }
     }
 
     pub(crate) fn io(path: &Path, doing: &'static str, source: io::Error) -> Self {
@@ -192,7 +271,7 @@ impl LogError {
         Self::Io { path: path.into(), doing, source }
     }
 
-    pub(crate) fn malformed(path: &Path, place: Place, problem: impl Into<String>) -> Self {
+    pub(crate) fn malformed(path: &Path, place: PlaceInFile, problem: impl Into<String>) -> Self {
         Self::Malformed { path: path.into(), place, problem: problem.into() }
     }
 }

@@ -1,4 +1,7 @@
+//! What identifies a log or a trajectory cheaply.
+
 use crate::reads::ReadCount;
+use dmp_sensor::Scan;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
@@ -29,6 +32,17 @@ pub(crate) fn of_names<'a>(files: impl Iterator<Item = (&'a str, u64)>) -> Strin
         hasher.update(name.as_bytes());
         hasher.update(&[0]);
         hasher.update(&length.to_le_bytes());
+    }
+    text(hasher)
+}
+
+/// Identifies scans in memory by all that they hold.
+pub(crate) fn of_scans(scans: &[Scan]) -> String {
+    let mut hasher = crc32fast::Hasher::new();
+    for Scan { stamp_ns, points_in_sensor_m, time_offsets_ns } in scans {
+        let head = [i64::from(stamp_ns.is_some()), stamp_ns.unwrap_or(0), points_in_sensor_m.len() as i64];
+        head.iter().chain(time_offsets_ns).for_each(|number| hasher.update(&number.to_le_bytes()));
+        points_in_sensor_m.iter().for_each(|point| hasher.update(point.map(f32::to_le_bytes).as_flattened()));
     }
     text(hasher)
 }

@@ -3,7 +3,7 @@
 use crate::decimal::shorten;
 use crate::ros::{PoseCoding, PoseType};
 use crate::trajectory::numbers::pose_of;
-use crate::{ParseError, Place};
+use crate::{ParseError, PlaceInFile};
 use dmp_sensor::Isometry3;
 use std::collections::BTreeMap;
 
@@ -44,7 +44,7 @@ impl StaticFrames {
             return Err(format!("{STATIC_TOPIC} holds {}, not TFMessage", coding.pose_type.name()));
         }
         for transform in coding.parse(message)? {
-            let pose = pose_of(Place::WholeFile, transform.position_m, transform.quaternion);
+            let pose = pose_of(PlaceInFile::WholeFile, transform.position_m, transform.quaternion);
             let parent_from_child = pose.map_err(|ParseError { problem, .. }| problem)?;
             let child = transform.child.unwrap_or_default();
             self.add(transform.frame, child, parent_from_child)?;

@@ -5,7 +5,10 @@
 //! ([`FrameInfo`]), a [`LogSummary`] of what was found, guessed and damaged, and a [`ScanReader`] for each
 //! thread, which fills a [`Scan`](dmp_sensor::Scan) with one scan at a time. [`read_trajectory`] reads
 //! poses, [`read_pose_graph`] a graph of them and [`read_loop_candidates`] edges that it might have,
-//! [`read_loop_labels`] which of those are true and [`read_keyframe_times`] when its vertices were. [`outline_log`] tells the scans of a log from its index and opens a part of them. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a reference.
+//! [`read_loop_labels`] which of those are true and [`read_keyframe_times`] when its vertices were.
+//! [`outline_log`] tells the scans of a log from its index and opens a part of them. [`MemoryLog`] makes a log of
+//! scans that a program has already. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a
+//! reference.
 //! [`McapScanWriter`], [`FolderScanWriter`], [`DepthFolderWriter`], [`write_tum`], [`write_euroc`], [`write_kitti`], [`write_redwood_log`] and [`write_pose_graph`] write what the
 //! readers read; [`ResidualWriter`] writes scored returns for people to look at. [`read_calib`] says where a LiDAR sits on a camera.
 //!
@@ -56,15 +59,19 @@ mod damage;
 mod decimal;
 mod depth_folder;
 mod error;
+mod find;
 mod fingerprint;
+mod folder;
+mod frame_info;
 mod frames;
 mod g2o;
-mod held_log;
 mod las_log;
 mod log;
 mod mcap_file;
+mod memory_log;
 mod mesh;
 mod open;
+mod options;
 mod outline;
 mod part_log;
 mod pcd;
@@ -73,6 +80,8 @@ mod reads;
 mod residuals;
 mod ros;
 mod scan_folder;
+mod setting;
+mod summary;
 mod text;
 mod trajectory;
 mod unit;
@@ -82,8 +91,10 @@ mod write_mcap;
 
 pub use calib::{Calib, find_calib, parse_calib, read_calib};
 pub use cloud::{CloudFormat, CloudSummary, CloudWriter, OrientedPoint, read_cloud};
+pub use damage::Damage;
 pub use depth_folder::CameraNumbers;
-pub use error::{LogError, ParseError, Place};
+pub use error::{LogError, ParseError, PlaceInFile};
+pub use frame_info::{FrameInfo, OutlinedScan};
 pub use frames::StaticFrames;
 pub use g2o::{
     Candidate, CandidateFault, KeyframeTimes, KeyframeTimesFault, LoopCandidates, LoopLabels, PoseGraphFile,
@@ -91,18 +102,18 @@ pub use g2o::{
     read_keyframe_times, read_loop_candidates, read_loop_labels, read_pose_graph, write_keyframe_times,
     write_pose_edges, write_pose_graph,
 };
-pub use held_log::HeldLog;
 pub use las_log::MadeWith;
-pub use log::{
-    Damage, FieldInfo, FieldMeaning, FrameInfo, LogFormat, LogOptions, LogSummary, LogSurvey, ScanLog,
-    ScanReader, ScanStream, TopicInfo,
-};
+pub use log::{LogSurvey, ScanLog, ScanReader, ScanStream};
 pub use mcap_file::McapCompression;
+pub use memory_log::{MemoryLog, MemoryLogFault};
 pub use mesh::{MeshFormat, MeshSummary, is_mesh, read_mesh};
 pub use open::{open_log, survey_log};
-pub use outline::{LogOutline, OutlinedScan, outline_log};
+pub use options::LogOptions;
+pub use outline::{LogOutline, outline_log};
 pub use points::{PointTime, StampAt, TimeUnit};
 pub use residuals::{ResidualFormat, ResidualHead, ResidualWriter, ScoredPoint, ScoredScan};
+pub use setting::LogSetting;
+pub use summary::{FieldInfo, FieldMeaning, LogFormat, LogSummary, TopicInfo};
 pub use trajectory::{
     GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,
     TrajectoryParseError, is_bag, parse_euroc, parse_g2o, parse_kitti, parse_npy, parse_raw,

@@ -1,29 +1,12 @@
-use crate::bag::Bag;
+//! Opening a log of any format.
+
 use crate::bag_log::BagLog;
-use crate::depth_folder::{DepthFolder, FoundImages};
+use crate::depth_folder::DepthFolder;
+use crate::find::{Found, find_for};
 use crate::las_log::LasLog;
-use crate::scan_folder::{FoundScans, ScanFolder};
+use crate::scan_folder::ScanFolder;
 use crate::{LogError, LogOptions, LogSurvey, ScanLog, ScanStream};
-use std::fs::{self, File};
-use std::io::Read;
-use std::path::{Path, PathBuf};
-
-const LOOKED_FOR: &str = "looked for an MCAP file, a rosbag2 file or folder, a LAS or LAZ file, or a folder with one scan a file (.bin, \
-                          .pcd, .ply, .las, .laz) or depth images (depth.txt, depth/*.png)";
-
-/// The first bytes of a ROS 1 bag, and what to do with it.
-pub(crate) const ROS1_MAGIC: &[u8] = b"#ROSBAG V";
-pub(crate) const ROS1_ADVICE: &str =
-    "a ROS 1 bag: convert it with `mcap convert IN.bag OUT.mcap`, which is read as it is";
-
-/// What lies at a path.
-pub(crate) enum Found {
-    Bag(Bag),
-    Folder(FoundScans),
-    Depth(FoundImages),
-    /// A LAS or LAZ file.
-    Las,
-}
+use std::path::Path;
 
 /// Opens the log at `path`: an MCAP file, rosbag2's files or folders, or a folder with one scan a file, as
 /// `.bin`, `.pcd`, `.ply`, `.las` or `.laz`, a folder of depth images (TUM RGB-D, ICL-NUIM, Redwood), or one LAS or LAZ
@@ -36,6 +19,15 @@ pub(crate) enum Found {
 /// When there is nothing at the path, when it is in no format known here, when the choice of a topic or
 /// the meaning of the times is left open, and when there is no scan in it. Damage to a part is no error,
 /// see [`crate::LogSummary::damage`].
+///
+/// ```no_run
+/// use dmp_log::{LogOptions, open_log};
+///
+/// let options = LogOptions { topic: Some("/front/points".into()), ..LogOptions::default() };
+/// let log = open_log("drive.mcap".as_ref(), &options)?;
+/// println!("{} scans, {} returns", log.frames().len(), log.summary().returns);
+/// # Ok::<(), dmp_log::LogError>(())
+/// ```
 pub fn open_log(path: &Path, options: &LogOptions) -> Result<Box<dyn ScanLog>, LogError> {
     let found = find_for(path, options)?;
     Ok(match found {
@@ -80,115 +72,4 @@ fn survey_of(log: Box<dyn ScanLog>, problem: Option<LogError>) -> LogSurvey {
         damage: summary.damage,
         streams: vec![ScanStream { topic: None, log: Some(log), damage: Vec::new(), problem }],
     }
-}
-
-/// The bag at a path; `None` where there is something else.
-pub(crate) fn bag_at(path: &Path) -> Result<Option<Bag>, LogError> {
-    match find(path) {
-        Ok(Found::Bag(bag)) => Ok(Some(bag)),
-        Ok(_) | Err(LogError::UnknownFormat { .. }) => Ok(None),
-        Err(error) => Err(error),
-    }
-}
-
-/// The log at a path, for which the options make sense.
-pub(crate) fn find_for(path: &Path, options: &LogOptions) -> Result<Found, LogError> {
-    let found = find(path)?;
-    check_in_sensor_frame(path, &found, options)?;
-    check_of_camera(path, &found, options)?;
-    Ok(found)
-}
-
-fn find(path: &Path) -> Result<Found, LogError> {
-    let metadata = fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?;
-    if metadata.is_dir() {
-        return find_in_folder(path);
-    }
-    let mut start = Vec::new();
-    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
-    file.take(16).read_to_end(&mut start).map_err(|e| LogError::io(path, "read", e))?;
-    if start.starts_with(b"LASF") {
-        return Ok(Found::Las);
-    }
-    if let Some(bag) = Bag::of_file(path, &start) {
-        return Ok(Found::Bag(bag));
-    }
-    let looked_for = if start.starts_with(ROS1_MAGIC) {
-        ROS1_ADVICE.to_owned()
-    } else if path.file_name().is_some_and(|name| name == "metadata.yaml") {
-        "what describes a rosbag2 folder: name the folder that it is in".to_owned()
-    } else {
-        format!("{LOOKED_FOR}; the file starts with {start:02x?}")
-    };
-    Err(LogError::UnknownFormat { path: path.into(), looked_for })
-}
-
-fn find_in_folder(path: &Path) -> Result<Found, LogError> {
-    // What rosbag2 describes is a bag, whatever lies beside it.
-    if path.join("metadata.yaml").is_file()
-        && let Some(bag) = Bag::of_folder(path)?
-    {
-        return Ok(Found::Bag(bag));
-    }
-    // So are images that a list names.
-    if let Some(images) = FoundImages::listed(path)? {
-        return Ok(Found::Depth(images));
-    }
-    let scans = FoundScans::under(path)?;
-    // A single file beside a bag is a map.
-    if scans.as_ref().is_none_or(|scans| scans.len() < 2)
-        && let Some(bag) = Bag::of_folder(path)?
-    {
-        return Ok(Found::Bag(bag));
-    }
-    let found = scans.as_ref().map_or(0, FoundScans::len);
-    // Beside depth images too a single file is a map; and a single image beside it is a picture of something.
-    if found < 2
-        && let Some(images) = FoundImages::in_folder(path)?
-        && images.len() > found
-    {
-        return Ok(Found::Depth(images));
-    }
-    if let Some(scans) = scans {
-        return Ok(Found::Folder(scans));
-    }
-    let looked_for = format!(
-        "{LOOKED_FOR} (in it, in scans/, velodyne/ or velodyne_points/data/); the folder has neither"
-    );
-    Err(LogError::UnknownFormat { path: path.into(), looked_for })
-}
-
-fn check_in_sensor_frame(path: &Path, found: &Found, options: &LogOptions) -> Result<(), LogError> {
-    if options.made_with.is_none() || matches!(found, Found::Las) {
-        return Ok(());
-    }
-    let problem = "--made-with was given, but it is for one LAS or LAZ file in world coordinates (several have to be merged into one)".to_owned();
-    Err(LogError::Option { path: path.into(), problem })
-}
-
-fn check_of_camera(path: &Path, found: &Found, options: &LogOptions) -> Result<(), LogError> {
-    let given = match options {
-        LogOptions { camera: Some(camera), .. } => format!("--camera {camera}"),
-        LogOptions { depth_units_per_m: Some(units), .. } => format!("--depth-factor {units}"),
-        _ => return Ok(()),
-    };
-    if matches!(found, Found::Depth(_)) {
-        return Ok(());
-    }
-    let problem = format!("{given} was given, but it is for a folder of depth images");
-    Err(LogError::Option { path: path.into(), problem })
-}
-
-/// The files in a folder with an extension, sorted by name.
-pub(crate) fn files_with_extension(folder: &Path, extension: &str) -> Result<Vec<PathBuf>, LogError> {
-    let entries = fs::read_dir(folder).map_err(|e| LogError::io(folder, "open", e))?;
-    let mut files = Vec::new();
-    for entry in entries {
-        let file = entry.map_err(|e| LogError::io(folder, "read", e))?.path();
-        if file.extension().is_some_and(|found| found == extension) && file.is_file() {
-            files.push(file);
-        }
-    }
-    files.sort();
-    Ok(files)
 }

@@ -2,26 +2,15 @@
 
 use crate::bag_log::BagOutline;
 use crate::depth_folder::DepthFolder;
+use crate::find::{Found, find_for};
 use crate::las_log::LasLog;
-use crate::open::{Found, find_for};
 use crate::part_log::PartLog;
 use crate::scan_folder::ScanFolder;
-use crate::{Damage, HeldLog, LogError, LogOptions, LogSummary, ScanLog, StaticFrames};
+use crate::{
+    Damage, FrameInfo, LogError, LogOptions, LogSummary, MemoryLog, OutlinedScan, ScanLog, StaticFrames,
+};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// A scan as far as a log's index tells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct OutlinedScan {
-    /// Its stamp, nanoseconds, as near as the index tells: in a bag the time the scan was recorded, plus the
-    /// usual distance of a scan's own stamp from that, see [`LogOutline::stamp_error_ns`]. `None` where the
-    /// log has no stamps, or the index no time.
-    pub stamp_ns: Option<i64>,
-    /// Scans with the same number are packed together: reading one reads them all. From 0, ascending.
-    pub group: u32,
-    /// Bytes that reading the group takes once: the same for all scans of a group.
-    pub bytes: u64,
-}
 
 /// The scans of a log as far as its index tells: hardly any of them is read.
 ///
@@ -108,7 +97,7 @@ pub fn outline_log(path: &Path, options: &LogOptions) -> Result<LogOutline, LogE
 impl Source {
     /// A log of which every scan is known: each is read by itself.
     fn whole(log: impl ScanLog + 'static, bytes: &[u64]) -> (Vec<OutlinedScan>, Self) {
-        let scan = |(number, (frame, &bytes)): (usize, (&crate::FrameInfo, &u64))| OutlinedScan {
+        let scan = |(number, (frame, &bytes)): (usize, (&FrameInfo, &u64))| OutlinedScan {
             stamp_ns: frame.stamp_ns,
             group: number as u32,
             bytes,
@@ -127,6 +116,15 @@ impl Source {
 }
 
 impl LogOutline {
+    /// The outline of scans in memory: every scan is known, and is read by itself.
+    pub fn of_memory(log: MemoryLog) -> Self {
+        let bytes_of = |frame: &FrameInfo| frame.returns * u64::from(log.summary().point_bytes);
+        let (path, bytes) =
+            (log.summary().path.clone(), log.frames().iter().map(bytes_of).collect::<Vec<_>>());
+        let (scans, source) = Source::whole(log, &bytes);
+        Self { path, scans, source, own_bytes: None }
+    }
+
     /// Every scan of the log, in its own order.
     pub fn scans(&self) -> &[OutlinedScan] {
         &self.scans
@@ -228,11 +226,11 @@ impl LogOutline {
     ///
     /// # Errors
     /// As [`Self::open`], but for scans that cannot be read.
-    pub fn load(&self, wanted: &[usize]) -> Result<HeldLog, LogError> {
+    pub fn load(&self, wanted: &[usize]) -> Result<MemoryLog, LogError> {
         self.check(wanted)?;
         match &self.source {
             Source::Bag(bag) => bag.load(wanted),
-            Source::Whole { log, notes } => HeldLog::of(&PartLog::of(Arc::clone(log), wanted, notes)),
+            Source::Whole { log, notes } => MemoryLog::of(&PartLog::of(Arc::clone(log), wanted, notes)),
         }
     }
 

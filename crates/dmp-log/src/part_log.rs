@@ -1,7 +1,7 @@
 //! Some scans of a log that was opened whole.
 
-use crate::log::span_ns;
-use crate::{FrameInfo, LogError, LogSummary, Place, ScanLog, ScanReader, StaticFrames};
+use crate::frame_info::{of_frame, span_ns};
+use crate::{FrameInfo, LogError, LogSummary, ScanLog, ScanReader, StaticFrames};
 use dmp_sensor::Scan;
 use std::ops::Range;
 use std::sync::Arc;
@@ -82,10 +82,7 @@ struct PartReader<'a> {
 
 impl ScanReader for PartReader<'_> {
     fn read(&mut self, frame: usize, scan: &mut Scan) -> Result<(), LogError> {
-        let Some(&number) = self.log.numbers.get(frame) else {
-            let problem = format!("the part of the log that was opened has {} scans", self.log.numbers.len());
-            return Err(LogError::malformed(&self.log.summary.path, Place::Frame(frame as u64), problem));
-        };
-        self.whole.read(number, scan)
+        let number = of_frame(&self.log.numbers, frame, &self.log.summary.path)?;
+        self.whole.read(*number, scan)
     }
 }

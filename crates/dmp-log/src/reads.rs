@@ -1,10 +1,12 @@
 //! Files whose bytes are counted as they are read.
 
+use crate::{LogError, PlaceInFile};
 use std::fs::{File, Metadata};
-use std::io::{self, Read, Seek, SeekFrom};
-use std::path::Path;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::SystemTime;
 
 /// How many bytes were read from the files opened with it. Clones count together.
 #[derive(Debug, Clone, Default)]
@@ -35,6 +37,28 @@ impl CountedFile {
     }
 }
 
+/// A file as it was when the log was opened: of another length or changed later, it is another.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct KnownFile {
+    pub(crate) path: PathBuf,
+    pub(crate) length: u64,
+    /// When it was last written; `None` where the system does not tell.
+    modified: Option<SystemTime>,
+}
+
+impl KnownFile {
+    pub(crate) fn new(path: &Path, metadata: &Metadata) -> Self {
+        Self { path: path.into(), length: metadata.len(), modified: metadata.modified().ok() }
+    }
+
+    /// What is said where it is not the file that was opened `before`.
+    pub(crate) fn changed_since(&self, before: &Self) -> LogError {
+        let (then, now) = (before.length, self.length);
+        let problem = format!("the file has changed since it was opened: {then} bytes then, {now} now");
+        LogError::malformed(&self.path, PlaceInFile::WholeFile, problem)
+    }
+}
+
 impl Read for CountedFile {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         let count = self.file.read(bytes)?;
@@ -51,6 +75,35 @@ impl Seek for CountedFile {
     fn stream_position(&mut self) -> io::Result<u64> {
         self.file.stream_position()
     }
+}
+
+/// Opens a file that is read from its start, and tells its length.
+pub(crate) fn open_sized(path: &Path) -> Result<(BufReader<File>, u64), LogError> {
+    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
+    let length = file.metadata().map_err(|e| LogError::io(path, "read", e))?.len();
+    Ok((BufReader::with_capacity(1 << 16, file), length))
+}
+
+/// Reads `count` bytes from `at` on, which were there when the log was opened.
+pub(crate) fn fill(
+    path: &Path,
+    input: &mut (impl Read + Seek),
+    at: u64,
+    count: u64,
+    bytes: &mut Vec<u8>,
+) -> Result<(), LogError> {
+    bytes.clear();
+    let mut read = || -> io::Result<()> {
+        input.seek(SeekFrom::Start(at))?;
+        input.by_ref().take(count).read_to_end(bytes)?;
+        Ok(())
+    };
+    read().map_err(|e| LogError::io(path, "read", e))?;
+    if bytes.len() as u64 != count {
+        let problem = format!("{count} bytes were here when the file was opened, it is shorter now");
+        return Err(LogError::malformed(path, PlaceInFile::Byte(at + bytes.len() as u64), problem));
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -1,15 +1,19 @@
 //! Lines of numbers, as people's files have them.
 
-use crate::{LogError, ParseError, Place};
+use crate::{LogError, ParseError, PlaceInFile};
 use std::fs;
+use std::io::{self, BufRead, Read as _};
 use std::path::Path;
+
+/// Longest line of a header, and of a vertex in text.
+pub(crate) const MAX_LINE_BYTES: u64 = 64 * 1024;
 
 /// The bytes of a file that is not too large to be `what`.
 pub(crate) fn read_text(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<u8>, LogError> {
     let length = fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
     if length > most_bytes {
         let problem = format!("{length} bytes are no {what}, at most {most_bytes} are read");
-        return Err(LogError::malformed(path, Place::WholeFile, problem));
+        return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
     }
     fs::read(path).map_err(|e| LogError::io(path, "read", e))
 }
@@ -17,10 +21,10 @@ pub(crate) fn read_text(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<
 /// The lines with data: their places (from line 1) and columns. Blank lines and what follows a `#` are
 /// left out; columns are parted by blanks, tabs or commas; a byte order mark and carriage returns are
 /// passed over.
-pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = Result<(Place, Vec<&str>), ParseError>> {
+pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = Result<(PlaceInFile, Vec<&str>), ParseError>> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     bytes.split(|&c| c == b'\n').zip(1..).filter_map(|(line, number)| {
-        let place = Place::Line(number);
+        let place = PlaceInFile::Line(number);
         let data = line.split(|&c| c == b'#').next().unwrap_or_default();
         match std::str::from_utf8(data) {
             Err(_) => {
@@ -47,4 +51,23 @@ pub(crate) fn is_header(columns: &[&str]) -> bool {
 pub(crate) fn is_cut(bytes: &[u8]) -> bool {
     let last = bytes.rsplit(|&c| c == b'\n').next().unwrap_or_default();
     last.iter().any(|c| !c.is_ascii_whitespace())
+}
+
+/// One line, without its end, of at most [`MAX_LINE_BYTES`]; `None` at the end of the file.
+pub(crate) fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<u64>> {
+    line.clear();
+    let count = input.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', line)? as u64;
+    if count == 0 {
+        return Ok(None);
+    }
+    if count == MAX_LINE_BYTES && line.last() != Some(&b'\n') {
+        return Err(io::Error::new(
+            io::ErrorKind::InvalidData,
+            format!("a line longer than {MAX_LINE_BYTES} bytes"),
+        ));
+    }
+    while line.last().is_some_and(u8::is_ascii_whitespace) {
+        line.pop();
+    }
+    Ok(Some(count))
 }

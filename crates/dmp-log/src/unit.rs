@@ -1,3 +1,5 @@
+//! Units of length.
+
 /// Metres of a US survey foot: 1200/3937 by its definition.
 const US_SURVEY_FOOT_M: f64 = 1200.0 / 3937.0;
 

@@ -1,3 +1,5 @@
+//! Writing a scan log as MCAP.
+
 use crate::LogError;
 use crate::mcap_file::{McapCompression, McapFile};
 use crate::ros::{CdrWriter, FLOAT32, POINT_CLOUD2_SCHEMA, PointField, RosStamp, UINT32, start_cloud};

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use dmp::Config;
-use dmp_log::{HeldLog, LogOptions, McapScanWriter, McapWriterOptions, ScanLog as _, outline_log};
+use dmp_log::{LogOptions, McapScanWriter, McapWriterOptions, MemoryLog, ScanLog as _, outline_log};
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
 use dmp_sim::{
     LidarOptions, LoopGraph, LoopGraphOptions, LoopKind, Recording, RecordingOptions, Route, SimulatedLoop,
@@ -14,7 +14,7 @@ use crate::{Keyframes, LoopMap, MapOptions, OptimiseOptions, optimised};
 /// A drive twice round a block, with some scans for every keyframe.
 #[derive(Debug)]
 pub(crate) struct Drive {
-    pub(crate) log: HeldLog,
+    pub(crate) log: MemoryLog,
     pub(crate) keyframes: Keyframes,
     /// Odometry without loops, optimised.
     pub(crate) graph: PoseGraph,

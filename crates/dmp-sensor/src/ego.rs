@@ -1,9 +1,11 @@
+//! Which returns are the vehicle that carries the sensor.
+
 /// Edge of the cells in which the vehicle is looked for, metres.
 const CELL_M: f64 = 0.1;
 /// The vehicle ends within this distance of the sensor, metres. Further away, a floor or a wall that keeps
 /// its distance must not be taken for it.
 const REACH_M: f64 = 5.0;
-/// A cell that is hit in more than this share of the sampled scans belongs to the vehicle.
+/// A cell that is hit in more than this share of the scans looked at belongs to the vehicle.
 const SHARE: f64 = 0.8;
 
 type Cell = [i32; 3];
@@ -124,7 +126,7 @@ const REACH_CELLS: i32 = 51;
 /// Cells along each edge of the box that holds them.
 const VOTING_EDGE: usize = 2 * REACH_CELLS as usize + 1;
 
-/// Votes of a sample of scans on which cells are the vehicle. Order-free: votes merge by addition.
+/// Votes of some scans on which cells are the vehicle. Order-free: votes merge by addition.
 ///
 /// Takes 9 MB once a scan has voted: a place for each cell that may be the vehicle.
 #[derive(Debug, Clone, Default)]
@@ -150,7 +152,7 @@ impl EgoVotes {
         }
     }
 
-    /// Adds another sample's votes.
+    /// Adds the votes of other scans.
     pub fn merge(&mut self, other: &Self) {
         self.scans += other.scans;
         self.hits.resize(self.hits.len().max(other.hits.len()), (0, 0));

@@ -32,6 +32,7 @@ mod pose_graph;
 mod ray;
 mod returns;
 mod scan;
+mod track;
 mod trajectory;
 mod travel;
 
@@ -44,4 +45,5 @@ pub use pose_graph::{Component, Disconnected, EdgeFault, PoseEdge, PoseGraph, Po
 pub use ray::Ray;
 pub use returns::{DropReason, ReturnCounts, ReturnFilter, is_implausible};
 pub use scan::Scan;
-pub use trajectory::{Track, TrackCursor, Trajectory, TrajectoryError, TrajectoryRepairs};
+pub use track::{Track, TrackCursor};
+pub use trajectory::{Trajectory, TrajectoryError, TrajectoryRepairs};

@@ -1,3 +1,5 @@
+//! The range–bearing model: a return as a ray.
+
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// A return as the range–bearing model sees it: from where, in which direction, how far.

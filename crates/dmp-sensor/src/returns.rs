@@ -1,3 +1,5 @@
+//! Which returns are used, and why the others are not.
+
 use crate::EgoMask;
 
 /// Why a return was not used. Every return of a log is either used or counted under one of these.
@@ -18,9 +20,9 @@ pub enum DropReason {
     NoPose,
     /// Its scan as a whole has no pose in some trajectory.
     ScanWithoutPose,
-    /// Its scan was not asked for (`--every`).
+    /// Its scan was not asked for: only every n-th was.
     ScanNotSelected,
-    /// Its scan is not in the sample that is scored (`--sample`, `--decide`), though it is in the map.
+    /// Its scan is not in the sample that is scored, though it is in the map.
     ScanNotSampled,
 }
 

@@ -1,7 +1,20 @@
+//! One sweep of the sensor.
+
 /// One sweep of the sensor: what it measured, in its own frame.
 ///
 /// The ray of every return starts at the sensor's origin (0, 0, 0). Readers reuse a scan's buffers:
 /// [`Scan::clear`] keeps the allocations.
+///
+/// ```
+/// use dmp_sensor::Scan;
+///
+/// let scan = Scan {
+///     stamp_ns: Some(1_700_000_000_000_000_000),
+///     points_in_sensor_m: vec![[4.0, 3.0, 0.5], [f32::NAN; 3]],
+///     time_offsets_ns: vec![0, 50_000_000],
+/// };
+/// assert_eq!(scan.len(), 2);
+/// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Scan {
     /// The instant the scan's times count from, nanoseconds; `None` where the log has no stamps.

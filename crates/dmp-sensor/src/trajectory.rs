@@ -1,3 +1,5 @@
+//! Where the body was.
+
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 
 /// Where the body was in the world: poses `world_from_body`, with stamps in nanoseconds or, for formats
@@ -127,6 +129,18 @@ impl Trajectory {
     ///
     /// `None` outside the first and last stamp, inside a gap longer than `max_gap_ns`, and where the
     /// trajectory has no stamps. On a stamp it is that pose, whatever the gaps beside it.
+    ///
+    /// ```
+    /// use dmp_sensor::{Isometry3, Trajectory};
+    ///
+    /// let poses = vec![(0, Isometry3::identity()), (1_000_000_000, Isometry3::translation(10.0, 0.0, 0.0))];
+    /// let run = Trajectory::stamped(poses)?.trajectory;
+    /// let max_gap_ns = run.usual_gap_ns();
+    /// let quarter = run.world_from_body_at(250_000_000, max_gap_ns).expect("between two poses");
+    /// assert_eq!(quarter.translation.vector.x, 2.5);
+    /// assert_eq!(run.world_from_body_at(1_000_000_001, max_gap_ns), None);
+    /// # Ok::<(), dmp_sensor::TrajectoryError>(())
+    /// ```
     pub fn world_from_body_at(&self, stamp_ns: i64, max_gap_ns: i64) -> Option<Isometry3<f64>> {
         let stamps = self.stamps_ns.as_deref()?;
         let after = stamps.partition_point(|&s| s <= stamp_ns);
@@ -171,64 +185,6 @@ fn interpolate(a: &Isometry3<f64>, b: &Isometry3<f64>, alpha: f64) -> Isometry3<
     let rotation = a.rotation.try_slerp(&b.rotation, alpha, 1e-12).unwrap_or(a.rotation);
     let place = a.translation.vector.lerp(&b.translation.vector, alpha);
     Isometry3::from_parts(place.into(), rotation)
-}
-
-/// A trajectory as the sensor rides it: the extrinsic applied, gaps refused.
-#[derive(Debug, Clone, Copy)]
-pub struct Track<'a> {
-    trajectory: &'a Trajectory,
-    body_from_sensor: Isometry3<f64>,
-    max_gap_ns: i64,
-}
-
-impl<'a> Track<'a> {
-    /// The sensor at `body_from_sensor` on a body that follows `trajectory`; poses further apart than
-    /// `max_gap_ns` are not interpolated between.
-    pub fn new(trajectory: &'a Trajectory, body_from_sensor: Isometry3<f64>, max_gap_ns: i64) -> Self {
-        Self { trajectory, body_from_sensor, max_gap_ns }
-    }
-
-    /// The trajectory behind it.
-    pub fn trajectory(&self) -> &'a Trajectory {
-        self.trajectory
-    }
-
-    /// The sensor's pose at an instant; `None` where [`Trajectory::world_from_body_at`] has none.
-    pub fn world_from_sensor_at(&self, stamp_ns: i64) -> Option<Isometry3<f64>> {
-        Some(self.trajectory.world_from_body_at(stamp_ns, self.max_gap_ns)? * self.body_from_sensor)
-    }
-
-    /// The sensor's pose in the trajectory's line `index`; `None` beyond the last.
-    pub fn world_from_sensor_of_line(&self, index: usize) -> Option<Isometry3<f64>> {
-        Some(self.trajectory.poses().get(index)? * self.body_from_sensor)
-    }
-
-    /// A cursor that remembers the last answer: the beams of one firing share their instant.
-    pub fn cursor(&self) -> TrackCursor<'a> {
-        TrackCursor { track: *self, last: None }
-    }
-}
-
-/// A [`Track`] with a memory of one instant.
-#[derive(Debug, Clone)]
-pub struct TrackCursor<'a> {
-    track: Track<'a>,
-    last: Option<(i64, Option<Isometry3<f64>>)>,
-}
-
-impl TrackCursor<'_> {
-    /// As [`Track::world_from_sensor_at`].
-    #[inline]
-    pub fn world_from_sensor_at(&mut self, stamp_ns: i64) -> Option<Isometry3<f64>> {
-        match self.last {
-            Some((last_ns, pose)) if last_ns == stamp_ns => pose,
-            _ => {
-                let pose = self.track.world_from_sensor_at(stamp_ns);
-                self.last = Some((stamp_ns, pose));
-                pose
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -328,16 +284,6 @@ mod tests {
                 let turned = Trajectory::unstamped(turned.collect()).unwrap();
                 prop_assert_eq!(turned.from_its_start(), from_start.clone(), "about {}", axis);
             }
-        }
-    }
-
-    #[test]
-    fn a_cursor_answers_as_the_track_does() {
-        let run = two();
-        let track = Track::new(&run, pose(0.5, 0.3), 1000);
-        let mut cursor = track.cursor();
-        for stamp_ns in [150, 150, 99, 99, 180] {
-            assert_eq!(cursor.world_from_sensor_at(stamp_ns), track.world_from_sensor_at(stamp_ns));
         }
     }
 }

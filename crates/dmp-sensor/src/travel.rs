@@ -1,3 +1,5 @@
+//! In which direction a body travels.
+
 use crate::Trajectory;
 use nalgebra::{Isometry3, Vector3};
 

@@ -17,7 +17,7 @@ use super::estimates::{Estimate, estimates};
 use super::interval::{BATCHES, difference, parts};
 use super::observe::{Both, CV_M, Frame, NEAR_M, Observer, PairFrame, Score, Sum, pairs};
 use super::removal::frames_without_own;
-use super::result::{DriveResult, PairResult, RunResult, Said, common_cv, square_on};
+use super::result::{DriveResult, PairResult, RunResult, Said, common_cv};
 use super::rule::Rule;
 use super::setting::Setting;
 

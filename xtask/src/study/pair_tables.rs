@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::judge::{CONSISTENCY, Spread, Tally, kinds, tally, truth_of};
 use super::result::{DriveResult, RunResult, Said};
-use super::rule::{Cascade, GUARDS, Opposing, Rule, Square, smaller};
+use super::rule::{Cascade, GUARDS, Opposing, Rule, smaller};
 use super::tables::{Table, share};
 
 /// Rules that decide pairs.

@@ -94,8 +94,3 @@ pub(super) enum Said {
 pub(super) fn common_cv(t: f64) -> String {
     format!("R_cv({t}) common")
 }
-
-/// The same with every square weighed by the incidence, cos².
-pub(super) fn square_on(t: f64) -> String {
-    format!("R_cv({t}) cos² common")
-}

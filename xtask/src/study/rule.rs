@@ -3,7 +3,7 @@
 use dmp::Confidence;
 
 use super::interval::of_each;
-use super::result::{DriveResult, PairResult, Said, common_cv, square_on};
+use super::result::{DriveResult, PairResult, Said, common_cv};
 
 /// Which of two is better by some measure; `None` where they are equal or it is not known.
 pub(super) fn smaller(a: Option<f64>, b: Option<f64>) -> Option<bool> {

@@ -2,188 +2,19 @@
 //!
 //! What the messages are is not known here; [`crate::ros`] knows.
 
+mod basics;
 mod location;
 mod mcap;
 mod part;
 mod reader;
 mod rosbag2;
 mod sqlite;
+mod store;
 mod topics;
 
-use crate::damage::DamageList;
-use crate::reads::ReadCount;
-use crate::{Damage, LogError};
-use location::Within;
-use reader::MessageFault;
-use std::path::{Path, PathBuf};
-
+pub(crate) use basics::Channel;
 pub(crate) use location::Location;
 pub(crate) use part::BagIndex;
 pub(crate) use reader::BagReader;
-pub(crate) use topics::{Topics, in_words};
-
-/// Largest message that is read. One with 128 beams, 4096 columns and 48 bytes a point has 24 MiB; what
-/// claims more than ten times that is a lie.
-const MAX_MESSAGE_BYTES: u64 = 256 << 20;
-
-/// A stream of messages of one type.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Channel {
-    pub(crate) topic: String,
-    /// As `sensor_msgs/msg/PointCloud2`; empty where the bag does not say.
-    pub(crate) message_type: String,
-    /// As `cdr`.
-    pub(crate) encoding: String,
-}
-
-/// A message as a walk over the bag meets it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Message<'a> {
-    pub(crate) channel: &'a Channel,
-    pub(crate) location: Location,
-    pub(crate) body: &'a [u8],
-}
-
-/// The kinds of files with messages.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Mcap,
-    Sqlite,
-}
-
-/// A bag: one file, or several that follow one another.
-#[derive(Debug, Clone)]
-pub(crate) struct Bag {
-    /// The file or folder that was named.
-    path: PathBuf,
-    files: Vec<(PathBuf, Kind)>,
-    is_rosbag2: bool,
-    count: ReadCount,
-}
-
-/// What a walk over all messages finds beside them.
-#[derive(Debug, Default)]
-pub(crate) struct Walked {
-    pub(crate) topics: Topics,
-    pub(crate) damage: Vec<Damage>,
-    /// Bytes of all files.
-    pub(crate) bytes: u64,
-}
-
-impl Bag {
-    /// The bag in a file that starts with `start`; `None` where that is of no such format.
-    pub(crate) fn of_file(path: &Path, start: &[u8]) -> Option<Self> {
-        let kind = if start.starts_with(::mcap::MAGIC) {
-            Kind::Mcap
-        } else if start.starts_with(sqlite::MAGIC) {
-            Kind::Sqlite
-        } else {
-            return None;
-        };
-        Some(Self {
-            path: path.into(),
-            files: vec![(path.into(), kind)],
-            is_rosbag2: false,
-            count: ReadCount::default(),
-        })
-    }
-
-    /// The bag in a folder: the files that its `metadata.yaml` names, or its only `.mcap` or `.db3` file;
-    /// `None` where there is neither.
-    ///
-    /// # Errors
-    /// When the metadata cannot be read, names a file that is not there, or says that the files are packed;
-    /// and when there are several files and no metadata.
-    pub(crate) fn of_folder(path: &Path) -> Result<Option<Self>, LogError> {
-        let Some(files) = rosbag2::files_of(path)? else { return Ok(None) };
-        let kind_of = |file: PathBuf| {
-            let sqlite = file.extension().is_some_and(|extension| extension == "db3");
-            (file, if sqlite { Kind::Sqlite } else { Kind::Mcap })
-        };
-        let files = files.into_iter().map(kind_of).collect();
-        Ok(Some(Self { path: path.into(), files, is_rosbag2: true, count: ReadCount::default() }))
-    }
-
-    /// The file or folder that was named.
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Its format.
-    pub(crate) fn format(&self) -> crate::LogFormat {
-        match self.files.first() {
-            Some((_, Kind::Sqlite)) => crate::LogFormat::Rosbag2Sqlite,
-            _ if self.is_rosbag2 => crate::LogFormat::Rosbag2Mcap,
-            _ => crate::LogFormat::Mcap,
-        }
-    }
-
-    /// Hands over every message that can be read, in the order of the files. Only the operating system makes
-    /// it fail: whatever is wrong with the bytes is damage.
-    ///
-    /// # Errors
-    /// When a file cannot be read.
-    pub(crate) fn walk(&self, each: &mut dyn FnMut(Message<'_>)) -> Result<Walked, LogError> {
-        let (mut walked, mut damage) = (Walked::default(), DamageList::default());
-        for (number, (path, kind)) in self.files.iter().enumerate() {
-            let file = number as u32;
-            let topics = &mut walked.topics;
-            let mut take = |channel: &Channel, log_time_ns: u64, within: Within, body: &[u8]| {
-                topics.count(channel, log_time_ns);
-                each(Message { channel, location: Location { file, within }, body });
-            };
-            let found = match kind {
-                Kind::Mcap => mcap::walk(path, &self.count, &mut |channel, time, place, body| {
-                    take(channel, time, Within::Mcap(place), body);
-                }),
-                Kind::Sqlite => sqlite::walk(path, &mut |channel, time, place, body| {
-                    take(channel, time, Within::Sqlite(place), body);
-                }),
-            };
-            let found = found.map_err(|e| LogError::io(path, "read", e))?;
-            for channel in found.channels {
-                walked.topics.describe(&channel);
-            }
-            damage.append(found.damage, |lost| self.in_file(path, lost));
-            walked.bytes += found.bytes;
-        }
-        walked.damage = damage.into_vec();
-        Ok(walked)
-    }
-
-    /// Names the file where the bag has several.
-    fn in_file(&self, path: &Path, damage: Damage) -> Damage {
-        if self.files.len() == 1 {
-            return damage;
-        }
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        Damage { place: format!("{name}, {}", damage.place), ..damage }
-    }
-
-    /// What identifies the bag.
-    pub(crate) fn fingerprint(&self) -> Result<String, LogError> {
-        let of_file = |path: &Path| {
-            crate::fingerprint::of_file(path, &self.count).map_err(|e| LogError::io(path, "read", e))
-        };
-        match self.files.as_slice() {
-            [(only, _)] => of_file(only),
-            several => {
-                let prints = several.iter().map(|(path, _)| of_file(path)).collect::<Result<Vec<_>, _>>()?;
-                Ok(crate::fingerprint::of_names(prints.iter().map(|print| (print.as_str(), 0))))
-            }
-        }
-    }
-
-    /// Bytes read of the bag so far, by whatever was made of it; `None` where a library reads it.
-    pub(crate) fn bytes_read(&self) -> Option<u64> {
-        self.files.iter().all(|(_, kind)| *kind == Kind::Mcap).then(|| self.count.bytes())
-    }
-}
-
-/// What a walk over one file finds.
-#[derive(Debug, Default)]
-struct FileWalked {
-    channels: Vec<Channel>,
-    damage: DamageList,
-    bytes: u64,
-}
+pub(crate) use store::{Bag, BagFound, Message};
+pub(crate) use topics::in_words;

@@ -1,9 +1,10 @@
 //! Parts of a bag: which messages it has by its indexes, and some of them read.
 
-use super::location::Within;
-use super::{Bag, Kind, Location, Message, Walked, mcap, sqlite};
+use super::basics::Channel;
+use super::location::{Location, Within};
+use super::store::{Bag, BagFound, FileKind, Message};
+use super::{mcap, sqlite};
 use crate::LogError;
-use crate::bag::Channel;
 use crate::damage::DamageList;
 use std::collections::BTreeSet;
 use std::io;
@@ -12,7 +13,7 @@ use std::io;
 #[derive(Debug)]
 pub(crate) struct BagIndex {
     /// The damage is that outside what can be read later.
-    pub(crate) walked: Walked,
+    pub(crate) bag_found: BagFound,
     /// What could not be told without reading.
     pub(crate) notes: Vec<String>,
     /// By file, what its records are read with.
@@ -25,14 +26,14 @@ enum Known {
     Sqlite,
 }
 
-/// What a walk over a part of a bag finds beside the messages.
+/// What a pass over a part of a bag finds beside the messages.
 #[derive(Debug, Default)]
-pub(crate) struct PartWalked {
+pub(crate) struct PartFound {
     pub(crate) damage: DamageList,
     unreadable: BTreeSet<(u32, i64)>,
 }
 
-impl PartWalked {
+impl PartFound {
     /// Whether what a message lies in could not be read, which the damage names.
     pub(crate) fn has_lost(&self, location: &Location) -> bool {
         self.unreadable.contains(&location.record())
@@ -45,44 +46,30 @@ impl Bag {
     /// # Errors
     /// When a file cannot be read.
     pub(crate) fn index(&self, each: &mut dyn FnMut(&Channel, u64, Location)) -> Result<BagIndex, LogError> {
-        let (mut walked, mut damage) = (Walked::default(), DamageList::default());
         let mut known = Vec::new();
         let (mut unindexed_chunks, mut learnt_chunks, mut loose_messages, mut unnamed_messages) =
             (0, 0, 0, 0);
-        for (number, (path, kind)) in self.files.iter().enumerate() {
-            let file = number as u32;
-            let topics = &mut walked.topics;
+        let bag_found = self.each_file(&mut |file, path, kind, topics| {
             let mut take = |channel: &Channel, log_time_ns: u64, within: Within| {
                 topics.count(channel, log_time_ns);
                 each(channel, log_time_ns, Location { file, within });
             };
-            let found = match kind {
-                Kind::Mcap => mcap::walk_heads(path, &self.count, &mut |channel, time, place, _| {
-                    take(channel, time, Within::Mcap(place));
-                })
-                .map(|heads| {
-                    unindexed_chunks += heads.unindexed_chunks;
-                    learnt_chunks += heads.learnt_chunks;
-                    loose_messages += heads.loose_messages;
-                    unnamed_messages += heads.unnamed_messages;
-                    known.push(Known::Mcap { channels: heads.channels, bytes: heads.walked.bytes });
-                    heads.walked
-                }),
-                Kind::Sqlite => {
-                    known.push(Known::Sqlite);
-                    sqlite::walk_heads(path, &mut |channel, time, place, _| {
-                        take(channel, time, Within::Sqlite(place));
-                    })
-                }
-            };
-            let found = found.map_err(|e| LogError::io(path, "read", e))?;
-            for channel in found.channels {
-                walked.topics.describe(&channel);
+            if kind == FileKind::Sqlite {
+                known.push(Known::Sqlite);
+                return sqlite::read_heads(path, &mut |channel, time, place, _| {
+                    take(channel, time, Within::Sqlite(place));
+                });
             }
-            damage.append(found.damage, |lost| self.in_file(path, lost));
-            walked.bytes += found.bytes;
-        }
-        walked.damage = damage.into_vec();
+            let heads = mcap::read_heads(path, &self.count, &mut |channel, time, place, _| {
+                take(channel, time, Within::Mcap(place));
+            })?;
+            unindexed_chunks += heads.unindexed_chunks;
+            learnt_chunks += heads.learnt_chunks;
+            loose_messages += heads.loose_messages;
+            unnamed_messages += heads.unnamed_messages;
+            known.push(Known::Mcap { channels: heads.channels, bytes: heads.found.bytes });
+            Ok(heads.found)
+        })?;
         let mut notes = Vec::new();
         if unindexed_chunks > 0 {
             notes.push(format!(
@@ -103,7 +90,7 @@ impl Bag {
                 "{unnamed_messages} messages that the summary counts are in no index: what they are shows only where the whole log is read"
             ));
         }
-        Ok(BagIndex { walked, notes, known })
+        Ok(BagIndex { bag_found, notes, known })
     }
 
     /// Reads what the messages at these places lie in, each once and nothing else, and hands over every message
@@ -111,13 +98,13 @@ impl Bag {
     ///
     /// # Errors
     /// When a file cannot be read, or has another length than it had for the index.
-    pub(crate) fn walk_part(
+    pub(crate) fn read_part(
         &self,
         index: &BagIndex,
         wanted: &[Location],
         each: &mut dyn FnMut(Message<'_>),
-    ) -> Result<PartWalked, LogError> {
-        let mut part = PartWalked::default();
+    ) -> Result<PartFound, LogError> {
+        let mut part = PartFound::default();
         for of_file in wanted.chunk_by(|a, b| a.file == b.file) {
             let Some(file) = of_file.first().map(|first| first.file) else { continue };
             let Some(((path, _), known)) = self.files.get(file as usize).zip(index.known.get(file as usize))
@@ -134,12 +121,12 @@ impl Bag {
                     let mut take = |channel: &Channel, _, place, body: &[u8]| {
                         take(channel, Within::Mcap(place), body);
                     };
-                    mcap::walk_part(path, &self.count, (channels, *bytes), &records, &mut take)
+                    mcap::read_part(path, &self.count, (channels, *bytes), &records, &mut take)
                         .map(|(damage, at)| (damage, at.into_iter().map(u64::cast_signed).collect()))
                 }
                 Known::Sqlite => {
                     let rows: Vec<_> = of_file.iter().map(|location| location.record().1).collect();
-                    sqlite::walk_rows(path, &rows, &mut |channel, _, place, body| {
+                    sqlite::read_rows(path, &rows, &mut |channel, _, place, body| {
                         take(channel, Within::Sqlite(place), body);
                     })
                 }

@@ -1,23 +1,11 @@
 //! Single messages of a bag.
 
-use super::location::Within;
-use super::{Bag, Kind, Location, mcap, sqlite};
-use crate::{LogError, Place};
+use super::basics::MessageFault;
+use super::location::{Location, Within};
+use super::store::{Bag, FileKind};
+use super::{mcap, sqlite};
+use crate::{LogError, PlaceInFile};
 use std::io;
-
-/// Why a message that was there cannot be read again.
-#[derive(Debug)]
-pub(super) enum MessageFault {
-    Io(io::Error),
-    /// The file is not what it was; in words.
-    Changed(String),
-}
-
-impl From<io::Error> for MessageFault {
-    fn from(error: io::Error) -> Self {
-        Self::Io(error)
-    }
-}
 
 impl Bag {
     /// A reader of single messages, with a file handle of its own.
@@ -44,15 +32,15 @@ impl BagReader<'_> {
     pub(crate) fn message(&mut self, location: &Location, frame: usize) -> Result<&[u8], LogError> {
         let Some((path, kind)) = self.bag.files.get(location.file as usize) else {
             let problem = format!("the bag has {} files", self.bag.files.len());
-            return Err(LogError::malformed(&self.bag.path, Place::Frame(frame as u64), problem));
+            return Err(LogError::malformed(&self.bag.path, PlaceInFile::Frame(frame as u64), problem));
         };
         if self.open.as_ref().is_none_or(|(file, _)| *file != location.file) {
             // The one before is closed first.
             self.open = None;
             let reader = match kind {
-                Kind::Mcap => mcap::McapMessages::open(path, &self.bag.count)
+                FileKind::Mcap => mcap::McapMessages::open(path, &self.bag.count)
                     .map(|reader| FileReader::Mcap(Box::new(reader))),
-                Kind::Sqlite => sqlite::SqliteMessages::open(path).map(FileReader::Sqlite),
+                FileKind::Sqlite => sqlite::SqliteMessages::open(path).map(FileReader::Sqlite),
             };
             self.open = Some((location.file, reader.map_err(|e| LogError::io(path, "open", e))?));
         }
@@ -64,10 +52,12 @@ impl BagReader<'_> {
         body.map_err(|fault| match fault {
             MessageFault::Io(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
                 let problem = "the file is shorter than it was when it was opened";
-                LogError::malformed(path, Place::Frame(frame as u64), problem)
+                LogError::malformed(path, PlaceInFile::Frame(frame as u64), problem)
             }
             MessageFault::Io(error) => LogError::io(path, "read", error),
-            MessageFault::Changed(problem) => LogError::malformed(path, Place::Frame(frame as u64), problem),
+            MessageFault::Changed(problem) => {
+                LogError::malformed(path, PlaceInFile::Frame(frame as u64), problem)
+            }
         })
     }
 }

@@ -1,8 +1,8 @@
 //! Folders as rosbag2 writes them: `metadata.yaml` and the files it names.
 
 use crate::decimal::shorten;
-use crate::open::files_with_extension;
-use crate::{LogError, ParseError, Place};
+use crate::folder::files_with_extension;
+use crate::{LogError, ParseError, PlaceInFile};
 use saphyr_parser::{Event, Parser};
 use std::collections::BTreeSet;
 use std::fs;
@@ -36,7 +36,7 @@ fn named_files(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, LogError> {
     let length = fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
     if length > MAX_METADATA_BYTES {
         let problem = format!("{length} bytes are no metadata, at most {MAX_METADATA_BYTES} are read");
-        return Err(LogError::malformed(path, Place::WholeFile, problem));
+        return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
     }
     let bytes = fs::read(path).map_err(|e| LogError::io(path, "read", e))?;
     let metadata = parse_metadata(&bytes).map_err(|e| e.in_file(path))?;
@@ -45,12 +45,12 @@ fn named_files(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, LogError> {
             "the bag is packed by rosbag2 itself (compression_mode {}): unpack it with `ros2 bag convert`",
             shorten(&metadata.compression_mode)
         );
-        return Err(LogError::malformed(path, Place::WholeFile, problem));
+        return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
     }
     if metadata.files.is_empty() {
         return Err(LogError::malformed(
             path,
-            Place::WholeFile,
+            PlaceInFile::WholeFile,
             "it names no files under relative_file_paths",
         ));
     }
@@ -61,14 +61,14 @@ fn named_files(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, LogError> {
         let there = places.into_iter().find(|file| file.is_file());
         there.ok_or_else(|| {
             let problem = format!("the file `{}` that it names is not there", shorten(name));
-            LogError::malformed(path, Place::Line(*line), problem)
+            LogError::malformed(path, PlaceInFile::Line(*line), problem)
         })
     };
     let mut met = BTreeSet::new();
     for (line, name) in &metadata.files {
         if !met.insert(name) {
             let problem = format!("the file `{}` is named twice", shorten(name));
-            return Err(LogError::malformed(path, Place::Line(*line), problem));
+            return Err(LogError::malformed(path, PlaceInFile::Line(*line), problem));
         }
     }
     metadata.files.iter().map(found).collect()
@@ -93,13 +93,13 @@ struct Open {
 /// Reads events as they come: aliases are never followed, so that nothing grows beyond the file.
 fn parse_metadata(bytes: &[u8]) -> Result<Metadata, ParseError> {
     let text = std::str::from_utf8(bytes).map_err(|e| {
-        ParseError::new(Place::Byte(e.valid_up_to() as u64), "not text, where metadata should be")
+        ParseError::new(PlaceInFile::Byte(e.valid_up_to() as u64), "not text, where metadata should be")
     })?;
     let mut metadata = Metadata::default();
     let mut open: Vec<Open> = Vec::new();
     for event in Parser::new_from_str(text) {
-        let (event, span) =
-            event.map_err(|e| ParseError::new(Place::Line(e.marker().line() as u64), shorten(e.info())))?;
+        let (event, span) = event
+            .map_err(|e| ParseError::new(PlaceInFile::Line(e.marker().line() as u64), shorten(e.info())))?;
         match event {
             Event::MappingStart(..) | Event::SequenceStart(..) => {
                 open.push(Open { key: None, is_mapping: matches!(event, Event::MappingStart(..)) });
@@ -185,8 +185,8 @@ mod tests {
     #[test]
     fn what_is_no_yaml_is_named_with_its_line() {
         let error = parse_metadata(b"rosbag2_bagfile_information:\n  version: [1\n").unwrap_err();
-        assert!(matches!(error.place, Place::Line(2..=4)), "{error}");
-        assert_eq!(parse_metadata(b"a\xff").unwrap_err().place, Place::Byte(1));
+        assert!(matches!(error.place, PlaceInFile::Line(2..=4)), "{error}");
+        assert_eq!(parse_metadata(b"a\xff").unwrap_err().place, PlaceInFile::Byte(1));
         // A bomb of aliases stays as small as it is written.
         let bomb = "a: &a [x, x]\nb: &b [*a, *a, *a]\nc: &c [*b, *b, *b]\nd: [*c, *c, *c]\n";
         assert_eq!(parse_metadata(bomb.as_bytes()), Ok(Metadata::default()));

@@ -1,4 +1,6 @@
-use super::Channel;
+//! The topics of a bag with what was counted of each.
+
+use super::basics::Channel;
 use crate::TopicInfo;
 use crate::decimal::shorten;
 use std::collections::BTreeMap;

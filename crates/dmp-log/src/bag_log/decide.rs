@@ -1,8 +1,8 @@
 //! What the times of a topic's points mean.
 
-use super::{BagLog, BagScanReader};
+use super::log::{BagLog, BagScanReader};
 use crate::damage::DamageList;
-use crate::points::{SampledScan, TimeChoice, choose_time};
+use crate::points::{FieldExtremes, TimeChoice, choose_time};
 use crate::{Damage, LogError, LogOptions};
 
 impl BagLog {
@@ -18,8 +18,8 @@ impl BagLog {
             return Ok(());
         };
         let mut notes = std::mem::take(&mut self.summary.notes);
-        let sample = |fields: &[String]| self.sample(fields, looked_at);
-        let choice = choose_time(self.bag.path(), layout, options, period_ns, &mut notes, sample);
+        let look = |fields: &[String]| self.extremes(fields, looked_at);
+        let choice = choose_time(self.bag.path(), layout, options, period_ns, &mut notes, look);
         self.summary.notes = notes;
         if let Some(choice) = choice? {
             self.take_time(choice);
@@ -61,19 +61,19 @@ impl BagLog {
     }
 
     /// What a few scans have in the fields that may hold times.
-    fn sample(&self, fields: &[String], looked_at: &[usize]) -> Result<Vec<Vec<SampledScan>>, LogError> {
-        let mut samples: Vec<Vec<SampledScan>> = vec![Vec::new(); fields.len()];
+    fn extremes(&self, fields: &[String], looked_at: &[usize]) -> Result<Vec<Vec<FieldExtremes>>, LogError> {
+        let mut seen_of_fields: Vec<Vec<FieldExtremes>> = vec![Vec::new(); fields.len()];
         let mut reader = BagScanReader { log: self, bag: self.bag.reader() };
         for &frame in looked_at {
             reader.with_cloud(frame, |cloud| {
-                for (field, sample) in fields.iter().zip(&mut samples) {
+                for (field, seen) in fields.iter().zip(&mut seen_of_fields) {
                     let extremes = cloud.layout.field(field).and_then(|field| cloud.rows().extremes(field));
                     if let Some((smallest, largest)) = extremes {
-                        sample.push(SampledScan { stamp_ns: cloud.stamp_ns, smallest, largest });
+                        seen.push(FieldExtremes { stamp_ns: cloud.stamp_ns, smallest, largest });
                     }
                 }
             })?;
         }
-        Ok(samples)
+        Ok(seen_of_fields)
     }
 }

@@ -1,7 +1,7 @@
-//! What a walk over a bag finds: topics with scans, and frames that do not move.
+//! What a pass over a bag finds: topics with scans, and frames that do not move.
 
 use super::topic::TopicIndex;
-use crate::bag::{Bag, Channel, Message, Walked};
+use crate::bag::{Bag, BagFound, Channel, Message};
 use crate::damage::DamageList;
 use crate::frames::STATIC_TOPIC;
 use crate::ros::{PoseCoding, ScanCoding};
@@ -35,10 +35,12 @@ impl FoundFrames {
 
 /// Walks over the bag once: every topic with scans that are read, also those of which no message could be,
 /// and the frames that do not move.
-pub(super) fn clouds_of(bag: &Bag) -> Result<(Walked, BTreeMap<String, TopicIndex>, StaticFrames), LogError> {
+pub(super) fn clouds_of(
+    bag: &Bag,
+) -> Result<(BagFound, BTreeMap<String, TopicIndex>, StaticFrames), LogError> {
     let mut clouds: BTreeMap<String, TopicIndex> = BTreeMap::new();
     let mut found = FoundFrames::default();
-    let mut walked = bag.walk(&mut |message| {
+    let mut bag_found = bag.read_whole(&mut |message| {
         found.take(&message);
         let Some(coding) = ScanCoding::of(message.channel) else { return };
         match clouds.get_mut(&message.channel.topic) {
@@ -46,9 +48,9 @@ pub(super) fn clouds_of(bag: &Bag) -> Result<(Walked, BTreeMap<String, TopicInde
             None => clouds.entry(message.channel.topic.clone()).or_default().add(coding, message),
         }
     })?;
-    for channel in walked.topics.channels().filter(|channel| ScanCoding::of(channel).is_some()) {
+    for channel in bag_found.topics.channels().filter(|channel| ScanCoding::of(channel).is_some()) {
         clouds.entry(channel.topic.clone()).or_default();
     }
-    walked.damage.append(&mut found.damage.into_vec());
-    Ok((walked, clouds, found.frames))
+    bag_found.damage.append(&mut found.damage.into_vec());
+    Ok((bag_found, clouds, found.frames))
 }

@@ -1,14 +1,14 @@
 //! Opening a bag: which topic is read, and what is told of it.
 
-use super::BagLog;
 use super::found::clouds_of;
+use super::log::BagLog;
 use super::topic::{Entry, TopicIndex};
-use crate::bag::{Bag, Walked, in_words};
-use crate::log::{period_ns, span_ns};
-use crate::points::sampled_frames;
+use crate::bag::{Bag, BagFound, in_words};
+use crate::damage::first_in_words;
+use crate::points::frames_to_look_at;
 use crate::{
-    Damage, FrameInfo, LogError, LogOptions, LogSummary, LogSurvey, Place, ScanLog, ScanStream, StaticFrames,
-    TopicInfo,
+    Damage, FrameInfo, LogError, LogOptions, LogSummary, LogSurvey, PlaceInFile, ScanLog, ScanStream,
+    StaticFrames, TopicInfo,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -25,10 +25,10 @@ pub(super) struct AroundScans {
 }
 
 impl AroundScans {
-    pub(super) fn new(bag: Bag, walked: &Walked, static_frames: StaticFrames) -> Result<Self, LogError> {
-        let (topics, damage) = (walked.topics.infos(), walked.damage.clone());
+    pub(super) fn new(bag: Bag, bag_found: &BagFound, static_frames: StaticFrames) -> Result<Self, LogError> {
+        let (topics, damage) = (bag_found.topics.infos(), bag_found.damage.clone());
         let fingerprint = bag.fingerprint()?;
-        Ok(Self { bag, topics, static_frames, damage, bytes: walked.bytes, fingerprint })
+        Ok(Self { bag, topics, static_frames, damage, bytes: bag_found.bytes, fingerprint })
     }
 
     /// Chooses the topic that is read: the one that is wanted, or the only one.
@@ -38,9 +38,9 @@ impl AroundScans {
         options: &LogOptions,
         notes: &mut Vec<String>,
     ) -> Result<(String, T), LogError> {
-        if let (true, Some(first)) = (clouds.is_empty(), self.damage.first()) {
-            let problem = format!("no scan can be read; {}: {}", first.place, first.what);
-            return Err(LogError::malformed(self.bag.path(), Place::WholeFile, problem));
+        if clouds.is_empty() && !self.damage.is_empty() {
+            let problem = format!("no scan can be read{}", first_in_words(&self.damage));
+            return Err(LogError::malformed(self.bag.path(), PlaceInFile::WholeFile, problem));
         }
         let (name, topic) = choose_topic(self.bag.path(), clouds, options.topic.as_deref(), &self.topics)?;
         if options.topic.is_none() {
@@ -53,8 +53,8 @@ impl AroundScans {
 impl BagLog {
     /// Reads the bag once from start to end, one chunk in memory at a time.
     pub(crate) fn open(bag: Bag, options: &LogOptions) -> Result<Self, LogError> {
-        let (walked, clouds, static_frames) = clouds_of(&bag)?;
-        let around = AroundScans::new(bag, &walked, static_frames)?;
+        let (bag_found, clouds, static_frames) = clouds_of(&bag)?;
+        let around = AroundScans::new(bag, &bag_found, static_frames)?;
         let mut notes = Vec::new();
         let (name, topic) = around.choose(clouds, options, &mut notes)?;
         Self::of_topic(&around, name, topic, notes, options)
@@ -62,8 +62,8 @@ impl BagLog {
 
     /// Reads the bag once and opens every topic with scans, or the one that the options name.
     pub(crate) fn survey(bag: &Bag, options: &LogOptions) -> Result<LogSurvey, LogError> {
-        let (walked, clouds, static_frames) = clouds_of(bag)?;
-        let around = AroundScans::new(bag.clone(), &walked, static_frames)?;
+        let (bag_found, clouds, static_frames) = clouds_of(bag)?;
+        let around = AroundScans::new(bag.clone(), &bag_found, static_frames)?;
         let clouds = match &options.topic {
             None => clouds,
             Some(wanted) => [choose_topic(bag.path(), clouds, Some(wanted), &around.topics)?].into(),
@@ -93,7 +93,7 @@ impl BagLog {
         options: &LogOptions,
     ) -> Result<Self, LogError> {
         let mut log = Self::undecided(around, name, topic, notes);
-        let looked_at = sampled_frames(log.frames.iter().map(|frame| frame.returns));
+        let looked_at = frames_to_look_at(log.frames.iter().map(|frame| frame.returns));
         log.decide_time(options, log.summary.period_ns, &looked_at)?;
         log.finish()
     }
@@ -112,24 +112,14 @@ impl BagLog {
         }
         let bag = around.bag.clone();
         let summary = LogSummary {
-            path: bag.path().into(),
-            format: bag.format(),
             topic: Some(name),
             frame_id: topic.frame_id.clone(),
-            fields: Vec::new(),
-            point_bytes: 0,
-            returns: 0,
-            span_ns: None,
-            period_ns: None,
-            point_times: None,
-            middle_ns: 0,
-            camera: None,
-            depth_units_per_m: None,
             notes,
             damage,
             fingerprint: around.fingerprint.clone(),
             bytes: around.bytes,
             topics: around.topics.clone(),
+            ..LogSummary::of(bag.path(), bag.format())
         };
         let static_frames = around.static_frames.clone();
         let mut log =
@@ -146,13 +136,12 @@ impl BagLog {
 
     pub(super) fn if_any(self) -> Result<Self, LogError> {
         if self.frames.is_empty() {
-            let lost = self.summary.damage.first().map(|first| format!("; {}: {}", first.place, first.what));
             let problem = format!(
                 "topic {} has no scan that can be read{}",
                 self.summary.topic.as_deref().unwrap_or_default(),
-                lost.unwrap_or_default()
+                first_in_words(&self.summary.damage)
             );
-            return Err(LogError::malformed(self.bag.path(), Place::WholeFile, problem));
+            return Err(LogError::malformed(self.bag.path(), PlaceInFile::WholeFile, problem));
         }
         Ok(self)
     }
@@ -161,9 +150,7 @@ impl BagLog {
     pub(super) fn describe(&mut self) {
         let info = |entry: &Entry| FrameInfo { stamp_ns: Some(entry.stamp_ns), returns: entry.returns };
         self.frames = self.topic.entries.iter().map(info).collect();
-        self.summary.returns = self.frames.iter().map(|frame| frame.returns).sum();
-        self.summary.span_ns = span_ns(&self.frames);
-        self.summary.period_ns = period_ns(&self.frames);
+        self.summary.describe(&self.frames);
         if let Some(layout) = self.topic.first_layout() {
             self.summary.fields = layout.field_infos(self.time.as_ref().map(|time| time.field.as_str()));
             self.summary.point_bytes = layout.point_bytes();

@@ -1,17 +1,16 @@
 //! A bag by its indexes: which scans it has, and parts of them.
 
 use super::found::{FoundFrames, frames_coding};
+use super::log::{BagLog, take_scan};
 use super::open::AroundScans;
 use super::topic::{Entry, TopicIndex};
-use super::{BagLog, take_scan};
+use crate::OutlinedScan;
 use crate::bag::{Bag, BagIndex, Location};
+use crate::frame_info::median_step_ns;
 use crate::frames::STATIC_TOPIC;
-use crate::held_log::HeldLog;
-use crate::log::median_step_ns;
-use crate::outline::OutlinedScan;
-use crate::points::{TimeChoice, sampled_frames};
-use crate::ros::{Cloud, ScanCoding};
-use crate::{Damage, FieldInfo, LogError, LogOptions, LogSummary, StaticFrames};
+use crate::points::{TimeChoice, frames_to_look_at};
+use crate::ros::ScanCoding;
+use crate::{Damage, FieldInfo, LogError, LogOptions, LogSummary, MemoryLog, StaticFrames};
 use dmp_sensor::Scan;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -80,10 +79,10 @@ impl BagOutline {
                 }
             }
         })?;
-        for channel in index.walked.topics.channels().filter(|channel| ScanCoding::of(channel).is_some()) {
+        for channel in index.bag_found.topics.channels().filter(|channel| ScanCoding::of(channel).is_some()) {
             clouds.entry(channel.topic.clone()).or_default();
         }
-        let around = AroundScans::new(bag, &index.walked, StaticFrames::default())?;
+        let around = AroundScans::new(bag, &index.bag_found, StaticFrames::default())?;
         let mut notes = Vec::new();
         let (name, mut scans) = around.choose(clouds, options, &mut notes)?;
         scans.sort_by(|a, b| a.location.compare(&b.location));
@@ -113,30 +112,30 @@ impl BagOutline {
     fn look(&mut self, options: &LogOptions) -> Result<(), LogError> {
         let count = self.scans.len();
         let mut places = PLACES;
-        let (mut sample, numbers) = loop {
+        let (mut few, numbers) = loop {
             let numbers = self.with_their_groups(&looked_at(count, places));
-            let sample = self.read(&numbers, &mut |_, _, _| ())?;
-            if sample.frames.iter().any(|frame| frame.returns > 0) || numbers.len() == count {
-                break (sample, numbers);
+            let few = self.read(&numbers, &mut |_, _, _| ())?;
+            if few.frames.iter().any(|frame| frame.returns > 0) || numbers.len() == count {
+                break (few, numbers);
             }
             places = places.saturating_mul(4);
         };
-        self.compare_stamps(&sample.topic.entries);
-        let period_ns = self.period_ns(&sample.topic.entries);
-        let of_whole = sampled_frames(std::iter::repeat_n(1, count));
-        let entries = &sample.topic.entries;
+        self.compare_stamps(&few.topic.entries);
+        let period_ns = self.period_ns(&few.topic.entries);
+        let of_whole = frames_to_look_at(std::iter::repeat_n(1, count));
+        let entries = &few.topic.entries;
         let frame_of = |number: usize| {
             entries.iter().position(|entry| entry.message == number as u64 && entry.returns > 0)
         };
         let frames = of_whole.into_iter().map(frame_of).collect::<Option<Vec<usize>>>();
         let frames =
-            frames.unwrap_or_else(|| sampled_frames(sample.frames.iter().map(|frame| frame.returns)));
-        sample.summary.notes = std::mem::take(&mut self.notes);
-        sample.decide_time(options, period_ns, &frames)?;
-        let mut sample = sample.finish()?;
-        self.notes = std::mem::take(&mut sample.summary.notes);
+            frames.unwrap_or_else(|| frames_to_look_at(few.frames.iter().map(|frame| frame.returns)));
+        few.summary.notes = std::mem::take(&mut self.notes);
+        few.decide_time(options, period_ns, &frames)?;
+        let mut few = few.finish()?;
+        self.notes = std::mem::take(&mut few.summary.notes);
         self.notes.push(format!("{} of {count} scans were looked at to outline the log", numbers.len()));
-        self.around.damage.clone_from(&sample.summary.damage);
+        self.around.damage.clone_from(&few.summary.damage);
         // They are known now, and need not be read again for every part.
         self.frames_at.clear();
         let stamps_ns = || self.stamps_ns().flatten();
@@ -145,15 +144,15 @@ impl BagOutline {
             span_ns: stamps_ns().min().zip(stamps_ns().max()),
             period_ns,
             notes: self.notes.clone(),
-            ..sample.summary
+            ..few.summary
         };
         self.whole = Whole {
             frame_id: summary.frame_id.clone(),
             fields: summary.fields.clone(),
             point_bytes: summary.point_bytes,
             period_ns,
-            time: sample.time,
-            static_frames: sample.static_frames,
+            time: few.time,
+            static_frames: few.static_frames,
         };
         self.summary = summary;
         Ok(())
@@ -245,18 +244,18 @@ impl BagOutline {
     }
 
     /// Reads some scans, numbers ascending, what they lie in once, and keeps them.
-    pub(crate) fn load(&self, wanted: &[usize]) -> Result<HeldLog, LogError> {
+    pub(crate) fn load(&self, wanted: &[usize]) -> Result<MemoryLog, LogError> {
         let mut scans = BTreeMap::new();
         let time = self.whole.time.as_ref();
         let log = self.part_with(wanted, &mut |number, coding, body| {
             // One that is broken is told of where all are taken in.
-            if let Ok(cloud) = Cloud::parse(coding, body) {
+            if let Ok(cloud) = coding.parse(body) {
                 let mut scan = Scan::default();
                 take_scan(&cloud, time, &mut scan);
                 scans.insert(number, scan);
             }
         })?;
-        Ok(HeldLog::new(&log, &mut |number| scans.remove(&number)))
+        Ok(MemoryLog::part_of(&log, &mut |number| scans.remove(&number)))
     }
 
     /// Opens some scans, numbers ascending.
@@ -290,7 +289,7 @@ impl BagOutline {
         let mut topic = TopicIndex { frame_id: self.whole.frame_id.clone(), ..TopicIndex::default() };
         let (mut frames, mut met, mut unnamed) = (FoundFrames::default(), BTreeSet::new(), 0);
         frames.frames.clone_from(&self.whole.static_frames);
-        let mut part = self.around.bag.walk_part(&self.index, &places, &mut |message| {
+        let mut part = self.around.bag.read_part(&self.index, &places, &mut |message| {
             frames.take(&message);
             let Some(coding) = ScanCoding::of(message.channel) else { return };
             if message.channel.topic != self.name {
@@ -330,7 +329,7 @@ impl BagOutline {
 
 /// Numbers of scans to look at.
 fn looked_at(count: usize, places: usize) -> BTreeSet<usize> {
-    let mut numbers: BTreeSet<usize> = sampled_frames(std::iter::repeat_n(1, count)).into_iter().collect();
+    let mut numbers: BTreeSet<usize> = frames_to_look_at(std::iter::repeat_n(1, count)).into_iter().collect();
     let (last, steps) = (count.saturating_sub(2), places.saturating_sub(1).max(1));
     for place in 0..places.min(count) {
         let first = (last as u128 * place as u128 / steps as u128) as usize;

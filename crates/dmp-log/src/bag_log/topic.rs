@@ -1,8 +1,10 @@
+//! The scans of one topic: where each is, and how its points are stored.
+
 use crate::Damage;
 use crate::bag::{Location, Message};
 use crate::damage::DamageList;
 use crate::points::Layout;
-use crate::ros::{Cloud, ScanCoding};
+use crate::ros::ScanCoding;
 
 /// Layouts, the last ones, that a new message's is compared with.
 const COMPARED_LAYOUTS: usize = 16;
@@ -41,7 +43,7 @@ impl TopicIndex {
     /// Takes in the message that has this number among all of the topic.
     pub(super) fn add_numbered(&mut self, coding: ScanCoding, message: Message<'_>, number: u64) {
         let Message { location, body, .. } = message;
-        let cloud = match Cloud::parse(coding, body) {
+        let cloud = match coding.parse(body) {
             Ok(cloud) => cloud,
             Err(problem) => {
                 let place = format!("message {number} ({})", location.in_words());

@@ -1,4 +1,6 @@
-use crate::{ParseError, Place};
+//! Bytes anywhere in a LAS file, never past its end.
+
+use crate::{ParseError, PlaceInFile};
 use std::io::{self, Read, Seek, SeekFrom};
 
 /// Reads at any place of a file of known length.
@@ -33,7 +35,7 @@ impl<'a, R: Read + Seek> Bytes<'a, R> {
     pub(super) fn some(&mut self, at: u64, count: u16) -> Result<Vec<u8>, ParseError> {
         let mut bytes = vec![0; count.into()];
         self.read(at, &mut bytes)
-            .map_err(|e| ParseError::new(Place::Byte(at), format!("cannot read a record: {e}")))?;
+            .map_err(|e| ParseError::new(PlaceInFile::Byte(at), format!("cannot read a record: {e}")))?;
         Ok(bytes)
     }
 
@@ -41,10 +43,10 @@ impl<'a, R: Read + Seek> Bytes<'a, R> {
         let mut bytes = [0; N];
         if at.checked_add(N as u64).is_none_or(|end| end > self.length) {
             let problem = format!("{what} is beyond the file's end at byte {}", self.length);
-            return Err(ParseError::new(Place::Byte(at), problem));
+            return Err(ParseError::new(PlaceInFile::Byte(at), problem));
         }
         self.read(at, &mut bytes)
-            .map_err(|e| ParseError::new(Place::Byte(at), format!("cannot read {what}: {e}")))?;
+            .map_err(|e| ParseError::new(PlaceInFile::Byte(at), format!("cannot read {what}: {e}")))?;
         Ok(bytes)
     }
 

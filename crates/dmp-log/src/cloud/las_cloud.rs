@@ -1,6 +1,9 @@
+//! The points of a LAS or LAZ file as a cloud, in metres.
+
+use super::batches::Batches;
+use super::format::CloudFormat;
 use super::las_points::LasPoints;
 use super::las_units::{self, ToMetres};
-use super::{Batches, CloudFormat};
 use crate::reads::ReadCount;
 use crate::{LengthUnit, LogError};
 use las::PointData;

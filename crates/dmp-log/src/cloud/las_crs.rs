@@ -1,8 +1,11 @@
+//! The records of a LAS file that say in which coordinate system it is.
+
 use super::las_bytes::Bytes;
-use super::las_header::{EVLR_HEAD_BYTES, VLR_HEAD_BYTES};
 use crate::ParseError;
 use std::io::{Read, Seek};
 
+pub(super) const VLR_HEAD_BYTES: u64 = 54;
+pub(super) const EVLR_HEAD_BYTES: u64 = 60;
 /// The records that say in which coordinate system a file is, all by one user.
 const USER: &[u8] = b"LASF_Projection";
 const IDS: [u16; 3] = [2112, 34_735, 34_736];

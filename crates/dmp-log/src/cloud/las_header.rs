@@ -4,12 +4,10 @@
 //! claims. Offsets are those of the LAS 1.4 R15 and `LASzip` specifications.
 
 use super::las_bytes::Bytes;
-use super::las_crs::{self, CrsRecord};
-use crate::{ParseError, Place};
+use super::las_crs::{self, CrsRecord, EVLR_HEAD_BYTES, VLR_HEAD_BYTES};
+use crate::{ParseError, PlaceInFile};
 use std::io::{Read, Seek};
 
-pub(super) const VLR_HEAD_BYTES: u64 = 54;
-pub(super) const EVLR_HEAD_BYTES: u64 = 60;
 /// Extra bytes of a point up to which compressed files are read; each costs kilobytes of decoder.
 const MAX_EXTRA_BYTES: u16 = 1024;
 
@@ -44,7 +42,7 @@ pub(crate) struct LasHeader {
 /// Checks a LAS or LAZ file of `length` bytes.
 pub(crate) fn check(input: &mut (impl Read + Seek), length: u64) -> Result<LasHeader, ParseError> {
     let mut bytes = Bytes::of(input, length);
-    let wrong = |at: u64, problem: String| Err(ParseError::new(Place::Byte(at), problem));
+    let wrong = |at: u64, problem: String| Err(ParseError::new(PlaceInFile::Byte(at), problem));
     let [major, minor] = bytes.at(24, "the version")?;
     if major != 1 || minor > 4 {
         return wrong(24, format!("LAS version {major}.{minor} is not read, 1.0 to 1.4 are"));
@@ -129,14 +127,14 @@ fn check_evlr<R: Read + Seek>(bytes: &mut Bytes<'_, R>, points_end: Option<u64>)
     let end = start.checked_add(EVLR_HEAD_BYTES).and_then(|at| at.checked_add(claimed));
     if end.is_none_or(|end| end > bytes.length) {
         let problem = format!("an extended record of {claimed} bytes does not fit in {} bytes", bytes.length);
-        return Err(ParseError::new(Place::Byte(start), problem));
+        return Err(ParseError::new(PlaceInFile::Byte(start), problem));
     }
     let gap = points_end.map_or(0, |points_end| start.saturating_sub(points_end));
     if gap.saturating_add(claimed) > MAX_HELD_BYTES {
         let problem = format!(
             "an extended record of {claimed} bytes, {gap} bytes behind the points: more than {MAX_HELD_BYTES}"
         );
-        return Err(ParseError::new(Place::Byte(start), problem));
+        return Err(ParseError::new(PlaceInFile::Byte(start), problem));
     }
     Ok(())
 }
@@ -170,18 +168,18 @@ fn check_laz<R: Read + Seek>(
     if table_at < data_at + 8 || table_at > bytes.length.saturating_sub(8) {
         let problem =
             format!("the chunk table should be at byte {table_at} of {}: is the file cut?", bytes.length);
-        return Err(ParseError::new(Place::Byte(data_at), problem));
+        return Err(ParseError::new(PlaceInFile::Byte(data_at), problem));
     }
     let chunks = u64::from(bytes.u32(table_at + 4, "the number of chunks")?);
-    let room = (table_at - data_at - 8) / u64::from(record_bytes);
+    let most_chunks = (table_at - data_at - 8) / u64::from(record_bytes);
     let variable = items.chunk_points == u32::MAX || items.chunk_points == 0;
-    if chunks > room || (!variable && chunks * u64::from(items.chunk_points) < points) {
+    if chunks > most_chunks || (!variable && chunks * u64::from(items.chunk_points) < points) {
         let problem = format!(
             "{chunks} chunks of {} points in {} bytes, for {points} points",
             items.chunk_points,
             table_at - data_at - 8
         );
-        return Err(ParseError::new(Place::Byte(table_at + 4), problem));
+        return Err(ParseError::new(PlaceInFile::Byte(table_at + 4), problem));
     }
     if items.compressor == 3 {
         check_layers(bytes, data_at + 8, table_at, u64::from(record_bytes), items.layers)?;
@@ -206,7 +204,7 @@ fn check_layers<R: Read + Seek>(
         if next > table_at {
             let problem =
                 format!("a chunk claims to reach byte {next}, past the chunk table at byte {table_at}");
-            return Err(ParseError::new(Place::Byte(at), problem));
+            return Err(ParseError::new(PlaceInFile::Byte(at), problem));
         }
         at = next;
     }
@@ -234,7 +232,7 @@ fn find_items<R: Read + Seek>(
         at += VLR_HEAD_BYTES + size;
     }
     let problem = format!("compressed, but none of {count} records before byte {data_at} says how");
-    Err(ParseError::new(Place::Byte(header_bytes), problem))
+    Err(ParseError::new(PlaceInFile::Byte(header_bytes), problem))
 }
 
 fn read_items<R: Read + Seek>(
@@ -246,7 +244,7 @@ fn read_items<R: Read + Seek>(
     let compressor = bytes.u16(at, "the compressor")?;
     let chunk_points = bytes.u32(at + 12, "the points of a chunk")?;
     let count = u64::from(bytes.u16(at + 32, "the number of items")?);
-    let wrong = |problem: String| Err(ParseError::new(Place::Byte(at), problem));
+    let wrong = |problem: String| Err(ParseError::new(PlaceInFile::Byte(at), problem));
     if !(1..=3).contains(&compressor) || count == 0 || 34 + 6 * count > size {
         return wrong(format!("compressor {compressor} with {count} items in {size} bytes"));
     }

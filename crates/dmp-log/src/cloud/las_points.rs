@@ -1,10 +1,10 @@
 //! Points of LAS and LAZ files, batch by batch from any point on.
 
-use super::BATCH;
+use super::batches::BATCH;
 use super::las_header::{self, LasHeader};
 use crate::decimal::shorten;
 use crate::reads::{CountedFile, ReadCount};
-use crate::{LogError, Place};
+use crate::{LogError, PlaceInFile};
 use las::{PointData, PointDataBuilder};
 use laz::LasZipDecompressor;
 use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
@@ -62,7 +62,7 @@ impl LasPoints {
             Ok((Source::Compressed(Box::new(decoder)), batch, chunk_points.filter(|&points| points > 0)))
         });
         let (source, batch, chunk_points) =
-            opened.map_err(|problem| LogError::malformed(path, Place::WholeFile, problem))?;
+            opened.map_err(|problem| LogError::malformed(path, PlaceInFile::WholeFile, problem))?;
         let (path, count) = (path.into(), count.clone());
         Ok(Self { path, count, source, batch, header, chunk_points, next: 0, has_failed: false })
     }
@@ -126,7 +126,7 @@ impl LasPoints {
 
     fn broken(&self, point: u64, problem: &str) -> LogError {
         let problem = format!("cannot decode the points from here, of {}: {problem}", self.header.points);
-        LogError::malformed(&self.path, Place::Point(point), problem)
+        LogError::malformed(&self.path, PlaceInFile::Point(point), problem)
     }
 }
 

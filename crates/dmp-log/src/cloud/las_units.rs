@@ -5,7 +5,7 @@ use super::las_crs::CrsRecord;
 use super::las_header::LasHeader;
 use super::wkt::{self, Axes};
 use crate::unit::LengthUnit;
-use crate::{ParseError, Place};
+use crate::{ParseError, PlaceInFile};
 
 /// Coordinates beyond this are no degrees, whatever a file says.
 const MOST_DEGREES: f64 = 360.0;
@@ -49,7 +49,7 @@ pub(crate) fn of(header: &LasHeader) -> Result<ToMetres, ParseError> {
                 "the coordinates are longitude and latitude by {}: project them to metres first",
                 first.source
             );
-            return Err(ParseError::new(Place::WholeFile, problem));
+            return Err(ParseError::new(PlaceInFile::WholeFile, problem));
         }
         Axes::Angles => {
             let note = format!(

@@ -1,5 +1,7 @@
 //! Point clouds given as maps.
 
+mod batches;
+mod format;
 mod las_bytes;
 mod las_cloud;
 mod las_crs;
@@ -10,136 +12,10 @@ mod oriented;
 mod pcd_cloud;
 pub(crate) mod ply_cloud;
 pub(crate) mod ply_header;
+mod read;
 pub(crate) mod table;
 mod wkt;
 
+pub use format::CloudFormat;
 pub use oriented::{CloudWriter, OrientedPoint};
-
-use crate::pcd::header::starts_like_pcd;
-use crate::{LengthUnit, LogError, Place};
-use std::fs::File;
-use std::io::Read;
-use std::path::Path;
-
-/// Most points handed over at once.
-const BATCH: usize = 65_536;
-
-/// The formats of clouds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum CloudFormat {
-    /// LAS.
-    Las,
-    /// Compressed LAS.
-    Laz,
-    /// PLY with a `vertex` element.
-    Ply,
-    /// PCD.
-    Pcd,
-}
-
-impl CloudFormat {
-    /// Its name for people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Las => "LAS",
-            Self::Laz => "LAZ",
-            Self::Ply => "PLY",
-            Self::Pcd => "PCD",
-        }
-    }
-}
-
-/// What was read of a cloud.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct CloudSummary {
-    /// The file's format.
-    pub format: CloudFormat,
-    /// Points handed over, those that are not finite included.
-    pub points: u64,
-    /// What the file says of its unit where that is not plainly the metre; `None` where the unit was given.
-    pub unit_note: Option<String>,
-}
-
-/// Reads the points of a LAS, LAZ, PLY or PCD file and hands them to `sink` in batches of at most 65,536, in
-/// the file's order and frame, in metres. Memory does not grow with the file.
-///
-/// The file's coordinates are in `unit`; with `None`, in what a LAS or LAZ file says, else in metres.
-///
-/// None of these formats has checksums: damaged coordinates in a file that is otherwise sound cannot be told
-/// from true ones. A LAZ decoder that stumbles over them may print a panic message on the way to the error.
-///
-/// The sink's own error comes back as it is; `E` only has to be able to hold a [`LogError`].
-///
-/// # Errors
-/// When the file cannot be read, is in no format known here, has fewer points than it claims, or says that
-/// its coordinates are longitude and latitude; and the first error of `sink`.
-pub fn read_cloud<E: From<LogError>>(
-    path: &Path,
-    unit: Option<LengthUnit>,
-    mut sink: impl FnMut(&[[f64; 3]]) -> Result<(), E>,
-) -> Result<CloudSummary, E> {
-    let mut start = Vec::new();
-    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
-    file.take(16).read_to_end(&mut start).map_err(|e| LogError::io(path, "read", e))?;
-    let scale = [unit.unwrap_or(LengthUnit::Metre).metres(); 3];
-    let is_pcd = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pcd"));
-    let (format, points, unit_note) = match start.as_slice() {
-        [b'L', b'A', b'S', b'F', ..] => las_cloud::read(path, unit, &mut sink)?,
-        [b'p', b'l', b'y', b'\n' | b'\r', ..] => {
-            let (format, points) = ply_cloud::read(path, scale, &mut sink)?;
-            (format, points, None)
-        }
-        start if is_pcd || starts_like_pcd(start) => {
-            let (format, points) = pcd_cloud::read(path, scale, &mut sink)?;
-            (format, points, None)
-        }
-        _ => {
-            start.truncate(4);
-            let looked_for =
-                format!("looked for a LAS, LAZ, PLY or PCD cloud; the file starts with {start:02x?}");
-            return Err(LogError::UnknownFormat { path: path.into(), looked_for }.into());
-        }
-    };
-    Ok(CloudSummary { format, points, unit_note })
-}
-
-/// Collects points, brings them to metres and hands them over in batches.
-struct Batches<'a, F> {
-    scale: [f64; 3],
-    sink: &'a mut F,
-    batch: Vec<[f64; 3]>,
-    points: u64,
-}
-
-impl<'a, F> Batches<'a, F> {
-    fn scaled(sink: &'a mut F, scale: [f64; 3]) -> Self {
-        Self { scale, sink, batch: Vec::with_capacity(BATCH), points: 0 }
-    }
-
-    fn push<E>(&mut self, point: [f64; 3]) -> Result<(), E>
-    where
-        F: FnMut(&[[f64; 3]]) -> Result<(), E>,
-    {
-        let ([x, y, z], [sx, sy, sz]) = (point, self.scale);
-        self.batch.push([x * sx, y * sy, z * sz]);
-        self.points += 1;
-        if self.batch.len() == BATCH { self.flush() } else { Ok(()) }
-    }
-
-    fn flush<E>(&mut self) -> Result<(), E>
-    where
-        F: FnMut(&[[f64; 3]]) -> Result<(), E>,
-    {
-        if !self.batch.is_empty() {
-            (self.sink)(&self.batch)?;
-            self.batch.clear();
-        }
-        Ok(())
-    }
-}
-
-/// An error in a file at a place.
-fn broken<E: From<LogError>>(path: &Path, place: Place, problem: impl Into<String>) -> E {
-    LogError::malformed(path, place, problem).into()
-}
+pub use read::{CloudSummary, read_cloud};

@@ -1,10 +1,14 @@
-use super::{Batches, CloudFormat, broken};
-use crate::cloud::ply_header::read_line;
+//! The points of a PCD file as a cloud: text, rows, or packed field by field, without holding them all.
+
+use super::batches::{Batches, broken};
+use super::format::CloudFormat;
 use crate::decimal::shorten;
 use crate::pcd::header::{PcdData, PcdField, PcdHeader, read_header};
 use crate::pcd::lzf::{LzfReader, may_hold};
-use crate::points::Kind;
-use crate::{LogError, Place};
+use crate::points::NumberType;
+use crate::reads::open_sized;
+use crate::text::read_line;
+use crate::{LogError, PlaceInFile};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -15,9 +19,7 @@ where
     E: From<LogError>,
     F: FnMut(&[[f64; 3]]) -> Result<(), E>,
 {
-    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
-    let length = file.metadata().map_err(|e| LogError::io(path, "read", e))?.len();
-    let mut input = BufReader::with_capacity(1 << 16, file);
+    let (mut input, length) = open_sized(path)?;
     let header = read_header(&mut input).map_err(|e| e.in_file(path))?;
     let xyz = header.xyz().map_err(|e| e.in_file(path))?;
     header.check_length(length).map_err(|e| e.in_file(path))?;
@@ -41,7 +43,7 @@ fn read_text<E: From<LogError>, F: FnMut(&[[f64; 3]]) -> Result<(), E>>(
     let (mut number, mut line) = (header.lines, Vec::new());
     while batches.points < header.points {
         number += 1;
-        let place = Place::Line(number);
+        let place = PlaceInFile::Line(number);
         let read = read_line(input, &mut line);
         if read.map_err(|e| LogError::malformed(path, place, e.to_string()))?.is_none() {
             let problem = format!("the file ends after {} of {} points", batches.points, header.points);
@@ -102,7 +104,7 @@ fn read_compressed<E: From<LogError>, F: FnMut(&[[f64; 3]]) -> Result<(), E>>(
             "{compressed} compressed bytes that unpack to {unpacked}, in the {} bytes behind the header",
             length.saturating_sub(starts_at)
         );
-        return Err(broken(path, Place::Byte(header.bytes), problem));
+        return Err(broken(path, PlaceInFile::Byte(header.bytes), problem));
     }
     let columns = header.columns(unpacked).map_err(|e| e.in_file(path))?;
     let mut axes = Vec::new();
@@ -114,7 +116,7 @@ fn read_compressed<E: From<LogError>, F: FnMut(&[[f64; 3]]) -> Result<(), E>>(
     for point in 0..header.points {
         let mut place = [0.0; 3];
         for (coordinate, axis) in place.iter_mut().zip(&mut axes) {
-            *coordinate = axis.next().map_err(|e| unpacking::<E>(path, Place::Point(point), &e))?;
+            *coordinate = axis.next().map_err(|e| unpacking::<E>(path, PlaceInFile::Point(point), &e))?;
         }
         batches.push(place)?;
     }
@@ -123,7 +125,7 @@ fn read_compressed<E: From<LogError>, F: FnMut(&[[f64; 3]]) -> Result<(), E>>(
 
 /// The numbers of one axis, unpacked one by one.
 struct Axis {
-    kind: Kind,
+    kind: NumberType,
     input: BufReader<LzfReader<io::Take<BufReader<File>>>>,
 }
 
@@ -132,7 +134,7 @@ impl Axis {
         path: &Path,
         starts_at: u64,
         compressed: u64,
-        kind: Kind,
+        kind: NumberType,
         column_at: u64,
     ) -> Result<Self, E> {
         let mut file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
@@ -140,7 +142,7 @@ impl Axis {
         let input = LzfReader::new(BufReader::with_capacity(1 << 16, file).take(compressed));
         let mut input = BufReader::with_capacity(1 << 16, input);
         let skip = io::copy(&mut input.by_ref().take(column_at), &mut io::sink());
-        skip.map_err(|e| unpacking::<E>(path, Place::Byte(starts_at), &e))?;
+        skip.map_err(|e| unpacking::<E>(path, PlaceInFile::Byte(starts_at), &e))?;
         Ok(Self { kind, input })
     }
 
@@ -152,7 +154,7 @@ impl Axis {
     }
 }
 
-fn unpacking<E: From<LogError>>(path: &Path, place: Place, error: &io::Error) -> E {
+fn unpacking<E: From<LogError>>(path: &Path, place: PlaceInFile, error: &io::Error) -> E {
     let problem = match error.kind() {
         io::ErrorKind::UnexpectedEof => "they unpack to fewer bytes than claimed".to_owned(),
         _ => error.to_string(),
@@ -160,10 +162,10 @@ fn unpacking<E: From<LogError>>(path: &Path, place: Place, error: &io::Error) ->
     broken(path, place, format!("cannot unpack the points: {problem}"))
 }
 
-fn number(kind: Kind, bytes: &[u8]) -> f64 {
+fn number(kind: NumberType, bytes: &[u8]) -> f64 {
     let value = match kind {
-        Kind::F32 => bytes.first_chunk().map(|b| f32::from_le_bytes(*b).into()),
-        Kind::F64 => bytes.first_chunk().map(|b| f64::from_le_bytes(*b)),
+        NumberType::F32 => bytes.first_chunk().map(|b| f32::from_le_bytes(*b).into()),
+        NumberType::F64 => bytes.first_chunk().map(|b| f64::from_le_bytes(*b)),
         // No header with coordinates of another kind comes this far.
         _ => None,
     };

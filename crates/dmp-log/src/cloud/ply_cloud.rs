@@ -1,9 +1,13 @@
-use super::ply_header::{Coordinate, Encoding, PlyHeader, read_header, read_line};
-use super::{Batches, CloudFormat, broken};
+//! The vertices of a PLY file as a cloud, and for meshes.
+
+use super::batches::{Batches, broken};
+use super::format::CloudFormat;
+use super::ply_header::{Coordinate, Encoding, PlyHeader, read_header};
 use crate::decimal::shorten;
-use crate::{LogError, Place};
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use crate::reads::open_sized;
+use crate::text::read_line;
+use crate::{LogError, PlaceInFile};
+use std::io::{BufRead, Read};
 use std::path::Path;
 
 /// Reads the vertices of a PLY file row by row; other elements are passed over or never reached.
@@ -12,9 +16,7 @@ where
     E: From<LogError>,
     F: FnMut(&[[f64; 3]]) -> Result<(), E>,
 {
-    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
-    let length = file.metadata().map_err(|e| LogError::io(path, "read", e))?.len();
-    let mut input = BufReader::with_capacity(1 << 16, file);
+    let (mut input, length) = open_sized(path)?;
     let header = read_header(&mut input).map_err(|e| e.in_file(path))?;
     let mut batches = Batches::scaled(sink, scale);
     read_vertices(path, &mut input, &header, length, |point| batches.push(point))?;
@@ -47,7 +49,7 @@ fn read_text<E: From<LogError>>(
     let (mut number, mut row, mut line) = (header.lines, 0, Vec::new());
     while row < header.vertices.saturating_add(skipped) {
         number += 1;
-        let place = Place::Line(number);
+        let place = PlaceInFile::Line(number);
         let read = read_line(input, &mut line);
         if read.map_err(|e| LogError::malformed(path, place, e.to_string()))?.is_none() {
             let (got, claimed) = (row.saturating_sub(skipped), header.vertices);
@@ -92,7 +94,7 @@ fn read_binary<E: From<LogError>>(
             "{} vertices of {} bytes do not fit in the {left} bytes behind the header",
             header.vertices, header.vertex_bytes
         );
-        return Err(broken(path, Place::Byte(header.bytes), problem));
+        return Err(broken(path, PlaceInFile::Byte(header.bytes), problem));
     };
     let io = |e| LogError::io(path, "read", e);
     std::io::copy(&mut input.by_ref().take(skipped), &mut std::io::sink()).map_err(io)?;

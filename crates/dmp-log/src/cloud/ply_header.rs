@@ -1,10 +1,11 @@
-use crate::decimal::shorten;
-use crate::points::{Field, Kind};
-use crate::{ParseError, Place};
-use std::io::{self, BufRead, Read};
+//! The header of a PLY file: its elements, their properties, and where the vertices begin.
 
-/// Longest line of a header, and of a vertex in text.
-pub(crate) const MAX_LINE_BYTES: u64 = 64 * 1024;
+use crate::decimal::shorten;
+use crate::points::{Field, NumberType};
+use crate::text::read_line;
+use crate::{ParseError, PlaceInFile};
+use std::io::BufRead;
+
 const MAX_HEADER_LINES: u64 = 10_000;
 
 /// The order of a file's bytes.
@@ -70,25 +71,6 @@ struct Element {
     line: u64,
 }
 
-/// One line, without its end, of at most [`MAX_LINE_BYTES`]; `None` at the end of the file.
-pub(crate) fn read_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<u64>> {
-    line.clear();
-    let count = input.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', line)? as u64;
-    if count == 0 {
-        return Ok(None);
-    }
-    if count == MAX_LINE_BYTES && line.last() != Some(&b'\n') {
-        return Err(io::Error::new(
-            io::ErrorKind::InvalidData,
-            format!("a line longer than {MAX_LINE_BYTES} bytes"),
-        ));
-    }
-    while line.last().is_some_and(u8::is_ascii_whitespace) {
-        line.pop();
-    }
-    Ok(Some(count))
-}
-
 /// Reads the header up to and including its `end_header` line.
 pub(crate) fn read_header(input: &mut impl BufRead) -> Result<PlyHeader, ParseError> {
     let (mut number, mut bytes, mut line) = (0, 0, Vec::new());
@@ -96,7 +78,7 @@ pub(crate) fn read_header(input: &mut impl BufRead) -> Result<PlyHeader, ParseEr
     let mut elements: Vec<Element> = Vec::new();
     loop {
         number += 1;
-        let place = Place::Line(number);
+        let place = PlaceInFile::Line(number);
         let wrong = |problem: String| ParseError::new(place, problem);
         match read_line(input, &mut line).map_err(|e| wrong(e.to_string()))? {
             None => return Err(wrong("the file ends in the header".into())),
@@ -142,7 +124,7 @@ pub(crate) fn read_header(input: &mut impl BufRead) -> Result<PlyHeader, ParseEr
         }
     }
     let encoding =
-        encoding.ok_or_else(|| ParseError::new(Place::Line(number), "no format line in the header"))?;
+        encoding.ok_or_else(|| ParseError::new(PlaceInFile::Line(number), "no format line in the header"))?;
     assemble(encoding, number, bytes, elements)
 }
 
@@ -173,7 +155,7 @@ fn add_property(element: &mut Element, definition: &[&str]) -> Result<(), String
                     return Err(format!("property `{name}` is {kind}, not float or double"));
                 }
                 let (column, offset) = (element.named.len(), element.bytes as usize);
-                *axis = Some(Coordinate { column, offset, double: number == Kind::F64 });
+                *axis = Some(Coordinate { column, offset, double: number == NumberType::F64 });
             }
             let bytes = u64::from(number.bytes());
             element.properties.push(PlyProperty::Scalar { bytes });
@@ -186,16 +168,16 @@ fn add_property(element: &mut Element, definition: &[&str]) -> Result<(), String
 }
 
 /// A type by its name, old or new.
-fn kind_of(name: &str) -> Option<Kind> {
+fn kind_of(name: &str) -> Option<NumberType> {
     Some(match name {
-        "char" | "int8" => Kind::I8,
-        "uchar" | "uint8" => Kind::U8,
-        "short" | "int16" => Kind::I16,
-        "ushort" | "uint16" => Kind::U16,
-        "int" | "int32" => Kind::I32,
-        "uint" | "uint32" => Kind::U32,
-        "float" | "float32" => Kind::F32,
-        "double" | "float64" => Kind::F64,
+        "char" | "int8" => NumberType::I8,
+        "uchar" | "uint8" => NumberType::U8,
+        "short" | "int16" => NumberType::I16,
+        "ushort" | "uint16" => NumberType::U16,
+        "int" | "int32" => NumberType::I32,
+        "uint" | "uint32" => NumberType::U32,
+        "float" | "float32" => NumberType::F32,
+        "double" | "float64" => NumberType::F64,
         _ => return None,
     })
 }
@@ -209,7 +191,7 @@ fn assemble(
     let mut before = Vec::new();
     let mut elements = elements.into_iter();
     for element in elements.by_ref() {
-        let wrong = |problem: String| ParseError::new(Place::Line(element.line), problem);
+        let wrong = |problem: String| ParseError::new(PlaceInFile::Line(element.line), problem);
         let is_vertex = element.name == "vertex";
         if let Some(list) = element.list.as_ref().filter(|_| is_vertex || encoding != Encoding::Ascii) {
             return Err(wrong(format!(
@@ -238,5 +220,5 @@ fn assemble(
             after: after.collect(),
         });
     }
-    Err(ParseError::new(Place::Line(lines), "no element `vertex` in the header"))
+    Err(ParseError::new(PlaceInFile::Line(lines), "no element `vertex` in the header"))
 }

@@ -1,14 +1,13 @@
 //! Which camera took the images, and how far one unit of theirs is.
 
+use super::camera_numbers::{CameraNumbers, distortion_of};
 use super::found::Layout;
 use crate::decimal::shorten;
 use crate::text::read_text;
-use crate::{LogError, LogOptions, Place};
+use crate::{LogError, LogOptions, LogSetting, PlaceInFile};
 use dmp_sensor::{Distortion, PinholeCamera};
 use serde_json::Value;
-use std::fmt;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 /// Largest `camera.json` that is read.
 const MAX_BYTES: u64 = 1 << 16;
@@ -17,64 +16,6 @@ const USUAL_SIZE_PX: [u32; 2] = [640, 480];
 
 /// What an intrinsic matrix must be.
 const COLUMNS: &str = "nine numbers column by column, [fx, 0, 0, 0, fy, 0, cx, cy, 1]";
-
-/// The numbers of a pinhole camera, but for the size of its images.
-///
-/// As text (`FromStr`, `Display`): `FX,FY,CX,CY`, pixels, and perhaps `,K1,K2,P1,P2` or `,K1,K2,P1,P2,K3`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CameraNumbers {
-    /// fx and fy, pixels.
-    pub focal_px: [f64; 2],
-    /// cx and cy, pixels.
-    pub centre_px: [f64; 2],
-    /// What the lens does to a place in the image.
-    pub distortion: Distortion,
-}
-
-impl CameraNumbers {
-    const fn without_lens(focal_px: [f64; 2]) -> Self {
-        Self { focal_px, centre_px: [319.5, 239.5], distortion: Distortion::NONE }
-    }
-}
-
-impl fmt::Display for CameraNumbers {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ([fx, fy], [cx, cy]) = (self.focal_px, self.centre_px);
-        write!(f, "{fx},{fy},{cx},{cy}")?;
-        if self.distortion != Distortion::NONE {
-            let ([k1, k2, k3], [p1, p2]) = (self.distortion.radial, self.distortion.tangential);
-            write!(f, ",{k1},{k2},{p1},{p2},{k3}")?;
-        }
-        Ok(())
-    }
-}
-
-impl FromStr for CameraNumbers {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let wrong =
-            || format!("`{}` is not FX,FY,CX,CY or FX,FY,CX,CY,K1,K2,P1,P2[,K3], numbers", shorten(text));
-        let number = |word: &str| word.trim().parse::<f64>().ok().filter(|number| number.is_finite());
-        let numbers: Vec<f64> = text.split(',').map(number).collect::<Option<_>>().ok_or_else(wrong)?;
-        let [fx, fy, cx, cy, lens @ ..] = numbers.as_slice() else { return Err(wrong()) };
-        let distortion = match lens {
-            [] => Distortion::NONE,
-            lens => distortion_of(lens).ok_or_else(wrong)?,
-        };
-        if *fx == 0.0 || *fy == 0.0 {
-            return Err(format!("`{}` has a focal length of 0", shorten(text)));
-        }
-        Ok(Self { focal_px: [*fx, *fy], centre_px: [*cx, *cy], distortion })
-    }
-}
-
-/// Of k1, k2, p1, p2 and perhaps k3.
-fn distortion_of(numbers: &[f64]) -> Option<Distortion> {
-    let (&[k1, k2, p1, p2], k3) = (numbers.get(..4)?, numbers.get(4)) else { return None };
-    (numbers.len() <= 5)
-        .then_some(Distortion { radial: [k1, k2, k3.copied().unwrap_or(0.0)], tangential: [p1, p2] })
-}
 
 /// What a `camera.json` says.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,7 +31,7 @@ impl CameraFile {
         let bytes = read_text(&path, "camera", MAX_BYTES)?;
         match parse(&bytes) {
             Ok((size_px, numbers, units_per_m)) => Ok(Self { path, size_px, numbers, units_per_m }),
-            Err(problem) => Err(LogError::malformed(&path, Place::WholeFile, problem)),
+            Err(problem) => Err(LogError::malformed(&path, PlaceInFile::WholeFile, problem)),
         }
     }
 }
@@ -146,7 +87,6 @@ pub(super) fn choose(
     options: &LogOptions,
     notes: &mut Vec<String>,
 ) -> Result<(PinholeCamera, f64), LogError> {
-    let option = |problem: String| LogError::Option { path: folder.into(), problem };
     let [width, height] = size_px;
     let of_file = |what: &CameraFile| format!("{}", what.path.display());
     let (numbers, whence) = match (options.camera, file, layout.usual_camera()) {
@@ -156,18 +96,19 @@ pub(super) fn choose(
             (CameraNumbers::without_lens(focal_px), format!("guessed: usual for {}", layout.words()))
         }
         (None, None, _) => {
-            return Err(option(format!(
-                "images of {width} x {height} pixels and no camera.json: say which camera they are from, --camera \
+            let problem = format!(
+                "images of {width} x {height} pixels and no camera.json: say which camera they are from, \
                  FX,FY,CX,CY[,K1,K2,P1,P2[,K3]]"
-            )));
+            );
+            return Err(LogError::missing(folder, LogSetting::Camera, problem));
         }
     };
     let CameraNumbers { focal_px, centre_px, distortion } = numbers;
     let camera = PinholeCamera::new(size_px, focal_px, centre_px, distortion).map_err(|e| match file {
         Some(file) if options.camera.is_none() => {
-            LogError::malformed(&file.path, Place::WholeFile, e.to_string())
+            LogError::malformed(&file.path, PlaceInFile::WholeFile, e.to_string())
         }
-        _ => option(format!("--camera {numbers}: {e}")),
+        _ => LogError::setting(folder, LogSetting::Camera, numbers, format!("makes no camera: {e}")),
     })?;
     notes.push(format!("camera of {width} x {height} pixels, {}, {whence}", in_words(&numbers)));
     let scale_of_file = file.and_then(|file| Some((file.units_per_m?, file)));
@@ -176,13 +117,13 @@ pub(super) fn choose(
         (None, Some((units, file)), _) => (units, format!("from {}", of_file(file))),
         (None, None, Some(usual)) => (usual, format!("guessed: usual for {}", layout.words())),
         (None, None, None) => {
-            return Err(option(
-                "nothing says what a unit of depth is: say how many are a metre, --depth-factor UNITS".into(),
-            ));
+            let problem = "nothing says what a unit of depth is: say how many are a metre";
+            return Err(LogError::missing(folder, LogSetting::DepthUnits, problem));
         }
     };
     if !is_scale(units_per_m) {
-        return Err(option(format!("--depth-factor {units_per_m}: it must be units per metre, more than 0")));
+        let problem = "makes no sense: it must be units per metre, more than 0";
+        return Err(LogError::setting(folder, LogSetting::DepthUnits, units_per_m, problem));
     }
     notes.push(format!("{units_per_m} units of depth a metre, {whence}"));
     Ok((camera, units_per_m))
@@ -197,26 +138,6 @@ fn in_words(numbers: &CameraNumbers) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_are_read_as_they_are_written() {
-        let numbers: CameraNumbers = "481.2,-480.0,319.5,239.5".parse().unwrap();
-        assert_eq!((numbers.focal_px, numbers.distortion), ([481.2, -480.0], Distortion::NONE));
-        let lens: CameraNumbers =
-            "517.3, 516.5, 318.6, 255.3, 0.2624,-0.9531,-0.0054,0.0026,1.1633".parse().unwrap();
-        let distortion = Distortion { radial: [0.2624, -0.9531, 1.1633], tangential: [-0.0054, 0.0026] };
-        assert_eq!(lens.distortion, distortion);
-        for numbers in [numbers, lens] {
-            assert_eq!(numbers.to_string().parse(), Ok(numbers));
-        }
-        assert_eq!("1,1,0,0,0.1,0,0,0".parse::<CameraNumbers>().unwrap().distortion.radial, [0.1, 0.0, 0.0]);
-        for text in
-            ["", "525", "525,525,319.5", "525,525,319.5,x", "1,2,3,4,5", "1,2,3,4,5,6,7,8,9,10", "nan,1,1,1"]
-        {
-            assert!(text.parse::<CameraNumbers>().unwrap_err().contains("is not FX,FY,CX,CY"), "{text}");
-        }
-        assert!("0,525,1,1".parse::<CameraNumbers>().unwrap_err().contains("focal length of 0"));
-    }
 
     #[test]
     fn a_file_says_what_is_wrong_with_it() {

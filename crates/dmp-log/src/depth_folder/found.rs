@@ -1,9 +1,9 @@
 //! Depth images in a folder: where they are, in which order, and what their names and stamps say they are.
 
 use super::list::{self, Listed};
+use crate::folder::{entries, is_hidden};
 use crate::scan_folder::names;
 use crate::{LogError, LogFormat};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Digits of the largest number that is a counter and no stamp.
@@ -179,8 +179,9 @@ fn layout_of(files: &[PathBuf]) -> Layout {
 /// The PNGs of a folder, those that are hidden left out.
 fn pngs(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
     let is_png = |file: &Path| {
-        let hidden = file.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
-        !hidden && file.extension().is_some_and(|found| found.eq_ignore_ascii_case("png")) && file.is_file()
+        !is_hidden(file)
+            && file.extension().is_some_and(|found| found.eq_ignore_ascii_case("png"))
+            && file.is_file()
     };
     Ok(entries(folder)?.into_iter().filter(|file| is_png(file)).collect())
 }
@@ -196,11 +197,6 @@ fn depth_folders(path: &Path) -> Result<Vec<PathBuf>, LogError> {
     }
     found.sort();
     Ok(found)
-}
-
-fn entries(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
-    let entries = fs::read_dir(folder).map_err(|e| LogError::io(folder, "open", e))?;
-    entries.map(|entry| Ok(entry.map_err(|e| LogError::io(folder, "read", e))?.path())).collect()
 }
 
 /// `camera.json` in the folder that was named, or beside the images; where their own folder was named, above it.

@@ -2,7 +2,7 @@
 
 use crate::decimal::{seconds_to_ns, shorten};
 use crate::text::{lines, read_text};
-use crate::{LogError, ParseError, Place};
+use crate::{LogError, ParseError, PlaceInFile};
 use std::path::{Component, Path, PathBuf};
 
 /// The names that lists of depth images have; the first that is there counts.
@@ -66,7 +66,7 @@ fn is_depth(path: &str) -> bool {
 }
 
 /// A path that stays in the folder: a list comes from elsewhere.
-fn relative(place: Place, text: &str) -> Result<PathBuf, ParseError> {
+fn relative(place: PlaceInFile, text: &str) -> Result<PathBuf, ParseError> {
     let path = PathBuf::from(text);
     if path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
         return Ok(path);

@@ -1,6 +1,8 @@
+//! Loop candidates: edges of a g2o file that may be added to a graph.
+
 use super::graph::in_the_plane;
-use super::{Kind, Others, PoseGraphFile, Record, read_bytes, records, undirected};
-use crate::{LogError, ParseError, Place};
+use super::{Others, PoseGraphFile, Record, RecordType, read_bytes, records, undirected};
+use crate::{LogError, ParseError, PlaceInFile};
 use dmp_sensor::{EdgeFault, PoseEdge};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -9,7 +11,7 @@ use std::path::Path;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
     /// Its line.
-    pub place: Place,
+    pub place: PlaceInFile,
     /// The measurement.
     pub edge: PoseEdge,
 }
@@ -18,7 +20,7 @@ pub struct Candidate {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SkippedCandidate {
     /// Its line.
-    pub place: Place,
+    pub place: PlaceInFile,
     /// The vertices that it leads from and to, where they could be read.
     pub ends: Option<(i64, i64)>,
     /// Why it cannot be tried.
@@ -53,7 +55,7 @@ pub enum CandidateFault {
     #[error("the candidate in {first} is between {from} and {to} already")]
     Repeated {
         /// The line of the candidate that is kept.
-        first: Place,
+        first: PlaceInFile,
         /// The vertex that this one leads from.
         from: i64,
         /// The vertex that it leads to.
@@ -86,17 +88,17 @@ pub fn parse_loop_candidates(bytes: &[u8], of: &PoseGraphFile) -> Result<LoopCan
         let record = record?;
         let place = record.place;
         let found = match record.kind {
-            Kind::Edge => seen.candidate(&record),
-            Kind::FlatVertex | Kind::FlatEdge => return Err(in_the_plane(place)),
-            Kind::Vertex => {
+            RecordType::Edge => seen.candidate(&record),
+            RecordType::FlatVertex | RecordType::FlatEdge => return Err(in_the_plane(place)),
+            RecordType::Vertex => {
                 others.count(super::record::VERTEX);
                 continue;
             }
-            Kind::Fix => {
+            RecordType::Fix => {
                 others.count(super::record::FIX);
                 continue;
             }
-            Kind::Other(tag) => match record.check_edge_tag() {
+            RecordType::Other(tag) => match record.check_edge_tag() {
                 Ok(()) => {
                     others.count(tag);
                     continue;
@@ -111,7 +113,7 @@ pub fn parse_loop_candidates(bytes: &[u8], of: &PoseGraphFile) -> Result<LoopCan
     }
     if candidates.is_empty() && skipped.is_empty() {
         let problem = format!("no edges `EDGE_SE3:QUAT`, but {}", others.in_words());
-        return Err(ParseError::new(Place::WholeFile, problem));
+        return Err(ParseError::new(PlaceInFile::WholeFile, problem));
     }
     Ok(LoopCandidates { candidates, skipped, other_records: others.0 })
 }
@@ -129,7 +131,7 @@ struct Seen<'a> {
     of: &'a PoseGraphFile,
     pairs_of_graph: BTreeSet<(i64, i64)>,
     /// Of candidates that can be tried, with their lines.
-    pairs: BTreeMap<(i64, i64), Place>,
+    pairs: BTreeMap<(i64, i64), PlaceInFile>,
 }
 
 impl Seen<'_> {

@@ -1,6 +1,8 @@
+//! A whole pose graph of a g2o file.
+
 use super::record::Edge;
-use super::{Kind, Others, Vertices, read_bytes, records};
-use crate::{LogError, ParseError, Place};
+use super::{Others, RecordType, Vertices, read_bytes, records};
+use crate::{LogError, ParseError, PlaceInFile};
 use dmp_sensor::{PoseEdge, PoseGraph, PoseGraphError};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -31,20 +33,20 @@ pub struct PoseGraphFile {
 pub fn parse_pose_graph(bytes: &[u8]) -> Result<PoseGraphFile, ParseError> {
     let (mut vertices, mut others) = (Vertices::new(), Others::default());
     let (mut edges, mut edge_places, mut informed) = (Vec::new(), Vec::new(), Informed::default());
-    let mut fixed: BTreeMap<i64, Place> = BTreeMap::new();
+    let mut fixed: BTreeMap<i64, PlaceInFile> = BTreeMap::new();
     for record in records(bytes) {
         let record = record?;
         match record.kind {
-            Kind::Vertex => vertices.push(&record.vertex()?)?,
-            Kind::Edge => {
+            RecordType::Vertex => vertices.push(&record.vertex()?)?,
+            RecordType::Edge => {
                 let edge = record.edge()?;
                 informed.check(record.place, edge.information.is_some())?;
                 edges.push(edge.into_pose_edge());
                 edge_places.push(record.place);
             }
-            Kind::Fix => fixed.extend(record.fixed()?.into_iter().map(|id| (id, record.place))),
-            Kind::FlatVertex | Kind::FlatEdge => return Err(in_the_plane(record.place)),
-            Kind::Other(tag) => {
+            RecordType::Fix => fixed.extend(record.fixed()?.into_iter().map(|id| (id, record.place))),
+            RecordType::FlatVertex | RecordType::FlatEdge => return Err(in_the_plane(record.place)),
+            RecordType::Other(tag) => {
                 record.check_vertex_tag()?;
                 record.check_edge_tag()?;
                 others.count(tag);
@@ -63,7 +65,7 @@ pub fn parse_pose_graph(bytes: &[u8]) -> Result<PoseGraphFile, ParseError> {
             PoseGraphError::Empty => format!("no vertices `VERTEX_SE3:QUAT`, but {}", others.in_words()),
             error => error.to_string(),
         };
-        ParseError::new(place.unwrap_or(Place::WholeFile), problem)
+        ParseError::new(place.unwrap_or(PlaceInFile::WholeFile), problem)
     })?;
     let has_information = informed.is_whole();
     Ok(PoseGraphFile { graph, has_information, repeated_vertices, other_records: others.0 })
@@ -78,7 +80,7 @@ pub fn read_pose_graph(path: &Path) -> Result<PoseGraphFile, LogError> {
 }
 
 /// Why a graph in the plane is not read.
-pub(super) fn in_the_plane(place: Place) -> ParseError {
+pub(super) fn in_the_plane(place: PlaceInFile) -> ParseError {
     let problem = "a graph in the plane (`VERTEX_SE2`, `EDGE_SE2`): scans need poses in space, \
                    `VERTEX_SE3:QUAT` and `EDGE_SE3:QUAT`";
     ParseError::new(place, problem)
@@ -95,10 +97,10 @@ impl Edge {
 
 /// Whether edges have information: all of them or none, as otherwise some would count for nothing beside others.
 #[derive(Debug, Default)]
-struct Informed(Option<(Place, bool)>);
+struct Informed(Option<(PlaceInFile, bool)>);
 
 impl Informed {
-    fn check(&mut self, place: Place, has_information: bool) -> Result<(), ParseError> {
+    fn check(&mut self, place: PlaceInFile, has_information: bool) -> Result<(), ParseError> {
         match *self.0.get_or_insert((place, has_information)) {
             (first, true) if !has_information => {
                 Err(ParseError::new(place, format!("an edge without information, that in {first} has some")))

@@ -1,9 +1,11 @@
+//! When the body was at the vertices of a graph: a list of lines, read and written.
+
 use super::record::id_of;
 use crate::decimal::{ns_to_seconds, seconds_to_ns};
 use crate::text::{is_header, lines, read_text};
 use crate::trajectory::numbers::numbers;
 use crate::trajectory::write_times;
-use crate::{LogError, ParseError, Place};
+use crate::{LogError, ParseError, PlaceInFile};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -71,7 +73,7 @@ enum Columns {
 }
 
 impl Columns {
-    fn of(place: Place, columns: &[&str]) -> Result<Self, ParseError> {
+    fn of(place: PlaceInFile, columns: &[&str]) -> Result<Self, ParseError> {
         match columns.len() {
             1 => Ok(Self::Stamp),
             2 => Ok(Self::IdAndStamp),
@@ -96,7 +98,7 @@ impl Columns {
 /// The stamp of a vertex, with the line that has it.
 #[derive(Debug, Clone, Copy)]
 struct Timed {
-    place: Place,
+    place: PlaceInFile,
     /// Its number where lines have no ids.
     id: i64,
     stamp_ns: i64,
@@ -132,7 +134,7 @@ pub fn parse_keyframe_times(bytes: &[u8]) -> Result<KeyframeTimes, ParseError> {
         check_order(before, after, has_ids)?;
     }
     if times.is_empty() {
-        return Err(ParseError::new(Place::WholeFile, "no stamps: no line of `stamp` or `id stamp`"));
+        return Err(ParseError::new(PlaceInFile::WholeFile, "no stamps: no line of `stamp` or `id stamp`"));
     }
     let ids = has_ids.then(|| times.iter().map(|timed| timed.id).collect());
     Ok(KeyframeTimes { ids, stamps_ns: times.iter().map(|timed| timed.stamp_ns).collect() })
@@ -158,7 +160,7 @@ pub fn write_keyframe_times(out: &mut impl Write, times: &KeyframeTimes) -> io::
     lines.into_iter().try_for_each(|(id, &ns)| writeln!(out, "{id} {}", ns_to_seconds(ns)))
 }
 
-fn timed(place: Place, columns: &[&str], kind: Columns, number: usize) -> Result<Timed, ParseError> {
+fn timed(place: PlaceInFile, columns: &[&str], kind: Columns, number: usize) -> Result<Timed, ParseError> {
     if columns.len() != kind.count() {
         let (count, others) = (columns.len(), kind.count());
         let problem = format!("{count} columns, the lines before it have {others}: is the line cut?");

@@ -1,8 +1,10 @@
+//! Which loop candidates are true: a list of lines.
+
 use super::record::id_of;
 use super::undirected;
 use crate::decimal::shorten;
 use crate::text::{is_header, lines, read_text};
-use crate::{LogError, ParseError, Place};
+use crate::{LogError, ParseError, PlaceInFile};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::path::Path;
@@ -37,7 +39,7 @@ impl LoopLabels {
 /// In the first line that is no text, has fewer columns, ids that are no whole numbers, one id twice or another
 /// word for a label, or contradicts an earlier line; and where there is no label.
 pub fn parse_loop_labels(bytes: &[u8]) -> Result<LoopLabels, ParseError> {
-    let mut seen: BTreeMap<(i64, i64), (Place, bool)> = BTreeMap::new();
+    let mut seen: BTreeMap<(i64, i64), (PlaceInFile, bool)> = BTreeMap::new();
     let mut repeated = 0;
     for (index, line) in lines(bytes).enumerate() {
         let (place, columns) = line?;
@@ -61,7 +63,7 @@ pub fn parse_loop_labels(bytes: &[u8]) -> Result<LoopLabels, ParseError> {
         }
     }
     if seen.is_empty() {
-        return Err(ParseError::new(Place::WholeFile, "no labels: no line of `from to label`"));
+        return Err(ParseError::new(PlaceInFile::WholeFile, "no labels: no line of `from to label`"));
     }
     let labels = seen.into_iter().map(|(pair, (_, label))| (pair, label)).collect();
     Ok(LoopLabels { labels, repeated })
@@ -76,7 +78,7 @@ pub fn read_loop_labels(path: &Path) -> Result<LoopLabels, LogError> {
     parse_loop_labels(&bytes).map_err(|e| e.in_file(path))
 }
 
-fn labelled(place: Place, columns: &[&str]) -> Result<(i64, i64, bool), ParseError> {
+fn labelled(place: PlaceInFile, columns: &[&str]) -> Result<(i64, i64, bool), ParseError> {
     let (Some(word), true) = (columns.get(COLUMNS - 1), columns.len() >= COLUMNS) else {
         let problem =
             format!("{} columns, expected {COLUMNS} (from to label): is the line cut?", columns.len());

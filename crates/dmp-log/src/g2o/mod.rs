@@ -15,13 +15,13 @@ pub use keyframe_times::{
     KeyframeTimes, KeyframeTimesFault, parse_keyframe_times, read_keyframe_times, write_keyframe_times,
 };
 pub use labels::{LoopLabels, parse_loop_labels, read_loop_labels};
-pub(crate) use record::{Kind, Record, Vertex, is_tag, records};
+pub(crate) use record::{Record, RecordType, Vertex, is_tag, records};
 pub(crate) use vertices::Vertices;
 pub use write::{write_pose_edges, write_pose_graph};
 
 use crate::decimal::shorten;
 use crate::text::read_text;
-use crate::{LogError, Place};
+use crate::{LogError, PlaceInFile};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -34,7 +34,7 @@ fn read_bytes(path: &Path) -> Result<Vec<u8>, LogError> {
     let bytes = read_text(path, "pose graph", MAX_BYTES)?;
     if bytes.starts_with(GZIP_MAGIC) {
         let problem = "packed by gzip, which is not read here: `gunzip` unpacks it";
-        return Err(LogError::malformed(path, Place::WholeFile, problem));
+        return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
     }
     Ok(bytes)
 }

@@ -1,7 +1,9 @@
+//! One line of a g2o file: a vertex, an edge, or something else.
+
 use crate::decimal::shorten;
 use crate::text::lines;
 use crate::trajectory::numbers::{numbers, pose_of, values};
-use crate::{ParseError, Place};
+use crate::{ParseError, PlaceInFile};
 use dmp_sensor::{Isometry3, Matrix6, Quaternion, UnitQuaternion, Vector3};
 
 pub(super) const VERTEX: &str = "VERTEX_SE3:QUAT";
@@ -18,7 +20,7 @@ const UNIT_TOLERANCE: f64 = 1e-12;
 
 /// What a line says, by its first word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind<'a> {
+pub(crate) enum RecordType<'a> {
     /// A pose.
     Vertex,
     /// A pose in the plane.
@@ -36,8 +38,8 @@ pub(crate) enum Kind<'a> {
 /// A line with data.
 #[derive(Debug)]
 pub(crate) struct Record<'a> {
-    pub(crate) place: Place,
-    pub(crate) kind: Kind<'a>,
+    pub(crate) place: PlaceInFile,
+    pub(crate) kind: RecordType<'a>,
     /// The columns behind the first word.
     columns: Vec<&'a str>,
 }
@@ -45,7 +47,7 @@ pub(crate) struct Record<'a> {
 /// A vertex as its line has it.
 #[derive(Debug)]
 pub(crate) struct Vertex {
-    pub(crate) place: Place,
+    pub(crate) place: PlaceInFile,
     pub(crate) id: i64,
     pub(crate) position_m: [f64; 3],
     /// x, y, z, w.
@@ -68,12 +70,12 @@ pub(crate) fn records(bytes: &[u8]) -> impl Iterator<Item = Result<Record<'_>, P
         let (tag, columns) =
             columns.split_first().map_or(("", Vec::new()), |(tag, rest)| (*tag, rest.to_vec()));
         let kind = match tag {
-            VERTEX => Kind::Vertex,
-            FLAT_VERTEX => Kind::FlatVertex,
-            EDGE => Kind::Edge,
-            FLAT_EDGE => Kind::FlatEdge,
-            FIX => Kind::Fix,
-            other => Kind::Other(other),
+            VERTEX => RecordType::Vertex,
+            FLAT_VERTEX => RecordType::FlatVertex,
+            EDGE => RecordType::Edge,
+            FLAT_EDGE => RecordType::FlatEdge,
+            FIX => RecordType::Fix,
+            other => RecordType::Other(other),
         };
         Ok(Record { place, kind, columns })
     })
@@ -88,7 +90,7 @@ impl Record<'_> {
     /// The vertex of a line of one of the two kinds.
     pub(crate) fn vertex(&self) -> Result<Vertex, ParseError> {
         let Self { place, ref columns, .. } = *self;
-        let (position_m, quaternion) = if self.kind == Kind::FlatVertex {
+        let (position_m, quaternion) = if self.kind == RecordType::FlatVertex {
             let [_, x, y, theta_rad] = numbers::<4>(place, columns, "id x y theta")?;
             let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), theta_rad);
             ([x, y, 0.0], turn.coords.into())
@@ -143,7 +145,7 @@ impl Record<'_> {
 
     fn check_tag(&self, whole: &[&str]) -> Result<(), ParseError> {
         match self.kind {
-            Kind::Other(tag) if whole.iter().any(|whole| whole.starts_with(tag)) => {
+            RecordType::Other(tag) if whole.iter().any(|whole| whole.starts_with(tag)) => {
                 Err(ParseError::new(self.place, format!("`{}`: is the line cut?", shorten(tag))))
             }
             _ => Ok(()),
@@ -161,7 +163,7 @@ impl Vertex {
 /// As [`pose_of`], but a quaternion that is of length 1 but for rounding is kept, so that poses that were
 /// written with all digits come back to the same bits.
 fn kept_pose_of(
-    place: Place,
+    place: PlaceInFile,
     position_m: [f64; 3],
     quaternion: [f64; 4],
 ) -> Result<Isometry3<f64>, ParseError> {
@@ -186,7 +188,7 @@ fn symmetric(upper: [f64; 21]) -> Matrix6<f64> {
 }
 
 /// An id is a whole number; GTSAM puts a letter into its upper bits, which is more than an `f64` holds.
-pub(super) fn id_of(place: Place, columns: &[&str], column: usize) -> Result<i64, ParseError> {
+pub(super) fn id_of(place: PlaceInFile, columns: &[&str], column: usize) -> Result<i64, ParseError> {
     let id = columns.get(column).copied().unwrap_or_default();
     id.parse().map_err(|_| ParseError::new(place, format!("the id `{}` is no whole number", shorten(id))))
 }

@@ -1,5 +1,7 @@
+//! The vertices of a g2o file, gathered by their ids.
+
 use super::Vertex;
-use crate::{ParseError, Place};
+use crate::{ParseError, PlaceInFile};
 use dmp_sensor::Isometry3;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -7,7 +9,7 @@ use std::collections::btree_map::Entry;
 /// The poses of a graph by their ids, and what was odd about the order of the lines.
 #[derive(Debug)]
 pub(crate) struct Vertices {
-    poses: BTreeMap<i64, (Place, Isometry3<f64>)>,
+    poses: BTreeMap<i64, (PlaceInFile, Isometry3<f64>)>,
     last: i64,
     /// Vertices whose id was smaller than the one before them.
     pub(crate) out_of_order: usize,

@@ -1,3 +1,5 @@
+//! Writing pose graphs and edges.
+
 use super::record::{EDGE, FIX, VERTEX};
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
 use std::io::{self, Write};

@@ -1,9 +1,9 @@
 //! The clocks of LAS files and trajectories.
 
 use super::made_with::MadeWith;
-use crate::LogError;
 use crate::cloud::las_header::GpsTime;
 use crate::decimal::ns_to_seconds;
+use crate::{LogError, LogSetting};
 use std::path::Path;
 
 const SECOND_NS: i64 = 1_000_000_000;
@@ -57,15 +57,18 @@ pub(super) fn check_overlap(
     );
     let advice = match offset_of(kind, (i128::from(span_ns.0), i128::from(span_ns.1)), (start, end)) {
         Some((offset_ns, meaning)) => {
-            format!("{meaning}: --time-offset {} brings them together", seconds(offset_ns))
+            format!(
+                "{meaning}: {} s added to the times of the points bring them together",
+                seconds(offset_ns)
+            )
         }
         // What is known of GPS clocks does not help: the first instants put together.
         None => format!(
-            "if their clocks differ, --time-offset {} puts their beginnings together",
+            "if their clocks differ, {} s added to the times of the points put their beginnings together",
             seconds(i64::try_from(start - i128::from(span_ns.0)).unwrap_or(i64::MAX))
         ),
     };
-    Err(LogError::Option { path: path.into(), problem: format!("{spans}; {advice}") })
+    Err(LogError::missing(path, LogSetting::TimeOffset, format!("{spans}; {advice}")))
 }
 
 /// The known offset of clocks with which two spans have most in common, and what it means.

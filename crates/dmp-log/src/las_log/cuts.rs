@@ -1,7 +1,9 @@
+//! Cutting the points of a LAS file into scans by their times.
+
 use super::clock::gps_ns;
 use super::made_with::MadeWith;
 use crate::cloud::las_points::LasPoints;
-use crate::{Damage, LogError, Place};
+use crate::{Damage, LogError, PlaceInFile};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -109,7 +111,7 @@ impl Cuts {
                     span_ns.1 as f64 / 1e9,
                     period_ns as f64 / 1e9
                 );
-                return Err(LogError::malformed(&path, Place::Point(index), problem));
+                return Err(LogError::malformed(&path, PlaceInFile::Point(index), problem));
             }
         }
         if no_number > 0 {
@@ -122,7 +124,7 @@ impl Cuts {
             let first = damage.first().map(|first| format!("; {}: {}", first.place, first.what));
             let problem =
                 format!("no point with a time that is a number can be read{}", first.unwrap_or_default());
-            return Err(LogError::malformed(&path, Place::WholeFile, problem));
+            return Err(LogError::malformed(&path, PlaceInFile::WholeFile, problem));
         };
         let cut = |(number, met): (i64, Met)| Cut {
             stamp_ns: origin_ns.saturating_add(number.saturating_mul(period_ns)),
@@ -140,7 +142,7 @@ impl Cuts {
                 "the points are not in order of time: to read {} scans, each would be decoded {times} times; sort the file by gps_time (las2las, pdal or laspy do)",
                 cuts.len()
             );
-            return Err(LogError::malformed(&path, Place::WholeFile, problem));
+            return Err(LogError::malformed(&path, PlaceInFile::WholeFile, problem));
         }
         Ok(Self { scans: cuts, returns, without_pose, span_ns, lost, damage })
     }

@@ -1,3 +1,5 @@
+//! What a file in world coordinates was made with.
+
 use dmp_sensor::{Isometry3, Trajectory};
 
 /// Length of the scans that a file is cut into where nothing is said, nanoseconds.

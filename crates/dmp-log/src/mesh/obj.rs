@@ -1,7 +1,9 @@
-use super::{Fans, MeshFormat, MeshSummary, vertex};
-use crate::cloud::ply_header::read_line;
+//! The faces of an OBJ file.
+
+use super::fans::{Fans, MeshFormat, MeshSummary, vertex};
 use crate::decimal::shorten;
-use crate::{LogError, Place};
+use crate::text::read_line;
+use crate::{LogError, PlaceInFile};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -19,7 +21,7 @@ where
     let mut fans = Fans::new(sink);
     loop {
         number += 1;
-        let place = Place::Line(number);
+        let place = PlaceInFile::Line(number);
         let wrong = |problem: String| LogError::malformed(path, place, problem);
         if read_line(&mut input, &mut line).map_err(|e| wrong(e.to_string()))?.is_none() {
             break;
@@ -48,17 +50,11 @@ where
             _ => {}
         }
     }
-    fans.flush()?;
     if faces == 0 {
         let problem = format!("{} vertices and no face: not a mesh", vertices.len());
-        return Err(LogError::malformed(path, Place::WholeFile, problem).into());
+        return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem).into());
     }
-    Ok(MeshSummary {
-        format: MeshFormat::Obj,
-        vertices: vertices.len() as u64,
-        triangles: fans.triangles,
-        thin_faces: fans.thin_faces,
-    })
+    fans.finish(MeshFormat::Obj, vertices.len() as u64)
 }
 
 /// `7`, `7/1`, `7/1/2`, `7//2`, `-1`: counted from 1, or back from the latest. Answers from 0.

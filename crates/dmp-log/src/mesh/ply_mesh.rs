@@ -1,16 +1,17 @@
+//! The faces of a PLY file.
+
+use super::fans::{Fans, MeshFormat, MeshSummary, vertex};
 use super::ply_rows::{Bytes, CORNERS, Lines};
-use super::{Fans, MeshFormat, MeshSummary, vertex};
 use crate::cloud::ply_cloud::read_vertices;
 use crate::cloud::ply_header::{Encoding, PlyHeader, PlyProperty, read_header};
-use crate::{LogError, Place};
+use crate::reads::open_sized;
+use crate::{LogError, PlaceInFile};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
 fn open(path: &Path) -> Result<(BufReader<File>, PlyHeader, u64), LogError> {
-    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
-    let length = file.metadata().map_err(|e| LogError::io(path, "read", e))?.len();
-    let mut input = BufReader::with_capacity(1 << 16, file);
+    let (mut input, length) = open_sized(path)?;
     let header = read_header(&mut input).map_err(|e| e.in_file(path))?;
     Ok((input, header, length))
 }
@@ -30,13 +31,13 @@ where
     let (mut input, header, length) = open(path)?;
     let Some(faces_at) = header.after.iter().position(|element| element.name == "face") else {
         let problem = "no element `face` behind the vertices: a cloud, not a mesh";
-        return Err(LogError::malformed(path, Place::Line(header.lines), problem).into());
+        return Err(LogError::malformed(path, PlaceInFile::Line(header.lines), problem).into());
     };
     let faces = &header.after[faces_at];
     let is_corners = |property: &PlyProperty| matches!(property, PlyProperty::List { name, .. } if CORNERS.contains(&name.as_str()));
     if !faces.properties.iter().any(is_corners) {
         let problem = format!("the faces lack the list `{}`", CORNERS.join("` or `"));
-        return Err(LogError::malformed(path, Place::Line(header.lines), problem).into());
+        return Err(LogError::malformed(path, PlaceInFile::Line(header.lines), problem).into());
     }
     let mut vertices: Vec<[f64; 3]> = Vec::new();
     let last_line = read_vertices(path, &mut input, &header, length, |vertex| {
@@ -69,11 +70,5 @@ where
             fans.end_face();
         }
     }
-    fans.flush()?;
-    Ok(MeshSummary {
-        format: MeshFormat::Ply,
-        vertices: vertices.len() as u64,
-        triangles: fans.triangles,
-        thin_faces: fans.thin_faces,
-    })
+    fans.finish(MeshFormat::Ply, vertices.len() as u64)
 }

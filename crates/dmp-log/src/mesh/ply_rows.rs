@@ -1,8 +1,9 @@
 //! Rows of a PLY element with lists in it, in text and in bytes.
 
-use crate::cloud::ply_header::{PlyElement, PlyProperty, read_line};
+use crate::cloud::ply_header::{PlyElement, PlyProperty};
 use crate::decimal::shorten;
-use crate::{LogError, Place};
+use crate::text::read_line;
+use crate::{LogError, PlaceInFile};
 use std::io::{self, BufRead, Read};
 use std::path::Path;
 
@@ -23,10 +24,10 @@ pub(super) struct Lines<'a, R> {
 }
 
 impl<R: BufRead> Lines<'_, R> {
-    pub(super) fn next(&mut self) -> Result<Place, LogError> {
+    pub(super) fn next(&mut self) -> Result<PlaceInFile, LogError> {
         loop {
             self.number += 1;
-            let place = Place::Line(self.number);
+            let place = PlaceInFile::Line(self.number);
             let wrong = |problem: String| LogError::malformed(self.path, place, problem);
             if read_line(&mut self.input, &mut self.line).map_err(|e| wrong(e.to_string()))?.is_none() {
                 return Err(wrong("the file ends before its last face".into()));
@@ -41,7 +42,7 @@ impl<R: BufRead> Lines<'_, R> {
     pub(super) fn row<E: From<LogError>>(
         &mut self,
         element: &PlyElement,
-        mut corner: impl FnMut(Place, i64) -> Result<(), E>,
+        mut corner: impl FnMut(PlaceInFile, i64) -> Result<(), E>,
     ) -> Result<(), E> {
         let place = self.next()?;
         let text = String::from_utf8_lossy(&self.line);
@@ -84,7 +85,7 @@ impl<R: Read> Bytes<'_, R> {
     pub(super) fn row<E: From<LogError>>(
         &mut self,
         element: &PlyElement,
-        mut corner: impl FnMut(Place, i64) -> Result<(), E>,
+        mut corner: impl FnMut(PlaceInFile, i64) -> Result<(), E>,
     ) -> Result<(), E> {
         for property in &element.properties {
             match property {
@@ -93,7 +94,7 @@ impl<R: Read> Bytes<'_, R> {
                     let items = self.whole(name, count)?;
                     if has_corners(name) {
                         for _ in 0..items {
-                            let place = Place::Byte(self.at);
+                            let place = PlaceInFile::Byte(self.at);
                             corner(place, self.whole(name, item)?)?;
                         }
                     } else {
@@ -139,12 +140,12 @@ impl<R: Read> Bytes<'_, R> {
     }
 
     fn ends(&self) -> LogError {
-        LogError::malformed(self.path, Place::Byte(self.at), "the file ends before its last face")
+        LogError::malformed(self.path, PlaceInFile::Byte(self.at), "the file ends before its last face")
     }
 
     fn unknown(&self, list: &str, kind: &str) -> LogError {
         let problem = format!("the list `{}` has the type `{}` in it", shorten(list), shorten(kind));
-        LogError::malformed(self.path, Place::Byte(self.at), problem)
+        LogError::malformed(self.path, PlaceInFile::Byte(self.at), problem)
     }
 }
 

@@ -1,15 +1,15 @@
 //! The header of a PCD file: which fields a point has, how many points there are, and how they are kept.
 
 pub(crate) use super::header_lines::read_header;
-use crate::points::Kind;
-use crate::{ParseError, Place};
+use crate::points::NumberType;
+use crate::{ParseError, PlaceInFile};
 
 /// A field of a point.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct PcdField {
     /// Its name; `_` is padding.
     pub(crate) name: String,
-    pub(crate) kind: Kind,
+    pub(crate) kind: NumberType,
     /// First byte in a point of binary data.
     pub(crate) offset_bytes: usize,
     /// First column in a line of text.
@@ -59,12 +59,12 @@ impl PcdHeader {
 
     /// x, y and z, each one float32 or float64.
     pub(crate) fn xyz(&self) -> Result<[&PcdField; 3], ParseError> {
-        let wrong = |problem: String| ParseError::new(Place::Line(self.lines), problem);
+        let wrong = |problem: String| ParseError::new(PlaceInFile::Line(self.lines), problem);
         let axis = |name: &str| {
             let field =
                 self.field(name).ok_or_else(|| wrong(format!("the points lack the field `{name}`")))?;
             match (field.kind, field.count) {
-                (Kind::F32 | Kind::F64, 1) => Ok(field),
+                (NumberType::F32 | NumberType::F64, 1) => Ok(field),
                 (kind, 1) => Err(wrong(format!("field `{name}` is {}, not float32 or float64", kind.name()))),
                 (_, count) => Err(wrong(format!("field `{name}` has {count} numbers, not one"))),
             }
@@ -95,7 +95,7 @@ impl PcdHeader {
                 _ => format!("{} bytes", self.point_bytes),
             }
         );
-        Err(ParseError::new(Place::Byte(self.bytes), problem))
+        Err(ParseError::new(PlaceInFile::Byte(self.bytes), problem))
     }
 
     /// Where the numbers of each field begin in the unpacked bytes of compressed data, all points of one
@@ -115,7 +115,7 @@ impl PcdHeader {
                     "{claimed} bytes unpacked, for {} points of {} bytes",
                     self.points, self.point_bytes
                 );
-                return Err(ParseError::new(Place::Byte(self.bytes + 4), problem));
+                return Err(ParseError::new(PlaceInFile::Byte(self.bytes + 4), problem));
             }
         };
         let mut at = 0;
@@ -157,13 +157,13 @@ mod tests {
         assert_eq!(
             places,
             [
-                ("x", Kind::F64, 0, 0, 1),
-                ("y", Kind::F32, 8, 1, 1),
-                ("z", Kind::F32, 12, 2, 1),
-                ("_", Kind::U8, 16, 3, 3),
-                ("rgb", Kind::U32, 19, 6, 1),
-                ("normal", Kind::F32, 23, 7, 3),
-                ("t", Kind::I64, 35, 10, 1),
+                ("x", NumberType::F64, 0, 0, 1),
+                ("y", NumberType::F32, 8, 1, 1),
+                ("z", NumberType::F32, 12, 2, 1),
+                ("_", NumberType::U8, 16, 3, 3),
+                ("rgb", NumberType::U32, 19, 6, 1),
+                ("normal", NumberType::F32, 23, 7, 3),
+                ("t", NumberType::I64, 35, 10, 1),
             ]
         );
         assert_eq!((header.point_bytes, header.points, header.data), (43, 8, PcdData::Binary));

@@ -1,8 +1,10 @@
+//! The lines of a PCD header, parsed and checked.
+
 use super::header::{PcdData, PcdField, PcdHeader};
-use crate::cloud::ply_header::read_line;
 use crate::decimal::shorten;
-use crate::points::Kind;
-use crate::{ParseError, Place};
+use crate::points::NumberType;
+use crate::text::read_line;
+use crate::{ParseError, PlaceInFile};
 use std::io::BufRead;
 
 const MAX_HEADER_LINES: u64 = 1000;
@@ -10,18 +12,18 @@ const MAX_HEADER_LINES: u64 = 1000;
 const MAX_POINT_BYTES: u64 = 1 << 20;
 
 /// A kind of number by its letter and its bytes.
-fn kind_of(letter: &str, size: &str) -> Option<Kind> {
+fn kind_of(letter: &str, size: &str) -> Option<NumberType> {
     Some(match (letter, size) {
-        ("I", "1") => Kind::I8,
-        ("I", "2") => Kind::I16,
-        ("I", "4") => Kind::I32,
-        ("I", "8") => Kind::I64,
-        ("U", "1") => Kind::U8,
-        ("U", "2") => Kind::U16,
-        ("U", "4") => Kind::U32,
-        ("U", "8") => Kind::U64,
-        ("F", "4") => Kind::F32,
-        ("F", "8") => Kind::F64,
+        ("I", "1") => NumberType::I8,
+        ("I", "2") => NumberType::I16,
+        ("I", "4") => NumberType::I32,
+        ("I", "8") => NumberType::I64,
+        ("U", "1") => NumberType::U8,
+        ("U", "2") => NumberType::U16,
+        ("U", "4") => NumberType::U32,
+        ("U", "8") => NumberType::U64,
+        ("F", "4") => NumberType::F32,
+        ("F", "8") => NumberType::F64,
         _ => return None,
     })
 }
@@ -43,7 +45,7 @@ pub(crate) fn read_header(input: &mut impl BufRead) -> Result<PcdHeader, ParseEr
     let (mut number, mut bytes, mut line, mut found) = (0, 0, Vec::new(), Lines::default());
     let data = loop {
         number += 1;
-        let wrong = |problem: String| ParseError::new(Place::Line(number), problem);
+        let wrong = |problem: String| ParseError::new(PlaceInFile::Line(number), problem);
         match read_line(input, &mut line).map_err(|e| wrong(e.to_string()))? {
             None => return Err(wrong("the file ends in the header".into())),
             Some(_) if number > MAX_HEADER_LINES => return Err(wrong("the header does not end".into())),
@@ -77,7 +79,7 @@ pub(crate) fn read_header(input: &mut impl BufRead) -> Result<PcdHeader, ParseEr
             _ => return Err(wrong(format!("not a line of a PCD header: `{}`", shorten(text)))),
         }
     };
-    let wrong = |problem: String| ParseError::new(Place::Line(number), problem);
+    let wrong = |problem: String| ParseError::new(PlaceInFile::Line(number), problem);
     let points = points_of(&found).map_err(wrong)?;
     let (fields, point_bytes) = fields_of(&found).map_err(wrong)?;
     Ok(PcdHeader { fields, point_bytes, points, data, lines: number, bytes })

@@ -57,7 +57,7 @@ impl<R: Read> Read for LzfReader<R> {
                 self.unpacked.drain(..self.unpacked.len() - WINDOW);
                 self.read = self.unpacked.len();
             }
-            // As much as there is room for: a call for each instruction would be slow.
+            // As much as fits: a call for each instruction would be slow.
             while self.unpacked.len() <= KEPT && step(&mut self.input, &mut self.unpacked)? {}
         }
         let waiting = self.unpacked.get(self.read..).unwrap_or_default();

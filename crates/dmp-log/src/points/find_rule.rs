@@ -35,15 +35,15 @@ pub(crate) fn candidates<'a>(names: &[&'a str]) -> Vec<(usize, &'a str)> {
         .collect()
 }
 
-/// The times of one scan's returns, as they stand in the file.
+/// The least and the greatest number that a field with times has in one scan, as they stand in the file.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct SampledScan {
+pub(crate) struct FieldExtremes {
     pub(crate) stamp_ns: i64,
     pub(crate) smallest: f64,
     pub(crate) largest: f64,
 }
 
-/// What a sample of scans says about a field.
+/// What a few scans say about a field.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Finding {
     /// One value a scan: no times.
@@ -57,9 +57,9 @@ pub(crate) enum Finding {
 /// Finds the unit in which a scan's times span what a scan takes, 20 to 150 % of `period_ns`, and
 /// whether they count from the stamp or from where the stamps count. Units are a thousand apart, so no
 /// two can fit.
-pub(crate) fn find_rule(sample: &[SampledScan], period_ns: i64) -> Finding {
+pub(crate) fn find_rule(seen: &[FieldExtremes], period_ns: i64) -> Finding {
     let mut spans: Vec<f64> =
-        sample.iter().map(|scan| scan.largest - scan.smallest).filter(|&span| span > 0.0).collect();
+        seen.iter().map(|scan| scan.largest - scan.smallest).filter(|&span| span > 0.0).collect();
     spans.sort_by(f64::total_cmp);
     let Some(&span) = spans.get(spans.len() / 2) else { return Finding::Constant };
     let period = period_ns as f64;
@@ -73,21 +73,21 @@ pub(crate) fn find_rule(sample: &[SampledScan], period_ns: i64) -> Finding {
     let ns = unit.in_ns() as f64;
     // A stamp may be the scan's start, middle or end.
     let near = 2.0 * period;
-    let relative = |scan: &SampledScan| scan.smallest * ns > -near && scan.largest * ns < near;
-    let absolute = |scan: &SampledScan| (scan.smallest * ns - scan.stamp_ns as f64).abs() < near.max(1e9);
-    let origin = match (sample.iter().all(relative), sample.iter().all(absolute)) {
+    let relative = |scan: &FieldExtremes| scan.smallest * ns > -near && scan.largest * ns < near;
+    let absolute = |scan: &FieldExtremes| (scan.smallest * ns - scan.stamp_ns as f64).abs() < near.max(1e9);
+    let origin = match (seen.iter().all(relative), seen.iter().all(absolute)) {
         (true, false) => Some(Origin::Stamp),
         (false, true) => Some(Origin::Clock),
         (false, false) => None,
-        (true, true) => origin_near_zero(sample, ns, period),
+        (true, true) => origin_near_zero(seen, ns, period),
     };
     if let Some(origin) = origin {
         return Finding::Rule(TimeRule::new(unit, origin));
     }
-    let first = sample.first().map_or(f64::NAN, |scan| scan.smallest);
+    let first = seen.first().map_or(f64::NAN, |scan| scan.smallest);
     Finding::Unclear(format!(
         "a scan spans {span}, as {} near the {:.4} s from scan to scan, but the first value {first} is neither \
-         near 0 nor near the stamp: where it is a clock of the sensor's own, say --point-time first-{}",
+         near 0 nor near the stamp: where it is a clock of the sensor's own, say first-{}",
         unit.name(),
         period / 1e9,
         unit.symbol()
@@ -96,9 +96,9 @@ pub(crate) fn find_rule(sample: &[SampledScan], period_ns: i64) -> Finding {
 
 /// Stamps that start at 0 are near both origins. Absolute times go on with the stamps, relative ones
 /// begin anew with every scan.
-fn origin_near_zero(sample: &[SampledScan], ns: f64, period: f64) -> Option<Origin> {
-    let spread = |value: &dyn Fn(&SampledScan) -> f64| {
-        let (low, high) = sample
+fn origin_near_zero(seen: &[FieldExtremes], ns: f64, period: f64) -> Option<Origin> {
+    let spread = |value: &dyn Fn(&FieldExtremes) -> f64| {
+        let (low, high) = seen
             .iter()
             .map(value)
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
@@ -109,7 +109,7 @@ fn origin_near_zero(sample: &[SampledScan], ns: f64, period: f64) -> Option<Orig
     let absolute = spread(&|scan| scan.smallest * ns - scan.stamp_ns as f64);
     if stamps < 0.5 * period {
         // All near 0: both say the same, to within the stamps themselves.
-        return sample.iter().all(|scan| scan.stamp_ns == 0).then_some(Origin::Stamp);
+        return seen.iter().all(|scan| scan.stamp_ns == 0).then_some(Origin::Stamp);
     }
     match (relative < 0.5 * period, absolute < 0.5 * period) {
         (true, false) => Some(Origin::Stamp),
@@ -124,12 +124,12 @@ mod tests {
 
     const STAMP_NS: i64 = 1_690_309_709_285_305_500;
 
-    fn scans(stamp_ns: i64, period_ns: i64, values: impl Fn(i64) -> (f64, f64)) -> Vec<SampledScan> {
+    fn scans(stamp_ns: i64, period_ns: i64, values: impl Fn(i64) -> (f64, f64)) -> Vec<FieldExtremes> {
         (0..5)
             .map(|k| {
                 let stamp_ns = stamp_ns + k * period_ns;
                 let (smallest, largest) = values(stamp_ns);
-                SampledScan { stamp_ns, smallest, largest }
+                FieldExtremes { stamp_ns, smallest, largest }
             })
             .collect()
     }

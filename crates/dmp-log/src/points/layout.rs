@@ -1,11 +1,13 @@
-use super::Kind;
+//! Where in a row of bytes the fields of a point are.
+
+use super::NumberType;
 use crate::{FieldInfo, FieldMeaning};
 
 /// A field of a point that can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Field {
     pub(crate) offset: usize,
-    pub(crate) kind: Kind,
+    pub(crate) kind: NumberType,
 }
 
 /// How the points of a scan are stored: rows of `point_step` bytes with named fields in them.
@@ -48,7 +50,7 @@ impl Layout {
 
     /// The layout of a scan without points: drivers send those without any fields.
     pub(crate) fn of_nothing(named: Vec<(String, Field)>, big_endian: bool, point_step: u32) -> Self {
-        let nowhere = Field { offset: 0, kind: Kind::F32 };
+        let nowhere = Field { offset: 0, kind: NumberType::F32 };
         let xyz = ["x", "y", "z"].map(|name| find(&named, name).unwrap_or(nowhere));
         Self { named, xyz, big_endian, point_step: point_step as usize }
     }
@@ -85,7 +87,7 @@ impl Layout {
     pub(super) fn packed_xyz(&self) -> Option<usize> {
         let [x, y, z] = self.xyz;
         let packed = !self.big_endian
-            && self.xyz.iter().all(|field| field.kind == Kind::F32)
+            && self.xyz.iter().all(|field| field.kind == NumberType::F32)
             && y.offset == x.offset + 4
             && z.offset == x.offset + 8;
         packed.then_some(x.offset)

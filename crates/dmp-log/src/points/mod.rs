@@ -9,10 +9,10 @@ mod time;
 mod time_choice;
 mod time_rule;
 
-pub(crate) use find_rule::{SampledScan, candidates};
+pub(crate) use find_rule::{FieldExtremes, candidates};
 pub(crate) use layout::{Field, Layout};
-pub(crate) use number::Kind;
+pub(crate) use number::NumberType;
 pub(crate) use rows::Rows;
 pub use time::{PointTime, StampAt, TimeUnit};
-pub(crate) use time_choice::{TimeChoice, choose_time, place_stamp, sampled_frames};
+pub(crate) use time_choice::{TimeChoice, choose_time, frames_to_look_at, place_stamp};
 pub(crate) use time_rule::{Origin, RawTime, TimeRule};

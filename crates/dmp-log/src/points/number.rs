@@ -1,8 +1,10 @@
+//! The types of numbers that fields have, and how one is read.
+
 use super::RawTime;
 
 /// The numbers a field may hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum NumberType {
     I8,
     U8,
     I16,
@@ -15,7 +17,7 @@ pub(crate) enum Kind {
     F64,
 }
 
-impl Kind {
+impl NumberType {
     pub(crate) fn bytes(self) -> u32 {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -83,48 +85,48 @@ number!(
     f64 => RawTime::Float
 );
 
-/// Does something with the type `$number` that a [`Kind`] stands for, so that the kind is looked at once
+/// Does something with the type `$number` that a [`NumberType`] stands for, so that the kind is looked at once
 /// and not for every point.
 macro_rules! with_number {
     ($kind:expr, $number:ident => $body:expr) => {
         match $kind {
-            Kind::I8 => {
+            NumberType::I8 => {
                 type $number = i8;
                 $body
             }
-            Kind::U8 => {
+            NumberType::U8 => {
                 type $number = u8;
                 $body
             }
-            Kind::I16 => {
+            NumberType::I16 => {
                 type $number = i16;
                 $body
             }
-            Kind::U16 => {
+            NumberType::U16 => {
                 type $number = u16;
                 $body
             }
-            Kind::I32 => {
+            NumberType::I32 => {
                 type $number = i32;
                 $body
             }
-            Kind::U32 => {
+            NumberType::U32 => {
                 type $number = u32;
                 $body
             }
-            Kind::I64 => {
+            NumberType::I64 => {
                 type $number = i64;
                 $body
             }
-            Kind::U64 => {
+            NumberType::U64 => {
                 type $number = u64;
                 $body
             }
-            Kind::F32 => {
+            NumberType::F32 => {
                 type $number = f32;
                 $body
             }
-            Kind::F64 => {
+            NumberType::F64 => {
                 type $number = f64;
                 $body
             }

@@ -1,5 +1,7 @@
+//! Rows of points, made into a scan.
+
 use super::number::{Number, with_number};
-use super::{Field, Kind, Layout, RawTime, TimeRule};
+use super::{Field, Layout, NumberType, RawTime, TimeRule};
 use dmp_sensor::Scan;
 
 /// The points of one scan, checked: `data` holds every row that `height`, `width` and the layout promise,
@@ -61,14 +63,14 @@ impl<'a> Rows<'a> {
         let places = points.get_mut(start..).unwrap_or_default();
         scan.time_offsets_ns.reserve(places.len());
         let times = &mut scan.time_offsets_ns;
-        if let (Kind::U32, Some(ns_of)) = (field.kind, rule.of_u32()) {
+        if let (NumberType::U32, Some(ns_of)) = (field.kind, rule.of_u32()) {
             for row in self.rows() {
                 let value = |point| u32::read(point, field.offset, self.layout.big_endian).unwrap_or(0);
                 times.extend(row.chunks(step).map(|point| ns_of(value(point))));
             }
             return;
         }
-        if let (Kind::F32, Some(ns_of)) = (field.kind, rule.of_f32()) {
+        if let (NumberType::F32, Some(ns_of)) = (field.kind, rule.of_f32()) {
             return self.append_times::<f32>(field.offset, ns_of, places, times);
         }
         let stamp_ns = scan.stamp_ns.unwrap_or(0);

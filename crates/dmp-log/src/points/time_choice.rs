@@ -1,12 +1,12 @@
 //! Which field of a log's points holds their times, and what it means there.
 
 use super::find_rule::{Finding, USUAL_PERIOD_NS, find_rule};
-use super::{Layout, Origin, PointTime, SampledScan, StampAt, TimeRule, candidates};
-use crate::{LogError, LogOptions};
+use super::{FieldExtremes, Layout, Origin, PointTime, StampAt, TimeRule, candidates};
+use crate::{LogError, LogOptions, LogSetting};
 use std::path::Path;
 
 /// Scans looked at for the meaning of the times of points.
-const SAMPLED_SCANS: usize = 5;
+const LOOKED_AT_SCANS: usize = 5;
 
 /// The field with the times, how it is read, and both in words.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -19,10 +19,10 @@ pub(crate) struct TimeChoice {
 }
 
 /// The frames to look at: the first three, the middle and the last with returns.
-pub(crate) fn sampled_frames(returns: impl Iterator<Item = u64>) -> Vec<usize> {
+pub(crate) fn frames_to_look_at(returns: impl Iterator<Item = u64>) -> Vec<usize> {
     let filled: Vec<usize> =
         returns.enumerate().filter(|&(_, returns)| returns > 0).map(|(k, _)| k).collect();
-    let mut chosen: Vec<usize> = filled.iter().copied().take(SAMPLED_SCANS - 2).collect();
+    let mut chosen: Vec<usize> = filled.iter().copied().take(LOOKED_AT_SCANS - 2).collect();
     chosen.extend(filled.get(filled.len() / 2));
     chosen.extend(filled.last());
     chosen.dedup();
@@ -30,7 +30,7 @@ pub(crate) fn sampled_frames(returns: impl Iterator<Item = u64>) -> Vec<usize> {
 }
 
 /// Finds the field with the times of points and what they mean, or takes what the options say; `None`
-/// where there are no times, or none are wanted. `sample` gives, for each of the fields it is asked for,
+/// where there are no times, or none are wanted. `look` gives, for each of the fields it is asked for,
 /// what a few scans have there.
 ///
 /// # Errors
@@ -41,26 +41,24 @@ pub(crate) fn choose_time(
     options: &LogOptions,
     period_ns: Option<i64>,
     notes: &mut Vec<String>,
-    sample: impl FnOnce(&[String]) -> Result<Vec<Vec<SampledScan>>, LogError>,
+    look: impl FnOnce(&[String]) -> Result<Vec<Vec<FieldExtremes>>, LogError>,
 ) -> Result<Option<TimeChoice>, LogError> {
     let names = layout.names();
     let fields: Vec<String> = candidates(&names).into_iter().map(|(_, name)| name.to_owned()).collect();
-    let option = |problem: String| Err(LogError::Option { path: path.into(), problem });
     let given = TimeRule::given(options.point_time);
     let Some(first_field) = fields.first() else {
         if given.is_some() {
             let (point_time, names) = (options.point_time, names.join(", "));
-            return option(format!(
-                "--point-time {point_time} was given, but the points have no field for a time among [{names}]"
-            ));
+            let problem = format!("was given, but the points have no field for a time among [{names}]");
+            return Err(LogError::setting(path, LogSetting::PointTime, point_time, problem));
         }
-        return without_times(options).or_else(option);
+        return without_times(path, options);
     };
     if options.point_time == PointTime::Ignore {
         notes.push(format!("field `{first_field}`: not used as the time of a point, as was asked"));
-        return without_times(options).or_else(option);
+        return without_times(path, options);
     }
-    let samples = sample(&fields)?;
+    let seen_of_fields = look(&fields)?;
     let period_ns = period_ns.unwrap_or_else(|| {
         if given.is_none() {
             notes.push("too few stamps to tell the scan period: 0.1 s is taken".into());
@@ -68,19 +66,17 @@ pub(crate) fn choose_time(
         USUAL_PERIOD_NS
     });
     let mut unclear = None;
-    for (field, sample) in fields.iter().zip(&samples) {
-        match given.map_or_else(|| find_rule(sample, period_ns), Finding::Rule) {
+    for (field, seen) in fields.iter().zip(&seen_of_fields) {
+        match given.map_or_else(|| find_rule(seen, period_ns), Finding::Rule) {
             Finding::Rule(rule) => {
-                let later = fields.iter().zip(&samples).skip_while(|(other, _)| *other != field).skip(1);
-                if let (None, Some((other, problem))) = (given, disagreement(rule, sample, later, period_ns))
-                {
+                let later =
+                    fields.iter().zip(&seen_of_fields).skip_while(|(other, _)| *other != field).skip(1);
+                if let (None, Some((other, problem))) = (given, disagreement(rule, seen, later, period_ns)) {
                     let field = format!("in fields `{field}` and `{other}`");
                     return Err(LogError::PointTime { path: path.into(), field, problem });
                 }
                 let evidence = if given.is_some() { "as was said" } else { "found from the values" };
-                return place_stamp(field, rule, options.stamp_at, sample, evidence)
-                    .map(Some)
-                    .or_else(option);
+                return place_stamp(path, field, rule, options.stamp_at, seen, evidence).map(Some);
             }
             Finding::Constant => {
                 notes.push(format!(
@@ -91,7 +87,7 @@ pub(crate) fn choose_time(
         }
     }
     match unclear {
-        None => without_times(options).or_else(option),
+        None => without_times(path, options),
         Some((field, problem)) => {
             let field = format!("in field `{field}`");
             Err(LogError::PointTime { path: path.into(), field, problem })
@@ -103,15 +99,15 @@ pub(crate) fn choose_time(
 /// the period: its name, and both spans in words.
 fn disagreement<'a>(
     rule: TimeRule,
-    sample: &[SampledScan],
-    later: impl Iterator<Item = (&'a String, &'a Vec<SampledScan>)>,
+    seen: &[FieldExtremes],
+    later: impl Iterator<Item = (&'a String, &'a Vec<FieldExtremes>)>,
     period_ns: i64,
 ) -> Option<(&'a str, String)> {
     let span_ns =
-        |rule: TimeRule, scan: &SampledScan| (scan.largest - scan.smallest) * rule.unit.in_ns() as f64;
-    for (other, other_sample) in later {
-        let Finding::Rule(other_rule) = find_rule(other_sample, period_ns) else { continue };
-        for (scan, other_scan) in sample.iter().zip(other_sample) {
+        |rule: TimeRule, scan: &FieldExtremes| (scan.largest - scan.smallest) * rule.unit.in_ns() as f64;
+    for (other, other_seen) in later {
+        let Finding::Rule(other_rule) = find_rule(other_seen, period_ns) else { continue };
+        for (scan, other_scan) in seen.iter().zip(other_seen) {
             let (a_ns, b_ns) = (span_ns(rule, scan), span_ns(other_rule, other_scan));
             if (a_ns - b_ns).abs() > 0.1 * period_ns as f64 {
                 let (a_s, b_s) = (a_ns / 1e9, b_ns / 1e9);
@@ -126,43 +122,45 @@ fn disagreement<'a>(
 }
 
 /// Without times a scan is one instant, its stamp, wherever that lies in it.
-fn without_times(options: &LogOptions) -> Result<Option<TimeChoice>, String> {
+fn without_times(path: &Path, options: &LogOptions) -> Result<Option<TimeChoice>, LogError> {
     match options.stamp_at {
         StampAt::Start => Ok(None),
-        at => Err(format!(
-            "--stamp {} was given, but the points have no times of their own: to move the stamps, give --time-offset",
-            at.name()
-        )),
+        at => {
+            let problem =
+                "was given, but the points have no times of their own: move the stamps of the trajectory";
+            Err(LogError::setting(path, LogSetting::StampAt, at.name(), problem))
+        }
     }
 }
 
 /// Puts times that count from the scan's beginning where the stamp is the middle or the end of it.
 pub(crate) fn place_stamp(
+    path: &Path,
     field: &str,
     mut rule: TimeRule,
     at: StampAt,
-    sample: &[SampledScan],
+    seen: &[FieldExtremes],
     evidence: &str,
-) -> Result<TimeChoice, String> {
+) -> Result<TimeChoice, LogError> {
     let unit_ns = rule.unit.in_ns() as f64;
-    // The longest of the sampled scans: the others lack returns at their ends.
-    let span_ns = sample.iter().map(|scan| (scan.largest - scan.smallest) * unit_ns).fold(0.0, f64::max);
-    let first_ns = sample.iter().map(|scan| scan.smallest * unit_ns).fold(f64::INFINITY, f64::min);
+    // The longest of these scans: the others lack returns at their ends.
+    let span_ns = seen.iter().map(|scan| (scan.largest - scan.smallest) * unit_ns).fold(0.0, f64::max);
+    let first_ns = seen.iter().map(|scan| scan.smallest * unit_ns).fold(f64::INFINITY, f64::min);
     let from_start = match rule.origin {
         Origin::Stamp => first_ns > -0.1 * span_ns,
         Origin::Clock => false,
         Origin::FirstPoint => true,
     };
     if at != StampAt::Start && !from_start {
-        return Err(format!(
-            "--stamp {} was given, but the times in `{field}` say themselves where the stamp lies: the first is {:.4} s from it",
-            at.name(),
+        let problem = format!(
+            "was given, but the times in `{field}` say themselves where the stamp lies: the first is {:.4} s from it",
             if rule.origin == Origin::Clock {
-                sample.first().map_or(f64::NAN, |scan| (scan.smallest * unit_ns - scan.stamp_ns as f64) / 1e9)
+                seen.first().map_or(f64::NAN, |scan| (scan.smallest * unit_ns - scan.stamp_ns as f64) / 1e9)
             } else {
                 first_ns / 1e9
             }
-        ));
+        );
+        return Err(LogError::setting(path, LogSetting::StampAt, at.name(), problem));
     }
     rule.shift_ns = match at {
         StampAt::Start => 0,
@@ -170,22 +168,21 @@ pub(crate) fn place_stamp(
         StampAt::End => -span_ns.round() as i64,
     };
     let stamp = if from_start { format!(", the stamp is its {}", at.name()) } else { String::new() };
-    let span =
-        if sample.is_empty() { String::new() } else { format!(", a scan spans {:.4} s", span_ns / 1e9) };
+    let span = if seen.is_empty() { String::new() } else { format!(", a scan spans {:.4} s", span_ns / 1e9) };
     let words = format!("field `{field}`: {}, {evidence}{span}{stamp}", rule.words());
-    Ok(TimeChoice { field: field.into(), rule, words, middle_ns: middle_ns(rule, sample) })
+    Ok(TimeChoice { field: field.into(), rule, words, middle_ns: middle_ns(rule, seen) })
 }
 
-/// From the stamp to the middle of a scan, from the first and the last of the sampled returns.
-fn middle_ns(rule: TimeRule, sample: &[SampledScan]) -> i64 {
+/// From the stamp to the middle of a scan, from the first and the last of the returns looked at.
+fn middle_ns(rule: TimeRule, seen: &[FieldExtremes]) -> i64 {
     let unit_ns = rule.unit.in_ns() as f64;
-    let from_stamp = |scan: &SampledScan, value: f64| match rule.origin {
+    let from_stamp = |scan: &FieldExtremes, value: f64| match rule.origin {
         Origin::Stamp => value * unit_ns,
         Origin::Clock => value * unit_ns - scan.stamp_ns as f64,
         Origin::FirstPoint => (value - scan.smallest) * unit_ns,
     };
-    let first_ns = sample.iter().map(|scan| from_stamp(scan, scan.smallest)).fold(f64::INFINITY, f64::min);
-    let last_ns = sample.iter().map(|scan| from_stamp(scan, scan.largest)).fold(f64::NEG_INFINITY, f64::max);
+    let first_ns = seen.iter().map(|scan| from_stamp(scan, scan.smallest)).fold(f64::INFINITY, f64::min);
+    let last_ns = seen.iter().map(|scan| from_stamp(scan, scan.largest)).fold(f64::NEG_INFINITY, f64::max);
     let middle_ns = 0.5 * (first_ns + last_ns);
     if middle_ns.is_finite() { (middle_ns.round() as i64).saturating_add(rule.shift_ns) } else { 0 }
 }

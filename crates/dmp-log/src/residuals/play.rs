@@ -1,6 +1,6 @@
 //! Scored returns to be played scan by scan.
 
-use super::{ScoredPoint, ScoredScan};
+use super::point::{ScoredPoint, ScoredScan};
 use crate::LogError;
 use crate::mcap_file::{McapCompression, McapFile};
 use crate::ros::{

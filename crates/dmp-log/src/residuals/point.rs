@@ -1,4 +1,7 @@
+//! A scored return and a scored scan, and the columns that are written of them.
+
 use crate::cloud::table::{Column, Number};
+use dmp_sensor::Isometry3;
 
 /// A return with what a map predicts for it. Lengths are metres; NaN stands for a prediction that there is not.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,6 +107,15 @@ impl ScoredPoint {
             revisited: row[61] != 0,
         }
     }
+}
+
+/// A scan whose returns were scored.
+#[derive(Debug, Clone, Copy)]
+pub struct ScoredScan {
+    /// Its stamp, nanoseconds; MCAP needs one.
+    pub stamp_ns: Option<i64>,
+    /// The pose of the sensor at that instant.
+    pub world_from_sensor: Isometry3<f64>,
 }
 
 #[cfg(test)]

@@ -4,20 +4,20 @@
 //! Fields as in `livox_ros_driver2/msg/CustomMsg.msg` and `CustomPoint.msg`; those of the older driver are
 //! the same.
 
-use super::Cloud;
+use super::cloud::Cloud;
 use super::wire::{WireError, WireReader};
-use crate::points::{Field, Kind, Layout};
+use crate::points::{Field, Layout, NumberType};
 
 /// Bytes of a point. Where numbers are aligned, one more follows it, but not behind the last.
 const POINT_BYTES: u32 = 19;
-const FIELDS: [(&str, usize, Kind); 7] = [
-    ("offset_time", 0, Kind::U32),
-    ("x", 4, Kind::F32),
-    ("y", 8, Kind::F32),
-    ("z", 12, Kind::F32),
-    ("reflectivity", 16, Kind::U8),
-    ("tag", 17, Kind::U8),
-    ("line", 18, Kind::U8),
+const FIELDS: [(&str, usize, NumberType); 7] = [
+    ("offset_time", 0, NumberType::U32),
+    ("x", 4, NumberType::F32),
+    ("y", 8, NumberType::F32),
+    ("z", 12, NumberType::F32),
+    ("reflectivity", 16, NumberType::U8),
+    ("tag", 17, NumberType::U8),
+    ("line", 18, NumberType::U8),
 ];
 
 /// Reads and checks a message.

@@ -1,20 +1,20 @@
 //! `sensor_msgs/msg/PointCloud2`: its header and the layout of its points.
 
-use super::Cloud;
+use super::cloud::Cloud;
 use super::wire::{WireError, WireReader};
-use crate::points::{Field, Kind, Layout};
+use crate::points::{Field, Layout, NumberType};
 
 /// A type as numbered by `sensor_msgs/msg/PointField`.
-fn kind_of(datatype: u8) -> Option<Kind> {
+fn kind_of(datatype: u8) -> Option<NumberType> {
     Some(match datatype {
-        1 => Kind::I8,
-        2 => Kind::U8,
-        3 => Kind::I16,
-        4 => Kind::U16,
-        5 => Kind::I32,
-        6 => Kind::U32,
-        7 => Kind::F32,
-        8 => Kind::F64,
+        1 => NumberType::I8,
+        2 => NumberType::U8,
+        3 => NumberType::I16,
+        4 => NumberType::U16,
+        5 => NumberType::I32,
+        6 => NumberType::U32,
+        7 => NumberType::F32,
+        8 => NumberType::F64,
         _ => return None,
     })
 }

@@ -1,3 +1,5 @@
+//! Dates and times of day as nanoseconds since 1970.
+
 use crate::decimal::seconds_to_ns;
 
 /// Nanoseconds since 1970 of a date and a time of day, UTC: `2011-09-26`, `13:02:25.964389445`.

@@ -1,26 +1,25 @@
 //! Where the times of a folder's points are, and what they mean.
 
 use super::format::ScanFormat;
+use super::log::{ScanFolder, Times};
 use super::times::{self, Beside};
-use super::{ScanFolder, Times};
 use crate::damage::DamageList;
 use crate::points::{
-    Origin, SampledScan, TimeChoice, TimeRule, TimeUnit, candidates, choose_time, sampled_frames,
+    FieldExtremes, Origin, TimeChoice, TimeRule, TimeUnit, candidates, choose_time, frames_to_look_at,
 };
-use crate::{Damage, LogError, LogOptions};
-use std::path::PathBuf;
+use crate::{Damage, LogError, LogOptions, LogSetting};
+use std::path::{Path, PathBuf};
 
 impl ScanFolder {
     /// Finds the times of the points and what they mean, and gives up the scans that lack them.
     pub(super) fn decide_time(&mut self, options: &LogOptions) -> Result<(), LogError> {
         let folder = self.summary.path.clone();
         let stamped = self.entries.iter().any(|entry| entry.stamp_ns.is_some());
-        let option = |problem: String| Err(LogError::Option { path: folder.clone(), problem });
         if let Some(times) = times::folder_beside(&folder) {
             let beside = Beside::open(times, &self.entries, options, &self.count, &mut self.summary.notes)?;
             if let Some(beside) = beside {
                 if beside.rule.origin == Origin::Clock && !stamped {
-                    return option(needs_stamps(options));
+                    return Err(needs_stamps(&folder, options));
                 }
                 self.summary.point_times = Some(beside.words.clone());
                 self.summary.middle_ns = beside.middle_ns;
@@ -30,19 +29,19 @@ impl ScanFolder {
         }
         let Some(layout) = self.first_layout().filter(|_| self.summary.returns > 0) else { return Ok(()) };
         if TimeRule::given(options.point_time).is_some() && candidates(&layout.names()).is_empty() {
-            return option(format!(
-                "--point-time {} was given, but the points have no field for a time among [{}], and there is no folder times/ beside the scans",
-                options.point_time,
+            let problem = format!(
+                "was given, but the points have no field for a time among [{}], and there is no folder times/ beside the scans",
                 layout.names().join(", ")
-            ));
+            );
+            return Err(LogError::setting(&folder, LogSetting::PointTime, options.point_time, problem));
         }
         let mut notes = self.summary.notes.clone();
-        let sample = |fields: &[String]| self.sample(fields);
-        let choice = choose_time(&folder, layout, options, self.summary.period_ns, &mut notes, sample);
+        let look = |fields: &[String]| self.extremes(fields);
+        let choice = choose_time(&folder, layout, options, self.summary.period_ns, &mut notes, look);
         self.summary.notes = notes;
         let Some(choice) = choice? else { return Ok(()) };
         if choice.rule.origin == Origin::Clock && !stamped {
-            return option(needs_stamps(options));
+            return Err(needs_stamps(&folder, options));
         }
         if self.format == ScanFormat::Las && choice.rule.unit != TimeUnit::Seconds && is_open(options) {
             return Err(las_has_seconds(folder, &choice));
@@ -59,7 +58,7 @@ impl ScanFolder {
                     "no field `{}`, which the log's first scan has; the scan is skipped",
                     choice.field
                 );
-                damage.push(Damage::new(entry.path.display().to_string(), what));
+                damage.push(Damage::new(entry.file.path.display().to_string(), what));
             }
             kept
         });
@@ -69,21 +68,21 @@ impl ScanFolder {
     }
 
     /// What a few scans have in the fields that may hold times.
-    fn sample(&self, fields: &[String]) -> Result<Vec<Vec<SampledScan>>, LogError> {
-        let mut samples: Vec<Vec<SampledScan>> = vec![Vec::new(); fields.len()];
+    fn extremes(&self, fields: &[String]) -> Result<Vec<Vec<FieldExtremes>>, LogError> {
+        let mut seen_of_fields: Vec<Vec<FieldExtremes>> = vec![Vec::new(); fields.len()];
         let mut data = Vec::new();
-        for frame in sampled_frames(self.entries.iter().map(|entry| entry.points)) {
+        for frame in frames_to_look_at(self.entries.iter().map(|entry| entry.points)) {
             let Some(entry) = self.entries.get(frame) else { continue };
             let rows = self.rows_of(entry, &mut data)?;
-            for (field, sample) in fields.iter().zip(&mut samples) {
+            for (field, seen) in fields.iter().zip(&mut seen_of_fields) {
                 let extremes = rows.layout.field(field).and_then(|field| rows.extremes(field));
                 if let Some((smallest, largest)) = extremes {
                     let stamp_ns = entry.stamp_ns.unwrap_or(0);
-                    sample.push(SampledScan { stamp_ns, smallest, largest });
+                    seen.push(FieldExtremes { stamp_ns, smallest, largest });
                 }
             }
         }
-        Ok(samples)
+        Ok(seen_of_fields)
     }
 }
 
@@ -98,9 +97,7 @@ fn las_has_seconds(path: PathBuf, choice: &TimeChoice) -> LogError {
     LogError::PointTime { path, field: format!("in field `{}`", choice.field), problem }
 }
 
-fn needs_stamps(options: &LogOptions) -> String {
-    format!(
-        "--point-time {} needs stamps of the scans, and there is neither a times.txt nor a stamp in the file names",
-        options.point_time
-    )
+fn needs_stamps(folder: &Path, options: &LogOptions) -> LogError {
+    let problem = "needs stamps of the scans, and there is neither a times.txt nor a stamp in the file names";
+    LogError::setting(folder, LogSetting::PointTime, options.point_time, problem)
 }

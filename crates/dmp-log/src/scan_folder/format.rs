@@ -1,3 +1,5 @@
+//! The formats of files with one scan.
+
 use crate::LogFormat;
 use std::path::Path;
 

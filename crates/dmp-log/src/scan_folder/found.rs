@@ -1,8 +1,10 @@
+//! Which files of a folder are its scans.
+
 use super::format::ScanFormat;
 use super::names;
 use crate::LogError;
+use crate::folder::{entries, is_hidden};
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Where in a folder the scans may be.
@@ -50,13 +52,9 @@ impl FoundScans {
 }
 
 fn files_by_format(folder: &Path) -> Result<Formats, LogError> {
-    let entries = fs::read_dir(folder).map_err(|e| LogError::io(folder, "open", e))?;
     let mut formats = Formats::new();
-    for entry in entries {
-        let file = entry.map_err(|e| LogError::io(folder, "read", e))?.path();
-        // What begins with a full stop is hidden: some systems put such files beside each copied one.
-        let hidden = file.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
-        if let Some(format) = ScanFormat::of(&file).filter(|_| !hidden && file.is_file()) {
+    for file in entries(folder)? {
+        if let Some(format) = ScanFormat::of(&file).filter(|_| !is_hidden(&file) && file.is_file()) {
             formats.entry(format).or_default().push(file);
         }
     }

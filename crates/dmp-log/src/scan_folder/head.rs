@@ -1,34 +1,13 @@
-//! What the head of a file with one scan says, and the rows of points behind it.
+//! What the head of a file with one scan says.
 
-use super::format::ScanFormat;
+use super::packed::Packed;
 use super::text::TextRows;
-use super::{las, pcd, ply};
-use crate::points::{Field, Kind, Layout};
-use crate::reads::{CountedFile, ReadCount};
-use crate::{LogError, ParseError, Place};
-use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
-use std::time::SystemTime;
-
-/// Bytes read at once: heads are short, and there are many files.
-const BUFFER_BYTES: usize = 1 << 13;
-
-/// A file with a scan, open, its head read and compared with its length.
-#[derive(Debug)]
-pub(super) struct ScanFile {
-    path: PathBuf,
-    input: BufReader<CountedFile>,
-    count: ReadCount,
-    pub(super) length: u64,
-    /// When it was last written; `None` where the system does not tell.
-    pub(super) modified: Option<SystemTime>,
-    pub(super) head: Head,
-}
+use crate::points::Layout;
 
 /// What a head says.
 #[derive(Debug)]
 pub(super) struct Head {
-    /// That of the rows which [`ScanFile::read_rows`] gives.
+    /// That of the rows which [`ScanFile::read_rows`](super::file::ScanFile::read_rows) gives.
     pub(super) layout: Layout,
     /// Points claimed.
     pub(super) points: u64,
@@ -43,178 +22,7 @@ pub(super) enum Body {
     /// A line for each, after so many lines of others.
     Text { data_at: u64, lines_before: u64, skipped: u64, rows: TextRows },
     /// Field by field, compressed.
-    Packed(pcd::Packed),
+    Packed(Packed),
     /// In the records of LAS.
     Las,
-}
-
-/// What is missing at the end of a file that is cut short.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Cut {
-    pub(super) place: Place,
-    pub(super) what: String,
-}
-
-impl ScanFile {
-    /// Opens a file and reads its head.
-    ///
-    /// # Errors
-    /// [`LogError::Malformed`] when the head makes no sense or claims what is not there.
-    pub(super) fn open(path: &Path, format: ScanFormat, count: &ReadCount) -> Result<Self, LogError> {
-        let file = count.open(path).map_err(|e| LogError::io(path, "open", e))?;
-        let metadata = file.metadata().map_err(|e| LogError::io(path, "read", e))?;
-        let (length, modified) = (metadata.len(), metadata.modified().ok());
-        let mut input = BufReader::with_capacity(BUFFER_BYTES, file);
-        let head = match format {
-            ScanFormat::Bin => bin_head(length),
-            ScanFormat::Pcd => pcd::head(&mut input, length),
-            ScanFormat::Ply => ply::head(&mut input),
-            ScanFormat::Las => las::head(&mut input, length),
-        };
-        let head = head.map_err(|e| e.in_file(path))?;
-        Ok(Self { path: path.into(), input, count: count.clone(), length, modified, head })
-    }
-
-    /// How many of the points claimed are there, and what is missing. Only a text has to be read for it.
-    pub(super) fn whole_points(&mut self) -> Result<(u64, Option<Cut>), LogError> {
-        let Head { layout, points, body } = &self.head;
-        match body {
-            Body::Rows { data_at } => Ok(whole_rows(*data_at, layout, *points, self.length)),
-            Body::Text { .. } => self.read_text(*points, &mut Vec::new(), true),
-            Body::Packed(_) | Body::Las => Ok((*points, None)),
-        }
-    }
-
-    /// Puts the first `points` points into `rows`.
-    ///
-    /// # Errors
-    /// When they are not there: the file has changed, or compressed bytes do not unpack.
-    pub(super) fn read_rows(&mut self, points: u64, rows: &mut Vec<u8>) -> Result<(), LogError> {
-        rows.clear();
-        match &self.head.body {
-            Body::Rows { data_at } => {
-                let count = points.saturating_mul(self.head.layout.point_bytes().into());
-                let at = *data_at;
-                fill(&self.path, &mut self.input, at, count, rows)
-            }
-            Body::Text { .. } => {
-                let (whole, cut) = self.read_text(points, rows, false)?;
-                match cut {
-                    Some(cut) if whole < points => Err(LogError::malformed(&self.path, cut.place, cut.what)),
-                    _ => Ok(()),
-                }
-            }
-            Body::Packed(packed) => packed.read_rows(&self.path, &mut self.input, rows),
-            Body::Las => las::read_rows(&self.path, &self.count, points, &self.head.layout, rows),
-        }
-    }
-
-    /// Reads lines into `rows`, as many as are well; with `drop_rows` only to count them.
-    fn read_text(
-        &mut self,
-        points: u64,
-        rows: &mut Vec<u8>,
-        drop_rows: bool,
-    ) -> Result<(u64, Option<Cut>), LogError> {
-        let Body::Text { data_at, lines_before, skipped, rows: text } = &self.head.body else {
-            return Ok((0, None));
-        };
-        let io = |e| LogError::io(&self.path, "read", e);
-        self.input.seek(SeekFrom::Start(*data_at)).map_err(io)?;
-        let claimed = points.saturating_add(*skipped);
-        let (mut number, mut row, mut line) = (*lines_before, 0, Vec::new());
-        let cut = |row: u64, number: u64, what: &str| {
-            let whole = row.saturating_sub(*skipped);
-            let what = format!("{what}: of {points} points the {whole} before it are kept");
-            Ok((whole, Some(Cut { place: Place::Line(number), what })))
-        };
-        let mut ended = true;
-        while row < claimed {
-            number += 1;
-            line.clear();
-            match read_data_line(&mut self.input, &mut line) {
-                Ok(Some(with_end)) if line.trim_ascii().is_empty() => ended = with_end,
-                Ok(Some(with_end)) => {
-                    ended = with_end;
-                    if row >= *skipped {
-                        if drop_rows {
-                            rows.clear();
-                        }
-                        if let Err(problem) = text.push(&line, rows) {
-                            return cut(row, number, &problem);
-                        }
-                    }
-                    row += 1;
-                }
-                // A last line without its end may be cut in a number.
-                Ok(None) if !ended && row > *skipped => {
-                    return cut(row - 1, number - 1, "the file ends within this line");
-                }
-                Ok(None) => return cut(row, number, "the file ends"),
-                Err(error) if error.kind() == io::ErrorKind::InvalidData => {
-                    return cut(row, number, &error.to_string());
-                }
-                Err(error) => return Err(io(error)),
-            }
-        }
-        Ok((points, None))
-    }
-}
-
-/// A line of points, its end left out; whether it had one. `None` at the end of the file.
-fn read_data_line(input: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<bool>> {
-    const MOST_BYTES: u64 = crate::cloud::ply_header::MAX_LINE_BYTES;
-    let count = input.by_ref().take(MOST_BYTES).read_until(b'\n', line)? as u64;
-    let with_end = line.pop_if(|last| *last == b'\n').is_some();
-    if count == MOST_BYTES && !with_end {
-        let problem = format!("a line longer than {MOST_BYTES} bytes");
-        return Err(io::Error::new(io::ErrorKind::InvalidData, problem));
-    }
-    Ok((count > 0).then_some(with_end))
-}
-
-fn bin_head(length: u64) -> Result<Head, ParseError> {
-    const POINT_BYTES: u32 = 16;
-    let field = |(name, offset): (&str, usize)| (name.to_owned(), Field { offset, kind: Kind::F32 });
-    let named = [("x", 0), ("y", 4), ("z", 8), ("intensity", 12)].map(field).into();
-    let layout = Layout::new(named, false, POINT_BYTES)
-        .map_err(|problem| ParseError::new(Place::WholeFile, problem))?;
-    // A part of a point behind the whole ones is a point that was claimed.
-    let points = length.div_ceil(POINT_BYTES.into());
-    Ok(Head { layout, points, body: Body::Rows { data_at: 0 } })
-}
-
-fn whole_rows(data_at: u64, layout: &Layout, claimed: u64, length: u64) -> (u64, Option<Cut>) {
-    let point_bytes = u64::from(layout.point_bytes());
-    let there = length.saturating_sub(data_at).checked_div(point_bytes).unwrap_or(claimed);
-    if there >= claimed {
-        return (claimed, None);
-    }
-    let place = Place::Byte(data_at + there * point_bytes);
-    let what = format!(
-        "the file ends at byte {length}, within point {there} of {claimed}, {point_bytes} bytes each: the points before it are kept"
-    );
-    (there, Some(Cut { place, what }))
-}
-
-/// Reads `count` bytes from `at` on, which were there when the log was opened.
-pub(super) fn fill(
-    path: &Path,
-    input: &mut (impl Read + Seek),
-    at: u64,
-    count: u64,
-    bytes: &mut Vec<u8>,
-) -> Result<(), LogError> {
-    bytes.clear();
-    let mut read = || -> io::Result<()> {
-        input.seek(SeekFrom::Start(at))?;
-        input.by_ref().take(count).read_to_end(bytes)?;
-        Ok(())
-    };
-    read().map_err(|e| LogError::io(path, "read", e))?;
-    if bytes.len() as u64 != count {
-        let problem = format!("{count} bytes were here when the file was opened, it is shorter now");
-        return Err(LogError::malformed(path, Place::Byte(at + bytes.len() as u64), problem));
-    }
-    Ok(())
 }

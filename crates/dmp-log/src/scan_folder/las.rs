@@ -1,10 +1,12 @@
+//! The head of a LAS or LAZ file with one scan, and its points.
+
 use super::head::{Body, Head};
 use crate::cloud::las_header;
 use crate::cloud::las_points::LasPoints;
 use crate::cloud::las_units;
-use crate::points::{Field, Kind, Layout};
+use crate::points::{Field, Layout, NumberType};
 use crate::reads::ReadCount;
-use crate::{LogError, ParseError, Place};
+use crate::{LogError, ParseError, PlaceInFile};
 use std::io::{Read, Seek};
 use std::path::Path;
 
@@ -14,25 +16,23 @@ const FARTHEST_M: f64 = 10_000.0;
 const FIELDS: [&str; 4] = ["x", "y", "z", "gps_time"];
 
 /// Reads and checks a head.
-pub(super) fn head(input: &mut (impl Read + Seek), length: u64) -> Result<Head, ParseError> {
-    let las = las_header::check(input, length)?;
+pub(super) fn head(path: &Path, input: &mut (impl Read + Seek), length: u64) -> Result<Head, LogError> {
+    let in_file = |error: ParseError| error.in_file(path);
+    let wrong = |problem: String| LogError::malformed(path, PlaceInFile::WholeFile, problem);
+    let las = las_header::check(input, length).map_err(in_file)?;
     if let Some(extent_m) = las.extent.filter(|&extent_m| extent_m > FARTHEST_M) {
-        let problem = format!(
-            "a coordinate of {extent_m} is no scan's, whose sensor is at 0,0,0: points in world coordinates are a map \
-             (--map), or with --made-with a log, as one file"
-        );
-        return Err(ParseError::new(Place::WholeFile, problem));
+        let problem = format!("a coordinate of {extent_m} is no scan's, whose sensor is at 0,0,0");
+        return Err(LogError::WorldCoordinates { path: path.into(), problem });
     }
-    let to_metres = las_units::of(&las)?;
+    let to_metres = las_units::of(&las).map_err(in_file)?;
     if to_metres.scale != [1.0; 3] {
         let note = to_metres.note.unwrap_or_default();
-        return Err(ParseError::new(Place::WholeFile, format!("a scan is in metres: {note}")));
+        return Err(wrong(format!("a scan is in metres: {note}")));
     }
     let count = if las.gps_time.is_some() { 4 } else { 3 };
-    let field = |(k, name): (usize, &str)| (name.to_owned(), Field { offset: 8 * k, kind: Kind::F64 });
+    let field = |(k, name): (usize, &str)| (name.to_owned(), Field { offset: 8 * k, kind: NumberType::F64 });
     let named = FIELDS.into_iter().take(count).enumerate().map(field).collect();
-    let layout = Layout::new(named, false, 8 * count as u32)
-        .map_err(|problem| ParseError::new(Place::WholeFile, problem))?;
+    let layout = Layout::new(named, false, 8 * count as u32).map_err(wrong)?;
     Ok(Head { layout, points: las.points, body: Body::Las })
 }
 
@@ -58,7 +58,7 @@ pub(super) fn read_rows(
             }
             None if timed => {
                 let problem = "the file has changed since it was opened".to_owned();
-                return Err(LogError::malformed(path, Place::WholeFile, problem));
+                return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
             }
             None => {
                 for ((x, y), z) in places {

@@ -1,29 +1,18 @@
-use super::head::{Body, Head, fill};
+//! The head of a PCD file with one scan.
+
+use super::head::{Body, Head};
+use super::packed::{is_single, packed};
 use super::text::TextRows;
 use crate::pcd::header::{PcdData, PcdField, PcdHeader, read_header};
-use crate::pcd::lzf;
 use crate::points::{Field, Layout};
-use crate::{LogError, ParseError, Place};
-use std::io::{BufRead, Read, Seek, SeekFrom};
-use std::path::Path;
-
-/// The body of a file with `DATA binary_compressed`.
-#[derive(Debug)]
-pub(super) struct Packed {
-    data_at: u64,
-    compressed_bytes: u64,
-    uncompressed_bytes: u64,
-    points: u64,
-    /// Where each field's numbers begin in the unpacked bytes, and where they go in a row.
-    columns: Vec<(u64, Field)>,
-    row_bytes: u32,
-}
+use crate::{ParseError, PlaceInFile};
+use std::io::{BufRead, Seek};
 
 /// Reads and checks a head.
 pub(super) fn head(input: &mut (impl BufRead + Seek), length: u64) -> Result<Head, ParseError> {
     let header = read_header(input)?;
     let PcdHeader { points, bytes: data_at, lines, .. } = header;
-    let wrong = |problem: String| ParseError::new(Place::Line(lines), problem);
+    let wrong = |problem: String| ParseError::new(PlaceInFile::Line(lines), problem);
     let layout = |named: Vec<(String, Field)>, row_bytes: u32| {
         if points == 0 {
             return Ok(Layout::of_nothing(named, false, row_bytes));
@@ -50,76 +39,5 @@ pub(super) fn head(input: &mut (impl BufRead + Seek), length: u64) -> Result<Hea
             let layout = layout(named, packed.row_bytes)?;
             Ok(Head { layout, points, body: Body::Packed(packed) })
         }
-    }
-}
-
-/// Fields of several numbers are histograms and padding.
-fn is_single(field: &PcdField) -> bool {
-    field.count == 1 && field.name != "_"
-}
-
-type Named = Vec<(String, Field)>;
-
-fn packed(
-    header: &PcdHeader,
-    input: &mut (impl Read + Seek),
-    length: u64,
-) -> Result<(Packed, Named), ParseError> {
-    let PcdHeader { points, bytes: data_at, .. } = *header;
-    let wrong = |problem: String| ParseError::new(Place::Byte(data_at), problem);
-    let mut sizes = [0; 8];
-    let read = input.seek(SeekFrom::Start(data_at)).and_then(|_| input.read_exact(&mut sizes));
-    read.map_err(|_| wrong("the file ends before the sizes of the compressed points".into()))?;
-    let [a, b, c, d, e, f, g, h] = sizes;
-    let compressed_bytes = u64::from(u32::from_le_bytes([a, b, c, d]));
-    let uncompressed_bytes = u64::from(u32::from_le_bytes([e, f, g, h]));
-    let left = length.saturating_sub(data_at + 8);
-    if compressed_bytes > left {
-        return Err(wrong(format!(
-            "{compressed_bytes} compressed bytes are claimed, {left} are left: is it cut?"
-        )));
-    }
-    if !lzf::may_hold(compressed_bytes, uncompressed_bytes) {
-        return Err(wrong(format!("{compressed_bytes} compressed bytes cannot hold {uncompressed_bytes}")));
-    }
-    let (mut columns, mut named, mut row_bytes) = (Vec::new(), Named::new(), 0);
-    for (field, at) in header.columns(uncompressed_bytes)? {
-        if is_single(field) {
-            let place = Field { offset: row_bytes as usize, kind: field.kind };
-            columns.push((at, place));
-            named.push((field.name.clone(), place));
-            row_bytes += place.kind.bytes();
-        }
-    }
-    Ok((Packed { data_at, compressed_bytes, uncompressed_bytes, points, columns, row_bytes }, named))
-}
-
-impl Packed {
-    /// Unpacks the points and puts the numbers of each beside each other.
-    pub(super) fn read_rows(
-        &self,
-        path: &Path,
-        input: &mut (impl Read + Seek),
-        rows: &mut Vec<u8>,
-    ) -> Result<(), LogError> {
-        let data_at = self.data_at + 8;
-        fill(path, input, data_at, self.compressed_bytes, rows)?;
-        let unpacked = lzf::decompress(rows, self.uncompressed_bytes).map_err(|problem| {
-            let problem = format!("the compressed points from here cannot be unpacked: {problem}");
-            LogError::malformed(path, Place::Byte(data_at), problem)
-        })?;
-        rows.clear();
-        // No more than were unpacked: `columns` of the header says so.
-        rows.resize(self.points as usize * self.row_bytes as usize, 0);
-        for &(at, field) in &self.columns {
-            let size = field.kind.bytes() as usize;
-            let numbers = unpacked.get(at as usize..).unwrap_or_default().chunks_exact(size);
-            for (row, number) in rows.chunks_exact_mut(self.row_bytes as usize).zip(numbers) {
-                if let Some(place) = row.get_mut(field.offset..field.offset + size) {
-                    place.copy_from_slice(number);
-                }
-            }
-        }
-        Ok(())
     }
 }

@@ -1,15 +1,17 @@
+//! The head of a PLY file with one scan.
+
 use super::head::{Body, Head};
 use super::text::TextRows;
 use crate::cloud::ply_header::{Encoding, PlyHeader, read_header};
 use crate::points::Layout;
-use crate::{ParseError, Place};
+use crate::{ParseError, PlaceInFile};
 use std::io::BufRead;
 
 /// Reads and checks a head. Elements in front of the vertices are passed over.
 pub(super) fn head(input: &mut impl BufRead) -> Result<Head, ParseError> {
     let header = read_header(input)?;
     let PlyHeader { encoding, lines, bytes, before, vertices: points, vertex_bytes, named, .. } = header;
-    let wrong = |problem: String| ParseError::new(Place::Line(lines), problem);
+    let wrong = |problem: String| ParseError::new(PlaceInFile::Line(lines), problem);
     if encoding == Encoding::Ascii {
         let columns = named.into_iter().enumerate();
         let columns: Vec<_> = columns.map(|(column, (name, field))| (name, column, field.kind)).collect();

@@ -1,3 +1,5 @@
+//! The stamps of a folder's scans: from a list beside them, or from their names.
+
 use super::{calendar, names};
 use crate::decimal::seconds_to_ns;
 use crate::text::lines;

@@ -1,20 +1,22 @@
+//! Lines of numbers that become rows of points.
+
 use crate::decimal::shorten;
-use crate::points::{Field, Kind};
+use crate::points::{Field, NumberType};
 
 /// How lines of numbers become rows: which column goes where.
 #[derive(Debug)]
 pub(super) struct TextRows {
     /// In the order of the columns.
-    columns: Vec<(usize, Kind)>,
+    columns: Vec<(usize, NumberType)>,
     row_bytes: u32,
 }
 
 impl TextRows {
     /// Rows of the fields in these columns, each a name, its column and its kind; also the fields as they lie
     /// in the rows, one behind the other.
-    pub(super) fn new(columns: &[(String, usize, Kind)]) -> (Self, Vec<(String, Field)>) {
+    pub(super) fn new(columns: &[(String, usize, NumberType)]) -> (Self, Vec<(String, Field)>) {
         let mut row_bytes = 0;
-        let place = |(name, _, kind): &(String, usize, Kind)| {
+        let place = |(name, _, kind): &(String, usize, NumberType)| {
             let field = Field { offset: row_bytes as usize, kind: *kind };
             row_bytes += kind.bytes();
             (name.clone(), field)
@@ -59,23 +61,23 @@ impl TextRows {
 }
 
 /// Appends a number in bytes; `false` where the text is none of its kind.
-fn push_number(kind: Kind, text: &str, rows: &mut Vec<u8>) -> bool {
+fn push_number(kind: NumberType, text: &str, rows: &mut Vec<u8>) -> bool {
     macro_rules! push {
         ($type:ty) => {
             text.parse::<$type>().map(|value| rows.extend_from_slice(&value.to_le_bytes())).is_ok()
         };
     }
     match kind {
-        Kind::I8 => push!(i8),
-        Kind::U8 => push!(u8),
-        Kind::I16 => push!(i16),
-        Kind::U16 => push!(u16),
-        Kind::I32 => push!(i32),
-        Kind::U32 => push!(u32),
-        Kind::I64 => push!(i64),
-        Kind::U64 => push!(u64),
-        Kind::F32 => push!(f32),
-        Kind::F64 => push!(f64),
+        NumberType::I8 => push!(i8),
+        NumberType::U8 => push!(u8),
+        NumberType::I16 => push!(i16),
+        NumberType::U16 => push!(u16),
+        NumberType::I32 => push!(i32),
+        NumberType::U32 => push!(u32),
+        NumberType::I64 => push!(i64),
+        NumberType::U64 => push!(u64),
+        NumberType::F32 => push!(f32),
+        NumberType::F64 => push!(f64),
     }
 }
 
@@ -86,8 +88,11 @@ mod tests {
     #[test]
     fn columns_go_where_they_belong() {
         let column = |name: &str, column, kind| (name.to_owned(), column, kind);
-        let (text, named) =
-            TextRows::new(&[column("x", 0, Kind::F64), column("t", 2, Kind::U16), column("i", 3, Kind::I8)]);
+        let (text, named) = TextRows::new(&[
+            column("x", 0, NumberType::F64),
+            column("t", 2, NumberType::U16),
+            column("i", 3, NumberType::I8),
+        ]);
         assert_eq!(text.row_bytes(), 11);
         assert_eq!(named.iter().map(|(_, field)| field.offset).collect::<Vec<_>>(), [0, 8, 10]);
         let mut rows = vec![7];

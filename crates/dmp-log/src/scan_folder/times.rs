@@ -1,12 +1,11 @@
 //! Times of points in files of their own beside the scans: `times/NAME.f32`, a float32 for each point.
 
-use super::Entry;
-use super::head::fill;
+use super::entry::Entry;
 use super::stamps::beside;
 use crate::points::{
-    Origin, PointTime, RawTime, SampledScan, TimeRule, TimeUnit, place_stamp, sampled_frames,
+    FieldExtremes, Origin, PointTime, RawTime, TimeRule, TimeUnit, frames_to_look_at, place_stamp,
 };
-use crate::reads::ReadCount;
+use crate::reads::{ReadCount, fill};
 use crate::{LogError, LogOptions};
 use dmp_sensor::Scan;
 use std::fs;
@@ -51,7 +50,7 @@ impl Beside {
             let times = length / TIME_BYTES;
             // A cut scan has fewer points than times; the first ones belong together.
             if times != entry.points && !(entry.is_cut && times > entry.points) {
-                let (other, other_count) = (entry.path.clone(), entry.points);
+                let (other, other_count) = (entry.file.path.clone(), entry.points);
                 return Err(LogError::CountMismatch {
                     path,
                     count: times,
@@ -61,10 +60,9 @@ impl Beside {
                 });
             }
         }
-        let sample = sample(&folder, entries, count)?;
+        let seen = extremes(&folder, entries, count)?;
         let evidence = if given.is_some() { "as was said" } else { "as such files have them" };
-        let choice = place_stamp("times/*.f32", rule, options.stamp_at, &sample, evidence)
-            .map_err(|problem| LogError::Option { path: folder.clone(), problem })?;
+        let choice = place_stamp(&folder, "times/*.f32", rule, options.stamp_at, &seen, evidence)?;
         notes.push(format!("a time for each point from {}", folder.display()));
         Ok(Some(Self { folder, rule: choice.rule, words: choice.words, middle_ns: choice.middle_ns }))
     }
@@ -72,7 +70,7 @@ impl Beside {
 
 fn file_of(folder: &Path, entry: &Entry) -> PathBuf {
     // Not `with_extension`: names of stamps have a full stop in them.
-    let stem = entry.path.file_stem().unwrap_or_default();
+    let stem = entry.file.path.file_stem().unwrap_or_default();
     let mut name = stem.to_owned();
     name.push(".f32");
     folder.join(name)
@@ -94,17 +92,17 @@ fn seconds(bytes: &[u8]) -> impl Iterator<Item = f64> {
     floats(bytes).map(f64::from)
 }
 
-fn sample(folder: &Path, entries: &[Entry], count: &ReadCount) -> Result<Vec<SampledScan>, LogError> {
-    let (mut sample, mut bytes) = (Vec::new(), Vec::new());
-    for frame in sampled_frames(entries.iter().map(|entry| entry.points)) {
+fn extremes(folder: &Path, entries: &[Entry], count: &ReadCount) -> Result<Vec<FieldExtremes>, LogError> {
+    let (mut seen, mut bytes) = (Vec::new(), Vec::new());
+    for frame in frames_to_look_at(entries.iter().map(|entry| entry.points)) {
         let Some(entry) = entries.get(frame) else { continue };
         times_of(folder, entry, count, &mut bytes)?;
         let finite = || seconds(&bytes).filter(|time| time.is_finite());
         if let (Some(smallest), Some(largest)) = (finite().reduce(f64::min), finite().reduce(f64::max)) {
-            sample.push(SampledScan { stamp_ns: entry.stamp_ns.unwrap_or(0), smallest, largest });
+            seen.push(FieldExtremes { stamp_ns: entry.stamp_ns.unwrap_or(0), smallest, largest });
         }
     }
-    Ok(sample)
+    Ok(seen)
 }
 
 /// Adds the times of its points to a scan.

@@ -1,8 +1,10 @@
-use super::TrajectoryParseError;
+//! Trajectories as EuRoC has them, read and written.
+
+use super::error::TrajectoryParseError;
 use super::numbers::{pose_of, values};
 use crate::decimal::shorten;
 use crate::text::lines;
-use crate::{ParseError, Place};
+use crate::{ParseError, PlaceInFile};
 use dmp_sensor::{Trajectory, TrajectoryRepairs};
 use std::io::{self, Write};
 
@@ -36,7 +38,7 @@ pub fn parse_euroc(bytes: &[u8]) -> Result<TrajectoryRepairs, TrajectoryParseErr
 
 /// The used columns of a line; all lines must have as many as the first.
 pub(super) fn row(
-    place: Place,
+    place: PlaceInFile,
     columns: &[&str],
     width: &mut Option<usize>,
 ) -> Result<[f64; COLUMNS], ParseError> {

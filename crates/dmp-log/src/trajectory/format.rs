@@ -1,9 +1,11 @@
+//! The formats of trajectories, and which one a file has.
+
 use super::{euroc, npy, redwood};
 use crate::decimal::shorten;
+use crate::find::{ROS1_ADVICE, ROS1_MAGIC};
 use crate::g2o;
-use crate::open::{ROS1_ADVICE, ROS1_MAGIC};
 use crate::text::lines;
-use crate::{LogError, ParseError, Place};
+use crate::{LogError, ParseError, PlaceInFile};
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
@@ -113,13 +115,13 @@ pub(super) fn find_format(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat,
 
 /// A file without a pose.
 pub(super) fn no_poses(bytes: &[u8]) -> ParseError {
-    ParseError::new(Place::WholeFile, format!("no poses in {} bytes", bytes.len()))
+    ParseError::new(PlaceInFile::WholeFile, format!("no poses in {} bytes", bytes.len()))
 }
 
 /// Whether the lines are EuRoC's: parted by commas, and stamps in nanoseconds, by the heading (`[ns]`) or
 /// by their digits (TUM's seconds since 1970 have ten before the point).
-fn is_euroc(bytes: &[u8], place: Place, columns: &[&str]) -> bool {
-    let Place::Line(number) = place else { return false };
+fn is_euroc(bytes: &[u8], place: PlaceInFile, columns: &[&str]) -> bool {
+    let PlaceInFile::Line(number) = place else { return false };
     let count = usize::try_from(number).unwrap_or(usize::MAX);
     let mut commented = bytes.split(|&c| c == b'\n').take(count);
     let line = commented.clone().last().unwrap_or_default();

@@ -1,6 +1,8 @@
-use super::TrajectoryParseError;
+//! The vertices of a g2o file as a trajectory.
+
+use super::error::TrajectoryParseError;
 use crate::ParseError;
-use crate::g2o::{Kind, Vertex, Vertices, records};
+use crate::g2o::{RecordType, Vertex, Vertices, records};
 use dmp_sensor::Trajectory;
 
 /// The vertices of a pose graph, in the order of their ids.
@@ -48,12 +50,12 @@ pub(super) fn for_each_vertex(
     for record in records(bytes) {
         let record = record?;
         match record.kind {
-            Kind::Vertex | Kind::FlatVertex => each(record.vertex()?)?,
-            Kind::Other(tag) => {
+            RecordType::Vertex | RecordType::FlatVertex => each(record.vertex()?)?,
+            RecordType::Other(tag) => {
                 record.check_vertex_tag()?;
                 others += usize::from(tag.starts_with("VERTEX"));
             }
-            Kind::Edge | Kind::FlatEdge | Kind::Fix => {}
+            RecordType::Edge | RecordType::FlatEdge | RecordType::Fix => {}
         }
     }
     Ok(others)

@@ -1,4 +1,6 @@
-use super::TrajectoryParseError;
+//! Trajectories as KITTI has them, read and written.
+
+use super::error::TrajectoryParseError;
 use super::numbers::{numbers, pose_of_rows};
 use crate::text::lines;
 use dmp_sensor::Trajectory;

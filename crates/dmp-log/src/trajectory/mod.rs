@@ -1,5 +1,6 @@
 //! Trajectories in files.
 
+mod error;
 mod euroc;
 mod format;
 mod g2o;
@@ -7,136 +8,22 @@ mod kitti;
 mod npy;
 pub(crate) mod numbers;
 mod raw;
+mod read;
 mod redwood;
 mod stamps;
 mod topic;
 mod tree;
 mod tum;
 
+pub use error::TrajectoryParseError;
 pub use euroc::{parse_euroc, write_euroc};
 pub use format::TrajectoryFormat;
 pub use g2o::{GraphVertices, parse_g2o};
 pub use kitti::{parse_kitti, write_kitti};
 pub use npy::parse_npy;
 pub use raw::{RawTrajectory, parse_raw, read_raw_trajectory};
+pub use read::{TrajectoryFile, read_trajectory, read_trajectory_as};
 pub use redwood::{parse_redwood_log, write_redwood_log};
 pub use stamps::write_times;
 pub use topic::{PoseTopic, TopicTrajectory, is_bag, read_topic_trajectory};
 pub use tum::{parse_tum, write_tum, write_tum_poses};
-
-use crate::reads::ReadCount;
-use crate::text::{is_cut, read_text};
-use crate::{LogError, ParseError, fingerprint};
-use dmp_sensor::{Trajectory, TrajectoryRepairs};
-use format::{find_format, no_poses};
-use std::path::Path;
-
-/// Largest trajectory that is read. A day at 200 poses a second has 2 GiB; more is another file.
-const MAX_BYTES: u64 = 4 << 30;
-
-/// A trajectory read from a file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TrajectoryFile {
-    /// The file's format.
-    pub format: TrajectoryFormat,
-    /// The poses, `world_from_body`, in order of time.
-    pub trajectory: Trajectory,
-    /// Poses whose stamp was smaller than the one before them; they were put in order.
-    pub out_of_order: usize,
-    /// Repeated poses that were left out.
-    pub repeated: usize,
-    /// What was guessed.
-    pub notes: Vec<String>,
-    /// Identifies the file, as `crc32:1a2b3c4d`.
-    pub fingerprint: String,
-}
-
-/// What can be wrong with a trajectory's text.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum TrajectoryParseError {
-    /// A line is wrong.
-    #[error(transparent)]
-    Line(#[from] ParseError),
-    /// The lines are well, the poses contradict each other.
-    #[error(transparent)]
-    Poses(#[from] dmp_sensor::TrajectoryError),
-}
-
-impl TrajectoryParseError {
-    /// The same with the name of the file.
-    pub fn in_file(self, path: &Path) -> LogError {
-        match self {
-            Self::Line(error) => error.in_file(path),
-            Self::Poses(source) => LogError::Trajectory { path: path.into(), source },
-        }
-    }
-}
-
-/// Reads a trajectory in the format that is found by looking: arrays by their first bytes, text by its
-/// first line with data. Poses in a format without stamps (KITTI, `.npy`, Redwood) have those of a `times.txt`
-/// beside the file where that has as many lines.
-///
-/// # Errors
-/// When the file cannot be read, has no poses, is in no such format, or breaks it in some line.
-pub fn read_trajectory(path: &Path) -> Result<TrajectoryFile, LogError> {
-    read_trajectory_as(path, None)
-}
-
-/// As [`read_trajectory`], in this format where one is given.
-///
-/// # Errors
-/// As [`read_trajectory`].
-pub fn read_trajectory_as(path: &Path, format: Option<TrajectoryFormat>) -> Result<TrajectoryFile, LogError> {
-    let bytes = read_bytes(path)?;
-    let fingerprint =
-        fingerprint::of_file(path, &ReadCount::default()).map_err(|e| LogError::io(path, "read", e))?;
-    let mut notes = Vec::new();
-    let format = match format {
-        Some(format) => format,
-        None => find_format(path, &bytes)?,
-    };
-    let in_file = |error: TrajectoryParseError| match error {
-        TrajectoryParseError::Poses(dmp_sensor::TrajectoryError::Empty) => no_poses(&bytes).in_file(path),
-        error => error.in_file(path),
-    };
-    let repairs = match format {
-        TrajectoryFormat::Tum => parse_tum(&bytes).map_err(in_file)?,
-        TrajectoryFormat::Euroc => parse_euroc(&bytes).map_err(in_file)?,
-        TrajectoryFormat::Kitti => {
-            stamps::from_times_beside(path, parse_kitti(&bytes).map_err(in_file)?, &mut notes)?
-        }
-        TrajectoryFormat::Npy => {
-            stamps::from_times_beside(path, parse_npy(&bytes).map_err(in_file)?, &mut notes)?
-        }
-        TrajectoryFormat::RedwoodLog => {
-            stamps::from_times_beside(path, parse_redwood_log(&bytes).map_err(in_file)?, &mut notes)?
-        }
-        TrajectoryFormat::G2o => of_graph(parse_g2o(&bytes).map_err(in_file)?, &mut notes),
-    };
-    if format != TrajectoryFormat::Npy && is_cut(&bytes) {
-        notes.push("the last line has no end: it may be cut".into());
-    }
-    let TrajectoryRepairs { trajectory, out_of_order, repeated } = repairs;
-    Ok(TrajectoryFile { format, trajectory, out_of_order, repeated, notes, fingerprint })
-}
-
-fn of_graph(graph: GraphVertices, notes: &mut Vec<String>) -> TrajectoryRepairs {
-    let GraphVertices { trajectory, ids, out_of_order, repeated, other_vertices } = graph;
-    if let (Some(first), Some(last)) = (ids.first(), ids.last()) {
-        let whole = i64::try_from(ids.len()).is_ok_and(|count| last.checked_sub(*first) == Some(count - 1));
-        let gaps = if whole { "" } else { ", not all of them" };
-        notes.push(format!(
-            "no stamps: the n-th pose in the order of the ids ({first} to {last}{gaps}) belongs to the n-th scan"
-        ));
-    }
-    if other_vertices > 0 {
-        notes.push(format!("{other_vertices} vertices of other types left out"));
-    }
-    TrajectoryRepairs { trajectory, out_of_order, repeated }
-}
-
-/// The bytes of a file that is not too large to be a trajectory.
-fn read_bytes(path: &Path) -> Result<Vec<u8>, LogError> {
-    read_text(path, "trajectory", MAX_BYTES)
-}

@@ -1,7 +1,9 @@
-use super::TrajectoryParseError;
+//! Trajectories as arrays of `NumPy`.
+
+use super::error::TrajectoryParseError;
 use super::numbers::pose_of_rows;
 use crate::decimal::shorten;
-use crate::{ParseError, Place};
+use crate::{ParseError, PlaceInFile};
 use dmp_sensor::Trajectory;
 
 /// What every such file begins with.
@@ -33,7 +35,7 @@ pub fn parse_npy(bytes: &[u8]) -> Result<Trajectory, TrajectoryParseError> {
 /// Gives `each` the twelve numbers of every pose, row by row, all finite.
 pub(super) fn for_each_matrix(
     bytes: &[u8],
-    mut each: impl FnMut(Place, [f64; 12]) -> Result<(), ParseError>,
+    mut each: impl FnMut(PlaceInFile, [f64; 12]) -> Result<(), ParseError>,
 ) -> Result<(), ParseError> {
     let (header, data_at) = Header::read(bytes)?;
     let data = bytes.get(data_at..).unwrap_or_default();
@@ -44,7 +46,7 @@ pub(super) fn for_each_matrix(
     if poses.checked_mul(pose_bytes) != Some(data.len()) {
         let problem =
             format!("{} bytes of data for {poses} poses of {pose_bytes} bytes: is the file cut?", data.len());
-        return Err(ParseError::new(Place::Byte(data_at as u64), problem));
+        return Err(ParseError::new(PlaceInFile::Byte(data_at as u64), problem));
     }
     for pose in 0..poses {
         // In Fortran order a pose is spread over the file; its first number stands for it.
@@ -55,7 +57,7 @@ pub(super) fn for_each_matrix(
                 (pose * rows + row) * 4 + column
             }
         };
-        let place = Place::Byte((data_at + index(0, 0) * size) as u64);
+        let place = PlaceInFile::Byte((data_at + index(0, 0) * size) as u64);
         let number = |row, column| {
             let at = index(row, column) * size;
             let value = data.get(at..at + size).map_or(f64::NAN, |bytes| header.number.read(bytes));
@@ -143,7 +145,7 @@ impl Number {
 impl Header {
     /// The header and where the data begin.
     fn read(bytes: &[u8]) -> Result<(Self, usize), ParseError> {
-        let error = |at: usize, problem: String| ParseError::new(Place::Byte(at as u64), problem);
+        let error = |at: usize, problem: String| ParseError::new(PlaceInFile::Byte(at as u64), problem);
         let after = bytes.strip_prefix(MAGIC).ok_or_else(|| {
             let start = bytes.get(..MAGIC.len()).unwrap_or(bytes);
             error(0, format!("no .npy file: it starts with {start:02x?}"))

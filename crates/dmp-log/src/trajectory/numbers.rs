@@ -1,7 +1,7 @@
 //! Numbers of a line, and the poses they make.
 
 use crate::decimal::shorten;
-use crate::{ParseError, Place};
+use crate::{ParseError, PlaceInFile};
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use nalgebra::{Matrix3, Rotation3};
 
@@ -14,7 +14,7 @@ const ROTATION_TOLERANCE: f64 = 0.05;
 
 /// The columns of a line as `N` finite numbers.
 pub(crate) fn numbers<const N: usize>(
-    place: Place,
+    place: PlaceInFile,
     columns: &[&str],
     what: &str,
 ) -> Result<[f64; N], ParseError> {
@@ -26,7 +26,7 @@ pub(crate) fn numbers<const N: usize>(
 }
 
 /// The first `N` columns as finite numbers. There must be as many.
-pub(crate) fn values<const N: usize>(place: Place, columns: &[&str]) -> Result<[f64; N], ParseError> {
+pub(crate) fn values<const N: usize>(place: PlaceInFile, columns: &[&str]) -> Result<[f64; N], ParseError> {
     let mut values = [0.0; N];
     for (value, &column) in values.iter_mut().zip(columns) {
         *value = match column.parse::<f64>() {
@@ -40,7 +40,7 @@ pub(crate) fn values<const N: usize>(place: Place, columns: &[&str]) -> Result<[
 
 /// A pose of a place, metres, and a quaternion `(x, y, z, w)` that is nearly of unit length.
 pub(crate) fn pose_of(
-    place: Place,
+    place: PlaceInFile,
     position_m: [f64; 3],
     [qx, qy, qz, qw]: [f64; 4],
 ) -> Result<Isometry3<f64>, ParseError> {
@@ -67,7 +67,7 @@ pub(crate) fn pose_of(
 }
 
 /// A pose of the twelve numbers of `[R t]`, row by row, where R is a rotation but for rounding.
-pub(crate) fn pose_of_rows(place: Place, rows: [f64; 12]) -> Result<Isometry3<f64>, ParseError> {
+pub(crate) fn pose_of_rows(place: PlaceInFile, rows: [f64; 12]) -> Result<Isometry3<f64>, ParseError> {
     let [a, b, c, tx, d, e, f, ty, g, h, i, tz] = rows;
     check_place(place, [tx, ty, tz])?;
     let matrix = Matrix3::new(a, b, c, d, e, f, g, h, i);
@@ -94,7 +94,7 @@ fn nearest_rotation(matrix: Matrix3<f64>) -> Result<UnitQuaternion<f64>, String>
     Ok(UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)))
 }
 
-fn check_place(place: Place, position_m: [f64; 3]) -> Result<(), ParseError> {
+fn check_place(place: PlaceInFile, position_m: [f64; 3]) -> Result<(), ParseError> {
     let [x, y, z] = position_m;
     match position_m.into_iter().find(|c| c.abs() > MAX_PLACE_M) {
         None => Ok(()),

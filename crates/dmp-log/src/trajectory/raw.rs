@@ -1,6 +1,10 @@
+//! Trajectories as their files have them, nothing put right.
+
+use super::format::TrajectoryFormat;
 use super::format::{find_format, no_poses};
 use super::numbers::numbers;
-use super::{TrajectoryFormat, euroc, g2o, kitti, npy, read_bytes, redwood};
+use super::read::read_bytes;
+use super::{euroc, g2o, kitti, npy, redwood};
 use crate::text::lines;
 use crate::{LogError, ParseError};
 use nalgebra::{Matrix3, Vector3};

@@ -1,8 +1,10 @@
-use super::TrajectoryParseError;
+//! Trajectories as Redwood has them, read and written.
+
+use super::error::TrajectoryParseError;
 use super::numbers::{numbers, pose_of_rows};
 use crate::decimal::shorten;
 use crate::text::lines;
-use crate::{ParseError, Place};
+use crate::{ParseError, PlaceInFile};
 use dmp_sensor::Trajectory;
 use std::io::{self, Write};
 
@@ -29,7 +31,7 @@ pub fn parse_redwood_log(bytes: &[u8]) -> Result<Trajectory, TrajectoryParseErro
 /// Hands over the first three rows of every matrix, and where the first of them is.
 pub(super) fn for_each_matrix(
     bytes: &[u8],
-    mut take: impl FnMut(Place, [f64; 12]) -> Result<(), ParseError>,
+    mut take: impl FnMut(PlaceInFile, [f64; 12]) -> Result<(), ParseError>,
 ) -> Result<(), ParseError> {
     let mut lines = lines(bytes);
     while let Some(head) = lines.next() {

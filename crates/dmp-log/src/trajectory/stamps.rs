@@ -1,3 +1,5 @@
+//! Stamps beside a trajectory that has none of its own.
+
 use crate::LogError;
 use crate::decimal::ns_to_seconds;
 use crate::scan_folder::parse_times;

@@ -1,14 +1,14 @@
 //! Trajectories in the messages of a bag.
 
-use super::TrajectoryParseError;
+use super::error::TrajectoryParseError;
 use super::numbers::pose_of;
 use super::tree::MovingFrames;
-use crate::bag::{Message, Walked, in_words};
+use crate::bag::{BagFound, Message, in_words};
 use crate::damage::DamageList;
+use crate::find::bag_at;
 use crate::frames::{STATIC_TOPIC, StaticFrames, frame_name};
-use crate::open::bag_at;
 use crate::ros::{PoseCoding, PoseType, StampedPose};
-use crate::{Damage, LogError, ParseError, Place};
+use crate::{Damage, LogError, ParseError, PlaceInFile};
 use dmp_sensor::{Isometry3, Trajectory, TrajectoryRepairs};
 use std::path::Path;
 
@@ -68,8 +68,8 @@ pub fn read_topic_trajectory(
         return Err(LogError::Option { path: path.into(), problem });
     };
     let mut found = Found::default();
-    let walked = bag.walk(&mut |message| found.take(wanted.topic.as_deref(), message))?;
-    let (topic, coding) = choose(path, &walked, wanted.topic.as_deref())?;
+    let bag_found = bag.read_whole(&mut |message| found.take(wanted.topic.as_deref(), message))?;
+    let (topic, coding) = choose(path, &bag_found, wanted.topic.as_deref())?;
     if let Some((place, problem)) = found.first_faults.remove(&topic) {
         return Err(LogError::malformed(path, place, problem));
     }
@@ -80,7 +80,7 @@ pub fn read_topic_trajectory(
     }
     // Of a bag whose topic was not named, all that could be it were read.
     let poses = found.topics.remove(&topic).unwrap_or_default();
-    let mut lost = walked.damage;
+    let mut lost = bag_found.damage;
     lost.append(&mut found.damage.into_vec());
     let fingerprint = bag.fingerprint()?;
     let trajectory_of = |poses| {
@@ -88,7 +88,8 @@ pub fn read_topic_trajectory(
     };
     let mut notes = Vec::new();
     let (repairs, body_frame) = if coding.pose_type == PoseType::Transforms {
-        let chain = poses.frames.chain(&found.static_frames, wanted, scan_frame);
+        let (world, body) = (wanted.world.as_deref(), wanted.body.as_deref().or(scan_frame));
+        let chain = poses.frames.chain(&found.static_frames, world, body);
         let chain = chain.map_err(|problem| LogError::Option { path: path.into(), problem })?;
         notes.extend(chain.notes);
         (trajectory_of(chain.poses)?, Some(chain.body))
@@ -116,12 +117,12 @@ pub fn read_topic_trajectory(
     })
 }
 
-/// What a walk over the bag finds.
+/// What a pass over the bag finds.
 #[derive(Debug, Default)]
 struct Found {
     topics: std::collections::BTreeMap<String, Poses>,
     static_frames: StaticFrames,
-    first_faults: std::collections::BTreeMap<String, (Place, String)>,
+    first_faults: std::collections::BTreeMap<String, (PlaceInFile, String)>,
     /// What of `/tf_static` is lost.
     damage: DamageList,
 }
@@ -158,7 +159,7 @@ impl Found {
             }
             let Some(poses) = self.topics.get_mut(topic) else { return };
             poses.messages += 1;
-            (Place::Message(poses.messages - 1), poses.add(coding, message.body).err())
+            (PlaceInFile::Message(poses.messages - 1), poses.add(coding, message.body).err())
         } else {
             return;
         };
@@ -182,7 +183,7 @@ impl Poses {
         }
         for stamped in stamped {
             let StampedPose { stamp_ns, frame, child, position_m, quaternion } = stamped;
-            let pose = pose_of(Place::WholeFile, position_m, quaternion)
+            let pose = pose_of(PlaceInFile::WholeFile, position_m, quaternion)
                 .map_err(|ParseError { problem, .. }| problem)?;
             let [frame, child] = [Some(frame), child].map(|name| name.map(frame_name));
             if coding.pose_type == PoseType::Transforms {
@@ -204,12 +205,12 @@ impl Poses {
 }
 
 /// The topic that is meant.
-fn choose(path: &Path, walked: &Walked, wanted: Option<&str>) -> Result<(String, PoseCoding), LogError> {
+fn choose(path: &Path, bag_found: &BagFound, wanted: Option<&str>) -> Result<(String, PoseCoding), LogError> {
     let option = |problem: String| LogError::Option { path: path.into(), problem };
-    let all = walked.topics.infos();
+    let all = bag_found.topics.infos();
     let with_poses =
         |channel: &&crate::bag::Channel| PoseCoding::of(channel).is_some() && channel.topic != STATIC_TOPIC;
-    let mut channels = walked.topics.channels().filter(with_poses);
+    let mut channels = bag_found.topics.channels().filter(with_poses);
     let channel = match wanted {
         Some(wanted) => channels.find(|channel| channel.topic == wanted).ok_or_else(|| {
             option(format!("no topic `{wanted}` with poses that can be read; there are {}", in_words(&all)))

@@ -1,6 +1,5 @@
 //! Frames that move on one another, as `/tf` has them.
 
-use super::topic::PoseTopic;
 use crate::decimal::shorten;
 use crate::frames::{StaticFrames, frame_name};
 use dmp_sensor::{Isometry3, Trajectory};
@@ -71,13 +70,13 @@ impl MovingFrames {
     pub(super) fn chain(
         &self,
         fixed: &StaticFrames,
-        wanted: &PoseTopic,
-        scan_frame: Option<&str>,
+        wanted_world: Option<&str>,
+        wanted_body: Option<&str>,
     ) -> Result<Chain, String> {
         let asked = "name world and body, as /tf:WORLD:BODY";
-        let body = wanted.body.as_deref().or(scan_frame).map(frame_name);
+        let body = wanted_body.map(frame_name);
         let body = body.ok_or_else(|| format!("the scans name no frame that could move: {asked}"))?;
-        let wanted_world = wanted.world.as_deref().map(frame_name);
+        let wanted_world = wanted_world.map(frame_name);
         let (mut steps, mut stamps, mut frame) = (Vec::new(), Stamps::default(), body);
         let mut met = BTreeSet::from([frame]);
         while wanted_world != Some(frame) {

@@ -1,8 +1,10 @@
-use super::TrajectoryParseError;
+//! Trajectories as TUM has them, read and written.
+
+use super::error::TrajectoryParseError;
 use super::numbers::{numbers, pose_of};
 use crate::decimal::{ns_to_seconds, seconds_to_ns};
 use crate::text::lines;
-use crate::{ParseError, Place};
+use crate::{ParseError, PlaceInFile};
 use dmp_sensor::{Isometry3, Trajectory, TrajectoryRepairs};
 use std::io::{self, Write};
 
@@ -21,7 +23,7 @@ pub fn parse_tum(bytes: &[u8]) -> Result<TrajectoryRepairs, TrajectoryParseError
     Ok(Trajectory::stamped(poses)?)
 }
 
-fn parse_line(place: Place, columns: &[&str]) -> Result<(i64, Isometry3<f64>), ParseError> {
+fn parse_line(place: PlaceInFile, columns: &[&str]) -> Result<(i64, Isometry3<f64>), ParseError> {
     let [_, tx, ty, tz, qx, qy, qz, qw] = numbers::<8>(place, columns, "stamp tx ty tz qx qy qz qw")?;
     let stamp = columns.first().copied().unwrap_or_default();
     let stamp_ns = seconds_to_ns(stamp).map_err(|problem| ParseError::new(place, problem))?;
@@ -32,6 +34,17 @@ fn parse_line(place: Place, columns: &[&str]) -> Result<(i64, Isometry3<f64>), P
 ///
 /// # Errors
 /// When the trajectory has no stamps (`InvalidInput`), or as `out` does.
+///
+/// ```
+/// use dmp_sensor::{Isometry3, Trajectory};
+///
+/// let run = Trajectory::stamped(vec![(1_500_000_000, Isometry3::translation(2.0, 0.0, 0.5))])?.trajectory;
+/// let mut file = Vec::new();
+/// dmp_log::write_tum(&mut file, &run)?;
+/// assert!(file.ends_with(b"\n1.500000000 2 0 0.5 0 0 0 1\n"));
+/// assert_eq!(dmp_log::parse_tum(&file)?.trajectory, run);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write_tum(out: &mut impl Write, trajectory: &Trajectory) -> io::Result<()> {
     let Some(stamps_ns) = trajectory.stamps_ns() else {
         let problem = "the TUM format needs stamps, and the trajectory has none";

@@ -56,6 +56,22 @@ impl FolderFormat {
 /// Writes scans as a folder: `scans/NNNNNN.EXT` with a scan each, and `times.txt` (seconds, where scans have
 /// stamps). The same scans give the same bytes. The folder gets its name in [`FolderScanWriter::finish`];
 /// without it nothing is left behind.
+///
+/// ```
+/// use dmp_log::{FolderFormat, FolderScanWriter, LogOptions, open_log};
+/// use dmp_sensor::Scan;
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("drive");
+/// let mut writer = FolderScanWriter::create(&path, FolderFormat::Pcd)?;
+/// for k in 0..3 {
+///     let points_in_sensor_m = vec![[4.0, 3.0, 0.5]; 10];
+///     writer.write_scan(&Scan { stamp_ns: Some(k * 100_000_000), points_in_sensor_m, time_offsets_ns: vec![] })?;
+/// }
+/// writer.finish()?;
+/// assert_eq!(open_log(&path, &LogOptions::default())?.frames()[2].stamp_ns, Some(200_000_000));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct FolderScanWriter {
     pending: Pending,

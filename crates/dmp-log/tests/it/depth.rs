@@ -153,7 +153,7 @@ fn a_camera_beside_the_images_beats_the_guess_and_an_option_beats_both() {
     let root = folder.path();
     put_images(root, &["depth/00000.png", "depth/00001.png"], [12, 9]);
     let error = open_error(root, &LogOptions::default());
-    assert_says(&error, &["images of 12 x 9 pixels", "--camera FX,FY"]);
+    assert_says(&error, &["images of 12 x 9 pixels", "FX,FY,CX,CY", "(`camera`)"]);
     let json =
         |size: &str, more: &str| format!("{{{size},\"intrinsic_matrix\":[10.5,0,0,0,11,0,5.5,4,1]{more}}}");
     put(&root.join("camera.json"), json("\"width\":12,\"height\":9", ",\"depth_scale\":2000"));
@@ -191,12 +191,12 @@ fn a_camera_beside_the_images_beats_the_guess_and_an_option_beats_both() {
 fn images_of_other_names_need_to_be_explained() {
     let folder = tempfile::tempdir().unwrap();
     put_images(folder.path(), &["frame-000000.depth.png", "frame-000001.depth.png"], VGA);
-    assert_says(&open_error(folder.path(), &LogOptions::default()), &["640 x 480", "--camera"]);
+    assert_says(&open_error(folder.path(), &LogOptions::default()), &["640 x 480", "`camera`"]);
     let camera: CameraNumbers = "585,585,320,240".parse().unwrap();
     let with = |units| LogOptions { camera: Some(camera), depth_units_per_m: units, ..LogOptions::default() };
-    assert_says(&open_error(folder.path(), &with(None)), &["--depth-factor UNITS"]);
+    assert_says(&open_error(folder.path(), &with(None)), &["(`depth_units_per_m`)"]);
     for units in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert_says(&open_error(folder.path(), &with(Some(units))), &["--depth-factor", "more than 0"]);
+        assert_says(&open_error(folder.path(), &with(Some(units))), &["`depth_units_per_m`", "more than 0"]);
     }
     assert_eq!(open_log(folder.path(), &with(Some(1000.0))).unwrap().frames().len(), 2);
 }
@@ -207,12 +207,12 @@ fn options_for_other_logs_are_refused() {
     put_images(folder.path(), &["depth/00000.png"], VGA);
     let default = LogOptions::default;
     for (options, said) in [
-        (LogOptions { topic: Some("/a".into()), ..default() }, "--topic /a was given"),
+        (LogOptions { topic: Some("/a".into()), ..default() }, "`topic` /a was given"),
         (
             LogOptions { point_time: PointTime::Relative(TimeUnit::Seconds), ..default() },
-            "--point-time s was given",
+            "`point_time` s was given",
         ),
-        (LogOptions { stamp_at: StampAt::End, ..default() }, "--stamp end was given"),
+        (LogOptions { stamp_at: StampAt::End, ..default() }, "`stamp_at` end was given"),
     ] {
         let error = open_log(folder.path(), &options).unwrap_err();
         assert!(error.is_usage());
@@ -222,8 +222,8 @@ fn options_for_other_logs_are_refused() {
     let other = tempfile::tempdir().unwrap();
     put(&other.path().join("0.bin"), [0; 16]);
     for (options, said) in [
-        (LogOptions { camera: Some("1,2,3,4".parse().unwrap()), ..default() }, "--camera 1,2,3,4 was given"),
-        (LogOptions { depth_units_per_m: Some(1000.0), ..default() }, "--depth-factor 1000 was given"),
+        (LogOptions { camera: Some("1,2,3,4".parse().unwrap()), ..default() }, "`camera` 1,2,3,4 was given"),
+        (LogOptions { depth_units_per_m: Some(1000.0), ..default() }, "`depth_units_per_m` 1000 was given"),
     ] {
         let error = open_log(other.path(), &options).unwrap_err();
         assert!(error.is_usage());

@@ -120,9 +120,9 @@ fn what_is_no_log_is_said_to_be_none() {
     assert_says(&error, &["a.txt", "MCAP", "[68, 65, 6c, 6c, 6f]"]);
     write(&folder.path().join("scan.bin"), bin(1));
     let options = LogOptions { topic: Some("/points".into()), ..LogOptions::default() };
-    assert_says(&open_error(folder.path(), &options), &["--topic /points", "no topics"]);
+    assert_says(&open_error(folder.path(), &options), &["`topic` /points", "no topics"]);
     let options = LogOptions { point_time: PointTime::Relative(TimeUnit::Seconds), ..LogOptions::default() };
-    assert_says(&open_error(folder.path(), &options), &["--point-time s", "times/"]);
+    assert_says(&open_error(folder.path(), &options), &["`point_time` s", "times/"]);
 }
 
 #[test]

@@ -212,12 +212,12 @@ fn what_is_missing_is_said() {
     write(&path, &seconds(&points, 0));
     let error = open_log(&path, &LogOptions::default()).unwrap_err();
     assert!(error.is_usage());
-    assert_says(&error.to_string(), &["world.laz", "--made-with TRAJECTORY"]);
+    assert_says(&error.to_string(), &["world.laz", "(`made_with`)"]);
     let made_with = MadeWith::new(run);
     for (options, what) in [
-        (LogOptions { topic: Some("/a".into()), ..LogOptions::default() }, "--topic /a"),
-        (LogOptions { point_time: PointTime::Ignore, ..LogOptions::default() }, "--point-time ignore"),
-        (LogOptions { stamp_at: StampAt::End, ..LogOptions::default() }, "--stamp end"),
+        (LogOptions { topic: Some("/a".into()), ..LogOptions::default() }, "`topic` /a"),
+        (LogOptions { point_time: PointTime::Ignore, ..LogOptions::default() }, "`point_time` ignore"),
+        (LogOptions { stamp_at: StampAt::End, ..LogOptions::default() }, "`stamp_at` end"),
     ] {
         let error =
             open_log(&path, &LogOptions { made_with: Some(made_with.clone()), ..options }).unwrap_err();
@@ -229,7 +229,7 @@ fn what_is_missing_is_said() {
     WorldFile { format: 0, standard_time: true, unit_m: 1.0, points: &seconds(&points, 0) }.write(&path);
     assert_says(&open_with(&path, made_with.clone()).unwrap_err().to_string(), &["no gps_time"]);
     let mcap = open_with(&sample("town.mcap"), made_with).unwrap_err();
-    assert_says(&mcap.to_string(), &["--made-with", "world coordinates"]);
+    assert_says(&mcap.to_string(), &["`made_with`", "world coordinates"]);
 }
 
 #[test]
@@ -248,7 +248,7 @@ fn clocks_that_differ_are_told_apart() {
             "1690309709.000 to 1690309729.000 s",
             "1315964762.010 s apart",
             "UTC",
-            "--time-offset 1315964782 ",
+            ": 1315964782 s added",
         ],
     );
     let made_with =
@@ -258,7 +258,7 @@ fn clocks_that_differ_are_told_apart() {
     write(&path, &seconds(&points, 1800));
     assert_says(
         &open_with(&path, MadeWith::new(run)).unwrap_err().to_string(),
-        &["1780.010 s apart", "--time-offset 1800"],
+        &["1780.010 s apart", "1800 s added"],
     );
 }
 

@@ -14,6 +14,7 @@ mod las_log;
 mod loop_lists;
 mod mcap_damage;
 mod mcap_messages;
+mod memory_log;
 mod mesh;
 mod mutation;
 mod npy;

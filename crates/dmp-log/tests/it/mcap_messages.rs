@@ -144,7 +144,7 @@ fn topics_are_chosen_or_asked_for() {
     let text = error.to_string();
     assert_says(
         &text,
-        &["log.mcap", "--topic", "/left [sensor_msgs/msg/PointCloud2 (cdr), 2 messages]", "/points"],
+        &["log.mcap", "`topic`", "/left [sensor_msgs/msg/PointCloud2 (cdr), 2 messages]", "/points"],
     );
     assert!(!text.contains("/imu") && !text.contains("/other"), "{text}");
 

@@ -87,9 +87,9 @@ fn equal_times_are_none_and_garbage_is_an_error() {
     }
     let path = log_of(&folder, "time", F64, |_, s| f64_of(s * 37.0));
     let error = open_error(&path, &LogOptions::default());
-    assert_says(&error, &["log.mcap", "field `time`", "spans 3.66", "0.1000 s", "--point-time"]);
+    assert_says(&error, &["log.mcap", "field `time`", "spans 3.66", "0.1000 s", "`point_time`"]);
     let path = log_of(&folder, "time", F64, |_, s| f64_of(s + 86_400.0));
-    assert_says(&open_error(&path, &LogOptions::default()), &["86400", "seconds", "--point-time"]);
+    assert_says(&open_error(&path, &LogOptions::default()), &["86400", "seconds", "`point_time`"]);
     let with = |point_time| LogOptions { point_time, ..LogOptions::default() };
     let ignored = open_log(&path, &with(PointTime::Ignore)).unwrap();
     assert!(!ignored.summary().has_point_times());
@@ -133,5 +133,5 @@ fn a_scan_without_the_field_is_skipped_and_an_option_without_it_refused() {
     let options = LogOptions { point_time: PointTime::Absolute(TimeUnit::Seconds), ..LogOptions::default() };
     let error = open_log(&path, &options).unwrap_err();
     assert!(error.is_usage());
-    assert_says(&error.to_string(), &["log.mcap", "--point-time absolute-s", "[x, y, z]"]);
+    assert_says(&error.to_string(), &["log.mcap", "`point_time` absolute-s", "[x, y, z]"]);
 }

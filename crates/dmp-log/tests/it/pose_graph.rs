@@ -1,7 +1,7 @@
 use crate::common::{Random, assert_says};
 use dmp_log::{
-    CandidateFault, LoopCandidates, Place, PoseGraphFile, parse_g2o, parse_loop_candidates, parse_pose_graph,
-    read_loop_candidates, read_pose_graph, write_pose_edges, write_pose_graph,
+    CandidateFault, LoopCandidates, PlaceInFile, PoseGraphFile, parse_g2o, parse_loop_candidates,
+    parse_pose_graph, read_loop_candidates, read_pose_graph, write_pose_edges, write_pose_graph,
 };
 use dmp_sensor::{
     EdgeFault, Isometry3, Matrix6, PoseEdge, PoseGraph, Quaternion, Translation3, UnitQuaternion,
@@ -205,12 +205,12 @@ fn each_fault_of_a_candidate_is_named_and_the_others_are_kept() {
     let found = parse_loop_candidates(text.as_bytes(), &graph).unwrap();
     let LoopCandidates { candidates, skipped, other_records } = found;
     let [only] = &candidates[..] else { panic!("{candidates:?}") };
-    assert_eq!((only.place, only.edge.from, only.edge.to), (Place::Line(6), 0, 2));
+    assert_eq!((only.place, only.edge.from, only.edge.to), (PlaceInFile::Line(6), 0, 2));
     let count = |tag: &str| other_records.get(tag).copied();
     assert_eq!((count("VERTEX_SE3:QUAT"), count("FIX"), count("ODD")), (Some(2), Some(1), Some(1)));
     assert_eq!(other_records.len(), 3);
 
-    assert!(skipped.iter().map(|skipped| skipped.place).eq((7..=16).map(Place::Line)));
+    assert!(skipped.iter().map(|skipped| skipped.place).eq((7..=16).map(PlaceInFile::Line)));
     let wanted = [
         (Some((0, 5)), "there is no vertex 5"),
         (Some((2, 2)), "from the vertex 2 to itself"),
@@ -235,13 +235,13 @@ fn each_fault_of_a_candidate_is_named_and_the_others_are_kept() {
 fn a_skipped_candidate_hides_no_other() {
     let text = format!("EDGE_SE3:QUAT 0 2 1 0 0 0 0 0 1\nEDGE_SE3:QUAT 2 0 1 0 0 0 0 0 1 {UNIT}\n");
     let found = parse_loop_candidates(text.as_bytes(), &line_of_three()).unwrap();
-    assert_eq!((found.candidates.len(), found.candidates[0].place), (1, Place::Line(2)));
+    assert_eq!((found.candidates.len(), found.candidates[0].place), (1, PlaceInFile::Line(2)));
     assert_eq!(found.skipped[0].fault, CandidateFault::NoInformation);
     // Where no edge of the graph has any, a candidate needs none.
     let bare = PoseGraphFile { has_information: false, ..line_of_three() };
     let found = parse_loop_candidates(text.as_bytes(), &bare).unwrap();
     assert_eq!(found.candidates[0].edge.information, PoseGraph::unit_information());
-    let fault = CandidateFault::Repeated { first: Place::Line(1), from: 2, to: 0 };
+    let fault = CandidateFault::Repeated { first: PlaceInFile::Line(1), from: 2, to: 0 };
     assert_eq!((found.candidates.len(), &found.skipped[0].fault), (1, &fault));
 }
 

@@ -147,7 +147,7 @@ fn las_scans_have_times_where_the_format_has() {
     // From 0 to 99 s: as seconds, no scan of a turning sensor.
     assert_says(
         &open_error(folder.path(), &LogOptions::default()),
-        &["`gps_time`", "LAS has seconds", "--point-time"],
+        &["`gps_time`", "LAS has seconds", "`point_time`"],
     );
     let log = open_log(folder.path(), &first).unwrap();
     assert_eq!(read_all(&*log)[1].time_offsets_ns[..3], [0, 1_000_000, 2_000_000]);

@@ -1,3 +1,5 @@
+//! The distortion of a lens, and its undoing.
+
 /// Steps in which a distortion is undone, and how near its image must come to the place asked for, in focal lengths.
 const STEPS: usize = 50;
 const NEAR: f64 = 1e-12;

@@ -1,3 +1,5 @@
+//! Depth cameras: pixels to bearings, and how exact a depth is.
+
 mod lens;
 mod noise;
 

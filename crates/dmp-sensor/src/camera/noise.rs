@@ -1,3 +1,5 @@
+//! The noise of a depth camera.
+
 /// How a depth camera's noise grows with depth: σ(z) = least + growth · (z − nearest)², metres.
 ///
 /// For the raw log-likelihood alone (Zhang & Chen 2021, eq. 8–12, with an s of each reading).

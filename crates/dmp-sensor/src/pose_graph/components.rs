@@ -1,3 +1,5 @@
+//! The connected parts of a pose graph.
+
 use super::{Disconnected, PoseEdge, PoseGraph};
 use std::collections::BTreeMap;
 

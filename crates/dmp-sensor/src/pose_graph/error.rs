@@ -1,3 +1,5 @@
+//! What can be wrong with a pose graph.
+
 use super::Component;
 use std::fmt;
 

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use dmp_log::{HeldLog, LogOutline, OutlinedScan, ScanLog};
+use dmp_log::{LogOutline, MemoryLog, OutlinedScan, ScanLog};
 use dmp_map::Store;
 
 use crate::error::EvaluateError;
@@ -67,7 +67,7 @@ impl<'a> DriveScans<'a> {
     }
 
     /// Reads these scans and holds them.
-    pub(crate) fn load(&self, ordinals: &[usize]) -> Result<HeldLog, EvaluateError> {
+    pub(crate) fn load(&self, ordinals: &[usize]) -> Result<MemoryLog, EvaluateError> {
         let number = |&ordinal: &usize| self.drive.frames()[ordinal].number;
         let mut numbers: Vec<usize> = ordinals.iter().map(number).collect();
         numbers.sort_unstable();
@@ -76,7 +76,11 @@ impl<'a> DriveScans<'a> {
 
     /// Scans that were read as they are used, with their ordinals: at their own stamps, in the drive's segments; and
     /// the returns of those that have no pose there.
-    pub(crate) fn frames_of(&self, log: &HeldLog, settings: &Settings) -> (Vec<(usize, PlannedFrame)>, u64) {
+    pub(crate) fn frames_of(
+        &self,
+        log: &MemoryLog,
+        settings: &Settings,
+    ) -> (Vec<(usize, PlannedFrame)>, u64) {
         let mut frames = Vec::with_capacity(log.frames().len());
         let mut unposed_returns = 0;
         for (frame, info) in log.frames().iter().enumerate() {

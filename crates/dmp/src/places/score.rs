@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use dmp_log::{Damage, HeldLog, ScanLog};
+use dmp_log::{Damage, MemoryLog, ScanLog};
 use dmp_map::{Lattice, Store, TileId};
 use dmp_reduce::{Basis, FrameSums, RunSums};
 use dmp_sensor::{DropReason, ReturnCounts};
@@ -137,7 +137,7 @@ impl PlaceScorer<'_> {
     /// Fuses some scans, and casts those that are to be scored.
     fn evaluate(
         &self,
-        log: &HeldLog,
+        log: &MemoryLog,
         frames: Vec<PlannedFrame>,
         scored: &FrameSet,
         watch: &InPlace<'_>,

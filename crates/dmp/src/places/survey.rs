@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use dmp_log::{HeldLog, LogOutline, ScanLog};
+use dmp_log::{LogOutline, MemoryLog, ScanLog};
 use dmp_map::Store;
 
 use super::scans::DriveScans;
@@ -76,7 +76,7 @@ pub(super) fn look<'a>(
 
 /// Scans that were read, and how they are used.
 struct Held {
-    log: HeldLog,
+    log: MemoryLog,
     frames: Vec<(usize, PlannedFrame)>,
 }
 

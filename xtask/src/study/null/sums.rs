@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use dmp::{Basis, Confidence, FrameSums, Promise, Scales, Watch};
+use dmp::{Basis, Confidence, FrameSums, Promise, Scales, Sink};
 use dmp_reduce::{Estimate, Layout, Reducer, ScaleComparison};
 
 /// Adds up an evaluation, so that it can be judged again at other levels.
@@ -19,7 +19,7 @@ impl Sums {
     }
 }
 
-impl Watch for Sums {
+impl Sink for Sums {
     fn frame_scored(&self, frame: usize, sums: &FrameSums) {
         let mut reducer = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         // A frame that does not fit would show in the counts: none are left out.

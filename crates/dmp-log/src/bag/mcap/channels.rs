@@ -1,7 +1,7 @@
 //! Which channel of an MCAP file carries what.
 
 use super::records::Fields;
-use crate::bag::Channel;
+use crate::bag::basics::Channel;
 use mcap::records::op;
 use std::collections::{BTreeMap, BTreeSet, btree_map::Entry};
 

@@ -1,36 +1,21 @@
 //! Some records of an MCAP file, whose places are known from a pass over its heads.
 
-use super::McapPlace;
 use super::channels::Channels;
+use super::pass::{Each, Pass};
+use super::place::Record;
 use super::records::Source;
-use super::walk::{Each, Walk};
 use crate::damage::DamageList;
 use crate::reads::ReadCount;
 use std::collections::BTreeSet;
 use std::io;
 use std::path::Path;
 
-/// A chunk, or a message outside the chunks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::bag) struct Record {
-    at: u64,
-    body_bytes: u64,
-    is_chunk: bool,
-}
-
-impl Record {
-    /// That in which a message lies.
-    pub(in crate::bag) fn of(place: McapPlace) -> Self {
-        Self { at: place.record_at, body_bytes: place.record_bytes, is_chunk: place.in_chunk.is_some() }
-    }
-}
-
 /// Reads these records and nothing else, each once, with the same checks as a pass over everything; `known`
 /// are the channels of the whole file. Gives what is wrong in them, and where the records begin that give nothing.
 ///
 /// # Errors
 /// When the file cannot be read, or has not `file_bytes` bytes any more.
-pub(in crate::bag) fn walk_part(
+pub(in crate::bag) fn read_part(
     path: &Path,
     count: &ReadCount,
     (known, file_bytes): (&Channels, u64),
@@ -43,18 +28,18 @@ pub(in crate::bag) fn walk_part(
         let problem = format!("the file has changed since it was opened: {file_bytes} bytes then, {now} now");
         return Err(io::Error::other(problem));
     }
-    let mut walk = Walk::new(known.clone(), each);
+    let mut pass = Pass::new(known.clone(), each);
     let mut unreadable = BTreeSet::new();
     for record in records {
         let is_whole = if record.is_chunk {
-            walk.chunk(&mut source, record.at, record.body_bytes)?
+            pass.chunk(&mut source, record.at, record.body_bytes)?
         } else {
-            walk.message(&mut source, record.at, record.body_bytes)?;
+            pass.message(&mut source, record.at, record.body_bytes)?;
             true
         };
         if !is_whole {
             unreadable.insert(record.at);
         }
     }
-    Ok((walk.damage, unreadable))
+    Ok((pass.damage, unreadable))
 }

@@ -9,7 +9,7 @@ pub(super) const HEAD_BYTES: u64 = 9;
 /// Bytes of the header of a message record.
 pub(super) const MESSAGE_HEAD_BYTES: usize = 22;
 /// Largest chunk, message or summary that is read, uncompressed.
-pub(super) const MAX_RECORD_BYTES: u64 = crate::bag::MAX_MESSAGE_BYTES;
+pub(super) const MAX_RECORD_BYTES: u64 = crate::bag::basics::MAX_MESSAGE_BYTES;
 
 /// Bytes read at once of a file that is read from start to end.
 const STREAM_BYTES: usize = 1 << 16;

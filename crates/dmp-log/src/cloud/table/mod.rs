@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use super::CloudFormat;
+use super::format::CloudFormat;
 use crate::LogError;
 use crate::atomic::Pending;
 pub(crate) use column::{Column, Number};
@@ -36,14 +36,14 @@ pub(crate) struct Table<'a> {
 #[derive(Debug)]
 pub(crate) struct TableWriter {
     // Dropped first: the writer may still write while it is dropped.
-    out: Kind,
+    out: Output,
     pending: Pending,
     told: u64,
     written: u64,
 }
 
 #[derive(Debug)]
-enum Kind {
+enum Output {
     Rows(BufWriter<File>),
     Las(Box<LasRows>),
 }
@@ -63,14 +63,14 @@ impl TableWriter {
                     "ply\nformat binary_little_endian 1.0\ncomment {comment}\nelement vertex {points}\n\
                      property double x\nproperty double y\nproperty double z\n{columns}end_header\n"
                 )
-                .map(|()| Kind::Rows(file))
+                .map(|()| Output::Rows(file))
             }
             CloudFormat::Pcd => {
-                file.write_all(column::pcd_head(columns, points).as_bytes()).map(|()| Kind::Rows(file))
+                file.write_all(column::pcd_head(columns, points).as_bytes()).map(|()| Output::Rows(file))
             }
             CloudFormat::Las | CloudFormat::Laz => {
                 LasRows::new(file, format == CloudFormat::Laz, columns, near_m)
-                    .map(|rows| Kind::Las(Box::new(rows)))
+                    .map(|rows| Output::Las(Box::new(rows)))
             }
         };
         let out = out.map_err(|e| LogError::io(path, "write", e))?;
@@ -85,11 +85,11 @@ impl TableWriter {
     pub(crate) fn write(&mut self, point_m: [f64; 3], time_s: f64, columns: &[u8]) -> Result<(), LogError> {
         self.written += 1;
         let written = match &mut self.out {
-            Kind::Rows(file) => {
+            Output::Rows(file) => {
                 let place = point_m.map(f64::to_le_bytes);
                 file.write_all(place.as_flattened()).and_then(|()| file.write_all(columns))
             }
-            Kind::Las(rows) => {
+            Output::Las(rows) => {
                 if let Some(far_m) = rows.too_far(point_m) {
                     let problem =
                         format!("a coordinate of {far_m} m is too far from the first point for LAS");
@@ -112,8 +112,8 @@ impl TableWriter {
             return Err(io(io::Error::other(format!("{written} points were given, {told} were told"))));
         }
         let file = match out {
-            Kind::Rows(file) => file,
-            Kind::Las(rows) => rows.finish().map_err(io)?,
+            Output::Rows(file) => file,
+            Output::Las(rows) => rows.finish().map_err(io)?,
         };
         let file = file.into_inner().map_err(|e| io(e.into_error()))?;
         file.sync_all().map_err(io)?;

@@ -1,8 +1,8 @@
 //! Passes over the rows of a file: over all of them, with their messages or without, and over some.
 
-use super::{RowPlace, open_bag, to_io};
+use super::database::{RowPlace, open_bag, to_io};
 use crate::Damage;
-use crate::bag::{Channel, FileWalked};
+use crate::bag::basics::{Channel, FileFound};
 use crate::damage::DamageList;
 use crate::decimal::shorten;
 use rusqlite::types::ValueRef;
@@ -40,83 +40,83 @@ impl Columns {
 
 /// Reads the messages in the order of their rows. What cannot be read is damage; a file that is no bag at
 /// all is an error.
-pub(in crate::bag) fn walk(path: &Path, each: &mut Each<'_>) -> io::Result<FileWalked> {
-    walk_columns(path, Columns::All, each)
+pub(in crate::bag) fn read_whole(path: &Path, each: &mut Each<'_>) -> io::Result<FileFound> {
+    read_columns(path, Columns::All, each)
 }
 
 /// The same without the messages' bodies.
-pub(in crate::bag) fn walk_heads(path: &Path, each: &mut Each<'_>) -> io::Result<FileWalked> {
-    walk_columns(path, Columns::Heads, each)
+pub(in crate::bag) fn read_heads(path: &Path, each: &mut Each<'_>) -> io::Result<FileFound> {
+    read_columns(path, Columns::Heads, each)
 }
 
 /// Reads these rows. Gives what is wrong with them, and those that give nothing.
-pub(in crate::bag) fn walk_rows(
+pub(in crate::bag) fn read_rows(
     path: &Path,
     rows: &[i64],
     each: &mut Each<'_>,
 ) -> io::Result<(DamageList, BTreeSet<i64>)> {
     let (connection, channels) = open_bag(path)?;
-    let mut walk = Walk::new(channels, Columns::All, each);
+    let mut pass = Pass::new(channels, Columns::All, each);
     let mut unreadable = BTreeSet::new();
     let one = "SELECT id, topic_id, timestamp, data FROM messages WHERE id = ?1";
     let mut statement = connection.prepare(one).map_err(to_io)?;
     for &row in rows {
-        let read = statement.query_row([row], |row| walk.row(row));
+        let read = statement.query_row([row], |row| pass.row(row));
         // For the place of what is lost.
-        walk.next = row;
+        pass.next = row;
         match read {
             Ok(true) => continue,
             Ok(false) => {}
             Err(rusqlite::Error::QueryReturnedNoRows) => {
-                walk.lost("it was there when the file was opened and is not found by its number".to_owned());
+                pass.lost("it was there when the file was opened and is not found by its number".to_owned());
             }
-            Err(error) => walk.lost(format!("{}: its message is lost", shorten(&error.to_string()))),
+            Err(error) => pass.lost(format!("{}: its message is lost", shorten(&error.to_string()))),
         }
         unreadable.insert(row);
     }
-    Ok((walk.damage, unreadable))
+    Ok((pass.damage, unreadable))
 }
 
-fn walk_columns(path: &Path, columns: Columns, each: &mut Each<'_>) -> io::Result<FileWalked> {
+fn read_columns(path: &Path, columns: Columns, each: &mut Each<'_>) -> io::Result<FileFound> {
     let (connection, channels) = open_bag(path)?;
-    let mut walked = FileWalked {
+    let mut found = FileFound {
         channels: channels.values().cloned().collect(),
         bytes: path.metadata()?.len(),
-        ..FileWalked::default()
+        ..FileFound::default()
     };
-    let mut walk = Walk::new(channels, columns, each);
+    let mut pass = Pass::new(channels, columns, each);
     let mut holes = 0;
     let mut step = 1;
     loop {
-        let before = walk.next;
-        match walk.messages(&connection) {
+        let before = pass.next;
+        match pass.messages(&connection) {
             Ok(()) => break,
             Err(error) if holes == MAX_HOLES || before == i64::MAX => {
-                walk.lost(format!("{}: what follows is lost", shorten(&error.to_string())));
+                pass.lost(format!("{}: what follows is lost", shorten(&error.to_string())));
                 break;
             }
             Err(error) => {
-                if walk.next != before {
+                if pass.next != before {
                     step = 1;
                 }
-                walk.lost(format!("{}: messages from here are lost", shorten(&error.to_string())));
+                pass.lost(format!("{}: messages from here are lost", shorten(&error.to_string())));
                 let from =
-                    if walk.next == i64::MIN { first_row(&connection).unwrap_or(0) } else { walk.next };
-                walk.next = from.saturating_add(step);
+                    if pass.next == i64::MIN { first_row(&connection).unwrap_or(0) } else { pass.next };
+                pass.next = from.saturating_add(step);
                 step = step.saturating_mul(2);
                 holes += 1;
             }
         }
     }
-    for (id, count) in std::mem::take(&mut walk.unknown) {
+    for (id, count) in std::mem::take(&mut pass.unknown) {
         let what = format!("{count} messages of a topic that is nowhere described are lost");
-        walk.damage.push(Damage::new(format!("topic {id}"), what));
+        pass.damage.push(Damage::new(format!("topic {id}"), what));
     }
-    walked.damage = walk.damage;
-    Ok(walked)
+    found.damage = pass.damage;
+    Ok(found)
 }
 
-struct Walk<'a, 'b> {
+struct Pass<'a, 'b> {
     channels: BTreeMap<i64, Channel>,
     columns: Columns,
     /// The row from which to read.
@@ -126,14 +126,14 @@ struct Walk<'a, 'b> {
     each: &'a mut Each<'b>,
 }
 
-impl<'a, 'b> Walk<'a, 'b> {
+impl<'a, 'b> Pass<'a, 'b> {
     fn new(channels: BTreeMap<i64, Channel>, columns: Columns, each: &'a mut Each<'b>) -> Self {
         let (unknown, damage) = (BTreeMap::new(), DamageList::default());
         Self { channels, columns, next: i64::MIN, unknown, damage, each }
     }
 }
 
-impl Walk<'_, '_> {
+impl Pass<'_, '_> {
     fn messages(&mut self, connection: &Connection) -> rusqlite::Result<()> {
         let mut statement = connection.prepare(self.columns.select())?;
         let mut rows = statement.query([self.next])?;
@@ -147,9 +147,9 @@ impl Walk<'_, '_> {
     fn row(&mut self, row: &Row<'_>) -> rusqlite::Result<bool> {
         let id: i64 = row.get(0)?;
         self.next = id.saturating_add(1);
-        let no_message = |walk: &mut Self| {
+        let no_message = |pass: &mut Self| {
             let what = "a row that is no topic, time and bytes is lost".to_owned();
-            walk.damage.push(Damage::new(format!("row {id}"), what));
+            pass.damage.push(Damage::new(format!("row {id}"), what));
             Ok(false)
         };
         let (ValueRef::Integer(topic), ValueRef::Integer(time_ns)) = (row.get_ref(1)?, row.get_ref(2)?)
@@ -178,4 +178,38 @@ impl Walk<'_, '_> {
 
 fn first_row(connection: &Connection) -> rusqlite::Result<i64> {
     connection.query_row("SELECT min(id) FROM messages", [], |row| row.get(0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_of(schema: &str) -> io::Result<FileFound> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.db3");
+        Connection::open(&path).unwrap().execute_batch(schema).unwrap();
+        read_whole(&path, &mut |_, _, _, body| assert!(body.len() < 10))
+    }
+
+    #[test]
+    fn only_plain_tables_are_read() {
+        let topics =
+            "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);
+                      INSERT INTO topics VALUES(1, '/points', 'sensor_msgs/msg/PointCloud2', 'cdr');";
+        let plain =
+            "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);
+                     INSERT INTO messages VALUES(1, 1, 5, x'0001');";
+        assert!(read_of(&format!("{topics}{plain}")).unwrap().damage.into_vec().is_empty());
+        // Rows without an end, and bytes out of nothing.
+        let endless =
+            "CREATE VIEW messages AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n)
+                       SELECT id, 1 AS topic_id, 5 AS timestamp, x'00' AS data FROM n;";
+        let computed = "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER,
+                        data BLOB GENERATED ALWAYS AS (zeroblob(200000000)));
+                        INSERT INTO messages(topic_id, timestamp) VALUES(1, 5);";
+        for messages in [endless, computed, ""] {
+            let error = read_of(&format!("{topics}{messages}")).unwrap_err().to_string();
+            assert!(error.contains("`messages` is no plain table"), "{error}");
+        }
+    }
 }

@@ -1,0 +1,157 @@
+//! What every pass over an MCAP file does with a record: what a chunk, a message, a description is, and what is damage
+//! in it, is said once, here.
+
+use super::channels::Channels;
+use super::chunk::{ChunkDecoder, ChunkFault};
+use super::message_index::Heads;
+use super::place::McapPlace;
+use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, MESSAGE_HEAD_BYTES, Records, Source, split_message};
+use crate::Damage;
+use crate::bag::basics::{Channel, FileFound};
+use crate::damage::DamageList;
+use mcap::records::op;
+use std::io;
+
+/// Largest schema or channel record outside a chunk that is read.
+const MAX_DESCRIPTION_BYTES: u64 = 16 << 20;
+
+/// What is done with a message: its channel, the time it was recorded, its place, its body. Where only heads
+/// are read the body is empty, and the place of a message in a chunk lacks its length.
+pub(super) type Each<'a> = dyn FnMut(&Channel, u64, McapPlace, &[u8]) + 'a;
+
+/// A pass, and what it has found so far.
+pub(super) struct Pass<'a, 'b> {
+    pub(super) channels: Channels,
+    pub(super) damage: DamageList,
+    pub(super) decoder: ChunkDecoder,
+    pub(super) each: &'a mut Each<'b>,
+    /// Messages handed over, also those of unknown channels.
+    pub(super) messages: u64,
+    /// Where chunks are passed over.
+    pub(super) heads: Option<Heads>,
+    pub(super) unchunked_messages: bool,
+}
+
+impl<'a, 'b> Pass<'a, 'b> {
+    pub(super) fn new(channels: Channels, each: &'a mut Each<'b>) -> Self {
+        Self {
+            channels,
+            damage: DamageList::default(),
+            decoder: ChunkDecoder::default(),
+            each,
+            messages: 0,
+            heads: None,
+            unchunked_messages: false,
+        }
+    }
+
+    /// What was found in a file that was gone through, and the channels by number.
+    pub(super) fn found(mut self, source: &Source) -> (FileFound, Channels) {
+        for (id, count) in self.channels.unknown() {
+            let what = format!("{count} messages of a channel that is not described before them are lost");
+            self.damage.push(Damage::new(format!("channel {id}"), what));
+        }
+        let found =
+            FileFound { channels: self.channels.described(), damage: self.damage, bytes: source.length() };
+        (found, self.channels)
+    }
+}
+
+impl Pass<'_, '_> {
+    pub(super) fn lost(&mut self, at: u64, what: String) {
+        if let Some(heads) = &mut self.heads {
+            heads.doubt();
+        }
+        self.damage.push(Damage::new(format!("byte {at}"), what));
+    }
+
+    /// Reads a chunk; whether it is whole.
+    pub(super) fn chunk(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<bool> {
+        // Lent to this chunk: its records are looked at while the pass takes note of them.
+        let mut decoder = std::mem::take(&mut self.decoder);
+        let decoded =
+            decoder.decode(source, at, body_bytes).map(|records| self.records_of(records, at, body_bytes));
+        self.decoder = decoder;
+        match decoded {
+            Ok(()) => Ok(true),
+            Err(ChunkFault::Io(error)) => Err(error),
+            Err(ChunkFault::Damaged(problem)) => {
+                self.lost(at, format!("a chunk of {body_bytes} bytes is damaged and skipped: {problem}"));
+                Ok(false)
+            }
+        }
+    }
+
+    fn records_of(&mut self, records: &[u8], at: u64, body_bytes: u64) {
+        let mut whole = Records::of(records);
+        for (opcode, place, body) in &mut whole {
+            if Channels::is_description(opcode) {
+                if let Err(problem) = self.channels.describe(opcode, body) {
+                    self.lost(at, format!("in the chunk: {problem}"));
+                }
+            } else if opcode == op::MESSAGE {
+                let place = McapPlace {
+                    record_at: at,
+                    record_bytes: body_bytes,
+                    in_chunk: Some(place),
+                    body_bytes: body.len() as u64,
+                };
+                self.add(place, body);
+            }
+        }
+        let rest = whole.rest();
+        if rest > 0 {
+            self.lost(at, format!("the last {rest} bytes of the chunk are no whole record and are lost"));
+        }
+    }
+
+    /// Reads a message outside the chunks.
+    pub(super) fn message(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
+        self.message_up_to(source, at, body_bytes, body_bytes)
+    }
+
+    /// Reads a message outside the chunks as far as its first `read_bytes` bytes.
+    pub(super) fn message_up_to(
+        &mut self,
+        source: &mut Source,
+        at: u64,
+        body_bytes: u64,
+        read_bytes: u64,
+    ) -> io::Result<()> {
+        self.unchunked_messages = true;
+        if !(MESSAGE_HEAD_BYTES as u64..=MAX_RECORD_BYTES).contains(&body_bytes) {
+            self.lost(at, format!("a message of {body_bytes} bytes is not read"));
+            return Ok(());
+        }
+        let mut body = Vec::new();
+        source.read_into(at + HEAD_BYTES, read_bytes, &mut body)?;
+        let place = McapPlace { record_at: at, record_bytes: body_bytes, in_chunk: None, body_bytes };
+        self.add(place, &body);
+        Ok(())
+    }
+
+    fn add(&mut self, place: McapPlace, body: &[u8]) {
+        let Some(message) = split_message(body) else {
+            let what = format!("a message of {} bytes is shorter than its header", body.len());
+            return self.lost(place.record_at, what);
+        };
+        self.messages += 1;
+        if let Some(channel) = self.channels.of_message(message.channel_id) {
+            (self.each)(channel, message.log_time_ns, place, message.data);
+        }
+    }
+
+    pub(super) fn description(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
+        if body_bytes > MAX_DESCRIPTION_BYTES {
+            self.lost(at, format!("a channel or schema of {body_bytes} bytes is not read"));
+            return Ok(());
+        }
+        let mut body = Vec::new();
+        source.read_into(at + HEAD_BYTES, body_bytes, &mut body)?;
+        let (opcode, _) = source.head_at(at)?;
+        if let Err(problem) = self.channels.describe(opcode, &body) {
+            self.lost(at, problem);
+        }
+        Ok(())
+    }
+}

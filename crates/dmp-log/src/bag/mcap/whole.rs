@@ -1,0 +1,173 @@
+//! A pass over a whole MCAP file, from record to record: [`read_whole`] reads everything, [`read_heads`] passes over the
+//! chunks and reads their indexes instead.
+
+use super::channels::Channels;
+use super::message_index::Heads;
+use super::pass::{Each, Pass};
+use super::records::{HEAD_BYTES, Source};
+use super::summary_hint::{self, SummaryHint};
+use crate::bag::basics::FileFound;
+use crate::reads::ReadCount;
+use mcap::records::op;
+use std::io;
+use std::path::Path;
+
+/// Reads the whole file once, one chunk at a time. Only the operating system makes it fail: whatever is
+/// wrong with the bytes is damage.
+pub(in crate::bag) fn read_whole(
+    path: &Path,
+    count: &ReadCount,
+    each: &mut Each<'_>,
+) -> io::Result<FileFound> {
+    let mut source = Source::open(path, count)?;
+    let mut pass = Pass::new(Channels::default(), each);
+    pass.file(&mut source)?;
+    Ok(pass.found(&source).0)
+}
+
+/// What a pass over the heads knows beside what every pass finds.
+#[derive(Debug, Default)]
+pub(in crate::bag) struct HeadsFound {
+    pub(in crate::bag) found: FileFound,
+    /// For [`super::read_part`].
+    pub(in crate::bag) channels: Channels,
+    /// Chunks with messages and without a whole index: they were read.
+    pub(in crate::bag) unindexed_chunks: u64,
+    /// Chunks read to learn what the channels of their messages are.
+    pub(in crate::bag) learnt_chunks: u64,
+    /// Messages outside the chunks, which have no checksum of their own.
+    pub(in crate::bag) loose_messages: u64,
+    /// Messages that the summary counts and no index names.
+    pub(in crate::bag) unnamed_messages: u64,
+}
+
+/// Passes over the file: of a chunk its index is read, of a message outside the chunks its head. A chunk is
+/// read only where it has no index, or to learn what a channel is. Damage within the others is not found.
+pub(in crate::bag) fn read_heads(
+    path: &Path,
+    count: &ReadCount,
+    each: &mut Each<'_>,
+) -> io::Result<HeadsFound> {
+    let mut source = Source::open_for_pieces(path, count)?;
+    let mut pass = Pass::new(Channels::default(), each);
+    pass.heads = Some(Heads::default());
+    pass.file(&mut source)?;
+    let heads = pass.heads.take().unwrap_or_default();
+    let (found, channels) = pass.found(&source);
+    Ok(HeadsFound {
+        found,
+        channels,
+        unindexed_chunks: heads.unindexed_chunks,
+        learnt_chunks: heads.learnt_chunks,
+        loose_messages: heads.loose_messages,
+        unnamed_messages: heads.unnamed_messages,
+    })
+}
+
+impl Pass<'_, '_> {
+    /// Goes through the whole file.
+    fn file(&mut self, source: &mut Source) -> io::Result<()> {
+        let hint = summary_hint::read(source);
+        for (opcode, body) in &hint.descriptions {
+            // A hint that cannot be read is none.
+            let _ = self.channels.describe(*opcode, body);
+        }
+        self.records(source, &hint)?;
+        self.settle(source)?;
+        if let (Some(heads), Some(messages)) = (&mut self.heads, hint.messages) {
+            heads.compare_count(messages, self.messages);
+        }
+        Ok(())
+    }
+
+    fn records(&mut self, source: &mut Source, hint: &SummaryHint) -> io::Result<()> {
+        let length = source.length();
+        let mut at = mcap::MAGIC.len() as u64;
+        loop {
+            if length.saturating_sub(at) < HEAD_BYTES {
+                let what = format!(
+                    "the file ends at byte {length} without an end of data: what was to follow is lost"
+                );
+                self.lost(at, what);
+                return Ok(());
+            }
+            let (opcode, body_bytes) = source.head_at(at)?;
+            let left = length - at - HEAD_BYTES;
+            // A record cannot contain the start of a chunk that the summary, which is whole, knows.
+            let next_chunk = hint.chunks_at.range(at + 1..).next().copied().filter(|&next| next < length);
+            let reaches = body_bytes.min(left) + at + HEAD_BYTES;
+            if opcode == 0 || body_bytes > left || next_chunk.is_some_and(|next| next < reaches) {
+                let Some(next) = next_chunk else {
+                    let what = format!(
+                        "a record of type {opcode:#04x} claims {body_bytes} bytes and the file ends at byte {length}: \
+                         the tail is lost"
+                    );
+                    self.lost(at, what);
+                    return Ok(());
+                };
+                let what = format!(
+                    "a record of type {opcode:#04x} claims {body_bytes} bytes, past the chunk at byte {next}: \
+                     what lies between is lost"
+                );
+                self.lost(at, what);
+                at = next;
+                continue;
+            }
+            match opcode {
+                op::CHUNK if self.heads.is_some() => self.pass_over(source, at, body_bytes)?,
+                op::CHUNK => drop(self.chunk(source, at, body_bytes)?),
+                op::MESSAGE_INDEX if self.heads.is_some() => self.message_index(source, at, body_bytes)?,
+                op::MESSAGE if self.heads.is_some() => self.message_head(source, at, body_bytes)?,
+                op::MESSAGE => self.message(source, at, body_bytes)?,
+                _ if Channels::is_description(opcode) => self.description(source, at, body_bytes)?,
+                op::DATA_END => return self.end_of_data(source, at, body_bytes),
+                op::FOOTER => return Ok(()),
+                // Indices, attachments, metadata and types of other programs.
+                _ => {}
+            }
+            at += HEAD_BYTES + body_bytes;
+        }
+    }
+
+    /// Compares the checksum of the data, which is the only one that messages outside chunks have, and
+    /// looks whether the file was finished.
+    fn end_of_data(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
+        let magic = mcap::MAGIC.len() as u64;
+        let mut end = Vec::new();
+        source.read_into(source.length().saturating_sub(magic), magic.min(source.length()), &mut end)?;
+        if end != mcap::MAGIC {
+            let length = source.length();
+            self.lost(
+                at,
+                format!("the file ends at byte {length} inside its summary; no scan is lost by it"),
+            );
+        }
+        if !self.unchunked_messages || body_bytes != 4 || self.heads.is_some() {
+            return Ok(());
+        }
+        let mut claimed = [0; 4];
+        source.read_at(at + HEAD_BYTES, &mut claimed)?;
+        let claimed = u32::from_le_bytes(claimed);
+        if claimed == 0 {
+            return Ok(());
+        }
+        let mut hasher = crc32fast::Hasher::new();
+        let (mut from, mut piece) = (0, Vec::new());
+        while from < at {
+            let count = (at - from).min(1 << 20);
+            source.read_into(from, count, &mut piece)?;
+            hasher.update(&piece);
+            from += count;
+        }
+        let crc = hasher.finalize();
+        if crc != claimed {
+            self.lost(
+                at,
+                format!(
+                    "the CRC of the data is {crc:08x}, the file says {claimed:08x}: some message is wrong"
+                ),
+            );
+        }
+        Ok(())
+    }
+}

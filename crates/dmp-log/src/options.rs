@@ -1,0 +1,27 @@
+//! How a log is to be read.
+
+use crate::{CameraNumbers, MadeWith, PointTime, StampAt};
+
+/// How a log is to be read.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LogOptions {
+    /// The topic with the scans; `None` where the log has only one.
+    pub topic: Option<String>,
+    /// What the times of the points mean.
+    pub point_time: PointTime,
+    /// Which instant of a scan its stamp is.
+    pub stamp_at: StampAt,
+    /// What a file in world coordinates was made with; without it such a file is no log.
+    pub made_with: Option<MadeWith>,
+    /// The camera of a log of depth images; `None` for what a file beside them says, or what is usual.
+    pub camera: Option<CameraNumbers>,
+    /// Units of depth a metre, likewise.
+    pub depth_units_per_m: Option<f64>,
+}
+
+impl LogOptions {
+    /// As little as can be asked of a log: its scans, each an instant.
+    pub(crate) fn without_times() -> Self {
+        Self { point_time: PointTime::Ignore, ..Self::default() }
+    }
+}

@@ -1,0 +1,116 @@
+//! The files of a folder as a log.
+
+use super::entry::Entry;
+use super::file::ScanFile;
+use super::format::ScanFormat;
+use super::times::{Beside, read_times};
+use crate::frame_info::{of_frame, runs_of_eight};
+use crate::points::{Layout, Rows, TimeChoice};
+use crate::reads::ReadCount;
+use crate::{FrameInfo, LogError, LogSummary, ScanLog, ScanReader};
+use dmp_sensor::Scan;
+use std::ops::Range;
+
+/// A folder of scans, one file each.
+#[derive(Debug)]
+pub(crate) struct ScanFolder {
+    pub(super) format: ScanFormat,
+    pub(super) entries: Vec<Entry>,
+    pub(super) layouts: Vec<Layout>,
+    pub(super) frames: Vec<FrameInfo>,
+    pub(super) time: Option<Times>,
+    pub(super) summary: LogSummary,
+    pub(super) count: ReadCount,
+}
+
+/// Where the times of the points are.
+#[derive(Debug)]
+pub(super) enum Times {
+    Field(TimeChoice),
+    Beside(Beside),
+}
+
+impl ScanFolder {
+    /// Bytes of the file of each frame.
+    pub(crate) fn scan_bytes(&self) -> Vec<u64> {
+        self.entries.iter().map(|entry| entry.file.length).collect()
+    }
+
+    /// The field with the times of points, where they are in the scans themselves.
+    pub(super) fn time_field(&self) -> Option<&str> {
+        match &self.time {
+            Some(Times::Field(choice)) => Some(&choice.field),
+            _ => None,
+        }
+    }
+
+    /// That of the first scan with points; without any, that of the first scan.
+    pub(super) fn first_layout(&self) -> Option<&Layout> {
+        let first = self.entries.iter().find(|entry| entry.points > 0).or(self.entries.first());
+        self.layouts.get(first?.layout)
+    }
+
+    /// Reads the points of a file into `data`.
+    pub(super) fn rows_of<'a>(&'a self, entry: &Entry, data: &'a mut Vec<u8>) -> Result<Rows<'a>, LogError> {
+        let mut file = ScanFile::open(&entry.file.path, self.format, &self.count)?;
+        let known = file.known.clone();
+        let changed = || known.changed_since(&entry.file);
+        let layout = self.layouts.get(entry.layout).ok_or_else(changed)?;
+        if known != entry.file || file.head.layout != *layout {
+            return Err(changed());
+        }
+        file.read_rows(entry.points, data)?;
+        if data.len() as u64 != entry.points.saturating_mul(layout.point_bytes().into()) {
+            return Err(changed());
+        }
+        Ok(Rows::one(layout, data, entry.points as usize))
+    }
+}
+
+impl ScanLog for ScanFolder {
+    fn summary(&self) -> &LogSummary {
+        &self.summary
+    }
+
+    fn frames(&self) -> &[FrameInfo] {
+        &self.frames
+    }
+
+    fn reader(&self) -> Result<Box<dyn ScanReader + '_>, LogError> {
+        Ok(Box::new(FolderReader { log: self, data: Vec::new() }))
+    }
+
+    fn groups(&self) -> Vec<Range<usize>> {
+        runs_of_eight(self.entries.len())
+    }
+
+    fn bytes_read(&self) -> Option<u64> {
+        Some(self.count.bytes())
+    }
+}
+
+/// Reads scans of a [`ScanFolder`].
+#[derive(Debug)]
+struct FolderReader<'a> {
+    log: &'a ScanFolder,
+    data: Vec<u8>,
+}
+
+impl ScanReader for FolderReader<'_> {
+    fn read(&mut self, frame: usize, scan: &mut Scan) -> Result<(), LogError> {
+        scan.clear();
+        let log = self.log;
+        let entry = of_frame(&log.entries, frame, &log.summary.path)?;
+        scan.stamp_ns = entry.stamp_ns;
+        let rows = log.rows_of(entry, &mut self.data)?;
+        let field = match &log.time {
+            Some(Times::Field(choice)) => rows.layout.field(&choice.field).map(|field| (field, choice.rule)),
+            _ => None,
+        };
+        rows.append_to(field, scan);
+        match &log.time {
+            Some(Times::Beside(beside)) => read_times(beside, entry, &log.count, &mut self.data, scan),
+            _ => Ok(()),
+        }
+    }
+}

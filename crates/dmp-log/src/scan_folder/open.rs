@@ -1,0 +1,110 @@
+//! Opening a folder: which of its files can be read, and what is told of them.
+
+use super::entry::Entry;
+use super::file::ScanFile;
+use super::format::ScanFormat;
+use super::found::FoundScans;
+use super::log::ScanFolder;
+use super::stamps;
+use crate::damage::{DamageList, first_in_words};
+use crate::reads::ReadCount;
+use crate::{Damage, FrameInfo, LogError, LogOptions, LogSetting, LogSummary, PlaceInFile, fingerprint};
+use std::path::PathBuf;
+
+impl ScanFolder {
+    /// Reads the heads of the files; of those in text, every line.
+    pub(crate) fn open(found: FoundScans, options: &LogOptions) -> Result<Self, LogError> {
+        let FoundScans { folder, format, files, mut notes } = found;
+        if let Some(topic) = &options.topic {
+            let problem = "was given, but a folder of scans has no topics";
+            return Err(LogError::setting(&folder, LogSetting::Topic, topic, problem));
+        }
+        let stamps_ns = stamps::find(&folder, &files, &mut notes)?;
+        let summary = LogSummary { notes, ..LogSummary::of(&folder, format.of_log()) };
+        let (entries, layouts, frames) = (Vec::new(), Vec::new(), Vec::new());
+        let mut log =
+            Self { format, entries, layouts, frames, time: None, summary, count: ReadCount::default() };
+        log.take_stock(&files, stamps_ns.as_deref())?;
+        log.describe();
+        log.decide_time(options)?;
+        log.describe();
+        if log.entries.is_empty() {
+            let problem = format!("no scan can be read{}", first_in_words(&log.summary.damage));
+            return Err(LogError::malformed(&log.summary.path, PlaceInFile::WholeFile, problem));
+        }
+        Ok(log)
+    }
+
+    fn take_stock(&mut self, files: &[PathBuf], stamps_ns: Option<&[i64]>) -> Result<(), LogError> {
+        let (mut names, mut damage, mut in_world) = (Vec::new(), DamageList::default(), None);
+        for (number, path) in files.iter().enumerate() {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let length = std::fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
+            self.summary.bytes += length;
+            names.push((name, length));
+            let mut file = match ScanFile::open(path, self.format, &self.count) {
+                Ok(file) => file,
+                Err(LogError::Malformed { path, place, problem }) => {
+                    let place = format!("{}, {place}", path.display());
+                    let what = format!("{problem}; the scan is skipped");
+                    damage.push(Damage::new(place, what));
+                    continue;
+                }
+                Err(LogError::WorldCoordinates { path, problem }) => {
+                    let what = format!("{problem}: a map in world coordinates; the scan is skipped");
+                    damage.push(Damage::new(path.display().to_string(), what));
+                    in_world.get_or_insert(LogError::WorldCoordinates { path, problem });
+                    continue;
+                }
+                Err(error) => return Err(error),
+            };
+            let (points, cut) = file.whole_points()?;
+            let is_cut = cut.is_some();
+            if let Some(cut) = cut {
+                let place = format!("{}, {}", path.display(), cut.place);
+                damage.push(Damage::new(place, cut.what));
+            }
+            // The last layout is almost always the one.
+            let known = self.layouts.iter().rposition(|known| *known == file.head.layout);
+            let layout = known.unwrap_or(self.layouts.len());
+            if known.is_none() {
+                self.layouts.push(file.head.layout);
+            }
+            let stamp_ns = stamps_ns.and_then(|stamps| stamps.get(number).copied());
+            self.entries.push(Entry { file: file.known, points, layout, stamp_ns, is_cut });
+        }
+        self.summary.damage = damage.into_vec();
+        if let Some(error) = in_world.filter(|_| self.entries.is_empty()) {
+            return Err(error);
+        }
+        self.check_bin()?;
+        let names = names.iter().map(|(name, length)| (name.as_str(), *length));
+        self.summary.fingerprint = fingerprint::of_names(names);
+        Ok(())
+    }
+
+    /// Files without a header may be of another layout; one that ends within a point may be cut, most do not.
+    fn check_bin(&self) -> Result<(), LogError> {
+        let cut = self.entries.iter().filter(|entry| entry.is_cut).count();
+        if self.format != ScanFormat::Bin || cut < 2 || 2 * cut <= self.entries.len() {
+            return Ok(());
+        }
+        let problem = format!(
+            "{cut} of {} files are no whole number of points of 16 bytes (float32 x, y, z, intensity): they have \
+             another layout",
+            self.entries.len()
+        );
+        Err(LogError::malformed(&self.summary.path, PlaceInFile::WholeFile, problem))
+    }
+
+    /// Fills what follows from the entries.
+    fn describe(&mut self) {
+        let info = |entry: &Entry| FrameInfo { stamp_ns: entry.stamp_ns, returns: entry.points };
+        self.frames = self.entries.iter().map(info).collect();
+        self.summary.describe(&self.frames);
+        if let Some(layout) = self.first_layout() {
+            (self.summary.fields, self.summary.point_bytes) =
+                (layout.field_infos(self.time_field()), layout.point_bytes());
+        }
+    }
+}

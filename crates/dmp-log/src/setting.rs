@@ -1,0 +1,40 @@
+//! The settings of a log that a message may speak of.
+
+use std::fmt;
+
+/// A setting of [`LogOptions`](crate::LogOptions) or of [`MadeWith`](crate::MadeWith).
+///
+/// As text (`Display`): its name there, between backticks. A program whose users know it by another name gives that to
+/// [`LogError::message_with`](crate::LogError::message_with).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LogSetting {
+    /// [`LogOptions::topic`](crate::LogOptions::topic).
+    Topic,
+    /// [`LogOptions::point_time`](crate::LogOptions::point_time).
+    PointTime,
+    /// [`LogOptions::stamp_at`](crate::LogOptions::stamp_at).
+    StampAt,
+    /// [`LogOptions::made_with`](crate::LogOptions::made_with).
+    MadeWith,
+    /// [`MadeWith::time_offset_ns`](crate::MadeWith::time_offset_ns).
+    TimeOffset,
+    /// [`LogOptions::camera`](crate::LogOptions::camera).
+    Camera,
+    /// [`LogOptions::depth_units_per_m`](crate::LogOptions::depth_units_per_m).
+    DepthUnits,
+}
+
+impl fmt::Display for LogSetting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Topic => "`topic`",
+            Self::PointTime => "`point_time`",
+            Self::StampAt => "`stamp_at`",
+            Self::MadeWith => "`made_with`",
+            Self::TimeOffset => "`time_offset_ns`",
+            Self::Camera => "`camera`",
+            Self::DepthUnits => "`depth_units_per_m`",
+        })
+    }
+}

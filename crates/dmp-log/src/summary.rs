@@ -1,0 +1,184 @@
+//! What was found in a log on opening it: its format, topics, fields, times and damage.
+
+use crate::frame_info::{period_ns, span_ns};
+use crate::{Damage, FrameInfo};
+use dmp_sensor::PinholeCamera;
+use std::path::{Path, PathBuf};
+
+/// The formats of scan logs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LogFormat {
+    /// An MCAP file with ROS messages.
+    Mcap,
+    /// A rosbag2 folder with MCAP files.
+    Rosbag2Mcap,
+    /// A rosbag2 `SQLite` file, or a folder with them.
+    Rosbag2Sqlite,
+    /// A folder of files with float32 x, y, z, intensity.
+    BinFolder,
+    /// A folder of PCD files.
+    PcdFolder,
+    /// A folder of PLY files.
+    PlyFolder,
+    /// A folder of LAS or LAZ files.
+    LasFolder,
+    /// One LAS or LAZ file in world coordinates.
+    Las,
+    /// A folder of depth images with stamps, as TUM RGB-D has them.
+    TumRgbd,
+    /// A folder of depth images that are numbered and stamped by their numbers, as ICL-NUIM has them.
+    IclNuim,
+    /// A folder of depth images without stamps, as Redwood and Augmented ICL-NUIM have them.
+    DepthFolder,
+    /// Scans in memory, of no file: [`MemoryLog`](crate::MemoryLog).
+    Memory,
+}
+
+impl LogFormat {
+    /// Its name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mcap => "MCAP",
+            Self::Rosbag2Mcap => "rosbag2 (MCAP)",
+            Self::Rosbag2Sqlite => "rosbag2 (SQLite)",
+            Self::BinFolder => "folder of KITTI .bin scans",
+            Self::PcdFolder => "folder of PCD scans",
+            Self::PlyFolder => "folder of PLY scans",
+            Self::LasFolder => "folder of LAS scans",
+            Self::Las => "LAS in world coordinates",
+            Self::TumRgbd => "folder of depth images (TUM RGB-D)",
+            Self::IclNuim => "folder of depth images (ICL-NUIM)",
+            Self::DepthFolder => "folder of depth images",
+            Self::Memory => "scans in memory",
+        }
+    }
+}
+
+/// A topic of a log, whether it can be read or not.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TopicInfo {
+    /// The topic's name.
+    pub name: String,
+    /// The type of its messages and their encoding, as `sensor_msgs/msg/PointCloud2 (cdr)`.
+    pub message_type: String,
+    /// How many messages were found.
+    pub messages: u64,
+    /// When the first and the last of them were recorded, nanoseconds.
+    pub span_ns: Option<(u64, u64)>,
+}
+
+/// A field of a point as the log stores it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FieldInfo {
+    /// Its name.
+    pub name: String,
+    /// Its type, as `float32`.
+    pub kind: &'static str,
+    /// Its place in the point's record.
+    pub offset_bytes: u32,
+    /// What it is taken for.
+    pub meaning: FieldMeaning,
+}
+
+/// What a field of a point is taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FieldMeaning {
+    /// A coordinate in the sensor's frame, metres.
+    Coordinate,
+    /// The time of the point.
+    Time,
+    /// It is not used.
+    NotUsed,
+}
+
+impl FieldMeaning {
+    /// Its name in machine output: `coordinate`, `time`, `not_used`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Coordinate => "coordinate",
+            Self::Time => "time",
+            Self::NotUsed => "not_used",
+        }
+    }
+}
+
+/// What was found in a log on opening it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LogSummary {
+    /// The file or the folder with the scans.
+    pub path: PathBuf,
+    /// The log's format.
+    pub format: LogFormat,
+    /// The topic that is read.
+    pub topic: Option<String>,
+    /// The name of the sensor's frame, as the log has it.
+    pub frame_id: Option<String>,
+    /// The fields of a point.
+    pub fields: Vec<FieldInfo>,
+    /// Bytes from one point to the next.
+    pub point_bytes: u32,
+    /// Rows of all scans together.
+    pub returns: u64,
+    /// Smallest and largest stamp, nanoseconds.
+    pub span_ns: Option<(i64, i64)>,
+    /// Median of the differences of successive stamps, nanoseconds.
+    pub period_ns: Option<i64>,
+    /// How the times of the points are understood, in words; `None` where there are none.
+    pub point_times: Option<String>,
+    /// From a scan's stamp to the middle of its returns, nanoseconds, from a few scans; 0 where they have no times.
+    pub middle_ns: i64,
+    /// The camera whose depth images the scans are; `None` for other sensors.
+    pub camera: Option<PinholeCamera>,
+    /// Units of depth a metre in such images.
+    pub depth_units_per_m: Option<f64>,
+    /// What was guessed or left aside.
+    pub notes: Vec<String>,
+    /// What is lost.
+    pub damage: Vec<Damage>,
+    /// Identifies the file cheaply, as `crc32:1a2b3c4d`: length and ends, not every byte.
+    pub fingerprint: String,
+    /// Bytes of the log.
+    pub bytes: u64,
+    /// Every topic.
+    pub topics: Vec<TopicInfo>,
+}
+
+impl LogSummary {
+    /// That of a log of which nothing else is known yet.
+    pub(crate) fn of(path: &Path, format: LogFormat) -> Self {
+        Self {
+            path: path.into(),
+            format,
+            topic: None,
+            frame_id: None,
+            fields: Vec::new(),
+            point_bytes: 0,
+            returns: 0,
+            span_ns: None,
+            period_ns: None,
+            point_times: None,
+            middle_ns: 0,
+            camera: None,
+            depth_units_per_m: None,
+            notes: Vec::new(),
+            damage: Vec::new(),
+            fingerprint: String::new(),
+            bytes: 0,
+            topics: Vec::new(),
+        }
+    }
+
+    /// Fills what follows from the scans.
+    pub(crate) fn describe(&mut self, frames: &[FrameInfo]) {
+        self.returns = frames.iter().map(|frame| frame.returns).sum();
+        self.span_ns = span_ns(frames);
+        self.period_ns = period_ns(frames);
+    }
+
+    /// Whether the log gives its points times of their own.
+    pub fn has_point_times(&self) -> bool {
+        self.point_times.is_some()
+    }
+}
