@@ -1,138 +1,70 @@
-//! Who may use whom.
+//! `docs/architecture.md` says what is so: what each crate uses, and where code is unsafe.
 
-use crate::sources::workspace;
+use std::collections::{BTreeMap, BTreeSet};
 
-/// What each crate may name in its `[dependencies]`: the table of `docs/architecture.md`.
-const TABLE: [(&str, &[&str]); 12] = [
-    ("dmp-sensor", &["nalgebra", "serde", "thiserror"]),
-    (
-        "dmp-log",
-        &[
-            "bytemuck",
-            "crc32fast",
-            "dmp-sensor",
-            "las",
-            "laz",
-            "lz4",
-            "mcap",
-            "nalgebra",
-            "png",
-            "rusqlite",
-            "saphyr-parser",
-            "serde_json",
-            "tempfile",
-            "thiserror",
-            "zstd",
-        ],
-    ),
-    (
-        "dmp-map",
-        &[
-            "bytemuck",
-            "crc32fast",
-            "crossbeam-channel",
-            "dmp-sensor",
-            "memmap2",
-            "rayon",
-            "rustix",
-            "tempfile",
-            "thiserror",
-            "zstd",
-        ],
-    ),
-    ("dmp-cast", &["bytemuck", "dmp-map", "obvhs", "rayon"]),
-    ("dmp-reduce", &["libm", "serde", "thiserror"]),
-    ("dmp-sim", &["dmp-log", "dmp-sensor", "libm", "nalgebra", "rayon", "thiserror"]),
-    (
-        "dmp",
-        &[
-            "crossbeam-channel",
-            "dmp-cast",
-            "dmp-log",
-            "dmp-map",
-            "dmp-reduce",
-            "dmp-sensor",
-            "postcard",
-            "rayon",
-            "serde",
-            "thiserror",
-        ],
-    ),
-    ("dmp-draw", &["base64", "dmp", "libm", "png"]),
-    ("dmp-truth", &["dmp-map", "dmp-sensor", "libm", "nalgebra", "rayon", "rstar", "thiserror"]),
-    (
-        "dmp-loops",
-        &[
-            "dmp",
-            "dmp-cast",
-            "dmp-log",
-            "dmp-map",
-            "dmp-reduce",
-            "dmp-sensor",
-            "libm",
-            "nalgebra",
-            "rayon",
-            "thiserror",
-        ],
-    ),
-    (
-        "dmp-study",
-        &[
-            "dmp",
-            "dmp-draw",
-            "dmp-log",
-            "dmp-map",
-            "dmp-sensor",
-            "dmp-truth",
-            "libm",
-            "rayon",
-            "rstar",
-            "serde",
-            "thiserror",
-        ],
-    ),
-    (
-        "dmp-cli",
-        &[
-            "anyhow",
-            "clap",
-            "clap_complete",
-            "clap_mangen",
-            "ctrlc",
-            "dmp",
-            "dmp-draw",
-            "dmp-log",
-            "dmp-loops",
-            "dmp-map",
-            "dmp-sensor",
-            "dmp-sim",
-            "dmp-study",
-            "dmp-truth",
-            "indicatif",
-            "serde",
-            "serde_json",
-            "tempfile",
-            "zip",
-        ],
-    ),
-];
+use crate::sources::{code_lines, crate_folders, name_of, workspace};
+
+fn page() -> String {
+    std::fs::read_to_string(workspace().join("docs/architecture.md")).unwrap()
+}
+
+/// What stands between backticks in a text.
+fn quoted(text: &str) -> impl Iterator<Item = &str> {
+    text.split('`').skip(1).step_by(2)
+}
+
+/// The lines of a page from the one that begins like this to its paragraph's end.
+fn paragraph<'a>(page: &'a str, beginning: &str) -> &'a str {
+    let start = page.find(&format!("\n{beginning}")).unwrap() + 1;
+    let text = &page[start..];
+    &text[..text.find("\n\n").unwrap_or(text.len())]
+}
+
+/// The dependencies of a manifest, on every platform; not those of tests.
+fn dependencies(manifest: &toml::Table) -> BTreeSet<String> {
+    let targets = manifest.get("target").and_then(toml::Value::as_table).into_iter().flatten();
+    let tables = targets.map(|(_, target)| target.get("dependencies"));
+    let tables = tables.chain([manifest.get("dependencies")]).flatten();
+    tables.flat_map(|table| table.as_table().unwrap().keys().cloned()).collect()
+}
 
 #[test]
-fn no_crate_reaches_above_its_row() {
-    let mut crates: Vec<String> = std::fs::read_dir(workspace().join("crates"))
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+fn the_table_of_crates_is_that_of_the_manifests() {
+    let page = page();
+    let helpers: BTreeSet<String> = quoted(paragraph(&page, "Helpers")).map(str::to_owned).collect();
+    let rows: BTreeMap<&str, BTreeSet<String>> = paragraph(&page, "| crate |")
+        .lines()
+        .skip(2)
+        .map(|row| {
+            let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
+            (cells[0].trim_matches('`'), cells[2].split(", ").map(str::to_owned).collect())
+        })
         .collect();
-    crates.sort();
-    let mut rows: Vec<&str> = TABLE.iter().map(|row| row.0).collect();
-    rows.sort_unstable();
-    assert_eq!(crates, rows, "every crate has a row in the table");
-    for (name, allowed) in TABLE {
-        let manifest =
-            std::fs::read_to_string(workspace().join("crates").join(name).join("Cargo.toml")).unwrap();
-        let manifest: toml::Table = manifest.parse().unwrap();
-        for dependency in manifest["dependencies"].as_table().unwrap().keys() {
-            assert!(allowed.contains(&dependency.as_str()), "{name} may not use {dependency}");
-        }
+    let folders = crate_folders();
+    let crates: Vec<String> = folders.iter().map(|folder| name_of(folder)).collect();
+    assert_eq!(crates, rows.keys().copied().collect::<Vec<_>>(), "every crate has a row in the table");
+    let mut helping = BTreeSet::new();
+    for (folder, (name, row)) in folders.iter().zip(&rows) {
+        let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).unwrap();
+        let used = dependencies(&manifest.parse().unwrap());
+        assert_eq!(*row, &used - &helpers, "what {name} uses, in docs/architecture.md and in its manifest");
+        helping.extend(&used & &helpers);
     }
+    assert_eq!(helpers, helping, "each helper of docs/architecture.md is used");
+}
+
+#[test]
+fn unsafe_code_is_where_the_invariants_say() {
+    let page = page();
+    let invariants = paragraph(&page, "1. World coordinates");
+    let invariant = invariants.lines().skip_while(|line| !line.contains("`unsafe`"));
+    let invariant = invariant.collect::<Vec<_>>().join(" ");
+    let told: BTreeSet<&str> = quoted(&invariant).filter(|name| name.contains(".rs")).collect();
+    let lines = code_lines();
+    let is_unsafe = |line: &str| ["{", "fn", "impl"].iter().any(|of| line.contains(&format!("unsafe {of}")));
+    let found = lines
+        .iter()
+        .filter(|(_, _, line)| is_unsafe(line))
+        .map(|(_, file, _)| file.strip_prefix(workspace().join("crates")).unwrap().to_str().unwrap());
+    assert_eq!(told, found.collect(), "files with unsafe code, in docs/architecture.md and in the crates");
 }

@@ -75,13 +75,3 @@ fn sines_come_from_one_library() {
         assert!(!scored || !banned.iter().any(|w| line.contains(w)), "{}: {line}", file.display());
     }
 }
-
-#[test]
-fn unsafe_code_is_where_it_may_be() {
-    for (_, file, line) in code_lines() {
-        let used = line.contains("unsafe {") || line.contains("unsafe fn") || line.contains("unsafe impl");
-        let may = file.ends_with("dmp-map/src/store/read.rs")
-            || file.parent().is_some_and(|folder| folder.ends_with("dmp-cast/src/lanes"));
-        assert!(!used || may, "{}: {line}", file.display());
-    }
-}
