@@ -1,4 +1,4 @@
-//! `docs/architecture.md` says what is so: what each crate uses, and where code is unsafe.
+//! `docs/architecture.md` says what is so: what each crate uses, where code is unsafe, where things are.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -67,4 +67,21 @@ fn unsafe_code_is_where_the_invariants_say() {
         .filter(|(_, _, line)| is_unsafe(line))
         .map(|(_, file, _)| file.strip_prefix(workspace().join("crates")).unwrap().to_str().unwrap());
     assert_eq!(told, found.collect(), "files with unsafe code, in docs/architecture.md and in the crates");
+}
+
+#[test]
+fn pages_name_files_that_exist() {
+    let folder = std::fs::read_dir(workspace().join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    let pages = folder.chain(["README.md", "CONTRIBUTING.md"].map(|page| workspace().join(page)));
+    let mut missing = Vec::new();
+    for page in pages.filter(|page| page.extension().is_some_and(|e| e == "md")) {
+        let text = std::fs::read_to_string(&page).unwrap();
+        for name in quoted(&text).filter(|name| name.contains("/src/") && !name.contains(char::is_whitespace))
+        {
+            if ![workspace().join("crates"), workspace()].iter().any(|root| root.join(name).exists()) {
+                missing.push(format!("{}: {name}", page.display()));
+            }
+        }
+    }
+    assert!(missing.is_empty(), "no such files:\n{}", missing.join("\n"));
 }
