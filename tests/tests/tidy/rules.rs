@@ -1,6 +1,6 @@
-//! What stays inside which crate.
+//! What stays inside which crate, and what each file has.
 
-use crate::sources::code_lines;
+use crate::sources::{code_lines, crate_folders, rust_files, workspace};
 
 #[test]
 fn foreign_types_stay_inside_their_crate() {
@@ -74,4 +74,17 @@ fn sines_come_from_one_library() {
         .contains(&name.as_str());
         assert!(!scored || !banned.iter().any(|w| line.contains(w)), "{}: {line}", file.display());
     }
+}
+
+#[test]
+fn every_file_says_first_what_it_is_for() {
+    let mut folders = crate_folders();
+    folders.push(workspace().join("xtask"));
+    let files = folders.iter().flat_map(|folder| rust_files(&folder.join("src")));
+    let silent: Vec<String> = files
+        .filter(|file| file.file_name().is_some_and(|name| name != "tests.rs"))
+        .filter(|file| !std::fs::read_to_string(file).unwrap().starts_with("//!"))
+        .map(|file| file.strip_prefix(workspace()).unwrap().display().to_string())
+        .collect();
+    assert!(silent.is_empty(), "{} files without a `//!` header:\n{}", silent.len(), silent.join("\n"));
 }
