@@ -1,5 +1,5 @@
 //! The project seen from outside: whole evaluations against slow oracles and real recordings, the
-//! command with good and bad input, and the rules of the house.
+//! command with good and bad input.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
@@ -34,7 +34,6 @@ mod sanity;
 mod simulated_loops;
 mod simulated_room;
 mod store_format;
-mod tidy;
 mod trails;
 mod truth_study;
 mod truth_surface;

@@ -10,7 +10,6 @@ mod maps;
 mod outputs;
 mod points;
 mod raw;
-mod table;
 mod times;
 mod trajectories;
 

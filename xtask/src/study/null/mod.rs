@@ -58,7 +58,7 @@ fn score(log: &NullLog, set: &Set) -> anyhow::Result<Counts> {
     let named = |(name, trajectory): &(String, Trajectory)| Run::new(name, trajectory.clone());
     let runs: Vec<Run> = set.runs.iter().map(named).collect();
     let sums = sums::Sums::new(log.log.frames().len(), runs.len(), log.scales);
-    let report = dmp::evaluate(log.log.as_ref(), &runs, &Config::default(), &sums)
+    let report = dmp::evaluate(log.log.as_ref(), &runs, &Config::default(), dmp::Watch::sink(&sums))
         .with_context(|| format!("{} of {}", set.name, log.name))?;
     Ok(Counts::of(set, &sums.finish(), &report))
 }

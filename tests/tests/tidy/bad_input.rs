@@ -1,7 +1,6 @@
-//! The list itself: every row has a test and stands in the documentation with it.
+//! Every row of the list of bad input has a test and stands in the documentation with it.
 
-use crate::common::workspace;
-use crate::tidy::rust_files;
+use crate::sources::{rust_files, workspace};
 
 /// Rows of the list.
 const ROWS: usize = 24;
