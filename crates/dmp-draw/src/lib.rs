@@ -21,12 +21,16 @@ mod profile;
 mod promise;
 mod seen;
 pub mod text;
+mod told;
+mod warnings;
 mod worst;
 
 pub use closeup::{DiscInWorld, WINDOW_M};
-pub use columns::{ScoreColumn, columns, is_cross_validated};
+pub use columns::{Ranking, RankingRow, ScoreColumn, ranking};
 pub use page::{PageInput, page};
 pub use painter::{Painter, Pictures};
 pub use promise::promise;
 pub use seen::{FrameScore, SampledReturn, SeenFrame};
+pub use told::{ToldPair, told_pairs};
+pub use warnings::warnings;
 pub use worst::{Pass, Place};

@@ -1,3 +1,5 @@
+use std::str::FromStr;
+
 use crate::Basis;
 use crate::fixed::FixedSum;
 use crate::price::MissPrice;
@@ -43,6 +45,18 @@ pub enum Withheld {
         /// Share of returns with an independent crossing.
         coverage: f64,
     },
+}
+
+/// Reads back the sentence that is written; a coverage has three decimals then.
+impl FromStr for Withheld {
+    type Err = ();
+
+    fn from_str(sentence: &str) -> Result<Self, ()> {
+        let coverage = sentence.split([' ', ',']).nth(2).and_then(|share| share.parse().ok());
+        let low = coverage.map(|coverage| Self::LowCoverage { coverage });
+        let all = [Self::NoReturns, Self::MapGiven].into_iter().chain(low);
+        all.into_iter().find(|why| why.to_string() == sentence).ok_or(())
+    }
 }
 
 impl RunSums {
@@ -279,6 +293,7 @@ mod tests {
         sums.add(&Residuals::MISS);
         let why = sums.r_cv_withheld(Basis::CrossValidated).unwrap();
         assert_eq!(why.to_string(), "coverage is 0.333, below 0.5");
+        assert_eq!(why.to_string().parse(), Ok(Withheld::LowCoverage { coverage: 0.333 }));
         assert!(sums.r_cv_widest_m2(MissPrice::default()).is_some());
     }
 }

@@ -11,7 +11,7 @@ use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::own_frame::Placed;
 use crate::plan::{Heads, Plan};
-use crate::report::{Inputs, PassTimes, Report};
+use crate::report::{Inputs, PassTimes, Report, Warning};
 use crate::watch::Watch;
 use crate::{fuse, given, memory, report, sanity, trails};
 
@@ -113,7 +113,7 @@ fn evaluate_in(
     let mut report = report::build(inputs, config, plan, &maps, map_reports, &scored, &hints, times);
     report.memory.disk_bytes_estimated = room.bytes();
     report.memory.disk_bytes = report.memory.scratch_bytes + map_bytes;
-    report.warnings.extend(room_warning);
+    report.warnings.extend(room_warning.map(Warning::Other));
     let maps: Vec<&Store> = casters.of_runs.iter().map(Caster::map).collect();
     watch.scored(&report, &maps);
     memory::look();

@@ -59,11 +59,12 @@ pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
 pub use memory::{machine_memory_bytes, peak_anonymous_bytes};
 pub use own_frame::Frame;
 pub use places::{ScoredPlace, drawn_places, evaluate_quick};
+pub use pose::Pairing;
 pub use posed::{PosedLog, PosedScan};
 pub use report::{
-    ConfigReport, DepthNoiseReport, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport,
-    PairReport, PassTimes, PlacesReport, PromiseReport, Report, RunInputReport, RunReport, SamplingReport,
-    ScaleReport, ScaleScores, SegmentReport, TileReport,
+    Best, ConfigReport, DepthNoiseReport, DropReport, EgoReport, FreeSpaceReport, InputReport, MapReport,
+    MemoryReport, PairReport, PassTimes, PlacesReport, PromiseReport, Report, RunInputReport, RunReport,
+    SamplingReport, ScaleReport, ScaleScores, SegmentReport, TileReport, Verdict, Warning, Withheld,
 };
 pub use sample::{Decide, Looks, Sample};
 pub use watch::{ScoredReturns, Stage, Watch};

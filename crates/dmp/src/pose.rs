@@ -13,12 +13,14 @@ pub(crate) const BLOCK_RAYS: usize = 28 << 10;
 const MIN_BLOCK_RETURNS: usize = 1 << 10;
 
 /// How a run's poses are found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Pairing {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Pairing {
     /// By the time of each return.
+    #[serde(rename = "by stamp")]
     ByStamp,
     /// The n-th pose belongs to the n-th scan; times of returns count from the pose's stamp, where it
     /// has one.
+    #[serde(rename = "line by line")]
     ByLine,
 }
 

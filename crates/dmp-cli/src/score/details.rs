@@ -59,8 +59,7 @@ fn scores(out: &mut impl Write, report: &Report) -> io::Result<()> {
         rows.push(("surfels with trails".to_owned(), Box::new(with_trails)));
         rows.push(("  contradicted".to_owned(), Box::new(move |run| told(run.map.surfels_contradicted))));
     }
-    let runs: Vec<&RunReport> =
-        report.order.iter().filter_map(|name| report.runs.iter().find(|run| run.name == *name)).collect();
+    let runs: Vec<&RunReport> = report.in_order().collect();
     let mut sides = vec![Side::Left];
     sides.resize(1 + runs.len(), Side::Right);
     let mut table = Table::new(sides);

@@ -3,10 +3,10 @@
 use std::io::{self, Write};
 
 use dmp::{FreeSpaceReport, Report, SegmentLength};
-use dmp_draw::{ScoreColumn, columns, is_cross_validated, promise};
+use dmp_draw::{ScoreColumn, promise, ranking};
 
 use super::{details, pairs, sampling};
-use crate::text::{self, NONE, Side, Table, counted, percent};
+use crate::text::{self, Side, Table, counted, percent};
 
 /// Writes the report: settings, runs, pairs, warnings.
 pub(crate) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io::Result<()> {
@@ -31,7 +31,7 @@ pub(crate) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io
     if verbose {
         details::all(out, report)?;
     }
-    let warnings = report.all_warnings();
+    let warnings = dmp_draw::warnings(report);
     if !warnings.is_empty() {
         writeln!(out, "\nWarnings")?;
         for warning in warnings {
@@ -94,37 +94,28 @@ fn left_out(free_space: &FreeSpaceReport) -> String {
 }
 
 fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
-    let cross_validated = is_cross_validated(report);
-    let columns = columns(report);
-    let (unit, per_metre) = columns.first().map_or(("m", 1.0), |column| (column.unit, column.per_metre()));
-    let is_sample = sampling::is_sample(report);
+    let ranking = ranking(report);
+    let is_sample = report.is_sample();
     // Behind the first column, how far a sample may be off.
-    let with_error = |mut cells: Vec<String>, error: String| {
+    let row = |first: String, second: &str, mut cells: Vec<String>, error: String| {
         if is_sample {
-            cells.insert(3, error);
+            cells.insert(1, error);
         }
+        cells.splice(0..0, [first, second.to_owned()]);
         cells
     };
     let mut sides = vec![Side::Right, Side::Left];
-    sides.resize(2 + columns.len() + usize::from(is_sample), Side::Right);
+    sides.resize(2 + ranking.columns.len() + usize::from(is_sample), Side::Right);
     let mut table = Table::new(sides);
     let sure = text::confidence(report.promise.confidence);
-    for (line, (title, error)) in [("run", "±"), ("", sure.as_str()), ("", unit)].into_iter().enumerate() {
-        let heads = columns.iter().map(|column| head_of(column, line));
-        let cells = [String::new(), title.to_owned()].into_iter().chain(heads).collect();
-        table.row(with_error(cells, error.to_owned()));
+    let errors = ["±", &sure, ranking.unit()];
+    for (line, (title, error)) in ["run", "", ""].into_iter().zip(errors).enumerate() {
+        let heads = ranking.columns.iter().map(|column| head_of(column, line)).collect();
+        table.row(row(String::new(), title, heads, error.to_owned()));
     }
-    for (place, name) in report.order.iter().enumerate() {
-        let Some(run) = report.runs.iter().find(|run| run.name == *name) else { continue };
-        let above = place.checked_sub(1).and_then(|above| report.order.get(above));
-        let tied = above.is_some_and(|above| report.ties.iter().any(|[a, b]| a == above && b == name));
-        let rank = if tied { "=".to_owned() } else { (place + 1).to_string() };
-        let show = |column: &ScoreColumn| column.show(run).unwrap_or_else(|| NONE.to_owned());
-        let error = sampling::half_width(run, cross_validated, per_metre);
-        table.row(with_error(
-            [rank, name.clone()].into_iter().chain(columns.iter().map(show)).collect(),
-            error,
-        ));
+    for run in &ranking.rows {
+        let error = sampling::half_width(&ranking, run);
+        table.row(row(run.rank.clone(), &run.run.name, run.cells.clone(), error));
     }
     table.write(out, "")?;
     writeln!(out)?;
@@ -134,7 +125,7 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
     let rates = format!("rays that hit nothing; blocked: that hit something over {blocked_m} m too early");
     let has_depth = report.runs.iter().any(|run| run.dmp_depth_mean_m2.is_some());
     let depth = if has_depth { "; depth: along the optical axis, as cameras measure" } else { "" };
-    if is_cross_validated(report) {
+    if report.is_cross_validated() {
         writeln!(out, "R_cv      {means};")?;
         let missing_m = widest_m * report.config.miss_price.sqrt();
         writeln!(
@@ -154,7 +145,7 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
         writeln!(out, "DMP       mean square to the first surfel on the ray, not cut off{depth}")?;
     }
     writeln!(out, "miss      {rates}")?;
-    if sampling::is_sample(report) {
+    if is_sample {
         writeln!(out, "±         how far the score before it may be off, as sure as is said")?;
     }
     if !report.ties.is_empty() {

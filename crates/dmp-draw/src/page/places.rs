@@ -1,7 +1,6 @@
 //! The worst places of every run.
 
 use super::html::{figure, grid, keys, list, paragraph};
-use super::maps::score_of;
 use super::overlay::{self, Frame};
 use crate::closeup::{COLOURS, Closeup};
 use crate::colour::hex;
@@ -64,7 +63,7 @@ fn article(
     let when = place.passes.first().map_or_else(String::new, |pass| times(pictures, pass));
     let heading = format!("{}. {when}", number + 1);
     let id = format!("place-{}-{}", place.run, number + 1);
-    let basis = score_of(pictures.bases[place.run]);
+    let basis = pictures.bases[place.run];
     let own = format!("Off by {} ({basis} at 0.5 and 2 m)", misses(&place.score));
     let best = match &place.best {
         Some((best, score)) => {

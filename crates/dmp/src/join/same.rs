@@ -2,7 +2,8 @@
 
 use std::fmt::Display;
 
-use super::{JoinError, NamedReport};
+use super::error::JoinError;
+use super::named::NamedReport;
 use crate::report::Report;
 
 /// What must be the same, as it is told; the field, as in the JSON; its value.
@@ -31,8 +32,8 @@ const FACTS: [Fact; 37] = [
     ("settings", "config.min_range_m", |report| report.config.min_range_m.to_string()),
     ("settings", "config.max_range_m", |report| report.config.max_range_m.to_string()),
     ("settings", "config.horizon_m", |report| report.config.horizon_m.to_string()),
-    ("settings", "config.ego", |report| report.config.ego.clone()),
-    ("settings", "config.ego_box_m", |report| format!("{:?}", report.config.ego_box_m)),
+    ("settings", "config.ego", |report| report.config.ego.name().to_owned()),
+    ("settings", "config.ego_box_m", |report| format!("{:?}", report.config.ego.box_m())),
     ("settings", "config.voxel_m", |report| report.config.voxel_m.to_string()),
     ("settings", "config.tile_edge_m", |report| report.config.tile_edge_m.to_string()),
     ("settings", "config.disc_radius_m", |report| report.config.disc_radius_m.to_string()),
@@ -46,7 +47,7 @@ const FACTS: [Fact; 37] = [
     ("segments", "config.segments.length_s", |report| or_null(report.config.segments.length_s)),
     ("segments", "config.segments.length_scans", |report| or_null(report.config.segments.length_scans)),
     ("segments", "config.segments.count", |report| report.config.segments.count.to_string()),
-    ("vehicle", "config.ego_cells", |report| report.config.ego_cells.to_string()),
+    ("vehicle", "config.ego_cells", |report| report.config.ego.cells.to_string()),
 ];
 
 /// Refuses reports whose scores cannot be compared.

@@ -177,7 +177,8 @@ fn told(error: StudyError) -> anyhow::Error {
 }
 
 fn tell(study: &Study) {
-    for note in study.notes.iter().chain(&study.score.warnings) {
+    let warnings = study.score.warnings.iter().map(ToString::to_string);
+    for note in study.notes.iter().cloned().chain(warnings) {
         eprintln!("note: {note}");
     }
 }
