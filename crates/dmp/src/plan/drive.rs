@@ -61,9 +61,6 @@ fn steps_m(frames: &[PlannedFrame], poses: &[RunPoses<'_>]) -> Vec<f64> {
     frames.windows(2).map(step).collect()
 }
 
-/// What a run cannot be called: the words that stand for no run in a report's verdicts.
-const RESERVED_NAMES: [&str; 3] = ["mixed", "same", "undecided"];
-
 fn check_runs(runs: &[Run], config: &Config) -> Result<(), EvaluateError> {
     if runs.is_empty() {
         return Err(EvaluateError::NoRuns);
@@ -71,9 +68,6 @@ fn check_runs(runs: &[Run], config: &Config) -> Result<(), EvaluateError> {
     for (k, run) in runs.iter().enumerate() {
         if runs[..k].iter().any(|other| other.name == run.name) {
             return Err(EvaluateError::SameName { name: run.name.clone() });
-        }
-        if RESERVED_NAMES.contains(&run.name.as_str()) {
-            return Err(EvaluateError::ReservedName { name: run.name.clone() });
         }
     }
     if config.decide.is_some() && runs.len() < 2 {
