@@ -2,10 +2,12 @@ use std::fmt;
 use std::io::IsTerminal as _;
 
 use dmp::{Stage, Watch};
+use dmp_draw::text;
 use dmp_truth::surface::{SurfaceError, SurfaceWatch};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-use crate::{Common, process, text};
+use crate::common::Common;
+use crate::process;
 
 /// The progress of an evaluation, on standard error where that is a terminal. Gone when dropped.
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! What a reducer answers, once it has seen its frames.
 
 use crate::basis::Basis;
-use crate::compare::{Asked, Comparison, chance, compare};
+use crate::compare::{Comparison, chance, compare};
 use crate::family::EqualPairs;
 use crate::frame::pairs_of;
 use crate::order::{Ranked, order_runs};
@@ -10,6 +10,7 @@ use crate::ratio::{Estimate, Ratio};
 use crate::reducer::{Reducer, RunTotals};
 use crate::run::RunSums;
 use crate::same::Promise;
+use crate::scale_comparison::Asked;
 use crate::scales::{CV, NEAR, WIDEST};
 use crate::student::Confidence;
 use crate::verdict::Verdict;

@@ -1,6 +1,6 @@
 use std::cmp::Ordering;
 
-use crate::Basis;
+use crate::basis::Basis;
 use crate::fixed::FixedSum;
 use crate::residuals::{Residuals, Squares};
 use crate::run::RunSums;

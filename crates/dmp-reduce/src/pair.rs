@@ -1,4 +1,4 @@
-use crate::Basis;
+use crate::basis::Basis;
 use crate::fixed::FixedSum;
 use crate::frame::{FrameSums, PairSums};
 use crate::ratio::{Frames, Ratio};

@@ -134,7 +134,7 @@ impl Reducer {
         }
         let resumed =
             Self { frames_added: 0, runs: seen.runs, pairs: seen.pairs, layout: empty.layout.clone() };
-        empty.check_room(seen.frames, resumed.returns())?;
+        empty.check_bounds(seen.frames, resumed.returns())?;
         Ok(Self { frames_added: seen.frames, ..resumed })
     }
 
@@ -153,7 +153,7 @@ impl Reducer {
         }
         let runs = frame.runs();
         let returns = runs.first().map_or(0, RunSums::returns);
-        self.check_room(1, returns)?;
+        self.check_bounds(1, returns)?;
         if returns > FRAME_RETURNS {
             return Err(ReduceError::TooManyReturns);
         }
@@ -177,7 +177,7 @@ impl Reducer {
         if self.layout != other.layout {
             return Err(ReduceError::OtherLayout);
         }
-        self.check_room(other.frames_added, other.returns())?;
+        self.check_bounds(other.frames_added, other.returns())?;
         self.frames_added += other.frames_added;
         for (mine, theirs) in self.runs.iter_mut().zip(&other.runs) {
             mine.merge(theirs);
@@ -188,7 +188,7 @@ impl Reducer {
         Ok(())
     }
 
-    fn check_room(&self, frames: u64, returns: u64) -> Result<(), ReduceError> {
+    fn check_bounds(&self, frames: u64, returns: u64) -> Result<(), ReduceError> {
         let all = self.layout.frames.0;
         if frames > all - self.frames_added {
             return Err(ReduceError::FrameTwice { frames: all });

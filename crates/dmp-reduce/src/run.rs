@@ -1,6 +1,6 @@
 use std::str::FromStr;
 
-use crate::Basis;
+use crate::basis::Basis;
 use crate::fixed::FixedSum;
 use crate::price::MissPrice;
 use crate::residuals::{Residuals, Squares};

@@ -1,4 +1,4 @@
-use crate::guard::Place;
+use crate::guard::Stretch;
 use crate::ratio::{FRAMES_NEEDED, GROUPS_NEEDED};
 use crate::scales::{Reach, Scales};
 
@@ -23,7 +23,7 @@ pub enum Verdict {
         /// The scale at which the places speak against it, metres.
         opposed_at_m: f64,
         /// Where the other run is better.
-        places: Vec<Place>,
+        places: Vec<Stretch>,
         /// Common returns.
         returns: u64,
     },
@@ -93,7 +93,7 @@ impl Verdict {
                 format!("better {} ({returns} common returns)", reach(*decided_at_m, scales))
             }
             Self::Mixed { decided_at_m, opposed_at_m, places, returns, .. } => {
-                let named = |p: &Place| match (frame_of(p.first), frame_of(p.last)) {
+                let named = |p: &Stretch| match (frame_of(p.first), frame_of(p.last)) {
                     (first, last) if first == last => format!("{first}"),
                     (first, last) => format!("{first}–{last}"),
                 };

@@ -3,12 +3,11 @@
 use std::fmt;
 
 use dmp::{PairReport, Report, ScaleReport, Verdict};
+use dmp_draw::text::digits;
 use serde::Serialize;
 
 use super::limit::{Bound, Limit};
-use super::unknown_run;
 use crate::exit::Usage;
-use crate::text::digits;
 
 /// A gate that was asked for.
 #[derive(Debug, Clone)]
@@ -176,6 +175,11 @@ impl Asked {
     }
 }
 
+/// A run that no gate can speak of.
+fn unknown_run(option: &str, name: &str, runs: &[&str]) -> Usage {
+    Usage(format!("{option}: no run is called `{name}`; the runs are {}", runs.join(", ")))
+}
+
 /// How far a run may be apart from another one, at the scale that says most.
 fn how_same(pair: &PairReport, other: &str) -> String {
     let of_margin = |scale: &ScaleReport| Some(scale.apart_at_most_m? / scale.margin_m?);
@@ -218,7 +222,7 @@ fn told(pair: &PairReport, name: &str, other: &str) -> String {
 mod tests {
     use super::super::limit::{above, below};
     use super::*;
-    use crate::score::sample;
+    use crate::example_reports;
 
     fn told(asked: &Asked, report: &Report) -> Vec<String> {
         let word = |gate: &GateReport| format!("{} {gate}", if gate.passed { "passed" } else { "FAILED" });
@@ -227,7 +231,7 @@ mod tests {
 
     #[test]
     fn a_limit_is_for_one_run_or_all() {
-        let report = sample::three_runs();
+        let report = example_reports::three_runs();
         let all = Asked::Limit(above("R_cv=1.5").unwrap(), Bound::Above);
         let expected = [
             "FAILED drift: R_cv 10 m is not given: coverage is 0.431, below 0.5 (--fail-above R_cv=1.5)",
@@ -249,7 +253,7 @@ mod tests {
             told(&squares, &report),
             ["FAILED truth: DMP mean is 3.46 m², above 3.40 m² (--fail-above truth:DMP=3.4)"]
         );
-        let given = sample::given_maps();
+        let given = example_reports::given_maps();
         let coverage = Asked::Limit(below("a:coverage=1%").unwrap(), Bound::Below);
         let withheld = "FAILED a: coverage is not given: the map was given (--fail-below a:coverage=1%)";
         assert_eq!(told(&coverage, &given), [withheld]);
@@ -263,7 +267,7 @@ mod tests {
 
     #[test]
     fn the_best_is_decided_against_every_other() {
-        let report = sample::three_runs();
+        let report = example_reports::three_runs();
         let expected = [
             "FAILED truth: undecided against größe (--expect-best truth)",
             "passed truth: better than drift, at R_cv 10 m (--expect-best truth)",
@@ -285,7 +289,7 @@ mod tests {
 
     #[test]
     fn the_same_is_more_than_undecided() {
-        let mut report = sample::three_runs();
+        let mut report = example_reports::three_runs();
         let asked = Asked::Same(Some(("truth".into(), "größe".into())));
         // The scale is told at which most is left possible, in parts of what counts as the same.
         for pair in &mut report.pairs {
@@ -315,7 +319,7 @@ mod tests {
 
     #[test]
     fn runs_that_were_not_compared_fail() {
-        let mut report = sample::three_runs();
+        let mut report = example_reports::three_runs();
         report.pairs.clear();
         for asked in [Asked::Best("truth".into()), Asked::Unbeaten("truth".into())] {
             let gates = asked.check(&report);

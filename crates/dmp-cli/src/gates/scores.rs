@@ -1,8 +1,7 @@
 //! The scores that a gate can speak of.
 
 use dmp::{Basis, RunReport};
-
-use crate::text::{digits, percent};
+use dmp_draw::text::{digits, percent};
 
 /// A score of a run, as the table shows it.
 #[derive(Debug)]

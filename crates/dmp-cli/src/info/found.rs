@@ -3,7 +3,7 @@ use dmp_sensor::{Isometry3, PinholeCamera};
 use serde::Serialize;
 
 use crate::exit::one_line;
-use crate::runs::LoadedRun;
+use crate::loaded_run::LoadedRun;
 
 /// What is in a log. Serialised, it is the command's JSON: schema `dmp-info/1`.
 #[derive(Debug, Clone, PartialEq, Serialize)]

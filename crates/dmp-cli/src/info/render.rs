@@ -1,7 +1,8 @@
 use std::io::{self, Write};
 
+use dmp_draw::text::{self, NONE, Side, Table, count, counted, digits, seconds};
+
 use super::found::{Camera, Frame, Info, Scans, Stream, Topic, TrajectoryInfo};
-use crate::text::{self, NONE, Side, Table, count, counted, digits, seconds};
 
 /// Writes what is in a log for a person.
 pub(super) fn info(out: &mut impl Write, info: &Info) -> io::Result<()> {

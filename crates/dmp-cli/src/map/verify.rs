@@ -2,10 +2,13 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
+use dmp_draw::text;
 use dmp_map::{Store, Tile, TileEntry, TileId};
 
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::process;
 use crate::progress::Progress;
-use crate::{Common, Exit, process, text};
 
 /// Read every byte of a map and check it: checksums, counts, bounds
 ///

@@ -3,9 +3,9 @@
 use std::io::{self, Write};
 
 use dmp::{Report, RunReport};
+use dmp_draw::text::{self, NONE, Side, Table, count, digits};
 
 use super::pairs;
-use crate::text::{self, NONE, Side, Table, count, digits};
 
 /// Writes everything that the tables above leave out.
 pub(super) fn all(out: &mut impl Write, report: &Report) -> io::Result<()> {

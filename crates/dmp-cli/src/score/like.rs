@@ -6,7 +6,7 @@ use anyhow::bail;
 use dmp::{Confidence, Config, Margin, MissPrice, Report, Sample};
 use dmp_log::LogSummary;
 
-use crate::compare::read_result;
+use crate::saved_result::read_result;
 
 /// The options whose values are those of the result.
 pub(super) const TAKEN: [&str; 16] = [

@@ -8,8 +8,6 @@ mod pairs;
 pub(crate) mod parse;
 mod promise;
 pub(crate) mod render;
-#[cfg(test)]
-pub(crate) mod sample;
 mod sampling;
 
 use std::fs;
@@ -22,6 +20,9 @@ use dmp::{Config, Report, Scales, evaluate, evaluate_quick};
 use dmp_log::TrajectoryFormat;
 use serde::Serialize;
 
+use crate::common::Common;
+use crate::exit::Usage;
+use crate::exit::{Exit, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::log_args::LogArgs;
 use crate::named::{NamedFile, maps_of};
@@ -29,7 +30,6 @@ use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::take_folder;
 use crate::settings::{ResumeArgs, SettingsArgs};
-use crate::{Common, Exit, when_printed};
 use like::Like;
 use outputs::{OutputArgs, Recorder};
 use promise::PromiseArgs;
@@ -120,10 +120,6 @@ struct Scored<'a> {
     gates: &'a [GateReport],
 }
 
-/// Why a room has no page.
-pub(crate) const NO_PAGE_OF_ROOMS: &str =
-    "--report: its maps and places are those of drives; it draws no rooms";
-
 impl ScoreArgs {
     fn config(&self) -> Config {
         let settings =
@@ -162,7 +158,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             like.iter().try_for_each(|like| like.check_log(log.summary()))?;
             let config = config.settled(log.summary());
             if arguments.outputs.report.is_some() && config.scales() == Scales::Room {
-                bail!(crate::exit::Usage(NO_PAGE_OF_ROOMS.to_owned()));
+                bail!(Usage(outputs::page::NO_ROOMS.to_owned()));
             }
             let recorder = Recorder::new(outputs, log.as_ref(), &runs, &config, common)?;
             let evaluated = evaluate(log.as_ref(), &runs, &config, &recorder);

@@ -3,10 +3,10 @@
 use std::io::{self, Write};
 
 use dmp::{Reach, Report, ScaleReport, Scales, Verdict};
+use dmp_draw::text::{NONE, Side, Table, count, digits};
 use dmp_draw::{ToldPair, told_pairs};
 
 use super::sampling;
-use crate::text::{NONE, Side, Table, count, digits};
 
 /// How the first run of a pair stands to the second.
 fn standing(verdict: &Verdict) -> &'static str {
@@ -86,11 +86,11 @@ pub(super) fn scales(out: &mut impl Write, report: &Report) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::sample;
+    use crate::example_reports;
 
     #[test]
     fn differences_are_turned_with_the_pair() {
-        let mut report = sample::three_runs();
+        let mut report = example_reports::three_runs();
         let before: Vec<[String; 2]> =
             told_pairs(&report).iter().map(|told| difference(told, &told.pair.scales[0])).collect();
         for pair in &mut report.pairs {
@@ -107,12 +107,12 @@ mod tests {
 
     #[test]
     fn many_runs_show_neighbours_and_the_best() {
-        let report = sample::many_runs(7);
+        let report = example_reports::many_runs(7);
         let shown: Vec<(&str, &str)> =
             told_pairs(&report).iter().map(|told| (told.first, told.second)).collect();
         assert_eq!(shown.len(), 6 + 5);
         assert!(shown.contains(&("run 0", "run 6")) && shown.contains(&("run 5", "run 6")));
         assert!(!shown.contains(&("run 1", "run 3")));
-        assert_eq!(told_pairs(&sample::many_runs(5)).len(), 10);
+        assert_eq!(told_pairs(&example_reports::many_runs(5)).len(), 10);
     }
 }

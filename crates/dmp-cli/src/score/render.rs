@@ -3,10 +3,10 @@
 use std::io::{self, Write};
 
 use dmp::{FreeSpaceReport, Report, SegmentLength};
+use dmp_draw::text::{self, Side, Table, counted, percent};
 use dmp_draw::{ScoreColumn, promise, ranking};
 
 use super::{details, pairs, sampling};
-use crate::text::{self, Side, Table, counted, percent};
 
 /// Writes the report: settings, runs, pairs, warnings.
 pub(crate) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io::Result<()> {
@@ -162,7 +162,7 @@ fn limits(report: &Report) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::sample;
+    use crate::example_reports;
 
     fn text_of(given: &Report, verbose: bool) -> String {
         let mut text = Vec::new();
@@ -211,7 +211,7 @@ Scores compare runs of this log under these settings only.
 At most 1 % of commands tell any two equal runs apart: all pairs and 4 scales share that, so each interval is at 99.75 %.
 ",
         ];
-        assert_eq!(text_of(&sample::three_runs(), false), expected.concat());
+        assert_eq!(text_of(&example_reports::three_runs(), false), expected.concat());
     }
 
     #[test]
@@ -230,12 +230,12 @@ At most 1 % of commands tell any two equal runs apart: all pairs and 4 scales sh
 Scores compare runs of this log under these settings only.
 ",
         ];
-        assert_eq!(text_of(&sample::one_run(), false), expected.concat());
+        assert_eq!(text_of(&example_reports::one_run(), false), expected.concat());
     }
 
     #[test]
     fn given_maps_are_ranked_by_the_nearest_surfel() {
-        let text = text_of(&sample::given_maps(), false);
+        let text = text_of(&example_reports::given_maps(), false);
         assert!(text.contains("every scan a segment"), "{text}");
         assert!(!text.contains("R_cv"), "{text}");
         assert!(text.contains("\n2  b      1.20   0.400    4.00  13.8   2.1     12.3\n"), "{text}");
@@ -244,7 +244,7 @@ Scores compare runs of this log under these settings only.
 
     #[test]
     fn a_verbose_report_leaves_nothing_out() {
-        let text = text_of(&sample::three_runs(), true);
+        let text = text_of(&example_reports::three_runs(), true);
         for part in [
             "truth   größe  R_cv 0.2 m        -0.00508  -0.00614 to -0.00402         876,543\n",
             "  99 % interval      2.00 to 2.50  2.20 to 2.75             –\n",

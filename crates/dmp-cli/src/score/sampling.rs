@@ -2,10 +2,10 @@
 
 use clap::Args;
 use dmp::{Config, Decide, PairReport, PlacesReport, Report, Sample, SamplingReport, ScaleReport};
+use dmp_draw::text::{self, NONE, counted, digits};
 use dmp_draw::{Ranking, RankingRow};
 
 use crate::parse::{Pair, pair};
-use crate::text::{self, NONE, counted, digits};
 
 /// Which of the scans are scored. The maps are made of all scans in use.
 #[derive(Debug, Args)]

@@ -5,12 +5,13 @@ use clap::Args;
 use dmp_log::write_tum_poses;
 use dmp_sim::{CityOptions, CityRecording};
 
+use super::fault::told;
 use super::progress::Progress;
 use super::recording::{RecordingArgs, save_scans};
-use super::told;
+use crate::common::Common;
+use crate::exit::Exit;
 use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
 use crate::save::save;
-use crate::{Common, Exit};
 
 /// Make a log of a drive of any length through a city without end, and its true trajectory
 ///

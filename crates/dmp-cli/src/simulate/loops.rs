@@ -10,9 +10,11 @@ use dmp_log::{
 use dmp_sensor::{PoseEdge, Trajectory};
 use dmp_sim::{LoopGraph, LoopGraphOptions, LoopKind, ate_rmse_m};
 
-use super::told;
+use super::fault::told;
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::parse;
 use crate::save::{refuse_same, save};
-use crate::{Common, Exit, parse};
 
 /// Make a pose graph without loops from a true trajectory, and loop candidates with labels
 ///

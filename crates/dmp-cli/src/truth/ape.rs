@@ -2,7 +2,8 @@ use clap::{Args, ValueEnum};
 use dmp_truth::trajectory::{Relation, absolute};
 
 use super::compare::{CompareArgs, Metric};
-use crate::{Common, Exit};
+use crate::common::Common;
+use crate::exit::Exit;
 
 /// Absolute pose error of a trajectory against a reference, as `evo_ape`
 ///

@@ -14,8 +14,9 @@ use dmp_truth::trajectory::{
 use serde::Serialize;
 
 use super::results_zip;
+use crate::common::Common;
+use crate::exit::Exit;
 use crate::exit::Usage;
-use crate::{Common, Exit};
 
 /// Arguments of both, named as users of evo know them.
 #[derive(Debug, Args)]

@@ -9,7 +9,8 @@ mod study;
 
 use clap::Subcommand;
 
-use crate::{Common, Exit};
+use crate::common::Common;
+use crate::exit::Exit;
 
 /// Compare with ground truth
 #[derive(Debug, Subcommand)]

@@ -2,7 +2,8 @@ use clap::{Args, ValueEnum};
 use dmp_truth::trajectory::{DeltaUnit, PairOptions, Relation, relative};
 
 use super::compare::{CompareArgs, Metric, PairsJson, as_python};
-use crate::{Common, Exit};
+use crate::common::Common;
+use crate::exit::Exit;
 
 /// Relative pose error of a trajectory against a reference, as `evo_rpe`
 ///

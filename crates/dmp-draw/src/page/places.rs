@@ -10,7 +10,7 @@ use crate::plot::escape;
 use crate::profile::time_of;
 use crate::seen::FrameScore;
 use crate::text::digits;
-use crate::worst::{Pass, Place};
+use crate::worst::{Pass, WorstPlace};
 
 /// Passes told of a place.
 const PASSES: usize = 4;
@@ -56,7 +56,7 @@ fn article(
     pictures: &Pictures,
     names: &[&str],
     number: usize,
-    place: &Place,
+    place: &WorstPlace,
 ) -> Result<String, png::EncodingError> {
     let name = names[place.run];
     let [x, y, _] = place.centre_in_world_m;
@@ -123,7 +123,7 @@ fn clock(seconds: f64) -> String {
 /// From above and from the side.
 fn views(
     pictures: &Pictures,
-    place: &Place,
+    place: &WorstPlace,
     closeup: &Closeup,
     name: &str,
     number: usize,

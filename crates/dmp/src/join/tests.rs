@@ -1,7 +1,7 @@
 use serde_json::{Value, json};
 
 use super::*;
-use crate::report::sample::{scores as whole, scores_json as samples};
+use crate::report::sample_data::{scores as whole, scores_json as samples};
 use crate::report::{Report, ScaleScores, Verdict, Warning};
 
 /// A report as if only these runs had been scored, called after the first letters.

@@ -114,7 +114,7 @@ impl Report {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sample::scores;
+    use super::super::sample_data::scores;
     use super::*;
 
     #[test]

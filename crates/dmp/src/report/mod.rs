@@ -9,7 +9,7 @@ mod inputs;
 mod pair;
 mod run;
 #[cfg(test)]
-pub(crate) mod sample;
+pub(crate) mod sample_data;
 mod sampling;
 mod scores;
 mod settings;

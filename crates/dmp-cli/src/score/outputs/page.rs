@@ -8,6 +8,9 @@ use dmp_draw::{PageInput, Pictures, page};
 
 use crate::save::save_text;
 
+/// Why a room has no page.
+pub(crate) const NO_ROOMS: &str = "--report: its maps and places are those of drives; it draws no rooms";
+
 /// Writes the page; tells its length in bytes.
 pub(crate) fn write(
     path: &Path,

@@ -9,8 +9,8 @@ use dmp_truth::surface::{
 };
 use dmp_truth::trajectory::rigid_alignment;
 
-use super::SmdArgs;
-use crate::Common;
+use super::args::SmdArgs;
+use crate::common::Common;
 use crate::exit::Usage;
 use crate::extrinsic;
 use crate::log_args::LogHead;

@@ -1,7 +1,5 @@
 //! `dmp compare`: results that were saved, beside each other.
 
-mod read;
-
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -11,13 +9,13 @@ use dmp::{JoinError, JoinedReport, NamedReport, Report, join_reports};
 use serde::Serialize;
 
 use crate::exit::Usage;
+use crate::exit::{Exit, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::named::{NamedFile, names_of};
 use crate::save::refuse_same;
+use crate::saved_result::read_result;
 use crate::score::outputs::{page, targets};
 use crate::score::render;
-use crate::{Exit, when_printed};
-pub(crate) use read::read_result;
 
 /// Compare saved results of `dmp score --json` of one log
 ///
@@ -91,7 +89,7 @@ pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Resu
     let results = arguments.results.iter().zip(names).map(read).collect::<anyhow::Result<Vec<_>>>()?;
     let JoinedReport { mut report, runs_of, not_compared } = join_reports(&results).map_err(with_remedy)?;
     if arguments.report.is_some() && report.config.scales == dmp::Scales::Room {
-        bail!(Usage(crate::score::NO_PAGE_OF_ROOMS.to_owned()));
+        bail!(Usage(page::NO_ROOMS.to_owned()));
     }
     let runs: Vec<&str> = report.order.iter().map(String::as_str).collect();
     let gates = arguments.gates.start(&runs)?;
