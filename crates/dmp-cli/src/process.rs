@@ -1,3 +1,5 @@
+//! What the process as a whole sets up: memory, interrupts, panics that are caught.
+
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::exit::Exit;

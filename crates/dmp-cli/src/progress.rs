@@ -1,3 +1,5 @@
+//! How far an evaluation is, on standard error.
+
 use std::fmt;
 use std::io::IsTerminal as _;
 

@@ -1,3 +1,5 @@
+//! What a run, or a pair of runs, is judged by: `R_cv` or `R_near`.
+
 use std::fmt;
 
 use crate::scales::{Scales, WIDEST};

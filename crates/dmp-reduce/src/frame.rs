@@ -1,3 +1,5 @@
+//! The sums of all runs, and of all pairs of them, over one frame.
+
 use std::cmp::Ordering;
 
 use crate::basis::Basis;

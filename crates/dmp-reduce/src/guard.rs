@@ -1,3 +1,5 @@
+//! The place guard: whether a run that is better as a whole is better everywhere.
+
 use crate::basis::Basis;
 use crate::pair::{PairTotals, place_count};
 use crate::ratio::Frames;

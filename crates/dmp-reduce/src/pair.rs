@@ -1,3 +1,5 @@
+//! What is kept of a pair of runs over all frames.
+
 use crate::basis::Basis;
 use crate::fixed::FixedSum;
 use crate::frame::{FrameSums, PairSums};

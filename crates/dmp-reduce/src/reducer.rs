@@ -1,3 +1,5 @@
+//! The frames of a log, in any order, into sums whose size does not depend on their number.
+
 use crate::basis::Basis;
 use crate::error::ReduceError;
 use crate::fixed::FixedSum;
@@ -69,6 +71,27 @@ impl Layout {
 ///
 /// Every frame is to be added at most once, a frame without returns too; what is added twice counts
 /// twice. Where not all were added, they are taken for a sample that is spread evenly over the log.
+///
+/// Of R runs it holds 64 integer totals for each of their scores and for each truncation of their R (R − 1) / 2 pairs,
+/// see [`Self::bytes_of`]; a frame takes time in proportion to as many.
+///
+/// ```
+/// use dmp_reduce::{Basis, FrameSums, Layout, Reducer, Residuals};
+///
+/// let layout = Layout::new(4, vec![Basis::CrossValidated; 2]);
+/// let mut frame = FrameSums::new(layout.bases());
+/// frame.add_return(&[Residuals::all(0.1), Residuals::all(0.3)]);
+/// // Two threads have two reducers; merged, they are what one would be.
+/// let [mut first, mut second, mut one] = [0; 3].map(|_| Reducer::new(layout.clone()));
+/// for ordinal in 0..4 {
+///     let half = if ordinal < 2 { &mut first } else { &mut second };
+///     half.add_frame(ordinal, &frame)?;
+///     one.add_frame(ordinal, &frame)?;
+/// }
+/// second.merge(&first)?;
+/// assert_eq!(second, one);
+/// # Ok::<(), dmp_reduce::ReduceError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reducer {
     pub(crate) layout: Layout,

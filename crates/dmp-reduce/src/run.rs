@@ -1,3 +1,5 @@
+//! The sums of one run over any set of returns, and the scores that come of them.
+
 use std::str::FromStr;
 
 use crate::basis::Basis;

@@ -1,8 +1,20 @@
+//! Which of two runs is better, and why, in words.
+
 use crate::guard::Stretch;
 use crate::ratio::{FRAMES_NEEDED, GROUPS_NEEDED};
 use crate::scales::{Reach, Scales};
 
-/// Which of two runs is better, if it can be said.
+/// Which of two runs is better, if it can be said. Runs go by their index, lengths are metres.
+///
+/// ```
+/// use dmp_reduce::{Scales, Verdict};
+///
+/// let verdict = Verdict::Better { which: 0, decided_at_m: 2.0, returns: 900 };
+/// assert_eq!(
+///     verdict.reason(Scales::Drive),
+///     "better at the metre scale: decided at 2 m, undecided above (900 common returns)"
+/// );
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict {
     /// One run is better.

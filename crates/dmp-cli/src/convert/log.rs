@@ -1,3 +1,5 @@
+//! `dmp convert log`: the scans of a log in another format.
+
 use std::io::Write;
 use std::path::PathBuf;
 

@@ -1,3 +1,5 @@
+//! `dmp convert trajectory`: a trajectory in another format.
+
 use std::io::Write;
 use std::path::PathBuf;
 

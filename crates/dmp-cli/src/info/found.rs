@@ -1,3 +1,5 @@
+//! What is in a log and in trajectories beside it: found, and as JSON.
+
 use dmp_log::{Damage, FrameInfo, LogSurvey, ScanStream, TopicInfo};
 use dmp_sensor::{Isometry3, PinholeCamera};
 use serde::Serialize;

@@ -1,3 +1,5 @@
+//! What is in a log, for a person.
+
 use std::io::{self, Write};
 
 use dmp_draw::text::{self, NONE, Side, Table, count, counted, digits, seconds};

@@ -1,3 +1,5 @@
+//! `dmp map build`: a map from a log and a trajectory, a cloud or a mesh.
+
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};

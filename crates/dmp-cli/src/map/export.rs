@@ -1,3 +1,5 @@
+//! `dmp map export`: a map's surfels as a point cloud.
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

@@ -1,3 +1,5 @@
+//! `dmp map info`: what a map holds.
+
 use std::io::Write;
 use std::path::PathBuf;
 

@@ -1,3 +1,5 @@
+//! `dmp map verify`: whether a map is whole.
+
 use std::io::Write;
 use std::path::PathBuf;
 

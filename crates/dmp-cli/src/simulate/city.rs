@@ -1,3 +1,5 @@
+//! `dmp simulate city`: a drive of any length.
+
 use std::io::Write;
 use std::path::PathBuf;
 

@@ -1,3 +1,5 @@
+//! `dmp simulate errors`: a trajectory made worse by a known amount.
+
 use std::io::Write;
 use std::path::PathBuf;
 

@@ -1,3 +1,5 @@
+//! `dmp simulate loops`: a pose graph with true and false loop candidates.
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

@@ -1,3 +1,5 @@
+//! How far a simulation is, on standard error.
+
 use std::cell::Cell;
 use std::io::IsTerminal as _;
 use std::time::Instant;

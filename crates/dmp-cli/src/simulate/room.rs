@@ -1,3 +1,5 @@
+//! `dmp simulate room`: depth images of a furnished room.
+
 use std::collections::HashMap;
 use std::io::Write;
 use std::path::PathBuf;

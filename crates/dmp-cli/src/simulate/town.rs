@@ -1,3 +1,5 @@
+//! `dmp simulate town`: a drive through a small town.
+
 use std::io::Write;
 use std::path::PathBuf;
 

@@ -1,3 +1,5 @@
+//! `dmp truth ape`: the absolute pose error, as `evo_ape` has it.
+
 use clap::{Args, ValueEnum};
 use dmp_truth::trajectory::{Relation, absolute};
 

@@ -1,3 +1,5 @@
+//! `dmp truth rpe`: the relative pose error, as `evo_rpe` has it.
+
 use clap::{Args, ValueEnum};
 use dmp_truth::trajectory::{DeltaUnit, PairOptions, Relation, relative};
 

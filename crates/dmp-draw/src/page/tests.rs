@@ -1,3 +1,5 @@
+//! Pages of the sample data, and of reports that hold less.
+
 use super::*;
 use crate::painter::Painter;
 use crate::seen::{FrameScore, SampledReturn, SeenFrame};

@@ -142,9 +142,10 @@ fn of_places(places: &PlacesReport, log_bytes: u64) -> Vec<Warning> {
     }
     let share = places.bytes_read.map_or(0.0, |bytes| bytes as f64 / log_bytes.max(1) as f64);
     if share > OVER_ASKED * places.share_asked {
-        warnings.push(match places.are_fewest {
-            true => Warning::FewestPlacesRead { share, places: places.drawn },
-            false => Warning::LargePlacesRead { share },
+        warnings.push(if places.are_fewest {
+            Warning::FewestPlacesRead { share, places: places.drawn }
+        } else {
+            Warning::LargePlacesRead { share }
         });
     }
     warnings

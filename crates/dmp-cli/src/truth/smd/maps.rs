@@ -1,3 +1,5 @@
+//! The maps that are measured: given, or fused from a log.
+
 use std::path::Path;
 
 use anyhow::Context as _;

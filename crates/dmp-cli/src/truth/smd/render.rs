@@ -1,3 +1,5 @@
+//! Distances, for a person.
+
 use std::io::{self, Write};
 
 use dmp_draw::text::{NONE, Side, Table, counted, digits, percent};

@@ -1,3 +1,5 @@
+//! Distances, as JSON.
+
 use dmp_truth::surface::{Distances, Extent, SurfaceReport, SurfaceSettings};
 use serde::Serialize;
 
