@@ -247,22 +247,19 @@ impl Reducer {
 
 impl RunTotals {
     fn add_groups(&mut self, ordinal: u64, run: usize, frame: &FrameSums, layout: &Layout) {
-        let total = |(sum, returns): (FixedSum, u64)| Total { sum: sum.units(), returns };
+        let add = |ratio: &mut Ratio, of_group: &dyn Fn(&RunSums) -> (FixedSum, u64)| {
+            let total = |sums: &RunSums| {
+                let (sum, returns) = of_group(sums);
+                Total { sum: sum.units(), returns }
+            };
+            let groups = frame.groups_of_run(run).map(|(group, sums)| (group, total(sums)));
+            ratio.add_frame(ordinal, layout.frames, groups);
+        };
         for (k, ratio) in self.cv.iter_mut().enumerate() {
-            let of_group = |sums: &RunSums| total(sums.cv_ratio(WIDEST + k, layout.miss_price));
-            ratio.add_frame(
-                ordinal,
-                layout.frames,
-                frame.groups_of_run(run).map(|(group, sums)| (group, of_group(sums))),
-            );
+            add(ratio, &|sums| sums.cv_ratio(WIDEST + k, layout.miss_price));
         }
         for (k, ratio) in self.near.iter_mut().enumerate() {
-            let of_group = |sums: &RunSums| total(sums.near_ratio(k));
-            ratio.add_frame(
-                ordinal,
-                layout.frames,
-                frame.groups_of_run(run).map(|(group, sums)| (group, of_group(sums))),
-            );
+            add(ratio, &|sums| sums.near_ratio(k));
         }
     }
 

@@ -2,6 +2,7 @@
 
 mod ape;
 mod compare;
+mod compare_args;
 mod results_zip;
 mod rpe;
 mod smd;
