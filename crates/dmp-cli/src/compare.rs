@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{anyhow, bail};
 use clap::Args;
-use dmp::{JoinError, JoinedReport, NamedReport, Report, join_reports};
+use dmp::{JoinError, JoinedReport, MadeWith, NamedReport, Report, join_reports};
 use serde::Serialize;
 
 use crate::exit::Usage;
@@ -133,7 +133,7 @@ fn json(out: &mut impl Write, output: &Output<'_>) -> io::Result<()> {
 /// What can be done about results that were not made alike.
 fn with_remedy(error: JoinError) -> anyhow::Error {
     match &error {
-        JoinError::Different { what, reports, .. } if !["log", "version of dmp"].contains(what) => {
+        JoinError::Different { what, reports, .. } if !matches!(what, MadeWith::Log | MadeWith::Version) => {
             anyhow!("{error}; `dmp score --like {}` makes results that can be compared with it", reports[0])
         }
         _ => error.into(),

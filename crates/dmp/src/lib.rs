@@ -54,7 +54,7 @@ pub use config::{Config, Ego, FrameOrder, MapSource, Run, RunSource, SegmentLeng
 pub use error::EvaluateError;
 pub use evaluate::evaluate;
 pub use fuse::file_stem_of;
-pub use join::{JoinError, JoinedReport, NamedReport, join_reports};
+pub use join::{JoinError, JoinedReport, MadeWith, NamedReport, join_reports};
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
 pub use memory::{machine_memory_bytes, peak_anonymous_bytes};
 pub use own_frame::Frame;

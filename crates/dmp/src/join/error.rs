@@ -1,5 +1,35 @@
 //! Why reports cannot stand beside each other.
 
+/// What reports must have in common for their scores to be comparable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MadeWith {
+    /// The program.
+    #[error("version of dmp")]
+    Version,
+    /// What was scored.
+    #[error("log")]
+    Log,
+    /// How it was scored.
+    #[error("settings")]
+    Settings,
+    /// Which scans were.
+    #[error("frames")]
+    Frames,
+    /// How the drive was cut.
+    #[error("segments")]
+    Segments,
+    /// What was taken for the vehicle.
+    #[error("vehicle")]
+    Vehicle,
+    /// Which returns were scored.
+    #[error("returns")]
+    Returns,
+    /// Which are in the maps.
+    #[error("returns in the maps")]
+    MapReturns,
+}
+
 /// Why reports cannot stand beside each other.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -16,7 +46,7 @@ pub enum JoinError {
         /// The two.
         reports: Box<[String; 2]>,
         /// What they do not have in common.
-        what: &'static str,
+        what: MadeWith,
         /// The field of the JSON that differs.
         field: String,
         /// Its value in each.

@@ -8,6 +8,6 @@ mod same;
 #[cfg(test)]
 mod tests;
 
-pub use error::JoinError;
+pub use error::{JoinError, MadeWith};
 pub use named::NamedReport;
 pub use reports::{JoinedReport, join_reports};
