@@ -2,10 +2,10 @@
 
 use std::io::Write;
 
-use clap::Args;
+use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 
-use crate::Exit;
+use crate::exit::Exit;
 
 /// Print what a shell needs to complete commands and options
 #[derive(Debug, Args)]
@@ -19,8 +19,12 @@ pub(crate) struct CompletionsArgs {
     shell: Shell,
 }
 
-pub(crate) fn run(arguments: &CompletionsArgs, out: &mut impl Write) -> anyhow::Result<Exit> {
-    let mut command = crate::command();
+/// Prints what completes `command`.
+pub(crate) fn run(
+    arguments: &CompletionsArgs,
+    mut command: Command,
+    out: &mut impl Write,
+) -> anyhow::Result<Exit> {
     // It panics where it cannot write: a reader that goes away must not be met there.
     let mut script = Vec::new();
     generate(arguments.shell, &mut command, "dmp", &mut script);

@@ -1,5 +1,7 @@
-use std::fmt;
+//! How the command ends: exit codes, and errors in a line.
+
 use std::process::ExitCode;
+use std::{fmt, io};
 
 use dmp::{EvaluateError, JoinError};
 use dmp_log::{LogError, LogSetting};
@@ -89,6 +91,19 @@ fn option_of(setting: LogSetting) -> String {
         LogSetting::DepthUnits => "--depth-factor".into(),
         other => other.to_string(),
     }
+}
+
+/// How a command ends whose output was printed, or was to be: what was found stands where nobody reads on.
+pub(crate) fn when_printed(printed: anyhow::Result<()>, exit: Exit) -> anyhow::Result<Exit> {
+    match printed {
+        Err(error) if !is_closed_pipe(&error) => Err(error),
+        _ => Ok(exit),
+    }
+}
+
+/// Whether whoever read the output has read enough (`dmp … | head`). Reading stops; that is no failure.
+pub(crate) fn is_closed_pipe(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }
 
 #[cfg(test)]

@@ -8,9 +8,9 @@ use dmp_log::{Calib, LogSummary, find_calib, read_calib};
 use dmp_sensor::Isometry3;
 
 use crate::exit::Usage;
+use crate::loaded_run::LoadedRun;
 use crate::log_args::LogHead;
 use crate::named::assign;
-use crate::runs::LoadedRun;
 use crate::score::parse;
 
 /// How much of a body's movement must go along an axis for the axis to be its direction: 37 degrees.

@@ -7,13 +7,17 @@
 //! would miss does not belong here.
 
 mod after_help;
+mod common;
 mod compare;
 mod completions;
 mod convert;
+#[cfg(test)]
+mod example_reports;
 mod exit;
 mod extrinsic;
 mod gates;
 mod info;
+mod loaded_run;
 mod log_args;
 mod log_writer;
 mod loops;
@@ -25,6 +29,7 @@ mod process;
 mod progress;
 mod runs;
 mod save;
+mod saved_result;
 mod score;
 mod settings;
 mod simulate;
@@ -35,11 +40,11 @@ use std::io::{self, Write as _};
 use std::process::ExitCode;
 
 use clap::{CommandFactory as _, Parser, Subcommand};
-use dmp_draw::text;
 
 pub use after_help::{HelpBody, HelpPart, help_parts};
+use common::Common;
 pub use exit::Exit;
-use exit::{is_interrupt, is_usage, one_line};
+use exit::{is_closed_pipe, is_interrupt, is_usage, one_line, when_printed};
 
 /// Scores LiDAR SLAM runs without ground truth: which trajectory explains the scans best?
 #[derive(Debug, Parser)]
@@ -53,17 +58,6 @@ struct Cli {
     command: Command,
     #[command(flatten)]
     common: Common,
-}
-
-/// What every subcommand understands.
-#[derive(Debug, clap::Args)]
-struct Common {
-    /// Only errors on standard error
-    #[arg(short, long, global = true)]
-    quiet: bool,
-    /// No progress bar (there is none either where standard error is not a terminal)
-    #[arg(long, global = true)]
-    no_progress: bool,
 }
 
 /// The subcommands, in the order of the help.
@@ -96,8 +90,8 @@ impl Command {
             Self::Convert(command) => command.run(common, out),
             Self::Truth(command) => command.run(common, out),
             Self::Simulate(command) => command.run(common, out),
-            Self::Completions(arguments) => completions::run(arguments, out),
-            Self::Man(arguments) => manual::run(arguments, common, out),
+            Self::Completions(arguments) => completions::run(arguments, command(), out),
+            Self::Man(arguments) => manual::run(arguments, command(), common, out),
         }
     }
 }
@@ -140,19 +134,6 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
             }
         }
     }
-}
-
-/// How a command ends whose output was printed, or was to be: what was found stands where nobody reads on.
-fn when_printed(printed: anyhow::Result<()>, exit: Exit) -> anyhow::Result<Exit> {
-    match printed {
-        Err(error) if !is_closed_pipe(&error) => Err(error),
-        _ => Ok(exit),
-    }
-}
-
-/// Whether whoever read the output has read enough (`dmp … | head`). Reading stops; that is no failure.
-fn is_closed_pipe(error: &anyhow::Error) -> bool {
-    error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }
 
 #[cfg(test)]

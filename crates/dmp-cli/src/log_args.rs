@@ -1,3 +1,5 @@
+//! The log on the command line, and how it is to be read.
+
 use std::path::{Path, PathBuf};
 
 use clap::Args;

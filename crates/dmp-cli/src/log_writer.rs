@@ -1,3 +1,5 @@
+//! Writing logs in any of the formats that are written.
+
 use std::path::Path;
 
 use clap::ValueEnum;

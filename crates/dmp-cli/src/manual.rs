@@ -9,10 +9,13 @@ use clap::{Args, Command};
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
 
+use dmp_draw::text::counted;
+
 use crate::after_help::{HelpBody, help_parts};
+use crate::common::Common;
+use crate::exit::Exit;
 use crate::exit::Usage;
 use crate::save::save;
-use crate::{Common, Exit};
 
 /// Print the manual page of a command, or write those of all
 ///
@@ -30,9 +33,15 @@ pub(crate) struct ManArgs {
     output: Option<PathBuf>,
 }
 
-pub(crate) fn run(arguments: &ManArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
+/// Prints a page of the command `root`, or writes those of all below it.
+pub(crate) fn run(
+    arguments: &ManArgs,
+    root: Command,
+    common: &Common,
+    out: &mut impl Write,
+) -> anyhow::Result<Exit> {
     // Help on help is no page of its own.
-    let mut root = crate::command().disable_help_subcommand(true);
+    let mut root = root.disable_help_subcommand(true);
     root.build();
     let Some(folder) = &arguments.output else {
         page(find(&root, &arguments.command)?, out)?;
@@ -47,7 +56,7 @@ pub(crate) fn run(arguments: &ManArgs, common: &Common, out: &mut impl Write) ->
         left.extend(command.get_subcommands().filter(|command| !command.is_hide_set()));
     }
     if !common.quiet {
-        eprintln!("{}: {}", folder.display(), crate::text::counted(pages, "page"));
+        eprintln!("{}: {}", folder.display(), counted(pages, "page"));
     }
     Ok(Exit::Done)
 }

@@ -1,6 +1,8 @@
+//! What the process as a whole sets up: memory, interrupts, panics that are caught.
+
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::Exit;
+use crate::exit::Exit;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 

@@ -1,11 +1,15 @@
+//! How far an evaluation is, on standard error.
+
 use std::fmt;
 use std::io::IsTerminal as _;
 
 use dmp::Stage;
+use dmp_draw::text;
 use dmp_truth::surface::{SurfaceError, SurfaceWatch};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-use crate::{Common, process, text};
+use crate::common::Common;
+use crate::process;
 
 /// The progress of an evaluation, on standard error where that is a terminal. Gone when dropped.
 #[derive(Debug)]

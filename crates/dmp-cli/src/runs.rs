@@ -4,41 +4,18 @@ use std::path::{Path, PathBuf};
 
 use dmp::{MapSource, Run, RunSource};
 use dmp_log::{
-    LogOutline, LogSummary, PoseTopic, ScanLog, StaticFrames, TopicTrajectory, TrajectoryFile,
-    TrajectoryFormat, is_bag, read_topic_trajectory, read_trajectory_as,
+    LogOutline, LogSummary, PoseTopic, ScanLog, TrajectoryFormat, is_bag, read_topic_trajectory,
+    read_trajectory_as,
 };
-use dmp_sensor::Trajectory;
 
-use crate::Common;
+use crate::common::Common;
 use crate::exit::Usage;
 use crate::extrinsic::{self, BodyFromSensor};
+use crate::loaded_run::LoadedRun;
 use crate::log_args::{LogArgs, LogHead};
 use crate::named::{NamedFile, names_of};
 use crate::score::announce;
 use crate::settings::SettingsArgs;
-
-/// A run's trajectory, read.
-#[derive(Debug)]
-pub(crate) struct LoadedRun {
-    pub(crate) name: String,
-    /// Where it is from, as it was given.
-    pub(crate) given: String,
-    /// The file or bag that it is in.
-    pub(crate) path: PathBuf,
-    /// The file's format, or the type of the messages.
-    pub(crate) format: &'static str,
-    pub(crate) trajectory: Trajectory,
-    pub(crate) out_of_order: usize,
-    pub(crate) repeated: usize,
-    /// The frame that moves, where messages name it.
-    pub(crate) body_frame: Option<String>,
-    /// Those of a bag of its own.
-    pub(crate) static_frames: StaticFrames,
-    pub(crate) notes: Vec<String>,
-    /// Whether part of a bag of its own is lost; the notes say what.
-    pub(crate) damaged: bool,
-    pub(crate) fingerprint: String,
-}
 
 /// Runs with names. Those in files are read first, so that a mistake in them is told before a long log is
 /// read; those in messages when the log is open.
@@ -93,49 +70,6 @@ impl Runs {
             }
         };
         self.0.into_iter().map(finish).collect()
-    }
-}
-
-impl LoadedRun {
-    fn of_file(name: String, given: String, path: &Path, file: TrajectoryFile) -> Self {
-        let TrajectoryFile { format, trajectory, out_of_order, repeated, notes, fingerprint } = file;
-        Self {
-            name,
-            given,
-            path: path.to_owned(),
-            format: format.name(),
-            trajectory,
-            out_of_order,
-            repeated,
-            body_frame: None,
-            static_frames: StaticFrames::default(),
-            notes,
-            damaged: false,
-            fingerprint,
-        }
-    }
-
-    fn of_topic(name: String, given: String, path: &Path, read: TopicTrajectory, own_bag: bool) -> Self {
-        let mut notes = read.notes;
-        if own_bag {
-            notes.insert(0, format!("topic {}", read.topic));
-            notes.extend(read.damage.iter().map(|lost| format!("lost: {}: {}", lost.place, lost.what)));
-        }
-        Self {
-            name,
-            given,
-            path: path.to_owned(),
-            format: read.message_type,
-            trajectory: read.trajectory,
-            out_of_order: read.out_of_order,
-            repeated: read.repeated,
-            body_frame: read.body_frame,
-            static_frames: read.static_frames,
-            // What of the log itself is lost is told with the log.
-            damaged: own_bag && !read.damage.is_empty(),
-            notes,
-            fingerprint: read.fingerprint,
-        }
     }
 }
 

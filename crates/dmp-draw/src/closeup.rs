@@ -3,7 +3,7 @@
 use crate::colour::Rgb;
 use crate::image::Image;
 use crate::seen::SampledReturn;
-use crate::worst::Place;
+use crate::worst::WorstPlace;
 
 /// A window reaches so far to each side of the middle of a place whose stretch is the longest there is, metres.
 pub const WINDOW_M: f64 = 20.0;
@@ -75,7 +75,7 @@ pub(crate) struct Closeup {
 
 impl Closeup {
     /// Pictures of nothing yet. `returns` is about how many sampled returns will come by.
-    pub(crate) fn new(place: &Place, returns: usize) -> Self {
+    pub(crate) fn new(place: &WorstPlace, returns: usize) -> Self {
         let height = ((BELOW + ABOVE) * HALF_PX) as usize;
         let every = returns.div_ceil(RETURNS).max(1);
         Self {
@@ -235,7 +235,7 @@ mod tests {
 
     /// A place at which the way goes north.
     fn closeup() -> Closeup {
-        let place = Place {
+        let place = WorstPlace {
             run: 0,
             centre_in_world_m: [4e5, 5e6, 100.0],
             radius_m: 15.0,

@@ -1,8 +1,63 @@
-//! The columns of the ranking, for tables of every kind.
+//! The table of the runs, the same for a terminal and a page: its columns, its rows and what stands in them.
 
 use dmp::{Report, RunReport};
 
-use crate::text::{digits, percent};
+use crate::text::{NONE, digits, percent};
+
+/// The table of the runs.
+#[derive(Debug)]
+pub struct Ranking<'a> {
+    /// The columns; the runs are ranked by the first, which alone has an interval: of `R_cv`, or of `R_near` where all
+    /// maps were given.
+    pub columns: Vec<ScoreColumn>,
+    /// The runs, best first.
+    pub rows: Vec<RankingRow<'a>>,
+}
+
+/// A run in the table.
+#[derive(Debug)]
+pub struct RankingRow<'a> {
+    /// The run.
+    pub run: &'a RunReport,
+    /// Its rank, or `=` where the run above is not decided to be better.
+    pub rank: String,
+    /// What stands in each column.
+    pub cells: Vec<String>,
+    /// The score of the first column, m².
+    pub value_m2: Option<f64>,
+    /// Its interval, m².
+    pub interval_m2: Option<[f64; 2]>,
+}
+
+impl Ranking<'_> {
+    /// The unit of the first column.
+    pub fn unit(&self) -> &'static str {
+        self.columns.first().map_or("m", |column| column.unit)
+    }
+
+    /// A square, m², as the first column shows it: its root, in [`Self::unit`].
+    pub fn root_of(&self, square_m2: f64) -> f64 {
+        let per_metre = match self.unit() {
+            "mm" => 1000.0,
+            "cm" => 100.0,
+            _ => 1.0,
+        };
+        per_metre * square_m2.max(0.0).sqrt()
+    }
+}
+
+/// The runs of a report with their scores, as a table for people.
+pub fn ranking(report: &Report) -> Ranking<'_> {
+    let columns = columns(report);
+    let row = |(rank, run): (Option<usize>, _)| {
+        let (value_m2, interval_m2) = RunReport::first_score(run, report.leading_basis());
+        let rank = rank.map_or_else(|| "=".to_owned(), |rank| rank.to_string());
+        let cells = columns.iter().map(|column| column.show(run)).collect();
+        RankingRow { run, rank, cells, value_m2, interval_m2 }
+    };
+    let rows = report.ranked().map(row).collect();
+    Ranking { columns, rows }
+}
 
 /// A column of the ranking.
 #[derive(Debug, Clone, Copy)]
@@ -22,18 +77,9 @@ pub struct ScoreColumn {
 }
 
 impl ScoreColumn {
-    /// What it shows of a run; `None` where that has nothing to show.
-    pub fn show(&self, run: &RunReport) -> Option<String> {
-        (self.value)(run, self.index).map(self.show)
-    }
-
-    /// How many of [`Self::unit`] a metre has, for columns that are roots of squares.
-    pub fn per_metre(&self) -> f64 {
-        match self.unit {
-            "mm" => 1000.0,
-            "cm" => 100.0,
-            _ => 1.0,
-        }
+    /// What it shows of a run.
+    fn show(&self, run: &RunReport) -> String {
+        (self.value)(run, self.index).map_or_else(|| NONE.to_owned(), self.show)
     }
 
     /// Name and truncation, as `R_cv 10 m`, or name and detail.
@@ -67,18 +113,13 @@ const fn mean(name: &'static str, value: fn(&RunReport, usize) -> Option<f64>) -
     ScoreColumn { name, scale_m: None, detail: "mean", unit: "m²", value, index: 0, show: digits }
 }
 
-/// Whether at least one run's map was fused from the scans, so that there is `R_cv`.
-pub fn is_cross_validated(report: &Report) -> bool {
-    report.runs.iter().any(|run| run.coverage.is_some())
-}
-
 /// The columns that a report's runs are ranked beside, the one that ranks first: of `R_cv`, or of `R_near` where all
 /// maps were given.
-pub fn columns(report: &Report) -> Vec<ScoreColumn> {
+fn columns(report: &Report) -> Vec<ScoreColumn> {
     let scales = report.config.scales;
     let near_m: &[f64] = &scales.lengths().near_m;
     let near = |index| ScoreColumn::root("R_near", |run, k| run.r_near_m2[k], index, near_m);
-    let cross_validated = is_cross_validated(report);
+    let cross_validated = report.is_cross_validated();
     let mut columns: Vec<ScoreColumn> = if cross_validated {
         // The first of the truncations serves the place guard alone.
         let cv =

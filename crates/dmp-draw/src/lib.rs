@@ -3,7 +3,7 @@
 //! # Brief overview
 //! [`page`] makes a page of a [`Report`](dmp::Report): one file without scripts that needs no network. What the report
 //! does not hold, where and when a run's map is wrong, comes as [`Pictures`]. They are made of what is seen while an
-//! evaluation runs: the sums of every frame ([`SeenFrame`]) tell the [worst places](Place) of each run, a [`Painter`]
+//! evaluation runs: the sums of every frame ([`SeenFrame`]) tell the [worst places](WorstPlace) of each run, a [`Painter`]
 //! takes a sample of the returns in the order of the log and the surfels around the worst places.
 //!
 //! [`plot`] draws points and lines as SVG, [`text`] writes numbers for people. Nothing here opens a file or starts a
@@ -21,12 +21,16 @@ mod profile;
 mod promise;
 mod seen;
 pub mod text;
+mod told;
+mod warnings;
 mod worst;
 
 pub use closeup::{DiscInWorld, WINDOW_M};
-pub use columns::{ScoreColumn, columns, is_cross_validated};
+pub use columns::{Ranking, RankingRow, ScoreColumn, ranking};
 pub use page::{PageInput, page};
 pub use painter::{Painter, Pictures};
 pub use promise::promise;
 pub use seen::{FrameScore, SampledReturn, SeenFrame};
-pub use worst::{Pass, Place};
+pub use told::{ToldPair, told_pairs};
+pub use warnings::warnings;
+pub use worst::{Pass, WorstPlace};

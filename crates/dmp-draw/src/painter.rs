@@ -8,7 +8,7 @@ use crate::closeup::{Closeup, DiscInWorld};
 use crate::ground::{Difference, Grid, Ground};
 use crate::profile::Histogram;
 use crate::seen::{SampledReturn, SeenFrame};
-use crate::worst::{Place, worst_places};
+use crate::worst::{WorstPlace, worst_places};
 
 /// Places with pictures, of all runs together.
 const CLOSEUPS: usize = 20;
@@ -36,7 +36,7 @@ pub struct Pictures {
     /// Indices of the runs, best first.
     pub(crate) order: Vec<usize>,
     /// The worst places of every run, the worst first.
-    pub(crate) places: Vec<Vec<Place>>,
+    pub(crate) places: Vec<Vec<WorstPlace>>,
     /// Pictures of the first of them.
     pub(crate) closeups: Vec<Vec<Closeup>>,
     /// Maps of the best runs; `None` for the others.
@@ -63,7 +63,7 @@ impl Painter {
         let places = worst_places(&frames, runs);
         let of_each = (CLOSEUPS / runs.max(1)).max(1);
         let a_frame = returns as usize / frames.len().max(1);
-        let closeup = |place: &Place| {
+        let closeup = |place: &WorstPlace| {
             let scans: usize = place.passes.iter().map(|pass| pass.frames[1] - pass.frames[0] + 1).sum();
             Closeup::new(place, a_frame * scans)
         };
@@ -157,7 +157,7 @@ impl Painter {
 
 impl Pictures {
     /// The worst places of every run, the worst first.
-    pub fn worst_places(&self) -> &[Vec<Place>] {
+    pub fn worst_places(&self) -> &[Vec<WorstPlace>] {
         &self.places
     }
 }

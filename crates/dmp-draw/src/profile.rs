@@ -1,5 +1,7 @@
 //! Residuals over time, and how large they are.
 
+use dmp::Basis;
+
 use crate::plot::{Axis, Plot, Point, Series, Style};
 use crate::seen::{FrameScore, SampledReturn, SeenFrame};
 
@@ -22,7 +24,7 @@ pub(crate) fn over_time(
     frames: &[SeenFrame],
     start_ns: Option<i64>,
     runs: &[(usize, &str)],
-    score: &str,
+    score: Basis,
 ) -> Plot {
     let times: Vec<f64> = frames.iter().map(|frame| time_of(frame, start_ns)).collect();
     let (first, last) =
@@ -127,14 +129,14 @@ mod tests {
             (0..5).map(|k| frame(10 + k, Some(7_000_000_000 + 500_000_000 * k as i64), 1.0)).collect();
         let start_ns = Some(6_000_000_000);
         assert_eq!(time_of(&frames[4], start_ns), 3.0);
-        let plot = over_time(&frames, start_ns, &[(0, "a")], "R_cv");
+        let plot = over_time(&frames, start_ns, &[(0, "a")], Basis::CrossValidated);
         assert_eq!(plot.series[0].points.len(), 5);
         assert!(plot.series[0].points.iter().all(|point| (point.y - 1.0).abs() < 1e-12));
         let frames: Vec<_> = (0..3).map(|k| frame(4 * k, None, if k == 1 { 0.0 } else { 2.0 })).collect();
         assert_eq!(time_of(&frames[2], None), 8.0);
-        let plot = over_time(&frames, None, &[(0, "a")], "R_cv");
+        let plot = over_time(&frames, None, &[(0, "a")], Basis::CrossValidated);
         assert!(plot.series[0].points[1].y.is_nan(), "nothing was predicted");
-        assert!(over_time(&[], None, &[(0, "a")], "R_cv").series[0].points[0].y.is_nan());
+        assert!(over_time(&[], None, &[(0, "a")], Basis::CrossValidated).series[0].points[0].y.is_nan());
     }
 
     #[test]

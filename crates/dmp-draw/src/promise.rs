@@ -1,3 +1,5 @@
+//! What the verdicts of a report promise together, in words.
+
 use dmp::Report;
 
 use crate::text::{confidence, left};

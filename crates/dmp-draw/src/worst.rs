@@ -18,7 +18,7 @@ const GAP: usize = 3;
 
 /// A place where a run's map is wrong.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Place {
+pub struct WorstPlace {
     /// Index of the run.
     pub run: usize,
     /// Its middle, metres in the world of the run.
@@ -52,7 +52,7 @@ struct Stretch {
 
 /// The worst places of every run, the worst first: those where another run's map is better, by how much; then those
 /// that are as bad in every run, by how bad they are. `frames` are in the order of the log.
-pub(crate) fn worst_places(frames: &[SeenFrame], runs: usize) -> Vec<Vec<Place>> {
+pub(crate) fn worst_places(frames: &[SeenFrame], runs: usize) -> Vec<Vec<WorstPlace>> {
     let travel_m = travel_m(frames, runs);
     let way_m = travel_m.last().copied().unwrap_or(0.0);
     // Equally long, so that none is a rest of a few scans.
@@ -95,7 +95,7 @@ fn travel_m(frames: &[SeenFrame], runs: usize) -> Vec<f64> {
     travel_m
 }
 
-fn worst_of_run(frames: &[SeenFrame], stretches: &[Stretch], run: usize, stretch_m: f64) -> Vec<Place> {
+fn worst_of_run(frames: &[SeenFrame], stretches: &[Stretch], run: usize, stretch_m: f64) -> Vec<WorstPlace> {
     let position = |frame: usize| frames[frame].position_in_world_m[run];
     let mut ranked: Vec<(bool, f64, Option<usize>, &Stretch)> = Vec::new();
     for stretch in stretches.iter().filter(|stretch| stretch.scores[run].predicted >= FEWEST_RETURNS) {
@@ -112,7 +112,7 @@ fn worst_of_run(frames: &[SeenFrame], stretches: &[Stretch], run: usize, stretch
         }
     }
     ranked.sort_by(|a, b| (b.0, b.1).partial_cmp(&(a.0, a.1)).unwrap_or(std::cmp::Ordering::Equal));
-    let mut places: Vec<Place> = Vec::new();
+    let mut places: Vec<WorstPlace> = Vec::new();
     for (_, _, best, stretch) in ranked {
         let is_told = |frame: &usize| {
             places.iter().any(|place| distance_m(position(*frame), place.centre_in_world_m) < 2.0 * stretch_m)
@@ -129,7 +129,13 @@ fn worst_of_run(frames: &[SeenFrame], stretches: &[Stretch], run: usize, stretch
 }
 
 /// The place around a stretch, with all passes.
-fn place(frames: &[SeenFrame], stretch: &Stretch, run: usize, best: Option<usize>, stretch_m: f64) -> Place {
+fn place(
+    frames: &[SeenFrame],
+    stretch: &Stretch,
+    run: usize,
+    best: Option<usize>,
+    stretch_m: f64,
+) -> WorstPlace {
     let position = |frame: usize| frames[frame].position_in_world_m[run];
     // Where the sensor was, not the mean: in a run that jumps, that would be near none of its scans.
     let centre_in_world_m = position(stretch.frames[stretch.frames.len() / 2]);
@@ -154,7 +160,7 @@ fn place(frames: &[SeenFrame], stretch: &Stretch, run: usize, best: Option<usize
     let length_m = (way[0] * way[0] + way[1] * way[1]).sqrt();
     let along = if length_m > 0.1 { way.map(|m| m / length_m) } else { [1.0, 0.0] };
     let best = best.map(|run| (run, stretch.scores[run]));
-    Place { run, centre_in_world_m, radius_m, along, score: stretch.scores[run], best, passes }
+    WorstPlace { run, centre_in_world_m, radius_m, along, score: stretch.scores[run], best, passes }
 }
 
 pub(crate) fn distance_m(a: [f64; 3], b: [f64; 3]) -> f64 {

@@ -1,7 +1,7 @@
 //! What a reducer answers, once it has seen its frames.
 
 use crate::basis::Basis;
-use crate::compare::{Asked, Comparison, chance, compare};
+use crate::compare::{Comparison, chance, compare};
 use crate::family::EqualPairs;
 use crate::frame::pairs_of;
 use crate::order::{Ranked, order_runs};
@@ -10,6 +10,7 @@ use crate::ratio::{Estimate, Ratio};
 use crate::reducer::{Reducer, RunTotals};
 use crate::run::RunSums;
 use crate::same::Promise;
+use crate::scale_comparison::Asked;
 use crate::scales::{CV, NEAR, WIDEST};
 use crate::student::Confidence;
 use crate::verdict::Verdict;
@@ -78,6 +79,25 @@ impl Reducer {
     }
 
     /// Compares run `a` with run `b`, a < b, by intervals that are each as sure as the promise.
+    ///
+    /// ```
+    /// use dmp_reduce::{Basis, FrameSums, Layout, Promise, Reducer, Residuals, UndecidedReason, Verdict};
+    ///
+    /// let layout = Layout::new(3, vec![Basis::CrossValidated; 2]);
+    /// let mut reducer = Reducer::new(layout.clone());
+    /// let mut frame = FrameSums::new(layout.bases());
+    /// frame.add_return(&[Residuals::all(0.1), Residuals::all(0.3)]);
+    /// for ordinal in 0..3 {
+    ///     reducer.add_frame(ordinal, &frame)?;
+    /// }
+    /// let pair = reducer.compare(0, 1, Promise::default());
+    /// assert_eq!((pair.common_returns, pair.scales[0].scale_m), (3, 10.0));
+    /// let difference_m2 = pair.scales[0].difference.unwrap().value_m2;
+    /// assert!((difference_m2 - (0.01 - 0.09)).abs() < 1e-9);
+    /// // Three frames say nothing of how far they scatter.
+    /// assert_eq!(pair.verdict, Verdict::Undecided { reason: UndecidedReason::TooFewFrames { frames: 3 } });
+    /// # Ok::<(), dmp_reduce::ReduceError>(())
+    /// ```
     ///
     /// # Panics
     /// Where there is no such pair.

@@ -1,3 +1,7 @@
+//! What a run, or a pair of runs, is judged by: `R_cv` or `R_near`.
+
+use std::fmt;
+
 use crate::scales::{Scales, WIDEST};
 
 /// By which crossings a run is judged.
@@ -32,6 +36,16 @@ impl Basis {
             Self::CrossValidated => &scales.lengths().cv_m[WIDEST..],
             Self::Near => &scales.lengths().near_m,
         }
+    }
+}
+
+/// What the score is called: `R_cv` or `R_near`.
+impl fmt::Display for Basis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::CrossValidated => "R_cv",
+            Self::Near => "R_near",
+        })
     }
 }
 

@@ -1,10 +1,11 @@
-use crate::Basis;
+//! Two runs compared: at every scale, by the place guard, and what comes of it.
+
+use crate::basis::Basis;
 use crate::guard::{GuardCheck, place_guard};
 use crate::pair::{PairTotals, ScaleTotals};
-use crate::ratio::{Estimate, FRAMES_NEEDED, Frames, GROUPS_NEEDED, Interval, Mean};
-use crate::same::Margin;
+use crate::ratio::{FRAMES_NEEDED, GROUPS_NEEDED, Mean};
+use crate::scale_comparison::{Asked, ScaleComparison};
 use crate::scales::Scales;
-use crate::student::Confidence;
 use crate::verdict::{UndecidedReason, Verdict};
 
 /// Two runs compared on their common returns: those that both predict.
@@ -36,40 +37,6 @@ pub struct Comparison {
     pub frames_needed: Option<u64>,
 }
 
-/// Two runs at one scale.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ScaleComparison {
-    /// The truncation τ, metres.
-    pub scale_m: f64,
-    /// The first run's mean over the common returns, square metres; `None` where there are none.
-    pub mean_a_m2: Option<f64>,
-    /// The second run's.
-    pub mean_b_m2: Option<f64>,
-    /// Mean of a minus b with its interval: negative where a is better.
-    pub difference: Option<Estimate>,
-    /// How far apart the two may be at most, as their root mean squares, metres: what the interval still allows. `None`
-    /// where there is no interval.
-    pub apart_at_most_m: Option<f64>,
-    /// How far apart they may be and still count as the same, metres.
-    pub margin_m: Option<f64>,
-}
-
-impl ScaleComparison {
-    /// The interval, where there is one.
-    pub fn interval(&self) -> Option<Interval> {
-        self.difference.and_then(|difference| difference.interval)
-    }
-
-    fn decides(&self) -> bool {
-        self.interval().is_some_and(|interval| interval.excludes_zero())
-    }
-
-    /// Whether no difference that matters is left possible.
-    pub fn is_same(&self) -> bool {
-        self.apart_at_most_m.zip(self.margin_m).is_some_and(|(apart_m, margin_m)| apart_m <= margin_m)
-    }
-}
-
 impl Comparison {
     /// Whether the two are the same for practical purposes: at no scale is a difference left possible that matters,
     /// and neither predicts much less than the other.
@@ -83,18 +50,6 @@ const LEAST_COVERED: f64 = 2.0;
 
 /// Runs predict alike many returns when each predicts more than this share of what the other does.
 const ALIKE_COVERED: f64 = 0.9;
-
-/// What a pair is compared with beside its own sums.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Asked {
-    pub(crate) scales: Scales,
-    /// How many frames were scored, of how many.
-    pub(crate) scored: u64,
-    pub(crate) frames: Frames,
-    /// How sure each interval is to be.
-    pub(crate) confidence: Confidence,
-    pub(crate) margin: Margin,
-}
 
 /// Compares runs `a` and `b` by the sums of their pair.
 ///
@@ -200,25 +155,4 @@ fn frames_needed(scales: &[ScaleComparison], asked: Asked) -> Option<u64> {
         (needed <= all).then(|| needed.ceil().max(scored + 1.0) as u64)
     };
     scales.iter().filter_map(needed).min()
-}
-
-impl ScaleTotals {
-    fn compare(&self, scale_m: f64, asked: Asked) -> ScaleComparison {
-        let difference = self.difference.mean().map(|mean| mean.within(asked.confidence));
-        let returns = self.difference.total().returns;
-        let [mean_a_m2, mean_b_m2] = [self.a, self.b].map(|sum| sum.mean_m2(returns));
-        let better_m2 = mean_a_m2.zip(mean_b_m2).map(|(a, b)| a.min(b));
-        let interval = difference.and_then(|difference| difference.interval);
-        ScaleComparison {
-            scale_m,
-            mean_a_m2,
-            mean_b_m2,
-            difference,
-            apart_at_most_m: better_m2.zip(interval).map(|(better_m2, interval)| {
-                let most_m2 = interval.high_m2.abs().max(interval.low_m2.abs());
-                (better_m2 + most_m2).sqrt() - better_m2.sqrt()
-            }),
-            margin_m: better_m2.map(|better_m2| asked.margin.metres(better_m2.sqrt())),
-        }
-    }
 }

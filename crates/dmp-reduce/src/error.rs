@@ -1,3 +1,5 @@
+//! What a reducer refuses.
+
 /// What a [`Reducer`](crate::Reducer) does not take.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]

@@ -1,3 +1,5 @@
+//! How many pairs of runs can be equal at once: by so many an error is shared.
+
 /// Runs from which on equality is not followed through: numbers alone are counted then, which is safe.
 const FOLLOWED: usize = 128;
 

@@ -1,3 +1,5 @@
+//! Squared lengths as integers of 2^-40 m², and sums of them that depend on no order.
+
 use std::ops::{Add, AddAssign};
 
 /// Units in a square metre: 2^40.

@@ -1,6 +1,8 @@
+//! The sums of all runs, and of all pairs of them, over one frame.
+
 use std::cmp::Ordering;
 
-use crate::Basis;
+use crate::basis::Basis;
 use crate::fixed::FixedSum;
 use crate::residuals::{Residuals, Squares};
 use crate::run::RunSums;

@@ -1,7 +1,9 @@
-use crate::Basis;
-use crate::compare::ScaleComparison;
+//! The place guard: whether a run that is better as a whole is better everywhere.
+
+use crate::basis::Basis;
 use crate::pair::{PairTotals, place_count};
 use crate::ratio::Frames;
+use crate::scale_comparison::ScaleComparison;
 use crate::units::Total;
 
 /// A verdict becomes mixed where the opposition at a scale is above what is tolerated, and above a share
@@ -38,12 +40,12 @@ pub struct GuardCheck {
     /// Whether that makes the verdict mixed.
     pub tripped: bool,
     /// The stretches where more speaks against it than the guard tolerates on average.
-    pub against: Vec<Place>,
+    pub against: Vec<Stretch>,
 }
 
 /// A stretch of the scored frames, both ends included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Place {
+pub struct Stretch {
     /// Its first frame, as the ordinal it was added under.
     pub first: u64,
     /// Its last.
@@ -67,7 +69,7 @@ impl Guard {
         let level = 0.5 * (scale.mean_a_m2.unwrap_or(0.0) + scale.mean_b_m2.unwrap_or(0.0));
         let parts = place_count(frames);
         let (mut support, mut opposition, mut batches) = (0.0, 0.0, 0.0);
-        let mut against: Vec<Place> = Vec::new();
+        let mut against: Vec<Stretch> = Vec::new();
         for (part, place) in (0..parts).zip(places) {
             let Some(mean_m2) = place.mean_m2() else { continue };
             batches += 1.0;
@@ -89,9 +91,9 @@ impl Guard {
 }
 
 /// Appends a stretch, joined to the last one where it follows on it.
-fn extend(places: &mut Vec<Place>, (first, last): (u64, u64)) {
+fn extend(places: &mut Vec<Stretch>, (first, last): (u64, u64)) {
     match places.last_mut() {
         Some(before) if before.last + 1 == first => before.last = last,
-        _ => places.push(Place { first, last }),
+        _ => places.push(Stretch { first, last }),
     }
 }

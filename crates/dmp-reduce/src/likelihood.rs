@@ -1,3 +1,5 @@
+//! The paper's raw log-likelihood.
+
 /// The raw logarithm of the likelihood of a run's returns, −DMP / (2σ²), without the constant L0 that
 /// all runs share (Zhang & Chen 2021, eq. 8–12).
 ///

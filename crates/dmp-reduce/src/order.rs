@@ -1,3 +1,5 @@
+//! Runs in an order, along what is decided between pairs of them.
+
 use std::cmp::Ordering;
 
 /// A run in its place of the order.

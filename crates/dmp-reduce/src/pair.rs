@@ -1,4 +1,6 @@
-use crate::Basis;
+//! What is kept of a pair of runs over all frames.
+
+use crate::basis::Basis;
 use crate::fixed::FixedSum;
 use crate::frame::{FrameSums, PairSums};
 use crate::ratio::{Frames, Ratio};

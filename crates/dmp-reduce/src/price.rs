@@ -1,3 +1,5 @@
+//! What a return costs that no independent surfel predicts.
+
 use std::fmt;
 
 use crate::scales::{Scales, WIDEST, limits};

@@ -1,3 +1,5 @@
+//! A mean over returns with its error and its interval, from integer sums alone.
+
 use crate::fixed::units_to_m2;
 use crate::student::Confidence;
 use crate::surface::{GROUPS, SurfaceGroup};

@@ -1,3 +1,5 @@
+//! The frames of a log, in any order, into sums whose size does not depend on their number.
+
 use crate::basis::Basis;
 use crate::error::ReduceError;
 use crate::fixed::FixedSum;
@@ -69,6 +71,27 @@ impl Layout {
 ///
 /// Every frame is to be added at most once, a frame without returns too; what is added twice counts
 /// twice. Where not all were added, they are taken for a sample that is spread evenly over the log.
+///
+/// Of R runs it holds 64 integer totals for each of their scores and for each truncation of their R (R − 1) / 2 pairs,
+/// see [`Self::bytes_of`]; a frame takes time in proportion to as many.
+///
+/// ```
+/// use dmp_reduce::{Basis, FrameSums, Layout, Reducer, Residuals};
+///
+/// let layout = Layout::new(4, vec![Basis::CrossValidated; 2]);
+/// let mut frame = FrameSums::new(layout.bases());
+/// frame.add_return(&[Residuals::all(0.1), Residuals::all(0.3)]);
+/// // Two threads have two reducers; merged, they are what one would be.
+/// let [mut first, mut second, mut one] = [0; 3].map(|_| Reducer::new(layout.clone()));
+/// for ordinal in 0..4 {
+///     let half = if ordinal < 2 { &mut first } else { &mut second };
+///     half.add_frame(ordinal, &frame)?;
+///     one.add_frame(ordinal, &frame)?;
+/// }
+/// second.merge(&first)?;
+/// assert_eq!(second, one);
+/// # Ok::<(), dmp_reduce::ReduceError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reducer {
     pub(crate) layout: Layout,
@@ -134,7 +157,7 @@ impl Reducer {
         }
         let resumed =
             Self { frames_added: 0, runs: seen.runs, pairs: seen.pairs, layout: empty.layout.clone() };
-        empty.check_room(seen.frames, resumed.returns())?;
+        empty.check_bounds(seen.frames, resumed.returns())?;
         Ok(Self { frames_added: seen.frames, ..resumed })
     }
 
@@ -153,7 +176,7 @@ impl Reducer {
         }
         let runs = frame.runs();
         let returns = runs.first().map_or(0, RunSums::returns);
-        self.check_room(1, returns)?;
+        self.check_bounds(1, returns)?;
         if returns > FRAME_RETURNS {
             return Err(ReduceError::TooManyReturns);
         }
@@ -177,7 +200,7 @@ impl Reducer {
         if self.layout != other.layout {
             return Err(ReduceError::OtherLayout);
         }
-        self.check_room(other.frames_added, other.returns())?;
+        self.check_bounds(other.frames_added, other.returns())?;
         self.frames_added += other.frames_added;
         for (mine, theirs) in self.runs.iter_mut().zip(&other.runs) {
             mine.merge(theirs);
@@ -188,7 +211,7 @@ impl Reducer {
         Ok(())
     }
 
-    fn check_room(&self, frames: u64, returns: u64) -> Result<(), ReduceError> {
+    fn check_bounds(&self, frames: u64, returns: u64) -> Result<(), ReduceError> {
         let all = self.layout.frames.0;
         if frames > all - self.frames_added {
             return Err(ReduceError::FrameTwice { frames: all });
@@ -224,22 +247,19 @@ impl Reducer {
 
 impl RunTotals {
     fn add_groups(&mut self, ordinal: u64, run: usize, frame: &FrameSums, layout: &Layout) {
-        let total = |(sum, returns): (FixedSum, u64)| Total { sum: sum.units(), returns };
+        let add = |ratio: &mut Ratio, of_group: &dyn Fn(&RunSums) -> (FixedSum, u64)| {
+            let total = |sums: &RunSums| {
+                let (sum, returns) = of_group(sums);
+                Total { sum: sum.units(), returns }
+            };
+            let groups = frame.groups_of_run(run).map(|(group, sums)| (group, total(sums)));
+            ratio.add_frame(ordinal, layout.frames, groups);
+        };
         for (k, ratio) in self.cv.iter_mut().enumerate() {
-            let of_group = |sums: &RunSums| total(sums.cv_ratio(WIDEST + k, layout.miss_price));
-            ratio.add_frame(
-                ordinal,
-                layout.frames,
-                frame.groups_of_run(run).map(|(group, sums)| (group, of_group(sums))),
-            );
+            add(ratio, &|sums| sums.cv_ratio(WIDEST + k, layout.miss_price));
         }
         for (k, ratio) in self.near.iter_mut().enumerate() {
-            let of_group = |sums: &RunSums| total(sums.near_ratio(k));
-            ratio.add_frame(
-                ordinal,
-                layout.frames,
-                frame.groups_of_run(run).map(|(group, sums)| (group, of_group(sums))),
-            );
+            add(ratio, &|sums| sums.near_ratio(k));
         }
     }
 

@@ -1,3 +1,5 @@
+//! What a map predicts for one return, beside what was measured.
+
 use crate::basis::Basis;
 use crate::fixed::{near_square_units, square_units};
 use crate::scales::{CV, NEAR, Scales, limits};

@@ -1,4 +1,8 @@
-use crate::Basis;
+//! The sums of one run over any set of returns, and the scores that come of them.
+
+use std::str::FromStr;
+
+use crate::basis::Basis;
 use crate::fixed::FixedSum;
 use crate::price::MissPrice;
 use crate::residuals::{Residuals, Squares};
@@ -43,6 +47,18 @@ pub enum Withheld {
         /// Share of returns with an independent crossing.
         coverage: f64,
     },
+}
+
+/// Reads back the sentence that is written; a coverage has three decimals then.
+impl FromStr for Withheld {
+    type Err = ();
+
+    fn from_str(sentence: &str) -> Result<Self, ()> {
+        let coverage = sentence.split([' ', ',']).nth(2).and_then(|share| share.parse().ok());
+        let low = coverage.map(|coverage| Self::LowCoverage { coverage });
+        let all = [Self::NoReturns, Self::MapGiven].into_iter().chain(low);
+        all.into_iter().find(|why| why.to_string() == sentence).ok_or(())
+    }
 }
 
 impl RunSums {
@@ -279,6 +295,7 @@ mod tests {
         sums.add(&Residuals::MISS);
         let why = sums.r_cv_withheld(Basis::CrossValidated).unwrap();
         assert_eq!(why.to_string(), "coverage is 0.333, below 0.5");
+        assert_eq!(why.to_string().parse(), Ok(Withheld::LowCoverage { coverage: 0.333 }));
         assert!(sums.r_cv_widest_m2(MissPrice::default()).is_some());
     }
 }

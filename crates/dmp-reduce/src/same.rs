@@ -1,3 +1,5 @@
+//! What counts as the same, and how sure verdicts are to be.
+
 use crate::student::Confidence;
 
 /// How far apart two runs may be and still count as the same: of their root mean squares at a scale.

@@ -1,3 +1,5 @@
+//! Student's distribution: how sure an interval is, and how long it must be for that.
+
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, SQRT_2};
 
 /// Up to here the distribution function is summed; beyond, the expansion in 1/ν is as good.

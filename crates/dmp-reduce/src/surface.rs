@@ -1,3 +1,5 @@
+//! Pieces of surface, sorted into few groups: returns on one piece err together.
+
 use crate::scales::Scales;
 
 /// Groups of surface that errors are told apart by.

@@ -1,3 +1,5 @@
+//! Totals of units of independence, and the error that their scatter shows.
+
 use crate::fixed::FixedSum;
 use crate::wide::Wide;
 

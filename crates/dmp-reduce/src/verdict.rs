@@ -1,8 +1,20 @@
-use crate::guard::Place;
+//! Which of two runs is better, and why, in words.
+
+use crate::guard::Stretch;
 use crate::ratio::{FRAMES_NEEDED, GROUPS_NEEDED};
 use crate::scales::{Reach, Scales};
 
-/// Which of two runs is better, if it can be said.
+/// Which of two runs is better, if it can be said. Runs go by their index, lengths are metres.
+///
+/// ```
+/// use dmp_reduce::{Scales, Verdict};
+///
+/// let verdict = Verdict::Better { which: 0, decided_at_m: 2.0, returns: 900 };
+/// assert_eq!(
+///     verdict.reason(Scales::Drive),
+///     "better at the metre scale: decided at 2 m, undecided above (900 common returns)"
+/// );
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict {
     /// One run is better.
@@ -23,7 +35,7 @@ pub enum Verdict {
         /// The scale at which the places speak against it, metres.
         opposed_at_m: f64,
         /// Where the other run is better.
-        places: Vec<Place>,
+        places: Vec<Stretch>,
         /// Common returns.
         returns: u64,
     },
@@ -93,7 +105,7 @@ impl Verdict {
                 format!("better {} ({returns} common returns)", reach(*decided_at_m, scales))
             }
             Self::Mixed { decided_at_m, opposed_at_m, places, returns, .. } => {
-                let named = |p: &Place| match (frame_of(p.first), frame_of(p.last)) {
+                let named = |p: &Stretch| match (frame_of(p.first), frame_of(p.last)) {
                     (first, last) if first == last => format!("{first}"),
                     (first, last) => format!("{first}–{last}"),
                 };

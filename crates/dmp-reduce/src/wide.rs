@@ -1,3 +1,5 @@
+//! Integers of 256 bits, for exact second moments.
+
 use std::ops::{Add, AddAssign, Neg, Sub};
 
 /// A signed integer of 256 bits: just enough arithmetic for exact second moments.

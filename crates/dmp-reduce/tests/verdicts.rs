@@ -2,8 +2,8 @@
 #![expect(clippy::expect_used, reason = "a case that cannot be set up is a failed test")]
 
 use dmp_reduce::{
-    Basis, Comparison, Confidence, FrameSums, Layout, Margin, MissPrice, Place, Promise, Reducer, Residuals,
-    Scales, SurfaceGroup, UndecidedReason, Verdict,
+    Basis, Comparison, Confidence, FrameSums, Layout, Margin, MissPrice, Promise, Reducer, Residuals, Scales,
+    Stretch, SurfaceGroup, UndecidedReason, Verdict,
 };
 
 const CV: Basis = Basis::CrossValidated;
@@ -174,7 +174,7 @@ fn the_guard_finds_the_places_that_oppose() {
         panic!("{:?}", pair.verdict);
     };
     assert_eq!((which, decided_at_m, opposed_at_m), (0, 10.0, 30.0));
-    assert_eq!(places[..], [Place { first: 120, last: 179 }]);
+    assert_eq!(places[..], [Stretch { first: 120, last: 179 }]);
     let reason = pair.verdict.reason(Scales::Drive);
     let expected = "better on the whole, globally: decided at the 10 m scale, \
                     but worse in frames 120–179 at 30 m (24000 common returns)";
@@ -213,7 +213,7 @@ fn a_little_opposition_is_tolerated() {
         assert!((guard.support - 0.9 / level).abs() < 1e-9);
         assert!(!guard.tripped);
     }
-    assert_eq!(pair.guard[1].against, [Place { first: 0, last: 9 }]);
+    assert_eq!(pair.guard[1].against, [Stretch { first: 0, last: 9 }]);
 }
 
 #[test]
@@ -234,7 +234,7 @@ fn at_two_metres_the_opposition_is_weighed_against_the_support() {
     let Verdict::Mixed { which: 0, opposed_at_m: 2.0, places, .. } = weighty.verdict else {
         panic!("{:?}", weighty.verdict);
     };
-    assert_eq!(places, [Place { first: 0, last: 19 }]);
+    assert_eq!(places, [Stretch { first: 0, last: 19 }]);
 }
 
 #[test]

@@ -7,6 +7,7 @@ use dmp_log::LengthUnit;
 use dmp_reduce::{Confidence, Margin, MissPrice, Scales};
 use dmp_sensor::{Isometry3, Quaternion, Trajectory, Translation3, UnitQuaternion};
 
+use crate::ego::Ego;
 use crate::report::SegmentReport;
 use crate::sample::{Decide, Sample};
 use crate::segment_length::SegmentLength;
@@ -60,17 +61,6 @@ pub enum MapSource {
     /// A file the user gives, in the trajectory's world frame: LAS, LAZ, PLY, PCD, a mesh in PLY or OBJ, or a
     /// store of our own.
     Given(PathBuf),
-}
-
-/// What is known of the vehicle that carries the sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-pub enum Ego {
-    /// Looked for in a sample of scans.
-    Auto,
-    /// There is none in view.
-    None,
-    /// A box in the sensor frame, smallest and largest corner in millimetres.
-    BoxMm([i64; 3], [i64; 3]),
 }
 
 /// In which order the log is read. It changes no number; it can be set so that this can be shown.

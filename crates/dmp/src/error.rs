@@ -17,12 +17,6 @@ pub enum EvaluateError {
         /// The name.
         name: String,
     },
-    /// A run is called what a verdict may be.
-    #[error("a run cannot be called `{name}`, which is a verdict: give it another name, as NAME=FILE")]
-    ReservedName {
-        /// The name.
-        name: String,
-    },
     /// Whoever watches asked for it to stop.
     #[error("stopped before the end")]
     Cancelled,
@@ -208,7 +202,6 @@ impl EvaluateError {
             Self::TooLittleMemory { .. }
             | Self::NoRuns
             | Self::SameName { .. }
-            | Self::ReservedName { .. }
             | Self::NoPlaces { .. }
             | Self::VagueStamps { .. }
             | Self::Setting { .. } => true,

@@ -139,9 +139,6 @@ pub(crate) fn check_runs(runs: &[Run], settings: &Settings) -> Result<(), Evalua
         if runs[..k].iter().any(|other| other.name == run.name) {
             return Err(EvaluateError::SameName { name: run.name.clone() });
         }
-        if RESERVED_NAMES.contains(&run.name.as_str()) {
-            return Err(EvaluateError::ReservedName { name: run.name.clone() });
-        }
     }
     let bad = |value, why| Err(EvaluateError::Setting { setting: "decide", value, why });
     if settings.decide.is_some() && runs.len() < 2 {
@@ -155,6 +152,3 @@ pub(crate) fn check_runs(runs: &[Run], settings: &Settings) -> Result<(), Evalua
     }
     Ok(())
 }
-
-/// What a run cannot be called: the words that stand for no run in a report's verdicts.
-const RESERVED_NAMES: [&str; 3] = ["mixed", "same", "undecided"];

@@ -29,6 +29,7 @@
 mod cast;
 mod config;
 mod disk;
+mod ego;
 mod error;
 mod evaluate;
 mod evaluation;
@@ -42,6 +43,7 @@ mod join;
 mod maps;
 mod memory;
 mod own_frame;
+mod pairing;
 mod peak;
 mod places;
 mod plan;
@@ -61,20 +63,22 @@ mod trails;
 mod watch;
 mod work;
 
-pub use config::{Config, Ego, Frame, FrameOrder, MapSource, Run, RunSource};
+pub use config::{Config, Frame, FrameOrder, MapSource, Run, RunSource};
+pub use ego::Ego;
 pub use error::EvaluateError;
 pub use evaluate::evaluate;
 pub use file_stem::file_stem_of;
-pub use join::{JoinError, JoinedReport, NamedReport, join_reports};
+pub use join::{JoinError, JoinedReport, MadeWith, NamedReport, join_reports};
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
+pub use pairing::Pairing;
 pub use peak::{machine_memory_bytes, peak_anonymous_bytes};
 pub use places::{drawn_places, evaluate_quick};
 pub use posed::{PosedLog, PosedScan};
 pub use progress::{Progress, Stage};
 pub use report::{
-    ConfigReport, DepthNoiseReport, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport,
-    PairReport, PassTimes, PlacesReport, PromiseReport, Report, RunInputReport, RunReport, SamplingReport,
-    ScaleReport, ScaleScores, SegmentReport, TileReport,
+    Best, ConfigReport, DepthNoiseReport, DropReport, EgoReport, FreeSpaceReport, InputReport, MapReport,
+    MemoryReport, PairReport, PassTimes, PlacesReport, PromiseReport, Report, RunInputReport, RunReport,
+    SamplingReport, ScaleReport, ScaleScores, SegmentReport, TileReport, Verdict, Warning, Withheld,
 };
 pub use sample::{Decide, Looks, Sample};
 pub use segment_length::SegmentLength;

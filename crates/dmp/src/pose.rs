@@ -13,19 +13,10 @@ use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
 use crate::heads::Heads;
 use crate::memory::BLOCK_RAYS;
+use crate::pairing::Pairing;
 use crate::settings::Settings;
 
 const MIN_BLOCK_RETURNS: usize = 1 << 10;
-
-/// How a run's poses are found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Pairing {
-    /// By the time of each return.
-    ByStamp,
-    /// The n-th pose belongs to the n-th scan; times of returns count from the pose's stamp, where it
-    /// has one.
-    ByLine,
-}
 
 /// Where the sensor was in one run.
 #[derive(Debug, Clone)]

@@ -8,7 +8,8 @@ use dmp_reduce::{Confidence, Margin, MissPrice, Promise, Scales};
 use dmp_sensor::{DepthNoise, Isometry3};
 use serde::{Serialize, Serializer};
 
-use crate::config::{Config, Ego, Frame, FrameOrder, Run};
+use crate::config::{Config, Frame, FrameOrder, Run};
+use crate::ego::Ego;
 use crate::error::EvaluateError;
 use crate::report::SegmentReport;
 use crate::sample::{Decide, Sample};

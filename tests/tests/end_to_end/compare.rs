@@ -54,6 +54,22 @@ fn one_result_is_the_table_again() {
     );
 }
 
+/// The words for what is not decided are names like others.
+#[test]
+fn a_run_may_be_called_like_a_verdict() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let runs = "-t mixed=@/truth.tum -t undecided=@/drift.tum";
+    let json = save(folder, "a.json", runs);
+    let pair = &json["pairs"][0];
+    assert_eq!((&pair["verdict"], &pair["decided_at_m"]), (&"mixed".into(), &10.0.into()));
+    assert!(pair["better_on_the_whole"].is_null());
+    let (code, told) = compare(folder, "a.json --expect-best mixed");
+    assert!(code == 0 && told.contains("mixed  better than  undecided  R_cv 10 m, globally"), "{told}");
+    let (code, told) = compare(folder, "a.json --expect-best undecided");
+    assert!(code == 4 && told.contains("undecided: worse than mixed, at R_cv 10 m"), "{told}");
+}
+
 #[test]
 fn runs_scored_alike_stand_in_one_table() {
     let folder = tempfile::tempdir().unwrap();

@@ -57,7 +57,11 @@ fn every_return_is_accounted_for() {
     assert!(inputs.dropped.0["vehicle"] > 0);
     assert_eq!(report.runs[0].returns, inputs.returns_used);
     assert_eq!(report.runs[1].returns, inputs.returns_used);
-    assert!(report.warnings.iter().any(|w| w.contains("no pose in `half`")), "{:?}", report.warnings);
+    assert!(
+        report.warnings.iter().any(|w| w.to_string().contains("no pose in `half`")),
+        "{:?}",
+        report.warnings
+    );
     // The tiles hold every return once for each run.
     for run in 0..2 {
         let of_run = report.tiles.iter().filter(|tile| tile.run == run);

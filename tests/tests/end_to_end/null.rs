@@ -72,8 +72,8 @@ fn runs(trajectories: impl IntoIterator<Item = (String, Trajectory)>) -> Vec<Run
     trajectories.into_iter().map(|(name, trajectory)| Run::new(name, trajectory)).collect()
 }
 
-fn verdicts(report: &Report) -> Vec<(&str, &str, &str)> {
-    report.pairs.iter().map(|pair| (pair.a.as_str(), pair.b.as_str(), pair.verdict.as_str())).collect()
+fn verdicts(report: &Report) -> Vec<(&str, &str, String)> {
+    report.pairs.iter().map(|pair| (pair.a.as_str(), pair.b.as_str(), pair.verdict.to_string())).collect()
 }
 
 fn numbers(report: &Report, run: usize) -> Vec<f64> {
@@ -171,7 +171,7 @@ fn runs_that_are_equally_good_are_not_told_apart() {
 
 fn untold(report: &Report, of: &str) {
     for (a, b, verdict) in verdicts(report) {
-        assert!(["same", "undecided"].contains(&verdict), "{a} and {b} of {of}: {verdict}");
+        assert!(["same", "undecided"].contains(&verdict.as_str()), "{a} and {b} of {of}: {verdict}");
     }
 }
 

@@ -157,7 +157,7 @@ fn in_a_box_without_noise_a_true_run_predicts_what_was_measured() {
     assert!(truth.r_cv_m2[3].unwrap().sqrt() < 0.005 && truth.coverage.unwrap() > 0.95, "{truth:?}");
     assert!(truth.dmp_depth_sum_m2.unwrap() < truth.dmp_sum_m2, "{truth:?}");
     assert_eq!(report.order, ["truth", "slid"]);
-    assert_eq!(report.pairs[0].verdict, "truth", "{:?}", report.pairs[0]);
+    assert_eq!(report.pairs[0].verdict.better(), Some("truth"), "{:?}", report.pairs[0]);
     assert_eq!(report.config.segments.length_scans, Some(8));
     let scales: Vec<f64> = report.pairs[0].scales.iter().map(|scale| scale.scale_m).collect();
     assert_eq!(scales, [1.0, 0.2, 0.05, 0.02]);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dmp::{Config, Run};
+use dmp::{Config, Pairing, Run, Verdict};
 use dmp_log::read_trajectory;
 use dmp_sim::SlamErrors;
 
@@ -32,15 +32,15 @@ fn a_ladder_of_errors_on_an_out_and_back_drive() {
             // Every return of the files, none lost.
             assert_eq!(report.inputs.returns_used, report.inputs.returns);
             assert_eq!(report.inputs.scans_used, 326);
-            assert!(report.inputs.runs.iter().all(|run| run.pairing == "line by line"));
+            assert!(report.inputs.runs.iter().all(|run| run.pairing == Pairing::ByLine));
             let rank = |name: &str| runs.iter().position(|run| run.name == name).unwrap();
             for pair in &report.pairs {
-                let kind = match pair.verdict.as_str() {
-                    "undecided" | "same" => 3,
-                    "mixed" => 2,
-                    better => usize::from(better != pair.a),
+                let kind = match &pair.verdict {
+                    Verdict::Undecided | Verdict::Same => 3,
+                    Verdict::Mixed { .. } => 2,
+                    Verdict::Better { run, .. } => usize::from(*run != pair.a),
                 };
-                let scale = pair.decided_at_m.map_or(String::new(), |m| format!("{m} m"));
+                let scale = pair.verdict.decided_at_m().map_or(String::new(), |m| format!("{m} m"));
                 verdicts.entry((rank(&pair.a), rank(&pair.b))).or_default()[kind].push(scale);
             }
         }

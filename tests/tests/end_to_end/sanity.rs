@@ -41,7 +41,8 @@ fn hints_of(log: &Path, runs: &[Run], config: &Config) -> Vec<String> {
     let is_hint = |text: &&String| HINTS.iter().any(|hint| text.contains(hint));
     let mut hints = Vec::new();
     for run in &report.runs {
-        hints.extend(run.warnings.iter().filter(is_hint).map(|hint| format!("run `{}`: {hint}", run.name)));
+        let warnings: Vec<String> = run.warnings.iter().map(ToString::to_string).collect();
+        hints.extend(warnings.iter().filter(is_hint).map(|hint| format!("run `{}`: {hint}", run.name)));
     }
     let told = told.0.into_inner().unwrap();
     assert_eq!(told.iter().filter(is_hint).cloned().collect::<Vec<_>>(), hints);

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use dmp::{Config, Ego, EvaluateError, FrameOrder, MapSource, Report, Run, evaluate, fuse_maps};
+use dmp::{Config, Ego, EvaluateError, FrameOrder, MapSource, Report, Run, Verdict, evaluate, fuse_maps};
 use dmp_sim::{LidarOptions, RecordingOptions, Route, SlamErrors};
 
 use crate::common::{collapse, comparable, drift, noise, open, recorded, runs_of, score, write_mcap};
@@ -74,7 +74,7 @@ fn what_is_left_out_is_what_counting_ray_by_ray_says() {
     assert_eq!(free_space.votes, voters.iter().map(|&run| runs[run].name.clone()).collect::<Vec<_>>());
     assert_eq!(free_space.returns_left_out, left_out.len() as u64);
     assert!(left_out.len() > 100 && !voters.is_empty());
-    let is_told = report.warnings.iter().any(|warning| warning.contains("says what a trail is"));
+    let is_told = report.warnings.iter().any(|warning| warning.to_string().contains("says what a trail is"));
     assert_eq!(is_told, voters.len() == 1, "{voters:?}");
 
     // The maps hold the rest, and every return is scored.
@@ -170,7 +170,7 @@ fn saved_maps_are_those_without_trails() {
     let saved = dmp_map::Store::open(&folder.path().join("truth.dmpmap")).unwrap();
     assert_eq!(saved.surfels(), report.runs[0].map.surfels);
     assert!(report.runs[0].map.surfels_with_trails.unwrap() > saved.surfels());
-    assert!(report.warnings.iter().any(|warning| warning.contains("only `truth` says")));
+    assert!(report.warnings.iter().any(|warning| warning.to_string().contains("only `truth` says")));
 
     let only_fused = fuse_maps(open(&path).as_ref(), &runs, &with(true), ()).unwrap();
     assert!(only_fused.iter().map(|(_, map)| map.surfels()).eq([saved.surfels()]));
@@ -198,10 +198,10 @@ fn tell(path: &Path, runs: &[Run], all: &[&str], told: &mut Told) {
         for pair in &report.pairs {
             let pair_name = format!("{}/{}", pair.a, pair.b);
             let better = |run: &String| usize::from(place(run) > place(&pair.a).min(place(&pair.b)));
-            let kind = match pair.verdict.as_str() {
-                "undecided" => 3,
-                "mixed" => 2,
-                _ => better(&pair.verdict),
+            let kind = match &pair.verdict {
+                Verdict::Undecided | Verdict::Same => 3,
+                Verdict::Mixed { .. } => 2,
+                Verdict::Better { run, .. } => better(run),
             };
             told.verdicts[k][kind].push(pair_name);
             let at_2 = pair.scales.iter().find(|scale| scale.scale_m == 2.0).unwrap();

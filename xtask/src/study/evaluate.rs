@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
-use dmp::{Confidence, Config, Report, Run};
+use dmp::{Confidence, Config, Report, Run, Verdict};
 use dmp_log::{LogOptions, McapScanWriter, McapWriterOptions, open_log};
 use dmp_sensor::Point3;
 use dmp_sim::Recording;
@@ -219,16 +219,15 @@ fn pair_results(
         Confidence::new(report.promise.interval_confidence).context("a confidence from 0.5 to below 1")?;
     let of_pair = |(index, (a, b)): (usize, (usize, usize))| {
         let [name_a, name_b] = [a, b].map(|run| &estimates[run].name);
-        let pair = report.pairs.iter().find(|pair| pair.a == *name_a && pair.b == *name_b);
+        let pair = report.pair(name_a, name_b);
         let pair = pair.with_context(|| format!("{name_a} and {name_b} were not compared"))?;
-        let verdict = match pair.verdict.as_str() {
+        let verdict = match &pair.verdict {
             // The command's verdict is about other sums.
             _ if setting.fuse_without_own => Said::Nothing,
-            "undecided" | "same" => Said::Nothing,
-            "mixed" => Said::Mixed(pair.better_on_the_whole.as_ref() == Some(name_a)),
-            name if name == name_a => Said::A,
-            name if name == name_b => Said::B,
-            other => anyhow::bail!("{name_a} and {name_b}: {other} is no verdict"),
+            Verdict::Undecided | Verdict::Same => Said::Nothing,
+            Verdict::Mixed { run, .. } => Said::Mixed(run == name_a),
+            Verdict::Better { run, .. } if run == name_a => Said::A,
+            Verdict::Better { .. } => Said::B,
         };
         let (mut singles, mut batches) = (BTreeMap::new(), BTreeMap::new());
         let mut single = |name: String, score: Score| {
@@ -251,8 +250,8 @@ fn pair_results(
             a,
             b,
             verdict,
-            decided_at_m: pair.decided_at_m,
-            is_same: pair.is_same,
+            decided_at_m: pair.verdict.decided_at_m(),
+            is_same: pair.verdict.is_same(),
             predicted: [of_run(a), of_run(b)],
             singles,
             batches,

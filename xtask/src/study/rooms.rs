@@ -203,10 +203,10 @@ impl Judged {
                 (_, true) => &pair.b,
                 _ => continue,
             };
-            match &pair.verdict {
-                verdict if verdict == better => judged.right += 1,
-                verdict if *verdict == pair.a || *verdict == pair.b => judged.wrong += 1,
-                _ => judged.open += 1,
+            match pair.verdict.better() {
+                Some(found) if found == better => judged.right += 1,
+                Some(_) => judged.wrong += 1,
+                None => judged.open += 1,
             }
         }
         judged

@@ -206,7 +206,7 @@ fn table(study: &Study) -> String {
         let _ = writeln!(text, "| {}{unit} | {} | {best} |", column.title, values.join(" | "));
     }
     for pair in &study.score.pairs {
-        let scale = pair.decided_at_m.map_or(String::new(), |scale_m| format!(" at {scale_m} m"));
+        let scale = pair.verdict.decided_at_m().map_or(String::new(), |scale_m| format!(" at {scale_m} m"));
         let _ = write!(text, "\n- {} and {}: {}{scale}", pair.a, pair.b, pair.verdict);
     }
     text.push('\n');
@@ -244,7 +244,7 @@ mod tests {
             assert_eq!(best(study.table.column(key).unwrap()), Some(0), "{key}: {:?}", values(key));
         }
         assert_eq!(study.score.order[0], "truth");
-        let decided = study.score.pairs.iter().filter(|pair| pair.verdict == "truth").count();
+        let decided = study.score.pairs.iter().filter(|pair| pair.verdict.better() == Some("truth")).count();
         assert_eq!(decided, 3, "{:?}", study.score.pairs);
         // What docs/accuracy.md says of the price of misses, too.
         for key in ["mme", "mom_m2", "r_cv_10_m2"] {

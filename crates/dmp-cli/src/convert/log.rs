@@ -1,17 +1,21 @@
+//! `dmp convert log`: the scans of a log in another format.
+
 use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
+use dmp_draw::text::counted;
 use dmp_sensor::{Isometry3, Scan};
 
+use crate::common::Common;
+use crate::exit::Exit;
 use crate::exit::Usage;
 use crate::log_args::{LogArgs, Mapper};
 use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
+use crate::process;
 use crate::progress::Progress;
 use crate::score::parse;
-use crate::text::counted;
-use crate::{Common, Exit, process};
 
 /// Write the scans of a log in another format
 ///

@@ -5,7 +5,8 @@ mod trajectory;
 
 use clap::Subcommand;
 
-use crate::{Common, Exit};
+use crate::common::Common;
+use crate::exit::Exit;
 
 /// Write a log or a trajectory in another format
 #[derive(Debug, Subcommand)]

@@ -1,15 +1,18 @@
+//! `dmp convert trajectory`: a trajectory in another format.
+
 use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use dmp_draw::text::counted;
 use dmp_log::{
     TrajectoryFormat, read_trajectory_as, write_euroc, write_kitti, write_redwood_log, write_times, write_tum,
 };
 
+use crate::common::Common;
+use crate::exit::Exit;
 use crate::exit::Usage;
 use crate::save::{refuse_same, save};
-use crate::text::counted;
-use crate::{Common, Exit};
 
 /// The formats of trajectories that are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -1,6 +1,6 @@
 //! Lines that CI servers show.
 
-use super::GateReport;
+use super::check::GateReport;
 
 /// A workflow command of GitHub Actions, in which `%` and line ends of the message are written as `%25` and the like
 /// (docs.github.com, "Workflow commands for GitHub Actions").

@@ -2,13 +2,12 @@
 
 use std::fmt;
 
-use dmp::{PairReport, Report, ScaleReport};
+use dmp::{PairReport, Report, ScaleReport, Verdict};
+use dmp_draw::text::digits;
 use serde::Serialize;
 
 use super::limit::{Bound, Limit};
-use super::unknown_run;
 use crate::exit::Usage;
-use crate::text::digits;
 
 /// A gate that was asked for.
 #[derive(Debug, Clone)]
@@ -90,19 +89,16 @@ impl Asked {
     pub(super) fn check(&self, report: &Report) -> Vec<GateReport> {
         match self {
             Self::Limit(limit, bound) => self.check_limit(limit, *bound, report),
-            Self::Best(name) => {
-                self.check_pairs(name, report, |pair| pair.is_some_and(|pair| pair.verdict == *name))
+            Self::Best(name) => self.check_pairs(name, report, |verdict| verdict.better() == Some(name)),
+            Self::Unbeaten(name) => {
+                self.check_pairs(name, report, |verdict| verdict.better().is_none_or(|better| better == name))
             }
-            Self::Unbeaten(name) => self.check_pairs(name, report, |pair| {
-                let other = |pair: &PairReport| if pair.a == *name { pair.b.clone() } else { pair.a.clone() };
-                pair.is_some_and(|pair| pair.verdict != other(pair))
-            }),
-            Self::Same(Some((a, b))) => vec![self.check_pair(a, b, report, is_same)],
+            Self::Same(Some((a, b))) => vec![self.check_pair(a, b, report, Verdict::is_same)],
             Self::Same(None) => {
                 let all = report.order.iter().enumerate();
                 let each = |(k, a): (usize, &String)| {
                     let others = report.order.iter().skip(k + 1);
-                    others.map(|b| self.check_pair(a, b, report, is_same)).collect::<Vec<_>>()
+                    others.map(|b| self.check_pair(a, b, report, Verdict::is_same)).collect::<Vec<_>>()
                 };
                 all.flat_map(each).collect()
             }
@@ -147,12 +143,7 @@ impl Asked {
     }
 
     /// The pair with each other run, as far as there is one.
-    fn check_pairs(
-        &self,
-        name: &str,
-        report: &Report,
-        passes: impl Fn(Option<&PairReport>) -> bool,
-    ) -> Vec<GateReport> {
+    fn check_pairs(&self, name: &str, report: &Report, passes: impl Fn(&Verdict) -> bool) -> Vec<GateReport> {
         let others = report.order.iter().filter(|other| *other != name);
         others.map(|other| self.check_pair(name, other, report, &passes)).collect()
     }
@@ -163,11 +154,9 @@ impl Asked {
         name: &str,
         other: &str,
         report: &Report,
-        passes: impl Fn(Option<&PairReport>) -> bool,
+        passes: impl Fn(&Verdict) -> bool,
     ) -> GateReport {
-        let is_it =
-            |pair: &&PairReport| (pair.a == name && pair.b == other) || (pair.a == other && pair.b == name);
-        let pair = report.pairs.iter().find(is_it);
+        let pair = report.pair(name, other);
         GateReport {
             gate: self.text(),
             run: name.to_owned(),
@@ -176,7 +165,7 @@ impl Asked {
             value: None,
             limit: None,
             unit: None,
-            passed: passes(pair),
+            passed: pair.is_some_and(|pair| passes(&pair.verdict)),
             reason: match (pair, self) {
                 (None, _) => format!("not compared with {other}: no result holds both"),
                 (Some(pair), Self::Same(_)) => how_same(pair, other),
@@ -186,8 +175,9 @@ impl Asked {
     }
 }
 
-fn is_same(pair: Option<&PairReport>) -> bool {
-    pair.is_some_and(|pair| pair.is_same)
+/// A run that no gate can speak of.
+fn unknown_run(option: &str, name: &str, runs: &[&str]) -> Usage {
+    Usage(format!("{option}: no run is called `{name}`; the runs are {}", runs.join(", ")))
 }
 
 /// How far a run may be apart from another one, at the scale that says most.
@@ -198,8 +188,8 @@ fn how_same(pair: &PairReport, other: &str) -> String {
     let Some(scale) = most else { return format!("nothing is known of how far it is from {other}") };
     let length = |m: Option<f64>| format!("{} cm", digits(100.0 * m.unwrap_or_default()));
     let (apart, margin) = (length(scale.apart_at_most_m), length(scale.margin_m));
-    let at = format!("at {} {} m", pair.score, scale.scale_m);
-    match pair.is_same {
+    let at = format!("at {} {} m", pair.basis, scale.scale_m);
+    match pair.verdict.is_same() {
         true => format!("the same as {other}: at most {apart} apart {at}, {margin} would be"),
         false if scale.apart_at_most_m <= scale.margin_m => {
             format!("not the same as {other}: one of the two predicts far fewer returns")
@@ -212,20 +202,19 @@ fn how_same(pair: &PairReport, other: &str) -> String {
 
 /// What a pair says of the run `name`.
 fn told(pair: &PairReport, name: &str, other: &str) -> String {
-    let at = pair.decided_at_m.map_or(String::new(), |scale_m| format!(", at {} {scale_m} m", pair.score));
-    if pair.verdict == name {
-        format!("better than {other}{at}")
-    } else if pair.verdict == other {
-        format!("worse than {other}{at}")
-    } else {
-        match &pair.better_on_the_whole {
-            Some(better) if better == name => {
-                format!("mixed against {other}: better on the whole{at}, worse at places")
-            }
-            Some(_) => format!("mixed against {other}: worse on the whole{at}, better at places"),
-            None if pair.is_same => format!("the same as {other}"),
-            None => format!("undecided against {other}"),
+    let at = |scale_m: &f64| format!("at {} {scale_m} m", pair.basis);
+    match &pair.verdict {
+        Verdict::Better { run, decided_at_m, .. } => {
+            let word = if run == name { "better" } else { "worse" };
+            format!("{word} than {other}, {}", at(decided_at_m))
         }
+        Verdict::Mixed { run, decided_at_m, .. } => {
+            let [word, else_word] = if run == name { ["better", "worse"] } else { ["worse", "better"] };
+            let at = at(decided_at_m);
+            format!("mixed against {other}: {word} on the whole, {at}, {else_word} at places")
+        }
+        Verdict::Same => format!("the same as {other}"),
+        Verdict::Undecided => format!("undecided against {other}"),
     }
 }
 
@@ -233,7 +222,7 @@ fn told(pair: &PairReport, name: &str, other: &str) -> String {
 mod tests {
     use super::super::limit::{above, below};
     use super::*;
-    use crate::score::sample;
+    use crate::example_reports;
 
     fn told(asked: &Asked, report: &Report) -> Vec<String> {
         let word = |gate: &GateReport| format!("{} {gate}", if gate.passed { "passed" } else { "FAILED" });
@@ -242,7 +231,7 @@ mod tests {
 
     #[test]
     fn a_limit_is_for_one_run_or_all() {
-        let report = sample::three_runs();
+        let report = example_reports::three_runs();
         let all = Asked::Limit(above("R_cv=1.5").unwrap(), Bound::Above);
         let expected = [
             "FAILED drift: R_cv 10 m is not given: coverage is 0.431, below 0.5 (--fail-above R_cv=1.5)",
@@ -264,7 +253,7 @@ mod tests {
             told(&squares, &report),
             ["FAILED truth: DMP mean is 3.46 m², above 3.40 m² (--fail-above truth:DMP=3.4)"]
         );
-        let given = sample::given_maps();
+        let given = example_reports::given_maps();
         let coverage = Asked::Limit(below("a:coverage=1%").unwrap(), Bound::Below);
         let withheld = "FAILED a: coverage is not given: the map was given (--fail-below a:coverage=1%)";
         assert_eq!(told(&coverage, &given), [withheld]);
@@ -278,7 +267,7 @@ mod tests {
 
     #[test]
     fn the_best_is_decided_against_every_other() {
-        let report = sample::three_runs();
+        let report = example_reports::three_runs();
         let expected = [
             "FAILED truth: undecided against größe (--expect-best truth)",
             "passed truth: better than drift, at R_cv 10 m (--expect-best truth)",
@@ -300,7 +289,7 @@ mod tests {
 
     #[test]
     fn the_same_is_more_than_undecided() {
-        let mut report = sample::three_runs();
+        let mut report = example_reports::three_runs();
         let asked = Asked::Same(Some(("truth".into(), "größe".into())));
         // The scale is told at which most is left possible, in parts of what counts as the same.
         for pair in &mut report.pairs {
@@ -312,7 +301,7 @@ mod tests {
                      (--expect-same=truth,größe)";
         assert_eq!(told(&asked, &report)[0], apart);
         for pair in &mut report.pairs {
-            pair.is_same = true;
+            pair.verdict = Verdict::Same;
             pair.scales.iter_mut().for_each(|scale| scale.margin_m = Some(0.03));
         }
         assert!(
@@ -330,7 +319,7 @@ mod tests {
 
     #[test]
     fn runs_that_were_not_compared_fail() {
-        let mut report = sample::three_runs();
+        let mut report = example_reports::three_runs();
         report.pairs.clear();
         for asked in [Asked::Best("truth".into()), Asked::Unbeaten("truth".into())] {
             let gates = asked.check(&report);

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use dmp::Report;
 use dmp_draw::plot::escape;
 
-use super::GateReport;
+use super::check::GateReport;
 
 /// The whole file.
 pub(super) fn document(report: &Report, gates: &[GateReport]) -> String {

@@ -13,8 +13,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use dmp::Report;
 
-use crate::Exit;
-use crate::exit::Usage;
+use crate::exit::Exit;
 use crate::parse::{Pair, pair};
 use crate::save::save_text;
 use check::Asked;
@@ -136,9 +135,4 @@ pub(crate) fn table(out: &mut impl Write, gates: &[GateReport]) -> io::Result<()
 /// A sentence for every gate that failed.
 pub(crate) fn failures(gates: &[GateReport]) -> Vec<String> {
     gates.iter().filter(|gate| !gate.passed).map(|gate| format!("Gate failed: {gate}")).collect()
-}
-
-/// A run that no gate can speak of.
-fn unknown_run(option: &str, name: &str, runs: &[&str]) -> Usage {
-    Usage(format!("{option}: no run is called `{name}`; the runs are {}", runs.join(", ")))
 }

@@ -1,8 +1,7 @@
 //! The scores that a gate can speak of.
 
-use dmp::{RunReport, ScaleScores};
-
-use crate::text::{digits, percent};
+use dmp::{Basis, RunReport};
+use dmp_draw::text::{digits, percent};
 
 /// A score of a run, as the table shows it.
 #[derive(Debug)]
@@ -12,7 +11,16 @@ pub(super) struct Score {
     /// As it is told.
     pub(super) title: &'static str,
     pub(super) unit: Unit,
-    value: fn(&RunReport) -> Option<f64>,
+    value: Value,
+}
+
+/// Where a score stands in a report.
+#[derive(Debug)]
+enum Value {
+    /// Among the scores at several truncations.
+    Truncated(Basis),
+    /// By itself.
+    Single(fn(&RunReport) -> Option<f64>),
 }
 
 /// What a score is measured in.
@@ -26,33 +34,31 @@ pub(super) enum Unit {
     Share,
 }
 
-const fn root(
-    name: &'static str,
-    title: &'static str,
-    most_m: f64,
-    value: fn(&RunReport) -> Option<f64>,
-) -> Score {
-    Score { name, title, unit: Unit::Root(most_m), value }
+const fn root(name: &'static str, title: &'static str, basis: Basis, most_m: f64) -> Score {
+    Score { name, title, unit: Unit::Root(most_m), value: Value::Truncated(basis) }
 }
 
 const fn share(name: &'static str, value: fn(&RunReport) -> Option<f64>) -> Score {
-    Score { name, title: name, unit: Unit::Share, value }
+    Score { name, title: name, unit: Unit::Share, value: Value::Single(value) }
 }
 
+const CV: Basis = Basis::CrossValidated;
+const NEAR: Basis = Basis::Near;
+
 const SCORES: [Score; 17] = [
-    root("R_cv_10", "R_cv 10 m", 10.0, |run| run.r_cv_m2.at(10.0)),
-    root("R_cv_2", "R_cv 2 m", 2.0, |run| run.r_cv_m2.at(2.0)),
-    root("R_cv_1", "R_cv 1 m", 1.0, |run| run.r_cv_m2.at(1.0)),
-    root("R_cv_0.5", "R_cv 0.5 m", 0.5, |run| run.r_cv_m2.at(0.5)),
-    root("R_cv_0.2", "R_cv 0.2 m", 0.2, |run| run.r_cv_m2.at(0.2)),
-    root("R_cv_0.05", "R_cv 0.05 m", 0.05, |run| run.r_cv_m2.at(0.05)),
-    root("R_cv_0.02", "R_cv 0.02 m", 0.02, |run| run.r_cv_m2.at(0.02)),
-    root("R_near_5", "R_near 5 m", 5.0, |run| run.r_near_m2.at(5.0)),
-    root("R_near_2", "R_near 2 m", 2.0, |run| run.r_near_m2.at(2.0)),
-    root("R_near_0.5", "R_near 0.5 m", 0.5, |run| run.r_near_m2.at(0.5)),
-    root("R_near_0.2", "R_near 0.2 m", 0.2, |run| run.r_near_m2.at(0.2)),
-    root("R_near_0.05", "R_near 0.05 m", 0.05, |run| run.r_near_m2.at(0.05)),
-    Score { name: "DMP", title: "DMP mean", unit: Unit::Square, value: |run| run.dmp_mean_m2 },
+    root("R_cv_10", "R_cv 10 m", CV, 10.0),
+    root("R_cv_2", "R_cv 2 m", CV, 2.0),
+    root("R_cv_1", "R_cv 1 m", CV, 1.0),
+    root("R_cv_0.5", "R_cv 0.5 m", CV, 0.5),
+    root("R_cv_0.2", "R_cv 0.2 m", CV, 0.2),
+    root("R_cv_0.05", "R_cv 0.05 m", CV, 0.05),
+    root("R_cv_0.02", "R_cv 0.02 m", CV, 0.02),
+    root("R_near_5", "R_near 5 m", NEAR, 5.0),
+    root("R_near_2", "R_near 2 m", NEAR, 2.0),
+    root("R_near_0.5", "R_near 0.5 m", NEAR, 0.5),
+    root("R_near_0.2", "R_near 0.2 m", NEAR, 0.2),
+    root("R_near_0.05", "R_near 0.05 m", NEAR, 0.05),
+    Score { name: "DMP", title: "DMP mean", unit: Unit::Square, value: Value::Single(|run| run.dmp_mean_m2) },
     share("miss", |run| run.miss_rate),
     share("blocked", |run| run.blocked_rate),
     share("coverage", |run| run.coverage),
@@ -77,31 +83,22 @@ impl Score {
 
     /// The score of a run in its unit, or why there is none.
     pub(super) fn of(&self, run: &RunReport) -> Result<f64, String> {
-        let value = (self.value)(run).map(|value| match self.unit {
-            Unit::Root(_) => value.max(0.0).sqrt(),
-            Unit::Square | Unit::Share => value,
-        });
-        let family = self.family().map(|scores| scores(run));
-        if let (Unit::Root(scale_m), Some(scores)) = (self.unit, family)
-            && scores.iter().all(|(there_m, _)| there_m != scale_m)
-        {
-            let there: Vec<String> = scores.iter().map(|(there_m, _)| there_m.to_string()).collect();
-            return Err(format!("the result has none at {scale_m} m, but at {} m", there.join(", ")));
-        }
-        value.ok_or_else(|| match &run.r_cv_withheld {
-            Some(why) if self.name.starts_with("R_cv") => why.clone(),
+        let value = match self.value {
+            Value::Single(value) => value(run),
+            Value::Truncated(basis) => {
+                let (scores, scale_m) = (run.scores(basis), self.unit.most());
+                if scores.iter().all(|(there_m, _)| there_m != scale_m) {
+                    let there: Vec<String> = scores.iter().map(|(there_m, _)| there_m.to_string()).collect();
+                    return Err(format!("the result has none at {scale_m} m, but at {} m", there.join(", ")));
+                }
+                scores.at(scale_m).map(|square_m2| square_m2.max(0.0).sqrt())
+            }
+        };
+        value.ok_or_else(|| match (&run.r_cv_withheld, &self.value) {
+            (Some(why), Value::Truncated(Basis::CrossValidated)) => why.to_string(),
             _ if run.returns > 0 && run.coverage.is_none() => "the map was given".to_owned(),
             _ => "no return tells".to_owned(),
         })
-    }
-
-    /// The scores of a run among which this one is, at their truncations.
-    fn family(&self) -> Option<fn(&RunReport) -> &ScaleScores> {
-        match self.name {
-            name if name.starts_with("R_cv") => Some(|run| &run.r_cv_m2),
-            name if name.starts_with("R_near") => Some(|run| &run.r_near_m2),
-            _ => None,
-        }
     }
 
     /// A value of this score for a person: metres, centimetres or millimetres, as in the table.

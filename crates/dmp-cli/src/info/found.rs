@@ -1,9 +1,12 @@
+//! What is in a log and in trajectories beside it: found, and as JSON.
+
+use dmp::Pairing;
 use dmp_log::{Damage, FrameInfo, LogSurvey, ScanStream, TopicInfo};
 use dmp_sensor::{Isometry3, PinholeCamera};
 use serde::Serialize;
 
 use crate::exit::one_line;
-use crate::runs::LoadedRun;
+use crate::loaded_run::LoadedRun;
 
 /// What is in a log. Serialised, it is the command's JSON: schema `dmp-info/1`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -144,8 +147,8 @@ pub(super) struct TrajectoryInfo {
     /// Median time from pose to pose, nanoseconds.
     pub(super) period_ns: Option<i64>,
     pub(super) rate_hz: Option<f64>,
-    /// `by stamp` or `line by line`.
-    pub(super) pairing: &'static str,
+    /// How its poses are found.
+    pub(super) pairing: Pairing,
     /// Scans stamped within the trajectory; line by line: scans that have a line.
     pub(super) scans_within: usize,
     /// Poses that were put in order of time.
@@ -266,9 +269,9 @@ impl TrajectoryInfo {
                 let stamp_ns = |frame: &FrameInfo| frame.stamp_ns?.checked_add(time_offset_ns);
                 let within =
                     |frame: &&FrameInfo| stamp_ns(frame).is_some_and(|ns| (first..=last).contains(&ns));
-                ("by stamp", frames.iter().filter(within).count())
+                (Pairing::ByStamp, frames.iter().filter(within).count())
             }
-            _ => ("line by line", frames.len().min(poses)),
+            _ => (Pairing::ByLine, frames.len().min(poses)),
         };
         let period_ns = stamps_ns.and_then(median_step_ns);
         Self {

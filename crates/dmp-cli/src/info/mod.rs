@@ -8,7 +8,7 @@ use std::io::Write;
 use clap::Args;
 use dmp_log::TrajectoryFormat;
 
-use crate::Exit;
+use crate::exit::Exit;
 use crate::extrinsic::{self, NamedExtrinsic};
 use crate::log_args::{LogArgs, Mapper};
 use crate::named::NamedFile;

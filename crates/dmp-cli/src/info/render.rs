@@ -1,7 +1,11 @@
+//! What is in a log, for a person.
+
 use std::io::{self, Write};
 
+use dmp::Pairing;
+use dmp_draw::text::{self, NONE, Side, Table, count, counted, digits, seconds};
+
 use super::found::{Camera, Frame, Info, Scans, Stream, Topic, TrajectoryInfo};
-use crate::text::{self, NONE, Side, Table, count, counted, digits, seconds};
 
 /// Writes what is in a log for a person.
 pub(super) fn info(out: &mut impl Write, info: &Info) -> io::Result<()> {
@@ -141,7 +145,7 @@ fn trajectory(out: &mut impl Write, run: &TrajectoryInfo, scans: usize) -> io::R
         if scans == 0 { NONE.to_owned() } else { text::percent(run.scans_within as f64 / scans as f64) };
     let within = count(run.scans_within as u64);
     let scans_text = counted(scans as u64, "scan");
-    let pairing = if run.pairing == "by stamp" {
+    let pairing = if run.pairing == Pairing::ByStamp {
         format!("by stamp: {within} of {scans_text} ({share} %) lie within its time")
     } else if run.poses == scans {
         "line by line: the n-th pose belongs to the n-th scan".to_owned()

@@ -1,21 +1,21 @@
 //! What is read before anything is computed.
 
+use dmp_draw::text::counted;
 use dmp_log::{
-    Candidate, KeyframeTimes, LoopLabels, PoseGraphFile, SkippedCandidate, StaticFrames, read_keyframe_times,
-    read_loop_candidates, read_loop_labels, read_pose_graph,
+    Candidate, KeyframeTimes, LoopLabels, PoseGraphFile, ScanLog, SkippedCandidate, StaticFrames,
+    read_keyframe_times, read_loop_candidates, read_loop_labels, read_pose_graph,
 };
 use dmp_loops::OptimiseOptions;
 use dmp_sensor::{Isometry3, PoseGraph, Trajectory};
 
+use super::args::LoopsArgs;
 use super::weights::Weights;
-use super::{Log, LoopsArgs};
-use crate::Common;
+use crate::common::Common;
 use crate::exit::Usage;
 use crate::extrinsic;
+use crate::loaded_run::LoadedRun;
 use crate::log_args::LogHead;
-use crate::runs::LoadedRun;
 use crate::score::announce;
-use crate::text::counted;
 
 pub(super) struct Inputs {
     /// With the weights that take effect.
@@ -26,7 +26,7 @@ pub(super) struct Inputs {
     pub(super) stamps_ns: Option<Vec<i64>>,
     pub(super) weights: Weights,
     pub(super) options: OptimiseOptions,
-    pub(super) log: Option<Log>,
+    pub(super) log: Option<Box<dyn ScanLog>>,
 }
 
 impl Inputs {
@@ -116,7 +116,7 @@ impl Inputs {
 pub(super) fn body_from_sensor(
     arguments: &LoopsArgs,
     trajectory: Trajectory,
-    log: &dyn dmp_log::ScanLog,
+    log: &dyn ScanLog,
     common: &Common,
 ) -> anyhow::Result<Isometry3<f64>> {
     let run = LoadedRun {

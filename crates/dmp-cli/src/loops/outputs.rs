@@ -1,50 +1,19 @@
 //! Files of what was found.
 
-use std::path::{Path, PathBuf};
-
-use clap::Args;
 use dmp_draw::plot::{Axis, Plot, Point, Series, Style};
+use dmp_draw::text::digits;
 use dmp_log::write_pose_graph;
 use dmp_loops::Keyframes;
 use dmp_sensor::Trajectory;
 
-use super::Ranked;
+use super::args::OutputArgs;
 use super::inputs::Inputs;
+use super::ranked::Ranked;
 use super::result::{LoopsResult, TruthResult};
-use crate::exit::Usage;
-use crate::save::{refuse_same, save, save_text, save_trajectory};
-use crate::text::digits;
-
-#[derive(Debug, Args)]
-pub(super) struct OutputArgs {
-    /// Print one JSON object (schema dmp-loops/1) instead of tables
-    #[arg(long, help_heading = "Output")]
-    pub(super) json: bool,
-    /// The curve of precision over recall, as a picture; needs --truth
-    #[arg(long, value_name = "FILE.svg", requires = "truth", help_heading = "Output")]
-    svg: Option<PathBuf>,
-    /// The graph with the accepted loops, optimised, in g2o's format
-    #[arg(long, value_name = "FILE.g2o", requires = "accept", help_heading = "Acceptance")]
-    save_graph: Option<PathBuf>,
-    /// Its poses as a trajectory: TUM where keyframes have times, else KITTI rows
-    #[arg(long, value_name = "FILE", requires = "accept", help_heading = "Acceptance")]
-    save_trajectory: Option<PathBuf>,
-}
+use crate::save::{save, save_text, save_trajectory};
 
 impl OutputArgs {
-    /// Refuses what would take the place of an input or of another output.
-    pub(super) fn check(&self, inputs: &[&Path]) -> Result<(), Usage> {
-        let outputs: Vec<&PathBuf> =
-            [&self.svg, &self.save_graph, &self.save_trajectory].into_iter().flatten().collect();
-        for (k, output) in outputs.iter().enumerate() {
-            inputs.iter().try_for_each(|input| refuse_same(input, output))?;
-            if outputs[..k].contains(output) {
-                return Err(Usage(format!("{}: named for two outputs", output.display())));
-            }
-        }
-        Ok(())
-    }
-
+    /// Writes what was asked for.
     pub(super) fn write(
         &self,
         result: &LoopsResult,

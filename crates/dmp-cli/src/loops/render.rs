@@ -3,9 +3,9 @@
 use std::io::{self, Write};
 
 use dmp::ScaleScores;
+use dmp_draw::text::{self, NONE, Side, Table, counted, digits, percent};
 
 use super::result::{AcceptedResult, CandidateResult, LoopsResult};
-use crate::text::{self, NONE, Side, Table, counted, digits, percent};
 
 /// Square centimetres in a square metre.
 const CM2: f64 = 1e4;

@@ -1,3 +1,5 @@
+//! `dmp map build`: a map from a log and a trajectory, a cloud or a mesh.
+
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -5,9 +7,12 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use clap::Args;
 use dmp::{Config, MapSource, fuse_maps, map_of_cloud};
+use dmp_draw::text;
 use dmp_log::TrajectoryFormat;
 use dmp_map::Store;
 
+use crate::common::Common;
+use crate::exit::Exit;
 use crate::exit::Usage;
 use crate::log_args::LogArgs;
 use crate::named::NamedFile;
@@ -16,7 +21,6 @@ use crate::runs::{OpenedRuns, Runs};
 use crate::save::take_folder;
 use crate::score::parse;
 use crate::settings::{ResumeArgs, SettingsArgs};
-use crate::{Common, Exit, text};
 
 /// Build a map from a log and a trajectory, or from a cloud or a mesh
 ///

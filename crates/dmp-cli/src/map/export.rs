@@ -1,14 +1,19 @@
+//! `dmp map export`: a map's surfels as a point cloud.
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use dmp_draw::text;
 use dmp_log::{CloudFormat, CloudWriter, OrientedPoint};
 use dmp_map::{Store, TileEntry, TileId};
 
+use crate::common::Common;
+use crate::exit::Exit;
 use crate::exit::Usage;
+use crate::process;
 use crate::progress::Progress;
 use crate::save::refuse_same;
-use crate::{Common, Exit, process, text};
 
 /// Write a map's surfels as a point cloud with normals: LAZ, LAS, PLY or PCD
 ///

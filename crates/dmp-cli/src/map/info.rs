@@ -1,12 +1,15 @@
+//! `dmp map info`: what a map holds.
+
 use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::Context as _;
 use clap::Args;
+use dmp_draw::text;
 use dmp_map::Store;
 use serde::Serialize;
 
-use crate::{Exit, text};
+use crate::exit::Exit;
 
 /// Tell what a map holds: extent, tiles, surfels, bytes, segments, what it was made of
 ///

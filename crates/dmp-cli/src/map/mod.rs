@@ -7,7 +7,8 @@ mod verify;
 
 use clap::Subcommand;
 
-use crate::{Common, Exit};
+use crate::common::Common;
+use crate::exit::Exit;
 
 /// Build, look at, check and export surfel maps (.dmpmap)
 #[derive(Debug, Subcommand)]

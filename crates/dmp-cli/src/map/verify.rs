@@ -1,11 +1,16 @@
+//! `dmp map verify`: whether a map is whole.
+
 use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
+use dmp_draw::text;
 use dmp_map::{Store, Tile, TileEntry, TileId};
 
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::process;
 use crate::progress::Progress;
-use crate::{Common, Exit, process, text};
 
 /// Read every byte of a map and check it: checksums, counts, bounds
 ///

@@ -1,13 +1,13 @@
 //! What is told on standard error before and after scoring.
 
 use dmp::Report;
+use dmp_draw::text::{self, counted};
 use dmp_log::LogSummary;
 use dmp_sensor::Trajectory;
 
 use crate::extrinsic::BodyFromSensor;
+use crate::loaded_run::LoadedRun;
 use crate::log_args::LogHead;
-use crate::runs::LoadedRun;
-use crate::text::{self, counted};
 
 /// What was found: a line for the log, a line for what was guessed of it, a line for each run.
 pub(crate) fn found(log: LogHead<'_>, runs: &[LoadedRun]) {

@@ -3,9 +3,9 @@
 use std::io::{self, Write};
 
 use dmp::{Report, RunReport};
+use dmp_draw::text::{self, NONE, Side, Table, count, digits};
 
 use super::pairs;
-use crate::text::{self, NONE, Side, Table, count, digits};
 
 /// Writes everything that the tables above leave out.
 pub(super) fn all(out: &mut impl Write, report: &Report) -> io::Result<()> {
@@ -59,8 +59,7 @@ fn scores(out: &mut impl Write, report: &Report) -> io::Result<()> {
         rows.push(("surfels with trails".to_owned(), Box::new(with_trails)));
         rows.push(("  contradicted".to_owned(), Box::new(move |run| told(run.map.surfels_contradicted))));
     }
-    let runs: Vec<&RunReport> =
-        report.order.iter().filter_map(|name| report.runs.iter().find(|run| run.name == *name)).collect();
+    let runs: Vec<&RunReport> = report.in_order().collect();
     let mut sides = vec![Side::Left];
     sides.resize(1 + runs.len(), Side::Right);
     let mut table = Table::new(sides);

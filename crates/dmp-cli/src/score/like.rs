@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use dmp::{Confidence, Config, Ego, Margin, MissPrice, Report, Sample};
+use dmp::{Confidence, Config, Margin, MissPrice, Report, Sample};
 use dmp_log::LogSummary;
 
-use crate::compare::read_result;
+use crate::saved_result::read_result;
 
 /// The options whose values are those of the result.
 pub(super) const TAKEN: [&str; 16] = [
@@ -59,15 +59,6 @@ impl Like {
                 "{path}: made with --decide, where scans depend on what all runs decide: score them in one command"
             );
         }
-        let ego = match (was.ego.as_str(), was.ego_box_m) {
-            ("auto", None) => Ego::Auto,
-            ("none", None) => Ego::None,
-            ("box", Some(corners)) => {
-                let [min, max] = corners.map(|corner| corner.map(|m| (1e3 * m).round() as i64));
-                Ego::BoxMm(min, max)
-            }
-            (other, _) => bail!("{path}: config.ego is `{other}`, which is not known"),
-        };
         let Some(miss_price) = MissPrice::new(was.miss_price) else {
             bail!("{path}: config.miss_price is {}, no share from 0 to 1", was.miss_price);
         };
@@ -85,7 +76,7 @@ impl Like {
             scales: Some(was.scales),
             min_range_m: Some(was.min_range_m),
             max_range_m: Some(was.max_range_m),
-            ego,
+            ego: was.ego.known,
             every: was.every,
             miss_price,
             confidence,

@@ -8,8 +8,6 @@ mod pairs;
 pub(crate) mod parse;
 mod promise;
 pub(crate) mod render;
-#[cfg(test)]
-pub(crate) mod sample;
 mod sampling;
 
 use std::fs;
@@ -18,10 +16,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
 use clap::Args;
-use dmp::{Config, Report, Scales, evaluate, evaluate_quick};
+use dmp::{Config, Report, evaluate, evaluate_quick};
 use dmp_log::TrajectoryFormat;
 use serde::Serialize;
 
+use crate::common::Common;
+use crate::exit::Usage;
+use crate::exit::{Exit, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::log_args::LogArgs;
 use crate::named::{NamedFile, maps_of};
@@ -29,7 +30,6 @@ use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::take_folder;
 use crate::settings::{ResumeArgs, SettingsArgs};
-use crate::{Common, Exit, when_printed};
 use like::Like;
 use outputs::{OutputArgs, Recorder};
 use promise::PromiseArgs;
@@ -120,11 +120,6 @@ struct Scored<'a> {
     gates: &'a [GateReport],
 }
 
-/// Why what was scored on these scales has no page.
-pub(crate) fn no_page(scales: Scales) -> String {
-    format!("--report: its maps and places are those of drives; it draws no {}s", scales.lengths().name)
-}
-
 impl ScoreArgs {
     fn config(&self) -> Config {
         let settings =
@@ -163,7 +158,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             like.iter().try_for_each(|like| like.check_log(log.summary()))?;
             let (settings, means) = config.on(log.summary())?;
             if arguments.outputs.report.is_some() && !settings.scales.lengths().has_page {
-                bail!(crate::exit::Usage(no_page(settings.scales)));
+                bail!(Usage(outputs::page::no_page(settings.scales)));
             }
             let recorder = Recorder::new(outputs, log.as_ref(), &runs, (&settings, &means), common)?;
             let evaluated = evaluate(log.as_ref(), &runs, &config, (&recorder, &recorder));

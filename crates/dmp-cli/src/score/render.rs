@@ -3,10 +3,10 @@
 use std::io::{self, Write};
 
 use dmp::{FreeSpaceReport, Report, SegmentLength};
-use dmp_draw::{ScoreColumn, columns, is_cross_validated, promise};
+use dmp_draw::text::{self, Side, Table, counted, percent};
+use dmp_draw::{ScoreColumn, promise, ranking};
 
 use super::{details, pairs, sampling};
-use crate::text::{self, NONE, Side, Table, counted, percent};
 
 /// Writes the report: settings, runs, pairs, warnings.
 pub(crate) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io::Result<()> {
@@ -31,7 +31,7 @@ pub(crate) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io
     if verbose {
         details::all(out, report)?;
     }
-    let warnings = report.all_warnings();
+    let warnings = dmp_draw::warnings(report);
     if !warnings.is_empty() {
         writeln!(out, "\nWarnings")?;
         for warning in warnings {
@@ -94,37 +94,28 @@ fn left_out(free_space: &FreeSpaceReport) -> String {
 }
 
 fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
-    let cross_validated = is_cross_validated(report);
-    let columns = columns(report);
-    let (unit, per_metre) = columns.first().map_or(("m", 1.0), |column| (column.unit, column.per_metre()));
-    let is_sample = sampling::is_sample(report);
+    let ranking = ranking(report);
+    let is_sample = report.is_sample();
     // Behind the first column, how far a sample may be off.
-    let with_error = |mut cells: Vec<String>, error: String| {
+    let row = |first: String, second: &str, mut cells: Vec<String>, error: String| {
         if is_sample {
-            cells.insert(3, error);
+            cells.insert(1, error);
         }
+        cells.splice(0..0, [first, second.to_owned()]);
         cells
     };
     let mut sides = vec![Side::Right, Side::Left];
-    sides.resize(2 + columns.len() + usize::from(is_sample), Side::Right);
+    sides.resize(2 + ranking.columns.len() + usize::from(is_sample), Side::Right);
     let mut table = Table::new(sides);
     let sure = text::confidence(report.promise.confidence);
-    for (line, (title, error)) in [("run", "±"), ("", sure.as_str()), ("", unit)].into_iter().enumerate() {
-        let heads = columns.iter().map(|column| head_of(column, line));
-        let cells = [String::new(), title.to_owned()].into_iter().chain(heads).collect();
-        table.row(with_error(cells, error.to_owned()));
+    let errors = ["±", &sure, ranking.unit()];
+    for (line, (title, error)) in ["run", "", ""].into_iter().zip(errors).enumerate() {
+        let heads = ranking.columns.iter().map(|column| head_of(column, line)).collect();
+        table.row(row(String::new(), title, heads, error.to_owned()));
     }
-    for (place, name) in report.order.iter().enumerate() {
-        let Some(run) = report.runs.iter().find(|run| run.name == *name) else { continue };
-        let above = place.checked_sub(1).and_then(|above| report.order.get(above));
-        let tied = above.is_some_and(|above| report.ties.iter().any(|[a, b]| a == above && b == name));
-        let rank = if tied { "=".to_owned() } else { (place + 1).to_string() };
-        let show = |column: &ScoreColumn| column.show(run).unwrap_or_else(|| NONE.to_owned());
-        let error = sampling::half_width(run, cross_validated, per_metre);
-        table.row(with_error(
-            [rank, name.clone()].into_iter().chain(columns.iter().map(show)).collect(),
-            error,
-        ));
+    for run in &ranking.rows {
+        let error = sampling::half_width(&ranking, run);
+        table.row(row(run.rank.clone(), &run.run.name, run.cells.clone(), error));
     }
     table.write(out, "")?;
     writeln!(out)?;
@@ -134,7 +125,7 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
     let rates = format!("rays that hit nothing; blocked: that hit something over {blocked_m} m too early");
     let has_depth = report.runs.iter().any(|run| run.dmp_depth_mean_m2.is_some());
     let depth = if has_depth { "; depth: along the optical axis, as cameras measure" } else { "" };
-    if is_cross_validated(report) {
+    if report.is_cross_validated() {
         writeln!(out, "R_cv      {means};")?;
         let missing_m = widest_m * report.config.miss_price.sqrt();
         writeln!(
@@ -154,7 +145,7 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
         writeln!(out, "DMP       mean square to the first surfel on the ray, not cut off{depth}")?;
     }
     writeln!(out, "miss      {rates}")?;
-    if sampling::is_sample(report) {
+    if is_sample {
         writeln!(out, "±         how far the score before it may be off, as sure as is said")?;
     }
     if !report.ties.is_empty() {
@@ -171,7 +162,7 @@ fn limits(report: &Report) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::sample;
+    use crate::example_reports;
 
     fn text_of(given: &Report, verbose: bool) -> String {
         let mut text = Vec::new();
@@ -220,7 +211,7 @@ Scores compare runs of this log under these settings only.
 At most 1 % of commands tell any two equal runs apart: all pairs and 4 scales share that, so each interval is at 99.75 %.
 ",
         ];
-        assert_eq!(text_of(&sample::three_runs(), false), expected.concat());
+        assert_eq!(text_of(&example_reports::three_runs(), false), expected.concat());
     }
 
     #[test]
@@ -239,12 +230,12 @@ At most 1 % of commands tell any two equal runs apart: all pairs and 4 scales sh
 Scores compare runs of this log under these settings only.
 ",
         ];
-        assert_eq!(text_of(&sample::one_run(), false), expected.concat());
+        assert_eq!(text_of(&example_reports::one_run(), false), expected.concat());
     }
 
     #[test]
     fn given_maps_are_ranked_by_the_nearest_surfel() {
-        let text = text_of(&sample::given_maps(), false);
+        let text = text_of(&example_reports::given_maps(), false);
         assert!(text.contains("every scan a segment"), "{text}");
         assert!(!text.contains("R_cv"), "{text}");
         assert!(text.contains("\n2  b      1.20   0.400    4.00  13.8   2.1     12.3\n"), "{text}");
@@ -253,7 +244,7 @@ Scores compare runs of this log under these settings only.
 
     #[test]
     fn a_verbose_report_leaves_nothing_out() {
-        let text = text_of(&sample::three_runs(), true);
+        let text = text_of(&example_reports::three_runs(), true);
         for part in [
             "truth   größe  R_cv 0.2 m        -0.00508  -0.00614 to -0.00402         876,543\n",
             "  99 % interval      2.00 to 2.50  2.20 to 2.75             –\n",

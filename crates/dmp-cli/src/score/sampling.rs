@@ -1,10 +1,11 @@
 //! Scoring a sample of the scans: the options, and how a report tells of it.
 
 use clap::Args;
-use dmp::{Config, Decide, PairReport, PlacesReport, Report, RunReport, Sample, SamplingReport, ScaleReport};
+use dmp::{Config, Decide, PairReport, PlacesReport, Report, Sample, SamplingReport, ScaleReport};
+use dmp_draw::text::{self, NONE, counted, digits};
+use dmp_draw::{Ranking, RankingRow};
 
 use crate::parse::{Pair, pair};
-use crate::text::{self, NONE, counted, digits};
 
 /// Which of the scans are scored. The maps are made of all scans in use.
 #[derive(Debug, Args)]
@@ -106,21 +107,10 @@ fn places_in_words(sampling: &SamplingReport, places: &PlacesReport) -> String {
     )
 }
 
-/// Whether not all scans were scored.
-pub(super) fn is_sample(report: &Report) -> bool {
-    report.sampling.frames_scored < report.sampling.frames_total
-}
-
-/// How far the ends of the interval of a run's first column are from it, the longer way, as that column is shown:
-/// a root.
-pub(super) fn half_width(run: &RunReport, cross_validated: bool, per_metre: f64) -> String {
-    let (value, interval) = if cross_validated {
-        (run.r_cv_m2[0], run.r_cv_interval_m2)
-    } else {
-        (run.r_near_m2[0], run.r_near_interval_m2)
-    };
-    let root = |square_m2: f64| per_metre * square_m2.max(0.0).sqrt();
-    value.zip(interval).map_or(NONE.to_owned(), |(value, [low, high])| {
+/// How far the ends of the interval of a run's first column are from it, the longer way, as that column is shown.
+pub(super) fn half_width(ranking: &Ranking<'_>, row: &RankingRow<'_>) -> String {
+    let root = |square_m2: f64| ranking.root_of(square_m2);
+    row.value_m2.zip(row.interval_m2).map_or(NONE.to_owned(), |(value, [low, high])| {
         digits((root(high) - root(value)).max(root(value) - root(low)))
     })
 }

@@ -1,3 +1,5 @@
+//! `dmp simulate city`: a drive of any length.
+
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -5,12 +7,13 @@ use clap::Args;
 use dmp_log::write_tum_poses;
 use dmp_sim::{CityOptions, CityRecording};
 
+use super::fault::told;
 use super::progress::Progress;
 use super::recording::{RecordingArgs, save_scans};
-use super::told;
+use crate::common::Common;
+use crate::exit::Exit;
 use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
 use crate::save::save;
-use crate::{Common, Exit};
 
 /// Make a log of a drive of any length through a city without end, and its true trajectory
 ///

@@ -1,3 +1,5 @@
+//! `dmp simulate errors`: a trajectory made worse by a known amount.
+
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -5,9 +7,11 @@ use clap::{ArgGroup, Args};
 use dmp_log::read_trajectory;
 use dmp_sim::{Noise, SlamErrors, ate_rmse_m};
 
-use super::told;
+use super::fault::told;
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::parse;
 use crate::save::{refuse_same, save_trajectory};
-use crate::{Common, Exit, parse};
 
 /// Make a wrong trajectory from a good one
 ///

@@ -1,3 +1,5 @@
+//! `dmp simulate loops`: a pose graph with true and false loop candidates.
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -10,9 +12,11 @@ use dmp_log::{
 use dmp_sensor::{PoseEdge, Trajectory};
 use dmp_sim::{LoopGraph, LoopGraphOptions, LoopKind, Scales, ate_rmse_m};
 
-use super::told;
+use super::fault::told;
+use crate::common::Common;
+use crate::exit::Exit;
+use crate::parse;
 use crate::save::{refuse_same, save};
-use crate::{Common, Exit, parse};
 
 /// Make a pose graph without loops from a true trajectory, and loop candidates with labels
 ///

@@ -2,6 +2,7 @@
 
 mod city;
 mod errors;
+mod fault;
 mod loops;
 mod progress;
 mod recording;
@@ -9,10 +10,9 @@ mod room;
 mod town;
 
 use clap::Subcommand;
-use dmp_sim::SimError;
 
-use crate::exit::Usage;
-use crate::{Common, Exit};
+use crate::common::Common;
+use crate::exit::Exit;
 
 /// Make logs and trajectories with known truth
 #[derive(Debug, Subcommand)]
@@ -33,13 +33,5 @@ impl Simulate {
             Self::Errors(arguments) => errors::run(arguments, common, out),
             Self::Loops(arguments) => loops::run(arguments, common, out),
         }
-    }
-}
-
-/// A number out of range was given on the command line; whatever else is wrong is wrong with the run.
-fn told(error: SimError) -> anyhow::Error {
-    match error {
-        SimError::OutOfRange { .. } => Usage(error.to_string()).into(),
-        other => other.into(),
     }
 }

@@ -1,3 +1,5 @@
+//! How far a simulation is, on standard error.
+
 use std::cell::Cell;
 use std::io::IsTerminal as _;
 use std::time::Instant;
@@ -5,7 +7,7 @@ use std::time::Instant;
 use dmp_sensor::Scan;
 use indicatif::{HumanBytes, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::Common;
+use crate::common::Common;
 
 /// Bytes of a return in a packed log, about: what is told of the size is for the disk's owner to plan with.
 const PACKED_BYTES: f64 = 7.5;

@@ -1,3 +1,5 @@
+//! `dmp simulate room`: depth images of a furnished room.
+
 use std::collections::HashMap;
 use std::io::Write;
 use std::path::PathBuf;
@@ -8,11 +10,12 @@ use dmp_log::{DepthFolderWriter, encode_depth_png};
 use dmp_sensor::{Distortion, PinholeCamera, Trajectory};
 use dmp_sim::{DepthRecording, DepthRecordingOptions, Room, RoomOptions, ate_rmse_m, room_estimates};
 
+use super::fault::told;
 use super::progress::Progress;
-use super::told;
+use crate::common::Common;
+use crate::exit::Exit;
 use crate::exit::Usage;
 use crate::save::{save, save_trajectory};
-use crate::{Common, Exit};
 
 /// Focal length of an image as wide as this, pixels.
 const FOCAL_PX: f64 = 525.0;

@@ -1,15 +1,18 @@
+//! `dmp simulate town`: a drive through a small town.
+
 use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use dmp_sim::{Recording, RecordingOptions, Route};
 
+use super::fault::told;
 use super::progress::Progress;
 use super::recording::{RecordingArgs, save_scans};
-use super::told;
+use crate::common::Common;
+use crate::exit::Exit;
 use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
 use crate::save::save_trajectory;
-use crate::{Common, Exit};
 
 /// Make a log of a drive through a simulated town, and its true trajectory
 ///

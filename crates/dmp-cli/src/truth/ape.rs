@@ -1,8 +1,14 @@
-use clap::{Args, ValueEnum};
+//! `dmp truth ape`: the absolute pose error, as `evo_ape` has it.
+
+use clap::Args;
 use dmp_truth::trajectory::{Relation, absolute};
 
-use super::compare::{CompareArgs, Metric};
-use crate::{Common, Exit};
+use super::compare::Metric;
+use super::compare_args::{CompareArgs, RELATIONS, Words, words};
+use crate::common::Common;
+use crate::exit::Exit;
+
+const OF_POSES: Words<Relation> = RELATIONS.split_at(6).0;
 
 /// Absolute pose error of a trajectory against a reference, as `evo_ape`
 ///
@@ -28,20 +34,10 @@ pub(crate) struct ApeArgs {
         alias = "pose-relation",
         value_name = "RELATION",
         default_value = "trans_part",
+        value_parser = words(OF_POSES),
         help_heading = "Error"
     )]
-    relation: RelationName,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-#[value(rename_all = "snake_case")]
-enum RelationName {
-    Full,
-    TransPart,
-    RotPart,
-    AngleDeg,
-    AngleRad,
-    PointDistance,
+    relation: Relation,
 }
 
 pub(crate) fn run(
@@ -49,14 +45,7 @@ pub(crate) fn run(
     common: &Common,
     out: &mut impl std::io::Write,
 ) -> anyhow::Result<Exit> {
-    let relation = match arguments.relation {
-        RelationName::Full => Relation::FullTransformation,
-        RelationName::TransPart => Relation::TranslationPart,
-        RelationName::RotPart => Relation::RotationPart,
-        RelationName::AngleDeg => Relation::RotationAngleDeg,
-        RelationName::AngleRad => Relation::RotationAngleRad,
-        RelationName::PointDistance => Relation::PointDistance,
-    };
+    let relation = arguments.relation;
     let metric = Metric {
         name: "ape",
         relation,

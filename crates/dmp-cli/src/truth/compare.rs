@@ -1,170 +1,17 @@
-//! What `dmp truth ape` and `dmp truth rpe` share: arguments, reading, preparing, telling.
+//! What `dmp truth ape` and `dmp truth rpe` share: reading, comparing, telling.
 
-use std::fmt::Write as _;
 use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::Context as _;
-use clap::{Args, ValueEnum};
 use dmp_log::{RawTrajectory, TrajectoryFormat, read_raw_trajectory};
-use dmp_truth::trajectory as truth;
-use dmp_truth::trajectory::{
-    CompareError, ErrorUnit, Errors, Pose, PosePath, Prepared, Relation, Statistics,
-};
+use dmp_truth::trajectory::{CompareError, Errors, Pose, PosePath, Prepared, Relation, Statistics};
 use serde::Serialize;
 
+use super::compare_args::{CompareArgs, TimeArgs};
 use super::results_zip;
-use crate::exit::Usage;
-use crate::{Common, Exit};
-
-/// Arguments of both, named as users of evo know them.
-#[derive(Debug, Args)]
-#[expect(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
-pub(crate) struct CompareArgs {
-    /// Reference and estimate, after the format of the files (tum, kitti, euroc, npy or g2o) if it is to be
-    /// given
-    #[arg(value_name = "[FORMAT] REFERENCE ESTIMATE", num_args = 2..=3, required = true)]
-    files: Vec<PathBuf>,
-    /// Align with Umeyama's method (rotation and translation)
-    #[arg(short, long, conflicts_with = "align_origin", help_heading = "Alignment")]
-    align: bool,
-    /// Correct the scale with Umeyama's method
-    #[arg(short = 's', long = "correct_scale", alias = "correct-scale", help_heading = "Alignment")]
-    correct_scale: bool,
-    /// Align the first pose to the reference's first
-    #[arg(long = "align_origin", alias = "align-origin", help_heading = "Alignment")]
-    align_origin: bool,
-    /// Align by the first N poses only (-1: all)
-    #[arg(
-        long = "n_to_align",
-        alias = "n-to-align",
-        value_name = "N",
-        default_value_t = -1,
-        allow_negative_numbers = true,
-        help_heading = "Alignment"
-    )]
-    n_to_align: i64,
-    /// Tell errors in this unit
-    #[arg(long = "change_unit", alias = "change-unit", value_name = "UNIT", help_heading = "Error")]
-    change_unit: Option<UnitName>,
-    /// Project both trajectories into a plane, after the alignment
-    #[arg(
-        long = "project_to_plane",
-        alias = "project-to-plane",
-        value_name = "PLANE",
-        help_heading = "Error"
-    )]
-    project_to_plane: Option<PlaneName>,
-    /// Use at most N poses of each trajectory
-    #[arg(long, value_name = "N", help_heading = "Poses used")]
-    downsample: Option<usize>,
-    /// Leave out poses nearer than a distance (m) and an angle (deg) to the one before
-    #[arg(
-        long = "motion_filter",
-        alias = "motion-filter",
-        num_args = 2,
-        value_names = ["DISTANCE", "ANGLE_DEGREES"],
-        help_heading = "Poses used"
-    )]
-    motion_filter: Option<Vec<f64>>,
-    #[command(flatten)]
-    times: TimeArgs,
-    /// Print one JSON object (schema dmp-truth/1)
-    #[arg(long, help_heading = "Output")]
-    json: bool,
-    /// Write a result file for `evo_res`
-    #[arg(long = "save_results", alias = "save-results", value_name = "FILE.zip", help_heading = "Output")]
-    save_results: Option<PathBuf>,
-    /// Put the compared trajectories into the result file too
-    #[arg(
-        long = "save_traj_in_zip",
-        alias = "save-traj-in-zip",
-        requires = "save_results",
-        help_heading = "Output"
-    )]
-    save_trajectories: bool,
-    /// Overwrite a result file that is there
-    #[arg(long = "no_warnings", alias = "no-warnings", help_heading = "Output")]
-    no_warnings: bool,
-    /// Print nothing
-    #[arg(long, conflicts_with = "json", help_heading = "Output")]
-    silent: bool,
-}
-
-/// How stamps are matched. Not for files without stamps.
-#[derive(Debug, Args)]
-struct TimeArgs {
-    /// Largest difference of stamps that belong together, seconds [default: 0.01]
-    #[arg(long = "t_max_diff", alias = "t-max-diff", value_name = "S", help_heading = "Time")]
-    t_max_diff: Option<f64>,
-    /// Seconds to add to the estimate's stamps
-    #[arg(
-        long = "t_offset",
-        alias = "t-offset",
-        value_name = "S",
-        allow_negative_numbers = true,
-        help_heading = "Time"
-    )]
-    t_offset: Option<f64>,
-    /// Use the reference only from this stamp on, seconds
-    #[arg(
-        long = "t_start",
-        alias = "t-start",
-        value_name = "S",
-        allow_negative_numbers = true,
-        help_heading = "Time"
-    )]
-    t_start: Option<f64>,
-    /// Use the reference only up to this stamp, seconds
-    #[arg(
-        long = "t_end",
-        alias = "t-end",
-        value_name = "S",
-        allow_negative_numbers = true,
-        help_heading = "Time"
-    )]
-    t_end: Option<f64>,
-    /// Match with the pose nearest in time, or interpolate the denser trajectory
-    #[arg(long = "sync_method", alias = "sync-method", value_name = "METHOD", help_heading = "Time")]
-    sync_method: Option<SyncName>,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-#[value(rename_all = "snake_case")]
-enum SyncName {
-    NearestTime,
-    Interpolation,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum PlaneName {
-    Xy,
-    Xz,
-    Yz,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum UnitName {
-    Deg,
-    Rad,
-    Mm,
-    Cm,
-    M,
-    Km,
-}
-
-impl From<UnitName> for ErrorUnit {
-    fn from(name: UnitName) -> Self {
-        match name {
-            UnitName::Deg => Self::Degrees,
-            UnitName::Rad => Self::Radians,
-            UnitName::Mm => Self::Millimeters,
-            UnitName::Cm => Self::Centimeters,
-            UnitName::M => Self::Meters,
-            UnitName::Km => Self::Kilometers,
-        }
-    }
-}
+use crate::common::Common;
+use crate::exit::{Exit, Usage};
 
 /// What makes the metrics different.
 pub(super) struct Metric<'a> {
@@ -241,10 +88,10 @@ impl CompareArgs {
             preparation.apply(reference, estimate).map_err(usage_or_failure).with_context(compared)?;
         let mut errors = (metric.errors)(&prepared).map_err(usage_or_failure).with_context(compared)?;
         if let Some(unit) = self.change_unit {
-            errors = errors.in_unit(unit.into()).map_err(usage_or_failure)?;
+            errors = errors.in_unit(unit).map_err(usage_or_failure)?;
         }
         let stats = Statistics::of(&errors.values).context("there are no errors")?;
-        let title = self.title(metric, errors.unit);
+        let title = self.title(metric.name, metric.relation, errors.unit, &metric.title_tail);
         let names = [reference_path, estimate_path].map(|path| path.display().to_string());
         if self.json {
             let [reference, estimate] = [0, 1].map(|k| FileJson {
@@ -286,89 +133,6 @@ impl CompareArgs {
             crate::save::save(path, |file| result.write(file))?;
         }
         Ok(Exit::Done)
-    }
-
-    /// Reference and estimate, and the formats they must have.
-    fn files(&self) -> anyhow::Result<(&PathBuf, &PathBuf, [Option<TrajectoryFormat>; 2])> {
-        use TrajectoryFormat::Euroc;
-        match self.files.as_slice() {
-            [reference, estimate] => Ok((reference, estimate, [None; 2])),
-            [word, reference, estimate] => {
-                let format = word.to_string_lossy().parse().map_err(Usage)?;
-                // As evo has it, but an estimate in EuRoC's own format is found by looking.
-                let formats = [Some(format), Some(format).filter(|&format| format != Euroc)];
-                Ok((reference, estimate, formats))
-            }
-            _ => Err(Usage("a reference and an estimate are needed".into()).into()),
-        }
-    }
-
-    fn preparation(&self, reference: &PosePath) -> anyhow::Result<truth::Preparation> {
-        let TimeArgs { t_max_diff, t_offset, t_start, t_end, sync_method } = &self.times;
-        let stamped = reference.stamps_s().is_some();
-        let timed = [t_max_diff, t_offset, t_start, t_end].iter().any(|option| option.is_some());
-        if !stamped && (timed || sync_method.is_some() || self.motion_filter.is_some()) {
-            let problem = "trajectories without stamps have no options of time and no motion filter";
-            return Err(Usage(problem.into()).into());
-        }
-        // Zero alone asks for nothing, as in evo.
-        let cut = [t_start, t_end].iter().any(|time| time.is_some_and(|time| time != 0.0));
-        Ok(truth::Preparation {
-            downsample: self.downsample.filter(|&count| count > 0),
-            motion_filter: self.motion_filter.as_deref().and_then(|values| match values {
-                [distance_m, degrees] => Some((*distance_m, degrees.to_radians())),
-                _ => None,
-            }),
-            start_s: t_start.filter(|_| cut),
-            end_s: t_end.filter(|_| cut),
-            matching: truth::Matching {
-                max_diff_s: t_max_diff.unwrap_or(0.01),
-                offset_s: t_offset.unwrap_or(0.0),
-                sync: match sync_method {
-                    Some(SyncName::Interpolation) => truth::Sync::Interpolation,
-                    _ => truth::Sync::NearestTime,
-                },
-            },
-            alignment: truth::Alignment {
-                pose: self.align,
-                scale: self.correct_scale,
-                origin: self.align_origin,
-                first: (self.n_to_align != -1).then_some(self.n_to_align),
-            },
-            plane: self.project_to_plane.map(|plane| match plane {
-                PlaneName::Xy => truth::Plane::Xy,
-                PlaneName::Xz => truth::Plane::Xz,
-                PlaneName::Yz => truth::Plane::Yz,
-            }),
-        })
-    }
-
-    /// The heading, word by word as evo has it.
-    fn title(&self, metric: &Metric<'_>, unit: ErrorUnit) -> String {
-        let mut title = format!(
-            "{} w.r.t. {} ({}){}",
-            metric.name.to_uppercase(),
-            metric.relation.name(),
-            unit.name(),
-            metric.title_tail
-        );
-        title += match (self.align, self.correct_scale, self.align_origin) {
-            (true, false, _) => "\n(with SE(3) Umeyama alignment)",
-            (true, true, _) => "\n(with Sim(3) Umeyama alignment)",
-            (false, true, _) => "\n(scale corrected)",
-            (false, false, false) => "\n(not aligned)",
-            (false, false, true) => "",
-        };
-        if (self.align || self.correct_scale) && self.n_to_align != -1 {
-            let _ = write!(title, " (aligned poses: {})", self.n_to_align);
-        }
-        if self.align_origin {
-            title += "\n(with origin alignment)";
-        }
-        if let Some(plane) = self.project_to_plane {
-            let _ = write!(title, "\n(projected to {} plane)", format!("{plane:?}").to_lowercase());
-        }
-        title
     }
 
     fn print(&self, title: &str, stats: &Statistics, out: &mut impl Write) -> std::io::Result<()> {

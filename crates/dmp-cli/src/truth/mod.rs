@@ -2,6 +2,7 @@
 
 mod ape;
 mod compare;
+mod compare_args;
 mod results_zip;
 mod rpe;
 mod smd;
@@ -9,7 +10,8 @@ mod study;
 
 use clap::Subcommand;
 
-use crate::{Common, Exit};
+use crate::common::Common;
+use crate::exit::Exit;
 
 /// Compare with ground truth
 #[derive(Debug, Subcommand)]

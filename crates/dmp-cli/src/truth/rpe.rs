@@ -1,8 +1,19 @@
-use clap::{Args, ValueEnum};
+//! `dmp truth rpe`: the relative pose error, as `evo_rpe` has it.
+
+use clap::Args;
 use dmp_truth::trajectory::{DeltaUnit, PairOptions, Relation, relative};
 
-use super::compare::{CompareArgs, Metric, PairsJson, as_python};
-use crate::{Common, Exit};
+use super::compare::{Metric, PairsJson, as_python};
+use super::compare_args::{CompareArgs, RELATIONS, Words, words};
+use crate::common::Common;
+use crate::exit::Exit;
+
+const DELTA_UNITS: Words<DeltaUnit> = &[
+    ("f", DeltaUnit::Frames),
+    ("d", DeltaUnit::Degrees),
+    ("r", DeltaUnit::Radians),
+    ("m", DeltaUnit::Meters),
+];
 
 /// Relative pose error of a trajectory against a reference, as `evo_rpe`
 ///
@@ -26,9 +37,10 @@ pub(crate) struct RpeArgs {
         alias = "pose-relation",
         value_name = "RELATION",
         default_value = "trans_part",
+        value_parser = words(RELATIONS),
         help_heading = "Error"
     )]
-    relation: RelationName,
+    relation: Relation,
     /// Distance of the poses of a pair [default: 1]
     #[arg(short = 'd', long, value_name = "DELTA", allow_negative_numbers = true, help_heading = "Pairs")]
     delta: Option<f64>,
@@ -39,9 +51,10 @@ pub(crate) struct RpeArgs {
         alias = "delta-unit",
         value_name = "UNIT",
         default_value = "f",
+        value_parser = words(DELTA_UNITS),
         help_heading = "Pairs"
     )]
-    delta_unit: DeltaUnitName,
+    delta_unit: DeltaUnit,
     /// With `--all_pairs`: how far from delta a pair may be, as a share of it
     #[arg(
         short = 't',
@@ -60,46 +73,13 @@ pub(crate) struct RpeArgs {
     pairs_from_reference: bool,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-#[value(rename_all = "snake_case")]
-enum RelationName {
-    Full,
-    TransPart,
-    RotPart,
-    AngleDeg,
-    AngleRad,
-    PointDistance,
-    PointDistanceErrorRatio,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum DeltaUnitName {
-    F,
-    D,
-    R,
-    M,
-}
-
 pub(crate) fn run(
     arguments: &RpeArgs,
     common: &Common,
     out: &mut impl std::io::Write,
 ) -> anyhow::Result<Exit> {
-    let relation = match arguments.relation {
-        RelationName::Full => Relation::FullTransformation,
-        RelationName::TransPart => Relation::TranslationPart,
-        RelationName::RotPart => Relation::RotationPart,
-        RelationName::AngleDeg => Relation::RotationAngleDeg,
-        RelationName::AngleRad => Relation::RotationAngleRad,
-        RelationName::PointDistance => Relation::PointDistance,
-        RelationName::PointDistanceErrorRatio => Relation::PointDistanceErrorRatio,
-    };
-    let unit = match arguments.delta_unit {
-        DeltaUnitName::F => DeltaUnit::Frames,
-        DeltaUnitName::D => DeltaUnit::Degrees,
-        DeltaUnitName::R => DeltaUnit::Radians,
-        DeltaUnitName::M => DeltaUnit::Meters,
-    };
+    let relation = arguments.relation;
+    let unit = arguments.delta_unit;
     let RpeArgs { delta, delta_tol, all_pairs, pairs_from_reference, .. } = *arguments;
     // A delta that is not given is a whole number in evo's text, whatever its unit.
     let shown = match delta {

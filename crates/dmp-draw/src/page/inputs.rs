@@ -1,6 +1,6 @@
 //! What went in: files, settings, where every return went.
 
-use dmp::{ConfigReport, InputReport, Report, RunInputReport};
+use dmp::{ConfigReport, InputReport, Pairing, Report, RunInputReport};
 
 use super::html::{cell, head, table, terms};
 use crate::text::{NONE, bytes, count, counted, duration};
@@ -62,7 +62,7 @@ fn runs(inputs: &InputReport) -> String {
             run.file.clone().unwrap_or_else(|| NONE.to_owned()),
             run.format.clone().unwrap_or_else(|| NONE.to_owned()),
             count(run.poses as u64),
-            run.pairing.clone(),
+            pairing(run.pairing).to_owned(),
             format!("{} s", run.max_time_gap_s),
             count(run.scans_without_pose as u64),
             run.map.clone(),
@@ -74,15 +74,22 @@ fn runs(inputs: &InputReport) -> String {
     table("What was read of every run", &heads, &inputs.runs.iter().map(row).collect::<Vec<_>>())
 }
 
+fn pairing(pairing: Pairing) -> &'static str {
+    match pairing {
+        Pairing::ByStamp => "by stamp",
+        Pairing::ByLine => "line by line",
+    }
+}
+
 fn settings(report: &Report) -> String {
     let config = &report.config;
     let segments = match config.segments.length_m {
         Some(length_m) => format!("{} of {length_m:.1} m", config.segments.count),
         None => "every scan is one".to_owned(),
     };
-    let vehicle = match config.ego_box_m {
-        Some([from, to]) => format!("{}, {from:?} to {to:?} m", config.ego),
-        None => format!("{}, {}", config.ego, counted(config.ego_cells as u64, "cell")),
+    let vehicle = match config.ego.box_m() {
+        Some([from, to]) => format!("{}, {from:?} to {to:?} m", config.ego.name()),
+        None => format!("{}, {}", config.ego.name(), counted(config.ego.cells as u64, "cell")),
     };
     let trails = match &report.free_space {
         Some(free_space) => format!(

@@ -16,14 +16,6 @@ const WIDTH: f64 = 400.0;
 const FAR_LARGER: f64 = 2.0;
 const COVERAGE: [Rgb; 3] = [[0, 158, 115], [86, 165, 225], [222, 110, 30]];
 
-/// What the score of a run is called.
-pub(super) fn score_of(basis: Basis) -> &'static str {
-    match basis {
-        Basis::CrossValidated => "R_cv",
-        Basis::Near => "R_near",
-    }
-}
-
 /// A map of residuals for every run, on one scale of colours.
 pub(super) fn residuals(pictures: &Pictures, names: &[&str]) -> Result<String, png::EncodingError> {
     let with_map = || pictures.order.iter().filter_map(|&run| Some((run, pictures.grounds[run].as_ref()?)));
@@ -45,7 +37,7 @@ pub(super) fn residuals(pictures: &Pictures, names: &[&str]) -> Result<String, p
             format!("<strong>{}</strong>, cells of {} m{scale}", escape(names[run]), ground.grid.cell_m);
         figures.push(figure(&map, &caption));
     }
-    let score = pictures.order.first().map_or("R_cv", |&best| score_of(pictures.bases[best]));
+    let score = pictures.order.first().map_or(Basis::CrossValidated, |&best| pictures.bases[best]);
     let mut text = paragraph(&format!(
         "Each cell has the root mean square of the residuals of the returns that lie in it ({score} at {CUT_M} m). The line is \
          the way of the sensor, from the dot; the arrow is the y axis of the run's world, north where that is east–north–up."

@@ -10,7 +10,7 @@ mod ranking;
 mod tests;
 mod words;
 
-use dmp::Report;
+use dmp::{Basis, Report};
 
 use crate::painter::Pictures;
 use crate::plot::escape;
@@ -102,7 +102,7 @@ fn verdict(input: &PageInput<'_>) -> String {
 }
 
 fn warnings(report: &Report) -> String {
-    let list = list("<ul>", report.all_warnings().iter().map(|warning| escape(warning)));
+    let list = list("<ul>", crate::warnings(report).iter().map(|warning| escape(warning)));
     section("warnings", "Warnings", &list).replacen("<section", "<section class=\"warnings\"", 1)
 }
 
@@ -125,7 +125,7 @@ fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::E
     if let Some(more) = pictures.order.len().checked_sub(LINES).filter(|more| *more > 0) {
         key.push_str(&paragraph(&format!("The best {LINES} runs; {more} more are not drawn.")));
     }
-    let score = pictures.order.first().map_or("R_cv", |&best| maps::score_of(pictures.bases[best]));
+    let score = pictures.order.first().map_or(Basis::CrossValidated, |&best| pictures.bases[best]);
     let [width, height] = PLOT_PX;
     let over_time =
         profile::over_time(&pictures.frames, pictures.start_ns, &lines, score).to_element(width, height);

@@ -6,7 +6,7 @@ use crate::plot::escape;
 
 /// Points of a way at most.
 const WAY_POINTS: usize = 1500;
-/// Room below a picture for the bar.
+/// Space below a picture for the bar.
 const BELOW: f64 = 26.0;
 
 /// A picture's size and scale.

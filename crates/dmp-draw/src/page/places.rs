@@ -1,7 +1,6 @@
 //! The worst places of every run.
 
 use super::html::{figure, grid, keys, list, paragraph};
-use super::maps::score_of;
 use super::overlay::{self, Frame};
 use crate::closeup::{COLOURS, Closeup};
 use crate::colour::hex;
@@ -11,7 +10,7 @@ use crate::plot::escape;
 use crate::profile::time_of;
 use crate::seen::FrameScore;
 use crate::text::digits;
-use crate::worst::{Pass, Place};
+use crate::worst::{Pass, WorstPlace};
 
 /// Passes told of a place.
 const PASSES: usize = 4;
@@ -57,14 +56,14 @@ fn article(
     pictures: &Pictures,
     names: &[&str],
     number: usize,
-    place: &Place,
+    place: &WorstPlace,
 ) -> Result<String, png::EncodingError> {
     let name = names[place.run];
     let [x, y, _] = place.centre_in_world_m;
     let when = place.passes.first().map_or_else(String::new, |pass| times(pictures, pass));
     let heading = format!("{}. {when}", number + 1);
     let id = format!("place-{}-{}", place.run, number + 1);
-    let basis = score_of(pictures.bases[place.run]);
+    let basis = pictures.bases[place.run];
     let own = format!("Off by {} ({basis} at 0.5 and 2 m)", misses(&place.score));
     let best = match &place.best {
         Some((best, score)) => {
@@ -124,7 +123,7 @@ fn clock(seconds: f64) -> String {
 /// From above and from the side.
 fn views(
     pictures: &Pictures,
-    place: &Place,
+    place: &WorstPlace,
     closeup: &Closeup,
     name: &str,
     number: usize,

@@ -1,7 +1,9 @@
+//! Pages of the sample data, and of reports that hold less.
+
 use super::*;
 use crate::painter::Painter;
 use crate::seen::{FrameScore, SampledReturn, SeenFrame};
-use dmp::{Basis, Residuals, RunSums};
+use dmp::{Basis, Residuals, RunSums, Verdict, Warning};
 
 /// The scores of the sample data: truth, drift, noise and a collapsed run.
 fn sample() -> Report {
@@ -125,8 +127,7 @@ fn given_maps_are_told_by_the_nearest_surfel() {
 fn what_is_not_decided_is_not_claimed() {
     let mut report = sample();
     for pair in &mut report.pairs {
-        pair.decided_at_m = None;
-        pair.verdict = "undecided".into();
+        pair.verdict = Verdict::Undecided;
         pair.reason = "undecided: too few".into();
     }
     report.ties = report.order.windows(2).map(|pair| [pair[0].clone(), pair[1].clone()]).collect();
@@ -137,14 +138,13 @@ fn what_is_not_decided_is_not_claimed() {
     assert!(!text.contains("is better than"));
     let mut mixed = sample();
     let best = mixed.order[0].clone();
-    for pair in &mut mixed.pairs {
-        pair.better_on_the_whole = Some(best.clone());
-    }
+    let ahead = |run: &str| Verdict::Mixed { run: run.to_owned(), decided_at_m: 10.0, is_same: false };
+    mixed.pairs.iter_mut().for_each(|pair| pair.verdict = ahead(&best));
     assert!(page_of(&mixed, None, &[]).contains("at some places better, at others worse than"));
     // Of two, the better on the whole may stand second.
     let second = mixed.order[1].clone();
     mixed.order.truncate(2);
-    mixed.pairs.iter_mut().for_each(|pair| pair.better_on_the_whole = Some(second.clone()));
+    mixed.pairs.iter_mut().for_each(|pair| pair.verdict = ahead(&second));
     let said = format!(
         "<strong>{second}</strong> made the better map of the two on the whole, but <strong>{best}</strong>"
     );
@@ -177,7 +177,7 @@ fn names_of_files_and_runs_cannot_break_the_page() {
     let text = serde_json::to_string(&report).unwrap().replace("\"truth\"", "\"<img src=x onerror=y>\"");
     report = serde_json::from_str(&text).unwrap();
     report.inputs.log = "/data/<b>&.mcap".into();
-    report.warnings = vec!["</main><i>".into()];
+    report.warnings = vec![Warning::Other("</main><i>".into())];
     let pictures = pictures(&report, &[Basis::CrossValidated; 4], &[0.05, 0.4, 0.2, 1.5]);
     let text = page_of(&report, Some(&pictures), &[]);
     assert!(!text.contains("<img") && !text.contains("<b>") && !text.contains("<i>"));

@@ -1,38 +1,29 @@
 //! The ranking, told to somebody who knows neither residuals nor squares.
 
-use dmp::{PairReport, Reach, Report, ScaleReport, Scales};
+use dmp::{Best, Reach, Report, ScaleReport, Scales, Verdict};
 
 use crate::plot::escape;
 use crate::text::{count, digits};
-
-/// With more runs than this, only neighbours in the order and pairs with the best are told.
-const ALL_PAIRS_UP_TO: usize = 5;
+use crate::told::{ToldPair, told_pairs};
 
 fn strong(name: &str) -> String {
     format!("<strong>{}</strong>", escape(name))
 }
 
-/// How the first run of the order stands to another one.
-enum Against<'a> {
-    Better,
-    Worse,
-    /// Better on the whole is the run of this name.
-    Mixed(&'a str),
-    Same,
-    Undecided,
-    NotCompared,
-}
+/// How the first run of the order may stand to another one: in words, and whether it does, by what is decided between
+/// them and its name.
+type Standing = (&'static str, fn(Option<&Verdict>, &str) -> bool);
 
-fn against<'a>(report: &'a Report, best: &str, other: &str) -> Against<'a> {
-    let Some(pair) = pair_of(report, best, other) else { return Against::NotCompared };
-    match (&pair.decided_at_m, &pair.better_on_the_whole) {
-        (None, _) if pair.is_same => Against::Same,
-        (None, _) => Against::Undecided,
-        (_, Some(better)) => Against::Mixed(better),
-        (Some(_), None) if pair.verdict == best => Against::Better,
-        (Some(_), None) => Against::Worse,
-    }
-}
+const STANDINGS: [Standing; 6] = [
+    ("it is better than", |verdict, best| verdict.and_then(Verdict::better) == Some(best)),
+    ("it is the same as", |verdict, _| matches!(verdict, Some(Verdict::Same))),
+    ("nothing is decided against", |verdict, _| matches!(verdict, Some(Verdict::Undecided))),
+    ("at some places better, at others worse than", |verdict, _| {
+        matches!(verdict, Some(Verdict::Mixed { .. }))
+    }),
+    ("worse than", |verdict, best| verdict.and_then(Verdict::better).is_some_and(|better| better != best)),
+    ("not compared with", |verdict, _| verdict.is_none()),
+];
 
 /// The one sentence that everybody reads, as HTML. It claims of the first run what its pairs say, no more.
 pub(super) fn answer(report: &Report) -> String {
@@ -47,42 +38,31 @@ pub(super) fn answer(report: &Report) -> String {
         }
         [best, others @ ..] => (best, others),
     };
-    let stands = |kind: &dyn Fn(&Against<'_>) -> bool| -> Vec<String> {
-        others.iter().filter(|other| kind(&against(report, best, other))).map(|name| strong(name)).collect()
-    };
+    let against = |other: &str| report.verdict_between(best, other);
     if let [other] = others {
-        return match against(report, best, other) {
-            Against::Better => format!("{} made the better map of the two.", strong(best)),
-            Against::Worse => format!("{} made the better map of the two.", strong(other)),
-            Against::Mixed(better) => {
-                let worse = if better == best.as_str() { other } else { best };
-                let (better, worse) = (strong(better), strong(worse));
+        let (best, other) = (strong(best), strong(other));
+        return match against(&others[0]) {
+            Some(Verdict::Better { run, .. }) => format!("{} made the better map of the two.", strong(run)),
+            Some(Verdict::Mixed { run, .. }) => {
+                let better = strong(run);
+                let worse = if better == best { other } else { best };
                 format!(
                     "{better} made the better map of the two on the whole, but {worse} is better at some places."
                 )
             }
-            Against::Same => {
-                format!("{} and {} made the same map, for practical purposes.", strong(best), strong(other))
-            }
-            Against::Undecided => {
-                format!("Nothing is decided between {} and {}.", strong(best), strong(other))
-            }
-            Against::NotCompared => format!("{} and {} were not compared.", strong(best), strong(other)),
+            Some(Verdict::Same) => format!("{best} and {other} made the same map, for practical purposes."),
+            Some(Verdict::Undecided) => format!("Nothing is decided between {best} and {other}."),
+            None => format!("{best} and {other} were not compared."),
         };
     }
     let all = others.len() + 1;
-    if stands(&|kind| !matches!(kind, Against::Better)).is_empty() {
+    if let Some(Best::Run(_)) = report.best() {
         return format!("{} made the best map of {all} runs.", strong(best));
     }
     let mut clauses = Vec::new();
-    for (words, names) in [
-        ("it is better than", stands(&|kind| matches!(kind, Against::Better))),
-        ("it is the same as", stands(&|kind| matches!(kind, Against::Same))),
-        ("nothing is decided against", stands(&|kind| matches!(kind, Against::Undecided))),
-        ("at some places better, at others worse than", stands(&|kind| matches!(kind, Against::Mixed(_)))),
-        ("worse than", stands(&|kind| matches!(kind, Against::Worse))),
-        ("not compared with", stands(&|kind| matches!(kind, Against::NotCompared))),
-    ] {
+    for (words, is_so) in STANDINGS {
+        let names = others.iter().filter(|other| is_so(against(other), best)).map(|other| strong(other));
+        let names: Vec<String> = names.collect();
         if !names.is_empty() {
             clauses.push(format!("{words} {}", listed(&names)));
         }
@@ -98,53 +78,32 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-fn pair_of<'a>(report: &'a Report, a: &str, b: &str) -> Option<&'a PairReport> {
-    report.pairs.iter().find(|pair| (pair.a == a && pair.b == b) || (pair.a == b && pair.b == a))
-}
-
 /// A sentence for each pair that matters, as HTML.
 pub(super) fn pairs(report: &Report) -> Vec<String> {
-    let order = &report.order;
-    let mut said = Vec::new();
-    for (i, high) in order.iter().enumerate() {
-        for (j, low) in order.iter().enumerate().skip(i + 1) {
-            let told = order.len() <= ALL_PAIRS_UP_TO || i == 0 || j == i + 1;
-            if let Some(pair) = pair_of(report, high, low).filter(|_| told) {
-                said.push(of_pair(report, pair, high, low));
-            }
-        }
-    }
-    said
+    told_pairs(report).iter().map(|told| of_pair(told, report.config.scales)).collect()
 }
 
-fn of_pair(report: &Report, pair: &PairReport, high: &str, low: &str) -> String {
-    let scale = pair.scales.iter().find(|scale| Some(scale.scale_m) == pair.decided_at_m);
-    let Some(scale) = scale else {
+fn of_pair(told: &ToldPair<'_>, scales: Scales) -> String {
+    let (pair, first, second) = (told.pair, strong(told.first), strong(told.second));
+    let Some(scale) = pair.decided_at() else {
         let more = pair.frames_needed.map(|needed| (needed, "scans"));
         let more = more.or(pair.places_needed.map(|needed| (needed, "places")));
         let more = more.map_or_else(String::new, |(needed, what)| {
             format!("; about {} {what} in all would decide", count(needed))
         });
-        return format!("{} and {}: {}{more}.", strong(high), strong(low), escape(&pair.reason));
+        return format!("{first} and {second}: {}{more}.", escape(&pair.reason));
     };
-    let better = pair.better_on_the_whole.as_deref().unwrap_or(&pair.verdict);
-    let worse = if better == pair.a { &pair.b } else { &pair.a };
-    let verb =
-        if pair.better_on_the_whole.is_some() { "is better on the whole than" } else { "is better than" };
-    let mut sentence = format!(
-        "{} {verb} {}: {}.",
-        strong(better),
-        strong(worse),
-        reach(scale.scale_m, report.config.scales)
-    );
-    if let Some(numbers) = numbers(pair, scale, better) {
+    let is_mixed = matches!(pair.verdict, Verdict::Mixed { .. });
+    let verb = if is_mixed { "is better on the whole than" } else { "is better than" };
+    let mut sentence = format!("{first} {verb} {second}: {}.", reach(scale.scale_m, scales));
+    if let Some(numbers) = numbers(told, scale) {
         sentence.push(' ');
         sentence.push_str(&numbers);
     }
-    if pair.is_same {
+    if pair.verdict.is_same() {
         sentence.push_str(" The difference is too small to matter.");
     }
-    if pair.better_on_the_whole.is_some() {
+    if is_mixed {
         sentence.push_str(" Not everywhere: ");
         sentence.push_str(&escape(&pair.reason));
         sentence.push('.');
@@ -163,13 +122,11 @@ fn reach(scale_m: f64, scales: Scales) -> String {
 }
 
 /// By how much one is better, and whether that may be chance.
-fn numbers(pair: &PairReport, scale: &ScaleReport, better: &str) -> Option<String> {
-    let is_a = better == pair.a;
-    let (mean_a_m2, mean_b_m2) = (scale.mean_a_m2?, scale.mean_b_m2?);
-    let (own_m2, other_m2) = if is_a { (mean_a_m2, mean_b_m2) } else { (mean_b_m2, mean_a_m2) };
-    let [low, high] = scale.interval_m2?;
+fn numbers(told: &ToldPair<'_>, scale: &ScaleReport) -> Option<String> {
+    let [own_m2, other_m2] = told.means_m2(scale);
+    let (own_m2, other_m2) = (own_m2?, other_m2?);
     // How much worse the other is: positive.
-    let [from_m2, to_m2] = if is_a { [-high, -low] } else { [low, high] };
+    let [to_m2, from_m2] = told.interval_m2(scale)?.map(|end_m2| -end_m2);
     Some(format!(
         "It predicts what the sensor measured to {} m, the other to {} m (root mean square, errors counted up to {} m); the mean \
          squares differ by {} to {} m².",

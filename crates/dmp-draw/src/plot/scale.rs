@@ -15,7 +15,7 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// Room for all finite (and, if `log`, positive) values, with some air.
+    /// Space for all finite (and, if `log`, positive) values, with some air.
     pub(super) fn new(values: impl Iterator<Item = f64>, log: bool, from_px: f64, to_px: f64) -> Self {
         let usable = values.filter(|v| v.is_finite() && (!log || *v > 0.0));
         let (low, high) = usable
@@ -33,7 +33,7 @@ impl Scale {
         Self { low, high: high + air, log, from_px, to_px }
     }
 
-    /// Room for the places 0, 1, 2 …
+    /// Space for the places 0, 1, 2 …
     pub(super) fn places(count: usize, from_px: f64, to_px: f64) -> Self {
         Self { low: -0.5, high: count as f64 - 0.5, log: false, from_px, to_px }
     }

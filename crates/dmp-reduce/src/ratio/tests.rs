@@ -1,3 +1,5 @@
+//! Ratios against what they should be, of numbers drawn with a known scatter.
+
 use super::*;
 use proptest::prelude::*;
 

@@ -1,6 +1,7 @@
 //! What runs are called where reports stand beside each other.
 
-use super::{JoinError, NamedReport};
+use super::error::JoinError;
+use super::named::NamedReport;
 use crate::report::{Report, RunReport};
 
 /// Refuses a report whose parts do not speak of the same runs.
@@ -21,11 +22,8 @@ pub(super) fn check(named: &NamedReport) -> Result<(), JoinError> {
         }
     }
     for (k, pair) in pairs.iter().enumerate() {
-        let of_pair = |name: &str| name == pair.a || name == pair.b;
-        let wrong = [&pair.a, &pair.b].into_iter().find(|name| !is_run(name)).or_else(|| {
-            let word = ["mixed", "same", "undecided"].contains(&pair.verdict.as_str());
-            (!word && !of_pair(&pair.verdict)).then_some(&pair.verdict)
-        });
+        let stranger = pair.verdict.ahead().filter(|name| *name != pair.a && *name != pair.b);
+        let wrong = [pair.a.as_str(), &pair.b].into_iter().find(|name| !is_run(name)).or(stranger);
         if let Some(name) = wrong {
             return no_run(format!("pairs[{k}]"), name);
         }
@@ -78,8 +76,7 @@ impl Names {
         report.order.iter_mut().chain(report.ties.iter_mut().flatten()).for_each(rename);
         report.free_space.iter_mut().flat_map(|free_space| &mut free_space.votes).for_each(rename);
         for pair in &mut report.pairs {
-            [&mut pair.a, &mut pair.b, &mut pair.verdict].into_iter().for_each(rename);
-            pair.better_on_the_whole.iter_mut().for_each(rename);
+            [&mut pair.a, &mut pair.b].into_iter().chain(pair.verdict.run_mut()).for_each(rename);
         }
         report
     }

@@ -2,51 +2,54 @@
 
 use std::fmt::Display;
 
-use super::{JoinError, NamedReport};
+use super::error::{JoinError, MadeWith};
+use super::named::NamedReport;
 use crate::report::Report;
 
 /// What must be the same, as it is told; the field, as in the JSON; its value.
-type Fact = (&'static str, &'static str, fn(&Report) -> String);
+type Fact = (MadeWith, &'static str, fn(&Report) -> String);
 
 /// Told before settings that only follow from them.
 const FACTS: [Fact; 37] = [
-    ("version of dmp", "dmp_version", |report| report.dmp_version.clone()),
-    ("log", "inputs.fingerprint", |report| report.inputs.fingerprint.clone()),
-    ("log", "inputs.bytes", |report| report.inputs.bytes.to_string()),
-    ("log", "inputs.topic", |report| or_null(report.inputs.topic.as_ref())),
-    ("log", "inputs.scans", |report| report.inputs.scans.to_string()),
-    ("log", "inputs.returns", |report| report.inputs.returns.to_string()),
-    ("log", "inputs.span_ns", |report| format!("{:?}", report.inputs.span_ns)),
-    ("log", "inputs.point_times", |report| or_null(report.inputs.point_times.as_ref())),
-    ("settings", "config.time_offset_s", |report| report.config.time_offset_s.to_string()),
-    ("frames", "config.every", |report| report.config.every.to_string()),
-    ("frames", "inputs.scans_used", |report| report.inputs.scans_used.to_string()),
-    ("frames", "sampling.frames_total", |report| report.sampling.frames_total.to_string()),
-    ("frames", "sampling.frames_scored", |report| report.sampling.frames_scored.to_string()),
-    ("frames", "sampling.seed", |report| or_null(report.sampling.seed)),
-    ("frames", "sampling.looks", |report| format!("{:?}", report.sampling.looks)),
-    ("settings", "promise.confidence", |report| report.promise.confidence.to_string()),
-    ("settings", "promise.same_within_share", |report| or_null(report.promise.same_within_share)),
-    ("settings", "promise.same_within_m", |report| or_null(report.promise.same_within_m)),
-    ("settings", "config.min_range_m", |report| report.config.min_range_m.to_string()),
-    ("settings", "config.max_range_m", |report| report.config.max_range_m.to_string()),
-    ("settings", "config.horizon_m", |report| report.config.horizon_m.to_string()),
-    ("settings", "config.ego", |report| report.config.ego.clone()),
-    ("settings", "config.ego_box_m", |report| format!("{:?}", report.config.ego_box_m)),
-    ("settings", "config.voxel_m", |report| report.config.voxel_m.to_string()),
-    ("settings", "config.tile_edge_m", |report| report.config.tile_edge_m.to_string()),
-    ("settings", "config.disc_radius_m", |report| report.config.disc_radius_m.to_string()),
-    ("settings", "config.miss_price", |report| report.config.miss_price.to_string()),
-    ("settings", "config.scales", |report| format!("{:?}", report.config.scales)),
-    ("settings", "config.sigma_m", |report| or_null(report.config.sigma_m)),
-    ("settings", "config.depth_noise", |report| format!("{:?}", report.config.depth_noise)),
-    ("settings", "config.free_space", |report| report.config.free_space.to_string()),
-    ("returns in the maps", "free_space", |report| format!("{:?}", report.free_space)),
-    ("segments", "config.segments.length_m", |report| or_null(report.config.segments.length_m)),
-    ("segments", "config.segments.length_s", |report| or_null(report.config.segments.length_s)),
-    ("segments", "config.segments.length_scans", |report| or_null(report.config.segments.length_scans)),
-    ("segments", "config.segments.count", |report| report.config.segments.count.to_string()),
-    ("vehicle", "config.ego_cells", |report| report.config.ego_cells.to_string()),
+    (MadeWith::Version, "dmp_version", |report| report.dmp_version.clone()),
+    (MadeWith::Log, "inputs.fingerprint", |report| report.inputs.fingerprint.clone()),
+    (MadeWith::Log, "inputs.bytes", |report| report.inputs.bytes.to_string()),
+    (MadeWith::Log, "inputs.topic", |report| or_null(report.inputs.topic.as_ref())),
+    (MadeWith::Log, "inputs.scans", |report| report.inputs.scans.to_string()),
+    (MadeWith::Log, "inputs.returns", |report| report.inputs.returns.to_string()),
+    (MadeWith::Log, "inputs.span_ns", |report| format!("{:?}", report.inputs.span_ns)),
+    (MadeWith::Log, "inputs.point_times", |report| or_null(report.inputs.point_times.as_ref())),
+    (MadeWith::Settings, "config.time_offset_s", |report| report.config.time_offset_s.to_string()),
+    (MadeWith::Frames, "config.every", |report| report.config.every.to_string()),
+    (MadeWith::Frames, "inputs.scans_used", |report| report.inputs.scans_used.to_string()),
+    (MadeWith::Frames, "sampling.frames_total", |report| report.sampling.frames_total.to_string()),
+    (MadeWith::Frames, "sampling.frames_scored", |report| report.sampling.frames_scored.to_string()),
+    (MadeWith::Frames, "sampling.seed", |report| or_null(report.sampling.seed)),
+    (MadeWith::Frames, "sampling.looks", |report| format!("{:?}", report.sampling.looks)),
+    (MadeWith::Settings, "promise.confidence", |report| report.promise.confidence.to_string()),
+    (MadeWith::Settings, "promise.same_within_share", |report| or_null(report.promise.same_within_share)),
+    (MadeWith::Settings, "promise.same_within_m", |report| or_null(report.promise.same_within_m)),
+    (MadeWith::Settings, "config.min_range_m", |report| report.config.min_range_m.to_string()),
+    (MadeWith::Settings, "config.max_range_m", |report| report.config.max_range_m.to_string()),
+    (MadeWith::Settings, "config.horizon_m", |report| report.config.horizon_m.to_string()),
+    (MadeWith::Settings, "config.ego", |report| report.config.ego.name().to_owned()),
+    (MadeWith::Settings, "config.ego_box_m", |report| format!("{:?}", report.config.ego.box_m())),
+    (MadeWith::Settings, "config.voxel_m", |report| report.config.voxel_m.to_string()),
+    (MadeWith::Settings, "config.tile_edge_m", |report| report.config.tile_edge_m.to_string()),
+    (MadeWith::Settings, "config.disc_radius_m", |report| report.config.disc_radius_m.to_string()),
+    (MadeWith::Settings, "config.miss_price", |report| report.config.miss_price.to_string()),
+    (MadeWith::Settings, "config.scales", |report| format!("{:?}", report.config.scales)),
+    (MadeWith::Settings, "config.sigma_m", |report| or_null(report.config.sigma_m)),
+    (MadeWith::Settings, "config.depth_noise", |report| format!("{:?}", report.config.depth_noise)),
+    (MadeWith::Settings, "config.free_space", |report| report.config.free_space.to_string()),
+    (MadeWith::MapReturns, "free_space", |report| format!("{:?}", report.free_space)),
+    (MadeWith::Segments, "config.segments.length_m", |report| or_null(report.config.segments.length_m)),
+    (MadeWith::Segments, "config.segments.length_s", |report| or_null(report.config.segments.length_s)),
+    (MadeWith::Segments, "config.segments.length_scans", |report| {
+        or_null(report.config.segments.length_scans)
+    }),
+    (MadeWith::Segments, "config.segments.count", |report| report.config.segments.count.to_string()),
+    (MadeWith::Vehicle, "config.ego_cells", |report| report.config.ego.cells.to_string()),
 ];
 
 /// Refuses reports whose scores cannot be compared.
@@ -69,23 +72,23 @@ pub(super) fn check(a: &NamedReport, b: &NamedReport) -> Result<(), JoinError> {
     let [(scans_a, stamps_a), (scans_b, stamps_b)] = [&a.report, &b.report]
         .map(|report| (&report.config.segments.starts_scan, &report.config.segments.starts_ns));
     if let Some((k, of_a, of_b)) = first_difference(scans_a, scans_b) {
-        return different("segments", format!("config.segments.starts_scan[{k}]"), of_a, of_b);
+        return different(MadeWith::Segments, format!("config.segments.starts_scan[{k}]"), of_a, of_b);
     }
     if let Some((k, of_a, of_b)) = first_difference(stamps_a, stamps_b) {
-        return different("segments", format!("config.segments.starts_ns[{k}]"), of_a, of_b);
+        return different(MadeWith::Segments, format!("config.segments.starts_ns[{k}]"), of_a, of_b);
     }
     let [dropped_a, dropped_b] = [&a.report, &b.report].map(|report| &report.inputs.dropped.0);
     for (reason, of_a) in dropped_a {
         let of_b = dropped_b.get(reason).copied().unwrap_or(0);
         if *of_a != of_b {
             let field = format!("inputs.dropped.{reason}");
-            return different("returns", field, of_a.to_string(), of_b.to_string());
+            return different(MadeWith::Returns, field, of_a.to_string(), of_b.to_string());
         }
     }
     let [used_a, used_b] = [&a.report, &b.report].map(|report| report.inputs.returns_used);
     if used_a != used_b {
         return different(
-            "returns",
+            MadeWith::Returns,
             "inputs.returns_used".to_owned(),
             used_a.to_string(),
             used_b.to_string(),

@@ -1,25 +1,8 @@
 use serde_json::{Value, json};
 
 use super::*;
-use crate::report::ScaleScores;
-
-/// The scores of the samples: truth, drift, noise and collapsed, every pair decided.
-fn samples() -> Value {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data-samples/scores.json");
-    let mut json: Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
-    // What the file leaves out, being of the moment.
-    json["dmp_version"] = "0".into();
-    json["inputs"]["log"] = "town.mcap".into();
-    json["timing"] =
-        json!({ "plan_s": 1.0, "fuse_s": 1.0, "trails_s": 0.0, "cast_s": 2.0, "total_s": 4.0, "threads": 2 });
-    json["memory"] = json!({ "budget_bytes": 100, "peak_anon_bytes": 10, "scratch_bytes": 0, "disk_bytes": 5,
-        "disk_bytes_estimated": 6, "tile_loads": 7, "tiles_in_reach": 8, "tile_visits": 9 });
-    json
-}
-
-fn whole() -> Report {
-    serde_json::from_value(samples()).unwrap()
-}
+use crate::report::sample_data::{scores as whole, scores_json as samples};
+use crate::report::{Report, ScaleScores, Verdict, Warning};
 
 /// A report as if only these runs had been scored, called after the first letters.
 fn only(runs: &[&str]) -> NamedReport {
@@ -80,8 +63,7 @@ fn where_no_report_holds_a_pair_the_first_column_orders() {
     parts[1].report.runs[1].r_cv_m2 = ScaleScores::new([(10.0, Some(100.0))]);
     assert_eq!(joined(&parts).report.order, ["truth", "noise", "drift", "collapsed"]);
     // A pair that is there and decides nothing is a tie.
-    parts[0].report.pairs[0].verdict = "undecided".into();
-    parts[0].report.pairs[0].decided_at_m = None;
+    parts[0].report.pairs[0].verdict = Verdict::Undecided;
     parts[1] = only(&["drift", "noise"]);
     let report = joined(&parts).report;
     assert_eq!(report.order, ["truth", "noise", "drift", "collapsed"]);
@@ -96,12 +78,12 @@ fn runs_with_one_name_and_two_scores_get_the_names_of_their_reports() {
     let JoinedReport { report, runs_of, .. } = joined(&parts);
     assert_eq!(runs_of, [vec!["td/truth", "drift"], vec!["new/truth", "noise"], vec!["td/truth"]]);
     assert_eq!(report.order, ["new/truth", "td/truth", "noise", "drift"]);
-    let pair = find(&report.pairs, &["new/truth".into(), "noise".into()]).unwrap();
-    assert_eq!((pair.verdict.as_str(), pair.decided_at_m), ("new/truth", Some(2.0)));
+    let verdict = report.verdict_between("new/truth", "noise").unwrap();
+    assert_eq!((verdict.better(), verdict.decided_at_m()), (Some("new/truth"), Some(2.0)));
     assert!(report.inputs.runs.iter().map(|run| &run.name).eq(report.runs.iter().map(|run| &run.name)));
     // The same words about a run make it no other run.
     let mut twice = [only(&["truth"]), only(&["truth"])];
-    twice[1].report.runs[0].warnings.push("slow".into());
+    twice[1].report.runs[0].warnings.push(Warning::Other("slow".into()));
     assert_eq!(joined(&twice).report.order, ["truth"]);
     parts[1].name = "td".into();
     assert_eq!(
@@ -114,11 +96,15 @@ fn runs_with_one_name_and_two_scores_get_the_names_of_their_reports() {
 #[test]
 fn what_only_some_reports_warn_of_has_their_names() {
     let mut parts = [only(&["truth"]), only(&["drift"])];
-    parts[0].report.warnings = vec!["both".into(), "one".into()];
-    parts[1].report.warnings = vec!["both".into(), "other".into()];
+    let warnings = |words: [&str; 2]| words.map(|word| Warning::Other(word.into())).to_vec();
+    parts[0].report.warnings = warnings(["both", "one"]);
+    parts[1].report.warnings = warnings(["both", "other"]);
     parts[1].report.inputs.damage = vec!["byte 7".into()];
     let report = joined(&parts).report;
-    assert_eq!(report.warnings, ["both", "t: one", "d: other"]);
+    assert_eq!(
+        report.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        ["both", "t: one", "d: other"]
+    );
     assert_eq!(report.inputs.damage, ["byte 7"]);
 }
 
@@ -167,10 +153,16 @@ fn a_difference_in_any_setting_is_told() {
     assert!(fields.len() > 30, "{fields:?}");
     for field in fields {
         let mut json = samples();
+        if field == "config.ego_box_m" {
+            json["config"]["ego"] = "box".into();
+            json["config"]["ego_box_m"] = json!([[0.0, 0.0, 0.0], [2.0, 2.0, 2.0]]);
+        }
+        let here = json.clone();
         let path = format!("/{}", field.replace('.', "/"));
         let value = json.pointer_mut(&path).unwrap();
         *value = match (value.clone(), field.as_str()) {
             (_, "config.ego_box_m") => json!([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]),
+            (_, "config.ego") => json!("none"),
             (_, "config.scales") => json!("room"),
             (_, "config.depth_noise") => json!({ "least_m": 0.001, "growth_per_m": 0.002, "nearest_m": 0.4 }),
             (_, "config.segments.length_s") => json!(2.0),
@@ -190,8 +182,8 @@ fn a_difference_in_any_setting_is_told() {
         };
         let named =
             |name: &str, report| NamedReport { name: name.into(), file: format!("{name}.json"), report };
-        let other = named("b", serde_json::from_value(json).unwrap());
-        let told = refusal(&[named("a", whole()), other]);
+        let [here, other] = [here, json].map(|json| serde_json::from_value(json).unwrap());
+        let told = refusal(&[named("a", here), named("b", other)]);
         let words = [format!(": {field} is "), format!(": {field}[1] is ")];
         assert!(words.iter().any(|words| told.contains(words)), "{field}: {told}");
         assert!(told.starts_with("a.json and b.json were not made with the same "), "{told}");
@@ -205,11 +197,12 @@ fn a_report_that_contradicts_itself_is_refused() {
         change(&mut named.report);
         refusal(&[named])
     };
+    let better = |run: &str| Verdict::Better { run: run.to_owned(), decided_at_m: 2.0, is_same: false };
     let told = |field: &str, name: &str| {
         format!("td.json: {field} names `{name}`, which is not the name of one run")
     };
     assert_eq!(forged(&|report| report.pairs[0].a = "x".into()), told("pairs[0]", "x"));
-    assert_eq!(forged(&|report| report.pairs[0].verdict = "x".into()), told("pairs[0]", "x"));
+    assert_eq!(forged(&|report| report.pairs[0].verdict = better("x")), told("pairs[0]", "x"));
     assert_eq!(forged(&|report| report.order[1] = "x".into()), told("order[1]", "x"));
     assert_eq!(forged(&|report| report.order.push("truth".into())), told("order[0]", "truth"));
     assert_eq!(forged(&|report| report.runs[1].name = "truth".into()), told("runs[0]", "truth"));

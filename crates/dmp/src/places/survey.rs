@@ -67,7 +67,8 @@ pub(super) fn look<'a>(
     let passes: Vec<&[PlannedFrame]> = passes.iter().map(Vec::as_slice).collect();
     let blocks: Vec<&[PlannedFrame]> = passes.iter().map(|pass| block_of(pass)).collect();
     let mut runs: Vec<_> = scans.runs().iter().map(|run| run.like(None)).collect();
-    let voxel = Survey { log: &held.log, settings, progress }.voxel(&blocks, &runs, &filter)?;
+    let voxel =
+        Survey { log: &held.log, settings, progress }.voxel(settings.voxel_m, &blocks, &runs, &filter)?;
     let (selection, segments) = (drive.selection.clone(), drive.segments.clone());
     let plan = Plan { selection, segments, filter, voxel, looks };
     Doubts { log: &held.log, plan: &plan, settings, progress }.look(&passes, &mut runs, |_| None)?;

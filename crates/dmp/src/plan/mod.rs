@@ -54,10 +54,7 @@ impl Plan {
         // At equal steps of the way, not of time: a vehicle that stands sees everything keep its place.
         let starts = segments.starts.iter().map(|&ordinal| frames[ordinal]);
         let filter = survey.filter(&starts.collect::<Vec<_>>(), segments.travel_m)?;
-        let voxel = match voxel_m {
-            Some(voxel_m) => VoxelChoice { voxel_m, filled_share: None },
-            None => survey.voxel(&survey::blocks_of(frames), runs, &filter)?,
-        };
+        let voxel = survey.voxel(voxel_m, &survey::blocks_of(frames), runs, &filter)?;
         let all = selection.frames.len() as u64;
         let looks = Looks::new(all, settings.sample, settings.seed, settings.decide.is_some());
         Ok(Self { selection, segments, filter, voxel, looks })

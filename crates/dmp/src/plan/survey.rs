@@ -4,7 +4,7 @@ use dmp_log::ScanLog;
 use dmp_map::{DensityProbe, Lattice, MapError};
 use dmp_sensor::{EgoMask, EgoVotes, Ray, ReturnFilter, Scan};
 
-use crate::config::Ego;
+use crate::ego::Ego;
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
 use crate::peak;
@@ -71,15 +71,19 @@ impl Survey<'_> {
         Ok(filter)
     }
 
-    /// The smallest voxel edge at which enough returns of some run share their voxel with two others: a poor trajectory
+    /// The voxel edge that was `asked` for, metres, or the smallest at which enough returns of some run share their voxel with two others: a poor trajectory
     /// scatters what a good one gathers, and density is a matter of the sensor and the drive. One run and one edge at a
     /// time, since each takes memory for a whole block of scans.
     pub(crate) fn voxel<M>(
         &self,
+        asked_m: Option<f64>,
         blocks: &[&[PlannedFrame]],
         runs: &[RunState<'_, M>],
         filter: &ReturnFilter,
     ) -> Result<VoxelChoice, EvaluateError> {
+        if let Some(voxel_m) = asked_m {
+            return Ok(VoxelChoice { voxel_m, filled_share: None });
+        }
         let scans: usize = blocks.iter().map(|block| block.len()).sum();
         let voxels_m = self.settings.scales.lengths().voxels_m;
         let mut choice = VoxelChoice { voxel_m: voxels_m[0], filled_share: None };

@@ -1,22 +1,30 @@
+//! How a report is built of what the passes found.
+
 use dmp_log::Damage;
 use dmp_map::Store;
 use dmp_reduce::{
-    Basis, Comparison, Comparisons, Estimate, Margin, RunSums, ScaleComparison, Verdict, log_likelihood_raw,
+    Basis, Comparison, Comparisons, Estimate, Margin, RunSums, ScaleComparison, log_likelihood_raw,
 };
 use dmp_sensor::{DepthNoise, DropReason, ReturnCounts};
 
-use super::{
-    ConfigReport, DepthNoiseReport, DropReport, FreeSpaceReport, InputReport, MapReport, MemoryReport,
-    PairReport, PassTimes, PromiseReport, Report, RunInputReport, RunReport, SamplingReport, ScaleReport,
-    ScaleScores, SegmentReport, TileReport, warnings,
-};
+use super::contents::Report;
+use super::effort::{MemoryReport, PassTimes, TileReport};
+use super::ego::EgoReport;
+use super::inputs::{DropReport, InputReport, RunInputReport};
+use super::pair::{PairReport, ScaleReport};
+use super::run::{FreeSpaceReport, MapReport, RunReport};
+use super::sampling::SamplingReport;
+use super::scores::ScaleScores;
+use super::settings::{ConfigReport, DepthNoiseReport, PromiseReport, SegmentReport};
+use super::verdict::Verdict;
+use super::warnings;
+use super::withheld::Withheld;
 use crate::cast::{Scored, horizon_m};
-use crate::config::{Ego, MapSource};
+use crate::config::MapSource;
 use crate::evaluation::FuseTotals;
 use crate::heads::Heads;
 use crate::peak;
 use crate::plan::Plan;
-use crate::pose::Pairing;
 use crate::run_state::RunState;
 use crate::segment_length::SegmentLength;
 use crate::settings::{Means, Settings, seven};
@@ -171,17 +179,7 @@ impl Findings<'_> {
             min_range_m: config.min_range_m,
             max_range_m: config.max_range_m,
             horizon_m: horizon_m(config),
-            ego: match config.ego {
-                Ego::Auto => "auto",
-                Ego::None => "none",
-                Ego::BoxMm(..) => "box",
-            }
-            .to_owned(),
-            ego_cells: plan.filter.ego.cells(),
-            ego_box_m: match config.ego {
-                Ego::BoxMm(min, max) => Some([min, max].map(|corner| corner.map(|mm| mm as f64 / 1e3))),
-                Ego::Auto | Ego::None => None,
-            },
+            ego: EgoReport { known: config.ego, cells: plan.filter.ego.cells() },
             every: config.every,
             body_from_sensor: common(runs.iter().map(|run| config.body_from_sensor(run.run)))
                 .as_ref()
@@ -216,11 +214,7 @@ impl Findings<'_> {
                     (None, None) => "the settings, for all runs".to_owned(),
                 },
                 world_from_own: seven(&state.own_from_world.inverse()),
-                pairing: match state.poses.pairing {
-                    Pairing::ByStamp => "by stamp",
-                    Pairing::ByLine => "line by line",
-                }
-                .to_owned(),
+                pairing: state.poses.pairing,
                 max_time_gap_s: state.poses.max_gap_ns as f64 / 1e9,
                 scans_without_pose: state.scans_without_pose,
                 map: match &run.map {
@@ -288,7 +282,7 @@ impl Findings<'_> {
             dmp_depth_mean_m2: sums.dmp_depth_mean_m2().filter(|_| has_depth),
             r_cv_m2: cv,
             r_cv_interval_m2: scores.r_cv_m2[0].1.filter(|_| given).and_then(interval_of),
-            r_cv_withheld: withheld.map(|why| why.to_string()),
+            r_cv_withheld: withheld.map(Withheld::Known),
             r_near_m2: near,
             r_near_interval_m2: scores.r_near_m2[0].1.and_then(interval_of),
             miss_rate: sums.miss_rate(),
@@ -315,28 +309,24 @@ impl Findings<'_> {
             margin_m: scale.margin_m,
             returns: pair.common_returns,
         };
-        let (verdict, better_on_the_whole, decided_at_m) = match &pair.verdict {
-            Verdict::Better { which, decided_at_m, .. } => (name(*which), None, Some(*decided_at_m)),
-            Verdict::Mixed { which, decided_at_m, .. } => {
-                ("mixed".into(), Some(name(*which)), Some(*decided_at_m))
+        let is_same = pair.is_same();
+        let verdict = match pair.verdict {
+            dmp_reduce::Verdict::Better { which, decided_at_m, .. } => {
+                Verdict::Better { run: name(which), decided_at_m, is_same }
             }
-            Verdict::Same { .. } => ("same".into(), None, None),
-            Verdict::Undecided { .. } => ("undecided".into(), None, None),
+            dmp_reduce::Verdict::Mixed { which, decided_at_m, .. } => {
+                Verdict::Mixed { run: name(which), decided_at_m, is_same }
+            }
+            dmp_reduce::Verdict::Same { .. } => Verdict::Same,
+            dmp_reduce::Verdict::Undecided { .. } => Verdict::Undecided,
         };
         PairReport {
             a: name(pair.a),
             b: name(pair.b),
-            score: match pair.basis {
-                Basis::CrossValidated => "R_cv",
-                Basis::Near => "R_near",
-            }
-            .to_owned(),
+            basis: pair.basis,
             scales: pair.scales.iter().map(scale).collect(),
             llr_raw: likelihood(pair.a) - likelihood(pair.b),
             verdict,
-            is_same: pair.is_same(),
-            better_on_the_whole,
-            decided_at_m,
             reason: pair.verdict.reason_with(config.scales, |unit| scored.scan_of_unit[unit as usize] as u64),
             frames_needed: pair.frames_needed.filter(|_| scored.places.is_none()),
             places_needed: pair.frames_needed.filter(|_| scored.places.is_some()),

@@ -1,3 +1,5 @@
+//! A score at several truncations, an object in the JSON.
+
 use std::fmt;
 use std::ops::Index;
 

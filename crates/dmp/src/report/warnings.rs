@@ -1,6 +1,13 @@
+//! When a report warns, and of what.
+
 use dmp_sensor::ReturnCounts;
 
-use super::{PairReport, PlacesReport, Report, RunReport, SamplingReport};
+use super::contents::Report;
+use super::inputs::InputReport;
+use super::pair::PairReport;
+use super::run::RunReport;
+use super::sampling::{PlacesReport, SamplingReport};
+use super::warning::Warning;
 use crate::plan::Plan;
 use crate::run_state::RunState;
 
@@ -29,136 +36,76 @@ const FRAMES_FEW: u64 = 40;
 pub(super) fn add<M>(report: &mut Report, plan: &Plan, counts: &ReturnCounts, runs: &[RunState<'_, M>]) {
     for (run, state) in report.runs.iter_mut().zip(runs) {
         // What is likely wrong comes before what follows from it.
-        run.warnings = state.hint.iter().cloned().chain(of_run(run)).collect();
+        run.warnings = state.hint.iter().cloned().map(Warning::Other).chain(of_run(run)).collect();
     }
     report.warnings = of_report(report, plan, runs);
     report.warnings.extend(implausible(counts));
 }
 
 /// Where the numbers of the points are hardly coordinates in metres.
-pub(super) fn implausible(counts: &ReturnCounts) -> Option<String> {
+pub(super) fn implausible(counts: &ReturnCounts) -> Option<Warning> {
     let share = counts.implausible() as f64 / counts.total().max(1) as f64;
-    (share > IMPLAUSIBLE_TOLD).then(|| {
-        format!(
-            "{:.0} % of the ranges are below 1 mm or above 100 km, which no LiDAR measures: are the points' bytes in the order \
-             that the log says (is_bigendian), and their fields where it says?",
-            100.0 * share
-        )
-    })
+    (share > IMPLAUSIBLE_TOLD).then_some(Warning::ImplausibleRanges { share })
 }
 
-fn of_run(run: &RunReport) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let percent = |share: f64| 100.0 * share;
-    if let Some(miss_rate) = run.miss_rate.filter(|&rate| rate > MISSES_SUSPECT) {
-        warnings.push(format!(
-            "{:.0} % of the returns hit nothing: is the trajectory that of this log and this frame (--extrinsic, --time-offset)?",
-            percent(miss_rate)
-        ));
-    }
-    if let Some(rate) = run.blocked_rate.filter(|&rate| rate > BLOCKED_SUSPECT) {
-        warnings.push(format!(
-            "{:.0} % of the returns have something in front of them: a map this inconsistent is ruined, or the trajectory is not that of this log and frame (--extrinsic, --time-offset, order of the quaternion)",
-            percent(rate)
-        ));
-    }
-    if let Some(why) = run.r_cv_withheld.as_deref().filter(|why| why.starts_with("coverage")) {
-        warnings.push(format!("R_cv is not given: {why}; pairs are still compared on common returns"));
-    }
-    if let Some(share) = run.coverage_revisit.filter(|&share| share < REVISIT_NEEDED) {
-        warnings.push(format!(
-            "only {:.1} % of the returns see a place again on another visit: drift and bends of the whole cannot be judged",
-            percent(share)
-        ));
-    }
-    if run.map.map_points_dropped > 0 {
-        warnings.push(format!(
-            "{} points or triangles of the given map are not finite and were left out",
-            run.map.map_points_dropped
-        ));
-    }
-    warnings
+fn of_run(run: &RunReport) -> Vec<Warning> {
+    let above = |share: Option<f64>, limit: f64| share.filter(|&share| share > limit);
+    let low = run.r_cv_withheld.as_ref().filter(|why| why.is_low_coverage());
+    let revisit = run.coverage_revisit.filter(|&share| share < REVISIT_NEEDED);
+    let dropped = run.map.map_points_dropped;
+    [
+        above(run.miss_rate, MISSES_SUSPECT).map(|share| Warning::Misses { share }),
+        above(run.blocked_rate, BLOCKED_SUSPECT).map(|share| Warning::Blocked { share }),
+        low.map(|why| Warning::LowCoverage { why: why.clone() }),
+        revisit.map(|share| Warning::FewRevisits { share }),
+        (dropped > 0).then_some(Warning::MapPointsDropped { count: dropped }),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
-fn of_report<M>(report: &Report, plan: &Plan, runs: &[RunState<'_, M>]) -> Vec<String> {
-    let inputs = &report.inputs;
-    let mut warnings = Vec::new();
-    for lost in &inputs.damage {
-        warnings.push(format!("lost from the log: {lost}"));
-    }
+fn of_report<M>(report: &Report, plan: &Plan, runs: &[RunState<'_, M>]) -> Vec<Warning> {
+    let (inputs, selection) = (&report.inputs, &plan.selection);
+    let mut warnings: Vec<Warning> =
+        inputs.damage.iter().map(|what| Warning::Lost { what: what.clone() }).collect();
     for run in inputs.runs.iter().filter(|run| run.scans_without_pose > 0) {
-        warnings.push(format!(
-            "{} of {} scans have no pose in `{}`; all runs are compared on the {} scans that have one in every run",
-            run.scans_without_pose, inputs.scans, run.name, inputs.scans_used
-        ));
+        warnings.push(Warning::ScansWithoutPose {
+            run: run.name.clone(),
+            without: run.scans_without_pose,
+            scans: inputs.scans,
+            used: inputs.scans_used,
+        });
     }
-    if plan.selection.out_of_order > 0 {
-        warnings.push(format!(
-            "the log's stamps go backwards {} times; scans were put in order of time",
-            plan.selection.out_of_order
-        ));
+    if selection.out_of_order > 0 {
+        warnings.push(Warning::OutOfOrder { times: selection.out_of_order });
     }
     if plan.segments.given && plan.segments.length.is_none() {
-        warnings.push(format!(
-            "the segment length asked for cuts {} scans and {:.1} m of travel into fewer than 8: every scan is a segment of \
-             its own",
-            plan.frames().len(),
-            plan.segments.travel_m
-        ));
+        let (scans, travel_m) = (plan.frames().len(), plan.segments.travel_m);
+        warnings.push(Warning::SegmentsTooLong { scans, travel_m });
     }
-    if plan.selection.same_stamp > 0 {
-        warnings.push(format!(
-            "{} scans have the stamp of another scan: a log that holds scans twice counts them twice",
-            plan.selection.same_stamp
-        ));
+    if selection.same_stamp > 0 {
+        warnings.push(Warning::SameStamp { scans: selection.same_stamp });
     }
     if inputs.point_times.is_some() {
-        for run in runs.iter().filter(|run| run.poses.ignores_point_times()) {
-            warnings.push(format!(
-                "the poses of `{}` have no stamps, so the times of points are not used: each scan has one pose",
-                run.name()
-            ));
-        }
+        let without = runs.iter().filter(|run| run.poses.ignores_point_times());
+        warnings.extend(without.map(|run| Warning::PosesWithoutStamps { run: run.run.name.clone() }));
     }
-    let dropped = |reason: &str| inputs.dropped.0.get(reason).copied().unwrap_or(0);
-    // Those that were read to be scored.
-    let read = inputs.returns - dropped("scan_not_selected") - dropped("scan_not_sampled");
-    let read = read.max(1) as f64;
-    let vehicle = dropped("vehicle") as f64 / read;
-    if vehicle > VEHICLE_TOLD && vehicle <= DROPS_TOLD {
-        warnings.push(format!(
-            "{:.0} % of the returns were taken for the vehicle: if that is too many, give --ego a box, or none",
-            100.0 * vehicle
-        ));
-    }
-    for (reason, count) in &inputs.dropped.0 {
-        let share = *count as f64 / read;
-        let asked_for = matches!(reason.as_str(), "scan_not_selected" | "scan_not_sampled");
-        if share > DROPS_TOLD && !asked_for {
-            warnings.push(format!("{:.0} % of the returns were dropped: {reason}", 100.0 * share));
-        }
-    }
-    let SamplingReport { frames_scored, frames_total, .. } = report.sampling;
-    if frames_scored < frames_total && frames_scored < FRAMES_NEEDED {
-        warnings
-            .push(format!("a sample of {frames_scored} scans has no intervals: {FRAMES_NEEDED} are needed"));
+    warnings.extend(of_drops(inputs));
+    let SamplingReport { frames_scored: scored, frames_total, .. } = report.sampling;
+    if scored < frames_total && scored < FRAMES_NEEDED {
+        warnings.push(Warning::SmallSample { scored, needed: FRAMES_NEEDED });
     }
     if let Some(places) = &report.sampling.places {
         warnings.extend(of_places(places, inputs.bytes));
     }
-    if report.sampling.frames_total < FRAMES_FEW {
-        warnings.push(format!(
-            "few scans ({}): intervals are wide, if there are any",
-            report.sampling.frames_total
-        ));
+    if frames_total < FRAMES_FEW {
+        warnings.push(Warning::FewScans { scans: frames_total });
     }
     if report.runs.iter().any(|run| run.coverage.is_none()) {
-        warnings.push("a map was given: returns may be compared with surfels made of themselves".to_owned());
-        if report.runs.iter().any(|run| run.coverage.is_some()) {
-            warnings.push(
-                "maps that were given stand beside maps that were fused: the one with more scans in it looks better"
-                    .to_owned(),
-            );
+        warnings.push(Warning::MapGiven);
+        if report.is_cross_validated() {
+            warnings.push(Warning::MapsOfBothKinds);
         }
     }
     warnings.extend(contradictions(report));
@@ -166,86 +113,69 @@ fn of_report<M>(report: &Report, plan: &Plan, runs: &[RunState<'_, M>]) -> Vec<S
     warnings
 }
 
+/// Of which returns many were left out, of those that were read to be scored.
+fn of_drops(inputs: &InputReport) -> Vec<Warning> {
+    let asked_for = |reason: &str| matches!(reason, "scan_not_selected" | "scan_not_sampled");
+    let dropped = &inputs.dropped.0;
+    let not_asked: u64 = dropped.iter().filter(|(reason, _)| asked_for(reason)).map(|(_, count)| count).sum();
+    let read = (inputs.returns - not_asked).max(1) as f64;
+    let share = |count: u64| count as f64 / read;
+    let vehicle = share(dropped.get("vehicle").copied().unwrap_or(0));
+    let told =
+        (vehicle > VEHICLE_TOLD && vehicle <= DROPS_TOLD).then_some(Warning::Vehicle { share: vehicle });
+    let others = dropped.iter().map(|(reason, &count)| (reason, share(count)));
+    let others = others.filter(|(reason, share)| *share > DROPS_TOLD && !asked_for(reason));
+    let others = others.map(|(reason, share)| Warning::Dropped { reason: reason.clone(), share });
+    told.into_iter().chain(others).collect()
+}
+
 /// What a sample of places tells and what it cannot.
-fn of_places(places: &PlacesReport, log_bytes: u64) -> Vec<String> {
-    let PlacesReport {
-        drawn,
-        total,
-        revisited,
-        revisited_total,
-        cut,
-        radius_m,
-        are_fewest,
-        share_asked,
-        bytes_read,
-        ..
-    } = *places;
+fn of_places(places: &PlacesReport, log_bytes: u64) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    if revisited_total == 0 {
-        warnings.push(format!(
-            "the way comes back to no place: the scores tell how well scans within {:.0} m of each other fit together, and \
-             nothing of drift and bends of the whole",
-            2.0 * radius_m
-        ));
-    } else if revisited == 0 {
-        warnings.push(format!(
-            "the way comes back to {revisited_total} of {total} places, and none of these was drawn: nothing is told of drift \
-             and bends of the whole; a larger --quick or another --seed may draw some"
-        ));
+    if places.revisited_total == 0 {
+        warnings.push(Warning::NoPlaceRevisited { within_m: 2.0 * places.radius_m });
+    } else if places.revisited == 0 {
+        let (revisited, places) = (places.revisited_total, places.total);
+        warnings.push(Warning::NoRevisitedPlaceDrawn { revisited, places });
     }
-    if cut > 0 {
-        warnings.push(format!(
-            "at {cut} of the places lie more scans than are read for one: a run that lost its way, or many passes"
-        ));
+    if places.cut > 0 {
+        warnings.push(Warning::PlacesCut { places: places.cut });
     }
-    let share = bytes_read.map_or(0.0, |bytes| bytes as f64 / log_bytes.max(1) as f64);
-    if share > OVER_ASKED * share_asked {
-        warnings.push(format!(
-            "{:.1} % of the log's bytes were read, more than asked for: {}",
-            100.0 * share,
-            if are_fewest {
-                format!("{drawn} places are the fewest, and the log is short or has no index")
-            } else {
-                "the places drawn are larger than most, or the log has no index".to_owned()
-            }
-        ));
+    let share = places.bytes_read.map_or(0.0, |bytes| bytes as f64 / log_bytes.max(1) as f64);
+    if share > OVER_ASKED * places.share_asked {
+        warnings.push(if places.are_fewest {
+            Warning::FewestPlacesRead { share, places: places.drawn }
+        } else {
+            Warning::LargePlacesRead { share }
+        });
     }
     warnings
 }
 
 /// Runs that are decided to be better although their R_cv at its largest truncation is larger: they miss more, or other,
 /// returns, and the column counts all returns while the pair counts those that both predict.
-fn contradictions(report: &Report) -> Vec<String> {
-    let r_cv = |name: &str| report.runs.iter().find(|run| run.name == name)?.r_cv_m2[0];
+fn contradictions(report: &Report) -> Vec<Warning> {
+    let scale_m = report.config.scales.lengths().widest_m();
+    let r_cv = |name: &str| report.run(name)?.r_cv_m2[0];
     let told = |pair: &PairReport| {
-        let worse = if pair.verdict == pair.a { &pair.b } else { &pair.a };
-        let decided = pair.verdict == pair.a || pair.verdict == pair.b;
-        (decided && r_cv(&pair.verdict)? > r_cv(worse)?).then(|| {
-            format!(
-                "`{}` is better than `{worse}` on the returns that both predict, though its R_cv at {} m over all returns is larger: believe the pair",
-                pair.verdict,
-                report.config.scales.lengths().widest_m()
-            )
-        })
+        let better = pair.verdict.better()?;
+        let worse = pair.other(better);
+        let (better, worse) =
+            (r_cv(better)? > r_cv(worse)?).then(|| (better.to_owned(), worse.to_owned()))?;
+        Some(Warning::PairAgainstColumn { better, worse, scale_m })
     };
     report.pairs.iter().filter_map(told).collect()
 }
 
-fn free_space(report: &Report) -> Vec<String> {
+fn free_space(report: &Report) -> Vec<Warning> {
     let Some(free_space) = &report.free_space else { return Vec::new() };
     let mut warnings = Vec::new();
     if let [only] = free_space.votes.as_slice() {
-        warnings.push(format!(
-            "only `{only}` says what a trail is, and nobody vouches for what its rays contradict: --free-space also \
-             hides its own doubled walls"
-        ));
+        warnings.push(Warning::OneVote { run: only.clone() });
     }
     let share = free_space.returns_left_out as f64 / free_space.returns_fused.max(1) as f64;
     if share > LEFT_OUT_SUSPECT {
-        warnings.push(format!(
-            "{:.0} % of the returns were kept out of the maps: that is more than traffic; are all runs wrong?",
-            100.0 * share
-        ));
+        warnings.push(Warning::ManyTrails { share });
     }
     warnings
 }

@@ -13,7 +13,8 @@ use dmp_sensor::Ray;
 
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
-use crate::pose::{Pairing, query_of};
+use crate::pairing::Pairing;
+use crate::pose::query_of;
 use crate::progress::Stage;
 use crate::run_state::RunState;
 use alternatives::{Alternative, all, inverted};

@@ -14,8 +14,9 @@ use super::{
     LoopsResult, MemoryResult, PatchesResult, SCHEMA, SkippedResult, TimingResult, TruthResult,
     WithoutResult,
 };
+use crate::loops::args::LoopsArgs;
 use crate::loops::inputs::Inputs;
-use crate::loops::{LoopsArgs, Ranked};
+use crate::loops::ranked::Ranked;
 
 impl LoopsResult {
     pub(crate) fn new(

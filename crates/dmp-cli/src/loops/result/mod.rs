@@ -8,7 +8,7 @@ use std::io::Write;
 use dmp::ScaleScores;
 use serde::Serialize;
 
-use crate::Exit;
+use crate::exit::Exit;
 
 const SCHEMA: &str = "dmp-loops/1";
 

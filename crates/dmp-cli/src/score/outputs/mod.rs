@@ -1,5 +1,6 @@
 //! What `dmp score` writes beside its report: a page to look at, every scored return, scores by frame and by tile.
 
+mod args;
 pub(crate) mod page;
 mod per_frame;
 mod per_tile;
@@ -10,67 +11,5 @@ mod sketch;
 mod spool;
 pub(crate) mod targets;
 
-use std::path::{Path, PathBuf};
-
-use clap::Args;
-use clap::builder::RangedU64ValueParser;
-
-use crate::named::NamedFile;
+pub(crate) use args::OutputArgs;
 pub(crate) use recorder::Recorder;
-use targets::{ResidualFile, refuse_clashes, residual_files, writable};
-
-/// Files to write beside the report.
-#[derive(Debug, Args)]
-pub(crate) struct OutputArgs {
-    /// Write a page to look at, FILE.html: the ranking in words, maps from above, where and when runs are wrong. One
-    /// file that needs no network
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub(super) report: Option<PathBuf>,
-    /// Write every scored return with its residuals to FILE.laz, .las, .ply or .pcd (in world coordinates, with the
-    /// residuals as fields) or .mcap (scan by scan, with the pose as /tf). With several runs each has its own file,
-    /// out.laz becoming out.NAME.laz; with NAME= it is that of one run. docs/residuals.md has the fields
-    #[arg(long, value_name = "[NAME=]FILE", help_heading = "Output")]
-    residuals: Vec<NamedFile>,
-    /// Write one return of every N of a scan there, drawn evenly, the same ones for all runs
-    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Output")]
-    #[arg(requires = "residuals", value_parser = RangedU64ValueParser::<u64>::new().range(1..=u64::from(u32::MAX)))]
-    residuals_every: u64,
-    /// Write the scores of every run in every scored scan as a table, FILE.csv
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    per_frame: Option<PathBuf>,
-    /// Write the scores of every run in every tile of the ground as a table, FILE.csv
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    per_tile: Option<PathBuf>,
-}
-
-/// What is to be written where.
-#[derive(Debug)]
-pub(crate) struct Outputs {
-    /// Of each run.
-    residuals: Vec<Option<ResidualFile>>,
-    every: u64,
-    per_frame: Option<PathBuf>,
-    per_tile: Option<PathBuf>,
-    page: Option<PathBuf>,
-}
-
-impl OutputArgs {
-    /// Says what is to be written for runs of these names. What cannot be written is told here, before a long log is
-    /// read: an unknown extension, a folder that is not there, a file that is an input or another output.
-    pub(crate) fn plan(&self, runs: &[&str], inputs: &[&Path]) -> anyhow::Result<Outputs> {
-        let residuals = residual_files(runs, &self.residuals)?;
-        let tables = [&self.per_frame, &self.per_tile].map(Option::as_deref);
-        let files = residuals.iter().flatten().map(|file| file.path.as_path());
-        let files: Vec<&Path> =
-            files.chain(tables.into_iter().flatten()).chain(self.report.as_deref()).collect();
-        refuse_clashes(&files, inputs)?;
-        self.report.as_deref().map_or(Ok(()), targets::check_html)?;
-        for table in tables.into_iter().flatten() {
-            targets::check_csv(table)?;
-        }
-        files.iter().try_for_each(|file| writable(file))?;
-        let (per_frame, per_tile) = (self.per_frame.clone(), self.per_tile.clone());
-        let page = self.report.clone();
-        Ok(Outputs { residuals, every: self.residuals_every, per_frame, per_tile, page })
-    }
-}

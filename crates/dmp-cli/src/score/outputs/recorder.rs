@@ -6,17 +6,19 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context as _, bail};
 use dmp::{EvaluateError, FrameSums, Means, Report, Run, ScoredReturns, Settings, Sink, Stage};
+use dmp_draw::text;
 use dmp_log::{ResidualFormat, ScanLog};
 use dmp_map::Store;
 
+use super::args::Outputs;
 use super::residuals::{Buffers, Origin, RunReturns};
 use super::rows::RunRows;
 use super::sketch::Sketch;
 use super::spool::Spool;
-use super::{Outputs, page, per_frame, per_tile, residuals};
+use super::{page, per_frame, per_tile, residuals};
+use crate::common::Common;
 use crate::exit::Usage;
 use crate::progress::Progress;
-use crate::{Common, text};
 
 /// Follows an evaluation: shows its progress and keeps what is to be written.
 #[derive(Debug)]

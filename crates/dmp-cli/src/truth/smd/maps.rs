@@ -1,3 +1,5 @@
+//! The maps that are measured: given, or fused from a log.
+
 use std::path::Path;
 
 use anyhow::Context as _;
@@ -9,8 +11,8 @@ use dmp_truth::surface::{
 };
 use dmp_truth::trajectory::rigid_alignment;
 
-use super::SmdArgs;
-use crate::Common;
+use super::args::SmdArgs;
+use crate::common::Common;
 use crate::exit::Usage;
 use crate::extrinsic;
 use crate::log_args::LogHead;

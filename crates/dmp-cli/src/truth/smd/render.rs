@@ -1,7 +1,10 @@
+//! Distances, for a person.
+
 use std::io::{self, Write};
 
+use dmp_draw::text::{NONE, Side, Table, counted, digits, percent};
+
 use super::result::{DistancesResult, SmdResult};
-use crate::text::{NONE, Side, Table, counted, digits, percent};
 
 /// Writes the result for a person: a table of distances, a table of shares.
 pub(super) fn result(out: &mut impl Write, result: &SmdResult) -> io::Result<()> {
@@ -79,7 +82,7 @@ fn distances(name: &str, direction: &str, given: Option<&DistancesResult>) -> Ve
         row.extend(vec![NONE.to_owned(); 8]);
         return row;
     };
-    row.push(crate::text::count(d.count));
+    row.push(dmp_draw::text::count(d.count));
     row.extend([d.mean_m, d.median_m, d.rmse_m, d.std_m, d.p95_m, d.max_m].map(|m| centimetres(Some(m))));
     row.push(percent(d.beyond_cap_share));
     row

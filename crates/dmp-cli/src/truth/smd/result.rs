@@ -1,7 +1,9 @@
+//! Distances, as JSON.
+
 use dmp_truth::surface::{Distances, Extent, SurfaceReport, SurfaceSettings};
 use serde::Serialize;
 
-use super::SmdArgs;
+use super::args::SmdArgs;
 use super::maps::{Measured, MeasuredMap};
 
 /// What the command prints. Serialised, it is the JSON of schema `dmp-smd/1`.

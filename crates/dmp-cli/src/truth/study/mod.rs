@@ -15,6 +15,8 @@ use dmp_study::peers::PeerOptions;
 use dmp_study::{ReferenceSurface, Study, StudyError, StudyOptions, TruthOptions, plots_of, study};
 use dmp_truth::surface::Reference;
 
+use crate::common::Common;
+use crate::exit::Exit;
 use crate::exit::Usage;
 use crate::log_args::LogArgs;
 use crate::named::NamedFile;
@@ -23,7 +25,6 @@ use crate::runs::{OpenedRuns, Runs};
 use crate::save::save_text;
 use crate::score::announce;
 use crate::settings::SettingsArgs;
-use crate::{Common, Exit};
 
 /// Every score of several runs beside ground truth, and how well they rank alike
 ///
@@ -177,7 +178,8 @@ fn told(error: StudyError) -> anyhow::Error {
 }
 
 fn tell(study: &Study) {
-    for note in study.notes.iter().chain(&study.score.warnings) {
+    let warnings = study.score.warnings.iter().map(ToString::to_string);
+    for note in study.notes.iter().cloned().chain(warnings) {
         eprintln!("note: {note}");
     }
 }

@@ -2,9 +2,8 @@
 
 use std::io::{self, Write};
 
+use dmp_draw::text::{NONE, Side, Table, counted, digits, percent};
 use dmp_study::{Column, Study, correlation};
-
-use crate::text::{NONE, Side, Table, counted, digits, percent};
 
 /// Columns of the first table, each with two lines of a head.
 const SCORES: [(&str, [&str; 2]); 14] = [

@@ -1,8 +1,9 @@
 //! Reports made by hand, for tests.
 
 use dmp::{
-    ConfigReport, DropReport, InputReport, MapReport, MemoryReport, PairReport, PassTimes, PromiseReport,
-    Report, RunReport, SamplingReport, ScaleReport, ScaleScores, Scales, SegmentReport,
+    Basis, ConfigReport, DropReport, Ego, EgoReport, InputReport, MapReport, MemoryReport, PairReport,
+    PassTimes, PromiseReport, Report, RunReport, SamplingReport, ScaleReport, ScaleScores, Scales,
+    SegmentReport, Verdict, Warning, Withheld,
 };
 
 /// Truth and noise not told apart, drift worse, and mixed against noise.
@@ -11,26 +12,25 @@ pub(crate) fn three_runs() -> Report {
     drift.coverage = Some(0.431);
     drift.r_cv_m2 = ScaleScores::new([10.0, 2.0, 0.5, 0.2].map(|scale_m| (scale_m, None)));
     drift.r_cv_interval_m2 = None;
-    drift.r_cv_withheld = Some("coverage is 0.431, below 0.5".into());
-    drift.warnings = vec![
-        "R_cv is not given: coverage is 0.431, below 0.5; pairs are still compared on common returns".into(),
-    ];
+    let why = Withheld::from("coverage is 0.431, below 0.5".to_owned());
+    drift.r_cv_withheld = Some(why.clone());
+    drift.warnings = vec![Warning::LowCoverage { why }];
     let runs = vec![drift, run("größe", 1.1), run("truth", 1.0)];
-    let mut undecided = pair("truth", "größe", "R_cv", &[10.0, 2.0, 0.5, 0.2]);
-    (undecided.verdict, undecided.decided_at_m) = ("undecided".into(), None);
+    let mut undecided = pair("truth", "größe", Basis::CrossValidated, &[10.0, 2.0, 0.5, 0.2]);
+    undecided.verdict = Verdict::Undecided;
     undecided.reason = "undecided: no scale shows a difference outside its interval".into();
-    let mut mixed = pair("drift", "größe", "R_cv", &[10.0, 2.0, 0.5, 0.2]);
-    (mixed.verdict, mixed.better_on_the_whole) = ("mixed".into(), Some("größe".into()));
+    let mut mixed = pair("drift", "größe", Basis::CrossValidated, &[10.0, 2.0, 0.5, 0.2]);
+    mixed.verdict = Verdict::Mixed { run: "größe".into(), decided_at_m: 10.0, is_same: false };
     mixed.reason =
         "better on the whole, globally: decided at the 10 m scale, but worse in frames 12–40 at 30 m".into();
     for scale in &mut mixed.scales {
         scale.difference_m2 = scale.difference_m2.map(|difference| -difference);
         scale.interval_m2 = scale.interval_m2.map(|[low, high]| [-high, -low]);
     }
-    let pairs = vec![mixed, pair("truth", "drift", "R_cv", &[10.0, 2.0, 0.5, 0.2]), undecided];
+    let pairs = vec![mixed, pair("truth", "drift", Basis::CrossValidated, &[10.0, 2.0, 0.5, 0.2]), undecided];
     let mut report = report(runs, &["truth", "größe", "drift"], pairs);
     report.ties = vec![["truth".into(), "größe".into()]];
-    report.warnings = vec!["3 of 600 scans have no pose in `drift`".into()];
+    report.warnings = vec![Warning::Other("3 of 600 scans have no pose in `drift`".into())];
     report
 }
 
@@ -45,10 +45,10 @@ pub(crate) fn given_maps() -> Report {
         (run.coverage, run.coverage_revisit) = (None, None);
         run.r_cv_m2 = ScaleScores::new([10.0, 2.0, 0.5, 0.2].map(|scale_m| (scale_m, None)));
         run.r_cv_interval_m2 = None;
-        run.r_cv_withheld = Some("the map was given".into());
+        run.r_cv_withheld = Some(Withheld::Other("the map was given".into()));
         run
     };
-    let pairs = vec![pair("a", "b", "R_near", &[5.0, 2.0, 0.5])];
+    let pairs = vec![pair("a", "b", Basis::Near, &[5.0, 2.0, 0.5])];
     let mut report = report(vec![given("a", 1.0), given("b", 4.0)], &["a", "b"], pairs);
     report.config.segments.length_m = None;
     report
@@ -60,7 +60,7 @@ pub(crate) fn many_runs(count: usize) -> Report {
     let order: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut pairs = Vec::new();
     for (k, a) in order.iter().enumerate() {
-        pairs.extend(order.iter().skip(k + 1).map(|b| pair(a, b, "R_cv", &[10.0])));
+        pairs.extend(order.iter().skip(k + 1).map(|b| pair(a, b, Basis::CrossValidated, &[10.0])));
     }
     report(order.iter().map(|name| run(name, 1.0)).collect(), &order, pairs)
 }
@@ -103,7 +103,7 @@ fn run(name: &str, factor: f64) -> RunReport {
 }
 
 /// `a` better than `b` at the largest scale.
-fn pair(a: &str, b: &str, score: &str, scales_m: &[f64]) -> PairReport {
+fn pair(a: &str, b: &str, basis: Basis, scales_m: &[f64]) -> PairReport {
     let scale = |&scale_m: &f64| ScaleReport {
         scale_m,
         mean_a_m2: Some(0.1 * scale_m),
@@ -117,13 +117,10 @@ fn pair(a: &str, b: &str, score: &str, scales_m: &[f64]) -> PairReport {
     PairReport {
         a: a.into(),
         b: b.into(),
-        score: score.into(),
+        basis,
         scales: scales_m.iter().map(scale).collect(),
         llr_raw: 123_456.0,
-        verdict: a.into(),
-        is_same: false,
-        better_on_the_whole: None,
-        decided_at_m: scales_m.first().copied(),
+        verdict: Verdict::Better { run: a.into(), decided_at_m: scales_m[0], is_same: false },
         reason: "better globally: decided at the 10 m scale (876543 common returns)".into(),
         frames_needed: None,
         places_needed: None,
@@ -151,9 +148,7 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             min_range_m: 1.5,
             max_range_m: 100.0,
             horizon_m: 200.0,
-            ego: "auto".into(),
-            ego_cells: 0,
-            ego_box_m: None,
+            ego: EgoReport { known: Ego::Auto, cells: 0 },
             every: 1,
             body_from_sensor: Some([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
             time_offset_s: 0.0,

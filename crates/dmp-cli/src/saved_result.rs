@@ -91,7 +91,7 @@ fn missing(whole: &Value, read: &Value) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::score::sample;
+    use crate::example_reports;
     use serde_json::json;
 
     type Change<'a> = &'a dyn Fn(&mut Value);
@@ -109,7 +109,9 @@ mod tests {
 
     #[test]
     fn a_result_is_read_back_to_the_same_bits() {
-        for mut report in [sample::three_runs(), sample::given_maps(), sample::one_run()] {
+        for mut report in
+            [example_reports::three_runs(), example_reports::given_maps(), example_reports::one_run()]
+        {
             // Digits that a careless reader rounds.
             report.runs[0].dmp_sum_m2 = 435_916.875_780_088_65;
             report.config.voxel_filled_share = Some(0.1 + 0.2);
@@ -119,7 +121,7 @@ mod tests {
 
     #[test]
     fn another_file_or_version_is_told() {
-        let report = || serde_json::to_value(sample::three_runs()).unwrap();
+        let report = || serde_json::to_value(example_reports::three_runs()).unwrap();
         let changed = |change: Change<'_>| {
             let mut report = report();
             change(&mut report);

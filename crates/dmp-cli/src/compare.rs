@@ -1,23 +1,21 @@
 //! `dmp compare`: results that were saved, beside each other.
 
-mod read;
-
 use std::io::{self, Write};
 use std::path::PathBuf;
 
 use anyhow::{anyhow, bail};
 use clap::Args;
-use dmp::{JoinError, JoinedReport, NamedReport, Report, join_reports};
+use dmp::{JoinError, JoinedReport, MadeWith, NamedReport, Report, join_reports};
 use serde::Serialize;
 
 use crate::exit::Usage;
+use crate::exit::{Exit, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::named::{NamedFile, names_of};
 use crate::save::refuse_same;
+use crate::saved_result::read_result;
 use crate::score::outputs::{page, targets};
 use crate::score::render;
-use crate::{Exit, when_printed};
-pub(crate) use read::read_result;
 
 /// Compare saved results of `dmp score --json` of one log
 ///
@@ -91,7 +89,7 @@ pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Resu
     let results = arguments.results.iter().zip(names).map(read).collect::<anyhow::Result<Vec<_>>>()?;
     let JoinedReport { mut report, runs_of, not_compared } = join_reports(&results).map_err(with_remedy)?;
     if arguments.report.is_some() && !report.config.scales.lengths().has_page {
-        bail!(Usage(crate::score::no_page(report.config.scales)));
+        bail!(Usage(page::no_page(report.config.scales)));
     }
     let runs: Vec<&str> = report.order.iter().map(String::as_str).collect();
     let gates = arguments.gates.start(&runs)?;
@@ -135,7 +133,7 @@ fn json(out: &mut impl Write, output: &Output<'_>) -> io::Result<()> {
 /// What can be done about results that were not made alike.
 fn with_remedy(error: JoinError) -> anyhow::Error {
     match &error {
-        JoinError::Different { what, reports, .. } if !["log", "version of dmp"].contains(what) => {
+        JoinError::Different { what, reports, .. } if !matches!(what, MadeWith::Log | MadeWith::Version) => {
             anyhow!("{error}; `dmp score --like {}` makes results that can be compared with it", reports[0])
         }
         _ => error.into(),

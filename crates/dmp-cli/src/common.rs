@@ -1,0 +1,14 @@
+//! Options that every subcommand has.
+
+use clap::Args;
+
+/// What every subcommand understands.
+#[derive(Debug, Args)]
+pub(crate) struct Common {
+    /// Only errors on standard error
+    #[arg(short, long, global = true)]
+    pub(crate) quiet: bool,
+    /// No progress bar (there is none either where standard error is not a terminal)
+    #[arg(long, global = true)]
+    pub(crate) no_progress: bool,
+}

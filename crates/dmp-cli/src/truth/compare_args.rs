@@ -1,0 +1,232 @@
+//! The options that `dmp truth ape` and `dmp truth rpe` share, named as users of evo know them.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use dmp_log::TrajectoryFormat;
+use dmp_truth::trajectory::{Alignment, ErrorUnit, Matching, Plane, PosePath, Preparation, Relation, Sync};
+
+use crate::exit::Usage;
+
+/// Words of the command line, with what they stand for.
+pub(super) type Words<T> = &'static [(&'static str, T)];
+
+const SYNCS: Words<Sync> = &[("nearest_time", Sync::NearestTime), ("interpolation", Sync::Interpolation)];
+const PLANES: Words<Plane> = &[("xy", Plane::Xy), ("xz", Plane::Xz), ("yz", Plane::Yz)];
+const UNITS: Words<ErrorUnit> = &[
+    ("deg", ErrorUnit::Degrees),
+    ("rad", ErrorUnit::Radians),
+    ("mm", ErrorUnit::Millimeters),
+    ("cm", ErrorUnit::Centimeters),
+    ("m", ErrorUnit::Meters),
+    ("km", ErrorUnit::Kilometers),
+];
+/// What of the difference of two poses or motions may be the error; only of motions the last.
+pub(super) const RELATIONS: Words<Relation> = &[
+    ("full", Relation::FullTransformation),
+    ("trans_part", Relation::TranslationPart),
+    ("rot_part", Relation::RotationPart),
+    ("angle_deg", Relation::RotationAngleDeg),
+    ("angle_rad", Relation::RotationAngleRad),
+    ("point_distance", Relation::PointDistance),
+    ("point_distance_error_ratio", Relation::PointDistanceErrorRatio),
+];
+
+/// Takes one of the words.
+pub(super) fn words<T: Copy + Send + std::marker::Sync>(words: Words<T>) -> impl TypedValueParser<Value = T> {
+    let known = PossibleValuesParser::new(words.iter().map(|(word, _)| *word));
+    known.try_map(move |given| {
+        words.iter().find(|(word, _)| *word == given).map(|(_, meaning)| *meaning).ok_or("unknown")
+    })
+}
+
+/// Arguments of both, named as users of evo know them.
+#[derive(Debug, Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
+pub(crate) struct CompareArgs {
+    /// Reference and estimate, after the format of the files (tum, kitti, euroc, npy or g2o) if it is to be
+    /// given
+    #[arg(value_name = "[FORMAT] REFERENCE ESTIMATE", num_args = 2..=3, required = true)]
+    pub(super) files: Vec<PathBuf>,
+    /// Align with Umeyama's method (rotation and translation)
+    #[arg(short, long, conflicts_with = "align_origin", help_heading = "Alignment")]
+    align: bool,
+    /// Correct the scale with Umeyama's method
+    #[arg(short = 's', long = "correct_scale", alias = "correct-scale", help_heading = "Alignment")]
+    correct_scale: bool,
+    /// Align the first pose to the reference's first
+    #[arg(long = "align_origin", alias = "align-origin", help_heading = "Alignment")]
+    align_origin: bool,
+    /// Align by the first N poses only (-1: all)
+    #[arg(
+        long = "n_to_align",
+        alias = "n-to-align",
+        value_name = "N",
+        default_value_t = -1,
+        allow_negative_numbers = true,
+        help_heading = "Alignment"
+    )]
+    n_to_align: i64,
+    /// Tell errors in this unit
+    #[arg(long = "change_unit", alias = "change-unit", value_name = "UNIT", help_heading = "Error")]
+    #[arg(value_parser = words(UNITS))]
+    pub(super) change_unit: Option<ErrorUnit>,
+    /// Project both trajectories into a plane, after the alignment
+    #[arg(
+        long = "project_to_plane",
+        alias = "project-to-plane",
+        value_name = "PLANE",
+        value_parser = words(PLANES),
+        help_heading = "Error"
+    )]
+    project_to_plane: Option<Plane>,
+    /// Use at most N poses of each trajectory
+    #[arg(long, value_name = "N", help_heading = "Poses used")]
+    downsample: Option<usize>,
+    /// Leave out poses nearer than a distance (m) and an angle (deg) to the one before
+    #[arg(
+        long = "motion_filter",
+        alias = "motion-filter",
+        num_args = 2,
+        value_names = ["DISTANCE", "ANGLE_DEGREES"],
+        help_heading = "Poses used"
+    )]
+    motion_filter: Option<Vec<f64>>,
+    #[command(flatten)]
+    pub(super) times: TimeArgs,
+    /// Print one JSON object (schema dmp-truth/1)
+    #[arg(long, help_heading = "Output")]
+    pub(super) json: bool,
+    /// Write a result file for `evo_res`
+    #[arg(long = "save_results", alias = "save-results", value_name = "FILE.zip", help_heading = "Output")]
+    pub(super) save_results: Option<PathBuf>,
+    /// Put the compared trajectories into the result file too
+    #[arg(
+        long = "save_traj_in_zip",
+        alias = "save-traj-in-zip",
+        requires = "save_results",
+        help_heading = "Output"
+    )]
+    pub(super) save_trajectories: bool,
+    /// Overwrite a result file that is there
+    #[arg(long = "no_warnings", alias = "no-warnings", help_heading = "Output")]
+    pub(super) no_warnings: bool,
+    /// Print nothing
+    #[arg(long, conflicts_with = "json", help_heading = "Output")]
+    pub(super) silent: bool,
+}
+
+/// How stamps are matched. Not for files without stamps.
+#[derive(Debug, Args)]
+pub(super) struct TimeArgs {
+    /// Largest difference of stamps that belong together, seconds [default: 0.01]
+    #[arg(long = "t_max_diff", alias = "t-max-diff", value_name = "S", help_heading = "Time")]
+    t_max_diff: Option<f64>,
+    /// Seconds to add to the estimate's stamps
+    #[arg(
+        long = "t_offset",
+        alias = "t-offset",
+        value_name = "S",
+        allow_negative_numbers = true,
+        help_heading = "Time"
+    )]
+    t_offset: Option<f64>,
+    /// Use the reference only from this stamp on, seconds
+    #[arg(
+        long = "t_start",
+        alias = "t-start",
+        value_name = "S",
+        allow_negative_numbers = true,
+        help_heading = "Time"
+    )]
+    pub(super) t_start: Option<f64>,
+    /// Use the reference only up to this stamp, seconds
+    #[arg(
+        long = "t_end",
+        alias = "t-end",
+        value_name = "S",
+        allow_negative_numbers = true,
+        help_heading = "Time"
+    )]
+    pub(super) t_end: Option<f64>,
+    /// Match with the pose nearest in time, or interpolate the denser trajectory
+    #[arg(long = "sync_method", alias = "sync-method", value_name = "METHOD", help_heading = "Time")]
+    #[arg(value_parser = words(SYNCS))]
+    sync_method: Option<Sync>,
+}
+
+impl CompareArgs {
+    /// Reference and estimate, and the formats they must have.
+    pub(super) fn files(&self) -> anyhow::Result<(&PathBuf, &PathBuf, [Option<TrajectoryFormat>; 2])> {
+        use TrajectoryFormat::Euroc;
+        match self.files.as_slice() {
+            [reference, estimate] => Ok((reference, estimate, [None; 2])),
+            [word, reference, estimate] => {
+                let format = word.to_string_lossy().parse().map_err(Usage)?;
+                // As evo has it, but an estimate in EuRoC's own format is found by looking.
+                let formats = [Some(format), Some(format).filter(|&format| format != Euroc)];
+                Ok((reference, estimate, formats))
+            }
+            _ => Err(Usage("a reference and an estimate are needed".into()).into()),
+        }
+    }
+
+    /// What is done to both before they are compared.
+    pub(super) fn preparation(&self, reference: &PosePath) -> anyhow::Result<Preparation> {
+        let TimeArgs { t_max_diff, t_offset, t_start, t_end, sync_method } = &self.times;
+        let stamped = reference.stamps_s().is_some();
+        let timed = [t_max_diff, t_offset, t_start, t_end].iter().any(|option| option.is_some());
+        if !stamped && (timed || sync_method.is_some() || self.motion_filter.is_some()) {
+            let problem = "trajectories without stamps have no options of time and no motion filter";
+            return Err(Usage(problem.into()).into());
+        }
+        // Zero alone asks for nothing, as in evo.
+        let cut = [t_start, t_end].iter().any(|time| time.is_some_and(|time| time != 0.0));
+        Ok(Preparation {
+            downsample: self.downsample.filter(|&count| count > 0),
+            motion_filter: self.motion_filter.as_deref().and_then(|values| match values {
+                [distance_m, degrees] => Some((*distance_m, degrees.to_radians())),
+                _ => None,
+            }),
+            start_s: t_start.filter(|_| cut),
+            end_s: t_end.filter(|_| cut),
+            matching: Matching {
+                max_diff_s: t_max_diff.unwrap_or(0.01),
+                offset_s: t_offset.unwrap_or(0.0),
+                sync: sync_method.unwrap_or(Sync::NearestTime),
+            },
+            alignment: Alignment {
+                pose: self.align,
+                scale: self.correct_scale,
+                origin: self.align_origin,
+                first: (self.n_to_align != -1).then_some(self.n_to_align),
+            },
+            plane: self.project_to_plane,
+        })
+    }
+
+    /// The heading, word by word as evo has it.
+    pub(super) fn title(&self, metric: &str, relation: Relation, unit: ErrorUnit, tail: &str) -> String {
+        let mut title =
+            format!("{} w.r.t. {} ({}){}", metric.to_uppercase(), relation.name(), unit.name(), tail);
+        title += match (self.align, self.correct_scale, self.align_origin) {
+            (true, false, _) => "\n(with SE(3) Umeyama alignment)",
+            (true, true, _) => "\n(with Sim(3) Umeyama alignment)",
+            (false, true, _) => "\n(scale corrected)",
+            (false, false, false) => "\n(not aligned)",
+            (false, false, true) => "",
+        };
+        if (self.align || self.correct_scale) && self.n_to_align != -1 {
+            let _ = write!(title, " (aligned poses: {})", self.n_to_align);
+        }
+        if self.align_origin {
+            title += "\n(with origin alignment)";
+        }
+        if let Some(plane) = self.project_to_plane {
+            let _ = write!(title, "\n(projected to {} plane)", format!("{plane:?}").to_lowercase());
+        }
+        title
+    }
+}

@@ -1,0 +1,149 @@
+//! Putting reports together.
+
+use dmp_reduce::order_runs;
+
+use super::error::JoinError;
+use super::named::NamedReport;
+use super::names::{self, Names};
+use super::same;
+use crate::report::{MemoryReport, PairReport, PassTimes, Report, RunReport, Warning};
+
+/// Several reports as one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JoinedReport {
+    /// Every run, and every pair that some report holds. The runs are ordered along the decided pairs, and where
+    /// these leave a choice by the first score of the table. What took time is added up, and so is what was written;
+    /// of memory it is the most. The rest is that of the first report.
+    pub report: Report,
+    /// The names that the runs of each report have in it.
+    pub runs_of: Vec<Vec<String>>,
+    /// Pairs that no report holds: nothing is decided of them. They stand in the order of the runs.
+    pub not_compared: Vec<[String; 2]>,
+}
+
+/// Puts reports beside each other that were made of the same log, with the same version, frames, segments, returns
+/// and settings. A run that several reports hold, under one name with the same scores, is one run; two that only have
+/// a name in common get those of their reports in front, as `report/run`.
+///
+/// Pairs are taken from reports that hold both runs. No others can be compared: a pair is judged on the returns that
+/// both runs predict, and a report does not say which these are.
+///
+/// # Errors
+/// When they were not made alike, one contradicts itself, or there is none.
+pub fn join_reports(reports: &[NamedReport]) -> Result<JoinedReport, JoinError> {
+    let (first, others) = reports.split_first().ok_or(JoinError::NoReports)?;
+    reports.iter().try_for_each(names::check)?;
+    others.iter().try_for_each(|other| same::check(first, other))?;
+    let names = Names::new(reports)?;
+    let mut joined = names.in_report(0, &first.report);
+    for (k, other) in (1..).zip(others) {
+        add(&mut joined, names.in_report(k, &other.report));
+    }
+    joined.warnings = warnings(reports);
+    if !others.is_empty() {
+        put_in_order(&mut joined);
+    }
+    let not_compared = pairs_of(&joined.order).filter(|[a, b]| joined.pair(a, b).is_none()).collect();
+    Ok(JoinedReport { report: joined, runs_of: names.of_reports(), not_compared })
+}
+
+/// Adds what is new in another report.
+fn add(joined: &mut Report, other: Report) {
+    for (run, input) in other.runs.into_iter().zip(other.inputs.runs) {
+        if joined.run(&run.name).is_none() {
+            joined.runs.push(run);
+            joined.inputs.runs.push(input);
+        }
+    }
+    for pair in other.pairs {
+        if joined.pair(&pair.a, &pair.b).is_none() {
+            joined.pairs.push(pair);
+        }
+    }
+    let (config, of_other) = (&mut joined.config, other.config);
+    // Of the runs, not of the settings: given where it is the same for all.
+    config.body_from_sensor = config.body_from_sensor.filter(|here| of_other.body_from_sensor == Some(*here));
+    config.voxel_filled_share =
+        config.voxel_filled_share.filter(|here| of_other.voxel_filled_share == Some(*here));
+    for (known, more) in
+        [(&mut joined.inputs.notes, other.inputs.notes), (&mut joined.inputs.damage, other.inputs.damage)]
+    {
+        known.extend(more.into_iter().filter(|line| !known.contains(line)).collect::<Vec<_>>());
+    }
+    // As sure as the intervals of either are.
+    let sure = &mut joined.promise.interval_confidence;
+    *sure = sure.min(other.promise.interval_confidence);
+    joined.timing = added(joined.timing, other.timing);
+    joined.memory = most(joined.memory, other.memory);
+}
+
+/// One after the other.
+fn added(a: PassTimes, b: PassTimes) -> PassTimes {
+    PassTimes {
+        plan_s: a.plan_s + b.plan_s,
+        fuse_s: a.fuse_s + b.fuse_s,
+        trails_s: a.trails_s + b.trails_s,
+        cast_s: a.cast_s + b.cast_s,
+        total_s: a.total_s + b.total_s,
+        threads: a.threads.max(b.threads),
+    }
+}
+
+fn most(a: MemoryReport, b: MemoryReport) -> MemoryReport {
+    MemoryReport {
+        budget_bytes: a.budget_bytes.max(b.budget_bytes),
+        peak_anon_bytes: a.peak_anon_bytes.max(b.peak_anon_bytes),
+        scratch_bytes: a.scratch_bytes.saturating_add(b.scratch_bytes),
+        disk_bytes: a.disk_bytes.saturating_add(b.disk_bytes),
+        disk_bytes_estimated: a.disk_bytes_estimated.saturating_add(b.disk_bytes_estimated),
+        tile_loads: a.tile_loads.saturating_add(b.tile_loads),
+        tiles_in_reach: a.tiles_in_reach.saturating_add(b.tiles_in_reach),
+        tile_visits: a.tile_visits.saturating_add(b.tile_visits),
+    }
+}
+
+/// What all reports warn of, then what only some do, with their names.
+fn warnings(reports: &[NamedReport]) -> Vec<Warning> {
+    let of_all = |warning: &Warning| reports.iter().all(|named| named.report.warnings.contains(warning));
+    let shared = reports.iter().take(1).flat_map(|named| named.report.warnings.iter().filter(|w| of_all(w)));
+    let mut warnings: Vec<Warning> = shared.cloned().collect();
+    for NamedReport { name, report: Report { warnings: own, .. }, .. } in reports {
+        let own = own.iter().filter(|warning| !of_all(warning));
+        let named = |warning: &Warning| Warning::OfReport {
+            report: name.clone(),
+            warning: Box::new(warning.clone()),
+        };
+        warnings.extend(own.map(named));
+    }
+    warnings
+}
+
+/// Orders the runs along the decided pairs, else by their first score; neighbours are tied where their own pair is
+/// there and decides nothing, or contradicts others.
+fn put_in_order(joined: &mut Report) {
+    let near = joined.runs.iter().any(|run| run.coverage.is_none());
+    let score = |run: &RunReport| if near { run.r_near_m2[0] } else { run.r_cv_m2[0] };
+    let scores_m2: Vec<Option<f64>> = joined.runs.iter().map(score).collect();
+    let place = |name: &str| joined.runs.iter().position(|run| run.name == name);
+    let decided = |pair: &PairReport| {
+        let better = pair.verdict.better()?;
+        Some((place(better)?, place(pair.other(better))?))
+    };
+    let decided: Vec<(usize, usize)> = joined.pairs.iter().filter_map(decided).collect();
+    let ranked = order_runs(&scores_m2, &decided);
+    let name = |run: usize| joined.runs[run].name.clone();
+    let tied = ranked.windows(2).filter(|pair| pair[0].tied_with_next);
+    let ties = tied.map(|pair| [name(pair[0].run), name(pair[1].run)]);
+    let ties = ties.filter(|[a, b]| joined.pair(a, b).is_some()).collect();
+    let order = ranked.iter().map(|ranked| name(ranked.run)).collect();
+    joined.ties = ties;
+    joined.order = order;
+}
+
+/// Every two of the names.
+fn pairs_of(names: &[String]) -> impl Iterator<Item = [String; 2]> {
+    let after = |(k, a): (usize, &String)| {
+        names.iter().skip(k + 1).map(|b| [a.clone(), b.clone()]).collect::<Vec<_>>()
+    };
+    names.iter().enumerate().flat_map(after).collect::<Vec<_>>().into_iter()
+}

@@ -1,0 +1,149 @@
+//! What people ask a report.
+
+use dmp_reduce::Basis;
+
+use super::contents::Report;
+use super::pair::PairReport;
+use super::run::RunReport;
+use super::verdict::Verdict;
+
+/// Which run made the best map.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Best<'a> {
+    /// This one: it is decided to be better than every other.
+    Run(&'a RunReport),
+    /// The run that stands first, and those that it is not decided to be better than, in their order.
+    Tie(Vec<&'a RunReport>),
+}
+
+impl Report {
+    /// The run that is called so.
+    pub fn run(&self, name: &str) -> Option<&RunReport> {
+        self.runs.iter().find(|run| run.name == name)
+    }
+
+    /// The runs in their order, best first.
+    pub fn in_order(&self) -> impl Iterator<Item = &RunReport> {
+        self.order.iter().filter_map(|name| self.run(name))
+    }
+
+    /// The runs in their order, each with its rank, from 1; `None` where the one above is not decided to be better.
+    pub fn ranked(&self) -> impl Iterator<Item = (Option<usize>, &RunReport)> {
+        let is_tied = |place: usize, name: &str| {
+            let above = place.checked_sub(1).and_then(|above| self.order.get(above));
+            above.is_some_and(|above| self.ties.iter().any(|[a, b]| a == above && b == name))
+        };
+        let ranked = self.in_order().enumerate();
+        ranked.map(move |(place, run)| ((!is_tied(place, &run.name)).then_some(place + 1), run))
+    }
+
+    /// Which run made the best map: one that is decided to be better than every other, be it alone, or the first of the
+    /// order with those that it is not decided to be better than. `None` where there is no run.
+    ///
+    /// ```
+    /// use dmp::{Best, Report};
+    ///
+    /// fn told(report: &Report) -> String {
+    ///     match report.best() {
+    ///         Some(Best::Run(run)) => format!("{} made the best map", run.name),
+    ///         Some(Best::Tie(runs)) => format!("it is one of {} runs", runs.len()),
+    ///         None => "no run was scored".to_owned(),
+    ///     }
+    /// }
+    /// ```
+    pub fn best(&self) -> Option<Best<'_>> {
+        let mut order = self.in_order();
+        let first = order.next()?;
+        let is_better = |other: &&RunReport| {
+            self.verdict_between(&first.name, &other.name).and_then(Verdict::better) == Some(&first.name)
+        };
+        let others: Vec<&RunReport> = order.filter(|other| !is_better(other)).collect();
+        Some(match others.as_slice() {
+            [] => Best::Run(first),
+            _ => Best::Tie(std::iter::once(first).chain(others).collect()),
+        })
+    }
+
+    /// The comparison of two runs, whichever stands first in it; `None` where they were not compared.
+    pub fn pair(&self, one: &str, other: &str) -> Option<&PairReport> {
+        self.pairs.iter().find(|pair| pair.is_of(one, other))
+    }
+
+    /// What is decided between two runs; `None` where they were not compared.
+    ///
+    /// ```
+    /// use dmp::{Report, Verdict};
+    ///
+    /// fn is_worse(report: &Report, new: &str, old: &str) -> bool {
+    ///     report.verdict_between(new, old).and_then(Verdict::better) == Some(old)
+    /// }
+    /// ```
+    pub fn verdict_between(&self, one: &str, other: &str) -> Option<&Verdict> {
+        self.pair(one, other).map(|pair| &pair.verdict)
+    }
+
+    /// A run's score at a truncation, m²: `R_cv` or `R_near`, by `basis`. `None` also where the run is not there, has no
+    /// such score, or none at `scale_m`.
+    ///
+    /// ```
+    /// use dmp::{Basis, Report};
+    ///
+    /// fn sharpness_cm(report: &Report, run: &str) -> Option<f64> {
+    ///     report.score_of(run, Basis::CrossValidated, 0.5).map(|square_m2| 100.0 * square_m2.sqrt())
+    /// }
+    /// ```
+    pub fn score_of(&self, run: &str, basis: Basis, scale_m: f64) -> Option<f64> {
+        self.run(run)?.scores(basis).at(scale_m)
+    }
+
+    /// Whether at least one run's map was fused from the scans, so that there is `R_cv`.
+    pub fn is_cross_validated(&self) -> bool {
+        self.runs.iter().any(|run| run.coverage.is_some())
+    }
+
+    /// The score whose first truncation leads the table of the runs: `R_cv`, or `R_near` where all maps were given.
+    pub fn leading_basis(&self) -> Basis {
+        if self.is_cross_validated() { Basis::CrossValidated } else { Basis::Near }
+    }
+
+    /// Whether not all scans were scored.
+    pub fn is_sample(&self) -> bool {
+        self.sampling.frames_scored < self.sampling.frames_total
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::sample_data::scores;
+    use super::*;
+
+    #[test]
+    fn the_best_is_one_or_a_tie() {
+        let mut report = scores();
+        assert!(matches!(report.best(), Some(Best::Run(run)) if run.name == "truth"));
+        assert_eq!(report.in_order().map(|run| run.name.as_str()).collect::<Vec<_>>(), report.order);
+        assert!(report.ranked().map(|(rank, _)| rank).eq((1..=4).map(Some)));
+        let pair = report.pairs.iter_mut().find(|pair| pair.is_of("drift", "truth")).unwrap();
+        assert_eq!((pair.other("drift"), pair.decided_at().unwrap().scale_m), ("truth", 10.0));
+        pair.verdict = Verdict::Undecided;
+        let Some(Best::Tie(runs)) = report.best() else { panic!("{:?}", report.pairs) };
+        assert_eq!(runs.iter().map(|run| run.name.as_str()).collect::<Vec<_>>(), ["truth", "drift"]);
+        report.ties = vec![[report.order[1].clone(), report.order[2].clone()]];
+        assert!(report.ranked().map(|(rank, _)| rank).eq([Some(1), Some(2), None, Some(4)]));
+        report.order.clear();
+        assert_eq!(report.best(), None);
+    }
+
+    #[test]
+    fn pairs_and_scores_are_found_by_name() {
+        let report = scores();
+        assert_eq!(report.verdict_between("noise", "truth"), report.verdict_between("truth", "noise"));
+        assert_eq!(report.verdict_between("noise", "truth").and_then(Verdict::better), Some("truth"));
+        assert_eq!(report.verdict_between("noise", "x"), None);
+        let score_m2 = report.score_of("truth", Basis::CrossValidated, 2.0);
+        assert_eq!(score_m2, report.runs[0].r_cv_m2[1]);
+        assert_eq!(report.score_of("truth", Basis::Near, 0.5), report.runs[0].r_near_m2[2]);
+        assert_eq!(report.score_of("truth", Basis::Near, 3.0), None);
+        assert_eq!(report.score_of("x", Basis::Near, 0.5), None);
+    }
+}

@@ -1,0 +1,81 @@
+//! What was read, used and dropped, in a report.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::pairing::Pairing;
+
+/// What was read, used and dropped.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InputReport {
+    /// The log.
+    pub log: String,
+    /// Its format.
+    pub format: String,
+    /// Identifies the log: see `docs/json.md`.
+    pub fingerprint: String,
+    /// Its length, bytes.
+    pub bytes: u64,
+    /// The topic read.
+    pub topic: Option<String>,
+    /// How the times of points were understood; null where there are none.
+    pub point_times: Option<String>,
+    /// First and last stamp, nanoseconds.
+    pub span_ns: Option<(i64, i64)>,
+    /// Scans that can be read.
+    pub scans: usize,
+    /// Scans used.
+    pub scans_used: usize,
+    /// Returns of all scans that can be read.
+    pub returns: u64,
+    /// Returns used.
+    pub returns_used: u64,
+    /// Returns dropped, by reason. Used and dropped add up to all.
+    pub dropped: DropReport,
+    /// The runs' trajectories and maps.
+    pub runs: Vec<RunInputReport>,
+    /// What was guessed about the log.
+    pub notes: Vec<String>,
+    /// What of the log is lost.
+    pub damage: Vec<String>,
+}
+
+/// Returns dropped by reason, every reason listed.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct DropReport(pub BTreeMap<String, u64>);
+
+/// A run's inputs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunInputReport {
+    /// Name of the run.
+    pub name: String,
+    /// The file or topic of the trajectory; null where the caller did not say.
+    pub file: Option<String>,
+    /// Its format; null where the caller did not say.
+    pub format: Option<String>,
+    /// Poses of the trajectory.
+    pub poses: usize,
+    /// Where the sensor sits on its body: x, y, z (metres), qx, qy, qz, qw.
+    pub body_from_sensor: [f64; 7],
+    /// Where that is from, in words.
+    pub body_from_sensor_source: String,
+    /// The frame that the run is scored in, which follows from its way: takes places of its trajectory's frame
+    /// there. x, y, z (metres), qx, qy, qz, qw.
+    pub world_from_own: [f64; 7],
+    /// How its poses are found.
+    pub pairing: Pairing,
+    /// Longest gap between poses that is interpolated over, seconds.
+    pub max_time_gap_s: f64,
+    /// Scans without a pose in this run.
+    pub scans_without_pose: usize,
+    /// Its map: `fused`, or the file given.
+    pub map: String,
+    /// What was made of a map that was given: its unit where that is not plainly the metre, the samples of a mesh.
+    pub map_notes: Vec<String>,
+    /// What was guessed about the trajectory.
+    pub notes: Vec<String>,
+}
