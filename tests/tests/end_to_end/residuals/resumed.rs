@@ -17,9 +17,11 @@ struct Counting {
 
 impl Sink for Counting {
     fn returns_scored(&self, returns: &ScoredReturns<'_>) {
-        let [run] = returns.runs else { panic!("{} runs", returns.runs.len()) };
-        assert_eq!(run.rays.len(), returns.offsets_ns.len());
-        self.returns.fetch_add(run.rays.len() as u64, Ordering::Relaxed);
+        let count = returns.offsets_ns.len();
+        for run in returns.runs {
+            assert_eq!((run.rays.len(), run.residuals.len()), (count, count));
+        }
+        self.returns.fetch_add(count as u64, Ordering::Relaxed);
     }
 
     fn frame_scored(&self, _: usize, _: &FrameSums) {
