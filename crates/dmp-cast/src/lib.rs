@@ -72,8 +72,11 @@ mod search;
 mod tile;
 
 pub use caster::{Caster, TileCache};
-pub use casting::{CastBuffers, Grouping};
+pub use casting::CastBuffers;
+#[doc(hidden)]
+pub use casting::Grouping;
 pub use counter::{CountBuffers, CrossingCounter};
 pub use path::Path;
 pub use query::{Answer, CastSettings, Query, Wanted};
+#[doc(hidden)]
 pub use tile::CastTile;

@@ -58,7 +58,10 @@ pub use dmp_disk::TileId;
 pub use error::MapError;
 pub use free_voxels::{FreeVoxels, MarkBuffers};
 pub use fuser::{FuseBuffers, MapFuser, SCRATCH_VOXEL_BYTES};
-pub use lattice::{Lattice, UNITS_PER_M};
+pub use lattice::Lattice;
+#[doc(hidden)]
+pub use lattice::UNITS_PER_M;
+#[doc(hidden)]
 pub use loose_surfels::{LooseSurfels, WorldSurfel};
 pub use normal::smallest_eigenvector;
 pub use patch::{PatchBuilder, PatchWriter, Patches, PlacedPatches, Placement};

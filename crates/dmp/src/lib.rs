@@ -27,6 +27,7 @@
 //! ```
 
 mod cast;
+mod check;
 mod config;
 mod disk;
 mod ego;
@@ -72,7 +73,9 @@ pub use join::{JoinError, JoinedReport, MadeWith, NamedReport, join_reports};
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
 pub use pairing::Pairing;
 pub use peak::{machine_memory_bytes, peak_anonymous_bytes};
-pub use places::{drawn_places, evaluate_quick};
+#[doc(hidden)]
+pub use places::drawn_places;
+pub use places::evaluate_quick;
 pub use posed::{PosedLog, PosedScan};
 pub use progress::{Progress, Stage};
 pub use report::{

@@ -1,17 +1,16 @@
 //! A quick score: of a sample of places along the way, each by itself, so that only the scans that see them are read.
 
+mod choice;
 mod draw;
+mod pass;
 mod scans;
 mod score;
 mod survey;
 mod way;
 
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use dmp_disk::WorkFolder;
 use dmp_log::{Damage, LogOutline};
-use dmp_reduce::{Basis, FrameSums, Layout, Reducer};
 use dmp_sensor::DropReason;
 
 use crate::cast::Scored;
@@ -19,27 +18,21 @@ use crate::config::{Config, MapSource, Run};
 use crate::error::EvaluateError;
 use crate::evaluation::{FuseTotals, check_runs};
 use crate::heads::Heads;
-use crate::memory::PlaceNeeds;
 use crate::own_frame;
 use crate::pairing::Pairing;
 use crate::peak;
 use crate::plan::Drive;
-use crate::progress::Stage;
 use crate::report::{Findings, PassTimes, PlacesReport, Report, ToldMap, drops_in_words};
 use crate::sample::{Looks, Sample};
 use crate::settings::{Means, Settings};
-use crate::sink::ScoredPlace;
 use crate::watch::Watch;
-use crate::work::{MapFacts, pool};
+use crate::work::MapFacts;
+use choice::Places;
 pub use draw::drawn_places;
-use draw::{FEW_PLACES, draw};
+use pass::Pass;
 use scans::DriveScans;
-use score::{PlaceScorer, PlaceTotals};
-use survey::Surveyed;
-use way::{LENGTH_M, PlaceScans, SPACING_M, Way};
+use way::Way;
 
-/// Places below which there is nothing to choose among.
-const FEWEST_PLACES: usize = 4;
 /// Stamps that are known no better than this, nanoseconds, do not tell where a scan was made.
 const VAGUE_NS: i64 = 1_000_000_000;
 
@@ -183,147 +176,4 @@ fn check(runs: &[Run], settings: &Settings, means: &Means, share: f64) -> Result
         return bad("with a setting for whole maps".into(), "it makes maps of places, and none of all");
     }
     Ok(())
-}
-
-/// The places that are scored.
-struct Places {
-    /// How many there are, and how many of these are passed more than once.
-    total: usize,
-    revisited_total: usize,
-    /// Those drawn, and what is read for each.
-    drawn: Vec<(ScoredPlace, PlaceScans)>,
-    /// For every place the number in the log of the scan in its middle.
-    middles: Vec<usize>,
-}
-
-impl Places {
-    fn choose(drive_scans: &DriveScans<'_>, way: &Way, seed: u64, share: f64) -> Result<Self, EvaluateError> {
-        let places = way.places();
-        let (outline, drive) = (drive_scans.outline(), drive_scans.drive());
-        if places.len() < FEWEST_PLACES {
-            let travel_m = drive.segments.travel_m;
-            return Err(EvaluateError::NoPlaces { travel_m, places: places.len() });
-        }
-        let mut scans: Vec<PlaceScans> = places.iter().map(|place| way.scans_of(place)).collect();
-        let bytes: Vec<u64> = scans.iter().map(|place| drive_scans.bytes_of(&place.read)).collect();
-        let asked = (share * outline.bytes() as f64) as u64;
-        let read = outline.own_bytes_read().unwrap_or(0) + survey::bytes(outline);
-        // All of the log is all places, though most scans are read for several of them.
-        let budget_bytes = if share < 1.0 { asked.saturating_sub(read) } else { u64::MAX };
-        let revisited: Vec<bool> = places.iter().map(|place| way.is_revisited(place)).collect();
-        let numbers = draw(&bytes, &revisited, budget_bytes, seed);
-        Ok(Self {
-            total: places.len(),
-            revisited_total: revisited.iter().filter(|&&revisited| revisited).count(),
-            middles: places.iter().map(|place| drive.frames()[place.centre].number).collect(),
-            drawn: numbers
-                .into_iter()
-                .map(|number| {
-                    let is_revisited = revisited[number];
-                    let place = ScoredPlace { number, of: places.len(), is_revisited };
-                    (place, std::mem::take(&mut scans[number]))
-                })
-                .collect(),
-        })
-    }
-
-    fn report(&self, way: &Way, share: f64, scans_read: u64, bytes_read: Option<u64>) -> PlacesReport {
-        PlacesReport {
-            drawn: self.drawn.len() as u64,
-            total: self.total as u64,
-            revisited: self.drawn.iter().filter(|(place, _)| place.is_revisited).count() as u64,
-            revisited_total: self.revisited_total as u64,
-            cut: self.drawn.iter().filter(|(_, scans)| scans.cut).count() as u64,
-            length_m: LENGTH_M,
-            radius_m: way.radius_m(),
-            spacing_m: SPACING_M,
-            scans_read,
-            are_fewest: self.drawn.len() <= FEW_PLACES,
-            share_asked: share,
-            bytes_read,
-        }
-    }
-}
-
-/// What threads share.
-struct Pass<'p> {
-    scans: &'p DriveScans<'p>,
-    surveyed: &'p Surveyed<'p>,
-    asked: &'p [Run],
-    settings: &'p Settings,
-    means: &'p Means,
-    watch: Watch<'p>,
-}
-
-impl Pass<'_> {
-    /// Scores places, one of them a thread, of `all` that there are. Says how many threads there were.
-    fn run(
-        &self,
-        drawn: &[(ScoredPlace, PlaceScans)],
-        all: u64,
-    ) -> Result<(Reducer, PlaceTotals, usize), EvaluateError> {
-        let (threads, means) = self.needs(drawn).share(self.means, drawn.len())?;
-        // What every place writes goes into folders of its own in this one.
-        let folder = WorkFolder::new(&self.means.work_folder).map_err(EvaluateError::work)?;
-        let means = Means { work_folder: folder.path().to_path_buf(), ..means };
-        let layout = Layout::new(all, vec![Basis::CrossValidated; self.asked.len()])
-            .with_miss_price(self.settings.miss_price);
-        let progress = self.watch.progress;
-        progress.begin(Stage::Places, drawn.len() as u64);
-        let next = AtomicUsize::new(0);
-        let nothing = || (Reducer::new(layout.clone()), PlaceTotals::new(self.asked.len()));
-        let work = || -> Result<(Reducer, PlaceTotals), EvaluateError> {
-            let pool = pool(1)?;
-            let scorer = self.scorer(&means);
-            let (mut reducer, mut totals) = nothing();
-            while let Some((place, scans)) = drawn.get(next.fetch_add(1, Ordering::Relaxed)) {
-                if progress.cancelled() {
-                    return Err(EvaluateError::Cancelled);
-                }
-                let sums: FrameSums = pool.install(|| scorer.score(place.number, scans, &mut totals))?;
-                reducer.add_frame(place.number as u64, &sums)?;
-                self.watch.sink.place_scored(*place, &sums);
-                progress.advance(1);
-            }
-            Ok((reducer, totals))
-        };
-        // Where one fails, the others begin no other place.
-        let stop = |_: &EvaluateError| next.store(drawn.len(), Ordering::Relaxed);
-        let done: Vec<Result<(Reducer, PlaceTotals), EvaluateError>> = std::thread::scope(|scope| {
-            let threads: Vec<_> = (0..threads).map(|_| scope.spawn(|| work().inspect_err(stop))).collect();
-            let resume = |panic| std::panic::resume_unwind(panic);
-            threads.into_iter().map(|thread| thread.join().unwrap_or_else(resume)).collect()
-        });
-        let (mut reducer, mut totals) = nothing();
-        for of_thread in done {
-            let (of_thread, more) = of_thread?;
-            reducer.merge(&of_thread)?;
-            totals.merge(more);
-        }
-        Ok((reducer, totals, threads))
-    }
-
-    fn scorer<'s>(&'s self, means: &'s Means) -> PlaceScorer<'s> {
-        PlaceScorer {
-            scans: self.scans,
-            plan: &self.surveyed.plan,
-            asked: self.asked,
-            runs: &self.surveyed.runs,
-            settings: self.settings,
-            means,
-            watch: self.watch,
-        }
-    }
-
-    /// What a thread needs to score one of some places.
-    fn needs(&self, places: &[(ScoredPlace, PlaceScans)]) -> PlaceNeeds {
-        let largest_scan = self.surveyed.largest_scan;
-        let most_scans = places.iter().map(|(_, scans)| scans.read.len()).max().unwrap_or(0);
-        PlaceNeeds {
-            returns: most_scans as u64 * largest_scan,
-            largest_scan,
-            row_bytes: self.scans.outline().summary().point_bytes as usize,
-            runs: self.asked.len(),
-        }
-    }
 }

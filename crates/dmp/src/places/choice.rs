@@ -1,0 +1,83 @@
+//! The places that are scored.
+
+use super::draw::{FEW_PLACES, draw};
+use super::scans::DriveScans;
+use super::survey;
+use super::way::{LENGTH_M, PlaceScans, SPACING_M, Way};
+use crate::error::EvaluateError;
+use crate::report::PlacesReport;
+use crate::sink::ScoredPlace;
+
+/// Places below which there is nothing to choose among.
+const FEWEST_PLACES: usize = 4;
+
+/// The places that are scored.
+pub(super) struct Places {
+    /// How many there are, and how many of these are passed more than once.
+    pub(super) total: usize,
+    revisited_total: usize,
+    /// Those drawn, and what is read for each.
+    pub(super) drawn: Vec<(ScoredPlace, PlaceScans)>,
+    /// For every place the number in the log of the scan in its middle.
+    pub(super) middles: Vec<usize>,
+}
+
+impl Places {
+    pub(super) fn choose(
+        drive_scans: &DriveScans<'_>,
+        way: &Way,
+        seed: u64,
+        share: f64,
+    ) -> Result<Self, EvaluateError> {
+        let places = way.places();
+        let (outline, drive) = (drive_scans.outline(), drive_scans.drive());
+        if places.len() < FEWEST_PLACES {
+            let travel_m = drive.segments.travel_m;
+            return Err(EvaluateError::NoPlaces { travel_m, places: places.len() });
+        }
+        let mut scans: Vec<PlaceScans> = places.iter().map(|place| way.scans_of(place)).collect();
+        let bytes: Vec<u64> = scans.iter().map(|place| drive_scans.bytes_of(&place.read)).collect();
+        let asked = (share * outline.bytes() as f64) as u64;
+        let read = outline.own_bytes_read().unwrap_or(0) + survey::bytes(outline);
+        // All of the log is all places, though most scans are read for several of them.
+        let budget_bytes = if share < 1.0 { asked.saturating_sub(read) } else { u64::MAX };
+        let revisited: Vec<bool> = places.iter().map(|place| way.is_revisited(place)).collect();
+        let numbers = draw(&bytes, &revisited, budget_bytes, seed);
+        Ok(Self {
+            total: places.len(),
+            revisited_total: revisited.iter().filter(|&&revisited| revisited).count(),
+            middles: places.iter().map(|place| drive.frames()[place.centre].number).collect(),
+            drawn: numbers
+                .into_iter()
+                .map(|number| {
+                    let is_revisited = revisited[number];
+                    let place = ScoredPlace { number, of: places.len(), is_revisited };
+                    (place, std::mem::take(&mut scans[number]))
+                })
+                .collect(),
+        })
+    }
+
+    pub(super) fn report(
+        &self,
+        way: &Way,
+        share: f64,
+        scans_read: u64,
+        bytes_read: Option<u64>,
+    ) -> PlacesReport {
+        PlacesReport {
+            drawn: self.drawn.len() as u64,
+            total: self.total as u64,
+            revisited: self.drawn.iter().filter(|(place, _)| place.is_revisited).count() as u64,
+            revisited_total: self.revisited_total as u64,
+            cut: self.drawn.iter().filter(|(_, scans)| scans.cut).count() as u64,
+            length_m: LENGTH_M,
+            radius_m: way.radius_m(),
+            spacing_m: SPACING_M,
+            scans_read,
+            are_fewest: self.drawn.len() <= FEW_PLACES,
+            share_asked: share,
+            bytes_read,
+        }
+    }
+}

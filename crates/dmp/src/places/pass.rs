@@ -1,0 +1,100 @@
+//! Places are scored beside each other, each by one thread.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use dmp_disk::WorkFolder;
+use dmp_reduce::{Basis, Layout, Reducer};
+
+use super::scans::DriveScans;
+use super::score::{PlaceScorer, PlaceTotals};
+use super::survey::Surveyed;
+use super::way::PlaceScans;
+use crate::config::Run;
+use crate::error::EvaluateError;
+use crate::memory::PlaceNeeds;
+use crate::progress::Stage;
+use crate::settings::{Means, Settings};
+use crate::sink::ScoredPlace;
+use crate::watch::Watch;
+
+/// What threads share.
+pub(super) struct Pass<'p> {
+    pub(super) scans: &'p DriveScans<'p>,
+    pub(super) surveyed: &'p Surveyed<'p>,
+    pub(super) asked: &'p [Run],
+    pub(super) settings: &'p Settings,
+    pub(super) means: &'p Means,
+    pub(super) watch: Watch<'p>,
+}
+
+impl Pass<'_> {
+    /// Scores places, one of them a thread, of `all` that there are. Says how many threads there were.
+    pub(super) fn run(
+        &self,
+        drawn: &[(ScoredPlace, PlaceScans)],
+        all: u64,
+    ) -> Result<(Reducer, PlaceTotals, usize), EvaluateError> {
+        let (threads, means) = self.needs(drawn).share(self.means, drawn.len())?;
+        // What every place writes goes into folders of its own in this one.
+        let folder = WorkFolder::new(&self.means.work_folder).map_err(EvaluateError::work)?;
+        let means = Means { work_folder: folder.path().to_path_buf(), ..means };
+        let layout = Layout::new(all, vec![Basis::CrossValidated; self.asked.len()])
+            .with_miss_price(self.settings.miss_price);
+        let progress = self.watch.progress;
+        progress.begin(Stage::Places, drawn.len() as u64);
+        let next = AtomicUsize::new(0);
+        let nothing = || (Reducer::new(layout.clone()), PlaceTotals::new(self.asked.len()));
+        let work = || -> Result<(Reducer, PlaceTotals), EvaluateError> {
+            let scorer = self.scorer(&means);
+            let (mut reducer, mut totals) = nothing();
+            while let Some((place, scans)) = drawn.get(next.fetch_add(1, Ordering::Relaxed)) {
+                if progress.cancelled() {
+                    return Err(EvaluateError::Cancelled);
+                }
+                let sums = scorer.score(place.number, scans, &mut totals)?;
+                reducer.add_frame(place.number as u64, &sums)?;
+                self.watch.sink.place_scored(*place, &sums);
+                progress.advance(1);
+            }
+            Ok((reducer, totals))
+        };
+        // Where one fails, the others begin no other place.
+        let stop = |_: &EvaluateError| next.store(drawn.len(), Ordering::Relaxed);
+        let done: Vec<Result<(Reducer, PlaceTotals), EvaluateError>> = std::thread::scope(|scope| {
+            let threads: Vec<_> = (0..threads).map(|_| scope.spawn(|| work().inspect_err(stop))).collect();
+            let resume = |panic| std::panic::resume_unwind(panic);
+            threads.into_iter().map(|thread| thread.join().unwrap_or_else(resume)).collect()
+        });
+        let (mut reducer, mut totals) = nothing();
+        for of_thread in done {
+            let (of_thread, more) = of_thread?;
+            reducer.merge(&of_thread)?;
+            totals.merge(more);
+        }
+        Ok((reducer, totals, threads))
+    }
+
+    fn scorer<'s>(&'s self, means: &'s Means) -> PlaceScorer<'s> {
+        PlaceScorer {
+            scans: self.scans,
+            plan: &self.surveyed.plan,
+            asked: self.asked,
+            runs: &self.surveyed.runs,
+            settings: self.settings,
+            means,
+            watch: self.watch,
+        }
+    }
+
+    /// What a thread needs to score one of some places.
+    fn needs(&self, places: &[(ScoredPlace, PlaceScans)]) -> PlaceNeeds {
+        let largest_scan = self.surveyed.largest_scan;
+        let most_scans = places.iter().map(|(_, scans)| scans.read.len()).max().unwrap_or(0);
+        PlaceNeeds {
+            returns: most_scans as u64 * largest_scan,
+            largest_scan,
+            row_bytes: self.scans.outline().summary().point_bytes as usize,
+            runs: self.asked.len(),
+        }
+    }
+}
