@@ -136,6 +136,11 @@ fn with_remedy(error: JoinError) -> anyhow::Error {
         JoinError::Different { what, reports, .. } if !matches!(what, MadeWith::Log | MadeWith::Version) => {
             anyhow!("{error}; `dmp score --like {}` makes results that can be compared with it", reports[0])
         }
+        JoinError::OfPlaces { report } => anyhow!(
+            "{report}: made with --quick, where places and their maps depend on all runs of a command: score runs in one \
+             to compare them"
+        ),
+        JoinError::SameName { .. } => Usage(format!("{error}, as NAME=FILE")).into(),
         _ => error.into(),
     }
 }

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 use std::{fmt, io};
 
-use dmp::{EvaluateError, JoinError};
+use dmp::{EvaluateError, JoinError, SettingName};
 use dmp_log::{LogError, LogSetting};
 use dmp_truth::surface::SurfaceError;
 
@@ -71,16 +71,28 @@ pub(crate) fn one_line(error: &anyhow::Error) -> String {
     line
 }
 
-/// What an error says; the settings of a log are called by the options of the command line.
+/// What an error says; settings are called by the options of the command line.
 fn in_words(cause: &(dyn std::error::Error + 'static)) -> String {
-    let of_log = match cause.downcast_ref() {
-        Some(EvaluateError::Log(error)) => Some(error),
-        _ => cause.downcast_ref::<LogError>(),
-    };
-    of_log.map_or_else(|| cause.to_string(), |error| error.message_with(&option_of))
+    match (cause.downcast_ref(), cause.downcast_ref::<LogError>()) {
+        (Some(EvaluateError::Log(error)), _) | (_, Some(error)) => error.message_with(&option_of_log),
+        (Some(error @ EvaluateError::SameName { .. }), _) => format!("{error}, as NAME=FILE"),
+        (Some(error), _) => error.message_with(&option_of),
+        (None, None) => cause.to_string(),
+    }
 }
 
-fn option_of(setting: LogSetting) -> String {
+/// The option that a setting is called by.
+pub(crate) fn option_of(setting: SettingName) -> String {
+    match setting {
+        SettingName::WorkFolder => "--work".into(),
+        SettingName::SaveMaps => "--save-maps or -o".into(),
+        SettingName::Ranges => "--min-range and --max-range".into(),
+        SettingName::Segments => "--like".into(),
+        other => format!("--{other}"),
+    }
+}
+
+fn option_of_log(setting: LogSetting) -> String {
     match setting {
         LogSetting::Topic => "--topic".into(),
         LogSetting::PointTime => "--point-time".into(),
@@ -127,5 +139,13 @@ mod tests {
         assert_eq!(one_line(&error().into()), told);
         assert_eq!(one_line(&EvaluateError::Log(error()).into()), told);
         assert!(error().to_string().contains("name one with `topic`: /a"));
+        let error = || EvaluateError::NoPlaces { travel_m: 9.0, places: 1 };
+        assert!(one_line(&error().into()).ends_with("score all of it, without --quick"));
+        assert!(error().to_string().ends_with("score all of it, without `quick`"));
+        let error = EvaluateError::SameName { name: "a".into() };
+        assert_eq!(
+            one_line(&error.into()),
+            "two runs are called `a`: give them names of their own, as NAME=FILE"
+        );
     }
 }

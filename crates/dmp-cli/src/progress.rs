@@ -3,12 +3,13 @@
 use std::fmt;
 use std::io::IsTerminal as _;
 
-use dmp::Stage;
+use dmp::{Note, Stage};
 use dmp_draw::text;
 use dmp_truth::surface::{SurfaceError, SurfaceWatch};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use crate::common::Common;
+use crate::exit::option_of;
 use crate::process;
 
 /// The progress of an evaluation, on standard error where that is a terminal. Gone when dropped.
@@ -114,9 +115,9 @@ impl dmp::Progress for Progress {
         self.bar.inc(amount);
     }
 
-    fn note(&self, text: &str) {
+    fn note(&self, note: &Note) {
         if !self.quiet {
-            self.bar.suspend(|| eprintln!("note: {text}"));
+            self.bar.suspend(|| eprintln!("note: {}", note.message_with(&option_of)));
         }
     }
 

@@ -78,15 +78,12 @@ pub enum LoopError {
     /// Optimised poses are none.
     #[error(transparent)]
     Poses(#[from] PoseGraphError),
-    /// The log cannot be read, or does not belong to the graph.
+    /// The log cannot be read or does not belong to the graph, or residuals cannot be added up.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
     /// The map cannot be put together.
     #[error("the map of the graph: {0}")]
     Map(#[from] MapError),
-    /// Residuals cannot be added up.
-    #[error(transparent)]
-    Reduce(#[from] ReduceError),
     /// A setting outside its range.
     #[error("{setting} {value}: {why}")]
     Setting {
@@ -97,4 +94,10 @@ pub enum LoopError {
         /// What it must be.
         why: &'static str,
     },
+}
+
+impl From<ReduceError> for LoopError {
+    fn from(error: ReduceError) -> Self {
+        Self::Evaluate(error.into())
+    }
 }

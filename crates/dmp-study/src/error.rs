@@ -40,12 +40,4 @@ pub enum StudyError {
     /// The reference surface cannot be read.
     #[error("the reference surface cannot be read")]
     ReadSurface(#[source] Box<dyn std::error::Error + Send + Sync>),
-    /// The threads could not be started.
-    #[error("cannot start {threads} threads")]
-    Threads {
-        /// How many were asked for.
-        threads: usize,
-        /// Why.
-        source: rayon::ThreadPoolBuildError,
-    },
 }

@@ -133,7 +133,7 @@ pub fn study<'a>(
     let mut peer_report = None;
     if let Some(peers) = &options.peers {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(config.threads).build();
-        let pool = pool.map_err(|source| StudyError::Threads { threads: config.threads, source })?;
+        let pool = pool.map_err(|source| EvaluateError::Threads { threads: config.threads, source })?;
         let sharpness_of = |cloud: &Vec<[f64; 3]>| {
             go_on(progress)?;
             Ok(map_sharpness(cloud, peers))

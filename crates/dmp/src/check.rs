@@ -5,6 +5,7 @@ use dmp_reduce::Margin;
 use crate::config::Config;
 use crate::error::EvaluateError;
 use crate::segment_length::SegmentLength;
+use crate::setting_name::SettingName;
 
 impl Config {
     /// Checks every setting by itself, before anything is opened.
@@ -27,31 +28,35 @@ impl Config {
                 SegmentLength::Scans(scans) => (scans as f64, "scans"),
             };
             if !(length > 0.0 && length.is_finite()) {
-                return bad("segment", format!("{length} {unit}"), "it must be positive");
+                return bad(SettingName::Segment, format!("{length} {unit}"), "it must be positive");
             }
         }
         match self.voxel_m {
             Some(m) if !(0.01..=2.0).contains(&m) => {
-                return bad("voxel", format!("{m} m"), "it must lie between 0.01 and 2 m");
+                return bad(SettingName::Voxel, format!("{m} m"), "it must lie between 0.01 and 2 m");
             }
             _ => {}
         }
         if let Some(sigma_m) = self.sigma_m.filter(|&m| !(m > 0.0 && m.is_finite())) {
-            return bad("sigma", format!("{sigma_m} m"), "it must be positive");
+            return bad(SettingName::Sigma, format!("{sigma_m} m"), "it must be positive");
         }
         let (Margin::Share(margin) | Margin::Metres(margin)) = self.same_within;
         if !(margin >= 0.0 && margin.is_finite()) {
-            return bad("same-within", margin.to_string(), "it must be 0 or more");
+            return bad(SettingName::SameWithin, margin.to_string(), "it must be 0 or more");
         }
         if self.every == 0 {
-            return bad("every", "0".into(), "it must be 1 or more");
+            return bad(SettingName::Every, "0".into(), "it must be 1 or more");
         }
         self.sample.check()?;
         if self.threads == 0 || self.threads > 1024 {
-            return bad("threads", self.threads.to_string(), "it must lie between 1 and 1024");
+            return bad(SettingName::Threads, self.threads.to_string(), "it must lie between 1 and 1024");
         }
         if self.memory_bytes < 32 << 20 {
-            return bad("memory", format!("{} bytes", self.memory_bytes), "it must be 32 MiB or more");
+            return bad(
+                SettingName::Memory,
+                format!("{} bytes", self.memory_bytes),
+                "it must be 32 MiB or more",
+            );
         }
         Ok(())
     }
@@ -70,9 +75,9 @@ pub(crate) fn check_ranges(min_range_m: f64, max_range_m: f64) -> Result<(), Eva
         return Ok(());
     }
     let value = format!("{min_range_m} to {max_range_m} m");
-    bad("ranges", value, "they must rise from 0 or more to at most 1000 m")
+    bad(SettingName::Ranges, value, "they must rise from 0 or more to at most 1000 m")
 }
 
-fn bad(setting: &'static str, value: String, why: &'static str) -> Result<(), EvaluateError> {
-    Err(EvaluateError::Setting { setting, value, why })
+fn bad(setting: SettingName, value: String, why: &'static str) -> Result<(), EvaluateError> {
+    Err(EvaluateError::setting(setting, value, why))
 }

@@ -11,6 +11,7 @@ use crate::config::MapSource;
 use crate::error::{EvaluateError, in_words};
 use crate::evaluation::Evaluation;
 use crate::pose::{Poser, RunPoses};
+use crate::setting_name::SettingName;
 use crate::settings::Means;
 
 /// Scans that are looked at, evenly spread.
@@ -73,7 +74,7 @@ impl<M> Evaluation<'_, M> {
     pub(crate) fn estimate_disk(&self) -> Result<DiskEstimate, EvaluateError> {
         let need = self.disk_need()?;
         let warning = if self.work.is_resumed() { None } else { need.check(&self.means)? };
-        warning.iter().for_each(|warning| self.progress.note(warning));
+        warning.iter().for_each(|warning| self.progress.note(&warning.clone().into()));
         Ok(DiskEstimate { bytes: need.work.about + need.saved.about, warning })
     }
 
@@ -115,7 +116,7 @@ impl<M> Evaluation<'_, M> {
 
     /// Looks at some scans.
     fn scan_voxels(&self, poses: &RunPoses) -> Result<ScanVoxels, EvaluateError> {
-        let lattice = Lattice::new(self.plan.voxel.voxel_m).map_err(EvaluateError::Work)?;
+        let lattice = Lattice::new(self.plan.voxel.voxel_m)?;
         let frames = self.plan.frames();
         let count = SCANS.min(frames.len());
         let (mut reader, mut scan) = (self.log.reader()?, Scan::default());
@@ -147,7 +148,8 @@ impl DiskNeed {
     /// # Errors
     /// Where it is too little for sure.
     fn check(&self, means: &Means) -> Result<Option<String>, EvaluateError> {
-        let mut work = Target { folder: &means.work_folder, option: "--work", bytes: self.work };
+        let mut work =
+            Target { folder: &means.work_folder, setting: SettingName::WorkFolder, bytes: self.work };
         let mut saved = None;
         if let Some(folder) = &means.save_maps {
             let same = matches!((disk_space(folder), disk_space(work.folder)),
@@ -156,7 +158,7 @@ impl DiskNeed {
                 work.bytes.about += self.saved.about;
                 work.bytes.least += self.saved.least;
             } else {
-                saved = Some(Target { folder, option: "--save-maps or -o", bytes: self.saved });
+                saved = Some(Target { folder, setting: SettingName::SaveMaps, bytes: self.saved });
             }
         }
         let mut warnings = Vec::new();
@@ -172,18 +174,20 @@ impl DiskNeed {
 struct Target<'a> {
     folder: &'a Path,
     /// What moves it elsewhere.
-    option: &'static str,
+    setting: SettingName,
     bytes: Bytes,
 }
 
 impl Target<'_> {
     fn check(self, free_bytes: Option<u64>) -> Result<Option<String>, EvaluateError> {
         let Some(free_bytes) = free_bytes else { return Ok(None) };
-        let Self { folder, option, bytes: Bytes { about: bytes, least: least_bytes } } = self;
+        let Self { folder, setting, bytes: Bytes { about: bytes, least: least_bytes } } = self;
         if least_bytes > free_bytes {
             let (folder, bytes) = (folder.to_path_buf(), bytes.max(least_bytes));
-            return Err(EvaluateError::NoRoom { folder, bytes, least_bytes, free_bytes, option });
+            return Err(EvaluateError::NoRoom { folder, bytes, least_bytes, free_bytes, setting });
         }
+        // Stands in the report, whose words do not change.
+        let option = if setting == SettingName::SaveMaps { "--save-maps or -o" } else { "--work" };
         Ok((bytes > free_bytes).then(|| {
             format!(
                 "about {} will be written in {}, where {} are free: the disk may run full ({option} names another place)",
@@ -248,8 +252,11 @@ mod tests {
 
     #[test]
     fn too_little_space_is_refused_or_warned_of() {
-        let place =
-            |about, least| Target { folder: Path::new("w"), option: "--work", bytes: Bytes { about, least } };
+        let place = |about, least| Target {
+            folder: Path::new("w"),
+            setting: SettingName::WorkFolder,
+            bytes: Bytes { about, least },
+        };
         assert_eq!(place(10 << 20, 5).check(None).unwrap(), None);
         assert_eq!(place(10 << 20, 5).check(Some(10 << 20)).unwrap(), None);
         let warning = place(10 << 20, 5).check(Some(3 << 20)).unwrap().unwrap();
@@ -260,6 +267,9 @@ mod tests {
         let error = place(10 << 20, 4 << 20).check(Some(3 << 20)).unwrap_err();
         assert!(!error.is_usage());
         let told = error.to_string();
-        assert!(told.starts_with("w: ") && told.contains("10 MiB") && told.contains("--work"), "{told}");
+        assert!(
+            told.starts_with("w: ") && told.contains("10 MiB") && told.contains("(`work-folder`)"),
+            "{told}"
+        );
     }
 }

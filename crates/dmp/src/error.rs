@@ -1,8 +1,14 @@
+//! Why a log and its runs cannot be scored.
+
 use std::path::PathBuf;
 
+use dmp_disk::DiskError;
 use dmp_log::LogError;
 use dmp_map::MapError;
 use dmp_reduce::ReduceError;
+
+use crate::setting_name::SettingName;
+use crate::unposed::Unposed;
 
 /// Why a log and its runs cannot be scored.
 #[derive(Debug, thiserror::Error)]
@@ -12,7 +18,7 @@ pub enum EvaluateError {
     #[error("no run to score")]
     NoRuns,
     /// Two runs share a name.
-    #[error("two runs are called `{name}`: give them names of their own, as NAME=FILE")]
+    #[error("two runs are called `{name}`: give them names of their own")]
     SameName {
         /// The name.
         name: String,
@@ -21,18 +27,19 @@ pub enum EvaluateError {
     #[error("stopped before the end")]
     Cancelled,
     /// A setting outside its range.
-    #[error("{setting} {value}: {why}")]
+    #[error("{}", self.message_with(&SettingName::quoted))]
     Setting {
         /// Which.
-        setting: &'static str,
+        setting: SettingName,
         /// What it was set to.
         value: String,
         /// What it must be.
         why: &'static str,
+        /// What does what was meant, where that is another setting.
+        remedy: Option<Remedy>,
     },
     /// Less memory than the threads need.
-    #[error("memory {}: {threads} threads and {runs} runs on this log need at least {}; fewer --threads need less",
-        mebibytes(*asked), mebibytes(*needed))]
+    #[error("{}", self.message_with(&SettingName::quoted))]
     TooLittleMemory {
         /// Bytes asked for.
         asked: usize,
@@ -44,10 +51,7 @@ pub enum EvaluateError {
         runs: usize,
     },
     /// A file system has less room than will be written for sure.
-    #[error(
-        "{}: about {} will be written here, {} at the very least, and {} are free: make room, or name another place ({option})",
-        folder.display(), in_words(*bytes), in_words(*least_bytes), in_words(*free_bytes)
-    )]
+    #[error("{}", self.message_with(&SettingName::quoted))]
     NoRoom {
         /// The folder.
         folder: PathBuf,
@@ -58,7 +62,7 @@ pub enum EvaluateError {
         /// Bytes that are free.
         free_bytes: u64,
         /// What moves it to another folder.
-        option: &'static str,
+        setting: SettingName,
     },
     /// The log has no scans.
     #[error("{}: the log has no scans", path.display())]
@@ -81,7 +85,7 @@ pub enum EvaluateError {
         which: &'static str,
     },
     /// A trajectory has a pose for none of the scans, or hardly any.
-    #[error("run `{run}`: {found} of {scans} scans have a pose: {why}")]
+    #[error("{}", self.message_with(&SettingName::quoted))]
     NoOverlap {
         /// The run.
         run: String,
@@ -89,16 +93,14 @@ pub enum EvaluateError {
         found: usize,
         /// Scans of the log.
         scans: usize,
-        /// Spans and gap, in words.
-        why: String,
+        /// Why the others have none.
+        why: Unposed,
     },
     /// Every run has poses, but no scan has one in all of them.
     #[error("no scan has a pose in every run")]
     NothingInCommon,
     /// The drive is too short to choose places from.
-    #[error(
-        "the way is {travel_m:.0} m, {places} places: there is nothing to choose among; score all of it, without --quick"
-    )]
+    #[error("{}", self.message_with(&SettingName::quoted))]
     NoPlaces {
         /// The way, metres.
         travel_m: f64,
@@ -106,11 +108,7 @@ pub enum EvaluateError {
         places: usize,
     },
     /// The index of a log does not tell when its scans were made.
-    #[error(
-        "{}: its index tells the times of its scans no better than to {error_s:.1} s, which does not tell where they were \
-         made: score a sample of its scans, --sample",
-        path.display()
-    )]
+    #[error("{}", self.message_with(&SettingName::quoted))]
     VagueStamps {
         /// The log.
         path: PathBuf,
@@ -153,9 +151,9 @@ pub enum EvaluateError {
         /// What happened.
         source: MapError,
     },
-    /// From the work folder.
+    /// From the work folder, or from what is no run's map.
     #[error(transparent)]
-    Work(MapError),
+    Work(#[from] MapError),
     /// What was kept of an earlier process is not what this one would keep.
     #[error("the checkpoint cannot be understood")]
     Checkpoint(#[source] postcard::Error),
@@ -170,6 +168,24 @@ pub enum EvaluateError {
         /// Why.
         source: rayon::ThreadPoolBuildError,
     },
+}
+
+/// What does what was meant with a setting that does not fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Remedy {
+    /// Maps that are fused from the scans, or to keep trails.
+    NoMapOrNoFreeSpace,
+    /// The voxels of the given map.
+    VoxelOfMap,
+    /// A sample of scans.
+    SampleScans,
+}
+
+impl From<DiskError> for EvaluateError {
+    fn from(error: DiskError) -> Self {
+        Self::Work(error.into())
+    }
 }
 
 /// Rounded up: where it is little, to the kibibyte.
@@ -187,9 +203,8 @@ fn mebibytes(bytes: usize) -> String {
 }
 
 impl EvaluateError {
-    /// From the work folder.
-    pub(crate) fn work(source: impl Into<MapError>) -> Self {
-        Self::Work(source.into())
+    pub(crate) fn setting(setting: SettingName, value: impl Into<String>, why: &'static str) -> Self {
+        Self::Setting { setting, value: value.into(), why, remedy: None }
     }
 
     pub(crate) fn map_of(run: &str) -> impl Fn(MapError) -> Self {
@@ -207,6 +222,59 @@ impl EvaluateError {
             | Self::Setting { .. } => true,
             Self::Log(error) => error.is_usage(),
             _ => false,
+        }
+    }
+
+    /// The message, with the words that `name` has for settings: a command line may have options for them.
+    pub fn message_with(&self, name: &dyn Fn(SettingName) -> String) -> String {
+        match self {
+            Self::Setting { setting, value, why, remedy } => {
+                let remedy = remedy.map(|remedy| remedy.message_with(name)).unwrap_or_default();
+                format!("{setting} {value}: {why}{remedy}")
+            }
+            Self::TooLittleMemory { asked, needed, threads, runs } => format!(
+                "memory {}: {threads} threads and {runs} runs on this log need at least {}; fewer {} need less",
+                mebibytes(*asked),
+                mebibytes(*needed),
+                name(SettingName::Threads)
+            ),
+            Self::NoRoom { folder, bytes, least_bytes, free_bytes, setting } => format!(
+                "{}: about {} will be written here, {} at the very least, and {} are free: make room, or name another \
+                 place ({})",
+                folder.display(),
+                in_words(*bytes),
+                in_words(*least_bytes),
+                in_words(*free_bytes),
+                name(*setting)
+            ),
+            Self::NoOverlap { run, found, scans, why } => {
+                let why = why.message_with(name);
+                format!("run `{run}`: {found} of {scans} scans have a pose: {why}")
+            }
+            Self::NoPlaces { travel_m, places } => format!(
+                "the way is {travel_m:.0} m, {places} places: there is nothing to choose among; score all of it, without \
+                 {}",
+                name(SettingName::Quick)
+            ),
+            Self::VagueStamps { path, error_s } => format!(
+                "{}: its index tells the times of its scans no better than to {error_s:.1} s, which does not tell where \
+                 they were made: score a sample of its scans, {}",
+                path.display(),
+                name(SettingName::Sample)
+            ),
+            other => other.to_string(),
+        }
+    }
+}
+
+impl Remedy {
+    fn message_with(self, name: &dyn Fn(SettingName) -> String) -> String {
+        match self {
+            Self::NoMapOrNoFreeSpace => {
+                format!("; leave {} or {} out", name(SettingName::Map), name(SettingName::FreeSpace))
+            }
+            Self::VoxelOfMap => format!("; leave {} out to take that", name(SettingName::Voxel)),
+            Self::SampleScans => format!(": {} scores part of the scans", name(SettingName::Sample)),
         }
     }
 }

@@ -13,6 +13,7 @@ use crate::heads::Heads;
 use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::run_state::RunState;
+use crate::setting_name::SettingName;
 use crate::settings::{Means, Settings};
 use crate::sink::Sink;
 use crate::watch::Watch;
@@ -80,7 +81,8 @@ impl<'a> Task<'a> {
     ) -> Result<T, EvaluateError> {
         let (work, progress) = (Arc::clone(&self.work), self.watch.progress);
         if work.is_resumed() {
-            progress.note(&format!("goes on from what was done in {}", work.path().display()));
+            let text = format!("goes on from what was done in {}", work.path().display());
+            progress.note(&text.into());
         }
         what(self).inspect_err(|_| {
             if let Some(work) = Arc::into_inner(work) {
@@ -140,7 +142,7 @@ pub(crate) fn check_runs(runs: &[Run], settings: &Settings) -> Result<(), Evalua
             return Err(EvaluateError::SameName { name: run.name.clone() });
         }
     }
-    let bad = |value, why| Err(EvaluateError::Setting { setting: "decide", value, why });
+    let bad = |value: String, why| Err(EvaluateError::setting(SettingName::Decide, value, why));
     if settings.decide.is_some() && runs.len() < 2 {
         return bad("with one run".to_owned(), "there must be two runs at least to decide between");
     }

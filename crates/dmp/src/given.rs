@@ -7,8 +7,9 @@ use dmp_map::{FuseBuffers, Lattice, MapError, MapFuser, Store, TriangleSampler};
 use dmp_sensor::{Isometry3, Point3};
 
 use crate::config::{MapSource, Run};
-use crate::error::EvaluateError;
+use crate::error::{EvaluateError, Remedy};
 use crate::progress::{Progress, Stage};
+use crate::setting_name::SettingName;
 use crate::settings::Settings;
 
 /// Samples of a mesh along the edge of a voxel: 25 on a face that it fills, where three make a surfel.
@@ -23,17 +24,14 @@ pub(crate) fn check_free_space(runs: &[Run], settings: &Settings) -> Result<(), 
     let lengths = settings.scales.lengths();
     if settings.free_space && !lengths.has_free_space {
         let why = "what passes through what is told by half a metre, which is a drive's";
-        return Err(EvaluateError::Setting {
-            setting: "free-space",
-            value: format!("in a {}", lengths.name),
-            why,
-        });
+        return Err(EvaluateError::setting(SettingName::FreeSpace, format!("in a {}", lengths.name), why));
     }
     match runs.iter().find(|run| settings.free_space && run.map != MapSource::Fused) {
         Some(run) => Err(EvaluateError::Setting {
-            setting: "free-space",
+            setting: SettingName::FreeSpace,
             value: format!("with a map given for `{}`", run.name),
-            why: "it needs maps that are fused from the scans; leave --map or --free-space out",
+            why: "it needs maps that are fused from the scans",
+            remedy: Some(Remedy::NoMapOrNoFreeSpace),
         }),
         None => Ok(()),
     }
@@ -75,12 +73,13 @@ pub(crate) fn voxel_of_stores(
         }
     }
     if let (Some((_, given_m)), Some(asked_m)) = (given, asked_m)
-        && Lattice::new(asked_m).map_err(EvaluateError::Work)?.voxel_m() != given_m
+        && Lattice::new(asked_m)?.voxel_m() != given_m
     {
         return Err(EvaluateError::Setting {
-            setting: "voxel",
+            setting: SettingName::Voxel,
             value: format!("{asked_m} m"),
-            why: "a given map has voxels of another edge; leave --voxel out to take that",
+            why: "a given map has voxels of another edge",
+            remedy: Some(Remedy::VoxelOfMap),
         });
     }
     Ok(given.map(|(_, voxel_m)| voxel_m))
@@ -122,7 +121,7 @@ pub(crate) fn fuse_given(
         given.notes.push(format!("in {}, as --map-unit says: brought to metres", unit.name()));
     }
     for note in &given.notes {
-        progress.note(&format!("map of `{run}`: {note}"));
+        progress.note(&format!("map of `{run}`: {note}").into());
     }
     Ok(given)
 }

@@ -43,6 +43,7 @@ mod heads;
 mod join;
 mod maps;
 mod memory;
+mod note;
 mod own_frame;
 mod pairing;
 mod peak;
@@ -58,19 +59,22 @@ mod sample;
 mod sanity;
 mod schedule;
 mod segment_length;
+mod setting_name;
 mod settings;
 mod sink;
 mod trails;
+mod unposed;
 mod watch;
 mod work;
 
 pub use config::{Config, Frame, FrameOrder, MapSource, Run, RunSource};
 pub use ego::Ego;
-pub use error::EvaluateError;
+pub use error::{EvaluateError, Remedy};
 pub use evaluate::evaluate;
 pub use file_stem::file_stem_of;
 pub use join::{JoinError, JoinedReport, MadeWith, NamedReport, join_reports};
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
+pub use note::Note;
 pub use pairing::Pairing;
 pub use peak::{machine_memory_bytes, peak_anonymous_bytes};
 #[doc(hidden)]
@@ -85,8 +89,10 @@ pub use report::{
 };
 pub use sample::{Decide, Looks, Sample};
 pub use segment_length::SegmentLength;
+pub use setting_name::SettingName;
 pub use settings::{Means, Settings};
 pub use sink::{ScoredPlace, ScoredReturns, ScoredRun, Sink};
+pub use unposed::Unposed;
 pub use watch::Watch;
 
 pub use dmp_log::LengthUnit;

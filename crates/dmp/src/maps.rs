@@ -80,14 +80,14 @@ pub fn map_of_cloud<'a>(
     // A cloud does not say what made it: it is taken for that of a drive.
     let (settings, means) = config.on_scales(Scales::Drive)?;
     let pool = pool(means.threads)?;
-    let work = WorkFolder::new(&means.work_folder).map_err(EvaluateError::work)?;
+    let work = WorkFolder::new(&means.work_folder)?;
     let voxel_m = settings.voxel_m.unwrap_or(settings.scales.lengths().cloud_voxel_m);
-    let lattice = Lattice::new(voxel_m).map_err(EvaluateError::Work)?;
-    let fuser = MapFuser::new(lattice, means.cloud_map_bytes(), work.path()).map_err(EvaluateError::Work)?;
+    let lattice = Lattice::new(voxel_m)?;
+    let fuser = MapFuser::new(lattice, means.cloud_map_bytes(), work.path())?;
     let name = output.display().to_string();
     let found = fuse_given(cloud, &name, settings.map_unit, (&fuser, &Isometry3::identity()), progress)?;
     let text = format!("dmp {}; fused from {}", env!("CARGO_PKG_VERSION"), cloud.display());
     let finished = pool.install(|| finish(fuser, output, &Origin::of(text), Life::User, progress));
-    let (store, thin_voxels) = finished.map_err(EvaluateError::Work)?;
+    let (store, thin_voxels) = finished?;
     Ok(CloudMap { store, thin_voxels, points_dropped: found.dropped, notes: found.notes })
 }

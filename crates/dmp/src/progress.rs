@@ -1,5 +1,7 @@
 //! What is being done at the moment, told to whoever wants to show it, who may also stop it.
 
+use crate::note::Note;
+
 /// What is being done at the moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -52,8 +54,8 @@ pub trait Progress: Sync {
     }
 
     /// Something worth knowing while the evaluation goes on; the report has it too.
-    fn note(&self, text: &str) {
-        let _ = text;
+    fn note(&self, note: &Note) {
+        let _ = note;
     }
 
     /// Whether to stop: asked before every frame. The evaluation then ends with

@@ -4,6 +4,7 @@ use dmp_reduce::Confidence;
 
 use crate::error::EvaluateError;
 use crate::frame_set::FrameSet;
+use crate::setting_name::SettingName;
 
 /// Frames of the first look where nothing else is asked for: Zhang & Chen 2021 sample frames too; on city drives 28
 /// find the better of two runs nearly as often as all do.
@@ -41,7 +42,7 @@ impl Sample {
             }
             _ => return Ok(()),
         };
-        Err(EvaluateError::Setting { setting: "sample", value, why })
+        Err(EvaluateError::setting(SettingName::Sample, value, why))
     }
 }
 

@@ -16,6 +16,7 @@ use crate::config::{MapSource, Run};
 use crate::error::EvaluateError;
 use crate::frame_set::FrameSet;
 use crate::memory::Budget;
+use crate::note::Note;
 use crate::progress::Progress;
 use crate::settings::{Means, Settings, seven};
 
@@ -129,15 +130,14 @@ impl Work {
         let budget = Budget::new(log, runs.len(), means)?;
         let parent = &means.work_folder;
         let folder = if means.checkpoint_every.is_none() && !means.resume {
-            WorkFolder::new(parent)
+            WorkFolder::new(parent)?
         } else {
             match WorkFolder::of(parent, &identity(log, runs, settings, means)?, means.resume) {
                 // Somebody evaluates the same at the same time: each in a folder of its own.
-                Err(DiskError::Locked { .. }) if !means.resume => WorkFolder::new(parent),
-                folder => folder,
+                Err(DiskError::Locked { .. }) if !means.resume => WorkFolder::new(parent)?,
+                folder => folder?,
             }
         };
-        let folder = folder.map_err(EvaluateError::work)?;
         let pool = pool(means.threads)?;
         let resumed = folder.has_checkpoint();
         let (every, last) = (means.checkpoint_every, Mutex::new(Instant::now()));
@@ -180,13 +180,13 @@ impl Work {
 
     pub(crate) fn save<C: Checkpoint>(&self, round: Round, state: &C) -> Result<(), EvaluateError> {
         let bytes = postcard::to_allocvec(state).map_err(EvaluateError::Checkpoint)?;
-        self.folder.save(&name::<C>(round), &bytes).map_err(EvaluateError::work)?;
+        self.folder.save(&name::<C>(round), &bytes)?;
         *self.last.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
         Ok(())
     }
 
     pub(crate) fn load<C: Checkpoint>(&self, round: Round) -> Result<Option<C>, EvaluateError> {
-        let Some(bytes) = self.folder.load(&name::<C>(round)).map_err(EvaluateError::work)? else {
+        let Some(bytes) = self.folder.load(&name::<C>(round))? else {
             return Ok(None);
         };
         postcard::from_bytes(&bytes).map(Some).map_err(EvaluateError::Checkpoint)
@@ -199,7 +199,7 @@ impl Work {
 
     /// Brings a file to disk that a checkpoint will speak of.
     pub(crate) fn sync(&self, file: &Path) -> Result<(), EvaluateError> {
-        self.folder.sync(file).map_err(EvaluateError::work)
+        Ok(self.folder.sync(file)?)
     }
 
     /// Removes the folder's files whose names end in `.extension`.
@@ -215,10 +215,7 @@ impl Work {
     pub(crate) fn leave(mut self, progress: &dyn Progress) {
         if self.folder.has_checkpoint() {
             self.folder.keep();
-            let folder = self.folder.path().display();
-            progress.note(&format!(
-                "what was done so far is kept in {folder}: the same command with --resume goes on"
-            ));
+            progress.note(&Note::WorkKept { folder: self.folder.path().to_path_buf() });
         }
     }
 }

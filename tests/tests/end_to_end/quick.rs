@@ -6,8 +6,8 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use dmp::{
-    Config, Ego, EvaluateError, FrameSums, Report, Run, Sample, ScoredPlace, Sink, Watch, evaluate,
-    evaluate_quick,
+    Config, Ego, EvaluateError, FrameSums, Report, Run, Sample, ScoredPlace, SettingName, Sink, Watch,
+    evaluate, evaluate_quick,
 };
 use dmp_log::{FolderFormat, FolderScanWriter, LogOptions, LogOutline, outline_log, write_tum};
 use dmp_sensor::{Scan, Trajectory};
@@ -282,9 +282,9 @@ fn a_drive_with_nothing_to_choose_among_is_refused() {
     for share in [0.0, -1.0, 1.1, f64::NAN] {
         assert!(matches!(
             refusal(&Config::default(), share),
-            EvaluateError::Setting { setting: "quick", .. }
+            EvaluateError::Setting { setting: SettingName::Quick, .. }
         ));
     }
     let sampled = Config { sample: Sample::Frames(3), ..Config::default() };
-    assert!(matches!(refusal(&sampled, 0.5), EvaluateError::Setting { setting: "quick", .. }));
+    assert!(matches!(refusal(&sampled, 0.5), EvaluateError::Setting { setting: SettingName::Quick, .. }));
 }

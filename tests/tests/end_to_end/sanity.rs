@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use dmp::{Config, MapSource, Progress, Report, Run, evaluate};
+use dmp::{Config, MapSource, Note, Progress, Report, Run, evaluate};
 use dmp_log::read_trajectory;
 use dmp_sensor::{Isometry3, Trajectory, UnitQuaternion, Vector3};
 
@@ -27,8 +27,8 @@ fn moved(trajectory: &Trajectory, pose: impl Fn(&Isometry3<f64>) -> Isometry3<f6
 struct Told(Mutex<Vec<String>>);
 
 impl Progress for Told {
-    fn note(&self, text: &str) {
-        self.0.lock().unwrap().push(text.to_owned());
+    fn note(&self, note: &Note) {
+        self.0.lock().unwrap().push(note.to_string());
     }
 }
 

@@ -89,12 +89,15 @@ pub enum SurfaceError {
         /// Why.
         source: rayon::ThreadPoolBuildError,
     },
-    /// From the scratch files.
-    #[error(transparent)]
-    Disk(#[from] DiskError),
-    /// From a store, or a mesh with too much area.
+    /// From a store, the scratch files, or a mesh with too much area.
     #[error(transparent)]
     Map(#[from] MapError),
+}
+
+impl From<DiskError> for SurfaceError {
+    fn from(error: DiskError) -> Self {
+        Self::Map(error.into())
+    }
 }
 
 impl SurfaceError {

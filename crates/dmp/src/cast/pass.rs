@@ -13,6 +13,7 @@ use crate::evaluation::Evaluation;
 use crate::frame_set::FrameSet;
 use crate::frames::{Jobs, Pauses, Reading, each_frame_in_parts, each_frame_of, jobs_of};
 use crate::fuse::KeptMaps;
+use crate::note::Note;
 use crate::progress::Stage;
 use crate::report::PlacesReport;
 use crate::schedule::Schedule;
@@ -95,14 +96,9 @@ impl Evaluation<'_, RunCaster> {
             let runs: Vec<_> = self.runs.iter().map(|run| (&run.poses, run.map.caster.map())).collect();
             Schedule::new(&self.plan, &runs, jobs, self.settings.max_range_m)
         });
-        let (needed, budget) = (schedule.bytes_in_reach(), tiles.budget_bytes as u64);
-        if needed > budget {
-            self.progress.note(&format!(
-                "the tiles in reach of the sensor take up to {} MiB, more than the {} MiB there are for them: \
-                 some are loaded more than once a visit; more --memory would be faster",
-                needed.div_ceil(1 << 20),
-                budget >> 20
-            ));
+        let (needed_bytes, budget_bytes) = (schedule.bytes_in_reach(), tiles.budget_bytes as u64);
+        if needed_bytes > budget_bytes {
+            self.progress.note(&Note::TilesBeyondMemory { needed_bytes, budget_bytes });
         }
         let every = self.work.every();
         let mut first = 0;

@@ -74,7 +74,7 @@ impl<'a> Evaluation<'a, Option<Store>> {
 
 impl<M> Evaluation<'_, M> {
     fn lattice(&self) -> Result<Lattice, EvaluateError> {
-        Lattice::new(self.plan.voxel.voxel_m).map_err(EvaluateError::Work)
+        Ok(Lattice::new(self.plan.voxel.voxel_m)?)
     }
 
     /// Memory for each map that is fused from the scans.

@@ -54,8 +54,8 @@ pub enum JoinError {
     },
     /// What was scored depends on which runs there were.
     #[error(
-        "{report}: made with --quick, where places and their maps depend on all runs of a command: score runs in one to \
-         compare them"
+        "{report}: a sample of places was scored, and places and their maps depend on all runs that are scored together: \
+         score runs so to compare them"
     )]
     OfPlaces {
         /// The report.
@@ -72,7 +72,7 @@ pub enum JoinError {
         name: String,
     },
     /// Two runs cannot be told apart.
-    #[error("two runs would be called `{name}`: give the results names of their own, as NAME=FILE")]
+    #[error("two runs would be called `{name}`: give the results names of their own")]
     SameName {
         /// The name.
         name: String,

@@ -15,15 +15,16 @@ use dmp_sensor::DropReason;
 
 use crate::cast::Scored;
 use crate::config::{Config, MapSource, Run};
-use crate::error::EvaluateError;
+use crate::error::{EvaluateError, Remedy};
 use crate::evaluation::{FuseTotals, check_runs};
 use crate::heads::Heads;
 use crate::own_frame;
 use crate::pairing::Pairing;
 use crate::peak;
 use crate::plan::Drive;
-use crate::report::{Findings, PassTimes, PlacesReport, Report, ToldMap, drops_in_words};
+use crate::report::{Findings, PassTimes, Report, ToldMap, drops_in_words};
 use crate::sample::{Looks, Sample};
+use crate::setting_name::SettingName;
 use crate::settings::{Means, Settings};
 use crate::watch::Watch;
 use crate::work::MapFacts;
@@ -152,22 +153,20 @@ fn all_damage(outline: &LogOutline, mut of_places: Vec<(usize, Damage)>) -> Vec<
 
 /// What a sample of places cannot do.
 fn check(runs: &[Run], settings: &Settings, means: &Means, share: f64) -> Result<(), EvaluateError> {
-    let bad = |value: String, why| Err(EvaluateError::Setting { setting: "quick", value, why });
+    let bad = |value: String, why| Err(EvaluateError::setting(SettingName::Quick, value, why));
+    let sample_scans = |value, why| {
+        let (setting, remedy) = (SettingName::Quick, Some(Remedy::SampleScans));
+        Err(EvaluateError::Setting { setting, value, why, remedy })
+    };
     if !(share > 0.0 && share <= 1.0) {
         return bad(format!("{share}"), "it must be a share of the log's bytes above 0 and at most 1");
     }
     let lengths = settings.scales.lengths();
     if !lengths.has_quick {
-        return bad(
-            format!("of a {}", lengths.name),
-            "its places are those of a drive, 10 m long: --sample scores part of the scans",
-        );
+        return sample_scans(format!("of a {}", lengths.name), "its places are those of a drive, 10 m long");
     }
     if runs.iter().any(|run| run.map != MapSource::Fused) {
-        return bad(
-            "with a given map".into(),
-            "it makes the maps of places itself: --sample scores part of the scans",
-        );
+        return sample_scans("with a given map".into(), "it makes the maps of places itself");
     }
     if settings.sample != Sample::All || settings.decide.is_some() {
         return bad("with a sample of scans".into(), "it is one or the other");

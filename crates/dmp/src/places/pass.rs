@@ -36,7 +36,7 @@ impl Pass<'_> {
     ) -> Result<(Reducer, PlaceTotals, usize), EvaluateError> {
         let (threads, means) = self.needs(drawn).share(self.means, drawn.len())?;
         // What every place writes goes into folders of its own in this one.
-        let folder = WorkFolder::new(&self.means.work_folder).map_err(EvaluateError::work)?;
+        let folder = WorkFolder::new(&self.means.work_folder)?;
         let means = Means { work_folder: folder.path().to_path_buf(), ..means };
         let layout = Layout::new(all, vec![Basis::CrossValidated; self.asked.len()])
             .with_miss_price(self.settings.miss_price);

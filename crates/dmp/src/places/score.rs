@@ -16,6 +16,7 @@ use crate::error::EvaluateError;
 use crate::evaluation::Task;
 use crate::frame_set::FrameSet;
 use crate::frames::PlannedFrame;
+use crate::note::Note;
 use crate::plan::{Plan, Selection};
 use crate::progress::Progress;
 use crate::report::{MapReport, map_report};
@@ -183,8 +184,8 @@ impl InPlace<'_> {
 }
 
 impl Progress for InPlace<'_> {
-    fn note(&self, text: &str) {
-        self.whole.progress.note(text);
+    fn note(&self, note: &Note) {
+        self.whole.progress.note(note);
     }
 
     fn cancelled(&self) -> bool {

@@ -8,6 +8,7 @@ use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
 use crate::report::SegmentReport;
 use crate::segment_length::SegmentLength;
+use crate::setting_name::SettingName;
 
 /// How the drive is cut into segments, the same for all runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,11 +91,8 @@ pub(super) fn take_segments(
     given: &SegmentReport,
     frames: &mut [PlannedFrame],
 ) -> Result<Segments, EvaluateError> {
-    let bad = |scan: usize, why| EvaluateError::Setting {
-        setting: "segments",
-        value: format!("from scan {scan}"),
-        why,
-    };
+    let bad =
+        |scan: usize, why| EvaluateError::setting(SettingName::Segments, format!("from scan {scan}"), why);
     let ordinals: HashMap<usize, usize> =
         frames.iter().enumerate().map(|(ordinal, frame)| (frame.number, ordinal)).collect();
     let mut starts: Vec<usize> = Vec::with_capacity(given.starts_scan.len());

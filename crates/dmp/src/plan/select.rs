@@ -6,6 +6,7 @@ use crate::frames::PlannedFrame;
 use crate::heads::Heads;
 use crate::run_state::RunState;
 use crate::settings::Settings;
+use crate::unposed::Unposed;
 
 /// Share of the scans that must have a pose in a run; below, the two hardly belong together.
 const MIN_POSED_SHARE: f64 = 0.05;
@@ -87,34 +88,23 @@ fn shift_of_clocks(log: (i64, i64), run: (i64, i64)) -> i64 {
     whole.into_iter().find(|&whole| common_ns(whole) >= common_ns(shift_ns)).unwrap_or(shift_ns)
 }
 
-fn why_no_overlap(heads: Heads<'_>, run: &Run, settings: &Settings) -> String {
+fn why_no_overlap(heads: Heads<'_>, run: &Run, settings: &Settings) -> Unposed {
     let (Some((first, last)), Some([start, .., end])) = (heads.summary().span_ns, run.trajectory.stamps_ns())
     else {
-        return "the trajectory holds too few poses".to_owned();
+        return Unposed::TooFewPoses;
     };
+    let s = |ns: i64| ns as f64 / 1e9;
     if first == last && heads.len() > 1 {
-        return format!("the log's stamps are all the same, {:.3} s: they tell nothing", first as f64 / 1e9);
+        return Unposed::SameStamps { stamp_s: s(first) };
     }
     let (first, last) =
         (first.saturating_add(settings.time_offset_ns), last.saturating_add(settings.time_offset_ns));
-    let s = |ns: i64| ns as f64 / 1e9;
-    let spans = format!(
-        "the log spans {:.3} to {:.3} s, the trajectory {:.3} to {:.3} s",
-        s(first),
-        s(last),
-        s(*start),
-        s(*end)
-    );
+    let (log_s, poses_s) = ([s(first), s(last)], [s(*start), s(*end)]);
     let gap_ns = start.saturating_sub(last).max(first.saturating_sub(*end));
     if gap_ns > 0 {
-        let shift_ns = shift_of_clocks((first, last), (*start, *end));
-        format!(
-            "{spans}; they are {:.3} s apart. If their clocks differ, shift the log's: --time-offset {:.3} puts their \
-             beginnings together, as far as the stamps tell",
-            s(gap_ns),
-            s(shift_ns)
-        )
+        let offset_s = s(shift_of_clocks((first, last), (*start, *end)));
+        Unposed::Apart { log_s, poses_s, gap_s: s(gap_ns), offset_s }
     } else {
-        format!("{spans}; gaps in the trajectory longer than --max-time-gap are not interpolated over")
+        Unposed::Gaps { log_s, poses_s }
     }
 }

@@ -88,7 +88,7 @@ impl Survey<'_> {
         let voxels_m = self.settings.scales.lengths().voxels_m;
         let mut choice = VoxelChoice { voxel_m: voxels_m[0], filled_share: None };
         'edges: for (k, &voxel_m) in voxels_m.iter().enumerate() {
-            let lattice = Lattice::new(voxel_m).map_err(EvaluateError::Work)?;
+            let lattice = Lattice::new(voxel_m)?;
             let mut best: f64 = 0.0;
             for run in runs {
                 self.progress.begin(Stage::Survey, scans as u64);

@@ -56,7 +56,7 @@ impl Doubts<'_> {
                 hint = look.at_map(map)?;
             }
             if let Some(hint) = &hint {
-                self.progress.note(&format!("run `{}`: {hint}", run.name()));
+                self.progress.note(&format!("run `{}`: {hint}", run.name()).into());
             }
             run.hint = hint;
             self.progress.advance(1);

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context as _, bail};
-use dmp::{EvaluateError, FrameSums, Means, Report, Run, ScoredReturns, Settings, Sink, Stage};
+use dmp::{EvaluateError, FrameSums, Means, Note, Report, Run, ScoredReturns, Settings, Sink, Stage};
 use dmp_draw::text;
 use dmp_log::{ResidualFormat, ScanLog};
 use dmp_map::Store;
@@ -130,8 +130,8 @@ impl dmp::Progress for Recorder<'_> {
         dmp::Progress::advance(&self.progress, amount);
     }
 
-    fn note(&self, text: &str) {
-        self.progress.note(text);
+    fn note(&self, note: &Note) {
+        self.progress.note(note);
     }
 
     fn cancelled(&self) -> bool {

@@ -1,0 +1,59 @@
+//! What is worth knowing while an evaluation goes on.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use crate::setting_name::SettingName;
+
+/// Something worth knowing while an evaluation goes on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Note {
+    /// Words that stand for themselves.
+    Words(String),
+    /// Tiles are loaded more often than once a visit, as there is too little memory for those in reach of the sensor.
+    TilesBeyondMemory {
+        /// Of the tiles in reach, at most.
+        needed_bytes: u64,
+        /// There is for them.
+        budget_bytes: u64,
+    },
+    /// An evaluation that failed left what it did, to be gone on with.
+    WorkKept {
+        /// Where.
+        folder: PathBuf,
+    },
+}
+
+impl Note {
+    /// The message, with the words that `name` has for settings.
+    pub fn message_with(&self, name: &dyn Fn(SettingName) -> String) -> String {
+        match self {
+            Self::Words(words) => words.clone(),
+            Self::TilesBeyondMemory { needed_bytes, budget_bytes } => format!(
+                "the tiles in reach of the sensor take up to {} MiB, more than the {} MiB there are for them: \
+                 some are loaded more than once a visit; more {} would be faster",
+                needed_bytes.div_ceil(1 << 20),
+                budget_bytes >> 20,
+                name(SettingName::Memory)
+            ),
+            Self::WorkKept { folder } => format!(
+                "what was done so far is kept in {}: the same command with {} goes on",
+                folder.display(),
+                name(SettingName::Resume)
+            ),
+        }
+    }
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message_with(&SettingName::quoted))
+    }
+}
+
+impl From<String> for Note {
+    fn from(words: String) -> Self {
+        Self::Words(words)
+    }
+}

@@ -1,0 +1,83 @@
+//! The settings of an evaluation that a message may speak of.
+
+use std::fmt;
+
+/// A setting of [`Config`](crate::Config), of a [`Run`](crate::Run) or of a sample of places.
+///
+/// As text (`Display`): a plain name. A program whose users know it by another name gives that to
+/// [`EvaluateError::message_with`](crate::EvaluateError::message_with) and [`Note::message_with`](crate::Note::message_with).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SettingName {
+    /// [`Config::segment`](crate::Config::segment).
+    Segment,
+    /// [`Config::segments`](crate::Config::segments).
+    Segments,
+    /// [`Config::voxel_m`](crate::Config::voxel_m).
+    Voxel,
+    /// [`Config::min_range_m`](crate::Config::min_range_m) and [`Config::max_range_m`](crate::Config::max_range_m).
+    Ranges,
+    /// [`Config::sigma_m`](crate::Config::sigma_m).
+    Sigma,
+    /// [`Config::same_within`](crate::Config::same_within).
+    SameWithin,
+    /// [`Config::every`](crate::Config::every).
+    Every,
+    /// [`Config::sample`](crate::Config::sample).
+    Sample,
+    /// [`Config::decide`](crate::Config::decide).
+    Decide,
+    /// The share of a log that [`evaluate_quick`](crate::evaluate_quick) reads.
+    Quick,
+    /// [`Config::free_space`](crate::Config::free_space).
+    FreeSpace,
+    /// [`Run::map`](crate::Run::map).
+    Map,
+    /// [`Config::time_offset_ns`](crate::Config::time_offset_ns); in messages seconds follow it.
+    TimeOffset,
+    /// [`Config::max_time_gap_ns`](crate::Config::max_time_gap_ns).
+    MaxTimeGap,
+    /// [`Config::threads`](crate::Config::threads).
+    Threads,
+    /// [`Config::memory_bytes`](crate::Config::memory_bytes).
+    Memory,
+    /// [`Config::work_folder`](crate::Config::work_folder).
+    WorkFolder,
+    /// [`Config::save_maps`](crate::Config::save_maps).
+    SaveMaps,
+    /// [`Config::resume`](crate::Config::resume).
+    Resume,
+}
+
+impl SettingName {
+    /// As it stands within a sentence where nobody has another name for it.
+    pub(crate) fn quoted(self) -> String {
+        format!("`{self}`")
+    }
+}
+
+impl fmt::Display for SettingName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Segment => "segment",
+            Self::Segments => "segments",
+            Self::Voxel => "voxel",
+            Self::Ranges => "ranges",
+            Self::Sigma => "sigma",
+            Self::SameWithin => "same-within",
+            Self::Every => "every",
+            Self::Sample => "sample",
+            Self::Decide => "decide",
+            Self::Quick => "quick",
+            Self::FreeSpace => "free-space",
+            Self::Map => "map",
+            Self::TimeOffset => "time-offset",
+            Self::MaxTimeGap => "max-time-gap",
+            Self::Threads => "threads",
+            Self::Memory => "memory",
+            Self::WorkFolder => "work-folder",
+            Self::SaveMaps => "save-maps",
+            Self::Resume => "resume",
+        })
+    }
+}

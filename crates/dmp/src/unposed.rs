@@ -1,0 +1,61 @@
+//! Why a trajectory has no pose for a log's scans.
+
+use crate::setting_name::SettingName;
+
+/// Why a trajectory has a pose for none of a log's scans, or hardly any. All times in seconds; those of the log with the
+/// time offset.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Unposed {
+    /// There are no two poses to be between.
+    TooFewPoses,
+    /// The log's stamps do not differ.
+    SameStamps {
+        /// All of them.
+        stamp_s: f64,
+    },
+    /// The log and the trajectory have no time in common.
+    Apart {
+        /// First and last of the log.
+        log_s: [f64; 2],
+        /// First and last of the trajectory.
+        poses_s: [f64; 2],
+        /// From the end of one to the beginning of the other.
+        gap_s: f64,
+        /// The time offset that puts their beginnings together, as far as the stamps tell.
+        offset_s: f64,
+    },
+    /// They have, but the trajectory has gaps there.
+    Gaps {
+        /// First and last of the log.
+        log_s: [f64; 2],
+        /// First and last of the trajectory.
+        poses_s: [f64; 2],
+    },
+}
+
+impl Unposed {
+    /// In words, with those that `name` has for settings.
+    pub(crate) fn message_with(&self, name: &dyn Fn(SettingName) -> String) -> String {
+        let spans = |[first, last]: &[f64; 2], [start, end]: &[f64; 2]| {
+            format!("the log spans {first:.3} to {last:.3} s, the trajectory {start:.3} to {end:.3} s")
+        };
+        match self {
+            Self::TooFewPoses => "the trajectory holds too few poses".to_owned(),
+            Self::SameStamps { stamp_s } => {
+                format!("the log's stamps are all the same, {stamp_s:.3} s: they tell nothing")
+            }
+            Self::Apart { log_s, poses_s, gap_s, offset_s } => format!(
+                "{}; they are {gap_s:.3} s apart. If their clocks differ, shift the log's: {} {offset_s:.3} puts their \
+                 beginnings together, as far as the stamps tell",
+                spans(log_s, poses_s),
+                name(SettingName::TimeOffset)
+            ),
+            Self::Gaps { log_s, poses_s } => format!(
+                "{}; gaps in the trajectory longer than {} are not interpolated over",
+                spans(log_s, poses_s),
+                name(SettingName::MaxTimeGap)
+            ),
+        }
+    }
+}
