@@ -141,7 +141,7 @@ pub struct Config {
     /// How far apart two runs may be and still count as the same.
     pub same_within: Margin,
     /// The sensor's noise, metres: scales the raw log-likelihood, nothing else. `None`: 0.02 m, and that of a depth
-    /// camera grows with depth as [`DepthNoise::KINECT`].
+    /// camera grows with depth as [`DepthNoise::KINECT`](dmp_sensor::DepthNoise::KINECT).
     pub sigma_m: Option<f64>,
     /// Memory to aim for, bytes. Each run takes a part that does not shrink: the tiles in hand and its buffers.
     pub memory_bytes: usize,

@@ -8,21 +8,34 @@
 //! read twice, or four times with [`Config::free_space`], in any order, by any number of threads, in
 //! bounded memory; the numbers do not depend on any of these.
 //!
+//! The pieces:
+//! - [`Config`] is everything that can be set; its default fits a drive. On a log it comes to [`Settings`], which numbers depend
+//!   on, and [`Means`] (memory, threads, folders), which they do not: [`Config::on`].
+//! - [`evaluate`] scores all returns, [`evaluate_quick`] a sample of places, for which little of the log is read;
+//!   [`fuse_maps`] makes the maps alone, [`map_of_cloud`] one of a cloud or a mesh.
+//! - [`Progress`] is told how far it is, and may stop it; a [`Sink`] takes returns, scans, places and maps as they are scored.
+//!   A [`Watch`] is one of them, or both, or `()`.
+//! - A [`Report`] is asked by name: [`Report::best`], [`Report::ranked`], [`Report::verdict_between`], [`Report::score_of`].
+//!   It is the JSON of `dmp score --json`, written and read with serde. [`join_reports`] puts two into one table.
+//! - [`prelude`] has what most programs need, and a whole one that runs; `crates/dmp/examples` has longer ones.
+//!
 //! The metric is that of Zhang & Chen, "A metric for evaluating 3D reconstruction and mapping
 //! performance with no ground truthing" (ICIP 2021), with what LiDAR needs beyond it; `docs/metric.md`
 //! has every definition.
 //!
 //! ```no_run
-//! use dmp::{Config, Run, evaluate};
-//! use dmp_log::{LogOptions, open_log, read_trajectory};
+//! use dmp::prelude::*;
 //!
 //! let log = open_log("town.mcap".as_ref(), &LogOptions::default())?;
-//! let runs = ["truth.tum", "drift.tum"]
-//!     .into_iter()
-//!     .map(|file| Ok(Run::new(file, read_trajectory(file.as_ref())?.trajectory)))
-//!     .collect::<Result<Vec<_>, dmp_log::LogError>>()?;
+//! let mut runs = Vec::new();
+//! for file in ["truth.tum", "drift.tum"] {
+//!     runs.push(Run::new(file, read_trajectory(file.as_ref())?.trajectory));
+//! }
 //! let report = evaluate(log.as_ref(), &runs, &Config::default(), ())?;
-//! println!("best: {}", report.order[0]);
+//! match report.best() {
+//!     Some(Best::Run(run)) => println!("best: {}", run.name),
+//!     _ => println!("it cannot be told which is best"),
+//! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -51,6 +64,7 @@ mod places;
 mod plan;
 mod pose;
 mod posed;
+pub mod prelude;
 mod progress;
 mod report;
 mod run_map;

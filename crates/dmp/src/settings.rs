@@ -64,7 +64,7 @@ pub struct Settings {
     /// How far apart two runs may be and still count as the same.
     #[serde(serialize_with = "margin")]
     pub same_within: Margin,
-    /// The noise that was asked for, metres; `None`: that of the sensor, [`Self::sigma_m`] or [`Self::depth_noise`].
+    /// The noise that was asked for, metres; `None`: 0.02 m, or that of the depth camera.
     pub asked_sigma_m: Option<f64>,
     /// In which frame each run is scored.
     #[serde(serialize_with = "frame")]

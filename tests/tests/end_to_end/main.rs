@@ -13,6 +13,7 @@ mod counts;
 mod determinism;
 mod direct;
 mod disk;
+mod examples;
 mod first_minutes;
 mod formats;
 mod gates;

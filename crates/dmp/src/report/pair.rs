@@ -71,7 +71,7 @@ pub struct ScaleReport {
     pub mean_b_m2: Option<f64>,
     /// Mean of a minus b over the common returns, m²: negative where a is better.
     pub difference_m2: Option<f64>,
-    /// Its interval, as sure as [`PromiseReport::interval_confidence`].
+    /// Its interval, as sure as [`PromiseReport::interval_confidence`](super::PromiseReport::interval_confidence).
     pub interval_m2: Option<[f64; 2]>,
     /// How far apart the root mean squares of the two may be at most, by that interval, metres.
     pub apart_at_most_m: Option<f64>,

@@ -28,7 +28,8 @@ pub struct RunReport {
     pub dmp_depth_mean_m2: Option<f64>,
     /// R_cv, by truncation.
     pub r_cv_m2: ScaleScores,
-    /// Interval of R_cv at its largest truncation, by itself as sure as [`PromiseReport::confidence`].
+    /// Interval of R_cv at its largest truncation, by itself as sure as
+    /// [`PromiseReport::confidence`](super::PromiseReport::confidence).
     pub r_cv_interval_m2: Option<[f64; 2]>,
     /// Why R_cv is not given; null where it is.
     pub r_cv_withheld: Option<Withheld>,
