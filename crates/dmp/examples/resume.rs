@@ -66,8 +66,8 @@ impl Progress for StopAfter {
         self.done.fetch_add(amount, Ordering::Relaxed);
     }
 
-    fn note(&self, text: &str) {
-        println!("{text}");
+    fn note(&self, note: &Note) {
+        println!("{note}");
     }
 
     fn cancelled(&self) -> bool {
@@ -79,7 +79,7 @@ impl Progress for StopAfter {
 struct Noted;
 
 impl Progress for Noted {
-    fn note(&self, text: &str) {
-        println!("{text}");
+    fn note(&self, note: &Note) {
+        println!("{note}");
     }
 }

@@ -46,7 +46,7 @@
 //! ```
 
 pub use crate::{
-    Basis, Best, Config, EvaluateError, MapSource, Progress, Report, Run, Sink, Stage, Verdict, Watch,
+    Basis, Best, Config, EvaluateError, MapSource, Note, Progress, Report, Run, Sink, Stage, Verdict, Watch,
     evaluate,
 };
 pub use dmp_log::{LogOptions, MemoryLog, ScanLog, open_log, read_trajectory};
