@@ -54,7 +54,7 @@ pub(crate) fn runs_of_eight(frames: usize) -> Vec<Range<usize>> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OutlinedScan {
     /// Its stamp, nanoseconds, as near as the index tells: in a bag the time the scan was recorded, plus the
-    /// usual distance of a scan's own stamp from that, see [`LogOutline::stamp_error_ns`]. `None` where the
+    /// usual distance of a scan's own stamp from that, see [`LogOutline::stamp_error_ns`](crate::LogOutline::stamp_error_ns). `None` where the
     /// log has no stamps, or the index no time.
     pub stamp_ns: Option<i64>,
     /// Scans with the same number are packed together: reading one reads them all. From 0, ascending.

@@ -26,11 +26,11 @@ pub struct LoopGraphOptions {
     pub yaw_bias_rad_per_m: f64,
     /// What counts as one place and as another, and what loops are off by.
     pub lengths: LoopLengths,
-    /// Candidates that are [`LoopKind::True`].
+    /// Candidates that are [`LoopKind::True`](crate::LoopKind::True).
     pub true_loops: usize,
-    /// Candidates that are [`LoopKind::False`].
+    /// Candidates that are [`LoopKind::False`](crate::LoopKind::False).
     pub false_loops: usize,
-    /// Candidates that are [`LoopKind::Near`].
+    /// Candidates that are [`LoopKind::Near`](crate::LoopKind::Near).
     pub near_loops: usize,
 }
 

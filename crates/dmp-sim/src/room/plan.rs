@@ -2,7 +2,7 @@
 
 use crate::random::Random;
 
-/// Which [`Room`]. Everything in it follows from these numbers.
+/// Which [`Room`](crate::Room). Everything in it follows from these numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RoomOptions {
     /// Another seed makes another plan and other furniture.

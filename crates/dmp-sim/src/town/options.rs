@@ -1,6 +1,6 @@
 //! What a town is made from.
 
-/// Of which size a [`Town`] is. Everything in it follows from these numbers.
+/// Of which size a [`Town`](crate::Town) is. Everything in it follows from these numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TownOptions {
     /// Two towns of different seeds have nothing in common but their streets.
