@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use dmp::{FrameSums, Note, Progress, ScoredReturns, ScoredRun, Sink, Stage, Watch};
+use dmp::{FrameSums, Progress, ScoredReturns, ScoredRun, Sink, Stage, Watch};
 
 /// Collects the returns of an evaluation as points in each run's world, and passes everything on to
 /// another watch.
@@ -126,10 +126,6 @@ impl Progress for CloudWatch<'_> {
 
     fn advance(&self, amount: u64) {
         self.inner.progress.advance(amount);
-    }
-
-    fn note(&self, note: &Note) {
-        self.inner.progress.note(note);
     }
 
     fn cancelled(&self) -> bool {

@@ -26,12 +26,13 @@ pub(crate) struct Evaluation<'a, M> {
     pub(crate) log: &'a dyn ScanLog,
     pub(crate) settings: Settings,
     pub(crate) means: Means,
-    pub(crate) work: Arc<Work>,
     pub(crate) progress: &'a dyn Progress,
     pub(crate) sink: &'a dyn Sink,
     pub(crate) plan: Plan,
     pub(crate) runs: Vec<RunState<'a, M>>,
     pub(crate) fused: FuseTotals,
+    /// Dropped last: the maps of the runs lie in its folder.
+    pub(crate) work: Arc<Work>,
 }
 
 /// What fusing all maps came to.
@@ -46,7 +47,6 @@ pub(crate) struct FuseTotals {
 }
 
 /// What an evaluation works with before it has a plan.
-#[derive(Clone)]
 pub(crate) struct Task<'a> {
     pub(crate) log: &'a dyn ScanLog,
     pub(crate) settings: Settings,
@@ -125,7 +125,7 @@ impl<'a, M> Evaluation<'a, M> {
     /// The same with other maps: the runs with those.
     pub(crate) fn with_runs<N>(self, runs: Vec<RunState<'a, N>>) -> Evaluation<'a, N> {
         let Self { log, settings, means, work, progress, sink, plan, fused, .. } = self;
-        Evaluation { log, settings, means, work, progress, sink, plan, runs, fused }
+        Evaluation { log, settings, means, progress, sink, plan, runs, fused, work }
     }
 }
 

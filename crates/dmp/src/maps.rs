@@ -78,7 +78,9 @@ pub fn map_of_cloud<'a>(
 ) -> Result<CloudMap, EvaluateError> {
     let progress = watch.into().progress;
     // A cloud does not say what made it: it is taken for that of a drive.
-    let (settings, means) = config.on_scales(Scales::Drive)?;
+    config.check()?;
+    let any_range = Config { min_range_m: None, max_range_m: None, ..config.clone() };
+    let (settings, means) = any_range.on_scales(Scales::Drive)?;
     let pool = pool(means.threads)?;
     let work = WorkFolder::new(&means.work_folder)?;
     let voxel_m = settings.voxel_m.unwrap_or(settings.scales.lengths().cloud_voxel_m);

@@ -86,7 +86,7 @@ impl Budget {
         self.share(FUSE_SHARE) / maps.max(1)
     }
 
-    /// The same as [`Self::map_bytes`] before it is rounded to whole bytes, for an estimate.
+    /// For the sums of all maps that are fused at once, bytes.
     pub(crate) fn all_map_bytes(&self) -> usize {
         self.share(FUSE_SHARE)
     }

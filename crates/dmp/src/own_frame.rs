@@ -45,6 +45,9 @@ pub(crate) fn place<'a>(
     stores: Vec<Option<Store>>,
     settings: &Settings,
 ) -> Result<Vec<RunState<'a, Option<Store>>>, EvaluateError> {
+    if heads.len() == 0 {
+        return Err(EvaluateError::NoScans { path: heads.summary().path.clone() });
+    }
     let from_start = |(number, store): (usize, Option<Store>)| {
         let run = &runs[number];
         let poses = RunPoses::new(heads, run, run.trajectory.from_its_start(), settings)?;

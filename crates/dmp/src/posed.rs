@@ -44,7 +44,9 @@ impl<'a> PosedLog<'a> {
         watch: impl Into<Watch<'a>>,
     ) -> Result<Self, EvaluateError> {
         let runs = std::slice::from_ref(run);
-        let task = Task::open(log, runs, config, watch.into())?;
+        // There is nothing to go on from, and nothing is kept.
+        let config = Config { checkpoint_every: None, resume: false, ..config.clone() };
+        let task = Task::open(log, runs, &config, watch.into())?;
         let poses = RunPoses::new(Heads::Log(log), run, run.trajectory.clone(), &task.settings)?;
         task.plan_placed(vec![RunState::new(runs, 0, poses, ())], None).map(Self)
     }

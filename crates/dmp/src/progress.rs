@@ -53,13 +53,13 @@ pub trait Progress: Sync {
         let _ = amount;
     }
 
-    /// Something worth knowing while the evaluation goes on; the report has it too.
+    /// Something worth knowing while the evaluation goes on.
     fn note(&self, note: &Note) {
         let _ = note;
     }
 
     /// Whether to stop: asked before every frame. The evaluation then ends with
-    /// [`EvaluateError::Cancelled`](crate::EvaluateError::Cancelled) and leaves nothing behind.
+    /// [`EvaluateError::Cancelled`](crate::EvaluateError::Cancelled) and leaves nothing behind but what [`Config::checkpoint_every`](crate::Config::checkpoint_every) kept.
     fn cancelled(&self) -> bool {
         false
     }

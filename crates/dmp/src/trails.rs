@@ -5,7 +5,7 @@ use dmp_map::{FreeVoxels, MarkBuffers, Met, Store, Tally};
 use dmp_sensor::{Ray, ReturnCounts, Scan};
 
 use crate::error::EvaluateError;
-use crate::evaluation::Evaluation;
+use crate::evaluation::{Evaluation, FuseTotals};
 use crate::frames::{PlannedFrame, Worker, each_frame};
 use crate::peak;
 use crate::pose::{Block, Poser, query_of};
@@ -150,6 +150,8 @@ impl<'a> Evaluation<'a, RunMap> {
         let mut facts: Vec<TrailFacts> = trails.of_runs.iter().map(|run| run.facts).collect();
         give_votes(&mut facts);
         trails.of_runs.iter_mut().zip(facts).for_each(|(run, facts)| run.facts = facts);
+        // The maps to come are made anew, and counted so.
+        counting.fused = FuseTotals::default();
         Ok((counting.with_runs(runs), trails))
     }
 }

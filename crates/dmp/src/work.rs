@@ -128,6 +128,8 @@ impl Work {
         means: &Means,
     ) -> Result<Self, EvaluateError> {
         let budget = Budget::new(log, runs.len(), means)?;
+        // Before the folder, which goes with all it holds where anything after it fails.
+        let pool = pool(means.threads)?;
         let parent = &means.work_folder;
         let folder = if means.checkpoint_every.is_none() && !means.resume {
             WorkFolder::new(parent)?
@@ -138,7 +140,6 @@ impl Work {
                 folder => folder?,
             }
         };
-        let pool = pool(means.threads)?;
         let resumed = folder.has_checkpoint();
         let (every, last) = (means.checkpoint_every, Mutex::new(Instant::now()));
         Ok(Self { folder, every, last, budget, pool, resumed })

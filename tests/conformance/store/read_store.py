@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reads a map store in the archive form; written from docs/store-format.md alone.
+"""Reads a map store; written from docs/store-format.md alone.
 
     python read_store.py MAP.dmpmap [OUT.json]
 
@@ -82,7 +82,7 @@ def read(path):
         data = file.read()
     magic, version, form, voxel_units, tile_voxels, across_steps = struct.unpack_from("<8s5I", data)
     if (magic, version, form) != (b"DMPSTORE", 3, 1):
-        raise ValueError(f"{path}: {magic} of version {version} and form {form}, not an archive of version 3")
+        raise ValueError(f"{path}: {magic} of version {version} and form {form}, not form 1 of version 3")
     checked(data[:60], struct.unpack_from("<I", data, 60)[0], "header")
     footer = data[-40:]
     start, length, crc, count, footer_crc, end = struct.unpack("<QQIQI8s", footer)

@@ -126,8 +126,7 @@ fn without_times(path: &Path, options: &LogOptions) -> Result<Option<TimeChoice>
     match options.stamp_at {
         StampAt::Start => Ok(None),
         at => {
-            let problem =
-                "was given, but the points have no times of their own: move the stamps of the trajectory";
+            let problem = "was given, but the points have no times of their own: to move the stamps, set the time offset";
             Err(LogError::setting(path, LogSetting::StampAt, at.name(), problem))
         }
     }

@@ -51,8 +51,11 @@ impl ScanFolder {
                     continue;
                 }
                 Err(LogError::WorldCoordinates { path, problem }) => {
-                    let what = format!("{problem}: a map in world coordinates; the scan is skipped");
-                    damage.push(Damage::new(path.display().to_string(), what));
+                    let what = format!(
+                        "{problem}: points in world coordinates are a map (--map), or with --made-with a log, as one file; \
+                         the scan is skipped"
+                    );
+                    damage.push(Damage::new(format!("{}, the whole file", path.display()), what));
                     in_world.get_or_insert(LogError::WorldCoordinates { path, problem });
                     continue;
                 }

@@ -71,9 +71,9 @@ impl Survey<'_> {
         Ok(filter)
     }
 
-    /// The voxel edge that was `asked` for, metres, or the smallest at which enough returns of some run share their voxel with two others: a poor trajectory
-    /// scatters what a good one gathers, and density is a matter of the sensor and the drive. One run and one edge at a
-    /// time, since each takes memory for a whole block of scans.
+    /// The voxel edge that was asked for, or the smallest at which enough returns of some run share their voxel with two
+    /// others: a poor trajectory scatters what a good one gathers, and density is a matter of the sensor and the drive.
+    /// One run and one edge at a time, since each takes memory for a whole block of scans.
     pub(crate) fn voxel<M>(
         &self,
         asked_m: Option<f64>,

@@ -47,6 +47,7 @@ pub struct Report {
     #[serde(skip)]
     pub tiles: Vec<TileReport>,
 }
+
 impl Report {
     /// What `schema` says.
     pub const SCHEMA: &str = "dmp-score/2";

@@ -1,4 +1,4 @@
-//! What is looked at.
+//! The log, the plan and the settings by which runs are doubted.
 
 use dmp_log::ScanLog;
 

@@ -1,3 +1,5 @@
+//! Boxes around drives and maps: how far apart they are.
+
 use dmp_map::Store;
 
 /// A box with its edges along the axes of a run's own frame, metres.
