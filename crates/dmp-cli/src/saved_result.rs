@@ -32,11 +32,7 @@ fn report(path: &Path) -> anyhow::Result<Report> {
         Some(other) => bail!("schema `{other}`: a result of `dmp score --json` has `{}`", Report::SCHEMA),
         None => bail!("no result of `dmp score --json`: it has no `schema`"),
     }
-    let mut json: Value = serde_json::from_reader(open(path)?).map_err(|error| unreadable(&error))?;
-    // What became of gates is not part of what was found.
-    if let Some(fields) = json.as_object_mut() {
-        fields.remove("gates");
-    }
+    let json: Value = serde_json::from_reader(open(path)?).map_err(|error| unreadable(&error))?;
     let report = Report::deserialize(&json).map_err(|error| {
         // It goes on to list every field that could be meant.
         let error = error.to_string();

@@ -164,10 +164,12 @@ pub enum LogError {
     MissingSetting {
         /// The log.
         path: PathBuf,
+        /// What was found without it; the sentence goes on with the setting and the value.
+        problem: String,
         /// The setting.
         setting: LogSetting,
-        /// What was found without it, and what is to be given.
-        problem: String,
+        /// The value that is to be given, or its form.
+        value: String,
     },
     /// The scans of a folder lie in world coordinates: they are a map, or a log with what it was made with.
     #[error("{}", self.message_with(&|setting| setting.to_string()))]
@@ -238,8 +240,8 @@ impl LogError {
                 let space = if value.is_empty() { "" } else { " " };
                 format!("{}: {}{space}{value} {problem}", path.display(), name(*setting))
             }
-            Self::MissingSetting { path, setting, problem } => {
-                format!("{}: {problem} ({})", path.display(), name(*setting))
+            Self::MissingSetting { path, problem, setting, value } => {
+                format!("{}: {problem} {} {value}", path.display(), name(*setting))
             }
             Self::WorldCoordinates { path, problem } => {
                 let (path, made_with) = (path.display(), name(LogSetting::MadeWith));
@@ -260,8 +262,13 @@ impl LogError {
         Self::Setting { path: path.into(), setting, value: value.to_string(), problem: problem.into() }
     }
 
-    pub(crate) fn missing(path: &Path, setting: LogSetting, problem: impl Into<String>) -> Self {
-        Self::MissingSetting { path: path.into(), setting, problem: problem.into() }
+    pub(crate) fn missing(
+        path: &Path,
+        problem: impl Into<String>,
+        setting: LogSetting,
+        value: impl Into<String>,
+    ) -> Self {
+        Self::MissingSetting { path: path.into(), problem: problem.into(), setting, value: value.into() }
     }
 
     pub(crate) fn io(path: &Path, doing: &'static str, source: io::Error) -> Self {

@@ -124,7 +124,7 @@ fn the_same_town_in_world_coordinates_gives_the_same_scores() {
     let refused = dmp(at, &format!("score {mapped} -t @/truth.tum"));
     let told = text(&refused.stderr);
     assert_eq!(refused.status.code(), Some(2), "{told}");
-    let offset = told.split("--time-offset ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+    let offset = told.split("--time-offset ").nth(1).and_then(|rest| rest.split_whitespace().next()).unwrap();
     assert_eq!(offset, "1315964782", "{told}");
 
     let options = "--voxel 0.3 --json";

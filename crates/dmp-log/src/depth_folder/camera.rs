@@ -97,10 +97,10 @@ pub(super) fn choose(
         }
         (None, None, _) => {
             let problem = format!(
-                "images of {width} x {height} pixels and no camera.json: say which camera they are from, \
-                 FX,FY,CX,CY[,K1,K2,P1,P2[,K3]]"
+                "images of {width} x {height} pixels and no camera.json: say which camera they are from,"
             );
-            return Err(LogError::missing(folder, LogSetting::Camera, problem));
+            let form = "FX,FY,CX,CY[,K1,K2,P1,P2[,K3]]";
+            return Err(LogError::missing(folder, problem, LogSetting::Camera, form));
         }
     };
     let CameraNumbers { focal_px, centre_px, distortion } = numbers;
@@ -117,8 +117,8 @@ pub(super) fn choose(
         (None, Some((units, file)), _) => (units, format!("from {}", of_file(file))),
         (None, None, Some(usual)) => (usual, format!("guessed: usual for {}", layout.words())),
         (None, None, None) => {
-            let problem = "nothing says what a unit of depth is: say how many are a metre";
-            return Err(LogError::missing(folder, LogSetting::DepthUnits, problem));
+            let problem = "nothing says what a unit of depth is: say how many are a metre,";
+            return Err(LogError::missing(folder, problem, LogSetting::DepthUnits, "UNITS"));
         }
     };
     if !is_scale(units_per_m) {

@@ -55,20 +55,17 @@ pub(super) fn check_overlap(
         s(end),
         s(gap)
     );
-    let advice = match offset_of(kind, (i128::from(span_ns.0), i128::from(span_ns.1)), (start, end)) {
-        Some((offset_ns, meaning)) => {
-            format!(
-                "{meaning}: {} s added to the times of the points bring them together",
-                seconds(offset_ns)
-            )
-        }
-        // What is known of GPS clocks does not help: the first instants put together.
-        None => format!(
-            "if their clocks differ, {} s added to the times of the points put their beginnings together",
-            seconds(i64::try_from(start - i128::from(span_ns.0)).unwrap_or(i64::MAX))
-        ),
-    };
-    Err(LogError::missing(path, LogSetting::TimeOffset, format!("{spans}; {advice}")))
+    let (advice, offset_ns) =
+        match offset_of(kind, (i128::from(span_ns.0), i128::from(span_ns.1)), (start, end)) {
+            Some((offset_ns, meaning)) => (format!("{meaning}: what brings them together is"), offset_ns),
+            // What is known of GPS clocks does not help: the first instants put together.
+            None => (
+                "if their clocks differ, what puts their beginnings together is".to_owned(),
+                i64::try_from(start - i128::from(span_ns.0)).unwrap_or(i64::MAX),
+            ),
+        };
+    let problem = format!("{spans}; {advice}, in seconds,");
+    Err(LogError::missing(path, problem, LogSetting::TimeOffset, seconds(offset_ns)))
 }
 
 /// The known offset of clocks with which two spans have most in common, and what it means.

@@ -105,8 +105,8 @@ fn option(path: &Path, problem: String) -> LogError {
 fn checked_options<'a>(path: &Path, options: &'a LogOptions) -> Result<&'a MadeWith, LogError> {
     let Some(made_with) = &options.made_with else {
         let problem = "a LAS file has points in the world, without the place they were measured from (scans in the sensor's \
-                       frame, one file each, are read as a folder): give the trajectory it was made with";
-        return Err(LogError::missing(path, LogSetting::MadeWith, problem));
+                       frame, one file each, are read as a folder): give the trajectory it was made with,";
+        return Err(LogError::missing(path, problem, LogSetting::MadeWith, "TRAJECTORY"));
     };
     let refused = match options {
         LogOptions { topic: Some(topic), .. } => Some((LogSetting::Topic, topic.clone())),

@@ -87,7 +87,7 @@ pub(crate) fn find_rule(seen: &[FieldExtremes], period_ns: i64) -> Finding {
     let first = seen.first().map_or(f64::NAN, |scan| scan.smallest);
     Finding::Unclear(format!(
         "a scan spans {span}, as {} near the {:.4} s from scan to scan, but the first value {first} is neither \
-         near 0 nor near the stamp: where it is a clock of the sensor's own, say first-{}",
+         near 0 nor near the stamp: a clock of the sensor's own would be first-{}",
         unit.name(),
         period / 1e9,
         unit.symbol()

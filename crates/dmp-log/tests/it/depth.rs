@@ -153,7 +153,7 @@ fn a_camera_beside_the_images_beats_the_guess_and_an_option_beats_both() {
     let root = folder.path();
     put_images(root, &["depth/00000.png", "depth/00001.png"], [12, 9]);
     let error = open_error(root, &LogOptions::default());
-    assert_says(&error, &["images of 12 x 9 pixels", "FX,FY,CX,CY", "(`camera`)"]);
+    assert_says(&error, &["images of 12 x 9 pixels", "`camera` FX,FY,CX,CY"]);
     let json =
         |size: &str, more: &str| format!("{{{size},\"intrinsic_matrix\":[10.5,0,0,0,11,0,5.5,4,1]{more}}}");
     put(&root.join("camera.json"), json("\"width\":12,\"height\":9", ",\"depth_scale\":2000"));
@@ -194,7 +194,7 @@ fn images_of_other_names_need_to_be_explained() {
     assert_says(&open_error(folder.path(), &LogOptions::default()), &["640 x 480", "`camera`"]);
     let camera: CameraNumbers = "585,585,320,240".parse().unwrap();
     let with = |units| LogOptions { camera: Some(camera), depth_units_per_m: units, ..LogOptions::default() };
-    assert_says(&open_error(folder.path(), &with(None)), &["(`depth_units_per_m`)"]);
+    assert_says(&open_error(folder.path(), &with(None)), &["`depth_units_per_m` UNITS"]);
     for units in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert_says(&open_error(folder.path(), &with(Some(units))), &["`depth_units_per_m`", "more than 0"]);
     }

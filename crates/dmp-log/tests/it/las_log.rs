@@ -212,7 +212,7 @@ fn what_is_missing_is_said() {
     write(&path, &seconds(&points, 0));
     let error = open_log(&path, &LogOptions::default()).unwrap_err();
     assert!(error.is_usage());
-    assert_says(&error.to_string(), &["world.laz", "(`made_with`)"]);
+    assert_says(&error.to_string(), &["world.laz", "`made_with` TRAJECTORY"]);
     let made_with = MadeWith::new(run);
     for (options, what) in [
         (LogOptions { topic: Some("/a".into()), ..LogOptions::default() }, "`topic` /a"),
@@ -248,7 +248,7 @@ fn clocks_that_differ_are_told_apart() {
             "1690309709.000 to 1690309729.000 s",
             "1315964762.010 s apart",
             "UTC",
-            ": 1315964782 s added",
+            "in seconds, `time_offset_ns` 1315964782",
         ],
     );
     let made_with =
@@ -258,7 +258,7 @@ fn clocks_that_differ_are_told_apart() {
     write(&path, &seconds(&points, 1800));
     assert_says(
         &open_with(&path, MadeWith::new(run)).unwrap_err().to_string(),
-        &["1780.010 s apart", "1800 s added"],
+        &["1780.010 s apart", "`time_offset_ns` 1800"],
     );
 }
 

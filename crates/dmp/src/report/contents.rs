@@ -11,9 +11,8 @@ use super::settings::{ConfigReport, PromiseReport};
 use super::warning::Warning;
 
 /// What an evaluation found. Serialised, it is the command's JSON: schema `dmp-score/2`, described in
-/// `docs/json.md`.
+/// `docs/json.md`. Other fields beside these, as the command's `gates`, are passed over when one is read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Report {
     /// Always `dmp-score/2`.
     pub schema: String,
