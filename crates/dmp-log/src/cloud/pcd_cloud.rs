@@ -3,7 +3,8 @@
 use super::batches::{Batches, broken};
 use super::format::CloudFormat;
 use crate::decimal::shorten;
-use crate::pcd::header::{PcdData, PcdField, PcdHeader, read_header};
+use crate::pcd::header::{PcdData, PcdField, PcdHeader};
+use crate::pcd::header_lines::read_header;
 use crate::pcd::lzf::{LzfReader, may_hold};
 use crate::points::NumberType;
 use crate::reads::open_sized;

@@ -1,6 +1,5 @@
 //! The header of a PCD file: which fields a point has, how many points there are, and how they are kept.
 
-pub(crate) use super::header_lines::read_header;
 use crate::points::NumberType;
 use crate::{ParseError, PlaceInFile};
 
@@ -137,6 +136,7 @@ pub(crate) fn starts_like_pcd(start: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pcd::header_lines::read_header;
 
     fn header(text: &str) -> Result<PcdHeader, String> {
         read_header(&mut text.as_bytes()).map_err(|error| error.to_string())

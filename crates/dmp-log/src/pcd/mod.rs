@@ -2,5 +2,5 @@
 //! <https://pointclouds.org/documentation/tutorials/pcd_file_format.html>, and its forerunners.
 
 pub(crate) mod header;
-mod header_lines;
+pub(crate) mod header_lines;
 pub(crate) mod lzf;

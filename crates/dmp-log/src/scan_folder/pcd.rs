@@ -3,7 +3,8 @@
 use super::head::{Body, Head};
 use super::packed::{is_single, packed};
 use super::text::TextRows;
-use crate::pcd::header::{PcdData, PcdField, PcdHeader, read_header};
+use crate::pcd::header::{PcdData, PcdField, PcdHeader};
+use crate::pcd::header_lines::read_header;
 use crate::points::{Field, Layout};
 use crate::{ParseError, PlaceInFile};
 use std::io::{BufRead, Seek};

@@ -1,7 +1,11 @@
 //! The connected parts of a pose graph.
 
-use super::{Disconnected, PoseEdge, PoseGraph};
+use super::{PoseEdge, PoseGraph};
 use std::collections::BTreeMap;
+use std::fmt;
+
+/// Components that a message names; of the others it tells how many there are.
+const NAMED: usize = 4;
 
 /// Vertices that edges connect, one with every other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -10,6 +14,28 @@ pub struct Component {
     pub vertices: usize,
     /// The smallest of their ids.
     pub first: i64,
+}
+
+/// A graph whose edges do not connect all of its vertices, so that its parts may move against each other.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub struct Disconnected {
+    /// The parts, the largest first; at least two.
+    pub components: Vec<Component>,
+}
+
+impl fmt::Display for Disconnected {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the graph is in {} parts that no edge connects: ", self.components.len())?;
+        for (index, Component { vertices, first }) in self.components.iter().take(NAMED).enumerate() {
+            let comma = if index > 0 { ", " } else { "" };
+            let noun = if *vertices == 1 { "vertex" } else { "vertices" };
+            write!(f, "{comma}{vertices} {noun} with {first}")?;
+        }
+        match self.components.len().saturating_sub(NAMED) {
+            0 => Ok(()),
+            more => write!(f, ", and {more} more"),
+        }
+    }
 }
 
 impl PoseGraph {

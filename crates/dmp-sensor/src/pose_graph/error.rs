@@ -1,11 +1,5 @@
 //! What can be wrong with a pose graph.
 
-use super::Component;
-use std::fmt;
-
-/// Components that a message names; of the others it tells how many there are.
-const NAMED: usize = 4;
-
 /// What makes an edge unusable.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -79,26 +73,4 @@ pub enum PoseGraphError {
         /// Vertices of the graph.
         vertices: usize,
     },
-}
-
-/// A graph whose edges do not connect all of its vertices, so that its parts may move against each other.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub struct Disconnected {
-    /// The parts, the largest first; at least two.
-    pub components: Vec<Component>,
-}
-
-impl fmt::Display for Disconnected {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the graph is in {} parts that no edge connects: ", self.components.len())?;
-        for (index, Component { vertices, first }) in self.components.iter().take(NAMED).enumerate() {
-            let comma = if index > 0 { ", " } else { "" };
-            let noun = if *vertices == 1 { "vertex" } else { "vertices" };
-            write!(f, "{comma}{vertices} {noun} with {first}")?;
-        }
-        match self.components.len().saturating_sub(NAMED) {
-            0 => Ok(()),
-            more => write!(f, ", and {more} more"),
-        }
-    }
 }

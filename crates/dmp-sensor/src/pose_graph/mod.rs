@@ -5,8 +5,8 @@ mod error;
 #[cfg(test)]
 mod tests;
 
-pub use components::Component;
-pub use error::{Disconnected, EdgeFault, PoseGraphError};
+pub use components::{Component, Disconnected};
+pub use error::{EdgeFault, PoseGraphError};
 
 use nalgebra::{Isometry3, Matrix6, SymmetricEigen};
 use std::collections::{BTreeMap, BTreeSet};
