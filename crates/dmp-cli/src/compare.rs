@@ -8,8 +8,7 @@ use clap::Args;
 use dmp::{JoinError, JoinedReport, MadeWith, NamedReport, Report, join_reports};
 use serde::Serialize;
 
-use crate::exit::Usage;
-use crate::exit::{Exit, when_printed};
+use crate::exit::{Exit, Usage, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::named::{NamedFile, names_of};
 use crate::save::refuse_same;

@@ -13,8 +13,7 @@ use dmp_draw::text::counted;
 
 use crate::after_help::{HelpBody, help_parts};
 use crate::common::Common;
-use crate::exit::Exit;
-use crate::exit::Usage;
+use crate::exit::{Exit, Usage};
 use crate::save::save;
 
 /// Print the manual page of a command, or write those of all

@@ -9,8 +9,7 @@ use dmp_draw::text::counted;
 use dmp_sensor::{Isometry3, Scan};
 
 use crate::common::Common;
-use crate::exit::Exit;
-use crate::exit::Usage;
+use crate::exit::{Exit, Usage};
 use crate::log_args::{LogArgs, Mapper};
 use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
 use crate::process;

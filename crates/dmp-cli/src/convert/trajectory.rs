@@ -10,8 +10,7 @@ use dmp_log::{
 };
 
 use crate::common::Common;
-use crate::exit::Exit;
-use crate::exit::Usage;
+use crate::exit::{Exit, Usage};
 use crate::save::{refuse_same, save};
 
 /// The formats of trajectories that are written.

@@ -17,8 +17,7 @@ use dmp_loops::{Keyframes, LoopError, LoopMap, Scorer, in_threads, optimised};
 use dmp_sensor::PoseEdge;
 
 use crate::common::Common;
-use crate::exit::Usage;
-use crate::exit::{Exit, when_printed};
+use crate::exit::{Exit, Usage, when_printed};
 use crate::progress::Progress;
 pub(crate) use args::LoopsArgs;
 use inputs::Inputs;

@@ -12,8 +12,7 @@ use dmp_log::TrajectoryFormat;
 use dmp_map::Store;
 
 use crate::common::Common;
-use crate::exit::Exit;
-use crate::exit::Usage;
+use crate::exit::{Exit, Usage};
 use crate::log_args::LogArgs;
 use crate::named::NamedFile;
 use crate::progress::Progress;

@@ -9,8 +9,7 @@ use dmp_log::{CloudFormat, CloudWriter, OrientedPoint};
 use dmp_map::{Store, TileEntry, TileId};
 
 use crate::common::Common;
-use crate::exit::Exit;
-use crate::exit::Usage;
+use crate::exit::{Exit, Usage};
 use crate::process;
 use crate::progress::Progress;
 use crate::save::refuse_same;

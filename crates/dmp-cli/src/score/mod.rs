@@ -21,8 +21,7 @@ use dmp_log::TrajectoryFormat;
 use serde::Serialize;
 
 use crate::common::Common;
-use crate::exit::Usage;
-use crate::exit::{Exit, when_printed};
+use crate::exit::{Exit, Usage, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::log_args::LogArgs;
 use crate::named::{NamedFile, maps_of};

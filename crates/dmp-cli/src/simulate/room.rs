@@ -13,8 +13,7 @@ use dmp_sim::{DepthRecording, DepthRecordingOptions, Room, RoomOptions, ate_rmse
 use super::fault::told;
 use super::progress::Progress;
 use crate::common::Common;
-use crate::exit::Exit;
-use crate::exit::Usage;
+use crate::exit::{Exit, Usage};
 use crate::save::{save, save_trajectory};
 
 /// Focal length of an image as wide as this, pixels.

@@ -7,6 +7,7 @@ mod scans;
 mod score;
 mod survey;
 mod way;
+mod whereabouts;
 
 use std::time::Instant;
 

@@ -16,8 +16,7 @@ use dmp_study::{ReferenceSurface, Study, StudyError, StudyOptions, TruthOptions,
 use dmp_truth::surface::Reference;
 
 use crate::common::Common;
-use crate::exit::Exit;
-use crate::exit::Usage;
+use crate::exit::{Exit, Usage};
 use crate::log_args::LogArgs;
 use crate::named::NamedFile;
 use crate::progress::Progress;
