@@ -181,6 +181,7 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
         },
         free_space: None,
         runs,
+        left_out: Vec::new(),
         order: order.iter().map(|&name| name.to_owned()).collect(),
         ties: Vec::new(),
         pairs,

@@ -88,6 +88,7 @@ pub(crate) fn option_of(setting: SettingName) -> String {
         SettingName::SaveMaps => "--save-maps or -o".into(),
         SettingName::Ranges => "--min-range and --max-range".into(),
         SettingName::Segments => "--like".into(),
+        SettingName::StampAt => "--stamp".into(),
         other => format!("--{other}"),
     }
 }

@@ -10,7 +10,7 @@ use dmp_sensor::Isometry3;
 use crate::exit::Usage;
 use crate::loaded_run::LoadedRun;
 use crate::log_args::LogHead;
-use crate::named::assign;
+use crate::named::{Named, assign};
 use crate::score::parse;
 
 /// How much of a body's movement must go along an axis for the axis to be its direction: 37 degrees.
@@ -50,28 +50,6 @@ impl FromStr for Extrinsic {
     }
 }
 
-/// An extrinsic of one run or of all: `[NAME=]VALUE`.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct NamedExtrinsic {
-    run: Option<String>,
-    extrinsic: Extrinsic,
-    text: String,
-}
-
-impl FromStr for NamedExtrinsic {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        // A file of `calib:FILE` may have such a sign in its name; a run may be called like its topic.
-        let is_value = text.starts_with("calib:") || text.starts_with("frame:");
-        let (run, value) = match text.split_once('=') {
-            Some((name, value)) if !name.is_empty() && !is_value => (Some(name), value),
-            _ => (None, text),
-        };
-        Ok(Self { run: run.map(str::to_owned), extrinsic: value.parse()?, text: value.to_owned() })
-    }
-}
-
 /// The extrinsic that takes effect.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct BodyFromSensor {
@@ -88,13 +66,12 @@ impl BodyFromSensor {
 
 /// Each run's extrinsic: the one given for it by name, else the one given for all, else found by looking.
 pub(crate) fn of_runs(
-    given: &[NamedExtrinsic],
+    given: &[Named<Extrinsic>],
     runs: &[LoadedRun],
     log: LogHead<'_>,
 ) -> anyhow::Result<Vec<BodyFromSensor>> {
     let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
-    let values = given.iter().map(|given| (given.run.as_deref(), given.text.clone(), &given.extrinsic));
-    let of_runs = assign("--extrinsic", &names, values)?;
+    let of_runs = assign("--extrinsic", &names, given.iter().map(Named::parts))?;
     runs.iter()
         .zip(of_runs)
         .map(|(run, extrinsic)| of_run(extrinsic.unwrap_or(&Extrinsic::Auto), run, log))
@@ -103,9 +80,8 @@ pub(crate) fn of_runs(
 
 /// That of the mapper whose points in the world are a log: the one given for all runs, where it needs no log;
 /// `None` where it cannot be known before the log is open.
-pub(crate) fn of_mapper(given: &[NamedExtrinsic]) -> anyhow::Result<Option<Isometry3<f64>>> {
-    let of_all = given.iter().find(|given| given.run.is_none()).map(|given| &given.extrinsic);
-    Ok(match of_all {
+pub(crate) fn of_mapper(given: &[Named<Extrinsic>]) -> anyhow::Result<Option<Isometry3<f64>>> {
+    Ok(match Named::of_all(given) {
         None if given.is_empty() => Some(Isometry3::identity()),
         Some(Extrinsic::Identity) => Some(Isometry3::identity()),
         Some(Extrinsic::Given(transform)) => Some(*transform),
@@ -259,15 +235,15 @@ mod tests {
             ("1,0,0,0,0,0,1", Extrinsic::Given(Isometry3::translation(1.0, 0.0, 0.0))),
         ];
         for (text, extrinsic) in cases {
-            let of_all: NamedExtrinsic = text.parse().unwrap();
-            assert_eq!((of_all.run, of_all.extrinsic), (None, extrinsic.clone()), "{text}");
-            let of_one: NamedExtrinsic = format!("run a={text}").parse().unwrap();
-            assert_eq!((of_one.run.as_deref(), of_one.extrinsic), (Some("run a"), extrinsic), "{text}");
+            let of_all: Named<Extrinsic> = text.parse().unwrap();
+            assert_eq!(of_all.parts(), (None, text.to_owned(), &extrinsic));
+            let of_one: Named<Extrinsic> = format!("run a={text}").parse().unwrap();
+            assert_eq!(of_one.parts(), (Some("run a"), text.to_owned(), &extrinsic));
         }
-        let file: NamedExtrinsic = "calib:a=b.txt".parse().unwrap();
-        assert_eq!((file.run, file.extrinsic), (None, Extrinsic::Calib(Some("a=b.txt".into()))));
+        let file: Named<Extrinsic> = "calib:a=b.txt".parse().unwrap();
+        assert_eq!((file.parts().0, file.parts().2), (None, &Extrinsic::Calib(Some("a=b.txt".into()))));
         for text in ["", "frame:", "calib:", "Auto", "1,2,3", "a=", "=identity", "0,0,0,0,0,0,0"] {
-            assert!(text.parse::<NamedExtrinsic>().is_err(), "{text}");
+            assert!(text.parse::<Named<Extrinsic>>().is_err(), "{text}");
         }
     }
 }

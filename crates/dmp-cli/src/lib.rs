@@ -7,6 +7,7 @@
 //! would miss does not belong here.
 
 mod after_help;
+mod clock_args;
 mod common;
 mod compare;
 mod completions;
@@ -33,6 +34,7 @@ mod saved_result;
 mod score;
 mod settings;
 mod simulate;
+mod trajectory_args;
 mod truth;
 
 use std::ffi::OsString;

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::Context as _;
+use dmp::PosesAs;
 use dmp_log::{StaticFrames, TopicTrajectory, TrajectoryFile};
 use dmp_sensor::Trajectory;
 
@@ -29,6 +31,14 @@ pub(crate) struct LoadedRun {
 }
 
 impl LoadedRun {
+    /// With its poses read as they are meant.
+    pub(crate) fn read_as(mut self, way: PosesAs) -> anyhow::Result<Self> {
+        let read = way.read(&self.trajectory);
+        self.trajectory = read.with_context(|| format!("{}: its poses cannot be {way}", self.given))?;
+        self.notes.push(format!("poses read as {way}"));
+        Ok(self)
+    }
+
     /// Of a file.
     pub(crate) fn of_file(name: String, given: String, path: &Path, file: TrajectoryFile) -> Self {
         let TrajectoryFile { format, trajectory, out_of_order, repeated, notes, fingerprint } = file;

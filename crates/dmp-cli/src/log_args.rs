@@ -12,7 +12,7 @@ use dmp_sensor::Isometry3;
 use crate::parse;
 
 /// The log and how it is to be read.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct LogArgs {
     /// The log: FILE.mcap or a rosbag2 folder or .db3 with PointCloud2 or Livox CustomMsg, a folder of scans
     /// (.bin, .pcd, .ply, .las, .laz), a folder of depth images (TUM RGB-D, ICL-NUIM, Redwood: 16-bit PNG), or one
@@ -24,7 +24,7 @@ pub(crate) struct LogArgs {
 }
 
 /// How a log is to be read.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct ReadingArgs {
     /// The topic with the scans, where the log has several
     #[arg(long, value_name = "NAME", help_heading = "Input")]
@@ -111,6 +111,12 @@ impl LogArgs {
     /// The file or folder that was named.
     pub(crate) fn path(&self) -> &Path {
         &self.log
+    }
+
+    /// The same log, each scan taken for an instant.
+    pub(crate) fn without_point_times(&self) -> Self {
+        let reading = ReadingArgs { point_time: PointTime::Ignore, ..self.reading.clone() };
+        Self { log: self.log.clone(), reading }
     }
 
     /// Opens the log.

@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use dmp::MapSource;
 use dmp_log::LogError;
@@ -15,16 +16,58 @@ pub(crate) struct NamedFile {
     pub(crate) path: PathBuf,
 }
 
+/// A value of one run or of all: `[NAME=]VALUE`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Named<T> {
+    run: Option<String>,
+    value: T,
+    text: String,
+}
+
+impl<T> Named<T> {
+    /// As [`assign`] takes it.
+    pub(crate) fn parts(&self) -> (Option<&str>, String, &T) {
+        (self.run.as_deref(), self.text.clone(), &self.value)
+    }
+
+    /// The one given for all runs.
+    pub(crate) fn of_all(values: &[Self]) -> Option<&T> {
+        values.iter().find(|value| value.run.is_none()).map(|value| &value.value)
+    }
+}
+
+impl<T: FromStr> FromStr for Named<T> {
+    type Err = T::Err;
+
+    fn from_str(text: &str) -> Result<Self, T::Err> {
+        // A file of `calib:FILE` may have such a sign in its name; a run may be called like its topic.
+        let is_value = text.starts_with("calib:") || text.starts_with("frame:");
+        let (run, value) = match text.split_once('=') {
+            Some((name, value)) if !name.is_empty() && !is_value => (Some(name), value),
+            _ => (None, text),
+        };
+        Ok(Self { run: run.map(str::to_owned), value: value.parse()?, text: value.to_owned() })
+    }
+}
+
 impl From<OsString> for NamedFile {
     /// What stands before the first `=` is a name, unless it looks like the beginning of a path:
     /// `./a=b.tum` is a file.
     fn from(text: OsString) -> Self {
         match text.to_str().and_then(|text| text.split_once('=')) {
             Some((name, file)) if !name.is_empty() && !file.is_empty() && !name.contains(['/', '\\']) => {
-                Self { name: Some(name.to_owned()), path: file.into() }
+                Self { name: Some(name.to_owned()), path: at_home(file.into()) }
             }
-            _ => Self { name: None, path: text.into() },
+            _ => Self { name: None, path: at_home(text.into()) },
         }
+    }
+}
+
+/// `~/FILE` in the user's folder: a shell leaves it alone behind `NAME=`.
+fn at_home(path: PathBuf) -> PathBuf {
+    match (path.strip_prefix("~"), std::env::home_dir()) {
+        (Ok(rest), Some(home)) if !path.exists() => home.join(rest),
+        _ => path,
     }
 }
 
@@ -124,6 +167,10 @@ mod tests {
     fn what_stands_before_the_equals_sign_is_a_name() {
         assert_eq!(named("new=a/b.tum"), NamedFile { name: Some("new".into()), path: "a/b.tum".into() });
         assert_eq!(named("new=a=b.tum").path, Path::new("a=b.tum"));
+        let home = std::env::home_dir().unwrap();
+        assert_eq!(named("new=~/b.tum"), NamedFile { name: Some("new".into()), path: home.join("b.tum") });
+        assert_eq!(named("~/b.tum").path, home.join("b.tum"));
+        assert_eq!(named("~b.tum").path, Path::new("~b.tum"));
         for path in ["a/b.tum", "./a=b.tum", "runs/x=1/b.tum", "=b.tum", "b="] {
             assert_eq!(named(path), NamedFile { name: None, path: path.into() });
         }

@@ -98,6 +98,7 @@ impl Drop for Progress {
 impl dmp::Progress for Progress {
     fn begin(&self, stage: Stage, total: u64) {
         let (what, unit) = match stage {
+            Stage::Vet => ("looking at conventions", "scans/s"),
             Stage::Survey => ("looking at scans", "scans/s"),
             Stage::ReadMap => ("reading the map", "points/s"),
             Stage::Fuse => ("fusing maps", "points/s"),

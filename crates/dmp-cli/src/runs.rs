@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use dmp::{MapSource, Run, RunSource};
+use dmp::{MapSource, PosesAs, Run, RunSource};
 use dmp_log::{
-    LogOutline, LogSummary, PoseTopic, ScanLog, TrajectoryFormat, is_bag, read_topic_trajectory,
-    read_trajectory_as,
+    LogOutline, LogSummary, PoseTopic, ScanLog, TimeUnit, is_bag, read_topic_trajectory, read_trajectory_as,
 };
 
+use crate::clock_args::RunClock;
 use crate::common::Common;
 use crate::exit::Usage;
 use crate::extrinsic::{self, BodyFromSensor};
@@ -16,11 +16,16 @@ use crate::log_args::{LogArgs, LogHead};
 use crate::named::{NamedFile, names_of};
 use crate::score::announce;
 use crate::settings::SettingsArgs;
+use crate::trajectory_args::TrajectoryArgs;
 
 /// Runs with names. Those in files are read first, so that a mistake in them is told before a long log is
 /// read; those in messages when the log is open.
 #[derive(Debug)]
-pub(crate) struct Runs(Vec<(String, Source)>);
+pub(crate) struct Runs {
+    named: Vec<(String, Source)>,
+    /// How the poses of each are meant, where that is given.
+    ways: Vec<Option<PosesAs>>,
+}
 
 #[derive(Debug)]
 enum Source {
@@ -29,29 +34,38 @@ enum Source {
 }
 
 impl Runs {
-    /// Names the runs and reads those in files, in this format where one is given.
-    pub(crate) fn start(files: &[NamedFile], format: Option<TrajectoryFormat>) -> anyhow::Result<Self> {
+    /// Names the runs and reads those in files.
+    pub(crate) fn start(files: &[NamedFile], reading: &TrajectoryArgs) -> anyhow::Result<Self> {
         let names = names_of(files)?;
-        let start = |(name, file): (String, &NamedFile)| -> anyhow::Result<(String, Source)> {
+        let plain: Vec<&str> = names.iter().map(String::as_str).collect();
+        let (units, ways) = (reading.units(&plain)?, reading.ways(&plain)?);
+        let start = |(name, (file, unit)): (String, (&NamedFile, Option<TimeUnit>))| -> anyhow::Result<_> {
             let given = file.path.display().to_string();
             if let Some((bag, topic)) = topic_of(&file.path)? {
+                if unit.is_some() {
+                    let problem = format!(
+                        "--time-unit {name}=…: the stamps of {given} are those of messages, whose unit is known"
+                    );
+                    return Err(Usage(problem).into());
+                }
                 return Ok((name, Source::Topic { given, bag, topic }));
             }
-            let read = read_trajectory_as(&file.path, format)?;
+            let read = read_trajectory_as(&file.path, reading.trajectory_format, unit)?;
             let run = LoadedRun::of_file(name.clone(), given, &file.path, read);
             Ok((name, Source::Read(Box::new(run))))
         };
-        Ok(Self(names.into_iter().zip(files).map(start).collect::<Result<_, _>>()?))
+        let named = names.into_iter().zip(files.iter().zip(units)).map(start).collect::<Result<_, _>>()?;
+        Ok(Self { named, ways })
     }
 
     /// The first run, if any, whose poses are messages of the log itself.
     pub(crate) fn in_log(&self) -> Option<String> {
         let in_log = |(_, source): &&(String, Source)| matches!(source, Source::Topic { bag: None, .. });
-        self.0.iter().find(in_log).map(|(name, _)| name.clone())
+        self.named.iter().find(in_log).map(|(name, _)| name.clone())
     }
 
     pub(crate) fn names(&self) -> Vec<&str> {
-        self.0.iter().map(|(name, _)| name.as_str()).collect()
+        self.named.iter().map(|(name, _)| name.as_str()).collect()
     }
 
     /// Reads those in messages: of the log itself or of other bags.
@@ -61,15 +75,21 @@ impl Runs {
 
     /// The same for a log at this path, whose scans have this frame.
     pub(crate) fn finish_in(self, log: &Path, scan_frame: Option<&str>) -> anyhow::Result<Vec<LoadedRun>> {
-        let finish = |(name, source): (String, Source)| match source {
-            Source::Read(run) => Ok(*run),
-            Source::Topic { given, bag, topic } => {
-                let path = bag.as_deref().unwrap_or(log);
-                let read = read_topic_trajectory(path, &topic, scan_frame)?;
-                Ok(LoadedRun::of_topic(name, given, path, read, bag.is_some()))
+        let finish = |((name, source), way): ((String, Source), Option<PosesAs>)| {
+            let run = match source {
+                Source::Read(run) => *run,
+                Source::Topic { given, bag, topic } => {
+                    let path = bag.as_deref().unwrap_or(log);
+                    let read = read_topic_trajectory(path, &topic, scan_frame)?;
+                    LoadedRun::of_topic(name, given, path, read, bag.is_some())
+                }
+            };
+            match way {
+                None => Ok(run),
+                Some(way) => run.read_as(way),
             }
         };
-        self.0.into_iter().map(finish).collect()
+        self.named.into_iter().zip(self.ways).map(finish).collect()
     }
 }
 
@@ -123,7 +143,7 @@ impl OpenedRuns {
         settings: &SettingsArgs,
         common: &Common,
     ) -> anyhow::Result<Self> {
-        let log = log.open(&settings.scans.mapper()?)?;
+        let log = log.open(&settings.mapper()?)?;
         let (runs, damaged) = finish(started, maps, LogHead::of_log(log.as_ref()), settings, common)?;
         Ok(Self { log, runs, damaged })
     }
@@ -138,13 +158,13 @@ impl OpenedRuns<LogOutline> {
         common: &Common,
     ) -> anyhow::Result<Self> {
         let in_log = started.in_log();
-        let log = log.outline(&settings.scans.mapper()?)?;
+        let log = log.outline(&settings.mapper()?)?;
         if let (Some(run), false) = (in_log, common.quiet) {
             eprintln!(
                 "note: the poses of `{run}` are in the log, so all of it is read for them; `dmp convert` writes them to a file"
             );
         }
-        let maps = started.0.iter().map(|_| MapSource::Fused).collect::<Vec<_>>();
+        let maps = started.named.iter().map(|_| MapSource::Fused).collect::<Vec<_>>();
         let (runs, damaged) = finish(started, maps, LogHead::of_outline(&log), settings, common)?;
         Ok(Self { log, runs, damaged })
     }
@@ -158,6 +178,7 @@ fn finish(
     settings: &SettingsArgs,
     common: &Common,
 ) -> anyhow::Result<(Vec<Run>, bool)> {
+    let clocks = settings.clock.of_runs(&started.names())?;
     let loaded = started.finish(log.summary())?;
     if !common.quiet {
         announce::found(log, &loaded);
@@ -167,7 +188,7 @@ fn finish(
         announce::extrinsics(&loaded, &extrinsics);
     }
     let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
-    Ok((to_score(loaded, maps, extrinsics), damaged))
+    Ok((to_score(loaded, maps, extrinsics, clocks), damaged))
 }
 
 /// The runs as they are scored.
@@ -175,8 +196,9 @@ pub(crate) fn to_score(
     loaded: Vec<LoadedRun>,
     maps: impl IntoIterator<Item = MapSource>,
     extrinsics: Vec<BodyFromSensor>,
+    clocks: impl IntoIterator<Item = RunClock>,
 ) -> Vec<Run> {
-    let run = |((run, map), extrinsic): ((LoadedRun, MapSource), BodyFromSensor)| Run {
+    let run = |(((run, map), extrinsic), clock): (((LoadedRun, MapSource), BodyFromSensor), RunClock)| Run {
         name: run.name,
         source: RunSource {
             file: Some(run.given),
@@ -187,8 +209,10 @@ pub(crate) fn to_score(
         trajectory: run.trajectory,
         map,
         body_from_sensor: Some(extrinsic.transform),
+        pose_at: clock.pose_at,
+        time_offset_ns: clock.time_offset_ns,
     };
-    loaded.into_iter().zip(maps).zip(extrinsics).map(run).collect()
+    loaded.into_iter().zip(maps).zip(extrinsics).zip(clocks).map(run).collect()
 }
 
 #[cfg(test)]

@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use dmp::{Config, Ego, MissPrice, Scales};
 
-use crate::extrinsic::{self, NamedExtrinsic};
+use crate::clock_args::ClockArgs;
+use crate::extrinsic::{self, Extrinsic};
 use crate::log_args::Mapper;
+use crate::named::Named;
 use crate::score::parse;
 
 /// How returns become a score.
@@ -14,6 +16,8 @@ use crate::score::parse;
 pub(crate) struct SettingsArgs {
     #[command(flatten)]
     pub(crate) scans: ScanArgs,
+    #[command(flatten)]
+    pub(crate) clock: ClockArgs,
     /// Length of a segment of the drive, as `12m`, `2s` or `30scans`: a return is not compared with what was seen in
     /// its own segment and the two beside it. `auto` is 12 m, or a sixteenth of a shorter drive; in a room a sixteenth
     /// of the scans
@@ -45,11 +49,7 @@ pub(crate) struct ScanArgs {
 
     #[arg(long, value_name = "[NAME=]EXTRINSIC", help = extrinsic::HELP)]
     #[arg(allow_hyphen_values = true, help_heading = "Place and time")]
-    pub(crate) extrinsic: Vec<NamedExtrinsic>,
-    /// Added to every stamp of the log before poses are looked up, seconds
-    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = parse::seconds_ns)]
-    #[arg(allow_hyphen_values = true, help_heading = "Place and time")]
-    time_offset: i64,
+    pub(crate) extrinsic: Vec<Named<Extrinsic>>,
     /// Do not interpolate between poses further apart than this, seconds [default: 1, or three times a
     /// trajectory's median interval where that is longer]
     #[arg(long, value_name = "SECONDS", value_parser = crate::parse::interval_ns, help_heading = "Place and time")]
@@ -101,23 +101,29 @@ pub(crate) struct ResourceArgs {
 }
 
 impl SettingsArgs {
+    /// The mapper of a LAS file, of which --extrinsic and --time-offset speak too.
+    pub(crate) fn mapper(&self) -> anyhow::Result<Mapper> {
+        self.scans.mapper(self.clock.offset_of_all_ns())
+    }
+
     pub(crate) fn config(&self) -> Config {
         Config {
             segment: self.segment.0,
             free_space: self.free_space,
             miss_price: self.miss_price,
             sigma_m: self.sigma,
+            time_offset_ns: self.clock.offset_of_all_ns(),
             ..self.scans.in_config(self.resources.in_config(Config::default()))
         }
     }
 }
 
 impl ScanArgs {
-    /// The mapper of a LAS file, of which --extrinsic and --time-offset speak too.
-    pub(crate) fn mapper(&self) -> anyhow::Result<Mapper> {
+    /// The mapper of a LAS file, of which --extrinsic and the offset of clocks speak too.
+    pub(crate) fn mapper(&self, time_offset_ns: i64) -> anyhow::Result<Mapper> {
         Ok(Mapper {
             body_from_sensor: extrinsic::of_mapper(&self.extrinsic)?,
-            time_offset_ns: self.time_offset,
+            time_offset_ns,
             max_gap_ns: self.max_time_gap,
         })
     }
@@ -131,7 +137,6 @@ impl ScanArgs {
             max_range_m: self.max_range,
             ego: self.ego,
             every: self.every,
-            time_offset_ns: self.time_offset,
             max_time_gap_ns: self.max_time_gap,
             ..config
         }

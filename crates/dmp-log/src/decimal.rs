@@ -1,5 +1,7 @@
 //! Decimal seconds to and from nanoseconds, exactly, and text cut short for messages.
 
+use crate::TimeUnit;
+
 /// Digits kept of a number; what follows is below any unit used here.
 const MAX_DIGITS: u32 = 30;
 
@@ -8,7 +10,12 @@ const MAX_DIGITS: u32 = 30;
 ///
 /// An `f64` has 240 ns between neighbours at today's dates: stamps must not go through one.
 pub(crate) fn seconds_to_ns(text: &str) -> Result<i64, String> {
-    let not_a_number = || format!("not a number of seconds: `{}`", shorten(text));
+    to_ns(text, TimeUnit::Seconds)
+}
+
+/// The same of a decimal number in some unit.
+pub(crate) fn to_ns(text: &str, unit: TimeUnit) -> Result<i64, String> {
+    let not_a_number = || format!("not a number of {}: `{}`", unit.name(), shorten(text));
     let (negative, digits) = match text.as_bytes() {
         [b'-', rest @ ..] => (true, rest),
         [b'+', rest @ ..] | rest => (false, rest),
@@ -43,9 +50,10 @@ pub(crate) fn seconds_to_ns(text: &str) -> Result<i64, String> {
         return Err(not_a_number());
     }
     let too_far = || {
-        format!("a stamp of `{}` s is beyond the years 1677 to 2262: is it in another unit?", shorten(text))
+        let (text, unit) = (shorten(text), unit.symbol());
+        format!("a stamp of `{text}` {unit} is beyond the years 1677 to 2262: is it in another unit?")
     };
-    let shift = exponent.saturating_add(9);
+    let shift = exponent.saturating_add(unit.decimals_of_ns());
     let magnitude = if mantissa == 0 {
         0
     } else if shift >= 0 {

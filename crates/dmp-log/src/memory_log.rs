@@ -102,11 +102,13 @@ impl MemoryLog {
         let frames: Vec<FrameInfo> = scans.iter().map(info).collect();
         let timed = scans.iter().any(|scan| !scan.time_offsets_ns.is_empty());
         let point_bytes = if timed { 20 } else { 12 };
+        let (middle_ns, sweep_ns) = sweep_of(&scans);
         let mut summary = LogSummary {
             fields: fields(timed),
             point_bytes,
             point_times: timed.then(|| "nanoseconds after the stamp of the scan, in memory".to_owned()),
-            middle_ns: middle_ns(&scans),
+            middle_ns,
+            sweep_ns,
             fingerprint: fingerprint::of_scans(&scans),
             ..LogSummary::of(&name.into(), LogFormat::Memory)
         };
@@ -194,12 +196,13 @@ fn fields(timed: bool) -> Vec<FieldInfo> {
     fields
 }
 
-/// From the stamp to the middle of a scan, nanoseconds, from the same few scans as of a log on disk.
-fn middle_ns(scans: &[Scan]) -> i64 {
+/// From the stamp to the middle of a scan, and to its first and its last return, nanoseconds, from the same few scans as
+/// of a log on disk.
+fn sweep_of(scans: &[Scan]) -> (i64, [i64; 2]) {
     let looked_at = frames_to_look_at(scans.iter().map(|scan| scan.len() as u64));
     let times_ns = || looked_at.iter().filter_map(|&k| scans.get(k)).flat_map(|scan| &scan.time_offsets_ns);
-    let (Some(first), Some(last)) = (times_ns().min(), times_ns().max()) else { return 0 };
-    (0.5 * (*first as f64 + *last as f64)).round() as i64
+    let (Some(first), Some(last)) = (times_ns().min(), times_ns().max()) else { return (0, [0; 2]) };
+    ((0.5 * (*first as f64 + *last as f64)).round() as i64, [*first, *last])
 }
 
 impl ScanLog for MemoryLog {

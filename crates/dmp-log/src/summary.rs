@@ -129,6 +129,8 @@ pub struct LogSummary {
     pub point_times: Option<String>,
     /// From a scan's stamp to the middle of its returns, nanoseconds, from a few scans; 0 where they have no times.
     pub middle_ns: i64,
+    /// From a scan's stamp to the first and to the last of its returns, nanoseconds, likewise.
+    pub sweep_ns: [i64; 2],
     /// The camera whose depth images the scans are; `None` for other sensors.
     pub camera: Option<PinholeCamera>,
     /// Units of depth a metre in such images.
@@ -160,6 +162,7 @@ impl LogSummary {
             period_ns: None,
             point_times: None,
             middle_ns: 0,
+            sweep_ns: [0; 2],
             camera: None,
             depth_units_per_m: None,
             notes: Vec::new(),

@@ -97,6 +97,15 @@ impl Trajectory {
         Self { stamps_ns: self.stamps_ns.clone(), world_from_body }
     }
 
+    /// The same poses so many nanoseconds later; `None` where that is beyond all times.
+    #[must_use]
+    pub fn later_by(mut self, shift_ns: i64) -> Option<Self> {
+        for stamp_ns in self.stamps_ns.iter_mut().flatten() {
+            *stamp_ns = stamp_ns.checked_add(shift_ns)?;
+        }
+        Some(self)
+    }
+
     /// Stamps in nanoseconds, strictly increasing; `None` where the format has none.
     pub fn stamps_ns(&self) -> Option<&[i64]> {
         self.stamps_ns.as_deref()
@@ -218,6 +227,16 @@ mod tests {
         assert!(run.world_from_body_at(150, 99).is_none());
         assert_eq!(run.world_from_body_at(100, 0), Some(pose(0.0, 0.0)));
         assert_eq!(run.world_from_body_at(200, 0), Some(pose(1.0, 1.0)));
+    }
+
+    #[test]
+    fn later_poses_are_the_same_at_later_times() {
+        let later = two().later_by(-150).unwrap();
+        assert_eq!(later.stamps_ns(), Some(&[-50, 50][..]));
+        assert_eq!(later.world_from_body_at(-25, 1000), two().world_from_body_at(125, 1000));
+        assert_eq!(two().later_by(i64::MAX), None);
+        let unstamped = Trajectory::unstamped(vec![pose(0.0, 0.0)]).unwrap();
+        assert_eq!(unstamped.clone().later_by(7), Some(unstamped));
     }
 
     #[test]

@@ -7,6 +7,7 @@ use dmp_log::LengthUnit;
 use dmp_reduce::{Confidence, Margin, MissPrice, Scales};
 use dmp_sensor::{Isometry3, Quaternion, Trajectory, Translation3, UnitQuaternion};
 
+use crate::clock::PoseAt;
 use crate::ego::Ego;
 use crate::report::SegmentReport;
 use crate::sample::{Decide, Sample};
@@ -23,6 +24,11 @@ pub struct Run {
     pub map: MapSource,
     /// Where the sensor sits on the body that this trajectory moves; `None`: [`Config::body_from_sensor`].
     pub body_from_sensor: Option<Isometry3<f64>>,
+    /// At which instant of its scan a pose holds whose stamp is the scan's; so it is with poses that have no stamps.
+    pub pose_at: PoseAt,
+    /// Added to every stamp of the log before it is looked up in this trajectory, nanoseconds; `None`:
+    /// [`Config::time_offset_ns`].
+    pub time_offset_ns: Option<i64>,
     /// Where all this comes from, for the report.
     pub source: RunSource,
 }
@@ -48,6 +54,8 @@ impl Run {
             trajectory,
             map: MapSource::Fused,
             body_from_sensor: None,
+            pose_at: PoseAt::Stamp,
+            time_offset_ns: None,
             source: RunSource::default(),
         }
     }
@@ -125,7 +133,8 @@ pub struct Config {
     pub decide: Option<Decide>,
     /// Where the sensor sits on the body that the trajectories move, for runs that do not say it themselves.
     pub body_from_sensor: Isometry3<f64>,
-    /// Added to every stamp of the log before it is looked up in a trajectory, nanoseconds.
+    /// Added to every stamp of the log before it is looked up in a trajectory, nanoseconds, for runs that do not say it
+    /// themselves.
     pub time_offset_ns: i64,
     /// Poses further apart than this are not interpolated between, nanoseconds; `None`: 1 s, or three
     /// times a trajectory's median interval where that is longer.

@@ -84,6 +84,26 @@ pub enum EvaluateError {
         /// Where stamps are missing.
         which: &'static str,
     },
+    /// Poses without stamps cannot have those of their scans.
+    #[error(
+        "run `{run}`: its poses have no stamps, and those of the scans do not ascend (scan {scan}, {stamp_s:.6} s), so the times of points cannot be used: give the trajectory stamps, or take each scan for an instant"
+    )]
+    LinesOutOfTime {
+        /// The run.
+        run: String,
+        /// The scan whose stamp is not later than the one before.
+        scan: usize,
+        /// Its stamp, seconds.
+        stamp_s: f64,
+    },
+    /// The clock of a run leads beyond all times.
+    #[error("run `{run}`: its stamps, {shift_s} s later, are beyond the years 1677 to 2262")]
+    BeyondTimes {
+        /// The run.
+        run: String,
+        /// How much later, seconds.
+        shift_s: f64,
+    },
     /// A trajectory has a pose for none of the scans, or hardly any.
     #[error("{}", self.message_with(&SettingName::quoted))]
     NoOverlap {
@@ -248,7 +268,7 @@ impl EvaluateError {
                 name(*setting)
             ),
             Self::NoOverlap { run, found, scans, why } => {
-                let why = why.message_with(name);
+                let why = why.message_with(run, name);
                 format!("run `{run}`: {found} of {scans} scans have a pose: {why}")
             }
             Self::NoPlaces { travel_m, places } => format!(

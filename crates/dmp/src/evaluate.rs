@@ -16,7 +16,7 @@ use crate::heads::Heads;
 use crate::peak;
 use crate::report::{Findings, PassTimes, Report, ToldMap, Warning, drops_in_words, map_report};
 use crate::run_map::tile_bytes;
-use crate::sanity::{Doubts, stretches};
+use crate::sanity::Doubts;
 use crate::watch::Watch;
 
 /// Scores `runs` on `log`: plan, fuse, cast, reduce. `watch` is `()` for nobody, or who follows: see [`Watch`].
@@ -84,11 +84,10 @@ impl RunCaster {
 }
 
 impl Evaluation<'_, RunCaster> {
-    /// Where log, runs and maps hardly belong together: what is likely wrong, told before the long part.
+    /// Where runs and maps that were given hardly belong together: told before the long part.
     fn doubt(&mut self) -> Result<(), EvaluateError> {
         let Self { log, plan, settings, progress, runs, .. } = self;
-        let stretches = stretches(plan, settings);
-        Doubts { log: *log, plan, settings, progress: *progress }.look(&stretches, runs, RunCaster::given)
+        Doubts { log: *log, plan, settings, progress: *progress }.look(runs, RunCaster::given)
     }
 
     /// Counts every return of the log as used, or as dropped for a reason.

@@ -41,6 +41,7 @@
 
 mod cast;
 mod check;
+mod clock;
 mod config;
 mod disk;
 mod ego;
@@ -78,9 +79,11 @@ mod settings;
 mod sink;
 mod trails;
 mod unposed;
+mod vet;
 mod watch;
 mod work;
 
+pub use clock::PoseAt;
 pub use config::{Config, Frame, FrameOrder, MapSource, Run, RunSource};
 pub use ego::Ego;
 pub use error::{EvaluateError, Remedy};
@@ -97,9 +100,10 @@ pub use places::evaluate_quick;
 pub use posed::{PosedLog, PosedScan};
 pub use progress::{Progress, Stage};
 pub use report::{
-    Best, ConfigReport, DepthNoiseReport, DropReport, EgoReport, FreeSpaceReport, InputReport, MapReport,
-    MemoryReport, PairReport, PassTimes, PlacesReport, PromiseReport, Report, RunInputReport, RunReport,
-    SamplingReport, ScaleReport, ScaleScores, SegmentReport, TileReport, Verdict, Warning, Withheld,
+    Best, ConfigReport, ConventionsReport, DepthNoiseReport, DropReport, EgoReport, EstimateReport,
+    FreeSpaceReport, InputReport, LeftOutReport, MapReport, MemoryReport, PairReport, PassTimes,
+    PlacesReport, PromiseReport, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, ScaleScores,
+    SegmentReport, TileReport, Verdict, Warning, Withheld,
 };
 pub use sample::{Decide, Looks, Sample};
 pub use segment_length::SegmentLength;
@@ -107,8 +111,10 @@ pub use setting_name::SettingName;
 pub use settings::{Means, Settings};
 pub use sink::{ScoredPlace, ScoredReturns, ScoredRun, Sink};
 pub use unposed::Unposed;
+pub use vet::{Found, LeftOut, Mend, PosesAs, Vetted, vet, vet_outline};
 pub use watch::Watch;
 
+pub use dmp_calibrate::{Axis, Calibration, Estimate};
 pub use dmp_log::LengthUnit;
 pub use dmp_reduce::{
     Basis, Confidence, DepthResidual, FrameSums, HitKind, Lengths, Margin, MissPrice, Promise, Reach,

@@ -13,8 +13,9 @@
 //! evens out.
 
 use dmp_map::{Store, smallest_eigenvector};
-use dmp_sensor::{Isometry3, Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use dmp_sensor::{Isometry3, Matrix3, Quaternion, Rotation3, Trajectory, UnitQuaternion, Vector3};
 
+use crate::clock::on_log_clock;
 use crate::config::{Frame, Run};
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
@@ -48,9 +49,13 @@ pub(crate) fn place<'a>(
     if heads.len() == 0 {
         return Err(EvaluateError::NoScans { path: heads.summary().path.clone() });
     }
+    let lent = runs.iter().find_map(|run| run.trajectory.stamps_ns());
+    let placed = |run: &Run, trajectory: Trajectory| {
+        on_log_clock(heads, run, trajectory, lent, settings).map(|at| RunPoses::new(run, at, settings))
+    };
     let from_start = |(number, store): (usize, Option<Store>)| {
         let run = &runs[number];
-        let poses = RunPoses::new(heads, run, run.trajectory.from_its_start(), settings)?;
+        let poses = placed(run, run.trajectory.from_its_start())?;
         Ok(RunState {
             own_from_world: run.trajectory.poses()[0],
             ..RunState::new(runs, number, poses, store)
@@ -78,7 +83,7 @@ pub(crate) fn place<'a>(
         if let Some(store) = &run.map {
             run.own_from_world = *store.own_from_world();
             let trajectory = run.run.trajectory.moved(&run.own_from_world.inverse());
-            run.poses = RunPoses::new(heads, run.run, trajectory, settings)?;
+            run.poses = placed(run.run, trajectory)?;
         } else {
             run.poses = run.poses.moved(&world_from_start);
             run.own_from_world *= world_from_start.inverse();

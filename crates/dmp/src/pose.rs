@@ -8,10 +8,9 @@ use dmp_sensor::{
     is_implausible,
 };
 
+use crate::clock::OnClock;
 use crate::config::Run;
-use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
-use crate::heads::Heads;
 use crate::memory::BLOCK_RAYS;
 use crate::pairing::Pairing;
 use crate::settings::Settings;
@@ -25,29 +24,19 @@ pub(crate) struct RunPoses {
     /// Longest gap between poses that is interpolated over, nanoseconds.
     pub(crate) max_gap_ns: i64,
     body_from_sensor: Isometry3<f64>,
+    /// On the log's clock.
     trajectory: Arc<Trajectory>,
+    /// How much later than its own stamps it has its poses, nanoseconds.
+    shift_ns: i64,
 }
 
 impl RunPoses {
-    /// Pairs the poses of a run, told in some frame as `trajectory`, with the log's scans.
-    ///
-    /// # Errors
-    /// When scans and poses can be paired neither by stamp nor line by line.
-    pub(crate) fn new(
-        heads: Heads<'_>,
-        run: &Run,
-        trajectory: Trajectory,
-        settings: &Settings,
-    ) -> Result<Self, EvaluateError> {
+    /// Pairs the poses of a run, on the log's clock and told in some frame, with the log's scans.
+    pub(crate) fn new(run: &Run, on_clock: OnClock, settings: &Settings) -> Self {
+        let OnClock { pairing, trajectory, shift_ns } = on_clock;
         let max_gap_ns = settings.max_time_gap_ns.unwrap_or_else(|| trajectory.usual_gap_ns());
         let body_from_sensor = settings.body_from_sensor(run);
-        let pairing = pairing_of(heads, run)?;
-        Ok(Self { pairing, max_gap_ns, body_from_sensor, trajectory: Arc::new(trajectory) })
-    }
-
-    /// The same pairing with other poses of as many lines.
-    pub(crate) fn along(&self, trajectory: &Arc<Trajectory>, body_from_sensor: Isometry3<f64>) -> Self {
-        Self { trajectory: Arc::clone(trajectory), body_from_sensor, ..*self }
+        Self { pairing, max_gap_ns, body_from_sensor, trajectory: Arc::new(trajectory), shift_ns }
     }
 
     /// The same in a frame that `new_from_world` leads to.
@@ -61,10 +50,7 @@ impl RunPoses {
 
     /// The sensor's pose at the stamp of a frame, or in its line.
     pub(crate) fn of_frame(&self, frame: &PlannedFrame) -> Option<Isometry3<f64>> {
-        match self.pairing {
-            Pairing::ByStamp => self.track().world_from_sensor_at(frame.stamp_ns?),
-            Pairing::ByLine => self.track().world_from_sensor_of_line(frame.number),
-        }
+        self.of_frame_after(frame, 0)
     }
 
     /// The sensor's pose so long after the stamp of a frame, or in its line where that has no stamp.
@@ -73,14 +59,16 @@ impl RunPoses {
             Pairing::ByStamp => frame.stamp_ns,
             Pairing::ByLine => self.stamp_of_line(frame),
         };
-        match stamp_ns {
-            Some(stamp_ns) => self.track().world_from_sensor_at(stamp_ns.checked_add(after_ns)?),
-            None => self.of_frame(frame),
+        match (stamp_ns, self.pairing) {
+            (Some(stamp_ns), _) => self.track().world_from_sensor_at(stamp_ns.checked_add(after_ns)?),
+            (None, Pairing::ByStamp) => None,
+            (None, Pairing::ByLine) => self.track().world_from_sensor_of_line(frame.number),
         }
     }
 
+    /// The scan's stamp, where that is known by the line of its pose.
     fn stamp_of_line(&self, frame: &PlannedFrame) -> Option<i64> {
-        self.trajectory.stamps_ns()?.get(frame.number).copied()
+        self.trajectory.stamps_ns()?.get(frame.number)?.checked_sub(self.shift_ns)
     }
 
     /// Whether the log's times of points are of no use to this run, whose poses have no stamps.
@@ -89,31 +77,14 @@ impl RunPoses {
     }
 
     /// How the poses of a scan's returns are found; `None` where the run has none for the scan.
-    fn of_scan(&self, frame: &PlannedFrame, scan: &Scan) -> Option<ScanPose> {
+    fn of_scan(&self, frame: &PlannedFrame) -> Option<ScanPose> {
         match self.pairing {
             Pairing::ByStamp => Some(ScanPose::After(frame.stamp_ns?)),
             Pairing::ByLine => match self.stamp_of_line(frame) {
-                Some(stamp_ns) if !scan.time_offsets_ns.is_empty() => Some(ScanPose::After(stamp_ns)),
-                _ => self.of_frame(frame).map(ScanPose::Rigid),
+                Some(stamp_ns) => Some(ScanPose::After(stamp_ns)),
+                None => self.of_frame(frame).map(ScanPose::Rigid),
             },
         }
-    }
-}
-
-fn pairing_of(heads: Heads<'_>, run: &Run) -> Result<Pairing, EvaluateError> {
-    let scans = heads.scans_in_log();
-    let log_stamped = heads.scans().all(|(_, info)| info.stamp_ns.is_some());
-    let which = match (log_stamped, run.trajectory.stamps_ns().is_some()) {
-        (true, true) => return Ok(Pairing::ByStamp),
-        (true, false) => "in the trajectory",
-        (false, true) => "in the log",
-        (false, false) => "in either",
-    };
-    let poses = run.trajectory.len();
-    if poses == scans {
-        Ok(Pairing::ByLine)
-    } else {
-        Err(EvaluateError::LinePairing { run: run.name.clone(), poses, scans, which })
     }
 }
 
@@ -192,7 +163,7 @@ impl<'a> Poser<'a> {
     ) -> Result<ReturnCounts, E> {
         let mut counts = ReturnCounts::default();
         for run in &mut self.runs {
-            let Some(of_scan) = run.poses.of_scan(frame, scan) else {
+            let Some(of_scan) = run.poses.of_scan(frame) else {
                 counts.add_dropped(DropReason::NoPose, scan.len() as u64);
                 return Ok(counts);
             };

@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use dmp_log::ScanLog;
 use dmp_sensor::{DropReason, Ray, ReturnCounts, Scan};
 
+use crate::clock::on_log_clock;
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::evaluation::{Evaluation, Task};
@@ -47,7 +48,8 @@ impl<'a> PosedLog<'a> {
         // There is nothing to go on from, and nothing is kept.
         let config = Config { checkpoint_every: None, resume: false, ..config.clone() };
         let task = Task::open(log, runs, &config, watch.into())?;
-        let poses = RunPoses::new(Heads::Log(log), run, run.trajectory.clone(), &task.settings)?;
+        let on_clock = on_log_clock(Heads::Log(log), run, run.trajectory.clone(), None, &task.settings)?;
+        let poses = RunPoses::new(run, on_clock, &task.settings);
         task.plan_placed(vec![RunState::new(runs, 0, poses, ())], None).map(Self)
     }
 

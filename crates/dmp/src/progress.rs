@@ -6,6 +6,8 @@ use crate::note::Note;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Stage {
+    /// Scans are read by which runs are vetted. Counted in scans.
+    Vet,
     /// A sample of scans is looked at: the vehicle, the density. Counted in scans.
     Survey,
     /// The map of a run is read from a file. Counted in points.

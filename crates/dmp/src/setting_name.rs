@@ -35,6 +35,18 @@ pub enum SettingName {
     Map,
     /// [`Config::time_offset_ns`](crate::Config::time_offset_ns); in messages seconds follow it.
     TimeOffset,
+    /// [`Run::pose_at`](crate::Run::pose_at).
+    PoseAt,
+    /// How the poses of a run's file are meant: [`PosesAs`](crate::PosesAs).
+    PosesAs,
+    /// [`Run::body_from_sensor`](crate::Run::body_from_sensor).
+    Extrinsic,
+    /// [`LogOptions::point_time`](dmp_log::LogOptions::point_time).
+    PointTime,
+    /// [`LogOptions::stamp_at`](dmp_log::LogOptions::stamp_at).
+    StampAt,
+    /// What [`Vetted::mended`](crate::Vetted::mended) does.
+    Mend,
     /// [`Config::max_time_gap_ns`](crate::Config::max_time_gap_ns).
     MaxTimeGap,
     /// [`Config::threads`](crate::Config::threads).
@@ -72,6 +84,12 @@ impl fmt::Display for SettingName {
             Self::FreeSpace => "free-space",
             Self::Map => "map",
             Self::TimeOffset => "time-offset",
+            Self::PoseAt => "pose-at",
+            Self::PosesAs => "poses-as",
+            Self::Extrinsic => "extrinsic",
+            Self::PointTime => "point-time",
+            Self::StampAt => "stamp-at",
+            Self::Mend => "mend",
             Self::MaxTimeGap => "max-time-gap",
             Self::Threads => "threads",
             Self::Memory => "memory",

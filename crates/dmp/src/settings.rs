@@ -178,6 +178,11 @@ impl Settings {
         Promise { confidence: self.confidence, margin: self.same_within }
     }
 
+    /// What is added to the log's stamps before they are looked up in a run, nanoseconds.
+    pub(crate) fn time_offset_ns(&self, run: &Run) -> i64 {
+        run.time_offset_ns.unwrap_or(self.time_offset_ns)
+    }
+
     /// Where the sensor sits on the body of a run.
     pub(crate) fn body_from_sensor(&self, run: &Run) -> Isometry3<f64> {
         run.body_from_sensor.unwrap_or(self.body_from_sensor)

@@ -36,7 +36,7 @@ pub enum Unposed {
 
 impl Unposed {
     /// In words, with those that `name` has for settings.
-    pub(crate) fn message_with(&self, name: &dyn Fn(SettingName) -> String) -> String {
+    pub(crate) fn message_with(&self, run: &str, name: &dyn Fn(SettingName) -> String) -> String {
         let spans = |[first, last]: &[f64; 2], [start, end]: &[f64; 2]| {
             format!("the log spans {first:.3} to {last:.3} s, the trajectory {start:.3} to {end:.3} s")
         };
@@ -46,7 +46,7 @@ impl Unposed {
                 format!("the log's stamps are all the same, {stamp_s:.3} s: they tell nothing")
             }
             Self::Apart { log_s, poses_s, gap_s, offset_s } => format!(
-                "{}; they are {gap_s:.3} s apart. If their clocks differ, shift the log's: {} {offset_s:.3} puts their \
+                "{}; they are {gap_s:.3} s apart. If their clocks differ, shift the log's: {} {run}={offset_s:.3} puts their \
                  beginnings together, as far as the stamps tell",
                 spans(log_s, poses_s),
                 name(SettingName::TimeOffset)

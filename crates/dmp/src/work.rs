@@ -252,6 +252,7 @@ fn identity(
     }
     for run in runs {
         hash.add(&(&run.name, run.trajectory.stamps_ns(), seven(&settings.body_from_sensor(run))))?;
+        hash.add(&(run.pose_at, run.time_offset_ns))?;
         for pose in run.trajectory.poses() {
             hash.add(&seven(pose))?;
         }

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use dmp_draw::text::counted;
 use dmp_log::{
-    TrajectoryFormat, read_trajectory_as, write_euroc, write_kitti, write_redwood_log, write_times, write_tum,
+    TimeUnit, TrajectoryFormat, read_trajectory_as, write_euroc, write_kitti, write_redwood_log, write_times,
+    write_tum,
 };
 
 use crate::common::Common;
@@ -41,6 +42,9 @@ pub(crate) struct TrajectoryConvertArgs {
     /// Its format, where it is not to be found by looking
     #[arg(long, value_name = "FORMAT", help_heading = "Input")]
     trajectory_format: Option<TrajectoryFormat>,
+    /// The unit of its stamps, where it is not that of its format (s in TUM, ns in EuRoC): s, ms, us or ns
+    #[arg(long, value_name = "UNIT", help_heading = "Input")]
+    time_unit: Option<TimeUnit>,
     /// The file to write
     #[arg(short, long, value_name = "OUTPUT", help_heading = "Output")]
     output: PathBuf,
@@ -55,7 +59,7 @@ pub(super) fn run(
     out: &mut impl Write,
 ) -> anyhow::Result<Exit> {
     let TrajectoryConvertArgs { run, output, to, .. } = arguments;
-    let file = read_trajectory_as(run, arguments.trajectory_format)?;
+    let file = read_trajectory_as(run, arguments.trajectory_format, arguments.time_unit)?;
     refuse_same(run, output)?;
     if !common.quiet {
         let counts = [

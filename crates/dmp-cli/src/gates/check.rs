@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use dmp::{PairReport, Report, ScaleReport, Verdict};
+use dmp::{LeftOutReport, PairReport, Report, ScaleReport, Verdict};
 use dmp_draw::text::digits;
 use serde::Serialize;
 
@@ -87,7 +87,35 @@ impl Asked {
 
     /// What became of it for each run, or each pair, that it is about.
     pub(super) fn check(&self, report: &Report) -> Vec<GateReport> {
+        let gone = report.left_out.iter().filter(|run| self.is_about(&run.name));
+        let failed = |run: &LeftOutReport| GateReport {
+            gate: self.text(),
+            run: run.name.clone(),
+            against: None,
+            score: None,
+            value: None,
+            limit: None,
+            unit: None,
+            passed: false,
+            reason: run.reason.clone(),
+        };
+        gone.map(failed).chain(self.check_scored(report)).collect()
+    }
+
+    /// Whether it fails where this run is not scored.
+    fn is_about(&self, run: &str) -> bool {
         match self {
+            Self::Limit(limit, _) => limit.run.as_ref().is_none_or(|name| name == run),
+            Self::Best(name) | Self::Unbeaten(name) => name == run,
+            Self::Same(pair) => pair.as_ref().is_none_or(|(a, b)| a == run || b == run),
+        }
+    }
+
+    fn check_scored(&self, report: &Report) -> Vec<GateReport> {
+        let is_gone = |name: &String| report.left_out.iter().any(|run| run.name == *name);
+        match self {
+            Self::Best(name) | Self::Unbeaten(name) if is_gone(name) => Vec::new(),
+            Self::Same(Some((a, b))) if is_gone(a) || is_gone(b) => Vec::new(),
             Self::Limit(limit, bound) => self.check_limit(limit, *bound, report),
             Self::Best(name) => self.check_pairs(name, report, |verdict| verdict.better() == Some(name)),
             Self::Unbeaten(name) => {

@@ -6,13 +6,13 @@ mod render;
 use std::io::Write;
 
 use clap::Args;
-use dmp_log::TrajectoryFormat;
 
 use crate::exit::Exit;
-use crate::extrinsic::{self, NamedExtrinsic};
+use crate::extrinsic::{self, Extrinsic};
 use crate::log_args::{LogArgs, Mapper};
-use crate::named::NamedFile;
+use crate::named::{Named, NamedFile};
 use crate::runs::Runs;
+use crate::trajectory_args::TrajectoryArgs;
 
 /// Tell what is in a log: topics, fields, scans, times, damage
 ///
@@ -31,15 +31,14 @@ pub(crate) struct InfoArgs {
     /// log, or `BAG:/odom` of another bag
     #[arg(short = 't', long = "trajectory", value_name = "[NAME=]RUN", help_heading = "Input")]
     trajectories: Vec<NamedFile>,
-    /// The format of the trajectories, where it is not to be found by looking: tum, kitti, euroc, npy, g2o or redwood
-    #[arg(long, value_name = "FORMAT", help_heading = "Input")]
-    trajectory_format: Option<TrajectoryFormat>,
+    #[command(flatten)]
+    reading: TrajectoryArgs,
     #[command(flatten)]
     log: LogArgs,
     /// With --made-with: where the sensor sat on the body, as identity, X,Y,Z,QX,QY,QZ,QW or calib:FILE
     #[arg(long, value_name = "EXTRINSIC", requires = "made_with")]
     #[arg(allow_hyphen_values = true, help_heading = "Place and time")]
-    extrinsic: Vec<NamedExtrinsic>,
+    extrinsic: Vec<Named<Extrinsic>>,
     /// Added to every stamp of the log before it is looked up in a trajectory, seconds
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = crate::score::parse::seconds_ns)]
     #[arg(allow_hyphen_values = true, help_heading = "Place and time")]
@@ -54,7 +53,7 @@ pub(crate) struct InfoArgs {
 
 pub(crate) fn run(arguments: &InfoArgs, out: &mut impl Write) -> anyhow::Result<Exit> {
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
-    let started = Runs::start(&files, arguments.trajectory_format)?;
+    let started = Runs::start(&files, &arguments.reading)?;
     let mapper = Mapper {
         body_from_sensor: extrinsic::of_mapper(&arguments.extrinsic)?,
         time_offset_ns: arguments.time_offset,

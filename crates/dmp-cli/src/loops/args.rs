@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use dmp::Config;
+use dmp_log::ScanLog;
 use dmp_loops::MapOptions;
 
 use super::weights::WeightArgs;
@@ -52,6 +53,10 @@ pub(crate) struct LoopsArgs {
     pub(super) reading: ReadingArgs,
     #[command(flatten)]
     pub(super) scans: ScanArgs,
+    /// Added to every stamp of the log before poses are looked up, seconds
+    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = crate::score::parse::seconds_ns)]
+    #[arg(allow_hyphen_values = true, help_heading = "Place and time")]
+    time_offset: i64,
     #[command(flatten)]
     pub(super) weights: WeightArgs,
 
@@ -83,7 +88,13 @@ pub(crate) struct LoopsArgs {
 
 impl LoopsArgs {
     pub(super) fn config(&self) -> Config {
-        self.scans.in_config(self.resources.in_config(Config::default()))
+        let config = self.scans.in_config(self.resources.in_config(Config::default()));
+        Config { time_offset_ns: self.time_offset, ..config }
+    }
+
+    /// Opens a log.
+    pub(super) fn open(&self, log: &Path) -> anyhow::Result<Box<dyn ScanLog>> {
+        Ok(self.reading.open(log, &self.scans.mapper(self.time_offset)?)?)
     }
 
     pub(super) fn map_options(&self) -> MapOptions {

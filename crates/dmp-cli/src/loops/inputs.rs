@@ -99,7 +99,7 @@ impl Inputs {
         let options = OptimiseOptions { loop_kernel: weights.kernel, ..OptimiseOptions::default() };
         let log = match &arguments.log {
             None => None,
-            Some(path) => Some(arguments.reading.open(path, &arguments.scans.mapper()?)?),
+            Some(path) => Some(arguments.open(path)?),
         };
         let graph = weights.of_graph(&file.graph)?;
         Ok(Self { graph, candidates, skipped: read.skipped, labels, stamps_ns, weights, options, log })

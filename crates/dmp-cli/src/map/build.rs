@@ -8,7 +8,6 @@ use anyhow::Context as _;
 use clap::Args;
 use dmp::{Config, MapSource, fuse_maps, map_of_cloud};
 use dmp_draw::text;
-use dmp_log::TrajectoryFormat;
 use dmp_map::Store;
 
 use crate::common::Common;
@@ -20,6 +19,7 @@ use crate::runs::{OpenedRuns, Runs};
 use crate::save::take_folder;
 use crate::score::parse;
 use crate::settings::{ResumeArgs, SettingsArgs};
+use crate::trajectory_args::TrajectoryArgs;
 
 /// Build a map from a log and a trajectory, or from a cloud or a mesh
 ///
@@ -36,9 +36,8 @@ pub(crate) struct BuildArgs {
     /// The trajectory of a log: as for `dmp score`. Without one, LOG is a cloud or a mesh
     #[arg(short = 't', long = "trajectory", value_name = "RUN", help_heading = "Input")]
     trajectory: Option<NamedFile>,
-    /// The format of the trajectory, where it is not to be found by looking: tum, kitti, euroc, npy or g2o
-    #[arg(long, value_name = "FORMAT", help_heading = "Input")]
-    trajectory_format: Option<TrajectoryFormat>,
+    #[command(flatten)]
+    reading: TrajectoryArgs,
     /// The unit of a cloud or mesh: `auto` (what the file says, else metres), `m`, `ft` or `us-ft`
     #[arg(long, value_name = "UNIT", default_value = "auto", help_heading = "Input")]
     map_unit: parse::AutoUnit,
@@ -71,7 +70,7 @@ fn from_log(
     config: &Config,
     common: &Common,
 ) -> anyhow::Result<(Store, bool)> {
-    let started = Runs::start(std::slice::from_ref(trajectory), arguments.trajectory_format)?;
+    let started = Runs::start(std::slice::from_ref(trajectory), &arguments.reading)?;
     let OpenedRuns { log, mut runs, damaged } =
         OpenedRuns::open(started, [MapSource::Fused], &arguments.log, &arguments.settings, common)?;
     // The map is made beside its place and takes its name when it is whole. The folder's name is one of the output's:

@@ -38,6 +38,9 @@ pub(crate) fn extrinsics(runs: &[LoadedRun], extrinsics: &[BodyFromSensor]) {
 fn run_in_words(run: &LoadedRun, log: &LogSummary) -> String {
     let pairing = match (log.span_ns, run.trajectory.stamps_ns()) {
         (Some(_), Some(_)) => "found by stamp",
+        (Some(_), None) => {
+            "the n-th pose for the n-th scan, at its stamp (else --pose-at start, middle or end)"
+        }
         _ => "the n-th pose for the n-th scan",
     };
     let poses = poses_in_words(&run.trajectory);

@@ -1,6 +1,7 @@
 //! `dmp score`: score and rank runs.
 
 pub(crate) mod announce;
+mod conventions;
 mod details;
 mod like;
 pub(crate) mod outputs;
@@ -17,7 +18,6 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, bail};
 use clap::Args;
 use dmp::{Config, Report, evaluate, evaluate_quick};
-use dmp_log::TrajectoryFormat;
 use serde::Serialize;
 
 use crate::common::Common;
@@ -29,6 +29,8 @@ use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::take_folder;
 use crate::settings::{ResumeArgs, SettingsArgs};
+use crate::trajectory_args::TrajectoryArgs;
+use conventions::ConventionArgs;
 use like::Like;
 use outputs::{OutputArgs, Recorder};
 use promise::PromiseArgs;
@@ -55,7 +57,7 @@ use sampling::SamplingArgs;
     dmp score kitti/07/ -t truth=poses/07.txt -t kiss=kiss.npy --extrinsic kiss=identity\n  \
     dmp score drive.mcap -t old.tum -t new.tum --expect-unbeaten new --fail-above new:R_cv_0.5=15cm\n  \
     dmp score drive.mcap -t today.tum --like monday.json --json > today.json\n\n\
-    Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged; 4 done, but a gate \
+    Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run was left out; 4 done, but a gate \
     failed, whether part of the log was lost or not."
 )]
 pub(crate) struct ScoreArgs {
@@ -65,9 +67,8 @@ pub(crate) struct ScoreArgs {
     #[arg(short = 't', long = "trajectory", value_name = "[NAME=]RUN", help_heading = "Input")]
     #[arg(required_unless_present = "more")]
     trajectories: Vec<NamedFile>,
-    /// The format of the trajectories, where it is not to be found by looking: tum, kitti, euroc, npy or g2o
-    #[arg(long, value_name = "FORMAT", help_heading = "Input")]
-    trajectory_format: Option<TrajectoryFormat>,
+    #[command(flatten)]
+    reading: TrajectoryArgs,
     /// A map to score against instead of the one fused from the scans: LAS, LAZ, PLY, PCD, a mesh in PLY or
     /// OBJ, or a saved map, in the world frame of the run NAME, or of all runs
     #[arg(long = "map", value_name = "[NAME=]FILE", help_heading = "Input")]
@@ -87,6 +88,8 @@ pub(crate) struct ScoreArgs {
     /// voxel, segments, ranges, vehicle, every N-th scan, price of a miss, range noise, sampled scans and confidence
     #[arg(long, value_name = "RESULT", conflicts_with_all = like::TAKEN, help_heading = "Input")]
     like: Option<PathBuf>,
+    #[command(flatten)]
+    conventions: ConventionArgs,
     #[command(flatten)]
     promise: PromiseArgs,
     #[command(flatten)]
@@ -140,7 +143,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     config.check()?;
     // What is short comes first, so that a mistake in it is told before a long log is read.
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
-    let started = Runs::start(&files, arguments.trajectory_format)?;
+    let started = Runs::start(&files, &arguments.reading)?;
     let maps = maps_of(&started.names(), &arguments.maps)?;
     let outputs = arguments.outputs.plan(&started.names(), &arguments.inputs())?;
     let gates = arguments.gates.start(&started.names())?;
@@ -152,23 +155,31 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     }
     let (report, damaged, recorded) = match arguments.sampling.quick() {
         None => {
-            let OpenedRuns { log, runs, damaged } =
-                OpenedRuns::open(started, maps, &arguments.log, &arguments.settings, common)?;
+            let opened = OpenedRuns::open(started, maps, &arguments.log, &arguments.settings, common)?;
+            let (OpenedRuns { log, runs, damaged }, vetted) =
+                arguments.conventions.vet(opened, arguments, &config, common)?;
             like.iter().try_for_each(|like| like.check_log(log.summary()))?;
             let (settings, means) = config.on(log.summary())?;
             if arguments.outputs.report.is_some() && !settings.scales.lengths().has_page {
                 bail!(Usage(outputs::page::no_page(settings.scales)));
             }
+            let outputs = match &vetted {
+                Some(vetted) => outputs.of_runs(&vetted.is_kept()),
+                None => outputs,
+            };
             let recorder = Recorder::new(outputs, log.as_ref(), &runs, (&settings, &means), common)?;
             let evaluated = evaluate(log.as_ref(), &runs, &config, (&recorder, &recorder));
+            let evaluated = evaluated.map(|report| conventions::told(report, vetted.as_ref()));
             let (report, recorded) = recorder.end(evaluated)?;
             (report, damaged, Some(recorded))
         }
         Some(share) => {
-            let OpenedRuns { log, runs, damaged } =
-                OpenedRuns::outline(started, &arguments.log, &arguments.settings, common)?;
+            let opened = OpenedRuns::outline(started, &arguments.log, &arguments.settings, common)?;
+            let (OpenedRuns { log, runs, damaged }, vetted) =
+                arguments.conventions.vet_outline(opened, &config, common)?;
             let config = Config { checkpoint_every: None, ..config };
             let report = evaluate_quick(&log, &runs, &config, share, &Progress::new(common))?;
+            let report = conventions::told(report, vetted.as_ref());
             // What is lost shows where it is read.
             let damaged = damaged || !report.inputs.damage.is_empty();
             (report, damaged, None)
@@ -182,7 +193,8 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
         (None, None) => Ok(()),
     };
     // Before the output, which somebody may stop reading.
-    let exit = gates.end(&report, &checked, if damaged { Exit::InputDamaged } else { Exit::Done })?;
+    let incomplete = damaged || !report.left_out.is_empty();
+    let exit = gates.end(&report, &checked, if incomplete { Exit::InputDamaged } else { Exit::Done })?;
     let printed = print(out, &report, &checked, arguments);
     // Scores are told also where files cannot be written.
     written?;

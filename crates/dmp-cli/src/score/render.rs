@@ -118,6 +118,9 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
         table.row(row(run.rank.clone(), &run.run.name, run.cells.clone(), error));
     }
     table.write(out, "")?;
+    for run in &report.left_out {
+        writeln!(out, "–  {}  left out", run.name)?;
+    }
     writeln!(out)?;
     let means = "RMS of measured minus predicted range, cut off at the length above; less is better";
     let scales = report.config.scales;

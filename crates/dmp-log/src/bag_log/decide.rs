@@ -31,6 +31,7 @@ impl BagLog {
     pub(super) fn take_time(&mut self, choice: TimeChoice) {
         self.summary.point_times = Some(choice.words.clone());
         self.summary.middle_ns = choice.middle_ns;
+        self.summary.sweep_ns = choice.sweep_ns;
         let (layouts, mut damage) = (&self.topic.layouts, DamageList::default());
         self.topic.entries.retain(|entry| {
             let layout = layouts.get(entry.layout as usize);

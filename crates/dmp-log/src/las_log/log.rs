@@ -74,6 +74,7 @@ impl LasLog {
             point_bytes: 32,
             point_times: Some("field `gps_time`: seconds on the clock of the stamps".into()),
             middle_ns: made_with.scan_period_ns / 2,
+            sweep_ns: [0, made_with.scan_period_ns],
             notes,
             damage: found.damage,
             fingerprint: fingerprint::of_file(path, &count).map_err(|e| LogError::io(path, "read", e))?,

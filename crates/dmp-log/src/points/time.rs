@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// A unit of time.
+/// A unit of time. As text (`FromStr`): `s`, `ms`, `us`, `ns`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TimeUnit {
     /// Seconds.
@@ -17,10 +17,11 @@ pub enum TimeUnit {
 }
 
 impl TimeUnit {
-    pub(super) const ALL: [Self; 4] =
-        [Self::Seconds, Self::Milliseconds, Self::Microseconds, Self::Nanoseconds];
+    /// Every unit.
+    pub const ALL: [Self; 4] = [Self::Seconds, Self::Milliseconds, Self::Microseconds, Self::Nanoseconds];
 
-    pub(super) fn in_ns(self) -> i64 {
+    /// Nanoseconds in it.
+    pub fn in_ns(self) -> i64 {
         match self {
             Self::Seconds => 1_000_000_000,
             Self::Milliseconds => 1_000_000,
@@ -29,7 +30,18 @@ impl TimeUnit {
         }
     }
 
-    pub(super) fn symbol(self) -> &'static str {
+    /// How many decimals a nanosecond has in it.
+    pub(crate) fn decimals_of_ns(self) -> i32 {
+        match self {
+            Self::Seconds => 9,
+            Self::Milliseconds => 6,
+            Self::Microseconds => 3,
+            Self::Nanoseconds => 0,
+        }
+    }
+
+    /// As it is written: `s`, `ms`, `us`, `ns`.
+    pub fn symbol(self) -> &'static str {
         match self {
             Self::Seconds => "s",
             Self::Milliseconds => "ms",
@@ -38,13 +50,23 @@ impl TimeUnit {
         }
     }
 
-    pub(super) fn name(self) -> &'static str {
+    /// In words, `seconds`.
+    pub fn name(self) -> &'static str {
         match self {
             Self::Seconds => "seconds",
             Self::Milliseconds => "milliseconds",
             Self::Microseconds => "microseconds",
             Self::Nanoseconds => "nanoseconds",
         }
+    }
+}
+
+impl FromStr for TimeUnit {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|unit| unit.symbol() == text);
+        found.ok_or_else(|| format!("`{text}` is no unit of time: it is s, ms, us or ns"))
     }
 }
 

@@ -16,6 +16,8 @@ pub(crate) struct TimeChoice {
     pub(crate) words: String,
     /// From the stamp to the middle of a scan, nanoseconds.
     pub(crate) middle_ns: i64,
+    /// From the stamp to the first and to the last return, nanoseconds.
+    pub(crate) sweep_ns: [i64; 2],
 }
 
 /// The frames to look at: the first three, the middle and the last with returns.
@@ -169,11 +171,12 @@ pub(crate) fn place_stamp(
     let stamp = if from_start { format!(", the stamp is its {}", at.name()) } else { String::new() };
     let span = if seen.is_empty() { String::new() } else { format!(", a scan spans {:.4} s", span_ns / 1e9) };
     let words = format!("field `{field}`: {}, {evidence}{span}{stamp}", rule.words());
-    Ok(TimeChoice { field: field.into(), rule, words, middle_ns: middle_ns(rule, seen) })
+    let (middle_ns, sweep_ns) = sweep_of(rule, seen);
+    Ok(TimeChoice { field: field.into(), rule, words, middle_ns, sweep_ns })
 }
 
-/// From the stamp to the middle of a scan, from the first and the last of the returns looked at.
-fn middle_ns(rule: TimeRule, seen: &[FieldExtremes]) -> i64 {
+/// From the stamp to the middle of a scan, and to the first and the last of the returns looked at.
+fn sweep_of(rule: TimeRule, seen: &[FieldExtremes]) -> (i64, [i64; 2]) {
     let unit_ns = rule.unit.in_ns() as f64;
     let from_stamp = |scan: &FieldExtremes, value: f64| match rule.origin {
         Origin::Stamp => value * unit_ns,
@@ -183,5 +186,9 @@ fn middle_ns(rule: TimeRule, seen: &[FieldExtremes]) -> i64 {
     let first_ns = seen.iter().map(|scan| from_stamp(scan, scan.smallest)).fold(f64::INFINITY, f64::min);
     let last_ns = seen.iter().map(|scan| from_stamp(scan, scan.largest)).fold(f64::NEG_INFINITY, f64::max);
     let middle_ns = 0.5 * (first_ns + last_ns);
-    if middle_ns.is_finite() { (middle_ns.round() as i64).saturating_add(rule.shift_ns) } else { 0 }
+    if !middle_ns.is_finite() {
+        return (0, [0; 2]);
+    }
+    let from_stamp_ns = |ns: f64| (ns.round() as i64).saturating_add(rule.shift_ns);
+    (from_stamp_ns(middle_ns), [first_ns, last_ns].map(from_stamp_ns))
 }

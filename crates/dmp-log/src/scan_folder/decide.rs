@@ -23,6 +23,7 @@ impl ScanFolder {
                 }
                 self.summary.point_times = Some(beside.words.clone());
                 self.summary.middle_ns = beside.middle_ns;
+                self.summary.sweep_ns = beside.sweep_ns;
                 self.time = Some(Times::Beside(beside));
             }
             return Ok(());
@@ -48,6 +49,7 @@ impl ScanFolder {
         }
         self.summary.point_times = Some(choice.words.clone());
         self.summary.middle_ns = choice.middle_ns;
+        self.summary.sweep_ns = choice.sweep_ns;
         let (layouts, mut damage) = (&self.layouts, DamageList::default());
         self.entries.retain(|entry| {
             let layout = layouts.get(entry.layout);

@@ -22,6 +22,8 @@ pub(super) struct Beside {
     pub(super) words: String,
     /// From the stamp to the middle of a scan, nanoseconds.
     pub(super) middle_ns: i64,
+    /// From the stamp to the first and to the last return, nanoseconds.
+    pub(super) sweep_ns: [i64; 2],
 }
 
 /// The folder with times of the scans in `folder`.
@@ -64,7 +66,13 @@ impl Beside {
         let evidence = if given.is_some() { "as was said" } else { "as such files have them" };
         let choice = place_stamp(&folder, "times/*.f32", rule, options.stamp_at, &seen, evidence)?;
         notes.push(format!("a time for each point from {}", folder.display()));
-        Ok(Some(Self { folder, rule: choice.rule, words: choice.words, middle_ns: choice.middle_ns }))
+        Ok(Some(Self {
+            folder,
+            rule: choice.rule,
+            words: choice.words,
+            middle_ns: choice.middle_ns,
+            sweep_ns: choice.sweep_ns,
+        }))
     }
 }
 

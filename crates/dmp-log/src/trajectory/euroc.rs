@@ -2,7 +2,8 @@
 
 use super::error::TrajectoryParseError;
 use super::numbers::{pose_of, values};
-use crate::decimal::shorten;
+use crate::TimeUnit;
+use crate::decimal::{shorten, to_ns};
 use crate::text::lines;
 use crate::{ParseError, PlaceInFile};
 use dmp_sensor::{Trajectory, TrajectoryRepairs};
@@ -18,18 +19,27 @@ pub(super) const COLUMNS: usize = 8;
 /// In the first line that has fewer or other columns than the first, a stamp that is no whole number of
 /// nanoseconds, and as [`parse_tum`](super::parse_tum).
 pub fn parse_euroc(bytes: &[u8]) -> Result<TrajectoryRepairs, TrajectoryParseError> {
+    parse_euroc_in(bytes, TimeUnit::Nanoseconds)
+}
+
+/// The same with stamps in this unit.
+pub(super) fn parse_euroc_in(
+    bytes: &[u8],
+    unit: TimeUnit,
+) -> Result<TrajectoryRepairs, TrajectoryParseError> {
     let mut poses = Vec::new();
     let mut width = None;
     for line in lines(bytes) {
         let (place, columns) = line?;
         let values = row(place, &columns, &mut width)?;
         let stamp = columns.first().copied().unwrap_or_default();
-        let stamp_ns = stamp.parse::<i64>().map_err(|_| {
-            ParseError::new(
-                place,
-                format!("the stamp `{}` is no whole number of nanoseconds", shorten(stamp)),
-            )
-        })?;
+        let stamp_ns = match unit {
+            TimeUnit::Nanoseconds => stamp
+                .parse::<i64>()
+                .map_err(|_| format!("the stamp `{}` is no whole number of nanoseconds", shorten(stamp))),
+            unit => to_ns(stamp, unit),
+        };
+        let stamp_ns = stamp_ns.map_err(|problem| ParseError::new(place, problem))?;
         let [_, x, y, z, qw, qx, qy, qz] = values;
         poses.push((stamp_ns, pose_of(place, [x, y, z], [qx, qy, qz, qw])?));
     }

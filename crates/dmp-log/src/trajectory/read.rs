@@ -1,17 +1,17 @@
 //! Reading a trajectory in a file of any format.
 
 use super::error::TrajectoryParseError;
-use super::euroc::parse_euroc;
+use super::euroc::parse_euroc_in;
 use super::format::{TrajectoryFormat, find_format, no_poses};
 use super::g2o::{GraphVertices, parse_g2o};
 use super::kitti::parse_kitti;
 use super::npy::parse_npy;
 use super::redwood::parse_redwood_log;
 use super::stamps;
-use super::tum::parse_tum;
+use super::tum::{parse_tum_in, unit_of_large_stamps};
 use crate::reads::ReadCount;
 use crate::text::{is_cut, read_text};
-use crate::{LogError, fingerprint};
+use crate::{LogError, TimeUnit, fingerprint};
 use dmp_sensor::{Trajectory, TrajectoryRepairs};
 use std::path::Path;
 
@@ -52,14 +52,20 @@ pub struct TrajectoryFile {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn read_trajectory(path: &Path) -> Result<TrajectoryFile, LogError> {
-    read_trajectory_as(path, None)
+    read_trajectory_as(path, None, None)
 }
 
-/// As [`read_trajectory`], in this format where one is given.
+/// As [`read_trajectory`], in this format and with stamps in this unit where they are given. Without a unit stamps are in
+/// that of the format, seconds for TUM and nanoseconds for EuRoC; those of TUM that no second of our days has are taken
+/// for what they must be, and that is noted.
 ///
 /// # Errors
-/// As [`read_trajectory`].
-pub fn read_trajectory_as(path: &Path, format: Option<TrajectoryFormat>) -> Result<TrajectoryFile, LogError> {
+/// As [`read_trajectory`], and when a unit is given for a format without stamps.
+pub fn read_trajectory_as(
+    path: &Path,
+    format: Option<TrajectoryFormat>,
+    unit: Option<TimeUnit>,
+) -> Result<TrajectoryFile, LogError> {
     let bytes = read_bytes(path)?;
     let fingerprint =
         fingerprint::of_file(path, &ReadCount::default()).map_err(|e| LogError::io(path, "read", e))?;
@@ -73,8 +79,20 @@ pub fn read_trajectory_as(path: &Path, format: Option<TrajectoryFormat>) -> Resu
         error => error.in_file(path),
     };
     let repairs = match format {
-        TrajectoryFormat::Tum => parse_tum(&bytes).map_err(in_file)?,
-        TrajectoryFormat::Euroc => parse_euroc(&bytes).map_err(in_file)?,
+        TrajectoryFormat::Tum => {
+            let found = unit.is_none().then(|| unit_of_large_stamps(&bytes)).flatten();
+            if let Some(found) = found {
+                notes.push(format!("stamps in {}: as seconds they are beyond the year 2262", found.name()));
+            }
+            parse_tum_in(&bytes, unit.or(found).unwrap_or(TimeUnit::Seconds)).map_err(in_file)?
+        }
+        TrajectoryFormat::Euroc => {
+            parse_euroc_in(&bytes, unit.unwrap_or(TimeUnit::Nanoseconds)).map_err(in_file)?
+        }
+        _ if unit.is_some() => {
+            let problem = format!("a unit of time was given, but a {} file has no stamps", format.name());
+            return Err(LogError::Option { path: path.to_owned(), problem });
+        }
         TrajectoryFormat::Kitti => {
             stamps::from_times_beside(path, parse_kitti(&bytes).map_err(in_file)?, &mut notes)?
         }

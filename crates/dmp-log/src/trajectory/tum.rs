@@ -2,11 +2,16 @@
 
 use super::error::TrajectoryParseError;
 use super::numbers::{numbers, pose_of};
-use crate::decimal::{ns_to_seconds, seconds_to_ns};
+use crate::TimeUnit;
+use crate::decimal::{ns_to_seconds, to_ns};
 use crate::text::lines;
 use crate::{ParseError, PlaceInFile};
 use dmp_sensor::{Isometry3, Trajectory, TrajectoryRepairs};
 use std::io::{self, Write};
+
+/// The last second that nanoseconds in 64 bits can tell, and the years 1990 to 2100.
+const YEAR_2262_S: f64 = 9_223_372_036.0;
+const OUR_DAYS_NS: std::ops::Range<i64> = 631_152_000_000_000_000..4_102_444_800_000_000_000;
 
 /// Parses the TUM format: lines of `stamp tx ty tz qx qy qz qw`, `world_from_body`. Stamps are read to
 /// the nanosecond; quaternions within 10 % of unit length are normalised.
@@ -15,18 +20,36 @@ use std::io::{self, Write};
 /// In the first line that has another number of columns, something that is no finite number, a
 /// quaternion that is no rotation, a position 10⁸ m away; and as [`Trajectory::stamped`].
 pub fn parse_tum(bytes: &[u8]) -> Result<TrajectoryRepairs, TrajectoryParseError> {
+    parse_tum_in(bytes, TimeUnit::Seconds)
+}
+
+/// The same with stamps in this unit.
+pub(super) fn parse_tum_in(bytes: &[u8], unit: TimeUnit) -> Result<TrajectoryRepairs, TrajectoryParseError> {
     let mut poses = Vec::new();
     for line in lines(bytes) {
         let (place, columns) = line?;
-        poses.push(parse_line(place, &columns)?);
+        poses.push(parse_line(place, &columns, unit)?);
     }
     Ok(Trajectory::stamped(poses)?)
 }
 
-fn parse_line(place: PlaceInFile, columns: &[&str]) -> Result<(i64, Isometry3<f64>), ParseError> {
+/// The unit in which the first stamp lies in our days, where it is too large a number of seconds for any.
+pub(super) fn unit_of_large_stamps(bytes: &[u8]) -> Option<TimeUnit> {
+    let (_, columns) = lines(bytes).next()?.ok()?;
+    let stamp =
+        columns.first().copied().filter(|stamp| stamp.parse::<f64>().is_ok_and(|s| s > YEAR_2262_S))?;
+    let in_our_days = |&unit: &TimeUnit| to_ns(stamp, unit).is_ok_and(|ns| OUR_DAYS_NS.contains(&ns));
+    TimeUnit::ALL.into_iter().find(in_our_days)
+}
+
+fn parse_line(
+    place: PlaceInFile,
+    columns: &[&str],
+    unit: TimeUnit,
+) -> Result<(i64, Isometry3<f64>), ParseError> {
     let [_, tx, ty, tz, qx, qy, qz, qw] = numbers::<8>(place, columns, "stamp tx ty tz qx qy qz qw")?;
     let stamp = columns.first().copied().unwrap_or_default();
-    let stamp_ns = seconds_to_ns(stamp).map_err(|problem| ParseError::new(place, problem))?;
+    let stamp_ns = to_ns(stamp, unit).map_err(|problem| ParseError::new(place, problem))?;
     Ok((stamp_ns, pose_of(place, [tx, ty, tz], [qx, qy, qz, qw])?))
 }
 

@@ -144,7 +144,7 @@ fn a_format_that_is_given_is_not_looked_for() {
     // Stamps of a simulation, in nanoseconds: to the eye this is TUM.
     fs::write(&path, "5000,1,2,3,0.5,0.5,0.5,0.5\n").unwrap();
     assert_eq!(read_trajectory(&path).unwrap().format, TrajectoryFormat::Tum);
-    let given = |word: &str| read_trajectory_as(&path, Some(word.parse().unwrap()));
+    let given = |word: &str| read_trajectory_as(&path, Some(word.parse().unwrap()), None);
     let read = given("euroc").unwrap();
     assert_eq!((read.format, read.trajectory.stamps_ns()), (TrajectoryFormat::Euroc, Some(&[5000][..])));
     assert_says(&given("kitti").unwrap_err().to_string(), &["run.csv: line 1: 8 columns, expected 12"]);

@@ -1,4 +1,4 @@
-//! What holds for all places: the vehicle, the voxels; and whether log and runs belong together.
+//! What holds for all places: the vehicle, the voxels.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,6 @@ use crate::plan::{BLOCK_RETURNS, BLOCK_SCANS, BLOCKS, Plan, Survey, block_of, sp
 use crate::progress::Progress;
 use crate::run_state::RunState;
 use crate::sample::Looks;
-use crate::sanity::Doubts;
 use crate::settings::Settings;
 use crate::sink::ScoredPlace;
 
@@ -33,7 +32,7 @@ pub(super) fn bytes(outline: &LogOutline) -> u64 {
 /// What holds for all places.
 pub(super) struct Surveyed<'a> {
     pub(super) plan: Plan,
-    /// The runs, with what is likely wrong with them.
+    /// The runs.
     pub(super) runs: Vec<RunState<'a, Option<Store>>>,
     /// Returns of the largest scan that was looked at.
     pub(super) largest_scan: u64,
@@ -66,12 +65,11 @@ pub(super) fn look<'a>(
     let passes: Vec<Vec<PlannedFrame>> = passes.iter().map(|pass| held.of(pass)).collect();
     let passes: Vec<&[PlannedFrame]> = passes.iter().map(Vec::as_slice).collect();
     let blocks: Vec<&[PlannedFrame]> = passes.iter().map(|pass| block_of(pass)).collect();
-    let mut runs: Vec<_> = scans.runs().iter().map(|run| run.like(None)).collect();
+    let runs: Vec<_> = scans.runs().iter().map(|run| run.like(None)).collect();
     let voxel =
         Survey { log: &held.log, settings, progress }.voxel(settings.voxel_m, &blocks, &runs, &filter)?;
     let (selection, segments) = (drive.selection.clone(), drive.segments.clone());
     let plan = Plan { selection, segments, filter, voxel, looks };
-    Doubts { log: &held.log, plan: &plan, settings, progress }.look(&passes, &mut runs, |_| None)?;
     Ok(Surveyed { plan, runs, largest_scan })
 }
 

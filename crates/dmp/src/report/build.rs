@@ -103,6 +103,7 @@ impl Findings<'_> {
                 returns_left_out: fused.left_out,
             }),
             runs: (0..runs.len()).map(|run| self.run(run)).collect(),
+            left_out: Vec::new(),
             order: ranked.iter().map(|ranked| name(ranked.run)).collect(),
             ties,
             pairs: pairs.iter().map(|pair| self.pair(pair)).collect(),
@@ -215,6 +216,9 @@ impl Findings<'_> {
                 },
                 world_from_own: seven(&state.own_from_world.inverse()),
                 pairing: state.poses.pairing,
+                pose_at: run.pose_at,
+                conventions: None,
+                time_offset_s: settings.time_offset_ns(run) as f64 / 1e9,
                 max_time_gap_s: state.poses.max_gap_ns as f64 / 1e9,
                 scans_without_pose: state.scans_without_pose,
                 map: match &run.map {

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::conventions::LeftOutReport;
 use super::effort::{MemoryReport, PassTimes, TileReport};
 use super::inputs::InputReport;
 use super::pair::PairReport;
@@ -26,6 +27,9 @@ pub struct Report {
     pub free_space: Option<FreeSpaceReport>,
     /// The runs, in the order given.
     pub runs: Vec<RunReport>,
+    /// Runs that were given too and are no part of what is compared.
+    #[serde(default)]
+    pub left_out: Vec<LeftOutReport>,
     /// Names of the runs, best first.
     pub order: Vec<String>,
     /// Neighbours of that order between which nothing is decided.

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::conventions::ConventionsReport;
+use crate::clock::PoseAt;
 use crate::pairing::Pairing;
 
 /// What was read, used and dropped.
@@ -68,6 +70,15 @@ pub struct RunInputReport {
     pub world_from_own: [f64; 7],
     /// How its poses are found.
     pub pairing: Pairing,
+    /// At which instant of its scan a pose holds whose stamp is the scan's.
+    #[serde(default)]
+    pub pose_at: PoseAt,
+    /// What was added to the log's stamps before they were looked up in its trajectory, seconds.
+    #[serde(default)]
+    pub time_offset_s: f64,
+    /// What the scans say of its clock and mounting; null where nobody looked.
+    #[serde(default)]
+    pub conventions: Option<ConventionsReport>,
     /// Longest gap between poses that is interpolated over, seconds.
     pub max_time_gap_s: f64,
     /// Scans without a pose in this run.

@@ -3,6 +3,7 @@
 mod answers;
 mod build;
 mod contents;
+mod conventions;
 mod effort;
 mod ego;
 mod inputs;
@@ -20,6 +21,7 @@ mod withheld;
 
 pub use answers::Best;
 pub use contents::Report;
+pub use conventions::{ConventionsReport, EstimateReport, LeftOutReport};
 pub use effort::{MemoryReport, PassTimes, TileReport};
 pub use ego::EgoReport;
 pub use inputs::{DropReport, InputReport, RunInputReport};

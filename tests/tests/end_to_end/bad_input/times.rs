@@ -226,7 +226,7 @@ fn row_17_clocks_that_differ_are_told_with_the_offset_that_helps() {
         save_tum(&path.join(format!("own/{name}.tum")), &shifted.trajectory);
     }
     let runs = "-t own/truth.tum -t own/drift.tum";
-    let words = ["run `truth`: 0 of 24 scans have a pose", "s apart", "--time-offset -1600000000.000"];
+    let words = ["run `truth`: 0 of 24 scans have a pose", "s apart", "--time-offset truth=-1600000000.000"];
     refused(path, &format!("score town.mcap {runs}"), 1, &words);
     let report = scored(path, &format!("score town.mcap {runs} --time-offset -1600000000"), 0);
     assert_close(&report, &wanted, 1e-9);

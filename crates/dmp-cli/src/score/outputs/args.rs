@@ -43,6 +43,15 @@ pub(crate) struct Outputs {
     pub(super) page: Option<PathBuf>,
 }
 
+impl Outputs {
+    /// What is left of it when only these runs are scored.
+    pub(crate) fn of_runs(mut self, is_kept: &[bool]) -> Self {
+        let mut kept = is_kept.iter();
+        self.residuals.retain(|_| kept.next().copied().unwrap_or(false));
+        self
+    }
+}
+
 impl OutputArgs {
     /// Says what is to be written for runs of these names. What cannot be written is told here, before a long log is
     /// read: an unknown extension, a folder that is not there, a file that is an input or another output.

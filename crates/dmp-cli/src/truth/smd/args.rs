@@ -7,7 +7,8 @@ use dmp::Config;
 use dmp_log::PointTime;
 use dmp_truth::surface::SurfaceSettings;
 
-use crate::extrinsic::NamedExtrinsic;
+use crate::extrinsic::Extrinsic;
+use crate::named::Named;
 use crate::named::NamedFile;
 use crate::parse::length_m;
 use crate::score::parse;
@@ -76,7 +77,7 @@ pub(crate) struct SmdArgs {
     /// Where the sensor sits on the body that the trajectories move, as for dmp score
     #[arg(long, value_name = "[NAME=]EXTRINSIC")]
     #[arg(allow_hyphen_values = true, help_heading = "Maps fused from a log")]
-    pub(super) extrinsic: Vec<NamedExtrinsic>,
+    pub(super) extrinsic: Vec<Named<Extrinsic>>,
     /// Edge of a voxel, metres; `auto` takes 0.2, 0.3 or 0.5 m by the density of the scans, of a
     /// depth camera 0.02, 0.03 or 0.05 m
     #[arg(long, value_name = "METRES", default_value = "auto", help_heading = "Maps fused from a log")]

@@ -12,6 +12,7 @@ use dmp_truth::surface::{
 use dmp_truth::trajectory::rigid_alignment;
 
 use super::args::SmdArgs;
+use crate::clock_args::RunClock;
 use crate::common::Common;
 use crate::exit::Usage;
 use crate::extrinsic;
@@ -20,6 +21,7 @@ use crate::named::NamedFile;
 use crate::progress::Progress;
 use crate::runs::{self, Runs};
 use crate::score::announce;
+use crate::trajectory_args::TrajectoryArgs;
 
 /// Every map against the reference.
 #[derive(Debug)]
@@ -121,7 +123,7 @@ impl Bench<'_> {
                 );
             }
         };
-        let started = Runs::start(files, None)?;
+        let started = Runs::start(files, &TrajectoryArgs::default())?;
         let (topic, point_time) = (arguments.topic.clone(), arguments.point_time);
         let options = LogOptions { topic, point_time, ..LogOptions::default() };
         let log = open_log(&arguments.map, &options)?;
@@ -138,7 +140,10 @@ impl Bench<'_> {
             announce::extrinsics(&loaded, &extrinsics);
         }
         let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
-        let runs = runs::to_score(loaded, std::iter::repeat(MapSource::Fused), extrinsics);
+        let runs = {
+            let clocks = std::iter::repeat(RunClock::default());
+            runs::to_score(loaded, std::iter::repeat(MapSource::Fused), extrinsics, clocks)
+        };
         let maps = fuse_maps(log.as_ref(), &runs, config, self.progress)?;
         let mut measured = Vec::new();
         for ((name, store), reference_from_map) in maps.iter().zip(moves) {

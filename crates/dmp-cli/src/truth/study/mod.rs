@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use clap::Args;
 use dmp::MapSource;
-use dmp_log::{LogError, TrajectoryFormat, is_mesh, read_cloud, read_mesh, read_trajectory};
+use dmp_log::{LogError, is_mesh, read_cloud, read_mesh, read_trajectory};
 use dmp_study::peers::PeerOptions;
 use dmp_study::{ReferenceSurface, Study, StudyError, StudyOptions, TruthOptions, plots_of, study};
 use dmp_truth::surface::Reference;
@@ -24,6 +24,7 @@ use crate::runs::{OpenedRuns, Runs};
 use crate::save::save_text;
 use crate::score::announce;
 use crate::settings::SettingsArgs;
+use crate::trajectory_args::TrajectoryArgs;
 
 /// Every score of several runs beside ground truth, and how well they rank alike
 ///
@@ -44,9 +45,8 @@ pub(crate) struct StudyArgs {
     #[arg(short = 't', long = "trajectory", value_name = "[NAME=]RUN", help_heading = "Input")]
     #[arg(required_unless_present = "more")]
     trajectories: Vec<NamedFile>,
-    /// The format of the trajectories, where it is not to be found by looking: tum, kitti, euroc, npy or g2o
-    #[arg(long, value_name = "FORMAT", help_heading = "Input")]
-    trajectory_format: Option<TrajectoryFormat>,
+    #[command(flatten)]
+    reading: TrajectoryArgs,
     /// The true trajectory of the same body, in a world of its own
     #[arg(long, value_name = "FILE", help_heading = "Input")]
     reference: PathBuf,
@@ -114,7 +114,7 @@ pub(crate) fn run(arguments: &StudyArgs, common: &Common, out: &mut impl Write) 
     let config = arguments.settings.config();
     config.check()?;
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
-    let started = Runs::start(&files, arguments.trajectory_format)?;
+    let started = Runs::start(&files, &arguments.reading)?;
     let reference = read_trajectory(&arguments.reference)?;
     // Told before the log is read, not after.
     if let Some(path) = arguments.reference_map.as_ref().filter(|path| !path.exists()) {

@@ -1,0 +1,116 @@
+//! When and where a run's poses hold, by the scans themselves.
+//!
+//! A SLAM system's poses come with conventions: the instant of the scan that a pose belongs to, a clock, the body that moves,
+//! where the sensor sits on it, and whether the points of a scan were already brought to one instant. A wrong guess makes a
+//! right map thick. [`calibrate`] looks for the errors with which the planes that several scans see become thinnest, says how
+//! well each is known, and which of them the scans do not show: height over flat ground, time on a straight road at even
+//! speed.
+//!
+//! Nothing here reads a file. The bits of every result are the same for any number of threads.
+
+mod axis;
+mod fit;
+mod mount;
+mod planes;
+mod sample;
+mod together;
+
+use dmp_reduce::Confidence;
+use dmp_sensor::Isometry3;
+
+pub use axis::Axis;
+use axis::{AXES, Vector};
+use fit::{Fitted, fit};
+pub use mount::Mount;
+pub use sample::{Block, scans_of_block};
+pub use together::{Order, Together, together};
+
+/// One number that was looked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// Which.
+    pub axis: Axis,
+    /// What it is, in the unit of the axis: seconds, radians, metres.
+    pub value: f64,
+    /// Half of its interval: what is true lies within so much of it.
+    pub half: f64,
+    /// Whether the scans show it.
+    pub is_seen: bool,
+    /// Whether it is surely not what was given, 0 or of [`Axis::Sweep`] 1, and by enough to be worth a word: 2 ms, 0.3 of a
+    /// sweep, 0.05°, 1 cm.
+    pub is_off: bool,
+}
+
+/// What was found of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibration {
+    /// Every number, in the order of [`Axis::ALL`], all looked for together.
+    pub estimates: [Estimate; AXES],
+    /// Thickness of the planes as the run was given, metres: the root of the mean square distance.
+    pub before_m: f64,
+    /// The same with what is surely off put right.
+    pub after_m: f64,
+    /// What to put right: those that are off, looked for alone; the others are 0 (of [`Axis::Sweep`], 1).
+    pub mended: [f64; AXES],
+}
+
+impl Calibration {
+    /// What was found of one number.
+    pub fn of(&self, axis: Axis) -> Estimate {
+        self.estimates[axis as usize]
+    }
+
+    /// Those that are surely off.
+    pub fn off(&self) -> impl Iterator<Item = Estimate> {
+        self.estimates.into_iter().filter(|estimate| estimate.is_off)
+    }
+
+    /// What to put right of the mounting: `given_from_true` of the sensor, to be put behind `body_from_sensor`.
+    pub fn sensor_motion(&self) -> Isometry3<f64> {
+        let [_, _, roll, pitch, yaw, x, y, z] = self.mended;
+        Isometry3::new(nalgebra::Vector3::new(x, y, z), nalgebra::Vector3::new(roll, pitch, yaw))
+    }
+}
+
+/// Looks for errors of time and mounting by the scans of some blocks; `metre_m` is how long what is a metre on a drive is here.
+/// Times of returns are looked at where `sweeps`. `None` where the scans have no planes in common.
+///
+/// Takes time with the returns of all blocks, about a microsecond each.
+pub fn calibrate(
+    blocks: &[Block],
+    mount: &Mount<'_>,
+    metre_m: f64,
+    sweeps: bool,
+    confidence: Confidence,
+) -> Option<Calibration> {
+    let mut free = [true; AXES];
+    free[Axis::Sweep as usize] = sweeps;
+    let all = fit(blocks, mount, metre_m, free, Vector::zeros(), confidence)?;
+    let value = |k: usize, steps: f64| {
+        let axis = Axis::ALL[k];
+        steps * axis.step(metre_m) + axis.as_given()
+    };
+    let is_seen = |k: usize| free[k] && all.half_steps[k] <= Axis::ALL[k].seen_within_steps();
+    let off: [bool; AXES] = std::array::from_fn(|k| {
+        is_seen(k) && all.steps[k].abs() > all.half_steps[k].max(Axis::ALL[k].worth_steps())
+    });
+    let alone = if off.contains(&true) {
+        let start = Vector::from_fn(|k, _| if off[k] { all.steps[k] } else { 0.0 });
+        fit(blocks, mount, metre_m, off, start, confidence)?
+    } else {
+        Fitted { steps: Vector::zeros(), after_m2: all.before_m2, ..all.clone() }
+    };
+    let estimates = std::array::from_fn(|k| Estimate {
+        axis: Axis::ALL[k],
+        value: value(k, all.steps[k]),
+        half: all.half_steps[k] * Axis::ALL[k].step(metre_m),
+        is_seen: is_seen(k),
+        is_off: off[k],
+    });
+    Some(Calibration {
+        estimates,
+        before_m: alone.before_m2.sqrt(),
+        after_m: alone.after_m2.sqrt(),
+        mended: std::array::from_fn(|k| value(k, alone.steps[k])),
+    })
+}

@@ -1,0 +1,101 @@
+//! Where the sensor is, and what that changes with what is looked for.
+
+use dmp_sensor::{Isometry3, Track, Trajectory, Translation3, UnitQuaternion, Vector3};
+
+use crate::axis::{AXES, Axis, Vector};
+
+/// A run's poses on the log's clock, and where the sensor sits on the body that they move.
+#[derive(Debug, Clone, Copy)]
+pub struct Mount<'a> {
+    /// The poses.
+    pub trajectory: &'a Trajectory,
+    /// Where the sensor sits.
+    pub body_from_sensor: Isometry3<f64>,
+    /// Poses further apart are not interpolated between, nanoseconds.
+    pub max_gap_ns: i64,
+}
+
+/// The errors that are tried, in units of [`Axis::step`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Trial<'a> {
+    track: Track<'a>,
+    later_s: f64,
+    sweep: f64,
+    /// To either side of an instant, for the velocity there, seconds.
+    half_s: f64,
+}
+
+/// The sensor at one instant.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Moment {
+    world_from_sensor: Isometry3<f64>,
+    before: Isometry3<f64>,
+    after: Isometry3<f64>,
+    per_s: f64,
+}
+
+impl<'a> Trial<'a> {
+    pub(crate) fn new(mount: &Mount<'a>, steps: &Vector, metre_m: f64) -> Self {
+        let value = |k: usize| steps[k] * Axis::ALL[k].step(metre_m);
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(value(2), value(3), value(4)));
+        let shift_m = Vector3::new(value(5), value(6), value(7));
+        let body_from_sensor =
+            mount.body_from_sensor * Isometry3::from_parts(Translation3::from(shift_m), turn);
+        // Between poses the velocity is that from one to the next; over a whole interval noise of single poses weighs
+        // as much on one side as on the other.
+        let stamps_ns = mount.trajectory.stamps_ns().unwrap_or_default();
+        let mut gaps_ns: Vec<i64> =
+            stamps_ns.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
+        gaps_ns.sort_unstable();
+        let usual_s = gaps_ns.get(gaps_ns.len() / 2).map_or(0.0, |&ns| ns as f64 / 1e9);
+        Self {
+            track: Track::new(mount.trajectory, body_from_sensor, mount.max_gap_ns),
+            later_s: value(0),
+            sweep: 1.0 + value(1),
+            half_s: (0.5 * usual_s).clamp(0.005, 0.1),
+        }
+    }
+
+    /// The sensor when it measured a return so long after the stamp of its scan; `None` where the run does not say.
+    pub(crate) fn at(&self, stamp_ns: i64, after_ns: i64) -> Option<Moment> {
+        let after_s = self.sweep * (after_ns as f64 / 1e9) + self.later_s;
+        let at = |s: f64| self.track.world_from_sensor_at(stamp_ns.checked_add((s * 1e9).round() as i64)?);
+        Some(Moment {
+            world_from_sensor: at(after_s)?,
+            before: at(after_s - self.half_s)?,
+            after: at(after_s + self.half_s)?,
+            per_s: 0.5 / self.half_s,
+        })
+    }
+}
+
+impl Moment {
+    pub(crate) fn place(&self, in_sensor_m: &Vector3<f64>) -> Vector3<f64> {
+        self.world_from_sensor.translation.vector + self.world_from_sensor.rotation * in_sensor_m
+    }
+
+    /// How far a return moves along `normal` with one unit of each axis.
+    pub(crate) fn gradient(
+        &self,
+        in_sensor_m: &Vector3<f64>,
+        after_ns: i64,
+        normal: &Vector3<f64>,
+        metre_m: f64,
+    ) -> [f64; AXES] {
+        let whole = |pose: &Isometry3<f64>| pose.translation.vector + pose.rotation * in_sensor_m;
+        let per_s = normal.dot(&(whole(&self.after) - whole(&self.before))) * self.per_s;
+        let in_sensor = self.world_from_sensor.rotation.inverse() * normal;
+        let turned = in_sensor_m.cross(&in_sensor);
+        let [time, sweep, angle, .., length] = Axis::ALL.map(|axis| axis.step(metre_m));
+        [
+            per_s * time,
+            per_s * (after_ns as f64 / 1e9) * sweep,
+            turned.x * angle,
+            turned.y * angle,
+            turned.z * angle,
+            in_sensor.x * length,
+            in_sensor.y * length,
+            in_sensor.z * length,
+        ]
+    }
+}

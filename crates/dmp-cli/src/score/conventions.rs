@@ -1,0 +1,80 @@
+//! Wrong conventions: found, told and put right before runs are scored.
+
+use clap::Args;
+use dmp::{Config, Report, Vetted, vet, vet_outline};
+use dmp_log::{LogOutline, ScanLog};
+
+use super::ScoreArgs;
+use crate::common::Common;
+use crate::exit::option_of;
+use crate::progress::Progress;
+use crate::runs::OpenedRuns;
+
+/// What is done about wrong conventions.
+#[derive(Debug, Args)]
+pub(crate) struct ConventionArgs {
+    /// Put right what is surely wrong with the clock, the mounting or the reading of a run, found by a few scans; without it
+    /// that is told, with the option that puts it right
+    #[arg(long, help_heading = "Place and time")]
+    mend: bool,
+    /// Do not look for what is wrong with runs, and leave none out
+    #[arg(long, conflicts_with = "mend", help_heading = "Place and time")]
+    trust: bool,
+}
+
+impl ConventionArgs {
+    /// The runs to be scored, and what was found of all that were given; `None` where nobody looks.
+    pub(super) fn vet(
+        &self,
+        opened: OpenedRuns,
+        arguments: &ScoreArgs,
+        config: &Config,
+        common: &Common,
+    ) -> anyhow::Result<(OpenedRuns, Option<Vetted>)> {
+        if self.trust {
+            return Ok((opened, None));
+        }
+        let look =
+            |log: &dyn ScanLog, runs: &[dmp::Run]| vet(log, runs, config, self.mend, &Progress::new(common));
+        let mut opened = opened;
+        let mut vetted = look(opened.log.as_ref(), &opened.runs)?;
+        if self.mend && vetted.points_are_corrected() {
+            tell(&vetted, common);
+            opened.log = arguments.log.without_point_times().open(&arguments.settings.mapper()?)?;
+            vetted = look(opened.log.as_ref(), &opened.runs)?;
+        }
+        tell(&vetted, common);
+        let runs = vetted.runs.clone();
+        Ok((OpenedRuns { runs, ..opened }, Some(vetted)))
+    }
+
+    /// The same by the index of a log.
+    pub(super) fn vet_outline(
+        &self,
+        opened: OpenedRuns<LogOutline>,
+        config: &Config,
+        common: &Common,
+    ) -> anyhow::Result<(OpenedRuns<LogOutline>, Option<Vetted>)> {
+        if self.trust {
+            return Ok((opened, None));
+        }
+        let vetted = vet_outline(&opened.log, &opened.runs, config, self.mend, &Progress::new(common))?;
+        tell(&vetted, common);
+        let runs = vetted.runs.clone();
+        Ok((OpenedRuns { runs, ..opened }, Some(vetted)))
+    }
+}
+
+fn tell(vetted: &Vetted, common: &Common) {
+    if !common.quiet {
+        vetted.messages_with(&option_of).iter().for_each(|message| eprintln!("note: {message}"));
+    }
+}
+
+/// The report with what was found before.
+pub(super) fn told(mut report: Report, vetted: Option<&Vetted>) -> Report {
+    if let Some(vetted) = vetted {
+        vetted.tell(&mut report, &option_of);
+    }
+    report
+}

@@ -1,0 +1,38 @@
+//! How the files of trajectories are read.
+
+use clap::Args;
+use dmp::PosesAs;
+use dmp_log::{TimeUnit, TrajectoryFormat};
+
+use crate::exit::Usage;
+use crate::named::{Named, assign};
+
+/// How the files of trajectories are read.
+#[derive(Debug, Default, Args)]
+pub(crate) struct TrajectoryArgs {
+    /// The format of the trajectories, where it is not to be found by looking: tum, kitti, euroc, npy or g2o
+    #[arg(long, value_name = "FORMAT", help_heading = "Input")]
+    pub(crate) trajectory_format: Option<TrajectoryFormat>,
+    /// The unit of the stamps in a trajectory's file, where it is not that of its format (s in TUM, ns in EuRoC): s, ms, us
+    /// or ns; for the run NAME, or for all runs
+    #[arg(long, value_name = "[NAME=]UNIT", help_heading = "Input")]
+    time_unit: Vec<Named<TimeUnit>>,
+    /// How the poses of a run are meant, where they are not world_from_body in metres with quaternions x y z w: `inverted`
+    /// (body_from_world), `wxyz`, or places in `mm`, `cm` or `km`; for the run NAME, or for all runs
+    #[arg(long, value_name = "[NAME=]WAY", help_heading = "Input")]
+    poses_as: Vec<Named<PosesAs>>,
+}
+
+impl TrajectoryArgs {
+    /// How the poses of each run are meant, where that is given.
+    pub(crate) fn ways(&self, names: &[&str]) -> Result<Vec<Option<PosesAs>>, Usage> {
+        let ways = assign("--poses-as", names, self.poses_as.iter().map(Named::parts))?;
+        Ok(ways.into_iter().map(Option::<&PosesAs>::copied).collect())
+    }
+
+    /// The unit of the stamps of each run, where one is given.
+    pub(crate) fn units(&self, names: &[&str]) -> Result<Vec<Option<TimeUnit>>, Usage> {
+        let units = assign("--time-unit", names, self.time_unit.iter().map(Named::parts))?;
+        Ok(units.into_iter().map(Option::<&TimeUnit>::copied).collect())
+    }
+}

@@ -1,0 +1,49 @@
+//! When and where a run's poses hold, in a report.
+
+use serde::{Deserialize, Serialize};
+
+/// What the scans say of a run's clock and mounting.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConventionsReport {
+    /// Share of the returns looked at that meet those of another scan near by, as the run was given; null where none has a
+    /// pose.
+    pub together: Option<f64>,
+    /// Each number that was looked for; empty where the scans do not tell.
+    pub estimates: Vec<EstimateReport>,
+    /// How thick surfaces are that several scans see, metres, as the run was given (read as it is meant).
+    pub thickness_m: Option<f64>,
+    /// The same with what is off put right.
+    pub thickness_mended_m: Option<f64>,
+    /// What puts right what is off, as options.
+    pub mends: Vec<String>,
+    /// Whether that was done.
+    pub mended: bool,
+}
+
+/// A number that was looked for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EstimateReport {
+    /// `time` (seconds), `sweep` (1 where the returns' times are true), `roll`, `pitch`, `yaw` (radians), `x`, `y`, `z`
+    /// (metres).
+    pub axis: String,
+    /// What it is.
+    pub value: f64,
+    /// Half of its interval, at 99.9 %.
+    pub half: f64,
+    /// Whether the scans show it.
+    pub seen: bool,
+    /// Whether it is surely off, and by enough to be worth a word.
+    pub off: bool,
+}
+
+/// A run that is no part of what is compared.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LeftOutReport {
+    /// Its name.
+    pub name: String,
+    /// Why, in a sentence.
+    pub reason: String,
+}

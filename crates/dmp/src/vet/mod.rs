@@ -1,0 +1,293 @@
+//! Whether runs are what they are taken for, before anything is shared between them.
+//!
+//! Each run is looked at by itself on the same few scans: whether it has poses for them at all, whether another reading of its
+//! poses fits far better, and by how much its clock and its mounting are off. One that does not belong is left out of what
+//! runs share, so that the numbers of the others are those without it. `docs/conventions.md` says what was measured.
+
+mod found;
+mod mend;
+mod poses_as;
+mod readings;
+mod sample;
+
+use dmp_calibrate::{Axis, Block, Calibration, Estimate, Mount, Order, Together, calibrate, together};
+use dmp_log::{LogOutline, ScanLog};
+use dmp_reduce::Confidence;
+
+use crate::clock::{PoseAt, on_log_clock};
+use crate::config::{Config, Run};
+use crate::error::EvaluateError;
+use crate::evaluation::check_runs;
+use crate::heads::Heads;
+use crate::own_frame;
+use crate::progress::Progress;
+use crate::settings::Settings;
+pub use found::{Found, LeftOut, Vetted};
+pub use mend::Mend;
+use mend::{rounded, rounded_ns};
+pub use poses_as::PosesAs;
+use readings::Reading;
+
+/// How sure it must be before anything is said of a run.
+const CONFIDENCE: f64 = 0.999;
+/// Another reading is taken when the scans fit together better by this factor and this share with it. Right inputs gain
+/// less than a hundredth by any, wrong ones half as much again and more.
+const BETTER_BY: f64 = 1.25;
+const BETTER_BY_SHARE: f64 = 0.1;
+/// A time at which the vehicle goes less far than this part of its way proves nothing: scans of one place fit together
+/// wherever that is.
+const LEAST_WAY: f64 = 0.5;
+/// Poses that have to do with the scans bring them together better than those of other scans by this factor; told only
+/// where the way within a block is longer than this, metres of a drive.
+const RELATED_BY: f64 = 1.02;
+const WAY_THAT_TELLS_M: f64 = 2.0;
+/// A pose is taken to hold at an instant of the scan if that is as near as this, nanoseconds.
+const NEAR_NS: i64 = 4_000_000;
+
+/// Looks at every run by itself, leaves out those that do not belong to the log, and with `mend` puts right what is beyond
+/// doubt. Where no run belongs to the log, all are left in: it is not they.
+///
+/// Reads up to 192 scans, evenly spread over the log. Takes a second or two for a run.
+///
+/// # Errors
+/// When the log cannot be read, or a setting makes no sense.
+pub fn vet(
+    log: &dyn ScanLog,
+    runs: &[Run],
+    config: &Config,
+    mend: bool,
+    progress: &dyn Progress,
+) -> Result<Vetted, EvaluateError> {
+    vet_heads(Heads::Log(log), runs, config, mend, progress)
+}
+
+/// The same by fewer scans, up to 48, of a log of which only the index was read.
+///
+/// # Errors
+/// As [`vet`].
+pub fn vet_outline(
+    outline: &LogOutline,
+    runs: &[Run],
+    config: &Config,
+    mend: bool,
+    progress: &dyn Progress,
+) -> Result<Vetted, EvaluateError> {
+    vet_heads(Heads::Outline(outline), runs, config, mend, progress)
+}
+
+fn vet_heads(
+    heads: Heads<'_>,
+    runs: &[Run],
+    config: &Config,
+    mend: bool,
+    progress: &dyn Progress,
+) -> Result<Vetted, EvaluateError> {
+    let (settings, _) = config.on(heads.summary())?;
+    check_runs(runs, &settings)?;
+    let lent = runs.iter().find_map(|run| run.trajectory.stamps_ns());
+    let stamp_of = |number: usize, stamp_ns: Option<i64>| {
+        let stamp_ns = stamp_ns.map(|ns| ns.saturating_add(settings.time_offset_ns));
+        stamp_ns.or_else(|| lent?.get(number).copied())
+    };
+    let blocks = sample::read(heads, &stamp_of, &settings, progress)?;
+    let look = Look { heads, lent, settings: &settings, blocks: &blocks };
+    let mut found = Vec::with_capacity(runs.len());
+    for run in runs {
+        if progress.cancelled() {
+            return Err(EvaluateError::Cancelled);
+        }
+        found.push(look.at(run)?);
+    }
+    // Where nothing belongs, nobody is harmed by it, and it is not the runs that are to blame.
+    let stays = |found: &Found| match found.left_out {
+        None => true,
+        Some(LeftOut::Misread) => mend,
+        Some(_) => false,
+    };
+    if !found.iter().any(stays) {
+        found.iter_mut().for_each(|found| found.left_out = None);
+    }
+    found.iter_mut().filter(|found| stays(found)).for_each(|found| found.left_out = None);
+    let kept = runs.iter().zip(&found).filter(|(_, found)| found.left_out.is_none());
+    let as_scored = |(run, found): (&Run, &Found)| {
+        let mut run = run.clone();
+        if mend {
+            found.mends.iter().for_each(|mend| mend.apply(&mut run));
+        }
+        run
+    };
+    let runs = kept.map(as_scored).collect();
+    let alike = alike(&found);
+    Ok(Vetted { runs, found, mended: mend, alike })
+}
+
+/// What all runs that are not left out are off by alike; nothing of one run.
+fn alike(found: &[Found]) -> Vec<Estimate> {
+    let calibrations: Vec<&Calibration> = found
+        .iter()
+        .filter(|found| found.left_out.is_none())
+        .filter_map(|found| found.calibration.as_ref())
+        .collect();
+    let [first, others @ ..] = calibrations.as_slice() else { return Vec::new() };
+    let is_alike = |one: &Estimate| {
+        let agrees = |other: &&Calibration| {
+            let other = other.of(one.axis);
+            other.is_off && (other.value - one.value).abs() <= one.half + other.half
+        };
+        one.is_off && !others.is_empty() && others.iter().all(agrees)
+    };
+    first.estimates.into_iter().filter(is_alike).collect()
+}
+
+/// The log by which runs are looked at.
+struct Look<'a> {
+    heads: Heads<'a>,
+    lent: Option<&'a [i64]>,
+    settings: &'a Settings,
+    blocks: &'a [Block],
+}
+
+impl Look<'_> {
+    fn at(&self, run: &Run) -> Result<Found, EvaluateError> {
+        let mut found = Found {
+            name: run.name.clone(),
+            together: None,
+            together_as_read: None,
+            calibration: None,
+            mends: Vec::new(),
+            left_out: None,
+        };
+        // By itself: whether it has poses for the scans.
+        let alone = own_frame::place(self.heads, std::slice::from_ref(run), vec![None], self.settings);
+        if let Err(error) = alone {
+            return match error {
+                EvaluateError::LinePairing { .. }
+                | EvaluateError::LinesOutOfTime { .. }
+                | EvaluateError::BeyondTimes { .. }
+                | EvaluateError::NoOverlap { .. }
+                | EvaluateError::NothingInCommon => {
+                    found.left_out = Some(LeftOut::NotPaired(Box::new(error)));
+                    Ok(found)
+                }
+                error => Err(error),
+            };
+        }
+        let Some(given) = self.together(run, Order::Own)? else { return Ok(found) };
+        found.together = Some(given.share());
+        let mut read = run.clone();
+        if let Some((better, reading)) = self.best_reading(run, given)? {
+            found.together_as_read = Some(better.share());
+            found.left_out = Some(LeftOut::Misread);
+            found.mends.push(reading.mend);
+            read = reading.run;
+        } else if let Some(mixed_up) = self.together(run, Order::Reversed)? {
+            let tells = given.way_m > WAY_THAT_TELLS_M * self.settings.metre_m() * self.blocks.len() as f64;
+            if tells && given.share() < RELATED_BY * mixed_up.share() {
+                let together_mixed_up = mixed_up.share();
+                found.left_out = Some(LeftOut::Unrelated { together_mixed_up });
+                return Ok(found);
+            }
+        }
+        found.calibration = self.calibrate(&read)?;
+        if let Some(calibration) = &found.calibration {
+            self.add_mends(&read, calibration, &mut found.mends);
+        }
+        Ok(found)
+    }
+
+    /// The reading with which the scans fit together much better, where there is one.
+    fn best_reading(&self, run: &Run, given: Together) -> Result<Option<(Together, Reading)>, EvaluateError> {
+        let seconds = self.blocks.iter().map(Block::duration_s).sum::<f64>();
+        let speed_m_per_s = given.way_m / seconds.max(1e-3);
+        let mut best: Option<(Together, Reading)> = None;
+        for reading in readings::all(run, self.settings, self.heads.summary(), speed_m_per_s) {
+            let Some(fit) = self.together(&reading.run, Order::Own)? else { continue };
+            let stands = reading.is_shift && fit.way_m < LEAST_WAY * given.way_m;
+            // A share of a few returns at the end of the drive is none.
+            let is_whole = 2 * fit.returns > given.returns;
+            let better =
+                fit.share() > BETTER_BY * given.share() && fit.share() > BETTER_BY_SHARE + given.share();
+            if !stands
+                && is_whole
+                && better
+                && best.as_ref().is_none_or(|(best, _)| fit.share() > best.share())
+            {
+                best = Some((fit, reading));
+            }
+        }
+        Ok(best)
+    }
+
+    fn together(&self, run: &Run, order: Order) -> Result<Option<Together>, EvaluateError> {
+        self.mounted(run, |mount| {
+            let of_blocks = together(self.blocks, mount, 0, order, self.settings.metre_m());
+            let sum = of_blocks.iter().fold(Together::default(), |sum, one| Together {
+                returns: sum.returns + one.returns,
+                met: sum.met + one.met,
+                way_m: sum.way_m + one.way_m,
+            });
+            (sum.returns > 0).then_some(sum)
+        })
+    }
+
+    fn calibrate(&self, run: &Run) -> Result<Option<Calibration>, EvaluateError> {
+        let confidence = Confidence::new(CONFIDENCE).unwrap_or(Confidence::P99);
+        let sweeps = self.heads.summary().has_point_times();
+        self.mounted(run, |mount| calibrate(self.blocks, mount, self.settings.metre_m(), sweeps, confidence))
+    }
+
+    /// Does something with the run's poses on the log's clock, where scans have times.
+    fn mounted<T>(
+        &self,
+        run: &Run,
+        what: impl FnOnce(&Mount<'_>) -> Option<T>,
+    ) -> Result<Option<T>, EvaluateError> {
+        let from_start = run.trajectory.from_its_start();
+        let placed = on_log_clock(self.heads, run, from_start, self.lent, self.settings)?;
+        if placed.trajectory.stamps_ns().is_none() {
+            return Ok(None);
+        }
+        Ok(what(&Mount {
+            trajectory: &placed.trajectory,
+            body_from_sensor: self.settings.body_from_sensor(run),
+            max_gap_ns: self.settings.max_time_gap_ns.unwrap_or_else(|| placed.trajectory.usual_gap_ns()),
+        }))
+    }
+
+    /// What puts right what is off.
+    fn add_mends(&self, run: &Run, calibration: &Calibration, mends: &mut Vec<Mend>) {
+        let is_off = |axis: Axis| calibration.of(axis).is_off;
+        let sweep = calibration.of(Axis::Sweep);
+        if sweep.is_off && sweep.value + sweep.half < 0.5 {
+            mends.push(Mend::IgnorePointTimes);
+        }
+        if is_off(Axis::Time) {
+            let later_ns = (1e9 * calibration.mended[Axis::Time as usize]).round() as i64;
+            let half_ns = (1e9 * calibration.of(Axis::Time).half) as i64;
+            mends.retain(|mend| !matches!(mend, Mend::TimeOffset(_)));
+            mends.push(self.clock_mend(run, later_ns, half_ns));
+        }
+        if Axis::ALL[2..].iter().any(|&axis| is_off(axis)) {
+            let given = self.settings.body_from_sensor(run);
+            mends.retain(|mend| !matches!(mend, Mend::Extrinsic(_)));
+            mends.push(Mend::Extrinsic(rounded(&(given * calibration.sensor_motion()))));
+        }
+    }
+
+    /// An instant of the scan where that is what the poses hold at, else an offset of the clock.
+    fn clock_mend(&self, run: &Run, later_ns: i64, half_ns: i64) -> Mend {
+        let summary = self.heads.summary();
+        let now_ns = self.settings.time_offset_ns(run);
+        let offset_ns = now_ns.saturating_add(later_ns);
+        if now_ns == 0 && summary.sweep_ns != [0; 2] {
+            // The poses hold so long after the stamps that they have.
+            let held_ns = run.pose_at.after_stamp_ns(summary).saturating_sub(later_ns);
+            let off_ns = |at: &PoseAt| at.after_stamp_ns(summary).saturating_sub(held_ns).abs();
+            let nearest = PoseAt::ALL.into_iter().min_by_key(off_ns);
+            if let Some(at) = nearest.filter(|at| *at != run.pose_at && off_ns(at) <= half_ns.max(NEAR_NS)) {
+                return Mend::PoseAt(at);
+            }
+        }
+        Mend::TimeOffset(rounded_ns(offset_ns))
+    }
+}

@@ -1,0 +1,92 @@
+//! The scans that runs are vetted by: the same for all runs, whatever their poses.
+
+use dmp_calibrate::{Block, scans_of_block};
+use dmp_log::{LogOutline, ScanLog};
+use dmp_sensor::{EgoMask, ReturnFilter, Scan};
+
+use crate::ego::Ego;
+use crate::error::EvaluateError;
+use crate::heads::Heads;
+use crate::progress::{Progress, Stage};
+use crate::settings::Settings;
+
+/// Blocks of scans over the log, scans of one, returns of one; of a log that is not read whole, less.
+const BLOCKS: usize = 32;
+const SCANS: usize = 6;
+const RETURNS: usize = 4000;
+const BLOCKS_OF_OUTLINE: usize = 8;
+const ROOM_OF_OUTLINE: usize = 16;
+
+/// Reads some scans in blocks, evenly spread over the log. `stamp_of` gives the stamp of the scan with this number in the
+/// log, which has that stamp or none.
+pub(super) fn read(
+    heads: Heads<'_>,
+    stamp_of: &dyn Fn(usize, Option<i64>) -> Option<i64>,
+    settings: &Settings,
+    progress: &dyn Progress,
+) -> Result<Vec<Block>, EvaluateError> {
+    let scans = heads.len();
+    let most = if matches!(heads, Heads::Log(_)) { BLOCKS } else { BLOCKS_OF_OUTLINE };
+    let count = most.min(scans / 4).max(1);
+    let blocks: Vec<Vec<usize>> = (0..count)
+        .map(|k| {
+            let (start, end) = (k * scans / count, (k + 1) * scans / count);
+            let room =
+                if matches!(heads, Heads::Log(_)) { end - start } else { (end - start).min(ROOM_OF_OUTLINE) };
+            scans_of_block(start, room, scans, SCANS)
+        })
+        .collect();
+    let ego = match settings.ego {
+        Ego::BoxMm(min, max) => EgoMask::from_box_mm(min, max),
+        Ego::None | Ego::Auto => EgoMask::default(),
+    };
+    let filter = ReturnFilter { min_range_m: settings.min_range_m, max_range_m: settings.max_range_m, ego };
+    progress.begin(Stage::Vet, blocks.iter().map(|block| block.len() as u64).sum());
+    let gather = Gather { stamp_of, progress, filter };
+    match heads {
+        Heads::Log(log) => gather.of_log(log, &blocks),
+        Heads::Outline(outline) => gather.of_outline(outline, &blocks),
+    }
+}
+
+struct Gather<'a> {
+    stamp_of: &'a dyn Fn(usize, Option<i64>) -> Option<i64>,
+    progress: &'a dyn Progress,
+    filter: ReturnFilter,
+}
+
+impl Gather<'_> {
+    fn of_log(&self, log: &dyn ScanLog, blocks: &[Vec<usize>]) -> Result<Vec<Block>, EvaluateError> {
+        let mut gathered = Vec::with_capacity(blocks.len());
+        for block in blocks {
+            gathered.push(self.block(log, block)?);
+        }
+        Ok(gathered)
+    }
+
+    fn of_outline(&self, outline: &LogOutline, blocks: &[Vec<usize>]) -> Result<Vec<Block>, EvaluateError> {
+        let mut gathered = Vec::with_capacity(blocks.len());
+        for block in blocks {
+            let part = outline.load(block)?;
+            let frames: Vec<usize> = (0..part.frames().len()).collect();
+            gathered.push(self.block(&part, &frames)?);
+        }
+        Ok(gathered)
+    }
+
+    fn block(&self, log: &dyn ScanLog, frames: &[usize]) -> Result<Block, EvaluateError> {
+        let (mut reader, mut scan) = (log.reader()?, Scan::default());
+        let mut block = Block::default();
+        for &frame in frames {
+            if self.progress.cancelled() {
+                return Err(EvaluateError::Cancelled);
+            }
+            self.progress.advance(1);
+            let stamp_ns = log.frames().get(frame).and_then(|info| info.stamp_ns);
+            let Some(stamp_ns) = (self.stamp_of)(log.number_in_log(frame), stamp_ns) else { continue };
+            reader.read(frame, &mut scan)?;
+            block.add(stamp_ns, &scan, RETURNS, |point| self.filter.check(point).is_ok());
+        }
+        Ok(block)
+    }
+}
