@@ -79,6 +79,17 @@ pub(crate) fn fit(
     })
 }
 
+/// Mean square distance from the planes, m², with these errors taken away.
+pub(crate) fn thickness_m2(blocks: &[Block], mount: &Mount<'_>, metre_m: f64, steps: &Vector) -> f64 {
+    let (level, _) = LEVELS[LEVELS.len() - 1];
+    let level = Level { edge_m: level.edge_m * metre_m, thick_m: level.thick_m * metre_m, ..level };
+    let trial = Trial::new(mount, steps, metre_m);
+    let of_blocks: Vec<Equations> =
+        blocks.par_iter().map(|block| equations(block, &trial, level, metre_m)).collect();
+    let all = total(&of_blocks);
+    all.squares_m2 / all.weight.max(1.0)
+}
+
 fn total(of_blocks: &[Equations]) -> Equations {
     let mut all = Equations::default();
     of_blocks.iter().for_each(|block| all.add(block));

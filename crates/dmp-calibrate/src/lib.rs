@@ -20,7 +20,7 @@ use dmp_sensor::Isometry3;
 
 pub use axis::Axis;
 use axis::{AXES, Vector};
-use fit::{Fitted, fit};
+use fit::{Fitted, fit, thickness_m2};
 pub use mount::Mount;
 pub use sample::{Block, scans_of_block};
 pub use together::{Order, Together, together};
@@ -72,6 +72,23 @@ impl Calibration {
     }
 }
 
+/// Of poses that jitter from scan to scan, the mean of two is better than each: scans that are put as a whole halfway between
+/// two poses fit together better, though no clock is off. What tells it from an error of time is that earlier helps as much as
+/// later.
+fn jitters(blocks: &[Block], mount: &Mount<'_>, metre_m: f64, found: &Fitted) -> bool {
+    /// A fifth of the gain, with the time to the other side, is too much; times nearer than 20 ms have no other side.
+    const GAIN: f64 = 0.2;
+    const NEAR_S: f64 = 0.02;
+    let time = Axis::Time as usize;
+    if found.steps[time].abs() * Axis::Time.step(metre_m) < NEAR_S {
+        return false;
+    }
+    let mut mirrored = found.steps;
+    mirrored[time] = -mirrored[time];
+    let gained_m2 = found.before_m2 - thickness_m2(blocks, mount, metre_m, &mirrored);
+    gained_m2 > GAIN * (found.before_m2 - found.after_m2)
+}
+
 /// Looks for errors of time and mounting by the scans of some blocks; `metre_m` is how long what is a metre on a drive is here.
 /// Times of returns are looked at where `sweeps`. `None` where the scans have no planes in common.
 ///
@@ -91,6 +108,8 @@ pub fn calibrate(
         steps * axis.step(metre_m) + axis.as_given()
     };
     let is_seen = |k: usize| free[k] && all.half_steps[k] <= Axis::ALL[k].seen_within_steps();
+    let jitters = jitters(blocks, mount, metre_m, &all);
+    let is_seen = |k: usize| is_seen(k) && !jitters;
     let off: [bool; AXES] = std::array::from_fn(|k| {
         is_seen(k) && all.steps[k].abs() > all.half_steps[k].max(Axis::ALL[k].worth_steps())
     });

@@ -7,6 +7,7 @@
 //! would miss does not belong here.
 
 mod after_help;
+mod calibrate;
 mod clock_args;
 mod common;
 mod compare;
@@ -66,6 +67,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Score(Box<score::ScoreArgs>),
+    Calibrate(Box<calibrate::CalibrateArgs>),
     Compare(compare::CompareArgs),
     Loops(Box<loops::LoopsArgs>),
     #[command(subcommand)]
@@ -85,6 +87,7 @@ impl Command {
     fn run(&self, common: &Common, out: &mut impl io::Write) -> anyhow::Result<Exit> {
         match self {
             Self::Score(arguments) => score::run(arguments, common, out),
+            Self::Calibrate(arguments) => calibrate::run(arguments, common, out),
             Self::Compare(arguments) => compare::run(arguments, out),
             Self::Loops(arguments) => loops::run(arguments, common, out),
             Self::Map(command) => command.run(common, out),

@@ -39,6 +39,20 @@ impl LoadedRun {
         Ok(self)
     }
 
+    /// With the poses of an odometry of the same body between its own.
+    pub(crate) fn carried_by(mut self, odometry: &Trajectory) -> anyhow::Result<Self> {
+        let carried = self.trajectory.carried_by(odometry, odometry.usual_gap_ns());
+        let own = self.trajectory.len();
+        self.trajectory = carried.with_context(|| {
+            format!(
+                "{}: --between has no pose between its poses: both must have stamps, of one clock",
+                self.given
+            )
+        })?;
+        self.notes.push(format!("{own} poses, carried by an odometry between them"));
+        Ok(self)
+    }
+
     /// Of a file.
     pub(crate) fn of_file(name: String, given: String, path: &Path, file: TrajectoryFile) -> Self {
         let TrajectoryFile { format, trajectory, out_of_order, repeated, notes, fingerprint } = file;

@@ -113,6 +113,14 @@ impl LogArgs {
         &self.log
     }
 
+    /// The same log with the times of its points, where those are not to be used.
+    pub(crate) fn with_point_times(&self) -> Option<Self> {
+        (self.reading.point_time == PointTime::Ignore).then(|| {
+            let reading = ReadingArgs { point_time: PointTime::Auto, ..self.reading.clone() };
+            Self { log: self.log.clone(), reading }
+        })
+    }
+
     /// The same log, each scan taken for an instant.
     pub(crate) fn without_point_times(&self) -> Self {
         let reading = ReadingArgs { point_time: PointTime::Ignore, ..self.reading.clone() };
@@ -121,12 +129,26 @@ impl LogArgs {
 
     /// Opens the log.
     pub(crate) fn open(&self, mapper: &Mapper) -> Result<Box<dyn ScanLog>, LogError> {
-        self.reading.open(&self.log, mapper)
+        self.reading.open(&self.log, mapper).map_err(|error| self.swapped(error))
+    }
+
+    /// What looks like a trajectory in the log's place is told as that.
+    fn swapped(&self, error: LogError) -> LogError {
+        let LogError::UnknownFormat { path, looked_for } = error else { return error };
+        let looked_for = match read_trajectory(&path) {
+            Ok(file) => format!(
+                "it is a trajectory ({}, {} poses): the log comes first, and trajectories behind -t",
+                file.format.name(),
+                file.trajectory.len()
+            ),
+            Err(_) => looked_for,
+        };
+        LogError::UnknownFormat { path, looked_for }
     }
 
     /// Looks at the index of the log.
     pub(crate) fn outline(&self, mapper: &Mapper) -> Result<LogOutline, LogError> {
-        outline_log(&self.log, &self.reading.options(&self.log, mapper)?)
+        outline_log(&self.log, &self.reading.options(&self.log, mapper)?).map_err(|error| self.swapped(error))
     }
 
     /// Everything that the log holds, also where it cannot be opened without being told more.

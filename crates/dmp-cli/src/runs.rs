@@ -7,7 +7,9 @@ use dmp_log::{
     LogOutline, LogSummary, PoseTopic, ScanLog, TimeUnit, is_bag, read_topic_trajectory, read_trajectory_as,
 };
 
-use crate::clock_args::RunClock;
+use dmp_sensor::Trajectory;
+
+use crate::clock_args::{ClockArgs, RunClock};
 use crate::common::Common;
 use crate::exit::Usage;
 use crate::extrinsic::{self, BodyFromSensor};
@@ -15,7 +17,7 @@ use crate::loaded_run::LoadedRun;
 use crate::log_args::{LogArgs, LogHead};
 use crate::named::{NamedFile, names_of};
 use crate::score::announce;
-use crate::settings::SettingsArgs;
+use crate::settings::PlaceArgs;
 use crate::trajectory_args::TrajectoryArgs;
 
 /// Runs with names. Those in files are read first, so that a mistake in them is told before a long log is
@@ -25,6 +27,8 @@ pub(crate) struct Runs {
     named: Vec<(String, Source)>,
     /// How the poses of each are meant, where that is given.
     ways: Vec<Option<PosesAs>>,
+    /// What carries each between its poses.
+    between: Vec<Option<Trajectory>>,
 }
 
 #[derive(Debug)]
@@ -38,7 +42,8 @@ impl Runs {
     pub(crate) fn start(files: &[NamedFile], reading: &TrajectoryArgs) -> anyhow::Result<Self> {
         let names = names_of(files)?;
         let plain: Vec<&str> = names.iter().map(String::as_str).collect();
-        let (units, ways) = (reading.units(&plain)?, reading.ways(&plain)?);
+        let (units, ways, between) =
+            (reading.units(&plain)?, reading.ways(&plain)?, reading.between(&plain)?);
         let start = |(name, (file, unit)): (String, (&NamedFile, Option<TimeUnit>))| -> anyhow::Result<_> {
             let given = file.path.display().to_string();
             if let Some((bag, topic)) = topic_of(&file.path)? {
@@ -55,7 +60,7 @@ impl Runs {
             Ok((name, Source::Read(Box::new(run))))
         };
         let named = names.into_iter().zip(files.iter().zip(units)).map(start).collect::<Result<_, _>>()?;
-        Ok(Self { named, ways })
+        Ok(Self { named, ways, between })
     }
 
     /// The first run, if any, whose poses are messages of the log itself.
@@ -75,8 +80,8 @@ impl Runs {
 
     /// The same for a log at this path, whose scans have this frame.
     pub(crate) fn finish_in(self, log: &Path, scan_frame: Option<&str>) -> anyhow::Result<Vec<LoadedRun>> {
-        let finish = |((name, source), way): ((String, Source), Option<PosesAs>)| {
-            let run = match source {
+        let finish = |(((name, source), way), between): (((String, Source), _), Option<Trajectory>)| {
+            let mut run = match source {
                 Source::Read(run) => *run,
                 Source::Topic { given, bag, topic } => {
                     let path = bag.as_deref().unwrap_or(log);
@@ -84,12 +89,15 @@ impl Runs {
                     LoadedRun::of_topic(name, given, path, read, bag.is_some())
                 }
             };
-            match way {
+            if let Some(way) = way {
+                run = run.read_as(way)?;
+            }
+            match between {
                 None => Ok(run),
-                Some(way) => run.read_as(way),
+                Some(odometry) => run.carried_by(&odometry),
             }
         };
-        self.named.into_iter().zip(self.ways).map(finish).collect()
+        self.named.into_iter().zip(self.ways).zip(self.between).map(finish).collect()
     }
 }
 
@@ -140,11 +148,11 @@ impl OpenedRuns {
         started: Runs,
         maps: impl IntoIterator<Item = MapSource>,
         log: &LogArgs,
-        settings: &SettingsArgs,
+        poses: (&PlaceArgs, &ClockArgs),
         common: &Common,
     ) -> anyhow::Result<Self> {
-        let log = log.open(&settings.mapper()?)?;
-        let (runs, damaged) = finish(started, maps, LogHead::of_log(log.as_ref()), settings, common)?;
+        let log = log.open(&poses.0.mapper(poses.1.offset_of_all_ns())?)?;
+        let (runs, damaged) = finish(started, maps, LogHead::of_log(log.as_ref()), poses, common)?;
         Ok(Self { log, runs, damaged })
     }
 }
@@ -154,18 +162,18 @@ impl OpenedRuns<LogOutline> {
     pub(crate) fn outline(
         started: Runs,
         log: &LogArgs,
-        settings: &SettingsArgs,
+        poses: (&PlaceArgs, &ClockArgs),
         common: &Common,
     ) -> anyhow::Result<Self> {
         let in_log = started.in_log();
-        let log = log.outline(&settings.mapper()?)?;
+        let log = log.outline(&poses.0.mapper(poses.1.offset_of_all_ns())?)?;
         if let (Some(run), false) = (in_log, common.quiet) {
             eprintln!(
                 "note: the poses of `{run}` are in the log, so all of it is read for them; `dmp convert` writes them to a file"
             );
         }
         let maps = started.named.iter().map(|_| MapSource::Fused).collect::<Vec<_>>();
-        let (runs, damaged) = finish(started, maps, LogHead::of_outline(&log), settings, common)?;
+        let (runs, damaged) = finish(started, maps, LogHead::of_outline(&log), poses, common)?;
         Ok(Self { log, runs, damaged })
     }
 }
@@ -175,15 +183,15 @@ fn finish(
     started: Runs,
     maps: impl IntoIterator<Item = MapSource>,
     log: LogHead<'_>,
-    settings: &SettingsArgs,
+    poses: (&PlaceArgs, &ClockArgs),
     common: &Common,
 ) -> anyhow::Result<(Vec<Run>, bool)> {
-    let clocks = settings.clock.of_runs(&started.names())?;
+    let clocks = poses.1.of_runs(&started.names())?;
     let loaded = started.finish(log.summary())?;
     if !common.quiet {
         announce::found(log, &loaded);
     }
-    let extrinsics = extrinsic::of_runs(&settings.scans.extrinsic, &loaded, log)?;
+    let extrinsics = extrinsic::of_runs(&poses.0.extrinsic, &loaded, log)?;
     if !common.quiet {
         announce::extrinsics(&loaded, &extrinsics);
     }

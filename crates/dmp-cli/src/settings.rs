@@ -46,7 +46,17 @@ pub(crate) struct ScanArgs {
     /// Use only every N-th scan, for the map and for the score
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Input")]
     every: usize,
+    #[command(flatten)]
+    pub(crate) place: PlaceArgs,
+    /// Edge of a voxel, metres; `auto` takes 0.2, 0.3 or 0.5 m by the density of the scans, in a room 0.02, 0.03 or
+    /// 0.05 m
+    #[arg(long, value_name = "METRES", default_value = "auto", help_heading = "Returns and map")]
+    voxel: parse::AutoLength,
+}
 
+/// Where returns were measured, and which of them are used.
+#[derive(Debug, Args)]
+pub(crate) struct PlaceArgs {
     #[arg(long, value_name = "[NAME=]EXTRINSIC", help = extrinsic::HELP)]
     #[arg(allow_hyphen_values = true, help_heading = "Place and time")]
     pub(crate) extrinsic: Vec<Named<Extrinsic>>,
@@ -71,10 +81,6 @@ pub(crate) struct ScanArgs {
     #[arg(long, value_name = "EGO", default_value = "auto", value_parser = parse::ego)]
     #[arg(allow_hyphen_values = true, help_heading = "Returns and map")]
     ego: Ego,
-    /// Edge of a voxel, metres; `auto` takes 0.2, 0.3 or 0.5 m by the density of the scans, in a room 0.02, 0.03 or
-    /// 0.05 m
-    #[arg(long, value_name = "METRES", default_value = "auto", help_heading = "Returns and map")]
-    voxel: parse::AutoLength,
 }
 
 /// Scales, or none of them: `auto`.
@@ -101,9 +107,9 @@ pub(crate) struct ResourceArgs {
 }
 
 impl SettingsArgs {
-    /// The mapper of a LAS file, of which --extrinsic and --time-offset speak too.
-    pub(crate) fn mapper(&self) -> anyhow::Result<Mapper> {
-        self.scans.mapper(self.clock.offset_of_all_ns())
+    /// Where and when runs have their poses.
+    pub(crate) fn poses(&self) -> (&PlaceArgs, &ClockArgs) {
+        (&self.scans.place, &self.clock)
     }
 
     pub(crate) fn config(&self) -> Config {
@@ -118,7 +124,7 @@ impl SettingsArgs {
     }
 }
 
-impl ScanArgs {
+impl PlaceArgs {
     /// The mapper of a LAS file, of which --extrinsic and the offset of clocks speak too.
     pub(crate) fn mapper(&self, time_offset_ns: i64) -> anyhow::Result<Mapper> {
         Ok(Mapper {
@@ -132,14 +138,19 @@ impl ScanArgs {
     pub(crate) fn in_config(&self, config: Config) -> Config {
         Config {
             scales: self.scales.0,
-            voxel_m: self.voxel.0,
             min_range_m: self.min_range,
             max_range_m: self.max_range,
             ego: self.ego,
-            every: self.every,
             max_time_gap_ns: self.max_time_gap,
             ..config
         }
+    }
+}
+
+impl ScanArgs {
+    /// The settings with these.
+    pub(crate) fn in_config(&self, config: Config) -> Config {
+        Config { voxel_m: self.voxel.0, every: self.every, ..self.place.in_config(config) }
     }
 }
 

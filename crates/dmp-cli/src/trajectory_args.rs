@@ -1,11 +1,14 @@
 //! How the files of trajectories are read.
 
+use std::path::PathBuf;
+
 use clap::Args;
 use dmp::PosesAs;
-use dmp_log::{TimeUnit, TrajectoryFormat};
+use dmp_log::{TimeUnit, TrajectoryFormat, read_trajectory};
+use dmp_sensor::Trajectory;
 
 use crate::exit::Usage;
-use crate::named::{Named, assign};
+use crate::named::{Named, NamedFile, assign};
 
 /// How the files of trajectories are read.
 #[derive(Debug, Default, Args)]
@@ -21,9 +24,22 @@ pub(crate) struct TrajectoryArgs {
     /// (body_from_world), `wxyz`, or places in `mm`, `cm` or `km`; for the run NAME, or for all runs
     #[arg(long, value_name = "[NAME=]WAY", help_heading = "Input")]
     poses_as: Vec<Named<PosesAs>>,
+    /// For a run with poses of keyframes alone: a trajectory of the same body, as an odometry's, with poses between them; it may
+    /// drift and have a world of its own. For the run NAME, or for all runs
+    #[arg(long, value_name = "[NAME=]FILE", help_heading = "Input")]
+    between: Vec<NamedFile>,
 }
 
 impl TrajectoryArgs {
+    /// The trajectory that carries each run between its poses, where one is given.
+    pub(crate) fn between(&self, names: &[&str]) -> anyhow::Result<Vec<Option<Trajectory>>> {
+        let given = self.between.iter();
+        let values = given.map(|file| (file.name.as_deref(), file.path.display().to_string(), &file.path));
+        let read =
+            |path: Option<&PathBuf>| path.map(|path| Ok(read_trajectory(path)?.trajectory)).transpose();
+        assign("--between", names, values)?.into_iter().map(read).collect()
+    }
+
     /// How the poses of each run are meant, where that is given.
     pub(crate) fn ways(&self, names: &[&str]) -> Result<Vec<Option<PosesAs>>, Usage> {
         let ways = assign("--poses-as", names, self.poses_as.iter().map(Named::parts))?;

@@ -27,6 +27,7 @@
 //! ```
 
 mod camera;
+mod carried;
 mod ego;
 mod pose_graph;
 mod ray;

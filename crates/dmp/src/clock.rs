@@ -75,6 +75,10 @@ pub(crate) struct OnClock {
     pub(crate) trajectory: Trajectory,
     /// How much later than its own stamps that has its poses, nanoseconds.
     pub(crate) shift_ns: i64,
+    /// From scan to scan of the log, nanoseconds.
+    pub(crate) period_ns: Option<i64>,
+    /// From the stamp of a scan to its first and its last return, nanoseconds.
+    pub(crate) sweep_ns: [i64; 2],
 }
 
 /// Brings the poses of a run, told in some frame as `trajectory`, to the log's clock. Poses without stamps have those of
@@ -101,7 +105,8 @@ pub(crate) fn on_log_clock(
     let shift_ns = run.pose_at.after_stamp_ns(heads.summary()).saturating_add(later_ns);
     let beyond = || EvaluateError::BeyondTimes { run: run.name.clone(), shift_s: shift_ns as f64 / 1e9 };
     let trajectory = trajectory.later_by(shift_ns).ok_or_else(beyond)?;
-    Ok(OnClock { pairing, trajectory, shift_ns })
+    let (period_ns, sweep_ns) = (heads.summary().period_ns, heads.summary().sweep_ns);
+    Ok(OnClock { pairing, trajectory, shift_ns, period_ns, sweep_ns })
 }
 
 fn pairing_of(heads: Heads<'_>, run: &Run) -> Result<Pairing, EvaluateError> {

@@ -116,6 +116,16 @@ pub enum EvaluateError {
         /// Why the others have none.
         why: Unposed,
     },
+    /// No scan is near enough in time to the poses of a run.
+    #[error("{}", self.message_with(&SettingName::quoted))]
+    TooSparse {
+        /// The run.
+        run: String,
+        /// The longest time between two poses, seconds.
+        gap_s: f64,
+        /// How far the sensor may be off there, metres.
+        off_m: f64,
+    },
     /// Every run has poses, but no scan has one in all of them.
     #[error("no scan has a pose in every run")]
     NothingInCommon,
@@ -271,6 +281,15 @@ impl EvaluateError {
                 let why = why.message_with(run, name);
                 format!("run `{run}`: {found} of {scans} scans have a pose: {why}")
             }
+            Self::TooSparse { run, gap_s, off_m } => format!(
+                "run `{run}`: its poses, up to {gap_s:.1} s apart, say of no scan where it was made: between them the sensor may be \
+                 {:.0} cm off by the run's own poses. {} {run}=FILE takes what is between them from an odometry; {} {} takes them \
+                 as they are",
+                100.0 * off_m,
+                name(SettingName::Between),
+                name(SettingName::MaxTimeGap),
+                gap_s.ceil()
+            ),
             Self::NoPlaces { travel_m, places } => format!(
                 "the way is {travel_m:.0} m, {places} places: there is nothing to choose among; score all of it, without \
                  {}",

@@ -77,6 +77,7 @@ mod segment_length;
 mod setting_name;
 mod settings;
 mod sink;
+mod sparse;
 mod trails;
 mod unposed;
 mod vet;

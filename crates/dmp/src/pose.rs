@@ -14,6 +14,7 @@ use crate::frames::PlannedFrame;
 use crate::memory::BLOCK_RAYS;
 use crate::pairing::Pairing;
 use crate::settings::Settings;
+use crate::sparse::Sparse;
 
 const MIN_BLOCK_RETURNS: usize = 1 << 10;
 
@@ -28,20 +29,30 @@ pub(crate) struct RunPoses {
     trajectory: Arc<Trajectory>,
     /// How much later than its own stamps it has its poses, nanoseconds.
     shift_ns: i64,
+    /// What its long gaps leave open.
+    sparse: Option<Arc<Sparse>>,
+    /// From the stamp of a scan to its first and its last return, nanoseconds.
+    sweep_ns: [i64; 2],
 }
 
 impl RunPoses {
     /// Pairs the poses of a run, on the log's clock and told in some frame, with the log's scans.
     pub(crate) fn new(run: &Run, on_clock: OnClock, settings: &Settings) -> Self {
-        let OnClock { pairing, trajectory, shift_ns } = on_clock;
+        let OnClock { pairing, trajectory, shift_ns, period_ns, sweep_ns } = on_clock;
+        // Who says how long gaps may be has looked at them.
+        let looks = settings.max_time_gap_ns.is_none();
+        let sparse =
+            looks.then(|| Sparse::new(&trajectory, period_ns, settings.metre_m())).flatten().map(Arc::new);
         let max_gap_ns = settings.max_time_gap_ns.unwrap_or_else(|| trajectory.usual_gap_ns());
         let body_from_sensor = settings.body_from_sensor(run);
-        Self { pairing, max_gap_ns, body_from_sensor, trajectory: Arc::new(trajectory), shift_ns }
+        let trajectory = Arc::new(trajectory);
+        Self { pairing, max_gap_ns, body_from_sensor, trajectory, shift_ns, sparse, sweep_ns }
     }
 
     /// The same in a frame that `new_from_world` leads to.
     pub(crate) fn moved(&self, new_from_world: &Isometry3<f64>) -> Self {
-        Self { trajectory: Arc::new(self.trajectory.moved(new_from_world)), ..*self }
+        let trajectory = Arc::new(self.trajectory.moved(new_from_world));
+        Self { trajectory, sparse: self.sparse.clone(), ..*self }
     }
 
     fn track(&self) -> Track<'_> {
@@ -64,6 +75,26 @@ impl RunPoses {
             (None, Pairing::ByStamp) => None,
             (None, Pairing::ByLine) => self.track().world_from_sensor_of_line(frame.number),
         }
+    }
+
+    /// Whether the poses are near enough in time to the scan of a frame to say where it was made.
+    pub(crate) fn carries(&self, frame: &PlannedFrame) -> bool {
+        let Some(sparse) = &self.sparse else { return true };
+        let stamp_ns = match self.pairing {
+            Pairing::ByStamp => frame.stamp_ns,
+            Pairing::ByLine => self.stamp_of_line(frame),
+        };
+        let [first_ns, last_ns] = self.sweep_ns;
+        stamp_ns.is_none_or(|ns| sparse.carries(ns.saturating_add(first_ns), ns.saturating_add(last_ns)))
+    }
+
+    /// The longest time between two poses, nanoseconds, and how far the sensor may be off there, metres; `None` where
+    /// poses are nowhere long apart.
+    pub(crate) fn longest_gap(&self) -> Option<(i64, f64)> {
+        let sparse = self.sparse.as_ref()?;
+        let stamps_ns = self.trajectory.stamps_ns()?;
+        let longest_ns = stamps_ns.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).max()?;
+        Some((longest_ns, sparse.most_m()))
     }
 
     /// The scan's stamp, where that is known by the line of its pose.

@@ -6,7 +6,7 @@ use crate::note::Note;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Stage {
-    /// Scans are read by which runs are vetted. Counted in scans.
+    /// Scans are read by which runs are vetted, counted in scans; then runs are, counted in runs.
     Vet,
     /// A sample of scans is looked at: the vehicle, the density. Counted in scans.
     Survey,

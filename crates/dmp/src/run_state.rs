@@ -20,6 +20,8 @@ pub(crate) struct RunState<'a, M> {
     pub(crate) own_from_world: Isometry3<f64>,
     /// Scans that were asked for and have no pose in it.
     pub(crate) scans_without_pose: usize,
+    /// Those that have one only between poses that are too far apart.
+    pub(crate) scans_between_poses: usize,
     /// What is likely wrong with it, in words.
     pub(crate) hint: Option<String>,
     pub(crate) map: M,
@@ -31,24 +33,57 @@ impl<'a, M> RunState<'a, M> {
         let run = &runs[number];
         let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
         let (file_stem, own_from_world) = (file_stem_of(&names, &run.name), Isometry3::identity());
-        Self { run, file_stem, poses, own_from_world, scans_without_pose: 0, hint: None, map }
+        Self {
+            run,
+            file_stem,
+            poses,
+            own_from_world,
+            scans_without_pose: 0,
+            scans_between_poses: 0,
+            hint: None,
+            map,
+        }
     }
 
     /// The same run with another map, and the map that it had.
     pub(crate) fn with_map<N>(self, map: N) -> (RunState<'a, N>, M) {
-        let Self { run, file_stem, poses, own_from_world, scans_without_pose, hint, map: before } = self;
-        (RunState { run, file_stem, poses, own_from_world, scans_without_pose, hint, map }, before)
+        let Self {
+            run,
+            file_stem,
+            poses,
+            own_from_world,
+            scans_without_pose,
+            scans_between_poses,
+            hint,
+            map: before,
+        } = self;
+        (
+            RunState {
+                run,
+                file_stem,
+                poses,
+                own_from_world,
+                scans_without_pose,
+                scans_between_poses,
+                hint,
+                map,
+            },
+            before,
+        )
     }
 
     /// A run like this one, with another map.
     pub(crate) fn like<N>(&self, map: N) -> RunState<'a, N> {
-        let Self { run, file_stem, poses, own_from_world, scans_without_pose, hint, .. } = self;
+        let Self {
+            run, file_stem, poses, own_from_world, scans_without_pose, scans_between_poses, hint, ..
+        } = self;
         RunState {
             run,
             file_stem: file_stem.clone(),
             poses: poses.clone(),
             own_from_world: *own_from_world,
             scans_without_pose: *scans_without_pose,
+            scans_between_poses: *scans_between_poses,
             hint: hint.clone(),
             map,
         }

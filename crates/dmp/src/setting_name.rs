@@ -45,6 +45,8 @@ pub enum SettingName {
     PointTime,
     /// [`LogOptions::stamp_at`](dmp_log::LogOptions::stamp_at).
     StampAt,
+    /// What carries a run between its poses: [`Trajectory::carried_by`](dmp_sensor::Trajectory::carried_by).
+    Between,
     /// What [`Vetted::mended`](crate::Vetted::mended) does.
     Mend,
     /// [`Config::max_time_gap_ns`](crate::Config::max_time_gap_ns).
@@ -89,6 +91,7 @@ impl fmt::Display for SettingName {
             Self::Extrinsic => "extrinsic",
             Self::PointTime => "point-time",
             Self::StampAt => "stamp-at",
+            Self::Between => "between",
             Self::Mend => "mend",
             Self::MaxTimeGap => "max-time-gap",
             Self::Threads => "threads",

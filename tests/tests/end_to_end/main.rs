@@ -9,6 +9,7 @@ mod closed_room;
 mod command;
 mod common;
 mod compare;
+mod conventions;
 mod counts;
 mod determinism;
 mod direct;

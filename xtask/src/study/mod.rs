@@ -1,6 +1,7 @@
 //! The study: how well scores tell good trajectories from bad ones, on drives whose truth is known.
 
 mod consistency;
+mod conventions;
 pub(crate) mod drives;
 pub(crate) mod estimates;
 mod evaluate;
@@ -50,6 +51,8 @@ enum StudyTask {
     Places(places::PlacesArgs),
     /// Score equal runs, which no command may tell apart, and runs of known order
     Null(null::NullArgs),
+    /// Find errors of clock and mounting that were made, and none in right runs
+    Conventions(conventions::ConventionsArgs),
     /// Rank loop candidates of the drives and tell how well
     Loops(loops::LoopsArgs),
     /// Score depth cameras in simulated rooms: the paper's own experiment
@@ -77,6 +80,7 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
         StudyTask::Score(arguments) => score::run(arguments),
         StudyTask::Sample(arguments) => sample::run(arguments),
         StudyTask::Places(arguments) => places::run(arguments),
+        StudyTask::Conventions(arguments) => conventions::run(arguments),
         StudyTask::Null(arguments) => null::run(arguments),
         StudyTask::Loops(arguments) => loops::run(arguments),
         StudyTask::Rooms(arguments) => rooms::run(arguments),

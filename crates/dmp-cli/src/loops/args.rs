@@ -94,7 +94,7 @@ impl LoopsArgs {
 
     /// Opens a log.
     pub(super) fn open(&self, log: &Path) -> anyhow::Result<Box<dyn ScanLog>> {
-        Ok(self.reading.open(log, &self.scans.mapper(self.time_offset)?)?)
+        Ok(self.reading.open(log, &self.scans.place.mapper(self.time_offset)?)?)
     }
 
     pub(super) fn map_options(&self) -> MapOptions {

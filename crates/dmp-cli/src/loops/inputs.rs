@@ -137,7 +137,7 @@ pub(super) fn body_from_sensor(
     if !common.quiet {
         announce::found(head, &runs);
     }
-    let found = extrinsic::of_runs(&arguments.scans.extrinsic, &runs, head)?;
+    let found = extrinsic::of_runs(&arguments.scans.place.extrinsic, &runs, head)?;
     if !common.quiet {
         announce::extrinsics(&runs, &found);
     }

@@ -72,7 +72,7 @@ fn from_log(
 ) -> anyhow::Result<(Store, bool)> {
     let started = Runs::start(std::slice::from_ref(trajectory), &arguments.reading)?;
     let OpenedRuns { log, mut runs, damaged } =
-        OpenedRuns::open(started, [MapSource::Fused], &arguments.log, &arguments.settings, common)?;
+        OpenedRuns::open(started, [MapSource::Fused], &arguments.log, arguments.settings.poses(), common)?;
     // The map is made beside its place and takes its name when it is whole. The folder's name is one of the output's:
     // what a killed process left there is found, and the settings are the same when it is gone on with.
     let folder = folder_of(&arguments.output);

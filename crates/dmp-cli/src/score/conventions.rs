@@ -36,12 +36,18 @@ impl ConventionArgs {
         }
         let look =
             |log: &dyn ScanLog, runs: &[dmp::Run]| vet(log, runs, config, self.mend, &Progress::new(common));
+        let (place, clock) = arguments.settings.poses();
         let mut opened = opened;
         let mut vetted = look(opened.log.as_ref(), &opened.runs)?;
         if self.mend && vetted.points_are_corrected() {
             tell(&vetted, common);
-            opened.log = arguments.log.without_point_times().open(&arguments.settings.mapper()?)?;
+            let mapper = place.mapper(clock.offset_of_all_ns())?;
+            opened.log = arguments.log.without_point_times().open(&mapper)?;
             vetted = look(opened.log.as_ref(), &opened.runs)?;
+        }
+        if let Some(timed) = arguments.log.with_point_times() {
+            let timed = timed.open(&place.mapper(clock.offset_of_all_ns())?)?;
+            vetted.times_are_true = look(timed.as_ref(), &opened.runs)?.points_are_raw();
         }
         tell(&vetted, common);
         let runs = vetted.runs.clone();

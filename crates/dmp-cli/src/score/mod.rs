@@ -155,7 +155,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     }
     let (report, damaged, recorded) = match arguments.sampling.quick() {
         None => {
-            let opened = OpenedRuns::open(started, maps, &arguments.log, &arguments.settings, common)?;
+            let opened = OpenedRuns::open(started, maps, &arguments.log, arguments.settings.poses(), common)?;
             let (OpenedRuns { log, runs, damaged }, vetted) =
                 arguments.conventions.vet(opened, arguments, &config, common)?;
             like.iter().try_for_each(|like| like.check_log(log.summary()))?;
@@ -174,7 +174,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             (report, damaged, Some(recorded))
         }
         Some(share) => {
-            let opened = OpenedRuns::outline(started, &arguments.log, &arguments.settings, common)?;
+            let opened = OpenedRuns::outline(started, &arguments.log, arguments.settings.poses(), common)?;
             let (OpenedRuns { log, runs, damaged }, vetted) =
                 arguments.conventions.vet_outline(opened, &config, common)?;
             let config = Config { checkpoint_every: None, ..config };

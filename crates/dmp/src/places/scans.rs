@@ -89,7 +89,7 @@ impl<'a> DriveScans<'a> {
             let stamp_ns = info.stamp_ns.map(|stamp_ns| stamp_ns.saturating_add(settings.time_offset_ns));
             let segment = self.drive.frames()[ordinal].segment;
             let planned = PlannedFrame { frame, number, stamp_ns, returns: info.returns, segment };
-            if self.poses().all(|run| run.of_frame(&planned).is_some()) {
+            if self.poses().all(|run| run.of_frame(&planned).is_some() && run.carries(&planned)) {
                 frames.push((ordinal, planned));
             } else {
                 unposed_returns += info.returns;

@@ -26,14 +26,15 @@ pub(crate) struct Selection {
     pub(crate) same_stamp: usize,
 }
 
-/// The scans that were asked for and have a pose in every run; the runs get to know how many they have none for.
+/// The scans that were asked for and have a pose in every run, near enough in time; the runs get to know how many they have
+/// none for.
 pub(super) fn select<M>(
     heads: Heads<'_>,
     runs: &mut [RunState<'_, M>],
     settings: &Settings,
 ) -> Result<Selection, EvaluateError> {
     let mut selection = Selection::default();
-    runs.iter_mut().for_each(|run| run.scans_without_pose = 0);
+    runs.iter_mut().for_each(|run| (run.scans_without_pose, run.scans_between_poses) = (0, 0));
     let mut asked = 0;
     for (frame, (number, info)) in heads.scans().enumerate() {
         if number % settings.every != 0 {
@@ -47,6 +48,9 @@ pub(super) fn select<M>(
         for run in &mut *runs {
             if run.poses.of_frame(&planned).is_none() {
                 run.scans_without_pose += 1;
+                posed = false;
+            } else if !run.poses.carries(&planned) {
+                run.scans_between_poses += 1;
                 posed = false;
             }
         }
@@ -64,6 +68,12 @@ pub(super) fn select<M>(
         }
     }
     if selection.frames.is_empty() {
+        let sparsest = runs.iter().max_by_key(|run| run.scans_between_poses);
+        let gap = sparsest.filter(|run| run.scans_between_poses > 0);
+        if let Some((run, (gap_ns, off_m))) = gap.and_then(|run| Some((run, run.poses.longest_gap()?))) {
+            let run = run.run.name.clone();
+            return Err(EvaluateError::TooSparse { run, gap_s: gap_ns as f64 / 1e9, off_m });
+        }
         return Err(EvaluateError::NothingInCommon);
     }
     selection.out_of_order =

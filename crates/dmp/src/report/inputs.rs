@@ -81,6 +81,12 @@ pub struct RunInputReport {
     pub conventions: Option<ConventionsReport>,
     /// Longest gap between poses that is interpolated over, seconds.
     pub max_time_gap_s: f64,
+    /// The longest time between two poses of it, seconds; null where they are nowhere further apart than three scans.
+    #[serde(default)]
+    pub longest_gap_s: Option<f64>,
+    /// Scans that lie between poses too far apart to say where they were made.
+    #[serde(default)]
+    pub scans_between_poses: usize,
     /// Scans without a pose in this run.
     pub scans_without_pose: usize,
     /// Its map: `fused`, or the file given.

@@ -82,6 +82,22 @@ pub enum Warning {
         /// Scans used.
         used: usize,
     },
+    /// A run's poses are too far apart in time to say where scans between them were made.
+    #[error(
+        "`{run}` has poses up to {gap_s:.1} s apart; between them the sensor may be {:.0} cm off by the run's own poses, so {scans} \
+         scans there are left out for all runs: poses for every scan, or its odometry between them, would tell more",
+        100.0 * .off_m
+    )]
+    SparsePoses {
+        /// Name of the run.
+        run: String,
+        /// The longest time between two poses, seconds.
+        gap_s: f64,
+        /// How far the sensor may be off there, metres.
+        off_m: f64,
+        /// Scans left out for it.
+        scans: usize,
+    },
     /// The log is not in the order of time.
     #[error("the log's stamps go backwards {times} times; scans were put in order of time")]
     OutOfOrder {

@@ -77,6 +77,12 @@ fn of_report<M>(report: &Report, plan: &Plan, runs: &[RunState<'_, M>]) -> Vec<W
             used: inputs.scans_used,
         });
     }
+    for state in runs.iter().filter(|state| state.scans_between_poses > 0) {
+        if let Some((gap_ns, off_m)) = state.poses.longest_gap() {
+            let (run, scans) = (state.run.name.clone(), state.scans_between_poses);
+            warnings.push(Warning::SparsePoses { run, gap_s: gap_ns as f64 / 1e9, off_m, scans });
+        }
+    }
     if selection.out_of_order > 0 {
         warnings.push(Warning::OutOfOrder { times: selection.out_of_order });
     }

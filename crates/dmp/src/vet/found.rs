@@ -77,7 +77,8 @@ impl Found {
         })
     }
 
-    fn report(&self, mended: bool, name: &dyn Fn(SettingName) -> String) -> ConventionsReport {
+    /// For a report: what the scans say of its clock and mounting; `mended`, whether what is off was put right.
+    pub fn report(&self, mended: bool, name: &dyn Fn(SettingName) -> String) -> ConventionsReport {
         let estimate = |one: Estimate| EstimateReport {
             axis: one.axis.name().to_owned(),
             value: one.value,
@@ -164,6 +165,8 @@ pub struct Vetted {
     pub mended: bool,
     /// What all runs are off by alike: then it is not they.
     pub alike: Vec<Estimate>,
+    /// Whether the log's times of points are true though they are not used: who opens the log with them may look and say so.
+    pub times_are_true: bool,
 }
 
 impl Vetted {
@@ -181,8 +184,14 @@ impl Vetted {
             };
             format!("all runs are off alike: {}; {blame}", axes.join(", "))
         });
+        let times = self.times_are_true.then(|| {
+            format!(
+                "the points of a scan were measured one after another, at the times that the log gives them: leave {} out to use these",
+                name(SettingName::PointTime)
+            )
+        });
         let of_runs = self.found.iter().filter_map(|found| found.message_with(self.mended, name));
-        alike.into_iter().chain(of_runs).collect()
+        times.into_iter().chain(alike).chain(of_runs).collect()
     }
 
     /// Of each run that was given, whether it is scored.
@@ -208,10 +217,19 @@ impl Vetted {
 
     /// Whether the points of the log are at one instant already by every run that tells.
     pub fn points_are_corrected(&self) -> bool {
-        let sweeps = || {
-            let seen = self.found.iter().filter_map(|found| found.calibration.as_ref());
-            seen.map(|calibration| calibration.of(Axis::Sweep)).filter(|sweep| sweep.is_seen)
+        self.all_sweeps(|sweep| sweep.value + sweep.half < 0.5)
+    }
+
+    /// Whether the points of the log were measured one after another, by every run that tells.
+    pub fn points_are_raw(&self) -> bool {
+        self.all_sweeps(|sweep| sweep.value - sweep.half > 0.5)
+    }
+
+    fn all_sweeps(&self, holds: impl Fn(&Estimate) -> bool) -> bool {
+        let seen = || {
+            let calibrated = self.found.iter().filter_map(|found| found.calibration.as_ref());
+            calibrated.map(|calibration| calibration.of(Axis::Sweep)).filter(|sweep| sweep.is_seen)
         };
-        sweeps().next().is_some() && sweeps().all(|sweep| sweep.value + sweep.half < 0.5)
+        seen().next().is_some() && seen().all(|sweep| holds(&sweep))
     }
 }

@@ -20,8 +20,9 @@ use crate::error::EvaluateError;
 use crate::evaluation::check_runs;
 use crate::heads::Heads;
 use crate::own_frame;
-use crate::progress::Progress;
+use crate::progress::{Progress, Stage};
 use crate::settings::Settings;
+use crate::work::pool;
 pub use found::{Found, LeftOut, Vetted};
 pub use mend::Mend;
 use mend::{rounded, rounded_ns};
@@ -61,7 +62,7 @@ pub fn vet(
     vet_heads(Heads::Log(log), runs, config, mend, progress)
 }
 
-/// The same by fewer scans, up to 48, of a log of which only the index was read.
+/// The same by fewer scans, up to 80, of a log of which only the index was read.
 ///
 /// # Errors
 /// As [`vet`].
@@ -82,7 +83,7 @@ fn vet_heads(
     mend: bool,
     progress: &dyn Progress,
 ) -> Result<Vetted, EvaluateError> {
-    let (settings, _) = config.on(heads.summary())?;
+    let (settings, means) = config.on(heads.summary())?;
     check_runs(runs, &settings)?;
     let lent = runs.iter().find_map(|run| run.trajectory.stamps_ns());
     let stamp_of = |number: usize, stamp_ns: Option<i64>| {
@@ -91,13 +92,14 @@ fn vet_heads(
     };
     let blocks = sample::read(heads, &stamp_of, &settings, progress)?;
     let look = Look { heads, lent, settings: &settings, blocks: &blocks };
-    let mut found = Vec::with_capacity(runs.len());
-    for run in runs {
-        if progress.cancelled() {
-            return Err(EvaluateError::Cancelled);
-        }
-        found.push(look.at(run)?);
-    }
+    progress.begin(Stage::Vet, runs.len() as u64);
+    let at = |run: &Run| {
+        let found = if progress.cancelled() { Err(EvaluateError::Cancelled) } else { look.at(run) };
+        progress.advance(1);
+        found
+    };
+    let all = || runs.iter().map(at).collect::<Result<Vec<_>, _>>();
+    let mut found = pool(means.threads)?.install(all)?;
     // Where nothing belongs, nobody is harmed by it, and it is not the runs that are to blame.
     let stays = |found: &Found| match found.left_out {
         None => true,
@@ -118,7 +120,7 @@ fn vet_heads(
     };
     let runs = kept.map(as_scored).collect();
     let alike = alike(&found);
-    Ok(Vetted { runs, found, mended: mend, alike })
+    Ok(Vetted { runs, found, mended: mend, alike, times_are_true: false })
 }
 
 /// What all runs that are not left out are off by alike; nothing of one run.
@@ -165,6 +167,7 @@ impl Look<'_> {
                 | EvaluateError::LinesOutOfTime { .. }
                 | EvaluateError::BeyondTimes { .. }
                 | EvaluateError::NoOverlap { .. }
+                | EvaluateError::TooSparse { .. }
                 | EvaluateError::NothingInCommon => {
                     found.left_out = Some(LeftOut::NotPaired(Box::new(error)));
                     Ok(found)

@@ -14,7 +14,7 @@ use crate::settings::Settings;
 const BLOCKS: usize = 32;
 const SCANS: usize = 6;
 const RETURNS: usize = 4000;
-const BLOCKS_OF_OUTLINE: usize = 8;
+const BLOCKS_OF_OUTLINE: usize = 16;
 const ROOM_OF_OUTLINE: usize = 16;
 
 /// Reads some scans in blocks, evenly spread over the log. `stamp_of` gives the stamp of the scan with this number in the

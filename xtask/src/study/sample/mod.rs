@@ -95,6 +95,18 @@ pub(super) fn log_and_runs(spec: &DriveSpec, work: &Path) -> anyhow::Result<(Pat
     Ok((path, estimates.into_iter().map(|e| Run::new(e.name, e.trajectory)).collect()))
 }
 
+/// The log of a drive, written where it is not there yet, and its truth.
+pub(super) fn log_and_truth(
+    spec: &DriveSpec,
+    work: &Path,
+) -> anyhow::Result<(Box<dyn dmp_log::ScanLog>, dmp_sensor::Trajectory)> {
+    let town = spec.options.town()?;
+    let recording = Recording::new(&town, &spec.options)?;
+    let path = work.join(format!("{}.mcap", spec.name));
+    write_log(&recording, &path)?;
+    Ok((open_log(&path, &LogOptions::default())?, spec.truth(&recording)?))
+}
+
 /// Scores all estimates of the drive on all its scans.
 pub(super) fn frames_of(spec: &DriveSpec, work: &Path) -> anyhow::Result<Frames> {
     let (path, runs) = log_and_runs(spec, work)?;

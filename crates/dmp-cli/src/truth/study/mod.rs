@@ -126,7 +126,7 @@ pub(crate) fn run(arguments: &StudyArgs, common: &Common, out: &mut impl Write) 
     }
     let fused = std::iter::repeat(MapSource::Fused);
     let OpenedRuns { log, runs, damaged } =
-        OpenedRuns::open(started, fused, &arguments.log, &arguments.settings, common)?;
+        OpenedRuns::open(started, fused, &arguments.log, arguments.settings.poses(), common)?;
 
     let feed = arguments.reference_map.as_deref().map(surface_of);
     let surface = feed.as_ref().map(|feed| feed as &ReferenceSurface<'_>);

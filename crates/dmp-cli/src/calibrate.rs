@@ -1,0 +1,158 @@
+//! `dmp calibrate`: when and where a run's poses hold, by the scans themselves.
+
+use std::io::{self, Write};
+
+use clap::Args;
+use dmp::{Config, ConventionsReport, EstimateReport, MapSource, vet};
+use dmp_draw::text::{Side, Table, digits};
+use serde::Serialize;
+
+use crate::clock_args::ClockArgs;
+use crate::common::Common;
+use crate::exit::{Exit, option_of};
+use crate::log_args::LogArgs;
+use crate::named::NamedFile;
+use crate::progress::Progress;
+use crate::runs::{OpenedRuns, Runs};
+use crate::settings::PlaceArgs;
+use crate::trajectory_args::TrajectoryArgs;
+
+/// Find when and where a run's poses hold
+///
+/// Looks for errors of a run's clock and of the sensor's mounting by the surfaces that several scans see: with what is right
+/// they are thinnest. Says what is found with an interval for each, and what the scans do not show: height over flat ground,
+/// time on a straight road at even speed. No ground truth and no target is needed. What puts an error right is told as an
+/// option of `dmp score`, whose --mend does the same.
+#[derive(Debug, Args)]
+#[command(
+    override_usage = "dmp calibrate [OPTIONS] LOG -t [NAME=]RUN.tum [-t [NAME=]RUN2.tum ...]",
+    after_help = "Examples:\n  \
+    dmp calibrate drive.mcap -t run.tum\n  \
+    dmp calibrate drive.mcap -t kiss=kiss_poses.npy -t lio=lio.tum --extrinsic lio=0,0,0.28,0,0,0,1\n  \
+    dmp calibrate drive.mcap -t run.tum --json\n\n\
+    Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run does not belong to it."
+)]
+pub(crate) struct CalibrateArgs {
+    /// A run: its trajectory, as for `dmp score`
+    #[arg(short = 't', long = "trajectory", value_name = "[NAME=]RUN", help_heading = "Input")]
+    #[arg(required_unless_present = "more")]
+    trajectories: Vec<NamedFile>,
+    #[command(flatten)]
+    reading: TrajectoryArgs,
+    #[command(flatten)]
+    log: LogArgs,
+    /// More runs: what a shell makes of `-t runs/*.tum`
+    #[arg(value_name = "[NAME=]RUN", hide = true)]
+    more: Vec<NamedFile>,
+    #[command(flatten)]
+    place: PlaceArgs,
+    #[command(flatten)]
+    clock: ClockArgs,
+    /// Print one JSON object (schema dmp-calibrate/1) instead of tables
+    #[arg(long, help_heading = "Output")]
+    json: bool,
+}
+
+/// The JSON.
+#[derive(Debug, Serialize)]
+struct Found {
+    schema: &'static str,
+    dmp_version: &'static str,
+    log: String,
+    runs: Vec<FoundRun>,
+    messages: Vec<String>,
+}
+
+/// A run in it.
+#[derive(Debug, Serialize)]
+struct FoundRun {
+    name: String,
+    belongs: bool,
+    #[serde(flatten)]
+    conventions: ConventionsReport,
+}
+
+pub(crate) fn run(arguments: &CalibrateArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
+    let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
+    let started = Runs::start(&files, &arguments.reading)?;
+    let time_offset_ns = arguments.clock.offset_of_all_ns();
+    let config = arguments.place.in_config(Config { time_offset_ns, ..Config::default() });
+    config.check()?;
+    let poses = (&arguments.place, &arguments.clock);
+    let fused = std::iter::repeat(MapSource::Fused);
+    let OpenedRuns { log, runs, damaged } = OpenedRuns::open(started, fused, &arguments.log, poses, common)?;
+    let vetted = vet(log.as_ref(), &runs, &config, false, &Progress::new(common))?;
+    let found = Found {
+        schema: "dmp-calibrate/1",
+        dmp_version: env!("CARGO_PKG_VERSION"),
+        log: log.summary().path.display().to_string(),
+        runs: vetted
+            .found
+            .iter()
+            .map(|found| FoundRun {
+                name: found.name.clone(),
+                belongs: found.left_out.is_none(),
+                conventions: found.report(false, &option_of),
+            })
+            .collect(),
+        messages: vetted.messages_with(&option_of),
+    };
+    if arguments.json {
+        serde_json::to_writer_pretty(&mut *out, &found).map_err(io::Error::from)?;
+        writeln!(out)?;
+    } else {
+        for run in &found.runs {
+            table(out, run)?;
+        }
+        if found.messages.is_empty() {
+            writeln!(out, "Nothing is surely off.")?;
+        }
+        found.messages.iter().try_for_each(|message| writeln!(out, "{message}"))?;
+    }
+    let incomplete = damaged || found.runs.iter().any(|run| !run.belongs);
+    Ok(if incomplete { Exit::InputDamaged } else { Exit::Done })
+}
+
+fn table(out: &mut impl Write, run: &FoundRun) -> io::Result<()> {
+    let ConventionsReport { together, thickness_m, estimates, .. } = &run.conventions;
+    writeln!(out, "{}", run.name)?;
+    if let Some(share) = together {
+        writeln!(out, "  {:.0} % of the returns looked at meet those of other scans near by", 100.0 * share)?;
+    }
+    match thickness_m {
+        Some(metres) => writeln!(out, "  surfaces are {} cm thick", digits(100.0 * metres))?,
+        None => {
+            writeln!(out, "  no surface is seen by several scans: nothing can be said of clock and mounting")?
+        }
+    }
+    let mut table = Table::new([Side::Left, Side::Right, Side::Right, Side::Left, Side::Left]);
+    for estimate in estimates {
+        table.row(row(estimate));
+    }
+    table.write(out, "  ")?;
+    writeln!(out)
+}
+
+/// A number in the unit that people use for it.
+fn row(estimate: &EstimateReport) -> [String; 5] {
+    let EstimateReport { axis, value, half, seen, off } = estimate;
+    let (factor, unit, decimals) = match axis.as_str() {
+        "time" => (1e3, "ms", 2),
+        "sweep" => (1.0, "of the times of returns", 3),
+        "roll" | "pitch" | "yaw" => (1.0_f64.to_degrees(), "°", 3),
+        _ => (100.0, "cm", 2),
+    };
+    let remark = match (seen, off) {
+        (false, _) => "cannot be seen here",
+        (true, true) => "off",
+        (true, false) => "",
+    };
+    let number = |value: f64| format!("{value:.decimals$}");
+    [
+        axis.clone(),
+        number(factor * value),
+        format!("± {}", number(factor * half)),
+        unit.to_owned(),
+        remark.to_owned(),
+    ]
+}

@@ -1,0 +1,363 @@
+//! Wrong clocks, mountings and readings: each is told with the option that puts it right, right runs are left alone, and one
+//! run's mistake is no other's.
+
+use std::fs;
+use std::path::Path;
+use std::sync::OnceLock;
+
+use dmp::{Axis, Config, LeftOut, Mend, PoseAt, PosesAs, Run, SettingName, Vetted, vet, vet_outline};
+use dmp_log::{LogOptions, MemoryLog, outline_log, read_trajectory, write_kitti, write_tum};
+use dmp_sensor::{Isometry3, Point3, Quaternion, Scan, Trajectory, UnitQuaternion, Vector3};
+use dmp_sim::{LidarOptions, RecordingOptions, Route};
+
+use crate::common::{collapse, drift, noise};
+use crate::common::{dmp, open, real_data, recorded, refused, runs_of, text, workspace, write_mcap};
+
+/// A loop at 10 scans a second.
+fn town() -> &'static (Vec<Scan>, Trajectory) {
+    static TOWN: OnceLock<(Vec<Scan>, Trajectory)> = OnceLock::new();
+    TOWN.get_or_init(|| {
+        let lidar = LidarOptions { azimuth_steps: 300, rate_hz: 10.0, ..LidarOptions::with_beams(16) };
+        recorded(&RecordingOptions {
+            seed: 7,
+            scans: 420,
+            route: Route::Loop,
+            speed_m_s: 8.0,
+            traffic: 2,
+            lidar,
+        })
+    })
+}
+
+fn memory() -> MemoryLog {
+    MemoryLog::new("town", town().0.clone()).unwrap()
+}
+
+fn truth() -> Run {
+    Run::new("truth", town().1.clone())
+}
+
+fn turn(axis: Vector3<f64>, degrees: f64) -> Isometry3<f64> {
+    Isometry3::from_parts(Vector3::zeros().into(), UnitQuaternion::new(axis * degrees.to_radians()))
+}
+
+fn moved(trajectory: &Trajectory, pose: impl Fn(&Isometry3<f64>) -> Isometry3<f64>) -> Trajectory {
+    let stamps = trajectory.stamps_ns().unwrap().iter().copied();
+    Trajectory::stamped(stamps.zip(trajectory.poses().iter().map(pose)).collect()).unwrap().trajectory
+}
+
+fn vetted(runs: &[Run], mend: bool) -> Vetted {
+    vet(&memory(), runs, &Config::default(), mend, &()).unwrap()
+}
+
+fn words(vetted: &Vetted) -> Vec<String> {
+    let messages = vetted.messages_with(&|setting: SettingName| format!("--{setting}"));
+    messages.iter().for_each(|message| println!("{message}"));
+    messages
+}
+
+#[test]
+fn row_19_right_runs_are_left_alone_however_bad_they_are() {
+    let wrong = [
+        ("noise", noise(0.03, 0.1)),
+        ("much noise", noise(0.1, 0.3)),
+        ("terrible noise", noise(0.3, 1.0)),
+        ("drift", drift(0.3)),
+        ("much drift", drift(3.0)),
+        ("collapsed", collapse(0.5)),
+    ];
+    let runs = runs_of(&town().1, &wrong);
+    assert_eq!(words(&vetted(&runs, false)), [""; 0]);
+    // With a pose for each scan, without stamps, seen from elsewhere: nothing depends on that.
+    let at_scans = town().0.iter().filter_map(|scan| town().1.world_from_body_at(scan.stamp_ns?, i64::MAX));
+    let elsewhere = Isometry3::translation(500_000.0, 4_000_000.0, 100.0) * turn(Vector3::z(), 120.0);
+    let by_line = Trajectory::unstamped(at_scans.map(|pose| elsewhere * pose).collect()).unwrap();
+    let found = vetted(&[Run::new("by line", by_line)], false);
+    assert_eq!(words(&found), [""; 0]);
+    let calibration = found.found[0].calibration.as_ref().unwrap();
+    assert!(calibration.of(Axis::Time).is_seen && calibration.of(Axis::Yaw).is_seen);
+}
+
+#[test]
+fn row_19_the_sample_has_nothing_wrong_and_no_run_is_left_out() {
+    let sample = workspace().join("data-samples");
+    let runs = ["truth", "noise", "drift", "collapsed"]
+        .map(|name| Run::new(name, read_trajectory(&sample.join(format!("{name}.tum"))).unwrap().trajectory));
+    let found = vet(open(&sample.join("town.mcap")).as_ref(), &runs, &Config::default(), false, &()).unwrap();
+    assert_eq!(words(&found), [""; 0]);
+}
+
+/// Errors of clock and mounting are found within their intervals, to both sides, and mended.
+#[test]
+fn small_errors_of_clock_and_mounting_are_found_where_they_are_seen() {
+    let zero = vetted(&[truth()], false).found.remove(0).calibration.unwrap();
+    let (mut found, mut tried) = (0, 0);
+    for (axis, error) in [
+        (Axis::Time, 0.02),
+        (Axis::Time, -0.1),
+        (Axis::Yaw, 1.0_f64.to_radians()),
+        (Axis::Pitch, -0.5_f64.to_radians()),
+        (Axis::Roll, 0.5_f64.to_radians()),
+        (Axis::X, 0.2),
+        (Axis::Y, -0.2),
+        (Axis::Z, 0.2),
+    ] {
+        let along = |one: Axis| if one == axis { error } else { 0.0 };
+        let mut run = truth();
+        run.time_offset_ns = Some((along(Axis::Time) * 1e9).round() as i64);
+        run.body_from_sensor = Some(Isometry3::new(
+            Vector3::new(along(Axis::X), along(Axis::Y), along(Axis::Z)),
+            Vector3::new(along(Axis::Roll), along(Axis::Pitch), along(Axis::Yaw)),
+        ));
+        let of_run = vetted(&[run], true);
+        let one = of_run.found[0].calibration.as_ref().unwrap().of(axis);
+        println!("{}: {error} made, {} ± {} found, seen: {}", axis.name(), -one.value, one.half, one.is_seen);
+        assert!((one.value - zero.of(axis).value + error).abs() <= one.half, "{axis:?}");
+        tried += 1;
+        if !one.is_off {
+            assert!(error.abs() < one.half || !one.is_seen, "{axis:?}");
+            continue;
+        }
+        found += 1;
+        // What mends it leaves nothing to be said.
+        let mended = vetted(&of_run.runs, false);
+        assert_eq!(words(&mended), [""; 0], "{axis:?}");
+    }
+    assert!(found >= 5, "{found} of {tried}");
+    // Over flat ground height is not seen, and said to be.
+    assert!(!zero.of(Axis::Z).is_seen, "{:?}", zero.of(Axis::Z));
+}
+
+#[test]
+fn a_pose_at_the_end_of_its_scan_is_found_as_that() {
+    // As an odometry writes it: the pose of the end of the scan with the stamp of its start, or with none.
+    let ends = || {
+        town().0.iter().filter_map(|scan| {
+            let stamp_ns = scan.stamp_ns?;
+            let last_ns = scan.time_offsets_ns.iter().max()?;
+            Some((stamp_ns, town().1.world_from_body_at(stamp_ns + last_ns, i64::MAX)?))
+        })
+    };
+    let stamped = Trajectory::stamped(ends().collect()).unwrap().trajectory;
+    let unstamped = Trajectory::unstamped(ends().map(|(_, pose)| pose).collect()).unwrap();
+    let runs = [Run::new("stamped", stamped), Run::new("unstamped", unstamped), truth()];
+    let found = vetted(&runs, true);
+    words(&found);
+    for of_run in &found.found[..2] {
+        assert_eq!(of_run.mends, [Mend::PoseAt(PoseAt::End)], "{}", of_run.name);
+    }
+    assert_eq!(found.found[2].mends, []);
+    assert!(found.alike.is_empty());
+    // Only the two: nobody else is to blame. With them alone it is the log that is.
+    assert_eq!(vetted(&runs[..2], false).alike[0].axis, Axis::Time);
+}
+
+#[test]
+fn what_all_runs_are_off_by_is_not_theirs() {
+    let late = |name: &str, run: Run| Run { name: name.into(), time_offset_ns: Some(50_000_000), ..run };
+    let noisy = runs_of(&town().1, &[("noise", noise(0.01, 0.03))]).remove(1);
+    let found = vetted(&[late("a", truth()), late("b", noisy)], false);
+    let told = words(&found);
+    assert!(
+        told[0].starts_with("all runs are off alike: ") && told[0].contains("the log's clock"),
+        "{told:?}"
+    );
+    assert!(told[1].contains("--time-offset a=0"), "{told:?}");
+}
+
+#[test]
+fn points_that_were_corrected_already_are_told() {
+    // Brought to the start of the scan, with their times still there.
+    let (scans, truth_poses) = town();
+    let corrected = scans.iter().map(|scan| {
+        let stamp_ns = scan.stamp_ns.unwrap();
+        let at = |ns: i64| truth_poses.world_from_body_at(ns, i64::MAX);
+        let Some(start) = at(stamp_ns) else { return scan.clone() };
+        let correct = |(point, after_ns): (&[f32; 3], &i64)| {
+            let Some(pose) = at(stamp_ns + after_ns) else { return *point };
+            let in_start = start.inverse() * (pose * Point3::from(point.map(f64::from)));
+            [in_start.x as f32, in_start.y as f32, in_start.z as f32]
+        };
+        let points = scan.points_in_sensor_m.iter().zip(&scan.time_offsets_ns).map(correct).collect();
+        Scan { points_in_sensor_m: points, ..scan.clone() }
+    });
+    let folder = tempfile::tempdir().unwrap();
+    write_mcap(&folder.path().join("corrected.mcap"), &corrected.collect::<Vec<_>>());
+    write_mcap(&folder.path().join("raw.mcap"), scans);
+    write_tum(&mut fs::File::create(folder.path().join("truth.tum")).unwrap(), truth_poses).unwrap();
+    let told = |arguments: &str| {
+        let output = dmp(folder.path(), &format!("score {arguments} -t truth.tum --every 20"));
+        text(&output.stderr)
+    };
+    let words = told("corrected.mcap");
+    assert!(
+        words.contains("at one instant already") && words.contains("--point-time ignore mends it"),
+        "{words}"
+    );
+    // Mended it is the same as with the option.
+    let json = |arguments: &str| {
+        let output = dmp(folder.path(), &format!("score {arguments} -t truth.tum --every 20 --json -q"));
+        let report: dmp::Report = serde_json::from_slice(&output.stdout).unwrap();
+        report.runs[0].r_cv_m2.clone()
+    };
+    assert_eq!(json("corrected.mcap --mend"), json("corrected.mcap --point-time ignore"));
+    assert_ne!(json("corrected.mcap"), json("corrected.mcap --mend"));
+    // And the other way round.
+    let words = told("raw.mcap --point-time ignore");
+    assert!(words.contains("leave --point-time out"), "{words}");
+    assert!(!told("raw.mcap").contains("--point-time"));
+}
+
+/// Everything that users get wrong, through the command: one line names it with the option that puts it right, and the
+/// right run beside it has the numbers it has alone.
+#[test]
+fn row_19_each_wrong_reading_is_told_in_a_line_and_harms_no_other_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let (scans, truth) = town();
+    write_mcap(&path.join("town.mcap"), scans);
+    let keep = |name: &str, trajectory: &Trajectory| {
+        write_tum(&mut fs::File::create(path.join(name)).unwrap(), trajectory).unwrap();
+    };
+    keep("truth.tum", truth);
+    let camera_from_sensor = turn(Vector3::x(), 90.0) * turn(Vector3::z(), 90.0);
+    let scaled = |pose: &Isometry3<f64>| {
+        Isometry3::from_parts((pose.translation.vector * 1000.0).into(), pose.rotation)
+    };
+    let wxyz = |pose: &Isometry3<f64>| {
+        let [x, y, z, w] = [pose.rotation.i, pose.rotation.j, pose.rotation.k, pose.rotation.w];
+        let written = UnitQuaternion::new_unchecked(Quaternion::new(z, w, x, y));
+        Isometry3::from_parts(pose.translation, written)
+    };
+    keep("mm.tum", &moved(truth, scaled));
+    keep("wxyz.tum", &moved(truth, wxyz));
+    keep("inverse.tum", &moved(truth, Isometry3::inverse));
+    keep("camera.tum", &moved(truth, |pose| camera_from_sensor * pose * camera_from_sensor.inverse()));
+    keep("late.tum", &truth.clone().later_by(2_000_000_000).unwrap());
+    keep("hour.tum", &truth.clone().later_by(3_600_000_000_000).unwrap());
+    let sparse = truth.stamps_ns().unwrap().iter().copied().zip(truth.poses().iter().copied()).step_by(60);
+    keep("keyframes.tum", &Trajectory::stamped(sparse.collect()).unwrap().trajectory);
+    let json = |arguments: &str| {
+        let output = dmp(path, &format!("score town.mcap -t truth.tum {arguments} --every 12 --json"));
+        let report: dmp::Report = serde_json::from_slice(&output.stdout).unwrap();
+        (report, text(&output.stderr), output.status.code())
+    };
+    let (alone, told, code) = json("");
+    assert_eq!((alone.runs.len(), code), (1, Some(0)));
+    assert!(!told.contains("note: run"), "{told}");
+    for (file, mends) in [
+        ("mm", "--poses-as mm=mm mends it"),
+        ("wxyz", "--poses-as wxyz=wxyz mends it"),
+        ("inverse", "--poses-as inverse=inverted mends it"),
+        ("camera", "--extrinsic camera=0,0,0,0.5,-0.5,0.5,0.5 mends it"),
+        ("late", "--time-offset late=2 mends it"),
+        ("hour", "--time-offset hour=3600.000"),
+        ("keyframes", "--between keyframes=FILE"),
+    ] {
+        let (report, told, code) = json(&format!("-t {file}.tum"));
+        let lines: Vec<&str> = told.lines().filter(|line| line.starts_with("note: run")).collect();
+        assert!(lines.len() == 1 && lines[0].contains(&format!("run `{file}` is left out: ")), "{told}");
+        assert!(lines[0].contains(mends), "{told}");
+        assert_eq!((code, report.left_out.len()), (Some(3), 1), "{file}");
+        assert_eq!(report.left_out[0].name, file);
+        // The others have the numbers they have without it.
+        assert_eq!(report.runs, alone.runs, "{file}");
+        assert_eq!(report.config, alone.config, "{file}");
+        assert_eq!(report.order, ["truth"]);
+        if file == "hour" || file == "keyframes" {
+            continue;
+        }
+        // Mended, it is the run that it was meant to be.
+        let (report, ..) = json(&format!("-t {file}.tum --mend"));
+        assert!(report.left_out.is_empty() && report.inputs.runs[1].conventions.as_ref().unwrap().mended);
+        let [truth, run] = [0, 1].map(|k| report.runs[k].r_cv_m2[0].unwrap().sqrt());
+        assert!((truth / run - 1.0).abs() < 1e-3, "{file}: {truth} {run}");
+        assert!(report.verdict_between("truth", file).unwrap().better().is_none(), "{file}");
+    }
+    // A gate that speaks of a run that is left out fails with the reason.
+    let output =
+        dmp(path, "score town.mcap -t truth.tum -t mm.tum --every 12 --fail-above mm:R_near_0.5=10m");
+    assert_eq!(output.status.code(), Some(4));
+    assert!(text(&output.stdout).contains("--poses-as mm=mm"), "{}", text(&output.stdout));
+    // Who trusts what was given gets it.
+    let (report, told, _) = json("-t wxyz.tum --trust");
+    assert!(report.left_out.is_empty() && !told.contains("note: run"), "{told}");
+    // Carried by an odometry between them, keyframes are as good as that.
+    let (report, ..) = json("-t keyframes.tum --between keyframes=truth.tum");
+    assert_eq!(report.runs.len(), 2);
+    // Log and trajectory swapped.
+    refused(
+        path,
+        "score truth.tum -t town.mcap",
+        1,
+        &["truth.tum", "it is a trajectory (TUM", "the log comes first"],
+    );
+}
+
+#[test]
+fn one_run_has_one_score_in_all_formats() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let (scans, truth) = town();
+    write_mcap(&path.join("town.mcap"), scans);
+    let stamps_ns: Vec<i64> = scans.iter().filter_map(|scan| scan.stamp_ns).collect();
+    let poses = stamps_ns.iter().map(|&ns| truth.world_from_body_at(ns, i64::MAX).unwrap());
+    let at_scans = Trajectory::stamped(stamps_ns.iter().copied().zip(poses).collect()).unwrap().trajectory;
+    let file = |name: &str| fs::File::create(path.join(name)).unwrap();
+    write_tum(&mut file("tum.tum"), &at_scans).unwrap();
+    write_kitti(&mut file("kitti.txt"), &at_scans).unwrap();
+    let in_ns: String =
+        fs::read_to_string(path.join("tum.tum")).unwrap().lines().skip(1).fold(String::new(), |all, line| {
+            let (stamp, pose) = line.split_once(' ').unwrap();
+            all + &format!("{} {pose}\n", stamp.replace('.', ""))
+        });
+    fs::write(path.join("ns.txt"), &in_ns).unwrap();
+    let output = dmp(path, "score town.mcap -t tum.tum -t kitti.txt -t ns.txt --every 5 --json -q");
+    let report: dmp::Report = serde_json::from_slice(&output.stdout).unwrap();
+    for run in &report.runs {
+        let apart = run.r_cv_m2[0].unwrap() / report.runs[0].r_cv_m2[0].unwrap() - 1.0;
+        // Matrices are rounded otherwise than quaternions.
+        assert!(apart.abs() < 1e-6, "{}: {apart}", run.name);
+    }
+    assert!(report.pairs.iter().all(|pair| pair.verdict.better().is_none()));
+    // At an instant that they do not hold at, they are worse, all alike.
+    let output =
+        dmp(path, "score town.mcap -t tum.tum -t kitti.txt --pose-at end --every 5 --json -q --trust");
+    let late: dmp::Report = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(late.runs[0].r_near_m2[2] > report.runs[0].r_near_m2[2]);
+    assert!((late.runs[0].r_near_m2[2].unwrap() / late.runs[1].r_near_m2[2].unwrap() - 1.0).abs() < 1e-6);
+    // In a unit that cannot be guessed.
+    let seconds = in_ns.replace("0000000 ", "00 ");
+    fs::write(path.join("us.txt"), seconds).unwrap();
+    refused(path, "score town.mcap -t tum.tum --time-unit nobody=us", 2, &["no run has this name"]);
+    refused(path, "score town.mcap -t kitti.txt --time-unit us", 2, &["kitti.txt", "has no stamps"]);
+}
+
+#[test]
+fn a_log_of_which_only_the_index_is_read_is_vetted_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.mcap");
+    write_mcap(&path, &town().0);
+    let outline = outline_log(&path, &LogOptions::default()).unwrap();
+    let wrong = Run { name: "inverse".into(), trajectory: moved(&town().1, Isometry3::inverse), ..truth() };
+    let found = vet_outline(&outline, &[truth(), wrong], &Config::default(), false, &()).unwrap();
+    words(&found);
+    assert_eq!(found.is_kept(), [true, false]);
+    assert!(matches!(found.found[1].left_out, Some(LeftOut::Misread)));
+    assert_eq!(found.found[1].mends[0], Mend::PosesAs(PosesAs::Inverted));
+}
+
+#[test]
+fn row_19_real_recordings_have_nothing_wrong() {
+    let look = |folder: &Path, file: &str, body_from_sensor: Isometry3<f64>| {
+        let trajectory = read_trajectory(&folder.join(file)).unwrap().trajectory;
+        let run = Run { body_from_sensor: Some(body_from_sensor), ..Run::new("odometry", trajectory) };
+        words(&vet(open(folder).as_ref(), &[run], &Config::default(), false, &()).unwrap())
+    };
+    let Some(nclt) = real_data("nclt_revisit") else { return };
+    assert_eq!(look(&nclt, "poses_lidar_odometry.txt", Isometry3::identity()), [""; 0]);
+    // The sensor hung upside down; the poses are its own. With that undone:
+    assert_eq!(look(&nclt, "poses_lidar_odometry.txt", turn(Vector3::x(), 180.0)).len(), 1);
+    let Some(still) = real_data("rs32_static") else { return };
+    assert_eq!(look(&still, "poses_icp_odom.txt", Isometry3::identity()), [""; 0]);
+}

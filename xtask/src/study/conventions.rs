@@ -1,0 +1,169 @@
+//! `cargo xtask study conventions`: are errors of clock and mounting found, and are right runs left alone?
+
+use std::path::PathBuf;
+
+use anyhow::Context as _;
+use dmp::{Axis, Config, Run, vet};
+use dmp_log::{LogOptions, ScanLog, open_log, read_trajectory};
+use dmp_sensor::{Isometry3, Trajectory, Vector3};
+
+use super::drives::{drives, find};
+use super::estimates::simulated;
+use super::rooms::room_log;
+use super::sample::log_and_truth;
+
+/// Runs with known errors of clock and mounting, and right ones, in simulated streets and rooms and in a real log
+#[derive(Debug, clap::Args)]
+pub(super) struct ConventionsArgs {
+    /// Drives on which errors are looked for, and whose estimates must be left alone
+    #[arg(long, value_delimiter = ',', default_values_t = ["laps-16".to_owned(), "oneway-32".to_owned()])]
+    drives: Vec<String>,
+    /// A folder with real recordings, for their truth as it was published
+    #[arg(long, value_name = "FOLDER")]
+    data: Option<PathBuf>,
+    /// Where the recordings are kept
+    #[arg(long, default_value = "target/study", value_name = "FOLDER")]
+    out: PathBuf,
+}
+
+/// The errors that are made, to both sides: milliseconds, degrees, centimetres.
+const TIMES_MS: [f64; 5] = [5.0, 10.0, 20.0, 50.0, 100.0];
+const ANGLES_DEG: [f64; 4] = [0.1, 0.2, 0.5, 1.0];
+const LENGTHS_CM: [f64; 3] = [2.0, 5.0, 20.0];
+
+pub(super) fn run(arguments: &ConventionsArgs) -> anyhow::Result<()> {
+    std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
+    println!(
+        "| world | number | seen | half an interval | errors | found | in the interval |\n|---|---|---|---|---|---|---|"
+    );
+    for name in &arguments.drives {
+        let spec = find(name)?;
+        let (log, truth) = log_and_truth(&spec, &arguments.out)?;
+        World { name, log: log.as_ref(), truth: &truth }.errors()?;
+    }
+    let (log, truth) = room_log(1, &arguments.out.join("rooms"))?;
+    World { name: "room 1", log: log.as_ref(), truth: &truth }.errors()?;
+    if let Some(nclt) = arguments.data.as_ref().map(|data| data.join("nclt_revisit")) {
+        let log = open_log(&nclt, &LogOptions::default())?;
+        let truth = read_trajectory(&nclt.join("poses_lidar_odometry.txt"))?.trajectory;
+        World { name: "nclt_revisit", log: log.as_ref(), truth: &truth }.errors()?;
+    }
+    println!("\nright runs\n\n| world | runs | left out | something off |\n|---|---|---|---|");
+    for spec in drives() {
+        let (log, truth) = log_and_truth(&spec, &arguments.out)?;
+        let runs: Vec<Run> = simulated(&spec, &truth)?
+            .into_iter()
+            .map(|estimate| Run::new(estimate.name, estimate.trajectory))
+            .collect();
+        World { name: spec.name, log: log.as_ref(), truth: &truth }.right(&runs)?;
+    }
+    Ok(())
+}
+
+/// A log and its truth.
+struct World<'a> {
+    name: &'a str,
+    log: &'a dyn ScanLog,
+    truth: &'a Trajectory,
+}
+
+/// An error that is made, in seconds, radians or metres.
+struct Made {
+    axis: Axis,
+    value: f64,
+}
+
+impl World<'_> {
+    /// Each error by itself.
+    fn errors(&self) -> anyhow::Result<()> {
+        let made = all_errors();
+        let runs: Vec<Run> = made.iter().enumerate().map(|(k, made)| self.with(k, made)).collect();
+        let plain = vet(self.log, &[Run::new("plain", self.truth.clone())], &Config::default(), false, &())?;
+        let vetted = vet(self.log, &runs, &Config::default(), false, &())?;
+        let Some(zero) = plain.found[0].calibration.as_ref() else {
+            println!("| {} | nothing is seen ||||||", self.name);
+            return Ok(());
+        };
+        for axis in Axis::ALL.into_iter().filter(|&axis| axis != Axis::Sweep) {
+            let of_axis: Vec<_> =
+                made.iter().zip(&vetted.found).filter(|(made, _)| made.axis == axis).collect();
+            let (mut found, mut inside, mut told) = (0, 0, 0);
+            for (made, of_run) in &of_axis {
+                let Some(calibration) = &of_run.calibration else { continue };
+                let one = calibration.of(axis);
+                told += 1;
+                found += usize::from(one.is_off);
+                inside += usize::from((one.value - zero.of(axis).value + made.value).abs() <= one.half);
+            }
+            let (half, seen) = (zero.of(axis).half, if zero.of(axis).is_seen { "yes" } else { "no" });
+            println!(
+                "| {} | {} | {seen} | {} | {} | {found} | {inside} of {told} |",
+                self.name,
+                axis.name(),
+                in_units(axis, half),
+                of_axis.len()
+            );
+        }
+        Ok(())
+    }
+
+    fn with(&self, number: usize, made: &Made) -> Run {
+        let mut run = Run::new(format!("{number}"), self.truth.clone());
+        let along = |axis: Axis| if made.axis == axis { made.value } else { 0.0 };
+        if made.axis == Axis::Time {
+            run.time_offset_ns = Some((made.value * 1e9).round() as i64);
+        }
+        run.body_from_sensor = Some(Isometry3::new(
+            Vector3::new(along(Axis::X), along(Axis::Y), along(Axis::Z)),
+            Vector3::new(along(Axis::Roll), along(Axis::Pitch), along(Axis::Yaw)),
+        ));
+        run
+    }
+
+    /// Runs with nothing wrong but the poses.
+    fn right(&self, runs: &[Run]) -> anyhow::Result<()> {
+        let vetted = vet(self.log, runs, &Config::default(), false, &())?;
+        let left_out = vetted.found.iter().filter(|found| found.left_out.is_some()).count();
+        let mut off = Vec::new();
+        for found in &vetted.found {
+            let axes = found.calibration.iter().flat_map(dmp::Calibration::off);
+            off.extend(axes.map(|one| {
+                format!(
+                    "{}: {} {} ± {}",
+                    found.name,
+                    one.axis.name(),
+                    in_units(one.axis, one.value),
+                    in_units(one.axis, one.half)
+                )
+            }));
+        }
+        let told = if off.is_empty() { "nothing".to_owned() } else { off.join("; ") };
+        println!("| {} | {} | {left_out} | {told} |", self.name, runs.len());
+        Ok(())
+    }
+}
+
+fn all_errors() -> Vec<Made> {
+    let sides = |values: &[f64], factor: f64| -> Vec<f64> {
+        values.iter().flat_map(|value| [-value * factor, value * factor]).collect()
+    };
+    let of = |axis: Axis| {
+        let values = match axis {
+            Axis::Time => sides(&TIMES_MS, 1e-3),
+            Axis::Sweep => Vec::new(),
+            Axis::Roll | Axis::Pitch | Axis::Yaw => sides(&ANGLES_DEG, 1.0_f64.to_radians()),
+            Axis::X | Axis::Y | Axis::Z => sides(&LENGTHS_CM, 0.01),
+        };
+        values.into_iter().map(move |value| Made { axis, value })
+    };
+    Axis::ALL.into_iter().flat_map(of).collect()
+}
+
+fn in_units(axis: Axis, value: f64) -> String {
+    match axis {
+        Axis::Time => format!("{:.2} ms", 1e3 * value),
+        Axis::Sweep => format!("{value:.3}"),
+        Axis::Roll | Axis::Pitch | Axis::Yaw => format!("{:.3}°", value.to_degrees()),
+        Axis::X | Axis::Y | Axis::Z => format!("{:.2} cm", 100.0 * value),
+    }
+}
