@@ -16,6 +16,8 @@ const LEVELS: [(Level, usize); 3] = [
 ];
 /// How far a step may go, in units of each axis.
 const LONGEST_STEP: f64 = 30.0;
+/// A step shorter than this, in such units, is none: 0.1 ms, 0.001°, 0.1 mm.
+const CONVERGED: f64 = 0.01;
 /// A return's distance from its plane says little by itself: neighbours are off alike. What is known beforehand counts as
 /// this many returns.
 const RETURNS_ALIKE: f64 = 100.0;
@@ -59,7 +61,7 @@ pub(crate) fn fit(
             let step = system.solve(&all.gradient, &steps)?;
             steps -= step.map(|s| s.clamp(-LONGEST_STEP, LONGEST_STEP));
             last = Some((level, system, of_blocks, all));
-            if step.amax() < 1e-3 {
+            if step.amax() < CONVERGED {
                 break;
             }
         }
@@ -77,17 +79,6 @@ pub(crate) fn fit(
         before_m2: given.squares_m2 / given.weight.max(1.0),
         after_m2: noise_m2,
     })
-}
-
-/// Mean square distance from the planes, m², with these errors taken away.
-pub(crate) fn thickness_m2(blocks: &[Block], mount: &Mount<'_>, metre_m: f64, steps: &Vector) -> f64 {
-    let (level, _) = LEVELS[LEVELS.len() - 1];
-    let level = Level { edge_m: level.edge_m * metre_m, thick_m: level.thick_m * metre_m, ..level };
-    let trial = Trial::new(mount, steps, metre_m);
-    let of_blocks: Vec<Equations> =
-        blocks.par_iter().map(|block| equations(block, &trial, level, metre_m)).collect();
-    let all = total(&of_blocks);
-    all.squares_m2 / all.weight.max(1.0)
 }
 
 fn total(of_blocks: &[Equations]) -> Equations {

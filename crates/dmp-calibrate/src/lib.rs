@@ -13,6 +13,8 @@ mod fit;
 mod mount;
 mod planes;
 mod sample;
+#[cfg(test)]
+mod tests;
 mod together;
 
 use dmp_reduce::Confidence;
@@ -20,10 +22,17 @@ use dmp_sensor::Isometry3;
 
 pub use axis::Axis;
 use axis::{AXES, Vector};
-use fit::{Fitted, fit, thickness_m2};
+use fit::{Fitted, fit};
 pub use mount::Mount;
 pub use sample::{Block, scans_of_block};
 pub use together::{Order, Together, together};
+
+/// What is left of the mean square thickness where it is worth putting something right, at most.
+const WORTH: f64 = 0.97;
+/// A run whose poses are off by more than this from the way between their neighbours, metres of a drive, tells nothing where
+/// returns are posed between them: what lies between is better known than they. A rotation counts at the other distance.
+const JITTER_M: f64 = 0.1;
+const REACH_M: f64 = 10.0;
 
 /// One number that was looked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,6 +74,12 @@ impl Calibration {
         self.estimates.into_iter().filter(|estimate| estimate.is_off)
     }
 
+    /// Whether it is worth putting right: surfaces become thinner, by 3 % of the mean square or more. An error that does less to the
+    /// map does nothing to a verdict; and a run that drifts a little to one side looks as if its sensor were turned a little.
+    pub fn pays(&self) -> bool {
+        self.after_m * self.after_m <= WORTH * self.before_m * self.before_m
+    }
+
     /// What to put right of the mounting: `given_from_true` of the sensor, to be put behind `body_from_sensor`.
     pub fn sensor_motion(&self) -> Isometry3<f64> {
         let [_, _, roll, pitch, yaw, x, y, z] = self.mended;
@@ -72,21 +87,16 @@ impl Calibration {
     }
 }
 
-/// Of poses that jitter from scan to scan, the mean of two is better than each: scans that are put as a whole halfway between
-/// two poses fit together better, though no clock is off. What tells it from an error of time is that earlier helps as much as
-/// later.
-fn jitters(blocks: &[Block], mount: &Mount<'_>, metre_m: f64, found: &Fitted) -> bool {
-    /// A fifth of the gain, with the time to the other side, is too much; times nearer than 20 ms have no other side.
-    const GAIN: f64 = 0.2;
-    const NEAR_S: f64 = 0.02;
-    let time = Axis::Time as usize;
-    if found.steps[time].abs() * Axis::Time.step(metre_m) < NEAR_S {
-        return false;
-    }
-    let mut mirrored = found.steps;
-    mirrored[time] = -mirrored[time];
-    let gained_m2 = found.before_m2 - thickness_m2(blocks, mount, metre_m, &mirrored);
-    gained_m2 > GAIN * (found.before_m2 - found.after_m2)
+/// A scan is as it was measured or at one instant. What fits best with something else is off in other ways than are looked for.
+fn misfits(found: &Fitted, sweep_is_seen: bool) -> bool {
+    /// Points that were brought to one instant by a rough estimate of the motion are nearly there.
+    const ROUGHLY: f64 = 0.25;
+    let sweep = Axis::Sweep as usize;
+    let (steps, half) = (found.steps[sweep], found.half_steps[sweep]);
+    let step = Axis::Sweep.step(1.0);
+    let value = steps * step + Axis::Sweep.as_given();
+    let is_off = sweep_is_seen && steps.abs() > half.max(Axis::Sweep.worth_steps());
+    is_off && value.abs() > (half * step).max(ROUGHLY)
 }
 
 /// Looks for errors of time and mounting by the scans of some blocks; `metre_m` is how long what is a metre on a drive is here.
@@ -108,8 +118,11 @@ pub fn calibrate(
         steps * axis.step(metre_m) + axis.as_given()
     };
     let is_seen = |k: usize| free[k] && all.half_steps[k] <= Axis::ALL[k].seen_within_steps();
-    let jitters = jitters(blocks, mount, metre_m, &all);
-    let is_seen = |k: usize| is_seen(k) && !jitters;
+    // Within a scan a pose between two others is used, and that of a jittering run is better than both: everything else gives
+    // way to that.
+    let jitters = sweeps && mount.jitter_m(REACH_M * metre_m) > JITTER_M * metre_m;
+    let tells = !jitters && !misfits(&all, is_seen(Axis::Sweep as usize));
+    let is_seen = |k: usize| is_seen(k) && tells;
     let off: [bool; AXES] = std::array::from_fn(|k| {
         is_seen(k) && all.steps[k].abs() > all.half_steps[k].max(Axis::ALL[k].worth_steps())
     });

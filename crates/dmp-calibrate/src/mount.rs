@@ -15,6 +15,25 @@ pub struct Mount<'a> {
     pub max_gap_ns: i64,
 }
 
+impl Mount<'_> {
+    /// How far poses are off from the way between their neighbours: root of the mean square, metres; a rotation counts at this
+    /// distance.
+    pub(crate) fn jitter_m(&self, reach_m: f64) -> f64 {
+        let (poses, stamps_ns) = (self.trajectory.poses(), self.trajectory.stamps_ns().unwrap_or_default());
+        let (mut squares_m2, mut count) = (0.0, 0.0);
+        for (three, at_ns) in poses.windows(3).zip(stamps_ns.windows(3)) {
+            let share = (at_ns[1] - at_ns[0]) as f64 / (at_ns[2] - at_ns[0]) as f64;
+            let turn = three[0].rotation.try_slerp(&three[2].rotation, share, 1e-12);
+            let place = three[0].translation.vector.lerp(&three[2].translation.vector, share);
+            let off_m = (three[1].translation.vector - place).norm()
+                + reach_m * turn.map_or(0.0, |turn| turn.angle_to(&three[1].rotation));
+            squares_m2 += off_m * off_m;
+            count += 1.0;
+        }
+        if count > 0.0 { f64::sqrt(squares_m2 / count) } else { 0.0 }
+    }
+}
+
 /// The errors that are tried, in units of [`Axis::step`].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Trial<'a> {

@@ -88,13 +88,17 @@ impl RunPoses {
         stamp_ns.is_none_or(|ns| sparse.carries(ns.saturating_add(first_ns), ns.saturating_add(last_ns)))
     }
 
-    /// The longest time between two poses, nanoseconds, and how far the sensor may be off there, metres; `None` where
-    /// poses are nowhere long apart.
-    pub(crate) fn longest_gap(&self) -> Option<(i64, f64)> {
-        let sparse = self.sparse.as_ref()?;
+    /// The longest time between two poses, seconds.
+    pub(crate) fn longest_gap_s(&self) -> Option<f64> {
         let stamps_ns = self.trajectory.stamps_ns()?;
         let longest_ns = stamps_ns.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).max()?;
-        Some((longest_ns, sparse.most_m()))
+        Some(longest_ns as f64 / 1e9)
+    }
+
+    /// The longest time between two poses, seconds, and how far the sensor may be off between poses, metres; `None` where they
+    /// are nowhere long apart.
+    pub(crate) fn left_open(&self) -> Option<(f64, f64)> {
+        Some((self.longest_gap_s()?, self.sparse.as_ref()?.most_m()))
     }
 
     /// The scan's stamp, where that is known by the line of its pose.

@@ -9,7 +9,7 @@ use dmp_sensor::{Isometry3, Trajectory, Vector3};
 
 use super::drives::{drives, find};
 use super::estimates::simulated;
-use super::rooms::room_log;
+use super::rooms::{room_log, room_runs};
 use super::sample::log_and_truth;
 
 /// Runs with known errors of clock and mounting, and right ones, in simulated streets and rooms and in a real log
@@ -49,6 +49,11 @@ pub(super) fn run(arguments: &ConventionsArgs) -> anyhow::Result<()> {
         World { name: "nclt_revisit", log: log.as_ref(), truth: &truth }.errors()?;
     }
     println!("\nright runs\n\n| world | runs | left out | something off |\n|---|---|---|---|");
+    for seed in 1..=3 {
+        let (log, runs) = room_runs(seed, &arguments.out.join("rooms"))?;
+        World { name: &format!("room {seed}"), log: log.as_ref(), truth: &runs[0].trajectory }
+            .right(&runs)?;
+    }
     for spec in drives() {
         let (log, truth) = log_and_truth(&spec, &arguments.out)?;
         let runs: Vec<Run> = simulated(&spec, &truth)?

@@ -65,6 +65,19 @@ pub(super) fn run(arguments: &RoomsArgs) -> anyhow::Result<()> {
 
 /// A recording of a room as the study makes it, and its truth.
 pub(super) fn room_log(seed: u64, out: &Path) -> anyhow::Result<(Box<dyn ScanLog>, Trajectory)> {
+    let place = open_room(seed, out)?;
+    Ok((place.log, place.truth))
+}
+
+/// The same with its truth and its estimates.
+pub(super) fn room_runs(seed: u64, out: &Path) -> anyhow::Result<(Box<dyn ScanLog>, Vec<Run>)> {
+    let place = open_room(seed, out)?;
+    let mut runs = vec![Run::new("truth", place.truth.clone())];
+    runs.extend(place.estimates(seed)?);
+    Ok((place.log, runs))
+}
+
+fn open_room(seed: u64, out: &Path) -> anyhow::Result<RoomLog> {
     let arguments = RoomsArgs {
         rooms: vec![seed],
         settings: false,
@@ -73,8 +86,7 @@ pub(super) fn room_log(seed: u64, out: &Path) -> anyhow::Result<(Box<dyn ScanLog
         width: 320,
         out: out.to_path_buf(),
     };
-    let place = RoomLog::open(seed, &arguments)?;
-    Ok((place.log, place.truth))
+    RoomLog::open(seed, &arguments)
 }
 
 /// A recording on disk, with its truth.

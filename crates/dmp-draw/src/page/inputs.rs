@@ -1,9 +1,9 @@
 //! What went in: files, settings, where every return went.
 
-use dmp::{ConfigReport, InputReport, Pairing, Report, RunInputReport};
+use dmp::{ConfigReport, InputReport, Pairing, PoseAt, Report, RunInputReport};
 
 use super::html::{cell, head, table, terms};
-use crate::text::{NONE, bytes, count, counted, duration};
+use crate::text::{NONE, bytes, count, counted, digits, duration};
 
 /// The log, the runs, the settings, the effort.
 pub(super) fn inputs(report: &Report) -> String {
@@ -62,8 +62,8 @@ fn runs(inputs: &InputReport) -> String {
             run.file.clone().unwrap_or_else(|| NONE.to_owned()),
             run.format.clone().unwrap_or_else(|| NONE.to_owned()),
             count(run.poses as u64),
-            pairing(run.pairing).to_owned(),
-            format!("{} s", run.max_time_gap_s),
+            pairing(run),
+            run.longest_gap_s.map_or_else(|| NONE.to_owned(), |gap_s| format!("{} s", digits(gap_s))),
             count(run.scans_without_pose as u64),
             run.map.clone(),
             format!("{x} {y} {z} m, {qx} {qy} {qz} {qw} ({})", run.body_from_sensor_source),
@@ -74,11 +74,20 @@ fn runs(inputs: &InputReport) -> String {
     table("What was read of every run", &heads, &inputs.runs.iter().map(row).collect::<Vec<_>>())
 }
 
-fn pairing(pairing: Pairing) -> &'static str {
-    match pairing {
+/// How poses are found, and when they hold.
+fn pairing(run: &RunInputReport) -> String {
+    let mut words = match run.pairing {
         Pairing::ByStamp => "by stamp",
         Pairing::ByLine => "line by line",
     }
+    .to_owned();
+    if run.pose_at != PoseAt::Stamp {
+        words += &format!(", at the {} of the scan", run.pose_at);
+    }
+    if run.time_offset_s != 0.0 {
+        words += &format!(", the log's clock {} s on", run.time_offset_s);
+    }
+    words
 }
 
 fn settings(report: &Report) -> String {

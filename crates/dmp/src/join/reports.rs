@@ -55,6 +55,7 @@ fn add(joined: &mut Report, other: Report) {
             joined.inputs.runs.push(input);
         }
     }
+    joined.left_out.extend(other.left_out);
     for pair in other.pairs {
         if joined.pair(&pair.a, &pair.b).is_none() {
             joined.pairs.push(pair);

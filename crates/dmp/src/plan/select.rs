@@ -70,9 +70,9 @@ pub(super) fn select<M>(
     if selection.frames.is_empty() {
         let sparsest = runs.iter().max_by_key(|run| run.scans_between_poses);
         let gap = sparsest.filter(|run| run.scans_between_poses > 0);
-        if let Some((run, (gap_ns, off_m))) = gap.and_then(|run| Some((run, run.poses.longest_gap()?))) {
+        if let Some((run, (gap_s, off_m))) = gap.and_then(|run| Some((run, run.poses.left_open()?))) {
             let run = run.run.name.clone();
-            return Err(EvaluateError::TooSparse { run, gap_s: gap_ns as f64 / 1e9, off_m });
+            return Err(EvaluateError::TooSparse { run, gap_s, off_m });
         }
         return Err(EvaluateError::NothingInCommon);
     }

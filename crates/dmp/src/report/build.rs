@@ -220,7 +220,7 @@ impl Findings<'_> {
                 conventions: None,
                 time_offset_s: settings.time_offset_ns(run) as f64 / 1e9,
                 max_time_gap_s: state.poses.max_gap_ns as f64 / 1e9,
-                longest_gap_s: state.poses.longest_gap().map(|(gap_ns, _)| gap_ns as f64 / 1e9),
+                longest_gap_s: state.poses.longest_gap_s(),
                 scans_between_poses: state.scans_between_poses,
                 scans_without_pose: state.scans_without_pose,
                 map: match &run.map {

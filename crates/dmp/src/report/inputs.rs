@@ -81,7 +81,7 @@ pub struct RunInputReport {
     pub conventions: Option<ConventionsReport>,
     /// Longest gap between poses that is interpolated over, seconds.
     pub max_time_gap_s: f64,
-    /// The longest time between two poses of it, seconds; null where they are nowhere further apart than three scans.
+    /// The longest time between two poses of it, seconds; null where they have no stamps.
     #[serde(default)]
     pub longest_gap_s: Option<f64>,
     /// Scans that lie between poses too far apart to say where they were made.

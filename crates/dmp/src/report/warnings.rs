@@ -78,9 +78,9 @@ fn of_report<M>(report: &Report, plan: &Plan, runs: &[RunState<'_, M>]) -> Vec<W
         });
     }
     for state in runs.iter().filter(|state| state.scans_between_poses > 0) {
-        if let Some((gap_ns, off_m)) = state.poses.longest_gap() {
+        if let Some((gap_s, off_m)) = state.poses.left_open() {
             let (run, scans) = (state.run.name.clone(), state.scans_between_poses);
-            warnings.push(Warning::SparsePoses { run, gap_s: gap_ns as f64 / 1e9, off_m, scans });
+            warnings.push(Warning::SparsePoses { run, gap_s, off_m, scans });
         }
     }
     if selection.out_of_order > 0 {

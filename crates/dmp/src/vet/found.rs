@@ -108,7 +108,7 @@ impl Found {
                 100.0 * read
             ));
         }
-        if let Some(calibration) = self.calibration.as_ref().filter(|found| found.off().next().is_some()) {
+        if let Some(calibration) = self.calibration.as_ref().filter(|found| found.pays()) {
             let off: Vec<String> = calibration.off().map(off_in_words).collect();
             parts.push(format!(
                 "{}, by the scans themselves (surfaces are {:.1} cm thick, else {:.1} cm)",

@@ -128,8 +128,12 @@ fn alike(found: &[Found]) -> Vec<Estimate> {
     let calibrations: Vec<&Calibration> = found
         .iter()
         .filter(|found| found.left_out.is_none())
-        .filter_map(|found| found.calibration.as_ref())
+        .filter_map(|found| found.calibration.as_ref().filter(|found| found.pays()))
         .collect();
+    let scored = found.iter().filter(|found| found.left_out.is_none()).count();
+    if calibrations.len() < scored {
+        return Vec::new();
+    }
     let [first, others @ ..] = calibrations.as_slice() else { return Vec::new() };
     let is_alike = |one: &Estimate| {
         let agrees = |other: &&Calibration| {
@@ -192,7 +196,7 @@ impl Look<'_> {
             }
         }
         found.calibration = self.calibrate(&read)?;
-        if let Some(calibration) = &found.calibration {
+        if let Some(calibration) = found.calibration.as_ref().filter(|found| found.pays()) {
             self.add_mends(&read, calibration, &mut found.mends);
         }
         Ok(found)

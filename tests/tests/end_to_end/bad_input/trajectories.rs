@@ -1,4 +1,4 @@
-//! Rows 18 and 23: trajectories that do not cover the log, or make no sense. Row 19 is in `sanity.rs`.
+//! Rows 18 and 23: trajectories that do not cover the log, or make no sense. Row 19 is in `conventions.rs` and `sanity.rs`.
 
 use dmp_log::read_trajectory;
 use dmp_sensor::Trajectory;

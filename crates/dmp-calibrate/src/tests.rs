@@ -1,0 +1,185 @@
+//! A hall with flat walls, a vehicle that drives in it, and errors that are made.
+
+use dmp_reduce::Confidence;
+use dmp_sensor::{Isometry3, Scan, Trajectory, UnitQuaternion, Vector3};
+
+use crate::axis::{AXES, Vector};
+use crate::mount::Trial;
+use crate::{Axis, Block, Calibration, Mount, Order, calibrate, scans_of_block, together};
+
+const SCANS: usize = 240;
+const PERIOD_NS: i64 = 100_000_000;
+/// Half the extent of the hall along x and y, its floor and its roof, metres from the sensor's way.
+const WALLS_M: [f64; 3] = [30.0, 20.0, 4.0];
+
+/// A wavy way with pitch and roll; or straight on, evenly and level.
+fn pose(ns: i64, wavy: bool) -> Isometry3<f64> {
+    let s = ns as f64 / 1e9;
+    if !wavy {
+        return Isometry3::translation(-12.0 + s, 0.0, 0.0);
+    }
+    let turn = UnitQuaternion::from_euler_angles(
+        0.1 * (1.3 * s).sin(),
+        0.08 * (1.7 * s).cos(),
+        0.9 * (0.7 * s).sin(),
+    );
+    let place = Vector3::new(10.0 * (0.4 * s).sin(), 6.0 * (0.6 * s).cos(), 0.3 * s.sin());
+    Isometry3::from_parts(place.into(), turn)
+}
+
+/// Where a ray meets the hall.
+fn range_m(from: &Vector3<f64>, along: &Vector3<f64>) -> f64 {
+    (0..3).map(|k| (WALLS_M[k].copysign(along[k]) - from[k]) / along[k]).fold(f64::INFINITY, f64::min)
+}
+
+/// A scan of 16 beams turning, each return at its own time, with a little noise that is the same every time.
+fn scan(number: usize, wavy: bool) -> Scan {
+    let stamp_ns = number as i64 * PERIOD_NS;
+    let mut scan = Scan { stamp_ns: Some(stamp_ns), ..Scan::default() };
+    for step in 0..250_i64 {
+        let after_ns = step * PERIOD_NS / 250;
+        let world_from_sensor = pose(stamp_ns + after_ns, wavy);
+        let azimuth = step as f64 / 250.0 * std::f64::consts::TAU + 0.37 * number as f64;
+        for beam in 0..16 {
+            let elevation = (f64::from(beam) - 7.5) * 0.04;
+            let direction = Vector3::new(
+                azimuth.cos() * elevation.cos(),
+                azimuth.sin() * elevation.cos(),
+                elevation.sin(),
+            );
+            let noise_m =
+                0.02 * (12.9898 * (step as f64 + 250.0 * f64::from(beam)) + 78.233 * number as f64).sin();
+            let range_m =
+                range_m(&world_from_sensor.translation.vector, &(world_from_sensor.rotation * direction))
+                    + noise_m;
+            scan.points_in_sensor_m.push((direction * range_m).map(|c| c as f32).into());
+            scan.time_offsets_ns.push(after_ns);
+        }
+    }
+    scan
+}
+
+fn blocks(wavy: bool) -> Vec<Block> {
+    let block = |k: usize| {
+        let mut block = Block::default();
+        for number in scans_of_block(k * 15, 15, SCANS, 6) {
+            let scan = scan(number, wavy);
+            block.add(scan.stamp_ns.unwrap_or(0), &scan, 4000, |_| true);
+        }
+        block
+    };
+    (0..SCANS / 15).map(block).collect()
+}
+
+fn truth(wavy: bool) -> Trajectory {
+    let stamps = (-50..SCANS as i64 * 10 + 50).map(|k| k * PERIOD_NS / 10);
+    let poses = stamps.map(|ns| (ns, pose(ns, wavy))).collect();
+    Trajectory::stamped(poses).map(|stamped| stamped.trajectory).unwrap_or_else(|_| unreachable!())
+}
+
+fn found(blocks: &[Block], trajectory: &Trajectory, body_from_sensor: Isometry3<f64>) -> Calibration {
+    let mount = Mount { trajectory, body_from_sensor, max_gap_ns: i64::MAX };
+    let calibration = calibrate(blocks, &mount, 1.0, true, Confidence::P99);
+    calibration.unwrap_or_else(|| panic!("no planes in common"))
+}
+
+#[test]
+fn a_right_run_is_right_and_errors_are_found_and_undone() {
+    let (blocks, right) = (blocks(true), truth(true));
+    let plain = found(&blocks, &right, Isometry3::identity());
+    assert_eq!(plain.off().count(), 0, "{plain:?}");
+    assert!(plain.estimates.iter().all(|one| one.is_seen), "{plain:?}");
+    // The poses hold 30 ms later than they are taken for, and the sensor sits otherwise.
+    let late = right.clone().later_by(-30_000_000).unwrap_or_else(|| unreachable!());
+    let wrong = Isometry3::new(Vector3::new(0.1, -0.06, 0.05), Vector3::new(0.01, -0.008, 0.02));
+    let one = found(&blocks, &late, wrong);
+    assert!((one.of(Axis::Time).value + 0.03).abs() < one.of(Axis::Time).half.max(3e-4), "{one:?}");
+    let left = wrong * one.sensor_motion();
+    assert!(left.translation.vector.norm() < 0.01 && left.rotation.angle() < 1e-3, "{left} {one:?}");
+    assert!(one.after_m < 0.6 * one.before_m && (one.after_m - plain.before_m).abs() < 1e-3, "{one:?}");
+}
+
+#[test]
+fn what_the_way_does_not_show_is_not_seen() {
+    // Straight on at even speed and level: any time, any place of the sensor on the body, gives the same map.
+    let one = found(&blocks(false), &truth(false), Isometry3::identity());
+    let seen = |axis: Axis| one.of(axis).is_seen;
+    assert_eq!([Axis::Time, Axis::X, Axis::Y, Axis::Z].map(seen), [false; 4], "{one:?}");
+    assert!(seen(Axis::Yaw), "{one:?}");
+    assert_eq!(one.off().count(), 0);
+}
+
+#[test]
+fn points_at_one_instant_already_are_found_by_their_times() {
+    let corrected = |number: usize| {
+        let raw = scan(number, true);
+        let stamp_ns = raw.stamp_ns.unwrap_or(0);
+        let start = pose(stamp_ns, true).inverse();
+        let correct = |(point, after_ns): (&[f32; 3], &i64)| {
+            let point = dmp_sensor::Point3::from(point.map(f64::from));
+            (start * (pose(stamp_ns + after_ns, true) * point)).coords.map(|c| c as f32).into()
+        };
+        let points_in_sensor_m =
+            raw.points_in_sensor_m.iter().zip(&raw.time_offsets_ns).map(correct).collect();
+        Scan { points_in_sensor_m, ..raw }
+    };
+    let block = |k: usize| {
+        let mut block = Block::default();
+        for number in scans_of_block(k * 15, 15, SCANS, 6) {
+            block.add(number as i64 * PERIOD_NS, &corrected(number), 4000, |_| true);
+        }
+        block
+    };
+    let blocks: Vec<Block> = (0..SCANS / 15).map(block).collect();
+    let sweep = found(&blocks, &truth(true), Isometry3::identity()).of(Axis::Sweep);
+    assert!(sweep.is_off && sweep.value.abs() < sweep.half.max(0.02), "{sweep:?}");
+}
+
+#[test]
+fn a_return_moves_as_its_gradient_says() {
+    let right = truth(true);
+    let mount = Mount {
+        trajectory: &right,
+        body_from_sensor: Isometry3::translation(0.3, -0.2, 1.0),
+        max_gap_ns: i64::MAX,
+    };
+    let (point, normal) = (Vector3::new(7.0, -3.0, 1.0), Vector3::new(0.6, 0.0, 0.8));
+    let (stamp_ns, after_ns) = (5 * PERIOD_NS, PERIOD_NS / 2);
+    let along = |steps: &Vector| {
+        let moment = Trial::new(&mount, steps, 1.0).at(stamp_ns, after_ns).unwrap_or_else(|| unreachable!());
+        (normal.dot(&moment.place(&point)), moment.gradient(&point, after_ns, &normal, 1.0))
+    };
+    let gradient = along(&Vector::zeros()).1;
+    for k in 0..AXES {
+        let mut steps = Vector::zeros();
+        steps[k] = 0.5;
+        let change = along(&steps).0 - along(&-steps).0;
+        assert!(
+            (change - gradient[k]).abs() < 1e-4 + 0.01 * gradient[k].abs(),
+            "{k}: {change} {}",
+            gradient[k]
+        );
+    }
+}
+
+#[test]
+fn scans_meet_at_their_own_poses_and_not_at_those_of_others() {
+    let (blocks, right) = (blocks(true), truth(true));
+    let mount = Mount { trajectory: &right, body_from_sensor: Isometry3::identity(), max_gap_ns: i64::MAX };
+    let share = |later_ns: i64, order: Order| {
+        let of_blocks = together(&blocks, &mount, later_ns, order, 1.0);
+        let (met, returns) = of_blocks.iter().fold((0, 0), |sum, one| (sum.0 + one.met, sum.1 + one.returns));
+        met as f64 / returns as f64
+    };
+    let own = share(0, Order::Own);
+    assert!(own > 1.2 * share(0, Order::Reversed), "{own} {}", share(0, Order::Reversed));
+    assert!(own > share(5 * PERIOD_NS, Order::Own));
+}
+
+#[test]
+fn blocks_have_scans_near_and_far() {
+    assert_eq!(scans_of_block(100, 22, 1000, 6), [100, 101, 103, 107, 115]);
+    assert_eq!(scans_of_block(100, 2000, 1000, 6), [100, 101, 103, 107, 115, 131]);
+    assert_eq!(scans_of_block(98, 22, 100, 6), [98, 99]);
+    assert_eq!(scans_of_block(5, 0, 100, 6), [5, 6]);
+}
