@@ -54,7 +54,7 @@ pub(crate) fn fit(
             let of_blocks = at(&steps, level);
             let all = total(&of_blocks);
             let noise_m2 = all.squares_m2 / all.weight.max(1.0);
-            if !(noise_m2 > 0.0) {
+            if noise_m2 <= 0.0 || noise_m2.is_nan() {
                 return None;
             }
             let system = System::new(&all, noise_m2, free);

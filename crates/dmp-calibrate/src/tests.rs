@@ -74,13 +74,13 @@ fn blocks(wavy: bool) -> Vec<Block> {
 fn truth(wavy: bool) -> Trajectory {
     let stamps = (-50..SCANS as i64 * 10 + 50).map(|k| k * PERIOD_NS / 10);
     let poses = stamps.map(|ns| (ns, pose(ns, wavy))).collect();
-    Trajectory::stamped(poses).map(|stamped| stamped.trajectory).unwrap_or_else(|_| unreachable!())
+    Trajectory::stamped(poses).unwrap().trajectory
 }
 
 fn found(blocks: &[Block], trajectory: &Trajectory, body_from_sensor: Isometry3<f64>) -> Calibration {
     let mount = Mount { trajectory, body_from_sensor, max_gap_ns: i64::MAX };
     let calibration = calibrate(blocks, &mount, 1.0, true, Confidence::P99);
-    calibration.unwrap_or_else(|| panic!("no planes in common"))
+    calibration.unwrap()
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn a_right_run_is_right_and_errors_are_found_and_undone() {
     assert_eq!(plain.off().count(), 0, "{plain:?}");
     assert!(plain.estimates.iter().all(|one| one.is_seen), "{plain:?}");
     // The poses hold 30 ms later than they are taken for, and the sensor sits otherwise.
-    let late = right.clone().later_by(-30_000_000).unwrap_or_else(|| unreachable!());
+    let late = right.clone().later_by(-30_000_000).unwrap();
     let wrong = Isometry3::new(Vector3::new(0.1, -0.06, 0.05), Vector3::new(0.01, -0.008, 0.02));
     let one = found(&blocks, &late, wrong);
     assert!((one.of(Axis::Time).value + 0.03).abs() < one.of(Axis::Time).half.max(3e-4), "{one:?}");
@@ -146,7 +146,7 @@ fn a_return_moves_as_its_gradient_says() {
     let (point, normal) = (Vector3::new(7.0, -3.0, 1.0), Vector3::new(0.6, 0.0, 0.8));
     let (stamp_ns, after_ns) = (5 * PERIOD_NS, PERIOD_NS / 2);
     let along = |steps: &Vector| {
-        let moment = Trial::new(&mount, steps, 1.0).at(stamp_ns, after_ns).unwrap_or_else(|| unreachable!());
+        let moment = Trial::new(&mount, steps, 1.0).at(stamp_ns, after_ns).unwrap();
         (normal.dot(&moment.place(&point)), moment.gradient(&point, after_ns, &normal, 1.0))
     };
     let gradient = along(&Vector::zeros()).1;

@@ -122,7 +122,10 @@ fn table(out: &mut impl Write, run: &FoundRun) -> io::Result<()> {
     match thickness_m {
         Some(metres) => writeln!(out, "  surfaces are {} cm thick", digits(100.0 * metres))?,
         None => {
-            writeln!(out, "  no surface is seen by several scans: nothing can be said of clock and mounting")?
+            writeln!(
+                out,
+                "  no surface is seen by several scans: nothing can be said of clock and mounting"
+            )?;
         }
     }
     let mut table = Table::new([Side::Left, Side::Right, Side::Right, Side::Left, Side::Left]);

@@ -129,32 +129,32 @@ impl LogArgs {
 
     /// Opens the log.
     pub(crate) fn open(&self, mapper: &Mapper) -> Result<Box<dyn ScanLog>, LogError> {
-        self.reading.open(&self.log, mapper).map_err(|error| self.swapped(error))
-    }
-
-    /// What looks like a trajectory in the log's place is told as that.
-    fn swapped(&self, error: LogError) -> LogError {
-        let LogError::UnknownFormat { path, looked_for } = error else { return error };
-        let looked_for = match read_trajectory(&path) {
-            Ok(file) => format!(
-                "it is a trajectory ({}, {} poses): the log comes first, and trajectories behind -t",
-                file.format.name(),
-                file.trajectory.len()
-            ),
-            Err(_) => looked_for,
-        };
-        LogError::UnknownFormat { path, looked_for }
+        self.reading.open(&self.log, mapper).map_err(swapped)
     }
 
     /// Looks at the index of the log.
     pub(crate) fn outline(&self, mapper: &Mapper) -> Result<LogOutline, LogError> {
-        outline_log(&self.log, &self.reading.options(&self.log, mapper)?).map_err(|error| self.swapped(error))
+        outline_log(&self.log, &self.reading.options(&self.log, mapper)?).map_err(swapped)
     }
 
     /// Everything that the log holds, also where it cannot be opened without being told more.
     pub(crate) fn survey(&self, mapper: &Mapper) -> Result<LogSurvey, LogError> {
         survey_log(&self.log, &self.reading.options(&self.log, mapper)?)
     }
+}
+
+/// What looks like a trajectory in the log's place is told as that.
+fn swapped(error: LogError) -> LogError {
+    let LogError::UnknownFormat { path, looked_for } = error else { return error };
+    let looked_for = match read_trajectory(&path) {
+        Ok(file) => format!(
+            "it is a trajectory ({}, {} poses): the log comes first, and trajectories behind -t",
+            file.format.name(),
+            file.trajectory.len()
+        ),
+        Err(_) => looked_for,
+    };
+    LogError::UnknownFormat { path, looked_for }
 }
 
 impl ReadingArgs {

@@ -20,8 +20,8 @@ pub(crate) struct TrajectoryArgs {
     /// or ns; for the run NAME, or for all runs
     #[arg(long, value_name = "[NAME=]UNIT", help_heading = "Input")]
     time_unit: Vec<Named<TimeUnit>>,
-    /// How the poses of a run are meant, where they are not world_from_body in metres with quaternions x y z w: `inverted`
-    /// (body_from_world), `wxyz`, or places in `mm`, `cm` or `km`; for the run NAME, or for all runs
+    /// How the poses of a run are meant, where they are not `world_from_body` in metres with quaternions x y z w: `inverted`
+    /// (`body_from_world`), `wxyz`, or places in `mm`, `cm` or `km`; for the run NAME, or for all runs
     #[arg(long, value_name = "[NAME=]WAY", help_heading = "Input")]
     poses_as: Vec<Named<PosesAs>>,
     /// For a run with poses of keyframes alone: a trajectory of the same body, as an odometry's, with poses between them; it may

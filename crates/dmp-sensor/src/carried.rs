@@ -35,10 +35,10 @@ impl Trajectory {
             let lacking = (from * (start.inverse() * end)).inverse() * to;
             let first = odometry_ns.partition_point(|&ns| ns <= from_ns);
             let last = odometry_ns.partition_point(|&ns| ns < to_ns);
-            for l in first..last {
-                let share = (odometry_ns[l] - from_ns) as f64 / (to_ns - from_ns) as f64;
-                let carried = from * (start.inverse() * odometry.poses()[l]) * part(&lacking, share);
-                all.push((odometry_ns[l], carried));
+            let between = odometry_ns[first..last].iter().zip(&odometry.poses()[first..last]);
+            for (&ns, pose) in between {
+                let share = (ns - from_ns) as f64 / (to_ns - from_ns) as f64;
+                all.push((ns, from * (start.inverse() * pose) * part(&lacking, share)));
                 any = true;
             }
         }

@@ -76,18 +76,13 @@ fn runs(inputs: &InputReport) -> String {
 
 /// How poses are found, and when they hold.
 fn pairing(run: &RunInputReport) -> String {
-    let mut words = match run.pairing {
+    let how = match run.pairing {
         Pairing::ByStamp => "by stamp",
         Pairing::ByLine => "line by line",
-    }
-    .to_owned();
-    if run.pose_at != PoseAt::Stamp {
-        words += &format!(", at the {} of the scan", run.pose_at);
-    }
-    if run.time_offset_s != 0.0 {
-        words += &format!(", the log's clock {} s on", run.time_offset_s);
-    }
-    words
+    };
+    let instant = (run.pose_at != PoseAt::Stamp).then(|| format!("at the {} of the scan", run.pose_at));
+    let clock = (run.time_offset_s != 0.0).then(|| format!("the log's clock {} s on", run.time_offset_s));
+    [Some(how.to_owned()), instant, clock].into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 fn settings(report: &Report) -> String {

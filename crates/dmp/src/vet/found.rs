@@ -142,8 +142,7 @@ pub(super) fn off_in_words(one: Estimate) -> String {
             format!("its poses hold {:.1} ± {:.1} ms earlier than they are taken for", ms * value, ms * half)
         }
         Axis::Sweep => format!(
-            "the points of a scan are at one instant already, their times are {:.2} ± {:.2} of true",
-            value, half
+            "the points of a scan are at one instant already, their times are {value:.2} ± {half:.2} of true"
         ),
         Axis::Roll | Axis::Pitch | Axis::Yaw => {
             format!("the sensor's {} is off by {:.2} ± {:.2}°", axis.name(), -degrees * value, degrees * half)
