@@ -34,6 +34,7 @@ fn scores_are_one_json_object_or_a_table() {
         "free_space",
         "gates",
         "runs",
+        "left_out",
         "order",
         "ties",
         "pairs",

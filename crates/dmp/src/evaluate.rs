@@ -23,7 +23,8 @@ use crate::watch::Watch;
 ///
 /// Reads the log twice, to fuse the maps and to cast the rays, or with [`Config::sample`] once and the
 /// scans of the sample again; four times with [`Config::free_space`]. A few scans are read before and in
-/// between. The report is the same to the bit for every number of threads, memory budget and order of
+/// between. Runs are taken as they are: [`vet`](fn@crate::vet) finds those that do not belong to the log, and wrong clocks and
+/// mountings. The report is the same to the bit for every number of threads, memory budget and order of
 /// reading, but for its `timing` and `memory`, and a warning of a disk that is nearly full.
 ///
 /// # Errors
