@@ -39,11 +39,13 @@ impl RunPoses {
     /// Pairs the poses of a run, on the log's clock and told in some frame, with the log's scans.
     pub(crate) fn new(run: &Run, on_clock: OnClock, settings: &Settings) -> Self {
         let OnClock { pairing, trajectory, shift_ns, period_ns, sweep_ns } = on_clock;
+        let max_gap_ns = settings.max_time_gap_ns.unwrap_or_else(|| trajectory.usual_gap_ns());
         // Who says how long gaps may be has looked at them.
         let looks = settings.max_time_gap_ns.is_none();
-        let sparse =
-            looks.then(|| Sparse::new(&trajectory, period_ns, settings.metre_m())).flatten().map(Arc::new);
-        let max_gap_ns = settings.max_time_gap_ns.unwrap_or_else(|| trajectory.usual_gap_ns());
+        let sparse = looks
+            .then(|| Sparse::new(&trajectory, period_ns, max_gap_ns, settings.metre_m()))
+            .flatten()
+            .map(Arc::new);
         let body_from_sensor = settings.body_from_sensor(run);
         let trajectory = Arc::new(trajectory);
         Self { pairing, max_gap_ns, body_from_sensor, trajectory, shift_ns, sparse, sweep_ns }

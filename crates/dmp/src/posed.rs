@@ -46,7 +46,14 @@ impl<'a> PosedLog<'a> {
     ) -> Result<Self, EvaluateError> {
         let runs = std::slice::from_ref(run);
         // There is nothing to go on from, and nothing is kept.
-        let config = Config { checkpoint_every: None, resume: false, ..config.clone() };
+        // Scans between keyframes lie where these put them: what is compared are graphs, all with the same keyframes.
+        let max_time_gap_ns = config.max_time_gap_ns.unwrap_or_else(|| run.trajectory.usual_gap_ns());
+        let config = Config {
+            checkpoint_every: None,
+            resume: false,
+            max_time_gap_ns: Some(max_time_gap_ns),
+            ..config.clone()
+        };
         let task = Task::open(log, runs, &config, watch.into())?;
         let on_clock = on_log_clock(Heads::Log(log), run, run.trajectory.clone(), None, &task.settings)?;
         let poses = RunPoses::new(run, on_clock, &task.settings);

@@ -23,12 +23,18 @@ pub(crate) struct Sparse {
 
 impl Sparse {
     /// `None` for poses that are nowhere long apart.
-    pub(crate) fn new(trajectory: &Trajectory, period_ns: Option<i64>, metre_m: f64) -> Option<Self> {
+    /// Nor are gaps beyond `max_gap_ns`, over which nothing is interpolated.
+    pub(crate) fn new(
+        trajectory: &Trajectory,
+        period_ns: Option<i64>,
+        max_gap_ns: i64,
+        metre_m: f64,
+    ) -> Option<Self> {
         let (stamps_ns, poses) = (trajectory.stamps_ns()?, trajectory.poses());
         let long_ns = period_ns?.saturating_mul(SCANS);
         let gap_ns = |k: usize| stamps_ns[k + 1].saturating_sub(stamps_ns[k]);
         let gaps = stamps_ns.len().saturating_sub(1);
-        let is_long = |k: usize| gap_ns(k) > long_ns;
+        let is_long = |k: usize| gap_ns(k) > long_ns && gap_ns(k) <= max_gap_ns;
         if !(0..gaps).any(is_long) {
             return None;
         }
@@ -98,7 +104,7 @@ mod tests {
     #[test]
     fn what_an_even_acceleration_leaves_out_is_found() {
         // 2 m/s²: in the middle of two seconds a quarter of a m/s² a s² is missing, 1 m.
-        let sparse = Sparse::new(&accelerating(2 * SECOND_NS), Some(SECOND_NS / 10), 1.0).unwrap();
+        let sparse = Sparse::new(&accelerating(2 * SECOND_NS), Some(SECOND_NS / 10), i64::MAX, 1.0).unwrap();
         assert!((sparse.most_m() - 1.0).abs() < 1e-9, "{}", sparse.most_m());
         assert!((sparse.off_m(5 * SECOND_NS) - 1.0).abs() < 1e-9);
         assert_eq!(sparse.off_m(4 * SECOND_NS), 0.0);
@@ -110,11 +116,12 @@ mod tests {
 
     #[test]
     fn poses_for_every_scan_are_not_sparse() {
-        assert!(Sparse::new(&accelerating(SECOND_NS / 10), Some(SECOND_NS / 10), 1.0).is_none());
-        assert!(Sparse::new(&accelerating(SECOND_NS), None, 1.0).is_none());
+        assert!(Sparse::new(&accelerating(SECOND_NS / 10), Some(SECOND_NS / 10), i64::MAX, 1.0).is_none());
+        assert!(Sparse::new(&accelerating(2 * SECOND_NS), Some(SECOND_NS / 10), SECOND_NS, 1.0).is_none());
+        assert!(Sparse::new(&accelerating(SECOND_NS), None, i64::MAX, 1.0).is_none());
         let evenly = |k: i64| (k * SECOND_NS, Isometry3::translation(10.0 * k as f64, 0.0, 0.0));
         let evenly = Trajectory::stamped((0..20).map(evenly).collect()).unwrap().trajectory;
-        let sparse = Sparse::new(&evenly, Some(SECOND_NS / 10), 1.0).unwrap();
+        let sparse = Sparse::new(&evenly, Some(SECOND_NS / 10), i64::MAX, 1.0).unwrap();
         assert!(sparse.most_m() < 1e-9 && sparse.carries(SECOND_NS / 2, SECOND_NS / 2));
     }
 }

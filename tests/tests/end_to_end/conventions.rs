@@ -196,7 +196,7 @@ fn points_that_were_corrected_already_are_told() {
     let json = |arguments: &str| {
         let output = dmp(folder.path(), &format!("score {arguments} -t truth.tum --every 20 --json -q"));
         let report: dmp::Report = serde_json::from_slice(&output.stdout).unwrap();
-        report.runs[0].r_cv_m2.clone()
+        report.runs[0].r_near_m2.clone()
     };
     assert_eq!(json("corrected.mcap --mend"), json("corrected.mcap --point-time ignore"));
     assert_ne!(json("corrected.mcap"), json("corrected.mcap --mend"));

@@ -46,8 +46,10 @@ impl ConventionArgs {
             vetted = look(opened.log.as_ref(), &opened.runs)?;
         }
         if let Some(timed) = arguments.log.with_point_times() {
-            let timed = timed.open(&place.mapper(clock.offset_of_all_ns())?)?;
-            vetted.times_are_true = look(timed.as_ref(), &opened.runs)?.points_are_raw();
+            // Times that cannot be understood are rightly left aside.
+            if let Ok(timed) = timed.open(&place.mapper(clock.offset_of_all_ns())?) {
+                vetted.times_are_true = look(timed.as_ref(), &opened.runs)?.points_are_raw();
+            }
         }
         tell(&vetted, common);
         let runs = vetted.runs.clone();

@@ -42,6 +42,10 @@ const LEAST_WAY: f64 = 0.5;
 /// where the way within a block is longer than this, metres of a drive.
 const RELATED_BY: f64 = 1.02;
 const WAY_THAT_TELLS_M: f64 = 2.0;
+/// In fewer blocks it may be chance.
+const BLOCKS_THAT_TELL: usize = 12;
+/// A run whose clock is off by this at most is told and not left out, nanoseconds.
+const NEAR_SHIFT_NS: u64 = 1_000_000_000;
 /// A pose is taken to hold at an instant of the scan if that is as near as this, nanoseconds.
 const NEAR_NS: i64 = 4_000_000;
 
@@ -184,11 +188,16 @@ impl Look<'_> {
         let mut read = run.clone();
         if let Some((better, reading)) = self.best_reading(run, given)? {
             found.together_as_read = Some(better.share());
-            found.left_out = Some(LeftOut::Misread);
+            // A little earlier or later it still goes the same way.
+            let offset_ns = reading.run.time_offset_ns.unwrap_or(self.settings.time_offset_ns);
+            let is_near =
+                reading.is_shift && offset_ns.abs_diff(self.settings.time_offset_ns(run)) <= NEAR_SHIFT_NS;
+            found.left_out = (!is_near).then_some(LeftOut::Misread);
             found.mends.push(reading.mend);
             read = reading.run;
         } else if let Some(mixed_up) = self.together(run, Order::Reversed)? {
-            let tells = given.way_m > WAY_THAT_TELLS_M * self.settings.metre_m() * self.blocks.len() as f64;
+            let tells = self.blocks.len() >= BLOCKS_THAT_TELL
+                && given.way_m > WAY_THAT_TELLS_M * self.settings.metre_m() * self.blocks.len() as f64;
             if tells && given.share() < RELATED_BY * mixed_up.share() {
                 let together_mixed_up = mixed_up.share();
                 found.left_out = Some(LeftOut::Unrelated { together_mixed_up });
