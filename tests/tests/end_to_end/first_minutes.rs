@@ -16,8 +16,8 @@ fn the_hint_looks_along_the_extrinsic_that_was_given() {
     let half_turn = "--extrinsic 0,0,0,0,0,0.7071067811865476,0.7071067811865476";
     let output = dmp(folder.path(), &format!("score @/town.mcap -t @/truth.tum {half_turn} --json"));
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let warnings = report["runs"][0]["warnings"].to_string();
-    assert!(warnings.contains("with no extrinsic"), "{warnings}");
+    let warnings = report["warnings"].to_string();
+    assert!(warnings.contains("--extrinsic truth=0,0,0,0,0,0,1 mends it"), "{warnings}");
 }
 
 /// A return that did not come back has often a zero for its absolute time; it must not move the stamps.
