@@ -7,8 +7,8 @@ use dmp_log::LengthUnit;
 use dmp_reduce::{Confidence, Margin, MissPrice, Scales};
 use dmp_sensor::{Isometry3, Quaternion, Trajectory, Translation3, UnitQuaternion};
 
-use crate::clock::PoseAt;
 use crate::ego::Ego;
+use crate::pose_at::PoseAt;
 use crate::report::SegmentReport;
 use crate::sample::{Decide, Sample};
 use crate::segment_length::SegmentLength;

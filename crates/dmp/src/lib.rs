@@ -64,6 +64,7 @@ mod peak;
 mod places;
 mod plan;
 mod pose;
+mod pose_at;
 mod posed;
 pub mod prelude;
 mod progress;
@@ -84,7 +85,6 @@ mod vet;
 mod watch;
 mod work;
 
-pub use clock::PoseAt;
 pub use config::{Config, Frame, FrameOrder, MapSource, Run, RunSource};
 pub use ego::Ego;
 pub use error::{EvaluateError, Remedy};
@@ -98,6 +98,7 @@ pub use peak::{machine_memory_bytes, peak_anonymous_bytes};
 #[doc(hidden)]
 pub use places::drawn_places;
 pub use places::evaluate_quick;
+pub use pose_at::PoseAt;
 pub use posed::{PosedLog, PosedScan};
 pub use progress::{Progress, Stage};
 pub use report::{

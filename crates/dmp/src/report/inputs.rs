@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::conventions::ConventionsReport;
-use crate::clock::PoseAt;
 use crate::pairing::Pairing;
+use crate::pose_at::PoseAt;
 
 /// What was read, used and dropped.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -3,8 +3,8 @@
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use super::poses_as::PosesAs;
-use crate::clock::PoseAt;
 use crate::config::Run;
+use crate::pose_at::PoseAt;
 use crate::setting_name::SettingName;
 
 /// A setting that puts a run's bookkeeping right, with its value.

@@ -14,12 +14,13 @@ use dmp_calibrate::{Axis, Block, Calibration, Estimate, Mount, Order, Together, 
 use dmp_log::{LogOutline, ScanLog};
 use dmp_reduce::Confidence;
 
-use crate::clock::{PoseAt, on_log_clock};
+use crate::clock::on_log_clock;
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::evaluation::check_runs;
 use crate::heads::Heads;
 use crate::own_frame;
+use crate::pose_at::PoseAt;
 use crate::progress::{Progress, Stage};
 use crate::settings::Settings;
 use crate::work::pool;
