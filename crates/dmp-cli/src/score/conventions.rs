@@ -4,11 +4,13 @@ use clap::Args;
 use dmp::{Config, Report, Vetted, vet, vet_outline};
 use dmp_log::{LogOutline, ScanLog};
 
-use super::ScoreArgs;
+use crate::clock_args::ClockArgs;
 use crate::common::Common;
 use crate::exit::option_of;
+use crate::log_args::LogArgs;
 use crate::progress::Progress;
 use crate::runs::OpenedRuns;
+use crate::settings::PlaceArgs;
 
 /// What is done about wrong conventions.
 #[derive(Debug, Args)]
@@ -27,7 +29,8 @@ impl ConventionArgs {
     pub(super) fn vet(
         &self,
         opened: OpenedRuns,
-        arguments: &ScoreArgs,
+        log: &LogArgs,
+        (place, clock): (&PlaceArgs, &ClockArgs),
         config: &Config,
         common: &Common,
     ) -> anyhow::Result<(OpenedRuns, Option<Vetted>)> {
@@ -36,16 +39,15 @@ impl ConventionArgs {
         }
         let look =
             |log: &dyn ScanLog, runs: &[dmp::Run]| vet(log, runs, config, self.mend, &Progress::new(common));
-        let (place, clock) = arguments.settings.poses();
         let mut opened = opened;
         let mut vetted = look(opened.log.as_ref(), &opened.runs)?;
         if self.mend && vetted.points_are_corrected() {
             tell(&vetted, common);
             let mapper = place.mapper(clock.offset_of_all_ns())?;
-            opened.log = arguments.log.without_point_times().open(&mapper)?;
+            opened.log = log.without_point_times().open(&mapper)?;
             vetted = look(opened.log.as_ref(), &opened.runs)?;
         }
-        if let Some(timed) = arguments.log.with_point_times() {
+        if let Some(timed) = log.with_point_times() {
             // Times that cannot be understood are rightly left aside.
             if let Ok(timed) = timed.open(&place.mapper(clock.offset_of_all_ns())?) {
                 vetted.times_are_true = look(timed.as_ref(), &opened.runs)?.points_are_raw();

@@ -157,8 +157,13 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     let (report, damaged, recorded) = match arguments.sampling.quick() {
         None => {
             let opened = OpenedRuns::open(started, maps, &arguments.log, arguments.settings.poses(), common)?;
-            let (OpenedRuns { log, runs, damaged }, vetted) =
-                arguments.conventions.vet(opened, arguments, &config, common)?;
+            let (OpenedRuns { log, runs, damaged }, vetted) = arguments.conventions.vet(
+                opened,
+                &arguments.log,
+                arguments.settings.poses(),
+                &config,
+                common,
+            )?;
             like.iter().try_for_each(|like| like.check_log(log.summary()))?;
             let (settings, means) = config.on(log.summary())?;
             if arguments.outputs.report.is_some() && !settings.scales.lengths().has_page {
