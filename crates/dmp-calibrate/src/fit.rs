@@ -47,9 +47,10 @@ pub(crate) fn fit(
         let trial = Trial::new(mount, steps, metre_m);
         blocks.par_iter().map(|block| equations(block, &trial, level, metre_m)).collect()
     };
-    let mut last = None;
-    for (level, rounds) in LEVELS {
-        let level = Level { edge_m: level.edge_m * metre_m, thick_m: level.thick_m * metre_m, ..level };
+    let levels = LEVELS.map(|(level, rounds)| {
+        (Level { edge_m: level.edge_m * metre_m, thick_m: level.thick_m * metre_m, ..level }, rounds)
+    });
+    for (level, rounds) in levels {
         for _ in 0..rounds {
             let of_blocks = at(&steps, level);
             let all = total(&of_blocks);
@@ -60,13 +61,12 @@ pub(crate) fn fit(
             let system = System::new(&all, noise_m2, free);
             let step = system.solve(&all.gradient, &steps)?;
             steps -= step.map(|s| s.clamp(-LONGEST_STEP, LONGEST_STEP));
-            last = Some((level, system, of_blocks, all));
             if step.amax() < CONVERGED {
                 break;
             }
         }
     }
-    let (level, ..) = last?;
+    let (level, _) = levels[levels.len() - 1];
     let of_blocks = at(&steps, level);
     let all = total(&of_blocks);
     let noise_m2 = all.squares_m2 / all.weight.max(1.0);

@@ -3,6 +3,7 @@
 use dmp_sensor::{Isometry3, Track, Trajectory, Translation3, UnitQuaternion, Vector3};
 
 use crate::axis::{AXES, Axis, Vector};
+use crate::sample::Snapshot;
 
 /// A run's poses on the log's clock, and where the sensor sits on the body that they move.
 #[derive(Debug, Clone, Copy)]
@@ -13,9 +14,17 @@ pub struct Mount<'a> {
     pub body_from_sensor: Isometry3<f64>,
     /// Poses further apart are not interpolated between, nanoseconds.
     pub max_gap_ns: i64,
+    /// How much later its stamps are than those of the scans of its lines, nanoseconds: for a log whose scans have none.
+    pub later_than_lines_ns: i64,
 }
 
 impl Mount<'_> {
+    /// When a scan was made: at its stamp, or where the log has none, at that of its line in this run.
+    pub(crate) fn stamp_ns(&self, scan: &Snapshot) -> Option<i64> {
+        let of_line = || self.trajectory.stamps_ns()?.get(scan.number)?.checked_sub(self.later_than_lines_ns);
+        scan.stamp_ns.or_else(of_line)
+    }
+
     /// How far poses are off from the way between their neighbours: root of the mean square, metres; a rotation counts at this
     /// distance.
     pub(crate) fn jitter_m(&self, reach_m: f64) -> f64 {
@@ -37,6 +46,7 @@ impl Mount<'_> {
 /// The errors that are tried, in units of [`Axis::step`].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Trial<'a> {
+    pub(crate) mount: Mount<'a>,
     track: Track<'a>,
     later_s: f64,
     sweep: f64,
@@ -68,6 +78,7 @@ impl<'a> Trial<'a> {
         gaps_ns.sort_unstable();
         let usual_s = gaps_ns.get(gaps_ns.len() / 2).map_or(0.0, |&ns| ns as f64 / 1e9);
         Self {
+            mount: *mount,
             track: Track::new(mount.trajectory, body_from_sensor, mount.max_gap_ns),
             later_s: value(0),
             sweep: 1.0 + value(1),

@@ -68,10 +68,11 @@ pub(crate) fn equations(block: &Block, trial: &Trial<'_>, level: Level, metre_m:
     let (mut moments, mut placed): (Vec<Moment>, Vec<Placed>) = (Vec::new(), Vec::new());
     let mut origin_m = None;
     for (scan, snapshot) in (0..).zip(&block.scans) {
+        let Some(stamp_ns) = trial.mount.stamp_ns(snapshot) else { continue };
         let mut last_ns = None;
         for one in snapshot.returns.iter().step_by(level.every) {
             if last_ns != Some(one.after_ns) {
-                let Some(moment) = trial.at(snapshot.stamp_ns, one.after_ns) else { continue };
+                let Some(moment) = trial.at(stamp_ns, one.after_ns) else { continue };
                 moments.push(moment);
                 last_ns = Some(one.after_ns);
             }

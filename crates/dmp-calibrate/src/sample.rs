@@ -11,7 +11,10 @@ pub struct Block {
 /// A scan with few of its returns.
 #[derive(Debug, Clone)]
 pub(crate) struct Snapshot {
-    pub(crate) stamp_ns: i64,
+    /// Which scan of the log it is, the first being 0.
+    pub(crate) number: usize,
+    /// `None` where the log has no stamps.
+    pub(crate) stamp_ns: Option<i64>,
     pub(crate) returns: Vec<Return>,
 }
 
@@ -23,15 +26,16 @@ pub(crate) struct Return {
 }
 
 impl Block {
-    /// From its first scan to its last, seconds.
-    pub fn duration_s(&self) -> f64 {
-        let ends = self.scans.first().zip(self.scans.last());
-        ends.map_or(0.0, |(first, last)| last.stamp_ns.saturating_sub(first.stamp_ns) as f64 / 1e9)
-    }
-
-    /// Adds a scan that was made at `stamp_ns` on the log's clock: up to `most` of the returns that `is_used` allows, evenly
-    /// spread.
-    pub fn add(&mut self, stamp_ns: i64, scan: &Scan, most: usize, is_used: impl Fn([f32; 3]) -> bool) {
+    /// Adds the scan of this number in the log, made at `stamp_ns` on its clock: up to `most` of the returns that `is_used`
+    /// allows, evenly spread.
+    pub fn add(
+        &mut self,
+        number: usize,
+        stamp_ns: Option<i64>,
+        scan: &Scan,
+        most: usize,
+        is_used: impl Fn([f32; 3]) -> bool,
+    ) {
         let used: Vec<usize> = (0..scan.len()).filter(|&k| is_used(scan.points_in_sensor_m[k])).collect();
         let count = most.min(used.len());
         let one = |k: usize| {
@@ -39,7 +43,7 @@ impl Block {
             let in_sensor_m = Vector3::from(scan.points_in_sensor_m[at].map(f64::from));
             Return { in_sensor_m, after_ns: scan.time_offsets_ns.get(at).copied().unwrap_or(0) }
         };
-        self.scans.push(Snapshot { stamp_ns, returns: (0..count).map(one).collect() });
+        self.scans.push(Snapshot { number, stamp_ns, returns: (0..count).map(one).collect() });
     }
 }
 

@@ -64,7 +64,7 @@ fn blocks(wavy: bool) -> Vec<Block> {
         let mut block = Block::default();
         for number in scans_of_block(k * 15, 15, SCANS, 6) {
             let scan = scan(number, wavy);
-            block.add(scan.stamp_ns.unwrap_or(0), &scan, 4000, |_| true);
+            block.add(number, scan.stamp_ns, &scan, 4000, |_| true);
         }
         block
     };
@@ -78,7 +78,7 @@ fn truth(wavy: bool) -> Trajectory {
 }
 
 fn found(blocks: &[Block], trajectory: &Trajectory, body_from_sensor: Isometry3<f64>) -> Calibration {
-    let mount = Mount { trajectory, body_from_sensor, max_gap_ns: i64::MAX };
+    let mount = Mount { trajectory, body_from_sensor, max_gap_ns: i64::MAX, later_than_lines_ns: 0 };
     let calibration = calibrate(blocks, &mount, 1.0, true, Confidence::P99);
     calibration.unwrap()
 }
@@ -126,7 +126,7 @@ fn points_at_one_instant_already_are_found_by_their_times() {
     let block = |k: usize| {
         let mut block = Block::default();
         for number in scans_of_block(k * 15, 15, SCANS, 6) {
-            block.add(number as i64 * PERIOD_NS, &corrected(number), 4000, |_| true);
+            block.add(number, Some(number as i64 * PERIOD_NS), &corrected(number), 4000, |_| true);
         }
         block
     };
@@ -142,6 +142,7 @@ fn a_return_moves_as_its_gradient_says() {
         trajectory: &right,
         body_from_sensor: Isometry3::translation(0.3, -0.2, 1.0),
         max_gap_ns: i64::MAX,
+        later_than_lines_ns: 0,
     };
     let (point, normal) = (Vector3::new(7.0, -3.0, 1.0), Vector3::new(0.6, 0.0, 0.8));
     let (stamp_ns, after_ns) = (5 * PERIOD_NS, PERIOD_NS / 2);
@@ -165,14 +166,19 @@ fn a_return_moves_as_its_gradient_says() {
 #[test]
 fn scans_meet_at_their_own_poses_and_not_at_those_of_others() {
     let (blocks, right) = (blocks(true), truth(true));
-    let mount = Mount { trajectory: &right, body_from_sensor: Isometry3::identity(), max_gap_ns: i64::MAX };
-    let share = |later_ns: i64, order: Order| {
-        let of_blocks = together(&blocks, &mount, later_ns, order, 1.0);
-        let (met, returns) = of_blocks.iter().fold((0, 0), |sum, one| (sum.0 + one.met, sum.1 + one.returns));
-        met as f64 / returns as f64
+    let mount = Mount {
+        trajectory: &right,
+        body_from_sensor: Isometry3::identity(),
+        max_gap_ns: i64::MAX,
+        later_than_lines_ns: 0,
     };
-    let own = share(0, Order::Own);
-    assert!(own > 1.2 * share(0, Order::Reversed), "{own} {}", share(0, Order::Reversed));
+    let share = |order: Order| together(&blocks, &mount, order, 1.0).share();
+    assert!(
+        share(Order::Own) > 1.2 * share(Order::Reversed),
+        "{} {}",
+        share(Order::Own),
+        share(Order::Reversed)
+    );
 }
 
 #[test]

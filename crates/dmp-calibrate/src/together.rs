@@ -20,8 +20,10 @@ pub struct Together {
     pub returns: u64,
     /// Those in whose cell another scan of the same block has one too.
     pub met: u64,
-    /// The way from scan to scan within the blocks, metres.
+    /// The way from scan to scan within the blocks, metres, and its time, seconds.
     pub way_m: f64,
+    /// See [`Self::way_m`].
+    pub way_s: f64,
 }
 
 impl Together {
@@ -40,38 +42,43 @@ pub enum Order {
     Reversed,
 }
 
-/// How well the scans of each block fit together, put at poses that are looked up so much later.
-pub fn together(
-    blocks: &[Block],
-    mount: &Mount<'_>,
-    later_ns: i64,
-    order: Order,
-    metre_m: f64,
-) -> Vec<Together> {
-    let track = Track::new(mount.trajectory, mount.body_from_sensor, mount.max_gap_ns);
-    blocks.par_iter().map(|block| of_block(block, track, later_ns, order, CELL_M * metre_m)).collect()
+/// How well the scans of all blocks fit together.
+pub fn together(blocks: &[Block], mount: &Mount<'_>, order: Order, metre_m: f64) -> Together {
+    let of_blocks: Vec<Together> =
+        blocks.par_iter().map(|block| of_block(block, mount, order, CELL_M * metre_m)).collect();
+    of_blocks.into_iter().fold(Together::default(), |sum, one| Together {
+        returns: sum.returns + one.returns,
+        met: sum.met + one.met,
+        way_m: sum.way_m + one.way_m,
+        way_s: sum.way_s + one.way_s,
+    })
 }
 
-fn of_block(block: &Block, track: Track<'_>, later_ns: i64, order: Order, cell_m: f64) -> Together {
+fn of_block(block: &Block, mount: &Mount<'_>, order: Order, cell_m: f64) -> Together {
+    let track = Track::new(mount.trajectory, mount.body_from_sensor, mount.max_gap_ns);
     let mut found = Together::default();
     // Of every cell: its returns, the last scan in it, and whether there was another.
     let mut cells: HashMap<[i64; 3], (u64, usize, bool)> = HashMap::new();
-    let mut before: Option<Vector3<f64>> = None;
+    let mut before: Option<(i64, Vector3<f64>)> = None;
     for (number, snapshot) in block.scans.iter().enumerate() {
         let posed_like = match order {
             Order::Own => snapshot,
             Order::Reversed => &block.scans[block.scans.len() - 1 - number],
         };
+        let Some(stamp_ns) = mount.stamp_ns(posed_like) else { continue };
         let mut cursor = track.cursor();
         let mut first = true;
         for one in snapshot.returns.iter().step_by(EVERY) {
-            let at = posed_like.stamp_ns.checked_add(one.after_ns).and_then(|ns| ns.checked_add(later_ns));
+            let at = stamp_ns.checked_add(one.after_ns);
             let Some(pose) = at.and_then(|ns| cursor.world_from_sensor_at(ns)) else { continue };
             let place = pose.translation.vector + pose.rotation * one.in_sensor_m;
             if first {
                 let here = pose.translation.vector;
-                found.way_m += before.map_or(0.0, |before| (here - before).norm());
-                (before, first) = (Some(here), false);
+                if let Some((before_ns, before)) = before {
+                    found.way_m += (here - before).norm();
+                    found.way_s += stamp_ns.saturating_sub(before_ns) as f64 / 1e9;
+                }
+                (before, first) = (Some((stamp_ns, here)), false);
             }
             found.returns += 1;
             let cell = [place.x, place.y, place.z].map(|c| (c / cell_m).floor() as i64);

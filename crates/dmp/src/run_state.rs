@@ -47,29 +47,7 @@ impl<'a, M> RunState<'a, M> {
 
     /// The same run with another map, and the map that it had.
     pub(crate) fn with_map<N>(self, map: N) -> (RunState<'a, N>, M) {
-        let Self {
-            run,
-            file_stem,
-            poses,
-            own_from_world,
-            scans_without_pose,
-            scans_between_poses,
-            hint,
-            map: before,
-        } = self;
-        (
-            RunState {
-                run,
-                file_stem,
-                poses,
-                own_from_world,
-                scans_without_pose,
-                scans_between_poses,
-                hint,
-                map,
-            },
-            before,
-        )
+        (self.like(map), self.map)
     }
 
     /// A run like this one, with another map.

@@ -91,11 +91,7 @@ fn vet_heads(
     let (settings, means) = config.on(heads.summary())?;
     check_runs(runs, &settings)?;
     let lent = runs.iter().find_map(|run| run.trajectory.stamps_ns());
-    let stamp_of = |number: usize, stamp_ns: Option<i64>| {
-        let stamp_ns = stamp_ns.map(|ns| ns.saturating_add(settings.time_offset_ns));
-        stamp_ns.or_else(|| lent?.get(number).copied())
-    };
-    let blocks = sample::read(heads, &stamp_of, &settings, progress)?;
+    let blocks = sample::read(heads, &settings, progress)?;
     let look = Look { heads, lent, settings: &settings, blocks: &blocks };
     progress.begin(Stage::Vet, runs.len() as u64);
     let at = |run: &Run| {
@@ -214,8 +210,7 @@ impl Look<'_> {
 
     /// The reading with which the scans fit together much better, where there is one.
     fn best_reading(&self, run: &Run, given: Together) -> Result<Option<(Together, Reading)>, EvaluateError> {
-        let seconds = self.blocks.iter().map(Block::duration_s).sum::<f64>();
-        let speed_m_per_s = given.way_m / seconds.max(1e-3);
+        let speed_m_per_s = given.way_m / given.way_s.max(1e-3);
         let mut best: Option<(Together, Reading)> = None;
         for reading in readings::all(run, self.settings, self.heads.summary(), speed_m_per_s) {
             let Some(fit) = self.together(&reading.run, Order::Own)? else { continue };
@@ -237,13 +232,8 @@ impl Look<'_> {
 
     fn together(&self, run: &Run, order: Order) -> Result<Option<Together>, EvaluateError> {
         self.mounted(run, |mount| {
-            let of_blocks = together(self.blocks, mount, 0, order, self.settings.metre_m());
-            let sum = of_blocks.iter().fold(Together::default(), |sum, one| Together {
-                returns: sum.returns + one.returns,
-                met: sum.met + one.met,
-                way_m: sum.way_m + one.way_m,
-            });
-            (sum.returns > 0).then_some(sum)
+            let found = together(self.blocks, mount, order, self.settings.metre_m());
+            (found.returns > 0).then_some(found)
         })
     }
 
@@ -268,6 +258,7 @@ impl Look<'_> {
             trajectory: &placed.trajectory,
             body_from_sensor: self.settings.body_from_sensor(run),
             max_gap_ns: self.settings.max_time_gap_ns.unwrap_or_else(|| placed.trajectory.usual_gap_ns()),
+            later_than_lines_ns: placed.shift_ns,
         }))
     }
 

@@ -17,11 +17,9 @@ const RETURNS: usize = 4000;
 const BLOCKS_OF_OUTLINE: usize = 16;
 const ROOM_OF_OUTLINE: usize = 16;
 
-/// Reads some scans in blocks, evenly spread over the log. `stamp_of` gives the stamp of the scan with this number in the
-/// log, which has that stamp or none.
+/// Reads some scans in blocks, evenly spread over the log.
 pub(super) fn read(
     heads: Heads<'_>,
-    stamp_of: &dyn Fn(usize, Option<i64>) -> Option<i64>,
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Vec<Block>, EvaluateError> {
@@ -42,7 +40,7 @@ pub(super) fn read(
     };
     let filter = ReturnFilter { min_range_m: settings.min_range_m, max_range_m: settings.max_range_m, ego };
     progress.begin(Stage::Vet, blocks.iter().map(|block| block.len() as u64).sum());
-    let gather = Gather { stamp_of, progress, filter };
+    let gather = Gather { settings, progress, filter };
     match heads {
         Heads::Log(log) => gather.of_log(log, &blocks),
         Heads::Outline(outline) => gather.of_outline(outline, &blocks),
@@ -50,7 +48,7 @@ pub(super) fn read(
 }
 
 struct Gather<'a> {
-    stamp_of: &'a dyn Fn(usize, Option<i64>) -> Option<i64>,
+    settings: &'a Settings,
     progress: &'a dyn Progress,
     filter: ReturnFilter,
 }
@@ -83,9 +81,10 @@ impl Gather<'_> {
             }
             self.progress.advance(1);
             let stamp_ns = log.frames().get(frame).and_then(|info| info.stamp_ns);
-            let Some(stamp_ns) = (self.stamp_of)(log.number_in_log(frame), stamp_ns) else { continue };
+            let stamp_ns = stamp_ns.map(|ns| ns.saturating_add(self.settings.time_offset_ns));
             reader.read(frame, &mut scan)?;
-            block.add(stamp_ns, &scan, RETURNS, |point| self.filter.check(point).is_ok());
+            let is_used = |point| self.filter.check(point).is_ok();
+            block.add(log.number_in_log(frame), stamp_ns, &scan, RETURNS, is_used);
         }
         Ok(block)
     }
