@@ -50,6 +50,18 @@ pub struct Estimate {
     pub is_off: bool,
 }
 
+/// Why a run tells nothing of its clock and mounting though its scans have planes in common.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Silence {
+    /// Its poses jitter.
+    Jitter {
+        /// By how much they are off from the way between their neighbours, root of the mean square, metres.
+        jitter_m: f64,
+    },
+    /// It fits best with a share of the returns' times that is neither none nor all.
+    Sweep,
+}
+
 /// What was found of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
@@ -59,6 +71,8 @@ pub struct Calibration {
     pub before_m: f64,
     /// The same with what is surely off put right.
     pub after_m: f64,
+    /// Why nothing of it tells anything, where that is so.
+    pub silence: Option<Silence>,
     /// What to put right: those that are off, looked for alone; the others are 0 (of [`Axis::Sweep`], 1).
     pub mended: [f64; AXES],
 }
@@ -120,9 +134,13 @@ pub fn calibrate(
     let is_seen = |k: usize| free[k] && all.half_steps[k] <= Axis::ALL[k].seen_within_steps();
     // Within a scan a pose between two others is used, and that of a jittering run is better than both: everything else gives
     // way to that.
-    let jitters = sweeps && mount.jitter_m(REACH_M * metre_m) > JITTER_M * metre_m;
-    let tells = !jitters && !misfits(&all, is_seen(Axis::Sweep as usize));
-    let is_seen = |k: usize| is_seen(k) && tells;
+    let jitter_m = mount.jitter_m(REACH_M * metre_m);
+    let silence = if sweeps && jitter_m > JITTER_M * metre_m {
+        Some(Silence::Jitter { jitter_m })
+    } else {
+        misfits(&all, is_seen(Axis::Sweep as usize)).then_some(Silence::Sweep)
+    };
+    let is_seen = |k: usize| is_seen(k) && silence.is_none();
     let off: [bool; AXES] = std::array::from_fn(|k| {
         is_seen(k) && all.steps[k].abs() > all.half_steps[k].max(Axis::ALL[k].worth_steps())
     });
@@ -143,6 +161,7 @@ pub fn calibrate(
         estimates,
         before_m: alone.before_m2.sqrt(),
         after_m: alone.after_m2.sqrt(),
+        silence,
         mended: std::array::from_fn(|k| value(k, alone.steps[k])),
     })
 }

@@ -16,6 +16,7 @@ use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::settings::PlaceArgs;
 use crate::trajectory_args::TrajectoryArgs;
+use crate::vetting::Vetting;
 
 /// Find when and where a run's poses hold
 ///
@@ -80,8 +81,13 @@ pub(crate) fn run(arguments: &CalibrateArgs, common: &Common, out: &mut impl Wri
     config.check()?;
     let poses = (&arguments.place, &arguments.clock);
     let fused = std::iter::repeat(MapSource::Fused);
-    let OpenedRuns { log, runs, damaged } = OpenedRuns::open(started, fused, &arguments.log, poses, common)?;
-    let vetted = vet(log.as_ref(), &runs, &config, false, &Progress::new(common))?;
+    let opened = OpenedRuns::open(started, fused, &arguments.log, poses, common)?;
+    let mapper = arguments.place.mapper(time_offset_ns)?;
+    let (OpenedRuns { log, damaged, .. }, vetted) = Vetting { log: &arguments.log, mend: false }.vet(
+        opened,
+        |log| log.open(&mapper),
+        |log, runs| vet(log.as_ref(), runs, &config, false, &Progress::new(common)),
+    )?;
     let found = Found {
         schema: "dmp-calibrate/1",
         dmp_version: env!("CARGO_PKG_VERSION"),
@@ -114,13 +120,20 @@ pub(crate) fn run(arguments: &CalibrateArgs, common: &Common, out: &mut impl Wri
 }
 
 fn table(out: &mut impl Write, run: &FoundRun) -> io::Result<()> {
-    let ConventionsReport { together, thickness_m, estimates, .. } = &run.conventions;
+    let ConventionsReport { together, thickness_m, thickness_mended_m, estimates, silence, .. } =
+        &run.conventions;
     writeln!(out, "{}", run.name)?;
     if let Some(share) = together {
         writeln!(out, "  {:.0} % of the returns looked at meet those of other scans near by", 100.0 * share)?;
     }
     match thickness_m {
-        Some(metres) => writeln!(out, "  surfaces are {} cm thick", digits(100.0 * metres))?,
+        Some(metres) => {
+            let mended = thickness_mended_m.filter(|mended| mended != metres);
+            let mended = mended.map_or(String::new(), |mended| {
+                format!(", and {} cm with what is off put right", digits(100.0 * mended))
+            });
+            writeln!(out, "  surfaces are {} cm thick{mended}", digits(100.0 * metres))?;
+        }
         None => {
             writeln!(
                 out,
@@ -128,16 +141,19 @@ fn table(out: &mut impl Write, run: &FoundRun) -> io::Result<()> {
             )?;
         }
     }
+    if let Some(why) = silence {
+        writeln!(out, "  {why}")?;
+    }
     let mut table = Table::new([Side::Left, Side::Right, Side::Right, Side::Left, Side::Left]);
     for estimate in estimates {
-        table.row(row(estimate));
+        table.row(row(estimate, silence.is_some()));
     }
     table.write(out, "  ")?;
     writeln!(out)
 }
 
 /// A number in the unit that people use for it.
-fn row(estimate: &EstimateReport) -> [String; 5] {
+fn row(estimate: &EstimateReport, is_silent: bool) -> [String; 5] {
     let EstimateReport { axis, value, half, seen, off } = estimate;
     let (factor, unit, decimals) = match axis.as_str() {
         "time" => (1e3, "ms", 2),
@@ -146,6 +162,7 @@ fn row(estimate: &EstimateReport) -> [String; 5] {
         _ => (100.0, "cm", 2),
     };
     let remark = match (seen, off) {
+        _ if is_silent => "",
         (false, _) => "cannot be seen here",
         (true, true) => "off",
         (true, false) => "",

@@ -37,6 +37,7 @@ mod settings;
 mod simulate;
 mod trajectory_args;
 mod truth;
+mod vetting;
 
 use std::ffi::OsString;
 use std::io::{self, Write as _};

@@ -26,7 +26,7 @@ use crate::trajectory_args::TrajectoryArgs;
 pub(crate) struct Runs {
     named: Vec<(String, Source)>,
     /// How the poses of each are meant, where that is given.
-    ways: Vec<Option<PosesAs>>,
+    ways: Vec<Vec<PosesAs>>,
     /// What carries each between its poses.
     between: Vec<Option<Trajectory>>,
 }
@@ -80,7 +80,7 @@ impl Runs {
 
     /// The same for a log at this path, whose scans have this frame.
     pub(crate) fn finish_in(self, log: &Path, scan_frame: Option<&str>) -> anyhow::Result<Vec<LoadedRun>> {
-        let finish = |(((name, source), way), between): (((String, Source), _), Option<Trajectory>)| {
+        let finish = |(((name, source), ways), between): (((String, Source), _), Option<Trajectory>)| {
             let mut run = match source {
                 Source::Read(run) => *run,
                 Source::Topic { given, bag, topic } => {
@@ -89,7 +89,7 @@ impl Runs {
                     LoadedRun::of_topic(name, given, path, read, bag.is_some())
                 }
             };
-            if let Some(way) = way {
+            for way in ways {
                 run = run.read_as(way)?;
             }
             match between {

@@ -21,7 +21,8 @@ pub(crate) struct TrajectoryArgs {
     #[arg(long, value_name = "[NAME=]UNIT", help_heading = "Input")]
     time_unit: Vec<Named<TimeUnit>>,
     /// How the poses of a run are meant, where they are not `world_from_body` in metres with quaternions x y z w: `inverted`
-    /// (`body_from_world`), `wxyz`, or places in `mm`, `cm` or `km`; for the run NAME, or for all runs
+    /// (`body_from_world`), `wxyz`, or places in `mm`, `cm` or `km`; for the run NAME, or for all runs. May be given more than
+    /// once: each is applied to what the one before made
     #[arg(long, value_name = "[NAME=]WAY", help_heading = "Input")]
     poses_as: Vec<Named<PosesAs>>,
     /// For a run with poses of keyframes alone: a trajectory of the same body, as an odometry's, with poses between them; it may
@@ -40,10 +41,14 @@ impl TrajectoryArgs {
         assign("--between", names, values)?.into_iter().map(read).collect()
     }
 
-    /// How the poses of each run are meant, where that is given.
-    pub(crate) fn ways(&self, names: &[&str]) -> Result<Vec<Option<PosesAs>>, Usage> {
-        let ways = assign("--poses-as", names, self.poses_as.iter().map(Named::parts))?;
-        Ok(ways.into_iter().map(Option::<&PosesAs>::copied).collect())
+    /// How the poses of each run are meant, in the order given.
+    pub(crate) fn ways(&self, names: &[&str]) -> Result<Vec<Vec<PosesAs>>, Usage> {
+        let mut ways = vec![Vec::new(); names.len()];
+        for given in &self.poses_as {
+            let of_runs = assign("--poses-as", names, [given.parts()])?;
+            ways.iter_mut().zip(of_runs).for_each(|(ways, way)| ways.extend(way));
+        }
+        Ok(ways)
     }
 
     /// The unit of the stamps of each run, where one is given.

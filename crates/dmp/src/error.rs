@@ -283,10 +283,10 @@ impl EvaluateError {
             }
             Self::TooSparse { run, gap_s, off_m } => format!(
                 "run `{run}`: its poses, up to {gap_s:.1} s apart, say of no scan where it was made: between them the sensor may be \
-                 {:.0} cm off by the run's own poses. {} {run}=FILE takes what is between them from an odometry; {} {} takes them \
+                 {:.0} cm off by the run's own poses. {} takes what is between them from an odometry; {} {} takes them \
                  as they are",
                 100.0 * off_m,
-                name(SettingName::Between),
+                SettingName::Between.for_run(run, "FILE", name),
                 name(SettingName::MaxTimeGap),
                 gap_s.ceil()
             ),

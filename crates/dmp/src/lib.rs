@@ -113,10 +113,10 @@ pub use setting_name::SettingName;
 pub use settings::{Means, Settings};
 pub use sink::{ScoredPlace, ScoredReturns, ScoredRun, Sink};
 pub use unposed::Unposed;
-pub use vet::{Found, LeftOut, Mend, PosesAs, Vetted, vet, vet_outline};
+pub use vet::{Found, LeftOut, Mend, PointTimes, PosesAs, Vetted, vet, vet_outline};
 pub use watch::Watch;
 
-pub use dmp_calibrate::{Axis, Calibration, Estimate};
+pub use dmp_calibrate::{Axis, Calibration, Estimate, Silence};
 pub use dmp_log::LengthUnit;
 pub use dmp_reduce::{
     Basis, Confidence, DepthResidual, FrameSums, HitKind, Lengths, Margin, MissPrice, Promise, Reach,

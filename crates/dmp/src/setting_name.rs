@@ -68,6 +68,15 @@ impl SettingName {
     pub(crate) fn quoted(self) -> String {
         format!("`{self}`")
     }
+
+    /// With a value for one run, as a shell takes it: `--pose-at a=end`, `--pose-at 'my run=end'`.
+    pub(crate) fn for_run(self, run: &str, value: &str, name: &dyn Fn(Self) -> String) -> String {
+        let word = format!("{run}={value}");
+        let is_plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
+        let word =
+            if word.chars().all(is_plain) { word } else { format!("'{}'", word.replace('\'', r"'\''")) };
+        format!("{} {word}", name(self))
+    }
 }
 
 impl fmt::Display for SettingName {
@@ -100,5 +109,18 @@ impl fmt::Display for SettingName {
             Self::SaveMaps => "save-maps",
             Self::Resume => "resume",
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_option_is_a_word_to_a_shell() {
+        let told = |run: &str| SettingName::PoseAt.for_run(run, "end", &|setting| format!("--{setting}"));
+        assert_eq!(told("a/b-1.x"), "--pose-at a/b-1.x=end");
+        assert_eq!(told("my run"), "--pose-at 'my run=end'");
+        assert_eq!(told("it's $HOME"), r"--pose-at 'it'\''s $HOME=end'");
     }
 }

@@ -46,10 +46,10 @@ impl Unposed {
                 format!("the log's stamps are all the same, {stamp_s:.3} s: they tell nothing")
             }
             Self::Apart { log_s, poses_s, gap_s, offset_s } => format!(
-                "{}; they are {gap_s:.3} s apart. If their clocks differ, shift the log's: {} {run}={offset_s:.3} puts their \
+                "{}; they are {gap_s:.3} s apart. If their clocks differ, shift the log's: {} puts their \
                  beginnings together, as far as the stamps tell",
                 spans(log_s, poses_s),
-                name(SettingName::TimeOffset)
+                SettingName::TimeOffset.for_run(run, &format!("{offset_s:.3}"), name)
             ),
             Self::Gaps { log_s, poses_s } => format!(
                 "{}; gaps in the trajectory longer than {} are not interpolated over",

@@ -9,6 +9,7 @@ use dmp_sensor::{Isometry3, Trajectory, Vector3};
 
 use super::drives::{drives, find};
 use super::estimates::simulated;
+use super::restamped;
 use super::rooms::{room_log, room_runs};
 use super::sample::log_and_truth;
 
@@ -48,7 +49,9 @@ pub(super) fn run(arguments: &ConventionsArgs) -> anyhow::Result<()> {
         let truth = read_trajectory(&nclt.join("poses_lidar_odometry.txt"))?.trajectory;
         World { name: "nclt_revisit", log: log.as_ref(), truth: &truth }.errors()?;
     }
-    println!("\nright runs\n\n| world | runs | left out | something off |\n|---|---|---|---|");
+    println!(
+        "\nright runs\n\n| world | runs | left out | told | off, and too little to be told |\n|---|---|---|---|---|"
+    );
     for seed in 1..=3 {
         let (log, runs) = room_runs(seed, &arguments.out.join("rooms"))?;
         World { name: &format!("room {seed}"), log: log.as_ref(), truth: &runs[0].trajectory }
@@ -62,7 +65,7 @@ pub(super) fn run(arguments: &ConventionsArgs) -> anyhow::Result<()> {
             .collect();
         World { name: spec.name, log: log.as_ref(), truth: &truth }.right(&runs)?;
     }
-    Ok(())
+    restamped::print(&arguments.out)
 }
 
 /// A log and its truth.
@@ -129,10 +132,10 @@ impl World<'_> {
     fn right(&self, runs: &[Run]) -> anyhow::Result<()> {
         let vetted = vet(self.log, runs, &Config::default(), false, &())?;
         let left_out = vetted.found.iter().filter(|found| found.left_out.is_some()).count();
-        let mut off = Vec::new();
+        let (mut told, mut little) = (Vec::new(), Vec::new());
         for found in &vetted.found {
-            let axes = found.calibration.iter().flat_map(dmp::Calibration::off);
-            off.extend(axes.map(|one| {
+            let Some(calibration) = &found.calibration else { continue };
+            let off = calibration.off().map(|one| {
                 format!(
                     "{}: {} {} ± {}",
                     found.name,
@@ -140,10 +143,12 @@ impl World<'_> {
                     in_units(one.axis, one.value),
                     in_units(one.axis, one.half)
                 )
-            }));
+            });
+            if calibration.pays() { told.extend(off) } else { little.extend(off) }
         }
-        let told = if off.is_empty() { "nothing".to_owned() } else { off.join("; ") };
-        println!("| {} | {} | {left_out} | {told} |", self.name, runs.len());
+        let [told, little] =
+            [told, little].map(|off| if off.is_empty() { "nothing".to_owned() } else { off.join("; ") });
+        println!("| {} | {} | {left_out} | {told} | {little} |", self.name, runs.len());
         Ok(())
     }
 }
@@ -164,7 +169,7 @@ fn all_errors() -> Vec<Made> {
     Axis::ALL.into_iter().flat_map(of).collect()
 }
 
-fn in_units(axis: Axis, value: f64) -> String {
+pub(super) fn in_units(axis: Axis, value: f64) -> String {
     match axis {
         Axis::Time => format!("{:.2} ms", 1e3 * value),
         Axis::Sweep => format!("{value:.3}"),

@@ -147,7 +147,7 @@ pub(crate) fn odometry_path(spec: &DriveSpec, config: &str) -> PathBuf {
 }
 
 /// The kept run of an odometry, moved so that its first pose is the true one: an odometry starts anywhere.
-fn odometry(spec: &DriveSpec, config: &str, truth: &Trajectory) -> anyhow::Result<Trajectory> {
+pub(super) fn odometry(spec: &DriveSpec, config: &str, truth: &Trajectory) -> anyhow::Result<Trajectory> {
     let path = odometry_path(spec, config);
     let run = read_trajectory(&path)
         .with_context(

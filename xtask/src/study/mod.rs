@@ -14,6 +14,7 @@ mod observe;
 mod pair_tables;
 mod places;
 mod removal;
+mod restamped;
 mod result;
 mod rooms;
 mod rule;

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use dmp::{Config, Report, Vetted, vet, vet_outline};
-use dmp_log::{LogOutline, ScanLog};
+use dmp_log::LogOutline;
 
 use crate::clock_args::ClockArgs;
 use crate::common::Common;
@@ -11,6 +11,7 @@ use crate::log_args::LogArgs;
 use crate::progress::Progress;
 use crate::runs::OpenedRuns;
 use crate::settings::PlaceArgs;
+use crate::vetting::{Vetting, tell};
 
 /// What is done about wrong conventions.
 #[derive(Debug, Args)]
@@ -37,47 +38,36 @@ impl ConventionArgs {
         if self.trust {
             return Ok((opened, None));
         }
-        let look =
-            |log: &dyn ScanLog, runs: &[dmp::Run]| vet(log, runs, config, self.mend, &Progress::new(common));
-        let mut opened = opened;
-        let mut vetted = look(opened.log.as_ref(), &opened.runs)?;
-        if self.mend && vetted.points_are_corrected() {
-            tell(&vetted, common);
-            let mapper = place.mapper(clock.offset_of_all_ns())?;
-            opened.log = log.without_point_times().open(&mapper)?;
-            vetted = look(opened.log.as_ref(), &opened.runs)?;
-        }
-        if let Some(timed) = log.with_point_times() {
-            // Times that cannot be understood are rightly left aside.
-            if let Ok(timed) = timed.open(&place.mapper(clock.offset_of_all_ns())?) {
-                vetted.times_are_true = look(timed.as_ref(), &opened.runs)?.points_are_raw();
-            }
-        }
+        let mapper = place.mapper(clock.offset_of_all_ns())?;
+        let (opened, vetted) = Vetting { log, mend: self.mend }.vet(
+            opened,
+            |log| log.open(&mapper),
+            |log, runs| vet(log.as_ref(), runs, config, self.mend, &Progress::new(common)),
+        )?;
         tell(&vetted, common);
-        let runs = vetted.runs.clone();
-        Ok((OpenedRuns { runs, ..opened }, Some(vetted)))
+        Ok((opened, Some(vetted)))
     }
 
     /// The same by the index of a log.
     pub(super) fn vet_outline(
         &self,
         opened: OpenedRuns<LogOutline>,
+        log: &LogArgs,
+        (place, clock): (&PlaceArgs, &ClockArgs),
         config: &Config,
         common: &Common,
     ) -> anyhow::Result<(OpenedRuns<LogOutline>, Option<Vetted>)> {
         if self.trust {
             return Ok((opened, None));
         }
-        let vetted = vet_outline(&opened.log, &opened.runs, config, self.mend, &Progress::new(common))?;
+        let mapper = place.mapper(clock.offset_of_all_ns())?;
+        let (opened, vetted) = Vetting { log, mend: self.mend }.vet(
+            opened,
+            |log| log.outline(&mapper),
+            |log, runs| vet_outline(log, runs, config, self.mend, &Progress::new(common)),
+        )?;
         tell(&vetted, common);
-        let runs = vetted.runs.clone();
-        Ok((OpenedRuns { runs, ..opened }, Some(vetted)))
-    }
-}
-
-fn tell(vetted: &Vetted, common: &Common) {
-    if !common.quiet {
-        vetted.messages_with(&option_of).iter().for_each(|message| eprintln!("note: {message}"));
+        Ok((opened, Some(vetted)))
     }
 }
 

@@ -181,8 +181,13 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
         }
         Some(share) => {
             let opened = OpenedRuns::outline(started, &arguments.log, arguments.settings.poses(), common)?;
-            let (OpenedRuns { log, runs, damaged }, vetted) =
-                arguments.conventions.vet_outline(opened, &config, common)?;
+            let (OpenedRuns { log, runs, damaged }, vetted) = arguments.conventions.vet_outline(
+                opened,
+                &arguments.log,
+                arguments.settings.poses(),
+                &config,
+                common,
+            )?;
             let config = Config { checkpoint_every: None, ..config };
             let report = evaluate_quick(&log, &runs, &config, share, &Progress::new(common))?;
             let report = conventions::told(report, vetted.as_ref());

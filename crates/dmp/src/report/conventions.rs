@@ -15,6 +15,8 @@ pub struct ConventionsReport {
     pub thickness_m: Option<f64>,
     /// The same with what is off put right.
     pub thickness_mended_m: Option<f64>,
+    /// Why the scans tell nothing of clock and mounting though they have surfaces in common; null where they do tell.
+    pub silence: Option<String>,
     /// What puts right what is off, as options.
     pub mends: Vec<String>,
     /// Whether that was done.

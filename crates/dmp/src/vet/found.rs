@@ -1,11 +1,10 @@
-//! What vetting found, and how it is told.
+//! What vetting found of a run, and how it is told.
 
-use dmp_calibrate::{Axis, Calibration, Estimate};
+use dmp_calibrate::{Axis, Calibration, Estimate, Silence};
 
 use super::mend::Mend;
-use crate::config::Run;
 use crate::error::EvaluateError;
-use crate::report::{ConventionsReport, EstimateReport, LeftOutReport, Report, Warning};
+use crate::report::{ConventionsReport, EstimateReport};
 use crate::setting_name::SettingName;
 
 /// What was found of one run.
@@ -19,8 +18,10 @@ pub struct Found {
     pub together_as_read: Option<f64>,
     /// Errors of time and mounting, after such a reading; `None` where the scans do not tell.
     pub calibration: Option<Calibration>,
-    /// What puts right what is beyond doubt.
+    /// What puts right what is beyond doubt, in this order.
     pub mends: Vec<Mend>,
+    /// Whether by it alone points are at one instant already: then nothing is said of its clock and mounting.
+    pub is_at_odds: bool,
     /// Why it is no part of what is compared; `None` where it is.
     pub left_out: Option<LeftOut>,
 }
@@ -62,9 +63,10 @@ impl Found {
             Some(LeftOut::Misread) | None => {}
         }
         let what = self.what()?;
-        let mends: Vec<String> =
-            self.mends.iter().map(|mend| mend.message_with(Some(&self.name), name)).collect();
-        let options = mends.join(" ");
+        if self.mends.is_empty() {
+            return Some(format!("run `{}`: {what}", self.name));
+        }
+        let options = self.options(name).join(" ");
         Some(if mended {
             format!("run `{}`: {what}; mended, as by {options}", self.name)
         } else {
@@ -93,15 +95,27 @@ impl Found {
                 .map_or(Vec::new(), |found| found.estimates.into_iter().map(estimate).collect()),
             thickness_m: calibration.map(|found| found.before_m),
             thickness_mended_m: calibration.map(|found| found.after_m),
-            mends: self.mends.iter().map(|mend| mend.message_with(Some(&self.name), name)).collect(),
+            silence: calibration.and_then(|found| found.silence).map(in_words),
+            mends: self.options(name),
             mended: mended && !self.mends.is_empty(),
         }
+    }
+
+    fn options(&self, name: &dyn Fn(SettingName) -> String) -> Vec<String> {
+        self.mends.iter().map(|mend| mend.message_with(&self.name, name)).collect()
+    }
+
+    /// Whether by this run points are at one instant already.
+    pub(super) fn points_are_corrected(&self) -> Option<Estimate> {
+        let calibration = self.calibration.as_ref().filter(|found| found.pays())?;
+        let sweep = calibration.of(Axis::Sweep);
+        (sweep.is_off && sweep.value + sweep.half < 0.5).then_some(sweep)
     }
 
     fn what(&self) -> Option<String> {
         let mut parts = Vec::new();
         if let (Some(given), Some(read)) = (self.together, self.together_as_read) {
-            let how = self.mends.first().map_or("", in_words);
+            let how = self.mends.first().map_or("", as_meant);
             parts.push(format!(
                 "its poses are misread: {:.0} % of the returns meet those of other scans near by, and {:.0} % {how}",
                 100.0 * given,
@@ -109,24 +123,46 @@ impl Found {
             ));
         }
         if let Some(calibration) = self.calibration.as_ref().filter(|found| found.pays()) {
-            let off: Vec<String> = calibration.off().map(off_in_words).collect();
-            parts.push(format!(
-                "{}, by the scans themselves (surfaces are {:.1} cm thick, else {:.1} cm)",
-                off.join(", "),
-                100.0 * calibration.after_m,
-                100.0 * calibration.before_m
-            ));
+            // What is wrong with the points is not the run's.
+            let off = calibration.off().filter(|one| one.axis != Axis::Sweep || self.is_at_odds);
+            let off: Vec<String> = off.map(off_in_words).collect();
+            if !off.is_empty() {
+                parts.push(format!(
+                    "{}, by the scans themselves (surfaces are {:.1} cm thick, else {:.1} cm)",
+                    off.join(", "),
+                    100.0 * calibration.after_m,
+                    100.0 * calibration.before_m
+                ));
+            }
+            if self.is_at_odds {
+                parts.push(
+                    "that is not so by every run, or not surely, so nothing of it is put right".to_owned(),
+                );
+            }
         }
-        (!parts.is_empty()).then(|| parts.join("; then "))
+        (!parts.is_empty()).then(|| parts.join("; "))
     }
 }
 
-fn in_words(mend: &Mend) -> &'static str {
+fn as_meant(mend: &Mend) -> &'static str {
     match mend {
         Mend::PosesAs(_) => "with poses read as they are meant",
         Mend::Extrinsic(_) => "with the sensor mounted another way",
         Mend::TimeOffset(_) => "at other times",
-        Mend::PoseAt(_) | Mend::IgnorePointTimes => "posed another way",
+        Mend::PoseAt(_) => "at another instant of its scans",
+    }
+}
+
+fn in_words(silence: Silence) -> String {
+    match silence {
+        Silence::Jitter { jitter_m } => format!(
+            "its poses jitter, {:.0} cm off the way between their neighbours: returns posed between them tell nothing of clock and \
+             mounting",
+            100.0 * jitter_m
+        ),
+        Silence::Sweep => "its scans fit best with a part of the returns' times that is neither none nor all: it is off in other \
+                           ways than are looked for"
+            .to_owned(),
     }
 }
 
@@ -150,85 +186,5 @@ pub(super) fn off_in_words(one: Estimate) -> String {
         Axis::X | Axis::Y | Axis::Z => {
             format!("the sensor's {} is off by {:.1} ± {:.1} cm", axis.name(), -cm * value, cm * half)
         }
-    }
-}
-
-/// What vetting came to.
-#[derive(Debug)]
-pub struct Vetted {
-    /// The runs to be scored, put right where that was asked for.
-    pub runs: Vec<Run>,
-    /// What was found of each run that was given.
-    pub found: Vec<Found>,
-    /// Whether what is wrong was put right.
-    pub mended: bool,
-    /// What all runs are off by alike: then it is not they.
-    pub alike: Vec<Estimate>,
-    /// Whether the log's times of points are true though they are not used: who opens the log with them may look and say so.
-    pub times_are_true: bool,
-}
-
-impl Vetted {
-    /// Everything that was found, a sentence each, what concerns all runs first.
-    pub fn messages_with(&self, name: &dyn Fn(SettingName) -> String) -> Vec<String> {
-        let alike = (!self.alike.is_empty()).then(|| {
-            let axes: Vec<String> = self.alike.iter().copied().map(off_in_words).collect();
-            let blame = if self.alike.iter().any(|one| one.axis == Axis::Time) {
-                format!(
-                    "the log's clock, or the instant that its stamps stand for ({}), is the first to blame",
-                    name(SettingName::StampAt)
-                )
-            } else {
-                "what is said of the sensor's mounting is the first to blame".to_owned()
-            };
-            format!("all runs are off alike: {}; {blame}", axes.join(", "))
-        });
-        let times = self.times_are_true.then(|| {
-            format!(
-                "the points of a scan were measured one after another, at the times that the log gives them: leave {} out to use these",
-                name(SettingName::PointTime)
-            )
-        });
-        let of_runs = self.found.iter().filter_map(|found| found.message_with(self.mended, name));
-        times.into_iter().chain(alike).chain(of_runs).collect()
-    }
-
-    /// Of each run that was given, whether it is scored.
-    pub fn is_kept(&self) -> Vec<bool> {
-        self.found.iter().map(|found| found.left_out.is_none()).collect()
-    }
-
-    /// Puts into the report of its runs what was found of them.
-    pub fn tell(&self, report: &mut Report, name: &dyn Fn(SettingName) -> String) {
-        for found in &self.found {
-            if found.left_out.is_some() {
-                let reason = found.message_with(self.mended, name).unwrap_or_default();
-                report.left_out.push(LeftOutReport { name: found.name.clone(), reason });
-            }
-            let of_run = report.inputs.runs.iter_mut().find(|run| run.name == found.name);
-            if let Some(run) = of_run {
-                run.conventions = Some(found.report(self.mended, name));
-            }
-        }
-        let messages = self.messages_with(name).into_iter().map(Warning::Other);
-        report.warnings.splice(0..0, messages);
-    }
-
-    /// Whether the points of the log are at one instant already by every run that tells.
-    pub fn points_are_corrected(&self) -> bool {
-        self.all_sweeps(|sweep| sweep.value + sweep.half < 0.5)
-    }
-
-    /// Whether the points of the log were measured one after another, by every run that tells.
-    pub fn points_are_raw(&self) -> bool {
-        self.all_sweeps(|sweep| sweep.value - sweep.half > 0.5)
-    }
-
-    fn all_sweeps(&self, holds: impl Fn(&Estimate) -> bool) -> bool {
-        let seen = || {
-            let calibrated = self.found.iter().filter_map(|found| found.calibration.as_ref());
-            calibrated.map(|calibration| calibration.of(Axis::Sweep)).filter(|sweep| sweep.is_seen)
-        };
-        seen().next().is_some() && seen().all(|sweep| holds(&sweep))
     }
 }

@@ -19,12 +19,10 @@ pub enum Mend {
     Extrinsic(Isometry3<f64>),
     /// How the file's poses are meant.
     PosesAs(PosesAs),
-    /// The log's points are at one instant already: its times of points are not to be used.
-    IgnorePointTimes,
 }
 
 impl Mend {
-    /// Applies it to a run. What concerns the log is not in a run.
+    /// Applies it to a run.
     pub(super) fn apply(&self, run: &mut Run) {
         match *self {
             Self::PoseAt(pose_at) => run.pose_at = pose_at,
@@ -35,21 +33,18 @@ impl Mend {
                     run.trajectory = trajectory;
                 }
             }
-            Self::IgnorePointTimes => {}
         }
     }
 
-    /// As an option for the run of this name, or for all: `--pose-at a=end`.
-    pub fn message_with(&self, run: Option<&str>, name: &dyn Fn(SettingName) -> String) -> String {
+    /// As an option for the run of this name: `--pose-at a=end`.
+    pub fn message_with(&self, run: &str, name: &dyn Fn(SettingName) -> String) -> String {
         let (setting, value) = match self {
             Self::PoseAt(pose_at) => (SettingName::PoseAt, pose_at.to_string()),
             Self::TimeOffset(offset_ns) => (SettingName::TimeOffset, seconds(*offset_ns)),
             Self::Extrinsic(body_from_sensor) => (SettingName::Extrinsic, seven_in_words(body_from_sensor)),
             Self::PosesAs(poses_as) => (SettingName::PosesAs, poses_as.to_string()),
-            Self::IgnorePointTimes => return format!("{} ignore", name(SettingName::PointTime)),
         };
-        let of_run = run.map_or(String::new(), |run| format!("{run}="));
-        format!("{} {of_run}{value}", name(setting))
+        setting.for_run(run, &value, name)
     }
 }
 
@@ -103,13 +98,10 @@ mod tests {
         assert!((once.translation.vector - pose.translation.vector).norm() < 1e-5);
         assert!(once.rotation.angle_to(&pose.rotation) < 1e-6);
         assert!(seven_in_words(&Isometry3::identity()) == "0,0,0,0,0,0,1");
-        let words = |mend: Mend| mend.message_with(Some("a"), &SettingName::quoted);
+        let words = |mend: Mend| mend.message_with("a", &SettingName::quoted);
         assert_eq!(words(Mend::PoseAt(PoseAt::End)), "`pose-at` a=end");
         assert_eq!(words(Mend::TimeOffset(rounded_ns(-49_984_321))), "`time-offset` a=-0.05");
         assert_eq!(words(Mend::PosesAs(PosesAs::Wxyz)), "`poses-as` a=wxyz");
-        assert_eq!(
-            Mend::TimeOffset(1_500_000_000).message_with(None, &SettingName::quoted),
-            "`time-offset` 1.5"
-        );
+        assert_eq!(words(Mend::TimeOffset(1_500_000_000)), "`time-offset` a=1.5");
     }
 }

@@ -9,8 +9,9 @@ mod mend;
 mod poses_as;
 mod readings;
 mod sample;
+mod vetted;
 
-use dmp_calibrate::{Axis, Block, Calibration, Estimate, Mount, Order, Together, calibrate, together};
+use dmp_calibrate::{Axis, Block, Calibration, Mount, Order, Together, calibrate, together};
 use dmp_log::{LogOutline, ScanLog};
 use dmp_reduce::Confidence;
 
@@ -24,11 +25,13 @@ use crate::pose_at::PoseAt;
 use crate::progress::{Progress, Stage};
 use crate::settings::Settings;
 use crate::work::pool;
-pub use found::{Found, LeftOut, Vetted};
+pub use found::{Found, LeftOut};
 pub use mend::Mend;
 use mend::{rounded, rounded_ns};
 pub use poses_as::PosesAs;
 use readings::Reading;
+pub use vetted::{PointTimes, Vetted};
+use vetted::{alike, corrected};
 
 /// How sure it must be before anything is said of a run.
 const CONFIDENCE: f64 = 0.999;
@@ -101,6 +104,10 @@ fn vet_heads(
     };
     let all = || runs.iter().map(at).collect::<Result<Vec<_>, _>>();
     let mut found = pool(means.threads)?.install(all)?;
+    let corrected = corrected(&found);
+    for (run, found) in runs.iter().zip(&mut found) {
+        look.add_mends(run, found, corrected.is_some());
+    }
     // Where nothing belongs, nobody is harmed by it, and it is not the runs that are to blame.
     let stays = |found: &Found| match found.left_out {
         None => true,
@@ -121,29 +128,8 @@ fn vet_heads(
     };
     let runs = kept.map(as_scored).collect();
     let alike = alike(&found);
-    Ok(Vetted { runs, found, mended: mend, alike, times_are_true: false })
-}
-
-/// What all runs that are not left out are off by alike; nothing of one run.
-fn alike(found: &[Found]) -> Vec<Estimate> {
-    let calibrations: Vec<&Calibration> = found
-        .iter()
-        .filter(|found| found.left_out.is_none())
-        .filter_map(|found| found.calibration.as_ref().filter(|found| found.pays()))
-        .collect();
-    let scored = found.iter().filter(|found| found.left_out.is_none()).count();
-    if calibrations.len() < scored {
-        return Vec::new();
-    }
-    let [first, others @ ..] = calibrations.as_slice() else { return Vec::new() };
-    let is_alike = |one: &Estimate| {
-        let agrees = |other: &&Calibration| {
-            let other = other.of(one.axis);
-            other.is_off && (other.value - one.value).abs() <= one.half + other.half
-        };
-        one.is_off && !others.is_empty() && others.iter().all(agrees)
-    };
-    first.estimates.into_iter().filter(is_alike).collect()
+    let point_times = corrected.map_or(PointTimes::AsUsed, PointTimes::Corrected);
+    Ok(Vetted { runs, found, mended: mend, alike, point_times })
 }
 
 /// The log by which runs are looked at.
@@ -162,6 +148,7 @@ impl Look<'_> {
             together_as_read: None,
             calibration: None,
             mends: Vec::new(),
+            is_at_odds: false,
             left_out: None,
         };
         // By itself: whether it has poses for the scans.
@@ -202,9 +189,6 @@ impl Look<'_> {
             }
         }
         found.calibration = self.calibrate(&read)?;
-        if let Some(calibration) = found.calibration.as_ref().filter(|found| found.pays()) {
-            self.add_mends(&read, calibration, &mut found.mends);
-        }
         Ok(found)
     }
 
@@ -262,23 +246,26 @@ impl Look<'_> {
         }))
     }
 
-    /// What puts right what is off.
-    fn add_mends(&self, run: &Run, calibration: &Calibration, mends: &mut Vec<Mend>) {
+    /// What puts right what is off; nothing where points are at one instant already by this run and not by others.
+    fn add_mends(&self, run: &Run, found: &mut Found, points_are_corrected: bool) {
+        let Some(calibration) = found.calibration.as_ref().filter(|found| found.pays()) else { return };
         let is_off = |axis: Axis| calibration.of(axis).is_off;
-        let sweep = calibration.of(Axis::Sweep);
-        if sweep.is_off && sweep.value + sweep.half < 0.5 {
-            mends.push(Mend::IgnorePointTimes);
+        if is_off(Axis::Sweep) && !points_are_corrected {
+            found.is_at_odds = true;
+            return;
         }
+        let mut read = run.clone();
+        found.mends.iter().for_each(|mend| mend.apply(&mut read));
         if is_off(Axis::Time) {
             let later_ns = (1e9 * calibration.mended[Axis::Time as usize]).round() as i64;
             let half_ns = (1e9 * calibration.of(Axis::Time).half) as i64;
-            mends.retain(|mend| !matches!(mend, Mend::TimeOffset(_)));
-            mends.push(self.clock_mend(run, later_ns, half_ns));
+            found.mends.retain(|mend| !matches!(mend, Mend::TimeOffset(_)));
+            found.mends.push(self.clock_mend(&read, later_ns, half_ns));
         }
         if Axis::ALL[2..].iter().any(|&axis| is_off(axis)) {
-            let given = self.settings.body_from_sensor(run);
-            mends.retain(|mend| !matches!(mend, Mend::Extrinsic(_)));
-            mends.push(Mend::Extrinsic(rounded(&(given * calibration.sensor_motion()))));
+            let given = self.settings.body_from_sensor(&read);
+            found.mends.retain(|mend| !matches!(mend, Mend::Extrinsic(_)));
+            found.mends.push(Mend::Extrinsic(rounded(&(given * calibration.sensor_motion()))));
         }
     }
 

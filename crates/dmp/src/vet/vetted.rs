@@ -1,0 +1,132 @@
+//! What vetting came to, and how it is told.
+
+use dmp_calibrate::{Axis, Calibration, Estimate};
+
+use super::found::{Found, off_in_words};
+use crate::config::Run;
+use crate::report::{LeftOutReport, Report, Warning};
+use crate::setting_name::SettingName;
+
+/// What vetting came to.
+#[derive(Debug)]
+pub struct Vetted {
+    /// The runs to be scored, put right where that was asked for.
+    pub runs: Vec<Run>,
+    /// What was found of each run that was given.
+    pub found: Vec<Found>,
+    /// Whether what is wrong was put right.
+    pub mended: bool,
+    /// What all runs are off by alike: then it is not they.
+    pub alike: Vec<Estimate>,
+    /// What the scans say of the times of points.
+    pub point_times: PointTimes,
+}
+
+/// What the scans say of the times that the log gives its points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum PointTimes {
+    /// Nothing against the way they are used.
+    AsUsed,
+    /// They are used, and the points are at one instant already: so much of the times is true.
+    Corrected(Estimate),
+    /// The same, and so they were left aside: for who opens the log without them to say so.
+    LeftAside(Estimate),
+    /// They are not used, and are true: for who opens the log with them, to look, to say so.
+    Unused,
+}
+
+impl Vetted {
+    /// Everything that was found, a sentence each, what concerns all runs first.
+    pub fn messages_with(&self, name: &dyn Fn(SettingName) -> String) -> Vec<String> {
+        let alike = (!self.alike.is_empty()).then(|| {
+            let axes: Vec<String> = self.alike.iter().copied().map(off_in_words).collect();
+            let blame = if self.alike.iter().any(|one| one.axis == Axis::Time) {
+                format!(
+                    "the log's clock, or the instant that its stamps stand for ({}), is the first to blame",
+                    name(SettingName::StampAt)
+                )
+            } else {
+                "what is said of the sensor's mounting is the first to blame".to_owned()
+            };
+            format!("all runs are off alike: {}; {blame}", axes.join(", "))
+        });
+        let ignore = format!("{} ignore", name(SettingName::PointTime));
+        let times = match self.point_times {
+            PointTimes::AsUsed => None,
+            PointTimes::Corrected(sweep) => Some(format!(
+                "{}, by the scans themselves; {ignore} mends it, and so does {}",
+                off_in_words(sweep),
+                name(SettingName::Mend)
+            )),
+            PointTimes::LeftAside(sweep) => {
+                Some(format!("{}, by the scans themselves; mended, as by {ignore}", off_in_words(sweep)))
+            }
+            PointTimes::Unused => Some(format!(
+                "the points of a scan were measured one after another, at the times that the log gives them: leave {} out to use these",
+                name(SettingName::PointTime)
+            )),
+        };
+        let of_runs = self.found.iter().filter_map(|found| found.message_with(self.mended, name));
+        times.into_iter().chain(alike).chain(of_runs).collect()
+    }
+
+    /// Of each run that was given, whether it is scored.
+    pub fn is_kept(&self) -> Vec<bool> {
+        self.found.iter().map(|found| found.left_out.is_none()).collect()
+    }
+
+    /// Puts into the report of its runs what was found of them.
+    pub fn tell(&self, report: &mut Report, name: &dyn Fn(SettingName) -> String) {
+        for found in &self.found {
+            if found.left_out.is_some() {
+                let reason = found.message_with(self.mended, name).unwrap_or_default();
+                report.left_out.push(LeftOutReport { name: found.name.clone(), reason });
+            }
+            let of_run = report.inputs.runs.iter_mut().find(|run| run.name == found.name);
+            if let Some(run) = of_run {
+                run.conventions = Some(found.report(self.mended, name));
+            }
+        }
+        let messages = self.messages_with(name).into_iter().map(Warning::Other);
+        report.warnings.splice(0..0, messages);
+    }
+
+    /// Whether the points of the log were measured one after another, by every run that tells.
+    pub fn points_are_raw(&self) -> bool {
+        all_sweeps(&self.found, |sweep| sweep.value - sweep.half > 0.5)
+    }
+}
+
+/// That the points are at one instant already, where a run surely tells so and all that tell anything agree.
+pub(super) fn corrected(found: &[Found]) -> Option<Estimate> {
+    let told = found.iter().find_map(Found::points_are_corrected)?;
+    all_sweeps(found, |sweep| sweep.value + sweep.half < 0.5).then_some(told)
+}
+
+fn all_sweeps(found: &[Found], holds: impl Fn(&Estimate) -> bool) -> bool {
+    let seen = || {
+        let calibrated = found.iter().filter_map(|found| found.calibration.as_ref());
+        calibrated.map(|calibration| calibration.of(Axis::Sweep)).filter(|sweep| sweep.is_seen)
+    };
+    seen().next().is_some() && seen().all(|sweep| holds(&sweep))
+}
+
+/// What all runs that are not left out are off by alike; nothing of one run.
+pub(super) fn alike(found: &[Found]) -> Vec<Estimate> {
+    let scored = || found.iter().filter(|found| found.left_out.is_none());
+    let calibrations: Vec<&Calibration> =
+        scored().filter_map(|found| found.calibration.as_ref().filter(|found| found.pays())).collect();
+    if calibrations.len() < scored().count() {
+        return Vec::new();
+    }
+    let [first, others @ ..] = calibrations.as_slice() else { return Vec::new() };
+    let is_alike = |one: &Estimate| {
+        let agrees = |other: &&Calibration| {
+            let other = other.of(one.axis);
+            other.is_off && (other.value - one.value).abs() <= one.half + other.half
+        };
+        one.is_off && one.axis != Axis::Sweep && !others.is_empty() && others.iter().all(agrees)
+    };
+    first.estimates.into_iter().filter(is_alike).collect()
+}
