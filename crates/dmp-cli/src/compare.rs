@@ -98,7 +98,7 @@ pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Resu
         let not_compared =
             not_compared.iter().map(|[a, b]| format!("Not compared, as no result holds both: {a}, {b}"));
         remarks.extend(not_compared);
-        page::write(path, &report, None, &remarks).map(drop)
+        page::write(path, &report, None, None, &remarks).map(drop)
     });
     let damaged = !report.inputs.damage.is_empty();
     let exit = gates.end(&report, &checked, if damaged { Exit::InputDamaged } else { Exit::Done })?;

@@ -53,6 +53,49 @@ struct Stretch {
 /// The worst places of every run, the worst first: those where another run's map is better, by how much; then those
 /// that are as bad in every run, by how bad they are. `frames` are in the order of the log.
 pub(crate) fn worst_places(frames: &[SeenFrame], runs: usize) -> Vec<Vec<WorstPlace>> {
+    let (stretches, stretch_m) = stretches(frames, runs);
+    (0..runs).map(|run| worst_of_run(frames, &stretches, run, stretch_m)).collect()
+}
+
+/// How two runs compare, stretch by stretch.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Contest {
+    /// The way on which the other run is clearly better, the one is, and neither is, metres.
+    pub(crate) other_m: f64,
+    pub(crate) one_m: f64,
+    pub(crate) alike_m: f64,
+    /// Scores of both where the other is better by most.
+    pub(crate) worst: Option<[FrameScore; 2]>,
+}
+
+/// Of each run, where its map is clearly better than that of the run `one`; where either predicts too little, nothing.
+pub(crate) fn contests(frames: &[SeenFrame], runs: usize, one: usize) -> Vec<Contest> {
+    let (stretches, stretch_m) = stretches(frames, runs);
+    let of_run = |other: usize| {
+        let mut contest = Contest::default();
+        let mut most = NOTABLE;
+        for scores in stretches.iter().map(|stretch| [stretch.scores[one], stretch.scores[other]]) {
+            if scores.iter().any(|score| score.predicted < FEWEST_RETURNS) {
+                continue;
+            }
+            match scores[0].wrongness() - scores[1].wrongness() {
+                lead if lead > NOTABLE => {
+                    contest.other_m += stretch_m;
+                    if lead > most {
+                        (most, contest.worst) = (lead, Some(scores));
+                    }
+                }
+                lead if lead < -NOTABLE => contest.one_m += stretch_m,
+                _ => contest.alike_m += stretch_m,
+            }
+        }
+        contest
+    };
+    (0..runs).map(of_run).collect()
+}
+
+/// The way cut into equal stretches, and how long one is, metres.
+fn stretches(frames: &[SeenFrame], runs: usize) -> (Vec<Stretch>, f64) {
     let travel_m = travel_m(frames, runs);
     let way_m = travel_m.last().copied().unwrap_or(0.0);
     // Equally long, so that none is a rest of a few scans.
@@ -72,7 +115,7 @@ pub(crate) fn worst_places(frames: &[SeenFrame], runs: usize) -> Vec<Vec<WorstPl
             sum.add(score);
         }
     }
-    (0..runs).map(|run| worst_of_run(frames, &of_way, run, stretch_m)).collect()
+    (of_way, stretch_m)
 }
 
 /// The way to each scan: from one to the next the median of the runs, as the drive is cut into segments.
@@ -201,6 +244,12 @@ mod tests {
         let frames = drive(2, |run, k| if run == 1 && (520..560).contains(&k) { 0.3 } else { trees(k) });
         let places = worst_places(&frames, 2);
         assert_eq!(places[0].len(), 10);
+        let [other, own] = contests(&frames, 2, 1).try_into().unwrap();
+        assert_eq!([other.other_m, other.one_m, other.alike_m].map(f64::round), [40.0, 0.0, 759.0]);
+        let [reference, better] = other.worst.unwrap().map(|score| score.rms_m(0).unwrap());
+        assert!((reference - 0.3).abs() < 1e-9 && (better - 0.1).abs() < 1e-9, "{reference} {better}");
+        assert_eq!((own.other_m, own.one_m, own.worst), (0.0, 0.0, None));
+        assert_eq!(contests(&frames, 2, 0)[1].one_m, other.other_m);
         let first = places[1][0].clone();
         let [from, to] = first.passes[0].frames;
         assert!(from < 560 && to > 520, "{first:?}");

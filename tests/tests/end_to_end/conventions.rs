@@ -87,6 +87,24 @@ fn row_19_the_sample_has_nothing_wrong_and_no_run_is_left_out() {
     assert_eq!(words(&found), [""; 0]);
 }
 
+/// Where the scans have no stamps, line for line those of a run are theirs, whatever its clock is.
+#[test]
+fn runs_on_clocks_of_their_own_are_right_on_a_log_without_stamps() {
+    let (scans, truth) = town();
+    let bare = scans.iter().map(|scan| Scan { stamp_ns: None, ..scan.clone() }).collect();
+    let log = MemoryLog::new("town", bare).unwrap();
+    let pose = |scan: &Scan| Some((scan.stamp_ns?, truth.world_from_body_at(scan.stamp_ns?, i64::MAX)?));
+    let at_scans = Trajectory::stamped(scans.iter().filter_map(pose).collect()).unwrap().trajectory;
+    assert_eq!(at_scans.len(), scans.len());
+    let elsewhere = at_scans.clone().later_by(1_234_567_890_123).unwrap();
+    let runs = [Run::new("here", at_scans), Run::new("elsewhere", elsewhere)];
+    let found = vet(&log, &runs, &Config::default(), false, &()).unwrap();
+    assert_eq!(words(&found), [""; 0]);
+    let [here, elsewhere] = [0, 1].map(|k| found.found[k].calibration.as_ref().unwrap());
+    assert_eq!(here.estimates, elsewhere.estimates);
+    assert!(here.of(Axis::Time).is_seen);
+}
+
 /// Errors of clock and mounting are found within their intervals, to both sides, and mended.
 #[test]
 fn small_errors_of_clock_and_mounting_are_found_where_they_are_seen() {
@@ -230,6 +248,7 @@ fn row_19_each_wrong_reading_is_told_in_a_line_and_harms_no_other_run() {
     keep("mm.tum", &moved(truth, scaled));
     keep("wxyz.tum", &moved(truth, wxyz));
     keep("inverse.tum", &moved(truth, Isometry3::inverse));
+    keep("both.tum", &moved(truth, |pose| scaled(&pose.inverse())));
     keep("camera.tum", &moved(truth, |pose| camera_from_sensor * pose * camera_from_sensor.inverse()));
     keep("late.tum", &truth.clone().later_by(2_000_000_000).unwrap());
     keep("hour.tum", &truth.clone().later_by(3_600_000_000_000).unwrap());
@@ -281,7 +300,16 @@ fn row_19_each_wrong_reading_is_told_in_a_line_and_harms_no_other_run() {
     assert!(report.left_out.is_empty() && !told.contains("note: run"), "{told}");
     // Carried by an odometry between them, keyframes are as good as that.
     let (report, ..) = json("-t keyframes.tum --between keyframes=truth.tum");
-    assert_eq!(report.runs.len(), 2);
+    let [truth, run] = [0, 1].map(|k| report.runs[k].r_cv_m2[0].unwrap().sqrt());
+    assert!((truth / run - 1.0).abs() < 0.01, "{truth} {run}");
+    // What is wrong in two ways is told one after the other, and what was told first still stands.
+    let both = "-t both.tum --poses-as both=mm";
+    let (_, told, _) = json(both);
+    assert!(told.contains("--poses-as both=inverted mends it"), "{told}");
+    let (report, told, _) = json(&format!("{both} --poses-as both=inverted"));
+    assert!(!told.contains("note: run"), "{told}");
+    let [truth, run] = [0, 1].map(|k| report.runs[k].r_cv_m2[0].unwrap().sqrt());
+    assert!((truth / run - 1.0).abs() < 1e-3, "{truth} {run}");
     // Log and trajectory swapped.
     refused(
         path,

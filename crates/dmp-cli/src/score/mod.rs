@@ -200,7 +200,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     let remarks = gates::failures(&checked);
     let written = match (recorded, &arguments.outputs.report) {
         (Some(recorded), _) => recorded.write(&report, &remarks, common.quiet),
-        (None, Some(path)) => outputs::page::write(path, &report, None, &remarks).map(drop),
+        (None, Some(path)) => outputs::page::write(path, &report, None, None, &remarks).map(drop),
         (None, None) => Ok(()),
     };
     // Before the output, which somebody may stop reading.

@@ -6,6 +6,7 @@ mod maps;
 mod overlay;
 mod places;
 mod ranking;
+mod reference;
 #[cfg(test)]
 mod tests;
 mod words;
@@ -31,6 +32,8 @@ pub struct PageInput<'a> {
     pub report: &'a Report,
     /// Where and when; `None` where nobody watched, as of results that were saved.
     pub pictures: Option<&'a Pictures>,
+    /// The run that is taken to be true: where it is worse than others has a section of its own.
+    pub reference: Option<&'a str>,
     /// Sentences to stand behind the ranking, as of runs that were not compared, or gates that failed.
     pub remarks: &'a [String],
 }
@@ -50,7 +53,13 @@ pub fn page(input: &PageInput<'_>) -> Result<String, png::EncodingError> {
     main.push_str(&warnings(report));
     main.push_str(&section("ranking", "Ranking", &ranking::ranking(report)));
     match input.pictures {
-        Some(pictures) => main.push_str(&where_and_when(report, pictures)?),
+        Some(pictures) => {
+            if let Some(reference) = input.reference {
+                let body = reference::reference(report, pictures, reference);
+                main.push_str(&section("reference", "The reference", &body));
+            }
+            main.push_str(&where_and_when(report, pictures)?);
+        }
         None => main.push_str(&section("where", "Where", &paragraph(without_pictures(report)))),
     }
     main.push_str(&section("inputs", "What went in", &inputs::inputs(report)));

@@ -90,7 +90,7 @@ fn article(
 }
 
 /// By how much returns are missed at both scales.
-fn misses(score: &FrameScore) -> String {
+pub(super) fn misses(score: &FrameScore) -> String {
     match (score.rms_m(0), score.rms_m(1)) {
         (Some(near_m), Some(far_m)) => format!("{} and {} cm", digits(100.0 * near_m), digits(100.0 * far_m)),
         _ => "–".to_owned(),
@@ -98,7 +98,7 @@ fn misses(score: &FrameScore) -> String {
 }
 
 /// When the sensor was there: times, and scans of the log.
-fn times(pictures: &Pictures, pass: &Pass) -> String {
+pub(super) fn times(pictures: &Pictures, pass: &Pass) -> String {
     let frames = &pictures.frames;
     let numbers = pass.frames.map(|frame| frames[frame].number);
     let scans = if numbers[0] == numbers[1] {

@@ -63,7 +63,40 @@ fn pictures(report: &Report, bases: &[Basis], missed_m: &[f32]) -> Pictures {
 }
 
 fn page_of(report: &Report, pictures: Option<&Pictures>, remarks: &[String]) -> String {
-    page(&PageInput { report, pictures, remarks }).unwrap()
+    page(&PageInput { report, pictures, reference: None, remarks }).unwrap()
+}
+
+#[test]
+fn a_reference_is_worse_where_another_run_is_better() {
+    let report = sample();
+    let pictures = pictures(&report, &[Basis::CrossValidated; 4], &[0.05, 0.4, 0.2, 1.5]);
+    let with = |name: &str| {
+        let input =
+            PageInput { report: &report, pictures: Some(&pictures), reference: Some(name), remarks: &[] };
+        page(&input).unwrap()
+    };
+    let section = |text: &str| {
+        let from = text.find("<h2 id=\"reference\">").unwrap();
+        text[from..].split("</section>").next().unwrap().to_owned()
+    };
+    let names: Vec<&str> = report.runs.iter().map(|run| run.name.as_str()).collect();
+    let best = section(&with(names[0]));
+    assert!(best.contains("Nowhere is another run clearly better."), "{best}");
+    let second = section(&with(names[1]));
+    let anchor = second.split("href=\"#").nth(1).unwrap().split('"').next().unwrap().to_owned();
+    assert!(with(names[1]).contains(&format!("id=\"{anchor}\"")), "{anchor}");
+    assert!(
+        second.contains(&format!("off by 40.0 and 40.0 cm, {} by 5.00 and 5.00 cm", names[0])),
+        "{second}"
+    );
+    // Of the whole way of 118 m the first run is better, the last worse.
+    let row = |name: &str| {
+        let from = second.find(&format!("class=\"name\">{name}</th>")).unwrap();
+        second[from..].split("</tr>").next().unwrap().to_owned()
+    };
+    assert!(row(names[0]).contains("<td>118</td><td>0</td><td>0</td>"), "{}", row(names[0]));
+    assert!(row(names[3]).contains("<td>0</td><td>118</td><td>0</td>"), "{}", row(names[3]));
+    assert!(!page_of(&report, Some(&pictures), &[]).contains("id=\"reference\""));
 }
 
 #[test]

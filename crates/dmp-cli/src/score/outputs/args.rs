@@ -6,6 +6,7 @@ use clap::Args;
 use clap::builder::RangedU64ValueParser;
 
 use super::targets::{self, ResidualFile, refuse_clashes, residual_files, writable};
+use crate::exit::Usage;
 use crate::named::NamedFile;
 
 /// Files to write beside the report.
@@ -15,6 +16,10 @@ pub(crate) struct OutputArgs {
     /// file that needs no network
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) report: Option<PathBuf>,
+    /// The run that is taken to be true, as a published ground truth: the page tells where it is worse than the others, and by
+    /// how much
+    #[arg(long, value_name = "NAME", requires = "report", conflicts_with = "quick", help_heading = "Output")]
+    reference: Option<String>,
     /// Write every scored return with its residuals to FILE.laz, .las, .ply or .pcd (in world coordinates, with the
     /// residuals as fields) or .mcap (scan by scan, with the pose as /tf). With several runs each has its own file,
     /// out.laz becoming out.NAME.laz; with NAME= it is that of one run. docs/residuals.md has the fields
@@ -41,6 +46,8 @@ pub(crate) struct Outputs {
     pub(super) per_frame: Option<PathBuf>,
     pub(super) per_tile: Option<PathBuf>,
     pub(super) page: Option<PathBuf>,
+    /// The run that is taken to be true.
+    pub(super) reference: Option<String>,
 }
 
 impl Outputs {
@@ -62,13 +69,19 @@ impl OutputArgs {
         let files: Vec<&Path> =
             files.chain(tables.into_iter().flatten()).chain(self.report.as_deref()).collect();
         refuse_clashes(&files, inputs)?;
+        if let Some(name) = self.reference.as_deref().filter(|name| !runs.contains(name)) {
+            let names = runs.join(", ");
+            return Err(
+                Usage(format!("--reference {name}: no run has this name; the runs are {names}")).into()
+            );
+        }
         self.report.as_deref().map_or(Ok(()), targets::check_html)?;
         for table in tables.into_iter().flatten() {
             targets::check_csv(table)?;
         }
         files.iter().try_for_each(|file| writable(file))?;
         let (per_frame, per_tile) = (self.per_frame.clone(), self.per_tile.clone());
-        let page = self.report.clone();
-        Ok(Outputs { residuals, every: self.residuals_every, per_frame, per_tile, page })
+        let (page, reference) = (self.report.clone(), self.reference.clone());
+        Ok(Outputs { residuals, every: self.residuals_every, per_frame, per_tile, page, reference })
     }
 }

@@ -18,9 +18,11 @@ pub(crate) fn write(
     path: &Path,
     report: &Report,
     pictures: Option<&Pictures>,
+    reference: Option<&str>,
     remarks: &[String],
 ) -> anyhow::Result<u64> {
-    let page = page(&PageInput { report, pictures, remarks }).with_context(|| path.display().to_string())?;
+    let page = page(&PageInput { report, pictures, reference, remarks })
+        .with_context(|| path.display().to_string())?;
     save_text(path, &page)?;
     Ok(page.len() as u64)
 }

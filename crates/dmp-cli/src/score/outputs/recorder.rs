@@ -32,7 +32,7 @@ pub(crate) struct Recorder<'a> {
     buffers: Buffers,
     per_frame: Option<(PathBuf, Spool)>,
     per_tile: Option<PathBuf>,
-    page: Option<(PathBuf, Sketch)>,
+    page: Option<Page>,
     rows: Vec<RunRows>,
     has_failed: AtomicBool,
     failure: Mutex<Option<std::io::Error>>,
@@ -70,7 +70,8 @@ impl<'a> Recorder<'a> {
         let page = match outputs.page {
             Some(path) => {
                 let sketch = Sketch::new(log, runs, settings, work_folder);
-                Some((path, sketch.with_context(|| waits_in(work_folder))?))
+                let sketch = sketch.with_context(|| waits_in(work_folder))?;
+                Some(Page { path, reference: outputs.reference, sketch })
             }
             None => None,
         };
@@ -145,7 +146,7 @@ impl Sink for Recorder<'_> {
             return;
         }
         let frame = returns.frame as u32;
-        if let Some((_, sketch)) = &self.page {
+        if let Some(Page { sketch, .. }) = &self.page {
             self.record(sketch.returns_scored(frame, returns, &self.buffers));
         }
         if self.residuals.is_empty() {
@@ -160,7 +161,7 @@ impl Sink for Recorder<'_> {
     }
 
     fn frame_scored(&self, frame: usize, sums: &FrameSums) {
-        if let Some((_, sketch)) = &self.page {
+        if let Some(Page { sketch, .. }) = &self.page {
             sketch.frame_scored(frame as u32, sums);
         }
         let Some((_, spool)) = &self.per_frame else { return };
@@ -171,7 +172,7 @@ impl Sink for Recorder<'_> {
     }
 
     fn scored(&self, report: &Report, maps: &[&Store]) {
-        if let Some((_, sketch)) = &self.page {
+        if let Some(Page { sketch, .. }) = &self.page {
             sketch.scored(self.log, report, maps);
         }
     }
@@ -179,6 +180,14 @@ impl Sink for Recorder<'_> {
     fn wants_every_return(&self) -> bool {
         !self.residuals.is_empty() || self.per_frame.is_some() || self.page.is_some()
     }
+}
+
+/// A page to be written.
+#[derive(Debug)]
+struct Page {
+    path: PathBuf,
+    reference: Option<String>,
+    sketch: Sketch,
 }
 
 /// What was gathered.
@@ -189,7 +198,7 @@ pub(crate) struct Recorded {
     residuals: Vec<RunReturns>,
     per_frame: Option<(PathBuf, Spool)>,
     per_tile: Option<PathBuf>,
-    page: Option<(PathBuf, Sketch)>,
+    page: Option<Page>,
     rows: Vec<RunRows>,
 }
 
@@ -206,10 +215,10 @@ impl Recorded {
             per_tile::write(&path, report, &self.rows)?;
             tell(&path, text::counted(report.tiles.len() as u64, "row"));
         }
-        if let Some((path, sketch)) = self.page {
+        if let Some(Page { path, reference, sketch }) = self.page {
             let drawn = sketch.into_pictures();
             let pictures = drawn.with_context(|| format!("{}: cannot draw", path.display()))?;
-            let bytes = page::write(&path, report, pictures.as_ref(), remarks)?;
+            let bytes = page::write(&path, report, pictures.as_ref(), reference.as_deref(), remarks)?;
             tell(&path, text::bytes(bytes));
         }
         if let Some((path, lines)) = self.per_frame {

@@ -1,0 +1,70 @@
+//! Where the run that is taken to be true is worse than others.
+
+use dmp::Report;
+
+use super::html::{cell, head, list, paragraph, table};
+use super::places::{misses, times};
+use crate::painter::Pictures;
+use crate::plot::escape;
+use crate::text::NONE;
+use crate::worst::contests;
+
+/// How the other runs compare with the run of this name, and where they are better.
+pub(super) fn reference(report: &Report, pictures: &Pictures, name: &str) -> String {
+    let Some(one) = report.runs.iter().position(|run| run.name == name) else { return String::new() };
+    let contests = contests(&pictures.frames, report.runs.len(), one);
+    let others = || pictures.order.iter().copied().filter(|&run| run != one);
+    if others().next().is_none() {
+        return String::new();
+    }
+    let mut body = paragraph(&format!(
+        "{name} is taken to be true. Published trajectories are wrong in places too: where another run's map predicts its \
+         own scans clearly better, the reference is the first to doubt. A stretch of a few metres tells little by itself."
+    ));
+    let metres = |m: f64| cell(&format!("{m:.0}"), "");
+    let row = |run: usize| {
+        let contest = &contests[run];
+        let [reference, own] = match &contest.worst {
+            Some(scores) => scores.each_ref().map(misses),
+            None => [NONE.to_owned(), NONE.to_owned()],
+        };
+        vec![
+            format!("<th scope=\"row\" class=\"name\">{}</th>", escape(&report.runs[run].name)),
+            metres(contest.other_m),
+            metres(contest.one_m),
+            metres(contest.alike_m),
+            cell(&reference, ""),
+            cell(&own, ""),
+        ]
+    };
+    let heads = [
+        head("run", "", "name"),
+        head("better than the reference", "m of way", ""),
+        head("worse", "m of way", ""),
+        head("alike", "m of way", ""),
+        head("at the worst, the reference misses by", "at 0.5 and 2 m", ""),
+        head("the run by", "at 0.5 and 2 m", ""),
+    ];
+    let rows: Vec<_> = others().map(row).collect();
+    body.push_str(&table("Each run against the reference, stretch by stretch", &heads, &rows));
+    body.push_str(&worse(report, pictures, one));
+    body
+}
+
+/// The places where another run is better, with links to their pictures.
+fn worse(report: &Report, pictures: &Pictures, one: usize) -> String {
+    let places = pictures.places[one].iter().enumerate().filter_map(|(number, place)| {
+        let (best, score) = place.best.as_ref()?;
+        let when = place.passes.first().map_or_else(String::new, |pass| times(pictures, pass));
+        Some(format!(
+            "<a href=\"#place-{one}-{}\">{}</a>: off by {}, {} by {}",
+            number + 1,
+            escape(&when),
+            misses(&place.score),
+            escape(&report.runs[*best].name),
+            misses(score)
+        ))
+    });
+    let list = list("<ul>", places);
+    if list.is_empty() { paragraph("Nowhere is another run clearly better.") } else { list }
+}
