@@ -1,6 +1,6 @@
 //! Where the sensor is, and what that changes with what is looked for.
 
-use dmp_sensor::{Isometry3, Track, Trajectory, Translation3, UnitQuaternion, Vector3};
+use dmp_sensor::{Isometry3, Track, Trajectory, Translation3, UnitQuaternion, Vector3, pose_between};
 
 use crate::axis::{AXES, Axis, Vector};
 use crate::sample::Snapshot;
@@ -32,10 +32,9 @@ impl Mount<'_> {
         let (mut squares_m2, mut count) = (0.0, 0.0);
         for (three, at_ns) in poses.windows(3).zip(stamps_ns.windows(3)) {
             let share = (at_ns[1] - at_ns[0]) as f64 / (at_ns[2] - at_ns[0]) as f64;
-            let turn = three[0].rotation.try_slerp(&three[2].rotation, share, 1e-12);
-            let place = three[0].translation.vector.lerp(&three[2].translation.vector, share);
-            let off_m = (three[1].translation.vector - place).norm()
-                + reach_m * turn.map_or(0.0, |turn| turn.angle_to(&three[1].rotation));
+            let between = pose_between(&three[0], &three[2], share);
+            let off_m = (three[1].translation.vector - between.translation.vector).norm()
+                + reach_m * between.rotation.angle_to(&three[1].rotation);
             squares_m2 += off_m * off_m;
             count += 1.0;
         }

@@ -1,8 +1,9 @@
 //! Sparse poses, with what happened between them from elsewhere.
 
-use nalgebra::{Isometry3, UnitQuaternion};
+use nalgebra::Isometry3;
 
-use crate::Trajectory;
+use crate::between::pose_between;
+use crate::trajectory::Trajectory;
 
 impl Trajectory {
     /// These poses with those of an `odometry` of the same body between them, whose own world may be any: from each pose on as the
@@ -49,14 +50,13 @@ impl Trajectory {
 
 /// Part of a motion: of its turn, and of its way.
 fn part(motion: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
-    let turn = UnitQuaternion::identity().try_slerp(&motion.rotation, share, 1e-12);
-    Isometry3::from_parts((motion.translation.vector * share).into(), turn.unwrap_or_default())
+    pose_between(&Isometry3::identity(), motion, share)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector3;
+    use nalgebra::{UnitQuaternion, Vector3};
 
     /// A drive in a circle with a bump.
     fn truth(ns: i64) -> Isometry3<f64> {

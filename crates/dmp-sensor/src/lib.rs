@@ -26,6 +26,7 @@
 //! # Ok::<(), dmp_sensor::TrajectoryError>(())
 //! ```
 
+mod between;
 mod camera;
 mod carried;
 mod ego;
@@ -37,6 +38,7 @@ mod track;
 mod trajectory;
 mod travel;
 
+pub use between::pose_between;
 pub use camera::{CameraError, DepthNoise, Distortion, PinholeCamera, PixelBearings, depth_per_range};
 pub use ego::{EgoMask, EgoVotes};
 pub use nalgebra::{

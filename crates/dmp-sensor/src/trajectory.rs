@@ -2,6 +2,8 @@
 
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 
+use crate::between::pose_between;
+
 /// Where the body was in the world: poses `world_from_body`, with stamps in nanoseconds or, for formats
 /// without any, in the order of the scans.
 #[derive(Debug, Clone, PartialEq)]
@@ -162,7 +164,7 @@ impl Trajectory {
             return None;
         }
         let alpha = (stamp_ns - stamps[before]) as f64 / gap_ns as f64;
-        Some(interpolate(&self.world_from_body[before], &self.world_from_body[after], alpha))
+        Some(pose_between(&self.world_from_body[before], &self.world_from_body[after], alpha))
     }
 }
 
@@ -187,13 +189,6 @@ fn seen_from(frame: &Isometry3<f64>, pose: &Isometry3<f64>) -> Isometry3<f64> {
         (f.w * p.k - f.k * p.w) + (f.j * p.i - f.i * p.j),
     );
     Isometry3::from_parts(Vector3::from(place).into(), UnitQuaternion::new_unchecked(rotation))
-}
-
-fn interpolate(a: &Isometry3<f64>, b: &Isometry3<f64>, alpha: f64) -> Isometry3<f64> {
-    // Half a turn between two poses has no shortest way; the earlier pose is the honest answer there.
-    let rotation = a.rotation.try_slerp(&b.rotation, alpha, 1e-12).unwrap_or(a.rotation);
-    let place = a.translation.vector.lerp(&b.translation.vector, alpha);
-    Isometry3::from_parts(place.into(), rotation)
 }
 
 #[cfg(test)]

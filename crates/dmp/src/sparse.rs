@@ -4,7 +4,7 @@
 //! that is, its own poses tell: each is compared with what its neighbours alone would have put there. What that is off by
 //! grows with the product of the times to both, as for an even acceleration.
 
-use dmp_sensor::{Isometry3, Trajectory};
+use dmp_sensor::{Isometry3, Trajectory, pose_between};
 
 /// Poses further apart than so many scans are looked at.
 const SCANS: i64 = 3;
@@ -44,7 +44,7 @@ impl Sparse {
                 return 0.0;
             }
             let (before_s, after_s) = (gap_ns(k - 1) as f64 / 1e9, gap_ns(k) as f64 / 1e9);
-            let expected = between(&poses[k - 1], &poses[k + 1], before_s / (before_s + after_s));
+            let expected = pose_between(&poses[k - 1], &poses[k + 1], before_s / (before_s + after_s));
             off_m(&expected, &poses[k], REACH_M * metre_m) / (before_s * after_s)
         };
         let astray = |k: usize| if is_long(k) { at(k).max(at(k + 1)) } else { 0.0 };
@@ -76,11 +76,6 @@ impl Sparse {
         };
         self.astray_m_per_s2.iter().enumerate().map(middle).fold(0.0, f64::max)
     }
-}
-
-fn between(a: &Isometry3<f64>, b: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
-    let rotation = a.rotation.try_slerp(&b.rotation, share, 1e-12).unwrap_or(a.rotation);
-    Isometry3::from_parts(a.translation.vector.lerp(&b.translation.vector, share).into(), rotation)
 }
 
 fn off_m(a: &Isometry3<f64>, b: &Isometry3<f64>, reach_m: f64) -> f64 {
