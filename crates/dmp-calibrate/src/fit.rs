@@ -31,6 +31,32 @@ pub(crate) struct Fitted {
     /// Mean square distance from the planes, m², without these errors taken away and with.
     pub(crate) before_m2: f64,
     pub(crate) after_m2: f64,
+    /// By how much that would grow without each of them, the others then being as good as they can be, m².
+    pub(crate) gains_m2: Vector,
+}
+
+/// Mean square distance from the planes, m², with these errors taken away; `None` where there are no planes.
+pub(crate) fn thickness_m2(blocks: &[Block], mount: &Mount<'_>, metre_m: f64, steps: &Vector) -> Option<f64> {
+    let finest = levels(metre_m)[LEVELS.len() - 1].0;
+    let all = total(&of_blocks(blocks, mount, metre_m, steps, finest));
+    (all.weight > 0.0).then(|| all.squares_m2 / all.weight)
+}
+
+fn levels(metre_m: f64) -> [(Level, usize); LEVELS.len()] {
+    LEVELS.map(|(level, rounds)| {
+        (Level { edge_m: level.edge_m * metre_m, thick_m: level.thick_m * metre_m, ..level }, rounds)
+    })
+}
+
+fn of_blocks(
+    blocks: &[Block],
+    mount: &Mount<'_>,
+    metre_m: f64,
+    steps: &Vector,
+    level: Level,
+) -> Vec<Equations> {
+    let trial = Trial::new(mount, steps, metre_m);
+    blocks.par_iter().map(|block| equations(block, &trial, level, metre_m)).collect()
 }
 
 /// Looks for the errors of those axes that `free` names, from `start` on.
@@ -43,13 +69,8 @@ pub(crate) fn fit(
     confidence: Confidence,
 ) -> Option<Fitted> {
     let mut steps = start;
-    let at = |steps: &Vector, level: Level| -> Vec<Equations> {
-        let trial = Trial::new(mount, steps, metre_m);
-        blocks.par_iter().map(|block| equations(block, &trial, level, metre_m)).collect()
-    };
-    let levels = LEVELS.map(|(level, rounds)| {
-        (Level { edge_m: level.edge_m * metre_m, thick_m: level.thick_m * metre_m, ..level }, rounds)
-    });
+    let at = |steps: &Vector, level: Level| of_blocks(blocks, mount, metre_m, steps, level);
+    let levels = levels(metre_m);
     for (level, rounds) in levels {
         for _ in 0..rounds {
             let of_blocks = at(&steps, level);
@@ -72,12 +93,15 @@ pub(crate) fn fit(
     let noise_m2 = all.squares_m2 / all.weight.max(1.0);
     let system = System::new(&all, noise_m2, free);
     let half_steps = system.half_interval(&of_blocks, &steps, confidence)?;
+    let inverse = system.inverse(&Matrix::zeros())?;
+    let gains_m2 = Vector::from_fn(|k, _| steps[k] * steps[k] / inverse[(k, k)] / all.weight.max(1.0));
     let given = total(&at(&Vector::zeros(), level));
     Some(Fitted {
         steps,
         half_steps,
         before_m2: given.squares_m2 / given.weight.max(1.0),
         after_m2: noise_m2,
+        gains_m2,
     })
 }
 

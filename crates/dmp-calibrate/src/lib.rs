@@ -22,13 +22,15 @@ use dmp_sensor::Isometry3;
 
 pub use axis::Axis;
 use axis::{AXES, Vector};
-use fit::{Fitted, fit};
+use fit::{Fitted, fit, thickness_m2};
 pub use mount::Mount;
 pub use sample::{Block, scans_of_block};
 pub use together::{Order, Together, together};
 
 /// What is left of the mean square thickness where it is worth putting something right, at most.
 const WORTH: f64 = 0.97;
+/// What is off by so many half intervals is seen however wide these are.
+const CLEARLY: f64 = 2.0;
 /// A run whose poses are off by more than this from the way between their neighbours, metres of a drive, tells nothing where
 /// returns are posed between them: what lies between is better known than they. A rotation counts at the other distance.
 const JITTER_M: f64 = 0.1;
@@ -48,6 +50,10 @@ pub struct Estimate {
     /// Whether it is surely not what was given, 0 or of [`Axis::Sweep`] 1, and by enough to be worth a word: 2 ms, 0.3 of a
     /// sweep, 0.05°, 1 cm.
     pub is_off: bool,
+    /// Whether putting it right pays besides: surfaces become thinner by it, by 3 % of the mean square or more. What does
+    /// less to the map does nothing to a verdict; and a run that drifts a little to one side looks as if its sensor were
+    /// turned a little.
+    pub pays: bool,
 }
 
 /// Why a run tells nothing of its clock and mounting though its scans have planes in common.
@@ -69,11 +75,11 @@ pub struct Calibration {
     pub estimates: [Estimate; AXES],
     /// Thickness of the planes as the run was given, metres: the root of the mean square distance.
     pub before_m: f64,
-    /// The same with what is surely off put right.
+    /// The same with what pays put right.
     pub after_m: f64,
     /// Why nothing of it tells anything, where that is so.
     pub silence: Option<Silence>,
-    /// What to put right: those that are off, looked for alone; the others are 0 (of [`Axis::Sweep`], 1).
+    /// What to put right: those that pay, looked for alone; the others are 0 (of [`Axis::Sweep`], 1).
     pub mended: [f64; AXES],
 }
 
@@ -88,10 +94,9 @@ impl Calibration {
         self.estimates.into_iter().filter(|estimate| estimate.is_off)
     }
 
-    /// Whether it is worth putting right: surfaces become thinner, by 3 % of the mean square or more. An error that does less to the
-    /// map does nothing to a verdict; and a run that drifts a little to one side looks as if its sensor were turned a little.
-    pub fn pays(&self) -> bool {
-        self.after_m * self.after_m <= WORTH * self.before_m * self.before_m
+    /// Those of them that are worth putting right.
+    pub fn paying(&self) -> impl Iterator<Item = Estimate> {
+        self.estimates.into_iter().filter(|estimate| estimate.pays)
     }
 
     /// What to put right of the mounting: `given_from_true` of the sensor, to be put behind `body_from_sensor`.
@@ -113,6 +118,14 @@ fn misfits(found: &Fitted, sweep_is_seen: bool) -> bool {
     is_off && value.abs() > (half * step).max(ROUGHLY)
 }
 
+/// How thick the planes are, metres, with these numbers in the order of [`Axis::ALL`], each in its unit; `None` where the scans
+/// have none in common.
+pub fn thickness_m(blocks: &[Block], mount: &Mount<'_>, metre_m: f64, numbers: &[f64; AXES]) -> Option<f64> {
+    let in_steps = |axis: Axis| (numbers[axis as usize] - axis.as_given()) / axis.step(metre_m);
+    let steps = Vector::from_fn(|k, _| in_steps(Axis::ALL[k]));
+    thickness_m2(blocks, mount, metre_m, &steps).map(f64::sqrt)
+}
+
 /// Looks for errors of time and mounting by the scans of some blocks; `metre_m` is how long what is a metre on a drive is here.
 /// Times of returns are looked at where `sweeps`. `None` where the scans have no planes in common.
 ///
@@ -131,7 +144,10 @@ pub fn calibrate(
         let axis = Axis::ALL[k];
         steps * axis.step(metre_m) + axis.as_given()
     };
-    let is_seen = |k: usize| free[k] && all.half_steps[k] <= Axis::ALL[k].seen_within_steps();
+    let is_seen = |k: usize| {
+        let (off, half) = (all.steps[k].abs(), all.half_steps[k]);
+        free[k] && (half <= Axis::ALL[k].seen_within_steps() || off > CLEARLY * half)
+    };
     // Within a scan a pose between two others is used, and that of a jittering run is better than both: everything else gives
     // way to that.
     let jitter_m = mount.jitter_m(REACH_M * metre_m);
@@ -144,11 +160,20 @@ pub fn calibrate(
     let off: [bool; AXES] = std::array::from_fn(|k| {
         is_seen(k) && all.steps[k].abs() > all.half_steps[k].max(Axis::ALL[k].worth_steps())
     });
-    let alone = if off.contains(&true) {
-        let start = Vector::from_fn(|k, _| if off[k] { all.steps[k] } else { 0.0 });
-        fit(blocks, mount, metre_m, off, start, confidence)?
-    } else {
-        Fitted { steps: Vector::zeros(), after_m2: all.before_m2, ..all.clone() }
+    // One after the other those are let go that do least, until all that are left pay.
+    let mut pays = off;
+    let alone = loop {
+        if !pays.contains(&true) {
+            break Fitted { steps: Vector::zeros(), after_m2: all.before_m2, ..all.clone() };
+        }
+        let start = Vector::from_fn(|k, _| if pays[k] { all.steps[k] } else { 0.0 });
+        let some = fit(blocks, mount, metre_m, pays, start, confidence)?;
+        let without_m2 = |k: usize| some.after_m2 + some.gains_m2[k];
+        let least = (0..AXES).filter(|&k| pays[k]).min_by(|&a, &b| without_m2(a).total_cmp(&without_m2(b)));
+        match least {
+            Some(k) if some.after_m2 > WORTH * without_m2(k) => pays[k] = false,
+            _ => break some,
+        }
     };
     let estimates = std::array::from_fn(|k| Estimate {
         axis: Axis::ALL[k],
@@ -156,6 +181,7 @@ pub fn calibrate(
         half: all.half_steps[k] * Axis::ALL[k].step(metre_m),
         is_seen: is_seen(k),
         is_off: off[k],
+        pays: pays[k],
     });
     Some(Calibration {
         estimates,

@@ -94,8 +94,12 @@ fn a_right_run_is_right_and_errors_are_found_and_undone() {
     let wrong = Isometry3::new(Vector3::new(0.1, -0.06, 0.05), Vector3::new(0.01, -0.008, 0.02));
     let one = found(&blocks, &late, wrong);
     assert!((one.of(Axis::Time).value + 0.03).abs() < one.of(Axis::Time).half.max(3e-4), "{one:?}");
-    let left = wrong * one.sensor_motion();
+    let [roll, pitch, yaw, x, y, z] = std::array::from_fn(|k| one.estimates[k + 2].value);
+    let found = Isometry3::new(Vector3::new(x, y, z), Vector3::new(roll, pitch, yaw));
+    let left = wrong * found;
     assert!(left.translation.vector.norm() < 0.01 && left.rotation.angle() < 1e-3, "{left} {one:?}");
+    // What is put right is what the surfaces need: time and turns here, and not every centimetre.
+    assert!([Axis::Time, Axis::Roll, Axis::Yaw].iter().all(|&axis| one.of(axis).pays), "{one:?}");
     assert!(one.after_m < 0.6 * one.before_m && (one.after_m - plain.before_m).abs() < 1e-3, "{one:?}");
 }
 

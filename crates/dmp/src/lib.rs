@@ -113,7 +113,7 @@ pub use setting_name::SettingName;
 pub use settings::{Means, Settings};
 pub use sink::{ScoredPlace, ScoredReturns, ScoredRun, Sink};
 pub use unposed::Unposed;
-pub use vet::{Found, LeftOut, Mend, PointTimes, PosesAs, Vetted, vet, vet_outline};
+pub use vet::{Found, LeftOut, Mend, PointTimes, PosesAs, Profile, Vetted, profiles, vet, vet_outline};
 pub use watch::Watch;
 
 pub use dmp_calibrate::{Axis, Calibration, Estimate, Silence};

@@ -5,7 +5,9 @@ use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use dmp::{Axis, Config, LeftOut, Mend, PoseAt, PosesAs, Run, SettingName, Vetted, vet, vet_outline};
+use dmp::{
+    Axis, Config, LeftOut, Mend, PoseAt, PosesAs, Run, SettingName, Vetted, profiles, vet, vet_outline,
+};
 use dmp_log::{LogOptions, MemoryLog, outline_log, read_trajectory, write_kitti, write_tum};
 use dmp_sensor::{Isometry3, Point3, Quaternion, Scan, Trajectory, UnitQuaternion, Vector3};
 use dmp_sim::{LidarOptions, RecordingOptions, Route};
@@ -317,6 +319,82 @@ fn row_19_each_wrong_reading_is_told_in_a_line_and_harms_no_other_run() {
         1,
         &["truth.tum", "it is a trajectory (TUM", "the log comes first"],
     );
+}
+
+/// `dmp calibrate` through the command: what is off with its option, what is not seen, pictures.
+#[test]
+fn the_command_tells_each_number_with_its_interval() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let (scans, truth) = town();
+    write_mcap(&path.join("town.mcap"), scans);
+    let keep = |name: &str, trajectory: &Trajectory| {
+        write_tum(&mut fs::File::create(path.join(name)).unwrap(), trajectory).unwrap();
+    };
+    keep("truth.tum", truth);
+    keep("late.tum", &truth.clone().later_by(50_000_000).unwrap());
+    keep(
+        "mm.tum",
+        &moved(truth, |pose| Isometry3::from_parts((pose.translation.vector * 1e3).into(), pose.rotation)),
+    );
+    let output = dmp(path, "calibrate town.mcap -t truth.tum -q");
+    let told = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(told.contains("Nothing is surely off."), "{told}");
+    let line = |axis: &str| told.lines().find(|line| line.trim_start().starts_with(axis)).unwrap();
+    assert!(line("time").contains(" ms") && !line("time").contains("cannot be seen"), "{told}");
+    assert!(line("z").contains("cannot be seen here"), "{told}");
+
+    let output =
+        dmp(path, "calibrate town.mcap -t late.tum -t truth.tum -t mm.tum --plots figures --json -q");
+    assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["schema"], "dmp-calibrate/1");
+    let [late, right, mm] = [0, 1, 2].map(|run| &json["runs"][run]);
+    let off_by_s = late["estimates"][0]["value"].as_f64().unwrap();
+    assert!((off_by_s - 0.05).abs() < late["estimates"][0]["half"].as_f64().unwrap(), "{off_by_s}");
+    let mend = late["mends"][0].as_str().unwrap();
+    let offset_s: f64 = mend.strip_prefix("--time-offset late=").unwrap().parse().unwrap();
+    assert!((offset_s - 0.05).abs() < 0.001 && late["mends"].as_array().unwrap().len() == 1, "{late}");
+    assert_eq!((&right["mends"], &right["belongs"]), (&serde_json::json!([]), &true.into()));
+    assert_eq!((&mm["mends"][0], &mm["belongs"]), (&"--poses-as mm=mm".into(), &false.into()));
+    assert_eq!(json["messages"].as_array().unwrap().len(), 2, "{json}");
+    let mut drawn: Vec<String> = fs::read_dir(path.join("figures"))
+        .unwrap()
+        .map(|file| file.unwrap().file_name().into_string().unwrap())
+        .collect();
+    drawn.sort();
+    assert_eq!(
+        drawn,
+        ["pitch.svg", "roll.svg", "sweep.svg", "time.svg", "x.svg", "y.svg", "yaw.svg", "z.svg"]
+    );
+    let time = fs::read_to_string(path.join("figures/time.svg")).unwrap();
+    assert!(["late", "truth", "time [ms]"].iter().all(|word| time.contains(word)) && !time.contains(">mm<"));
+}
+
+/// The pictures' numbers: thinnest where the estimate is, as thick as was told with what was given.
+#[test]
+fn surfaces_are_thinnest_with_what_is_found() {
+    let late = Run { name: "late".into(), time_offset_ns: Some(50_000_000), ..truth() };
+    let (log, runs, config) = (memory(), [late], Config::default());
+    let found = vet(&log, &runs, &config, false, &()).unwrap().found;
+    let calibration = found[0].calibration.as_ref().unwrap();
+    let profiles = profiles(&log, &runs, &found, &config, &()).unwrap();
+    let time = &profiles[0];
+    assert_eq!((profiles.len(), time.axis), (8, Axis::Time));
+    let thickness_m = time.thickness_m[0].as_ref().unwrap();
+    let thinnest = (0..thickness_m.len()).min_by(|&a, &b| thickness_m[a].total_cmp(&thickness_m[b])).unwrap();
+    let step_s = time.values[1] - time.values[0];
+    assert!((time.values[thinnest] - calibration.of(Axis::Time).value).abs() <= step_s, "{time:?}");
+    let given = time.values.iter().position(|&value| value == 0.0).unwrap();
+    let as_given_m = thickness_m[given];
+    assert!((as_given_m / calibration.before_m - 1.0).abs() < 0.01, "{as_given_m} {}", calibration.before_m);
+    assert!(thickness_m[thinnest] < 1.05 * calibration.after_m);
+    // Height is not seen: nothing changes with it.
+    let height_m = profiles[7].thickness_m[0].as_ref().unwrap();
+    let least = height_m.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = height_m.iter().copied().fold(0.0, f64::max);
+    assert!(most / least < 1.01, "{least} {most}");
 }
 
 #[test]

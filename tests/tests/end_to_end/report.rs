@@ -75,6 +75,31 @@ fn forty_metres_that_are_half_a_metre_off_are_named_first() {
     }
 }
 
+/// A run that is taken to be true: where it was displaced another run is better, and a true one loses nowhere.
+#[test]
+fn a_reference_is_told_where_it_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let (tum, when_s) = damaged(60.0, 40.0, 0.5);
+    write(folder.path(), "damaged.tum", &tum);
+    let section = |reference: &str, runs: &str| {
+        let page = page_of(folder.path(), &format!("score @/town.mcap {runs} --reference {reference}"));
+        page.split("<h2 id=\"reference\">").nth(1).unwrap().split("</section>").next().unwrap().to_owned()
+    };
+    let wrong = section("damaged", "-t damaged.tum -t @/truth.tum");
+    let first = wrong.split("<a href=\"#place-0-1\">").nth(1).unwrap();
+    let minutes =
+        first.split([' ', ':']).take(2).map(|text| text.parse::<f64>().unwrap()).collect::<Vec<_>>();
+    let from_s = 60.0 * minutes[0] + minutes[1];
+    assert!((when_s[0] - 5.0..=when_s[1]).contains(&from_s), "{from_s} s, off from {when_s:?}");
+    assert!(first.contains(", truth by "), "{first}");
+    // Against itself with a little noise the truth is worse nowhere.
+    let right = section("truth", "-t @/truth.tum -t @/noise.tum");
+    assert!(right.contains("Nowhere is another run clearly better."), "{right}");
+    let score = "score @/town.mcap -t @/truth.tum";
+    refused(folder.path(), &format!("{score} --report a.html --reference b"), 2, &["--reference b", "truth"]);
+    assert_eq!(dmp(folder.path(), &format!("{score} --reference truth")).status.code(), Some(2));
+}
+
 #[test]
 fn the_same_command_writes_the_same_page() {
     let folder = tempfile::tempdir().unwrap();

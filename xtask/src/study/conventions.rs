@@ -135,16 +135,16 @@ impl World<'_> {
         let (mut told, mut little) = (Vec::new(), Vec::new());
         for found in &vetted.found {
             let Some(calibration) = &found.calibration else { continue };
-            let off = calibration.off().map(|one| {
-                format!(
+            for one in calibration.off() {
+                let off = format!(
                     "{}: {} {} ± {}",
                     found.name,
                     one.axis.name(),
                     in_units(one.axis, one.value),
                     in_units(one.axis, one.half)
-                )
-            });
-            if calibration.pays() { told.extend(off) } else { little.extend(off) }
+                );
+                if one.pays { told.push(off) } else { little.push(off) }
+            }
         }
         let [told, little] =
             [told, little].map(|off| if off.is_empty() { "nothing".to_owned() } else { off.join("; ") });

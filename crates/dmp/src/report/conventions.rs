@@ -38,6 +38,8 @@ pub struct EstimateReport {
     pub seen: bool,
     /// Whether it is surely off, and by enough to be worth a word.
     pub off: bool,
+    /// Whether surfaces become thinner when it is put right, and by enough to be worth that.
+    pub pays: bool,
 }
 
 /// A run that is no part of what is compared.

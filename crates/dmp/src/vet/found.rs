@@ -87,6 +87,7 @@ impl Found {
             half: one.half,
             seen: one.is_seen,
             off: one.is_off,
+            pays: one.pays,
         };
         let calibration = self.calibration.as_ref();
         ConventionsReport {
@@ -105,11 +106,21 @@ impl Found {
         self.mends.iter().map(|mend| mend.message_with(&self.name, name)).collect()
     }
 
+    /// Why it cannot be told whether its clock is off, where that is so.
+    pub(super) fn clock_is_unknown(&self) -> Option<String> {
+        let calibration = self.calibration.as_ref().filter(|_| self.left_out.is_none())?;
+        let why = match calibration.silence {
+            Some(silence) => in_words(silence),
+            None if calibration.of(Axis::Time).is_seen => return None,
+            None => "its scans do not show it".to_owned(),
+        };
+        Some(format!("run `{}`: whether its clock is off too cannot be told: {why}", self.name))
+    }
+
     /// Whether by this run points are at one instant already.
     pub(super) fn points_are_corrected(&self) -> Option<Estimate> {
-        let calibration = self.calibration.as_ref().filter(|found| found.pays())?;
-        let sweep = calibration.of(Axis::Sweep);
-        (sweep.is_off && sweep.value + sweep.half < 0.5).then_some(sweep)
+        let sweep = self.calibration.as_ref()?.of(Axis::Sweep);
+        (sweep.pays && sweep.value + sweep.half < 0.5).then_some(sweep)
     }
 
     fn what(&self) -> Option<String> {
@@ -122,9 +133,9 @@ impl Found {
                 100.0 * read
             ));
         }
-        if let Some(calibration) = self.calibration.as_ref().filter(|found| found.pays()) {
+        if let Some(calibration) = &self.calibration {
             // What is wrong with the points is not the run's.
-            let off = calibration.off().filter(|one| one.axis != Axis::Sweep || self.is_at_odds);
+            let off = calibration.paying().filter(|one| one.axis != Axis::Sweep || self.is_at_odds);
             let off: Vec<String> = off.map(off_in_words).collect();
             if !off.is_empty() {
                 parts.push(format!(

@@ -7,6 +7,7 @@
 mod found;
 mod mend;
 mod poses_as;
+mod profile;
 mod readings;
 mod sample;
 mod vetted;
@@ -29,6 +30,7 @@ pub use found::{Found, LeftOut};
 pub use mend::Mend;
 use mend::{rounded, rounded_ns};
 pub use poses_as::PosesAs;
+pub use profile::{Profile, profiles};
 use readings::Reading;
 pub use vetted::{PointTimes, Vetted};
 use vetted::{alike, corrected};
@@ -248,21 +250,21 @@ impl Look<'_> {
 
     /// What puts right what is off; nothing where points are at one instant already by this run and not by others.
     fn add_mends(&self, run: &Run, found: &mut Found, points_are_corrected: bool) {
-        let Some(calibration) = found.calibration.as_ref().filter(|found| found.pays()) else { return };
-        let is_off = |axis: Axis| calibration.of(axis).is_off;
-        if is_off(Axis::Sweep) && !points_are_corrected {
+        let Some(calibration) = &found.calibration else { return };
+        let pays = |axis: Axis| calibration.of(axis).pays;
+        if pays(Axis::Sweep) && !points_are_corrected {
             found.is_at_odds = true;
             return;
         }
         let mut read = run.clone();
         found.mends.iter().for_each(|mend| mend.apply(&mut read));
-        if is_off(Axis::Time) {
+        if pays(Axis::Time) {
             let later_ns = (1e9 * calibration.mended[Axis::Time as usize]).round() as i64;
             let half_ns = (1e9 * calibration.of(Axis::Time).half) as i64;
             found.mends.retain(|mend| !matches!(mend, Mend::TimeOffset(_)));
             found.mends.push(self.clock_mend(&read, later_ns, half_ns));
         }
-        if Axis::ALL[2..].iter().any(|&axis| is_off(axis)) {
+        if Axis::ALL[2..].iter().any(|&axis| pays(axis)) {
             let given = self.settings.body_from_sensor(&read);
             found.mends.retain(|mend| !matches!(mend, Mend::Extrinsic(_)));
             found.mends.push(Mend::Extrinsic(rounded(&(given * calibration.sensor_motion()))));

@@ -67,7 +67,13 @@ impl Vetted {
                 name(SettingName::PointTime)
             )),
         };
-        let of_runs = self.found.iter().filter_map(|found| found.message_with(self.mended, name));
+        // Beside a run whose clock is off, one whose clock cannot be told may be off as well.
+        let pays = |found: &Found| found.calibration.as_ref().is_some_and(|found| found.of(Axis::Time).pays);
+        let clocks_are_off = self.alike.is_empty() && self.found.iter().any(pays);
+        let of_runs = self.found.iter().flat_map(|found| {
+            let unknown = if clocks_are_off { found.clock_is_unknown() } else { None };
+            found.message_with(self.mended, name).into_iter().chain(unknown)
+        });
         times.into_iter().chain(alike).chain(of_runs).collect()
     }
 
@@ -115,8 +121,7 @@ fn all_sweeps(found: &[Found], holds: impl Fn(&Estimate) -> bool) -> bool {
 /// What all runs that are not left out are off by alike; nothing of one run.
 pub(super) fn alike(found: &[Found]) -> Vec<Estimate> {
     let scored = || found.iter().filter(|found| found.left_out.is_none());
-    let calibrations: Vec<&Calibration> =
-        scored().filter_map(|found| found.calibration.as_ref().filter(|found| found.pays())).collect();
+    let calibrations: Vec<&Calibration> = scored().filter_map(|found| found.calibration.as_ref()).collect();
     if calibrations.len() < scored().count() {
         return Vec::new();
     }
@@ -124,9 +129,9 @@ pub(super) fn alike(found: &[Found]) -> Vec<Estimate> {
     let is_alike = |one: &Estimate| {
         let agrees = |other: &&Calibration| {
             let other = other.of(one.axis);
-            other.is_off && (other.value - one.value).abs() <= one.half + other.half
+            other.pays && (other.value - one.value).abs() <= one.half + other.half
         };
-        one.is_off && one.axis != Axis::Sweep && !others.is_empty() && others.iter().all(agrees)
+        one.pays && one.axis != Axis::Sweep && !others.is_empty() && others.iter().all(agrees)
     };
     first.estimates.into_iter().filter(is_alike).collect()
 }

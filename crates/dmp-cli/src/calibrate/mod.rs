@@ -1,10 +1,14 @@
 //! `dmp calibrate`: when and where a run's poses hold, by the scans themselves.
 
-use std::io::{self, Write};
+mod numbers;
 
+use std::fs;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use anyhow::Context as _;
 use clap::Args;
-use dmp::{Config, ConventionsReport, EstimateReport, MapSource, vet};
-use dmp_draw::text::{Side, Table, digits};
+use dmp::{Config, ConventionsReport, MapSource, Run, profiles, vet};
 use serde::Serialize;
 
 use crate::clock_args::ClockArgs;
@@ -14,6 +18,7 @@ use crate::log_args::LogArgs;
 use crate::named::NamedFile;
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
+use crate::save::save_text;
 use crate::settings::PlaceArgs;
 use crate::trajectory_args::TrajectoryArgs;
 use crate::vetting::Vetting;
@@ -30,6 +35,7 @@ use crate::vetting::Vetting;
     after_help = "Examples:\n  \
     dmp calibrate drive.mcap -t run.tum\n  \
     dmp calibrate drive.mcap -t kiss=kiss_poses.npy -t lio=lio.tum --extrinsic lio=0,0,0.28,0,0,0,1\n  \
+    dmp calibrate drive.mcap -t run.tum --plots figures/\n  \
     dmp calibrate drive.mcap -t run.tum --json\n\n\
     Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run does not belong to it."
 )]
@@ -52,6 +58,10 @@ pub(crate) struct CalibrateArgs {
     /// Print one JSON object (schema dmp-calibrate/1) instead of tables
     #[arg(long, help_heading = "Output")]
     json: bool,
+    /// Draw, for each number, how thick surfaces are with values of it, the others being put right, as SVG in this folder; it
+    /// is made if need be. Takes some ten seconds a run
+    #[arg(long, value_name = "FOLDER", help_heading = "Output")]
+    plots: Option<PathBuf>,
 }
 
 /// The JSON.
@@ -79,15 +89,28 @@ pub(crate) fn run(arguments: &CalibrateArgs, common: &Common, out: &mut impl Wri
     let time_offset_ns = arguments.clock.offset_of_all_ns();
     let config = arguments.place.in_config(Config { time_offset_ns, ..Config::default() });
     config.check()?;
+    if let Some(folder) = &arguments.plots {
+        fs::create_dir_all(folder)
+            .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
+    }
     let poses = (&arguments.place, &arguments.clock);
     let fused = std::iter::repeat(MapSource::Fused);
     let opened = OpenedRuns::open(started, fused, &arguments.log, poses, common)?;
     let mapper = arguments.place.mapper(time_offset_ns)?;
+    let given: Vec<Run> = opened.runs.clone();
     let (OpenedRuns { log, damaged, .. }, vetted) = Vetting { log: &arguments.log, mend: false }.vet(
         opened,
         |log| log.open(&mapper),
         |log, runs| vet(log.as_ref(), runs, &config, false, &Progress::new(common)),
     )?;
+    if let Some(folder) = &arguments.plots {
+        let progress = Progress::new(common);
+        for profile in profiles(log.as_ref(), &given, &vetted.found, &config, &progress)? {
+            let names: Vec<&str> = given.iter().map(|run| run.name.as_str()).collect();
+            let path = folder.join(format!("{}.svg", profile.axis.name()));
+            save_text(&path, &numbers::plot(&profile, &names).to_svg())?;
+        }
+    }
     let found = Found {
         schema: "dmp-calibrate/1",
         dmp_version: env!("CARGO_PKG_VERSION"),
@@ -108,7 +131,7 @@ pub(crate) fn run(arguments: &CalibrateArgs, common: &Common, out: &mut impl Wri
         writeln!(out)?;
     } else {
         for run in &found.runs {
-            table(out, run)?;
+            numbers::table(out, &run.name, &run.conventions)?;
         }
         if found.messages.is_empty() {
             writeln!(out, "Nothing is surely off.")?;
@@ -117,62 +140,4 @@ pub(crate) fn run(arguments: &CalibrateArgs, common: &Common, out: &mut impl Wri
     }
     let incomplete = damaged || found.runs.iter().any(|run| !run.belongs);
     Ok(if incomplete { Exit::InputDamaged } else { Exit::Done })
-}
-
-fn table(out: &mut impl Write, run: &FoundRun) -> io::Result<()> {
-    let ConventionsReport { together, thickness_m, thickness_mended_m, estimates, silence, .. } =
-        &run.conventions;
-    writeln!(out, "{}", run.name)?;
-    if let Some(share) = together {
-        writeln!(out, "  {:.0} % of the returns looked at meet those of other scans near by", 100.0 * share)?;
-    }
-    match thickness_m {
-        Some(metres) => {
-            let mended = thickness_mended_m.filter(|mended| mended != metres);
-            let mended = mended.map_or(String::new(), |mended| {
-                format!(", and {} cm with what is off put right", digits(100.0 * mended))
-            });
-            writeln!(out, "  surfaces are {} cm thick{mended}", digits(100.0 * metres))?;
-        }
-        None => {
-            writeln!(
-                out,
-                "  no surface is seen by several scans: nothing can be said of clock and mounting"
-            )?;
-        }
-    }
-    if let Some(why) = silence {
-        writeln!(out, "  {why}")?;
-    }
-    let mut table = Table::new([Side::Left, Side::Right, Side::Right, Side::Left, Side::Left]);
-    for estimate in estimates {
-        table.row(row(estimate, silence.is_some()));
-    }
-    table.write(out, "  ")?;
-    writeln!(out)
-}
-
-/// A number in the unit that people use for it.
-fn row(estimate: &EstimateReport, is_silent: bool) -> [String; 5] {
-    let EstimateReport { axis, value, half, seen, off } = estimate;
-    let (factor, unit, decimals) = match axis.as_str() {
-        "time" => (1e3, "ms", 2),
-        "sweep" => (1.0, "of the times of returns", 3),
-        "roll" | "pitch" | "yaw" => (1.0_f64.to_degrees(), "°", 3),
-        _ => (100.0, "cm", 2),
-    };
-    let remark = match (seen, off) {
-        _ if is_silent => "",
-        (false, _) => "cannot be seen here",
-        (true, true) => "off",
-        (true, false) => "",
-    };
-    let number = |value: f64| format!("{value:.decimals$}");
-    [
-        axis.clone(),
-        number(factor * value),
-        format!("± {}", number(factor * half)),
-        unit.to_owned(),
-        remark.to_owned(),
-    ]
 }

@@ -1,0 +1,94 @@
+//! How thick surfaces are while one number changes: what an estimate of it and its interval rest on.
+
+use dmp_calibrate::{Axis, Calibration, thickness_m};
+use dmp_log::ScanLog;
+
+use super::{Found, Look, sample};
+use crate::config::{Config, Run};
+use crate::error::EvaluateError;
+use crate::heads::Heads;
+use crate::progress::{Progress, Stage};
+use crate::work::pool;
+
+/// Values that are tried of each number, the middle one as it was given.
+const VALUES: usize = 17;
+/// How far they go: so many half intervals, and at least so many times what is off.
+const HALVES: f64 = 3.0;
+const TIMES_OFF: f64 = 2.0;
+
+/// How thick surfaces are with values of one number, the others being put right.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    /// The number.
+    pub axis: Axis,
+    /// What is tried of it, in its unit, as far to one side of what was given as to the other.
+    pub values: Vec<f64>,
+    /// For each run that was given, the thickness with each of these, metres; `None` where a run is misread or its scans have
+    /// no surface in common.
+    pub thickness_m: Vec<Option<Vec<f64>>>,
+}
+
+/// Draws on the same scans as [`vet`](super::vet), which found this of these runs. Takes some ten seconds a run.
+///
+/// # Errors
+/// As [`vet`](super::vet).
+pub fn profiles(
+    log: &dyn ScanLog,
+    runs: &[Run],
+    found: &[Found],
+    config: &Config,
+    progress: &dyn Progress,
+) -> Result<Vec<Profile>, EvaluateError> {
+    let heads = Heads::Log(log);
+    let (settings, means) = config.on(heads.summary())?;
+    let blocks = sample::read(heads, &settings, progress)?;
+    let lent = runs.iter().find_map(|run| run.trajectory.stamps_ns());
+    let look = Look { heads, lent, settings: &settings, blocks: &blocks };
+    let axes = Axis::ALL.into_iter().filter(|&axis| axis != Axis::Sweep || heads.summary().has_point_times());
+    let axes: Vec<Axis> = axes.collect();
+    progress.begin(Stage::Vet, (axes.len() * runs.len()) as u64);
+    let profile = |axis: Axis| {
+        let reach = reach(axis, found, settings.metre_m());
+        let value = |k: usize| axis.as_given() + reach * (2.0 * k as f64 / (VALUES - 1) as f64 - 1.0);
+        let values: Vec<f64> = (0..VALUES).map(value).collect();
+        let of_run = |(run, found): (&Run, &Found)| {
+            if progress.cancelled() {
+                return Err(EvaluateError::Cancelled);
+            }
+            progress.advance(1);
+            let Some(calibration) = told(found) else { return Ok(None) };
+            look.mounted(run, |mount| {
+                let with = |&value: &f64| {
+                    let mut numbers = calibration.mended;
+                    numbers[axis as usize] = value;
+                    thickness_m(&blocks, mount, settings.metre_m(), &numbers)
+                };
+                values.iter().map(with).collect()
+            })
+        };
+        let thickness_m = runs.iter().zip(found).map(of_run).collect::<Result<_, _>>()?;
+        Ok(Profile { axis, values, thickness_m })
+    };
+    pool(means.threads)?.install(|| axes.iter().copied().map(profile).collect())
+}
+
+/// What was found of a run that is read as it was given.
+fn told(found: &Found) -> Option<&Calibration> {
+    found.calibration.as_ref().filter(|_| found.together_as_read.is_none())
+}
+
+/// How far to either side values are tried, for all runs alike.
+fn reach(axis: Axis, found: &[Found], metre_m: f64) -> f64 {
+    let (least, most) = match axis {
+        Axis::Time => (0.02, 0.3),
+        Axis::Sweep => (1.25, 1.25),
+        Axis::Roll | Axis::Pitch | Axis::Yaw => (0.5_f64.to_radians(), 5.0_f64.to_radians()),
+        Axis::X | Axis::Y | Axis::Z => (0.1 * metre_m, metre_m),
+    };
+    let of_run = |calibration: &Calibration| {
+        let one = calibration.of(axis);
+        (HALVES * one.half).max(TIMES_OFF * (one.value - axis.as_given()).abs())
+    };
+    let seen = found.iter().filter_map(told).filter(|calibration| calibration.of(axis).is_seen);
+    seen.map(of_run).fold(least, f64::max).min(most)
+}
