@@ -31,8 +31,8 @@ pub(crate) struct Fitted {
     /// Mean square distance from the planes, m², without these errors taken away and with.
     pub(crate) before_m2: f64,
     pub(crate) after_m2: f64,
-    /// By how much that would grow without each of them, the others then being as good as they can be, m².
-    pub(crate) gains_m2: Vector,
+    /// By how much about the sum of squares would grow without each of them, the others then being as good as they can be.
+    pub(crate) gains: Vector,
 }
 
 /// Mean square distance from the planes, m², with these errors taken away; `None` where there are no planes.
@@ -94,14 +94,14 @@ pub(crate) fn fit(
     let system = System::new(&all, noise_m2, free);
     let half_steps = system.half_interval(&of_blocks, &steps, confidence)?;
     let inverse = system.inverse(&Matrix::zeros())?;
-    let gains_m2 = Vector::from_fn(|k, _| steps[k] * steps[k] / inverse[(k, k)] / all.weight.max(1.0));
+    let gains = Vector::from_fn(|k, _| steps[k] * steps[k] / inverse[(k, k)]);
     let given = total(&at(&Vector::zeros(), level));
     Some(Fitted {
         steps,
         half_steps,
         before_m2: given.squares_m2 / given.weight.max(1.0),
         after_m2: noise_m2,
-        gains_m2,
+        gains,
     })
 }
 

@@ -161,20 +161,28 @@ pub fn calibrate(
         is_seen(k) && all.steps[k].abs() > all.half_steps[k].max(Axis::ALL[k].worth_steps())
     });
     // One after the other those are let go that do least, until all that are left pay.
-    let mut pays = off;
-    let alone = loop {
-        if !pays.contains(&true) {
-            break Fitted { steps: Vector::zeros(), after_m2: all.before_m2, ..all.clone() };
+    let as_given = Fitted { steps: Vector::zeros(), after_m2: all.before_m2, ..all.clone() };
+    let with_only = |some: [bool; AXES]| {
+        if !some.contains(&true) {
+            return Some(as_given.clone());
         }
-        let start = Vector::from_fn(|k, _| if pays[k] { all.steps[k] } else { 0.0 });
-        let some = fit(blocks, mount, metre_m, pays, start, confidence)?;
-        let without_m2 = |k: usize| some.after_m2 + some.gains_m2[k];
-        let least = (0..AXES).filter(|&k| pays[k]).min_by(|&a, &b| without_m2(a).total_cmp(&without_m2(b)));
-        match least {
-            Some(k) if some.after_m2 > WORTH * without_m2(k) => pays[k] = false,
-            _ => break some,
-        }
+        let start = Vector::from_fn(|k, _| if some[k] { all.steps[k] } else { 0.0 });
+        fit(blocks, mount, metre_m, some, start, confidence)
     };
+    let mut pays = off;
+    let mut alone = with_only(pays)?;
+    let least = |pays: &[bool; AXES], fitted: &Fitted| {
+        (0..AXES).filter(|&k| pays[k]).min_by(|&a, &b| fitted.gains[a].total_cmp(&fitted.gains[b]))
+    };
+    while let Some(k) = least(&pays, &alone) {
+        let mut fewer = pays;
+        fewer[k] = false;
+        let without = with_only(fewer)?;
+        if alone.after_m2 <= WORTH * without.after_m2 {
+            break;
+        }
+        (pays, alone) = (fewer, without);
+    }
     let estimates = std::array::from_fn(|k| Estimate {
         axis: Axis::ALL[k],
         value: value(k, all.steps[k]),

@@ -28,6 +28,8 @@ pub(crate) struct LoadedRun {
     /// Whether part of a bag of its own is lost; the notes say what.
     pub(crate) damaged: bool,
     pub(crate) fingerprint: String,
+    /// Whether an odometry lies between its own poses.
+    pub(crate) is_carried: bool,
 }
 
 impl LoadedRun {
@@ -49,6 +51,7 @@ impl LoadedRun {
                 self.given
             )
         })?;
+        self.is_carried = true;
         self.notes.push(format!("{own} poses, carried by an odometry between them"));
         Ok(self)
     }
@@ -69,6 +72,7 @@ impl LoadedRun {
             notes,
             damaged: false,
             fingerprint,
+            is_carried: false,
         }
     }
 
@@ -99,6 +103,7 @@ impl LoadedRun {
             damaged: own_bag && !read.damage.is_empty(),
             notes,
             fingerprint: read.fingerprint,
+            is_carried: false,
         }
     }
 }

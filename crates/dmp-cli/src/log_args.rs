@@ -121,9 +121,10 @@ impl LogArgs {
         })
     }
 
-    /// The same log, each scan taken for an instant.
+    /// The same log, each scan taken for an instant: that of its stamp, whichever that is.
     pub(crate) fn without_point_times(&self) -> Self {
-        let reading = ReadingArgs { point_time: PointTime::Ignore, ..self.reading.clone() };
+        let stamp = StampAt::default();
+        let reading = ReadingArgs { point_time: PointTime::Ignore, stamp, ..self.reading.clone() };
         Self { log: self.log.clone(), reading }
     }
 

@@ -219,6 +219,7 @@ pub(crate) fn to_score(
         body_from_sensor: Some(extrinsic.transform),
         pose_at: clock.pose_at,
         time_offset_ns: clock.time_offset_ns,
+        is_carried: run.is_carried,
     };
     loaded.into_iter().zip(maps).zip(extrinsics).zip(clocks).map(run).collect()
 }

@@ -26,9 +26,12 @@ impl Vetting<'_> {
         let OpenedRuns { mut log, runs, damaged } = opened;
         let mut vetted = look(&log, &runs)?;
         if let (true, PointTimes::Corrected(sweep)) = (self.mend, vetted.point_times) {
-            log = open(&self.log.without_point_times())?;
-            vetted = look(&log, &runs)?;
-            vetted.point_times = PointTimes::LeftAside(sweep);
+            // A log that cannot be read so is scored as it is, and that is said.
+            if let Ok(without) = open(&self.log.without_point_times()) {
+                log = without;
+                vetted = look(&log, &runs)?;
+                vetted.point_times = PointTimes::LeftAside(sweep);
+            }
         }
         if let Some(timed) = self.log.with_point_times() {
             // Times that cannot be understood are rightly left aside.

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, UnitQuaternion};
 
 /// The pose a share of the way from `a` to `b`, 0 to 1: the place goes straight and evenly, the rotation turns evenly the
-/// shorter way (slerp, Shoemake 1985). Half a turn has no shorter way; `a`'s rotation is the honest answer there.
+/// shorter way (slerp, Shoemake 1985); by half a turn, either.
 pub fn pose_between(a: &Isometry3<f64>, b: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
     let rotation = a.rotation.try_slerp(&b.rotation, share, 1e-12).map_or(a.rotation, |turned| {
         // Both its parts are divided by √(1 − cos²), of which little is right where the turn is small: of a turn of 2e-7 two

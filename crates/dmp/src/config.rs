@@ -29,6 +29,9 @@ pub struct Run {
     /// Added to every stamp of the log before it is looked up in this trajectory, nanoseconds; `None`:
     /// [`Config::time_offset_ns`].
     pub time_offset_ns: Option<i64>,
+    /// Whether an odometry lies between its own poses ([`Trajectory::carried_by`]): then how these are meant cannot be put
+    /// right afterwards.
+    pub is_carried: bool,
     /// Where all this comes from, for the report.
     pub source: RunSource,
 }
@@ -56,6 +59,7 @@ impl Run {
             body_from_sensor: None,
             pose_at: PoseAt::Stamp,
             time_offset_ns: None,
+            is_carried: false,
             source: RunSource::default(),
         }
     }

@@ -6,7 +6,8 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use dmp::{
-    Axis, Config, LeftOut, Mend, PoseAt, PosesAs, Run, SettingName, Vetted, profiles, vet, vet_outline,
+    Axis, Config, LeftOut, Mend, PointTimes, PoseAt, PosesAs, Run, SettingName, Vetted, profiles, vet,
+    vet_outline,
 };
 use dmp_log::{LogOptions, MemoryLog, outline_log, read_trajectory, write_kitti, write_tum};
 use dmp_sensor::{Isometry3, Point3, Quaternion, Scan, Trajectory, UnitQuaternion, Vector3};
@@ -183,24 +184,45 @@ fn what_all_runs_are_off_by_is_not_theirs() {
     assert!(told[1].contains("--time-offset a=0"), "{told:?}");
 }
 
-#[test]
-fn points_that_were_corrected_already_are_told() {
-    // Brought to the start of the scan, with their times still there.
-    let (scans, truth_poses) = town();
-    let corrected = scans.iter().map(|scan| {
+/// The scans with their points brought to an instant, told as a time after the stamp, by the truth.
+fn corrected_to(instant: impl Fn(&Scan) -> Option<i64>) -> Vec<Scan> {
+    let (scans, truth) = town();
+    let corrected = |scan: &Scan| {
         let stamp_ns = scan.stamp_ns.unwrap();
-        let at = |ns: i64| truth_poses.world_from_body_at(ns, i64::MAX);
-        let Some(start) = at(stamp_ns) else { return scan.clone() };
+        let at = |ns: i64| truth.world_from_body_at(ns, i64::MAX);
+        let Some(there) = instant(scan).and_then(|after_ns| at(stamp_ns + after_ns)) else {
+            return scan.clone();
+        };
         let correct = |(point, after_ns): (&[f32; 3], &i64)| {
             let Some(pose) = at(stamp_ns + after_ns) else { return *point };
-            let in_start = start.inverse() * (pose * Point3::from(point.map(f64::from)));
-            [in_start.x as f32, in_start.y as f32, in_start.z as f32]
+            let there = there.inverse() * (pose * Point3::from(point.map(f64::from)));
+            [there.x as f32, there.y as f32, there.z as f32]
         };
         let points = scan.points_in_sensor_m.iter().zip(&scan.time_offsets_ns).map(correct).collect();
         Scan { points_in_sensor_m: points, ..scan.clone() }
-    });
+    };
+    scans.iter().map(corrected).collect()
+}
+
+#[test]
+fn points_that_were_corrected_already_are_told() {
+    let (scans, truth_poses) = town();
+    // Brought to the end of the scan, with their times still there: the run's clock is not to blame for all of it, but its
+    // poses are looked up at the start.
+    let at_ends =
+        MemoryLog::new("town", corrected_to(|scan| scan.time_offsets_ns.iter().copied().max())).unwrap();
+    let found = vet(&at_ends, &[truth()], &Config::default(), false, &()).unwrap();
+    words(&found);
+    assert!(matches!(found.point_times, PointTimes::Corrected(_)));
+    let last_ns = scans[0].time_offsets_ns.iter().max().unwrap();
+    let [Mend::TimeOffset(offset_ns)] = found.found[0].mends[..] else {
+        panic!("{:?}", found.found[0].mends)
+    };
+    assert!((offset_ns - last_ns).abs() < 3_000_000, "{offset_ns} {last_ns}");
+    // To the start.
+    let corrected = corrected_to(|_| Some(0));
     let folder = tempfile::tempdir().unwrap();
-    write_mcap(&folder.path().join("corrected.mcap"), &corrected.collect::<Vec<_>>());
+    write_mcap(&folder.path().join("corrected.mcap"), &corrected);
     write_mcap(&folder.path().join("raw.mcap"), scans);
     write_tum(&mut fs::File::create(folder.path().join("truth.tum")).unwrap(), truth_poses).unwrap();
     let told = |arguments: &str| {
@@ -359,6 +381,12 @@ fn the_command_tells_each_number_with_its_interval() {
     assert_eq!((&right["mends"], &right["belongs"]), (&serde_json::json!([]), &true.into()));
     assert_eq!((&mm["mends"][0], &mm["belongs"]), (&"--poses-as mm=mm".into(), &false.into()));
     assert_eq!(json["messages"].as_array().unwrap().len(), 2, "{json}");
+    // Alone it does not belong either, and that is told.
+    let output = dmp(path, "calibrate town.mcap -t mm.tum -q");
+    assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("--poses-as mm=mm mends it"), "{}", text(&output.stdout));
+    keep("hour.tum", &truth.clone().later_by(3_600_000_000_000).unwrap());
+    refused(path, "calibrate town.mcap -t hour.tum", 1, &["hour", "--time-offset hour="]);
     let mut drawn: Vec<String> = fs::read_dir(path.join("figures"))
         .unwrap()
         .map(|file| file.unwrap().file_name().into_string().unwrap())

@@ -58,8 +58,8 @@ pub(crate) struct CalibrateArgs {
     /// Print one JSON object (schema dmp-calibrate/1) instead of tables
     #[arg(long, help_heading = "Output")]
     json: bool,
-    /// Draw, for each number, how thick surfaces are with values of it, the others being put right, as SVG in this folder; it
-    /// is made if need be. Takes some ten seconds a run
+    /// Draw, for each number, how thick surfaces are with values of it, the others being put right where that pays, as SVG in this folder; it
+    /// is made if need be. Takes ten times as long as looking
     #[arg(long, value_name = "FOLDER", help_heading = "Output")]
     plots: Option<PathBuf>,
 }

@@ -21,15 +21,16 @@ pub(super) fn table(out: &mut impl Write, name: &str, found: &ConventionsReport)
             });
             writeln!(out, "  surfaces are {} cm thick{mended}", digits(100.0 * metres))?;
         }
-        None => {
-            writeln!(
-                out,
-                "  no surface is seen by several scans: nothing can be said of clock and mounting"
-            )?;
-        }
+        None => writeln!(out, "  nothing can be said of clock and mounting")?,
     }
     if let Some(why) = silence {
         writeln!(out, "  {why}")?;
+    }
+    if !estimates.is_empty() {
+        writeln!(
+            out,
+            "  to be added to what was given (time: to the log's stamps; sweep: what is true of it):"
+        )?;
     }
     let mut table = Table::new([Side::Left, Side::Right, Side::Right, Side::Left, Side::Left]);
     for estimate in estimates {
@@ -85,9 +86,7 @@ pub(super) fn plot(profile: &Profile, names: &[&str]) -> Plot {
     let given = profile.axis.as_given();
     Plot {
         title: format!("Surfaces against {}", profile.axis.name()),
-        subtitle: format!(
-            "{given} is as it was given; the other numbers are put right where they are surely off"
-        ),
+        subtitle: format!("{given} is as it was given; the other numbers are put right where that pays"),
         x: Axis { title: format!("{} [{unit}]", profile.axis.name()), log: false },
         y: Axis { title: "thickness [cm]".into(), log: false },
         x_names: Vec::new(),

@@ -132,6 +132,7 @@ pub(super) fn body_from_sensor(
         notes: Vec::new(),
         damaged: false,
         fingerprint: String::new(),
+        is_carried: false,
     };
     let (runs, head) = ([run], LogHead::of_log(log));
     if !common.quiet {

@@ -11,11 +11,13 @@ use crate::worst::contests;
 
 /// How the other runs compare with the run of this name, and where they are better.
 pub(super) fn reference(report: &Report, pictures: &Pictures, name: &str) -> String {
-    let Some(one) = report.runs.iter().position(|run| run.name == name) else { return String::new() };
+    let Some(one) = report.runs.iter().position(|run| run.name == name) else {
+        return paragraph(&format!("{name} is left out: see the warnings."));
+    };
     let contests = contests(&pictures.frames, report.runs.len(), one);
     let others = || pictures.order.iter().copied().filter(|&run| run != one);
     if others().next().is_none() {
-        return String::new();
+        return paragraph("There is no other run to compare it with.");
     }
     let mut body = paragraph(&format!(
         "{name} is taken to be true. Published trajectories are wrong in places too: where another run's map predicts its \

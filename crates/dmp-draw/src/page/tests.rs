@@ -96,6 +96,7 @@ fn a_reference_is_worse_where_another_run_is_better() {
     };
     assert!(row(names[0]).contains("<td>118</td><td>0</td><td>0</td>"), "{}", row(names[0]));
     assert!(row(names[3]).contains("<td>0</td><td>118</td><td>0</td>"), "{}", row(names[3]));
+    assert!(section(&with("gone")).contains("gone is left out"));
     assert!(!page_of(&report, Some(&pictures), &[]).contains("id=\"reference\""));
 }
 

@@ -30,7 +30,8 @@ pub struct EstimateReport {
     /// `time` (seconds), `sweep` (1 where the returns' times are true), `roll`, `pitch`, `yaw` (radians), `x`, `y`, `z`
     /// (metres).
     pub axis: String,
-    /// What it is.
+    /// What it is: what is to be added to what was given, of the time to the log's stamps, of the mounting in the sensor's
+    /// own axes; of the sweep, which part of the times is true.
     pub value: f64,
     /// Half of its interval, at 99.9 %.
     pub half: f64,

@@ -20,10 +20,14 @@ pub struct Found {
     pub calibration: Option<Calibration>,
     /// What puts right what is beyond doubt, in this order.
     pub mends: Vec<Mend>,
+    /// Whether they can be applied to the run; not to how the poses are meant that an odometry lies between.
+    pub can_be_mended: bool,
     /// Whether by it alone points are at one instant already: then nothing is said of its clock and mounting.
     pub is_at_odds: bool,
-    /// Why it is no part of what is compared; `None` where it is.
+    /// Why it does not belong to the log as it was given; `None` where it does.
     pub left_out: Option<LeftOut>,
+    /// Whether it is scored all the same: because no run belongs, so that nobody is harmed.
+    pub is_kept: bool,
 }
 
 /// Why a run is left out of everything that runs share.
@@ -45,7 +49,8 @@ impl Found {
     /// In a sentence, with the words that `name` has for settings, what is wrong and what puts it right; `None` where nothing
     /// is.
     pub fn message_with(&self, mended: bool, name: &dyn Fn(SettingName) -> String) -> Option<String> {
-        let left_out = |why: String| Some(format!("run `{}` is left out: {why}", self.name));
+        let head = if self.is_kept { "" } else { " is left out" };
+        let left_out = |why: String| Some(format!("run `{}`{head}: {why}", self.name));
         match &self.left_out {
             Some(LeftOut::NotPaired(error)) => {
                 let text = error.message_with(name);
@@ -67,15 +72,16 @@ impl Found {
             return Some(format!("run `{}`: {what}", self.name));
         }
         let options = self.options(name).join(" ");
-        Some(if mended {
+        Some(if mended && self.can_be_mended {
             format!("run `{}`: {what}; mended, as by {options}", self.name)
-        } else {
-            let head = if self.left_out.is_some() { " is left out" } else { "" };
+        } else if self.can_be_mended {
             format!(
                 "run `{}`{head}: {what}; {options} mends it, and so does {}",
                 self.name,
                 name(SettingName::Mend)
             )
+        } else {
+            format!("run `{}`{head}: {what}; {options} mends it", self.name)
         })
     }
 
@@ -98,7 +104,7 @@ impl Found {
             thickness_mended_m: calibration.map(|found| found.after_m),
             silence: calibration.and_then(|found| found.silence).map(in_words),
             mends: self.options(name),
-            mended: mended && !self.mends.is_empty(),
+            mended: mended && self.can_be_mended && !self.mends.is_empty(),
         }
     }
 
@@ -108,7 +114,8 @@ impl Found {
 
     /// Why it cannot be told whether its clock is off, where that is so.
     pub(super) fn clock_is_unknown(&self) -> Option<String> {
-        let calibration = self.calibration.as_ref().filter(|_| self.left_out.is_none())?;
+        let as_given = self.is_kept && self.together_as_read.is_none();
+        let calibration = self.calibration.as_ref().filter(|_| as_given)?;
         let why = match calibration.silence {
             Some(silence) => in_words(silence),
             None if calibration.of(Axis::Time).is_seen => return None,
@@ -167,8 +174,8 @@ fn as_meant(mend: &Mend) -> &'static str {
 fn in_words(silence: Silence) -> String {
     match silence {
         Silence::Jitter { jitter_m } => format!(
-            "its poses jitter, {:.0} cm off the way between their neighbours: returns posed between them tell nothing of clock and \
-             mounting",
+            "its poses are {:.0} cm off the way between their neighbours, by jitter, jumps or gaps: returns posed \
+             between them tell nothing of clock and mounting",
             100.0 * jitter_m
         ),
         Silence::Sweep => "its scans fit best with a part of the returns' times that is neither none nor all: it is off in other \
@@ -183,10 +190,10 @@ pub(super) fn off_in_words(one: Estimate) -> String {
     let (ms, degrees, cm) = (1e3, 1.0_f64.to_degrees(), 100.0);
     match axis {
         Axis::Time if value < 0.0 => {
-            format!("its poses hold {:.1} ± {:.1} ms later than they are taken for", -ms * value, ms * half)
+            format!("the poses hold {:.1} ± {:.1} ms later than they are taken for", -ms * value, ms * half)
         }
         Axis::Time => {
-            format!("its poses hold {:.1} ± {:.1} ms earlier than they are taken for", ms * value, ms * half)
+            format!("the poses hold {:.1} ± {:.1} ms earlier than they are taken for", ms * value, ms * half)
         }
         Axis::Sweep => format!(
             "the points of a scan are at one instant already, their times are {value:.2} ± {half:.2} of true"

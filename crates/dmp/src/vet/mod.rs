@@ -110,20 +110,19 @@ fn vet_heads(
     for (run, found) in runs.iter().zip(&mut found) {
         look.add_mends(run, found, corrected.is_some());
     }
-    // Where nothing belongs, nobody is harmed by it, and it is not the runs that are to blame.
-    let stays = |found: &Found| match found.left_out {
-        None => true,
-        Some(LeftOut::Misread) => mend,
-        Some(_) => false,
-    };
-    if !found.iter().any(stays) {
-        found.iter_mut().for_each(|found| found.left_out = None);
+    for found in &mut found {
+        if mend && found.can_be_mended && matches!(found.left_out, Some(LeftOut::Misread)) {
+            found.left_out = None;
+        }
+        found.is_kept = found.left_out.is_none();
     }
-    found.iter_mut().filter(|found| stays(found)).for_each(|found| found.left_out = None);
-    let kept = runs.iter().zip(&found).filter(|(_, found)| found.left_out.is_none());
+    if !found.iter().any(|found| found.is_kept) {
+        found = kept_all_the_same(found)?;
+    }
+    let kept = runs.iter().zip(&found).filter(|(_, found)| found.is_kept);
     let as_scored = |(run, found): (&Run, &Found)| {
         let mut run = run.clone();
-        if mend {
+        if mend && found.can_be_mended {
             found.mends.iter().for_each(|mend| mend.apply(&mut run));
         }
         run
@@ -132,6 +131,21 @@ fn vet_heads(
     let alike = alike(&found);
     let point_times = corrected.map_or(PointTimes::AsUsed, PointTimes::Corrected);
     Ok(Vetted { runs, found, mended: mend, alike, point_times })
+}
+
+/// Of runs of which none belongs, keeps those that have poses for the scans: nobody is harmed by them, and it is not they
+/// that are to blame. Where none has any, the first says why.
+fn kept_all_the_same(mut found: Vec<Found>) -> Result<Vec<Found>, EvaluateError> {
+    for found in &mut found {
+        found.is_kept = !matches!(found.left_out, Some(LeftOut::NotPaired(_)));
+    }
+    if found.iter().any(|found| found.is_kept) {
+        return Ok(found);
+    }
+    match found.swap_remove(0).left_out {
+        Some(LeftOut::NotPaired(error)) => Err(*error),
+        _ => Ok(found),
+    }
 }
 
 /// The log by which runs are looked at.
@@ -150,8 +164,10 @@ impl Look<'_> {
             together_as_read: None,
             calibration: None,
             mends: Vec::new(),
+            can_be_mended: true,
             is_at_odds: false,
             left_out: None,
+            is_kept: true,
         };
         // By itself: whether it has poses for the scans.
         let alone = own_frame::place(self.heads, std::slice::from_ref(run), vec![None], self.settings);
@@ -179,6 +195,7 @@ impl Look<'_> {
             let is_near =
                 reading.is_shift && offset_ns.abs_diff(self.settings.time_offset_ns(run)) <= NEAR_SHIFT_NS;
             found.left_out = (!is_near).then_some(LeftOut::Misread);
+            found.can_be_mended = !(run.is_carried && matches!(reading.mend, Mend::PosesAs(_)));
             found.mends.push(reading.mend);
             read = reading.run;
         } else if let Some(mixed_up) = self.together(run, Order::Reversed)? {
@@ -261,8 +278,9 @@ impl Look<'_> {
         if pays(Axis::Time) {
             let later_ns = (1e9 * calibration.mended[Axis::Time as usize]).round() as i64;
             let half_ns = (1e9 * calibration.of(Axis::Time).half) as i64;
-            found.mends.retain(|mend| !matches!(mend, Mend::TimeOffset(_)));
-            found.mends.push(self.clock_mend(&read, later_ns, half_ns));
+            let mend = self.clock_mend(&read, later_ns, half_ns, points_are_corrected);
+            found.mends.retain(|other| std::mem::discriminant(other) != std::mem::discriminant(&mend));
+            found.mends.push(mend);
         }
         if Axis::ALL[2..].iter().any(|&axis| pays(axis)) {
             let given = self.settings.body_from_sensor(&read);
@@ -271,17 +289,21 @@ impl Look<'_> {
         }
     }
 
-    /// An instant of the scan where that is what the poses hold at, else an offset of the clock.
-    fn clock_mend(&self, run: &Run, later_ns: i64, half_ns: i64) -> Mend {
-        let summary = self.heads.summary();
-        let now_ns = self.settings.time_offset_ns(run);
-        let offset_ns = now_ns.saturating_add(later_ns);
-        if now_ns == 0 && summary.sweep_ns != [0; 2] {
+    /// An instant of the scan where that is what the poses hold at, else an offset of the clock. Where points are corrected,
+    /// and so their times are to be left aside, a scan is an instant.
+    fn clock_mend(&self, run: &Run, later_ns: i64, half_ns: i64, points_are_corrected: bool) -> Mend {
+        let after_ns = |at: PoseAt| at.after_stamp_ns(self.heads.summary());
+        let offset_ns = self.settings.time_offset_ns(run).saturating_add(later_ns);
+        if points_are_corrected {
+            return Mend::TimeOffset(rounded_ns(offset_ns.saturating_sub(after_ns(run.pose_at))));
+        }
+        if self.settings.time_offset_ns(run) == 0 {
             // The poses hold so long after the stamps that they have.
-            let held_ns = run.pose_at.after_stamp_ns(summary).saturating_sub(later_ns);
-            let off_ns = |at: &PoseAt| at.after_stamp_ns(summary).saturating_sub(held_ns).abs();
+            let held_ns = after_ns(run.pose_at).saturating_sub(later_ns);
+            let off_ns = |at: &PoseAt| after_ns(*at).saturating_sub(held_ns).abs();
             let nearest = PoseAt::ALL.into_iter().min_by_key(off_ns);
-            if let Some(at) = nearest.filter(|at| *at != run.pose_at && off_ns(at) <= half_ns.max(NEAR_NS)) {
+            let moves = |at: &PoseAt| after_ns(*at).abs_diff(after_ns(run.pose_at)) > NEAR_NS.unsigned_abs();
+            if let Some(at) = nearest.filter(|at| moves(at) && off_ns(at) <= half_ns.max(NEAR_NS)) {
                 return Mend::PoseAt(at);
             }
         }

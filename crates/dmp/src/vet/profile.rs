@@ -28,7 +28,7 @@ pub struct Profile {
     pub thickness_m: Vec<Option<Vec<f64>>>,
 }
 
-/// Draws on the same scans as [`vet`](super::vet), which found this of these runs. Takes some ten seconds a run.
+/// Draws on the same scans as [`vet`](super::vet), which found this of these runs. Takes ten times as long.
 ///
 /// # Errors
 /// As [`vet`](super::vet).

@@ -3,6 +3,7 @@
 use dmp_calibrate::{Axis, Calibration, Estimate};
 
 use super::found::{Found, off_in_words};
+use super::mend::Mend;
 use crate::config::Run;
 use crate::report::{LeftOutReport, Report, Warning};
 use crate::setting_name::SettingName;
@@ -41,19 +42,28 @@ impl Vetted {
     pub fn messages_with(&self, name: &dyn Fn(SettingName) -> String) -> Vec<String> {
         let alike = (!self.alike.is_empty()).then(|| {
             let axes: Vec<String> = self.alike.iter().copied().map(off_in_words).collect();
-            let blame = if self.alike.iter().any(|one| one.axis == Axis::Time) {
+            let clock = self.alike.iter().any(|one| one.axis == Axis::Time).then(|| {
                 format!(
-                    "the log's clock, or the instant that its stamps stand for ({}), is the first to blame",
+                    "the log's clock, or the instant that its stamps stand for ({}),",
                     name(SettingName::StampAt)
                 )
-            } else {
-                "what is said of the sensor's mounting is the first to blame".to_owned()
-            };
-            format!("all runs are off alike: {}; {blame}", axes.join(", "))
+            });
+            let mounting = self.alike.iter().any(|one| one.axis != Axis::Time);
+            let mounting = mounting.then(|| "what is said of the sensor's mounting".to_owned());
+            let blame: Vec<String> = clock.into_iter().chain(mounting).collect();
+            format!(
+                "all runs are off alike: {}; {} is the first to blame",
+                axes.join(", "),
+                blame.join(" and ")
+            )
         });
         let ignore = format!("{} ignore", name(SettingName::PointTime));
         let times = match self.point_times {
             PointTimes::AsUsed => None,
+            PointTimes::Corrected(sweep) if self.mended => Some(format!(
+                "{}, by the scans themselves; but the log cannot be read with {ignore}",
+                off_in_words(sweep)
+            )),
             PointTimes::Corrected(sweep) => Some(format!(
                 "{}, by the scans themselves; {ignore} mends it, and so does {}",
                 off_in_words(sweep),
@@ -68,8 +78,12 @@ impl Vetted {
             )),
         };
         // Beside a run whose clock is off, one whose clock cannot be told may be off as well.
-        let pays = |found: &Found| found.calibration.as_ref().is_some_and(|found| found.of(Axis::Time).pays);
-        let clocks_are_off = self.alike.is_empty() && self.found.iter().any(pays);
+        let is_off = |found: &Found| {
+            found.is_kept
+                && found.mends.iter().any(|mend| matches!(mend, Mend::TimeOffset(_) | Mend::PoseAt(_)))
+        };
+        let is_the_logs = self.alike.iter().any(|one| one.axis == Axis::Time);
+        let clocks_are_off = !is_the_logs && self.found.iter().any(is_off);
         let of_runs = self.found.iter().flat_map(|found| {
             let unknown = if clocks_are_off { found.clock_is_unknown() } else { None };
             found.message_with(self.mended, name).into_iter().chain(unknown)
@@ -79,13 +93,13 @@ impl Vetted {
 
     /// Of each run that was given, whether it is scored.
     pub fn is_kept(&self) -> Vec<bool> {
-        self.found.iter().map(|found| found.left_out.is_none()).collect()
+        self.found.iter().map(|found| found.is_kept).collect()
     }
 
     /// Puts into the report of its runs what was found of them.
     pub fn tell(&self, report: &mut Report, name: &dyn Fn(SettingName) -> String) {
         for found in &self.found {
-            if found.left_out.is_some() {
+            if !found.is_kept {
                 let reason = found.message_with(self.mended, name).unwrap_or_default();
                 report.left_out.push(LeftOutReport { name: found.name.clone(), reason });
             }
@@ -120,8 +134,9 @@ fn all_sweeps(found: &[Found], holds: impl Fn(&Estimate) -> bool) -> bool {
 
 /// What all runs that are not left out are off by alike; nothing of one run.
 pub(super) fn alike(found: &[Found]) -> Vec<Estimate> {
-    let scored = || found.iter().filter(|found| found.left_out.is_none());
-    let calibrations: Vec<&Calibration> = scored().filter_map(|found| found.calibration.as_ref()).collect();
+    let scored = || found.iter().filter(|found| found.is_kept);
+    let as_given = scored().filter(|found| found.together_as_read.is_none());
+    let calibrations: Vec<&Calibration> = as_given.filter_map(|found| found.calibration.as_ref()).collect();
     if calibrations.len() < scored().count() {
         return Vec::new();
     }
