@@ -25,7 +25,7 @@ use axis::{AXES, Vector};
 use fit::{Fitted, fit, thickness_m2};
 pub use mount::Mount;
 pub use sample::{Block, scans_of_block};
-pub use together::{Order, Together, together};
+pub use together::{Order, Together, Turns, together, turns};
 
 /// What is left of the mean square thickness where it is worth putting something right, at most.
 const WORTH: f64 = 0.97;

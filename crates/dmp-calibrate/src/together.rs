@@ -10,6 +10,8 @@ use crate::sample::Block;
 
 /// Edge of the cells in which scans must meet, metres of a drive.
 const CELL_M: f64 = 0.5;
+/// A run turns in a block if by more than this, radians: 10°.
+const TURN: f64 = 0.174_53;
 /// Every how many-th return takes part.
 const EVERY: usize = 4;
 
@@ -40,6 +42,17 @@ pub enum Order {
     Own,
     /// Each at that of another scan of its block, first for last: what scans come to that have nothing to do with the poses.
     Reversed,
+    /// Each at its own place, all of a block turned as its first scan is.
+    Straight,
+}
+
+/// What the scans say of a run's turns.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Turns {
+    /// Blocks in which the run turns by more than 10°.
+    pub blocks: usize,
+    /// Those of them whose scans fit together better with the turn than without.
+    pub met: usize,
 }
 
 /// How well the scans of all blocks fit together.
@@ -54,15 +67,34 @@ pub fn together(blocks: &[Block], mount: &Mount<'_>, order: Order, metre_m: f64)
     })
 }
 
+/// In how many of the blocks in which the run turns the scans turn with it.
+pub fn turns(blocks: &[Block], mount: &Mount<'_>, metre_m: f64) -> Turns {
+    let of_block = |block: &Block| {
+        let share = |order: Order| of_block(block, mount, order, CELL_M * metre_m).share();
+        turn(block, mount).is_some_and(|turn| turn > TURN).then(|| share(Order::Own) > share(Order::Straight))
+    };
+    let met: Vec<bool> = blocks.par_iter().filter_map(of_block).collect();
+    Turns { blocks: met.len(), met: met.into_iter().filter(|&met| met).count() }
+}
+
+/// How far the run turns from the first scan of a block to the last, radians.
+fn turn(block: &Block, mount: &Mount<'_>) -> Option<f64> {
+    let mut cursor = Track::new(mount.trajectory, mount.body_from_sensor, mount.max_gap_ns).cursor();
+    let ends = [block.scans.first()?, block.scans.last()?];
+    let [first, last] = ends.map(|scan| cursor.world_from_sensor_at(mount.stamp_ns(scan)?));
+    Some(first?.rotation.angle_to(&last?.rotation))
+}
+
 fn of_block(block: &Block, mount: &Mount<'_>, order: Order, cell_m: f64) -> Together {
     let track = Track::new(mount.trajectory, mount.body_from_sensor, mount.max_gap_ns);
     let mut found = Together::default();
     // Of every cell: its returns, the last scan in it, and whether there was another.
     let mut cells: HashMap<[i64; 3], (u64, usize, bool)> = HashMap::new();
     let mut before: Option<(i64, Vector3<f64>)> = None;
+    let mut first_rotation = None;
     for (number, snapshot) in block.scans.iter().enumerate() {
         let posed_like = match order {
-            Order::Own => snapshot,
+            Order::Own | Order::Straight => snapshot,
             Order::Reversed => &block.scans[block.scans.len() - 1 - number],
         };
         let Some(stamp_ns) = mount.stamp_ns(posed_like) else { continue };
@@ -71,7 +103,11 @@ fn of_block(block: &Block, mount: &Mount<'_>, order: Order, cell_m: f64) -> Toge
         for one in snapshot.returns.iter().step_by(EVERY) {
             let at = stamp_ns.checked_add(one.after_ns);
             let Some(pose) = at.and_then(|ns| cursor.world_from_sensor_at(ns)) else { continue };
-            let place = pose.translation.vector + pose.rotation * one.in_sensor_m;
+            let rotation = match order {
+                Order::Straight => *first_rotation.get_or_insert(pose.rotation),
+                Order::Own | Order::Reversed => pose.rotation,
+            };
+            let place = pose.translation.vector + rotation * one.in_sensor_m;
             if first {
                 let here = pose.translation.vector;
                 if let Some((before_ns, before)) = before {

@@ -171,6 +171,23 @@ fn a_pose_at_the_end_of_its_scan_is_found_as_that() {
     assert_eq!(vetted(&runs[..2], false).alike[0].axis, Axis::Time);
 }
 
+/// Trajectories of other drives that happen to have the log's stamps.
+#[test]
+fn a_trajectory_of_another_drive_does_not_belong() {
+    let others = [Route::OneWay, Route::Ring, Route::OutAndBack].map(|route| {
+        let lidar = LidarOptions { azimuth_steps: 4, rate_hz: 10.0, ..LidarOptions::with_beams(1) };
+        let options = RecordingOptions { seed: 3, scans: 420, route, speed_m_s: 8.0, traffic: 0, lidar };
+        Run::new(format!("{route:?}"), recorded(&options).1)
+    });
+    let runs: Vec<Run> = std::iter::once(truth()).chain(others).collect();
+    let found = vetted(&runs, true);
+    words(&found);
+    assert_eq!(found.is_kept(), [true, false, false, false]);
+    // Alone it is scored, and told.
+    let alone = vetted(&runs[1..2], true);
+    assert_eq!((alone.is_kept(), words(&alone).len()), (vec![true], 1));
+}
+
 #[test]
 fn what_all_runs_are_off_by_is_not_theirs() {
     let late = |name: &str, run: Run| Run { name: name.into(), time_offset_ns: Some(50_000_000), ..run };
@@ -275,6 +292,7 @@ fn row_19_each_wrong_reading_is_told_in_a_line_and_harms_no_other_run() {
     keep("both.tum", &moved(truth, |pose| scaled(&pose.inverse())));
     keep("camera.tum", &moved(truth, |pose| camera_from_sensor * pose * camera_from_sensor.inverse()));
     keep("late.tum", &truth.clone().later_by(2_000_000_000).unwrap());
+    keep("gps.tum", &truth.clone().later_by(18_000_000_000).unwrap());
     keep("hour.tum", &truth.clone().later_by(3_600_000_000_000).unwrap());
     let sparse = truth.stamps_ns().unwrap().iter().copied().zip(truth.poses().iter().copied()).step_by(60);
     keep("keyframes.tum", &Trajectory::stamped(sparse.collect()).unwrap().trajectory);
@@ -292,6 +310,7 @@ fn row_19_each_wrong_reading_is_told_in_a_line_and_harms_no_other_run() {
         ("inverse", "--poses-as inverse=inverted mends it"),
         ("camera", "--extrinsic camera=0,0,0,0.5,-0.5,0.5,0.5 mends it"),
         ("late", "--time-offset late=2 mends it"),
+        ("gps", "--time-offset gps=18 mends it"),
         ("hour", "--time-offset hour=3600.000"),
         ("keyframes", "--between keyframes=FILE"),
     ] {

@@ -22,9 +22,23 @@ pub(super) struct ConventionsArgs {
     /// A folder with real recordings, for their truth as it was published
     #[arg(long, value_name = "FOLDER")]
     data: Option<PathBuf>,
+    /// Only this part of it
+    #[arg(long)]
+    only: Option<Part>,
     /// Where the recordings are kept
     #[arg(long, default_value = "target/study", value_name = "FOLDER")]
     out: PathBuf,
+}
+
+/// A part of the study.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Part {
+    /// Errors of clock and mounting.
+    Errors,
+    /// Runs without.
+    Right,
+    /// Those of an odometry.
+    Odometry,
 }
 
 /// The errors that are made, to both sides: milliseconds, degrees, centimetres.
@@ -34,6 +48,20 @@ const LENGTHS_CM: [f64; 3] = [2.0, 5.0, 20.0];
 
 pub(super) fn run(arguments: &ConventionsArgs) -> anyhow::Result<()> {
     std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
+    let wanted = |part: Part| arguments.only.is_none_or(|only| only == part);
+    if wanted(Part::Errors) {
+        errors(arguments)?;
+    }
+    if wanted(Part::Right) {
+        right(arguments)?;
+    }
+    if wanted(Part::Odometry) {
+        restamped::print(&arguments.out)?;
+    }
+    Ok(())
+}
+
+fn errors(arguments: &ConventionsArgs) -> anyhow::Result<()> {
     println!(
         "| world | number | seen | half an interval | errors | found | in the interval |\n|---|---|---|---|---|---|---|"
     );
@@ -49,6 +77,10 @@ pub(super) fn run(arguments: &ConventionsArgs) -> anyhow::Result<()> {
         let truth = read_trajectory(&nclt.join("poses_lidar_odometry.txt"))?.trajectory;
         World { name: "nclt_revisit", log: log.as_ref(), truth: &truth }.errors()?;
     }
+    Ok(())
+}
+
+fn right(arguments: &ConventionsArgs) -> anyhow::Result<()> {
     println!(
         "\nright runs\n\n| world | runs | left out | told | off, and too little to be told |\n|---|---|---|---|---|"
     );
@@ -65,7 +97,7 @@ pub(super) fn run(arguments: &ConventionsArgs) -> anyhow::Result<()> {
             .collect();
         World { name: spec.name, log: log.as_ref(), truth: &truth }.right(&runs)?;
     }
-    restamped::print(&arguments.out)
+    Ok(())
 }
 
 /// A log and its truth.

@@ -38,6 +38,13 @@ pub enum LeftOut {
     NotPaired(Box<EvaluateError>),
     /// Its poses are read in a wrong way, by far.
     Misread,
+    /// Where it turns, the scans fit together better without the turn.
+    OtherTurns {
+        /// Blocks of scans in which it turns.
+        blocks: usize,
+        /// Those of them in which the scans turn with it.
+        met: usize,
+    },
     /// The scans fit together no better with its poses than with each other's.
     Unrelated {
         /// Share of the returns that meet another scan, put at the pose of another scan.
@@ -63,6 +70,13 @@ impl Found {
                      near by, and {:.0} % with the poses of other scans",
                     100.0 * self.together.unwrap_or(0.0),
                     100.0 * together_mixed_up
+                ));
+            }
+            Some(LeftOut::OtherTurns { blocks, met }) => {
+                return left_out(format!(
+                    "its poses have nothing to do with the scans of this log: at {} of the {blocks} places looked at where it \
+                     turns, the scans do not turn with it",
+                    blocks - met
                 ));
             }
             Some(LeftOut::Misread) | None => {}

@@ -12,7 +12,7 @@ mod readings;
 mod sample;
 mod vetted;
 
-use dmp_calibrate::{Axis, Block, Calibration, Mount, Order, Together, calibrate, together};
+use dmp_calibrate::{Axis, Block, Calibration, Mount, Order, Together, Turns, calibrate, together, turns};
 use dmp_log::{LogOutline, ScanLog};
 use dmp_reduce::Confidence;
 
@@ -50,6 +50,8 @@ const RELATED_BY: f64 = 1.02;
 const WAY_THAT_TELLS_M: f64 = 2.0;
 /// In fewer blocks it may be chance.
 const BLOCKS_THAT_TELL: usize = 12;
+/// So it may with the turns of a run in fewer. Of a run that belongs, two thirds of the turns are met and more.
+const TURNS_THAT_TELL: usize = 4;
 /// A run whose clock is off by this at most is told and not left out, nanoseconds.
 const NEAR_SHIFT_NS: u64 = 1_000_000_000;
 /// A pose is taken to hold at an instant of the scan if that is as near as this, nanoseconds.
@@ -204,6 +206,14 @@ impl Look<'_> {
             if tells && given.share() < RELATED_BY * mixed_up.share() {
                 let together_mixed_up = mixed_up.share();
                 found.left_out = Some(LeftOut::Unrelated { together_mixed_up });
+                return Ok(found);
+            }
+            let turns = |mount: &Mount<'_>| Some(turns(self.blocks, mount, self.settings.metre_m()));
+            if let Some(Turns { blocks, met }) = self.mounted(run, turns)?
+                && blocks >= TURNS_THAT_TELL
+                && 3 * met <= 2 * blocks
+            {
+                found.left_out = Some(LeftOut::OtherTurns { blocks, met });
                 return Ok(found);
             }
         }
