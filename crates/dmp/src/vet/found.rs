@@ -26,7 +26,7 @@ pub struct Found {
     pub is_at_odds: bool,
     /// Why it does not belong to the log as it was given; `None` where it does.
     pub left_out: Option<LeftOut>,
-    /// Whether it is scored all the same: because no run belongs, so that nobody is harmed.
+    /// Whether it is scored: it belongs, or no run does, so that nobody is harmed.
     pub is_kept: bool,
 }
 

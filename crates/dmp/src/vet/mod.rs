@@ -5,6 +5,7 @@
 //! runs share, so that the numbers of the others are those without it. `docs/conventions.md` says what was measured.
 
 mod found;
+mod look;
 mod mend;
 mod poses_as;
 mod profile;
@@ -12,50 +13,21 @@ mod readings;
 mod sample;
 mod vetted;
 
-use dmp_calibrate::{Axis, Block, Calibration, Mount, Order, Together, Turns, calibrate, together, turns};
 use dmp_log::{LogOutline, ScanLog};
-use dmp_reduce::Confidence;
 
-use crate::clock::on_log_clock;
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::evaluation::check_runs;
 use crate::heads::Heads;
-use crate::own_frame;
-use crate::pose_at::PoseAt;
 use crate::progress::{Progress, Stage};
-use crate::settings::Settings;
 use crate::work::pool;
 pub use found::{Found, LeftOut};
+use look::Look;
 pub use mend::Mend;
-use mend::{rounded, rounded_ns};
 pub use poses_as::PosesAs;
 pub use profile::{Profile, profiles};
-use readings::Reading;
 pub use vetted::{PointTimes, Vetted};
 use vetted::{alike, corrected};
-
-/// How sure it must be before anything is said of a run.
-const CONFIDENCE: f64 = 0.999;
-/// Another reading is taken when the scans fit together better by this factor and this share with it. Right inputs gain
-/// less than a hundredth by any, wrong ones half as much again and more.
-const BETTER_BY: f64 = 1.25;
-const BETTER_BY_SHARE: f64 = 0.1;
-/// A time at which the vehicle goes less far than this part of its way proves nothing: scans of one place fit together
-/// wherever that is.
-const LEAST_WAY: f64 = 0.5;
-/// Poses that have to do with the scans bring them together better than those of other scans by this factor; told only
-/// where the way within a block is longer than this, metres of a drive.
-const RELATED_BY: f64 = 1.02;
-const WAY_THAT_TELLS_M: f64 = 2.0;
-/// In fewer blocks it may be chance.
-const BLOCKS_THAT_TELL: usize = 12;
-/// So it may with the turns of a run in fewer. Of a run that belongs, two thirds of the turns are met and more.
-const TURNS_THAT_TELL: usize = 4;
-/// A run whose clock is off by this at most is told and not left out, nanoseconds.
-const NEAR_SHIFT_NS: u64 = 1_000_000_000;
-/// A pose is taken to hold at an instant of the scan if that is as near as this, nanoseconds.
-const NEAR_NS: i64 = 4_000_000;
 
 /// Looks at every run by itself, leaves out those that do not belong to the log, and with `mend` puts right what is beyond
 /// doubt. Where no run belongs to the log, all are left in: it is not they.
@@ -147,176 +119,5 @@ fn kept_all_the_same(mut found: Vec<Found>) -> Result<Vec<Found>, EvaluateError>
     match found.swap_remove(0).left_out {
         Some(LeftOut::NotPaired(error)) => Err(*error),
         _ => Ok(found),
-    }
-}
-
-/// The log by which runs are looked at.
-struct Look<'a> {
-    heads: Heads<'a>,
-    lent: Option<&'a [i64]>,
-    settings: &'a Settings,
-    blocks: &'a [Block],
-}
-
-impl Look<'_> {
-    fn at(&self, run: &Run) -> Result<Found, EvaluateError> {
-        let mut found = Found {
-            name: run.name.clone(),
-            together: None,
-            together_as_read: None,
-            calibration: None,
-            mends: Vec::new(),
-            can_be_mended: true,
-            is_at_odds: false,
-            left_out: None,
-            is_kept: true,
-        };
-        // By itself: whether it has poses for the scans.
-        let alone = own_frame::place(self.heads, std::slice::from_ref(run), vec![None], self.settings);
-        if let Err(error) = alone {
-            return match error {
-                EvaluateError::LinePairing { .. }
-                | EvaluateError::LinesOutOfTime { .. }
-                | EvaluateError::BeyondTimes { .. }
-                | EvaluateError::NoOverlap { .. }
-                | EvaluateError::TooSparse { .. }
-                | EvaluateError::NothingInCommon => {
-                    found.left_out = Some(LeftOut::NotPaired(Box::new(error)));
-                    Ok(found)
-                }
-                error => Err(error),
-            };
-        }
-        let Some(given) = self.together(run, Order::Own)? else { return Ok(found) };
-        found.together = Some(given.share());
-        let mut read = run.clone();
-        if let Some((better, reading)) = self.best_reading(run, given)? {
-            found.together_as_read = Some(better.share());
-            // A little earlier or later it still goes the same way.
-            let offset_ns = reading.run.time_offset_ns.unwrap_or(self.settings.time_offset_ns);
-            let is_near =
-                reading.is_shift && offset_ns.abs_diff(self.settings.time_offset_ns(run)) <= NEAR_SHIFT_NS;
-            found.left_out = (!is_near).then_some(LeftOut::Misread);
-            found.can_be_mended = !(run.is_carried && matches!(reading.mend, Mend::PosesAs(_)));
-            found.mends.push(reading.mend);
-            read = reading.run;
-        } else if let Some(mixed_up) = self.together(run, Order::Reversed)? {
-            let tells = self.blocks.len() >= BLOCKS_THAT_TELL
-                && given.way_m > WAY_THAT_TELLS_M * self.settings.metre_m() * self.blocks.len() as f64;
-            if tells && given.share() < RELATED_BY * mixed_up.share() {
-                let together_mixed_up = mixed_up.share();
-                found.left_out = Some(LeftOut::Unrelated { together_mixed_up });
-                return Ok(found);
-            }
-            let turns = |mount: &Mount<'_>| Some(turns(self.blocks, mount, self.settings.metre_m()));
-            if let Some(Turns { blocks, met }) = self.mounted(run, turns)?
-                && blocks >= TURNS_THAT_TELL
-                && 3 * met <= 2 * blocks
-            {
-                found.left_out = Some(LeftOut::OtherTurns { blocks, met });
-                return Ok(found);
-            }
-        }
-        found.calibration = self.calibrate(&read)?;
-        Ok(found)
-    }
-
-    /// The reading with which the scans fit together much better, where there is one.
-    fn best_reading(&self, run: &Run, given: Together) -> Result<Option<(Together, Reading)>, EvaluateError> {
-        let speed_m_per_s = given.way_m / given.way_s.max(1e-3);
-        let mut best: Option<(Together, Reading)> = None;
-        for reading in readings::all(run, self.settings, self.heads.summary(), speed_m_per_s) {
-            let Some(fit) = self.together(&reading.run, Order::Own)? else { continue };
-            let stands = reading.is_shift && fit.way_m < LEAST_WAY * given.way_m;
-            // A share of a few returns at the end of the drive is none.
-            let is_whole = 2 * fit.returns > given.returns;
-            let better =
-                fit.share() > BETTER_BY * given.share() && fit.share() > BETTER_BY_SHARE + given.share();
-            if !stands
-                && is_whole
-                && better
-                && best.as_ref().is_none_or(|(best, _)| fit.share() > best.share())
-            {
-                best = Some((fit, reading));
-            }
-        }
-        Ok(best)
-    }
-
-    fn together(&self, run: &Run, order: Order) -> Result<Option<Together>, EvaluateError> {
-        self.mounted(run, |mount| {
-            let found = together(self.blocks, mount, order, self.settings.metre_m());
-            (found.returns > 0).then_some(found)
-        })
-    }
-
-    fn calibrate(&self, run: &Run) -> Result<Option<Calibration>, EvaluateError> {
-        let confidence = Confidence::new(CONFIDENCE).unwrap_or(Confidence::P99);
-        let sweeps = self.heads.summary().has_point_times();
-        self.mounted(run, |mount| calibrate(self.blocks, mount, self.settings.metre_m(), sweeps, confidence))
-    }
-
-    /// Does something with the run's poses on the log's clock, where scans have times.
-    fn mounted<T>(
-        &self,
-        run: &Run,
-        what: impl FnOnce(&Mount<'_>) -> Option<T>,
-    ) -> Result<Option<T>, EvaluateError> {
-        let from_start = run.trajectory.from_its_start();
-        let placed = on_log_clock(self.heads, run, from_start, self.lent, self.settings)?;
-        if placed.trajectory.stamps_ns().is_none() {
-            return Ok(None);
-        }
-        Ok(what(&Mount {
-            trajectory: &placed.trajectory,
-            body_from_sensor: self.settings.body_from_sensor(run),
-            max_gap_ns: self.settings.max_time_gap_ns.unwrap_or_else(|| placed.trajectory.usual_gap_ns()),
-            later_than_lines_ns: placed.shift_ns,
-        }))
-    }
-
-    /// What puts right what is off; nothing where points are at one instant already by this run and not by others.
-    fn add_mends(&self, run: &Run, found: &mut Found, points_are_corrected: bool) {
-        let Some(calibration) = &found.calibration else { return };
-        let pays = |axis: Axis| calibration.of(axis).pays;
-        if pays(Axis::Sweep) && !points_are_corrected {
-            found.is_at_odds = true;
-            return;
-        }
-        let mut read = run.clone();
-        found.mends.iter().for_each(|mend| mend.apply(&mut read));
-        if pays(Axis::Time) {
-            let later_ns = (1e9 * calibration.mended[Axis::Time as usize]).round() as i64;
-            let half_ns = (1e9 * calibration.of(Axis::Time).half) as i64;
-            let mend = self.clock_mend(&read, later_ns, half_ns, points_are_corrected);
-            found.mends.retain(|other| std::mem::discriminant(other) != std::mem::discriminant(&mend));
-            found.mends.push(mend);
-        }
-        if Axis::ALL[2..].iter().any(|&axis| pays(axis)) {
-            let given = self.settings.body_from_sensor(&read);
-            found.mends.retain(|mend| !matches!(mend, Mend::Extrinsic(_)));
-            found.mends.push(Mend::Extrinsic(rounded(&(given * calibration.sensor_motion()))));
-        }
-    }
-
-    /// An instant of the scan where that is what the poses hold at, else an offset of the clock. Where points are corrected,
-    /// and so their times are to be left aside, a scan is an instant.
-    fn clock_mend(&self, run: &Run, later_ns: i64, half_ns: i64, points_are_corrected: bool) -> Mend {
-        let after_ns = |at: PoseAt| at.after_stamp_ns(self.heads.summary());
-        let offset_ns = self.settings.time_offset_ns(run).saturating_add(later_ns);
-        if points_are_corrected {
-            return Mend::TimeOffset(rounded_ns(offset_ns.saturating_sub(after_ns(run.pose_at))));
-        }
-        if self.settings.time_offset_ns(run) == 0 {
-            // The poses hold so long after the stamps that they have.
-            let held_ns = after_ns(run.pose_at).saturating_sub(later_ns);
-            let off_ns = |at: &PoseAt| after_ns(*at).saturating_sub(held_ns).abs();
-            let nearest = PoseAt::ALL.into_iter().min_by_key(off_ns);
-            let moves = |at: &PoseAt| after_ns(*at).abs_diff(after_ns(run.pose_at)) > NEAR_NS.unsigned_abs();
-            if let Some(at) = nearest.filter(|at| moves(at) && off_ns(at) <= half_ns.max(NEAR_NS)) {
-                return Mend::PoseAt(at);
-            }
-        }
-        Mend::TimeOffset(rounded_ns(offset_ns))
     }
 }

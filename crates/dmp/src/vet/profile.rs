@@ -3,7 +3,9 @@
 use dmp_calibrate::{Axis, Calibration, thickness_m};
 use dmp_log::ScanLog;
 
-use super::{Found, Look, sample};
+use super::found::Found;
+use super::look::Look;
+use super::sample;
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::heads::Heads;
