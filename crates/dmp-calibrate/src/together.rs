@@ -29,6 +29,15 @@ pub struct Together {
 }
 
 impl Together {
+    fn and(self, other: Self) -> Self {
+        Self {
+            returns: self.returns + other.returns,
+            met: self.met + other.met,
+            way_m: self.way_m + other.way_m,
+            way_s: self.way_s + other.way_s,
+        }
+    }
+
     /// Share of the returns that meet another scan.
     pub fn share(&self) -> f64 {
         self.met as f64 / self.returns.max(1) as f64
@@ -47,34 +56,32 @@ pub enum Order {
 }
 
 /// What the scans say of a run's turns.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Turns {
     /// Blocks in which the run turns by more than 10°.
     pub blocks: usize,
-    /// Those of them whose scans fit together better with the turn than without.
-    pub met: usize,
+    /// How well their scans fit together as the run turns.
+    pub turned: Together,
+    /// The same if it did not turn.
+    pub straight: Together,
 }
 
 /// How well the scans of all blocks fit together.
 pub fn together(blocks: &[Block], mount: &Mount<'_>, order: Order, metre_m: f64) -> Together {
     let of_blocks: Vec<Together> =
         blocks.par_iter().map(|block| of_block(block, mount, order, CELL_M * metre_m)).collect();
-    of_blocks.into_iter().fold(Together::default(), |sum, one| Together {
-        returns: sum.returns + one.returns,
-        met: sum.met + one.met,
-        way_m: sum.way_m + one.way_m,
-        way_s: sum.way_s + one.way_s,
-    })
+    of_blocks.into_iter().fold(Together::default(), Together::and)
 }
 
-/// In how many of the blocks in which the run turns the scans turn with it.
+/// Whether the scans turn with the run, where it turns.
 pub fn turns(blocks: &[Block], mount: &Mount<'_>, metre_m: f64) -> Turns {
     let of_block = |block: &Block| {
-        let share = |order: Order| of_block(block, mount, order, CELL_M * metre_m).share();
-        turn(block, mount).is_some_and(|turn| turn > TURN).then(|| share(Order::Own) > share(Order::Straight))
+        let fit = |order: Order| of_block(block, mount, order, CELL_M * metre_m);
+        turn(block, mount).filter(|&turn| turn > TURN).map(|_| [fit(Order::Own), fit(Order::Straight)])
     };
-    let met: Vec<bool> = blocks.par_iter().filter_map(of_block).collect();
-    Turns { blocks: met.len(), met: met.into_iter().filter(|&met| met).count() }
+    let fits: Vec<[Together; 2]> = blocks.par_iter().filter_map(of_block).collect();
+    let sum = |of: usize| fits.iter().map(|fit| fit[of]).fold(Together::default(), Together::and);
+    Turns { blocks: fits.len(), turned: sum(0), straight: sum(1) }
 }
 
 /// How far the run turns from the first scan of a block to the last, radians.

@@ -38,12 +38,12 @@ pub enum LeftOut {
     NotPaired(Box<EvaluateError>),
     /// Its poses are read in a wrong way, by far.
     Misread,
-    /// Where it turns, the scans fit together better without the turn.
+    /// Where it turns, the scans fit together as well without the turn.
     OtherTurns {
-        /// Blocks of scans in which it turns.
-        blocks: usize,
-        /// Those of them in which the scans turn with it.
-        met: usize,
+        /// Share of the returns that meet another scan where it turns.
+        turned: f64,
+        /// The same without the turn.
+        straight: f64,
     },
     /// The scans fit together no better with its poses than with each other's.
     Unrelated {
@@ -72,11 +72,12 @@ impl Found {
                     100.0 * together_mixed_up
                 ));
             }
-            Some(LeftOut::OtherTurns { blocks, met }) => {
+            Some(LeftOut::OtherTurns { turned, straight }) => {
                 return left_out(format!(
-                    "its poses have nothing to do with the scans of this log: at {} of the {blocks} places looked at where it \
-                     turns, the scans do not turn with it",
-                    blocks - met
+                    "its poses have nothing to do with the scans of this log: where it turns, {:.0} % of the returns meet those \
+                     of other scans near by, and {:.0} % without the turn",
+                    100.0 * turned,
+                    100.0 * straight
                 ));
             }
             Some(LeftOut::Misread) | None => {}

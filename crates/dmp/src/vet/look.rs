@@ -29,8 +29,10 @@ const RELATED_BY: f64 = 1.02;
 const WAY_THAT_TELLS_M: f64 = 2.0;
 /// In fewer blocks it may be chance.
 const BLOCKS_THAT_TELL: usize = 12;
-/// So it may with the turns of a run in fewer. Of a run that belongs, two thirds of the turns are met and more.
-const TURNS_THAT_TELL: usize = 4;
+/// So it may with the turns of a run in fewer. Scans of a run that belongs fit together much better with its turns than
+/// without them, those of another drive about as well.
+const TURNS_THAT_TELL: usize = 6;
+const TURNED_BY: f64 = 1.15;
 /// A run whose clock is off by this at most is told and not left out, nanoseconds.
 const NEAR_SHIFT_NS: u64 = 1_000_000_000;
 /// A pose is taken to hold at an instant of the scan if that is as near as this, nanoseconds.
@@ -96,11 +98,12 @@ impl Look<'_> {
                 return Ok(found);
             }
             let turns = |mount: &Mount<'_>| Some(turns(self.blocks, mount, self.settings.metre_m()));
-            if let Some(Turns { blocks, met }) = self.mounted(run, turns)?
+            if let Some(Turns { blocks, turned, straight }) = self.mounted(run, turns)?
                 && blocks >= TURNS_THAT_TELL
-                && 3 * met <= 2 * blocks
+                && turned.share() < TURNED_BY * straight.share()
             {
-                found.left_out = Some(LeftOut::OtherTurns { blocks, met });
+                let [turned, straight] = [turned, straight].map(|fit| fit.share());
+                found.left_out = Some(LeftOut::OtherTurns { turned, straight });
                 return Ok(found);
             }
         }
