@@ -11,7 +11,6 @@ use serde::Serialize;
 use crate::exit::{Exit, Usage, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::named::{NamedFile, names_of};
-use crate::save::refuse_same;
 use crate::saved_result::read_result;
 use crate::score::outputs::{page, targets};
 use crate::score::render;
@@ -79,7 +78,6 @@ pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Resu
     if let Some(page) = &arguments.report {
         targets::check_html(page)?;
         targets::writable(page)?;
-        arguments.results.iter().try_for_each(|result| refuse_same(&result.path, page))?;
     }
     let read = |(file, name): (&NamedFile, String)| {
         let path = file.path.display().to_string();

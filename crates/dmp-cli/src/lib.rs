@@ -18,6 +18,7 @@ mod example_reports;
 mod exit;
 mod extrinsic;
 mod gates;
+mod guard;
 mod info;
 mod loaded_run;
 mod log_args;
@@ -43,7 +44,7 @@ use std::ffi::OsString;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 
-use clap::{CommandFactory as _, Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 pub use after_help::{HelpBody, HelpPart, help_parts};
 use common::Common;
@@ -116,8 +117,11 @@ pub fn command() -> clap::Command {
 
 /// The command, with these arguments; the first is the name of the program.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
-    let cli = match Cli::try_parse_from(arguments) {
-        Ok(cli) => cli,
+    let mut definition = Cli::command();
+    let matches = definition.try_get_matches_from_mut(arguments);
+    let parsed = matches.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
+    let (cli, matches) = match parsed {
+        Ok(parsed) => parsed,
         Err(error) => {
             // Help and version come this way too; if they cannot be printed, nobody is reading.
             let _ = error.print();
@@ -125,7 +129,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         }
     };
     let mut out = io::stdout().lock();
-    let done = cli.command.run(&cli.common, &mut out);
+    let done = match guard::check(&definition, &matches) {
+        Ok(()) => cli.command.run(&cli.common, &mut out),
+        Err(clash) => Err(clash.into()),
+    };
     match done.and_then(|exit| when_printed(out.flush().map_err(Into::into), exit)) {
         Ok(exit) => exit,
         Err(error) if is_closed_pipe(&error) => Exit::Done,

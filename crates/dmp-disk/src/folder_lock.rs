@@ -27,7 +27,7 @@ pub(crate) fn lock_folder(folder: &Path) -> Result<File, DiskError> {
 }
 
 /// Whether an open file is the one at this path: another process may have removed it before it was locked.
-fn is_at(file: &File, path: &Path) -> bool {
+pub(crate) fn is_at(file: &File, path: &Path) -> bool {
     let Ok((open, there)) = file.metadata().and_then(|open| Ok((open, fs::metadata(path)?))) else {
         return false;
     };

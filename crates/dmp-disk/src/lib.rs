@@ -4,7 +4,8 @@
 //! A [`WorkFolder`] holds the files of one evaluation and its checkpoints; one process at a time works in it.
 //! A [`ScratchFile`] keeps parts of tiles that do not fit in memory, [`TileBuckets`] sorts records into tiles
 //! under a byte budget. A [`BudgetCache`] keeps loaded values under a byte budget. [`disk_space`] says how much
-//! can still be written to a file system.
+//! can still be written to a file system. [`OutputFile`] and [`OutputFolder`] are what the user asked for: they appear
+//! whole or not at all.
 //!
 //! Everything read back is compared with a checksum: what changed on disk is an error, never a wrong record.
 //!
@@ -26,11 +27,14 @@
 //! # Ok::<(), DiskError>(())
 //! ```
 
+mod beside;
 mod budget_cache;
 mod checkpoint;
 mod disk_space;
 mod error;
 mod folder_lock;
+mod output_file;
+mod output_folder;
 mod scratch_file;
 mod tile_buckets;
 mod tile_id;
@@ -39,6 +43,8 @@ mod work_folder;
 pub use budget_cache::{BudgetCache, NextUse, Weight};
 pub use disk_space::{DiskSpace, disk_space};
 pub use error::DiskError;
+pub use output_file::OutputFile;
+pub use output_folder::OutputFolder;
 pub use scratch_file::ScratchFile;
 pub use tile_buckets::TileBuckets;
 pub use tile_id::TileId;

@@ -1,7 +1,7 @@
 //! MCAP files with ROS 2 messages, written.
 
 use crate::LogError;
-use crate::atomic::Pending;
+use dmp_disk::OutputFile;
 use mcap::records::MessageHeader;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -28,12 +28,12 @@ pub enum McapCompression {
 pub(crate) struct McapFile {
     // Dropped first: the writer may still write while it is dropped.
     writer: mcap::Writer<BufWriter<File>>,
-    pending: Pending,
+    output: OutputFile,
 }
 
 impl fmt::Debug for McapFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("McapFile").field("pending", &self.pending).finish_non_exhaustive()
+        f.debug_struct("McapFile").field("output", &self.output).finish_non_exhaustive()
     }
 }
 
@@ -44,7 +44,8 @@ impl McapFile {
         compression: McapCompression,
         chunk_bytes: u64,
     ) -> Result<Self, LogError> {
-        let (pending, file) = Pending::file(path)?;
+        let output = OutputFile::create(path).map_err(|error| LogError::io(path, "write", error))?;
+        let file = output.file().map_err(|error| LogError::io(path, "write", error))?;
         // Level 0 is that which the library has for its default.
         let level = u32::from(compression == McapCompression::ZstdFast);
         let compression = match compression {
@@ -62,11 +63,11 @@ impl McapFile {
             .chunk_size(Some(chunk_bytes))
             .create(BufWriter::new(file))
             .map_err(|error| mcap_error(path, error))?;
-        Ok(Self { writer, pending })
+        Ok(Self { writer, output })
     }
 
     pub(crate) fn target(&self) -> &Path {
-        self.pending.target()
+        self.output.target()
     }
 
     /// Adds a topic with messages of one type, in CDR; answers its number.
@@ -75,7 +76,7 @@ impl McapFile {
             let schema = self.writer.add_schema(message_type, "ros2msg", schema.as_bytes())?;
             self.writer.add_channel(schema, topic, "cdr", &BTreeMap::new())
         };
-        add().map_err(|error| mcap_error(self.pending.target(), error))
+        add().map_err(|error| mcap_error(self.output.target(), error))
     }
 
     /// Appends a message to a topic.
@@ -91,17 +92,16 @@ impl McapFile {
         let header =
             MessageHeader { channel_id: topic, sequence: number as u32, log_time, publish_time: log_time };
         let written = self.writer.write_to_known_channel(&header, message);
-        written.map_err(|error| mcap_error(self.pending.target(), error))
+        written.map_err(|error| mcap_error(self.output.target(), error))
     }
 
     /// Writes the end, makes the file safe on disk and gives it its name.
     pub(crate) fn finish(mut self) -> Result<(), LogError> {
-        let target = self.pending.target();
-        self.writer.finish().map_err(|error| mcap_error(target, error))?;
+        let target = self.output.target().to_path_buf();
+        self.writer.finish().map_err(|error| mcap_error(&target, error))?;
         let file = self.writer.into_inner().into_inner();
-        let file = file.map_err(|error| LogError::io(target, "write", error.into_error()))?;
-        file.sync_all().map_err(|error| LogError::io(target, "write", error))?;
-        self.pending.commit()
+        file.map_err(|error| LogError::io(&target, "write", error.into_error()))?;
+        self.output.commit().map_err(|error| LogError::io(&target, "write", error))
     }
 }
 

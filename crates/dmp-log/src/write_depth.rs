@@ -1,10 +1,10 @@
 //! Writing depth images as TUM RGB-D has them.
 
 use crate::LogError;
-use crate::atomic::Pending;
 use crate::decimal::ns_to_seconds;
 use crate::depth_folder::is_scale;
-use crate::write_folder::{create_folder, write_file};
+use crate::write_folder::{commit, create_folder, new_output, write_file};
+use dmp_disk::OutputFolder;
 use dmp_sensor::PinholeCamera;
 use png::{BitDepth, ColorType, Compression, Encoder};
 use std::collections::BTreeSet;
@@ -35,7 +35,7 @@ use std::path::Path;
 /// ```
 #[derive(Debug)]
 pub struct DepthFolderWriter {
-    pending: Pending,
+    output: OutputFolder,
     size_px: [u32; 2],
     stamps_ns: BTreeSet<i64>,
     list: String,
@@ -52,12 +52,12 @@ impl DepthFolderWriter {
             let problem = format!("{units_per_m} units of depth a metre: it must be more than 0");
             return Err(LogError::Option { path: path.into(), problem });
         }
-        let pending = Pending::folder(path)?;
-        create_folder(&pending.path().join("depth"))?;
+        let output = new_output(path)?;
+        create_folder(&output.path().join("depth"))?;
         let camera_file = camera_json(camera, units_per_m);
-        write_file(&pending.path().join("camera.json"), camera_file.as_bytes())?;
+        write_file(&output.path().join("camera.json"), camera_file.as_bytes())?;
         let list = "# depth maps\n# file: 'camera.json' has the camera\n# timestamp filename\n".to_owned();
-        Ok(Self { pending, size_px: camera.size_px(), stamps_ns: BTreeSet::new(), list })
+        Ok(Self { output, size_px: camera.size_px(), stamps_ns: BTreeSet::new(), list })
     }
 
     /// Appends an image: a value for each pixel, row by row, 0 where nothing was seen.
@@ -80,10 +80,15 @@ impl DepthFolderWriter {
         }
         let seconds = ns_to_seconds(stamp_ns);
         let seconds = seconds.strip_suffix("000").unwrap_or(&seconds);
-        write_file(&self.pending.path().join("depth").join(format!("{seconds}.png")), png)?;
+        write_file(&self.output.path().join("depth").join(format!("{seconds}.png")), png)?;
         // Writing to a string cannot fail.
         let _ = writeln!(self.list, "{seconds} depth/{seconds}.png");
         Ok(())
+    }
+
+    /// Where the folder is made until it has its name: what is to be in it besides goes here.
+    pub fn folder(&self) -> &Path {
+        self.output.path()
     }
 
     /// Writes the list of images and gives the folder its name.
@@ -91,13 +96,13 @@ impl DepthFolderWriter {
     /// # Errors
     /// When the disk is full or the folder cannot be renamed.
     pub fn finish(self) -> Result<(), LogError> {
-        write_file(&self.pending.path().join("depth.txt"), self.list.as_bytes())?;
-        self.pending.commit()
+        write_file(&self.output.path().join("depth.txt"), self.list.as_bytes())?;
+        commit(self.output)
     }
 
     fn unwritable(&self, problem: String) -> LogError {
         let frame = self.stamps_ns.len() as u64;
-        LogError::Unwritable { path: self.pending.target().into(), frame, problem }
+        LogError::Unwritable { path: self.output.target().into(), frame, problem }
     }
 }
 

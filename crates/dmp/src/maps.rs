@@ -88,7 +88,8 @@ pub fn map_of_cloud<'a>(
     let fuser = MapFuser::new(lattice, means.cloud_map_bytes(), work.path())?;
     let name = output.display().to_string();
     let found = fuse_given(cloud, &name, settings.map_unit, (&fuser, &Isometry3::identity()), progress)?;
-    let text = format!("dmp {}; fused from {}", env!("CARGO_PKG_VERSION"), cloud.display());
+    let file = cloud.file_name().unwrap_or_default().to_string_lossy();
+    let text = format!("dmp {}; fused from {file}", env!("CARGO_PKG_VERSION"));
     let finished = pool.install(|| finish(fuser, output, &Origin::of(text), Life::User, progress));
     let (store, thin_voxels) = finished?;
     Ok(CloudMap { store, thin_voxels, points_dropped: found.dropped, notes: found.notes })

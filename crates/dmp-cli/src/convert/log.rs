@@ -62,7 +62,6 @@ pub(super) fn run(arguments: &LogConvertArgs, common: &Common, out: &mut impl Wr
         max_gap_ns: None,
     };
     let log = arguments.log.open(&mapper)?;
-    crate::save::refuse_same(&log.summary().path, &arguments.output)?;
     let compression = arguments.compression.unwrap_or(CompressionArg::Zstd);
     let mut writer = LogWriter::create(&arguments.output, format, compression)?;
     let progress = Progress::new(common);

@@ -12,7 +12,7 @@ use dmp_log::{
 
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
-use crate::save::{refuse_same, save};
+use crate::save::{may_be_file, save};
 
 /// The formats of trajectories that are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -60,7 +60,6 @@ pub(super) fn run(
 ) -> anyhow::Result<Exit> {
     let TrajectoryConvertArgs { run, output, to, .. } = arguments;
     let file = read_trajectory_as(run, arguments.trajectory_format, arguments.time_unit)?;
-    refuse_same(run, output)?;
     if !common.quiet {
         let counts = [
             ("were sorted by their stamps", file.out_of_order),
@@ -78,7 +77,8 @@ pub(super) fn run(
         return Err(Usage(format!("{}: {problem}", run.display())).into());
     }
     let times = output.with_file_name("times.txt");
-    let stamps_ns = trajectory.stamps_ns().filter(|_| without_stamps);
+    // Beside a pipe or a device nothing is made.
+    let stamps_ns = trajectory.stamps_ns().filter(|_| without_stamps && may_be_file(output));
     if stamps_ns.is_some() && times.exists() {
         return Err(Usage(format!("{}: is there already and would be overwritten", times.display())).into());
     }

@@ -8,10 +8,8 @@ use dmp_log::ScanLog;
 use dmp_loops::MapOptions;
 
 use super::weights::WeightArgs;
-use crate::exit::Usage;
 use crate::log_args::ReadingArgs;
 use crate::parse;
-use crate::save::refuse_same;
 use crate::settings::{ResourceArgs, ScanArgs};
 
 /// Rank loop candidates of a pose graph: the true ones first, the false ones last
@@ -100,12 +98,6 @@ impl LoopsArgs {
     pub(super) fn map_options(&self) -> MapOptions {
         MapOptions { rays_per_keyframe: self.rays, moved_m: self.moved }
     }
-
-    /// Every file that is read.
-    pub(super) fn inputs(&self) -> Vec<&Path> {
-        let optional = [&self.log, &self.keyframes, &self.truth].into_iter().flatten();
-        [&self.graph, &self.candidates].into_iter().chain(optional).map(PathBuf::as_path).collect()
-    }
 }
 
 /// What is written, and how it is printed.
@@ -123,19 +115,4 @@ pub(super) struct OutputArgs {
     /// Its poses as a trajectory: TUM where keyframes have times, else KITTI rows
     #[arg(long, value_name = "FILE", requires = "accept", help_heading = "Acceptance")]
     pub(super) save_trajectory: Option<PathBuf>,
-}
-
-impl OutputArgs {
-    /// Refuses what would take the place of an input or of another output.
-    pub(super) fn check(&self, inputs: &[&Path]) -> Result<(), Usage> {
-        let outputs: Vec<&PathBuf> =
-            [&self.svg, &self.save_graph, &self.save_trajectory].into_iter().flatten().collect();
-        for (k, output) in outputs.iter().enumerate() {
-            inputs.iter().try_for_each(|input| refuse_same(input, output))?;
-            if outputs[..k].contains(output) {
-                return Err(Usage(format!("{}: named for two outputs", output.display())));
-            }
-        }
-        Ok(())
-    }
 }

@@ -28,7 +28,6 @@ pub(crate) fn run(arguments: &LoopsArgs, common: &Common, out: &mut impl Write) 
     let config = arguments.config();
     config.check()?;
     arguments.map_options().check().map_err(in_words)?;
-    arguments.output.check(&arguments.inputs())?;
     let start = Instant::now();
     let inputs = Inputs::read(arguments, common)?;
     let progress = Progress::new(common);

@@ -1,12 +1,13 @@
 //! `dmp map build`: a map from a log and a trajectory, a cloud or a mesh.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use clap::Args;
 use dmp::{Config, MapSource, fuse_maps, map_of_cloud};
+use dmp_disk::OutputFile;
 use dmp_draw::text;
 use dmp_map::Store;
 
@@ -16,7 +17,7 @@ use crate::log_args::LogArgs;
 use crate::named::NamedFile;
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
-use crate::save::take_folder;
+use crate::save::{may_be_file, take_folder};
 use crate::score::parse;
 use crate::settings::{ResumeArgs, SettingsArgs};
 use crate::trajectory_args::TrajectoryArgs;
@@ -73,24 +74,14 @@ fn from_log(
     let started = Runs::start(std::slice::from_ref(trajectory), &arguments.reading)?;
     let OpenedRuns { log, mut runs, damaged } =
         OpenedRuns::open(started, [MapSource::Fused], &arguments.log, arguments.settings.poses(), common)?;
-    // The map is made beside its place and takes its name when it is whole. The folder's name is one of the output's:
-    // what a killed process left there is found, and the settings are the same when it is gone on with.
-    let folder = folder_of(&arguments.output);
-    let name = arguments.output.file_name();
-    let name = name.with_context(|| format!("{}: not the name of a file", arguments.output.display()))?;
-    let beside = folder.join(format!(".dmp-map-{}", name.to_string_lossy()));
-    fs::create_dir_all(&beside).with_context(|| format!("{}: cannot write here", folder.display()))?;
-    // Given up after the folder is gone.
-    let _taken = take_folder(&beside)?;
-    let beside = Beside(beside);
-    "map".clone_into(&mut runs[0].name);
-    let config = arguments.resume.in_config(Config { save_maps: Some(beside.0.clone()), ..config.clone() });
+    let beside = Beside::new(&arguments.output)?;
+    MAP.clone_into(&mut runs[0].name);
+    let config =
+        arguments.resume.in_config(Config { save_maps: Some(beside.folder.clone()), ..config.clone() });
     let progress = Progress::new(common);
     fuse_maps(log.as_ref(), &runs, &config, &progress)?;
     drop(progress);
-    fs::rename(beside.0.join("map.dmpmap"), &arguments.output)
-        .with_context(|| format!("{}: cannot write", arguments.output.display()))?;
-    Ok((Store::open(&arguments.output)?, damaged))
+    Ok((beside.give_place(&arguments.output)?, damaged))
 }
 
 fn from_cloud(arguments: &BuildArgs, config: &Config, common: &Common) -> anyhow::Result<Store> {
@@ -99,9 +90,9 @@ fn from_cloud(arguments: &BuildArgs, config: &Config, common: &Common) -> anyhow
         let problem = "it looks like a log: a map of it needs its trajectory, -t RUN.tum";
         return Err(Usage(format!("{}: {problem}", cloud.display())).into());
     }
-    crate::save::refuse_same(cloud, &arguments.output)?;
+    let beside = Beside::new(&arguments.output)?;
     let progress = Progress::new(common);
-    let made = map_of_cloud(cloud, &arguments.output, config, &progress)?;
+    let made = map_of_cloud(cloud, &beside.map(), config, &progress)?;
     drop(progress);
     if !common.quiet {
         made.notes.iter().for_each(|note| eprintln!("note: {note}"));
@@ -109,19 +100,52 @@ fn from_cloud(arguments: &BuildArgs, config: &Config, common: &Common) -> anyhow
             eprintln!("note: {} not finite, left out", text::counted(made.points_dropped, "point"));
         }
     }
-    Ok(made.store)
+    beside.give_place(&arguments.output)
 }
 
-/// The folder in which a map is made; it goes when this is dropped, with whatever is in it.
-struct Beside(PathBuf);
+/// What a map is called while it is made.
+const MAP: &str = "map";
+
+/// The folder beside its place in which a map is made; it goes when this is dropped, with whatever is in it.
+///
+/// Its name is one of the map's: what a killed process left there is found, and the settings are the same when it is gone on
+/// with.
+struct Beside {
+    folder: PathBuf,
+    _taken: Option<File>,
+}
+
+impl Beside {
+    fn new(output: &Path) -> anyhow::Result<Self> {
+        let parent =
+            output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let name =
+            output.file_name().with_context(|| format!("{}: not the name of a file", output.display()))?;
+        // Beside what is no file nothing can be made.
+        let parent = if may_be_file(output) { parent.to_path_buf() } else { std::env::temp_dir() };
+        let folder = parent.join(format!(".dmp-map-{}", name.to_string_lossy()));
+        fs::create_dir_all(&folder).with_context(|| format!("{}: cannot write here", parent.display()))?;
+        let taken = take_folder(&folder)?;
+        Ok(Self { folder, _taken: taken })
+    }
+
+    fn map(&self) -> PathBuf {
+        self.folder.join(format!("{MAP}.dmpmap"))
+    }
+
+    /// Gives the whole map its place.
+    fn give_place(&self, output: &Path) -> anyhow::Result<Store> {
+        // It stays open where it is.
+        let map = Store::open(&self.map())?;
+        OutputFile::give_place(&self.map(), output)
+            .with_context(|| format!("{}: cannot write", output.display()))?;
+        Ok(map)
+    }
+}
 
 impl Drop for Beside {
     fn drop(&mut self) {
         // What cannot be removed is taken up by the next build of the same map.
-        let _ = fs::remove_dir_all(&self.0);
+        let _ = fs::remove_dir_all(&self.folder);
     }
-}
-
-fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }

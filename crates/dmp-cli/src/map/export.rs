@@ -12,7 +12,6 @@ use crate::common::Common;
 use crate::exit::{Exit, Usage};
 use crate::process;
 use crate::progress::Progress;
-use crate::save::refuse_same;
 
 /// Write a map's surfels as a point cloud with normals: LAZ, LAS, PLY or PCD
 ///
@@ -55,7 +54,6 @@ fn format_of(path: &Path) -> Result<CloudFormat, Usage> {
 pub(super) fn run(arguments: &ExportArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
     let format = format_of(&arguments.output)?;
     let map = Store::open(&arguments.map)?;
-    refuse_same(&arguments.map, &arguments.output)?;
     let in_reach = |entry: &&TileEntry| {
         arguments.within.is_none_or(|[x0, y0, x1, y1]| {
             let [low, high] = map.box_in_own_m(entry);

@@ -17,12 +17,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
 use clap::Args;
-use dmp::{Config, Report, evaluate, evaluate_quick};
+use dmp::{Config, Report, evaluate, evaluate_quick, file_stem_of};
 use serde::Serialize;
 
 use crate::common::Common;
 use crate::exit::{Exit, Usage, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
+use crate::guard::refuse_clashes;
 use crate::log_args::LogArgs;
 use crate::named::{NamedFile, maps_of};
 use crate::progress::Progress;
@@ -133,7 +134,8 @@ impl ScoreArgs {
     /// Every file that is read, as it was named.
     fn inputs(&self) -> Vec<&Path> {
         let named = self.trajectories.iter().chain(&self.more).chain(&self.maps);
-        std::iter::once(self.log.path()).chain(named.map(|file| file.path.as_path())).collect()
+        let named = named.map(|file| file.path.as_path()).chain(self.like.as_deref());
+        std::iter::once(self.log.path()).chain(named).collect()
     }
 }
 
@@ -153,6 +155,9 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
         fs::create_dir_all(folder)
             .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
         _taken = take_folder(folder)?;
+        let names = started.names();
+        let of_run = |name: &&str| folder.join(format!("{}.dmpmap", file_stem_of(&names, name)));
+        refuse_clashes(&names.iter().map(of_run).collect::<Vec<_>>(), &arguments.inputs())?;
     }
     let (report, damaged, recorded) = match arguments.sampling.quick() {
         None => {

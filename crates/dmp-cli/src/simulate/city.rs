@@ -42,8 +42,8 @@ pub(crate) struct CityArgs {
     #[arg(long, default_value_t = 0.3, value_name = "SHARE", allow_negative_numbers = true)]
     revisit: f64,
     /// The true trajectory, FILE.tum [default: LOG.truth.tum]
-    #[arg(long, value_name = "FILE")]
-    truth: Option<PathBuf>,
+    #[arg(long = "truth", value_name = "FILE")]
+    save_truth: Option<PathBuf>,
     #[command(flatten)]
     recording: RecordingArgs,
 }
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &CityArgs, common: &Common, out: &mut impl Write) -
     });
     let recording = recording.map_err(told)?;
     let poses = recording.poses(*truth_rate).map_err(told)?;
-    let truth_path = arguments.truth.clone().unwrap_or_else(|| output.with_extension("truth.tum"));
+    let truth_path = arguments.save_truth.clone().unwrap_or_else(|| output.with_extension("truth.tum"));
 
     let format = OutputFormat::of_name(output)?;
     let log = LogWriter::create(output, format, CompressionArg::ZstdFast)?;

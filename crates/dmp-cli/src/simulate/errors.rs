@@ -11,7 +11,7 @@ use super::fault::told;
 use crate::common::Common;
 use crate::exit::Exit;
 use crate::parse;
-use crate::save::{refuse_same, save_trajectory};
+use crate::save::save_trajectory;
 
 /// Make a wrong trajectory from a good one
 ///
@@ -60,7 +60,6 @@ pub(crate) struct ErrorsArgs {
 
 pub(super) fn run(arguments: &ErrorsArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
     let file = read_trajectory(&arguments.trajectory)?;
-    refuse_same(&arguments.trajectory, &arguments.output)?;
     if !common.quiet {
         for note in &file.notes {
             eprintln!("note: {}: {note}", arguments.trajectory.display());

@@ -15,8 +15,9 @@ use dmp_sim::{LoopGraph, LoopGraphOptions, LoopKind, Scales, ate_rmse_m};
 use super::fault::told;
 use crate::common::Common;
 use crate::exit::Exit;
+use crate::guard::refuse_same;
 use crate::parse;
-use crate::save::{refuse_same, save};
+use crate::save::save;
 
 /// Make a pose graph without loops from a true trajectory, and loop candidates with labels
 ///

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use clap::Args;
@@ -64,6 +64,11 @@ pub(crate) struct RoomArgs {
     seed: u64,
 }
 
+/// What is in the folder beside the images.
+const TRUTH: &str = "groundtruth.txt";
+const ESTIMATES: &str = "estimates";
+const SURFACE: &str = "room.obj";
+
 impl RoomArgs {
     fn camera(&self) -> Result<PinholeCamera, Usage> {
         let focal_px = FOCAL_PX * f64::from(self.size[0]) / WIDTH_PX;
@@ -104,7 +109,6 @@ pub(super) fn run(arguments: &RoomArgs, common: &Common, out: &mut impl Write) -
         progress.image_written(png.len());
         valid += of_image;
     }
-    images.finish()?;
     drop(progress);
 
     let pixels = arguments.size.map(|px| px as usize);
@@ -116,23 +120,23 @@ pub(super) fn run(arguments: &RoomArgs, common: &Common, out: &mut impl Write) -
         share * 100.0,
         travel_m(&truth),
     );
-    // All is written before any of it is told.
+    // All is written before any of it is told, and has its name when it is whole.
+    let made = images.folder().to_path_buf();
     let mut lines = vec![told];
-    let truth_path = folder.join("groundtruth.txt");
-    save_trajectory(&truth_path, &truth)?;
-    lines.push(format!("{}: {} poses", truth_path.display(), truth.len()));
-    let others = folder.join("estimates");
-    std::fs::create_dir(&others).with_context(|| format!("{}: cannot make", others.display()))?;
+    save_trajectory(&made.join(TRUTH), &truth)?;
+    lines.push(format!("{}: {} poses", folder.join(TRUTH).display(), truth.len()));
+    std::fs::create_dir(made.join(ESTIMATES))
+        .with_context(|| format!("{}: cannot make", folder.display()))?;
     for estimate in &estimates {
-        let path = others.join(format!("{}.txt", estimate.name));
-        save_trajectory(&path, &estimate.trajectory)?;
+        let name = Path::new(ESTIMATES).join(format!("{}.txt", estimate.name));
+        save_trajectory(&made.join(&name), &estimate.trajectory)?;
         let ate_m = ate_rmse_m(&estimate.trajectory, &truth);
-        lines.push(format!("{}: ATE {ate_m:.3} m, {}", path.display(), estimate.what));
+        lines.push(format!("{}: ATE {ate_m:.3} m, {}", folder.join(name).display(), estimate.what));
     }
-    let surface = folder.join("room.obj");
     let triangles = room.triangles();
-    save(&surface, |out| write_obj(out, &triangles))?;
-    lines.push(format!("{}: {} triangles", surface.display(), triangles.len()));
+    save(&made.join(SURFACE), |out| write_obj(out, &triangles))?;
+    lines.push(format!("{}: {} triangles", folder.join(SURFACE).display(), triangles.len()));
+    images.finish()?;
     lines.iter().try_for_each(|line| writeln!(out, "{line}"))?;
     Ok(Exit::Done)
 }

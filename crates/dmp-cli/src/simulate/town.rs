@@ -26,8 +26,8 @@ use crate::save::save_trajectory;
     dmp simulate town -o traffic.mcap --traffic 20 --scans 600 --seed 7")]
 pub(crate) struct TownArgs {
     /// The true trajectory: FILE.tum, or FILE.txt for KITTI rows, one a scan [default: LOG.truth.tum]
-    #[arg(long, value_name = "FILE")]
-    truth: Option<PathBuf>,
+    #[arg(long = "truth", value_name = "FILE")]
+    save_truth: Option<PathBuf>,
     /// Beams of the sensor
     #[arg(long, default_value_t = 16)]
     beams: usize,
@@ -79,7 +79,7 @@ pub(super) fn run(arguments: &TownArgs, common: &Common, out: &mut impl Write) -
     let options = arguments.options();
     let town = options.town().map_err(told)?;
     let recording = Recording::new(&town, &options).map_err(told)?;
-    let truth_path = arguments.truth.clone().unwrap_or_else(|| output.with_extension("truth.tum"));
+    let truth_path = arguments.save_truth.clone().unwrap_or_else(|| output.with_extension("truth.tum"));
     let truth = if truth_path.extension().is_some_and(|extension| extension == "txt") {
         recording.pose_per_scan()?
     } else {

@@ -4,12 +4,12 @@ mod las;
 mod rows;
 
 use crate::LogError;
-use crate::atomic::Pending;
 use crate::decimal::ns_to_seconds;
+use dmp_disk::OutputFolder;
 use dmp_sensor::Scan;
 use std::fmt::Write as _;
 use std::fs::{self, File};
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::path::Path;
 
 /// How the scans of a folder are written.
@@ -74,7 +74,7 @@ impl FolderFormat {
 /// ```
 #[derive(Debug)]
 pub struct FolderScanWriter {
-    pending: Pending,
+    output: OutputFolder,
     format: FolderFormat,
     frames: u64,
     stamped: Option<bool>,
@@ -89,10 +89,10 @@ impl FolderScanWriter {
     /// # Errors
     /// When there is something, and when the folder cannot be created.
     pub fn create(path: &Path, format: FolderFormat) -> Result<Self, LogError> {
-        let pending = Pending::folder(path)?;
-        create_folder(&pending.path().join("scans"))?;
+        let output = new_output(path)?;
+        create_folder(&output.path().join("scans"))?;
         let (stamps, bytes) = (String::new(), Vec::new());
-        Ok(Self { pending, format, frames: 0, stamped: None, timed: None, stamps, bytes })
+        Ok(Self { output, format, frames: 0, stamped: None, timed: None, stamps, bytes })
     }
 
     /// Appends a scan.
@@ -115,13 +115,13 @@ impl FolderScanWriter {
             }
         }
         let file = format!("{name}.{}", self.format.extension());
-        write_file(&self.pending.path().join("scans").join(file), &self.bytes)?;
+        write_file(&self.output.path().join("scans").join(file), &self.bytes)?;
         if timed && self.format == FolderFormat::Bin {
             self.bytes.clear();
             for &offset_ns in &scan.time_offsets_ns {
                 self.bytes.extend_from_slice(&((offset_ns as f64 / 1e9) as f32).to_le_bytes());
             }
-            write_file(&self.pending.path().join("times").join(format!("{name}.f32")), &self.bytes)?;
+            write_file(&self.output.path().join("times").join(format!("{name}.f32")), &self.bytes)?;
         }
         if let Some(stamp_ns) = scan.stamp_ns {
             // Writing to a string cannot fail.
@@ -137,9 +137,9 @@ impl FolderScanWriter {
     /// When the disk is full or the folder cannot be renamed.
     pub fn finish(self) -> Result<(), LogError> {
         if self.stamped == Some(true) {
-            write_file(&self.pending.path().join("times.txt"), self.stamps.as_bytes())?;
+            write_file(&self.output.path().join("times.txt"), self.stamps.as_bytes())?;
         }
-        self.pending.commit()
+        commit(self.output)
     }
 
     fn check(&mut self, scan: &Scan) -> Result<(), LogError> {
@@ -165,7 +165,7 @@ impl FolderScanWriter {
     }
 
     fn unwritable(&self, problem: String) -> LogError {
-        LogError::Unwritable { path: self.pending.target().into(), frame: self.frames, problem }
+        LogError::Unwritable { path: self.output.target().into(), frame: self.frames, problem }
     }
 
     /// The first time that does not fit in a `t` of uint32, where there is such a field.
@@ -177,10 +177,26 @@ impl FolderScanWriter {
 
     /// The first scan with times: the empty ones before it get empty files.
     fn begin_times(&self) -> Result<(), LogError> {
-        let folder = self.pending.path().join("times");
+        let folder = self.output.path().join("times");
         create_folder(&folder)?;
         (0..self.frames).try_for_each(|frame| write_file(&folder.join(format!("{frame:06}.f32")), &[]))
     }
+}
+
+/// A folder that will be `path`, where there must be nothing yet.
+pub(crate) fn new_output(path: &Path) -> Result<OutputFolder, LogError> {
+    OutputFolder::create(path).map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists | ErrorKind::InvalidInput => {
+            LogError::Option { path: path.into(), problem: error.to_string() }
+        }
+        _ => LogError::io(path, "create", error),
+    })
+}
+
+/// Gives what is whole its name.
+pub(crate) fn commit(output: OutputFolder) -> Result<(), LogError> {
+    let target = output.target().to_path_buf();
+    output.commit().map_err(|error| LogError::io(&target, "rename to", error))
 }
 
 pub(crate) fn create_folder(path: &Path) -> Result<(), LogError> {

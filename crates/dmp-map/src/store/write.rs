@@ -1,11 +1,11 @@
 //! Writing a store.
 
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use dmp_disk::TileId;
-use tempfile::NamedTempFile;
+use dmp_disk::{OutputFile, TileId};
 
 use super::columns::pack;
 use super::layout::{
@@ -45,7 +45,8 @@ pub struct StoreSummary {
 #[derive(Debug)]
 pub(crate) struct StoreWriter {
     path: PathBuf,
-    file: BufWriter<NamedTempFile>,
+    file: BufWriter<File>,
+    output: OutputFile,
     at: u64,
     lattice: Lattice,
     origin: Origin,
@@ -59,17 +60,8 @@ impl StoreWriter {
     /// # Errors
     /// When it cannot be made there.
     pub(crate) fn create(path: &Path, lattice: Lattice, origin: &Origin) -> Result<Self, MapError> {
-        let folder = match path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".dmp-store-");
-        // As any other output file: others may read it, as far as the user's mask lets them.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let file = builder.tempfile_in(folder);
-        let file = file.map_err(MapError::io(path, "cannot create the store"))?;
+        let created = OutputFile::create(path).and_then(|output| Ok((output.file()?, output)));
+        let (file, output) = created.map_err(MapError::io(path, "cannot create the store"))?;
         let mut header = Vec::new();
         header.extend(MAGIC);
         let grid = [lattice.voxel_units(), lattice.tile_voxels(), lattice.across_steps()];
@@ -82,7 +74,7 @@ impl StoreWriter {
         origin.text.truncate(origin.text.floor_char_boundary(MAX_TEXT_BYTES));
         let path = path.to_path_buf();
         let (file, entries) = (BufWriter::new(file), BTreeMap::new());
-        let mut writer = Self { path, file, at: 0, lattice, origin, entries, thin_voxels: 0 };
+        let mut writer = Self { path, file, output, at: 0, lattice, origin, entries, thin_voxels: 0 };
         writer.put(&header)?;
         Ok(writer)
     }
@@ -169,11 +161,12 @@ impl StoreWriter {
         self.put(&footer)?;
 
         let io = |what| MapError::io(&self.path, what);
-        let file = self.file.into_inner().map_err(|e| io("cannot write the store")(e.into_error()))?;
-        if durability == Durability::Durable {
-            file.as_file().sync_all().map_err(io("cannot write the store to disk"))?;
-        }
-        file.persist(&self.path).map_err(|e| io("cannot give the store its name")(e.error))?;
+        self.file.into_inner().map_err(|e| io("cannot write the store")(e.into_error()))?;
+        let named = match durability {
+            Durability::Durable => self.output.commit(),
+            Durability::Temporary => self.output.commit_unsynced(),
+        };
+        named.map_err(io("cannot give the store its name"))?;
         Ok(StoreSummary {
             tiles: self.entries.len() as u64,
             surfels: self.entries.values().map(|e| u64::from(e.own.surfels)).sum(),

@@ -4,6 +4,7 @@
 //! named (`scored`, which looks at the exit code and at what is on standard error).
 
 mod crashes;
+mod in_place;
 mod log_bytes;
 mod log_files;
 mod maps;

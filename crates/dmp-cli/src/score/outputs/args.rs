@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
 
-use super::targets::{self, ResidualFile, refuse_clashes, residual_files, writable};
+use super::targets::{self, ResidualFile, residual_files, writable};
 use crate::exit::Usage;
+use crate::guard::refuse_clashes;
 use crate::named::NamedFile;
 
 /// Files to write beside the report.

@@ -8,7 +8,6 @@ use dmp_log::ResidualFormat;
 
 use crate::exit::Usage;
 use crate::named::{NamedFile, assign};
-use crate::save::refuse_same;
 
 /// A file of scored returns.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -66,17 +65,6 @@ pub(crate) fn check_html(path: &Path) -> Result<(), Usage> {
     Err(Usage(format!("{}: a report is written as .html", path.display())))
 }
 
-/// Refuses an output in the place of an input or of another output.
-pub(super) fn refuse_clashes(files: &[&Path], inputs: &[&Path]) -> Result<(), Usage> {
-    for (number, file) in files.iter().enumerate() {
-        inputs.iter().try_for_each(|input| refuse_same(input, file))?;
-        if files[..number].contains(file) {
-            return Err(Usage(format!("{}: two outputs would have this name", file.display())));
-        }
-    }
-    Ok(())
-}
-
 /// Refuses a folder that is not there, and a folder in the file's own place.
 pub(crate) fn writable(file: &Path) -> anyhow::Result<()> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -122,8 +110,6 @@ mod tests {
             let error = paths(&["a", "b"], files).unwrap_err();
             assert!(error.contains(words), "{error}");
         }
-        let clash = refuse_clashes(&["a.csv".as_ref(), "a.csv".as_ref()], &[]).unwrap_err().to_string();
-        assert!(clash.contains("two outputs"), "{clash}");
         assert!(writable("no/such/out.laz".as_ref()).unwrap_err().to_string().contains("no folder no/such"));
         assert!(check_csv("a.parquet".as_ref()).is_err() && check_csv("a.CSV".as_ref()).is_ok());
         assert!(check_html("a.pdf".as_ref()).is_err() && check_html("a.HTML".as_ref()).is_ok());

@@ -7,9 +7,10 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
+use dmp_disk::OutputFile;
+
 use super::format::CloudFormat;
 use crate::LogError;
-use crate::atomic::Pending;
 pub(crate) use column::{Column, Number};
 use las_rows::LasRows;
 
@@ -37,7 +38,7 @@ pub(crate) struct Table<'a> {
 pub(crate) struct TableWriter {
     // Dropped first: the writer may still write while it is dropped.
     out: Output,
-    pending: Pending,
+    output: OutputFile,
     told: u64,
     written: u64,
 }
@@ -53,7 +54,8 @@ impl TableWriter {
     /// When the file cannot be made.
     pub(crate) fn create(path: &Path, table: &Table<'_>) -> Result<Self, LogError> {
         let &Table { format, columns, points, near_m, comment } = table;
-        let (pending, file) = Pending::file(path)?;
+        let output = OutputFile::create(path).map_err(|e| LogError::io(path, "write", e))?;
+        let file = output.file().map_err(|e| LogError::io(path, "write", e))?;
         let mut file = BufWriter::with_capacity(BUFFER_BYTES, file);
         let out = match format {
             CloudFormat::Ply => {
@@ -74,7 +76,7 @@ impl TableWriter {
             }
         };
         let out = out.map_err(|e| LogError::io(path, "write", e))?;
-        Ok(Self { out, pending, told: points, written: 0 })
+        Ok(Self { out, output, told: points, written: 0 })
     }
 
     /// Writes the next row: a place, a time for formats that have one of their own, seconds, and the columns' numbers
@@ -93,12 +95,12 @@ impl TableWriter {
                 if let Some(far_m) = rows.too_far(point_m) {
                     let problem =
                         format!("a coordinate of {far_m} m is too far from the first point for LAS");
-                    return Err(LogError::Option { path: self.pending.target().into(), problem });
+                    return Err(LogError::Option { path: self.output.target().into(), problem });
                 }
                 rows.write(point_m, time_s, columns)
             }
         };
-        written.map_err(|e| LogError::io(self.pending.target(), "write", e))
+        written.map_err(|e| LogError::io(self.output.target(), "write", e))
     }
 
     /// Gives the file its name.
@@ -106,8 +108,9 @@ impl TableWriter {
     /// # Errors
     /// When the end cannot be written, or there were not as many rows as told.
     pub(crate) fn finish(self) -> Result<(), LogError> {
-        let Self { pending, out, told, written } = self;
-        let io = |e| LogError::io(pending.target(), "write", e);
+        let Self { output, out, told, written } = self;
+        let target = output.target().to_path_buf();
+        let io = |e| LogError::io(&target, "write", e);
         if told != written {
             return Err(io(io::Error::other(format!("{written} points were given, {told} were told"))));
         }
@@ -115,8 +118,7 @@ impl TableWriter {
             Output::Rows(file) => file,
             Output::Las(rows) => rows.finish().map_err(io)?,
         };
-        let file = file.into_inner().map_err(|e| io(e.into_error()))?;
-        file.sync_all().map_err(io)?;
-        pending.commit()
+        drop(file.into_inner().map_err(|e| io(e.into_error()))?);
+        output.commit().map_err(io)
     }
 }

@@ -1,0 +1,144 @@
+//! Things in the making: beside their targets, under names that nothing has.
+
+use std::fs::{self, File, OpenOptions};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::folder_lock::is_at;
+
+/// Ends the name of what is in the making: nobody else's files end so.
+const SUFFIX: &str = ".dmp-tmp";
+/// Of a target's name, so much stands in that of what is in the making: names are 255 bytes at most.
+const NAME_BYTES: usize = 200;
+/// Letters and digits between the two.
+const RANDOM: usize = 6;
+/// How many links are followed, as Linux does.
+const LINKS: usize = 40;
+
+/// A file or folder beside its target, locked by this process; removed when it is dropped, unless it was renamed.
+#[derive(Debug)]
+pub(crate) struct Beside {
+    path: PathBuf,
+    /// Held: by it others see that somebody is at work.
+    lock: Option<File>,
+    renamed: bool,
+}
+
+impl Beside {
+    /// A new file, as any other may read it.
+    pub(crate) fn file(target: &Path) -> io::Result<(Self, File)> {
+        sweep(target);
+        loop {
+            let (path, file) =
+                make(target, |path| OpenOptions::new().read(true).write(true).create_new(true).open(path))?;
+            if let Some(lock) = locked(file.try_clone()?, &path) {
+                return Ok((Self { path, lock, renamed: false }, file));
+            }
+        }
+    }
+
+    /// A new folder.
+    pub(crate) fn folder(target: &Path) -> io::Result<Self> {
+        sweep(target);
+        loop {
+            let (path, ()) = make(target, |path| fs::create_dir(path))?;
+            // Where folders cannot be opened they are not locked, and nobody sweeps them.
+            let lock = File::open(&path).map_or(Some(None), |folder| locked(folder, &path));
+            if let Some(lock) = lock {
+                return Ok(Self { path, lock, renamed: false });
+            }
+        }
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Gives it the name of `target`.
+    pub(crate) fn rename(mut self, target: &Path) -> io::Result<()> {
+        fs::rename(&self.path, target)?;
+        self.renamed = true;
+        Ok(())
+    }
+}
+
+impl Drop for Beside {
+    fn drop(&mut self) {
+        if !self.renamed {
+            // Nothing to report to, and a leftover is swept by the next one.
+            let _ = fs::remove_file(&self.path).or_else(|_| fs::remove_dir_all(&self.path));
+        }
+        // Closing it would not do: a process that another thread starts just now holds a copy of it for a moment.
+        let _ = self.lock.as_ref().map(File::unlock);
+    }
+}
+
+/// Makes something beside the target under a name that nothing has.
+fn make<T>(target: &Path, mut make: impl FnMut(&Path) -> io::Result<T>) -> io::Result<(PathBuf, T)> {
+    let mut builder = tempfile::Builder::new();
+    let prefix = prefix(target);
+    builder.prefix(&prefix).suffix(SUFFIX).rand_bytes(RANDOM);
+    let made = builder.make_in(folder_of(target), |path| make(path))?;
+    let (made, path) = made.into_parts();
+    Ok((path.keep().map_err(|error| error.error)?, made))
+}
+
+/// Locks what was just made: `None` when another process took it for a leftover before it was locked; `Some(None)` where
+/// there are no locks.
+fn locked(file: File, path: &Path) -> Option<Option<File>> {
+    match file.try_lock() {
+        Ok(()) => is_at(&file, path).then_some(Some(file)),
+        Err(fs::TryLockError::WouldBlock) => None,
+        Err(fs::TryLockError::Error(_)) => Some(None),
+    }
+}
+
+/// Removes what killed processes left beside the target, in the making of it.
+fn sweep(target: &Path) {
+    let prefix = prefix(target);
+    for entry in fs::read_dir(folder_of(target)).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let random = name.to_str().and_then(|name| name.strip_prefix(&prefix)?.strip_suffix(SUFFIX));
+        let is_ours = random.is_some_and(|part| {
+            part.len() == RANDOM && part.bytes().all(|byte| byte.is_ascii_alphanumeric())
+        });
+        let kind = entry.file_type().ok().filter(|kind| is_ours && (kind.is_file() || kind.is_dir()));
+        let Some(kind) = kind else { continue };
+        let Ok(file) = File::open(entry.path()) else { continue };
+        if file.try_lock().is_ok() {
+            let path = entry.path();
+            let _ = if kind.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
+        }
+    }
+}
+
+fn prefix(target: &Path) -> String {
+    let name = target.file_name().unwrap_or_default().to_string_lossy();
+    format!(".{}.", &name[..name.floor_char_boundary(NAME_BYTES)])
+}
+
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Brings the name of a file to disk; where folders cannot be opened this is best effort.
+pub(crate) fn flush_folder(of: &Path) {
+    if let Ok(folder) = File::open(folder_of(of)) {
+        let _ = folder.sync_all();
+    }
+}
+
+/// What a path leads to over all links, whether it is there or not; `None` where that is an open file of a process.
+pub(crate) fn resolved(path: &Path) -> io::Result<Option<PathBuf>> {
+    let mut path = path.to_path_buf();
+    for _ in 0..LINKS {
+        if path.starts_with("/proc") || path.starts_with("/dev/fd") {
+            return Ok(None);
+        }
+        match fs::read_link(&path) {
+            Ok(to) => path = folder_of(&path).join(to),
+            Err(_) => return Ok(Some(path)),
+        }
+    }
+    Err(io::Error::other("too many links, each to the next"))
+}
