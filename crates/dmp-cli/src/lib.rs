@@ -33,6 +33,7 @@ mod progress;
 mod runs;
 mod save;
 mod saved_result;
+mod say;
 mod score;
 mod settings;
 mod simulate;
@@ -48,8 +49,11 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 pub use after_help::{HelpBody, HelpPart, help_parts};
 use common::Common;
+use dmp_log::is_printable;
 pub use exit::Exit;
 use exit::{is_closed_pipe, is_interrupt, is_usage, one_line, when_printed};
+
+use say::{Printed, say};
 
 /// Scores LiDAR SLAM runs without ground truth: which trajectory explains the scans best?
 #[derive(Debug, Parser)]
@@ -115,8 +119,19 @@ pub fn command() -> clap::Command {
     Cli::command()
 }
 
+/// Whether a text has characters that end lines or command terminals.
+fn has_foreign(text: &str) -> bool {
+    text.chars().any(|c| !is_printable(c))
+}
+
 /// The command, with these arguments; the first is the name of the program.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    if let Some(foreign) = arguments.iter().map(|text| text.to_string_lossy()).find(|text| has_foreign(text))
+    {
+        say!("error: `{foreign}`: control characters in a name cannot be told in a line: rename it");
+        return Exit::WrongUsage;
+    }
     let mut definition = Cli::command();
     let matches = definition.try_get_matches_from_mut(arguments);
     let parsed = matches.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
@@ -128,7 +143,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
             return if error.use_stderr() { Exit::WrongUsage } else { Exit::Done };
         }
     };
-    let mut out = io::stdout().lock();
+    let mut out = Printed(io::stdout().lock());
     let done = match guard::check(&definition, &matches) {
         Ok(()) => cli.command.run(&cli.common, &mut out),
         Err(clash) => Err(clash.into()),
@@ -137,7 +152,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Ok(exit) => exit,
         Err(error) if is_closed_pipe(&error) => Exit::Done,
         Err(error) => {
-            eprintln!("error: {}", one_line(&error));
+            say!("error: {}", one_line(&error));
             if is_interrupt(&error) {
                 Exit::Interrupted
             } else if is_usage(&error) {

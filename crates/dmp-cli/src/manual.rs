@@ -15,6 +15,7 @@ use crate::after_help::{HelpBody, help_parts};
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
 use crate::save::save;
+use crate::say::say;
 
 /// Print the manual page of a command, or write those of all
 ///
@@ -55,7 +56,7 @@ pub(crate) fn run(
         left.extend(command.get_subcommands().filter(|command| !command.is_hide_set()));
     }
     if !common.quiet {
-        eprintln!("{}: {}", folder.display(), counted(pages, "page"));
+        say!("{}: {}", folder.display(), counted(pages, "page"));
     }
     Ok(Exit::Done)
 }

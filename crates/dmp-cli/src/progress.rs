@@ -11,6 +11,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use crate::common::Common;
 use crate::exit::option_of;
 use crate::process;
+use crate::say::say;
 
 /// The progress of an evaluation, on standard error where that is a terminal. Gone when dropped.
 #[derive(Debug)]
@@ -118,7 +119,7 @@ impl dmp::Progress for Progress {
 
     fn note(&self, note: &Note) {
         if !self.quiet {
-            self.bar.suspend(|| eprintln!("note: {}", note.message_with(&option_of)));
+            self.bar.suspend(|| say!("note: {}", note.message_with(&option_of)));
         }
     }
 

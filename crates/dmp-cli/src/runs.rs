@@ -16,6 +16,7 @@ use crate::extrinsic::{self, BodyFromSensor};
 use crate::loaded_run::LoadedRun;
 use crate::log_args::{LogArgs, LogHead};
 use crate::named::{NamedFile, names_of};
+use crate::say::say;
 use crate::score::announce;
 use crate::settings::PlaceArgs;
 use crate::trajectory_args::TrajectoryArgs;
@@ -168,7 +169,7 @@ impl OpenedRuns<LogOutline> {
         let in_log = started.in_log();
         let log = log.outline(&poses.0.mapper(poses.1.offset_of_all_ns())?)?;
         if let (Some(run), false) = (in_log, common.quiet) {
-            eprintln!(
+            say!(
                 "note: the poses of `{run}` are in the log, so all of it is read for them; `dmp convert` writes them to a file"
             );
         }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context as _, anyhow, bail};
 use dmp::Report;
-use dmp_log::LogError;
+use dmp_log::{LogError, is_printable, printable};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -38,6 +38,11 @@ fn report(path: &Path) -> anyhow::Result<Report> {
         let error = error.to_string();
         other_version(error.split(", expected").next().unwrap_or(&error))
     })?;
+    for name in report.runs.iter().map(|run| &run.name) {
+        if name.chars().any(|c| !is_printable(c)) {
+            bail!("the run `{}` has characters in its name that are none to print", printable(name));
+        }
+    }
     let scales = report.config.scales;
     for run in &report.runs {
         let all =

@@ -7,6 +7,7 @@ use crate::common::Common;
 use crate::exit::option_of;
 use crate::log_args::LogArgs;
 use crate::runs::OpenedRuns;
+use crate::say::say;
 
 /// How a log was opened, and whether what is wrong is to be put right.
 pub(crate) struct Vetting<'a> {
@@ -49,6 +50,6 @@ impl Vetting<'_> {
 /// Says what was found.
 pub(crate) fn tell(vetted: &Vetted, common: &Common) {
     if !common.quiet {
-        vetted.messages_with(&option_of).iter().for_each(|message| eprintln!("note: {message}"));
+        vetted.messages_with(&option_of).iter().for_each(|message| say!("note: {message}"));
     }
 }

@@ -4,7 +4,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::folder_lock::is_at;
+use crate::folder_lock::{is_at, may_follow, open_lock};
 
 /// Ends the name of what is in the making: nobody else's files end so.
 const SUFFIX: &str = ".dmp-tmp";
@@ -31,8 +31,9 @@ impl Beside {
         loop {
             let (path, file) =
                 make(target, |path| OpenOptions::new().read(true).write(true).create_new(true).open(path))?;
-            if let Some(lock) = locked(file.try_clone()?, &path) {
-                return Ok((Self { path, lock, renamed: false }, file));
+            let lock = file.try_clone()?;
+            if lock_new(&lock, &path) {
+                return Ok((Self { path, lock: Some(lock), renamed: false }, file));
             }
         }
     }
@@ -43,8 +44,8 @@ impl Beside {
         loop {
             let (path, ()) = make(target, |path| fs::create_dir(path))?;
             // Where folders cannot be opened they are not locked, and nobody sweeps them.
-            let lock = File::open(&path).map_or(Some(None), |folder| locked(folder, &path));
-            if let Some(lock) = lock {
+            let lock = File::open(&path).ok();
+            if lock.as_ref().is_none_or(|folder| lock_new(folder, &path)) {
                 return Ok(Self { path, lock, renamed: false });
             }
         }
@@ -83,13 +84,12 @@ fn make<T>(target: &Path, mut make: impl FnMut(&Path) -> io::Result<T>) -> io::R
     Ok((path.keep().map_err(|error| error.error)?, made))
 }
 
-/// Locks what was just made: `None` when another process took it for a leftover before it was locked; `Some(None)` where
-/// there are no locks.
-fn locked(file: File, path: &Path) -> Option<Option<File>> {
+/// Locks what was just made, where there are locks; false when another process took it for a leftover before.
+fn lock_new(file: &File, path: &Path) -> bool {
     match file.try_lock() {
-        Ok(()) => is_at(&file, path).then_some(Some(file)),
-        Err(fs::TryLockError::WouldBlock) => None,
-        Err(fs::TryLockError::Error(_)) => Some(None),
+        Ok(()) => is_at(file, path),
+        Err(fs::TryLockError::WouldBlock) => false,
+        Err(fs::TryLockError::Error(_)) => true,
     }
 }
 
@@ -104,7 +104,8 @@ fn sweep(target: &Path) {
         });
         let kind = entry.file_type().ok().filter(|kind| is_ours && (kind.is_file() || kind.is_dir()));
         let Some(kind) = kind else { continue };
-        let Ok(file) = File::open(entry.path()) else { continue };
+        let opened = if kind.is_dir() { File::open(entry.path()) } else { open_lock(&entry.path(), false) };
+        let Ok(file) = opened else { continue };
         if file.try_lock().is_ok() {
             let path = entry.path();
             let _ = if kind.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
@@ -136,6 +137,9 @@ pub(crate) fn resolved(path: &Path) -> io::Result<Option<PathBuf>> {
             return Ok(None);
         }
         match fs::read_link(&path) {
+            Ok(_) if !may_follow(&path, folder_of(&path)) => {
+                return Err(io::Error::new(io::ErrorKind::PermissionDenied, "it is another user's link"));
+            }
             Ok(to) => path = folder_of(&path).join(to),
             Err(_) => return Ok(Some(path)),
         }

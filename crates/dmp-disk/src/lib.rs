@@ -43,6 +43,7 @@ mod work_folder;
 pub use budget_cache::{BudgetCache, NextUse, Weight};
 pub use disk_space::{DiskSpace, disk_space};
 pub use error::DiskError;
+pub use folder_lock::is_own_folder;
 pub use output_file::OutputFile;
 pub use output_folder::OutputFolder;
 pub use scratch_file::ScratchFile;

@@ -1,15 +1,17 @@
 //! Where the files of one evaluation live, and what is kept of it for another process.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use crate::DiskError;
-use crate::folder_lock::{LOCK, lock_folder};
+use crate::folder_lock::{LOCK, is_own_folder, lock_folder, open_lock};
 
 /// Every work folder's name begins so.
 const PREFIX: &str = "dmp-work-";
 /// Ends the name of a checkpoint.
 pub(crate) const CHECKPOINT: &str = "checkpoint";
+/// Letters and digits that nobody can guess.
+const RANDOM: usize = 12;
 /// How often a folder is made anew where others remove it before it is locked.
 const TRIES: u32 = 20;
 
@@ -41,15 +43,43 @@ pub struct WorkFolder {
 }
 
 impl WorkFolder {
-    /// Makes a folder of a random name inside `parent`.
+    /// Makes a folder inside `parent`, of a name that nobody can guess, that nobody else may look into.
     ///
     /// # Errors
     /// When it cannot be made there.
     pub fn new(parent: &Path) -> Result<Self, DiskError> {
         sweep(parent);
+        Self::make(parent, PREFIX)
+    }
+
+    /// The folder inside `parent` that belongs to `id`: empty, or, with `resume`, as it was left. One that is another
+    /// user's, or that others may write in, is not looked at.
+    ///
+    /// # Errors
+    /// When it cannot be made or emptied there, or another process works in it.
+    pub fn of(parent: &Path, id: &str, resume: bool) -> Result<Self, DiskError> {
+        sweep(parent);
+        let prefix = format!("{PREFIX}{id}-");
+        let mut left: Vec<PathBuf> = own_folders(parent, &prefix).collect();
+        // One that can be gone on from first.
+        left.sort_by_key(|path| (!has_checkpoint(path), path.clone()));
+        // The parent is to be there: a path that was mistyped is no place for gigabytes.
+        let Some(path) = left.into_iter().next() else { return Self::make(parent, &prefix) };
+        let folder = Self::in_folder(path)?;
+        if !resume {
+            folder.clear()?;
+        }
+        Ok(folder)
+    }
+
+    fn make(parent: &Path, prefix: &str) -> Result<Self, DiskError> {
         let mut tries = 1;
         loop {
-            let made = tempfile::Builder::new().prefix(PREFIX).tempdir_in(parent);
+            let mut builder = tempfile::Builder::new();
+            builder.prefix(prefix).rand_bytes(RANDOM);
+            #[cfg(unix)]
+            builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o700));
+            let made = builder.tempdir_in(parent);
             let path = made.map_err(DiskError::io(parent, "cannot make a work folder here"))?.keep();
             match Self::in_folder(path.clone()) {
                 Ok(folder) => return Ok(folder),
@@ -64,27 +94,6 @@ impl WorkFolder {
                 }
             }
         }
-    }
-
-    /// The folder inside `parent` that belongs to `id`: empty, or, with `resume`, as it was left.
-    ///
-    /// # Errors
-    /// When it cannot be made or emptied there, or another process works in it.
-    pub fn of(parent: &Path, id: &str, resume: bool) -> Result<Self, DiskError> {
-        sweep(parent);
-        let path = parent.join(format!("{PREFIX}{id}"));
-        // The parent is to be there: a path that was mistyped is no place for gigabytes.
-        match fs::create_dir(&path) {
-            Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => {
-                return Err(DiskError::io(parent, "cannot make a work folder here")(error));
-            }
-            _ => {}
-        }
-        let folder = Self::in_folder(path)?;
-        if !resume {
-            folder.clear()?;
-        }
-        Ok(folder)
     }
 
     fn in_folder(path: PathBuf) -> Result<Self, DiskError> {
@@ -160,16 +169,19 @@ fn has_checkpoint(folder: &Path) -> bool {
         .any(|entry| Path::new(&entry.file_name()).extension().is_some_and(|e| e == CHECKPOINT))
 }
 
+/// This user's folders of such names.
+fn own_folders(parent: &Path, prefix: &str) -> impl Iterator<Item = PathBuf> {
+    let entries = fs::read_dir(parent).into_iter().flatten().flatten();
+    let named =
+        entries.filter(move |entry| entry.file_name().to_str().is_some_and(|name| name.starts_with(prefix)));
+    named.map(|entry| entry.path()).filter(|path| is_own_folder(path))
+}
+
 /// Removes the folders of killed processes that hold nothing to go on from. What cannot be looked at is let be.
 fn sweep(parent: &Path) {
-    for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
-        let folder = entry.path();
-        let named = entry.file_name().to_str().is_some_and(|name| name.starts_with(PREFIX));
-        if !named || has_checkpoint(&folder) {
-            continue;
-        }
+    for folder in own_folders(parent, PREFIX).filter(|folder| !has_checkpoint(folder)) {
         // Without a lock it is being made just now, or is not ours to judge.
-        let Ok(lock) = OpenOptions::new().write(true).open(folder.join(LOCK)) else { continue };
+        let Ok(lock) = open_lock(&folder.join(LOCK), false) else { continue };
         if lock.try_lock().is_ok() {
             let _ = fs::remove_dir_all(&folder);
         }
@@ -231,6 +243,35 @@ mod tests {
         drop(kept);
         drop(WorkFolder::new(parent.path()).unwrap());
         assert!(in_use.path().exists() && path.exists());
+    }
+
+    /// What others put where everybody may write: links to a user's files, pipes to wait at, folders of theirs.
+    #[cfg(unix)]
+    #[test]
+    fn what_others_put_there_is_not_touched() {
+        use std::os::unix::fs::{PermissionsExt as _, symlink};
+        let parent = tempfile::tempdir().unwrap();
+        let others = tempfile::tempdir().unwrap();
+        fs::write(others.path().join("lock"), b"foreign").unwrap();
+        symlink(others.path(), parent.path().join("dmp-work-a-linked")).unwrap();
+        let pipe = parent.path().join("dmp-work-a-pipe");
+        fs::create_dir(&pipe).unwrap();
+        let made = std::process::Command::new("mkfifo").arg(pipe.join("lock")).status().unwrap();
+        assert!(made.success());
+        let open = parent.path().join("dmp-work-a-open");
+        fs::create_dir(&open).unwrap();
+        fs::set_permissions(&open, fs::Permissions::from_mode(0o777)).unwrap();
+        fs::write(open.join("cast.checkpoint"), b"forged").unwrap();
+        // The pipe's folder is this user's: an error, and nobody waits.
+        assert!(WorkFolder::of(parent.path(), "a", true).is_err());
+        fs::remove_dir_all(&pipe).unwrap();
+        let work = WorkFolder::of(parent.path(), "a", true).unwrap();
+        assert!(![others.path(), &open].contains(&work.path()) && !work.has_checkpoint());
+        assert_eq!(fs::metadata(work.path()).unwrap().permissions().mode() & 0o777, 0o700);
+        drop(work);
+        drop(WorkFolder::new(parent.path()).unwrap());
+        assert_eq!(fs::read(others.path().join("lock")).unwrap(), b"foreign");
+        assert!(open.join("cast.checkpoint").exists());
     }
 
     /// A folder is there before it is locked; whoever sweeps then must not leave its owner without one.

@@ -117,9 +117,9 @@ impl Table {
         Self { sides: sides.into(), rows: Vec::new() }
     }
 
-    /// Adds a row.
+    /// Adds a row. Names are as long as whoever gives them likes: of a cell so much is shown as fits on a screen.
     pub fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
-        self.rows.push(cells.into_iter().map(Into::into).collect());
+        self.rows.push(cells.into_iter().map(|cell| shown(cell.into())).collect());
     }
 
     /// Writes the rows, each behind `indent`. Widths count characters: right for all scripts whose
@@ -144,6 +144,14 @@ impl Table {
         }
         Ok(())
     }
+}
+
+/// Most characters of a cell.
+const MOST_SHOWN: usize = 200;
+
+fn shown(cell: String) -> String {
+    let Some((end, _)) = cell.char_indices().nth(MOST_SHOWN) else { return cell };
+    format!("{}… ({} characters)", &cell[..end], cell.chars().count())
 }
 
 #[cfg(test)]

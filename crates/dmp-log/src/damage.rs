@@ -1,6 +1,7 @@
 //! What is lost, in a list that stays short whatever a file is like.
 
 use crate::decimal::shorten;
+use crate::printable;
 use std::collections::BTreeMap;
 
 /// Most places that are named.
@@ -22,7 +23,9 @@ pub struct Damage {
 impl Damage {
     /// Damage in one place.
     pub(crate) fn new(place: impl Into<String>, what: impl Into<String>) -> Self {
-        Self { place: place.into(), what: what.into(), places: 1 }
+        // Names of files and topics stand in both.
+        let [place, what] = [place.into(), what.into()].map(|text| printable(&text).into_owned());
+        Self { place, what, places: 1 }
     }
 }
 

@@ -117,7 +117,7 @@ pub use vet::{Found, LeftOut, Mend, PointTimes, PosesAs, Profile, Vetted, profil
 pub use watch::Watch;
 
 pub use dmp_calibrate::{Axis, Calibration, Estimate, Silence};
-pub use dmp_log::LengthUnit;
+pub use dmp_log::{LengthUnit, is_printable, printable};
 pub use dmp_reduce::{
     Basis, Confidence, DepthResidual, FrameSums, HitKind, Lengths, Margin, MissPrice, Promise, Reach,
     Residuals, RunSums, Scales, SurfaceGroup,

@@ -83,9 +83,15 @@ pub(crate) fn comparable(report: &Report) -> serde_json::Value {
 
 /// Runs the command with arguments separated by blanks, `@` standing for the samples' folder.
 pub(crate) fn dmp(folder: &Path, arguments: &str) -> Output {
+    dmp_command(folder, arguments).output().unwrap()
+}
+
+pub(crate) fn dmp_command(folder: &Path, arguments: &str) -> Command {
     let samples = workspace().join("data-samples");
     let arguments = arguments.split_whitespace().map(|a| a.replace('@', &samples.display().to_string()));
-    Command::new(env!("CARGO_BIN_EXE_dmp-under-test")).args(arguments).current_dir(folder).output().unwrap()
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dmp-under-test"));
+    command.args(arguments).current_dir(folder);
+    command
 }
 
 pub(crate) fn text(bytes: &[u8]) -> String {

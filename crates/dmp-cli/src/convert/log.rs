@@ -14,6 +14,7 @@ use crate::log_args::{LogArgs, Mapper};
 use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
 use crate::process;
 use crate::progress::Progress;
+use crate::say::say;
 use crate::score::parse;
 
 /// Write the scans of a log in another format
@@ -89,7 +90,7 @@ pub(super) fn run(arguments: &LogConvertArgs, common: &Common, out: &mut impl Wr
     }
     let damage = &log.summary().damage;
     if !common.quiet {
-        damage.iter().for_each(|lost| eprintln!("lost: {}: {}", lost.place, lost.what));
+        damage.iter().for_each(|lost| say!("lost: {}: {}", lost.place, lost.what));
     }
     Ok(if damage.is_empty() { Exit::Done } else { Exit::InputDamaged })
 }

@@ -13,6 +13,7 @@ use dmp_log::{
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
 use crate::save::{may_be_file, save};
+use crate::say::say;
 
 /// The formats of trajectories that are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -66,9 +67,9 @@ pub(super) fn run(
             ("are there twice, written once", file.repeated),
         ];
         for (what, count) in counts.into_iter().filter(|(_, count)| *count > 0) {
-            eprintln!("note: {}: {} {what}", run.display(), counted(count as u64, "pose"));
+            say!("note: {}: {} {what}", run.display(), counted(count as u64, "pose"));
         }
-        file.notes.iter().for_each(|note| eprintln!("note: {}: {note}", run.display()));
+        file.notes.iter().for_each(|note| say!("note: {}: {note}", run.display()));
     }
     let trajectory = file.trajectory;
     let without_stamps = matches!(to, To::Kitti | To::Redwood);

@@ -16,6 +16,7 @@ use dmp::Report;
 use crate::exit::Exit;
 use crate::parse::{Pair, pair};
 use crate::save::save_text;
+use crate::say::say;
 use check::Asked;
 pub(crate) use check::GateReport;
 use limit::{Bound, Limit};
@@ -110,8 +111,8 @@ impl Gates<'_> {
     pub(crate) fn end(&self, report: &Report, gates: &[GateReport], done: Exit) -> anyhow::Result<Exit> {
         for failed in gates.iter().filter(|gate| !gate.passed) {
             match self.arguments.annotate {
-                Some(Annotate::Github) => eprintln!("{}", annotate::github(failed)),
-                None => eprintln!("gate failed: {failed}"),
+                Some(Annotate::Github) => say!("{}", annotate::github(failed)),
+                None => say!("gate failed: {failed}"),
             }
         }
         if let Some(file) = &self.arguments.junit {

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use dmp::Pairing;
 use dmp_draw::text::{self, NONE, Side, Table, count, counted, digits, seconds};
+use dmp_log::printable;
 
 use super::found::{Camera, Frame, Info, Scans, Stream, Topic, TrajectoryInfo};
 
@@ -70,7 +71,7 @@ fn stream(out: &mut impl Write, stream: &Stream) -> io::Result<()> {
 
 fn scan_rows(table: &mut Table, scans: &Scans, has_problem: bool) {
     if let Some(frame_id) = &scans.frame_id {
-        table.row(["frame", frame_id.as_str()]);
+        table.row(["frame", &printable(frame_id)]);
     }
     let fields: Vec<String> = scans
         .fields

@@ -15,6 +15,7 @@ use crate::exit::Usage;
 use crate::extrinsic;
 use crate::loaded_run::LoadedRun;
 use crate::log_args::LogHead;
+use crate::say::say;
 use crate::score::announce;
 
 pub(super) struct Inputs {
@@ -34,7 +35,7 @@ impl Inputs {
     pub(super) fn read(arguments: &LoopsArgs, common: &Common) -> anyhow::Result<Self> {
         let note = |text: String| {
             if !common.quiet {
-                eprintln!("note: {text}");
+                say!("note: {text}");
             }
         };
         let file = read_pose_graph(&arguments.graph)?;

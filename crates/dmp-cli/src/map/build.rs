@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use clap::Args;
 use dmp::{Config, MapSource, fuse_maps, map_of_cloud};
-use dmp_disk::OutputFile;
+use dmp_disk::{OutputFile, WorkFolder, is_own_folder};
 use dmp_draw::text;
 use dmp_map::Store;
 
@@ -18,6 +18,7 @@ use crate::named::NamedFile;
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::{may_be_file, take_folder};
+use crate::say::say;
 use crate::score::parse;
 use crate::settings::{ResumeArgs, SettingsArgs};
 use crate::trajectory_args::TrajectoryArgs;
@@ -95,9 +96,9 @@ fn from_cloud(arguments: &BuildArgs, config: &Config, common: &Common) -> anyhow
     let made = map_of_cloud(cloud, &beside.map(), config, &progress)?;
     drop(progress);
     if !common.quiet {
-        made.notes.iter().for_each(|note| eprintln!("note: {note}"));
+        made.notes.iter().for_each(|note| say!("note: {note}"));
         if made.points_dropped > 0 {
-            eprintln!("note: {} not finite, left out", text::counted(made.points_dropped, "point"));
+            say!("note: {} not finite, left out", text::counted(made.points_dropped, "point"));
         }
     }
     beside.give_place(&arguments.output)
@@ -113,6 +114,7 @@ const MAP: &str = "map";
 struct Beside {
     folder: PathBuf,
     _taken: Option<File>,
+    _elsewhere: Option<WorkFolder>,
 }
 
 impl Beside {
@@ -121,12 +123,20 @@ impl Beside {
             output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let name =
             output.file_name().with_context(|| format!("{}: not the name of a file", output.display()))?;
+        let name = format!(".dmp-map-{}", name.to_string_lossy());
         // Beside what is no file nothing can be made.
-        let parent = if may_be_file(output) { parent.to_path_buf() } else { std::env::temp_dir() };
-        let folder = parent.join(format!(".dmp-map-{}", name.to_string_lossy()));
-        fs::create_dir_all(&folder).with_context(|| format!("{}: cannot write here", parent.display()))?;
+        let elsewhere =
+            if may_be_file(output) { None } else { Some(WorkFolder::new(&std::env::temp_dir())?) };
+        let folder = elsewhere.as_ref().map_or(parent, |folder| folder.path()).join(name);
+        if let Err(error) = fs::create_dir(&folder)
+            // A killed process may have left it.
+            && !is_own_folder(&folder)
+        {
+            return Err(error)
+                .with_context(|| format!("{}: cannot make a folder for the map", folder.display()));
+        }
         let taken = take_folder(&folder)?;
-        Ok(Self { folder, _taken: taken })
+        Ok(Self { folder, _taken: taken, _elsewhere: elsewhere })
     }
 
     fn map(&self) -> PathBuf {

@@ -11,6 +11,7 @@ use crate::common::Common;
 use crate::exit::Exit;
 use crate::process;
 use crate::progress::Progress;
+use crate::say::say;
 
 /// Read every byte of a map and check it: checksums, counts, bounds
 ///
@@ -47,7 +48,7 @@ pub(super) fn run(arguments: &VerifyArgs, common: &Common, out: &mut impl Write)
         progress.one_tile();
         if let Some(wrong) = wrong {
             damaged += 1;
-            progress.suspend(|| eprintln!("error: {wrong}"));
+            progress.suspend(|| say!("error: {wrong}"));
         }
     }
     drop(progress);

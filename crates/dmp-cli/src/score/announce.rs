@@ -8,16 +8,17 @@ use dmp_sensor::Trajectory;
 use crate::extrinsic::BodyFromSensor;
 use crate::loaded_run::LoadedRun;
 use crate::log_args::LogHead;
+use crate::say::say;
 
 /// What was found: a line for the log, a line for what was guessed of it, a line for each run.
 pub(crate) fn found(log: LogHead<'_>, runs: &[LoadedRun]) {
     let summary = log.summary();
-    eprintln!("{}: {}", summary.path.display(), log_in_words(summary, log.scans()));
+    say!("{}: {}", summary.path.display(), log_in_words(summary, log.scans()));
     if !summary.notes.is_empty() {
-        eprintln!("note: {}", summary.notes.join("; "));
+        say!("note: {}", summary.notes.join("; "));
     }
     for run in runs {
-        eprintln!("{}: {}", run.name, run_in_words(run, summary));
+        say!("{}: {}", run.name, run_in_words(run, summary));
     }
 }
 
@@ -25,11 +26,11 @@ pub(crate) fn found(log: LogHead<'_>, runs: &[LoadedRun]) {
 pub(crate) fn extrinsics(runs: &[LoadedRun], extrinsics: &[BodyFromSensor]) {
     match extrinsics {
         [first, ..] if extrinsics.iter().all(|extrinsic| extrinsic == first) => {
-            eprintln!("body_from_sensor: {}", first.source);
+            say!("body_from_sensor: {}", first.source);
         }
         _ => {
             for (run, extrinsic) in runs.iter().zip(extrinsics) {
-                eprintln!("{}: body_from_sensor: {}", run.name, extrinsic.source);
+                say!("{}: body_from_sensor: {}", run.name, extrinsic.source);
             }
         }
     }
@@ -108,13 +109,13 @@ pub(crate) fn done(report: &Report) {
     };
     let budget = report.memory.budget_bytes as u64;
     if let Some(peak) = report.memory.peak_anon_bytes.filter(|&peak| peak > budget + budget / 10) {
-        eprintln!(
+        say!(
             "note: {} of memory were needed, more than the {} of --memory: each run takes a part that cannot shrink",
             text::bytes(peak),
             text::bytes(budget)
         );
     }
-    eprintln!(
+    say!(
         "{} scored for {} in {} ({rate} returns/s){memory}",
         counted(returns, "return"),
         counted(report.runs.len() as u64, "run"),

@@ -12,6 +12,7 @@ use crate::common::Common;
 use crate::exit::Exit;
 use crate::parse;
 use crate::save::save_trajectory;
+use crate::say::say;
 
 /// Make a wrong trajectory from a good one
 ///
@@ -62,7 +63,7 @@ pub(super) fn run(arguments: &ErrorsArgs, common: &Common, out: &mut impl Write)
     let file = read_trajectory(&arguments.trajectory)?;
     if !common.quiet {
         for note in &file.notes {
-            eprintln!("note: {}: {note}", arguments.trajectory.display());
+            say!("note: {}: {note}", arguments.trajectory.display());
         }
     }
     let interval_ns = arguments.noise_interval;

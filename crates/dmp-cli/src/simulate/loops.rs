@@ -18,6 +18,7 @@ use crate::exit::Exit;
 use crate::guard::refuse_same;
 use crate::parse;
 use crate::save::save;
+use crate::say::say;
 
 /// Make a pose graph without loops from a true trajectory, and loop candidates with labels
 ///
@@ -79,7 +80,7 @@ pub(super) fn run(arguments: &LoopsArgs, common: &Common, out: &mut impl Write) 
     let file = read_trajectory(&arguments.truth)?;
     if !common.quiet {
         for note in &file.notes {
-            eprintln!("note: {}: {note}", arguments.truth.display());
+            say!("note: {}: {note}", arguments.truth.display());
         }
     }
     let times = arguments.keyframes.as_deref().map(read_keyframe_times).transpose()?;

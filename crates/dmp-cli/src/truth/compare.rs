@@ -12,6 +12,7 @@ use super::compare_args::{CompareArgs, TimeArgs};
 use super::results_zip;
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
+use crate::say::say;
 
 /// What makes the metrics different.
 pub(super) struct Metric<'a> {
@@ -79,7 +80,7 @@ impl CompareArgs {
         let counts = [reference.rotations.len(), estimate.rotations.len()];
         let notes = notes([(reference_path, &reference), (estimate_path, &estimate)]);
         if !common.quiet {
-            notes.iter().for_each(|note| eprintln!("note: {note}"));
+            notes.iter().for_each(|note| say!("note: {note}"));
         }
         let (reference, estimate) = (path_of(reference)?, path_of(estimate)?);
         let preparation = self.preparation(&reference)?;

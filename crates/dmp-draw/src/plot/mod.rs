@@ -11,6 +11,7 @@ mod scale;
 
 use std::fmt::Write as _;
 
+use dmp::is_printable;
 use label::{Boxed, Labels, text_width};
 use scale::Scale;
 
@@ -316,6 +317,7 @@ pub fn escape(text: &str) -> String {
             '\'' => escaped.push_str("&#39;"),
             '\t' | '\n' | '\r' => escaped.push(' '),
             '\0'..='\u{1f}' | '\u{fffe}' | '\u{ffff}' => escaped.push('\u{fffd}'),
+            c if !is_printable(c) => escaped.push('\u{fffd}'),
             c => escaped.push(c),
         }
     }

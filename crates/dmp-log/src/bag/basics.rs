@@ -2,6 +2,7 @@
 //! a message cannot be read again.
 
 use crate::damage::DamageList;
+use crate::printable;
 use std::io;
 
 /// Largest message that is read. One with 128 beams, 4096 columns and 48 bytes a point has 24 MiB; what
@@ -16,6 +17,15 @@ pub(crate) struct Channel {
     pub(crate) message_type: String,
     /// As `cdr`.
     pub(crate) encoding: String,
+}
+
+impl Channel {
+    /// The texts of a bag, as they may be printed.
+    pub(super) fn new(topic: &str, message_type: &str, encoding: &str) -> Self {
+        let [topic, message_type, encoding] =
+            [topic, message_type, encoding].map(|text| printable(text).into_owned());
+        Self { topic, message_type, encoding }
+    }
 }
 
 /// What a pass over one file finds.

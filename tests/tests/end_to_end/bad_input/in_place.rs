@@ -106,9 +106,10 @@ fn scored_quietly(folder: &Path, arguments: &str) {
 fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
-        match entry.path().is_dir() {
-            true => found.extend(contents(&entry.path())),
-            false => found.push((entry.path().display().to_string(), fs::read(entry.path()).unwrap())),
+        if entry.path().is_dir() {
+            found.extend(contents(&entry.path()));
+        } else {
+            found.push((entry.path().display().to_string(), fs::read(entry.path()).unwrap()));
         }
     }
     found.sort();

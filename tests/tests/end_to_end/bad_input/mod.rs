@@ -8,9 +8,11 @@ mod in_place;
 mod log_bytes;
 mod log_files;
 mod maps;
+mod messages;
 mod outputs;
 mod points;
 mod raw;
+mod shared_folders;
 mod times;
 mod trajectories;
 

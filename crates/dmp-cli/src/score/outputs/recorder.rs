@@ -19,6 +19,7 @@ use super::{page, per_frame, per_tile, residuals};
 use crate::common::Common;
 use crate::exit::Usage;
 use crate::progress::Progress;
+use crate::say::say;
 
 /// Follows an evaluation: shows its progress and keeps what is to be written.
 #[derive(Debug)]
@@ -208,7 +209,7 @@ impl Recorded {
     pub(crate) fn write(self, report: &Report, remarks: &[String], quiet: bool) -> anyhow::Result<()> {
         let tell = |path: &Path, what: String| {
             if !quiet {
-                self.progress.suspend(|| eprintln!("{}: {what}", path.display()));
+                self.progress.suspend(|| say!("{}: {what}", path.display()));
             }
         };
         if let Some(path) = self.per_tile {

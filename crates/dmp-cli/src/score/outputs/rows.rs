@@ -57,13 +57,11 @@ pub(super) fn scores(row: &mut String, sums: &RunSums, run: &RunRows) {
     row.push('\n');
 }
 
-/// A text as a cell (RFC 4180).
+/// A text as a cell (RFC 4180). One that a spreadsheet would take for a formula stands behind an apostrophe, which keeps it a
+/// text.
 fn cell(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
+    let text = if text.starts_with(['=', '+', '-', '@']) { format!("'{text}") } else { text.to_owned() };
+    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
 }
 
 #[cfg(test)]
@@ -76,6 +74,8 @@ mod tests {
         let mut sums = RunSums::default();
         let run = |is_fused| RunRows { name: cell("a,\"b\""), is_fused, price: MissPrice::default() };
         assert_eq!(run(true).name, "\"a,\"\"b\"\"\"");
+        assert_eq!(cell("=cmd|' /C calc'!A0"), "'=cmd|' /C calc'!A0");
+        assert_eq!((cell("-a,b").as_str(), cell("a=b").as_str()), ("\"'-a,b\"", "a=b"));
         let row = |sums: &RunSums, is_fused| {
             let mut row = String::new();
             scores(&mut row, sums, &run(is_fused));

@@ -22,6 +22,7 @@ use crate::named::NamedFile;
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::save_text;
+use crate::say::say;
 use crate::score::announce;
 use crate::settings::SettingsArgs;
 use crate::trajectory_args::TrajectoryArgs;
@@ -179,6 +180,6 @@ fn told(error: StudyError) -> anyhow::Error {
 fn tell(study: &Study) {
     let warnings = study.score.warnings.iter().map(ToString::to_string);
     for note in study.notes.iter().cloned().chain(warnings) {
-        eprintln!("note: {note}");
+        say!("note: {note}");
     }
 }

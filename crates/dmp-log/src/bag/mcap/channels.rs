@@ -60,16 +60,14 @@ impl Channels {
         match self.by_id.entry(id) {
             Entry::Occupied(known) => {
                 let Described { schema_id: known_schema, channel } = known.get();
-                if (*known_schema, channel.topic.as_str(), channel.encoding.as_str())
-                    != (schema_id, topic, encoding)
-                {
+                let again = Channel::new(topic, &channel.message_type, encoding);
+                if (*known_schema, channel) != (schema_id, &again) {
                     return Err(format!("channel {id} is described twice, differently"));
                 }
             }
             Entry::Vacant(place) => {
-                let message_type = self.schema_names.get(&schema_id).cloned().unwrap_or_default();
-                let channel =
-                    Channel { topic: topic.to_owned(), message_type, encoding: encoding.to_owned() };
+                let message_type = self.schema_names.get(&schema_id).map_or("", String::as_str);
+                let channel = Channel::new(topic, message_type, encoding);
                 place.insert(Described { schema_id, channel });
                 self.of_schema.entry(schema_id).or_default().insert(id);
             }

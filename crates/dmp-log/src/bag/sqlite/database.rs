@@ -49,7 +49,8 @@ fn wrong_table(connection: &Connection) -> rusqlite::Result<Option<String>> {
 fn channels_of(connection: &Connection) -> rusqlite::Result<BTreeMap<i64, Channel>> {
     let mut statement = connection.prepare("SELECT id, name, type, serialization_format FROM topics")?;
     let channel = |row: &rusqlite::Row<'_>| {
-        Ok((row.get(0)?, Channel { topic: row.get(1)?, message_type: row.get(2)?, encoding: row.get(3)? }))
+        let text = |column: usize| row.get::<_, String>(column);
+        Ok((row.get(0)?, Channel::new(&text(1)?, &text(2)?, &text(3)?)))
     };
     let channels = statement.query_map([], channel)?;
     channels.collect()

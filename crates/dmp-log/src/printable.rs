@@ -1,0 +1,36 @@
+//! Foreign text that is to be printed: names of topics, files and frames come from whoever made the log.
+
+use std::borrow::Cow;
+use std::fmt::Write as _;
+
+/// Whether a character may be printed as it is. Control characters move a terminal's cursor, change its colours and its title,
+/// and end lines; marks of direction make text look like other text (Unicode Technical Report 36, section 3).
+pub fn is_printable(c: char) -> bool {
+    let turns = matches!(
+        c,
+        '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}'
+    );
+    !c.is_control() && !turns
+}
+
+/// The text with everything that is not printable as `\u001b`, as JSON writes it.
+///
+/// ```
+/// assert_eq!(dmp_log::printable("/points"), "/points");
+/// assert_eq!(dmp_log::printable("a\n::error::\u{1b}[2J\u{202e}b"), r"a\u000a::error::\u001b[2J\u202eb");
+/// ```
+pub fn printable(text: &str) -> Cow<'_, str> {
+    if text.chars().all(is_printable) {
+        return Cow::Borrowed(text);
+    }
+    let mut printed = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if is_printable(c) {
+            printed.push(c);
+        } else {
+            // Writing to a string cannot fail; all that is not printable is below 2¹⁶.
+            let _ = write!(printed, "\\u{:04x}", u32::from(c));
+        }
+    }
+    Cow::Owned(printed)
+}
