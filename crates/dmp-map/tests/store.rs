@@ -66,6 +66,20 @@ fn every_cut_is_found() {
     }
 }
 
+/// A mapped one would end the program with a signal.
+#[test]
+fn a_store_that_is_cut_while_it_is_open_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = small_store(folder.path());
+    let store = Store::open(&path).unwrap();
+    let length = std::fs::metadata(&path).unwrap().len();
+    std::fs::File::options().write(true).open(&path).unwrap().set_len(length / 8).unwrap();
+    let last = store.entries().max_by_key(|entry| entry.own.offset).unwrap().tile;
+    let error = store.load(last).unwrap_err();
+    assert!(matches!(&error, MapError::DamagedTile { tile, .. } if *tile == last), "{error}");
+    assert!(error.to_string().contains("cannot read it"), "{error}");
+}
+
 #[test]
 fn other_versions_and_other_files_are_told_apart() {
     let folder = tempfile::tempdir().unwrap();

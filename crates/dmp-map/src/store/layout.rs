@@ -26,6 +26,8 @@ pub(super) const FRAME_BYTES: usize = 56;
 pub(super) const MAX_TILE_SURFELS: u32 = 1 << 25;
 /// Longest text kept in a store.
 pub(super) const MAX_TEXT_BYTES: usize = 1 << 20;
+/// Of a directory, which is read whole: six million tiles.
+pub(super) const MAX_DIRECTORY_BYTES: u64 = 512 << 20;
 /// No zstd frame gives more than this for a byte: a block of at least 4 bytes gives at most 128 KiB.
 const MOST_INFLATION: u64 = 1 << 15;
 

@@ -81,7 +81,7 @@ impl Store {
         }
         let compressed = self.blob(entry.tile, blob)?;
         let damaged = |detail| self.damaged_tile(entry.tile, blob, detail);
-        let columns = zstd::bulk::decompress(compressed, blob.unzipped_bytes() as usize);
+        let columns = zstd::bulk::decompress(&compressed, blob.unzipped_bytes() as usize);
         let columns = columns.map_err(|error| damaged(format!("cannot decompress: {error}")))?;
         let rows = [blob.rows, blob.surfels].map(|rows| rows as usize);
         unpack(&columns, rows, &self.lattice(), whose, each).map_err(damaged)

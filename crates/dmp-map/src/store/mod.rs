@@ -4,6 +4,7 @@
 //! directory at the end says for every tile where its two blobs are and what bounds its surfels.
 //! `docs/store-format.md` has every byte.
 
+mod bytes;
 mod columns;
 mod layout;
 mod load;

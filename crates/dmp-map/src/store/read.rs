@@ -1,21 +1,21 @@
 //! Opening a store: its header, directory and footer, and the bytes of its blobs.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fs::File;
 use std::hash::BuildHasherDefault;
 use std::path::{Path, PathBuf};
 
-use dmp_disk::TileId;
-use dmp_sensor::{Isometry3, Point3};
-use memmap2::Mmap;
-
+use super::bytes::StoreBytes;
 use super::layout::{
-    Blob, Cursor, END_MAGIC, ENTRY_BYTES, FOOTER_BYTES, FORM, FRAME_BYTES, HEADER_BYTES, MAGIC, Origin,
-    TileEntry, VERSION,
+    Blob, Cursor, END_MAGIC, ENTRY_BYTES, FOOTER_BYTES, FORM, FRAME_BYTES, HEADER_BYTES, MAGIC,
+    MAX_DIRECTORY_BYTES, Origin, TileEntry, VERSION,
 };
 use crate::MapError;
 use crate::lattice::Lattice;
 use crate::mix_hasher::MixHasher;
+use dmp_disk::TileId;
+use dmp_sensor::{Isometry3, Point3};
 
 /// A finished map of surfels, opened for reading; shared freely between threads.
 ///
@@ -24,7 +24,7 @@ use crate::mix_hasher::MixHasher;
 #[derive(Debug)]
 pub struct Store {
     path: PathBuf,
-    bytes: Mmap,
+    bytes: StoreBytes,
     lattice: Lattice,
     origin: Origin,
     entries: HashMap<TileId, TileEntry, BuildHasherDefault<MixHasher>>,
@@ -38,29 +38,50 @@ impl Store {
     /// When the file cannot be read, is no store, is of another version, cut short or damaged.
     pub fn open(path: &Path) -> Result<Self, MapError> {
         let file = File::open(path).map_err(MapError::io(path, "cannot open the map"))?;
-        let length = file.metadata().map_err(MapError::io(path, "cannot read the map"))?.len();
+        Self::of(path, StoreBytes::read(file).map_err(MapError::io(path, "cannot read the map"))?)
+    }
+
+    /// Opens a store that this process wrote and takes its name away: the file lives as long as somebody reads it and
+    /// vanishes then, however the process ends. (Where the system does not allow that, it keeps its name.)
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub fn open_once(path: &Path) -> Result<Self, MapError> {
+        let file = File::open(path).map_err(MapError::io(path, "cannot open the map"))?;
+        let bytes = match std::fs::remove_file(path) {
+            Ok(()) => StoreBytes::mapped(&file),
+            // A name that stays is removed with the work folder it is in.
+            Err(_) => StoreBytes::read(file),
+        };
+        Self::of(path, bytes.map_err(MapError::io(path, "cannot map the map"))?)
+    }
+
+    fn of(path: &Path, bytes: StoreBytes) -> Result<Self, MapError> {
         let not_a_store =
             |found: &[u8]| MapError::NotAStore { path: path.to_path_buf(), found: found.to_vec() };
-        if length < (HEADER_BYTES + FOOTER_BYTES) as u64 {
+        if bytes.len() < (HEADER_BYTES + FOOTER_BYTES) as u64 {
             return Err(not_a_store(&[]));
         }
-        // SAFETY: stores are written under a temporary name, renamed when whole and never changed after;
-        // a file that others truncate while it is mapped is outside what this program can guard.
-        #[expect(unsafe_code, reason = "mapping a file is unsafe in Rust; the store's files never change")]
-        let bytes = unsafe { Mmap::map(&file) }.map_err(MapError::io(path, "cannot map the map"))?;
-        if bytes[..8] != MAGIC {
-            return Err(not_a_store(&bytes[..8]));
+        let read =
+            |offset, length| bytes.at(offset, length).map_err(MapError::io(path, "cannot read the map"));
+        let header = read(0, HEADER_BYTES as u64)?;
+        if header[..8] != MAGIC {
+            return Err(not_a_store(&header[..8]));
         }
         let damaged = |part, detail| MapError::Damaged { path: path.to_path_buf(), part, detail };
-        let lattice = lattice_of(path, &bytes[..HEADER_BYTES])?;
-        let directory = directory_of(&bytes).map_err(|(part, detail)| damaged(part, detail))?;
-        let blobs_end = bytes.len() as u64 - FOOTER_BYTES as u64 - directory.bytes.len() as u64;
-        let (origin, rows) = split_directory(&directory).map_err(|d| damaged("directory", d))?;
+        let lattice = lattice_of(path, &header)?;
+        let blobs_and_directory = bytes.len() - FOOTER_BYTES as u64;
+        let footer = read(blobs_and_directory, FOOTER_BYTES as u64)?;
+        let footer = Footer::of(&footer, blobs_and_directory).map_err(|detail| damaged("footer", detail))?;
+        let directory = read(footer.directory_at, footer.directory_bytes)?;
+        check_crc(&directory, footer.directory_crc32).map_err(|detail| damaged("directory", detail))?;
+        let (origin, rows) =
+            split_directory(&directory, footer.tiles).map_err(|d| damaged("directory", d))?;
         let mut entries: HashMap<_, _, _> = HashMap::default();
         let mut bounds: Option<[TileId; 2]> = None;
         for row in rows {
             let entry = TileEntry::decode(row);
-            entry.check(blobs_end).map_err(|d| damaged("directory", d))?;
+            entry.check(footer.directory_at).map_err(|d| damaged("directory", d))?;
             let id = entry.tile;
             let [low, high] = bounds.get_or_insert([id, id]);
             *low = TileId { x: low.x.min(id.x), y: low.y.min(id.y) };
@@ -69,19 +90,8 @@ impl Store {
                 return Err(damaged("directory", format!("tile {id} is listed twice")));
             }
         }
+        drop(directory);
         Ok(Self { path: path.to_path_buf(), bytes, lattice, origin, entries, bounds })
-    }
-
-    /// Opens a store and takes its name away: the file lives as long as somebody reads it and vanishes
-    /// then, however the process ends. (Where the system does not allow that, it keeps its name.)
-    ///
-    /// # Errors
-    /// As [`Store::open`].
-    pub fn open_once(path: &Path) -> Result<Self, MapError> {
-        let store = Self::open(path)?;
-        // A name that stays is removed with the work folder it is in.
-        let _ = std::fs::remove_file(path);
-        Ok(store)
     }
 
     /// Where it was opened.
@@ -145,12 +155,12 @@ impl Store {
     /// A blob's bytes, compared with its checksum.
     ///
     /// # Errors
-    /// When they are not those that were written.
-    pub fn blob(&self, tile: TileId, blob: &Blob) -> Result<&[u8], MapError> {
-        let start = blob.offset as usize;
-        let bytes = self.bytes.get(start..start + blob.bytes as usize).unwrap_or_default();
-        let checked = check_crc(bytes, blob.crc32);
-        checked.map_err(|detail| self.damaged_tile(tile, blob, detail))?;
+    /// When they cannot be read, or are not those that were written.
+    pub fn blob(&self, tile: TileId, blob: &Blob) -> Result<Cow<'_, [u8]>, MapError> {
+        let damaged = |detail| self.damaged_tile(tile, blob, detail);
+        let bytes = self.bytes.at(blob.offset, u64::from(blob.bytes));
+        let bytes = bytes.map_err(|error| damaged(format!("cannot read it: {error}")))?;
+        check_crc(&bytes, blob.crc32).map_err(damaged)?;
         Ok(bytes)
     }
 
@@ -189,45 +199,46 @@ fn check_crc(bytes: &[u8], saved: u32) -> Result<(), String> {
     }
 }
 
-struct Directory<'a> {
-    bytes: &'a [u8],
+struct Footer {
+    directory_at: u64,
+    directory_bytes: u64,
+    directory_crc32: u32,
     tiles: u64,
 }
 
-fn directory_of(bytes: &[u8]) -> Result<Directory<'_>, (&'static str, String)> {
-    let footer_at = bytes.len() - FOOTER_BYTES;
-    let footer = &bytes[footer_at..];
-    if footer[FOOTER_BYTES - 8..] != END_MAGIC {
-        return Err(("footer", format!("no end mark at byte {footer_at}: the file was cut short")));
+impl Footer {
+    /// Of its bytes, and where in the file they begin.
+    fn of(footer: &[u8], footer_at: u64) -> Result<Self, String> {
+        if footer[FOOTER_BYTES - 8..] != END_MAGIC {
+            return Err(format!("no end mark at byte {footer_at}: the file was cut short"));
+        }
+        let mut at = Cursor { bytes: footer, at: 0 };
+        let (directory_at, directory_bytes, directory_crc32, tiles) =
+            (at.u64(), at.u64(), at.u32(), at.u64());
+        check_crc(&footer[..FOOTER_BYTES - 12], at.u32())?;
+        let end = directory_at.checked_add(directory_bytes).filter(|&end| end == footer_at);
+        if end.is_none() || directory_at < HEADER_BYTES as u64 || directory_bytes > MAX_DIRECTORY_BYTES {
+            return Err(format!(
+                "a directory of {directory_bytes} bytes at byte {directory_at} does not fit the file"
+            ));
+        }
+        Ok(Self { directory_at, directory_bytes, directory_crc32, tiles })
     }
-    let mut at = Cursor { bytes: footer, at: 0 };
-    let (offset, length, crc32, tiles, footer_crc32) = (at.u64(), at.u64(), at.u32(), at.u64(), at.u32());
-    check_crc(&footer[..FOOTER_BYTES - 12], footer_crc32).map_err(|d| ("footer", d))?;
-    let end = offset.checked_add(length).filter(|&end| end == footer_at as u64);
-    if end.is_none() || offset < HEADER_BYTES as u64 {
-        return Err((
-            "footer",
-            format!("a directory of {length} bytes at byte {offset} does not fit the file"),
-        ));
-    }
-    let directory = &bytes[offset as usize..footer_at];
-    check_crc(directory, crc32).map_err(|d| ("directory", d))?;
-    Ok(Directory { bytes: directory, tiles })
 }
 
 fn split_directory<'a>(
-    directory: &Directory<'a>,
+    directory: &'a [u8],
+    tiles: u64,
 ) -> Result<(Origin, impl Iterator<Item = &'a [u8; ENTRY_BYTES]> + use<'a>), String> {
-    let text_bytes = Cursor { bytes: directory.bytes, at: 0 }.u32() as usize;
-    let text = directory.bytes.get(4..4 + text_bytes).ok_or("its text does not fit")?;
+    let text_bytes = Cursor { bytes: directory, at: 0 }.u32() as usize;
+    let text = directory.get(4..4 + text_bytes).ok_or("its text does not fit")?;
     let text = std::str::from_utf8(text).map_err(|_| "its text is not UTF-8")?;
-    let (frame, rows) = directory.bytes[4 + text_bytes..]
-        .split_first_chunk::<FRAME_BYTES>()
-        .ok_or("its frame does not fit")?;
+    let (frame, rows) =
+        directory[4 + text_bytes..].split_first_chunk::<FRAME_BYTES>().ok_or("its frame does not fit")?;
     let own_from_world = Origin::frame_of(frame).ok_or("its frame is no rigid motion")?;
     let (rows, rest) = rows.as_chunks::<ENTRY_BYTES>();
-    if rows.len() as u64 != directory.tiles || !rest.is_empty() {
-        return Err(format!("it holds {} tiles, the footer says {}", rows.len(), directory.tiles));
+    if rows.len() as u64 != tiles || !rest.is_empty() {
+        return Err(format!("it holds {} tiles, the footer says {tiles}", rows.len()));
     }
     Ok((Origin { text: text.to_owned(), own_from_world }, rows.iter()))
 }

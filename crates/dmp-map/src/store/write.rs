@@ -9,7 +9,8 @@ use dmp_disk::{OutputFile, TileId};
 
 use super::columns::pack;
 use super::layout::{
-    Blob, END_MAGIC, FORM, HEADER_BYTES, MAGIC, MAX_TEXT_BYTES, MAX_TILE_SURFELS, Origin, TileEntry, VERSION,
+    Blob, END_MAGIC, FORM, HEADER_BYTES, MAGIC, MAX_DIRECTORY_BYTES, MAX_TEXT_BYTES, MAX_TILE_SURFELS,
+    Origin, TileEntry, VERSION,
 };
 use crate::MapError;
 use crate::lattice::Lattice;
@@ -149,6 +150,11 @@ impl StoreWriter {
         directory.extend(self.origin.frame_bytes());
         for entry in self.entries.values() {
             entry.encode(&mut directory);
+        }
+        if directory.len() as u64 > MAX_DIRECTORY_BYTES {
+            let tiles = self.entries.len();
+            let error = std::io::Error::other(format!("{tiles} tiles, more than a store may have"));
+            return Err(MapError::io(&self.path, "cannot write the store")(error));
         }
         let mut footer = Vec::new();
         footer.extend(self.at.to_le_bytes());
