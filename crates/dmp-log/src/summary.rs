@@ -4,6 +4,7 @@ use crate::frame_info::{period_ns, span_ns};
 use crate::{Damage, FrameInfo};
 use dmp_sensor::PinholeCamera;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The formats of scan logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -143,8 +144,8 @@ pub struct LogSummary {
     pub fingerprint: String,
     /// Bytes of the log.
     pub bytes: u64,
-    /// Every topic.
-    pub topics: Vec<TopicInfo>,
+    /// Every topic; shared by all that know of the log.
+    pub topics: Arc<[TopicInfo]>,
 }
 
 impl LogSummary {
@@ -169,7 +170,7 @@ impl LogSummary {
             damage: Vec::new(),
             fingerprint: String::new(),
             bytes: 0,
-            topics: Vec::new(),
+            topics: Arc::default(),
         }
     }
 

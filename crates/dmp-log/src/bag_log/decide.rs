@@ -1,9 +1,48 @@
 //! What the times of a topic's points mean.
 
-use super::log::{BagLog, BagScanReader};
+use super::log::BagLog;
+use crate::bag::{BagReader, Location};
 use crate::damage::DamageList;
-use crate::points::{FieldExtremes, TimeChoice, choose_time};
+use crate::points::{FieldExtremes, TimeChoice, choose_time, time_fields};
 use crate::{Damage, LogError, LogOptions};
+
+/// What a few scans of a log have in each of the fields that may hold times.
+pub(super) type Seen = Vec<Vec<FieldExtremes>>;
+
+/// Looks at a few scans of each log in the order of the bag: a chunk is unpacked once, however many topics it has.
+pub(super) fn look_at(
+    bag: &mut BagReader<'_>,
+    logs: &[(&BagLog, Vec<usize>)],
+) -> Vec<Result<Seen, LogError>> {
+    let mut found: Vec<(Vec<String>, Result<Seen, LogError>)> = Vec::with_capacity(logs.len());
+    let mut scans: Vec<(Location, usize, usize)> = Vec::new();
+    for (number, (log, frames)) in logs.iter().enumerate() {
+        let fields = log.topic.first_layout().map(time_fields).unwrap_or_default();
+        if !fields.is_empty() {
+            let entries = frames.iter().filter_map(|&frame| Some((log.topic.entries.get(frame)?, frame)));
+            scans.extend(entries.map(|(entry, frame)| (entry.location, number, frame)));
+        }
+        let nothing = vec![Vec::new(); fields.len()];
+        found.push((fields, Ok(nothing)));
+    }
+    scans.sort_by(|(a, ..), (b, ..)| a.compare(b));
+    for (_, number, frame) in scans {
+        let (fields, found) = &mut found[number];
+        let Ok(seen_of_fields) = found else { continue };
+        let looked = logs[number].0.with_cloud(bag, frame, |cloud| {
+            for (field, seen) in fields.iter().zip(seen_of_fields) {
+                let extremes = cloud.layout.field(field).and_then(|field| cloud.rows().extremes(field));
+                if let Some((smallest, largest)) = extremes {
+                    seen.push(FieldExtremes { stamp_ns: cloud.stamp_ns, smallest, largest });
+                }
+            }
+        });
+        if let Err(problem) = looked {
+            *found = Err(problem);
+        }
+    }
+    found.into_iter().map(|(_, seen)| seen).collect()
+}
 
 impl BagLog {
     /// Finds the field with the times and what they mean from the frames that are `looked_at`, and gives up the
@@ -12,14 +51,27 @@ impl BagLog {
         &mut self,
         options: &LogOptions,
         period_ns: Option<i64>,
-        looked_at: &[usize],
+        looked_at: Vec<usize>,
+    ) -> Result<(), LogError> {
+        let look = |log: &Self| {
+            let seen = look_at(&mut log.bag.reader(), &[(log, looked_at)]);
+            seen.into_iter().next().unwrap_or_else(|| Ok(Seen::new()))
+        };
+        self.decide_time_from(options, period_ns, look)
+    }
+
+    /// The same where `look` tells what a few scans have in the fields that may hold times.
+    pub(super) fn decide_time_from(
+        &mut self,
+        options: &LogOptions,
+        period_ns: Option<i64>,
+        look: impl FnOnce(&Self) -> Result<Seen, LogError>,
     ) -> Result<(), LogError> {
         let Some(layout) = self.topic.first_layout().filter(|_| self.summary.returns > 0) else {
             return Ok(());
         };
         let mut notes = std::mem::take(&mut self.summary.notes);
-        let look = |fields: &[String]| self.extremes(fields, looked_at);
-        let choice = choose_time(self.bag.path(), layout, options, period_ns, &mut notes, look);
+        let choice = choose_time(self.bag.path(), layout, options, period_ns, &mut notes, || look(self));
         self.summary.notes = notes;
         if let Some(choice) = choice? {
             self.take_time(choice);
@@ -59,22 +111,5 @@ impl BagLog {
                 known.push(lost);
             }
         }
-    }
-
-    /// What a few scans have in the fields that may hold times.
-    fn extremes(&self, fields: &[String], looked_at: &[usize]) -> Result<Vec<Vec<FieldExtremes>>, LogError> {
-        let mut seen_of_fields: Vec<Vec<FieldExtremes>> = vec![Vec::new(); fields.len()];
-        let mut reader = BagScanReader { log: self, bag: self.bag.reader() };
-        for &frame in looked_at {
-            reader.with_cloud(frame, |cloud| {
-                for (field, seen) in fields.iter().zip(&mut seen_of_fields) {
-                    let extremes = cloud.layout.field(field).and_then(|field| cloud.rows().extremes(field));
-                    if let Some((smallest, largest)) = extremes {
-                        seen.push(FieldExtremes { stamp_ns: cloud.stamp_ns, smallest, largest });
-                    }
-                }
-            })?;
-        }
-        Ok(seen_of_fields)
     }
 }

@@ -8,6 +8,7 @@ use crate::ros::Cloud;
 use crate::{FrameInfo, LogError, LogSummary, PlaceInFile, ScanLog, ScanReader, StaticFrames};
 use dmp_sensor::Scan;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A bag with one topic of scans chosen: all of them, or a part.
 #[derive(Debug)]
@@ -17,7 +18,7 @@ pub(crate) struct BagLog {
     pub(super) topic: TopicIndex,
     pub(super) time: Option<TimeChoice>,
     pub(super) summary: LogSummary,
-    pub(super) static_frames: StaticFrames,
+    pub(super) static_frames: Arc<StaticFrames>,
     /// Scans of the whole log where only a part was opened.
     pub(super) part_of: Option<usize>,
 }
@@ -71,26 +72,28 @@ impl ScanLog for BagLog {
 
 /// Reads scans of a [`BagLog`].
 #[derive(Debug)]
-pub(super) struct BagScanReader<'a> {
-    pub(super) log: &'a BagLog,
-    pub(super) bag: BagReader<'a>,
+struct BagScanReader<'a> {
+    log: &'a BagLog,
+    bag: BagReader<'a>,
 }
 
-impl BagScanReader<'_> {
+impl BagLog {
+    /// Reads the message of a scan.
     pub(super) fn with_cloud(
-        &mut self,
+        &self,
+        bag: &mut BagReader<'_>,
         frame: usize,
         use_it: impl FnOnce(&Cloud<'_>),
     ) -> Result<(), LogError> {
-        let number = self.log.number_in_log(frame);
+        let number = self.number_in_log(frame);
         let malformed = |problem: String| {
-            LogError::malformed(self.log.bag.path(), PlaceInFile::Frame(number as u64), problem)
+            LogError::malformed(self.bag.path(), PlaceInFile::Frame(number as u64), problem)
         };
-        let entries = &self.log.topic.entries;
+        let entries = &self.topic.entries;
         let Some(entry) = entries.get(frame) else {
             return Err(malformed(format!("the log has {} scans", entries.len())));
         };
-        let message = self.bag.message(&entry.location, number)?;
+        let message = bag.message(&entry.location, number)?;
         let cloud = entry.coding.parse(message).map_err(malformed)?;
         if cloud.returns() != entry.returns || cloud.stamp_ns != entry.stamp_ns {
             return Err(malformed("the file has changed since it was opened".into()));
@@ -104,7 +107,7 @@ impl ScanReader for BagScanReader<'_> {
     fn read(&mut self, frame: usize, scan: &mut Scan) -> Result<(), LogError> {
         scan.clear();
         let time = self.log.time.as_ref();
-        self.with_cloud(frame, |cloud| take_scan(cloud, time, scan))
+        self.log.with_cloud(&mut self.bag, frame, |cloud| take_scan(cloud, time, scan))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Opening a bag: which topic is read, and what is told of it.
 
+use super::decide::{Seen, look_at};
 use super::found::clouds_of;
 use super::log::BagLog;
 use super::topic::{Entry, TopicIndex};
@@ -7,18 +8,19 @@ use crate::bag::{Bag, BagFound, in_words};
 use crate::damage::first_in_words;
 use crate::points::frames_to_look_at;
 use crate::{
-    Damage, FrameInfo, LogError, LogOptions, LogSummary, LogSurvey, PlaceInFile, ScanLog, ScanStream,
-    StaticFrames, TopicInfo,
+    Damage, FrameInfo, LogError, LogOptions, LogSummary, LogSurvey, PlaceInFile, ScanStream, StaticFrames,
+    TopicInfo,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 /// What is known of a bag beside its scans.
 #[derive(Debug)]
 pub(super) struct AroundScans {
     pub(super) bag: Bag,
-    pub(super) topics: Vec<TopicInfo>,
-    pub(super) static_frames: StaticFrames,
+    pub(super) topics: Arc<[TopicInfo]>,
+    pub(super) static_frames: Arc<StaticFrames>,
     pub(super) damage: Vec<Damage>,
     pub(super) bytes: u64,
     pub(super) fingerprint: String,
@@ -26,8 +28,9 @@ pub(super) struct AroundScans {
 
 impl AroundScans {
     pub(super) fn new(bag: Bag, bag_found: &BagFound, static_frames: StaticFrames) -> Result<Self, LogError> {
-        let (topics, damage) = (bag_found.topics.infos(), bag_found.damage.clone());
+        let (topics, damage) = (bag_found.topics.infos().into(), bag_found.damage.clone());
         let fingerprint = bag.fingerprint()?;
+        let static_frames = static_frames.into();
         Ok(Self { bag, topics, static_frames, damage, bytes: bag_found.bytes, fingerprint })
     }
 
@@ -63,26 +66,52 @@ impl BagLog {
     /// Reads the bag once and opens every topic with scans, or the one that the options name.
     pub(crate) fn survey(bag: &Bag, options: &LogOptions) -> Result<LogSurvey, LogError> {
         let (bag_found, clouds, static_frames) = clouds_of(bag)?;
-        let around = AroundScans::new(bag.clone(), &bag_found, static_frames)?;
+        let mut around = AroundScans::new(bag.clone(), &bag_found, static_frames)?;
         let clouds = match &options.topic {
             None => clouds,
             Some(wanted) => [choose_topic(bag.path(), clouds, Some(wanted), &around.topics)?].into(),
         };
-        let stream = |(name, topic): (String, TopicIndex)| {
-            let open = |topic, options| Self::of_topic(&around, name.clone(), topic, Vec::new(), options);
-            let (log, problem) = match open(topic.clone(), options) {
-                Ok(log) => (Some(log), None),
-                Err(problem) => (open(topic, &LogOptions::without_times()).ok(), Some(problem)),
-            };
-            let all = log.as_ref().map(|log| log.summary.damage.as_slice()).unwrap_or_default();
-            let damage = all.get(around.damage.len()..).unwrap_or_default().to_vec();
-            let log = log.map(|log| Box::new(log) as Box<dyn ScanLog>);
-            ScanStream { topic: Some(name.clone()), log, damage, problem }
-        };
-        let streams = clouds.into_iter().map(stream).collect();
-        let AroundScans { topics, static_frames, damage, bytes, fingerprint, .. } = around;
-        let (path, format) = (bag.path().into(), bag.format());
+        // What the streams share is told once: there may be as many as topics.
+        let damage = std::mem::take(&mut around.damage);
+        let undecided = |(name, topic)| Self::undecided(&around, name, topic, Vec::new());
+        let logs: Vec<Self> = clouds.into_iter().map(undecided).collect();
+        let looked_at: Vec<(&Self, Vec<usize>)> = logs
+            .iter()
+            .map(|log| (log, frames_to_look_at(log.frames.iter().map(|frame| frame.returns))))
+            .collect();
+        let seen = look_at(&mut bag.reader(), &looked_at);
+        let streams = logs.into_iter().zip(seen);
+        let streams = streams.map(|(log, seen)| log.into_stream(seen, &damage, options)).collect();
+        let AroundScans { topics, static_frames, bytes, fingerprint, .. } = around;
+        let (path, format, topics) = (bag.path().into(), bag.format(), topics.to_vec());
+        let static_frames = Arc::unwrap_or_clone(static_frames);
         Ok(LogSurvey { path, format, bytes, fingerprint, topics, streams, static_frames, damage })
+    }
+
+    /// What is told of one topic of several, given what a few of its scans have where times may be and what is lost of the
+    /// bag.
+    fn into_stream(
+        mut self,
+        seen: Result<Seen, LogError>,
+        lost: &[Damage],
+        options: &LogOptions,
+    ) -> ScanStream {
+        let (period_ns, notes) = (self.summary.period_ns, self.summary.notes.clone());
+        let problem = self.decide_time_from(options, period_ns, |_| seen).err();
+        if problem.is_some() {
+            self.summary.notes = notes;
+            // Without times nothing is left to decide.
+            let _ = self.decide_time_from(&LogOptions::without_times(), period_ns, |_| Ok(Seen::new()));
+        }
+        let (topic, damage) = (self.summary.topic.clone(), self.summary.damage.clone());
+        if self.topic.entries.is_empty() {
+            // It may be the reason.
+            self.summary.damage.splice(0..0, lost.first().cloned());
+        }
+        match self.finish() {
+            Ok(log) => ScanStream { topic, log: Some(Box::new(log)), damage, problem },
+            Err(no_scan) => ScanStream { topic, log: None, damage, problem: problem.or(Some(no_scan)) },
+        }
     }
 
     fn of_topic(
@@ -94,7 +123,7 @@ impl BagLog {
     ) -> Result<Self, LogError> {
         let mut log = Self::undecided(around, name, topic, notes);
         let looked_at = frames_to_look_at(log.frames.iter().map(|frame| frame.returns));
-        log.decide_time(options, log.summary.period_ns, &looked_at)?;
+        log.decide_time(options, log.summary.period_ns, looked_at)?;
         log.finish()
     }
 
@@ -118,10 +147,10 @@ impl BagLog {
             damage,
             fingerprint: around.fingerprint.clone(),
             bytes: around.bytes,
-            topics: around.topics.clone(),
+            topics: Arc::clone(&around.topics),
             ..LogSummary::of(bag.path(), bag.format())
         };
-        let static_frames = around.static_frames.clone();
+        let static_frames = Arc::clone(&around.static_frames);
         let mut log =
             Self { bag, frames: Vec::new(), topic, time: None, summary, static_frames, part_of: None };
         log.describe();

@@ -13,6 +13,7 @@ use crate::ros::ScanCoding;
 use crate::{Damage, FieldInfo, LogError, LogOptions, LogSummary, MemoryLog, StaticFrames};
 use dmp_sensor::Scan;
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 /// Places along the log where pairs of scans are looked at.
 const PLACES: usize = 4;
@@ -131,7 +132,7 @@ impl BagOutline {
         let frames =
             frames.unwrap_or_else(|| frames_to_look_at(few.frames.iter().map(|frame| frame.returns)));
         few.summary.notes = std::mem::take(&mut self.notes);
-        few.decide_time(options, period_ns, &frames)?;
+        few.decide_time(options, period_ns, frames)?;
         let mut few = few.finish()?;
         self.notes = std::mem::take(&mut few.summary.notes);
         self.notes.push(format!("{} of {count} scans were looked at to outline the log", numbers.len()));
@@ -152,7 +153,7 @@ impl BagOutline {
             point_bytes: summary.point_bytes,
             period_ns,
             time: few.time,
-            static_frames: few.static_frames,
+            static_frames: Arc::unwrap_or_clone(few.static_frames),
         };
         self.summary = summary;
         Ok(())
@@ -321,7 +322,7 @@ impl BagOutline {
         part.damage.append(std::mem::take(&mut topic.damage), |lost| lost);
         let mut log = BagLog::undecided(&self.around, self.name.clone(), topic, Vec::new());
         log.add_damage(part.damage.into_vec());
-        log.static_frames = frames.frames;
+        log.static_frames = frames.frames.into();
         log.part_of = Some(self.scans.len());
         Ok(log)
     }

@@ -31,9 +31,14 @@ pub(crate) fn frames_to_look_at(returns: impl Iterator<Item = u64>) -> Vec<usize
     chosen
 }
 
+/// The fields of a layout that may hold the times of points.
+pub(crate) fn time_fields(layout: &Layout) -> Vec<String> {
+    candidates(&layout.names()).into_iter().map(|(_, name)| name.to_owned()).collect()
+}
+
 /// Finds the field with the times of points and what they mean, or takes what the options say; `None`
-/// where there are no times, or none are wanted. `look` gives, for each of the fields it is asked for,
-/// what a few scans have there.
+/// where there are no times, or none are wanted. `look` gives what a few scans have in each of the layout's
+/// [`time_fields`].
 ///
 /// # Errors
 /// When the times could mean this or that, and when the options ask for what is not there.
@@ -43,10 +48,10 @@ pub(crate) fn choose_time(
     options: &LogOptions,
     period_ns: Option<i64>,
     notes: &mut Vec<String>,
-    look: impl FnOnce(&[String]) -> Result<Vec<Vec<FieldExtremes>>, LogError>,
+    look: impl FnOnce() -> Result<Vec<Vec<FieldExtremes>>, LogError>,
 ) -> Result<Option<TimeChoice>, LogError> {
     let names = layout.names();
-    let fields: Vec<String> = candidates(&names).into_iter().map(|(_, name)| name.to_owned()).collect();
+    let fields = time_fields(layout);
     let given = TimeRule::given(options.point_time);
     let Some(first_field) = fields.first() else {
         if given.is_some() {
@@ -60,7 +65,7 @@ pub(crate) fn choose_time(
         notes.push(format!("field `{first_field}`: not used as the time of a point, as was asked"));
         return without_times(path, options);
     }
-    let seen_of_fields = look(&fields)?;
+    let seen_of_fields = look()?;
     let period_ns = period_ns.unwrap_or_else(|| {
         if given.is_none() {
             notes.push("too few stamps to tell the scan period: 0.1 s is taken".into());

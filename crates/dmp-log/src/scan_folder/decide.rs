@@ -5,7 +5,7 @@ use super::log::{ScanFolder, Times};
 use super::times::{self, Beside};
 use crate::damage::DamageList;
 use crate::points::{
-    FieldExtremes, Origin, TimeChoice, TimeRule, TimeUnit, candidates, choose_time, frames_to_look_at,
+    FieldExtremes, Origin, TimeChoice, TimeRule, TimeUnit, choose_time, frames_to_look_at, time_fields,
 };
 use crate::{Damage, LogError, LogOptions, LogSetting};
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ impl ScanFolder {
             return Ok(());
         }
         let Some(layout) = self.first_layout().filter(|_| self.summary.returns > 0) else { return Ok(()) };
-        if TimeRule::given(options.point_time).is_some() && candidates(&layout.names()).is_empty() {
+        if TimeRule::given(options.point_time).is_some() && time_fields(layout).is_empty() {
             let problem = format!(
                 "was given, but the points have no field for a time among [{}], and there is no folder times/ beside the scans",
                 layout.names().join(", ")
@@ -37,7 +37,7 @@ impl ScanFolder {
             return Err(LogError::setting(&folder, LogSetting::PointTime, options.point_time, problem));
         }
         let mut notes = self.summary.notes.clone();
-        let look = |fields: &[String]| self.extremes(fields);
+        let look = || self.extremes(&time_fields(layout));
         let choice = choose_time(&folder, layout, options, self.summary.period_ns, &mut notes, look);
         self.summary.notes = notes;
         let Some(choice) = choice? else { return Ok(()) };

@@ -1,7 +1,7 @@
 use crate::common::{
-    F32, F64, Message, POINTS, U32, assert_says, open, open_error, read_all, write_messages,
+    F32, F64, Message, POINTS, U32, assert_says, open, open_error, read_all, write_messages, write_with,
 };
-use dmp_log::{LogOptions, open_log};
+use dmp_log::{LogOptions, open_log, survey_log};
 use std::path::PathBuf;
 
 const POINTS_M: [[f32; 3]; 4] = [[1.5, -2.25, 0.125], [f32::NAN, 0.0, 1.0], [0.0; 3], [80.0, 3.0, -1.0]];
@@ -171,4 +171,27 @@ fn topics_are_chosen_or_asked_for() {
     let log = open(&path);
     assert_says(&log.summary().notes.join("; "), &["/points", "only one"]);
     assert_eq!(log.summary().topics.len(), 2);
+}
+
+/// As many topics as a file has room for: its chunks are unpacked twice, whatever their number.
+#[test]
+fn thousands_of_topics_are_told_in_one_pass() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let names: Vec<String> = (0..3_000).map(|k| format!("/lidar_{k:04}/points")).collect();
+    let channels: Vec<_> = names.iter().map(|name| (name.as_str(), POINTS.1, POINTS.2)).collect();
+    let mut message = Message::of(&POINTS_M);
+    message.fields = vec![("x", 0, F32), ("y", 4, F32), ("t", 8, U32), ("z", 8, F32)];
+    let body = message.encode();
+    // Each topic has scans from one end of the file to the other.
+    let messages: Vec<_> = (0..4).flat_map(|_| (0..names.len()).map(|topic| (topic, body.clone()))).collect();
+    write_with(&path, mcap::WriteOptions::new().chunk_size(Some(1 << 16)), &channels, &messages);
+    let survey = survey_log(&path, &LogOptions::default()).unwrap();
+    assert_eq!((survey.topics.len(), survey.streams.len()), (3_000, 3_000));
+    for stream in &survey.streams {
+        let log = stream.log.as_ref().unwrap();
+        assert_eq!((log.frames().len(), log.summary().topics.len()), (4, 3_000));
+    }
+    let bytes_read = survey.streams[0].log.as_ref().unwrap().bytes_read().unwrap();
+    assert!(bytes_read < 3 * survey.bytes, "{bytes_read} of {}", survey.bytes);
 }
