@@ -1,4 +1,4 @@
-//! What the process as a whole sets up: memory, interrupts, panics that are caught.
+//! What the process as a whole sets up: memory, interrupts.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -38,15 +38,6 @@ pub(crate) fn prepare() {
             std::process::exit(Exit::Interrupted as i32);
         }
     });
-    let standard = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |panic| {
-        // The LAZ decoder asserts on damaged bits. The reader catches that and reports the file; what the
-        // assertion says is noise.
-        let of_decoder = panic.location().is_some_and(|place| place.file().contains("/laz-"));
-        if !of_decoder {
-            standard(panic);
-        }
-    }));
 }
 
 /// Whether the process was asked to stop.

@@ -65,6 +65,7 @@ mod frame_info;
 mod frames;
 mod g2o;
 mod las_log;
+mod laz;
 mod log;
 mod mcap_file;
 mod memory_log;

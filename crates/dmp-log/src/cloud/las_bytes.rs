@@ -4,15 +4,15 @@ use crate::{ParseError, PlaceInFile};
 use std::io::{self, Read, Seek, SeekFrom};
 
 /// Reads at any place of a file of known length.
-pub(super) struct Bytes<'a, R> {
+pub(crate) struct Bytes<'a, R> {
     input: &'a mut R,
     /// Where the input is; `None` where a read failed.
     position: Option<u64>,
-    pub(super) length: u64,
+    pub(crate) length: u64,
 }
 
 impl<'a, R: Read + Seek> Bytes<'a, R> {
-    pub(super) fn of(input: &'a mut R, length: u64) -> Self {
+    pub(crate) fn of(input: &'a mut R, length: u64) -> Self {
         Self { input, position: None, length }
     }
 
@@ -32,14 +32,18 @@ impl<'a, R: Read + Seek> Bytes<'a, R> {
     }
 
     /// So many bytes, which must lie in the file.
-    pub(super) fn some(&mut self, at: u64, count: u16) -> Result<Vec<u8>, ParseError> {
-        let mut bytes = vec![0; count.into()];
+    pub(crate) fn many(&mut self, at: u64, count: u64, what: &str) -> Result<Vec<u8>, ParseError> {
+        if at.checked_add(count).is_none_or(|end| end > self.length) {
+            let problem = format!("{what} of {count} bytes is beyond the file's end at byte {}", self.length);
+            return Err(ParseError::new(PlaceInFile::Byte(at), problem));
+        }
+        let mut bytes = vec![0; count as usize];
         self.read(at, &mut bytes)
-            .map_err(|e| ParseError::new(PlaceInFile::Byte(at), format!("cannot read a record: {e}")))?;
+            .map_err(|e| ParseError::new(PlaceInFile::Byte(at), format!("cannot read {what}: {e}")))?;
         Ok(bytes)
     }
 
-    pub(super) fn at<const N: usize>(&mut self, at: u64, what: &str) -> Result<[u8; N], ParseError> {
+    pub(crate) fn at<const N: usize>(&mut self, at: u64, what: &str) -> Result<[u8; N], ParseError> {
         let mut bytes = [0; N];
         if at.checked_add(N as u64).is_none_or(|end| end > self.length) {
             let problem = format!("{what} is beyond the file's end at byte {}", self.length);
@@ -50,15 +54,15 @@ impl<'a, R: Read + Seek> Bytes<'a, R> {
         Ok(bytes)
     }
 
-    pub(super) fn u16(&mut self, at: u64, what: &str) -> Result<u16, ParseError> {
+    pub(crate) fn u16(&mut self, at: u64, what: &str) -> Result<u16, ParseError> {
         self.at(at, what).map(u16::from_le_bytes)
     }
 
-    pub(super) fn u32(&mut self, at: u64, what: &str) -> Result<u32, ParseError> {
+    pub(crate) fn u32(&mut self, at: u64, what: &str) -> Result<u32, ParseError> {
         self.at(at, what).map(u32::from_le_bytes)
     }
 
-    pub(super) fn u64(&mut self, at: u64, what: &str) -> Result<u64, ParseError> {
+    pub(crate) fn u64(&mut self, at: u64, what: &str) -> Result<u64, ParseError> {
         self.at(at, what).map(u64::from_le_bytes)
     }
 }

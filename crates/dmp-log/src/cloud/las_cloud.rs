@@ -32,7 +32,7 @@ where
         hand_over(file.read(left)?, &mut batches)?;
     }
     batches.flush()?;
-    let format = if file.header().compressed { CloudFormat::Laz } else { CloudFormat::Las };
+    let format = if file.header().laz.is_some() { CloudFormat::Laz } else { CloudFormat::Las };
     Ok((format, points, note))
 }
 

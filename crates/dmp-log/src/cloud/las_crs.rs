@@ -4,7 +4,7 @@ use super::las_bytes::Bytes;
 use crate::ParseError;
 use std::io::{Read, Seek};
 
-pub(super) const VLR_HEAD_BYTES: u64 = 54;
+pub(crate) const VLR_HEAD_BYTES: u64 = 54;
 pub(super) const EVLR_HEAD_BYTES: u64 = 60;
 /// The records that say in which coordinate system a file is, all by one user.
 const USER: &[u8] = b"LASF_Projection";
@@ -66,7 +66,7 @@ fn keep<R: Read + Seek>(
     // One of a kind: the first counts.
     let wanted = user.starts_with(USER) && IDS.contains(&id) && found.iter().all(|record| record.id != id);
     if let Some(size) = u16::try_from(size).ok().filter(|_| wanted) {
-        found.push(CrsRecord { id, data: bytes.some(data_at, size)? });
+        found.push(CrsRecord { id, data: bytes.many(data_at, size.into(), "a record")? });
     }
     Ok(())
 }

@@ -187,7 +187,7 @@ mod tests {
     }
 
     fn header(crs: Vec<CrsRecord>) -> LasHeader {
-        LasHeader { points: 1, compressed: false, gps_time: None, crs, says_wkt: false, extent: Some(6e5) }
+        LasHeader { crs, extent: Some(6e5), ..LasHeader::default() }
     }
 
     fn to_metres(crs: Vec<CrsRecord>) -> ([f64; 3], String) {

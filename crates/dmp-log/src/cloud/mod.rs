@@ -2,9 +2,9 @@
 
 mod batches;
 mod format;
-mod las_bytes;
+pub(crate) mod las_bytes;
 mod las_cloud;
-mod las_crs;
+pub(crate) mod las_crs;
 pub(crate) mod las_header;
 pub(crate) mod las_points;
 pub(crate) mod las_units;

@@ -25,7 +25,7 @@ pub struct CloudSummary {
 /// The file's coordinates are in `unit`; with `None`, in what a LAS or LAZ file says, else in metres.
 ///
 /// None of these formats has checksums: damaged coordinates in a file that is otherwise sound cannot be told
-/// from true ones. A LAZ decoder that stumbles over them may print a panic message on the way to the error.
+/// from true ones.
 ///
 /// The sink's own error comes back as it is; `E` only has to be able to hold a [`LogError`].
 ///

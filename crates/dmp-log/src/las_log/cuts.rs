@@ -12,7 +12,7 @@ const MAX_CUTS: usize = 1 << 22;
 /// How often a point may be decoded, on the whole, to read every scan once.
 const MAX_OVERLAP: u64 = 8;
 
-/// Chunks that may be broken before the rest is given up: each costs opening the file anew.
+/// Chunks that may be broken before the rest is given up.
 const MAX_LOST_CHUNKS: usize = 100;
 
 /// The points of one scan.
@@ -69,8 +69,8 @@ impl Cuts {
         let (mut damage, mut lost) = (Vec::<Damage>::new(), Vec::<Range<u64>>::new());
         while index < total {
             let chunk_end = points.end_of_chunk(index);
-            let read = points.seek(index).and_then(|()| points.read(chunk_end.max(index + 1) - index));
-            let batch = match read {
+            points.seek(index);
+            let batch = match points.read(chunk_end.max(index + 1) - index) {
                 Ok(batch) => batch,
                 Err(LogError::Malformed { place, problem, .. }) => {
                     let chunk_end = if lost.len() < MAX_LOST_CHUNKS { chunk_end } else { total };

@@ -176,7 +176,7 @@ impl ScanReader for LasReader<'_> {
             }
             let before_lost = log.lost.iter().map(|lost| lost.start).filter(|&start| start > at).min();
             let end = before_lost.unwrap_or(u64::MAX).min(cut.points.end);
-            self.points.seek(at)?;
+            self.points.seek(at);
             let batch = self.points.read(end - at)?;
             let Some(times) = batch.gps_time() else { break };
             for (((x, y), z), time_s) in batch.x().zip(batch.y()).zip(batch.z()).zip(times) {

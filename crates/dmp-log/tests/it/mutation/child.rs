@@ -12,7 +12,7 @@ const RUNS: u64 = 2000;
 
 /// Reads the damaged files of a format, or that of one run. Says before each which one it is.
 pub(super) fn read_all(name: &str, only: Option<u64>) {
-    // Decoders panic on some bytes, which is caught; a panic that is not is told below.
+    // A panic is told below, with the run that it came in.
     let last = Arc::new(Mutex::new(String::new()));
     let told = Arc::clone(&last);
     set_hook(Box::new(move |panic| *told.lock().unwrap() = panic.to_string()));

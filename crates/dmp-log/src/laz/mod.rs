@@ -1,0 +1,28 @@
+//! Decoding LAZ: places and times of points, nothing else of them.
+//!
+//! The format is that of `LASzip` (Isenburg, "`LASzip`: lossless compression of LiDAR data", 2013, and the `LASzip`
+//! specification). Points are compressed in chunks that can be decoded alone. Point formats up to 5 are one stream of bits, of
+//! which everything must be decoded to get at anything; from 6 on each field has a stream of its own, and those that are not
+//! wanted are passed over.
+//!
+//! Any bytes are decoded to points or to an error: nothing recurses, nothing larger than a chunk of the file is allocated.
+
+mod decoder;
+pub(crate) mod error;
+mod gps_time;
+mod integer;
+pub(crate) mod items;
+pub(crate) mod layout;
+mod median;
+mod model;
+mod point10;
+mod point14;
+mod pointwise;
+pub(crate) mod reader;
+mod record;
+mod returns;
+mod skipped;
+mod table;
+#[cfg(test)]
+mod tests;
+mod version1;

@@ -1,0 +1,5 @@
+//! The decoder beside the crate `laz`, which has another one, and on damaged files.
+
+mod damage;
+mod files;
+mod oracle;
