@@ -109,7 +109,7 @@ fn what_mcap_cannot_say_is_refused() {
         assert_eq!(open(&path).frames().len(), 2);
     }
     let nowhere = McapScanWriter::create(&folder.path().join("no/log.mcap"), &McapWriterOptions::default());
-    assert_says(&nowhere.unwrap_err().to_string(), &["no/log.mcap: cannot write", "cannot create"]);
+    assert_says(&nowhere.unwrap_err().to_string(), &["no/log.mcap: cannot write"]);
 }
 
 #[test]
