@@ -54,8 +54,11 @@ impl Attacker {
     ) -> anyhow::Result<Self> {
         let mut attacker = Self { dmp, kinds, sound: Vec::new(), seed, stop };
         let mut refused = Vec::new();
-        attacker.sound =
-            attacker.kinds.iter().map(|kind| attacker.sound(kind, &mut refused)).collect::<anyhow::Result<_>>()?;
+        attacker.sound = attacker
+            .kinds
+            .iter()
+            .map(|kind| attacker.sound(kind, &mut refused))
+            .collect::<anyhow::Result<_>>()?;
         ensure!(refused.is_empty(), "sound files were not taken:\n{}", refused.join("\n"));
         Ok(attacker)
     }
@@ -69,7 +72,11 @@ impl Attacker {
                 refused.push(format!("{}: dmp {line}: {verdict:?}: {said}", kind.name));
             }
             let is_score = seed.is_guarded && call.words[0] == "score";
-            Ok(if is_score { serde_json::from_slice(&ended.printed).unwrap_or_default() } else { Value::Null })
+            Ok(if is_score {
+                serde_json::from_slice(&ended.printed).unwrap_or_default()
+            } else {
+                Value::Null
+            })
         };
         let mut of_seed = |seed: &Seed| seed.calls.iter().map(|call| of_call(seed, call)).collect();
         kind.seeds.iter().map(&mut of_seed).collect()

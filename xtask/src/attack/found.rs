@@ -42,7 +42,8 @@ impl Found {
         write(&outcome.files, &folder.join("in"))?;
         let line = format!("dmp {}", call.words.join(" "));
         let taken = outcome.ended.taken.as_secs_f64();
-        let text = format!("cd in && {line}\n{again}\n{failure}\n{:?} after {taken:.2} s\n", outcome.ended.end);
+        let text =
+            format!("cd in && {line}\n{again}\n{failure}\n{:?} after {taken:.2} s\n", outcome.ended.end);
         std::fs::write(folder.join("command.txt"), text)?;
         std::fs::write(folder.join("stdout.txt"), &outcome.ended.printed)?;
         std::fs::write(folder.join("stderr.txt"), &outcome.ended.said)?;
@@ -67,7 +68,10 @@ fn sign(outcome: &Outcome, failure: &Failure) -> String {
     let line = panicked.or_else(|| said.lines().last()).unwrap_or_default();
     let told: String = match (panicked, failure) {
         (Some(line), _) => line.split("panicked at").nth(1).unwrap_or_default().trim().to_owned(),
-        (None, Failure::Signal(_) | Failure::Memory | Failure::Hang | Failure::NotJson | Failure::Code(_)) => line.into(),
+        (
+            None,
+            Failure::Signal(_) | Failure::Memory | Failure::Hang | Failure::NotJson | Failure::Code(_),
+        ) => line.into(),
         (None, failure) => failure.to_string(),
     };
     let told: String = if panicked.is_some() {

@@ -146,7 +146,8 @@ impl Chunk {
     /// As `n` chunks, each with a part of the messages and all that says what they are.
     pub(super) fn split(self, n: usize) -> Vec<Self> {
         let Self { span, packing, records } = self;
-        let (messages, others): (Vec<_>, Vec<_>) = records.into_iter().partition(|record| record.op == MESSAGE);
+        let (messages, others): (Vec<_>, Vec<_>) =
+            records.into_iter().partition(|record| record.op == MESSAGE);
         let size = messages.len().div_ceil(n).max(1);
         let part = |part: &[Record]| Self {
             span,

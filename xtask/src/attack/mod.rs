@@ -61,7 +61,9 @@ pub(crate) fn run(arguments: &AttackArgs) -> anyhow::Result<()> {
         Some(path) => path.clone(),
         None => std::env::current_exe()?.with_file_name("dmp"),
     };
-    let dmp = dmp.canonicalize().with_context(|| format!("no {}: cargo build --release -p dmp-cli", dmp.display()))?;
+    let dmp = dmp
+        .canonicalize()
+        .with_context(|| format!("no {}: cargo build --release -p dmp-cli", dmp.display()))?;
     let mut kinds = seeds::kinds(&dmp)?;
     let named = |name: &str, parts: &[String]| {
         parts.iter().any(|part| name.to_lowercase().contains(&part.to_lowercase()))
@@ -109,7 +111,8 @@ fn work(attacker: &Attacker, arguments: &AttackArgs, stop: &AtomicBool) -> anyho
         }
         Ok(())
     };
-    let is_over = || stop.load(Ordering::Relaxed) || deadline.is_some_and(|deadline| Instant::now() >= deadline);
+    let is_over =
+        || stop.load(Ordering::Relaxed) || deadline.is_some_and(|deadline| Instant::now() >= deadline);
     let worker = || -> anyhow::Result<()> {
         loop {
             let at = next.fetch_add(1, Ordering::Relaxed);

@@ -80,10 +80,16 @@ fn watch(child: &mut Child, start: Instant) -> anyhow::Result<End> {
 
 /// The largest resident memory of a process so far, bytes; 0 where that is not told.
 fn held(child: &Child) -> u64 {
-    let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kib = line.and_then(|line| line.split_whitespace().next()).and_then(|kib| kib.parse::<u64>().ok());
-    kib.unwrap_or(0) * 1024
+    let status = |of: &str| fs::read_to_string(format!("/proc/{of}/status")).unwrap_or_default();
+    let told = status(&child.id().to_string());
+    let field = |text: &str, name: &str| -> Option<String> {
+        Some(text.lines().find_map(|line| line.strip_prefix(name))?.split_whitespace().next()?.to_owned())
+    };
+    // Before the command begins, its process is this one's double, with as much memory.
+    if field(&told, "Name:") == field(&status("self"), "Name:") {
+        return 0;
+    }
+    field(&told, "VmHWM:").and_then(|kib| kib.parse::<u64>().ok()).unwrap_or(0) * 1024
 }
 
 fn all_of(file: &mut File) -> std::io::Result<Vec<u8>> {

@@ -58,15 +58,13 @@ impl Call {
 
     /// Its name in the table: words and options without what is theirs alone.
     pub(super) fn name(&self) -> String {
-        let told = ["--json", "--quick", "--map", "--like", "--made-with", "--between", "--log"];
-        let mut name = Vec::new();
-        for word in &self.words {
-            let is_option = word.starts_with('-');
-            let is_command = name.len() < 2 && word.bytes().all(|byte| byte.is_ascii_lowercase());
-            if is_command || is_option && told.contains(&word.as_str()) {
-                name.push(word.as_str());
-            }
-        }
+        let told = ["--json", "--quick", "--sample", "--map", "--like", "--made-with", "--between", "--log"];
+        // Of some commands the second word is theirs too.
+        let of_two = ["map", "convert", "truth", "simulate"];
+        let words = self.words.iter().map(String::as_str);
+        let own = 1 + usize::from(of_two.contains(&self.words[0].as_str()));
+        let options = words.clone().skip(own).filter(|word| told.contains(word));
+        let name: Vec<&str> = words.take(own).chain(options).collect();
         name.join(" ")
     }
 }
@@ -94,7 +92,10 @@ mod tests {
     #[test]
     fn commands_are_called_by_what_they_do() {
         let call = Call::new("map build a.mcap -t a.tum -o out.dmpmap");
-        assert_eq!((call.name().as_str(), call.outputs.as_slice()), ("map build", &["out.dmpmap".to_owned()][..]));
+        assert_eq!(
+            (call.name().as_str(), call.outputs.as_slice()),
+            ("map build", &["out.dmpmap".to_owned()][..])
+        );
         let call = Call::new("score a.mcap -t a.tum --map b.ply --json --quiet");
         assert_eq!(call.name(), "score --map --json");
         assert!(call.is_json() && call.outputs.is_empty());

@@ -80,7 +80,8 @@ pub(super) enum Verdict {
 
 /// Judges what a command did in `folder`, which held `files`; `temporary` must be empty now.
 pub(super) fn judge(call: &Call, files: &[File], ended: &Ended, folder: &Path, temporary: &Path) -> Verdict {
-    let of_files = || first_left(temporary).or_else(|| changes(call, files, folder, accepts(call, ended.end)));
+    let of_files =
+        || first_left(temporary).or_else(|| changes(call, files, folder, accepts(call, ended.end)));
     match of_process(call, ended).or_else(of_files) {
         Some(failure) => Verdict::Failed(failure),
         None if accepts(call, ended.end) => Verdict::Accepted,
@@ -200,7 +201,10 @@ pub(super) fn silent(ended: &Ended, sound: &Value) -> Option<Failure> {
     }
     let fields = ["dmp_mean_m2", "r_near_m2", "r_cv_m2", "returns", "surfels"];
     let field = fields.iter().find(|field| report["runs"][0][field] != sound["runs"][0][field])?;
-    Some(Failure::Silent(format!("{field} {} instead of {}", report["runs"][0][field], sound["runs"][0][field])))
+    Some(Failure::Silent(format!(
+        "{field} {} instead of {}",
+        report["runs"][0][field], sound["runs"][0][field]
+    )))
 }
 
 #[cfg(test)]
@@ -216,12 +220,13 @@ mod tests {
     #[test]
     fn what_a_command_may_not_do_is_told() {
         let call = Call::new("info a.mcap --json");
-        let failure = |end, printed, said| of_process(&call, &ended(end, printed, said));
+        let failure = |end, printed: &str, said: &str| of_process(&call, &ended(end, printed, said));
         assert_eq!(failure(End::Exit(0), "{}", ""), None);
         assert_eq!(failure(End::Exit(0), "{", ""), Some(Failure::NotJson));
         assert_eq!(failure(End::Exit(1), "", "error: x\n"), None);
         assert_eq!(failure(End::Exit(1), "", ""), Some(Failure::Mute));
-        assert_eq!(failure(End::Exit(1), "", &"x\n".repeat(30)), Some(Failure::Long(30)));
+        let long = "x\n".repeat(30);
+        assert_eq!(failure(End::Exit(1), "", &long), Some(Failure::Long(30)));
         assert_eq!(failure(End::Exit(4), "", "x"), Some(Failure::Code(4)));
         assert_eq!(failure(End::Exit(101), "", "x"), Some(Failure::Panic));
         assert_eq!(failure(End::Exit(3), "{}", "thread 'a' panicked at b"), Some(Failure::Panic));

@@ -30,7 +30,7 @@ const NUMBERS: [u64; 24] = [
     0x4000_0000_0000_0000,
 ];
 
-const FLOATS: [f64; 12] = [
+const FLOATS: [f64; 18] = [
     f64::NAN,
     f64::INFINITY,
     f64::NEG_INFINITY,
@@ -43,6 +43,12 @@ const FLOATS: [f64; 12] = [
     1e-30,
     16_777_217.0,
     4.3e9,
+    0.0,
+    30.0,
+    -3e3,
+    1e6,
+    -1e9,
+    1e13,
 ];
 
 /// A number of odd size, or any.

@@ -73,7 +73,11 @@ fn read(bytes: &[u8]) -> Option<Cloud> {
     reader.number(4)?;
     reader.number(4)?;
     let length = reader.number(4)?;
-    (reader.at + length <= bytes.len()).then_some(Cloud { points: reader.at, numbers: reader.numbers, is_big })
+    (reader.at + length <= bytes.len()).then_some(Cloud {
+        points: reader.at,
+        numbers: reader.numbers,
+        is_big,
+    })
 }
 
 /// One damage.
@@ -102,7 +106,8 @@ pub(super) fn damage(message: &mut Vec<u8>, random: &mut Random) {
         6 => {
             // The same value in all points, as times that say nothing.
             let (at, step) = (cloud.points + random.below(16) / 4 * 4, *random.pick(&[4, 16, 22]));
-            let value = message.get(at..at + 4).map_or([0; 4], |value| [value[0], value[1], value[2], value[3]]);
+            let value =
+                message.get(at..at + 4).map_or([0; 4], |value| [value[0], value[1], value[2], value[3]]);
             for at in (at..message.len().saturating_sub(4)).step_by(step) {
                 message[at..at + 4].copy_from_slice(&value);
             }

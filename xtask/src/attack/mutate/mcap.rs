@@ -27,7 +27,8 @@ pub(super) fn damage(file: &mut Vec<u8>, random: &mut Random) -> bool {
     }
     if random.once_in(12) {
         // The length of a record, which nothing guards.
-        let at = 8 + records.iter().take(random.below(records.len())).map(|r| 9 + r.body.len()).sum::<usize>();
+        let at =
+            8 + records.iter().take(random.below(records.len())).map(|r| 9 + r.body.len()).sum::<usize>();
         set_number(file, at + 1, 8, false, random);
     }
     true
@@ -41,7 +42,7 @@ fn damage_records(records: &mut Vec<Record>, random: &mut Random) {
         1 => drop(records.remove(one)),
         2 => {
             let again = record.clone();
-            let times = *random.pick(&[1, 1, 1, 200]);
+            let times = (*random.pick(&[1, 1, 1, 200])).min((1 << 22) / again.body.len().max(1));
             records.splice(other..other, vec![again; times]);
         }
         3 => records.swap(one, other),

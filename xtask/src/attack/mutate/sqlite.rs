@@ -70,7 +70,9 @@ fn set_any(base: &Connection, table: &str, columns: &[&str], random: &mut Random
     let value = match random.below(6) {
         0 => Value::Null,
         1 => Value::Real(*random.pick(&[f64::INFINITY, -1.5, 1e300])),
-        2 => Value::Text(random.pick(&["", "\u{1b}[2J", "sensor_msgs/msg/PointCloud2", "cdr", "x\ny"]).to_string()),
+        2 => Value::Text(
+            random.pick(&["", "\u{1b}[2J", "sensor_msgs/msg/PointCloud2", "cdr", "x\ny"]).to_string(),
+        ),
         3 => Value::Text("a".repeat(100_000)),
         4 => Value::Blob(vec![0xff; random.below(50)]),
         _ => Value::Integer(odd_number(random) as i64),

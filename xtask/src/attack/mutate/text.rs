@@ -5,17 +5,75 @@ use std::ops::Range;
 use crate::attack::random::Random;
 
 /// What stands where a number is expected.
-const WORDS: [&str; 40] = [
-    "nan", "NaN", "-nan", "inf", "-Infinity", "1e308", "-1e308", "1e400", "1e-400", "5e-324", "0", "-0", "-1",
-    "1", "2147483648", "4294967295", "4294967296", "9223372036854775807", "9223372036854775808",
-    "18446744073709551615", "18446744073709551616", "99999999999999999999999999999999", "0x10", "1_000", "1,5",
-    "1.", ".5", "+5", "--1", "1e", "e5", "\"", "true", "null", "-", "#", "1 2", "1.7e18", "9007199254740993", "",
+const WORDS: [&str; 50] = [
+    "nan",
+    "NaN",
+    "-nan",
+    "inf",
+    "-Infinity",
+    "1e308",
+    "-1e308",
+    "1e400",
+    "1e-400",
+    "5e-324",
+    "0",
+    "-0",
+    "-1",
+    "1",
+    "2147483648",
+    "4294967295",
+    "4294967296",
+    "9223372036854775807",
+    "9223372036854775808",
+    "18446744073709551615",
+    "18446744073709551616",
+    "99999999999999999999999999999999",
+    "0x10",
+    "1_000",
+    "1,5",
+    "1.",
+    ".5",
+    "+5",
+    "--1",
+    "1e",
+    "e5",
+    "\"",
+    "true",
+    "null",
+    "-",
+    "#",
+    "1 2",
+    "1.7e18",
+    "9007199254740993",
+    "1e3",
+    "-2e4",
+    "1e6",
+    "-1e9",
+    "1e12",
+    "-1e15",
+    "0.0001",
+    "0.5",
+    "3",
+    "-7.5",
+    "",
 ];
 
 /// What commands a terminal, ends a line or is no UTF-8.
 const ODD: [&[u8]; 14] = [
-    b"\x00", b"\x1b[2J", b"\x1b]0;x\x07", b"\xff", b"\xc0\x80", b"\xed\xa0\x80", b"\r", b"\x0b", b"\x0c",
-    "\u{2028}".as_bytes(), "\u{202e}".as_bytes(), "\u{feff}".as_bytes(), "\u{a0}".as_bytes(), "٣".as_bytes(),
+    b"\x00",
+    b"\x1b[2J",
+    b"\x1b]0;x\x07",
+    b"\xff",
+    b"\xc0\x80",
+    b"\xed\xa0\x80",
+    b"\r",
+    b"\x0b",
+    b"\x0c",
+    "\u{2028}".as_bytes(),
+    "\u{202e}".as_bytes(),
+    "\u{feff}".as_bytes(),
+    "\u{a0}".as_bytes(),
+    "٣".as_bytes(),
 ];
 
 fn is_between(byte: u8) -> bool {
@@ -78,6 +136,11 @@ fn damage_words(text: &mut Vec<u8>, random: &mut Random) {
     }
 }
 
+/// How often something may be repeated: files stay small, whatever is done to them.
+fn times_of(text: &[u8]) -> usize {
+    (1 << 22) / text.len().max(1)
+}
+
 fn damage_lines(text: &mut Vec<u8>, random: &mut Random) {
     let mut lines: Vec<Vec<u8>> = text.split_inclusive(|&byte| byte == b'\n').map(<[u8]>::to_vec).collect();
     if lines.is_empty() {
@@ -90,7 +153,7 @@ fn damage_lines(text: &mut Vec<u8>, random: &mut Random) {
         2 => lines.insert(other, lines[one].clone()),
         3 => {
             let times = *random.pick(&[2, 100, 5000]);
-            lines.extend(vec![lines[one].clone(); times]);
+            lines.extend(vec![lines[one].clone(); times.min(times_of(&lines[one]))]);
         }
         4 => lines.reverse(),
         5 => lines.truncate(one),
@@ -103,7 +166,7 @@ fn damage_lines(text: &mut Vec<u8>, random: &mut Random) {
         }
         _ => {
             // A line of no end.
-            let long = lines[one].repeat(200);
+            let long = lines[one].repeat(times_of(&lines[one]).min(200));
             lines[one] = long.into_iter().map(|byte| if byte == b'\n' { b' ' } else { byte }).collect();
         }
     }
@@ -116,7 +179,8 @@ fn damage_encoding(text: &mut Vec<u8>, random: &mut Random) {
         1 => *text = String::from_utf8_lossy(text).replace('\n', "\r").into_bytes(),
         2 => drop(text.splice(0..0, *b"\xef\xbb\xbf")),
         3 => {
-            let wide = String::from_utf8_lossy(text).encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<_>>();
+            let wide =
+                String::from_utf8_lossy(text).encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<_>>();
             *text = [&b"\xff\xfe"[..], &wide].concat();
         }
         4 => text.clear(),

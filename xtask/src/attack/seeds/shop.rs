@@ -37,7 +37,12 @@ impl<'a> Shop<'a> {
     }
 
     /// A file that other software wrote, below `tests/conformance`, under another name.
-    pub(super) fn of_others(&self, path: &str, name: &str, form: impl Into<Option<Form>>) -> anyhow::Result<File> {
+    pub(super) fn of_others(
+        &self,
+        path: &str,
+        name: &str,
+        form: impl Into<Option<Form>>,
+    ) -> anyhow::Result<File> {
         read(&self.others, path, name, form.into())
     }
 
@@ -48,7 +53,11 @@ impl<'a> Shop<'a> {
 
     /// All files of a folder that was made, and of those in it. The first two with each ending have a form to be
     /// damaged by: one scan is like the next.
-    pub(super) fn made_folder(&self, folder: &str, form: fn(&str) -> Option<Form>) -> anyhow::Result<Vec<File>> {
+    pub(super) fn made_folder(
+        &self,
+        folder: &str,
+        form: fn(&str) -> Option<Form>,
+    ) -> anyhow::Result<Vec<File>> {
         let mut files = Vec::new();
         let mut open = vec![folder.to_owned()];
         while let Some(at) = open.pop() {

@@ -68,9 +68,14 @@ fn of_others(shop: &Shop<'_>, end: &str) -> anyhow::Result<Vec<Seed>> {
 fn calibration(shop: &Shop<'_>) -> anyhow::Result<Seed> {
     let calib = "P0: 718 0 607 0 0 718 185 0 0 0 1 0\nTr: 0 -1 0 0 0 0 -1 -0.1 1 0 0 -0.3\n";
     let raw = "calib_time: 15-Mar-2012 11:37:16\nR: 0 -1 0 0 0 -1 1 0 0\nT: 0 -0.1 -0.3\n";
-    let text = |path: &str, text: &str| File { path: path.into(), bytes: text.into(), form: Some(Form::Text) };
-    let files =
-        vec![shop.made("t.mcap", None)?, shop.made("t.tum", None)?, text("calib.txt", calib), text("raw.txt", raw)];
+    let text =
+        |path: &str, text: &str| File { path: path.into(), bytes: text.into(), form: Some(Form::Text) };
+    let files = vec![
+        shop.made("t.mcap", None)?,
+        shop.made("t.tum", None)?,
+        text("calib.txt", calib),
+        text("raw.txt", raw),
+    ];
     let calls = [
         "score t.mcap -t t.tum --extrinsic calib:calib.txt --json --quiet",
         "score t.mcap -t t.tum --extrinsic calib:raw.txt --json --quiet",
