@@ -1,5 +1,6 @@
 //! The project's own chores: `cargo xtask <task>`.
 
+mod attack;
 mod bench;
 mod cli_docs;
 mod samples;
@@ -15,6 +16,7 @@ use clap::Parser;
 #[derive(Debug, Parser)]
 #[command(name = "cargo xtask")]
 enum Task {
+    Attack(attack::AttackArgs),
     #[command(subcommand)]
     Bench(bench::Bench),
     CliDocs(cli_docs::CliDocsArgs),
@@ -25,6 +27,7 @@ enum Task {
 
 fn main() -> ExitCode {
     let done = match Task::parse() {
+        Task::Attack(arguments) => attack::run(&arguments),
         Task::Bench(bench) => bench::run(&bench),
         Task::CliDocs(arguments) => cli_docs::run(&arguments),
         Task::Samples(arguments) => samples::run(&arguments),

@@ -18,6 +18,8 @@ mod truth;
 
 use clap::Subcommand;
 
+pub(crate) use times::circumstances;
+
 /// Measure the command on this machine
 #[derive(Debug, Subcommand)]
 pub(crate) enum Bench {

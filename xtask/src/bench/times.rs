@@ -49,7 +49,7 @@ pub(super) fn spread(mut times_s: Vec<f64>) -> [f64; 3] {
 }
 
 /// The machine and the day, as they stand over every table of times.
-pub(super) fn circumstances() -> String {
+pub(crate) fn circumstances() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = text.lines().find_map(|line| line.strip_prefix("model name")?.split(": ").nth(1));
     let cores = std::thread::available_parallelism().map_or(0, std::num::NonZero::get);
