@@ -79,6 +79,16 @@ pub enum MapError {
         /// What is wrong with it, with the values.
         detail: String,
     },
+    /// A triangle that is larger than any surface.
+    #[error(
+        "triangle {triangle} (from 0) alone has an area of {area_m2:.3e} m²: is a vertex wrong, or the mesh in another unit?"
+    )]
+    TriangleTooLarge {
+        /// Its number, from 0.
+        triangle: u64,
+        /// Its area, square metres.
+        area_m2: f64,
+    },
     /// A mesh with more area than can be sampled.
     #[error(
         "triangle {triangle} (from 0) brings the mesh to {area_m2:.3e} m², too much for a sample each {spacing_m} m: choose a larger spacing, or is it in another unit?"

@@ -6,6 +6,9 @@ use crate::MapError;
 /// unreasonable effectiveness of quasirandom sequences").
 const STEPS: [u64; 2] = [0xC13F_A9A9_02A6_328F, 0x91E1_0DA5_C79E_7B1D];
 
+/// No surface of a town is one triangle of more: a vertex is wrong, or the unit, square metres.
+const MOST_TRIANGLE_M2: f64 = 2e6;
+
 /// Samples triangles evenly by area: one sample each `spacing_m`² of the area added up in the order of the
 /// triangles. So small triangles together get what a large one gets, and a mesh always gives the same.
 #[derive(Debug)]
@@ -34,14 +37,17 @@ impl TriangleSampler {
     /// Gives `each` the samples of the next triangle, whose corners are finite: places on it, metres.
     ///
     /// # Errors
-    /// When the area is too large for the spacing, before the first sample of this triangle; and the first
-    /// error of `each`.
+    /// When the triangle is larger than any surface, or the area of all too large for the spacing, before the first
+    /// sample of this triangle; and the first error of `each`.
     pub fn sample<E: From<MapError>>(
         &mut self,
         triangle: &[[f64; 3]; 3],
         mut each: impl FnMut([f64; 3]) -> Result<(), E>,
     ) -> Result<(), E> {
         let area_m2 = area_m2(triangle);
+        if area_m2.is_nan() || area_m2 > MOST_TRIANGLE_M2 {
+            return Err(MapError::TriangleTooLarge { triangle: self.triangles, area_m2 }.into());
+        }
         self.area_m2 += area_m2;
         self.waiting += area_m2 / (self.spacing_m * self.spacing_m);
         if self.next as f64 + self.waiting > self.max_samples {
@@ -136,11 +142,17 @@ mod tests {
 
     #[test]
     fn an_area_without_end_is_refused() {
-        let mut sampler = TriangleSampler::new(0.001, 1 << 32);
+        let mut sampler = TriangleSampler::new(0.001, 1 << 31);
         let none = |_| Ok::<(), MapError>(());
         sampler.sample(&[[0.0; 3], [0.01, 0.0, 0.0], [0.0, 0.01, 0.0]], none).unwrap();
-        let huge = [[0.0, 0.0, 0.0], [5e7, 0.0, 0.0], [0.0, 5e7, 0.0]];
-        let error = sampler.sample(&huge, none).unwrap_err().to_string();
+        let large = [[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [0.0, 100.0, 0.0]];
+        let error = sampler.sample(&large, none).unwrap_err().to_string();
         assert!(error.contains("triangle 1") && error.contains("larger spacing"), "{error}");
+        // Where one vertex is wrong.
+        for far_m in [5e3, 5e7, f64::INFINITY] {
+            let huge = [[0.0, 0.0, 0.0], [far_m, 0.0, 0.0], [0.0, 5e3, 0.0]];
+            let error = sampler.sample(&huge, none).unwrap_err().to_string();
+            assert!(error.contains("triangle 1") && error.contains("is a vertex wrong"), "{error}");
+        }
     }
 }

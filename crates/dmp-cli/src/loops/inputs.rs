@@ -18,6 +18,9 @@ use crate::log_args::LogHead;
 use crate::say::say;
 use crate::score::announce;
 
+/// Most candidates that are skipped by name; the result has all.
+const MOST_NAMED: usize = 10;
+
 pub(super) struct Inputs {
     /// With the weights that take effect.
     pub(super) graph: PoseGraph,
@@ -64,13 +67,16 @@ impl Inputs {
         let weigh =
             |one: Candidate| Candidate { edge: arguments.weights.of_candidate(&one.edge, &weights), ..one };
         let candidates: Vec<Candidate> = read.candidates.into_iter().map(weigh).collect();
-        for skipped in &read.skipped {
+        for skipped in read.skipped.iter().take(MOST_NAMED) {
             note(format!(
                 "{}: {}: skipped: {}",
                 arguments.candidates.display(),
                 skipped.place,
                 skipped.fault
             ));
+        }
+        if let more @ 1.. = read.skipped.len().saturating_sub(MOST_NAMED) {
+            note(format!("{}: {more} more candidates are skipped", arguments.candidates.display()));
         }
         if candidates.is_empty() {
             let all = counted(read.skipped.len() as u64, "candidate");
