@@ -2,7 +2,7 @@
 
 use crate::LogError;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// The files and folders in a folder, in no order.
 pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
@@ -21,4 +21,9 @@ pub(crate) fn files_with_extension(folder: &Path, extension: &str) -> Result<Vec
 /// Whether a file begins with a full stop: some systems put such files beside each copied one.
 pub(crate) fn is_hidden(file: &Path) -> bool {
     file.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."))
+}
+
+/// Whether a path that a file names stays in that file's folder, however it is written.
+pub(crate) fn stays_inside(path: &Path) -> bool {
+    path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
 }

@@ -1,21 +1,71 @@
 //! Lines of numbers, as people's files have them.
 
 use crate::{LogError, ParseError, PlaceInFile};
-use std::fs;
+use std::fs::File;
 use std::io::{self, BufRead, Read as _};
 use std::path::Path;
 
-/// Longest line of a header, and of a vertex in text.
+/// Longest line of a text, of a header, and of a vertex in text.
 pub(crate) const MAX_LINE_BYTES: u64 = 64 * 1024;
+/// Read at a time.
+const PIECE_BYTES: u64 = 1 << 20;
+
+/// The bytes of a text that is not too large to be `what`. What has no lines is no text: of that no more is read than a line
+/// may have, however large the file claims to be.
+pub(crate) fn read_text(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<u8>, LogError> {
+    let (mut line, mut begins) = (1, 0);
+    read_checked(path, what, most_bytes, &mut |bytes, from| {
+        let ends = bytes[from..].iter().enumerate().filter(|(_, byte)| **byte == b'\n');
+        for end in ends.map(|(k, _)| from + k).chain([bytes.len()]) {
+            if (end - begins) as u64 > MAX_LINE_BYTES {
+                let problem = format!("longer than {MAX_LINE_BYTES} bytes: no line of a {what}");
+                return Err(ParseError::new(PlaceInFile::Line(line), problem));
+            }
+            if end < bytes.len() {
+                (line, begins) = (line + 1, end + 1);
+            }
+        }
+        Ok(())
+    })
+}
 
 /// The bytes of a file that is not too large to be `what`.
-pub(crate) fn read_text(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<u8>, LogError> {
-    let length = fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
+pub(crate) fn read_bytes(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<u8>, LogError> {
+    read_checked(path, what, most_bytes, &mut |_, _| Ok(()))
+}
+
+/// Looks at all that was read of a file, of which the last piece begins here.
+type CheckPiece<'a> = dyn FnMut(&[u8], usize) -> Result<(), ParseError> + 'a;
+
+/// Reads a file piece by piece, each of which is checked.
+fn read_checked(
+    path: &Path,
+    what: &str,
+    most_bytes: u64,
+    check: &mut CheckPiece<'_>,
+) -> Result<Vec<u8>, LogError> {
+    let too_large = |found: String| {
+        let problem = format!("{found} are no {what}, at most {most_bytes} are read");
+        LogError::malformed(path, PlaceInFile::WholeFile, problem)
+    };
+    let mut file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
+    let length = file.metadata().map_err(|e| LogError::io(path, "open", e))?.len();
     if length > most_bytes {
-        let problem = format!("{length} bytes are no {what}, at most {most_bytes} are read");
-        return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
+        return Err(too_large(format!("{length} bytes")));
     }
-    fs::read(path).map_err(|e| LogError::io(path, "read", e))
+    let mut bytes = Vec::new();
+    loop {
+        let from = bytes.len();
+        let piece = file.by_ref().take(PIECE_BYTES).read_to_end(&mut bytes);
+        if piece.map_err(|e| LogError::io(path, "read", e))? == 0 {
+            return Ok(bytes);
+        }
+        // Devices and pipes do not say how long they are.
+        if bytes.len() as u64 > most_bytes {
+            return Err(too_large(format!("more than {most_bytes} bytes")));
+        }
+        check(&bytes, from).map_err(|e| e.in_file(path))?;
+    }
 }
 
 /// The lines with data: their places (from line 1) and columns. Blank lines and what follows a `#` are

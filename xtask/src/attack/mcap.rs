@@ -178,7 +178,7 @@ mod tests {
             let packed = chunk.packed().unwrap();
             assert_eq!(packed.numbers().len(), 6);
             let file = file_of(std::slice::from_ref(&packed));
-            assert_eq!(of_file(&file).unwrap(), [packed.clone()]);
+            assert_eq!(of_file(&file).unwrap(), std::slice::from_ref(&packed));
             let chunk = Chunk::unpacked(&packed).unwrap();
             assert_eq!(chunk.records, records);
             let parts = chunk.split(2);

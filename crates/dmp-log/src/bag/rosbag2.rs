@@ -1,11 +1,11 @@
 //! Folders as rosbag2 writes them: `metadata.yaml` and the files it names.
 
 use crate::decimal::shorten;
-use crate::folder::files_with_extension;
+use crate::folder::{files_with_extension, stays_inside};
+use crate::text::read_text;
 use crate::{LogError, ParseError, PlaceInFile};
 use saphyr_parser::{Event, Parser};
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Largest metadata that is read. It has a few lines for a topic and for a file.
@@ -33,12 +33,7 @@ pub(super) fn files_of(folder: &Path) -> Result<Option<Vec<PathBuf>>, LogError> 
 
 /// The files that the metadata names, all of them there.
 fn named_files(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, LogError> {
-    let length = fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
-    if length > MAX_METADATA_BYTES {
-        let problem = format!("{length} bytes are no metadata, at most {MAX_METADATA_BYTES} are read");
-        return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
-    }
-    let bytes = fs::read(path).map_err(|e| LogError::io(path, "read", e))?;
+    let bytes = read_text(path, "metadata", MAX_METADATA_BYTES)?;
     let metadata = parse_metadata(&bytes).map_err(|e| e.in_file(path))?;
     if !metadata.compression_mode.is_empty() {
         let problem = format!(
@@ -55,10 +50,12 @@ fn named_files(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, LogError> {
         ));
     }
     let found = |(line, name): &(u64, String)| {
+        // What describes a bag comes from elsewhere: it names no files but the bag's own.
+        let inside = Some(name).filter(|name| stays_inside(Path::new(name)));
         // Old versions write the folder's own name in front.
         let file_name = Path::new(name).file_name().unwrap_or_default();
-        let places = [folder.join(name), folder.join(file_name)];
-        let there = places.into_iter().find(|file| file.is_file());
+        let mut places = inside.map(|name| folder.join(name)).into_iter().chain([folder.join(file_name)]);
+        let there = places.find(|file| file.is_file());
         there.ok_or_else(|| {
             let problem = format!("the file `{}` that it names is not there", shorten(name));
             LogError::malformed(path, PlaceInFile::Line(*line), problem)
@@ -147,6 +144,7 @@ fn value_is_over(open: &mut [Open]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     /// Brackets in brackets, and as many words as they are deep: an answer, and soon.
     #[test]
@@ -170,6 +168,23 @@ mod tests {
         fs::write(folder.path().join("a.mcap"), "").unwrap();
         let error = files_of(folder.path()).unwrap_err().to_string();
         assert!(error.ends_with("line 4: the file `a.mcap` is named twice"), "{error}");
+    }
+
+    #[test]
+    fn no_file_outside_the_folder_is_read() {
+        let parent = tempfile::tempdir().unwrap();
+        fs::write(parent.path().join("a.mcap"), "").unwrap();
+        let folder = parent.path().join("bag");
+        fs::create_dir(&folder).unwrap();
+        let absolute = parent.path().join("a.mcap");
+        for name in ["../a.mcap", absolute.to_str().unwrap()] {
+            let list = format!("rosbag2_bagfile_information:\n  relative_file_paths:\n    - '{name}'\n");
+            fs::write(folder.join("metadata.yaml"), list).unwrap();
+            let error = files_of(&folder).unwrap_err().to_string();
+            assert!(error.contains("line 3: the file `") && error.ends_with("is not there"), "{error}");
+        }
+        fs::write(folder.join("a.mcap"), "").unwrap();
+        assert_eq!(files_of(&folder).unwrap().unwrap(), [folder.join("a.mcap")]);
     }
 
     #[test]

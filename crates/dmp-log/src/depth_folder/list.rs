@@ -1,9 +1,10 @@
 //! The lists of TUM RGB-D: which images there are, and when they were taken.
 
 use crate::decimal::{seconds_to_ns, shorten};
+use crate::folder::stays_inside;
 use crate::text::{lines, read_text};
 use crate::{LogError, ParseError, PlaceInFile};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 /// The names that lists of depth images have; the first that is there counts.
 pub(super) const NAMES: [&str; 4] = ["depth.txt", "associations.txt", "associate.txt", "association.txt"];
@@ -68,7 +69,7 @@ fn is_depth(path: &str) -> bool {
 /// A path that stays in the folder: a list comes from elsewhere.
 fn relative(place: PlaceInFile, text: &str) -> Result<PathBuf, ParseError> {
     let path = PathBuf::from(text);
-    if path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
+    if stays_inside(&path) {
         return Ok(path);
     }
     Err(ParseError::new(place, format!("`{}` leads out of the folder of the list", shorten(text))))

@@ -20,4 +20,4 @@ mod times;
 
 pub(crate) use found::FoundScans;
 pub(crate) use log::ScanFolder;
-pub(crate) use stamps::parse_times;
+pub(crate) use stamps::{MAX_STAMPS_BYTES, parse_times};

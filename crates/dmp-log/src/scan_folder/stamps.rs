@@ -2,10 +2,12 @@
 
 use super::{calendar, names};
 use crate::decimal::seconds_to_ns;
-use crate::text::lines;
+use crate::text::{lines, read_text};
 use crate::{LogError, ParseError};
-use std::fs;
 use std::path::{Path, PathBuf};
+
+/// Largest list of stamps that is read: ten million lines.
+pub(crate) const MAX_STAMPS_BYTES: u64 = 1 << 29;
 
 /// Stamps of the scans, nanoseconds, in the order of their files: from a `times.txt` or `timestamps.txt`
 /// beside them, with a line for each, or from their names. `None` where there are none.
@@ -23,7 +25,7 @@ pub(super) fn find(
         notes.push("no times.txt: the scans have no stamps".into());
         return Ok(None);
     };
-    let bytes = fs::read(&path).map_err(|e| LogError::io(&path, "read", e))?;
+    let bytes = read_text(&path, "list of stamps", MAX_STAMPS_BYTES)?;
     let (stamps_ns, dated) = parse_dated(&bytes).map_err(|e| e.in_file(&path))?;
     let of_names = || names::stamps_ns(files);
     if let (true, Some((of_names, unit))) = (stamps_ns.len() != files.len(), of_names()) {

@@ -5,14 +5,17 @@ use super::euroc::parse_euroc_in;
 use super::format::{TrajectoryFormat, find_format, no_poses};
 use super::g2o::{GraphVertices, parse_g2o};
 use super::kitti::parse_kitti;
-use super::npy::parse_npy;
+use super::npy::{self, parse_npy};
 use super::redwood::parse_redwood_log;
 use super::stamps;
 use super::tum::{parse_tum_in, unit_of_large_stamps};
+use crate::find::ROS1_MAGIC;
 use crate::reads::ReadCount;
-use crate::text::{is_cut, read_text};
+use crate::text::{self, is_cut};
 use crate::{LogError, TimeUnit, fingerprint};
 use dmp_sensor::{Trajectory, TrajectoryRepairs};
+use std::fs::File;
+use std::io::Read as _;
 use std::path::Path;
 
 /// Largest trajectory that is read. A day at 200 poses a second has 2 GiB; more is another file.
@@ -128,5 +131,10 @@ fn of_graph(graph: GraphVertices, notes: &mut Vec<String>) -> TrajectoryRepairs 
 
 /// The bytes of a file that is not too large to be a trajectory.
 pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, LogError> {
-    read_text(path, "trajectory", MAX_BYTES)
+    let mut start = Vec::new();
+    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
+    file.take(16).read_to_end(&mut start).map_err(|e| LogError::io(path, "read", e))?;
+    let is_text = ![npy::MAGIC, ROS1_MAGIC].iter().any(|magic| start.starts_with(magic));
+    let read = if is_text { text::read_text } else { text::read_bytes };
+    read(path, "trajectory", MAX_BYTES)
 }

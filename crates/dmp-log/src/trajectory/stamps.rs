@@ -2,9 +2,9 @@
 
 use crate::LogError;
 use crate::decimal::ns_to_seconds;
-use crate::scan_folder::parse_times;
+use crate::scan_folder::{MAX_STAMPS_BYTES, parse_times};
+use crate::text::read_text;
 use dmp_sensor::{Trajectory, TrajectoryRepairs};
-use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -16,7 +16,7 @@ pub(super) fn from_times_beside(
 ) -> Result<TrajectoryRepairs, LogError> {
     let times = path.with_file_name("times.txt");
     if times.is_file() && times != path {
-        let text = fs::read(&times).map_err(|e| LogError::io(&times, "read", e))?;
+        let text = read_text(&times, "list of stamps", MAX_STAMPS_BYTES)?;
         let stamps_ns = parse_times(&text).map_err(|e| e.in_file(&times))?;
         if stamps_ns.len() == trajectory.len() {
             notes.push(format!("stamps from {}", times.display()));

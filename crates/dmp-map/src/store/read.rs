@@ -226,10 +226,10 @@ impl Footer {
     }
 }
 
-fn split_directory<'a>(
-    directory: &'a [u8],
+fn split_directory(
+    directory: &[u8],
     tiles: u64,
-) -> Result<(Origin, impl Iterator<Item = &'a [u8; ENTRY_BYTES]> + use<'a>), String> {
+) -> Result<(Origin, impl Iterator<Item = &[u8; ENTRY_BYTES]> + use<'_>), String> {
     let text_bytes = Cursor { bytes: directory, at: 0 }.u32() as usize;
     let text = directory.get(4..4 + text_bytes).ok_or("its text does not fit")?;
     let text = std::str::from_utf8(text).map_err(|_| "its text is not UTF-8")?;
