@@ -77,7 +77,8 @@ fn meshes(shop: &Shop<'_>) -> anyhow::Result<Vec<Seed>> {
             let form = if end == "obj" { Form::Text } else { Form::Headed };
             let mesh = shop.of_others(&format!("{folder}/{name}"), &format!("mesh.{end}"), form)?;
             let calls = [
-                format!("map build mesh.{end} -o out.dmpmap => map verify out.dmpmap"),
+                // A mesh may be as large as it says: memory is what it may not take.
+                format!("map build mesh.{end} -o out.dmpmap --memory 256MiB => map verify out.dmpmap"),
                 format!("truth smd mesh.{end} map.dmpmap --json"),
             ];
             // A map of the mesh itself, so that there is something to measure.
