@@ -70,7 +70,12 @@ fn sign(outcome: &Outcome, failure: &Failure) -> String {
         (Some(line), _) => line.split("panicked at").nth(1).unwrap_or_default().trim().to_owned(),
         (
             None,
-            Failure::Signal(_) | Failure::Memory | Failure::Hang | Failure::NotJson | Failure::Code(_),
+            Failure::Signal(_)
+            | Failure::Memory
+            | Failure::Disk
+            | Failure::Hang
+            | Failure::NotJson
+            | Failure::Code(_),
         ) => line.into(),
         (None, failure) => failure.to_string(),
     };

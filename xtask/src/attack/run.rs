@@ -15,6 +15,9 @@ pub(super) const MOST_SECONDS: u64 = 60;
 pub(super) const MOST_RESIDENT_BYTES: u64 = 1 << 30;
 /// Memory that is asked for but not used; maps of files count too. Beyond it a command is refused memory, and aborts.
 const MOST_ADDRESS_BYTES: u64 = 16 << 30;
+/// What a command writes into one file; beyond it the system ends it with [`TOO_LONG_A_FILE`].
+const MOST_FILE_BYTES: u64 = 1 << 30;
+pub(super) const TOO_LONG_A_FILE: i32 = 25;
 /// More of what a command prints is not looked at.
 const MOST_PRINTED_BYTES: u64 = 16 << 20;
 
@@ -52,10 +55,11 @@ pub(super) fn run(dmp: &Path, words: &[String], folder: &Path, temporary: &Path)
 }
 
 fn watch(child: &mut Child, start: Instant) -> anyhow::Result<End> {
-    let limit = Some(MOST_ADDRESS_BYTES);
     if let Some(pid) = Pid::from_raw(child.id() as i32) {
-        // It fails where the command has ended already.
-        let _ = prlimit(Some(pid), Resource::As, Rlimit { current: limit, maximum: limit });
+        for (resource, most) in [(Resource::As, MOST_ADDRESS_BYTES), (Resource::Fsize, MOST_FILE_BYTES)] {
+            // It fails where the command has ended already.
+            let _ = prlimit(Some(pid), resource, Rlimit { current: Some(most), maximum: Some(most) });
+        }
     }
     let mut pause = Duration::from_micros(500);
     let too_much = loop {

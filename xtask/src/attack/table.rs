@@ -12,7 +12,7 @@ struct Counts {
     failed: BTreeMap<String, u64>,
 }
 
-/// A row for each kind of input and command, in the order in which they were first tried.
+/// A row for each kind of input and command.
 #[derive(Debug, Default)]
 pub(super) struct Table {
     rows: BTreeMap<(String, String), Counts>,

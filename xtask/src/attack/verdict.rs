@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::run::{End, Ended};
+use super::run::{End, Ended, TOO_LONG_A_FILE};
 use super::seed::{Call, File};
 
 /// A refusal is a line or a few.
@@ -20,6 +20,8 @@ pub(super) enum Failure {
     Code(i32),
     Hang,
     Memory,
+    /// A file of more than any output of such inputs.
+    Disk,
     /// A refusal without a reason.
     Mute,
     /// A refusal with so many lines.
@@ -46,6 +48,7 @@ impl fmt::Display for Failure {
             Self::Code(code) => write!(f, "exit code {code}"),
             Self::Hang => f.write_str("hang"),
             Self::Memory => f.write_str("memory"),
+            Self::Disk => f.write_str("disk"),
             Self::Mute => f.write_str("refusal without a reason"),
             Self::Long(lines) => write!(f, "refusal of {lines} lines"),
             Self::NotJson => f.write_str("no JSON"),
@@ -99,6 +102,7 @@ fn of_process(call: &Call, ended: &Ended) -> Option<Failure> {
     let said = String::from_utf8_lossy(&ended.said);
     let is_accepted = accepts(call, ended.end);
     match ended.end {
+        End::Signal(TOO_LONG_A_FILE) => return Some(Failure::Disk),
         End::Signal(signal) => return Some(Failure::Signal(signal)),
         End::TooLong => return Some(Failure::Hang),
         End::TooLarge => return Some(Failure::Memory),
