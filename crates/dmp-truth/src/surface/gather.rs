@@ -4,7 +4,7 @@ use dmp_disk::{TileBuckets, TileId};
 use dmp_map::TriangleSampler;
 use dmp_sensor::{Isometry3, Point3};
 
-use super::grid::{Grid, in_world};
+use super::grid::{Grid, SLACK_M, in_world};
 use super::{EvaluatedCounts, Extent, ReferenceCounts, SurfaceError, SurfaceSettings, Triangle};
 
 /// Share of the memory that each of the buckets may take before it goes to disk.
@@ -220,12 +220,32 @@ impl Reference {
     }
 
     fn add_query(&mut self, home: TileId, point: [f64; 3], sample: bool) -> Result<(), SurfaceError> {
+        let EvaluatedPoints { settings, sorted, counts, .. } = &self.evaluated;
+        let reach_m = settings.cap_m + SLACK_M;
         // Thinned, it may share its voxel with others and must be seen beside them.
-        if self.evaluated.settings.thin_m.is_none() && self.evaluated.sorted.is_empty(home) {
+        if settings.thin_m.is_none() && (sorted.is_empty(home) || !counts.extent.reaches(&point, reach_m)) {
             self.unreached += 1;
             return Ok(());
         }
         let bucket = if sample { &mut self.samples } else { &mut self.points.own };
         Ok(bucket.add(home, point)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A corner of a mesh that is kilometres too high makes more samples than a disk holds.
+    #[test]
+    fn samples_that_no_point_is_near_are_counted_and_not_kept() {
+        let mut map = EvaluatedPoints::new(&SurfaceSettings::default(), Isometry3::identity()).unwrap();
+        map.add(&[[1.0, 1.0, 0.0]]).unwrap();
+        let mut reference = map.against_reference().unwrap();
+        reference.add_triangles(&[[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 5_000.0]]]).unwrap();
+        let home = reference.evaluated.grid.tile_of(&[1.0, 1.0, 0.0]);
+        let kept = reference.samples.count(home);
+        assert!((1..1_000).contains(&kept), "{kept} of {}", reference.counts.samples);
+        assert_eq!(reference.unreached + kept, reference.counts.samples);
     }
 }

@@ -7,7 +7,7 @@ use super::Extent;
 /// Coordinates beyond this are left out, metres: tile numbers must fit.
 const WORLD_LIMIT_M: f64 = 5e7;
 /// Added to the reach of a tile, metres: far more than the rounding of any coordinate in the world.
-const SLACK_M: f64 = 1e-3;
+pub(super) const SLACK_M: f64 = 1e-3;
 
 pub(super) fn in_world(point: &[f64; 3]) -> bool {
     // False for NaN.
