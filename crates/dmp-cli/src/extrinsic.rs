@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use dmp_log::{Calib, LogSummary, find_calib, read_calib};
+use dmp_log::{Calib, LogSummary, find_calib, read_calib, shown_path};
 use dmp_sensor::Isometry3;
 
 use crate::exit::Usage;
@@ -172,7 +172,7 @@ fn which_frame(run: &LoadedRun, log: LogHead<'_>) -> String {
 /// KITTI's own poses move the camera while the scans are the LiDAR's, and what others make of its logs moves
 /// either: the direction of travel in the body's axes tells which.
 fn of_camera_or_lidar(run: &LoadedRun, calib: &Calib) -> anyhow::Result<BodyFromSensor> {
-    let path = calib.path.display();
+    let path = shown_path(&calib.path);
     match run.trajectory.travel_in_body() {
         Some(travel) if travel.z > ALONG => {
             Ok(of_calib(calib, "the body travels along its z, as a camera does"))
@@ -196,7 +196,7 @@ fn of_camera_or_lidar(run: &LoadedRun, calib: &Calib) -> anyhow::Result<BodyFrom
 }
 
 fn of_calib(calib: &Calib, why: &str) -> BodyFromSensor {
-    let source = format!("{}: {why}", calib.path.display());
+    let source = format!("{}: {why}", shown_path(&calib.path));
     BodyFromSensor { transform: calib.camera_from_velodyne, source }
 }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use dmp::PosesAs;
-use dmp_log::{StaticFrames, TopicTrajectory, TrajectoryFile};
+use dmp_log::{StaticFrames, TopicTrajectory, TrajectoryFile, shown_path};
 use dmp_sensor::Trajectory;
 
 /// A run's trajectory, read.
@@ -33,6 +33,14 @@ pub(crate) struct LoadedRun {
 }
 
 impl LoadedRun {
+    /// Where it is from, as results say it.
+    pub(crate) fn shown(&self) -> String {
+        match self.given.strip_prefix(&self.path.display().to_string()) {
+            Some(topic) => shown_path(&self.path) + topic,
+            None => self.given.clone(),
+        }
+    }
+
     /// With its poses read as they are meant.
     pub(crate) fn read_as(mut self, way: PosesAs) -> anyhow::Result<Self> {
         let read = way.read(&self.trajectory);

@@ -208,13 +208,13 @@ pub(crate) fn to_score(
     clocks: impl IntoIterator<Item = RunClock>,
 ) -> Vec<Run> {
     let run = |(((run, map), extrinsic), clock): (((LoadedRun, MapSource), BodyFromSensor), RunClock)| Run {
-        name: run.name,
         source: RunSource {
-            file: Some(run.given),
+            file: Some(run.shown()),
             format: Some(run.format.to_owned()),
             body_from_sensor: Some(extrinsic.source),
             notes: run.notes,
         },
+        name: run.name,
         trajectory: run.trajectory,
         map,
         body_from_sensor: Some(extrinsic.transform),

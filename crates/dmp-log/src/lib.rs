@@ -112,7 +112,7 @@ pub use open::{open_log, survey_log};
 pub use options::LogOptions;
 pub use outline::{LogOutline, outline_log};
 pub use points::{PointTime, StampAt, TimeUnit};
-pub use printable::{is_printable, printable};
+pub use printable::{is_printable, printable, shown_path};
 pub use residuals::{ResidualFormat, ResidualHead, ResidualWriter, ScoredPoint, ScoredScan};
 pub use setting::LogSetting;
 pub use summary::{FieldInfo, FieldMeaning, LogFormat, LogSummary, TopicInfo};

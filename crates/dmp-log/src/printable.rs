@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
+use std::path::Path;
 
 /// Whether a character may be printed as it is. Control characters move a terminal's cursor, change its colours and its title,
 /// and end lines; marks of direction make text look like other text (Unicode Technical Report 36, section 3).
@@ -33,4 +34,16 @@ pub fn printable(text: &str) -> Cow<'_, str> {
         }
     }
     Cow::Owned(printed)
+}
+
+/// A path as results say it: those from the root tell of machines and home folders, so only their last part; others as they are.
+///
+/// ```
+/// use std::path::Path;
+/// assert_eq!(dmp_log::shown_path(Path::new("logs/drive.mcap")), "logs/drive.mcap");
+/// assert_eq!(dmp_log::shown_path(Path::new("/home/ada/logs/drive.mcap")), "drive.mcap");
+/// ```
+pub fn shown_path(path: &Path) -> String {
+    let shown = if path.has_root() { path.file_name().map_or(path, Path::new) } else { path };
+    shown.display().to_string()
 }

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use anyhow::Context as _;
 use clap::Args;
 use dmp::{Config, ConventionsReport, MapSource, Run, profiles, vet};
+use dmp_log::shown_path;
 use serde::Serialize;
 
 use crate::clock_args::ClockArgs;
@@ -114,7 +115,7 @@ pub(crate) fn run(arguments: &CalibrateArgs, common: &Common, out: &mut impl Wri
     let found = Found {
         schema: "dmp-calibrate/1",
         dmp_version: env!("CARGO_PKG_VERSION"),
-        log: log.summary().path.display().to_string(),
+        log: shown_path(&log.summary().path),
         runs: vetted
             .found
             .iter()

@@ -1,7 +1,7 @@
 //! What is in a log and in trajectories beside it: found, and as JSON.
 
 use dmp::Pairing;
-use dmp_log::{Damage, FrameInfo, LogSurvey, ScanStream, TopicInfo};
+use dmp_log::{Damage, FrameInfo, LogSurvey, ScanStream, TopicInfo, shown_path};
 use dmp_sensor::{Isometry3, PinholeCamera};
 use serde::Serialize;
 
@@ -166,7 +166,7 @@ impl Info {
         Self {
             schema: "dmp-info/1",
             dmp_version: env!("CARGO_PKG_VERSION"),
-            log: survey.path.display().to_string(),
+            log: shown_path(&survey.path),
             format: survey.format.name(),
             bytes: survey.bytes,
             fingerprint: survey.fingerprint,
@@ -276,7 +276,7 @@ impl TrajectoryInfo {
         let period_ns = stamps_ns.and_then(median_step_ns);
         Self {
             name: run.name.clone(),
-            file: run.given.clone(),
+            file: run.shown(),
             format: run.format,
             fingerprint: run.fingerprint.clone(),
             poses,

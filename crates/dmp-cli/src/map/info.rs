@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::Context as _;
 use clap::Args;
 use dmp_draw::text;
+use dmp_log::shown_path;
 use dmp_map::Store;
 use serde::Serialize;
 
@@ -81,7 +82,7 @@ impl<'a> Info<'a> {
         let last = extents().map(|extent| extent.max_third_highest).max().unwrap_or(i32::MIN);
         Self {
             schema: "dmp-map-info/2",
-            path: map.path().display().to_string(),
+            path: shown_path(map.path()),
             bytes,
             provenance: &map.origin().text,
             voxel_m: lattice.voxel_m(),

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::Context as _;
-use dmp_log::{RawTrajectory, TrajectoryFormat, read_raw_trajectory};
+use dmp_log::{RawTrajectory, TrajectoryFormat, read_raw_trajectory, shown_path};
 use dmp_truth::trajectory::{CompareError, Errors, Pose, PosePath, Prepared, Relation, Statistics};
 use serde::Serialize;
 
@@ -93,7 +93,7 @@ impl CompareArgs {
         }
         let stats = Statistics::of(&errors.values).context("there are no errors")?;
         let title = self.title(metric.name, metric.relation, errors.unit, &metric.title_tail);
-        let names = [reference_path, estimate_path].map(|path| path.display().to_string());
+        let names = [reference_path, estimate_path].map(|path| shown_path(path));
         if self.json {
             let [reference, estimate] = [0, 1].map(|k| FileJson {
                 path: names[k].clone(),
@@ -185,7 +185,7 @@ fn path_of(raw: RawTrajectory) -> Result<PosePath, CompareError> {
 fn notes(files: [(&PathBuf, &RawTrajectory); 2]) -> Vec<String> {
     let mut notes = Vec::new();
     for (path, raw) in files {
-        let path = path.display();
+        let path = shown_path(path);
         if raw.zero_quaternions > 0 {
             notes.push(format!(
                 "{path}: {} quaternions are zero and taken for no rotation",

@@ -4,7 +4,7 @@ use super::camera_numbers::{CameraNumbers, distortion_of};
 use super::found::Layout;
 use crate::decimal::shorten;
 use crate::text::read_text;
-use crate::{LogError, LogOptions, LogSetting, PlaceInFile};
+use crate::{LogError, LogOptions, LogSetting, PlaceInFile, shown_path};
 use dmp_sensor::{Distortion, PinholeCamera};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -88,7 +88,7 @@ pub(super) fn choose(
     notes: &mut Vec<String>,
 ) -> Result<(PinholeCamera, f64), LogError> {
     let [width, height] = size_px;
-    let of_file = |what: &CameraFile| format!("{}", what.path.display());
+    let of_file = |what: &CameraFile| shown_path(&what.path);
     let (numbers, whence) = match (options.camera, file, layout.usual_camera()) {
         (Some(given), _, _) => (given, "as was said".to_owned()),
         (None, Some(file), _) => (file.numbers, format!("from {}", of_file(file))),

@@ -3,7 +3,7 @@
 use super::list::{self, Listed};
 use crate::folder::{entries, is_hidden};
 use crate::scan_folder::names;
-use crate::{LogError, LogFormat};
+use crate::{LogError, LogFormat, shown_path};
 use std::path::{Path, PathBuf};
 
 /// Digits of the largest number that is a counter and no stamp.
@@ -93,7 +93,8 @@ impl FoundImages {
         }
         let image =
             |listed: Listed| FoundImage { path: path.join(listed.path), stamp_ns: Some(listed.stamp_ns) };
-        let notes = vec![format!("images and stamps from {}, taken for {}", list.display(), layout.words())];
+        let notes =
+            vec![format!("images and stamps from {}, taken for {}", shown_path(&list), layout.words())];
         let images = listed.into_iter().map(image).collect();
         Ok(Some(Self { folder: path.into(), layout, images, camera_file: camera_file(path, path), notes }))
     }
@@ -141,7 +142,7 @@ impl FoundImages {
             Layout::Numbered | Layout::Named => "no stamps",
         };
         let mut notes = vec![order.replace("scans", "images")];
-        notes.push(format!("images in {} taken for {}: {stamps}", place.display(), layout.words()));
+        notes.push(format!("images in {} taken for {}: {stamps}", shown_path(place), layout.words()));
         let stamp = |k: usize| stamps_ns.as_ref().and_then(|stamps_ns| stamps_ns.get(k).copied());
         let image = |(k, path): (usize, PathBuf)| FoundImage { path, stamp_ns: stamp(k) };
         let images = files.into_iter().enumerate().map(image).collect();

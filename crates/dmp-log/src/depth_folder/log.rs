@@ -8,7 +8,7 @@ use crate::frame_info::{of_frame, runs_of_eight};
 use crate::reads::{CountedFile, KnownFile, ReadCount};
 use crate::{
     Damage, FieldInfo, FieldMeaning, FrameInfo, LogError, LogOptions, LogSetting, LogSummary, PlaceInFile,
-    PointTime, ScanLog, ScanReader, StampAt, fingerprint,
+    PointTime, ScanLog, ScanReader, StampAt, fingerprint, shown_path,
 };
 use dmp_sensor::{PixelBearings, Scan};
 use std::io::{BufReader, Seek};
@@ -121,8 +121,7 @@ impl Stock {
     /// Takes an image in, or says why it is left out.
     fn take(&mut self, image: FoundImage, count: &ReadCount) -> Result<(), LogError> {
         let FoundImage { path, stamp_ns } = image;
-        let lost =
-            |what: String| Damage::new(path.display().to_string(), format!("{what}; the image is skipped"));
+        let lost = |what: String| Damage::new(shown_path(&path), format!("{what}; the image is skipped"));
         let (mut file, known) = match open(&path, count) {
             Ok(opened) => opened,
             Err(LogError::NotFound { .. }) => {

@@ -7,7 +7,7 @@ use crate::damage::DamageList;
 use crate::points::{
     FieldExtremes, Origin, TimeChoice, TimeRule, TimeUnit, choose_time, frames_to_look_at, time_fields,
 };
-use crate::{Damage, LogError, LogOptions, LogSetting};
+use crate::{Damage, LogError, LogOptions, LogSetting, shown_path};
 use std::path::{Path, PathBuf};
 
 impl ScanFolder {
@@ -60,7 +60,7 @@ impl ScanFolder {
                     "no field `{}`, which the log's first scan has; the scan is skipped",
                     choice.field
                 );
-                damage.push(Damage::new(entry.file.path.display().to_string(), what));
+                damage.push(Damage::new(shown_path(&entry.file.path), what));
             }
             kept
         });

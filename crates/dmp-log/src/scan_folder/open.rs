@@ -8,7 +8,9 @@ use super::log::ScanFolder;
 use super::stamps;
 use crate::damage::{DamageList, first_in_words};
 use crate::reads::ReadCount;
-use crate::{Damage, FrameInfo, LogError, LogOptions, LogSetting, LogSummary, PlaceInFile, fingerprint};
+use crate::{
+    Damage, FrameInfo, LogError, LogOptions, LogSetting, LogSummary, PlaceInFile, fingerprint, shown_path,
+};
 use std::path::PathBuf;
 
 impl ScanFolder {
@@ -45,7 +47,7 @@ impl ScanFolder {
             let mut file = match ScanFile::open(path, self.format, &self.count) {
                 Ok(file) => file,
                 Err(LogError::Malformed { path, place, problem }) => {
-                    let place = format!("{}, {place}", path.display());
+                    let place = format!("{}, {place}", shown_path(&path));
                     let what = format!("{problem}; the scan is skipped");
                     damage.push(Damage::new(place, what));
                     continue;
@@ -55,7 +57,7 @@ impl ScanFolder {
                         "{problem}: points in world coordinates are a map (--map), or with --made-with a log, as one file; \
                          the scan is skipped"
                     );
-                    damage.push(Damage::new(format!("{}, the whole file", path.display()), what));
+                    damage.push(Damage::new(format!("{}, the whole file", shown_path(&path)), what));
                     in_world.get_or_insert(LogError::WorldCoordinates { path, problem });
                     continue;
                 }
@@ -64,7 +66,7 @@ impl ScanFolder {
             let (points, cut) = file.whole_points()?;
             let is_cut = cut.is_some();
             if let Some(cut) = cut {
-                let place = format!("{}, {}", path.display(), cut.place);
+                let place = format!("{}, {}", shown_path(path), cut.place);
                 damage.push(Damage::new(place, cut.what));
             }
             // The last layout is almost always the one.

@@ -3,7 +3,7 @@
 use super::{calendar, names};
 use crate::decimal::seconds_to_ns;
 use crate::text::{lines, read_text};
-use crate::{LogError, ParseError};
+use crate::{LogError, ParseError, shown_path};
 use std::path::{Path, PathBuf};
 
 /// Largest list of stamps that is read: ten million lines.
@@ -31,7 +31,7 @@ pub(super) fn find(
     if let (true, Some((of_names, unit))) = (stamps_ns.len() != files.len(), of_names()) {
         notes.push(format!(
             "{}: {} stamps for {} scans, not used; stamps from the file names, as {unit}",
-            path.display(),
+            shown_path(&path),
             stamps_ns.len(),
             files.len()
         ));
@@ -47,7 +47,7 @@ pub(super) fn find(
         });
     }
     let utc = if dated { ", its dates taken as UTC" } else { "" };
-    notes.push(format!("stamps from {}{utc}", path.display()));
+    notes.push(format!("stamps from {}{utc}", shown_path(&path)));
     Ok(Some(stamps_ns))
 }
 

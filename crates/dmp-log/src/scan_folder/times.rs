@@ -6,7 +6,7 @@ use crate::points::{
     FieldExtremes, Origin, PointTime, RawTime, TimeRule, TimeUnit, frames_to_look_at, place_stamp,
 };
 use crate::reads::{ReadCount, fill};
-use crate::{LogError, LogOptions};
+use crate::{LogError, LogOptions, shown_path};
 use dmp_sensor::Scan;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -41,7 +41,7 @@ impl Beside {
         notes: &mut Vec<String>,
     ) -> Result<Option<Self>, LogError> {
         if options.point_time == PointTime::Ignore {
-            notes.push(format!("{}: not used, as was asked", folder.display()));
+            notes.push(format!("{}: not used, as was asked", shown_path(&folder)));
             return Ok(None);
         }
         let given = TimeRule::given(options.point_time);
@@ -65,7 +65,7 @@ impl Beside {
         let seen = extremes(&folder, entries, count)?;
         let evidence = if given.is_some() { "as was said" } else { "as such files have them" };
         let choice = place_stamp(&folder, "times/*.f32", rule, options.stamp_at, &seen, evidence)?;
-        notes.push(format!("a time for each point from {}", folder.display()));
+        notes.push(format!("a time for each point from {}", shown_path(&folder)));
         Ok(Some(Self {
             folder,
             rule: choice.rule,

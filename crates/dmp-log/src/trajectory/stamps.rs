@@ -1,9 +1,9 @@
 //! Stamps beside a trajectory that has none of its own.
 
-use crate::LogError;
 use crate::decimal::ns_to_seconds;
 use crate::scan_folder::{MAX_STAMPS_BYTES, parse_times};
 use crate::text::read_text;
+use crate::{LogError, shown_path};
 use dmp_sensor::{Trajectory, TrajectoryRepairs};
 use std::io::{self, Write};
 use std::path::Path;
@@ -19,14 +19,14 @@ pub(super) fn from_times_beside(
         let text = read_text(&times, "list of stamps", MAX_STAMPS_BYTES)?;
         let stamps_ns = parse_times(&text).map_err(|e| e.in_file(&times))?;
         if stamps_ns.len() == trajectory.len() {
-            notes.push(format!("stamps from {}", times.display()));
+            notes.push(format!("stamps from {}", shown_path(&times)));
             let poses = stamps_ns.into_iter().zip(trajectory.poses().iter().copied()).collect();
             return Trajectory::stamped(poses)
                 .map_err(|source| LogError::Trajectory { path: times.clone(), source });
         }
         notes.push(format!(
             "{} has {} lines for {} poses and is not used: the n-th pose belongs to the n-th scan",
-            times.display(),
+            shown_path(&times),
             stamps_ns.len(),
             trajectory.len()
         ));

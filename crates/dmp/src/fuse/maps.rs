@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use dmp_log::shown_path;
 use dmp_map::{Lattice, MapFuser, Origin, Store};
 
 use super::files::finish;
@@ -144,7 +145,7 @@ impl<'a> Evaluation<'a, Making<'a>> {
         let world_from_own = run.own_from_world.inverse();
         let into = (&fuser, &world_from_own);
         let found = fuse_given(file, run.name(), self.settings.map_unit, into, self.progress)?;
-        let origin = origin(run, format!("fused from {}", file.display()));
+        let origin = origin(run, format!("fused from {}", shown_path(file)));
         let finished = finish(fuser, &self.given_map_file(run), &origin, self.life(), self.progress);
         let (store, thin_voxels) = finished.map_err(EvaluateError::map_of(run.name()))?;
         let (thin_voxels, points_dropped) = (Some(thin_voxels), found.dropped);
@@ -157,7 +158,7 @@ impl<'a> Evaluation<'a, Making<'a>> {
         format!(
             "dmp {}; log {} ({}); run {run}; {} scans, {} segments",
             env!("CARGO_PKG_VERSION"),
-            summary.path.display(),
+            shown_path(&summary.path),
             summary.fingerprint,
             self.plan.frames().len(),
             self.plan.segments.starts.len()

@@ -1,6 +1,6 @@
 //! How a report is built of what the passes found.
 
-use dmp_log::Damage;
+use dmp_log::{Damage, shown_path};
 use dmp_map::Store;
 use dmp_reduce::{
     Basis, Comparison, Comparisons, Estimate, Margin, RunSums, ScaleComparison, log_likelihood_raw,
@@ -225,14 +225,14 @@ impl Findings<'_> {
                 scans_without_pose: state.scans_without_pose,
                 map: match &run.map {
                     MapSource::Fused => "fused".to_owned(),
-                    MapSource::Given(path) => path.display().to_string(),
+                    MapSource::Given(path) => shown_path(path),
                 },
                 map_notes: state.map.facts.notes.clone(),
                 notes: run.source.notes.clone(),
             }
         };
         InputReport {
-            log: summary.path.display().to_string(),
+            log: shown_path(&summary.path),
             format: summary.format.name().to_owned(),
             fingerprint: summary.fingerprint.clone(),
             bytes: summary.bytes,

@@ -1,4 +1,4 @@
-//! Rows 26 and 27: nobody listens, and text that is not what it looks like.
+//! Rows 26, 27 and 30: nobody listens, text that is not what it looks like, and what results tell of the machine.
 
 use std::fs;
 use std::process::Stdio;
@@ -121,5 +121,44 @@ fn row_27_long_names_are_shown_as_far_as_they_fit() {
     for arguments in ["compare long.json", "compare a.json long.json"] {
         let output = dmp(path, arguments);
         assert!(output.status.code().is_some_and(|code| code != 101), "{}", text(&output.stderr));
+    }
+}
+
+/// What is handed to others does not tell of folders: whatever is given by a path from the root is named by its last part.
+#[test]
+fn row_30_results_hold_no_paths_from_the_root() {
+    let (folder, _) = town();
+    let path = folder.path();
+    let root = path.canonicalize().unwrap();
+    let root = root.to_str().unwrap();
+    let score = format!("score {root}/town.mcap -t {root}/truth.tum -t {root}/drift.tum");
+    let outputs = format!("--report {root}/r.html --save-maps {root}/maps");
+    let told = |arguments: &str| {
+        let output = dmp(path, arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments}\n{}", text(&output.stderr));
+        assert!(!text(&output.stdout).contains(root), "{arguments}\n{}", text(&output.stdout));
+        output
+    };
+    let report = told(&format!("{score} {outputs} --json --quiet"));
+    let report: serde_json::Value = serde_json::from_slice(&report.stdout).unwrap();
+    assert_eq!(report["inputs"]["log"], "town.mcap");
+    assert_eq!(report["inputs"]["runs"][0]["file"], "truth.tum");
+    let relative = dmp(path, "score town.mcap -t ./truth.tum -t drift.tum --json --quiet");
+    let relative: serde_json::Value = serde_json::from_slice(&relative.stdout).unwrap();
+    assert_eq!(relative["inputs"]["runs"][0]["file"], "./truth.tum");
+    let map = format!("{root}/maps/truth.dmpmap");
+    told(&format!("{score} --map truth={map} --json --quiet"));
+    told(&format!("info {root}/town.mcap -t {root}/truth.tum --json"));
+    told(&format!("map info {map} --json"));
+    told(&format!("map info {map}"));
+    told(&format!("truth ape {root}/truth.tum {root}/drift.tum --json"));
+    told(&format!("truth smd {map} {map} --json --quiet"));
+    told(&format!("calibrate {root}/town.mcap -t {root}/truth.tum --json --quiet"));
+    for entry in fs::read_dir(path.join("maps")).unwrap().chain(fs::read_dir(path).unwrap()) {
+        let file = entry.unwrap().path();
+        if file.extension().is_some_and(|e| e == "html" || e == "dmpmap") {
+            let bytes = fs::read(&file).unwrap();
+            assert!(!bytes.windows(root.len()).any(|part| part == root.as_bytes()), "{}", file.display());
+        }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use dmp::{ScaleScores, Scales};
-use dmp_log::CandidateFault;
+use dmp_log::{CandidateFault, shown_path};
 use dmp_loops::{Decision, Estimate, LoopMap, MapScores, Optimised, Tried, Verdict};
 use dmp_sensor::DropReason;
 use dmp_truth::detection::{PrecisionRecall, Ranked as Labelled};
@@ -51,12 +51,12 @@ impl LoopsResult {
                 loop_kernel: inputs.weights.kernel.map(|kernel| format!("{kernel:?}")),
             },
             inputs: InputsResult {
-                graph: arguments.graph.display().to_string(),
+                graph: shown_path(&arguments.graph),
                 vertices: inputs.graph.ids().len(),
                 edges: inputs.graph.edges().len(),
-                candidates: arguments.candidates.display().to_string(),
+                candidates: shown_path(&arguments.candidates),
                 log: inputs.log.as_ref().map(|log| LogResult {
-                    path: log.summary().path.display().to_string(),
+                    path: shown_path(&log.summary().path),
                     scans: map.map_or(log.frames().len(), LoopMap::scans),
                     patches: map.map(patches_of),
                     damage: log

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Context as _;
 use dmp::{Config, MapSource, fuse_maps};
-use dmp_log::{LogError, LogOptions, is_mesh, open_log, read_cloud, read_mesh, read_trajectory};
+use dmp_log::{LogError, LogOptions, is_mesh, open_log, read_cloud, read_mesh, read_trajectory, shown_path};
 use dmp_sensor::{Isometry3, Trajectory};
 use dmp_truth::surface::{
     EvaluatedPoints, MapError, Store, SurfaceError, SurfaceReport, SurfaceSettings, surfel_centres,
@@ -101,7 +101,7 @@ impl Bench<'_> {
             }
             Err(error) => return Err(error.into()),
         };
-        let name = path.display().to_string();
+        let name = shown_path(path);
         let report = self.measure_points(points, &name)?;
         Ok(MeasuredMap { name, format, reference_from_map, report })
     }

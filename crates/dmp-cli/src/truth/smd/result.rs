@@ -1,5 +1,6 @@
 //! Distances, as JSON.
 
+use dmp_log::shown_path;
 use dmp_truth::surface::{Distances, Extent, SurfaceReport, SurfaceSettings};
 use serde::Serialize;
 
@@ -101,7 +102,7 @@ impl SmdResult {
         // The same for every map.
         let counts = measured.maps.first().map(|map| map.report.reference);
         let reference = ReferenceResult {
-            file: arguments.reference.display().to_string(),
+            file: shown_path(&arguments.reference),
             format: measured.reference_format,
             points: counts.map_or(0, |counts| counts.points),
             triangles: counts.map_or(0, |counts| counts.triangles),
