@@ -8,6 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::{ArgMatches, Command};
+use dmp_disk::folder_of;
 
 use crate::exit::Usage;
 use crate::named::NamedFile;
@@ -106,7 +107,7 @@ fn is_same_place(a: &Path, b: &Path) -> bool {
         return a.is_file() && is_same_file(a, b);
     }
     let place = |path: &Path| {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let folder = folder_of(path);
         let name = path.file_name()?.to_string_lossy().into_owned();
         // Where disks do not tell them apart.
         let folds = cfg!(any(windows, target_os = "macos"));

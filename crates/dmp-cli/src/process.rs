@@ -1,10 +1,13 @@
 //! What the process as a whole sets up: memory, interrupts.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use crate::exit::Exit;
+use crate::say::say;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// How many look whether it was.
+static LOOKING: AtomicUsize = AtomicUsize::new(0);
 
 /// Makes the C library give memory back. By itself it learns to keep what large lists leave, in ever more pieces, until a
 /// third more is held than is in use. It reads how from the environment when a process begins; so this one begins
@@ -29,18 +32,38 @@ pub(crate) fn begin_again_with_memory_given_back() {
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
 pub(crate) fn begin_again_with_memory_given_back() {}
 
-/// Prepares this process: Ctrl-C and requests to end are noted instead of ending it at once, so that
-/// scratch files are removed; a second one ends it.
+/// Prepares this process for Ctrl-C and requests to end. Where somebody [`Looks`], the first is noted and work ends in order,
+/// with what can be gone on from kept; else, and with the second, the process ends at once. Nothing unfinished is left behind.
 pub(crate) fn prepare() {
     // Without a handler an interrupt ends the process as it always did; that is no reason not to work.
     let _ = ctrlc::set_handler(|| {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+        let again = INTERRUPTED.swap(true, Ordering::SeqCst);
+        if again || LOOKING.load(Ordering::SeqCst) == 0 {
+            dmp_disk::remove_unfinished();
+            say!("error: stopped before the end");
             std::process::exit(Exit::Interrupted as i32);
         }
     });
 }
 
+/// While it lives, somebody looks again and again whether the process was [`interrupted`].
+#[derive(Debug)]
+pub(crate) struct Looks(());
+
+impl Looks {
+    pub(crate) fn begin() -> Self {
+        LOOKING.fetch_add(1, Ordering::SeqCst);
+        Self(())
+    }
+}
+
+impl Drop for Looks {
+    fn drop(&mut self) {
+        LOOKING.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
 /// Whether the process was asked to stop.
 pub(crate) fn interrupted() -> bool {
-    INTERRUPTED.load(Ordering::Relaxed)
+    INTERRUPTED.load(Ordering::SeqCst)
 }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io::IsTerminal as _;
+use std::sync::OnceLock;
 
 use dmp::{Note, Stage};
 use dmp_draw::text;
@@ -10,7 +11,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use crate::common::Common;
 use crate::exit::option_of;
-use crate::process;
+use crate::process::{self, Looks};
 use crate::say::say;
 
 /// The progress of an evaluation, on standard error where that is a terminal. Gone when dropped.
@@ -18,18 +19,21 @@ use crate::say::say;
 pub(crate) struct Progress {
     bar: ProgressBar,
     quiet: bool,
+    /// From the first thing on that can be stopped.
+    looks: OnceLock<Looks>,
 }
 
 impl Progress {
     pub(crate) fn new(common: &Common) -> Self {
         let shown = !common.quiet && !common.no_progress && std::io::stderr().is_terminal();
         let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        Self { bar: ProgressBar::with_draw_target(None, target), quiet: common.quiet }
+        Self { bar: ProgressBar::with_draw_target(None, target), quiet: common.quiet, looks: OnceLock::new() }
     }
 
     /// Something begins; `total` is 0 where its end is not known.
     fn start(&self, what: &'static str, unit: &'static str, total: u64) {
-        // The looks first: every later call may draw.
+        self.looks.get_or_init(Looks::begin);
+        // How it is drawn first: every later call may draw.
         self.bar.set_style(style(unit, total > 0));
         self.bar.set_prefix(what);
         match total {

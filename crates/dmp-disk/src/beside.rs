@@ -4,6 +4,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::Unfinished;
 use crate::folder_lock::{is_at, may_follow, open_lock};
 
 /// Ends the name of what is in the making: nobody else's files end so.
@@ -22,6 +23,7 @@ pub(crate) struct Beside {
     /// Held: by it others see that somebody is at work.
     lock: Option<File>,
     renamed: bool,
+    _unfinished: Unfinished,
 }
 
 impl Beside {
@@ -33,7 +35,8 @@ impl Beside {
                 make(target, |path| OpenOptions::new().read(true).write(true).create_new(true).open(path))?;
             let lock = file.try_clone()?;
             if lock_new(&lock, &path) {
-                return Ok((Self { path, lock: Some(lock), renamed: false }, file));
+                let _unfinished = Unfinished::new(&path);
+                return Ok((Self { path, lock: Some(lock), renamed: false, _unfinished }, file));
             }
         }
     }
@@ -46,7 +49,8 @@ impl Beside {
             // Where folders cannot be opened they are not locked, and nobody sweeps them.
             let lock = File::open(&path).ok();
             if lock.as_ref().is_none_or(|folder| lock_new(folder, &path)) {
-                return Ok(Self { path, lock, renamed: false });
+                let _unfinished = Unfinished::new(&path);
+                return Ok(Self { path, lock, renamed: false, _unfinished });
             }
         }
     }
@@ -118,7 +122,8 @@ fn prefix(target: &Path) -> String {
     format!(".{}.", &name[..name.floor_char_boundary(NAME_BYTES)])
 }
 
-pub(crate) fn folder_of(path: &Path) -> &Path {
+/// The folder that a file lies in.
+pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 

@@ -5,7 +5,7 @@
 //! A [`ScratchFile`] keeps parts of tiles that do not fit in memory, [`TileBuckets`] sorts records into tiles
 //! under a byte budget. A [`BudgetCache`] keeps loaded values under a byte budget. [`disk_space`] says how much
 //! can still be written to a file system. [`OutputFile`] and [`OutputFolder`] are what the user asked for: they appear
-//! whole or not at all.
+//! whole or not at all; [`remove_unfinished`] is for a process that must end at once.
 //!
 //! Everything read back is compared with a checksum: what changed on disk is an error, never a wrong record.
 //!
@@ -38,8 +38,10 @@ mod output_folder;
 mod scratch_file;
 mod tile_buckets;
 mod tile_id;
+mod unfinished;
 mod work_folder;
 
+pub use beside::folder_of;
 pub use budget_cache::{BudgetCache, NextUse, Weight};
 pub use disk_space::{DiskSpace, disk_space};
 pub use error::DiskError;
@@ -49,4 +51,5 @@ pub use output_folder::OutputFolder;
 pub use scratch_file::ScratchFile;
 pub use tile_buckets::TileBuckets;
 pub use tile_id::TileId;
+pub use unfinished::{Unfinished, remove_unfinished};
 pub use work_folder::WorkFolder;

@@ -3,8 +3,8 @@
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use crate::DiskError;
 use crate::folder_lock::{LOCK, is_own_folder, lock_folder, open_lock};
+use crate::{DiskError, Unfinished};
 
 /// Every work folder's name begins so.
 const PREFIX: &str = "dmp-work-";
@@ -40,6 +40,7 @@ pub struct WorkFolder {
     /// Locked until this is dropped.
     lock: File,
     kept: bool,
+    _unfinished: Unfinished,
 }
 
 impl WorkFolder {
@@ -97,7 +98,7 @@ impl WorkFolder {
     }
 
     fn in_folder(path: PathBuf) -> Result<Self, DiskError> {
-        Ok(Self { lock: lock_folder(&path)?, path, kept: false })
+        Ok(Self { lock: lock_folder(&path)?, _unfinished: Unfinished::new(&path), path, kept: false })
     }
 
     fn clear(&self) -> Result<(), DiskError> {
@@ -162,7 +163,7 @@ impl Drop for WorkFolder {
     }
 }
 
-fn has_checkpoint(folder: &Path) -> bool {
+pub(crate) fn has_checkpoint(folder: &Path) -> bool {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     entries
         .into_iter()

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use clap::Args;
 use dmp::{Config, MapSource, fuse_maps, map_of_cloud};
-use dmp_disk::{OutputFile, WorkFolder, is_own_folder};
+use dmp_disk::{OutputFile, Unfinished, WorkFolder, folder_of, is_own_folder};
 use dmp_draw::text;
 use dmp_map::Store;
 
@@ -113,21 +113,20 @@ const MAP: &str = "map";
 /// with.
 struct Beside {
     folder: PathBuf,
+    _unfinished: Unfinished,
     _taken: Option<File>,
     _elsewhere: Option<WorkFolder>,
 }
 
 impl Beside {
     fn new(output: &Path) -> anyhow::Result<Self> {
-        let parent =
-            output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let name =
             output.file_name().with_context(|| format!("{}: not the name of a file", output.display()))?;
         let name = format!(".dmp-map-{}", name.to_string_lossy());
         // Beside what is no file nothing can be made.
         let elsewhere =
             if may_be_file(output) { None } else { Some(WorkFolder::new(&std::env::temp_dir())?) };
-        let folder = elsewhere.as_ref().map_or(parent, |folder| folder.path()).join(name);
+        let folder = elsewhere.as_ref().map_or(folder_of(output), |folder| folder.path()).join(name);
         if let Err(error) = fs::create_dir(&folder)
             // A killed process may have left it.
             && !is_own_folder(&folder)
@@ -136,7 +135,8 @@ impl Beside {
                 .with_context(|| format!("{}: cannot make a folder for the map", folder.display()));
         }
         let taken = take_folder(&folder)?;
-        Ok(Self { folder, _taken: taken, _elsewhere: elsewhere })
+        let _unfinished = Unfinished::new(&folder);
+        Ok(Self { folder, _unfinished, _taken: taken, _elsewhere: elsewhere })
     }
 
     fn map(&self) -> PathBuf {

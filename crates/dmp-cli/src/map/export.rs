@@ -68,6 +68,9 @@ pub(super) fn run(arguments: &ExportArgs, common: &Common, out: &mut impl Write)
     let (mut points, mut near_m) = (0, None);
     progress.tiles("counting", tiles.len() as u64);
     for &id in &tiles {
+        if process::interrupted() {
+            anyhow::bail!(dmp::EvaluateError::Cancelled);
+        }
         if arguments.within.is_none() && near_m.is_some() {
             points += map.entry(id).map_or(0, |entry| u64::from(entry.own.surfels));
         } else {

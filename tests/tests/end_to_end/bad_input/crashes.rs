@@ -8,7 +8,7 @@ use std::time::Duration;
 use dmp_map::{Store, TileId};
 
 use super::{names_in, scored, scores};
-use crate::common::{text, workspace};
+use crate::common::{dmp_command, text, workspace};
 
 /// Many copies of one run, so that there is time to stop it.
 fn long_job(work: &Path, maps: &Path) -> Child {
@@ -27,7 +27,11 @@ fn stop(mut child: Child, signal: &str, begun: impl Fn() -> bool) -> (Option<i32
         assert_eq!(child.try_wait().unwrap(), None, "it was to run for a while");
         std::thread::sleep(Duration::from_millis(5));
     }
-    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+    // With a comma, twice.
+    for signal in signal.split(',') {
+        // It may have ended meanwhile.
+        Command::new("kill").args([signal, &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
+    }
     let output = child.wait_with_output().unwrap();
     let stderr = text(&output.stderr);
     assert!(!stderr.contains("panicked"), "{stderr}");
@@ -56,6 +60,14 @@ fn row_24_interrupts_leave_nothing_and_kills_nothing_that_counts() {
             (0..20).for_each(|k| drop(fs::remove_file(maps.join(format!("run{k}.dmpmap")))));
         }
     }
+    // Who cannot wait: whatever its threads are at, nothing is left behind.
+    for begun in [&fusing as &dyn Fn() -> bool, &casting] {
+        let (code, last) = stop(long_job(&work, &maps), "-INT,-INT", begun);
+        assert_eq!((code, last.as_str()), (Some(130), "error: stopped before the end"));
+        assert_eq!(names_in(&work), [""; 0]);
+        assert!(names_in(&maps).iter().all(|name| !name.starts_with('.')), "{:?}", names_in(&maps));
+        (0..20).for_each(|k| drop(fs::remove_file(maps.join(format!("run{k}.dmpmap")))));
+    }
     for begun in [&fusing as &dyn Fn() -> bool, &casting] {
         let (code, _) = stop(long_job(&work, &maps), "-KILL", begun);
         assert_eq!(code, None, "killed");
@@ -70,5 +82,25 @@ fn row_24_interrupts_leave_nothing_and_kills_nothing_that_counts() {
         assert_eq!(scores(&scored(folder.path(), small, 0)), scores(&clean));
         assert!(saved("truth") == truth && saved("drift") == drift, "the same bytes");
         names_in(&work).iter().for_each(|name| drop(fs::remove_dir_all(work.join(name))));
+    }
+}
+
+/// What asks nobody whether to stop: it stops at once.
+#[cfg(unix)]
+#[test]
+fn row_24_a_simulation_stops_at_once_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let begun = || !names_in(path).is_empty();
+    for arguments in [
+        "simulate city -o city.mcap --truth truth.tum --km 100",
+        "simulate town -o town.mcap --truth truth.tum --scans 100000",
+        "simulate room -o room --frames 100000",
+    ] {
+        let mut command = dmp_command(path, arguments);
+        let child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        let (code, last) = stop(child, "-INT", begun);
+        assert_eq!((code, last.as_str()), (Some(130), "error: stopped before the end"), "{arguments}");
+        assert_eq!(names_in(path), [""; 0], "{arguments}");
     }
 }
