@@ -2,10 +2,10 @@
 
 use crate::bag::Bag;
 use crate::depth_folder::FoundImages;
+use crate::reads::start_of;
 use crate::scan_folder::FoundScans;
 use crate::{LogError, LogOptions, LogSetting};
-use std::fs::{self, File};
-use std::io::Read;
+use std::fs;
 use std::path::Path;
 
 const LOOKED_FOR: &str = "looked for an MCAP file, a rosbag2 file or folder, a LAS or LAZ file, or a folder with one scan a file (.bin, \
@@ -47,9 +47,7 @@ fn find(path: &Path) -> Result<Found, LogError> {
     if metadata.is_dir() {
         return find_in_folder(path);
     }
-    let mut start = Vec::new();
-    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
-    file.take(16).read_to_end(&mut start).map_err(|e| LogError::io(path, "read", e))?;
+    let start = start_of(path)?;
     if start.starts_with(b"LASF") {
         return Ok(Found::Las);
     }

@@ -77,6 +77,14 @@ impl Seek for CountedFile {
     }
 }
 
+/// The first bytes of a file, by which formats are told apart: 16, or fewer where it is shorter.
+pub(crate) fn start_of(path: &Path) -> Result<Vec<u8>, LogError> {
+    let mut start = Vec::new();
+    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
+    file.take(16).read_to_end(&mut start).map_err(|e| LogError::io(path, "read", e))?;
+    Ok(start)
+}
+
 /// Opens a file that is read from its start, and tells its length.
 pub(crate) fn open_sized(path: &Path) -> Result<(BufReader<File>, u64), LogError> {
     let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;

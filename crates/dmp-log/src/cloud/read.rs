@@ -3,9 +3,8 @@
 use super::format::CloudFormat;
 use super::{las_cloud, pcd_cloud, ply_cloud};
 use crate::pcd::header::starts_like_pcd;
+use crate::reads::start_of;
 use crate::{LengthUnit, LogError};
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 /// What was read of a cloud.
@@ -53,9 +52,7 @@ pub fn read_cloud<E: From<LogError>>(
     unit: Option<LengthUnit>,
     mut sink: impl FnMut(&[[f64; 3]]) -> Result<(), E>,
 ) -> Result<CloudSummary, E> {
-    let mut start = Vec::new();
-    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
-    file.take(16).read_to_end(&mut start).map_err(|e| LogError::io(path, "read", e))?;
+    let mut start = start_of(path)?;
     let scale = [unit.unwrap_or(LengthUnit::Metre).metres(); 3];
     let is_pcd = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pcd"));
     let (format, points, unit_note) = match start.as_slice() {

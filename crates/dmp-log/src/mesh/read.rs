@@ -3,8 +3,7 @@
 use super::fans::MeshSummary;
 use super::{obj, ply_mesh};
 use crate::LogError;
-use std::fs::File;
-use std::io::Read;
+use crate::reads::start_of;
 use std::path::Path;
 
 /// Whether a file is a mesh: a PLY file with faces, or a file whose name ends in `.obj`. Everything else is
@@ -13,13 +12,11 @@ use std::path::Path;
 /// # Errors
 /// When the file cannot be read, or a PLY header makes no sense.
 pub fn is_mesh(path: &Path) -> Result<bool, LogError> {
-    let mut start = Vec::new();
-    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
+    let start = start_of(path)?;
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("obj")) {
         return Ok(true);
     }
-    file.take(4).read_to_end(&mut start).map_err(|e| LogError::io(path, "read", e))?;
-    Ok(matches!(start.as_slice(), [b'p', b'l', b'y', b'\n' | b'\r']) && ply_mesh::has_faces(path)?)
+    Ok(matches!(start.as_slice(), [b'p', b'l', b'y', b'\n' | b'\r', ..]) && ply_mesh::has_faces(path)?)
 }
 
 /// Reads the triangles of a PLY or OBJ mesh, in metres of the file's own frame, and hands them to `sink` in

@@ -10,12 +10,10 @@ use super::redwood::parse_redwood_log;
 use super::stamps;
 use super::tum::{parse_tum_in, unit_of_large_stamps};
 use crate::find::ROS1_MAGIC;
-use crate::reads::ReadCount;
+use crate::reads::{ReadCount, start_of};
 use crate::text::{self, is_cut};
 use crate::{LogError, TimeUnit, fingerprint};
 use dmp_sensor::{Trajectory, TrajectoryRepairs};
-use std::fs::File;
-use std::io::Read as _;
 use std::path::Path;
 
 /// Largest trajectory that is read. A day at 200 poses a second has 2 GiB; more is another file.
@@ -131,9 +129,7 @@ fn of_graph(graph: GraphVertices, notes: &mut Vec<String>) -> TrajectoryRepairs 
 
 /// The bytes of a file that is not too large to be a trajectory.
 pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, LogError> {
-    let mut start = Vec::new();
-    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
-    file.take(16).read_to_end(&mut start).map_err(|e| LogError::io(path, "read", e))?;
+    let start = start_of(path)?;
     let is_text = ![npy::MAGIC, ROS1_MAGIC].iter().any(|magic| start.starts_with(magic));
     let read = if is_text { text::read_text } else { text::read_bytes };
     read(path, "trajectory", MAX_BYTES)
