@@ -163,6 +163,7 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             format: "MCAP".into(),
             fingerprint: "crc32:00000000".into(),
             bytes: 20_000_000,
+            has_checksums: Some(true),
             topic: Some("/points".into()),
             point_times: None,
             span_ns: Some((0, 60_000_000_000)),

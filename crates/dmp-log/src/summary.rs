@@ -54,6 +54,17 @@ impl LogFormat {
             Self::Memory => "scans in memory",
         }
     }
+
+    /// Whether files of the format have checksums over their points.
+    pub(crate) fn has_checksums(self) -> bool {
+        match self {
+            Self::Mcap | Self::Rosbag2Mcap => true,
+            // Chunks of a PNG have them; what is in memory has not been on a disk.
+            Self::TumRgbd | Self::IclNuim | Self::DepthFolder | Self::Memory => true,
+            Self::Rosbag2Sqlite | Self::BinFolder | Self::PcdFolder | Self::PlyFolder => false,
+            Self::LasFolder | Self::Las => false,
+        }
+    }
 }
 
 /// A topic of a log, whether it can be read or not.
@@ -140,6 +151,9 @@ pub struct LogSummary {
     pub notes: Vec<String>,
     /// What is lost.
     pub damage: Vec<Damage>,
+    /// Whether checksums guard all points, as far as was read. Without, bytes that changed are found only where they break
+    /// the form of the log.
+    pub has_checksums: bool,
     /// Identifies the file cheaply, as `crc32:1a2b3c4d`: length and ends, not every byte.
     pub fingerprint: String,
     /// Bytes of the log.
@@ -168,6 +182,7 @@ impl LogSummary {
             depth_units_per_m: None,
             notes: Vec::new(),
             damage: Vec::new(),
+            has_checksums: format.has_checksums(),
             fingerprint: String::new(),
             bytes: 0,
             topics: Arc::default(),
@@ -179,6 +194,12 @@ impl LogSummary {
         self.returns = frames.iter().map(|frame| frame.returns).sum();
         self.span_ns = span_ns(frames);
         self.period_ns = period_ns(frames);
+    }
+
+    /// What to know of a log that no checksum guards, for people.
+    pub fn without_checksums(&self) -> Option<&'static str> {
+        (!self.has_checksums)
+            .then_some("no checksums: bytes that changed are found only where they break the form of the log")
     }
 
     /// Whether the log gives its points times of their own.

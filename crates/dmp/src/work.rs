@@ -12,6 +12,7 @@ use dmp_sensor::ReturnCounts;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::cast::ScanShape;
 use crate::config::{MapSource, Run};
 use crate::error::EvaluateError;
 use crate::frame_set::FrameSet;
@@ -100,6 +101,8 @@ pub(crate) struct Casting {
     pub(crate) counts: ReturnCounts,
     /// Run, column and row of a tile, and its sums.
     pub(crate) tiles: Vec<(u64, i32, i32, RunSums)>,
+    /// Scans by their place in the plan, and what they are like.
+    pub(crate) shapes: Vec<(u64, ScanShape)>,
 }
 
 /// A checkpoint has a name of its own for every stage, and a type.

@@ -92,6 +92,8 @@ pub(super) struct Scans {
     pub(super) steps_back: usize,
     /// Scans with the stamp of another.
     pub(super) same_stamp: usize,
+    /// Whether checksums guard all points.
+    pub(super) has_checksums: bool,
     /// What was guessed or left aside.
     pub(super) notes: Vec<String>,
 }
@@ -230,7 +232,13 @@ impl Stream {
                 rate_hz: rate_hz(summary.period_ns),
                 steps_back: frames.windows(2).filter(|pair| pair[1].stamp_ns < pair[0].stamp_ns).count(),
                 same_stamp: same_stamp(frames),
-                notes: summary.notes.clone(),
+                has_checksums: summary.has_checksums,
+                notes: summary
+                    .notes
+                    .clone()
+                    .into_iter()
+                    .chain(summary.without_checksums().map(Into::into))
+                    .collect(),
             }
         });
         let problem = problem.map(|problem| one_line(&problem.into()));

@@ -14,8 +14,10 @@ use crate::say::say;
 pub(crate) fn found(log: LogHead<'_>, runs: &[LoadedRun]) {
     let summary = log.summary();
     say!("{}: {}", summary.path.display(), log_in_words(summary, log.scans()));
-    if !summary.notes.is_empty() {
-        say!("note: {}", summary.notes.join("; "));
+    let notes: Vec<&str> =
+        summary.notes.iter().map(String::as_str).chain(summary.without_checksums()).collect();
+    if !notes.is_empty() {
+        say!("note: {}", notes.join("; "));
     }
     for run in runs {
         say!("{}: {}", run.name, run_in_words(run, summary));

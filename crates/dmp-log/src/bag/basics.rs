@@ -34,6 +34,8 @@ pub(super) struct FileFound {
     pub(super) channels: Vec<Channel>,
     pub(super) damage: DamageList,
     pub(super) bytes: u64,
+    /// Whether messages were read that no checksum guards.
+    pub(super) unguarded: bool,
 }
 
 /// Why a message that was there cannot be read again.

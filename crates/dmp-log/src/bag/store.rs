@@ -42,6 +42,8 @@ pub(crate) struct BagFound {
     pub(crate) damage: Vec<Damage>,
     /// Bytes of all files.
     pub(crate) bytes: u64,
+    /// Whether messages were read that no checksum guards.
+    pub(crate) unguarded: bool,
 }
 
 impl Bag {
@@ -128,6 +130,7 @@ impl Bag {
             }
             damage.append(found.damage, |lost| self.in_file(path, lost));
             bag_found.bytes += found.bytes;
+            bag_found.unguarded |= found.unguarded;
         }
         bag_found.damage = damage.into_vec();
         Ok(bag_found)

@@ -24,6 +24,7 @@ pub(super) struct AroundScans {
     pub(super) damage: Vec<Damage>,
     pub(super) bytes: u64,
     pub(super) fingerprint: String,
+    has_checksums: bool,
 }
 
 impl AroundScans {
@@ -31,7 +32,8 @@ impl AroundScans {
         let (topics, damage) = (bag_found.topics.infos().into(), bag_found.damage.clone());
         let fingerprint = bag.fingerprint()?;
         let static_frames = static_frames.into();
-        Ok(Self { bag, topics, static_frames, damage, bytes: bag_found.bytes, fingerprint })
+        let has_checksums = !bag_found.unguarded && bag.format().has_checksums();
+        Ok(Self { bag, topics, static_frames, damage, bytes: bag_found.bytes, fingerprint, has_checksums })
     }
 
     /// Chooses the topic that is read: the one that is wanted, or the only one.
@@ -145,6 +147,7 @@ impl BagLog {
             frame_id: topic.frame_id.clone(),
             notes,
             damage,
+            has_checksums: around.has_checksums,
             fingerprint: around.fingerprint.clone(),
             bytes: around.bytes,
             topics: Arc::clone(&around.topics),

@@ -7,6 +7,7 @@ use dmp_reduce::{Comparison, Layout, Promise, Reducer, RunSums, Verdict};
 use dmp_sensor::ReturnCounts;
 
 use super::casters::{RunCaster, SharedTiles, bases};
+use super::shapes::{OddScan, Oddity, ScanShape, odd_scans};
 use super::worker::{CastWorker, TileSums};
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
@@ -35,6 +36,8 @@ pub(crate) struct Scored {
     /// What the verdicts of the last look promise.
     pub(crate) promise: Promise,
     pub(crate) counts: ReturnCounts,
+    /// Scans of a log without checksums that are unlike those around them.
+    pub(crate) odd_scans: Vec<OddScan>,
     /// Sums of the returns that lie in a tile, for each run and tile.
     pub(crate) tiles: HashMap<(usize, TileId), RunSums>,
     pub(crate) tile_loads: u64,
@@ -56,7 +59,13 @@ struct Look {
 }
 
 /// The sums of an evaluation as far as it is cast.
-type Sums = (Reducer, ReturnCounts, TileSums);
+#[derive(Debug, Clone)]
+struct Sums {
+    reducer: Reducer,
+    counts: ReturnCounts,
+    tiles: TileSums,
+    shapes: Vec<(u64, ScanShape)>,
+}
 
 impl Evaluation<'_, RunCaster> {
     /// Casts every return of the sample into every run's map and reduces the residuals, in one pass over the log. What
@@ -70,23 +79,23 @@ impl Evaluation<'_, RunCaster> {
         let (before, mut done) = self.before(&layout, maps.round)?;
 
         let state = |workers: &[CastWorker<'_>]| {
-            let (mut reducer, mut counts, mut tiles) = before.clone();
+            let mut sums = before.clone();
             for worker in workers {
-                reducer.merge(&worker.reducer)?;
-                counts.merge(&worker.counts);
-                for (tile, sums) in &worker.tiles {
-                    tiles.entry(*tile).or_insert_with(RunSums::default).merge(sums);
+                sums.reducer.merge(&worker.reducer)?;
+                sums.counts.merge(&worker.counts);
+                for (tile, of_tile) in &worker.tiles {
+                    sums.tiles.entry(*tile).or_insert_with(RunSums::default).merge(of_tile);
                 }
+                sums.shapes.extend(&worker.shapes);
             }
-            Ok::<_, EvaluateError>((reducer, counts, tiles))
+            Ok::<_, EvaluateError>(sums)
         };
         let mut keep = |workers: &[CastWorker<'_>], done: &FrameSet| {
             maps.keep(&self.work)?;
-            let (reducer, counts, tiles) = state(workers)?;
+            let Sums { reducer, counts, tiles, shapes } = state(workers)?;
             let tiles = tiles.into_iter().map(|((run, tile), sums)| (run as u64, tile.x, tile.y, sums));
-            let tiles = tiles.collect();
-            self.work
-                .save(maps.round, &Casting { done: done.clone(), reducer: reducer.seen(), counts, tiles })
+            let (done, reducer, tiles) = (done.clone(), reducer.seen(), tiles.collect());
+            self.work.save(maps.round, &Casting { done, reducer, counts, tiles, shapes })
         };
         let mut workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
         let reading = self.plan.reading(self.log, &self.means, self.progress);
@@ -110,7 +119,7 @@ impl Evaluation<'_, RunCaster> {
                 first += jobs.jobs.len();
                 let pauses = Pauses { every, done: std::mem::take(&mut done), keep: &mut keep, ahead };
                 (workers, done) = each_frame_in_parts(reading, jobs, std::mem::take(&mut workers), pauses)?;
-                let reducer = state(&workers)?.0;
+                let reducer = state(&workers)?.reducer;
                 // What an earlier process went on from was not decided.
                 if reducer.frames_added() == look.size && self.is_decided(&reducer) {
                     break;
@@ -118,7 +127,8 @@ impl Evaluation<'_, RunCaster> {
             }
             Ok::<_, EvaluateError>(())
         })?;
-        let (reducer, counts, tiles) = state(&workers)?;
+        let Sums { reducer, counts, tiles, shapes } = state(&workers)?;
+        let odd_scans = self.odd_scans(shapes);
         let promise = self.promise(&reducer);
         let frames = reducer.frames_added();
         let caster = &self.runs[0].map.caster;
@@ -131,6 +141,7 @@ impl Evaluation<'_, RunCaster> {
             looks: self.plan.looks.sizes().iter().copied().filter(|&size| size <= frames).collect(),
             promise,
             counts,
+            odd_scans,
             tiles,
             tile_loads: caster.tile_loads(),
             tiles_in_reach,
@@ -209,11 +220,25 @@ impl Evaluation<'_, RunCaster> {
     fn before(&self, layout: &Layout, round: Round) -> Result<(Sums, FrameSet), EvaluateError> {
         let kept = if self.sink.wants_every_return() { None } else { self.work.load::<Casting>(round)? };
         let Some(kept) = kept else {
-            let nothing = (Reducer::new(layout.clone()), ReturnCounts::default(), HashMap::new());
+            let (reducer, counts) = (Reducer::new(layout.clone()), ReturnCounts::default());
+            let nothing = Sums { reducer, counts, tiles: HashMap::new(), shapes: Vec::new() };
             return Ok((nothing, FrameSet::default()));
         };
         let tiles = kept.tiles.into_iter().map(|(run, x, y, sums)| ((run as usize, TileId { x, y }), sums));
         let reducer = Reducer::resume(layout.clone(), kept.reducer)?;
-        Ok(((reducer, kept.counts, tiles.collect()), kept.done))
+        let (counts, tiles, shapes) = (kept.counts, tiles.collect(), kept.shapes);
+        Ok((Sums { reducer, counts, tiles, shapes }, kept.done))
+    }
+
+    /// The scans that are unlike those around them, where all were scored.
+    fn odd_scans(&self, mut shapes: Vec<(u64, ScanShape)>) -> Vec<OddScan> {
+        let frames = self.plan.frames();
+        if shapes.len() != frames.len() {
+            return Vec::new();
+        }
+        shapes.sort_unstable_by_key(|&(ordinal, _)| ordinal);
+        let shapes: Vec<ScanShape> = shapes.into_iter().map(|(_, shape)| shape).collect();
+        let odd = |(k, oddity): (usize, Oddity)| OddScan { scan: frames[k].number, oddity };
+        odd_scans(&shapes).into_iter().map(odd).collect()
     }
 }

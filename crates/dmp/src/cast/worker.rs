@@ -10,6 +10,7 @@ use dmp_reduce::{
 use dmp_sensor::{DepthNoise, Isometry3, Ray, ReturnCounts, Scan, depth_per_range};
 
 use super::casters::{RunCaster, bases};
+use super::shapes::{ScanShape, ShapeCounts};
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
 use crate::frames::{PlannedFrame, Worker};
@@ -35,6 +36,9 @@ pub(super) struct CastWorker<'e> {
     pub(super) reducer: Reducer,
     pub(super) tiles: TileSums,
     pub(super) counts: ReturnCounts,
+    /// Of the scans seen, where no checksum guards them: their places in the plan, and their shapes.
+    pub(super) shapes: Vec<(u64, ScanShape)>,
+    shape: ShapeCounts,
 }
 
 /// One run, with what its rays left.
@@ -67,6 +71,8 @@ impl<'e> CastWorker<'e> {
             reducer: Reducer::new(layout.clone()),
             tiles: HashMap::new(),
             counts: ReturnCounts::default(),
+            shapes: Vec::new(),
+            shape: ShapeCounts::default(),
         }
     }
 }
@@ -76,9 +82,13 @@ impl Worker for CastWorker<'_> {
         let Self { evaluation, poser, runs, queries, buffers, of_return, .. } = self;
         let (depth_noise, scales) = (self.depth_noise.as_ref(), self.frame.scales());
         self.frame.clear();
+        let (unguarded, shape) = (!evaluation.log.summary().has_checksums, &mut self.shape);
         let sums = &mut self.frame;
         let mut first = 0;
         let counts = poser.blocks(frame, scan, |block| {
+            if unguarded {
+                shape.add(block.rays(0));
+            }
             for (number, run) in runs.iter_mut().enumerate() {
                 run.cast(block.rays(number), frame.segment, queries, buffers)?;
                 run.leave_residuals(&block, number, scales, depth_noise);
@@ -105,6 +115,9 @@ impl Worker for CastWorker<'_> {
         }
         self.reducer.add_frame(ordinal as u64, &self.frame)?;
         self.evaluation.sink.frame_scored(frame.number, &self.frame);
+        if unguarded {
+            self.shapes.push((ordinal as u64, self.shape.take(&counts)));
+        }
         self.counts.merge(&counts);
         self.evaluation.progress.advance(counts.total());
         Ok(())

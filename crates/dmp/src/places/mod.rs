@@ -115,6 +115,7 @@ pub fn evaluate_quick<'a>(
         looks: vec![reducer.frames_added()],
         promise: settings.promise(),
         counts,
+        odd_scans: Vec::new(),
         tiles: totals.tiles,
         tile_loads: totals.tile_loads,
         tiles_in_reach,

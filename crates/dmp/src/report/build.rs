@@ -140,7 +140,7 @@ impl Findings<'_> {
             },
             tiles: tile_reports(scored),
         };
-        warnings::add(&mut report, plan, &scored.counts, runs);
+        warnings::add(&mut report, plan, scored, runs);
         report
     }
 
@@ -236,6 +236,7 @@ impl Findings<'_> {
             format: summary.format.name().to_owned(),
             fingerprint: summary.fingerprint.clone(),
             bytes: summary.bytes,
+            has_checksums: Some(summary.has_checksums),
             topic: summary.topic.clone(),
             point_times: summary.point_times.clone(),
             span_ns: summary.span_ns,

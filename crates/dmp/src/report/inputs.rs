@@ -20,6 +20,9 @@ pub struct InputReport {
     pub fingerprint: String,
     /// Its length, bytes.
     pub bytes: u64,
+    /// Whether checksums guard all its points; null where the one who wrote this did not look.
+    #[serde(default)]
+    pub has_checksums: Option<bool>,
     /// The topic read.
     pub topic: Option<String>,
     /// How the times of points were understood; null where there are none.

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::withheld::Withheld;
+use crate::cast::OddScan;
 
 /// What a reader must know before believing a report, or a run in it. Shares are of 1.
 ///
@@ -20,6 +21,18 @@ pub enum Warning {
     ImplausibleRanges {
         /// Share of all returns.
         share: f64,
+    },
+    /// Scans of a log without checksums are unlike those before and after them.
+    #[error(
+        "{count} {} unlike those before and after, and the log has no checksums: {}; did bytes change?",
+        if *.count == 1 { "scan is" } else { "scans are" },
+        in_words(.first, *.count)
+    )]
+    OddScans {
+        /// How many.
+        count: usize,
+        /// The first of them.
+        first: Vec<OddScan>,
     },
     /// So many rays of a run hit nothing.
     #[error(
@@ -278,6 +291,15 @@ impl From<String> for Warning {
     fn from(sentence: String) -> Self {
         Self::Other(sentence)
     }
+}
+
+/// The first of so many.
+fn in_words(first: &[OddScan], count: usize) -> String {
+    let mut words: Vec<String> = first.iter().map(ToString::to_string).collect();
+    if count > first.len() {
+        words.push(format!("and {} more", count - first.len()));
+    }
+    words.join("; ")
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use super::pair::PairReport;
 use super::run::RunReport;
 use super::sampling::{PlacesReport, SamplingReport};
 use super::warning::Warning;
+use crate::cast::Scored;
 use crate::plan::Plan;
 use crate::run_state::RunState;
 
@@ -25,6 +26,8 @@ const DROPS_TOLD: f64 = 0.2;
 const VEHICLE_TOLD: f64 = 0.05;
 /// A share of returns with ranges of no LiDAR that is worth a word.
 const IMPLAUSIBLE_TOLD: f64 = 0.05;
+/// Scans unlike those around them that are named.
+const ODD_TOLD: usize = 5;
 /// Frames below which a sample has no intervals.
 const FRAMES_NEEDED: u64 = 4;
 /// How much more may be read for places than was asked for before it is worth a word.
@@ -33,13 +36,18 @@ const OVER_ASKED: f64 = 1.1;
 const FRAMES_FEW: u64 = 40;
 
 /// Adds what a reader must know before believing the report.
-pub(super) fn add<M>(report: &mut Report, plan: &Plan, counts: &ReturnCounts, runs: &[RunState<'_, M>]) {
+pub(super) fn add<M>(report: &mut Report, plan: &Plan, scored: &Scored, runs: &[RunState<'_, M>]) {
     for (run, state) in report.runs.iter_mut().zip(runs) {
         // What is likely wrong comes before what follows from it.
         run.warnings = state.hint.iter().cloned().map(Warning::Other).chain(of_run(run)).collect();
     }
     report.warnings = of_report(report, plan, runs);
-    report.warnings.extend(implausible(counts));
+    report.warnings.extend(implausible(&scored.counts));
+    if !scored.odd_scans.is_empty() {
+        let (count, first) =
+            (scored.odd_scans.len(), scored.odd_scans.iter().take(ODD_TOLD).cloned().collect());
+        report.warnings.push(Warning::OddScans { count, first });
+    }
 }
 
 /// Where the numbers of the points are hardly coordinates in metres.

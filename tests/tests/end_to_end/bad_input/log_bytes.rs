@@ -1,4 +1,4 @@
-//! Rows 1, 2, 3 and 20: logs whose bytes are cut, wrong or lie.
+//! Rows 1, 2, 3, 20 and 31: logs whose bytes are cut, wrong or lie.
 
 use std::fs;
 
@@ -135,4 +135,68 @@ fn row_20_bombs_are_not_unpacked_and_forged_sizes_not_believed() {
     }
     fs::write(path.join("alone.mcap"), bag_of_records(&zstd_chunk(300 << 20, &bomb))).unwrap();
     refused(path, "score alone.mcap -t truth.tum", 1, &["alone.mcap", "byte ", "268435456 allowed"]);
+}
+
+/// Where no checksum guards a log, that is said; and scans unlike those around them are named.
+#[test]
+fn row_31_logs_without_checksums_say_so_and_name_odd_scans() {
+    let (folder, scans) = town();
+    let path = folder.path();
+    let runs = "-t truth.tum -t drift.tum";
+    let odd = |report: &serde_json::Value| says(&report["warnings"], &["unlike those before and after"]);
+    let guarded = scored(path, &format!("score town.mcap {runs}"), 0);
+    assert_eq!((&guarded["inputs"]["has_checksums"], odd(&guarded)), (&true.into(), false));
+    let info = dmp(path, "info town.mcap");
+    assert!(!text(&info.stdout).contains("no checksums"), "{}", text(&info.stdout));
+
+    // As Python's rosbags writes it: the CRC of every chunk is 0, for none.
+    let mut bytes = fs::read(path.join("town.mcap")).unwrap();
+    for (at, opcode, _) in records_of(&bytes.clone()) {
+        if opcode == 6 {
+            let crc_at = at + 9 + 24;
+            assert_ne!(&bytes[crc_at..crc_at + 4], &[0; 4]);
+            bytes[crc_at..crc_at + 4].fill(0);
+        }
+    }
+    fs::write(path.join("plain.mcap"), bytes).unwrap();
+    for (name, format) in [
+        ("bin", FolderFormat::Bin),
+        ("pcd", FolderFormat::Pcd),
+        ("ply", FolderFormat::Ply),
+        ("laz", FolderFormat::Laz),
+    ] {
+        write_folder(&path.join(name), &scans, format);
+    }
+    for log in ["plain.mcap", "bin", "pcd", "ply", "laz"] {
+        let info = dmp(path, &format!("info {log}"));
+        assert!(text(&info.stdout).contains("no checksums"), "{log}\n{}", text(&info.stdout));
+        let output = dmp(path, &format!("score {log} {runs}"));
+        assert!(text(&output.stderr).contains("no checksums"), "{log}\n{}", text(&output.stderr));
+        let report = scored(path, &format!("score {log} {runs}"), 0);
+        assert_eq!((&report["inputs"]["has_checksums"], odd(&report)), (&false.into(), false), "{log}");
+    }
+
+    // A sector with the bytes of another file; half a file that never came to the disk.
+    let file = path.join("bin/scans/000012.bin");
+    let whole = fs::read(&file).unwrap();
+    let mut state = 1u64;
+    let mut any = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 56) as u8
+    };
+    let mut foreign = whole.clone();
+    foreign[1024..5120].iter_mut().for_each(|byte| *byte = any());
+    let mut lost = whole.clone();
+    lost[whole.len() / 4..].fill(0);
+    for (bytes, words) in
+        [(foreign, "ranges below 1 mm or above 100 km"), (lost, "returns where they have about")]
+    {
+        fs::write(&file, bytes).unwrap();
+        let report = scored(path, &format!("score bin {runs}"), 0);
+        assert!(
+            says(&report["warnings"], &["1 scan is unlike", "scan 12 has", words]),
+            "{}",
+            report["warnings"]
+        );
+    }
 }

@@ -37,6 +37,7 @@ pub(super) struct ChunkDecoder {
     zstd: Option<Decompressor<'static>>,
     packed: Vec<u8>,
     records: Vec<u8>,
+    met_no_crc: bool,
 }
 
 impl fmt::Debug for ChunkDecoder {
@@ -87,10 +88,16 @@ impl ChunkDecoder {
             return damaged(format!("it unpacks to {got} bytes, its header says {claimed}"));
         }
         let crc = crc32fast::hash(&self.records);
+        self.met_no_crc |= head.crc == 0 && !self.records.is_empty();
         if head.crc != 0 && head.crc != crc {
             return damaged(format!("its CRC is {crc:08x}, its header says {:08x}", head.crc));
         }
         Ok(&self.records)
+    }
+
+    /// Whether any chunk had no checksum.
+    pub(super) fn met_no_crc(&self) -> bool {
+        self.met_no_crc
     }
 
     /// What was decoded last.

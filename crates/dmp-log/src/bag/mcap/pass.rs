@@ -30,6 +30,8 @@ pub(super) struct Pass<'a, 'b> {
     /// Where chunks are passed over.
     pub(super) heads: Option<Heads>,
     pub(super) unchunked_messages: bool,
+    /// Whether the checksum over all data was compared: the only one of messages outside the chunks.
+    pub(super) data_crc_compared: bool,
 }
 
 impl<'a, 'b> Pass<'a, 'b> {
@@ -42,6 +44,7 @@ impl<'a, 'b> Pass<'a, 'b> {
             messages: 0,
             heads: None,
             unchunked_messages: false,
+            data_crc_compared: false,
         }
     }
 
@@ -51,8 +54,12 @@ impl<'a, 'b> Pass<'a, 'b> {
             let what = format!("{count} messages of a channel that is not described before them are lost");
             self.damage.push(Damage::new(format!("channel {id}"), what));
         }
-        let found =
-            FileFound { channels: self.channels.described(), damage: self.damage, bytes: source.length() };
+        let found = FileFound {
+            channels: self.channels.described(),
+            damage: self.damage,
+            bytes: source.length(),
+            unguarded: self.unchunked_messages && !self.data_crc_compared || self.decoder.met_no_crc(),
+        };
         (found, self.channels)
     }
 }

@@ -160,6 +160,7 @@ impl Pass<'_, '_> {
             from += count;
         }
         let crc = hasher.finalize();
+        self.data_crc_compared = true;
         if crc != claimed {
             self.lost(
                 at,
