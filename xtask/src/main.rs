@@ -3,6 +3,7 @@
 mod attack;
 mod bench;
 mod cli_docs;
+mod licences;
 mod samples;
 mod study;
 mod workspace;
@@ -20,6 +21,7 @@ enum Task {
     #[command(subcommand)]
     Bench(bench::Bench),
     CliDocs(cli_docs::CliDocsArgs),
+    Licences(licences::LicencesArgs),
     Samples(samples::SamplesArgs),
     Study(study::StudyArgs),
     Written(written::WrittenArgs),
@@ -30,6 +32,7 @@ fn main() -> ExitCode {
         Task::Attack(arguments) => attack::run(&arguments),
         Task::Bench(bench) => bench::run(&bench),
         Task::CliDocs(arguments) => cli_docs::run(&arguments),
+        Task::Licences(arguments) => licences::run(&arguments),
         Task::Samples(arguments) => samples::run(&arguments),
         Task::Study(arguments) => study::run(&arguments),
         Task::Written(arguments) => written::run(&arguments),

@@ -1,9 +1,13 @@
 //! The same inputs give the same bits, whatever the threads, the memory, the order of reading.
 
+use std::fs;
+use std::process::Command;
+
 use dmp::{Config, FrameOrder, MapSource};
+use dmp_sensor::Trajectory;
 
 use crate::common::{
-    collapse, comparable, drift, noise, real_data, refused, runs_of, score, small_town, write_mcap,
+    collapse, comparable, drift, noise, real_data, refused, runs_of, score, small_town, text, write_mcap,
 };
 
 const MIB: usize = 1 << 20;
@@ -51,6 +55,45 @@ fn a_real_log_under_a_budget_that_is_felt() {
         assert_eq!(comparable(&tight), comparable(&whole));
     }
     assert!(runs.iter().all(|run| run.map == MapSource::Fused));
+}
+
+/// Processors with fewer vector instructions than this one, in software: each takes another path through the caster.
+#[cfg(all(target_arch = "x86_64", target_os = "linux"))]
+#[test]
+fn other_processors() {
+    const QEMU: &str = "qemu-x86_64";
+    if Command::new(QEMU).arg("--version").output().is_err() {
+        assert!(std::env::var_os("CI").is_none_or(|ci| ci != "true"), "there is no {QEMU}");
+        eprintln!("skipped: there is no {QEMU}");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let (scans, truth) = small_town(12, 200);
+    write_mcap(&folder.path().join("town.mcap"), &scans);
+    let save = |name: &str, trajectory: &Trajectory| {
+        dmp_log::write_tum(&mut fs::File::create(folder.path().join(name)).unwrap(), trajectory).unwrap();
+    };
+    save("truth.tum", &truth);
+    save("noise.tum", &noise(0.05, 0.2).apply(&truth).unwrap());
+    let arguments =
+        ["score", "town.mcap", "-t", "truth.tum", "-t", "noise.tum", "--json", "--quiet", "--threads", "1"];
+    let scored = |command: &mut Command| {
+        // Set, it does not begin again, which would be on the processor that is there.
+        let command = command.args(arguments).env("MALLOC_MMAP_THRESHOLD_", "262144").current_dir(&folder);
+        let output = command.output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let mut report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let object = report.as_object_mut().unwrap();
+        assert!(object.remove("timing").is_some() && object.remove("memory").is_some());
+        report
+    };
+    let program = env!("CARGO_BIN_EXE_dmp-under-test");
+    let here = scored(&mut Command::new(program));
+    assert!(here["runs"][0]["returns"].as_u64().unwrap() > 1000);
+    for processor in ["Nehalem", "Haswell"] {
+        let there = scored(Command::new(QEMU).args(["-cpu", processor, program]));
+        assert_eq!(there, here, "{processor}");
+    }
 }
 
 #[test]

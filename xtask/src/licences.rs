@@ -1,0 +1,168 @@
+//! The licences of everything that the command is built of.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context as _, bail};
+use clap::Args;
+use serde::Deserialize;
+
+use crate::workspace::root;
+
+/// The package whose dependencies are meant.
+const COMMAND: &str = "dmp-cli";
+/// What is linked differs little from system to system; this is what is shipped.
+const TARGET: &str = "x86_64-unknown-linux-gnu";
+/// The file, in the root of the workspace.
+const FILE: &str = "THIRD-PARTY.txt";
+/// Files of a package that say under which terms it comes begin so.
+const NAMES: [&str; 5] = ["licen", "copying", "notice", "unlicense", "copyright"];
+
+/// Write the licences of everything that the command is built of into THIRD-PARTY.txt
+///
+/// A text that several packages have stands there once. The file belongs beside the binary wherever that is handed on.
+#[derive(Debug, Args)]
+pub(crate) struct LicencesArgs {
+    /// Only compare with the file that is there
+    #[arg(long)]
+    check: bool,
+}
+
+/// What `cargo metadata` prints, as far as it is needed.
+#[derive(Debug, Deserialize)]
+struct Metadata {
+    packages: Vec<Package>,
+    resolve: Resolve,
+}
+
+#[derive(Debug, Deserialize)]
+struct Package {
+    id: String,
+    name: String,
+    version: String,
+    license: Option<String>,
+    #[serde(default)]
+    authors: Vec<String>,
+    repository: Option<String>,
+    /// Null for those of the workspace.
+    source: Option<String>,
+    manifest_path: PathBuf,
+}
+
+#[derive(Debug, Deserialize)]
+struct Resolve {
+    nodes: Vec<Node>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Node {
+    id: String,
+    deps: Vec<Dependency>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Dependency {
+    pkg: String,
+    dep_kinds: Vec<Kind>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Kind {
+    /// Null for those that are linked; else `dev` or `build`.
+    kind: Option<String>,
+}
+
+pub(crate) fn run(arguments: &LicencesArgs) -> anyhow::Result<()> {
+    let written = listing(&linked(metadata()?)?)?;
+    let path = root().join(FILE);
+    if !arguments.check {
+        return fs::write(&path, written).with_context(|| path.display().to_string());
+    }
+    let there = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    if there != written {
+        bail!("{FILE} is not what `cargo xtask licences` writes");
+    }
+    Ok(())
+}
+
+fn metadata() -> anyhow::Result<Metadata> {
+    let arguments = ["metadata", "--format-version=1", "--locked", "--filter-platform", TARGET];
+    let output = Command::new(env!("CARGO")).args(arguments).current_dir(root()).output()?;
+    if !output.status.success() {
+        bail!("cargo metadata: {}", String::from_utf8_lossy(&output.stderr).trim());
+    }
+    Ok(serde_json::from_slice(&output.stdout)?)
+}
+
+/// The packages that are linked into the command, but for those of the workspace.
+fn linked(metadata: Metadata) -> anyhow::Result<Vec<Package>> {
+    let nodes: BTreeMap<&str, &Node> =
+        metadata.resolve.nodes.iter().map(|node| (node.id.as_str(), node)).collect();
+    let of_command = metadata.packages.iter().find(|package| package.name == COMMAND);
+    let mut left = vec![of_command.with_context(|| format!("no package {COMMAND}"))?.id.as_str()];
+    let mut found = BTreeSet::new();
+    while let Some(id) = left.pop() {
+        if found.insert(id.to_owned()) {
+            let node = nodes.get(id).with_context(|| format!("no node {id}"))?;
+            let is_linked =
+                |dependency: &&Dependency| dependency.dep_kinds.iter().any(|kind| kind.kind.is_none());
+            left.extend(node.deps.iter().filter(is_linked).map(|dependency| dependency.pkg.as_str()));
+        }
+    }
+    let is_foreign = |package: &Package| package.source.is_some() && found.contains(&package.id);
+    let mut packages: Vec<Package> = metadata.packages.into_iter().filter(is_foreign).collect();
+    packages.sort_by(|a, b| (&a.name, &a.version).cmp(&(&b.name, &b.version)));
+    Ok(packages)
+}
+
+fn listing(packages: &[Package]) -> anyhow::Result<String> {
+    // Each text, with who has it.
+    let mut texts: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let mut written = String::from(
+        "What the command `dmp` is built of, and under which terms. Made by `cargo xtask licences`.\n\n",
+    );
+    for package in packages {
+        let name = format!("{} {}", package.name, package.version);
+        let Some(license) = &package.license else { bail!("{name} does not name its licence") };
+        let from = package.repository.as_deref().unwrap_or("-");
+        written += &format!("{name}: {license}; {from}\n");
+        let own = texts_of(package)?;
+        if own.is_empty() {
+            let authors = package.authors.join(", ");
+            let text = format!("No text comes with it. Its manifest: {license}; {authors}");
+            texts.entry(text).or_default().push(name.clone());
+        }
+        for text in own {
+            texts.entry(text).or_default().push(name.clone());
+        }
+    }
+    let mut texts: Vec<(String, Vec<String>)> = texts.into_iter().collect();
+    texts.sort_by(|(_, a), (_, b)| a.cmp(b));
+    for (text, names) in texts {
+        written += &format!("\n{}\n{}\n\n{text}\n", "=".repeat(80), names.join(", "));
+    }
+    Ok(written)
+}
+
+/// The texts that come with a package, in the order of their files' names.
+fn texts_of(package: &Package) -> anyhow::Result<Vec<String>> {
+    let folder = package.manifest_path.parent().unwrap_or(Path::new("."));
+    let mut files: Vec<PathBuf> = Vec::new();
+    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+        if path.is_file() && NAMES.iter().any(|start| name.starts_with(start)) {
+            files.push(path);
+        }
+    }
+    files.sort();
+    let text = |path: &PathBuf| {
+        let bytes = fs::read(path).with_context(|| path.display().to_string())?;
+        let text = String::from_utf8_lossy(&bytes);
+        // Where they only differ in white space at the ends of lines they are one.
+        Ok(text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n").trim_matches('\n').to_owned())
+    };
+    files.iter().map(text).collect()
+}
