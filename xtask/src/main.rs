@@ -3,8 +3,10 @@
 mod attack;
 mod bench;
 mod cli_docs;
+mod faults;
 mod samples;
 mod study;
+mod trials;
 mod workspace;
 mod written;
 
@@ -20,6 +22,7 @@ enum Task {
     #[command(subcommand)]
     Bench(bench::Bench),
     CliDocs(cli_docs::CliDocsArgs),
+    Faults(faults::FaultsArgs),
     Samples(samples::SamplesArgs),
     Study(study::StudyArgs),
     Written(written::WrittenArgs),
@@ -30,6 +33,7 @@ fn main() -> ExitCode {
         Task::Attack(arguments) => attack::run(&arguments),
         Task::Bench(bench) => bench::run(&bench),
         Task::CliDocs(arguments) => cli_docs::run(&arguments),
+        Task::Faults(arguments) => faults::run(&arguments),
         Task::Samples(arguments) => samples::run(&arguments),
         Task::Study(arguments) => study::run(&arguments),
         Task::Written(arguments) => written::run(&arguments),

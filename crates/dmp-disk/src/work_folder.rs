@@ -1,6 +1,7 @@
 //! Where the files of one evaluation live, and what is kept of it for another process.
 
 use std::fs::{self, File};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::DiskError;
@@ -154,8 +155,7 @@ impl WorkFolder {
 impl Drop for WorkFolder {
     fn drop(&mut self) {
         if !self.kept {
-            // Whatever cannot be removed is left for the user to find; there is nobody to tell.
-            let _ = fs::remove_dir_all(&self.path);
+            remove(&self.path);
         }
         // Closing it would not do: a process that another thread starts just now holds a copy of it for a moment.
         let _ = self.lock.unlock();
@@ -163,10 +163,7 @@ impl Drop for WorkFolder {
 }
 
 fn has_checkpoint(folder: &Path) -> bool {
-    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    entries
-        .into_iter()
-        .any(|entry| Path::new(&entry.file_name()).extension().is_some_and(|e| e == CHECKPOINT))
+    fs::read_dir(folder).into_iter().flatten().flatten().any(|entry| is_checkpoint(&entry.path()))
 }
 
 /// This user's folders of such names.
@@ -180,12 +177,27 @@ fn own_folders(parent: &Path, prefix: &str) -> impl Iterator<Item = PathBuf> {
 /// Removes the folders of killed processes that hold nothing to go on from. What cannot be looked at is let be.
 fn sweep(parent: &Path) {
     for folder in own_folders(parent, PREFIX).filter(|folder| !has_checkpoint(folder)) {
-        // Without a lock it is being made just now, or is not ours to judge.
-        let Ok(lock) = open_lock(&folder.join(LOCK), false) else { continue };
-        if lock.try_lock().is_ok() {
-            let _ = fs::remove_dir_all(&folder);
+        match open_lock(&folder.join(LOCK), false) {
+            Ok(lock) if lock.try_lock().is_ok() => remove(&folder),
+            // Its process was killed before it had a lock, or is about to make one: then it makes another folder.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => drop(fs::remove_dir(&folder)),
+            _ => {}
         }
     }
+}
+
+/// Removes a folder, in an order that tells what is left where that ends midway: what can be gone on from first, so that
+/// nobody does without the rest, and the lock last, so that the next process removes the rest.
+fn remove(folder: &Path) {
+    let files = || fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    // Whatever cannot be removed is left for the user to find; there is nobody to tell.
+    let _: Vec<_> = files().filter(|path| is_checkpoint(path)).map(fs::remove_file).collect();
+    let _: Vec<_> = files().filter(|path| !path.ends_with(LOCK)).map(fs::remove_file).collect();
+    let _ = fs::remove_dir_all(folder);
+}
+
+fn is_checkpoint(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == CHECKPOINT)
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! Logs that are folders of files, a scan or a depth image each, and logs in world coordinates.
 
-use super::shop::{Shop, seed};
-use crate::attack::seed::{Form, Kind, Seed};
+use super::seed;
+use crate::trials::Shop;
+use crate::trials::{Form, Kind, Seed};
 
 pub(super) fn kinds(shop: &Shop<'_>) -> anyhow::Result<Vec<Kind>> {
     Ok(vec![

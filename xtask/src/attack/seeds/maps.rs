@@ -1,7 +1,8 @@
 //! Maps: our own store, clouds and meshes.
 
-use super::shop::{Shop, seed};
-use crate::attack::seed::{Form, Kind, Seed};
+use super::seed;
+use crate::trials::Shop;
+use crate::trials::{Form, Kind, Seed};
 
 pub(super) fn kinds(shop: &Shop<'_>) -> anyhow::Result<Vec<Kind>> {
     Ok(vec![

@@ -3,13 +3,11 @@
 mod folders;
 mod logs;
 mod maps;
-mod shop;
 mod texts;
 
 use std::path::Path;
 
-use super::seed::Kind;
-use shop::Shop;
+use crate::trials::{Call, File, Kind, Seed, Shop};
 
 /// What the seeds are made of. Few returns: a command on them takes some hundredths of a second.
 const COMMANDS: [&str; 4] = [
@@ -35,4 +33,13 @@ pub(super) fn kinds(dmp: &Path) -> anyhow::Result<Vec<Kind>> {
     kinds.extend(texts::kinds(&shop)?);
     kinds.extend(maps::kinds(&shop)?);
     Ok(kinds)
+}
+
+/// A seed of some files and commands, without checksums.
+pub(crate) fn seed(files: Vec<File>, calls: &[&str]) -> Seed {
+    let call = |line: &&str| match line.split_once(" => ") {
+        Some((line, then)) => Call::new(line).then(then),
+        None => Call::new(line),
+    };
+    Seed { files, calls: calls.iter().map(call).collect(), is_guarded: false }
 }

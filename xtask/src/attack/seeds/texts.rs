@@ -1,7 +1,8 @@
 //! Trajectories, calibrations, pose graphs and saved results.
 
-use super::shop::{Shop, seed};
-use crate::attack::seed::{File, Form, Kind, Seed};
+use super::seed;
+use crate::trials::Shop;
+use crate::trials::{File, Form, Kind, Seed};
 
 pub(super) fn kinds(shop: &Shop<'_>) -> anyhow::Result<Vec<Kind>> {
     Ok(vec![
