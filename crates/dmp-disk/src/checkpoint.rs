@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use crate::DiskError;
 use crate::beside::Beside;
-use crate::work_folder::{CHECKPOINT, WorkFolder};
+use crate::left_behind::CHECKPOINT;
+use crate::work_folder::WorkFolder;
 
 const MAGIC: [u8; 8] = *b"DMPCHECK";
 const VERSION: u32 = 1;

@@ -5,12 +5,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::DiskError;
-use crate::folder_lock::{LOCK, is_own_folder, lock_folder, open_lock};
+use crate::folder_lock::{LOCK, lock_folder};
+use crate::left_behind::{PREFIX, has_checkpoint, is_checkpoint, own_folders, remove, sweep};
 
-/// Every work folder's name begins so.
-const PREFIX: &str = "dmp-work-";
-/// Ends the name of a checkpoint.
-pub(crate) const CHECKPOINT: &str = "checkpoint";
 /// Letters and digits that nobody can guess.
 const RANDOM: usize = 12;
 /// How often a folder is made anew where others remove it before it is locked.
@@ -102,14 +99,15 @@ impl WorkFolder {
     }
 
     fn clear(&self) -> Result<(), DiskError> {
-        let io = |what| DiskError::io(&self.path, what);
-        for entry in fs::read_dir(&self.path).map_err(io("cannot list the work folder"))? {
-            let entry = entry.map_err(io("cannot list the work folder"))?;
-            if entry.file_name() != LOCK {
-                fs::remove_file(entry.path()).map_err(io("cannot empty the work folder"))?;
-            }
-        }
-        Ok(())
+        let emptied = || -> io::Result<()> {
+            let entries = fs::read_dir(&self.path)?.map(|entry| Ok(entry?.path()));
+            let mut left: Vec<PathBuf> = entries.collect::<io::Result<_>>()?;
+            left.retain(|path| !path.ends_with(LOCK));
+            // Where that ends midway, nobody goes on from what is left.
+            left.sort_by_key(|path| !is_checkpoint(path));
+            left.iter().try_for_each(fs::remove_file)
+        };
+        emptied().map_err(DiskError::io(&self.path, "cannot empty the work folder"))
     }
 
     /// The folder.
@@ -160,44 +158,6 @@ impl Drop for WorkFolder {
         // Closing it would not do: a process that another thread starts just now holds a copy of it for a moment.
         let _ = self.lock.unlock();
     }
-}
-
-fn has_checkpoint(folder: &Path) -> bool {
-    fs::read_dir(folder).into_iter().flatten().flatten().any(|entry| is_checkpoint(&entry.path()))
-}
-
-/// This user's folders of such names.
-fn own_folders(parent: &Path, prefix: &str) -> impl Iterator<Item = PathBuf> {
-    let entries = fs::read_dir(parent).into_iter().flatten().flatten();
-    let named =
-        entries.filter(move |entry| entry.file_name().to_str().is_some_and(|name| name.starts_with(prefix)));
-    named.map(|entry| entry.path()).filter(|path| is_own_folder(path))
-}
-
-/// Removes the folders of killed processes that hold nothing to go on from. What cannot be looked at is let be.
-fn sweep(parent: &Path) {
-    for folder in own_folders(parent, PREFIX).filter(|folder| !has_checkpoint(folder)) {
-        match open_lock(&folder.join(LOCK), false) {
-            Ok(lock) if lock.try_lock().is_ok() => remove(&folder),
-            // Its process was killed before it had a lock, or is about to make one: then it makes another folder.
-            Err(error) if error.kind() == io::ErrorKind::NotFound => drop(fs::remove_dir(&folder)),
-            _ => {}
-        }
-    }
-}
-
-/// Removes a folder, in an order that tells what is left where that ends midway: what can be gone on from first, so that
-/// nobody does without the rest, and the lock last, so that the next process removes the rest.
-fn remove(folder: &Path) {
-    let files = || fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    // Whatever cannot be removed is left for the user to find; there is nobody to tell.
-    let _: Vec<_> = files().filter(|path| is_checkpoint(path)).map(fs::remove_file).collect();
-    let _: Vec<_> = files().filter(|path| !path.ends_with(LOCK)).map(fs::remove_file).collect();
-    let _ = fs::remove_dir_all(folder);
-}
-
-fn is_checkpoint(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension == CHECKPOINT)
 }
 
 #[cfg(test)]
