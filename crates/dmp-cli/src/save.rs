@@ -1,8 +1,8 @@
 //! Output files of the command.
 
-use std::fs::{File, TryLockError};
+use std::fs::{self, File, TryLockError};
 use std::io::{BufWriter, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
 use dmp_disk::OutputFile;
@@ -39,6 +39,40 @@ pub(crate) fn save(
 /// Whether a path is that of a file, or of nothing yet: a place with a folder of its own.
 pub(crate) fn may_be_file(path: &Path) -> bool {
     std::fs::metadata(path).map_or(true, |found| found.is_file())
+}
+
+/// Whether there is surely nothing at a path: what cannot be looked at is opened, and that says why it cannot.
+pub(crate) fn is_missing(path: &Path) -> bool {
+    matches!(path.try_exists(), Ok(false))
+}
+
+/// A folder for outputs of this process alone; one that is new goes again where nothing was put into it.
+#[derive(Debug)]
+pub(crate) struct OutputsFolder {
+    /// Where it is new.
+    made: Option<PathBuf>,
+    taken: Option<File>,
+}
+
+impl OutputsFolder {
+    /// Makes it if need be.
+    pub(crate) fn make(folder: &Path) -> anyhow::Result<Self> {
+        // What cannot be looked at is taken to be there: it is not removed.
+        let is_new = is_missing(folder);
+        fs::create_dir_all(folder)
+            .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
+        let mut outputs = Self { made: is_new.then(|| folder.to_owned()), taken: None };
+        outputs.taken = take_folder(folder)?;
+        Ok(outputs)
+    }
+}
+
+impl Drop for OutputsFolder {
+    fn drop(&mut self) {
+        // It stays where there is anything in it.
+        let _ = self.made.as_ref().map(fs::remove_dir);
+        drop(self.taken.take());
+    }
 }
 
 /// Takes a folder for the outputs of this process alone, until the answer is dropped or the process ends in
