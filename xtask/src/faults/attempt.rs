@@ -29,6 +29,7 @@ pub(super) struct Told {
     /// What was done, for whoever repeats it.
     pub(super) steps: Vec<String>,
     pub(super) said: Vec<u8>,
+    pub(super) printed: Vec<u8>,
     /// The first operation that failed: its name and path.
     pub(super) at: String,
 }
@@ -41,6 +42,7 @@ pub(super) struct Breaker {
     calls: Vec<Tried>,
     sound: Vec<Sound>,
     seed: u64,
+    ignores_syncs: bool,
     stop: &'static AtomicBool,
 }
 
@@ -66,6 +68,12 @@ impl Bench {
         self.root.join("in")
     }
 
+    /// Something else in the place of each output.
+    fn put_old(&self, sound: &Sound) -> std::io::Result<()> {
+        let mut outputs = sound.outputs.keys().filter(|output| may_be_old(output));
+        outputs.try_for_each(|output| std::fs::write(self.under().join(output), OLD))
+    }
+
     /// What is there, without the empty folders that are always there.
     fn files(&self) -> anyhow::Result<Files> {
         let under = self.under();
@@ -84,10 +92,11 @@ impl Breaker {
     pub(super) fn prepare(
         dmp: PathBuf,
         calls: Vec<Tried>,
-        seed: u64,
+        (seed, ignores_syncs): (u64, bool),
         stop: &'static AtomicBool,
     ) -> anyhow::Result<Self> {
-        let mut breaker = Self { dmp, shim: Shim::build()?, calls, sound: Vec::new(), seed, stop };
+        let (shim, sound) = (Shim::build()?, Vec::new());
+        let mut breaker = Self { dmp, shim, calls, sound, seed, ignores_syncs, stop };
         for tried in &breaker.calls {
             let sound = breaker.sound(tried)?;
             breaker.sound.push(sound);
@@ -112,7 +121,8 @@ impl Breaker {
             if mode == Mode::None {
                 operations = changes;
             }
-            let sound = Sound { printed: comparable(&ended.printed), outputs, operations, changes };
+            let printed = comparable(&ended.printed);
+            let sound = Sound { printed, outputs, operations, changes, takes_places: true };
             if let Some(before) = before {
                 for (path, bytes) in &sound.outputs {
                     ensure!(before.outputs.get(path) == Some(bytes), "{}: {path} differs", tried.name);
@@ -121,7 +131,11 @@ impl Breaker {
             }
             before = Some(sound);
         }
-        let Some(sound) = before else { bail!("{}: it was not run", tried.name) };
+        let Some(mut sound) = before else { bail!("{}: it was not run", tried.name) };
+        // Some commands take no place that is taken.
+        let bench = Bench::new(tried)?;
+        bench.put_old(&sound)?;
+        sound.takes_places = self.run(&tried.words, &bench, Plan::NOTHING)?.0.end == End::Exit(0);
         Ok(sound)
     }
 
@@ -142,9 +156,9 @@ impl Breaker {
         let is_killed = number % KILLS_ONE_IN == KILLS_ONE_IN - 1;
         let mut told = Told::default();
         let bench = Bench::new(tried)?;
-        let had_old = random.once_in(2);
-        for output in sound.outputs.keys().filter(|output| had_old && may_be_old(output)) {
-            std::fs::write(bench.under().join(output), OLD)?;
+        let had_old = random.once_in(2) && (sound.takes_places || !is_killed);
+        if had_old {
+            bench.put_old(sound)?;
         }
         let one = One { breaker: self, tried, sound, inputs: inputs(tried), bench, had_old };
         let result = if is_killed {
@@ -159,12 +173,7 @@ impl Breaker {
         Ok((!self.stop.load(Ordering::Relaxed)).then_some(told))
     }
 
-    fn run(
-        &self,
-        words: &[String],
-        bench: &Bench,
-        plan: Plan,
-    ) -> anyhow::Result<(Ended, Vec<Operation>)> {
+    fn run(&self, words: &[String], bench: &Bench, plan: Plan) -> anyhow::Result<(Ended, Vec<Operation>)> {
         let (log, keep) = (bench.root.join("log"), bench.root.join("keep"));
         let _ = std::fs::remove_file(&log);
         let _ = std::fs::remove_dir_all(&keep);
@@ -206,13 +215,21 @@ impl One<'_> {
         };
         let plan = Plan { mode, at: spread(k, self.sound.operations), draw: random.next() % 60 };
         let (ended, log) = self.run(&self.tried.words, plan, told)?;
-        let injected: Vec<Operation> = log.into_iter().filter(|operation| operation.fault.is_some()).collect();
+        let injected: Vec<Operation> =
+            log.into_iter().filter(|operation| operation.fault.is_some()).collect();
         told.injected = injected.len() as u64;
-        told.said.clone_from(&ended.said);
         if let Some(Operation { name, path, fault, .. }) = injected.first() {
-            told.at = format!("{name} {} {fault:?}", path.strip_prefix(self.bench.under()).unwrap_or(path).display());
+            told.at = format!(
+                "{name} {} {fault:?}",
+                path.strip_prefix(self.bench.under()).unwrap_or(path).display()
+            );
         }
-        let outcome = match of_process(&ended, self.sound, &injected, &self.bench.under()) {
+        let is_place_taken = self.had_old && !self.sound.takes_places;
+        let outcome = match of_process(&ended, self.sound, &injected, &self.bench.under(), self.may_tell()) {
+            // It is there already.
+            Err(Failure::Code(2) | Failure::NoFault(_) | Failure::NoReason(_)) if is_place_taken => {
+                Outcome::Refused
+            }
             Ok(outcome) => outcome,
             Err(failure) => return Ok(Err(failure)),
         };
@@ -221,15 +238,21 @@ impl One<'_> {
         let could_not_remove =
             mode == Mode::Broken || injected.iter().any(|operation| looks.contains(&operation.name.as_str()));
         let is_kept = |path: &str| {
-            could_not_remove || self.tried.keeps_work() && outcome == Outcome::Refused && path.starts_with("work/")
+            could_not_remove
+                || self.tried.keeps_work() && outcome == Outcome::Refused && path.starts_with("work/")
         };
         let files = self.bench.files()?;
         let found = self.found(&files);
-        let checked = found.names().and_then(|()| found.nothing_left(is_kept)).and_then(|()| {
-            if outcome == Outcome::Same { found.outputs() } else { Ok(()) }
-        });
+        let checked = found
+            .names()
+            .and_then(|()| found.nothing_left(is_kept))
+            .and_then(|()| if outcome == Outcome::Same { found.outputs() } else { Ok(()) });
         if let Err(failure) = checked {
             return Ok(Err(failure));
+        }
+        if is_place_taken {
+            let was_taken = Failure::OldGone("a place that was taken".into());
+            return Ok(if outcome == Outcome::Same { Err(was_taken) } else { Ok(outcome) });
         }
         let is_clean = found.nothing_left(|_| false).is_ok();
         if is_clean && !random.once_in(4) {
@@ -241,17 +264,21 @@ impl One<'_> {
     /// Kills, each with what it loses, and then a disk that works.
     fn kill(&self, k: u64, random: &mut Random, told: &mut Told) -> anyhow::Result<Result<Outcome, Failure>> {
         for kill in 0..=random.below(MOST_KILLS) {
-            let at = if kill == 0 { spread(k, self.sound.changes) } else { 1 + random.next() % self.sound.changes.max(1) };
+            let at = if kill == 0 {
+                spread(k, self.sound.changes)
+            } else {
+                1 + random.next() % self.sound.changes.max(1)
+            };
             let plan = Plan { mode: Mode::Kill, at, draw: random.next() % 60 };
             let words = if kill == 0 { self.tried.words.clone() } else { self.tried.again() };
-            let (ended, log) = self.run(&words, plan, told)?;
-            told.said.clone_from(&ended.said);
+            let (ended, mut log) = self.run(&words, plan, told)?;
+            log.retain(|operation| !self.breaker.ignores_syncs || operation.name != "sync");
             match ended.end {
                 End::Signal(9) => told.kills += 1,
                 // It had less to do.
                 End::Exit(0 | 1) => {}
                 _ => {
-                    let failure = of_process(&ended, self.sound, &[], &self.bench.under());
+                    let failure = of_process(&ended, self.sound, &[], &self.bench.under(), false);
                     return Ok(failure);
                 }
             }
@@ -259,7 +286,8 @@ impl One<'_> {
             if ended.end == End::Signal(9) {
                 told.steps.push(format!("lost: {loss:?}"));
                 lose(loss, &log, &self.bench.under(), random)?;
-                told.at = log.last().map_or_else(String::new, |operation| format!("kill after {}", operation.name));
+                told.at =
+                    log.last().map_or_else(String::new, |operation| format!("kill after {}", operation.name));
             }
             let files = self.bench.files()?;
             if let Err(failure) = self.found(&files).names() {
@@ -275,7 +303,6 @@ impl One<'_> {
         let mut outcome = Outcome::Same;
         for words in [self.tried.again(), self.tried.words.clone()] {
             let (ended, _) = self.run(&words, Plan::NOTHING, told)?;
-            told.said.clone_from(&ended.said);
             let files = self.bench.files()?;
             let found = self.found(&files);
             if let Err(failure) = found.names() {
@@ -289,8 +316,8 @@ impl One<'_> {
                     return Ok(checked.map(|()| outcome));
                 }
                 End::Exit(0) => return Ok(Err(Failure::OtherBits)),
-                // A folder that is there already, and whole.
-                End::Exit(1) if first.contains("not overwritten") && found.outputs().is_ok() => {
+                // What is there already, and whole.
+                End::Exit(1 | 2) if first.contains("already") && found.outputs().is_ok() => {
                     return Ok(found.nothing_left(|_| false).map(|()| Outcome::Refused));
                 }
                 End::Exit(1) if !first.is_empty() => outcome = Outcome::Refused,
@@ -301,6 +328,10 @@ impl One<'_> {
         Ok(Err(Failure::NotAgain(told.steps.last().cloned().unwrap_or_default())))
     }
 
+    fn may_tell(&self) -> bool {
+        self.tried.words[0] == "info"
+    }
+
     fn found<'a>(&'a self, files: &'a Files) -> Found<'a> {
         Found { files, inputs: &self.inputs, sound: self.sound, had_old: self.had_old }
     }
@@ -308,6 +339,8 @@ impl One<'_> {
     fn run(&self, words: &[String], plan: Plan, told: &mut Told) -> anyhow::Result<(Ended, Vec<Operation>)> {
         let (ended, log) = self.breaker.run(words, &self.bench, plan)?;
         let Plan { mode, at, draw } = plan;
+        told.said.clone_from(&ended.said);
+        told.printed.clone_from(&ended.printed);
         told.steps.push(format!("{mode:?} at {at}, {draw}: dmp {}: {:?}", words.join(" "), ended.end));
         Ok((ended, log))
     }

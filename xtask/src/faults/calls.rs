@@ -27,7 +27,7 @@ impl Tried {
 }
 
 /// What the inputs are made of, in order.
-const MADE: [&str; 13] = [
+const MADE: [&str; 14] = [
     "simulate town -o t.mcap --truth t.tum --truth-rate 4 --seed 1 --scans 16 --rate 2 --speed 7 --beams 8 \
      --elevation=-14,6 --azimuth-steps 48 --max-range 60 --resolution 0.0625",
     "simulate town -o q.mcap --truth q.tum --truth-rate 2 --seed 1 --scans 40 --rate 1 --speed 15 --beams 4 \
@@ -39,6 +39,7 @@ const MADE: [&str; 13] = [
     "simulate room -o room --size 40x30 --frames 8 --rate 1",
     "simulate loops q.tum -o loops --spacing 3 --true 1 --false 0 --near 0",
     "convert log t.mcap -o scans --to pcd",
+    "convert log t.mcap -o kitti --to bin",
     "convert trajectory t.tum -o t.txt --to euroc",
     "map build t.mcap -t t.tum -o map.dmpmap",
     "map export map.dmpmap -o cloud.ply",
@@ -48,7 +49,7 @@ const MADE: [&str; 13] = [
 ];
 
 /// Every command: its name, its inputs (`a/` is a folder), its words.
-const CALLS: [(&str, &str, &str); 27] = [
+const CALLS: [(&str, &str, &str); 28] = [
     ("score", "t.mcap t.tum d.tum", "score t.mcap -t t.tum -t d.tum --json --checkpoint none"),
     (
         "score, every output",
@@ -56,7 +57,11 @@ const CALLS: [(&str, &str, &str); 27] = [
         "score t.mcap -t t.tum -t d.tum --json --checkpoint none --report r.html --residuals o.ply \
          --per-frame f.csv --per-tile g.csv --save-maps maps --fail-above miss=99% --junit j.xml",
     ),
-    ("score, LAZ and MCAP out", "t.mcap t.tum", "score t.mcap -t t.tum --residuals o.laz --residuals t=o.mcap"),
+    (
+        "score, LAZ and MCAP out",
+        "t.mcap t.tum",
+        "score t.mcap -t t.tum --residuals o.laz --residuals t=o.mcap",
+    ),
     (
         "score, beyond memory",
         "l.mcap l.tum",
@@ -76,6 +81,7 @@ const CALLS: [(&str, &str, &str); 27] = [
     ("score --quick", "q.mcap q.tum", "score q.mcap -t q.tum --quick --json"),
     ("score --map", "t.mcap t.tum map.dmpmap", "score t.mcap -t t.tum --map map.dmpmap --json"),
     ("score, folder of scans", "scans/ t.tum", "score scans -t t.tum --json"),
+    ("score, KITTI", "kitti/ t.tum", "score kitti -t t.tum --json"),
     ("score, rosbag2", "bag/", "score bag -t topic:/pose --json"),
     ("info, rosbag2", "bag/", "info bag --json"),
     ("map build", "t.mcap t.tum", "map build t.mcap -t t.tum -o out.dmpmap"),
@@ -96,7 +102,11 @@ const CALLS: [(&str, &str, &str); 27] = [
          --accept --save-graph out.g2o --save-trajectory out.tum --json",
     ),
     ("truth smd", "cloud.ply map.dmpmap", "truth smd cloud.ply map.dmpmap --json"),
-    ("simulate city", "", "simulate city -o c.mcap --truth c.tum --km 0.05 --beams 4 --azimuth-steps 36 --rate 1"),
+    (
+        "simulate city",
+        "",
+        "simulate city -o c.mcap --truth c.tum --km 0.05 --beams 4 --azimuth-steps 36 --rate 1",
+    ),
     ("simulate room", "", "simulate room -o out --size 40x30 --frames 4 --rate 1"),
 ];
 /// With too little to be worth a row of its own each.
@@ -116,6 +126,11 @@ pub(super) fn calls(dmp: &Path) -> anyhow::Result<Vec<Tried>> {
         for name in names.split_whitespace() {
             match name {
                 "a.json" => files.push(File { path: name.into(), bytes: result.clone(), form: None }),
+                "kitti/" => {
+                    files.extend(shop.made_folder("kitti", |_| None)?);
+                    let turned = b"P0: 1 0 0 0 0 1 0 0 0 0 1 0\nTr: 0 -1 0 0.1 0 0 -1 0.2 1 0 0 0.3\n";
+                    files.push(File { path: "kitti/calib.txt".into(), bytes: turned.to_vec(), form: None });
+                }
                 "bag/" => {
                     for name in shop.names_of_others("rosbag2/sqlite3", "")? {
                         files.push(shop.of_others(
@@ -136,10 +151,13 @@ pub(super) fn calls(dmp: &Path) -> anyhow::Result<Vec<Tried>> {
     let tried = |&(name, inputs, line): &(&'static str, &str, &str)| -> anyhow::Result<Tried> {
         let mut words = Call::new(line).words;
         let has = |option: &str| words.iter().any(|word| word == option);
-        let works = ["score", "loops"].contains(&words[0].as_str()) || ["build", "smd"].contains(&words[1].as_str());
+        let works =
+            ["score", "loops"].contains(&words[0].as_str()) || ["build", "smd"].contains(&words[1].as_str());
         let is_loud = !has("--quiet");
         // One thread: the same operations in the same order each time.
-        words.extend(works.then_some(["--work", "work", "--threads", "1"]).into_iter().flatten().map(str::to_owned));
+        words.extend(
+            works.then_some(["--work", "work", "--threads", "1"]).into_iter().flatten().map(str::to_owned),
+        );
         words.extend(is_loud.then(|| "--quiet".to_owned()));
         Ok(Tried { name, files: files(inputs)?, words })
     };

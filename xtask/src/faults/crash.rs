@@ -176,7 +176,8 @@ mod tests {
         fs::write(&link, b"old").unwrap();
         fs::write(&target, b"new").unwrap();
         let inode = fs::metadata(&target).unwrap().ino();
-        let mut operations = vec![operation("make", inode, 1, 0, &new), operation("write", inode, 0, 3, &new)];
+        let mut operations =
+            vec![operation("make", inode, 1, 0, &new), operation("write", inode, 0, 3, &new)];
         if syncs_file {
             operations.push(operation("sync", inode, 0, 3, &new));
         }

@@ -46,7 +46,9 @@ impl Fault {
 /// Operations from a file; none where there is no such file.
 pub(super) fn read(path: &Path) -> anyhow::Result<Vec<Operation>> {
     match std::fs::read_to_string(path) {
-        Ok(text) => text.lines().map(|line| parse(line).with_context(|| format!("no operation: {line}"))).collect(),
+        Ok(text) => {
+            text.lines().map(|line| parse(line).with_context(|| format!("no operation: {line}"))).collect()
+        }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),
         Err(error) => Err(error.into()),
     }

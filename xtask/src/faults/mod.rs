@@ -37,6 +37,9 @@ pub(crate) struct FaultsArgs {
     /// End after so many seconds, however many tries there were
     #[arg(long, value_name = "T")]
     seconds: Option<u64>,
+    /// As if nothing had ever been synced before a kill: then there must be failures, or none would be found
+    #[arg(long)]
+    ignore_syncs: bool,
     /// Where failures are put
     #[arg(long, value_name = "FOLDER", default_value = "target/faults")]
     keep: PathBuf,
@@ -54,7 +57,7 @@ pub(crate) fn run(arguments: &FaultsArgs) -> anyhow::Result<()> {
     tried.retain(|tried| arguments.only.is_empty() || is_named(tried.name, &arguments.only));
     anyhow::ensure!(!tried.is_empty(), "no such command");
     let stop = trials::interrupts()?;
-    let breaker = Breaker::prepare(dmp, tried, arguments.seed, stop)?;
+    let breaker = Breaker::prepare(dmp, tried, (arguments.seed, arguments.ignore_syncs), stop)?;
     let commands = breaker.calls().len();
     let rows = breaker.calls().iter().enumerate().map(|(at, tried)| (tried.name, breaker.operations(at)));
     let state = Mutex::new((Table::new(rows), Found::new(&arguments.keep)));
@@ -92,13 +95,22 @@ fn keep(found: &mut Found, command: &str, seed: u64, number: u64, told: &Told) -
     let told_of = format!("{command}: {failure}, at {}", told.at);
     let sign: String = told_of
         .split(' ')
-        .map(|word| if word.contains("dmp-tmp") || word.contains("dmp-work") || word.contains('#') { "…" } else { word })
+        .map(|word| {
+            if word.contains("dmp-tmp") || word.contains("dmp-work") || word.contains('#') {
+                "…"
+            } else {
+                word
+            }
+        })
         .collect::<Vec<_>>()
         .join(" ");
-    let Some(folder) = found.add(sign.clone(), &again, &format!("{command}-{seed}-{number}")) else { return Ok(()) };
+    let Some(folder) = found.add(sign.clone(), &again, &format!("{command}-{seed}-{number}")) else {
+        return Ok(());
+    };
     std::fs::create_dir_all(&folder)?;
     let text = format!("{again}\n{failure}\n{}\n{}\n", told.at, told.steps.join("\n"));
     std::fs::write(folder.join("steps.txt"), text)?;
+    std::fs::write(folder.join("stdout.txt"), &told.printed)?;
     std::fs::write(folder.join("stderr.txt"), &told.said)?;
     eprintln!("\r{sign}\n    {again}");
     Ok(())

@@ -63,7 +63,8 @@ impl Shim {
         std::fs::write(&source, SOURCE)?;
         let mut command = Command::new("cc");
         command.args(["-shared", "-fPIC", "-O1", "-o"]).arg(&library).arg(&source).arg("-ldl");
-        let output = command.output().context("no C compiler `cc`, which makes the file layer that breaks")?;
+        let output =
+            command.output().context("no C compiler `cc`, which makes the file layer that breaks")?;
         ensure!(output.status.success(), "cc: {}", String::from_utf8_lossy(&output.stderr));
         Ok(Self { _folder: folder, library })
     }

@@ -63,7 +63,8 @@ impl Table {
 
     /// As Markdown.
     pub(super) fn markdown(&self) -> String {
-        let mut text = "| command | operations | faults | kills | same bits | refused | failures |\n".to_owned();
+        let mut text =
+            "| command | operations | faults | kills | same bits | refused | failures |\n".to_owned();
         text += "|---|---:|---:|---:|---:|---:|---|\n";
         for (name, counts) in &self.rows {
             text += &row(&format!("`dmp {name}`"), counts);
@@ -74,9 +75,9 @@ impl Table {
 
 /// What stands behind a comma says more of the command.
 fn row(name: &str, counts: &Counts) -> String {
-    let name = name.split_once(", ").map_or(name.to_owned(), |(command, more)| {
-        format!("{command}`, {}", more.trim_end_matches('`'))
-    });
+    let name = name
+        .split_once(", ")
+        .map_or(name.to_owned(), |(command, more)| format!("{command}`, {}", more.trim_end_matches('`')));
     let Counts { operations, faults, kills, same, refused, failed } = counts;
     let failures: Vec<String> = failed.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
     let failures = if failures.is_empty() { "0".to_owned() } else { failures.join(", ") };

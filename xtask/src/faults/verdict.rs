@@ -94,6 +94,8 @@ pub(super) struct Sound {
     /// How many operations there are, and how many of them change something.
     pub(super) operations: u64,
     pub(super) changes: u64,
+    /// Whether it replaces what stands in the place of an output.
+    pub(super) takes_places: bool,
 }
 
 /// What was printed, without what differs from run to run.
@@ -106,12 +108,13 @@ pub(super) fn comparable(printed: &[u8]) -> Vec<u8> {
     value.to_string().into_bytes()
 }
 
-/// Judges the process by itself.
+/// Judges the process by itself. `may_tell`: a command that tells what is wrong with its input in what it prints.
 pub(super) fn of_process(
     ended: &Ended,
     sound: &Sound,
     injected: &[Operation],
     under: &Path,
+    may_tell: bool,
 ) -> Result<Outcome, Failure> {
     let said = String::from_utf8_lossy(&ended.said);
     let first = || said.lines().find(|line| line.starts_with("error")).unwrap_or(&said).trim().to_owned();
@@ -122,6 +125,9 @@ pub(super) fn of_process(
         End::Exit(101) => return Err(Failure::Panic),
         _ if said.contains("panicked at") => return Err(Failure::Panic),
         End::Exit(0) if comparable(&ended.printed) == sound.printed => return Ok(Outcome::Same),
+        End::Exit(0) if may_tell && is_told(&String::from_utf8_lossy(&ended.printed), injected) => {
+            return Ok(Outcome::Refused);
+        }
         End::Exit(0) => return Err(Failure::OtherBits),
         End::Exit(1 | 3) => {}
         End::Exit(code) => return Err(Failure::Code(code)),
@@ -129,17 +135,24 @@ pub(super) fn of_process(
     if said.trim().is_empty() {
         return Err(Failure::Mute);
     }
-    let reasons: Vec<String> = injected.iter().filter_map(|op| op.fault.and_then(Fault::reason)).collect();
-    if reasons.is_empty() {
+    if !injected.iter().any(|operation| operation.fault.and_then(Fault::reason).is_some()) {
         return Err(Failure::NoFault(first()));
     }
-    if !reasons.iter().any(|reason| said.contains(reason.as_str())) {
+    if !is_told(&said, injected) {
         return Err(Failure::NoReason(first()));
     }
     if !injected.iter().any(|operation| is_named(operation, under, &said)) {
         return Err(Failure::NoFile(first()));
     }
     Ok(Outcome::Refused)
+}
+
+/// Whether a text says what the system said.
+fn is_told(text: &str, injected: &[Operation]) -> bool {
+    // `SQLite` has its own words.
+    let of_library = ["disk I/O error", "unable to open database file", "database disk image is malformed"];
+    let mut reasons = injected.iter().filter_map(|operation| operation.fault.and_then(Fault::reason));
+    reasons.any(|reason| text.contains(&reason)) || of_library.iter().any(|reason| text.contains(reason))
 }
 
 /// Whether a text names the file of an operation, its target where it is in the making, or a folder that it is in.
@@ -155,7 +168,8 @@ fn is_named(operation: &Operation, under: &Path, said: &str) -> bool {
             // `.out.ply.Ab3xYz.dmp-tmp` will be `out.ply`.
             let target = part.strip_prefix('.').and_then(|rest| rest.strip_suffix(".dmp-tmp"));
             let target = target.and_then(|rest| rest.rsplit_once('.')).map(|(target, _)| target);
-            said.contains(target.unwrap_or(&part))
+            // In the folder `.dmp-map-out.dmpmap` the map `out.dmpmap` is made.
+            said.contains(target.or_else(|| part.strip_prefix(".dmp-map-")).unwrap_or(&part))
         })
         // What has no name yet is in its folder.
         || parts.len() == 1 && parts[0].to_string_lossy().starts_with('#')
@@ -220,14 +234,25 @@ mod tests {
     fn injected(fault: Fault) -> Vec<Operation> {
         let (path, to) = (PathBuf::from("/in/.out.ply.Ab3xYz.dmp-tmp"), PathBuf::new());
         let fault = Some(fault);
-        vec![Operation { number: 1, name: "write".into(), inode: 1, offset: 0, length: 0, fault, path, to, link: None }]
+        vec![Operation {
+            number: 1,
+            name: "write".into(),
+            inode: 1,
+            offset: 0,
+            length: 0,
+            fault,
+            path,
+            to,
+            link: None,
+        }]
     }
 
     #[test]
     fn a_refusal_names_the_file_and_the_reason() {
         let of = |code, said: &str, fault| {
-            let ended = Ended { end: End::Exit(code), printed: vec![], said: said.into(), taken: Duration::ZERO };
-            of_process(&ended, &Sound::default(), &injected(fault), Path::new("/in"))
+            let ended =
+                Ended { end: End::Exit(code), printed: vec![], said: said.into(), taken: Duration::ZERO };
+            of_process(&ended, &Sound::default(), &injected(fault), Path::new("/in"), false)
         };
         let full = Fault::Error(28);
         assert_eq!(of(0, "", full), Ok(Outcome::Same));

@@ -1,8 +1,8 @@
 //! Logs in one file, or in a bag: MCAP and rosbag2.
 
 use super::seed;
-use crate::trials::Shop;
 use crate::attack::mcap::{CHUNK, Chunk, DATA_END, FOOTER, Record, file_of, of_file};
+use crate::trials::Shop;
 use crate::trials::{File, Form, Kind, Seed};
 
 /// A log with one trajectory beside it.
