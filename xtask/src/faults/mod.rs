@@ -1,9 +1,11 @@
 //! Runs the command on a disk that fails, and kills it at every step: what `docs/reliability.md` tells comes from here.
 
 mod attempt;
+mod bench;
 mod calls;
 mod crash;
 mod journal;
+mod one;
 mod shim;
 mod table;
 mod verdict;
@@ -16,7 +18,8 @@ use clap::Args;
 
 use crate::bench::circumstances;
 use crate::trials::{self, Bounds, Found, is_named};
-use attempt::{Breaker, Told};
+use attempt::Breaker;
+use one::Told;
 use table::Table;
 
 /// Let operations on files fail, kill the command and lose what was not synced, and count what comes of it

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::attempt::Told;
+use super::one::Told;
 use super::verdict::Outcome;
 
 #[derive(Debug, Default, Clone)]

@@ -17,7 +17,7 @@ pub(crate) use files::{folder, paths, write};
 pub(crate) use found::Found;
 pub(crate) use random::Random;
 pub(crate) use run::{End, Ended, TOO_LONG_A_FILE, run};
-pub(crate) use seed::{Call, File, Form, Kind, Seed};
+pub(crate) use seed::{Call, File, Form, Kind, Seed, seed};
 pub(crate) use shop::Shop;
 
 /// The command to try: the one that is named, or the one beside this program.

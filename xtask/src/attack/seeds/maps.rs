@@ -1,8 +1,6 @@
 //! Maps: our own store, clouds and meshes.
 
-use super::seed;
-use crate::trials::Shop;
-use crate::trials::{Form, Kind, Seed};
+use crate::trials::{Form, Kind, Seed, Shop, seed};
 
 pub(super) fn kinds(shop: &Shop<'_>) -> anyhow::Result<Vec<Kind>> {
     Ok(vec![

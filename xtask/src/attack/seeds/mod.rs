@@ -7,7 +7,7 @@ mod texts;
 
 use std::path::Path;
 
-use crate::trials::{Call, File, Kind, Seed, Shop};
+use crate::trials::{Kind, Shop};
 
 /// What the seeds are made of. Few returns: a command on them takes some hundredths of a second.
 const COMMANDS: [&str; 4] = [
@@ -33,13 +33,4 @@ pub(super) fn kinds(dmp: &Path) -> anyhow::Result<Vec<Kind>> {
     kinds.extend(texts::kinds(&shop)?);
     kinds.extend(maps::kinds(&shop)?);
     Ok(kinds)
-}
-
-/// A seed of some files and commands, without checksums.
-pub(crate) fn seed(files: Vec<File>, calls: &[&str]) -> Seed {
-    let call = |line: &&str| match line.split_once(" => ") {
-        Some((line, then)) => Call::new(line).then(then),
-        None => Call::new(line),
-    };
-    Seed { files, calls: calls.iter().map(call).collect(), is_guarded: false }
 }
