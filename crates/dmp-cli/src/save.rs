@@ -88,3 +88,23 @@ pub(crate) fn take_folder(folder: &Path) -> anyhow::Result<Option<File>> {
         Err(TryLockError::Error(_)) => Ok(None),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_new_folder_stays_where_there_is_something_in_it() {
+        let parent = tempfile::tempdir().unwrap();
+        let [empty, full, old] = ["empty", "full", "old"].map(|name| parent.path().join(name));
+        fs::create_dir(&old).unwrap();
+        for folder in [&empty, &full, &old] {
+            let _made = OutputsFolder::make(folder).unwrap();
+            assert!(OutputsFolder::make(folder).is_err(), "it is one process's at a time");
+            if *folder == full {
+                fs::write(folder.join("a.dmpmap"), b"map").unwrap();
+            }
+        }
+        assert!(!empty.exists() && full.exists() && old.exists());
+    }
+}

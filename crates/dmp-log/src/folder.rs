@@ -74,3 +74,24 @@ pub(crate) fn is_hidden(file: &Path) -> bool {
 pub(crate) fn stays_inside(path: &Path) -> bool {
     path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn what_cannot_be_looked_at_is_not_missing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::write(path("there"), b"").unwrap();
+        // A link to itself: the system says neither that it is a file nor that it is none.
+        std::os::unix::fs::symlink("loop", path("loop")).unwrap();
+        assert!(is_file(&path("there")).unwrap() && !is_file(&path("nowhere")).unwrap());
+        assert!(!is_file(&path("there/inside")).unwrap() && !is_file(&path(&"n".repeat(300))).unwrap());
+        assert!(is_folder(folder.path()).unwrap());
+        assert!(is_file(&path("loop")).is_err() && files_where(folder.path(), |_| true).is_err());
+        assert!(first_file(["nowhere", "loop", "there"].map(path)).is_err());
+        assert_eq!(first_file(["nowhere", "there"].map(path)).unwrap(), Some(path("there")));
+    }
+}
