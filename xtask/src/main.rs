@@ -3,9 +3,11 @@
 mod attack;
 mod bench;
 mod cli_docs;
+mod faults;
 mod licences;
 mod samples;
 mod study;
+mod trials;
 mod workspace;
 mod written;
 
@@ -21,6 +23,7 @@ enum Task {
     #[command(subcommand)]
     Bench(bench::Bench),
     CliDocs(cli_docs::CliDocsArgs),
+    Faults(faults::FaultsArgs),
     Licences(licences::LicencesArgs),
     Samples(samples::SamplesArgs),
     Study(study::StudyArgs),
@@ -32,6 +35,7 @@ fn main() -> ExitCode {
         Task::Attack(arguments) => attack::run(&arguments),
         Task::Bench(bench) => bench::run(&bench),
         Task::CliDocs(arguments) => cli_docs::run(&arguments),
+        Task::Faults(arguments) => faults::run(&arguments),
         Task::Licences(arguments) => licences::run(&arguments),
         Task::Samples(arguments) => samples::run(&arguments),
         Task::Study(arguments) => study::run(&arguments),

@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use anyhow::Context as _;
 use dmp_log::{Calib, LogSummary, find_calib, read_calib, shown_path};
 use dmp_sensor::Isometry3;
 
@@ -202,21 +203,22 @@ fn of_calib(calib: &Calib, why: &str) -> BodyFromSensor {
 
 /// KITTI's calibration beside the trajectory, in the log's folder or in that one's parent.
 fn calib_beside(run: &LoadedRun, log: &LogSummary) -> anyhow::Result<Option<Calib>> {
-    let folders = calib_folders(run, log);
+    let folders = calib_folders(run, log).with_context(|| log.path.display().to_string())?;
     Ok(find_calib(folders.iter().map(PathBuf::as_path))?)
 }
 
-fn calib_folders(run: &LoadedRun, log: &LogSummary) -> Vec<PathBuf> {
+fn calib_folders(run: &LoadedRun, log: &LogSummary) -> std::io::Result<Vec<PathBuf>> {
     // The parent of `velodyne` is `.`, not nothing.
     let parent = |path: &Path| std::path::absolute(path).ok()?.parent().map(Path::to_owned);
-    let log_folder = if log.path.is_dir() { Some(log.path.clone()) } else { parent(&log.path) };
+    let is_folder = std::fs::metadata(&log.path)?.is_dir();
+    let log_folder = if is_folder { Some(log.path.clone()) } else { parent(&log.path) };
     let above = log_folder.as_deref().and_then(parent);
-    [parent(&run.path), log_folder, above].into_iter().flatten().collect()
+    Ok([parent(&run.path), log_folder, above].into_iter().flatten().collect())
 }
 
 fn no_calib(run: &LoadedRun, log: &LogSummary) -> Usage {
-    let folders: Vec<String> =
-        calib_folders(run, log).iter().map(|folder| folder.display().to_string()).collect();
+    let folders = calib_folders(run, log).unwrap_or_default();
+    let folders: Vec<String> = folders.iter().map(|folder| folder.display().to_string()).collect();
     Usage(format!("--extrinsic calib: no calib.txt with Tr in {}; try calib:FILE", folders.join(", ")))
 }
 

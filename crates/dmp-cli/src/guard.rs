@@ -5,13 +5,16 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use anyhow::{Context as _, bail};
 use clap::{ArgMatches, Command};
 use dmp_disk::folder_of;
 
 use crate::exit::Usage;
 use crate::named::NamedFile;
+use crate::save::is_missing;
 
 /// The options that name what is written, whatever the command.
 const OUTPUTS: [&str; 13] = [
@@ -36,7 +39,7 @@ const OF_LOGS: [&str; 18] = [
 ];
 
 /// Refuses outputs of a command in the place of its inputs and of each other.
-pub(crate) fn check(command: &Command, matches: &ArgMatches) -> Result<(), Usage> {
+pub(crate) fn check(command: &Command, matches: &ArgMatches) -> anyhow::Result<()> {
     if let Some((name, matches)) = matches.subcommand() {
         return command.find_subcommand(name).map_or(Ok(()), |command| check(command, matches));
     }
@@ -54,21 +57,24 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> Result<(), Usage
 }
 
 /// Refuses an output in the place of an input or of another output.
-pub(crate) fn refuse_clashes(outputs: &[impl AsRef<Path>], inputs: &[impl AsRef<Path>]) -> Result<(), Usage> {
+pub(crate) fn refuse_clashes(
+    outputs: &[impl AsRef<Path>],
+    inputs: &[impl AsRef<Path>],
+) -> anyhow::Result<()> {
     for (number, output) in outputs.iter().map(AsRef::as_ref).enumerate() {
         inputs.iter().try_for_each(|input| refuse_same(input.as_ref(), output))?;
         let is_folder = output.is_dir();
         if outputs[..number].iter().any(|other| !is_folder && is_same_place(other.as_ref(), output)) {
-            return Err(Usage(format!("{}: two outputs would have this name", output.display())));
+            bail!(Usage(format!("{}: two outputs would have this name", output.display())));
         }
     }
     Ok(())
 }
 
 /// Refuses an output that is its own input, or a file of a folder that is read.
-pub(crate) fn refuse_same(input: &Path, output: &Path) -> Result<(), Usage> {
-    let refused = |why: &str| Err(Usage(format!("{}: the output would {why}", output.display())));
-    let (Ok(read), Ok(there)) = (fs::metadata(input), fs::metadata(output)) else { return Ok(()) };
+pub(crate) fn refuse_same(input: &Path, output: &Path) -> anyhow::Result<()> {
+    let refused = |why: &str| bail!(Usage(format!("{}: the output would {why}", output.display())));
+    let (Some(read), Some(there)) = (look(input)?, look(output)?) else { return Ok(()) };
     if read.is_file() && there.is_file() && is_same_file(input, output) {
         return refused(&format!("take the place of the input {}", input.display()));
     }
@@ -89,6 +95,19 @@ pub(crate) fn refuse_same(input: &Path, output: &Path) -> Result<(), Usage> {
     Ok(())
 }
 
+/// What is at a path, if anything. What cannot be looked at may be anything, so nothing takes its place.
+fn look(path: &Path) -> anyhow::Result<Option<fs::Metadata>> {
+    use ErrorKind::{InvalidFilename, InvalidInput, NotADirectory, NotFound};
+    match fs::metadata(path) {
+        Ok(found) => Ok(Some(found)),
+        // Many values are no paths at all.
+        Err(error) if matches!(error.kind(), NotFound | NotADirectory | InvalidFilename | InvalidInput) => {
+            Ok(None)
+        }
+        Err(error) => Err(error).with_context(|| path.display().to_string()),
+    }
+}
+
 /// The files that a value may stand for: `FILE`, `NAME=FILE`, `calib:FILE`, `BAG:/topic`.
 fn files_of(value: &OsStr) -> Vec<PathBuf> {
     let mut texts = vec![value.to_owned(), NamedFile::from(value.to_owned()).path.into_os_string()];
@@ -97,7 +116,7 @@ fn files_of(value: &OsStr) -> Vec<PathBuf> {
         texts.extend(text.find(":/").map(|at| OsString::from(&text[..at])));
         texts.extend(text.split_once(':').map(|(_, file)| OsString::from(file)));
     }
-    texts.into_iter().map(PathBuf::from).filter(|path| path.exists()).collect()
+    texts.into_iter().map(PathBuf::from).filter(|path| !is_missing(path)).collect()
 }
 
 /// Whether two outputs come to lie in one place, whether it is there yet or not.

@@ -144,10 +144,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         }
     };
     let mut out = Printed(io::stdout().lock());
-    let done = match guard::check(&definition, &matches) {
-        Ok(()) => cli.command.run(&cli.common, &mut out),
-        Err(clash) => Err(clash.into()),
-    };
+    let done = guard::check(&definition, &matches).and_then(|()| cli.command.run(&cli.common, &mut out));
     match done.and_then(|exit| when_printed(out.flush().map_err(Into::into), exit)) {
         Ok(exit) => exit,
         Err(error) if is_closed_pipe(&error) => Exit::Done,

@@ -8,6 +8,7 @@ use dmp::MapSource;
 use dmp_log::LogError;
 
 use crate::exit::Usage;
+use crate::save::is_missing;
 
 /// A file, perhaps with a name for what is in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -108,7 +109,7 @@ fn folder(path: &Path) -> Option<String> {
 ///
 /// A map that is missing is told here: it would be opened after the scans have been fused.
 pub(crate) fn maps_of(runs: &[&str], maps: &[NamedFile]) -> anyhow::Result<Vec<MapSource>> {
-    if let Some(map) = maps.iter().find(|map| !map.path.exists()) {
+    if let Some(map) = maps.iter().find(|map| is_missing(&map.path)) {
         return Err(LogError::NotFound { path: map.path.clone() }.into());
     }
     Ok(map_sources(runs, maps)?)

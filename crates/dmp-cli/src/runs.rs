@@ -16,6 +16,7 @@ use crate::extrinsic::{self, BodyFromSensor};
 use crate::loaded_run::LoadedRun;
 use crate::log_args::{LogArgs, LogHead};
 use crate::named::{NamedFile, names_of};
+use crate::save::is_missing;
 use crate::say::say;
 use crate::score::announce;
 use crate::settings::PlaceArgs;
@@ -109,7 +110,7 @@ fn topic_of(path: &Path) -> anyhow::Result<Option<(Option<PathBuf>, PoseTopic)>>
     if let Some(topic) = text.strip_prefix("topic:") {
         return Ok(Some((None, parse_topic(topic)?)));
     }
-    if path.exists() {
+    if !is_missing(path) {
         // A folder must be a bag: no trajectory is a folder.
         let bag = path.is_dir() || is_bag(path)?;
         return Ok(bag.then(|| (Some(path.to_owned()), PoseTopic::default())));

@@ -1,8 +1,8 @@
 //! Output files of the command.
 
-use std::fs::{File, TryLockError};
+use std::fs::{self, File, TryLockError};
 use std::io::{BufWriter, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, bail};
 use dmp_disk::OutputFile;
@@ -41,6 +41,40 @@ pub(crate) fn may_be_file(path: &Path) -> bool {
     std::fs::metadata(path).map_or(true, |found| found.is_file())
 }
 
+/// Whether there is surely nothing at a path: what cannot be looked at is opened, and that says why it cannot.
+pub(crate) fn is_missing(path: &Path) -> bool {
+    matches!(path.try_exists(), Ok(false))
+}
+
+/// A folder for outputs of this process alone; one that is new goes again where nothing was put into it.
+#[derive(Debug)]
+pub(crate) struct OutputsFolder {
+    /// Where it is new.
+    made: Option<PathBuf>,
+    taken: Option<File>,
+}
+
+impl OutputsFolder {
+    /// Makes it if need be.
+    pub(crate) fn make(folder: &Path) -> anyhow::Result<Self> {
+        // What cannot be looked at is taken to be there: it is not removed.
+        let is_new = is_missing(folder);
+        fs::create_dir_all(folder)
+            .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
+        let mut outputs = Self { made: is_new.then(|| folder.to_owned()), taken: None };
+        outputs.taken = take_folder(folder)?;
+        Ok(outputs)
+    }
+}
+
+impl Drop for OutputsFolder {
+    fn drop(&mut self) {
+        // It stays where there is anything in it.
+        let _ = self.made.as_ref().map(fs::remove_dir);
+        drop(self.taken.take());
+    }
+}
+
 /// Takes a folder for the outputs of this process alone, until the answer is dropped or the process ends in
 /// whatever way. Nothing is left in the folder by it.
 pub(crate) fn take_folder(folder: &Path) -> anyhow::Result<Option<File>> {
@@ -52,5 +86,25 @@ pub(crate) fn take_folder(folder: &Path) -> anyhow::Result<Option<File>> {
             bail!("{}: another dmp is saving here: wait for it, or name another folder", folder.display())
         }
         Err(TryLockError::Error(_)) => Ok(None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_new_folder_stays_where_there_is_something_in_it() {
+        let parent = tempfile::tempdir().unwrap();
+        let [empty, full, old] = ["empty", "full", "old"].map(|name| parent.path().join(name));
+        fs::create_dir(&old).unwrap();
+        for folder in [&empty, &full, &old] {
+            let _made = OutputsFolder::make(folder).unwrap();
+            assert!(OutputsFolder::make(folder).is_err(), "it is one process's at a time");
+            if *folder == full {
+                fs::write(folder.join("a.dmpmap"), b"map").unwrap();
+            }
+        }
+        assert!(!empty.exists() && full.exists() && old.exists());
     }
 }

@@ -10,6 +10,8 @@ use dmp_log::{LogError, is_printable, printable};
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::save::is_missing;
+
 /// The one field that every version has.
 #[derive(Debug, Deserialize)]
 struct Head {
@@ -18,7 +20,7 @@ struct Head {
 
 /// Reads a result. Fields must be those of this version: a number that is not there must not pass for null.
 pub(crate) fn read_result(path: &Path) -> anyhow::Result<Report> {
-    if !path.exists() {
+    if is_missing(path) {
         return Err(LogError::NotFound { path: path.to_path_buf() }.into());
     }
     report(path).with_context(|| path.display().to_string())

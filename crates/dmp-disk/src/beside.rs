@@ -27,16 +27,21 @@ pub(crate) struct Beside {
 }
 
 impl Beside {
+    fn unlocked(path: PathBuf) -> Self {
+        Self { _unfinished: Unfinished::new(&path), path, lock: None, renamed: false }
+    }
+
     /// A new file, as any other may read it.
     pub(crate) fn file(target: &Path) -> io::Result<(Self, File)> {
         sweep(target);
         loop {
             let (path, file) =
                 make(target, |path| OpenOptions::new().read(true).write(true).create_new(true).open(path))?;
+            let mut beside = Self::unlocked(path);
             let lock = file.try_clone()?;
-            if lock_new(&lock, &path) {
-                let _unfinished = Unfinished::new(&path);
-                return Ok((Self { path, lock: Some(lock), renamed: false, _unfinished }, file));
+            if lock_new(&lock, &beside.path)? {
+                beside.lock = Some(lock);
+                return Ok((beside, file));
             }
         }
     }
@@ -46,11 +51,12 @@ impl Beside {
         sweep(target);
         loop {
             let (path, ()) = make(target, |path| fs::create_dir(path))?;
+            let mut beside = Self::unlocked(path);
             // Where folders cannot be opened they are not locked, and nobody sweeps them.
-            let lock = File::open(&path).ok();
-            if lock.as_ref().is_none_or(|folder| lock_new(folder, &path)) {
-                let _unfinished = Unfinished::new(&path);
-                return Ok(Self { path, lock, renamed: false, _unfinished });
+            let Ok(lock) = File::open(&beside.path) else { return Ok(beside) };
+            if lock_new(&lock, &beside.path)? {
+                beside.lock = Some(lock);
+                return Ok(beside);
             }
         }
     }
@@ -89,11 +95,11 @@ fn make<T>(target: &Path, mut make: impl FnMut(&Path) -> io::Result<T>) -> io::R
 }
 
 /// Locks what was just made, where there are locks; false when another process took it for a leftover before.
-fn lock_new(file: &File, path: &Path) -> bool {
+fn lock_new(file: &File, path: &Path) -> io::Result<bool> {
     match file.try_lock() {
         Ok(()) => is_at(file, path),
-        Err(fs::TryLockError::WouldBlock) => false,
-        Err(fs::TryLockError::Error(_)) => true,
+        Err(fs::TryLockError::WouldBlock) => Ok(false),
+        Err(fs::TryLockError::Error(_)) => Ok(true),
     }
 }
 
@@ -127,10 +133,22 @@ pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Brings the name of a file to disk; where folders cannot be opened this is best effort.
-pub(crate) fn flush_folder(of: &Path) {
-    if let Ok(folder) = File::open(folder_of(of)) {
-        let _ = folder.sync_all();
+/// Brings the name of a file to disk, where folders can be opened and synced.
+pub(crate) fn flush_folder(of: &Path) -> io::Result<()> {
+    if !cfg!(unix) {
+        return Ok(());
+    }
+    match File::open(folder_of(of)).and_then(|folder| folder.sync_all()) {
+        // A folder that may be written and not read, a file system that has nothing to sync of a folder.
+        Err(error)
+            if matches!(
+                error.kind(),
+                io::ErrorKind::PermissionDenied | io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported
+            ) =>
+        {
+            Ok(())
+        }
+        flushed => flushed,
     }
 }
 
@@ -146,7 +164,11 @@ pub(crate) fn resolved(path: &Path) -> io::Result<Option<PathBuf>> {
                 return Err(io::Error::new(io::ErrorKind::PermissionDenied, "it is another user's link"));
             }
             Ok(to) => path = folder_of(&path).join(to),
-            Err(_) => return Ok(Some(path)),
+            // No link, or nothing.
+            Err(error) if matches!(error.kind(), io::ErrorKind::InvalidInput | io::ErrorKind::NotFound) => {
+                return Ok(Some(path));
+            }
+            Err(error) => return Err(error),
         }
     }
     Err(io::Error::other("too many links, each to the next"))

@@ -5,7 +5,9 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::DiskError;
-use crate::work_folder::{CHECKPOINT, WorkFolder};
+use crate::beside::Beside;
+use crate::left_behind::CHECKPOINT;
+use crate::work_folder::WorkFolder;
 
 const MAGIC: [u8; 8] = *b"DMPCHECK";
 const VERSION: u32 = 1;
@@ -21,11 +23,11 @@ impl WorkFolder {
     pub fn save(&self, name: &str, content: &[u8]) -> Result<(), DiskError> {
         let path = self.checkpoint(name);
         let io = |what| DiskError::io(&path, what);
-        let file = tempfile::NamedTempFile::new_in(self.path());
-        let mut file = file.map_err(io("cannot write the checkpoint"))?;
+        // What a killed process left of it is removed by the next one.
+        let (beside, mut file) = Beside::file(&path).map_err(io("cannot write the checkpoint"))?;
         let written = file.write_all(&header_of(content)).and_then(|()| file.write_all(content));
-        written.and_then(|()| file.as_file().sync_all()).map_err(io("cannot write the checkpoint"))?;
-        file.persist(&path).map_err(|error| io("cannot write the checkpoint")(error.error))?;
+        written.and_then(|()| file.sync_all()).map_err(io("cannot write the checkpoint"))?;
+        beside.rename(&path).map_err(io("cannot write the checkpoint"))?;
         sync_folder(self.path()).map_err(io("cannot write the checkpoint"))
     }
 

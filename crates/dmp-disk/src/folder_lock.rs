@@ -23,7 +23,8 @@ pub(crate) fn lock_folder(folder: &Path) -> Result<File, DiskError> {
         // Where a file system has no locks, the folder's name must do.
         Ok(()) | Err(TryLockError::Error(_)) => {}
     }
-    if !is_at(&lock, &folder.join(LOCK)) {
+    let is_at = is_at(&lock, &folder.join(LOCK));
+    if !is_at.map_err(DiskError::io(folder, "cannot make a lock in the work folder"))? {
         return Err(DiskError::Locked { path: folder.to_path_buf() });
     }
     Ok(lock)
@@ -102,11 +103,18 @@ fn is_of_same_owner(_: &fs::Metadata, _: &fs::Metadata) -> bool {
 }
 
 /// Whether an open file is the one at this path: another process may have removed it before it was locked.
-pub(crate) fn is_at(file: &File, path: &Path) -> bool {
-    let Ok((open, there)) = file.metadata().and_then(|open| Ok((open, fs::metadata(path)?))) else {
-        return false;
-    };
-    same_file(&open, &there)
+pub(crate) fn is_at(file: &File, path: &Path) -> io::Result<bool> {
+    let open = file.metadata()?;
+    Ok(there(fs::metadata(path))?.is_some_and(|there| same_file(&open, &there)))
+}
+
+/// What was found at a path; `None` where there is nothing. What cannot be looked at is an error: it may well be there.
+pub(crate) fn there(found: io::Result<fs::Metadata>) -> io::Result<Option<fs::Metadata>> {
+    match found {
+        Ok(found) => Ok(Some(found)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 #[cfg(unix)]

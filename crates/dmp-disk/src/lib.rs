@@ -33,6 +33,7 @@ mod checkpoint;
 mod disk_space;
 mod error;
 mod folder_lock;
+mod left_behind;
 mod output_file;
 mod output_folder;
 mod scratch_file;

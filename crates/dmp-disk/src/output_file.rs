@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::beside::{Beside, flush_folder, resolved};
+use crate::folder_lock::there;
 
 /// A file under a name of its own beside its target; it takes the target's place when it is whole, and is removed otherwise.
 ///
@@ -47,7 +48,7 @@ impl OutputFile {
     /// # Errors
     /// When nothing can be written beside the target; when the target is there and is a folder or must not be written.
     pub fn create(target: &Path) -> io::Result<Self> {
-        let there = fs::metadata(target).ok();
+        let there = there(fs::metadata(target))?;
         if target.file_name().is_none() || there.as_ref().is_some_and(fs::Metadata::is_dir) {
             return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is not the name of a file"));
         }
@@ -83,12 +84,14 @@ impl OutputFile {
     /// Brings it to disk and gives it its name.
     ///
     /// # Errors
-    /// When that cannot be done; what was there before is then untouched, but where it is no regular file.
+    /// When that cannot be done; what was there before is then untouched, but where it is no regular file, or where all went
+    /// well but to bring the new name to disk.
     pub fn commit(self) -> io::Result<()> {
-        if matches!(self.place, Place::Beside(..)) {
-            self.file.sync_all()?;
-        }
-        self.commit_unsynced()
+        let Place::Beside(_, place) = &self.place else { return self.commit_unsynced() };
+        let place = place.clone();
+        self.file.sync_all()?;
+        self.commit_unsynced()?;
+        flush_folder(&place)
     }
 
     /// Gives it its name, for what need not outlive a loss of power.
@@ -97,10 +100,7 @@ impl OutputFile {
     /// As [`Self::commit`].
     pub fn commit_unsynced(mut self) -> io::Result<()> {
         match self.place {
-            Place::Beside(beside, place) => {
-                beside.rename(&place)?;
-                flush_folder(&place);
-            }
+            Place::Beside(beside, place) => beside.rename(&place)?,
             Place::Through => {
                 io::Seek::rewind(&mut self.file)?;
                 let mut out = OpenOptions::new().append(true).open(&self.target)?;
@@ -119,13 +119,12 @@ impl OutputFile {
         match &output.place {
             Place::Beside(_, place) => {
                 let file = File::open(made)?;
-                if let Ok(there) = fs::metadata(place) {
+                if let Some(there) = there(fs::metadata(place))? {
                     keep_rights(&file, &there);
                 }
                 file.sync_all()?;
                 fs::rename(made, place)?;
-                flush_folder(place);
-                Ok(())
+                flush_folder(place)
             }
             Place::Through => {
                 io::copy(&mut File::open(made)?, &mut output.file()?)?;

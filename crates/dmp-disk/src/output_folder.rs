@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::beside::{Beside, flush_folder};
+use crate::folder_lock::there;
 
 /// A folder under a name of its own beside its target, where there must be nothing yet; removed unless it is committed.
 #[derive(Debug)]
@@ -22,7 +23,7 @@ impl OutputFolder {
         if target.file_name().is_none() {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "a path to write to needs a name"));
         }
-        if target.symlink_metadata().is_ok() {
+        if there(target.symlink_metadata())?.is_some() {
             let problem = "there is something already, it is not overwritten";
             return Err(io::Error::new(io::ErrorKind::AlreadyExists, problem));
         }
@@ -45,13 +46,15 @@ impl OutputFolder {
     /// When it cannot be renamed.
     pub fn commit(self) -> io::Result<()> {
         // The names in it and in its folders.
-        for folder in fs::read_dir(self.path())?.flatten().map(|entry| entry.path()) {
-            flush_folder(&folder.join("any"));
+        for entry in fs::read_dir(self.path())? {
+            let entry = entry?;
+            if entry.file_type()?.is_dir() {
+                flush_folder(&entry.path().join("any"))?;
+            }
         }
-        flush_folder(&self.path().join("any"));
+        flush_folder(&self.path().join("any"))?;
         self.beside.rename(&self.target)?;
-        flush_folder(&self.target);
-        Ok(())
+        flush_folder(&self.target)
     }
 }
 

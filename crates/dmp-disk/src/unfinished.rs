@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use crate::work_folder::has_checkpoint;
+use crate::left_behind::has_checkpoint;
 
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 /// How often a folder is emptied while others still write in it.
@@ -35,7 +35,7 @@ impl Drop for Unfinished {
 /// the last that it does, whatever its other threads are at. Nothing can be begun or finished afterwards.
 pub fn remove_unfinished() {
     let all = all();
-    for path in all.iter().filter(|path| !has_checkpoint(path)) {
+    for path in all.iter().filter(|path| !(path.is_dir() && has_checkpoint(path))) {
         for _ in 0..TRIES {
             if fs::remove_file(path).or_else(|_| fs::remove_dir_all(path)).is_ok() || !path.exists() {
                 break;

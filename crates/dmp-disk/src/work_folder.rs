@@ -1,15 +1,13 @@
 //! Where the files of one evaluation live, and what is kept of it for another process.
 
 use std::fs::{self, File};
+use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::folder_lock::{LOCK, is_own_folder, lock_folder, open_lock};
+use crate::folder_lock::{LOCK, lock_folder};
+use crate::left_behind::{PREFIX, has_checkpoint, is_checkpoint, own_folders, remove, sweep};
 use crate::{DiskError, Unfinished};
 
-/// Every work folder's name begins so.
-const PREFIX: &str = "dmp-work-";
-/// Ends the name of a checkpoint.
-pub(crate) const CHECKPOINT: &str = "checkpoint";
 /// Letters and digits that nobody can guess.
 const RANDOM: usize = 12;
 /// How often a folder is made anew where others remove it before it is locked.
@@ -102,14 +100,15 @@ impl WorkFolder {
     }
 
     fn clear(&self) -> Result<(), DiskError> {
-        let io = |what| DiskError::io(&self.path, what);
-        for entry in fs::read_dir(&self.path).map_err(io("cannot list the work folder"))? {
-            let entry = entry.map_err(io("cannot list the work folder"))?;
-            if entry.file_name() != LOCK {
-                fs::remove_file(entry.path()).map_err(io("cannot empty the work folder"))?;
-            }
-        }
-        Ok(())
+        let emptied = || -> io::Result<()> {
+            let entries = fs::read_dir(&self.path)?.map(|entry| Ok(entry?.path()));
+            let mut left: Vec<PathBuf> = entries.collect::<io::Result<_>>()?;
+            left.retain(|path| !path.ends_with(LOCK));
+            // Where that ends midway, nobody goes on from what is left.
+            left.sort_by_key(|path| !is_checkpoint(path));
+            left.iter().try_for_each(fs::remove_file)
+        };
+        emptied().map_err(DiskError::io(&self.path, "cannot empty the work folder"))
     }
 
     /// The folder.
@@ -155,37 +154,10 @@ impl WorkFolder {
 impl Drop for WorkFolder {
     fn drop(&mut self) {
         if !self.kept {
-            // Whatever cannot be removed is left for the user to find; there is nobody to tell.
-            let _ = fs::remove_dir_all(&self.path);
+            remove(&self.path);
         }
         // Closing it would not do: a process that another thread starts just now holds a copy of it for a moment.
         let _ = self.lock.unlock();
-    }
-}
-
-pub(crate) fn has_checkpoint(folder: &Path) -> bool {
-    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    entries
-        .into_iter()
-        .any(|entry| Path::new(&entry.file_name()).extension().is_some_and(|e| e == CHECKPOINT))
-}
-
-/// This user's folders of such names.
-fn own_folders(parent: &Path, prefix: &str) -> impl Iterator<Item = PathBuf> {
-    let entries = fs::read_dir(parent).into_iter().flatten().flatten();
-    let named =
-        entries.filter(move |entry| entry.file_name().to_str().is_some_and(|name| name.starts_with(prefix)));
-    named.map(|entry| entry.path()).filter(|path| is_own_folder(path))
-}
-
-/// Removes the folders of killed processes that hold nothing to go on from. What cannot be looked at is let be.
-fn sweep(parent: &Path) {
-    for folder in own_folders(parent, PREFIX).filter(|folder| !has_checkpoint(folder)) {
-        // Without a lock it is being made just now, or is not ours to judge.
-        let Ok(lock) = open_lock(&folder.join(LOCK), false) else { continue };
-        if lock.try_lock().is_ok() {
-            let _ = fs::remove_dir_all(&folder);
-        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! KITTI's calibration: where the LiDAR sits on the camera.
 
+use crate::folder::is_file;
 use crate::text::{lines, read_text};
 use crate::trajectory::numbers::{numbers, pose_of_rows};
 use crate::{LogError, ParseError, PlaceInFile};
@@ -49,7 +50,7 @@ pub fn read_calib(path: &Path) -> Result<Isometry3<f64>, LogError> {
 pub fn find_calib<'a>(folders: impl IntoIterator<Item = &'a Path>) -> Result<Option<Calib>, LogError> {
     for folder in folders {
         let path = folder.join("calib.txt");
-        if !path.is_file() {
+        if !is_file(&path)? {
             continue;
         }
         if let Some(camera_from_velodyne) = parse(&read(&path)?).map_err(|e| e.in_file(&path))? {

@@ -2,6 +2,7 @@
 
 use crate::bag::Bag;
 use crate::depth_folder::FoundImages;
+use crate::folder::is_file;
 use crate::reads::start_of;
 use crate::scan_folder::FoundScans;
 use crate::{LogError, LogOptions, LogSetting};
@@ -66,7 +67,7 @@ fn find(path: &Path) -> Result<Found, LogError> {
 
 fn find_in_folder(path: &Path) -> Result<Found, LogError> {
     // What rosbag2 describes is a bag, whatever lies beside it.
-    if path.join("metadata.yaml").is_file()
+    if is_file(&path.join("metadata.yaml"))?
         && let Some(bag) = Bag::of_folder(path)?
     {
         return Ok(Found::Bag(bag));

@@ -61,7 +61,13 @@ impl KnownFile {
 
 impl Read for CountedFile {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        let count = self.file.read(bytes)?;
+        // Not every decoder asks again where a signal came first.
+        let count = loop {
+            match self.file.read(bytes) {
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                read => break read?,
+            }
+        };
         self.count.0.fetch_add(count as u64, Ordering::Relaxed);
         Ok(count)
     }

@@ -1,17 +1,14 @@
 //! One try: damage a seed, run a command on it, judge.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::ensure;
 use serde_json::Value;
-use tempfile::TempDir;
 
 use super::mutate::damage;
-use super::random::Random;
-use super::run::{End, Ended, run};
-use super::seed::{Call, File, Kind, Seed};
 use super::verdict::{Failure, Verdict, accepts, judge, silent};
+use crate::trials::{Call, End, Ended, File, Kind, Random, Seed, folder, run, write};
 
 /// Which try: of a kind of input, by its number.
 #[derive(Debug, Clone, Copy)]
@@ -122,10 +119,10 @@ impl Attacker {
         let (inputs, temporary) = (place.path().join("in"), place.path().join("tmp"));
         std::fs::create_dir(&temporary)?;
         write(files, &inputs)?;
-        let ended = run(&self.dmp, &call.words, &inputs, &temporary)?;
+        let ended = run(&self.dmp, &call.words, &inputs, &temporary, &[])?;
         let mut verdict = judge(call, files, &ended, &inputs, &temporary);
         if let (Verdict::Accepted, Some(words)) = (&verdict, &call.then) {
-            let read = run(&self.dmp, words, &inputs, &temporary)?;
+            let read = run(&self.dmp, words, &inputs, &temporary, &[])?;
             if !accepts(call, read.end) || read.end == End::Exit(3) && ended.end == End::Exit(0) {
                 let said = String::from_utf8_lossy(&read.said);
                 let said = said.lines().next().unwrap_or_default();
@@ -134,22 +131,4 @@ impl Attacker {
         }
         Ok((ended, verdict))
     }
-}
-
-/// Writes files into a folder, which is made.
-pub(super) fn write(files: &[File], folder: &Path) -> anyhow::Result<()> {
-    for file in files {
-        let path = folder.join(&file.path);
-        if let Some(parent) = path.parent() {
-            std::fs::create_dir_all(parent)?;
-        }
-        std::fs::write(path, &file.bytes)?;
-    }
-    Ok(())
-}
-
-/// A folder of its own for a try, in memory where the system has a place for that.
-fn folder() -> std::io::Result<TempDir> {
-    let memory = Path::new("/dev/shm");
-    if memory.is_dir() { TempDir::new_in(memory).or_else(|_| TempDir::new()) } else { TempDir::new() }
 }

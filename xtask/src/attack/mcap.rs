@@ -2,7 +2,7 @@
 
 use std::io::{Read as _, Write as _};
 
-use crate::attack::random::Random;
+use crate::trials::Random;
 
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 

@@ -4,24 +4,20 @@ mod attempt;
 mod found;
 mod mcap;
 mod mutate;
-mod random;
-mod run;
-mod seed;
 mod seeds;
 mod table;
 mod verdict;
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use anyhow::Context as _;
 use clap::Args;
 
 use crate::bench::circumstances;
+use crate::trials::{self, Bounds, Found, is_named};
 use attempt::{Attacker, Attempt};
-use found::Found;
 use table::Table;
 
 /// Damage small files of every kind, run the command on them, and count what it does
@@ -57,21 +53,12 @@ pub(crate) struct AttackArgs {
 }
 
 pub(crate) fn run(arguments: &AttackArgs) -> anyhow::Result<()> {
-    let dmp = match &arguments.dmp {
-        Some(path) => path.clone(),
-        None => std::env::current_exe()?.with_file_name("dmp"),
-    };
-    let dmp = dmp
-        .canonicalize()
-        .with_context(|| format!("no {}: cargo build --release -p dmp-cli", dmp.display()))?;
+    let dmp = trials::command(arguments.dmp.as_deref())?;
     let mut kinds = seeds::kinds(&dmp)?;
-    let named = |name: &str, parts: &[String]| {
-        parts.iter().any(|part| name.to_lowercase().contains(&part.to_lowercase()))
-    };
-    kinds.retain(|kind| arguments.only.is_empty() || named(kind.name, &arguments.only));
-    kinds.retain(|kind| !named(kind.name, &arguments.without));
+    kinds.retain(|kind| arguments.only.is_empty() || is_named(kind.name, &arguments.only));
+    kinds.retain(|kind| !is_named(kind.name, &arguments.without));
     anyhow::ensure!(!kinds.is_empty(), "no such kind of input");
-    let stop = interrupts()?;
+    let stop = trials::interrupts()?;
     let attacker = Attacker::prepare(dmp, kinds, arguments.seed, stop)?;
     let start = Instant::now();
     let (table, found) = work(&attacker, arguments, stop)?;
@@ -82,21 +69,9 @@ pub(crate) fn run(arguments: &AttackArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Set once somebody wants the end: no further try begins, and the folders of those that run are removed.
-fn interrupts() -> anyhow::Result<&'static AtomicBool> {
-    static STOP: AtomicBool = AtomicBool::new(false);
-    ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed))?;
-    Ok(&STOP)
-}
-
 /// All tries, on several threads.
 fn work(attacker: &Attacker, arguments: &AttackArgs, stop: &AtomicBool) -> anyhow::Result<(Table, Found)> {
-    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let jobs = arguments.jobs.unwrap_or(cores).max(1);
     let kinds = attacker.kinds() as u64;
-    let end = arguments.tries.saturating_mul(kinds);
-    let deadline = arguments.seconds.map(|seconds| Instant::now() + Duration::from_secs(seconds));
-    let next = AtomicU64::new(0);
     let state = Mutex::new((Table::default(), Found::new(&arguments.keep)));
     let one = |at: u64| -> anyhow::Result<()> {
         let attempt = Attempt { kind: (at % kinds) as usize, number: arguments.first + at / kinds };
@@ -104,30 +79,15 @@ fn work(attacker: &Attacker, arguments: &AttackArgs, stop: &AtomicBool) -> anyho
         let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
         let (table, found) = &mut *state;
         table.count(outcome.kind, &outcome.command, &outcome.verdict);
-        found.add(&outcome)?;
+        found::add(found, &outcome)?;
         if at % 100 == 99 {
             let (tries, failed) = table.totals();
             eprint!("\r{tries} tries, {failed} failures, {} that differ ", found.len());
         }
         Ok(())
     };
-    let is_over =
-        || stop.load(Ordering::Relaxed) || deadline.is_some_and(|deadline| Instant::now() >= deadline);
-    let worker = || -> anyhow::Result<()> {
-        loop {
-            let at = next.fetch_add(1, Ordering::Relaxed);
-            if is_over() || at >= end && deadline.is_none() {
-                return Ok(());
-            }
-            one(at)?;
-        }
-    };
-    std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..jobs).map(|_| scope.spawn(worker)).collect();
-        workers.into_iter().try_for_each(|worker| {
-            worker.join().unwrap_or_else(|_| Err(anyhow::anyhow!("a thread of the attack panicked")))
-        })
-    })?;
+    let tries = arguments.tries.saturating_mul(kinds);
+    trials::work(Bounds { tries, seconds: arguments.seconds, jobs: arguments.jobs }, stop, one)?;
     eprintln!();
     Ok(state.into_inner().unwrap_or_else(PoisonError::into_inner))
 }

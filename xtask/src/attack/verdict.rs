@@ -5,8 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::run::{End, Ended, TOO_LONG_A_FILE};
-use super::seed::{Call, File};
+use crate::trials::{Call, End, Ended, File, TOO_LONG_A_FILE, paths};
 
 /// A refusal is a line or a few.
 const MOST_LINES: usize = 20;
@@ -163,25 +162,6 @@ fn changes(call: &Call, files: &[File], folder: &Path, is_accepted: bool) -> Opt
 fn first_left(temporary: &Path) -> Option<Failure> {
     let entry = std::fs::read_dir(temporary).ok()?.flatten().next()?;
     Some(Failure::Left(format!("$TMPDIR/{}", entry.file_name().to_string_lossy())))
-}
-
-/// Every file below a folder, with `/`; of empty folders themselves.
-fn paths(folder: &Path) -> Vec<String> {
-    let mut found = Vec::new();
-    let mut open = vec![String::new()];
-    while let Some(at) = open.pop() {
-        let entries: Vec<_> = std::fs::read_dir(folder.join(&at)).into_iter().flatten().flatten().collect();
-        if entries.is_empty() && !at.is_empty() {
-            found.push(at.clone());
-        }
-        for entry in entries {
-            let name = entry.file_name().to_string_lossy().into_owned();
-            let path = if at.is_empty() { name } else { format!("{at}/{name}") };
-            if entry.file_type().is_ok_and(|kind| kind.is_dir()) { open.push(path) } else { found.push(path) }
-        }
-    }
-    found.sort();
-    found
 }
 
 /// Whether the scores are others than `sound`, those of the files as they were, and nothing tells.

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use anyhow::bail;
+use anyhow::{Context as _, bail};
 use clap::Args;
 use dmp_draw::text::counted;
 use dmp_sensor::{Isometry3, Scan};
@@ -97,17 +97,17 @@ pub(super) fn run(arguments: &LogConvertArgs, common: &Common, out: &mut impl Wr
 
 /// What would be a surprise is refused: a log that is there already, an option without effect, a folder that
 /// is called like a file.
-fn check_output(arguments: &LogConvertArgs, format: OutputFormat) -> Result<(), Usage> {
+fn check_output(arguments: &LogConvertArgs, format: OutputFormat) -> anyhow::Result<()> {
     let path = arguments.output.display();
-    if arguments.output.exists() {
-        return Err(Usage(format!("{path}: there is something already, it is not overwritten")));
+    if arguments.output.try_exists().with_context(|| path.to_string())? {
+        bail!(Usage(format!("{path}: there is something already, it is not overwritten")));
     }
     let is_mcap = format == OutputFormat::Mcap;
     if arguments.compression.is_some() && !is_mcap {
-        return Err(Usage(format!("{path}: --compression is for MCAP files alone")));
+        bail!(Usage(format!("{path}: --compression is for MCAP files alone")));
     }
     if arguments.output.extension().is_some_and(|extension| extension == "mcap") != is_mcap {
-        return Err(Usage(format!("{path}: an MCAP file is FILE.mcap, a folder has another name")));
+        bail!(Usage(format!("{path}: an MCAP file is FILE.mcap, a folder has another name")));
     }
     Ok(())
 }

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use anyhow::Context as _;
 use clap::{Args, ValueEnum};
 use dmp_draw::text::counted;
 use dmp_log::{
@@ -80,7 +81,8 @@ pub(super) fn run(
     let times = output.with_file_name("times.txt");
     // Beside a pipe or a device nothing is made.
     let stamps_ns = trajectory.stamps_ns().filter(|_| without_stamps && may_be_file(output));
-    if stamps_ns.is_some() && times.exists() {
+    let has_times = || times.try_exists().with_context(|| times.display().to_string());
+    if stamps_ns.is_some() && has_times()? {
         return Err(Usage(format!("{}: is there already and would be overwritten", times.display())).into());
     }
     save(output, |out| match to {

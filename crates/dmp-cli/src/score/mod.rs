@@ -11,11 +11,10 @@ mod promise;
 pub(crate) mod render;
 mod sampling;
 
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, bail};
+use anyhow::bail;
 use clap::Args;
 use dmp::{Config, Report, evaluate, evaluate_quick, file_stem_of};
 use serde::Serialize;
@@ -28,7 +27,7 @@ use crate::log_args::LogArgs;
 use crate::named::{NamedFile, maps_of};
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
-use crate::save::take_folder;
+use crate::save::OutputsFolder;
 use crate::settings::{ResumeArgs, SettingsArgs};
 use crate::trajectory_args::TrajectoryArgs;
 use conventions::ConventionArgs;
@@ -152,9 +151,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     let gates = arguments.gates.start(&started.names())?;
     let mut _taken = None;
     if let Some(folder) = &arguments.save_maps {
-        fs::create_dir_all(folder)
-            .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
-        _taken = take_folder(folder)?;
+        _taken = Some(OutputsFolder::make(folder)?);
         let names = started.names();
         let of_run = |name: &&str| folder.join(format!("{}.dmpmap", file_stem_of(&names, name)));
         refuse_clashes(&names.iter().map(of_run).collect::<Vec<_>>(), &arguments.inputs())?;

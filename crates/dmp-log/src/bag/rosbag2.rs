@@ -1,7 +1,7 @@
 //! Folders as rosbag2 writes them: `metadata.yaml` and the files it names.
 
 use crate::decimal::shorten;
-use crate::folder::{files_with_extension, stays_inside};
+use crate::folder::{files_with_extension, first_file, is_file, stays_inside};
 use crate::text::read_text;
 use crate::{LogError, ParseError, PlaceInFile};
 use saphyr_parser::{Event, Parser};
@@ -14,7 +14,7 @@ const MAX_METADATA_BYTES: u64 = 16 << 20;
 /// The bag's files in a folder, in order; `None` where there are none.
 pub(super) fn files_of(folder: &Path) -> Result<Option<Vec<PathBuf>>, LogError> {
     let path = folder.join("metadata.yaml");
-    if path.is_file() {
+    if is_file(&path)? {
         return named_files(folder, &path).map(Some);
     }
     let mut files = files_with_extension(folder, "mcap")?;
@@ -54,9 +54,8 @@ fn named_files(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, LogError> {
         let inside = Some(name).filter(|name| stays_inside(Path::new(name)));
         // Old versions write the folder's own name in front.
         let file_name = Path::new(name).file_name().unwrap_or_default();
-        let mut places = inside.map(|name| folder.join(name)).into_iter().chain([folder.join(file_name)]);
-        let there = places.find(|file| file.is_file());
-        there.ok_or_else(|| {
+        let places = inside.map(|name| folder.join(name)).into_iter().chain([folder.join(file_name)]);
+        first_file(places)?.ok_or_else(|| {
             let problem = format!("the file `{}` that it names is not there", shorten(name));
             LogError::malformed(path, PlaceInFile::Line(*line), problem)
         })

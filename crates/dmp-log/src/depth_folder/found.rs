@@ -1,7 +1,7 @@
 //! Depth images in a folder: where they are, in which order, and what their names and stamps say they are.
 
 use super::list::{self, Listed};
-use crate::folder::{entries, is_hidden};
+use crate::folder::{entries, files_where, first_file, is_folder, is_hidden};
 use crate::scan_folder::names;
 use crate::{LogError, LogFormat, shown_path};
 use std::path::{Path, PathBuf};
@@ -96,7 +96,7 @@ impl FoundImages {
         let notes =
             vec![format!("images and stamps from {}, taken for {}", shown_path(&list), layout.words())];
         let images = listed.into_iter().map(image).collect();
-        Ok(Some(Self { folder: path.into(), layout, images, camera_file: camera_file(path, path), notes }))
+        Ok(Some(Self { folder: path.into(), layout, images, camera_file: camera_file(path, path)?, notes }))
     }
 
     /// The PNGs in `path`, its `depth/` or its only other folder with `depth` in its name; `None` where there are none.
@@ -146,7 +146,7 @@ impl FoundImages {
         let stamp = |k: usize| stamps_ns.as_ref().and_then(|stamps_ns| stamps_ns.get(k).copied());
         let image = |(k, path): (usize, PathBuf)| FoundImage { path, stamp_ns: stamp(k) };
         let images = files.into_iter().enumerate().map(image).collect();
-        let camera_file = camera_file(path, place);
+        let camera_file = camera_file(path, place)?;
         Ok(Self { folder: path.into(), layout, images, camera_file, notes })
     }
 }
@@ -180,11 +180,9 @@ fn layout_of(files: &[PathBuf]) -> Layout {
 /// The PNGs of a folder, those that are hidden left out.
 fn pngs(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
     let is_png = |file: &Path| {
-        !is_hidden(file)
-            && file.extension().is_some_and(|found| found.eq_ignore_ascii_case("png"))
-            && file.is_file()
+        !is_hidden(file) && file.extension().is_some_and(|found| found.eq_ignore_ascii_case("png"))
     };
-    Ok(entries(folder)?.into_iter().filter(|file| is_png(file)).collect())
+    files_where(folder, is_png)
 }
 
 /// Folders within a folder that have `depth` in their names and PNGs in them, by name.
@@ -192,7 +190,8 @@ fn depth_folders(path: &Path) -> Result<Vec<PathBuf>, LogError> {
     let mut found = Vec::new();
     for place in entries(path)? {
         let name = place.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        if name.contains("depth") && !name.starts_with('.') && place.is_dir() && !pngs(&place)?.is_empty() {
+        if name.contains("depth") && !name.starts_with('.') && is_folder(&place)? && !pngs(&place)?.is_empty()
+        {
             found.push(place);
         }
     }
@@ -201,7 +200,7 @@ fn depth_folders(path: &Path) -> Result<Vec<PathBuf>, LogError> {
 }
 
 /// `camera.json` in the folder that was named, or beside the images; where their own folder was named, above it.
-fn camera_file(folder: &Path, place: &Path) -> Option<PathBuf> {
+fn camera_file(folder: &Path, place: &Path) -> Result<Option<PathBuf>, LogError> {
     let absolute = std::path::absolute(folder).ok();
     let is_depth = |folder: &Path| {
         let name = folder.file_name().unwrap_or_default().to_string_lossy();
@@ -209,5 +208,5 @@ fn camera_file(folder: &Path, place: &Path) -> Option<PathBuf> {
     };
     let above = absolute.as_deref().filter(|folder| is_depth(folder)).and_then(Path::parent);
     let places = [Some(folder), Some(place), above];
-    places.into_iter().flatten().map(|place| place.join("camera.json")).find(|file| file.is_file())
+    first_file(places.into_iter().flatten().map(|place| place.join("camera.json")))
 }

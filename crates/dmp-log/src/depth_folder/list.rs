@@ -1,7 +1,7 @@
 //! The lists of TUM RGB-D: which images there are, and when they were taken.
 
 use crate::decimal::{seconds_to_ns, shorten};
-use crate::folder::stays_inside;
+use crate::folder::{is_file, stays_inside};
 use crate::text::{lines, read_text};
 use crate::{LogError, ParseError, PlaceInFile};
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ const MAX_BYTES: u64 = 1 << 29;
 /// The list of a folder: its path, and a stamp and a path for each image, in its order. `None` where there is none.
 pub(super) fn find(folder: &Path) -> Result<Option<(PathBuf, Vec<Listed>)>, LogError> {
     for path in NAMES.map(|name| folder.join(name)) {
-        if !path.is_file() {
+        if !is_file(&path)? {
             continue;
         }
         let bytes = read_text(&path, "list of images", MAX_BYTES)?;

@@ -15,7 +15,7 @@ impl ScanFolder {
     pub(super) fn decide_time(&mut self, options: &LogOptions) -> Result<(), LogError> {
         let folder = self.summary.path.clone();
         let stamped = self.entries.iter().any(|entry| entry.stamp_ns.is_some());
-        if let Some(times) = times::folder_beside(&folder) {
+        if let Some(times) = times::folder_beside(&folder)? {
             let beside = Beside::open(times, &self.entries, options, &self.count, &mut self.summary.notes)?;
             if let Some(beside) = beside {
                 if beside.rule.origin == Origin::Clock && !stamped {

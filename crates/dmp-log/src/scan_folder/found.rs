@@ -3,7 +3,7 @@
 use super::format::ScanFormat;
 use super::names;
 use crate::LogError;
-use crate::folder::{entries, is_hidden};
+use crate::folder::{files_where, is_folder, is_hidden};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -32,7 +32,7 @@ impl FoundScans {
         let mut best: Option<(usize, PathBuf, Formats)> = None;
         for place in PLACES {
             let folder = if place.is_empty() { path.to_owned() } else { path.join(place) };
-            if !folder.is_dir() {
+            if !is_folder(&folder)? {
                 continue;
             }
             let formats = files_by_format(&folder)?;
@@ -53,8 +53,8 @@ impl FoundScans {
 
 fn files_by_format(folder: &Path) -> Result<Formats, LogError> {
     let mut formats = Formats::new();
-    for file in entries(folder)? {
-        if let Some(format) = ScanFormat::of(&file).filter(|_| !is_hidden(&file) && file.is_file()) {
+    for file in files_where(folder, |file| !is_hidden(file) && ScanFormat::of(file).is_some())? {
+        if let Some(format) = ScanFormat::of(&file) {
             formats.entry(format).or_default().push(file);
         }
     }

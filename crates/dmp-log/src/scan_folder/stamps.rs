@@ -2,6 +2,7 @@
 
 use super::{calendar, names};
 use crate::decimal::seconds_to_ns;
+use crate::folder::first_file;
 use crate::text::{lines, read_text};
 use crate::{LogError, ParseError, shown_path};
 use std::path::{Path, PathBuf};
@@ -16,8 +17,8 @@ pub(super) fn find(
     files: &[PathBuf],
     notes: &mut Vec<String>,
 ) -> Result<Option<Vec<i64>>, LogError> {
-    let mut beside_them = ["times.txt", "timestamps.txt"].into_iter().flat_map(|name| beside(folder, name));
-    let Some(path) = beside_them.find(|path| path.is_file()) else {
+    let beside_them = ["times.txt", "timestamps.txt"].into_iter().flat_map(|name| beside(folder, name));
+    let Some(path) = first_file(beside_them)? else {
         if let Some((stamps_ns, unit)) = names::stamps_ns(files) {
             notes.push(format!("stamps from the file names, as {unit}"));
             return Ok(Some(stamps_ns));

@@ -2,6 +2,7 @@
 
 use super::entry::Entry;
 use super::stamps::beside;
+use crate::folder::is_folder;
 use crate::points::{
     FieldExtremes, Origin, PointTime, RawTime, TimeRule, TimeUnit, frames_to_look_at, place_stamp,
 };
@@ -27,8 +28,13 @@ pub(super) struct Beside {
 }
 
 /// The folder with times of the scans in `folder`.
-pub(super) fn folder_beside(folder: &Path) -> Option<PathBuf> {
-    beside(folder, "times").into_iter().find(|path| path.is_dir())
+pub(super) fn folder_beside(folder: &Path) -> Result<Option<PathBuf>, LogError> {
+    for path in beside(folder, "times") {
+        if is_folder(&path)? {
+            return Ok(Some(path));
+        }
+    }
+    Ok(None)
 }
 
 impl Beside {

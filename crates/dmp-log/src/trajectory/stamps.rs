@@ -1,6 +1,7 @@
 //! Stamps beside a trajectory that has none of its own.
 
 use crate::decimal::ns_to_seconds;
+use crate::folder::is_file;
 use crate::scan_folder::{MAX_STAMPS_BYTES, parse_times};
 use crate::text::read_text;
 use crate::{LogError, shown_path};
@@ -15,7 +16,7 @@ pub(super) fn from_times_beside(
     notes: &mut Vec<String>,
 ) -> Result<TrajectoryRepairs, LogError> {
     let times = path.with_file_name("times.txt");
-    if times.is_file() && times != path {
+    if times != path && is_file(&times)? {
         let text = read_text(&times, "list of stamps", MAX_STAMPS_BYTES)?;
         let stamps_ns = parse_times(&text).map_err(|e| e.in_file(&times))?;
         if stamps_ns.len() == trajectory.len() {

@@ -1,6 +1,6 @@
 //! Damage to bytes of which nothing is known.
 
-use crate::attack::random::Random;
+use crate::trials::Random;
 
 /// Whole numbers at which programs go wrong.
 const NUMBERS: [u64; 24] = [

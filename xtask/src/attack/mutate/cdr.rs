@@ -1,7 +1,7 @@
 //! Damage to a `sensor_msgs/PointCloud2` in CDR, field by field; of other messages to its numbers of 32 bits.
 
 use super::bytes::{set_float, set_number};
-use crate::attack::random::Random;
+use crate::trials::Random;
 
 /// A number of the message: its place and width.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

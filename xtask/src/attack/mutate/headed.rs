@@ -1,7 +1,7 @@
 //! Damage to files that have a head in text and bytes behind it: PCD, PLY, npy.
 
 use super::{bytes, text};
-use crate::attack::random::Random;
+use crate::trials::Random;
 
 /// Where the head ends.
 fn head(file: &[u8]) -> usize {

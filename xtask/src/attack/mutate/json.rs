@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::attack::random::Random;
+use crate::trials::Random;
 
 /// Damages what parses as JSON; false where it does not.
 pub(super) fn damage(text: &mut Vec<u8>, random: &mut Random) -> bool {

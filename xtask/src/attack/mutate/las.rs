@@ -1,7 +1,7 @@
 //! Damage to the header of a LAS or LAZ file, its records of variable length, and the table of LAZ chunks.
 
 use super::bytes::{set_float, set_number};
-use crate::attack::random::Random;
+use crate::trials::Random;
 
 /// The whole numbers of the public header block, places and widths, to version 1.4.
 const NUMBERS: [(usize, usize); 17] = [

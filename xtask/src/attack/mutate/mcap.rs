@@ -3,7 +3,7 @@
 use super::bytes::{self, odd_number, set_number};
 use super::cdr;
 use crate::attack::mcap::{CHUNK, Chunk, DATA_END, FOOTER, MESSAGE, Record, file_of, of_file};
-use crate::attack::random::Random;
+use crate::trials::Random;
 
 /// One damage; false where the file is none that can be taken apart.
 pub(super) fn damage(file: &mut Vec<u8>, random: &mut Random) -> bool {

@@ -11,8 +11,7 @@ mod sqlite;
 mod store;
 mod text;
 
-use super::random::Random;
-use super::seed::Form;
+use crate::trials::{Form, Random};
 
 /// Damages a file; whether checksums guard against all that was done. `other` is a file to take parts from.
 pub(super) fn damage(form: Form, file: &mut Vec<u8>, other: &[u8], random: &mut Random) -> bool {

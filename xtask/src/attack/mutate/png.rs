@@ -1,7 +1,7 @@
 //! Damage to the chunks of a PNG file, with checksums that are right.
 
 use super::bytes::{self, set_number};
-use crate::attack::random::Random;
+use crate::trials::Random;
 
 const MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 

@@ -4,7 +4,7 @@ use rusqlite::{Connection, types::Value};
 
 use super::bytes::{self, odd_number};
 use super::cdr;
-use crate::attack::random::Random;
+use crate::trials::Random;
 
 /// One damage; false where the file is no database.
 pub(super) fn damage(file: &mut Vec<u8>, random: &mut Random) -> bool {

@@ -1,7 +1,7 @@
 //! Damage to a map of our own with checksums that are right: header, directory, footer, and what the blobs hold.
 
 use super::bytes::{self, set_float, set_number};
-use crate::attack::random::Random;
+use crate::trials::Random;
 
 /// Bytes of the header, of the footer, and of a tile in the directory.
 const HEADER: usize = 64;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::attack::random::Random;
+use crate::trials::Random;
 
 /// What stands where a number is expected.
 const WORDS: [&str; 50] = [

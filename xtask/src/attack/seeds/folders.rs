@@ -1,7 +1,6 @@
 //! Logs that are folders of files, a scan or a depth image each, and logs in world coordinates.
 
-use super::shop::{Shop, seed};
-use crate::attack::seed::{Form, Kind, Seed};
+use crate::trials::{Form, Kind, Seed, Shop, seed};
 
 pub(super) fn kinds(shop: &Shop<'_>) -> anyhow::Result<Vec<Kind>> {
     Ok(vec![

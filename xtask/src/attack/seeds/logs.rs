@@ -1,8 +1,7 @@
 //! Logs in one file, or in a bag: MCAP and rosbag2.
 
-use super::shop::{Shop, seed};
 use crate::attack::mcap::{CHUNK, Chunk, DATA_END, FOOTER, Record, file_of, of_file};
-use crate::attack::seed::{File, Form, Kind, Seed};
+use crate::trials::{File, Form, Kind, Seed, Shop, seed};
 
 /// A log with one trajectory beside it.
 const CALLS: [&str; 7] = [

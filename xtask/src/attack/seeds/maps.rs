@@ -1,7 +1,6 @@
 //! Maps: our own store, clouds and meshes.
 
-use super::shop::{Shop, seed};
-use crate::attack::seed::{Form, Kind, Seed};
+use crate::trials::{Form, Kind, Seed, Shop, seed};
 
 pub(super) fn kinds(shop: &Shop<'_>) -> anyhow::Result<Vec<Kind>> {
     Ok(vec![

@@ -3,13 +3,11 @@
 mod folders;
 mod logs;
 mod maps;
-mod shop;
 mod texts;
 
 use std::path::Path;
 
-use super::seed::Kind;
-use shop::Shop;
+use crate::trials::{Kind, Shop};
 
 /// What the seeds are made of. Few returns: a command on them takes some hundredths of a second.
 const COMMANDS: [&str; 4] = [

@@ -1,7 +1,6 @@
 //! Trajectories, calibrations, pose graphs and saved results.
 
-use super::shop::{Shop, seed};
-use crate::attack::seed::{File, Form, Kind, Seed};
+use crate::trials::{File, Form, Kind, Seed, Shop, seed};
 
 pub(super) fn kinds(shop: &Shop<'_>) -> anyhow::Result<Vec<Kind>> {
     Ok(vec![

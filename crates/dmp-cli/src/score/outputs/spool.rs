@@ -2,13 +2,18 @@
 
 use std::fs::File;
 use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
+
+use anyhow::Context as _;
 
 /// Pieces of frames in a file without a name: nothing is left of it, however the process ends. Memory is some bytes a
 /// piece.
 #[derive(Debug)]
-pub(super) struct Spool(Mutex<Kept>);
+pub(super) struct Spool {
+    folder: PathBuf,
+    kept: Mutex<Kept>,
+}
 
 #[derive(Debug)]
 struct Kept {
@@ -28,13 +33,14 @@ impl Spool {
     /// An empty one in this folder.
     pub(super) fn new(folder: &Path) -> io::Result<Self> {
         let file = tempfile::tempfile_in(folder)?;
-        Ok(Self(Mutex::new(Kept { file, end: 0, pieces: Vec::new() })))
+        let kept = Mutex::new(Kept { file, end: 0, pieces: Vec::new() });
+        Ok(Self { folder: folder.to_owned(), kept })
     }
 
     /// Keeps a piece of a frame, behind the pieces of that frame that came before.
     pub(super) fn add(&self, frame: u32, piece: &[u8]) -> io::Result<()> {
         let bytes = u32::try_from(piece.len()).map_err(io::Error::other)?;
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         kept.file.write_all(piece)?;
         let at = kept.end;
         kept.end += piece.len() as u64;
@@ -44,16 +50,17 @@ impl Spool {
 
     /// Everything that was kept, by frames.
     pub(super) fn sorted(self) -> Sorted {
-        let Kept { file, mut pieces, .. } = self.0.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let Kept { file, mut pieces, .. } = self.kept.into_inner().unwrap_or_else(PoisonError::into_inner);
         // Stable: the pieces of a frame stay in their order.
         pieces.sort_by_key(|piece| piece.frame);
-        Sorted { file, pieces }
+        Sorted { folder: self.folder, file, pieces }
     }
 }
 
 /// Pieces in order of their frames.
 #[derive(Debug)]
 pub(super) struct Sorted {
+    folder: PathBuf,
     file: File,
     pieces: Vec<Piece>,
 }
@@ -72,8 +79,8 @@ impl Sorted {
         let mut piece = Vec::new();
         for (k, &Piece { frame, bytes, at }) in self.pieces.iter().enumerate() {
             piece.resize(bytes as usize, 0);
-            self.file.seek(SeekFrom::Start(at))?;
-            self.file.read_exact(&mut piece)?;
+            let read = self.file.seek(SeekFrom::Start(at)).and_then(|_| self.file.read_exact(&mut piece));
+            read.with_context(|| format!("{}: cannot read back what was kept there", self.folder.display()))?;
             let is_last = self.pieces.get(k + 1).is_none_or(|next| next.frame != frame);
             take(&piece, is_last)?;
         }

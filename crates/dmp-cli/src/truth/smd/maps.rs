@@ -20,6 +20,7 @@ use crate::log_args::LogHead;
 use crate::named::NamedFile;
 use crate::progress::Progress;
 use crate::runs::{self, Runs};
+use crate::save::is_missing;
 use crate::score::announce;
 use crate::trajectory_args::TrajectoryArgs;
 
@@ -58,7 +59,7 @@ pub(super) fn measure(
 ) -> anyhow::Result<Measured> {
     let reference = &arguments.reference;
     let mut bench = Bench { reference, mesh: is_mesh(reference)?, format: "", settings, progress };
-    if !arguments.map.exists() {
+    if is_missing(&arguments.map) {
         return Err(LogError::NotFound { path: arguments.map.clone() }.into());
     }
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();

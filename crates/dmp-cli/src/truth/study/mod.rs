@@ -21,7 +21,7 @@ use crate::log_args::LogArgs;
 use crate::named::NamedFile;
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
-use crate::save::save_text;
+use crate::save::{is_missing, save_text};
 use crate::say::say;
 use crate::score::announce;
 use crate::settings::SettingsArgs;
@@ -118,7 +118,7 @@ pub(crate) fn run(arguments: &StudyArgs, common: &Common, out: &mut impl Write) 
     let started = Runs::start(&files, &arguments.reading)?;
     let reference = read_trajectory(&arguments.reference)?;
     // Told before the log is read, not after.
-    if let Some(path) = arguments.reference_map.as_ref().filter(|path| !path.exists()) {
+    if let Some(path) = arguments.reference_map.as_ref().filter(|path| is_missing(path)) {
         return Err(LogError::NotFound { path: path.clone() }.into());
     }
     if let Some(folder) = &arguments.plots {

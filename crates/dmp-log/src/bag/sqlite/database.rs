@@ -64,10 +64,10 @@ pub(super) fn open(path: &Path) -> io::Result<Connection> {
     let beside = |suffix: &str| {
         let mut name = path.as_os_str().to_owned();
         name.push(suffix);
-        Path::new(&name).exists()
+        Path::new(&name).try_exists()
     };
     // Without a journal nobody is writing, and the file needs no locks and no folder that can be written to.
-    let connection = if beside("-wal") || beside("-journal") {
+    let connection = if beside("-wal")? || beside("-journal")? {
         Connection::open_with_flags(path, flags)
     } else {
         let uri = format!("file:{}?immutable=1", percent_encoded(path));

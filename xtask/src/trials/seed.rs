@@ -2,7 +2,7 @@
 
 /// How a file is built, which tells how it is damaged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
+pub(crate) enum Form {
     /// Nothing is known of it.
     Bytes,
     /// Words in lines.
@@ -21,43 +21,43 @@ pub(super) enum Form {
 
 /// A file of a seed.
 #[derive(Debug, Clone)]
-pub(super) struct File {
+pub(crate) struct File {
     /// Its place below the folder of a try, with `/`.
-    pub(super) path: String,
-    pub(super) bytes: Vec<u8>,
+    pub(crate) path: String,
+    pub(crate) bytes: Vec<u8>,
     /// How it is damaged; files without it are left as they are.
-    pub(super) form: Option<Form>,
+    pub(crate) form: Option<Form>,
 }
 
 /// A command that reads the files, run in their folder.
 #[derive(Debug, Clone)]
-pub(super) struct Call {
-    pub(super) words: Vec<String>,
+pub(crate) struct Call {
+    pub(crate) words: Vec<String>,
     /// Files and folders that it writes; all of them or none.
-    pub(super) outputs: Vec<String>,
+    pub(crate) outputs: Vec<String>,
     /// A command that must read what was written.
-    pub(super) then: Option<Vec<String>>,
+    pub(crate) then: Option<Vec<String>>,
 }
 
 impl Call {
     /// A command, told as in a shell without quotes. What follows `-o` is what it writes.
-    pub(super) fn new(line: &str) -> Self {
+    pub(crate) fn new(line: &str) -> Self {
         let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
         let output = words.iter().position(|word| word == "-o").and_then(|at| words.get(at + 1));
         Self { outputs: output.cloned().into_iter().collect(), words, then: None }
     }
 
-    pub(super) fn then(mut self, line: &str) -> Self {
+    pub(crate) fn then(mut self, line: &str) -> Self {
         self.then = Some(line.split_whitespace().map(str::to_owned).collect());
         self
     }
 
-    pub(super) fn is_json(&self) -> bool {
+    pub(crate) fn is_json(&self) -> bool {
         self.words.iter().any(|word| word == "--json")
     }
 
     /// Its name in the table: words and options without what is theirs alone.
-    pub(super) fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         let told = ["--json", "--quick", "--sample", "--map", "--like", "--made-with", "--between", "--log"];
         // Of some commands the second word is theirs too.
         let of_two = ["map", "convert", "truth", "simulate"];
@@ -71,18 +71,27 @@ impl Call {
 
 /// Files that belong together, and what reads them.
 #[derive(Debug, Clone)]
-pub(super) struct Seed {
-    pub(super) files: Vec<File>,
-    pub(super) calls: Vec<Call>,
+pub(crate) struct Seed {
+    pub(crate) files: Vec<File>,
+    pub(crate) calls: Vec<Call>,
     /// Checksums guard what the scores are made of: a byte that is wrong changes no score without a word.
-    pub(super) is_guarded: bool,
+    pub(crate) is_guarded: bool,
+}
+
+/// A seed of some files and commands, without checksums.
+pub(crate) fn seed(files: Vec<File>, calls: &[&str]) -> Seed {
+    let call = |line: &&str| match line.split_once(" => ") {
+        Some((line, then)) => Call::new(line).then(then),
+        None => Call::new(line),
+    };
+    Seed { files, calls: calls.iter().map(call).collect(), is_guarded: false }
 }
 
 /// A kind of input: a row of the table for each of its commands.
 #[derive(Debug)]
-pub(super) struct Kind {
-    pub(super) name: &'static str,
-    pub(super) seeds: Vec<Seed>,
+pub(crate) struct Kind {
+    pub(crate) name: &'static str,
+    pub(crate) seeds: Vec<Seed>,
 }
 
 #[cfg(test)]

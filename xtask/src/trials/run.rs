@@ -1,5 +1,6 @@
 //! Runs a command under limits of time and memory.
 
+use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{Read as _, Seek as _};
 use std::os::unix::process::ExitStatusExt as _;
@@ -11,19 +12,19 @@ use anyhow::Context as _;
 use rustix::process::{Pid, Resource, Rlimit, prlimit};
 
 /// What a command may take.
-pub(super) const MOST_SECONDS: u64 = 60;
-pub(super) const MOST_RESIDENT_BYTES: u64 = 1 << 30;
+pub(crate) const MOST_SECONDS: u64 = 60;
+pub(crate) const MOST_RESIDENT_BYTES: u64 = 1 << 30;
 /// Memory that is asked for but not used; maps of files count too. Beyond it a command is refused memory, and aborts.
 const MOST_ADDRESS_BYTES: u64 = 16 << 30;
 /// What a command writes into one file; beyond it the system ends it with [`TOO_LONG_A_FILE`].
 const MOST_FILE_BYTES: u64 = 1 << 30;
-pub(super) const TOO_LONG_A_FILE: i32 = 25;
+pub(crate) const TOO_LONG_A_FILE: i32 = 25;
 /// More of what a command prints is not looked at.
 const MOST_PRINTED_BYTES: u64 = 16 << 20;
 
 /// How a command ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum End {
+pub(crate) enum End {
     Exit(i32),
     Signal(i32),
     /// It was ended after [`MOST_SECONDS`].
@@ -34,18 +35,25 @@ pub(super) enum End {
 
 /// What became of a command.
 #[derive(Debug)]
-pub(super) struct Ended {
-    pub(super) end: End,
-    pub(super) printed: Vec<u8>,
-    pub(super) said: Vec<u8>,
-    pub(super) taken: Duration,
+pub(crate) struct Ended {
+    pub(crate) end: End,
+    pub(crate) printed: Vec<u8>,
+    pub(crate) said: Vec<u8>,
+    pub(crate) taken: Duration,
 }
 
-/// Runs `dmp` in a folder; its temporary files belong below `temporary`.
-pub(super) fn run(dmp: &Path, words: &[String], folder: &Path, temporary: &Path) -> anyhow::Result<Ended> {
+/// Runs `dmp` in a folder; its temporary files belong below `temporary`. `surroundings` are variables of its environment.
+pub(crate) fn run(
+    dmp: &Path,
+    words: &[String],
+    folder: &Path,
+    temporary: &Path,
+    surroundings: &[(&str, OsString)],
+) -> anyhow::Result<Ended> {
     let (mut printed, mut said) = (tempfile::tempfile_in(temporary)?, tempfile::tempfile_in(temporary)?);
     let mut command = Command::new(dmp);
     command.args(words).current_dir(folder).env("TMPDIR", temporary).stdin(Stdio::null());
+    command.envs(surroundings.iter().map(|(name, value)| (name, value)));
     command.stdout(printed.try_clone()?).stderr(said.try_clone()?);
     let start = Instant::now();
     let mut child = command.spawn().with_context(|| format!("{}: cannot start", dmp.display()))?;
@@ -109,7 +117,7 @@ mod tests {
 
     fn sh(line: &str) -> Ended {
         let folder = tempfile::tempdir().unwrap();
-        run(Path::new("/bin/sh"), &["-c".into(), line.into()], folder.path(), folder.path()).unwrap()
+        run(Path::new("/bin/sh"), &["-c".into(), line.into()], folder.path(), folder.path(), &[]).unwrap()
     }
 
     #[test]

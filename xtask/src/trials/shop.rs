@@ -5,24 +5,24 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context as _, ensure};
 
-use crate::attack::seed::{Call, File, Form, Seed};
+use super::seed::{File, Form};
 
 /// Where seeds are made.
 #[derive(Debug)]
-pub(super) struct Shop<'a> {
+pub(crate) struct Shop<'a> {
     dmp: &'a Path,
     folder: tempfile::TempDir,
     others: PathBuf,
 }
 
 impl<'a> Shop<'a> {
-    pub(super) fn open(dmp: &'a Path) -> anyhow::Result<Self> {
+    pub(crate) fn open(dmp: &'a Path) -> anyhow::Result<Self> {
         let others = crate::workspace::root().join("tests/conformance");
         Ok(Self { dmp, folder: tempfile::tempdir()?, others })
     }
 
     /// Runs a command; what it prints.
-    pub(super) fn make(&self, line: &str) -> anyhow::Result<Vec<u8>> {
+    pub(crate) fn make(&self, line: &str) -> anyhow::Result<Vec<u8>> {
         let mut command = Command::new(self.dmp);
         command.args(line.split_whitespace()).current_dir(self.folder.path()).stdin(Stdio::null());
         let output = command.output()?;
@@ -32,12 +32,12 @@ impl<'a> Shop<'a> {
     }
 
     /// A file that was made.
-    pub(super) fn made(&self, path: &str, form: impl Into<Option<Form>>) -> anyhow::Result<File> {
+    pub(crate) fn made(&self, path: &str, form: impl Into<Option<Form>>) -> anyhow::Result<File> {
         read(self.folder.path(), path, path, form.into())
     }
 
     /// A file that other software wrote, below `tests/conformance`, under another name.
-    pub(super) fn of_others(
+    pub(crate) fn of_others(
         &self,
         path: &str,
         name: &str,
@@ -47,13 +47,13 @@ impl<'a> Shop<'a> {
     }
 
     /// Names of the files of other software in a folder that end in `end`, sorted.
-    pub(super) fn names_of_others(&self, folder: &str, end: &str) -> anyhow::Result<Vec<String>> {
+    pub(crate) fn names_of_others(&self, folder: &str, end: &str) -> anyhow::Result<Vec<String>> {
         names(&self.others.join(folder), end)
     }
 
     /// All files of a folder that was made, and of those in it. The first two with each ending have a form to be
     /// damaged by: one scan is like the next.
-    pub(super) fn made_folder(
+    pub(crate) fn made_folder(
         &self,
         folder: &str,
         form: fn(&str) -> Option<Form>,
@@ -93,13 +93,4 @@ fn names(folder: &Path, end: &str) -> anyhow::Result<Vec<String>> {
     }
     names.sort();
     Ok(names)
-}
-
-/// A seed of some files and commands, without checksums.
-pub(super) fn seed(files: Vec<File>, calls: &[&str]) -> Seed {
-    let call = |line: &&str| match line.split_once(" => ") {
-        Some((line, then)) => Call::new(line).then(then),
-        None => Call::new(line),
-    };
-    Seed { files, calls: calls.iter().map(call).collect(), is_guarded: false }
 }
