@@ -94,7 +94,7 @@ fn row_24_a_simulation_stops_at_once_and_leaves_nothing() {
     let begun = || !names_in(path).is_empty();
     for arguments in [
         "simulate city -o city.mcap --truth truth.tum --km 100",
-        "simulate town -o town.mcap --truth truth.tum --scans 100000",
+        "simulate town -o town.mcap --truth truth.tum --scans 10000",
         "simulate room -o room --frames 100000",
     ] {
         let mut command = dmp_command(path, arguments);

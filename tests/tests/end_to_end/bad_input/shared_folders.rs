@@ -89,18 +89,21 @@ fn within_a_minute(mut command: Command) -> std::process::Output {
 
 /// The work folder that a killed process leaves.
 fn killed_with_a_checkpoint(path: &Path, arguments: &str) -> PathBuf {
-    for wait_ms in (5..500).step_by(5) {
+    let with_checkpoint = || {
+        let has = |folder: &PathBuf| {
+            let mut files = fs::read_dir(folder).into_iter().flatten().flatten();
+            files.any(|file| file.path().extension().is_some_and(|e| e == "checkpoint"))
+        };
+        let folders = fs::read_dir(path.join("shared")).unwrap().flatten().map(|entry| entry.path());
+        folders.into_iter().find(has)
+    };
+    for _ in 0..100 {
         let mut command = dmp_command(path, arguments);
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-        std::thread::sleep(Duration::from_millis(wait_ms));
+        while child.try_wait().unwrap().is_none() && with_checkpoint().is_none() {}
         child.kill().unwrap_or_default();
         child.wait().unwrap();
-        let mut folders = fs::read_dir(path.join("shared")).unwrap().map(|entry| entry.unwrap().path());
-        if let Some(folder) = folders.find(|folder| {
-            fs::read_dir(folder)
-                .unwrap()
-                .any(|file| file.unwrap().path().extension().is_some_and(|e| e == "checkpoint"))
-        }) {
+        if let Some(folder) = with_checkpoint() {
             return folder;
         }
     }
