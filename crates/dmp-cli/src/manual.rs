@@ -1,10 +1,8 @@
 //! `dmp man`: manual pages, made from the definition that `--help` is made from.
 
-use std::fs;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use anyhow::Context as _;
 use clap::{Args, Command};
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
@@ -14,7 +12,7 @@ use dmp_draw::text::counted;
 use crate::after_help::{HelpBody, help_parts};
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
-use crate::save::save;
+use crate::save::{OutputsFolder, save};
 use crate::say::say;
 
 /// Print the manual page of a command, or write those of all
@@ -47,7 +45,7 @@ pub(crate) fn run(
         page(find(&root, &arguments.command)?, out)?;
         return Ok(Exit::Done);
     };
-    fs::create_dir_all(folder).with_context(|| format!("{}: cannot make the folder", folder.display()))?;
+    let _made = OutputsFolder::make(folder)?;
     let mut left = vec![&root];
     let mut pages: u64 = 0;
     while let Some(command) = left.pop() {

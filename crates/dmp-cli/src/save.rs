@@ -46,7 +46,7 @@ pub(crate) fn is_missing(path: &Path) -> bool {
     matches!(path.try_exists(), Ok(false))
 }
 
-/// A folder for outputs of this process alone; one that is new goes again where nothing was put into it.
+/// A folder for outputs; one that is new goes again where nothing was put into it.
 #[derive(Debug)]
 pub(crate) struct OutputsFolder {
     /// Where it is new.
@@ -61,7 +61,12 @@ impl OutputsFolder {
         let is_new = is_missing(folder);
         fs::create_dir_all(folder)
             .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
-        let mut outputs = Self { made: is_new.then(|| folder.to_owned()), taken: None };
+        Ok(Self { made: is_new.then(|| folder.to_owned()), taken: None })
+    }
+
+    /// Makes it if need be, and takes it for this process alone.
+    pub(crate) fn take(folder: &Path) -> anyhow::Result<Self> {
+        let mut outputs = Self::make(folder)?;
         outputs.taken = take_folder(folder)?;
         Ok(outputs)
     }
@@ -99,8 +104,8 @@ mod tests {
         let [empty, full, old] = ["empty", "full", "old"].map(|name| parent.path().join(name));
         fs::create_dir(&old).unwrap();
         for folder in [&empty, &full, &old] {
-            let _made = OutputsFolder::make(folder).unwrap();
-            assert!(OutputsFolder::make(folder).is_err(), "it is one process's at a time");
+            let _made = OutputsFolder::take(folder).unwrap();
+            assert!(OutputsFolder::take(folder).is_err(), "it is one process's at a time");
             if *folder == full {
                 fs::write(folder.join("a.dmpmap"), b"map").unwrap();
             }

@@ -1,7 +1,9 @@
 //! Maps that the user gives: stores, clouds and meshes.
 
+use std::io::ErrorKind;
 use std::path::Path;
 
+use dmp_disk::DiskError;
 use dmp_log::{LengthUnit, is_mesh, read_cloud, read_mesh};
 use dmp_map::{FuseBuffers, Lattice, MapError, MapFuser, Store, TriangleSampler};
 use dmp_sensor::{Isometry3, Point3};
@@ -42,10 +44,8 @@ pub(crate) fn check_free_space(runs: &[Run], settings: &Settings) -> Result<(), 
 /// Before anything else, so that stores with other voxels are refused before a long log is read.
 pub(crate) fn given_stores(runs: &[Run]) -> Result<Vec<Option<Store>>, EvaluateError> {
     let open = |run: &Run| match &run.map {
-        MapSource::Given(path) if is_store(path) => {
-            Store::open(path).map(Some).map_err(EvaluateError::map_of(&run.name))
-        }
-        _ => Ok(None),
+        MapSource::Given(path) => store_at(path).map_err(EvaluateError::map_of(&run.name)),
+        MapSource::Fused => Ok(None),
     };
     runs.iter().map(open).collect()
 }
@@ -85,9 +85,19 @@ pub(crate) fn voxel_of_stores(
     Ok(given.map(|(_, voxel_m)| voxel_m))
 }
 
-fn is_store(path: &Path) -> bool {
-    // Whatever is wrong with the file is better said by the one that reads it as a whole.
-    !matches!(Store::open(path), Err(dmp_map::MapError::NotAStore { .. } | dmp_map::MapError::Disk(_)))
+/// The store at a path, where it is one.
+fn store_at(path: &Path) -> Result<Option<Store>, MapError> {
+    match Store::open(path) {
+        Ok(store) => Ok(Some(store)),
+        Err(MapError::NotAStore { .. }) => Ok(None),
+        // What is missing or a folder is better told by the one that reads clouds.
+        Err(MapError::Disk(DiskError::Io { source, .. }))
+            if matches!(source.kind(), ErrorKind::NotFound | ErrorKind::IsADirectory) =>
+        {
+            Ok(None)
+        }
+        Err(error) => Err(error),
+    }
 }
 
 /// What a given cloud or mesh brought.

@@ -2,11 +2,9 @@
 
 mod numbers;
 
-use std::fs;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use anyhow::Context as _;
 use clap::Args;
 use dmp::{Config, ConventionsReport, MapSource, Run, profiles, vet};
 use dmp_log::shown_path;
@@ -19,7 +17,7 @@ use crate::log_args::LogArgs;
 use crate::named::NamedFile;
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
-use crate::save::save_text;
+use crate::save::{OutputsFolder, save_text};
 use crate::settings::PlaceArgs;
 use crate::trajectory_args::TrajectoryArgs;
 use crate::vetting::Vetting;
@@ -90,10 +88,7 @@ pub(crate) fn run(arguments: &CalibrateArgs, common: &Common, out: &mut impl Wri
     let time_offset_ns = arguments.clock.offset_of_all_ns();
     let config = arguments.place.in_config(Config { time_offset_ns, ..Config::default() });
     config.check()?;
-    if let Some(folder) = &arguments.plots {
-        fs::create_dir_all(folder)
-            .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
-    }
+    let _plots = arguments.plots.as_deref().map(OutputsFolder::make).transpose()?;
     let poses = (&arguments.place, &arguments.clock);
     let fused = std::iter::repeat(MapSource::Fused);
     let opened = OpenedRuns::open(started, fused, &arguments.log, poses, common)?;

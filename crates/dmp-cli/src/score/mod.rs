@@ -151,7 +151,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     let gates = arguments.gates.start(&started.names())?;
     let mut _taken = None;
     if let Some(folder) = &arguments.save_maps {
-        _taken = Some(OutputsFolder::make(folder)?);
+        _taken = Some(OutputsFolder::take(folder)?);
         let names = started.names();
         let of_run = |name: &&str| folder.join(format!("{}.dmpmap", file_stem_of(&names, name)));
         refuse_clashes(&names.iter().map(of_run).collect::<Vec<_>>(), &arguments.inputs())?;

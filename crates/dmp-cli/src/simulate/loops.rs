@@ -3,7 +3,6 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
 use clap::Args;
 use dmp_log::{
     KeyframeTimes, read_keyframe_times, read_trajectory, write_keyframe_times, write_pose_edges,
@@ -17,7 +16,7 @@ use crate::common::Common;
 use crate::exit::Exit;
 use crate::guard::refuse_same;
 use crate::parse;
-use crate::save::save;
+use crate::save::{OutputsFolder, save};
 use crate::say::say;
 
 /// Make a pose graph without loops from a true trajectory, and loop candidates with labels
@@ -105,7 +104,7 @@ pub(super) fn run(arguments: &LoopsArgs, common: &Common, out: &mut impl Write) 
         files.all().into_iter().try_for_each(|output| refuse_same(input, output))?;
     }
     let folder = &arguments.output;
-    std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot make", folder.display()))?;
+    let _made = OutputsFolder::make(folder)?;
     files.save(&made)?;
     files.tell(&made, out)?;
     Ok(Exit::Done)

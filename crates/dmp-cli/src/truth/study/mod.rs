@@ -3,11 +3,9 @@
 mod render;
 
 use std::error::Error;
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
 use clap::Args;
 use dmp::MapSource;
 use dmp_log::{LogError, is_mesh, read_cloud, read_mesh, read_trajectory};
@@ -21,7 +19,7 @@ use crate::log_args::LogArgs;
 use crate::named::NamedFile;
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
-use crate::save::{is_missing, save_text};
+use crate::save::{OutputsFolder, is_missing, save_text};
 use crate::say::say;
 use crate::score::announce;
 use crate::settings::SettingsArgs;
@@ -121,10 +119,7 @@ pub(crate) fn run(arguments: &StudyArgs, common: &Common, out: &mut impl Write) 
     if let Some(path) = arguments.reference_map.as_ref().filter(|path| is_missing(path)) {
         return Err(LogError::NotFound { path: path.clone() }.into());
     }
-    if let Some(folder) = &arguments.plots {
-        fs::create_dir_all(folder)
-            .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
-    }
+    let _plots = arguments.plots.as_deref().map(OutputsFolder::make).transpose()?;
     let fused = std::iter::repeat(MapSource::Fused);
     let OpenedRuns { log, runs, damaged } =
         OpenedRuns::open(started, fused, &arguments.log, arguments.settings.poses(), common)?;
