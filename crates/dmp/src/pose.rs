@@ -16,7 +16,8 @@ use crate::pairing::Pairing;
 use crate::settings::Settings;
 use crate::sparse::Sparse;
 
-const MIN_BLOCK_RETURNS: usize = 1 << 10;
+/// Least returns of a block, however many the runs are.
+pub(crate) const MIN_BLOCK_RETURNS: usize = 1 << 10;
 
 /// Where the sensor was in one run.
 #[derive(Debug, Clone)]
