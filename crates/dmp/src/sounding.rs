@@ -54,6 +54,8 @@ pub(crate) struct SoundedRun {
     one_of: f64,
     part: f64,
     tile_edge_voxels: i32,
+    /// What the voxels of tiles, each seen alone, are multiplied by so that they add up to those of the map.
+    of_tiles: f64,
     /// Voxels of the whole map, surfels of it.
     pub(crate) voxels: f64,
     pub(crate) surfels: f64,
@@ -184,12 +186,16 @@ impl Worker for Sounder<'_> {
 
 impl SoundedRun {
     fn new(seen: Vec<Seen>, scans: u32, [one_of, part]: [f64; 2], tile_edge_voxels: i32) -> Self {
-        let mut run = Self { seen, scans, one_of, part, tile_edge_voxels, voxels: 0.0, surfels: 0.0 };
+        let mut run =
+            Self { seen, scans, one_of, part, tile_edge_voxels, of_tiles: 1.0, voxels: 0.0, surfels: 0.0 };
         let ([all, filled], [half, half_filled]) = (run.voxels_of(1), run.voxels_of(2));
         let grown = |all: f64, half: f64| all + one_of.log2() * (all - half);
         run.voxels = part * grown(all, half);
         let by_voxels = run.voxels - part * DOUBLINGS_TO_SURFEL * (all - half);
         run.surfels = by_voxels.max(part * grown(filled, half_filled)).min(run.voxels);
+        // Tiles alone have more voxels than all together: what few scans say of one is mostly that it is seen.
+        let alone = run.replay(f64::INFINITY, 0)[1];
+        run.of_tiles = if alone > 0.0 { run.voxels / alone } else { 1.0 };
         run
     }
 
@@ -221,7 +227,11 @@ impl SoundedRun {
     /// How many voxels are put aside while the map is fused in so much memory, with so many pauses in which all of them are:
     /// the scans that were looked at, each for those between, and the tiles that they find in memory.
     pub(crate) fn put_aside(&self, budget_bytes: f64, pauses: u32) -> f64 {
-        let budget_voxels = budget_bytes / TABLE_VOXEL_BYTES;
+        self.replay(budget_bytes / TABLE_VOXEL_BYTES, pauses)[0]
+    }
+
+    /// The voxels that are put aside, and those that are held at the end.
+    fn replay(&self, budget_voxels: f64, pauses: u32) -> [f64; 2] {
         let mut open: HashMap<TileId, Stay> = HashMap::new();
         let (mut held, mut aside, mut paused) = (0.0, 0.0, 0);
         for of_scan in self.seen.chunk_by(|a, b| a.scan == b.scan) {
@@ -256,7 +266,7 @@ impl SoundedRun {
                 }
             }
         }
-        aside
+        [aside, held]
     }
 
     /// Voxels that a tile has while it stays in memory.
@@ -264,7 +274,7 @@ impl SoundedRun {
         let voxels = stay.voxels.len() as f64;
         let again = (stay.seen as f64 / voxels - 1.0).max(1e-3);
         let more = self.one_of.log2() / 4.0 * MORE_AT_TWICE / again.powf(MORE_POWER);
-        voxels * self.part * (1.0 + more).min(self.one_of)
+        voxels * self.part * (1.0 + more).min(self.one_of) * self.of_tiles
     }
 }
 
