@@ -100,7 +100,7 @@ impl<M: Sync + Send> Evaluation<'_, M> {
         };
         let workers = (0..self.means.threads).map(worker).collect();
         let reading = self.plan.reading(self.log, &self.means, self.progress);
-        let workers = each_frame_of(reading, |ordinal| ordinal % one_of == 0, workers)?;
+        let workers = each_frame_of(reading, |ordinal| ordinal.is_multiple_of(one_of), workers)?;
         let mut runs = vec![Vec::new(); fused.len()];
         for worker in workers {
             runs.iter_mut().zip(worker.seen).for_each(|(run, seen)| run.extend(seen));
@@ -159,7 +159,7 @@ impl Worker for Sounder<'_> {
             for (&number, seen) in numbers.iter().zip(&mut *seen) {
                 for end in block.rays(number).iter().map(Ray::endpoint_in_world) {
                     let voxel = end.map(|c| (c * *per_m).floor() as i32);
-                    if hash(brick_of(voxel)) % *part == 0 {
+                    if hash(brick_of(voxel)).is_multiple_of(*part) {
                         seen.push(Seen { scan: (ordinal / *one_of) as u32, voxel, returns: 1 });
                     }
                 }
@@ -202,7 +202,7 @@ impl SoundedRun {
     /// Voxels of every n-th scan that was looked at, and those with returns enough for a surfel.
     fn voxels_of(&self, every: u32) -> [f64; 2] {
         let mut voxels: HashMap<[i32; 3], u32> = HashMap::new();
-        for seen in self.seen.iter().filter(|seen| seen.scan % every == 0) {
+        for seen in self.seen.iter().filter(|seen| seen.scan.is_multiple_of(every)) {
             *voxels.entry(seen.voxel).or_default() += seen.returns;
         }
         [voxels.len() as f64, voxels.values().filter(|&&returns| returns >= FILLED).count() as f64]
