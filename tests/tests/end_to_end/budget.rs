@@ -31,7 +31,7 @@ fn drive(folder: &Path, runs: u64) -> String {
         let mut rows = Vec::new();
         dmp_log::write_tum(&mut rows, &run).unwrap();
         fs::write(folder.join(format!("run{seed}.tum")), rows).unwrap();
-        arguments += &format!(" -t run{seed}.tum");
+        arguments.extend([" -t run".to_owned(), seed.to_string(), ".tum".to_owned()]);
     }
     arguments
 }
