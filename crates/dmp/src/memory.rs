@@ -9,7 +9,6 @@ use dmp_sensor::{Isometry3, Ray};
 
 use crate::config::Run;
 use crate::error::EvaluateError;
-use crate::pose::MIN_BLOCK_RETURNS;
 use crate::settings::{Means, Settings};
 
 // Of what tables and tiles may take, one pass at a time. The rest is what the C library holds and nobody uses: lists are
@@ -36,6 +35,8 @@ const PROGRAM_BYTES: usize = 8 << 20;
 /// Returns handled at a time, those of all runs together: bounds the memory of a thread however large a
 /// scan is and however many the runs are. No number depends on it.
 pub(crate) const BLOCK_RAYS: usize = 28 << 10;
+/// Least returns of a block, however many the runs are.
+pub(crate) const MIN_BLOCK_RETURNS: usize = 1 << 10;
 /// What a thread takes for each ray of a block: the ray, its time, its question, its answer, its residuals; and a quarter
 /// for lists that grow.
 const RAY_BYTES: usize =
