@@ -16,9 +16,13 @@ static LOOKING: AtomicUsize = AtomicUsize::new(0);
 pub(crate) fn begin_again_with_memory_given_back() {
     use std::os::unix::process::CommandExt as _;
 
-    // Lists from this size have pages of their own, which go back to the system with them; bytes.
-    const SETTINGS: [(&str, &str); 2] =
-        [("MALLOC_MMAP_THRESHOLD_", "262144"), ("MALLOC_TRIM_THRESHOLD_", "1048576")];
+    // Lists from this size have pages of their own, which go back to the system with them; bytes. What is smaller comes
+    // from one heap: with one for every thread, each keeps what passes that are over have left in it.
+    const SETTINGS: [(&str, &str); 3] = [
+        ("MALLOC_MMAP_THRESHOLD_", "262144"),
+        ("MALLOC_TRIM_THRESHOLD_", "1048576"),
+        ("MALLOC_ARENA_MAX", "1"),
+    ];
     if SETTINGS.iter().any(|(name, _)| std::env::var_os(name).is_some()) {
         return;
     }

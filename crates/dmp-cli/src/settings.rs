@@ -94,8 +94,8 @@ fn scales_or_auto(text: &str) -> Result<Chosen, String> {
 /// What may be taken of the machine.
 #[derive(Debug, Args)]
 pub(crate) struct ResourceArgs {
-    /// Memory to aim for, as 2GiB or 500MB, or `unlimited`; what does not fit goes to --work. Many runs on a
-    /// dense log may need more than a small budget: that is told [default: a quarter of the machine's]
+    /// Memory to aim for, as 2GiB or 500MB, or `unlimited`; what does not fit goes to --work. What is too little
+    /// for the runs is refused with what would do, and too little to be quick is told before the start [default: a quarter of the machine's]
     #[arg(long, value_name = "SIZE", value_parser = parse::memory_bytes, help_heading = "Resources")]
     memory: Option<usize>,
     /// Threads that read, fuse and cast [default: one for each core]

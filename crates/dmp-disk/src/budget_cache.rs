@@ -24,8 +24,8 @@ pub struct BudgetCache<K, V> {
     inner: Mutex<Inner<K, V>>,
 }
 
-/// When a value will be used next: the larger, the later.
-pub type NextUse<K> = dyn Fn(&K) -> u64 + Send + Sync;
+/// When a value will be used next, seen from the use of another one that was just loaded: the larger, the later.
+pub type NextUse<K> = dyn Fn(&K, &K) -> u64 + Send + Sync;
 
 impl<K, V> std::fmt::Debug for BudgetCache<K, V> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -56,7 +56,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 impl<K: Copy + Eq + Hash, V: Weight> BudgetCache<K, V> {
     /// An empty cache.
     pub fn new(budget_bytes: usize) -> Self {
-        Self::foreseeing(budget_bytes, Box::new(|_| 0))
+        Self::foreseeing(budget_bytes, Box::new(|_, _| 0))
     }
 
     /// An empty cache that is told when values will be used next. It is asked whenever a value is to be let go.
@@ -101,7 +101,7 @@ impl<K: Copy + Eq + Hash, V: Weight> BudgetCache<K, V> {
         inner.bytes += bytes;
         while inner.bytes > self.budget_bytes {
             let loaded = inner.slots.iter().filter(|&(&k, slot)| k != key && slot.bytes > 0);
-            let latest = loaded.max_by_key(|(k, slot)| ((self.next_use)(k), Reverse(slot.last_use)));
+            let latest = loaded.max_by_key(|(k, slot)| ((self.next_use)(k, &key), Reverse(slot.last_use)));
             let Some((&latest, _)) = latest else { break };
             if let Some(slot) = inner.slots.remove(&latest) {
                 inner.bytes -= slot.bytes;
@@ -145,7 +145,7 @@ mod tests {
     #[test]
     fn what_is_used_last_of_all_goes_first() {
         // 1 and 2 are needed soon, 9 never again: though it was used last, it goes.
-        let cache = BudgetCache::foreseeing(250, Box::new(|&key: &u64| key));
+        let cache = BudgetCache::foreseeing(250, Box::new(|&key: &u64, _| key));
         let load = || Ok::<_, ()>(Block(100));
         for key in [1, 2, 9, 9, 3, 1, 2] {
             cache.get(key, load).unwrap();

@@ -45,7 +45,7 @@ fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
     let mut times = Stopwatch::start();
     // Every run in a frame of its own making; the same returns z, voxels and segments for all.
     let planned = task.plan(runs)?;
-    let disk = planned.estimate_disk()?;
+    let disk = planned.foresee()?;
     times.of.plan_s = times.lap_s();
 
     // M: each run's surfel map, fused from the scans with its trajectory, or given.

@@ -78,6 +78,7 @@ mod segment_length;
 mod setting_name;
 mod settings;
 mod sink;
+mod sounding;
 mod sparse;
 mod trails;
 mod unposed;

@@ -1,19 +1,23 @@
 //! Who gets how much of the memory: threads take what they need, and the rest is shared out by the numbers below.
 
+use std::collections::HashSet;
+
 use dmp_cast::{Answer, Query};
 use dmp_log::{LogFormat, ScanLog};
-use dmp_reduce::{FrameSums, Reducer, Residuals};
-use dmp_sensor::Ray;
+use dmp_reduce::{FrameSums, Reducer, Residuals, RunSums};
+use dmp_sensor::{Isometry3, Ray};
 
+use crate::config::Run;
 use crate::error::EvaluateError;
-use crate::settings::Means;
+use crate::settings::{Means, Settings};
 
-// Of what tables and tiles may take, one pass at a time:
+// Of what tables and tiles may take, one pass at a time. The rest is what the C library holds and nobody uses: lists are
+// freed in another order than they are made, measured up to a third (docs/performance.md).
 
 /// The maps under construction, all together.
-const FUSE_SHARE: f64 = 0.6;
+const FUSE_SHARE: f64 = 0.5;
 /// The tiles of all maps while rays are cast.
-const CAST_SHARE: f64 = 0.75;
+const CAST_SHARE: f64 = 0.55;
 /// The tiles that rays are counted in, and the counts, while trails are looked for.
 const COUNTED_TILES_SHARE: f64 = 0.3;
 const COUNTS_SHARE: f64 = 0.2;
@@ -31,6 +35,8 @@ const PROGRAM_BYTES: usize = 8 << 20;
 /// Returns handled at a time, those of all runs together: bounds the memory of a thread however large a
 /// scan is and however many the runs are. No number depends on it.
 pub(crate) const BLOCK_RAYS: usize = 28 << 10;
+/// Least returns of a block, however many the runs are.
+pub(crate) const MIN_BLOCK_RETURNS: usize = 1 << 10;
 /// What a thread takes for each ray of a block: the ray, its time, its question, its answer, its residuals; and a quarter
 /// for lists that grow.
 const RAY_BYTES: usize =
@@ -39,8 +45,16 @@ const RAY_BYTES: usize =
         * 5;
 /// What it takes for each return of a scan: coordinates, a time, and the growth of their lists.
 const RETURN_BYTES: usize = 32;
-/// Packets of rays on their way, and a tile in hand.
-const THREAD_BYTES: usize = 1 << 20;
+/// Packets of rays on their way, a tile in hand, and what it is built of.
+const THREAD_BYTES: usize = 2 << 20;
+/// What a pose of a run takes: a stamp, the pose, and a copy in each frame that it is told in.
+const POSE_BYTES: usize = 4 * (size_of::<Isometry3<f64>>() + size_of::<i64>());
+/// What a scan of the log takes: its place in the index, in the plan, in jobs.
+const FRAME_BYTES: usize = 256;
+/// What the sums of a tile take: they stand in a table that grows.
+const TILE_SUMS_BYTES: usize = 2 * (size_of::<RunSums>() + size_of::<[u64; 2]>());
+/// Reducers, and sums of tiles, beside those of the threads: what was kept, what is merged, and two copies to be kept.
+const MERGED: usize = 4;
 /// Least that the sums of a run's map need.
 const LEAST_TABLE_BYTES: usize = 1 << 20;
 /// What a return takes while the scans of a place are held, bytes: coordinates and a time.
@@ -51,15 +65,22 @@ const LEAST_PLACE_BYTES: usize = 32 << 20;
 /// How the memory that was asked for is shared out.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Budget {
+    /// What there is before anything is shared, bytes.
+    fixed_bytes: usize,
     tables_bytes: usize,
 }
 
 impl Budget {
-    /// The shares for a log and so many runs.
+    /// The shares for a log and some runs.
     ///
     /// # Errors
-    /// When the memory asked for is too little for the threads.
-    pub(crate) fn new(log: &dyn ScanLog, runs: usize, means: &Means) -> Result<Self, EvaluateError> {
+    /// When the memory asked for is too little for the threads and the runs.
+    pub(crate) fn new(
+        log: &dyn ScanLog,
+        runs: &[Run],
+        settings: &Settings,
+        means: &Means,
+    ) -> Result<Self, EvaluateError> {
         let largest_scan = log.frames().iter().map(|frame| frame.returns).max().unwrap_or(0) as usize;
         let row_bytes = log.summary().point_bytes as usize;
         let group = |frames: std::ops::Range<usize>| -> u64 {
@@ -71,24 +92,33 @@ impl Budget {
         } else {
             largest_scan
         };
-        let thread = thread_bytes(largest_scan, largest_read, row_bytes, runs);
-        let fixed = PROGRAM_BYTES + means.threads.saturating_mul(thread);
-        let needed = fixed + runs * LEAST_TABLE_BYTES;
-        if means.memory_bytes < needed {
-            let (asked, threads) = (means.memory_bytes, means.threads);
-            return Err(EvaluateError::TooLittleMemory { asked, needed, threads, runs });
+        let (threads, asked) = (means.threads, means.memory_bytes);
+        let thread = thread_bytes(largest_scan, largest_read, row_bytes, runs.len());
+        let tiles: usize = runs.iter().map(|run| tiles_in_reach(run, settings.max_range_m)).sum();
+        let poses: usize = runs.iter().map(|run| run.trajectory.len()).sum();
+        let fixed_bytes = PROGRAM_BYTES
+            + threads.saturating_mul(thread)
+            // The one that loads tiles ahead.
+            + THREAD_BYTES
+            + MERGED * Reducer::bytes_of(runs.len())
+            + (threads + MERGED).saturating_mul(tiles * TILE_SUMS_BYTES)
+            + poses * POSE_BYTES
+            + log.frames().len() * FRAME_BYTES;
+        let needed = fixed_bytes + runs.len() * LEAST_TABLE_BYTES;
+        if asked < needed {
+            return Err(EvaluateError::TooLittleMemory { asked, needed, threads, runs: runs.len() });
         }
-        Ok(Self { tables_bytes: means.memory_bytes - fixed })
+        Ok(Self { fixed_bytes, tables_bytes: asked - fixed_bytes })
+    }
+
+    /// The memory of an evaluation in which so many bytes of tiles have room while rays are cast.
+    pub(crate) fn memory_for_tiles(&self, tiles_bytes: u64) -> u64 {
+        self.fixed_bytes as u64 + (tiles_bytes as f64 / CAST_SHARE) as u64
     }
 
     /// For the sums of each of so many maps that are fused at once, bytes.
     pub(crate) fn map_bytes(&self, maps: usize) -> usize {
         self.share(FUSE_SHARE) / maps.max(1)
-    }
-
-    /// For the sums of all maps that are fused at once, bytes.
-    pub(crate) fn all_map_bytes(&self) -> usize {
-        self.share(FUSE_SHARE)
     }
 
     /// For the tiles of all maps while rays are cast, bytes.
@@ -169,7 +199,18 @@ impl Means {
 fn thread_bytes(largest_scan: usize, largest_read: usize, row_bytes: usize, runs: usize) -> usize {
     // Packed and unpacked.
     let reader = 2 * largest_read.saturating_mul(row_bytes);
-    let rays = BLOCK_RAYS.min(largest_scan.saturating_mul(runs));
+    let rays = BLOCK_RAYS.max(MIN_BLOCK_RETURNS * runs).min(largest_scan.saturating_mul(runs));
     let sums = FrameSums::bytes_of(runs) + Reducer::bytes_of(runs);
     reader + largest_scan.saturating_mul(RETURN_BYTES) + rays * RAY_BYTES + sums + THREAD_BYTES
+}
+
+/// Tiles that returns of a run may lie in, at most: a third of the reach is about a tile's edge.
+fn tiles_in_reach(run: &Run, reach_m: f64) -> usize {
+    let edge_m = reach_m / 3.0;
+    let cell = |c: f64| (c / edge_m).floor() as i64;
+    let places =
+        run.trajectory.poses().iter().map(|pose| [cell(pose.translation.x), cell(pose.translation.y)]);
+    let places: HashSet<[i64; 2]> = places.collect();
+    let around = |[x, y]: [i64; 2]| (x - 3..=x + 3).flat_map(move |x| (y - 3..=y + 3).map(move |y| [x, y]));
+    places.into_iter().flat_map(around).collect::<HashSet<_>>().len()
 }

@@ -11,12 +11,15 @@ use crate::setting_name::SettingName;
 pub enum Note {
     /// Words that stand for themselves.
     Words(String),
-    /// Tiles are loaded more often than once a visit, as there is too little memory for those in reach of the sensor.
+    /// Tiles will be loaded more often than once a visit, as there is too little memory for those in reach of the sensor:
+    /// told before any map is made.
     TilesBeyondMemory {
-        /// Of the tiles in reach, at most.
+        /// Of the tiles in reach, at most, about.
         needed_bytes: u64,
         /// There is for them.
         budget_bytes: u64,
+        /// The memory of an evaluation that has room for all of them, about.
+        memory_bytes: u64,
     },
     /// An evaluation that failed left what it did, to be gone on with.
     WorkKept {
@@ -30,12 +33,13 @@ impl Note {
     pub fn message_with(&self, name: &dyn Fn(SettingName) -> String) -> String {
         match self {
             Self::Words(words) => words.clone(),
-            Self::TilesBeyondMemory { needed_bytes, budget_bytes } => format!(
-                "the tiles in reach of the sensor take up to {} MiB, more than the {} MiB there are for them: \
-                 some are loaded more than once a visit; more {} would be faster",
+            Self::TilesBeyondMemory { needed_bytes, budget_bytes, memory_bytes } => format!(
+                "the tiles in reach of the sensor will take about {} MiB, more than the {} MiB there are for them: they are \
+                 loaded again and again, which may take many times as long; {} {}MiB would do",
                 needed_bytes.div_ceil(1 << 20),
                 budget_bytes >> 20,
-                name(SettingName::Memory)
+                name(SettingName::Memory),
+                memory_bytes.div_ceil(1 << 20)
             ),
             Self::WorkKept { folder } => format!(
                 "what was done so far is kept in {}: the same command with {} goes on",

@@ -11,12 +11,10 @@ use dmp_sensor::{
 use crate::clock::OnClock;
 use crate::config::Run;
 use crate::frames::PlannedFrame;
-use crate::memory::BLOCK_RAYS;
+use crate::memory::{BLOCK_RAYS, MIN_BLOCK_RETURNS};
 use crate::pairing::Pairing;
 use crate::settings::Settings;
 use crate::sparse::Sparse;
-
-const MIN_BLOCK_RETURNS: usize = 1 << 10;
 
 /// Where the sensor was in one run.
 #[derive(Debug, Clone)]

@@ -11,7 +11,7 @@ use crate::pose::RunPoses;
 /// The way a sensor goes before the tiles within its reach are looked up again, metres.
 const STEP_M: f64 = 2.0;
 /// About what a surfel takes in a tile that is ready for casting, bytes: docs/performance.md.
-const SURFEL_BYTES: u64 = 60;
+pub(crate) const SURFEL_BYTES: u64 = 60;
 
 /// A tile of a run's map.
 pub(crate) type RunTile = (usize, TileId);

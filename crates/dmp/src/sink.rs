@@ -73,6 +73,12 @@ pub trait Sink: Sync {
         let _ = (report, maps);
     }
 
+    /// Bytes that it will keep in the work folder of so many returns of the log, about: counted before anything is written.
+    fn work_bytes(&self, returns: u64) -> u64 {
+        let _ = returns;
+        0
+    }
+
     /// Whether every return must come by here: rays that an earlier process has cast are then cast again, where an
     /// evaluation is [resumed](crate::Config::resume).
     fn wants_every_return(&self) -> bool {

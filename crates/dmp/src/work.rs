@@ -130,7 +130,7 @@ impl Work {
         settings: &Settings,
         means: &Means,
     ) -> Result<Self, EvaluateError> {
-        let budget = Budget::new(log, runs.len(), means)?;
+        let budget = Budget::new(log, runs, settings, means)?;
         // Before the folder, which goes with all it holds where anything after it fails.
         let pool = pool(means.threads)?;
         let parent = &means.work_folder;

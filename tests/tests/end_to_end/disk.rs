@@ -49,7 +49,7 @@ fn a_disk_that_is_too_small_is_told_of_before_anything_is_written() {
     let dmp = env!("CARGO_BIN_EXE_dmp-under-test");
     let build = "map build town.mcap -t truth.tum -o whole.dmpmap --quiet".split_whitespace();
     assert!(Command::new(dmp).args(build).current_dir(folder.path()).status().unwrap().success());
-    let little = fs::metadata(folder.path().join("whole.dmpmap")).unwrap().len() * 9 / 10;
+    let little = fs::metadata(folder.path().join("whole.dmpmap")).unwrap().len() * 8 / 10;
     // Without any room, and with a little less than the map takes.
     let script = format!(
         "mount -t tmpfs -o size=64k none disk || exit 99; head -c 65536 /dev/zero >disk/full; \

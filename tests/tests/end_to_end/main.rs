@@ -5,6 +5,7 @@
 
 mod bad_input;
 mod browser;
+mod budget;
 mod closed_room;
 mod command;
 mod common;

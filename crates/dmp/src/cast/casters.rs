@@ -63,7 +63,14 @@ impl<'a> Evaluation<'a, RunMap> {
         };
         let schedule: Arc<OnceLock<Schedule>> = Arc::default();
         let foreseen = Arc::clone(&schedule);
-        let next_use = move |tile: &RunTile| foreseen.get().map_or(0, |schedule| schedule.next_use(tile));
+        let count = self.runs.len();
+        // A thread casts into one run after the other, and begins again: of the tiles in reach those of the run that it
+        // has just left are used last.
+        let next_use = move |tile: &RunTile, now: &RunTile| {
+            let jobs = foreseen.get().map_or(0, |schedule| schedule.next_use(tile));
+            let runs = (tile.0 + count - now.0) % count;
+            jobs.saturating_mul(count as u64).saturating_add(runs as u64)
+        };
         let budget_bytes = self.work.budget().cast_bytes();
         let tiles = Arc::new(TileCache::foreseeing(budget_bytes, Box::new(next_use)));
         let caster = |(number, run): (usize, RunState<'a, RunMap>)| {

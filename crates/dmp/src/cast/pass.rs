@@ -14,7 +14,6 @@ use crate::evaluation::Evaluation;
 use crate::frame_set::FrameSet;
 use crate::frames::{Jobs, Pauses, Reading, each_frame_in_parts, each_frame_of, jobs_of};
 use crate::fuse::KeptMaps;
-use crate::note::Note;
 use crate::progress::Stage;
 use crate::report::PlacesReport;
 use crate::schedule::Schedule;
@@ -105,10 +104,6 @@ impl Evaluation<'_, RunCaster> {
             let runs: Vec<_> = self.runs.iter().map(|run| (&run.poses, run.map.caster.map())).collect();
             Schedule::new(&self.plan, &runs, jobs, self.settings.max_range_m)
         });
-        let (needed_bytes, budget_bytes) = (schedule.bytes_in_reach(), tiles.budget_bytes as u64);
-        if needed_bytes > budget_bytes {
-            self.progress.note(&Note::TilesBeyondMemory { needed_bytes, budget_bytes });
-        }
         let every = self.work.every();
         let mut first = 0;
         tiles.with_prefetch(&self.runs, self.means.threads, schedule, |ahead| {

@@ -32,7 +32,7 @@ pub struct MemoryReport {
     pub scratch_bytes: u64,
     /// That, and the maps that were fused, bytes.
     pub disk_bytes: u64,
-    /// What was expected of them before anything was written, bytes.
+    /// The most that was to lie on disk at once, as it was foreseen before anything was written, bytes.
     pub disk_bytes_estimated: u64,
     /// How often a tile was loaded.
     pub tile_loads: u64,

@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use anyhow::{Context as _, bail};
 use dmp::{EvaluateError, FrameSums, Means, Note, Report, Run, ScoredReturns, Settings, Sink, Stage};
 use dmp_draw::text;
-use dmp_log::{ResidualFormat, ScanLog};
+use dmp_log::{ResidualFormat, ScanLog, ScoredPoint};
 use dmp_map::Store;
 
 use super::args::Outputs;
@@ -176,6 +176,11 @@ impl Sink for Recorder<'_> {
         if let Some(Page { sketch, .. }) = &self.page {
             sketch.scored(self.log, report, maps);
         }
+    }
+
+    fn work_bytes(&self, returns: u64) -> u64 {
+        let of_run = returns / self.every.max(1) * ScoredPoint::BYTES as u64;
+        self.residuals.len() as u64 * of_run
     }
 
     fn wants_every_return(&self) -> bool {

@@ -1,0 +1,304 @@
+//! What the maps of all runs will take, in memory and on disk, told from some of the scans before any is fused.
+
+use std::collections::{HashMap, HashSet};
+
+use dmp_map::{Lattice, TileId};
+use dmp_sensor::{Ray, Scan};
+
+use crate::config::MapSource;
+use crate::error::EvaluateError;
+use crate::evaluation::Evaluation;
+use crate::frames::{PlannedFrame, Worker, each_frame_of};
+use crate::pose::{Poser, RunPoses};
+use crate::progress::{Progress, Stage};
+use crate::run_state::{RunState, poses_of};
+use crate::schedule::SURFEL_BYTES;
+
+/// One of so many scans is looked at, or more where there are few.
+const ONE_OF: usize = 16;
+const LEAST_SCANS: usize = 64;
+/// Voxels of scans that are held at most, about, those of all runs: 24 bytes each.
+const MOST_SEEN: u64 = 1 << 18;
+/// Voxels along the edge of a brick: bricks are looked at whole, or not at all.
+const BRICK_EDGE: i32 = 4;
+
+// Measured on simulated drives: docs/performance.md.
+
+/// The voxels of a drive grow by as many with each doubling of its returns; a surfel needs about as many more returns than
+/// a voxel as come in so many doublings.
+const DOUBLINGS_TO_SURFEL: f64 = 2.2;
+/// How many more voxels sixteen times the scans have, where each voxel was seen twice in those looked at; and how that falls
+/// with the times that it was seen again.
+const MORE_AT_TWICE: f64 = 1.3;
+const MORE_POWER: f64 = 0.9;
+/// What a voxel takes in memory while maps are fused, bytes.
+const TABLE_VOXEL_BYTES: f64 = 130.0;
+/// Places where what is in reach is summed up.
+const PLACES: usize = 64;
+
+/// What some scans say of the maps that all of them will make.
+#[derive(Debug)]
+pub(crate) struct Sounding {
+    /// Of each run whose map is fused from the scans.
+    pub(crate) runs: Vec<SoundedRun>,
+}
+
+/// What they say of the map of one run.
+#[derive(Debug)]
+pub(crate) struct SoundedRun {
+    /// In the order of time.
+    seen: Vec<Seen>,
+    /// Which of its sampled scans was last.
+    scans: u32,
+    /// One of so many scans was looked at, and of so many bricks.
+    one_of: f64,
+    part: f64,
+    tile_edge_voxels: i32,
+    /// What the voxels of tiles, each seen alone, are multiplied by so that they add up to those of the map.
+    of_tiles: f64,
+    /// Voxels of the whole map, surfels of it.
+    pub(crate) voxels: f64,
+    pub(crate) surfels: f64,
+}
+
+/// A voxel that a scan has returns in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Seen {
+    /// The how many-eth of the scans looked at.
+    scan: u32,
+    voxel: [i32; 3],
+    returns: u32,
+}
+
+impl<M: Sync + Send> Evaluation<'_, M> {
+    /// Looks at some scans, evenly spread.
+    ///
+    /// # Errors
+    /// When the log cannot be read.
+    pub(crate) fn sound(&self) -> Result<Sounding, EvaluateError> {
+        let is_fused = |run: &&RunState<'_, M>| run.run.map == MapSource::Fused;
+        let fused: Vec<&RunPoses> = self.runs.iter().filter(is_fused).map(|run| &run.poses).collect();
+        if fused.is_empty() {
+            return Ok(Sounding { runs: Vec::new() });
+        }
+        let lattice = Lattice::new(self.plan.voxel.voxel_m)?;
+        let frames = self.plan.frames();
+        let one_of = (frames.len() / LEAST_SCANS).clamp(1, ONE_OF);
+        let looked_at = frames.iter().step_by(one_of);
+        let scans = looked_at.clone().count();
+        let returns: u64 = looked_at.map(|frame| frame.returns).sum();
+        let part = (returns * fused.len() as u64).div_ceil(MOST_SEEN).max(1);
+        self.progress.begin(Stage::Survey, scans as u64);
+        let worker = |_| Sounder {
+            poser: Poser::new(poses_of(&self.runs), &self.plan.filter),
+            numbers: (0..self.runs.len()).filter(|&run| is_fused(&&self.runs[run])).collect(),
+            per_m: 1.0 / lattice.voxel_m(),
+            one_of,
+            part,
+            seen: vec![Vec::new(); fused.len()],
+            progress: self.progress,
+        };
+        let workers = (0..self.means.threads).map(worker).collect();
+        let reading = self.plan.reading(self.log, &self.means, self.progress);
+        let workers = each_frame_of(reading, |ordinal| ordinal.is_multiple_of(one_of), workers)?;
+        let mut runs = vec![Vec::new(); fused.len()];
+        for worker in workers {
+            runs.iter_mut().zip(worker.seen).for_each(|(run, seen)| run.extend(seen));
+        }
+        let tile_edge_voxels = (lattice.tile_edge_m() / lattice.voxel_m()).round() as i32;
+        let (one_of, part) = (one_of as f64, part as f64);
+        let run = |mut seen: Vec<Seen>| {
+            seen.sort_unstable();
+            SoundedRun::new(seen, scans as u32, [one_of, part], tile_edge_voxels)
+        };
+        Ok(Sounding { runs: runs.into_iter().map(run).collect() })
+    }
+
+    /// Most bytes of tiles ready for casting that will be in reach of the sensor at once, those of all runs, about.
+    pub(crate) fn bytes_in_reach(&self, sounding: &Sounding) -> f64 {
+        let frames = self.plan.frames();
+        let edge_m =
+            f64::from(sounding.runs.first().map_or(1, |run| run.tile_edge_voxels)) * self.plan.voxel.voxel_m;
+        let is_fused = |run: &&RunState<'_, M>| run.run.map == MapSource::Fused;
+        let runs: Vec<_> = self.runs.iter().filter(is_fused).zip(&sounding.runs).collect();
+        let tiles: Vec<_> = runs.iter().map(|(_, sounded)| sounded.surfels_of_tiles()).collect();
+        let at = |frame: &PlannedFrame| -> f64 {
+            let of_run = |((run, _), tiles): (&(&RunState<'_, M>, &SoundedRun), &HashMap<TileId, f64>)| {
+                let Some(pose) = run.poses.of_frame(frame) else { return 0.0 };
+                let [x, y] = [pose.translation.x, pose.translation.y];
+                let apart =
+                    |c: f64, t: i32| (f64::from(t) * edge_m - c).max(c - f64::from(t + 1) * edge_m).max(0.0);
+                let reach =
+                    |tile: &TileId| apart(x, tile.x).hypot(apart(y, tile.y)) <= self.settings.max_range_m;
+                tiles.iter().filter(|(tile, _)| reach(tile)).map(|(_, surfels)| surfels).sum::<f64>()
+            };
+            runs.iter().zip(&tiles).map(of_run).sum()
+        };
+        let step = frames.len().div_ceil(PLACES).max(1);
+        frames.iter().step_by(step).map(at).fold(0.0, f64::max) * SURFEL_BYTES as f64
+    }
+}
+
+/// Looks at the scans of a thread.
+struct Sounder<'e> {
+    poser: Poser<'e>,
+    /// Of the runs that are looked at.
+    numbers: Vec<usize>,
+    per_m: f64,
+    one_of: usize,
+    part: u64,
+    seen: Vec<Vec<Seen>>,
+    progress: &'e dyn Progress,
+}
+
+impl Worker for Sounder<'_> {
+    fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
+        let Self { poser, numbers, per_m, one_of, part, seen, progress } = self;
+        let first: Vec<usize> = seen.iter().map(Vec::len).collect();
+        poser.blocks(frame, scan, |block| {
+            for (&number, seen) in numbers.iter().zip(&mut *seen) {
+                for end in block.rays(number).iter().map(Ray::endpoint_in_world) {
+                    let voxel = end.map(|c| (c * *per_m).floor() as i32);
+                    if hash(brick_of(voxel)).is_multiple_of(*part) {
+                        seen.push(Seen { scan: (ordinal / *one_of) as u32, voxel, returns: 1 });
+                    }
+                }
+            }
+            Ok::<(), EvaluateError>(())
+        })?;
+        for (seen, first) in seen.iter_mut().zip(first) {
+            seen[first..].sort_unstable();
+            let mut end = first;
+            for k in first..seen.len() {
+                if end > first && seen[end - 1].voxel == seen[k].voxel {
+                    seen[end - 1].returns += 1;
+                } else {
+                    seen[end] = seen[k];
+                    end += 1;
+                }
+            }
+            seen.truncate(end);
+        }
+        progress.advance(1);
+        Ok(())
+    }
+}
+
+impl SoundedRun {
+    fn new(seen: Vec<Seen>, scans: u32, [one_of, part]: [f64; 2], tile_edge_voxels: i32) -> Self {
+        let mut run =
+            Self { seen, scans, one_of, part, tile_edge_voxels, of_tiles: 1.0, voxels: 0.0, surfels: 0.0 };
+        let ([all, filled], [half, half_filled]) = (run.voxels_of(1), run.voxels_of(2));
+        let grown = |all: f64, half: f64| all + one_of.log2() * (all - half);
+        run.voxels = part * grown(all, half);
+        let by_voxels = run.voxels - part * DOUBLINGS_TO_SURFEL * (all - half);
+        run.surfels = by_voxels.max(part * grown(filled, half_filled)).min(run.voxels);
+        // Tiles alone have more voxels than all together: what few scans say of one is mostly that it is seen.
+        let alone = run.replay(f64::INFINITY, 0)[1];
+        run.of_tiles = if alone > 0.0 { run.voxels / alone } else { 1.0 };
+        run
+    }
+
+    /// Voxels of every n-th scan that was looked at, and those with returns enough for a surfel.
+    fn voxels_of(&self, every: u32) -> [f64; 2] {
+        let mut voxels: HashMap<[i32; 3], u32> = HashMap::new();
+        for seen in self.seen.iter().filter(|seen| seen.scan.is_multiple_of(every)) {
+            *voxels.entry(seen.voxel).or_default() += seen.returns;
+        }
+        [voxels.len() as f64, voxels.values().filter(|&&returns| returns >= FILLED).count() as f64]
+    }
+
+    fn tile_of(&self, [x, y, _]: [i32; 3]) -> TileId {
+        let [x, y] = [x, y].map(|c| c.div_euclid(self.tile_edge_voxels));
+        TileId { x, y }
+    }
+
+    /// Surfels of every tile, about.
+    fn surfels_of_tiles(&self) -> HashMap<TileId, f64> {
+        let voxels: HashSet<[i32; 3]> = self.seen.iter().map(|seen| seen.voxel).collect();
+        let of_one = self.surfels / voxels.len().max(1) as f64;
+        let mut tiles = HashMap::new();
+        for voxel in voxels {
+            *tiles.entry(self.tile_of(voxel)).or_default() += of_one;
+        }
+        tiles
+    }
+
+    /// How many voxels are put aside while the map is fused in so much memory, with so many pauses in which all of them are:
+    /// the scans that were looked at, each for those between, and the tiles that they find in memory.
+    pub(crate) fn put_aside(&self, budget_bytes: f64, pauses: u32) -> f64 {
+        self.replay(budget_bytes / TABLE_VOXEL_BYTES, pauses)[0]
+    }
+
+    /// The voxels that are put aside, and those that are held at the end.
+    fn replay(&self, budget_voxels: f64, pauses: u32) -> [f64; 2] {
+        let mut open: HashMap<TileId, Stay> = HashMap::new();
+        let (mut held, mut aside, mut paused) = (0.0, 0.0, 0);
+        for of_scan in self.seen.chunk_by(|a, b| a.scan == b.scan) {
+            let scan = of_scan[0].scan;
+            for seen in of_scan {
+                let stay = open.entry(self.tile_of(seen.voxel)).or_default();
+                stay.voxels.insert(seen.voxel);
+                stay.seen += 1;
+                stay.last = scan;
+            }
+            for stay in open.values_mut().filter(|stay| stay.last == scan) {
+                let about = self.voxels_of_stay(stay);
+                let before = std::mem::replace(&mut stay.about, about);
+                held += stay.about - before;
+            }
+            let due = (u64::from(scan + 1) * u64::from(pauses) / u64::from(self.scans.max(1))) as u32;
+            if due > paused {
+                paused = due;
+                aside += std::mem::take(&mut held);
+                open.clear();
+            }
+            if held > budget_voxels {
+                let mut tiles: Vec<(u32, TileId)> =
+                    open.iter().map(|(&tile, stay)| (stay.last, tile)).collect();
+                tiles.sort_unstable();
+                for (_, tile) in tiles {
+                    if held <= budget_voxels * 0.75 {
+                        break;
+                    }
+                    let about = open.remove(&tile).map_or(0.0, |stay| stay.about);
+                    (held, aside) = (held - about, aside + about);
+                }
+            }
+        }
+        [aside, held]
+    }
+
+    /// Voxels that a tile has while it stays in memory.
+    fn voxels_of_stay(&self, stay: &Stay) -> f64 {
+        let voxels = stay.voxels.len() as f64;
+        let again = (stay.seen as f64 / voxels - 1.0).max(1e-3);
+        let more = self.one_of.log2() / 4.0 * MORE_AT_TWICE / again.powf(MORE_POWER);
+        voxels * self.part * (1.0 + more).min(self.one_of) * self.of_tiles
+    }
+}
+
+/// A tile while it stays in memory.
+#[derive(Debug, Default)]
+struct Stay {
+    voxels: HashSet<[i32; 3]>,
+    /// How often any of them was seen.
+    seen: u64,
+    last: u32,
+    /// The voxels of the scans between, too.
+    about: f64,
+}
+
+/// Returns that a voxel needs for a surfel.
+const FILLED: u32 = 3;
+
+fn brick_of(voxel: [i32; 3]) -> [i32; 3] {
+    voxel.map(|c| c.div_euclid(BRICK_EDGE))
+}
+
+/// Fibonacci hashing, one number after the other.
+fn hash(brick: [i32; 3]) -> u64 {
+    brick.iter().fold(0, |hash: u64, &c| {
+        (hash ^ u64::from(c as u32)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
+    }) >> 7
+}
