@@ -125,7 +125,7 @@ pub(super) fn of_process(
         End::Exit(101) => return Err(Failure::Panic),
         _ if said.contains("panicked at") => return Err(Failure::Panic),
         End::Exit(0) if comparable(&ended.printed) == sound.printed => return Ok(Outcome::Same),
-        End::Exit(0) if may_tell && is_told(&String::from_utf8_lossy(&ended.printed), injected) => {
+        End::Exit(0 | 3) if may_tell && is_told(&String::from_utf8_lossy(&ended.printed), injected) => {
             return Ok(Outcome::Refused);
         }
         End::Exit(0) => return Err(Failure::OtherBits),
