@@ -1,6 +1,7 @@
 //! The licences of everything that the command is built of.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -127,7 +128,7 @@ fn listing(packages: &[Package]) -> anyhow::Result<String> {
         let name = format!("{} {}", package.name, package.version);
         let Some(license) = &package.license else { bail!("{name} does not name its licence") };
         let from = package.repository.as_deref().unwrap_or("-");
-        written += &format!("{name}: {license}; {from}\n");
+        let _ = writeln!(written, "{name}: {license}; {from}");
         let own = texts_of(package)?;
         if own.is_empty() {
             let authors = package.authors.join(", ");
@@ -141,7 +142,7 @@ fn listing(packages: &[Package]) -> anyhow::Result<String> {
     let mut texts: Vec<(String, Vec<String>)> = texts.into_iter().collect();
     texts.sort_by(|(_, a), (_, b)| a.cmp(b));
     for (text, names) in texts {
-        written += &format!("\n{}\n{}\n\n{text}\n", "=".repeat(80), names.join(", "));
+        let _ = write!(written, "\n{}\n{}\n\n{text}\n", "=".repeat(80), names.join(", "));
     }
     Ok(written)
 }

@@ -58,11 +58,10 @@ impl LogFormat {
     /// Whether files of the format have checksums over their points.
     pub(crate) fn has_checksums(self) -> bool {
         match self {
-            Self::Mcap | Self::Rosbag2Mcap => true,
+            Self::Mcap | Self::Rosbag2Mcap
             // Chunks of a PNG have them; what is in memory has not been on a disk.
-            Self::TumRgbd | Self::IclNuim | Self::DepthFolder | Self::Memory => true,
-            Self::Rosbag2Sqlite | Self::BinFolder | Self::PcdFolder | Self::PlyFolder => false,
-            Self::LasFolder | Self::Las => false,
+            | Self::TumRgbd | Self::IclNuim | Self::DepthFolder | Self::Memory => true,
+            Self::Rosbag2Sqlite | Self::BinFolder | Self::PcdFolder | Self::PlyFolder | Self::LasFolder | Self::Las => false,
         }
     }
 }

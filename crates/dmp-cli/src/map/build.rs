@@ -135,8 +135,8 @@ impl Beside {
                 .with_context(|| format!("{}: cannot make a folder for the map", folder.display()));
         }
         let taken = take_folder(&folder)?;
-        let _unfinished = Unfinished::new(&folder);
-        Ok(Self { folder, _unfinished, _taken: taken, _elsewhere: elsewhere })
+        let unfinished = Unfinished::new(&folder);
+        Ok(Self { folder, _unfinished: unfinished, _taken: taken, _elsewhere: elsewhere })
     }
 
     fn map(&self) -> PathBuf {

@@ -45,7 +45,7 @@ pub(super) fn add<M>(report: &mut Report, plan: &Plan, scored: &Scored, runs: &[
     report.warnings.extend(implausible(&scored.counts));
     if !scored.odd_scans.is_empty() {
         let (count, first) =
-            (scored.odd_scans.len(), scored.odd_scans.iter().take(ODD_TOLD).cloned().collect());
+            (scored.odd_scans.len(), scored.odd_scans.iter().take(ODD_TOLD).copied().collect());
         report.warnings.push(Warning::OddScans { count, first });
     }
 }
