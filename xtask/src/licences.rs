@@ -20,6 +20,8 @@ const TARGET: &str = "x86_64-unknown-linux-gnu";
 const FILE: &str = "THIRD-PARTY.txt";
 /// Files of a package that say under which terms it comes begin so.
 const NAMES: [&str; 5] = ["licen", "copying", "notice", "unlicense", "copyright"];
+/// C libraries that packages build and link, with terms of their own: SQLite, in `libsqlite3-sys`, is in the public domain.
+const INSIDE: [(&str, &str); 2] = [("lz4-sys", "liblz4/lib/LICENSE"), ("zstd-sys", "zstd/LICENSE")];
 
 /// Write the licences of everything that the command is built of into THIRD-PARTY.txt
 ///
@@ -159,6 +161,7 @@ fn texts_of(package: &Package) -> anyhow::Result<Vec<String>> {
         }
     }
     files.sort();
+    files.extend(INSIDE.iter().filter(|(name, _)| *name == package.name).map(|(_, file)| folder.join(file)));
     let text = |path: &PathBuf| {
         let bytes = fs::read(path).with_context(|| path.display().to_string())?;
         let text = String::from_utf8_lossy(&bytes);
