@@ -9,6 +9,7 @@ use dmp_sensor::ReturnCounts;
 
 use crate::config::{Config, Run};
 use crate::error::EvaluateError;
+use crate::extent::Extent;
 use crate::heads::Heads;
 use crate::plan::Plan;
 use crate::progress::Progress;
@@ -69,7 +70,8 @@ impl<'a> Task<'a> {
         let (settings, means) = config.on(log.summary())?;
         check_runs(runs, &settings)?;
         given::check_free_space(runs, &settings)?;
-        let work = Arc::new(Work::open(log, runs, &settings, &means)?);
+        let extent = Extent::of_runs(runs, &settings, &means)?;
+        let work = Arc::new(Work::open(log, runs, &settings, &means, extent)?);
         Ok(Self { log, settings, means, work, watch })
     }
 

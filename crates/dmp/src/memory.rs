@@ -1,15 +1,13 @@
 //! Who gets how much of the memory: threads take what they need, and the rest is shared out by the numbers below.
 
-use std::collections::HashSet;
-
 use dmp_cast::{Answer, Query};
 use dmp_log::{LogFormat, ScanLog};
-use dmp_reduce::{FrameSums, Reducer, Residuals, RunSums};
+use dmp_reduce::{FrameSums, Reducer, Residuals};
 use dmp_sensor::{Isometry3, Ray};
 
-use crate::config::Run;
 use crate::error::EvaluateError;
-use crate::settings::{Means, Settings};
+use crate::extent::{Extent, TILE_SUMS_BYTES};
+use crate::settings::Means;
 
 // Of what tables and tiles may take, one pass at a time. The rest is what the C library holds and nobody uses: lists are
 // freed in another order than they are made, measured up to a third (docs/performance.md).
@@ -51,8 +49,6 @@ const THREAD_BYTES: usize = 2 << 20;
 const POSE_BYTES: usize = 4 * (size_of::<Isometry3<f64>>() + size_of::<i64>());
 /// What a scan of the log takes: its place in the index, in the plan, in jobs.
 const FRAME_BYTES: usize = 256;
-/// What the sums of a tile take: they stand in a table that grows.
-const TILE_SUMS_BYTES: usize = 2 * (size_of::<RunSums>() + size_of::<[u64; 2]>());
 /// Reducers, and sums of tiles, beside those of the threads: what was kept, what is merged, and two copies to be kept.
 const MERGED: usize = 4;
 /// Least that the sums of a run's map need.
@@ -75,12 +71,7 @@ impl Budget {
     ///
     /// # Errors
     /// When the memory asked for is too little for the threads and the runs.
-    pub(crate) fn new(
-        log: &dyn ScanLog,
-        runs: &[Run],
-        settings: &Settings,
-        means: &Means,
-    ) -> Result<Self, EvaluateError> {
+    pub(crate) fn new(log: &dyn ScanLog, extent: Extent, means: &Means) -> Result<Self, EvaluateError> {
         let largest_scan = log.frames().iter().map(|frame| frame.returns).max().unwrap_or(0) as usize;
         let row_bytes = log.summary().point_bytes as usize;
         let group = |frames: std::ops::Range<usize>| -> u64 {
@@ -92,21 +83,12 @@ impl Budget {
         } else {
             largest_scan
         };
-        let (threads, asked) = (means.threads, means.memory_bytes);
-        let thread = thread_bytes(largest_scan, largest_read, row_bytes, runs.len());
-        let tiles: usize = runs.iter().map(|run| tiles_in_reach(run, settings.max_range_m)).sum();
-        let poses: usize = runs.iter().map(|run| run.trajectory.len()).sum();
-        let fixed_bytes = PROGRAM_BYTES
-            + threads.saturating_mul(thread)
-            // The one that loads tiles ahead.
-            + THREAD_BYTES
-            + MERGED * Reducer::bytes_of(runs.len())
-            + (threads + MERGED).saturating_mul(tiles * TILE_SUMS_BYTES)
-            + poses * POSE_BYTES
-            + log.frames().len() * FRAME_BYTES;
-        let needed = fixed_bytes + runs.len() * LEAST_TABLE_BYTES;
+        let (threads, asked, runs) = (means.threads, means.memory_bytes, extent.runs);
+        let thread = thread_bytes(largest_scan, largest_read, row_bytes, runs);
+        let fixed_bytes = extent.fixed_bytes(threads, thread, log.frames().len());
+        let needed = fixed_bytes.saturating_add(runs * LEAST_TABLE_BYTES);
         if asked < needed {
-            return Err(EvaluateError::TooLittleMemory { asked, needed, threads, runs: runs.len() });
+            return Err(EvaluateError::TooLittleMemory { asked, needed, threads, runs });
         }
         Ok(Self { fixed_bytes, tables_bytes: asked - fixed_bytes })
     }
@@ -159,7 +141,12 @@ pub(crate) struct PlaceNeeds {
     pub(crate) largest_scan: u64,
     /// Bytes of a point in the log.
     pub(crate) row_bytes: usize,
-    pub(crate) runs: usize,
+    /// Most scans of a place, and those of the drive.
+    pub(crate) scans: usize,
+    pub(crate) scans_of_drive: usize,
+    /// Poses of all runs.
+    pub(crate) poses: usize,
+    pub(crate) place: Extent,
 }
 
 impl PlaceNeeds {
@@ -168,18 +155,20 @@ impl PlaceNeeds {
     /// # Errors
     /// When it is too little for one.
     pub(crate) fn share(&self, means: &Means, places: usize) -> Result<(usize, Means), EvaluateError> {
-        let held_bytes = (self.returns * HELD_RETURN_BYTES) as usize;
+        let (held_bytes, runs) = ((self.returns * HELD_RETURN_BYTES) as usize, self.place.runs);
         let largest_scan = self.largest_scan as usize;
-        let least = PROGRAM_BYTES
-            + thread_bytes(largest_scan, largest_scan, self.row_bytes, self.runs)
-            + self.runs * LEAST_TABLE_BYTES;
-        let needed = held_bytes + least + LEAST_PLACE_BYTES;
+        let thread = thread_bytes(largest_scan, largest_scan, self.row_bytes, runs);
+        let least = self.place.fixed_bytes(1, thread, self.scans) + runs * LEAST_TABLE_BYTES;
+        let of_place = held_bytes + least + LEAST_PLACE_BYTES;
+        let of_drive = self.poses * POSE_BYTES + self.scans_of_drive * FRAME_BYTES;
         let asked = means.memory_bytes;
-        if asked < needed {
-            return Err(EvaluateError::TooLittleMemory { asked, needed, threads: 1, runs: self.runs });
+        if asked < of_drive + of_place {
+            let needed = of_drive + of_place;
+            return Err(EvaluateError::TooLittleMemory { asked, needed, threads: 1, runs });
         }
-        let threads = (asked / needed).min(means.threads).min(places).max(1);
-        Ok((threads, Means { threads: 1, memory_bytes: asked / threads - held_bytes, ..means.clone() }))
+        let left = asked - of_drive;
+        let threads = (left / of_place).min(means.threads).min(places).max(1);
+        Ok((threads, Means { threads: 1, memory_bytes: left / threads - held_bytes, ..means.clone() }))
     }
 }
 
@@ -195,6 +184,21 @@ impl Means {
     }
 }
 
+impl Extent {
+    /// What there is before anything is shared, bytes, where a thread needs so much.
+    fn fixed_bytes(&self, threads: usize, thread: usize, frames: usize) -> usize {
+        let Self { runs, poses, tiles } = *self;
+        let sums = threads.saturating_add(MERGED).saturating_mul(tiles.saturating_mul(TILE_SUMS_BYTES));
+        // One more thread loads tiles ahead.
+        let rest = PROGRAM_BYTES
+            + THREAD_BYTES
+            + MERGED * Reducer::bytes_of(runs)
+            + poses * POSE_BYTES
+            + frames * FRAME_BYTES;
+        threads.saturating_mul(thread).saturating_add(sums).saturating_add(rest)
+    }
+}
+
 /// What a thread needs.
 fn thread_bytes(largest_scan: usize, largest_read: usize, row_bytes: usize, runs: usize) -> usize {
     // Packed and unpacked.
@@ -204,13 +208,13 @@ fn thread_bytes(largest_scan: usize, largest_read: usize, row_bytes: usize, runs
     reader + largest_scan.saturating_mul(RETURN_BYTES) + rays * RAY_BYTES + sums + THREAD_BYTES
 }
 
-/// Tiles that returns of a run may lie in, at most: a third of the reach is about a tile's edge.
-fn tiles_in_reach(run: &Run, reach_m: f64) -> usize {
-    let edge_m = reach_m / 3.0;
-    let cell = |c: f64| (c / edge_m).floor() as i64;
-    let places =
-        run.trajectory.poses().iter().map(|pose| [cell(pose.translation.x), cell(pose.translation.y)]);
-    let places: HashSet<[i64; 2]> = places.collect();
-    let around = |[x, y]: [i64; 2]| (x - 3..=x + 3).flat_map(move |x| (y - 3..=y + 3).map(move |y| [x, y]));
-    places.into_iter().flat_map(around).collect::<HashSet<_>>().len()
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_threads_than_there_can_be_are_no_overflow() {
+        let extent = Extent { runs: 4, poses: 1000, tiles: 1000 };
+        assert_eq!(extent.fixed_bytes(usize::MAX, THREAD_BYTES, 100), usize::MAX);
+    }
 }

@@ -15,6 +15,7 @@ use serde::de::DeserializeOwned;
 use crate::cast::ScanShape;
 use crate::config::{MapSource, Run};
 use crate::error::EvaluateError;
+use crate::extent::Extent;
 use crate::frame_set::FrameSet;
 use crate::memory::Budget;
 use crate::note::Note;
@@ -129,8 +130,9 @@ impl Work {
         runs: &[Run],
         settings: &Settings,
         means: &Means,
+        extent: Extent,
     ) -> Result<Self, EvaluateError> {
-        let budget = Budget::new(log, runs, settings, means)?;
+        let budget = Budget::new(log, extent, means)?;
         // Before the folder, which goes with all it holds where anything after it fails.
         let pool = pool(means.threads)?;
         let parent = &means.work_folder;

@@ -11,7 +11,9 @@ use super::survey::Surveyed;
 use super::way::PlaceScans;
 use crate::config::Run;
 use crate::error::EvaluateError;
+use crate::extent::Extent;
 use crate::memory::PlaceNeeds;
+use crate::pose::RunPoses;
 use crate::progress::Stage;
 use crate::settings::{Means, Settings};
 use crate::sink::ScoredPlace;
@@ -34,7 +36,8 @@ impl Pass<'_> {
         drawn: &[(ScoredPlace, PlaceScans)],
         all: u64,
     ) -> Result<(Reducer, PlaceTotals, usize), EvaluateError> {
-        let (threads, means) = self.needs(drawn).share(self.means, drawn.len())?;
+        let needs = self.needs(drawn)?;
+        let (threads, means) = needs.share(self.means, drawn.len())?;
         // What every place writes goes into folders of its own in this one.
         let folder = WorkFolder::new(&self.means.work_folder)?;
         let means = Means { work_folder: folder.path().to_path_buf(), ..means };
@@ -45,7 +48,7 @@ impl Pass<'_> {
         let next = AtomicUsize::new(0);
         let nothing = || (Reducer::new(layout.clone()), PlaceTotals::new(self.asked.len()));
         let work = || -> Result<(Reducer, PlaceTotals), EvaluateError> {
-            let scorer = self.scorer(&means);
+            let scorer = self.scorer(&means, needs.place);
             let (mut reducer, mut totals) = nothing();
             while let Some((place, scans)) = drawn.get(next.fetch_add(1, Ordering::Relaxed)) {
                 if progress.cancelled() {
@@ -74,7 +77,7 @@ impl Pass<'_> {
         Ok((reducer, totals, threads))
     }
 
-    fn scorer<'s>(&'s self, means: &'s Means) -> PlaceScorer<'s> {
+    fn scorer<'s>(&'s self, means: &'s Means, extent: Extent) -> PlaceScorer<'s> {
         PlaceScorer {
             scans: self.scans,
             plan: &self.surveyed.plan,
@@ -82,19 +85,35 @@ impl Pass<'_> {
             runs: &self.surveyed.runs,
             settings: self.settings,
             means,
+            extent,
             watch: self.watch,
         }
     }
 
     /// What a thread needs to score one of some places.
-    fn needs(&self, places: &[(ScoredPlace, PlaceScans)]) -> PlaceNeeds {
+    fn needs(&self, places: &[(ScoredPlace, PlaceScans)]) -> Result<PlaceNeeds, EvaluateError> {
         let largest_scan = self.surveyed.largest_scan;
         let most_scans = places.iter().map(|(_, scans)| scans.read.len()).max().unwrap_or(0);
-        PlaceNeeds {
+        let (frames, runs) = (self.scans.drive().frames(), &self.surveyed.runs);
+        let extent_of = |scans: &PlaceScans| {
+            let in_run = |run: &RunPoses| {
+                let poses = scans.read.iter().filter_map(|&scan| run.of_frame(&frames[scan]));
+                poses.map(|pose| [pose.translation.x, pose.translation.y]).collect::<Vec<_>>().into_iter()
+            };
+            Extent::of_place(runs.iter().map(|run| in_run(&run.poses)), self.settings)
+        };
+        let mut place = extent_of(&PlaceScans::default())?;
+        for (_, scans) in places {
+            place = place.or_larger(extent_of(scans)?);
+        }
+        Ok(PlaceNeeds {
             returns: most_scans as u64 * largest_scan,
             largest_scan,
             row_bytes: self.scans.outline().summary().point_bytes as usize,
-            runs: self.asked.len(),
-        }
+            scans: most_scans,
+            scans_of_drive: frames.len(),
+            poses: self.asked.iter().map(|run| run.trajectory.len()).sum(),
+            place,
+        })
     }
 }

@@ -14,6 +14,7 @@ use super::way::PlaceScans;
 use crate::config::Run;
 use crate::error::EvaluateError;
 use crate::evaluation::Task;
+use crate::extent::Extent;
 use crate::frame_set::FrameSet;
 use crate::frames::PlannedFrame;
 use crate::note::Note;
@@ -35,8 +36,9 @@ pub(super) struct PlaceScorer<'a> {
     pub(super) asked: &'a [Run],
     pub(super) runs: &'a [RunState<'a, Option<Store>>],
     pub(super) settings: &'a Settings,
-    /// This thread's share.
+    /// This thread's share, and what a place has beside its scans, at most.
     pub(super) means: &'a Means,
+    pub(super) extent: Extent,
     pub(super) watch: Watch<'a>,
 }
 
@@ -145,7 +147,7 @@ impl PlaceScorer<'_> {
     ) -> Result<PlaceTotals, EvaluateError> {
         let start = Instant::now();
         let (settings, means) = (self.settings.clone(), self.means.clone());
-        let work = Arc::new(Work::open(log, self.asked, &settings, &means)?);
+        let work = Arc::new(Work::open(log, self.asked, &settings, &means, self.extent)?);
         let plan = Plan { selection: Selection { frames, ..Selection::default() }, ..self.plan.clone() };
         let runs = self.runs.iter().map(|run| run.like(None)).collect();
         let task = Task { log, settings, means, work, watch: Watch::from((watch, watch)) };
