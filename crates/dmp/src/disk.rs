@@ -7,7 +7,6 @@ use dmp_map::SCRATCH_VOXEL_BYTES;
 
 use crate::error::{EvaluateError, in_words};
 use crate::evaluation::Evaluation;
-use crate::note::Note;
 use crate::setting_name::SettingName;
 use crate::settings::Means;
 use crate::sounding::Sounding;
@@ -18,7 +17,7 @@ use crate::sounding::Sounding;
 const MAP_SURFEL_BYTES: f64 = 7.7;
 /// What a thread takes for one return of one run, seconds, about: how many checkpoints there will be.
 const FUSE_S: f64 = 2e-7;
-/// How far the estimate may be off: beyond that, there is too little for sure.
+/// How far the estimate may be off: with less than that there is too little.
 const SURE: f64 = 1.5;
 
 /// What is known of the disk before it is written to.
@@ -40,20 +39,13 @@ struct DiskNeed {
 }
 
 impl<M: Sync + Send> Evaluation<'_, M> {
-    /// Tells before anything is fused what will be written, and whether there is space for it; where there may be none, or too
-    /// little memory for the tiles in reach, whoever watches is told. What is gone on with has its place already.
+    /// Tells before anything is fused what will be written, and whether there is space for it; where there may be none, whoever
+    /// watches is told. What is gone on with has its place already.
     ///
     /// # Errors
-    /// Where the disk is too small for sure.
-    pub(crate) fn foresee(&self) -> Result<DiskEstimate, EvaluateError> {
-        let sounding = self.sound()?;
-        let (budget, needed) = (self.work.budget(), self.bytes_in_reach(&sounding));
-        if needed > budget.cast_bytes() as f64 {
-            let (needed_bytes, budget_bytes) = (needed as u64, budget.cast_bytes() as u64);
-            let memory_bytes = budget.memory_for_tiles(needed_bytes);
-            self.progress.note(&Note::TilesBeyondMemory { needed_bytes, budget_bytes, memory_bytes });
-        }
-        let need = self.disk_need(&sounding);
+    /// Where the disk is too small, even if the estimate is off by as much as it ever was.
+    pub(crate) fn foresee_disk(&self, sounding: &Sounding) -> Result<DiskEstimate, EvaluateError> {
+        let need = self.disk_need(sounding);
         let warning = if self.work.is_resumed() { None } else { need.check(&self.means)? };
         warning.iter().for_each(|warning| self.progress.note(&warning.clone().into()));
         Ok(DiskEstimate { bytes: need.work + need.saved, warning })
@@ -68,8 +60,8 @@ impl<M: Sync + Send> Evaluation<'_, M> {
         let aside: f64 = runs.iter().map(|run| run.put_aside(budget_bytes, pauses as u32)).sum();
         let aside_bytes = aside as u64 * SCRATCH_VOXEL_BYTES as u64;
         let map_bytes = (MAP_SURFEL_BYTES * runs.iter().map(|run| run.surfels).sum::<f64>()) as u64;
-        // Without trails, all is fused once more.
-        let rounds = 1 + u64::from(self.settings.free_space);
+        // Without trails, all is fused once more; what was written before is gone then, but for what is kept to go on from.
+        let rounds = 1 + u64::from(self.settings.free_space && means.checkpoint_every.is_some());
         let saved = u64::from(means.save_maps.is_some());
         let sizes = plan.looks.sizes();
         let scored = sizes.last().map_or(1.0, |&size| size as f64 / plan.frames().len().max(1) as f64);
@@ -83,7 +75,7 @@ impl DiskNeed {
     /// Compares with what the file systems have: a warning where it is likely too little.
     ///
     /// # Errors
-    /// Where it is too little for sure.
+    /// Where it is too little.
     fn check(&self, means: &Means) -> Result<Option<String>, EvaluateError> {
         let mut work =
             Target { folder: &means.work_folder, setting: SettingName::WorkFolder, bytes: self.work };
@@ -123,13 +115,15 @@ impl Target<'_> {
             let folder = folder.to_path_buf();
             return Err(EvaluateError::NoRoom { folder, bytes, least_bytes, free_bytes, setting });
         }
-        // Stands in the report, whose words do not change.
-        let option = if setting == SettingName::SaveMaps { "--save-maps or -o" } else { "--work" };
+        // Stands in the report, whose words do not change, and which tells of no folders.
+        let (place, option) = match setting {
+            SettingName::SaveMaps => ("the maps' folder", "--save-maps or -o"),
+            _ => ("the work folder", "--work"),
+        };
         Ok((bytes > free_bytes).then(|| {
             format!(
-                "about {} will be written in {}, where {} are free: the disk may run full ({option} names another place)",
+                "about {} will be written in {place}, where {} are free: the disk may run full ({option} names another one)",
                 in_words(bytes),
-                folder.display(),
                 in_words(free_bytes)
             )
         }))

@@ -50,14 +50,14 @@ pub enum EvaluateError {
         /// Runs to score.
         runs: usize,
     },
-    /// A file system has less room than will be written for sure.
+    /// A file system has less room than will be written, even if the estimate is half as much again as it will be.
     #[error("{}", self.message_with(&SettingName::quoted))]
     NoRoom {
         /// The folder.
         folder: PathBuf,
         /// Bytes that will be written there, about.
         bytes: u64,
-        /// Fewer it cannot be.
+        /// Fewer it was in no measurement.
         least_bytes: u64,
         /// Bytes that are free.
         free_bytes: u64,
@@ -269,7 +269,7 @@ impl EvaluateError {
                 name(SettingName::Threads)
             ),
             Self::NoRoom { folder, bytes, least_bytes, free_bytes, setting } => format!(
-                "{}: about {} will be written here, {} at the very least, and {} are free: make room, or name another \
+                "{}: about {} will be written here, hardly less than {}, and {} are free: make room, or name another \
                  place ({})",
                 folder.display(),
                 in_words(*bytes),

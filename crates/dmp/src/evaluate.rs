@@ -45,7 +45,9 @@ fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
     let mut times = Stopwatch::start();
     // Every run in a frame of its own making; the same returns z, voxels and segments for all.
     let planned = task.plan(runs)?;
-    let disk = planned.foresee()?;
+    let sounding = planned.sound()?;
+    planned.foresee_tiles(&sounding)?;
+    let disk = planned.foresee_disk(&sounding)?;
     times.of.plan_s = times.lap_s();
 
     // M: each run's surfel map, fused from the scans with its trajectory, or given.

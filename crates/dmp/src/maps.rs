@@ -45,7 +45,7 @@ pub fn fuse_maps<'a>(
 ) -> Result<RunMaps, EvaluateError> {
     Task::open(log, runs, config, watch.into())?.keeping(|task| {
         let planned = task.plan(runs)?;
-        planned.foresee()?;
+        planned.foresee_disk(&planned.sound()?)?;
         let fused = planned.fuse()?.keep_out_trails()?;
         let maps = fused.runs.into_iter().map(|run| (run.run.name.clone(), run.map.store)).collect();
         Ok(RunMaps { maps, _work: fused.work })

@@ -12,7 +12,6 @@ use crate::frames::{PlannedFrame, Worker, each_frame_of};
 use crate::pose::{Poser, RunPoses};
 use crate::progress::{Progress, Stage};
 use crate::run_state::{RunState, poses_of};
-use crate::schedule::SURFEL_BYTES;
 
 /// One of so many scans is looked at, or more where there are few.
 const ONE_OF: usize = 16;
@@ -33,8 +32,6 @@ const MORE_AT_TWICE: f64 = 1.3;
 const MORE_POWER: f64 = 0.9;
 /// What a voxel takes in memory while maps are fused, bytes.
 const TABLE_VOXEL_BYTES: f64 = 130.0;
-/// Places where what is in reach is summed up.
-const PLACES: usize = 64;
 
 /// What some scans say of the maps that all of them will make.
 #[derive(Debug)]
@@ -113,30 +110,6 @@ impl<M: Sync + Send> Evaluation<'_, M> {
         };
         Ok(Sounding { runs: runs.into_iter().map(run).collect() })
     }
-
-    /// Most bytes of tiles ready for casting that will be in reach of the sensor at once, those of all runs, about.
-    pub(crate) fn bytes_in_reach(&self, sounding: &Sounding) -> f64 {
-        let frames = self.plan.frames();
-        let edge_m =
-            f64::from(sounding.runs.first().map_or(1, |run| run.tile_edge_voxels)) * self.plan.voxel.voxel_m;
-        let is_fused = |run: &&RunState<'_, M>| run.run.map == MapSource::Fused;
-        let runs: Vec<_> = self.runs.iter().filter(is_fused).zip(&sounding.runs).collect();
-        let tiles: Vec<_> = runs.iter().map(|(_, sounded)| sounded.surfels_of_tiles()).collect();
-        let at = |frame: &PlannedFrame| -> f64 {
-            let of_run = |((run, _), tiles): (&(&RunState<'_, M>, &SoundedRun), &HashMap<TileId, f64>)| {
-                let Some(pose) = run.poses.of_frame(frame) else { return 0.0 };
-                let [x, y] = [pose.translation.x, pose.translation.y];
-                let apart =
-                    |c: f64, t: i32| (f64::from(t) * edge_m - c).max(c - f64::from(t + 1) * edge_m).max(0.0);
-                let reach =
-                    |tile: &TileId| apart(x, tile.x).hypot(apart(y, tile.y)) <= self.settings.max_range_m;
-                tiles.iter().filter(|(tile, _)| reach(tile)).map(|(_, surfels)| surfels).sum::<f64>()
-            };
-            runs.iter().zip(&tiles).map(of_run).sum()
-        };
-        let step = frames.len().div_ceil(PLACES).max(1);
-        frames.iter().step_by(step).map(at).fold(0.0, f64::max) * SURFEL_BYTES as f64
-    }
 }
 
 /// Looks at the scans of a thread.
@@ -214,7 +187,7 @@ impl SoundedRun {
     }
 
     /// Surfels of every tile, about.
-    fn surfels_of_tiles(&self) -> HashMap<TileId, f64> {
+    pub(crate) fn surfels_of_tiles(&self) -> HashMap<TileId, f64> {
         let voxels: HashSet<[i32; 3]> = self.seen.iter().map(|seen| seen.voxel).collect();
         let of_one = self.surfels / voxels.len().max(1) as f64;
         let mut tiles = HashMap::new();

@@ -180,7 +180,8 @@ impl Sink for Recorder<'_> {
 
     fn work_bytes(&self, returns: u64) -> u64 {
         let of_run = returns / self.every.max(1) * ScoredPoint::BYTES as u64;
-        self.residuals.len() as u64 * of_run
+        let of_page = self.page.as_ref().map_or(0, |page| page.sketch.work_bytes(returns));
+        self.residuals.len() as u64 * of_run + of_page
     }
 
     fn wants_every_return(&self) -> bool {

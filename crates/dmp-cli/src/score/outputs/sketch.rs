@@ -70,6 +70,11 @@ impl Sketch {
         })
     }
 
+    /// Bytes that wait in the folder, of so many returns that are scored.
+    pub(super) fn work_bytes(&self, returns: u64) -> u64 {
+        returns / self.every * (self.bases.len() * SampledReturn::BYTES) as u64
+    }
+
     /// Keeps those returns of a part of a scan that are drawn.
     pub(super) fn returns_scored(
         &self,
