@@ -124,7 +124,8 @@ fn listing(packages: &[Package]) -> anyhow::Result<String> {
     // Each text, with who has it.
     let mut texts: BTreeMap<String, Vec<String>> = BTreeMap::new();
     let mut written = String::from(
-        "What the command `dmp` is built of, and under which terms. Made by `cargo xtask licences`.\n\n",
+        "What the command `dmp` is built of, and under which terms. Made by `cargo xtask licences`.\n\n\
+         The standard library of Rust: MIT OR Apache-2.0; https://github.com/rust-lang/rust\n",
     );
     for package in packages {
         let name = format!("{} {}", package.name, package.version);

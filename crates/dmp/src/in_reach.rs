@@ -73,7 +73,10 @@ impl Tiles<'_> {
             (low_m - c).max(c - low_m - self.edge_m).max(0.0)
         };
         let [x, y] = [pose.translation.x, pose.translation.y];
-        let is_near = |tile: &TileId| apart(x, tile.x).hypot(apart(y, tile.y)) <= reach_m;
+        let is_near = |tile: &TileId| {
+            let [x, y] = [apart(x, tile.x), apart(y, tile.y)];
+            x * x + y * y <= reach_m * reach_m
+        };
         self.surfels.iter().filter(|(tile, _)| is_near(tile)).map(|(_, surfels)| surfels).sum()
     }
 }

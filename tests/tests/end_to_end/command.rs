@@ -86,6 +86,7 @@ mod schema {
         pub(super) format: String,
         pub(super) fingerprint: String,
         pub(super) bytes: u64,
+        pub(super) has_checksums: Option<bool>,
         pub(super) topic: Option<String>,
         pub(super) point_times: Option<String>,
         pub(super) span_ns: Option<[i64; 2]>,

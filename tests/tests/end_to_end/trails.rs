@@ -135,7 +135,7 @@ fn threads_memory_and_order_leave_it_alone() {
         "{}",
         reference["free_space"]
     );
-    for (threads, memory_bytes) in [(1, 40 << 20), (2, 64 << 20), (4, 40 << 20)] {
+    for (threads, memory_bytes) in [(1, 40 << 20), (2, 64 << 20), (4, 48 << 20)] {
         for order in [FrameOrder::Log, FrameOrder::Shuffled(7)] {
             assert!(
                 of(threads, memory_bytes, order).0 == reference,

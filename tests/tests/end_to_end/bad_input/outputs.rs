@@ -27,7 +27,7 @@ fn row_05_a_full_disk_leaves_what_was_there() {
         ("ulimit -f 8", format!("{score} --work work"), ["work", "cannot write the store"]),
         (
             "ulimit -f 8",
-            format!("score @/town.mcap{many} --work work --memory 80MiB"),
+            format!("score @/town.mcap{many} --work work --memory 128MiB"),
             ["work", "cannot write the scratch file"],
         ),
         ("ulimit -f 8", format!("{score} --save-maps maps"), ["truth.dmpmap", "cannot write"]),

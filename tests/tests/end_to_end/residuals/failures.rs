@@ -62,11 +62,12 @@ fn a_full_disk_leaves_the_scores_and_no_half_file() {
     fs::write(path.join("truth.tum"), lines).unwrap();
     fs::create_dir(path.join("disk")).unwrap();
     let dmp = env!("CARGO_BIN_EXE_dmp-under-test");
-    // Once the files have no room, once what waits to be written.
+    // Once the files have no room, once what waits to be written: so little less than it takes that it is tried.
     let script = format!(
         "mount -t tmpfs -o size=200k none disk || exit 99; \
          {dmp} score town.mcap -t truth.tum --residuals disk/out.ply --work . --json --quiet >out.json 2>out.txt; \
          echo $? >out.code; ls -A disk >left.txt; \
+         mount -o remount,size=2100k disk || exit 99; \
          {dmp} score town.mcap -t truth.tum --residuals out.ply --work disk --quiet 2>work.txt; echo $? >work.code"
     );
     let output = Command::new("unshare")
