@@ -20,6 +20,23 @@ impl Unfinished {
         all().push(path.into());
         Self(path.into())
     }
+
+    /// Makes something on disk, which `make` gives with its path. No process ends between the two: whatever is made is
+    /// removed. `make` begins nothing else that is unfinished; it would wait for itself.
+    ///
+    /// # Errors
+    /// Those of `make`.
+    pub fn make<T, E>(make: impl FnOnce() -> Result<(PathBuf, T), E>) -> Result<(Self, T), E> {
+        let mut all = all();
+        let (path, made) = make()?;
+        all.push(path.clone());
+        Ok((Self(path), made))
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
 }
 
 impl Drop for Unfinished {
