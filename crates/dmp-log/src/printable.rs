@@ -1,5 +1,6 @@
 //! Foreign text that is to be printed: names of topics, files and frames come from whoever made the log.
 
+use crate::LogError;
 use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -46,4 +47,31 @@ pub fn printable(text: &str) -> Cow<'_, str> {
 pub fn shown_path(path: &Path) -> String {
     let shown = if path.has_root() { path.file_name().map_or(path, Path::new) } else { path };
     shown.display().to_string()
+}
+
+impl LogError {
+    /// The same with its paths as results say them: see [`shown_path`].
+    #[must_use]
+    pub fn as_shown(mut self) -> Self {
+        if let Self::CountMismatch { other, .. } = &mut self {
+            *other = shown_path(other).into();
+        }
+        let (Self::NotFound { path }
+        | Self::Io { path, .. }
+        | Self::UnknownFormat { path, .. }
+        | Self::Malformed { path, .. }
+        | Self::CountMismatch { path, .. }
+        | Self::NoCloudTopic { path, .. }
+        | Self::SeveralTopics { path, .. }
+        | Self::UnknownTopic { path, .. }
+        | Self::PointTime { path, .. }
+        | Self::Setting { path, .. }
+        | Self::MissingSetting { path, .. }
+        | Self::WorldCoordinates { path, .. }
+        | Self::Option { path, .. }
+        | Self::Trajectory { path, .. }
+        | Self::Unwritable { path, .. }) = &mut self;
+        *path = shown_path(path).into();
+        self
+    }
 }
