@@ -28,13 +28,15 @@ pub(crate) fn begin_again_with_memory_given_back() {
         ("MALLOC_TRIM_THRESHOLD_", "1048576"),
         ("MALLOC_ARENA_MAX", "1"),
     ];
-    if SETTINGS.iter().any(|(name, _)| std::env::var_os(name).is_some()) {
+    // What somebody has set stays as it is. All together keep memory small: none is left out because another is there.
+    let missing: Vec<_> = SETTINGS.into_iter().filter(|(name, _)| std::env::var_os(name).is_none()).collect();
+    if missing.is_empty() {
         return;
     }
     let (Ok(program), mut arguments) = (std::env::current_exe(), std::env::args_os()) else { return };
     let Some(name) = arguments.next() else { return };
     // It comes back only where that cannot be done; then memory is held as it always was.
-    let _ = std::process::Command::new(program).arg0(name).args(arguments).envs(SETTINGS).exec();
+    let _ = std::process::Command::new(program).arg0(name).args(arguments).envs(missing).exec();
 }
 
 /// Only the GNU C library is known to need it.
