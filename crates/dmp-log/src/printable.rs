@@ -3,7 +3,7 @@
 use crate::LogError;
 use std::borrow::Cow;
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Component, Path};
 
 /// Whether a character may be printed as it is. Control characters move a terminal's cursor, change its colours and its title,
 /// and end lines; marks of direction make text look like other text (Unicode Technical Report 36, section 3).
@@ -37,16 +37,20 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(printed)
 }
 
-/// A path as results say it: those from the root tell of machines and home folders, so only their last part; others as they are.
+/// A path as results say it: those from the root tell of machines and home folders, and those that lead up of what lies beside,
+/// so only their last part; others as they are.
 ///
 /// ```
 /// use std::path::Path;
 /// assert_eq!(dmp_log::shown_path(Path::new("logs/drive.mcap")), "logs/drive.mcap");
 /// assert_eq!(dmp_log::shown_path(Path::new("/home/ada/logs/drive.mcap")), "drive.mcap");
+/// assert_eq!(dmp_log::shown_path(Path::new("../ada/logs/drive.mcap")), "drive.mcap");
+/// assert_eq!(dmp_log::shown_path(Path::new("/home/ada/..")), "..");
 /// ```
 pub fn shown_path(path: &Path) -> String {
-    let shown = if path.has_root() { path.file_name().map_or(path, Path::new) } else { path };
-    shown.display().to_string()
+    let leads_away = path.has_root() || path.components().any(|part| part == Component::ParentDir);
+    let last = path.components().next_back().filter(|_| leads_away);
+    last.map_or(path, |part| Path::new(part.as_os_str())).display().to_string()
 }
 
 impl LogError {

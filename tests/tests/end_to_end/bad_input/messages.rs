@@ -147,6 +147,10 @@ fn row_30_results_hold_no_paths_from_the_root() {
     let relative = dmp(path, "score town.mcap -t ./truth.tum -t drift.tum --json --quiet");
     let relative: serde_json::Value = serde_json::from_slice(&relative.stdout).unwrap();
     assert_eq!(relative["inputs"]["runs"][0]["file"], "./truth.tum");
+    let name = path.file_name().unwrap().to_str().unwrap();
+    let upward = told(&format!("info ../{name}/town.mcap --json"));
+    let upward: serde_json::Value = serde_json::from_slice(&upward.stdout).unwrap();
+    assert_eq!(upward["log"], "town.mcap");
     let map = format!("{root}/maps/truth.dmpmap");
     told(&format!("{score} --map truth={map} --json --quiet"));
     told(&format!("info {root}/town.mcap -t {root}/truth.tum --json"));
