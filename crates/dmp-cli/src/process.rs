@@ -1,6 +1,9 @@
 //! What the process as a whole sets up: memory, interrupts.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
 
 use crate::exit::Exit;
 use crate::say::say;
@@ -8,6 +11,8 @@ use crate::say::say;
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// How many look whether it was.
 static LOOKING: AtomicUsize = AtomicUsize::new(0);
+/// How long a process that ends at once waits for its last line to be taken.
+const LAST_LINE: Duration = Duration::from_millis(100);
 
 /// Makes the C library give memory back. By itself it learns to keep what large lists leave, in ever more pieces, until a
 /// third more is held than is in use. It reads how from the environment when a process begins; so this one begins
@@ -23,13 +28,15 @@ pub(crate) fn begin_again_with_memory_given_back() {
         ("MALLOC_TRIM_THRESHOLD_", "1048576"),
         ("MALLOC_ARENA_MAX", "1"),
     ];
-    if SETTINGS.iter().any(|(name, _)| std::env::var_os(name).is_some()) {
+    // What somebody has set stays as it is. All together keep memory small: none is left out because another is there.
+    let missing: Vec<_> = SETTINGS.into_iter().filter(|(name, _)| std::env::var_os(name).is_none()).collect();
+    if missing.is_empty() {
         return;
     }
     let (Ok(program), mut arguments) = (std::env::current_exe(), std::env::args_os()) else { return };
     let Some(name) = arguments.next() else { return };
     // It comes back only where that cannot be done; then memory is held as it always was.
-    let _ = std::process::Command::new(program).arg0(name).args(arguments).envs(SETTINGS).exec();
+    let _ = std::process::Command::new(program).arg0(name).args(arguments).envs(missing).exec();
 }
 
 /// Only the GNU C library is known to need it.
@@ -44,10 +51,23 @@ pub(crate) fn prepare() {
         let again = INTERRUPTED.swap(true, Ordering::SeqCst);
         if again || LOOKING.load(Ordering::SeqCst) == 0 {
             dmp_disk::remove_unfinished();
-            say!("error: stopped before the end");
+            say_last("error: stopped before the end");
             std::process::exit(Exit::Interrupted as i32);
         }
     });
+}
+
+/// Says a line where somebody takes it soon: at a pipe that is full, whoever writes waits for ever.
+fn say_last(text: &'static str) {
+    let (said, is_said) = mpsc::channel();
+    let say = move || {
+        say!("{text}");
+        // Nobody waits any more where it took too long.
+        let _ = said.send(());
+    };
+    if thread::Builder::new().spawn(say).is_ok() {
+        let _ = is_said.recv_timeout(LAST_LINE);
+    }
 }
 
 /// While it lives, somebody looks again and again whether the process was [`interrupted`].

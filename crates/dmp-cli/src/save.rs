@@ -1,11 +1,11 @@
 //! Output files of the command.
 
 use std::fs::{self, File, TryLockError};
-use std::io::{BufWriter, Write as _};
-use std::path::{Path, PathBuf};
+use std::io::{self, BufWriter, Write as _};
+use std::path::Path;
 
 use anyhow::{Context as _, bail};
-use dmp_disk::OutputFile;
+use dmp_disk::{OutputFile, Unfinished};
 use dmp_log::{write_kitti, write_tum};
 use dmp_sensor::Trajectory;
 
@@ -25,7 +25,7 @@ pub(crate) fn save_text(path: &Path, text: &str) -> anyhow::Result<()> {
 /// Writes a file that is there whole or not at all.
 pub(crate) fn save(
     path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
+    write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> anyhow::Result<()> {
     let written = OutputFile::create(path).and_then(|output| {
         let mut out = BufWriter::new(output.file()?);
@@ -49,19 +49,34 @@ pub(crate) fn is_missing(path: &Path) -> bool {
 /// A folder for outputs; one that is new goes again where nothing was put into it.
 #[derive(Debug)]
 pub(crate) struct OutputsFolder {
-    /// Where it is new.
-    made: Option<PathBuf>,
+    /// Those that are new, it and what it lies in, outer ones first.
+    made: Vec<Unfinished>,
     taken: Option<File>,
 }
 
 impl OutputsFolder {
     /// Makes it if need be.
     pub(crate) fn make(folder: &Path) -> anyhow::Result<Self> {
+        let mut outputs = Self { made: Vec::new(), taken: None };
+        let made = outputs.make_missing(folder);
+        made.with_context(|| format!("{}: cannot make the folder", folder.display()))?;
+        Ok(outputs)
+    }
+
+    fn make_missing(&mut self, folder: &Path) -> io::Result<()> {
         // What cannot be looked at is taken to be there: it is not removed.
-        let is_new = is_missing(folder);
+        let is_missing = |path: &&Path| !path.as_os_str().is_empty() && is_missing(path);
+        let missing: Vec<&Path> = folder.ancestors().take_while(is_missing).collect();
+        for path in missing.into_iter().rev() {
+            match Unfinished::make_folder(path) {
+                Ok(made) => self.made.push(made),
+                // Another process made it meanwhile, or its name leads back.
+                Err(_) if path.is_dir() => {}
+                Err(error) => return Err(error),
+            }
+        }
+        // Says what is wrong with what is there and no folder.
         fs::create_dir_all(folder)
-            .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
-        Ok(Self { made: is_new.then(|| folder.to_owned()), taken: None })
     }
 
     /// Makes it if need be, and takes it for this process alone.
@@ -75,7 +90,9 @@ impl OutputsFolder {
 impl Drop for OutputsFolder {
     fn drop(&mut self) {
         // It stays where there is anything in it.
-        let _ = self.made.as_ref().map(fs::remove_dir);
+        for made in self.made.drain(..).rev() {
+            let _ = fs::remove_dir(made.path());
+        }
         drop(self.taken.take());
     }
 }
@@ -101,7 +118,7 @@ mod tests {
     #[test]
     fn a_new_folder_stays_where_there_is_something_in_it() {
         let parent = tempfile::tempdir().unwrap();
-        let [empty, full, old] = ["empty", "full", "old"].map(|name| parent.path().join(name));
+        let [empty, full, old] = ["new/er/empty", "full", "old"].map(|name| parent.path().join(name));
         fs::create_dir(&old).unwrap();
         for folder in [&empty, &full, &old] {
             let _made = OutputsFolder::take(folder).unwrap();
@@ -110,6 +127,6 @@ mod tests {
                 fs::write(folder.join("a.dmpmap"), b"map").unwrap();
             }
         }
-        assert!(!empty.exists() && full.exists() && old.exists());
+        assert!(!parent.path().join("new").exists() && full.exists() && old.exists());
     }
 }

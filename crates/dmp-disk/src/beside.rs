@@ -19,27 +19,33 @@ const LINKS: usize = 40;
 /// A file or folder beside its target, locked by this process; removed when it is dropped, unless it was renamed.
 #[derive(Debug)]
 pub(crate) struct Beside {
-    path: PathBuf,
+    unfinished: Unfinished,
     /// Held: by it others see that somebody is at work.
     lock: Option<File>,
     renamed: bool,
-    _unfinished: Unfinished,
 }
 
 impl Beside {
-    fn unlocked(path: PathBuf) -> Self {
-        Self { _unfinished: Unfinished::new(&path), path, lock: None, renamed: false }
+    /// Makes it under a name that nothing has.
+    fn make<T>(target: &Path, mut make: impl FnMut(&Path) -> io::Result<T>) -> io::Result<(Self, T)> {
+        let mut builder = tempfile::Builder::new();
+        let prefix = prefix(target);
+        builder.prefix(&prefix).suffix(SUFFIX).rand_bytes(RANDOM);
+        let (unfinished, made) = Unfinished::make(|| {
+            let (made, path) = builder.make_in(folder_of(target), |path| make(path))?.into_parts();
+            Ok::<_, io::Error>((path.keep().map_err(|error| error.error)?, made))
+        })?;
+        Ok((Self { unfinished, lock: None, renamed: false }, made))
     }
 
     /// A new file, as any other may read it.
     pub(crate) fn file(target: &Path) -> io::Result<(Self, File)> {
         sweep(target);
         loop {
-            let (path, file) =
-                make(target, |path| OpenOptions::new().read(true).write(true).create_new(true).open(path))?;
-            let mut beside = Self::unlocked(path);
+            let open = |path: &Path| OpenOptions::new().read(true).write(true).create_new(true).open(path);
+            let (mut beside, file) = Self::make(target, open)?;
             let lock = file.try_clone()?;
-            if lock_new(&lock, &beside.path)? {
+            if lock_new(&lock, beside.path())? {
                 beside.lock = Some(lock);
                 return Ok((beside, file));
             }
@@ -50,11 +56,10 @@ impl Beside {
     pub(crate) fn folder(target: &Path) -> io::Result<Self> {
         sweep(target);
         loop {
-            let (path, ()) = make(target, |path| fs::create_dir(path))?;
-            let mut beside = Self::unlocked(path);
+            let (mut beside, ()) = Self::make(target, |path| fs::create_dir(path))?;
             // Where folders cannot be opened they are not locked, and nobody sweeps them.
-            let Ok(lock) = File::open(&beside.path) else { return Ok(beside) };
-            if lock_new(&lock, &beside.path)? {
+            let Ok(lock) = File::open(beside.path()) else { return Ok(beside) };
+            if lock_new(&lock, beside.path())? {
                 beside.lock = Some(lock);
                 return Ok(beside);
             }
@@ -62,12 +67,12 @@ impl Beside {
     }
 
     pub(crate) fn path(&self) -> &Path {
-        &self.path
+        self.unfinished.path()
     }
 
     /// Gives it the name of `target`.
     pub(crate) fn rename(mut self, target: &Path) -> io::Result<()> {
-        fs::rename(&self.path, target)?;
+        fs::rename(self.path(), target)?;
         self.renamed = true;
         Ok(())
     }
@@ -77,21 +82,11 @@ impl Drop for Beside {
     fn drop(&mut self) {
         if !self.renamed {
             // Nothing to report to, and a leftover is swept by the next one.
-            let _ = fs::remove_file(&self.path).or_else(|_| fs::remove_dir_all(&self.path));
+            let _ = fs::remove_file(self.path()).or_else(|_| fs::remove_dir_all(self.path()));
         }
         // Closing it would not do: a process that another thread starts just now holds a copy of it for a moment.
         let _ = self.lock.as_ref().map(File::unlock);
     }
-}
-
-/// Makes something beside the target under a name that nothing has.
-fn make<T>(target: &Path, mut make: impl FnMut(&Path) -> io::Result<T>) -> io::Result<(PathBuf, T)> {
-    let mut builder = tempfile::Builder::new();
-    let prefix = prefix(target);
-    builder.prefix(&prefix).suffix(SUFFIX).rand_bytes(RANDOM);
-    let made = builder.make_in(folder_of(target), |path| make(path))?;
-    let (made, path) = made.into_parts();
-    Ok((path.keep().map_err(|error| error.error)?, made))
 }
 
 /// Locks what was just made, where there are locks; false when another process took it for a leftover before.

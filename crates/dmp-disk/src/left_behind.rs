@@ -31,7 +31,14 @@ pub(crate) fn own_folders(parent: &Path, prefix: &str) -> impl Iterator<Item = P
 pub(crate) fn sweep(parent: &Path) {
     for folder in own_folders(parent, PREFIX).filter(|folder| !has_checkpoint(folder)) {
         match open_lock(&folder.join(LOCK), false) {
-            Ok(lock) if lock.try_lock().is_ok() => remove(&folder),
+            Ok(lock) if lock.try_lock().is_ok() => {
+                // Its process may have made a checkpoint and ended since it was looked at.
+                if !has_checkpoint(&folder) {
+                    remove(&folder);
+                }
+                // Closing it would not do: a process that another thread starts just now holds a copy of it.
+                let _ = lock.unlock();
+            }
             // Its process was killed before it had a lock, or is about to make one: then it makes another folder.
             Err(error) if error.kind() == io::ErrorKind::NotFound => drop(fs::remove_dir(&folder)),
             _ => {}

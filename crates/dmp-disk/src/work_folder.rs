@@ -64,7 +64,9 @@ impl WorkFolder {
         left.sort_by_key(|path| (!has_checkpoint(path), path.clone()));
         // The parent is to be there: a path that was mistyped is no place for gigabytes.
         let Some(path) = left.into_iter().next() else { return Self::make(parent, &prefix) };
-        let folder = Self::in_folder(path)?;
+        // Until it is locked it may be another process's.
+        let lock = lock_folder(&path)?;
+        let folder = Self { _unfinished: Unfinished::new(&path), path, lock, kept: false };
         if !resume {
             folder.clear()?;
         }
@@ -78,10 +80,11 @@ impl WorkFolder {
             builder.prefix(prefix).rand_bytes(RANDOM);
             #[cfg(unix)]
             builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o700));
-            let made = builder.tempdir_in(parent);
-            let path = made.map_err(DiskError::io(parent, "cannot make a work folder here"))?.keep();
-            match Self::in_folder(path.clone()) {
-                Ok(folder) => return Ok(folder),
+            let made = Unfinished::make(|| Ok((builder.tempdir_in(parent)?.keep(), ())));
+            let (unfinished, ()) = made.map_err(DiskError::io(parent, "cannot make a work folder here"))?;
+            let path = unfinished.path().to_owned();
+            match lock_folder(&path) {
+                Ok(lock) => return Ok(Self { path, lock, kept: false, _unfinished: unfinished }),
                 Err(error) => {
                     // Before it had its lock, another process may have taken it for one that was left behind.
                     let swept = matches!(error, DiskError::Locked { .. }) || !path.exists();
@@ -93,10 +96,6 @@ impl WorkFolder {
                 }
             }
         }
-    }
-
-    fn in_folder(path: PathBuf) -> Result<Self, DiskError> {
-        Ok(Self { lock: lock_folder(&path)?, _unfinished: Unfinished::new(&path), path, kept: false })
     }
 
     fn clear(&self) -> Result<(), DiskError> {

@@ -1,8 +1,9 @@
 //! Foreign text that is to be printed: names of topics, files and frames come from whoever made the log.
 
+use crate::LogError;
 use std::borrow::Cow;
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Component, Path};
 
 /// Whether a character may be printed as it is. Control characters move a terminal's cursor, change its colours and its title,
 /// and end lines; marks of direction make text look like other text (Unicode Technical Report 36, section 3).
@@ -36,14 +37,45 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(printed)
 }
 
-/// A path as results say it: those from the root tell of machines and home folders, so only their last part; others as they are.
+/// A path as results say it: those from the root tell of machines and home folders, and those that lead up of what lies beside,
+/// so only their last part; others as they are.
 ///
 /// ```
 /// use std::path::Path;
 /// assert_eq!(dmp_log::shown_path(Path::new("logs/drive.mcap")), "logs/drive.mcap");
 /// assert_eq!(dmp_log::shown_path(Path::new("/home/ada/logs/drive.mcap")), "drive.mcap");
+/// assert_eq!(dmp_log::shown_path(Path::new("../ada/logs/drive.mcap")), "drive.mcap");
+/// assert_eq!(dmp_log::shown_path(Path::new("/home/ada/..")), "..");
 /// ```
 pub fn shown_path(path: &Path) -> String {
-    let shown = if path.has_root() { path.file_name().map_or(path, Path::new) } else { path };
-    shown.display().to_string()
+    let leads_away = path.has_root() || path.components().any(|part| part == Component::ParentDir);
+    let last = path.components().next_back().filter(|_| leads_away);
+    last.map_or(path, |part| Path::new(part.as_os_str())).display().to_string()
+}
+
+impl LogError {
+    /// The same with its paths as results say them: see [`shown_path`].
+    #[must_use]
+    pub fn as_shown(mut self) -> Self {
+        if let Self::CountMismatch { other, .. } = &mut self {
+            *other = shown_path(other).into();
+        }
+        let (Self::NotFound { path }
+        | Self::Io { path, .. }
+        | Self::UnknownFormat { path, .. }
+        | Self::Malformed { path, .. }
+        | Self::CountMismatch { path, .. }
+        | Self::NoCloudTopic { path, .. }
+        | Self::SeveralTopics { path, .. }
+        | Self::UnknownTopic { path, .. }
+        | Self::PointTime { path, .. }
+        | Self::Setting { path, .. }
+        | Self::MissingSetting { path, .. }
+        | Self::WorldCoordinates { path, .. }
+        | Self::Option { path, .. }
+        | Self::Trajectory { path, .. }
+        | Self::Unwritable { path, .. }) = &mut self;
+        *path = shown_path(path).into();
+        self
+    }
 }

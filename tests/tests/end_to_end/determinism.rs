@@ -80,9 +80,13 @@ fn other_processors() {
     let arguments =
         ["score", "town.mcap", "-t", "truth.tum", "-t", "noise.tum", "--json", "--quiet", "--threads", "1"];
     let scored = |command: &mut Command| {
-        // Set, it does not begin again, which would be on the processor that is there.
-        let command = command.args(arguments).env("MALLOC_MMAP_THRESHOLD_", "262144").current_dir(&folder);
-        let output = command.output().unwrap();
+        // All set, it does not begin again, which would be on the processor that is there.
+        let memory = [
+            ("MALLOC_MMAP_THRESHOLD_", "262144"),
+            ("MALLOC_TRIM_THRESHOLD_", "1048576"),
+            ("MALLOC_ARENA_MAX", "1"),
+        ];
+        let output = command.args(arguments).envs(memory).current_dir(&folder).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         let mut report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
         let object = report.as_object_mut().unwrap();

@@ -241,7 +241,7 @@ impl Stream {
                     .collect(),
             }
         });
-        let problem = problem.map(|problem| one_line(&problem.into()));
+        let problem = problem.map(|problem| one_line(&problem.as_shown().into()));
         Self { topic, problem, scans, damage: damage.into_iter().map(Lost::new).collect() }
     }
 }

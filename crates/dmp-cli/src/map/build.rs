@@ -127,15 +127,18 @@ impl Beside {
         let elsewhere =
             if may_be_file(output) { None } else { Some(WorkFolder::new(&std::env::temp_dir())?) };
         let folder = elsewhere.as_ref().map_or(folder_of(output), |folder| folder.path()).join(name);
-        if let Err(error) = fs::create_dir(&folder)
+        let made = match Unfinished::make(|| fs::create_dir(&folder).map(|()| (folder.clone(), ()))) {
+            Ok((made, ())) => Some(made),
             // A killed process may have left it.
-            && !is_own_folder(&folder)
-        {
-            return Err(error)
-                .with_context(|| format!("{}: cannot make a folder for the map", folder.display()));
-        }
+            Err(_) if is_own_folder(&folder) => None,
+            Err(error) => {
+                let context = || format!("{}: cannot make a folder for the map", folder.display());
+                return Err(error).with_context(context);
+            }
+        };
         let taken = take_folder(&folder)?;
-        let unfinished = Unfinished::new(&folder);
+        // Until it is taken it may be another process's.
+        let unfinished = made.unwrap_or_else(|| Unfinished::new(&folder));
         Ok(Self { folder, _unfinished: unfinished, _taken: taken, _elsewhere: elsewhere })
     }
 

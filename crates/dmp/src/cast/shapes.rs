@@ -143,14 +143,15 @@ pub(crate) fn odd_scans(shapes: &[ScanShape]) -> Vec<(usize, Oddity)> {
         (MORE.max(USUAL_MORE * usual_of(&more)), APART.max(USUAL_APART * usual_of(&apart)));
     let odd = |k: usize| {
         let (shape, implausible) = (&shapes[k], usual(k, |shape| shape.implausible));
-        // The first and the last scan of a recording may be parts.
+        // The first and the last scan may be parts, or where the scene changes.
         let (has_both, returns) = (k > 0 && k + 1 < shapes.len(), usual(k, |shape| shape.returns));
         if shape.implausible > IMPLAUSIBLE.saturating_add(implausible.saturating_mul(8)) {
             Some(Oddity::Implausible(shape.implausible))
         } else if has_both && shape.returns.max(returns) >= ENOUGH && more(k) > most {
             Some(Oddity::Returns { returns: shape.returns, usual: returns })
         } else {
-            Some(apart(k)).filter(|&share| share > farthest).map(|share| Oddity::Ranges { share })
+            let share = Some(apart(k)).filter(|&share| has_both && share > farthest);
+            share.map(|share| Oddity::Ranges { share })
         }
     };
     (0..shapes.len()).filter_map(|k| Some((k, odd(k)?))).collect()
@@ -197,6 +198,10 @@ mod tests {
         assert_eq!(odd_scans(&widens.collect::<Vec<_>>()), []);
         let opens = (0..100).map(|k| street(if k < 50 { 5.0 } else { 60.0 }, 20_000));
         assert_eq!(odd_scans(&opens.collect::<Vec<_>>()), []);
+        for at in [1, 59] {
+            let opens_at_an_end = (0..60).map(|k| street(if k < at { 5.0 } else { 60.0 }, 20_000));
+            assert_eq!(odd_scans(&opens_at_an_end.collect::<Vec<_>>()), []);
+        }
         // Scans so far apart that none is like the one before.
         let thinned = (0..100).map(|k| street([4.0, 16.0, 64.0, 8.0, 32.0][k % 5], 20_000));
         assert_eq!(odd_scans(&thinned.collect::<Vec<_>>()), []);
@@ -214,10 +219,12 @@ mod tests {
         shapes[10] = street(60.0, 20_000);
         shapes[20] = street(5.0, 3_000);
         shapes[30].implausible = 40;
+        shapes[40] = street(60.0, 20_000);
+        // The last may be where the scene changes.
         shapes[59] = street(60.0, 20_000);
         let odd = odd_scans(&shapes);
         let places: Vec<usize> = odd.iter().map(|&(k, _)| k).collect();
-        assert_eq!(places, [10, 20, 30, 59]);
+        assert_eq!(places, [10, 20, 30, 40]);
         assert!(matches!(odd[0].1, Oddity::Ranges { share } if share > 0.9));
         assert_eq!(odd[1].1, Oddity::Returns { returns: 3_000, usual: 20_000 });
         assert_eq!(odd[2].1, Oddity::Implausible(40));

@@ -137,6 +137,18 @@ fn row_20_bombs_are_not_unpacked_and_forged_sizes_not_believed() {
     refused(path, "score alone.mcap -t truth.tum", 1, &["alone.mcap", "byte ", "268435456 allowed"]);
 }
 
+/// As Python's rosbags writes it: the CRC of every chunk is 0, for none.
+fn without_crcs(mut bytes: Vec<u8>) -> Vec<u8> {
+    for (at, opcode, _) in records_of(&bytes) {
+        if opcode == 6 {
+            let crc_at = at + 9 + 24;
+            assert_ne!(&bytes[crc_at..crc_at + 4], &[0; 4]);
+            bytes[crc_at..crc_at + 4].fill(0);
+        }
+    }
+    bytes
+}
+
 /// Where no checksum guards a log, that is said; and scans unlike those around them are named.
 #[test]
 fn row_31_logs_without_checksums_say_so_and_name_odd_scans() {
@@ -149,16 +161,14 @@ fn row_31_logs_without_checksums_say_so_and_name_odd_scans() {
     let info = dmp(path, "info town.mcap");
     assert!(!text(&info.stdout).contains("no checksums"), "{}", text(&info.stdout));
 
-    // As Python's rosbags writes it: the CRC of every chunk is 0, for none.
-    let mut bytes = fs::read(path.join("town.mcap")).unwrap();
-    for (at, opcode, _) in records_of(&bytes.clone()) {
-        if opcode == 6 {
-            let crc_at = at + 9 + 24;
-            assert_ne!(&bytes[crc_at..crc_at + 4], &[0; 4]);
-            bytes[crc_at..crc_at + 4].fill(0);
-        }
+    fs::write(path.join("plain.mcap"), without_crcs(fs::read(path.join("town.mcap")).unwrap())).unwrap();
+    // A quick score reads few chunks, and the heads of all.
+    let long = fs::read(workspace().join("data-samples/town.mcap")).unwrap();
+    fs::write(path.join("long.mcap"), without_crcs(long)).unwrap();
+    for (log, is_guarded) in [("@/town.mcap", true), ("long.mcap", false)] {
+        let report = scored(path, &format!("score {log} -t @/truth.tum -t @/drift.tum --quick"), 0);
+        assert_eq!(report["inputs"]["has_checksums"], is_guarded, "{log}");
     }
-    fs::write(path.join("plain.mcap"), bytes).unwrap();
     for (name, format) in [
         ("bin", FolderFormat::Bin),
         ("pcd", FolderFormat::Pcd),

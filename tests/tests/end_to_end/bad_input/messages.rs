@@ -5,6 +5,7 @@ use std::process::Stdio;
 
 use dmp_log::{McapScanWriter, McapWriterOptions};
 
+use super::times::timed;
 use super::town;
 use crate::common::{dmp, dmp_command, refused, text};
 
@@ -127,7 +128,7 @@ fn row_27_long_names_are_shown_as_far_as_they_fit() {
 /// What is handed to others does not tell of folders: whatever is given by a path from the root is named by its last part.
 #[test]
 fn row_30_results_hold_no_paths_from_the_root() {
-    let (folder, _) = town();
+    let (folder, scans) = town();
     let path = folder.path();
     let root = path.canonicalize().unwrap();
     let root = root.to_str().unwrap();
@@ -146,9 +147,23 @@ fn row_30_results_hold_no_paths_from_the_root() {
     let relative = dmp(path, "score town.mcap -t ./truth.tum -t drift.tum --json --quiet");
     let relative: serde_json::Value = serde_json::from_slice(&relative.stdout).unwrap();
     assert_eq!(relative["inputs"]["runs"][0]["file"], "./truth.tum");
+    let name = path.file_name().unwrap().to_str().unwrap();
+    let upward = told(&format!("info ../{name}/town.mcap --json"));
+    let upward: serde_json::Value = serde_json::from_slice(&upward.stdout).unwrap();
+    assert_eq!(upward["log"], "town.mcap");
     let map = format!("{root}/maps/truth.dmpmap");
     told(&format!("{score} --map truth={map} --json --quiet"));
     told(&format!("info {root}/town.mcap -t {root}/truth.tum --json"));
+    // Times that are not understood: a problem names the log too.
+    timed(
+        &path.join("own"),
+        &scans,
+        &[("time", 'F', 8, &|_, ns| (ns as f64 / 1e9 + 700.0).to_le_bytes().into())],
+    );
+    let info = told(&format!("info {root}/own --json"));
+    let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+    let problem = info["streams"][0]["problem"].as_str().unwrap();
+    assert!(problem.starts_with("own: point time"), "{problem}");
     told(&format!("map info {map} --json"));
     told(&format!("map info {map}"));
     told(&format!("truth ape {root}/truth.tum {root}/drift.tum --json"));

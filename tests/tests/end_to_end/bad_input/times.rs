@@ -12,7 +12,7 @@ use crate::common::{refused, write_mcap};
 const RUNS: &str = "-t truth.tum -t drift.tum";
 
 /// A folder of PCD files called after their stamps, with fields of bytes made of stamp and time: name, type, size.
-fn timed(path: &Path, scans: &[Scan], fields: &[Field<'_>]) {
+pub(super) fn timed(path: &Path, scans: &[Scan], fields: &[Field<'_>]) {
     fs::create_dir_all(path).unwrap();
     let column = |value: &dyn Fn(&Field<'_>) -> String| -> String {
         fields.iter().flat_map(|field| [" ".to_owned(), value(field)]).collect()
@@ -37,7 +37,7 @@ fn timed(path: &Path, scans: &[Scan], fields: &[Field<'_>]) {
 }
 
 /// Name, type, size, and the bytes for a scan's stamp and a point's time after it, nanoseconds.
-type Field<'a> = (&'a str, char, u8, &'a dyn Fn(i64, i64) -> Vec<u8>);
+pub(super) type Field<'a> = (&'a str, char, u8, &'a dyn Fn(i64, i64) -> Vec<u8>);
 
 fn f32_of(value: f64) -> Vec<u8> {
     (value as f32).to_le_bytes().into()

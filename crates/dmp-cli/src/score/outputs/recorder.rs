@@ -18,6 +18,7 @@ use super::spool::Spool;
 use super::{page, per_frame, per_tile, residuals};
 use crate::common::Common;
 use crate::exit::Usage;
+use crate::process;
 use crate::progress::Progress;
 use crate::say::say;
 
@@ -197,6 +198,11 @@ struct Page {
     sketch: Sketch,
 }
 
+/// Fails where somebody asked to stop.
+fn go_on() -> Result<(), EvaluateError> {
+    if process::interrupted() { Err(EvaluateError::Cancelled) } else { Ok(()) }
+}
+
 /// What was gathered.
 pub(crate) struct Recorded {
     progress: Progress,
@@ -210,8 +216,8 @@ pub(crate) struct Recorded {
 }
 
 impl Recorded {
-    /// Writes all files, each whole or not at all. What is written is told, unless nothing is to be told. `remarks` are
-    /// sentences for the page.
+    /// Writes all files, each whole or not at all, until somebody asks to stop. What is written is told, unless nothing is to
+    /// be told. `remarks` are sentences for the page.
     pub(crate) fn write(self, report: &Report, remarks: &[String], quiet: bool) -> anyhow::Result<()> {
         let tell = |path: &Path, what: String| {
             if !quiet {
@@ -219,16 +225,19 @@ impl Recorded {
             }
         };
         if let Some(path) = self.per_tile {
+            go_on()?;
             per_tile::write(&path, report, &self.rows)?;
             tell(&path, text::counted(report.tiles.len() as u64, "row"));
         }
         if let Some(Page { path, reference, sketch }) = self.page {
+            go_on()?;
             let drawn = sketch.into_pictures();
             let pictures = drawn.with_context(|| format!("{}: cannot draw", path.display()))?;
             let bytes = page::write(&path, report, pictures.as_ref(), reference.as_deref(), remarks)?;
             tell(&path, text::bytes(bytes));
         }
         if let Some((path, lines)) = self.per_frame {
+            go_on()?;
             per_frame::write(&path, report.config.scales, lines.sorted())?;
             tell(&path, text::counted(report.sampling.frames_scored * self.rows.len() as u64, "row"));
         }
@@ -243,6 +252,7 @@ impl Recorded {
             loop {
                 let next = left.lock().unwrap_or_else(PoisonError::into_inner).next();
                 let Some(returns) = next else { return Ok(()) };
+                go_on()?;
                 let (path, name) = (returns.file.path.clone(), returns.name.clone());
                 let points = residuals::write(returns, start_ns, &step)?;
                 tell(&path, format!("{} of {name}", text::counted(points, "return")));

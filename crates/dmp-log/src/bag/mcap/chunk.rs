@@ -95,6 +95,17 @@ impl ChunkDecoder {
         Ok(&self.records)
     }
 
+    /// Takes note of whether a chunk that is not read has a checksum.
+    pub(super) fn pass_over(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
+        // What is wrong with one that is too short is told when it is read.
+        if body_bytes >= FIXED_BYTES {
+            let mut fixed = [0; FIXED_BYTES as usize];
+            source.read_at(at + HEAD_BYTES, &mut fixed)?;
+            self.met_no_crc |= word_at(&fixed, 24) as u32 == 0 && word_at(&fixed, 16) > 0;
+        }
+        Ok(())
+    }
+
     /// Whether any chunk had no checksum.
     pub(super) fn met_no_crc(&self) -> bool {
         self.met_no_crc

@@ -13,6 +13,7 @@ impl Pass<'_, '_> {
     /// Leaves a chunk aside until its index is met.
     pub(super) fn pass_over(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
         self.settle(source)?;
+        self.decoder.pass_over(source, at, body_bytes)?;
         if let Some(heads) = &mut self.heads {
             let entries = Vec::new();
             heads.chunk = Some(PassedOver { at, body_bytes, entries, is_indexed: false, is_doubtful: false });
