@@ -162,7 +162,7 @@ impl SoundedRun {
         let mut run =
             Self { seen, scans, one_of, part, tile_edge_voxels, of_tiles: 1.0, voxels: 0.0, surfels: 0.0 };
         let ([all, filled], [half, half_filled]) = (run.voxels_of(1), run.voxels_of(2));
-        let grown = |all: f64, half: f64| all + one_of.log2() * (all - half);
+        let grown = |all: f64, half: f64| all + libm::log2(one_of) * (all - half);
         run.voxels = part * grown(all, half);
         let by_voxels = run.voxels - part * DOUBLINGS_TO_SURFEL * (all - half);
         run.surfels = by_voxels.max(part * grown(filled, half_filled)).min(run.voxels);
@@ -246,7 +246,7 @@ impl SoundedRun {
     fn voxels_of_stay(&self, stay: &Stay) -> f64 {
         let voxels = stay.voxels.len() as f64;
         let again = (stay.seen as f64 / voxels - 1.0).max(1e-3);
-        let more = self.one_of.log2() / 4.0 * MORE_AT_TWICE / again.powf(MORE_POWER);
+        let more = libm::log2(self.one_of) / 4.0 * MORE_AT_TWICE / libm::pow(again, MORE_POWER);
         voxels * self.part * (1.0 + more).min(self.one_of) * self.of_tiles
     }
 }
