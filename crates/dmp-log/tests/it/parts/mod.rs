@@ -34,9 +34,9 @@ fn sorted(damage: &[Damage]) -> Vec<String> {
     lines
 }
 
-/// What is told of a log but for notes, whatever the order of the damage.
+/// What is told of a log but for notes and checksums, whatever the order of the damage.
 fn without_notes(summary: &LogSummary) -> LogSummary {
-    LogSummary { notes: Vec::new(), damage: Vec::new(), ..summary.clone() }
+    LogSummary { notes: Vec::new(), damage: Vec::new(), has_checksums: false, ..summary.clone() }
 }
 
 /// Numbers in order, at least one, of so many.
@@ -66,6 +66,11 @@ fn assert_parts(path: &Path, options: &LogOptions) -> LogOutline {
     let groups = outline.scans().chunk_by(|a, b| a.group == b.group);
     assert!(groups.map(|group| group[0].bytes).sum::<u64>() <= outline.bytes(), "{place}");
 
+    // One checksum guards all messages outside chunks: only who reads the whole log compares it.
+    let has_loose = outline.notes().iter().any(|note| note.contains("lie outside chunks"));
+    let has_checksums = whole.summary().has_checksums && !has_loose;
+    assert_eq!(outline.summary().has_checksums, has_checksums, "{place}");
+
     let known = LogSummary { returns: whole.summary().returns, ..without_notes(outline.summary()) };
     let by_index = |summary: LogSummary| LogSummary { span_ns: None, period_ns: None, ..summary };
     assert_eq!(by_index(known), by_index(without_notes(whole.summary())), "{place}");
@@ -73,6 +78,7 @@ fn assert_parts(path: &Path, options: &LogOptions) -> LogOutline {
 
     let all: Vec<usize> = (0..written.len()).collect();
     let part = outline.open(&all).unwrap();
+    assert_eq!(part.summary().has_checksums, has_checksums, "{place}");
     assert_eq!(without_notes(part.summary()), without_notes(whole.summary()), "{place}");
     assert_eq!(sorted(&part.summary().damage), sorted(&whole.summary().damage), "{place}");
     assert_eq!((part.frames(), part.groups()), (whole.frames(), whole.groups()), "{place}");
