@@ -20,7 +20,7 @@ const TARGET: &str = "x86_64-unknown-linux-gnu";
 const FILE: &str = "THIRD-PARTY.txt";
 /// Files of a package that say under which terms it comes begin so.
 const NAMES: [&str; 5] = ["licen", "copying", "notice", "unlicense", "copyright"];
-/// C libraries that packages build and link, with terms of their own: SQLite, in `libsqlite3-sys`, is in the public domain.
+/// C libraries that packages build and link, with terms of their own: `SQLite`, in `libsqlite3-sys`, is in the public domain.
 const INSIDE: [(&str, &str); 2] = [("lz4-sys", "liblz4/lib/LICENSE"), ("zstd-sys", "zstd/LICENSE")];
 
 /// Write the licences of everything that the command is built of into THIRD-PARTY.txt

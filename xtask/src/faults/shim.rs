@@ -86,8 +86,10 @@ impl Shim {
             ("DMP_FAULTS_MODE", mode.into()),
             ("DMP_FAULTS_AT", plan.at.to_string().into()),
             ("DMP_FAULTS_DRAW", plan.draw.to_string().into()),
-            // With it the command does not execute itself once more, which would count anew.
+            // With these the command does not execute itself once more, which would count anew.
             ("MALLOC_MMAP_THRESHOLD_", "262144".into()),
+            ("MALLOC_TRIM_THRESHOLD_", "1048576".into()),
+            ("MALLOC_ARENA_MAX", "1".into()),
             ("TMPDIR", place.under.join("tmp").into()),
         ]
     }
