@@ -75,8 +75,11 @@ impl OutputsFolder {
                 Err(error) => return Err(error),
             }
         }
-        // Says what is wrong with what is there and no folder.
-        fs::create_dir_all(folder)
+        // Says what is wrong with what is there and no folder, or with looking at it.
+        match fs::create_dir_all(folder) {
+            Err(error) if !fs::metadata(folder)?.is_dir() => Err(error),
+            _ => Ok(()),
+        }
     }
 
     /// Makes it if need be, and takes it for this process alone.
