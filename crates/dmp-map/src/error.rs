@@ -79,15 +79,15 @@ pub enum MapError {
         /// What is wrong with it, with the values.
         detail: String,
     },
-    /// A triangle that is larger than any surface.
+    /// A triangle that is longer than any of a surface.
     #[error(
-        "triangle {triangle} (from 0) alone has an area of {area_m2:.3e} m²: is a vertex wrong, or the mesh in another unit?"
+        "triangle {triangle} (from 0) has an edge of {edge_m:.3e} m: is a vertex wrong, or the mesh in another unit?"
     )]
-    TriangleTooLarge {
+    TriangleTooLong {
         /// Its number, from 0.
         triangle: u64,
-        /// Its area, square metres.
-        area_m2: f64,
+        /// Its longest edge, metres.
+        edge_m: f64,
     },
     /// A mesh with more area than can be sampled.
     #[error(

@@ -6,8 +6,13 @@ use crate::MapError;
 /// unreasonable effectiveness of quasirandom sequences").
 const STEPS: [u64; 2] = [0xC13F_A9A9_02A6_328F, 0x91E1_0DA5_C79E_7B1D];
 
-/// No surface of a town is one triangle of more: a vertex is wrong, or the unit, square metres.
-const MOST_TRIANGLE_M2: f64 = 2e6;
+/// No surface of a town has a triangle with a longer edge: a vertex is wrong, or the unit, metres.
+const LONGEST_EDGE_M: f64 = 3e3;
+/// What has more samples is sampled in parts, so that samples that follow each other lie near each other: a map that outgrows
+/// memory would put aside each of its tiles again and again otherwise.
+const PART_SAMPLES: f64 = 65_536.0;
+
+type Triangle = [[f64; 3]; 3];
 
 /// Samples triangles evenly by area: one sample each `spacing_m`² of the area added up in the order of the
 /// triangles. So small triangles together get what a large one gets, and a mesh always gives the same.
@@ -37,24 +42,43 @@ impl TriangleSampler {
     /// Gives `each` the samples of the next triangle, whose corners are finite: places on it, metres.
     ///
     /// # Errors
-    /// When the triangle is larger than any surface, or the area of all too large for the spacing, before the first
+    /// When an edge is longer than that of any surface, or the area of all too large for the spacing, before the first
     /// sample of this triangle; and the first error of `each`.
     pub fn sample<E: From<MapError>>(
         &mut self,
-        triangle: &[[f64; 3]; 3],
+        triangle: &Triangle,
         mut each: impl FnMut([f64; 3]) -> Result<(), E>,
     ) -> Result<(), E> {
-        let area_m2 = area_m2(triangle);
-        if area_m2.is_nan() || area_m2 > MOST_TRIANGLE_M2 {
-            return Err(MapError::TriangleTooLarge { triangle: self.triangles, area_m2 }.into());
+        let (_, edge_m) = longest_edge(triangle);
+        if edge_m.is_nan() || edge_m > LONGEST_EDGE_M {
+            return Err(MapError::TriangleTooLong { triangle: self.triangles, edge_m }.into());
         }
+        let area_m2 = area_m2(triangle);
+        let samples = area_m2 / (self.spacing_m * self.spacing_m);
         self.area_m2 += area_m2;
-        self.waiting += area_m2 / (self.spacing_m * self.spacing_m);
-        if self.next as f64 + self.waiting > self.max_samples {
+        if self.next as f64 + self.waiting + samples > self.max_samples {
             let (triangle, spacing_m) = (self.triangles, self.spacing_m);
             return Err(MapError::TooManySamples { triangle, area_m2: self.area_m2, spacing_m }.into());
         }
         self.triangles += 1;
+        self.sample_part(triangle, samples, &mut each)
+    }
+
+    /// Samples a triangle whose area is that of so many, half by half where it is large.
+    fn sample_part<E>(
+        &mut self,
+        triangle: &Triangle,
+        samples: f64,
+        each: &mut impl FnMut([f64; 3]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        if samples > PART_SAMPLES {
+            let (first, _) = longest_edge(triangle);
+            let [a, b, c] = [0, 1, 2].map(|k| triangle[(first + k) % 3]);
+            let middle = std::array::from_fn(|k| 0.5 * (a[k] + b[k]));
+            self.sample_part(&[a, middle, c], 0.5 * samples, each)?;
+            return self.sample_part(&[middle, b, c], 0.5 * samples, each);
+        }
+        self.waiting += samples;
         while self.waiting >= 1.0 {
             self.waiting -= 1.0;
             let fraction = |step: u64| self.next.wrapping_mul(step) as f64 / 18_446_744_073_709_551_616.0;
@@ -71,19 +95,31 @@ impl TriangleSampler {
     }
 }
 
+/// The corner that it begins at, towards the next one, and its metres; those are NaN where any edge's are.
+fn longest_edge(triangle: &Triangle) -> (usize, f64) {
+    let length_m = |k: usize| {
+        let [x, y, z] = difference(triangle[(k + 1) % 3], triangle[k]);
+        (x * x + y * y + z * z).sqrt()
+    };
+    (1..3).map(|k| (k, length_m(k))).fold((0, length_m(0)), |longest, edge| {
+        if edge.1 > longest.1 || edge.1.is_nan() { edge } else { longest }
+    })
+}
+
 /// Square metres.
-fn area_m2(&[a, b, c]: &[[f64; 3]; 3]) -> f64 {
-    let sub = |p: [f64; 3], q: [f64; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
-    let (u, v) = (sub(b, a), sub(c, a));
+fn area_m2(&[a, b, c]: &Triangle) -> f64 {
+    let (u, v) = (difference(b, a), difference(c, a));
     let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     0.5 * normal.iter().map(|n| n * n).sum::<f64>().sqrt()
+}
+
+fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|k| a[k] - b[k])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    type Triangle = [[f64; 3]; 3];
 
     fn samples_of(spacing_m: f64, triangles: &[Triangle]) -> Vec<[f64; 3]> {
         let (mut sampler, mut samples) = (TriangleSampler::new(spacing_m, 1 << 20), Vec::new());
@@ -129,6 +165,23 @@ mod tests {
     }
 
     #[test]
+    fn samples_that_follow_each_other_lie_near_each_other() {
+        let triangle = [[0.0, 0.0, 1.0], [300.0, 0.0, 1.0], [0.0, 300.0, 1.0]];
+        let samples = samples_of(0.25, &[triangle]);
+        assert_eq!(samples.len(), 720_000);
+        let is_wide = |chunk: &&[[f64; 3]]| {
+            [0, 1].into_iter().any(|axis| {
+                let of = |s: &[f64; 3]| s[axis];
+                let most = chunk.iter().map(of).fold(f64::MIN, f64::max);
+                most - chunk.iter().map(of).fold(f64::MAX, f64::min) > 100.0
+            })
+        };
+        // Those that go from one part to the next.
+        let wide = samples.chunks(4096).filter(is_wide).count();
+        assert!(wide <= 720_000 / 32_768, "{wide}");
+    }
+
+    #[test]
     fn many_small_triangles_get_as_many_as_a_large_one() {
         let strip = |k: i32| {
             let x = f64::from(k) * 0.01;
@@ -149,8 +202,8 @@ mod tests {
         let error = sampler.sample(&large, none).unwrap_err().to_string();
         assert!(error.contains("triangle 1") && error.contains("larger spacing"), "{error}");
         // Where one vertex is wrong.
-        for far_m in [5e3, 5e7, f64::INFINITY] {
-            let huge = [[0.0, 0.0, 0.0], [far_m, 0.0, 0.0], [0.0, 5e3, 0.0]];
+        for far_m in [3.1e3, 5e7, f64::INFINITY] {
+            let huge = [[0.0, 0.0, 0.0], [far_m, 0.0, 0.0], [0.0, 1.0, 0.0]];
             let error = sampler.sample(&huge, none).unwrap_err().to_string();
             assert!(error.contains("triangle 1") && error.contains("is a vertex wrong"), "{error}");
         }
