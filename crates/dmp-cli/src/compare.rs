@@ -12,6 +12,7 @@ use crate::exit::{Exit, Usage, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::named::{NamedFile, names_of};
 use crate::saved_result::read_result;
+use crate::say::tell;
 use crate::score::outputs::{page, targets};
 use crate::score::render;
 
@@ -149,7 +150,7 @@ fn not_compared_in_words(out: &mut impl Write, pairs: &[[String; 2]]) -> io::Res
     }
     writeln!(out, "\nNot compared: no result holds both runs, and only the first column orders them")?;
     for [a, b] in pairs {
-        writeln!(out, "  {a}, {b}")?;
+        tell!(out, "  {a}, {b}")?;
     }
     writeln!(out, "To compare them, score them in one command.")
 }

@@ -143,7 +143,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
             return if error.use_stderr() { Exit::WrongUsage } else { Exit::Done };
         }
     };
-    let mut out = Printed(io::stdout().lock());
+    let mut out = Printed::new(io::stdout().lock());
     let done = guard::check(&definition, &matches).and_then(|()| cli.command.run(&cli.common, &mut out));
     match done.and_then(|exit| when_printed(out.flush().map_err(Into::into), exit)) {
         Ok(exit) => exit,

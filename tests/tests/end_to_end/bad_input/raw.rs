@@ -6,6 +6,7 @@ use dmp_sensor::Scan;
 #[derive(Debug, Clone)]
 pub(super) struct Cloud {
     pub(super) stamp_ns: i64,
+    pub(super) frame_id: &'static str,
     pub(super) height: u32,
     pub(super) width: u32,
     /// Name, offset and type, 7 for float32.
@@ -23,6 +24,7 @@ impl Cloud {
         let width = scan.len() as u32;
         Self {
             stamp_ns: scan.stamp_ns.unwrap(),
+            frame_id: "lidar",
             height: 1,
             width,
             fields: vec![("x", 0, 7), ("y", 4, 7), ("z", 8, 7)],
@@ -38,7 +40,7 @@ impl Cloud {
         let mut cdr = Cdr(Vec::new());
         cdr.u32(self.stamp_ns.div_euclid(1_000_000_000) as u32);
         cdr.u32(self.stamp_ns.rem_euclid(1_000_000_000) as u32);
-        cdr.string("lidar");
+        cdr.string(self.frame_id);
         cdr.u32(self.height);
         cdr.u32(self.width);
         cdr.u32(self.fields.len() as u32);
