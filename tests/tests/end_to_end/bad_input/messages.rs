@@ -44,6 +44,16 @@ fn row_26_messages_that_nobody_takes_change_nothing() {
     assert_eq!(read.status.code(), Some(0));
     let lost = dmp_command(path, all).stdout(full()).stderr(closed()).output().unwrap();
     assert_eq!(lost.status.code(), Some(1));
+    for results in
+        ["--help", "score --help", "--version", "info town.mcap", "info town.mcap --json", "man score"]
+    {
+        let lost = dmp_command(path, results).stdout(full()).stderr(Stdio::piped()).output().unwrap();
+        let told = text(&lost.stderr);
+        let named = told.starts_with("error: standard output: cannot write: ") && told.lines().count() == 1;
+        assert!(lost.status.code() == Some(1) && named, "{results}\n{told}");
+        let read = dmp_command(path, results).stdout(closed()).stderr(Stdio::piped()).output().unwrap();
+        assert_eq!((read.status.code(), text(&read.stderr).as_str()), (Some(0), ""), "{results}");
+    }
     let wrong = dmp_command(path, "score nowhere.mcap -t truth.tum").stderr(closed()).output().unwrap();
     assert_eq!(wrong.status.code(), Some(2));
 }
