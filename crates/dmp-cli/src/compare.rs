@@ -1,11 +1,12 @@
 //! `dmp compare`: results that were saved, beside each other.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use clap::Args;
 use dmp::{JoinError, JoinedReport, MadeWith, NamedReport, Report, join_reports};
+use dmp_log::shown_path;
 use serde::Serialize;
 
 use crate::exit::{Exit, Usage, when_printed};
@@ -106,7 +107,7 @@ pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Resu
         env!("CARGO_PKG_VERSION").clone_into(&mut report.dmp_version);
         let of_result = |(named, runs): (&NamedReport, &Vec<String>)| ResultReport {
             name: named.name.clone(),
-            file: named.file.clone(),
+            file: shown_path(Path::new(&named.file)),
             log: named.report.inputs.log.clone(),
             runs: runs.clone(),
         };

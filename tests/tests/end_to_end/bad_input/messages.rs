@@ -77,6 +77,10 @@ fn row_30_results_hold_no_paths_from_the_root() {
     let report: serde_json::Value = serde_json::from_slice(&report.stdout).unwrap();
     assert_eq!(report["inputs"]["log"], "town.mcap");
     assert_eq!(report["inputs"]["runs"][0]["file"], "truth.tum");
+    fs::write(path.join("saved.json"), report.to_string()).unwrap();
+    let compared = told(&format!("compare {root}/saved.json --json"));
+    let compared: serde_json::Value = serde_json::from_slice(&compared.stdout).unwrap();
+    assert_eq!(compared["results"][0]["file"], "saved.json");
     let relative = dmp(path, "score town.mcap -t ./truth.tum -t drift.tum --json --quiet");
     let relative: serde_json::Value = serde_json::from_slice(&relative.stdout).unwrap();
     assert_eq!(relative["inputs"]["runs"][0]["file"], "./truth.tum");
