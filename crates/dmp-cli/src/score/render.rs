@@ -13,6 +13,9 @@ use super::{details, pairs, sampling};
 /// Writes the report: settings, runs, pairs, warnings.
 pub(crate) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io::Result<()> {
     writeln!(out, "{}", settings(report))?;
+    if let Some(note) = report.inputs.without_checksums() {
+        writeln!(out, "log: {note}")?;
+    }
     if let Some(sample) = sampling::in_words(&report.sampling) {
         tell!(out, "{sample}")?;
     }
