@@ -5,7 +5,7 @@ use std::fs;
 use dmp_log::{FolderFormat, McapScanWriter, McapWriterOptions};
 use serde_json::Value;
 
-use super::raw::{Cloud, bag};
+use super::raw::{Cloud, bag, bag_of_records, message_record, static_frames};
 use super::{town, write_folder};
 use crate::common::{dmp, dmp_command, refused, text};
 
@@ -176,4 +176,36 @@ fn row_27_long_names_are_shown_as_far_as_they_fit() {
         let output = dmp(path, arguments);
         assert!(output.status.code().is_some_and(|code| code != 101), "{}", text(&output.stderr));
     }
+}
+
+/// Names by the thousand are told by the first few, and a run's maps get names that file systems take.
+#[test]
+fn row_27_many_and_long_names_are_cut() {
+    let (folder, scans) = town();
+    let path = folder.path();
+    let clouds: Vec<Vec<u8>> = scans.iter().map(|scan| message_record(&Cloud::of(scan))).collect();
+    let frames = static_frames(20_000);
+    fs::write(path.join("frames.mcap"), bag_of_records(&[frames, clouds.concat()].concat())).unwrap();
+    let which = dmp(path, "score frames.mcap -t truth.tum --quiet");
+    let told = text(&which.stderr);
+    assert_eq!(which.status.code(), Some(2), "{told}");
+    assert!(told.len() < 1000 && told.contains("or one of 19992 more"), "{told}");
+    let none = dmp(path, "score frames.mcap -t truth.tum --extrinsic frame:none --quiet");
+    let told = text(&none.stderr);
+    assert!(told.len() < 1000 && told.contains("one of 19992 more"), "{told}");
+    let topic = format!("/{}", "n".repeat(60_000));
+    let told = text(&dmp(path, &format!("score town.mcap -t truth.tum --topic {topic}")).stderr);
+    assert!(told.len() < 5000 && told.contains(" bytes)"), "{told}");
+
+    let [a, b] = ["a", "b"].map(|end| "n".repeat(250) + end);
+    let runs = format!("-t {a}=truth.tum -t {b}=drift.tum");
+    let scored = dmp(path, &format!("score town.mcap {runs} --save-maps maps --quiet"));
+    assert_eq!(scored.status.code(), Some(0), "{}", text(&scored.stderr));
+    let stem = "n".repeat(200);
+    let maps = [format!("{stem}-1.dmpmap"), format!("{stem}-2.dmpmap")];
+    assert!(
+        super::names_in(&path.join("maps")).ends_with(&maps),
+        "{:?}",
+        super::names_in(&path.join("maps"))
+    );
 }

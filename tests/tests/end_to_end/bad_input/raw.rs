@@ -115,6 +115,25 @@ pub(super) fn bag_of_records(records: &[u8]) -> Vec<u8> {
     .concat()
 }
 
+/// The records of a `/tf_static` on which so many frames hang on the frame `lidar`.
+pub(super) fn static_frames(count: u32) -> Vec<u8> {
+    let kind = string("tf2_msgs/msg/TFMessage");
+    let schema = [&[2, 0], kind.as_slice(), &string("ros2msg"), &[0; 4]].concat();
+    let channel = [&[2, 0, 2, 0], string("/tf_static").as_slice(), &string("cdr"), &[0; 4]].concat();
+    let mut cdr = Cdr(Vec::new());
+    cdr.u32(count);
+    for child in 0..count {
+        cdr.u32(1);
+        cdr.u32(0);
+        cdr.string("lidar");
+        cdr.string(&format!("frame {child}"));
+        cdr.0.resize(cdr.0.len().next_multiple_of(8), 0);
+        [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0_f64].iter().for_each(|number| cdr.0.extend(number.to_le_bytes()));
+    }
+    let message = [&[2, 0], [0; 20].as_slice(), &[0, 1, 0, 0], &cdr.0].concat();
+    [record(3, &schema), record(4, &channel), record(5, &message)].concat()
+}
+
 /// A chunk packed with zstd that says it unpacks to `claimed` bytes.
 pub(super) fn zstd_chunk(claimed: u64, packed: &[u8]) -> Vec<u8> {
     let (claimed, length) = (claimed.to_le_bytes(), (packed.len() as u64).to_le_bytes());
