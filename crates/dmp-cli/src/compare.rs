@@ -1,17 +1,19 @@
 //! `dmp compare`: results that were saved, beside each other.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use clap::Args;
 use dmp::{JoinError, JoinedReport, MadeWith, NamedReport, Report, join_reports};
+use dmp_log::shown_path;
 use serde::Serialize;
 
 use crate::exit::{Exit, Usage, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::named::{NamedFile, names_of};
 use crate::saved_result::read_result;
+use crate::say::tell;
 use crate::score::outputs::{page, targets};
 use crate::score::render;
 
@@ -105,7 +107,7 @@ pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Resu
         env!("CARGO_PKG_VERSION").clone_into(&mut report.dmp_version);
         let of_result = |(named, runs): (&NamedReport, &Vec<String>)| ResultReport {
             name: named.name.clone(),
-            file: named.file.clone(),
+            file: shown_path(Path::new(&named.file)),
             log: named.report.inputs.log.clone(),
             runs: runs.clone(),
         };
@@ -149,7 +151,7 @@ fn not_compared_in_words(out: &mut impl Write, pairs: &[[String; 2]]) -> io::Res
     }
     writeln!(out, "\nNot compared: no result holds both runs, and only the first column orders them")?;
     for [a, b] in pairs {
-        writeln!(out, "  {a}, {b}")?;
+        tell!(out, "  {a}, {b}")?;
     }
     writeln!(out, "To compare them, score them in one command.")
 }

@@ -17,6 +17,9 @@ use crate::score::parse;
 /// How much of a body's movement must go along an axis for the axis to be its direction: 37 degrees.
 const ALONG: f64 = 0.8;
 
+/// Most frames that are named: a log may have a hundred thousand.
+const MOST_NAMED: usize = 8;
+
 /// What the help says of the option.
 pub(crate) const HELP: &str = "Where the sensor sits on the body that the trajectories move, body_from_sensor: \
     `auto` (/tf_static where messages name the body's frame; KITTI's calib.txt where the body travels as a camera does; the sensor is the body where there is neither), `identity`, \
@@ -143,14 +146,14 @@ fn of_frame(body: &str, run: &LoadedRun, log: LogHead<'_>) -> anyhow::Result<Bod
     known.extend(run.static_frames.beside(sensor));
     known.sort_unstable();
     known.dedup();
-    if known.is_empty() {
-        known.push("no frame that it hangs on");
-    }
+    let known = match known.as_slice() {
+        [] => "no frame that it hangs on".to_owned(),
+        known => a_few(known, ", "),
+    };
     let problem = format!(
-        "run `{}`: /tf_static does not say where the scans' frame `{sensor}` is on the body's `{body}` (it knows {}): \
+        "run `{}`: /tf_static does not say where the scans' frame `{sensor}` is on the body's `{body}` (it knows {known}): \
          give --extrinsic X,Y,Z,QX,QY,QZ,QW, or identity where they are the same",
-        run.name,
-        known.join(", ")
+        run.name
     );
     Err(Usage(problem).into())
 }
@@ -158,16 +161,24 @@ fn of_frame(body: &str, run: &LoadedRun, log: LogHead<'_>) -> anyhow::Result<Bod
 /// A trajectory that does not say which frame it moves, in a log with frames: the choices.
 fn which_frame(run: &LoadedRun, log: LogHead<'_>) -> String {
     let sensor = log.summary().frame_id.as_deref().unwrap_or_default();
-    let mut choices = vec![format!("--extrinsic identity (the scans' own `{sensor}`)")];
     let beside = log.static_frames().beside(sensor);
-    choices.extend(beside.iter().map(|frame| format!("--extrinsic frame:{frame}")));
+    let choices: Vec<String> = beside.iter().map(|frame| format!("--extrinsic frame:{frame}")).collect();
     format!(
-        "run `{}`: {} does not say which frame it moves, and {} has several: give {}",
+        "run `{}`: {} does not say which frame it moves, and {} has several: give --extrinsic identity (the scans' own \
+         `{sensor}`) or {}",
         run.name,
         run.given,
         log.summary().path.display(),
-        choices.join(" or ")
+        a_few(&choices, " or ")
     )
+}
+
+/// The first of many names, and how many there are more.
+fn a_few(names: &[impl AsRef<str>], between: &str) -> String {
+    let shown: Vec<&str> = names.iter().take(MOST_NAMED).map(AsRef::as_ref).collect();
+    let more = names.len() - shown.len();
+    let rest = if more > 0 { format!("{between}one of {more} more") } else { String::new() };
+    shown.join(between) + &rest
 }
 
 /// KITTI's own poses move the camera while the scans are the LiDAR's, and what others make of its logs moves

@@ -138,14 +138,25 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     let (cli, matches) = match parsed {
         Ok(parsed) => parsed,
         Err(error) => {
-            // Help and version come this way too; if they cannot be printed, nobody is reading.
-            let _ = error.print();
-            return if error.use_stderr() { Exit::WrongUsage } else { Exit::Done };
+            // Help and version come this way too.
+            let printed = error.print().and_then(|()| io::stdout().flush());
+            return match printed {
+                _ if error.use_stderr() => Exit::WrongUsage,
+                Err(error) => ended(Err(say::of_results(&error).into())),
+                Ok(()) => Exit::Done,
+            };
         }
     };
-    let mut out = Printed(io::stdout().lock());
+    let mut out = Printed::new(io::stdout().lock());
     let done = guard::check(&definition, &matches).and_then(|()| cli.command.run(&cli.common, &mut out));
-    match done.and_then(|exit| when_printed(out.flush().map_err(Into::into), exit)) {
+    // What was found before something failed is told too.
+    let printed = out.flush().map_err(Into::into);
+    ended(done.and_then(|exit| when_printed(printed, exit)))
+}
+
+/// How the command ends; an error is told.
+fn ended(done: anyhow::Result<Exit>) -> Exit {
+    match done {
         Ok(exit) => exit,
         Err(error) if is_closed_pipe(&error) => Exit::Done,
         Err(error) => {

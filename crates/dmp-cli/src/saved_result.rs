@@ -1,16 +1,21 @@
 //! Reading back what `dmp score --json` printed.
 
+use std::fmt;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::Read as _;
 use std::path::Path;
 
 use anyhow::{Context as _, anyhow, bail};
 use dmp::Report;
 use dmp_log::{LogError, is_printable, printable};
 use serde::Deserialize;
-use serde_json::Value;
+use serde::de::{Deserializer as _, IgnoredAny, MapAccess, Visitor};
+use serde_json::{Map, Value};
 
 use crate::save::is_missing;
+
+/// Largest result that is read: 64 MiB hold a hundred and eighty runs with all their pairs.
+const MAX_BYTES: u64 = 64 << 20;
 
 /// The one field that every version has.
 #[derive(Debug, Deserialize)]
@@ -27,18 +32,25 @@ pub(crate) fn read_result(path: &Path) -> anyhow::Result<Report> {
 }
 
 fn report(path: &Path) -> anyhow::Result<Report> {
-    // The schema first, without keeping anything else: the file may be whatever, of whatever size.
-    let head: Head = serde_json::from_reader(open(path)?).map_err(|error| unreadable(&error))?;
+    let mut bytes = Vec::new();
+    let file = File::open(path).context("cannot open")?;
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).context("cannot read")?;
+    if bytes.len() as u64 > MAX_BYTES {
+        bail!("more than {MAX_BYTES} bytes are no result of `dmp score --json`");
+    }
+    // The schema first, without keeping anything else: the file may be whatever.
+    let head: Head = serde_json::from_slice(&bytes).map_err(|error| unreadable(&error))?;
     match head.schema.as_deref() {
         Some(Report::SCHEMA) => {}
         Some(other) => bail!("schema `{other}`: a result of `dmp score --json` has `{}`", Report::SCHEMA),
         None => bail!("no result of `dmp score --json`: it has no `schema`"),
     }
-    let json: Value = serde_json::from_reader(open(path)?).map_err(|error| unreadable(&error))?;
-    let report = Report::deserialize(&json).map_err(|error| {
-        // It goes on to list every field that could be meant.
+    // Then only what a result has: whatever else it is, as a tree it may need a hundred times the memory.
+    let report: Report = serde_json::from_slice(&bytes).map_err(|error| {
+        // It goes on to list every field that could be meant, and where it ended.
         let error = error.to_string();
-        other_version(error.split(", expected").next().unwrap_or(&error))
+        let problem = error.split(", expected").next().and_then(|error| error.split(" at line ").next());
+        other_version(problem.unwrap_or(&error))
     })?;
     for name in report.runs.iter().map(|run| &run.name) {
         if name.chars().any(|c| !is_printable(c)) {
@@ -53,15 +65,38 @@ fn report(path: &Path) -> anyhow::Result<Report> {
             bail!("the truncations of `{}` are not those of its `config.scales`", run.name);
         }
     }
-    let whole = serde_json::to_value(&report)?;
-    match missing(&whole, &json) {
+    let Value::Object(whole) = serde_json::to_value(&report)? else {
+        bail!("no result of `dmp score --json`")
+    };
+    let json = serde_json::Deserializer::from_slice(&bytes).deserialize_map(FieldsOf(&whole));
+    let json = json.map_err(|error| unreadable(&error))?;
+    match missing(&Value::Object(whole), &Value::Object(json)) {
         Some(field) => Err(other_version(&format!("missing field `{field}`"))),
         None => Ok(report),
     }
 }
 
-fn open(path: &Path) -> anyhow::Result<BufReader<File>> {
-    Ok(BufReader::new(File::open(path).context("cannot open")?))
+/// Reads these fields alone: what else stands beside them may be anything.
+struct FieldsOf<'a>(&'a Map<String, Value>);
+
+impl<'de> Visitor<'de> for FieldsOf<'_> {
+    type Value = Map<String, Value>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a result")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut fields: A) -> Result<Self::Value, A::Error> {
+        let mut found = Map::new();
+        while let Some(field) = fields.next_key::<String>()? {
+            if self.0.contains_key(&field) {
+                found.insert(field, fields.next_value()?);
+            } else {
+                fields.next_value::<IgnoredAny>()?;
+            }
+        }
+        Ok(found)
+    }
 }
 
 fn unreadable(error: &serde_json::Error) -> anyhow::Error {

@@ -1,65 +1,191 @@
 //! What the command says: messages to standard error, results to standard output.
 
 use std::fmt;
-use std::io::{self, Write};
+use std::io::{self, ErrorKind, Write};
+use std::thread;
+use std::time::Duration;
 
-use dmp_log::{is_printable, printable};
+use dmp_log::printable;
+
+/// Results go out in pieces of at least so many bytes: their parts are a word each.
+const HELD_BYTES: usize = 1 << 16;
+/// Most characters of a message: names have up to 65,535 each.
+const MOST_SAID: usize = 4000;
+/// How long to wait before what cannot take more is asked again.
+const FULL_FOR: Duration = Duration::from_millis(5);
+/// What logs of GitHub, Azure and TeamCity take for commands wherever it stands.
+const COMMANDS: [&str; 3] = ["##[", "##vso[", "##teamcity["];
 
 /// Prints a line to standard error, as `eprintln!` does, and goes on where nobody listens: scores do not depend on whether
-/// somebody reads the notes. Text from files cannot leave its line nor command a terminal.
+/// somebody reads the notes. Text from files cannot leave its line nor command a terminal or a CI server.
 macro_rules! say {
     ($($argument:tt)*) => { $crate::say::line(format_args!($($argument)*)) };
 }
 pub(crate) use say;
 
+/// Writes a line of results, as `writeln!` does. Text from files cannot leave it.
+macro_rules! tell {
+    ($out:expr, $($argument:tt)*) => { $crate::say::result($out, format_args!($($argument)*)) };
+}
+pub(crate) use tell;
+
 /// See [`say!`].
 pub(crate) fn line(text: fmt::Arguments<'_>) {
-    let text = text.to_string();
-    // Where standard error is closed or full there is nobody to tell.
-    let _ = writeln!(io::stderr().lock(), "{}", printable(&text));
+    let said = without_commands(&printable(&text.to_string()));
+    match said.char_indices().nth(MOST_SAID) {
+        Some((end, _)) => command(&format!("{}… ({} bytes)", &said[..end], said.len())),
+        None => command(&said),
+    }
 }
 
-/// Results on their way out: of what is not printable, ends of lines and tabs pass, all else is written as JSON would.
-pub(crate) struct Printed<W>(pub(crate) W);
+/// Prints a line that is to command a CI server.
+pub(crate) fn command(text: &str) {
+    let line = format!("{}\n", printable(text));
+    // Where standard error is closed or full there is nobody to tell.
+    let _ = write_waiting(&mut io::stderr().lock(), line.as_bytes());
+}
+
+/// See [`tell!`].
+pub(crate) fn result(out: &mut impl Write, text: fmt::Arguments<'_>) -> io::Result<()> {
+    writeln!(out, "{}", printable(&text.to_string()))
+}
+
+/// Results cannot be written.
+pub(crate) fn of_results(error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("standard output: cannot write: {error}"))
+}
+
+/// Results on their way out, in whole lines: of what is not printable, ends of lines and tabs pass, all else is written as
+/// JSON would, and so is the first character of what commands a CI server.
+#[derive(Debug)]
+pub(crate) struct Printed<W: Write> {
+    out: W,
+    held: Vec<u8>,
+}
+
+impl<W: Write> Printed<W> {
+    pub(crate) fn new(out: W) -> Self {
+        Self { out, held: Vec::new() }
+    }
+
+    /// Writes what is held up to a byte. What cannot be written is lost.
+    fn let_go(&mut self, end: usize) -> io::Result<()> {
+        let rest = self.held.split_off(end);
+        let bytes = std::mem::replace(&mut self.held, rest);
+        let mut text = String::with_capacity(bytes.len());
+        for line in String::from_utf8_lossy(&bytes).split_inclusive('\n') {
+            for cell in without_commands(line).split_inclusive(['\n', '\t']) {
+                let shown = cell.trim_end_matches(['\n', '\t']);
+                text.extend([&printable(shown), &cell[shown.len()..]]);
+            }
+        }
+        write_waiting(&mut self.out, text.as_bytes()).map_err(|error| {
+            self.held.clear();
+            of_results(&error)
+        })
+    }
+}
 
 impl<W: Write> Write for Printed<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        // Beginnings of all characters that are not printable.
-        let doubtful = |&byte: &u8| {
-            byte < 0x20 && !b"\n\t".contains(&byte) || [0x7f, 0xc2, 0xd8, 0xe2, 0xef].contains(&byte)
-        };
-        if !bytes.iter().any(doubtful) {
-            return self.0.write(bytes);
-        }
-        let Ok(text) = std::str::from_utf8(bytes) else {
-            return self.0.write(bytes);
-        };
-        let passes = |c: char| is_printable(c) || c == '\n' || c == '\t';
-        for part in text.split_inclusive(|c| !passes(c)) {
-            match part.chars().next_back().filter(|&c| !passes(c)) {
-                Some(c) => {
-                    self.0.write_all(&part.as_bytes()[..part.len() - c.len_utf8()])?;
-                    self.0.write_all(printable(c.encode_utf8(&mut [0; 4])).as_bytes())?;
-                }
-                None => self.0.write_all(part.as_bytes())?,
-            }
+        self.held.extend_from_slice(bytes);
+        if self.held.len() >= HELD_BYTES && bytes.contains(&b'\n') {
+            let end = self.held.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
+            self.let_go(end)?;
         }
         Ok(bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.0.flush()
+        self.let_go(self.held.len())
     }
+}
+
+/// A line in which nothing is a command to a CI server: `::` at its beginning is none where it is written `\u003a:`.
+fn without_commands(line: &str) -> String {
+    let shown = line.trim_start();
+    let blanks = &line[..line.len() - shown.len()];
+    let mut text = match shown.strip_prefix("::") {
+        Some(rest) => format!(r"{blanks}\u003a:{rest}"),
+        None => line.to_owned(),
+    };
+    for command in COMMANDS {
+        if text.contains(command) {
+            text = text.replace(command, &format!(r"\u0023{}", &command[1..]));
+        }
+    }
+    text
+}
+
+/// Writes all bytes, and waits where the other end asks to be asked again.
+fn write_waiting(out: &mut impl Write, mut bytes: &[u8]) -> io::Result<()> {
+    while !bytes.is_empty() {
+        match out.write(bytes) {
+            Ok(0) => return Err(ErrorKind::WriteZero.into()),
+            Ok(count) => bytes = &bytes[count..],
+            Err(error) => wait_if_full(error)?,
+        }
+    }
+    while let Err(error) = out.flush() {
+        wait_if_full(error)?;
+    }
+    Ok(())
+}
+
+fn wait_if_full(error: io::Error) -> io::Result<()> {
+    match error.kind() {
+        ErrorKind::WouldBlock => thread::sleep(FULL_FOR),
+        ErrorKind::Interrupted => {}
+        _ => return Err(error),
+    }
+    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn printed(text: &str) -> String {
+        let mut out = Printed::new(Vec::new());
+        // In pieces, as tables and JSON come.
+        text.chars().for_each(|c| write!(out, "{c}").unwrap());
+        out.flush().unwrap();
+        String::from_utf8(out.out).unwrap()
+    }
+
     #[test]
     fn what_commands_a_terminal_is_written_out() {
-        let mut out = Printed(Vec::new());
-        write!(out, "a\tµ – b\n\u{1b}[2J\u{9b}c\u{202e}\r\u{7f}é").unwrap();
-        assert_eq!(String::from_utf8(out.0).unwrap(), "a\tµ – b\n\\u001b[2J\\u009bc\\u202e\\u000d\\u007fé");
+        let text = "a\tµ – b\n\u{1b}[2J\u{9b}c\u{202e}\r\u{7f}é\u{e0041}\n\n\t";
+        assert_eq!(printed(text), "a\tµ – b\n\\u001b[2J\\u009bc\\u202e\\u000d\\u007fé\\udb40\\udc41\n\n\t");
+    }
+
+    #[test]
+    fn what_commands_a_ci_server_is_written_out() {
+        let text = "::a::b\n \u{3000}\t::c\n:: d\n##[e] ##vso[f] # ## ::\n#compdef\n";
+        let expected =
+            "\\u003a:a::b\n \u{3000}\t\\u003a:c\n\\u003a: d\n\\u0023#[e] \\u0023#vso[f] # ## ::\n#compdef\n";
+        assert_eq!(printed(text), expected);
+        assert_eq!(without_commands("a\\n::b"), "a\\n::b");
+    }
+
+    #[test]
+    fn many_small_pieces_are_few_writes() {
+        struct Counting(usize, usize);
+        impl Write for Counting {
+            fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+                self.0 += 1;
+                self.1 += bytes.len();
+                // Taken in part, and not at all now and then.
+                if self.0.is_multiple_of(3) { Err(ErrorKind::WouldBlock.into()) } else { Ok(bytes.len()) }
+            }
+
+            fn flush(&mut self) -> io::Result<()> {
+                Ok(())
+            }
+        }
+        let mut out = Printed::new(Counting(0, 0));
+        (0..100_000).for_each(|k| writeln!(out, "{k:>9}").unwrap());
+        out.flush().unwrap();
+        assert!(out.out.0 < 30, "{}", out.out.0);
     }
 }

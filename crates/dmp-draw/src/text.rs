@@ -2,6 +2,8 @@
 
 use std::io::{self, Write};
 
+use dmp::printable;
+
 /// What stands where there is no number.
 pub const NONE: &str = "–";
 
@@ -117,9 +119,10 @@ impl Table {
         Self { sides: sides.into(), rows: Vec::new() }
     }
 
-    /// Adds a row. Names are as long as whoever gives them likes: of a cell so much is shown as fits on a screen.
+    /// Adds a row. Names are as long as whoever gives them likes, and hold what they like: of a cell so much is shown as fits
+    /// on a screen, and it stays in its line.
     pub fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
-        self.rows.push(cells.into_iter().map(|cell| shown(cell.into())).collect());
+        self.rows.push(cells.into_iter().map(|cell| shown(&cell.into())).collect());
     }
 
     /// Writes the rows, each behind `indent`. Widths count characters: right for all scripts whose
@@ -149,9 +152,11 @@ impl Table {
 /// Most characters of a cell.
 const MOST_SHOWN: usize = 200;
 
-fn shown(cell: String) -> String {
-    let Some((end, _)) = cell.char_indices().nth(MOST_SHOWN) else { return cell };
-    format!("{}… ({} characters)", &cell[..end], cell.chars().count())
+fn shown(cell: &str) -> String {
+    match cell.char_indices().nth(MOST_SHOWN) {
+        None => printable(cell).into_owned(),
+        Some((end, _)) => format!("{}… ({} characters)", printable(&cell[..end]), cell.chars().count()),
+    }
 }
 
 #[cfg(test)]
@@ -205,8 +210,12 @@ mod tests {
         table.row(["größe", "1"]);
         table.row(["x", "–"]);
         table.row(["left alone", ""]);
+        table.row(["a\nb", "2"]);
         let mut text = Vec::new();
         table.write(&mut text, "  ").unwrap();
-        assert_eq!(String::from_utf8(text).unwrap(), "  größe       1\n  x           –\n  left alone\n");
+        assert_eq!(
+            String::from_utf8(text).unwrap(),
+            "  größe       1\n  x           –\n  left alone\n  a\\u000ab    2\n"
+        );
     }
 }

@@ -115,7 +115,7 @@ pub use points::{PointTime, StampAt, TimeUnit};
 pub use printable::{is_printable, printable, shown_path};
 pub use residuals::{ResidualFormat, ResidualHead, ResidualWriter, ScoredPoint, ScoredScan};
 pub use setting::LogSetting;
-pub use summary::{FieldInfo, FieldMeaning, LogFormat, LogSummary, TopicInfo};
+pub use summary::{FieldInfo, FieldMeaning, LogFormat, LogSummary, NO_CHECKSUMS, TopicInfo};
 pub use trajectory::{
     GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,
     TrajectoryParseError, is_bag, parse_euroc, parse_g2o, parse_kitti, parse_npy, parse_raw,

@@ -6,13 +6,33 @@ use std::fmt::Write as _;
 use std::path::{Component, Path};
 
 /// Whether a character may be printed as it is. Control characters move a terminal's cursor, change its colours and its title,
-/// and end lines; marks of direction make text look like other text (Unicode Technical Report 36, section 3).
+/// and end lines; marks of direction make text look like other text (Unicode Technical Report 36, section 3); what shows
+/// nothing makes names look the same, and hides text. Joiners and variation selectors show nothing either, but names in
+/// Persian, in the scripts of India and in emoji are spelled with them.
 pub fn is_printable(c: char) -> bool {
-    let turns = matches!(
-        c,
-        '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}'
-    );
-    !c.is_control() && !turns
+    let is_seen = match c {
+        '\u{200c}' | '\u{200d}' => true,
+        // Format characters and fillers (Default_Ignorable_Code_Point of Unicode 16), ends of lines and paragraphs, and numbers
+        // that are no characters.
+        '\u{ad}'
+        | '\u{61c}'
+        | '\u{115f}'..='\u{1160}'
+        | '\u{17b4}'..='\u{17b5}'
+        | '\u{180e}'
+        | '\u{200b}'..='\u{200f}'
+        | '\u{2028}'..='\u{202e}'
+        | '\u{2060}'..='\u{206f}'
+        | '\u{3164}'
+        | '\u{fdd0}'..='\u{fdef}'
+        | '\u{feff}'
+        | '\u{ffa0}'
+        | '\u{fff0}'..='\u{fffb}'
+        | '\u{1bca0}'..='\u{1bca3}'
+        | '\u{1d173}'..='\u{1d17a}'
+        | '\u{e0000}'..='\u{e0fff}' => false,
+        _ => u32::from(c) & 0xfffe != 0xfffe,
+    };
+    is_seen && !c.is_control()
 }
 
 /// The text with everything that is not printable as `\u001b`, as JSON writes it.
@@ -20,6 +40,7 @@ pub fn is_printable(c: char) -> bool {
 /// ```
 /// assert_eq!(dmp_log::printable("/points"), "/points");
 /// assert_eq!(dmp_log::printable("a\n::error::\u{1b}[2J\u{202e}b"), r"a\u000a::error::\u001b[2J\u202eb");
+/// assert_eq!(dmp_log::printable("a\u{200b}\u{e0041}"), r"a\u200b\udb40\udc41");
 /// ```
 pub fn printable(text: &str) -> Cow<'_, str> {
     if text.chars().all(is_printable) {
@@ -30,8 +51,10 @@ pub fn printable(text: &str) -> Cow<'_, str> {
         if is_printable(c) {
             printed.push(c);
         } else {
-            // Writing to a string cannot fail; all that is not printable is below 2¹⁶.
-            let _ = write!(printed, "\\u{:04x}", u32::from(c));
+            for unit in c.encode_utf16(&mut [0; 2]) {
+                // Writing to a string cannot fail.
+                let _ = write!(printed, "\\u{unit:04x}");
+            }
         }
     }
     Cow::Owned(printed)

@@ -3,6 +3,8 @@
 use crate::{LogError, PlaceInFile};
 use std::fs::{File, Metadata};
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
+#[cfg(unix)]
+use std::os::unix::fs::FileTypeExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -83,8 +85,20 @@ impl Seek for CountedFile {
     }
 }
 
+/// Refuses what gives bytes without end, or waits for somebody to type them.
+pub(crate) fn refuse_device(path: &Path) -> Result<(), LogError> {
+    #[cfg(unix)]
+    if let Ok(kind) = path.metadata().map(|metadata| metadata.file_type())
+        && (kind.is_char_device() || kind.is_block_device())
+    {
+        return Err(LogError::malformed(path, PlaceInFile::WholeFile, "a device, no file"));
+    }
+    Ok(())
+}
+
 /// The first bytes of a file, by which formats are told apart: 16, or fewer where it is shorter.
 pub(crate) fn start_of(path: &Path) -> Result<Vec<u8>, LogError> {
+    refuse_device(path)?;
     let mut start = Vec::new();
     let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
     file.take(16).read_to_end(&mut start).map_err(|e| LogError::io(path, "read", e))?;

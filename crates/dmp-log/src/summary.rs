@@ -6,6 +6,10 @@ use dmp_sensor::PinholeCamera;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+/// What to know of files that no checksum guards, for people.
+pub const NO_CHECKSUMS: &str =
+    "no checksums: bytes that changed are found only where they break the form of the file";
+
 /// The formats of scan logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -197,8 +201,7 @@ impl LogSummary {
 
     /// What to know of a log that no checksum guards, for people.
     pub fn without_checksums(&self) -> Option<&'static str> {
-        (!self.has_checksums)
-            .then_some("no checksums: bytes that changed are found only where they break the form of the log")
+        (!self.has_checksums).then_some(NO_CHECKSUMS)
     }
 
     /// Whether the log gives its points times of their own.

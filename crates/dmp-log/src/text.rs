@@ -1,5 +1,6 @@
 //! Lines of numbers, as people's files have them.
 
+use crate::reads::refuse_device;
 use crate::{LogError, ParseError, PlaceInFile};
 use std::fs::File;
 use std::io::{self, BufRead, Read as _};
@@ -9,11 +10,13 @@ use std::path::Path;
 pub(crate) const MAX_LINE_BYTES: u64 = 64 * 1024;
 /// Read at a time.
 const PIECE_BYTES: u64 = 1 << 20;
+/// So far into a text there is data: more of blank lines and comments is no text of ours.
+const MAX_BLANK_BYTES: usize = 1 << 20;
 
-/// The bytes of a text that is not too large to be `what`. What has no lines is no text: of that no more is read than a line
-/// may have, however large the file claims to be.
+/// The bytes of a text that is not too large to be `what`. What has no lines, no data or is not text shows in the first piece:
+/// no more is read of it, however large the file claims to be.
 pub(crate) fn read_text(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<u8>, LogError> {
-    let (mut line, mut begins) = (1, 0);
+    let (mut line, mut begins, mut has_data) = (1, 0, false);
     read_checked(path, what, most_bytes, &mut |bytes, from| {
         let ends = bytes[from..].iter().enumerate().filter(|(_, byte)| **byte == b'\n');
         for end in ends.map(|(k, _)| from + k).chain([bytes.len()]) {
@@ -22,8 +25,13 @@ pub(crate) fn read_text(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<
                 return Err(ParseError::new(PlaceInFile::Line(line), problem));
             }
             if end < bytes.len() {
+                has_data |= !data_of(&bytes[begins..end], PlaceInFile::Line(line))?.trim_ascii().is_empty();
                 (line, begins) = (line + 1, end + 1);
             }
+        }
+        if !has_data && bytes.len() > MAX_BLANK_BYTES {
+            let problem = format!("nothing but blank lines and comments in {} bytes: no {what}", bytes.len());
+            return Err(ParseError::new(PlaceInFile::WholeFile, problem));
         }
         Ok(())
     })
@@ -48,6 +56,7 @@ fn read_checked(
         let problem = format!("{found} are no {what}, at most {most_bytes} are read");
         LogError::malformed(path, PlaceInFile::WholeFile, problem)
     };
+    refuse_device(path)?;
     let mut file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
     let length = file.metadata().map_err(|e| LogError::io(path, "open", e))?.len();
     if length > most_bytes {
@@ -75,12 +84,8 @@ pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = Result<(PlaceInFile, V
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     bytes.split(|&c| c == b'\n').zip(1..).filter_map(|(line, number)| {
         let place = PlaceInFile::Line(number);
-        let data = line.split(|&c| c == b'#').next().unwrap_or_default();
-        match std::str::from_utf8(data) {
-            Err(_) => {
-                let start = data.get(..16).unwrap_or(data);
-                Some(Err(ParseError::new(place, format!("not text: {start:02x?}"))))
-            }
+        match data_of(line, place) {
+            Err(error) => Some(Err(error)),
             Ok(text) => {
                 let columns: Vec<&str> = text
                     .split(|c: char| c.is_ascii_whitespace() || c == ',')
@@ -90,6 +95,18 @@ pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = Result<(PlaceInFile, V
             }
         }
     })
+}
+
+/// What stands in a line in front of a comment.
+fn data_of(line: &[u8], place: PlaceInFile) -> Result<&str, ParseError> {
+    let data = line.split(|&c| c == b'#').next().unwrap_or_default();
+    match std::str::from_utf8(data) {
+        Ok(text) if !data.contains(&0) => Ok(text),
+        _ => {
+            let start = data.get(..16).unwrap_or(data);
+            Err(ParseError::new(place, format!("not text: {start:02x?}")))
+        }
+    }
 }
 
 /// Whether a line has the names of columns where others have numbers: neither of its first two columns is one.

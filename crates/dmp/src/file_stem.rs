@@ -1,10 +1,14 @@
 //! Names of runs as names of files.
 
+/// Most bytes of a stem: file systems take names of 255, and what is made beside a file is called after it.
+const MOST_BYTES: usize = 200;
+
 /// The name of a run as a file name, `names` being those of all runs: what file systems or shells take amiss becomes
-/// `_`, and where that makes two runs alike, they get their numbers.
+/// `_`, what is too long is cut, and where that makes two runs alike, they get their numbers.
 pub fn file_stem_of(names: &[&str], name: &str) -> String {
     let harmless = |name: &str| -> String {
-        name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect()
+        let fits = name.char_indices().take_while(|(at, c)| at + c.len_utf8() <= MOST_BYTES);
+        fits.map(|(_, c)| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect()
     };
     let stem = harmless(name);
     let alike: Vec<&&str> =
@@ -23,5 +27,8 @@ mod tests {
     fn every_run_has_a_file_of_its_own() {
         let names = ["a/x", "a_x", "A_X", "b ü"];
         assert_eq!(names.map(|name| file_stem_of(&names, name)), ["a_x-1", "a_x-2", "A_X-3", "b_ü"]);
+        let long = ["1", "2"].map(|end| "ü".repeat(150) + end);
+        let names = [long[0].as_str(), long[1].as_str()];
+        assert_eq!(file_stem_of(&names, names[1]), "ü".repeat(100) + "-2");
     }
 }

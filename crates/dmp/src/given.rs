@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use dmp_disk::DiskError;
-use dmp_log::{LengthUnit, is_mesh, read_cloud, read_mesh};
+use dmp_log::{LengthUnit, NO_CHECKSUMS, is_mesh, read_cloud, read_mesh};
 use dmp_map::{FuseBuffers, Lattice, MapError, MapFuser, Store, TriangleSampler};
 use dmp_sensor::{Isometry3, Point3};
 
@@ -130,6 +130,7 @@ pub(crate) fn fuse_given(
     if let Some(unit) = unit {
         given.notes.push(format!("in {}, as --map-unit says: brought to metres", unit.name()));
     }
+    given.notes.push(NO_CHECKSUMS.to_owned());
     for note in &given.notes {
         progress.note(&format!("map of `{run}`: {note}").into());
     }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use dmp::{Basis, Config, EvaluateError, MapSource, Run, evaluate};
+use dmp_log::NO_CHECKSUMS;
 use dmp_sensor::{Ray, Scan, Track, Trajectory};
 
 use crate::common::{dmp, open, score, small_town, text, write_mcap};
@@ -250,10 +251,10 @@ fn a_map_in_feet_is_brought_to_metres_and_the_report_says_so() {
         near(&of_feet),
         near(&of_metres)
     );
-    assert_eq!(of_metres.inputs.runs[0].map_notes, [""; 0]);
+    assert_eq!(of_metres.inputs.runs[0].map_notes, [NO_CHECKSUMS]);
     assert_eq!(
         of_feet.inputs.runs[0].map_notes,
-        ["in feet, heights too by its well-known text: brought to metres"]
+        ["in feet, heights too by its well-known text: brought to metres", NO_CHECKSUMS]
     );
 }
 

@@ -18,6 +18,7 @@ use crate::named::NamedFile;
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::{OutputsFolder, save_text};
+use crate::say::tell;
 use crate::settings::PlaceArgs;
 use crate::trajectory_args::TrajectoryArgs;
 use crate::vetting::Vetting;
@@ -132,7 +133,7 @@ pub(crate) fn run(arguments: &CalibrateArgs, common: &Common, out: &mut impl Wri
         if found.messages.is_empty() {
             writeln!(out, "Nothing is surely off.")?;
         }
-        found.messages.iter().try_for_each(|message| writeln!(out, "{message}"))?;
+        found.messages.iter().try_for_each(|message| tell!(out, "{message}"))?;
     }
     let incomplete = damaged || found.runs.iter().any(|run| !run.belongs);
     Ok(if incomplete { Exit::InputDamaged } else { Exit::Done })

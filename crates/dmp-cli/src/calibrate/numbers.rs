@@ -6,6 +6,8 @@ use dmp::{ConventionsReport, EstimateReport, Profile};
 use dmp_draw::plot::{Axis, Plot, Point, Series, Style};
 use dmp_draw::text::{Side, Table, digits};
 
+use crate::say::tell;
+
 /// What the scans say of a run's clock and mounting.
 pub(super) fn table(out: &mut impl Write, name: &str, found: &ConventionsReport) -> io::Result<()> {
     let ConventionsReport { together, thickness_m, thickness_mended_m, estimates, silence, .. } = found;
@@ -24,7 +26,7 @@ pub(super) fn table(out: &mut impl Write, name: &str, found: &ConventionsReport)
         None => writeln!(out, "  nothing can be said of clock and mounting")?,
     }
     if let Some(why) = silence {
-        writeln!(out, "  {why}")?;
+        tell!(out, "  {why}")?;
     }
     if !estimates.is_empty() {
         writeln!(

@@ -16,7 +16,7 @@ use dmp::Report;
 use crate::exit::Exit;
 use crate::parse::{Pair, pair};
 use crate::save::save_text;
-use crate::say::say;
+use crate::say::{self, say, tell};
 use check::Asked;
 pub(crate) use check::GateReport;
 use limit::{Bound, Limit};
@@ -111,7 +111,7 @@ impl Gates<'_> {
     pub(crate) fn end(&self, report: &Report, gates: &[GateReport], done: Exit) -> anyhow::Result<Exit> {
         for failed in gates.iter().filter(|gate| !gate.passed) {
             match self.arguments.annotate {
-                Some(Annotate::Github) => say!("{}", annotate::github(failed)),
+                Some(Annotate::Github) => say::command(&annotate::github(failed)),
                 None => say!("gate failed: {failed}"),
             }
         }
@@ -128,7 +128,7 @@ pub(crate) fn table(out: &mut impl Write, gates: &[GateReport]) -> io::Result<()
         writeln!(out, "\nGates")?;
     }
     for gate in gates {
-        writeln!(out, "  {}  {gate}", if gate.passed { "passed" } else { "FAILED" })?;
+        tell!(out, "  {}  {gate}", if gate.passed { "passed" } else { "FAILED" })?;
     }
     Ok(())
 }

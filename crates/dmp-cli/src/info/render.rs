@@ -4,13 +4,13 @@ use std::io::{self, Write};
 
 use dmp::Pairing;
 use dmp_draw::text::{self, NONE, Side, Table, count, counted, digits, seconds};
-use dmp_log::printable;
 
 use super::found::{Camera, Frame, Info, Scans, Stream, Topic, TrajectoryInfo};
+use crate::say::tell;
 
 /// Writes what is in a log for a person.
 pub(super) fn info(out: &mut impl Write, info: &Info) -> io::Result<()> {
-    writeln!(out, "{}", info.log)?;
+    tell!(out, "{}", info.log)?;
     let mut table = Table::new([Side::Left, Side::Left]);
     table.row(["format", info.format]);
     table.row(["size".to_owned(), format!("{}, {}", text::bytes(info.bytes), info.fingerprint)]);
@@ -53,9 +53,10 @@ fn recorded(topic: &Topic) -> String {
 }
 
 fn stream(out: &mut impl Write, stream: &Stream) -> io::Result<()> {
+    writeln!(out)?;
     match &stream.topic {
-        Some(topic) => writeln!(out, "\nScans of {topic}")?,
-        None => writeln!(out, "\nScans")?,
+        Some(topic) => tell!(out, "Scans of {topic}")?,
+        None => writeln!(out, "Scans")?,
     }
     let mut table = Table::new([Side::Left, Side::Left]);
     if let Some(problem) = &stream.problem {
@@ -71,7 +72,7 @@ fn stream(out: &mut impl Write, stream: &Stream) -> io::Result<()> {
 
 fn scan_rows(table: &mut Table, scans: &Scans, has_problem: bool) {
     if let Some(frame_id) = &scans.frame_id {
-        table.row(["frame", &printable(frame_id)]);
+        table.row(["frame", frame_id]);
     }
     let fields: Vec<String> = scans
         .fields
@@ -137,7 +138,8 @@ fn stamps(span_ns: Option<[i64; 2]>, period_ns: Option<i64>) -> String {
 }
 
 fn trajectory(out: &mut impl Write, run: &TrajectoryInfo, scans: usize) -> io::Result<()> {
-    writeln!(out, "\nTrajectory {} ({})", run.name, run.file)?;
+    writeln!(out)?;
+    tell!(out, "Trajectory {} ({})", run.name, run.file)?;
     let mut table = Table::new([Side::Left, Side::Left]);
     table.row(["format".to_owned(), format!("{}, {}", run.format, run.fingerprint)]);
     table.row(["poses".to_owned(), count(run.poses as u64)]);
@@ -170,5 +172,5 @@ fn list(out: &mut impl Write, title: &str, lines: impl ExactSizeIterator<Item = 
     if lines.len() > 0 {
         writeln!(out, "{title}")?;
     }
-    lines.into_iter().try_for_each(|line| writeln!(out, "  {line}"))
+    lines.into_iter().try_for_each(|line| tell!(out, "  {line}"))
 }

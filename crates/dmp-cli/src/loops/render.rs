@@ -5,6 +5,8 @@ use std::io::{self, Write};
 use dmp::ScaleScores;
 use dmp_draw::text::{self, NONE, Side, Table, counted, digits, percent};
 
+use crate::say::tell;
+
 use super::result::{AcceptedResult, CandidateResult, LoopsResult};
 
 /// Square centimetres in a square metre.
@@ -14,7 +16,7 @@ pub(super) fn result(out: &mut impl Write, result: &LoopsResult) -> anyhow::Resu
     let inputs = &result.inputs;
     let (vertices, edges) = (text::count(inputs.vertices as u64), counted(inputs.edges as u64, "edge"));
     let without = &result.without;
-    writeln!(
+    tell!(
         out,
         "{}: {vertices} vertices, {edges}; optimised: chi² {} to {}",
         inputs.graph,
@@ -46,7 +48,7 @@ pub(super) fn result(out: &mut impl Write, result: &LoopsResult) -> anyhow::Resu
         for skipped in &result.skipped {
             let ends =
                 skipped.from.zip(skipped.to).map_or(String::new(), |(from, to)| format!(" ({from} to {to})"));
-            writeln!(out, "  {}{ends}: {}", skipped.place, skipped.why)?;
+            tell!(out, "  {}{ends}: {}", skipped.place, skipped.why)?;
         }
     }
     if let Some(accepted) = &result.accepted {
@@ -65,7 +67,8 @@ pub(super) fn result(out: &mut impl Write, result: &LoopsResult) -> anyhow::Resu
         )?;
     }
     if let Some(why) = &result.truth_withheld {
-        writeln!(out, "\nno precision and recall: {why}")?;
+        writeln!(out)?;
+        tell!(out, "no precision and recall: {why}")?;
     }
     let timing = &result.timing;
     let accept = if result.accepted.is_some() {
@@ -139,7 +142,7 @@ fn accepted_ones(out: &mut impl Write, accepted: &AcceptedResult, by_map: bool) 
     for decision in &accepted.decisions {
         let label = decision.label.map_or("", |label| if label { " (true)" } else { " (false)" });
         let what = decision.why_not.as_deref().map_or("accepted".to_owned(), |why| format!("not: {why}"));
-        writeln!(out, "  {} to {}{label}: {what}", decision.from, decision.to)?;
+        tell!(out, "  {} to {}{label}: {what}", decision.from, decision.to)?;
     }
     if let (Some(precision), Some(recall)) = (accepted.precision, accepted.recall) {
         writeln!(out, "  precision {} %, recall {} %", percent(precision), percent(recall))?;

@@ -11,6 +11,7 @@ use dmp_map::Store;
 use serde::Serialize;
 
 use crate::exit::Exit;
+use crate::say::tell;
 
 /// Tell what a map holds: extent, tiles, surfels, bytes, segments, what it was made of
 ///
@@ -104,7 +105,7 @@ impl<'a> Info<'a> {
     }
 
     fn print(&self, out: &mut impl Write) -> std::io::Result<()> {
-        writeln!(out, "{}", self.path)?;
+        tell!(out, "{}", self.path)?;
         let per_surfel =
             self.bytes_per_surfel.map_or(String::new(), |bytes| format!(", {bytes:.2} B a surfel"));
         writeln!(out, "size       {}{per_surfel}", text::bytes(self.bytes))?;
@@ -131,6 +132,6 @@ impl<'a> Info<'a> {
             Some([first, last]) => writeln!(out, "segments   {first} to {last}")?,
             None => writeln!(out, "segments   none known: returns cannot be told from those it was made of")?,
         }
-        writeln!(out, "made       {}", self.provenance)
+        tell!(out, "made       {}", self.provenance)
     }
 }

@@ -228,5 +228,7 @@ fn print(
         return Ok(writeln!(out)?);
     }
     render::report(out, report, arguments.verbose)?;
-    Ok(gates::table(out, gates)?)
+    gates::table(out, gates)?;
+    // Before what is said when all is done.
+    Ok(out.flush()?)
 }

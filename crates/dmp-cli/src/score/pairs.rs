@@ -7,6 +7,7 @@ use dmp_draw::text::{NONE, Side, Table, count, digits};
 use dmp_draw::{ToldPair, told_pairs};
 
 use super::sampling;
+use crate::say::tell;
 
 /// How the first run of a pair stands to the second.
 fn standing(verdict: &Verdict) -> &'static str {
@@ -51,18 +52,14 @@ pub(super) fn verdicts(out: &mut impl Write, report: &Report) -> io::Result<()> 
     table.write(out, "")?;
     let is_better = |told: &ToldPair<'_>| told.pair.verdict.better().is_some();
     for told in pairs.iter().filter(|told| is_better(told) && told.pair.verdict.is_same()) {
-        writeln!(
-            out,
-            "{}, {}: the difference is too small to matter (--same-within)",
-            told.first, told.second
-        )?;
+        tell!(out, "{}, {}: the difference is too small to matter (--same-within)", told.first, told.second)?;
     }
     for told in pairs.iter().filter(|told| !is_better(told)) {
         let more = match told.pair.verdict {
             Verdict::Undecided => sampling::more_needed(report, told.pair),
             _ => String::new(),
         };
-        writeln!(out, "{}, {}: {}{more}", told.first, told.second, told.pair.reason)?;
+        tell!(out, "{}, {}: {}{more}", told.first, told.second, told.pair.reason)?;
     }
     Ok(())
 }

@@ -6,20 +6,25 @@ use dmp::{FreeSpaceReport, Report, SegmentLength};
 use dmp_draw::text::{self, Side, Table, counted, percent};
 use dmp_draw::{ScoreColumn, promise, ranking};
 
+use crate::say::tell;
+
 use super::{details, pairs, sampling};
 
 /// Writes the report: settings, runs, pairs, warnings.
 pub(crate) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io::Result<()> {
     writeln!(out, "{}", settings(report))?;
+    if let Some(note) = report.inputs.without_checksums() {
+        writeln!(out, "log: {note}")?;
+    }
     if let Some(sample) = sampling::in_words(&report.sampling) {
-        writeln!(out, "{sample}")?;
+        tell!(out, "{sample}")?;
     }
     if let Some(free_space) = &report.free_space {
-        writeln!(out, "{}", left_out(free_space))?;
+        tell!(out, "{}", left_out(free_space))?;
     }
     for run in &report.inputs.runs {
         for note in &run.map_notes {
-            writeln!(out, "map of {}: {note}", run.name)?;
+            tell!(out, "map of {}: {note}", run.name)?;
         }
     }
     writeln!(out)?;
@@ -35,7 +40,7 @@ pub(crate) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io
     if !warnings.is_empty() {
         writeln!(out, "\nWarnings")?;
         for warning in warnings {
-            writeln!(out, "  {warning}")?;
+            tell!(out, "  {warning}")?;
         }
     }
     writeln!(out, "\n{}", limits(report))
@@ -119,7 +124,7 @@ fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
     }
     table.write(out, "")?;
     for run in &report.left_out {
-        writeln!(out, "–  {}  left out", run.name)?;
+        tell!(out, "–  {}  left out", run.name)?;
     }
     writeln!(out)?;
     let means = "RMS of measured minus predicted range, cut off at the length above; less is better";

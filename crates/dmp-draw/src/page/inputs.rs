@@ -34,7 +34,8 @@ fn log(report: &Report) -> String {
         ("times of points", inputs.point_times.clone().unwrap_or_default()),
         ("scans", format!("{} of {} used", count(inputs.scans_used as u64), count(inputs.scans as u64))),
     ];
-    told.extend(inputs.notes.iter().map(|note| ("note", note.clone())));
+    let notes = inputs.notes.iter().map(String::as_str).chain(inputs.without_checksums());
+    told.extend(notes.map(|note| ("note", note.to_owned())));
     told.extend(inputs.damage.iter().map(|damage| ("lost", damage.clone())));
     terms(told)
 }

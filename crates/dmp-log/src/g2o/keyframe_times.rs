@@ -9,8 +9,8 @@ use crate::{LogError, ParseError, PlaceInFile};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Largest list that is read: as a trajectory.
-const MAX_BYTES: u64 = 4 << 30;
+/// Largest list that is read: tens of millions of vertices, more than a graph has.
+const MAX_BYTES: u64 = 1 << 30;
 
 /// When the body was at the vertices of a pose graph.
 #[derive(Debug, Clone, PartialEq, Eq)]

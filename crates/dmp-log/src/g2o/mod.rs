@@ -25,8 +25,8 @@ use crate::{LogError, PlaceInFile};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Largest graph that is read: the size of a trajectory of a day, with as many edges.
-const MAX_BYTES: u64 = 4 << 30;
+/// Largest graph that is read: five million vertices, with as many edges.
+const MAX_BYTES: u64 = 2 << 30;
 /// The first bytes of a file packed by gzip.
 const GZIP_MAGIC: &[u8] = b"\x1f\x8b";
 

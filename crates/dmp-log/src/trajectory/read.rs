@@ -17,7 +17,7 @@ use dmp_sensor::{Trajectory, TrajectoryRepairs};
 use std::path::Path;
 
 /// Largest trajectory that is read. A day at 200 poses a second has 2 GiB; more is another file.
-const MAX_BYTES: u64 = 4 << 30;
+const MAX_BYTES: u64 = 2 << 30;
 
 /// A trajectory read from a file.
 #[derive(Debug, Clone, PartialEq)]

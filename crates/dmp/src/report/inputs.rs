@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use dmp_log::NO_CHECKSUMS;
 use serde::{Deserialize, Serialize};
 
 use super::conventions::ConventionsReport;
@@ -45,6 +46,13 @@ pub struct InputReport {
     pub notes: Vec<String>,
     /// What of the log is lost.
     pub damage: Vec<String>,
+}
+
+impl InputReport {
+    /// What to know of a log that no checksum guards, for people.
+    pub fn without_checksums(&self) -> Option<&'static str> {
+        (self.has_checksums == Some(false)).then_some(NO_CHECKSUMS)
+    }
 }
 
 /// Returns dropped by reason, every reason listed.

@@ -31,9 +31,22 @@ fn row_29_texts_without_lines_and_without_end_are_refused_at_once() {
     refused_at_once(path, "info seq", &["times.txt", "line 1: longer than 65536 bytes"]);
     // Numbers by the hundred million, in one line; nothing at all, for ever.
     fs::write(path.join("line.txt"), "1 ".repeat(100 << 20)).unwrap();
-    sparse("sparse.tum", 3 << 30);
-    for run in ["line.txt", "sparse.tum", "/dev/zero"] {
-        let long = [run, "line 1: longer than 65536 bytes"];
+    sparse("sparse.tum", 1 << 30);
+    // Neither text nor an end; blank lines and no end.
+    let letters: Vec<u8> = (0..3_u32 << 20).map(|k| (k.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    fs::write(path.join("bytes.tum"), letters).unwrap();
+    fs::File::options().append(true).open(path.join("bytes.tum")).unwrap().set_len(1 << 30).unwrap();
+    fs::write(path.join("blank.tum"), "#\n\n".repeat(20 << 20)).unwrap();
+    let endless = "line 1: longer than 65536 bytes";
+    for (run, why) in [
+        ("line.txt", endless),
+        ("sparse.tum", endless),
+        ("/dev/zero", "a device"),
+        ("/dev/urandom", "a device"),
+        ("bytes.tum", "not text"),
+        ("blank.tum", "nothing but blank lines and comments"),
+    ] {
+        let long = [run, why];
         refused_at_once(path, &format!("score town.mcap -t truth.tum -t {run}"), &long);
         refused_at_once(path, &format!("info town.mcap -t {run}"), &long);
         refused_at_once(path, &format!("convert trajectory {run} --to tum -o new.tum"), &long);
@@ -46,6 +59,28 @@ fn row_29_texts_without_lines_and_without_end_are_refused_at_once() {
     for map in ["/dev/zero", "sparse.tum"] {
         refused_at_once(path, &format!("score town.mcap -t truth.tum --map {map}"), &[map]);
     }
+}
+
+/// What says it is a result is not believed before it is one.
+#[test]
+fn row_29_results_have_a_largest_size_and_hold_what_results_hold() {
+    let (folder, _) = town();
+    let path = folder.path();
+    let saved = text(&dmp_limited(path, ":", "score town.mcap -t truth.tum --json --quiet").stdout);
+    let blanks = saved.replacen('{', &format!("{{{}", " ".repeat(64 << 20)), 1);
+    fs::write(path.join("large.json"), blanks).unwrap();
+    let many = |what: &str| format!("\"x\": [{}{what}],", format!("{what},").repeat(4 << 20));
+    let inputs = "\"inputs\": {";
+    let in_inputs = saved.replacen(inputs, &format!("{inputs}{}", many("[]")), 1);
+    fs::write(path.join("lists.json"), in_inputs).unwrap();
+    for (file, why) in [("large.json", "more than 67108864 bytes"), ("lists.json", "unknown field `x`")] {
+        refused_at_once(path, &format!("compare {file}"), &[file, why]);
+        refused_at_once(path, &format!("score town.mcap -t truth.tum --like {file}"), &[file, why]);
+    }
+    // What others put beside the fields of a result is passed over.
+    fs::write(path.join("beside.json"), saved.replacen('{', &format!("{{{}", many("{\"a\":0}")), 1)).unwrap();
+    let passed = dmp_limited(path, "ulimit -v 700000", "compare beside.json");
+    assert_eq!(passed.status.code(), Some(0), "{}", text(&passed.stderr));
 }
 
 #[test]

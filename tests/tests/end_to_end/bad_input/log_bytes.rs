@@ -184,7 +184,19 @@ fn row_31_logs_without_checksums_say_so_and_name_odd_scans() {
         assert!(text(&output.stderr).contains("no checksums"), "{log}\n{}", text(&output.stderr));
         let report = scored(path, &format!("score {log} {runs}"), 0);
         assert_eq!((&report["inputs"]["has_checksums"], odd(&report)), (&false.into(), false), "{log}");
+        // Where nothing is said beside the scores, it stands with them.
+        let output = dmp(path, &format!("score {log} {runs} --quiet --report page.html"));
+        assert!(text(&output.stdout).contains("log: no checksums"), "{log}\n{}", text(&output.stdout));
+        assert!(fs::read_to_string(path.join("page.html")).unwrap().contains("no checksums"), "{log}");
     }
+
+    // A cloud that is given as a map.
+    assert_eq!(dmp(path, "map build town.mcap -t truth.tum -o map.dmpmap").status.code(), Some(0));
+    assert_eq!(dmp(path, "map export map.dmpmap -o map.laz").status.code(), Some(0));
+    let report = scored(path, &format!("score town.mcap {runs} --map truth=map.laz"), 0);
+    assert!(says(&report["inputs"]["runs"][0]["map_notes"], &["no checksums"]), "{}", report["inputs"]);
+    let report = scored(path, &format!("score town.mcap {runs} --map truth=map.dmpmap"), 0);
+    assert!(!says(&report["inputs"]["runs"][0]["map_notes"], &["no checksums"]), "{}", report["inputs"]);
 
     // A sector with the bytes of another file; half a file that never came to the disk.
     let file = path.join("bin/scans/000012.bin");

@@ -5,6 +5,7 @@
 
 mod bounds;
 mod crashes;
+mod foreign;
 mod in_place;
 mod log_bytes;
 mod log_files;

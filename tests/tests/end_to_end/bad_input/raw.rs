@@ -6,6 +6,7 @@ use dmp_sensor::Scan;
 #[derive(Debug, Clone)]
 pub(super) struct Cloud {
     pub(super) stamp_ns: i64,
+    pub(super) frame_id: &'static str,
     pub(super) height: u32,
     pub(super) width: u32,
     /// Name, offset and type, 7 for float32.
@@ -23,6 +24,7 @@ impl Cloud {
         let width = scan.len() as u32;
         Self {
             stamp_ns: scan.stamp_ns.unwrap(),
+            frame_id: "lidar",
             height: 1,
             width,
             fields: vec![("x", 0, 7), ("y", 4, 7), ("z", 8, 7)],
@@ -38,7 +40,7 @@ impl Cloud {
         let mut cdr = Cdr(Vec::new());
         cdr.u32(self.stamp_ns.div_euclid(1_000_000_000) as u32);
         cdr.u32(self.stamp_ns.rem_euclid(1_000_000_000) as u32);
-        cdr.string("lidar");
+        cdr.string(self.frame_id);
         cdr.u32(self.height);
         cdr.u32(self.width);
         cdr.u32(self.fields.len() as u32);
@@ -111,6 +113,25 @@ pub(super) fn bag_of_records(records: &[u8]) -> Vec<u8> {
         MAGIC,
     ]
     .concat()
+}
+
+/// The records of a `/tf_static` on which so many frames hang on the frame `lidar`.
+pub(super) fn static_frames(count: u32) -> Vec<u8> {
+    let kind = string("tf2_msgs/msg/TFMessage");
+    let schema = [&[2, 0], kind.as_slice(), &string("ros2msg"), &[0; 4]].concat();
+    let channel = [&[2, 0, 2, 0], string("/tf_static").as_slice(), &string("cdr"), &[0; 4]].concat();
+    let mut cdr = Cdr(Vec::new());
+    cdr.u32(count);
+    for child in 0..count {
+        cdr.u32(1);
+        cdr.u32(0);
+        cdr.string("lidar");
+        cdr.string(&format!("frame {child}"));
+        cdr.0.resize(cdr.0.len().next_multiple_of(8), 0);
+        [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0_f64].iter().for_each(|number| cdr.0.extend(number.to_le_bytes()));
+    }
+    let message = [&[2, 0], [0; 20].as_slice(), &[0, 1, 0, 0], &cdr.0].concat();
+    [record(3, &schema), record(4, &channel), record(5, &message)].concat()
 }
 
 /// A chunk packed with zstd that says it unpacks to `claimed` bytes.
