@@ -8,6 +8,7 @@
 
 mod after_help;
 mod calibrate;
+mod clash;
 mod clock_args;
 mod common;
 mod compare;
@@ -52,6 +53,7 @@ use common::Common;
 use dmp_log::is_printable;
 pub use exit::Exit;
 use exit::{is_closed_pipe, is_interrupt, is_usage, one_line, when_printed};
+use guard::Results;
 
 use say::{Printed, say};
 
@@ -143,8 +145,14 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
             return if error.use_stderr() { Exit::WrongUsage } else { Exit::Done };
         }
     };
-    let mut out = Printed(io::stdout().lock());
-    let done = guard::check(&definition, &matches).and_then(|()| cli.command.run(&cli.common, &mut out));
+    let results = guard::check(&definition, &matches);
+    let sink: Box<dyn io::Write> = match &results {
+        Ok(Results::Aside) if cli.common.quiet => Box::new(io::sink()),
+        Ok(Results::Aside) => Box::new(io::stderr()),
+        _ => Box::new(io::stdout().lock()),
+    };
+    let mut out = Printed(sink);
+    let done = results.and_then(|_| cli.command.run(&cli.common, &mut out));
     match done.and_then(|exit| when_printed(out.flush().map_err(Into::into), exit)) {
         Ok(exit) => exit,
         Err(error) if is_closed_pipe(&error) => Exit::Done,

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write as _};
 use std::path::Path;
 
 use anyhow::{Context as _, bail};
-use dmp_disk::{OutputFile, Unfinished};
+use dmp_disk::{OutputFile, Unfinished, place_of};
 use dmp_log::{write_kitti, write_tum};
 use dmp_sensor::Trajectory;
 
@@ -38,7 +38,7 @@ pub(crate) fn save(
 
 /// Whether a path is that of a file, or of nothing yet: a place with a folder of its own.
 pub(crate) fn may_be_file(path: &Path) -> bool {
-    std::fs::metadata(path).map_or(true, |found| found.is_file())
+    !matches!(place_of(path), Ok(None)) && fs::metadata(path).map_or(true, |found| found.is_file())
 }
 
 /// Whether there is surely nothing at a path: what cannot be looked at is opened, and that says why it cannot.

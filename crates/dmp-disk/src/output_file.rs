@@ -4,8 +4,9 @@ use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::beside::{Beside, flush_folder, resolved};
+use crate::beside::{Beside, flush_folder};
 use crate::folder_lock::there;
+use crate::place::{open_through, resolved};
 
 /// A file under a name of its own beside its target; it takes the target's place when it is whole, and is removed otherwise.
 ///
@@ -103,8 +104,7 @@ impl OutputFile {
             Place::Beside(beside, place) => beside.rename(&place)?,
             Place::Through => {
                 io::Seek::rewind(&mut self.file)?;
-                let mut out = OpenOptions::new().append(true).open(&self.target)?;
-                io::copy(&mut self.file, &mut out)?;
+                io::copy(&mut self.file, &mut open_through(&self.target)?)?;
             }
         }
         Ok(())

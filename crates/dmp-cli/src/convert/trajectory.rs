@@ -11,6 +11,7 @@ use dmp_log::{
     write_tum,
 };
 
+use crate::clash::is_same_place;
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
 use crate::save::{may_be_file, save};
@@ -82,6 +83,10 @@ pub(super) fn run(
     // Beside a pipe or a device nothing is made.
     let stamps_ns = trajectory.stamps_ns().filter(|_| without_stamps && may_be_file(output));
     let has_times = || times.try_exists().with_context(|| times.display().to_string());
+    if stamps_ns.is_some() && is_same_place(&times, output) {
+        let problem = "the output and its stamps would have this name";
+        return Err(Usage(format!("{}: {problem}", times.display())).into());
+    }
     if stamps_ns.is_some() && has_times()? {
         return Err(Usage(format!("{}: is there already and would be overwritten", times.display())).into());
     }

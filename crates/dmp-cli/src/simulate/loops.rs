@@ -12,9 +12,9 @@ use dmp_sensor::{PoseEdge, Trajectory};
 use dmp_sim::{LoopGraph, LoopGraphOptions, LoopKind, Scales, ate_rmse_m};
 
 use super::fault::told;
+use crate::clash::refuse_same;
 use crate::common::Common;
 use crate::exit::Exit;
-use crate::guard::refuse_same;
 use crate::parse;
 use crate::save::{OutputsFolder, save};
 use crate::say::say;
