@@ -69,7 +69,7 @@ impl Beside {
     }
 
     /// Gives it the name of `target`.
-    pub(crate) fn rename(mut self, target: &Path) -> io::Result<()> {
+    pub(crate) fn rename(&mut self, target: &Path) -> io::Result<()> {
         fs::rename(self.path(), target)?;
         self.renamed = true;
         Ok(())

@@ -146,3 +146,32 @@ fn row_25_what_is_printed_meets_no_file() {
     assert!(build.stdout(out).status().unwrap().success());
     assert_eq!(dmp(path, "map verify map").status.code(), Some(0));
 }
+
+/// A file that no option names is not replaced.
+#[test]
+fn row_25_files_that_nobody_named_are_kept() {
+    let (folder, _) = town();
+    let path = folder.path();
+    fs::create_dir(path.join("pages")).unwrap();
+    for name in ["pages/dmp-score.1", "new.truth.tum", "times.txt", "labels.csv"] {
+        fs::write(path.join(name), "what was there before").unwrap();
+    }
+    let before = contents(path);
+    for (arguments, name) in [
+        ("man -o pages", "pages/dmp-score.1"),
+        ("simulate town -o new.mcap --scans 2", "new.truth.tum"),
+        ("simulate city -o new.mcap --km 1", "new.truth.tum"),
+        ("convert trajectory truth.tum --to kitti -o poses.txt", "times.txt"),
+        ("simulate loops drift.tum -o .", "labels.csv"),
+    ] {
+        refused(path, arguments, 2, &[name, "is there already"]);
+        assert!(contents(path) == before, "{arguments}");
+    }
+    // Pages of another version are replaced, and what is named is.
+    fs::write(path.join("pages/dmp-score.1"), ".TH \"dmp-score\" 1 \"\" \"dmp 0.0.1\"\n").unwrap();
+    let named = "simulate town -o new.mcap --truth new.truth.tum --scans 2 --azimuth-steps 9";
+    for arguments in ["man -o pages", "man -o pages", named, named] {
+        let output = dmp(path, arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments}: {}", text(&output.stderr));
+    }
+}
