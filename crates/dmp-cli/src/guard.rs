@@ -5,13 +5,13 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fs;
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, bail};
+use anyhow::bail;
 use clap::{ArgMatches, Command};
-use dmp_disk::folder_of;
+use dmp_disk::is_stdout;
 
+use crate::clash::{refuse_clashes, refuse_printed};
 use crate::exit::Usage;
 use crate::named::NamedFile;
 use crate::save::is_missing;
@@ -32,80 +32,50 @@ const OUTPUTS: [&str; 13] = [
     "save_truth",
     "svg",
 ];
-/// What folders of scans, of images and of bags are made of.
-const OF_LOGS: [&str; 18] = [
-    "bin", "npy", "pcd", "ply", "las", "laz", "mcap", "db3", "png", "txt", "csv", "tum", "yaml", "yml",
-    "json", "f32", "g2o", "dmpmap",
-];
 
-/// Refuses outputs of a command in the place of its inputs and of each other.
-pub(crate) fn check(command: &Command, matches: &ArgMatches) -> anyhow::Result<()> {
+/// Where results are printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Results {
+    /// To standard output.
+    Out,
+    /// To standard error: an output takes standard output for itself.
+    Aside,
+}
+
+/// Refuses outputs of a command in the place of its inputs and of each other; says where results can go.
+pub(crate) fn check(command: &Command, matches: &ArgMatches) -> anyhow::Result<Results> {
     if let Some((name, matches)) = matches.subcommand() {
-        return command.find_subcommand(name).map_or(Ok(()), |command| check(command, matches));
+        return command.find_subcommand(name).map_or(Ok(Results::Out), |command| check(command, matches));
     }
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
     for argument in command.get_arguments() {
         let id = argument.get_id().as_str();
         let Ok(Some(values)) = matches.try_get_raw(id) else { continue };
-        if OUTPUTS.contains(&id) {
-            outputs.extend(values.map(|value| NamedFile::from(value.to_owned()).path));
-        } else if id != "work" {
-            inputs.extend(values.flat_map(files_of));
+        match id {
+            "work" => {}
+            "residuals" => outputs.extend(values.map(|value| NamedFile::from(value.to_owned()).path)),
+            "plots" => outputs.extend(values.flat_map(|folder| pictures_in(Path::new(folder)))),
+            _ if OUTPUTS.contains(&id) => outputs.extend(values.map(PathBuf::from)),
+            _ => inputs.extend(values.flat_map(files_of)),
         }
     }
-    refuse_clashes(&outputs, &inputs)
+    refuse_clashes(&outputs, &inputs)?;
+    refuse_printed(&outputs, &inputs)?;
+    let Some(printed) = outputs.iter().find(|output| is_stdout(output)) else { return Ok(Results::Out) };
+    if matches.try_get_one::<bool>("json").ok().flatten() == Some(&true) {
+        bail!(Usage(format!(
+            "{}: two outputs would go there, the other is that of --json",
+            printed.display()
+        )));
+    }
+    Ok(Results::Aside)
 }
 
-/// Refuses an output in the place of an input or of another output.
-pub(crate) fn refuse_clashes(
-    outputs: &[impl AsRef<Path>],
-    inputs: &[impl AsRef<Path>],
-) -> anyhow::Result<()> {
-    for (number, output) in outputs.iter().map(AsRef::as_ref).enumerate() {
-        inputs.iter().try_for_each(|input| refuse_same(input.as_ref(), output))?;
-        let is_folder = output.is_dir();
-        if outputs[..number].iter().any(|other| !is_folder && is_same_place(other.as_ref(), output)) {
-            bail!(Usage(format!("{}: two outputs would have this name", output.display())));
-        }
-    }
-    Ok(())
-}
-
-/// Refuses an output that is its own input, or a file of a folder that is read.
-pub(crate) fn refuse_same(input: &Path, output: &Path) -> anyhow::Result<()> {
-    let refused = |why: &str| bail!(Usage(format!("{}: the output would {why}", output.display())));
-    let (Some(read), Some(there)) = (look(input)?, look(output)?) else { return Ok(()) };
-    if read.is_file() && there.is_file() && is_same_file(input, output) {
-        return refused(&format!("take the place of the input {}", input.display()));
-    }
-    let of_logs = output
-        .extension()
-        .and_then(OsStr::to_str)
-        .is_some_and(|extension| OF_LOGS.iter().any(|known| extension.eq_ignore_ascii_case(known)));
-    let is_inside = || match (input.canonicalize(), output.canonicalize()) {
-        (Ok(input), Ok(output)) => output.starts_with(input),
-        _ => false,
-    };
-    if read.is_dir() && there.is_file() && of_logs && is_inside() {
-        return refused(&format!(
-            "replace a file of the input {}; remove it first if it is none",
-            input.display()
-        ));
-    }
-    Ok(())
-}
-
-/// What is at a path, if anything. What cannot be looked at may be anything, so nothing takes its place.
-fn look(path: &Path) -> anyhow::Result<Option<fs::Metadata>> {
-    use ErrorKind::{InvalidFilename, InvalidInput, NotADirectory, NotFound};
-    match fs::metadata(path) {
-        Ok(found) => Ok(Some(found)),
-        // Many values are no paths at all.
-        Err(error) if matches!(error.kind(), NotFound | NotADirectory | InvalidFilename | InvalidInput) => {
-            Ok(None)
-        }
-        Err(error) => Err(error).with_context(|| path.display().to_string()),
-    }
+/// A folder of pictures and those in it, which may be replaced.
+fn pictures_in(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let pictures = entries.filter(|file| file.extension().is_some_and(|extension| extension == "svg"));
+    std::iter::once(folder.to_path_buf()).chain(pictures).collect()
 }
 
 /// The files that a value may stand for: `FILE`, `NAME=FILE`, `calib:FILE`, `BAG:/topic`.
@@ -117,36 +87,6 @@ fn files_of(value: &OsStr) -> Vec<PathBuf> {
         texts.extend(text.split_once(':').map(|(_, file)| OsString::from(file)));
     }
     texts.into_iter().map(PathBuf::from).filter(|path| !is_missing(path)).collect()
-}
-
-/// Whether two outputs come to lie in one place, whether it is there yet or not.
-fn is_same_place(a: &Path, b: &Path) -> bool {
-    if a.exists() && b.exists() {
-        // Devices and pipes take as much as one likes.
-        return a.is_file() && is_same_file(a, b);
-    }
-    let place = |path: &Path| {
-        let folder = folder_of(path);
-        let name = path.file_name()?.to_string_lossy().into_owned();
-        // Where disks do not tell them apart.
-        let folds = cfg!(any(windows, target_os = "macos"));
-        let name = if folds { name.to_lowercase() } else { name };
-        Some((folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf()), name))
-    };
-    a == b || place(a).is_some_and(|a| Some(a) == place(b))
-}
-
-/// Whether two paths lead to one file, by whatever links and names.
-#[cfg(unix)]
-fn is_same_file(a: &Path, b: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt as _;
-    let of = |path: &Path| fs::metadata(path).ok().map(|found| (found.dev(), found.ino()));
-    of(a).is_some_and(|a| Some(a) == of(b))
-}
-
-#[cfg(not(unix))]
-fn is_same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 #[cfg(test)]
@@ -209,11 +149,5 @@ mod tests {
             let found = files_of(OsStr::new(&value.replace("BAG", bag_text)));
             assert!(found.contains(&bag), "{value}: {found:?}");
         }
-        assert!(refuse_same(&bag, &folder.path().join("./a.mcap")).is_err());
-        assert!(refuse_same(folder.path(), &bag).is_err());
-        assert!(refuse_same(folder.path(), &folder.path().join("b.mcap")).is_ok());
-        let new = ["x.csv", "./x.csv"].map(|name| folder.path().join(name));
-        assert!(refuse_clashes(&new, &[&bag]).is_err());
-        assert!(refuse_clashes(&["/dev/null", "/dev/null"], &[&bag]).is_ok());
     }
 }

@@ -8,6 +8,7 @@
 
 mod after_help;
 mod calibrate;
+mod clash;
 mod clock_args;
 mod common;
 mod compare;
@@ -52,6 +53,7 @@ use common::Common;
 use dmp_log::is_printable;
 pub use exit::Exit;
 use exit::{is_closed_pipe, is_interrupt, is_usage, one_line, when_printed};
+use guard::Results;
 
 use say::{Printed, say};
 
@@ -147,8 +149,14 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
             };
         }
     };
-    let mut out = Printed::new(io::stdout().lock());
-    let done = guard::check(&definition, &matches).and_then(|()| cli.command.run(&cli.common, &mut out));
+    let results = guard::check(&definition, &matches);
+    let sink: Box<dyn io::Write> = match &results {
+        Ok(Results::Aside) if cli.common.quiet => Box::new(io::sink()),
+        Ok(Results::Aside) => Box::new(io::stderr()),
+        _ => Box::new(io::stdout().lock()),
+    };
+    let mut out = Printed::new(sink);
+    let done = results.and_then(|_| cli.command.run(&cli.common, &mut out));
     // What was found before something failed is told too.
     let printed = out.flush().map_err(Into::into);
     ended(done.and_then(|exit| when_printed(printed, exit)))

@@ -1,7 +1,8 @@
 //! `dmp man`: manual pages, made from the definition that `--help` is made from.
 
-use std::io::{self, Write};
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::{self, Read as _, Write};
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Command};
 use clap_mangen::Man;
@@ -12,8 +13,11 @@ use dmp_draw::text::counted;
 use crate::after_help::{HelpBody, help_parts};
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
-use crate::save::{OutputsFolder, save};
+use crate::save::{OutputsFolder, SavedTogether, refuse_unnamed};
 use crate::say::say;
+
+/// What every page begins with.
+const PAGE: &[u8] = b".TH \"dmp";
 
 /// Print the manual page of a command, or write those of all
 ///
@@ -47,16 +51,29 @@ pub(crate) fn run(
     };
     let _made = OutputsFolder::make(folder)?;
     let mut left = vec![&root];
-    let mut pages: u64 = 0;
+    let (mut files, mut pages) = (SavedTogether::default(), 0);
     while let Some(command) = left.pop() {
-        save(&folder.join(Man::new(command.clone()).get_filename()), |file| page(command, file))?;
+        let path = folder.join(Man::new(command.clone()).get_filename());
+        if !is_page(&path) {
+            refuse_unnamed(&path)?;
+        }
+        files.add(&path, |file| page(command, file))?;
         pages += 1;
         left.extend(command.get_subcommands().filter(|command| !command.is_hide_set()));
     }
+    files.commit()?;
     if !common.quiet {
         say!("{}: {}", folder.display(), counted(pages, "page"));
     }
     Ok(Exit::Done)
+}
+
+/// Whether there is a page of another version: that one is replaced.
+fn is_page(path: &Path) -> bool {
+    let mut start = [0; PAGE.len()];
+    path.is_file()
+        && File::open(path).is_ok_and(|mut file| file.read_exact(&mut start).is_ok())
+        && start == *PAGE
 }
 
 /// The command of these words below `root`.

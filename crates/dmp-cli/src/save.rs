@@ -5,9 +5,12 @@ use std::io::{self, BufWriter, Write as _};
 use std::path::Path;
 
 use anyhow::{Context as _, bail};
-use dmp_disk::{OutputFile, Unfinished};
+use dmp_disk::{OutputFile, Unfinished, folder_of, place_of};
 use dmp_log::{write_kitti, write_tum};
 use dmp_sensor::Trajectory;
+
+use crate::clash::refuse_clashes;
+use crate::exit::Usage;
 
 /// Writes a trajectory: in TUM format where it has stamps, as KITTI rows where it has none.
 pub(crate) fn save_trajectory(path: &Path, trajectory: &Trajectory) -> anyhow::Result<()> {
@@ -27,18 +30,70 @@ pub(crate) fn save(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> anyhow::Result<()> {
-    let written = OutputFile::create(path).and_then(|output| {
-        let mut out = BufWriter::new(output.file()?);
-        write(&mut out)?;
-        out.flush()?;
-        output.commit()
-    });
+    let written = written(path, write).and_then(OutputFile::commit);
     written.with_context(|| format!("{}: cannot write", path.display()))
+}
+
+/// A file that has all but its name.
+fn written(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> io::Result<OutputFile> {
+    let output = OutputFile::create(path)?;
+    let mut out = BufWriter::new(output.file()?);
+    write(&mut out)?;
+    out.flush()?;
+    Ok(output)
+}
+
+/// Files that belong together: none is there before all are whole.
+#[derive(Debug, Default)]
+pub(crate) struct SavedTogether(Vec<OutputFile>);
+
+impl SavedTogether {
+    /// Writes one more.
+    pub(crate) fn add(
+        &mut self,
+        path: &Path,
+        write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+    ) -> anyhow::Result<()> {
+        let written = written(path, write).with_context(|| format!("{}: cannot write", path.display()))?;
+        self.0.push(written);
+        Ok(())
+    }
+
+    /// Gives all of them their names.
+    pub(crate) fn commit(self) -> anyhow::Result<()> {
+        let targets: Vec<&Path> = self.0.iter().map(OutputFile::target).collect();
+        let none: [&Path; 0] = [];
+        refuse_clashes(&targets, &none)?;
+        let told = match targets[..] {
+            [] => return Ok(()),
+            [only] => only.to_path_buf(),
+            [first, ..] => folder_of(first).to_path_buf(),
+        };
+        OutputFile::commit_all(self.0).with_context(|| format!("{}: cannot write", told.display()))
+    }
+}
+
+/// Refuses to replace a file that the user has not named.
+pub(crate) fn refuse_unnamed(path: &Path) -> anyhow::Result<()> {
+    match fs::symlink_metadata(path) {
+        // A device or a pipe takes as much as one likes.
+        Ok(found) if found.is_file() || found.is_symlink() || found.is_dir() => {
+            let problem = "is there already and would be overwritten: move it, or write elsewhere";
+            bail!(Usage(format!("{}: {problem}", path.display())))
+        }
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(error).with_context(|| path.display().to_string())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Whether a path is that of a file, or of nothing yet: a place with a folder of its own.
 pub(crate) fn may_be_file(path: &Path) -> bool {
-    std::fs::metadata(path).map_or(true, |found| found.is_file())
+    !matches!(place_of(path), Ok(None)) && fs::metadata(path).map_or(true, |found| found.is_file())
 }
 
 /// Whether there is surely nothing at a path: what cannot be looked at is opened, and that says why it cannot.

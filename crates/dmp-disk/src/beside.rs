@@ -2,10 +2,10 @@
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::Unfinished;
-use crate::folder_lock::{is_at, may_follow, open_lock};
+use crate::folder_lock::{is_at, open_lock};
 
 /// Ends the name of what is in the making: nobody else's files end so.
 const SUFFIX: &str = ".dmp-tmp";
@@ -13,8 +13,6 @@ const SUFFIX: &str = ".dmp-tmp";
 const NAME_BYTES: usize = 200;
 /// Letters and digits between the two.
 const RANDOM: usize = 6;
-/// How many links are followed, as Linux does.
-const LINKS: usize = 40;
 
 /// A file or folder beside its target, locked by this process; removed when it is dropped, unless it was renamed.
 #[derive(Debug)]
@@ -71,7 +69,7 @@ impl Beside {
     }
 
     /// Gives it the name of `target`.
-    pub(crate) fn rename(mut self, target: &Path) -> io::Result<()> {
+    pub(crate) fn rename(&mut self, target: &Path) -> io::Result<()> {
         fs::rename(self.path(), target)?;
         self.renamed = true;
         Ok(())
@@ -145,26 +143,4 @@ pub(crate) fn flush_folder(of: &Path) -> io::Result<()> {
         }
         flushed => flushed,
     }
-}
-
-/// What a path leads to over all links, whether it is there or not; `None` where that is an open file of a process.
-pub(crate) fn resolved(path: &Path) -> io::Result<Option<PathBuf>> {
-    let mut path = path.to_path_buf();
-    for _ in 0..LINKS {
-        if path.starts_with("/proc") || path.starts_with("/dev/fd") {
-            return Ok(None);
-        }
-        match fs::read_link(&path) {
-            Ok(_) if !may_follow(&path, folder_of(&path)) => {
-                return Err(io::Error::new(io::ErrorKind::PermissionDenied, "it is another user's link"));
-            }
-            Ok(to) => path = folder_of(&path).join(to),
-            // No link, or nothing.
-            Err(error) if matches!(error.kind(), io::ErrorKind::InvalidInput | io::ErrorKind::NotFound) => {
-                return Ok(Some(path));
-            }
-            Err(error) => return Err(error),
-        }
-    }
-    Err(io::Error::other("too many links, each to the next"))
 }

@@ -24,7 +24,7 @@ impl WorkFolder {
         let path = self.checkpoint(name);
         let io = |what| DiskError::io(&path, what);
         // What a killed process left of it is removed by the next one.
-        let (beside, mut file) = Beside::file(&path).map_err(io("cannot write the checkpoint"))?;
+        let (mut beside, mut file) = Beside::file(&path).map_err(io("cannot write the checkpoint"))?;
         let written = file.write_all(&header_of(content)).and_then(|()| file.write_all(content));
         written.and_then(|()| file.sync_all()).map_err(io("cannot write the checkpoint"))?;
         beside.rename(&path).map_err(io("cannot write the checkpoint"))?;

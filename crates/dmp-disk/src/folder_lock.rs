@@ -54,7 +54,7 @@ pub fn is_own_folder(path: &Path) -> bool {
 }
 
 /// Whether a link may be followed: not where everybody may put links and another user has (as Linux'
-/// `fs.protected_symlinks` has it).
+/// `fs.protected_symlinks` has it, which looks at folders alone where nobody removes what is another's).
 pub(crate) fn may_follow(link: &Path, folder: &Path) -> bool {
     let (Ok(link), Ok(folder)) = (fs::symlink_metadata(link), fs::metadata(folder)) else { return false };
     is_own(&link) || !is_everybodys(&folder) || is_of_same_owner(&link, &folder)
@@ -70,10 +70,10 @@ fn is_writable_by_others(found: &fs::Metadata) -> bool {
     std::os::unix::fs::MetadataExt::mode(found) & 0o022 != 0
 }
 
-/// Everybody writes in it, and nobody removes what is another's.
+/// Everybody writes in it.
 #[cfg(unix)]
 fn is_everybodys(folder: &fs::Metadata) -> bool {
-    std::os::unix::fs::MetadataExt::mode(folder) & 0o1002 == 0o1002
+    std::os::unix::fs::MetadataExt::mode(folder) & 0o002 != 0
 }
 
 #[cfg(unix)]

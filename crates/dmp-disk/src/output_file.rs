@@ -4,8 +4,10 @@ use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::beside::{Beside, flush_folder, resolved};
+use crate::beside::{Beside, flush_folder};
 use crate::folder_lock::there;
+use crate::place::{open_through, resolved};
+use crate::unfinished;
 
 /// A file under a name of its own beside its target; it takes the target's place when it is whole, and is removed otherwise.
 ///
@@ -100,11 +102,35 @@ impl OutputFile {
     /// As [`Self::commit`].
     pub fn commit_unsynced(mut self) -> io::Result<()> {
         match self.place {
-            Place::Beside(beside, place) => beside.rename(&place)?,
+            Place::Beside(mut beside, place) => beside.rename(&place)?,
             Place::Through => {
                 io::Seek::rewind(&mut self.file)?;
-                let mut out = OpenOptions::new().append(true).open(&self.target)?;
-                io::copy(&mut self.file, &mut out)?;
+                io::copy(&mut self.file, &mut open_through(&self.target)?)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Brings several to disk and then gives all of them their names; a request to end does not come between those.
+    ///
+    /// # Errors
+    /// As [`Self::commit`]; where the first name cannot be given, none is.
+    pub fn commit_all(mut files: Vec<Self>) -> io::Result<()> {
+        for file in &files {
+            file.file.sync_all()?;
+        }
+        {
+            let _held = unfinished::all();
+            for file in &mut files {
+                if let Place::Beside(beside, place) = &mut file.place {
+                    beside.rename(place)?;
+                }
+            }
+        }
+        for file in files {
+            match &file.place {
+                Place::Beside(_, place) => flush_folder(place)?,
+                Place::Through => file.commit()?,
             }
         }
         Ok(())
@@ -189,6 +215,18 @@ mod tests {
         let long = folder.path().join("n".repeat(255));
         write(&long, b"long").unwrap();
         assert_eq!(fs::read(&long).unwrap(), b"long");
+    }
+
+    #[test]
+    fn several_get_their_names_together() {
+        let folder = tempfile::tempdir().unwrap();
+        let paths = ["a", "b"].map(|name| folder.path().join(name));
+        let files: Vec<OutputFile> = paths.iter().map(|path| OutputFile::create(path).unwrap()).collect();
+        files.iter().for_each(|file| file.file().unwrap().write_all(b"whole").unwrap());
+        assert!(!paths[0].exists());
+        OutputFile::commit_all(files).unwrap();
+        assert!(paths.iter().all(|path| fs::read(path).unwrap() == b"whole"));
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
     }
 
     #[cfg(unix)]

@@ -44,7 +44,7 @@ impl OutputFolder {
     ///
     /// # Errors
     /// When it cannot be renamed.
-    pub fn commit(self) -> io::Result<()> {
+    pub fn commit(mut self) -> io::Result<()> {
         // The names in it and in its folders.
         for entry in fs::read_dir(self.path())? {
             let entry = entry?;

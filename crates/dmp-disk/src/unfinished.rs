@@ -12,7 +12,7 @@ static UNFINISHED: Mutex<Vec<Begun>> = Mutex::new(Vec::new());
 const TRIES: u32 = 10;
 
 /// What was begun.
-struct Begun {
+pub(crate) struct Begun {
     path: PathBuf,
     /// Whether it goes only where nothing is in it.
     if_empty: bool,
@@ -89,6 +89,7 @@ pub fn remove_unfinished() {
     std::mem::forget(all);
 }
 
-fn all() -> MutexGuard<'static, Vec<Begun>> {
+/// What was begun. While it is held, [`remove_unfinished`] waits.
+pub(crate) fn all() -> MutexGuard<'static, Vec<Begun>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }

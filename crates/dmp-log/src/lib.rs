@@ -54,6 +54,7 @@ mod bag;
 mod bag_log;
 mod calib;
 mod cloud;
+mod companions;
 mod damage;
 mod decimal;
 mod depth_folder;
@@ -92,6 +93,7 @@ mod write_mcap;
 
 pub use calib::{Calib, find_calib, parse_calib, read_calib};
 pub use cloud::{CloudFormat, CloudSummary, CloudWriter, OrientedPoint, read_cloud};
+pub use companions::{Companions, is_of_log};
 pub use damage::Damage;
 pub use depth_folder::CameraNumbers;
 pub use error::{LogError, ParseError, PlaceInFile};

@@ -17,7 +17,7 @@ use crate::log_args::LogArgs;
 use crate::named::NamedFile;
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
-use crate::save::{OutputsFolder, save_text};
+use crate::save::{OutputsFolder, SavedTogether};
 use crate::say::tell;
 use crate::settings::PlaceArgs;
 use crate::trajectory_args::TrajectoryArgs;
@@ -102,11 +102,14 @@ pub(crate) fn run(arguments: &CalibrateArgs, common: &Common, out: &mut impl Wri
     )?;
     if let Some(folder) = &arguments.plots {
         let progress = Progress::new(common);
+        let mut pictures = SavedTogether::default();
         for profile in profiles(log.as_ref(), &given, &vetted.found, &config, &progress)? {
             let names: Vec<&str> = given.iter().map(|run| run.name.as_str()).collect();
             let path = folder.join(format!("{}.svg", profile.axis.name()));
-            save_text(&path, &numbers::plot(&profile, &names).to_svg())?;
+            let picture = numbers::plot(&profile, &names).to_svg();
+            pictures.add(&path, |out| out.write_all(picture.as_bytes()))?;
         }
+        pictures.commit()?;
     }
     let found = Found {
         schema: "dmp-calibrate/1",

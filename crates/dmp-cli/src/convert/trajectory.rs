@@ -3,7 +3,6 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use anyhow::Context as _;
 use clap::{Args, ValueEnum};
 use dmp_draw::text::counted;
 use dmp_log::{
@@ -11,9 +10,10 @@ use dmp_log::{
     write_tum,
 };
 
+use crate::clash::is_same_place;
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
-use crate::save::{may_be_file, save};
+use crate::save::{SavedTogether, may_be_file, refuse_unnamed};
 use crate::say::say;
 
 /// The formats of trajectories that are written.
@@ -81,19 +81,29 @@ pub(super) fn run(
     let times = output.with_file_name("times.txt");
     // Beside a pipe or a device nothing is made.
     let stamps_ns = trajectory.stamps_ns().filter(|_| without_stamps && may_be_file(output));
-    let has_times = || times.try_exists().with_context(|| times.display().to_string());
-    if stamps_ns.is_some() && has_times()? {
-        return Err(Usage(format!("{}: is there already and would be overwritten", times.display())).into());
+    if stamps_ns.is_some() {
+        if is_same_place(&times, output) {
+            return Err(Usage(format!(
+                "{}: the output and its stamps would have this name",
+                times.display()
+            ))
+            .into());
+        }
+        refuse_unnamed(&times)?;
     }
-    save(output, |out| match to {
+    let mut files = SavedTogether::default();
+    files.add(output, |out| match to {
         To::Tum => write_tum(out, &trajectory),
         To::Kitti => write_kitti(out, &trajectory),
         To::Euroc => write_euroc(out, &trajectory),
         To::Redwood => write_redwood_log(out, &trajectory),
     })?;
-    writeln!(out, "{}: {}", output.display(), counted(trajectory.len() as u64, "pose"))?;
     if let Some(stamps_ns) = stamps_ns {
-        save(&times, |out| write_times(out, stamps_ns))?;
+        files.add(&times, |out| write_times(out, stamps_ns))?;
+    }
+    files.commit()?;
+    writeln!(out, "{}: {}", output.display(), counted(trajectory.len() as u64, "pose"))?;
+    if stamps_ns.is_some() {
         writeln!(out, "{}: their stamps", times.display())?;
     }
     Ok(Exit::Done)

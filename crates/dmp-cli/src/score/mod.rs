@@ -19,10 +19,10 @@ use clap::Args;
 use dmp::{Config, Report, evaluate, evaluate_quick, file_stem_of};
 use serde::Serialize;
 
+use crate::clash::refuse_clashes;
 use crate::common::Common;
 use crate::exit::{Exit, Usage, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
-use crate::guard::refuse_clashes;
 use crate::log_args::LogArgs;
 use crate::named::{NamedFile, maps_of};
 use crate::progress::Progress;

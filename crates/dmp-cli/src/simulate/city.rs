@@ -9,7 +9,7 @@ use dmp_sim::{CityOptions, CityRecording};
 
 use super::fault::told;
 use super::progress::Progress;
-use super::recording::{RecordingArgs, save_scans};
+use super::recording::{RecordingArgs, save_scans, truth_path};
 use crate::common::Common;
 use crate::exit::Exit;
 use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
@@ -41,7 +41,7 @@ pub(crate) struct CityArgs {
     /// Share of the way that is driven for a second time, up to 0.9; with 0 the road never comes back
     #[arg(long, default_value_t = 0.3, value_name = "SHARE", allow_negative_numbers = true)]
     revisit: f64,
-    /// The true trajectory, FILE.tum [default: LOG.truth.tum]
+    /// The true trajectory, FILE.tum [default: LOG.truth.tum, where there must be none yet]
     #[arg(long = "truth", value_name = "FILE")]
     save_truth: Option<PathBuf>,
     #[command(flatten)]
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &CityArgs, common: &Common, out: &mut impl Write) -
     });
     let recording = recording.map_err(told)?;
     let poses = recording.poses(*truth_rate).map_err(told)?;
-    let truth_path = arguments.save_truth.clone().unwrap_or_else(|| output.with_extension("truth.tum"));
+    let truth_path = truth_path(output, arguments.save_truth.as_deref())?;
 
     let format = OutputFormat::of_name(output)?;
     let log = LogWriter::create(output, format, CompressionArg::ZstdFast)?;

@@ -12,11 +12,11 @@ use dmp_sensor::{PoseEdge, Trajectory};
 use dmp_sim::{LoopGraph, LoopGraphOptions, LoopKind, Scales, ate_rmse_m};
 
 use super::fault::told;
+use crate::clash::refuse_same;
 use crate::common::Common;
 use crate::exit::Exit;
-use crate::guard::refuse_same;
 use crate::parse;
-use crate::save::{OutputsFolder, save};
+use crate::save::{OutputsFolder, SavedTogether, refuse_unnamed};
 use crate::say::say;
 
 /// Make a pose graph without loops from a true trajectory, and loop candidates with labels
@@ -38,7 +38,7 @@ pub(crate) struct LoopsArgs {
     /// The true trajectory, with stamps: TUM, or EuRoC
     #[arg(value_name = "TRUTH")]
     truth: PathBuf,
-    /// The folder for the files; it is made where there is none
+    /// The folder for the files; it is made where there is none. Files that are there are not overwritten
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
     /// The trajectory is that of a hand-held camera in a room (z ahead, y down): one place is 0.8 m and 30 degrees,
@@ -76,6 +76,11 @@ pub(crate) struct LoopsArgs {
 }
 
 pub(super) fn run(arguments: &LoopsArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
+    let files = Files::in_folder(&arguments.output);
+    for input in [Some(&arguments.truth), arguments.keyframes.as_ref()].into_iter().flatten() {
+        files.all().into_iter().try_for_each(|output| refuse_same(input, output))?;
+    }
+    files.all().into_iter().try_for_each(refuse_unnamed)?;
     let file = read_trajectory(&arguments.truth)?;
     if !common.quiet {
         for note in &file.notes {
@@ -99,10 +104,6 @@ pub(super) fn run(arguments: &LoopsArgs, common: &Common, out: &mut impl Write) 
         ..usual
     };
     let made = LoopGraph::new(&file.trajectory, &options).map_err(told)?;
-    let files = Files::in_folder(&arguments.output);
-    for input in [Some(&arguments.truth), arguments.keyframes.as_ref()].into_iter().flatten() {
-        files.all().into_iter().try_for_each(|output| refuse_same(input, output))?;
-    }
     let folder = &arguments.output;
     let _made = OutputsFolder::make(folder)?;
     files.save(&made)?;
@@ -135,10 +136,11 @@ impl Files {
     }
 
     fn save(&self, made: &LoopGraph) -> anyhow::Result<()> {
-        save(&self.graph, |out| write_pose_graph(out, &made.graph))?;
+        let mut files = SavedTogether::default();
+        files.add(&self.graph, |out| write_pose_graph(out, &made.graph))?;
         let edges: Vec<PoseEdge> = made.candidates.iter().map(|candidate| candidate.edge.clone()).collect();
-        save(&self.candidates, |out| write_pose_edges(out, &edges))?;
-        save(&self.labels, |out| {
+        files.add(&self.candidates, |out| write_pose_edges(out, &edges))?;
+        files.add(&self.labels, |out| {
             writeln!(out, "from,to,label,kind")?;
             made.candidates.iter().try_for_each(|candidate| {
                 let (edge, kind) = (&candidate.edge, candidate.kind);
@@ -147,8 +149,9 @@ impl Files {
         })?;
         let stamps_ns = made.truth.stamps_ns().unwrap_or_default().to_vec();
         let times = KeyframeTimes { ids: Some(made.graph.ids().to_vec()), stamps_ns };
-        save(&self.keyframes, |out| write_keyframe_times(out, &times))?;
-        save(&self.truth, |out| write_tum(out, &made.truth))
+        files.add(&self.keyframes, |out| write_keyframe_times(out, &times))?;
+        files.add(&self.truth, |out| write_tum(out, &made.truth))?;
+        files.commit()
     }
 
     /// A line for each file.

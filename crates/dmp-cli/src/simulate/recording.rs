@@ -1,6 +1,6 @@
 //! What the simulated drives have in common: the sensor, and how its scans and the truth are saved.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::sync_channel;
 
 use clap::{Args, ValueEnum};
@@ -11,6 +11,7 @@ use dmp_sim::{LidarOptions, NoReturn, Sweep};
 use super::progress::Progress;
 use crate::log_writer::LogWriter;
 use crate::parse;
+use crate::save::refuse_unnamed;
 
 /// Scans that wait to be written, at most.
 const WAITING: usize = 4;
@@ -82,6 +83,16 @@ impl RecordingArgs {
             ..common
         }
     }
+}
+
+/// Where the truth goes: beside the log where no place is named, and then it replaces nothing.
+pub(super) fn truth_path(log: &Path, named: Option<&Path>) -> anyhow::Result<PathBuf> {
+    if let Some(named) = named {
+        return Ok(named.to_path_buf());
+    }
+    let path = log.with_extension("truth.tum");
+    refuse_unnamed(&path)?;
+    Ok(path)
 }
 
 /// Writes scans in order while the next ones are measured; the number of their returns. On an error, no more are

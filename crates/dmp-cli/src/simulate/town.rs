@@ -8,7 +8,7 @@ use dmp_sim::{Recording, RecordingOptions, Route};
 
 use super::fault::told;
 use super::progress::Progress;
-use super::recording::{RecordingArgs, save_scans};
+use super::recording::{RecordingArgs, save_scans, truth_path};
 use crate::common::Common;
 use crate::exit::Exit;
 use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
@@ -25,7 +25,8 @@ use crate::save::save_trajectory;
     dmp simulate town -o drive/ --beams 64 --azimuth-steps 2048 --scans 1000 --route out-and-back\n  \
     dmp simulate town -o traffic.mcap --traffic 20 --scans 600 --seed 7")]
 pub(crate) struct TownArgs {
-    /// The true trajectory: FILE.tum, or FILE.txt for KITTI rows, one a scan [default: LOG.truth.tum]
+    /// The true trajectory: FILE.tum, or FILE.txt for KITTI rows, one a scan [default: LOG.truth.tum,
+    /// where there must be none yet]
     #[arg(long = "truth", value_name = "FILE")]
     save_truth: Option<PathBuf>,
     /// Beams of the sensor
@@ -79,7 +80,7 @@ pub(super) fn run(arguments: &TownArgs, common: &Common, out: &mut impl Write) -
     let options = arguments.options();
     let town = options.town().map_err(told)?;
     let recording = Recording::new(&town, &options).map_err(told)?;
-    let truth_path = arguments.save_truth.clone().unwrap_or_else(|| output.with_extension("truth.tum"));
+    let truth_path = truth_path(output, arguments.save_truth.as_deref())?;
     let truth = if truth_path.extension().is_some_and(|extension| extension == "txt") {
         recording.pose_per_scan()?
     } else {

@@ -7,7 +7,7 @@ use crate::{LogError, ParseError, PlaceInFile};
 use std::path::{Path, PathBuf};
 
 /// The names that lists of depth images have; the first that is there counts.
-pub(super) const NAMES: [&str; 4] = ["depth.txt", "associations.txt", "associate.txt", "association.txt"];
+pub(crate) const NAMES: [&str; 4] = ["depth.txt", "associations.txt", "associate.txt", "association.txt"];
 /// Largest list that is read: ten million lines.
 const MAX_BYTES: u64 = 1 << 29;
 

@@ -10,4 +10,5 @@ mod log;
 pub(crate) use camera::is_scale;
 pub use camera_numbers::CameraNumbers;
 pub(crate) use found::FoundImages;
+pub(crate) use list::NAMES as IMAGE_LISTS;
 pub(crate) use log::DepthFolder;

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Where in a folder the scans may be.
-const PLACES: [&str; 4] = ["", "scans", "velodyne", "velodyne_points/data"];
+pub(crate) const PLACES: [&str; 4] = ["", "scans", "velodyne", "velodyne_points/data"];
 /// A file of another format among so many is no scan: people keep a map beside them.
 const MANY: usize = 3;
 

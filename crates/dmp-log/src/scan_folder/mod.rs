@@ -18,6 +18,6 @@ mod stamps;
 mod text;
 mod times;
 
-pub(crate) use found::FoundScans;
+pub(crate) use found::{FoundScans, PLACES};
 pub(crate) use log::ScanFolder;
-pub(crate) use stamps::{MAX_STAMPS_BYTES, parse_times};
+pub(crate) use stamps::{LISTS, MAX_STAMPS_BYTES, parse_times};

@@ -10,6 +10,9 @@ use std::path::{Path, PathBuf};
 /// Largest list of stamps that is read: ten million lines.
 pub(crate) const MAX_STAMPS_BYTES: u64 = 1 << 29;
 
+/// The lists of stamps that are looked for.
+pub(crate) const LISTS: [&str; 2] = ["times.txt", "timestamps.txt"];
+
 /// Stamps of the scans, nanoseconds, in the order of their files: from a `times.txt` or `timestamps.txt`
 /// beside them, with a line for each, or from their names. `None` where there are none.
 pub(super) fn find(
@@ -17,7 +20,7 @@ pub(super) fn find(
     files: &[PathBuf],
     notes: &mut Vec<String>,
 ) -> Result<Option<Vec<i64>>, LogError> {
-    let beside_them = ["times.txt", "timestamps.txt"].into_iter().flat_map(|name| beside(folder, name));
+    let beside_them = LISTS.into_iter().flat_map(|name| beside(folder, name));
     let Some(path) = first_file(beside_them)? else {
         if let Some((stamps_ns, unit)) = names::stamps_ns(files) {
             notes.push(format!("stamps from the file names, as {unit}"));

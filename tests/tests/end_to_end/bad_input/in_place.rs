@@ -103,7 +103,7 @@ fn scored_quietly(folder: &Path, arguments: &str) {
 }
 
 /// Every file below a folder, and what is in it.
-fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
+pub(super) fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
         if entry.path().is_dir() {

@@ -3,6 +3,7 @@
 //! A row ends in one of two ways: refused in one line (`refused`), or scored with what is lost or doubtful
 //! named (`scored`, which looks at the exit code and at what is on standard error).
 
+mod beside;
 mod bounds;
 mod crashes;
 mod foreign;

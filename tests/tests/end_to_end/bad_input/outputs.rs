@@ -34,7 +34,13 @@ fn row_05_a_full_disk_leaves_what_was_there() {
         ("ulimit -f 8", "convert log town.mcap -o new.mcap".into(), ["new.mcap", "cannot write"]),
         ("ulimit -f 2", "convert log town.mcap -o new --to pcd".into(), ["new", "cannot write"]),
         ("ulimit -f 2", "convert log town.mcap -o new --to laz".into(), ["new", "cannot write"]),
-        ("ulimit -f 8", "simulate town -o old.mcap --scans 20".into(), ["old.mcap", "cannot write"]),
+        (
+            "ulimit -f 8",
+            "simulate town -o old.mcap --truth old.truth.tum --scans 20".into(),
+            ["old.mcap", "cannot write"],
+        ),
+        // The first pages are short.
+        ("ulimit -f 8", "man -o pages".into(), ["pages/dmp", "cannot write"]),
         ("ulimit -f 8", "simulate town -o new --scans 20".into(), ["new", "cannot write"]),
         (
             "ulimit -f 1",

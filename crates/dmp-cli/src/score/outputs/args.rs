@@ -6,8 +6,8 @@ use clap::Args;
 use clap::builder::RangedU64ValueParser;
 
 use super::targets::{self, ResidualFile, residual_files, writable};
+use crate::clash::refuse_clashes;
 use crate::exit::Usage;
-use crate::guard::refuse_clashes;
 use crate::named::NamedFile;
 
 /// Files to write beside the report.

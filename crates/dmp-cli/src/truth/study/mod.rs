@@ -19,7 +19,7 @@ use crate::log_args::LogArgs;
 use crate::named::NamedFile;
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
-use crate::save::{OutputsFolder, is_missing, save_text};
+use crate::save::{OutputsFolder, SavedTogether, is_missing};
 use crate::say::say;
 use crate::score::announce;
 use crate::settings::SettingsArgs;
@@ -133,9 +133,11 @@ pub(crate) fn run(arguments: &StudyArgs, common: &Common, out: &mut impl Write) 
     let study = study.map_err(told)?;
 
     if let Some(folder) = &arguments.plots {
+        let mut pictures = SavedTogether::default();
         for picture in plots_of(&study) {
-            save_text(&folder.join(&picture.file_name), &picture.svg)?;
+            pictures.add(&folder.join(&picture.file_name), |out| out.write_all(picture.svg.as_bytes()))?;
         }
+        pictures.commit()?;
     }
     if arguments.json {
         serde_json::to_writer_pretty(&mut *out, &study).map_err(std::io::Error::from)?;
