@@ -1,5 +1,6 @@
 //! What a reader must know before believing a report: each a sentence in the JSON.
 
+use dmp_log::StampJump;
 use serde::{Deserialize, Serialize};
 
 use super::withheld::Withheld;
@@ -133,6 +134,22 @@ pub enum Warning {
     SameStamp {
         /// How many.
         scans: usize,
+    },
+    /// Single scans are stamped at another time than those around them.
+    #[error("{}: did the clock jump, or a stamp change?", first_in_words(.first, *.more))]
+    StampsOff {
+        /// The first of them.
+        first: Vec<StampJump>,
+        /// How many come after those.
+        more: usize,
+    },
+    /// For some time, far longer than elsewhere in the log, there is no scan.
+    #[error("{}: a pause, or are scans lost or stamps changed?", first_in_words(.first, *.more))]
+    StampGaps {
+        /// The first of them.
+        first: Vec<StampJump>,
+        /// How many come after those.
+        more: usize,
     },
     /// The times of points are of no use to a run.
     #[error(
@@ -298,6 +315,15 @@ fn in_words(first: &[OddScan], count: usize) -> String {
     let mut words: Vec<String> = first.iter().map(ToString::to_string).collect();
     if count > first.len() {
         words.push(format!("and {} more", count - first.len()));
+    }
+    words.join("; ")
+}
+
+/// The first, and how many more there are.
+fn first_in_words(first: &[impl ToString], more: usize) -> String {
+    let mut words: Vec<String> = first.iter().map(ToString::to_string).collect();
+    if more > 0 {
+        words.push(format!("and {more} more"));
     }
     words.join("; ")
 }

@@ -4,9 +4,11 @@ use std::fs;
 use std::path::Path;
 
 use dmp_log::FolderFormat;
+use dmp_sensor::Scan;
 
 use super::times::timed;
 use super::{says, scored, town, write_folder};
+use crate::common::{dmp, text, write_mcap};
 
 
 const RUNS: &str = "-t truth.tum -t drift.tum";
@@ -26,6 +28,31 @@ fn change(file: &Path, how: impl FnOnce(&mut Vec<u8>)) {
     let mut bytes = fs::read(file).unwrap();
     how(&mut bytes);
     fs::write(file, bytes).unwrap();
+}
+
+#[test]
+fn row_16_stamps_that_jump_are_told() {
+    let (folder, scans) = town();
+    let path = folder.path();
+    let shifted = |scan: &Scan, by_s: i64| Scan {
+        stamp_ns: scan.stamp_ns.map(|ns| ns + by_s * 1_000_000_000),
+        ..scan.clone()
+    };
+    let mut one = scans.clone();
+    one[12] = shifted(&one[12], 3600);
+    write_mcap(&path.join("one.mcap"), &one);
+    let mut pause = scans.clone();
+    pause[16..].iter_mut().for_each(|scan| *scan = shifted(scan, 60));
+    write_mcap(&path.join("pause.mcap"), &pause);
+    for (log, words) in [
+        ("one.mcap", "scan 12 is stamped 3599.5 s after the scans around it"),
+        ("pause.mcap", "no scan for 60.5 s after scan 15, where scans are 0.50 s apart"),
+    ] {
+        let report = scored(path, &format!("score {log} {RUNS}"), 0);
+        assert!(says(&report["warnings"], &[words]), "{log}: {}", report["warnings"]);
+        let info = dmp(path, &format!("info {log}"));
+        assert!(text(&info.stdout).contains(words), "{log}\n{}", text(&info.stdout));
+    }
 }
 
 #[test]
