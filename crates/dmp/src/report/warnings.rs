@@ -27,7 +27,7 @@ const DROPS_TOLD: f64 = 0.2;
 const VEHICLE_TOLD: f64 = 0.05;
 /// A share of returns with ranges of no LiDAR that is worth a word.
 const IMPLAUSIBLE_TOLD: f64 = 0.05;
-/// Scans unlike those around them, or jumps of stamps, that are named.
+/// Scans, rows of them, or jumps of their stamps that are named.
 const MOST_NAMED: usize = 5;
 /// Frames below which a sample has no intervals.
 const FRAMES_NEEDED: u64 = 4;
@@ -44,10 +44,15 @@ pub(super) fn add<M>(report: &mut Report, plan: &Plan, scored: &Scored, runs: &[
     }
     report.warnings = of_report(report, plan, runs);
     report.warnings.extend(implausible(&scored.counts));
-    if !scored.odd_scans.is_empty() {
-        let (count, first) =
-            (scored.odd_scans.len(), scored.odd_scans.iter().take(MOST_NAMED).copied().collect());
-        report.warnings.push(Warning::OddScans { count, first });
+    let (odd, copied) = (&scored.odd_scans, &scored.copied_scans);
+    if !odd.is_empty() {
+        let count = odd.iter().map(|row| row.last + 1 - row.scan).sum();
+        let (first, more) = first_of(odd);
+        report.warnings.push(Warning::OddScans { count, first, more });
+    }
+    if !copied.is_empty() {
+        let (first, more) = first_of(copied);
+        report.warnings.push(Warning::CopiedScans { first, more });
     }
 }
 

@@ -5,11 +5,11 @@ use std::path::Path;
 
 use dmp_log::FolderFormat;
 use dmp_sensor::Scan;
+use serde_json::Value;
 
 use super::times::timed;
 use super::{says, scored, town, write_folder};
-use crate::common::{dmp, text, write_mcap};
-
+use crate::common::{dmp, real_data, text, write_mcap};
 
 const RUNS: &str = "-t truth.tum -t drift.tum";
 
@@ -28,6 +28,96 @@ fn change(file: &Path, how: impl FnOnce(&mut Vec<u8>)) {
     let mut bytes = fs::read(file).unwrap();
     how(&mut bytes);
     fs::write(file, bytes).unwrap();
+}
+
+/// Whether a report doubts scans for what they hold or when they are stamped.
+fn doubts(report: &Value) -> bool {
+    ["unlike the others", "the same as scan", "is stamped", "no scan for"]
+        .iter()
+        .any(|words| says(&report["warnings"], &[words]))
+}
+
+/// Scans in a row that are damaged in the same way are like each other: what is usual in the log tells.
+#[test]
+fn row_31_rows_of_damaged_scans_are_named() {
+    let (folder, scans) = town();
+    let path = folder.path();
+    let foreign_bytes = |bytes: &mut Vec<u8>| bytes[1024..5120].copy_from_slice(&foreign(4096));
+    let lost = |bytes: &mut Vec<u8>| {
+        let quarter = bytes.len() / 4;
+        bytes[quarter..].fill(0);
+    };
+    // A bit of the exponents of a sector.
+    let far = |bytes: &mut Vec<u8>| {
+        let exponents = bytes[1024..5120].iter_mut().skip(3).step_by(4);
+        exponents.filter(|byte| **byte & 0x7e == 0x40).for_each(|byte| *byte |= 4);
+    };
+    let kinds: [(&str, &dyn Fn(&mut Vec<u8>), &[&str]); 3] = [
+        ("foreign", &foreign_bytes, &["have up to", "ranges below 1 mm or above 100 km"]),
+        ("lost", &lost, &["have down to", "returns where about", "are usual"]),
+        ("far", &far, &["have ranges beyond", "where those of most scans end before"]),
+    ];
+    for (log, damage, words) in kinds {
+        write_folder(&path.join(log), &scans, FolderFormat::Bin);
+        for number in 10..14 {
+            change(&path.join(format!("{log}/scans/{number:06}.bin")), damage);
+        }
+        let report = scored(path, &format!("score {log} {RUNS}"), 0);
+        let told = [&["4 scans are unlike the others", "scans 10 to 13"], words].concat();
+        assert!(says(&report["warnings"], &told), "{log}: {}", report["warnings"]);
+    }
+}
+
+/// A driver that has stopped sends its last scan again, with new stamps.
+#[test]
+fn row_31_scans_that_hold_the_same_are_named() {
+    let (folder, mut scans) = town();
+    let path = folder.path();
+    for copy in [12, 13, 20] {
+        let Scan { points_in_sensor_m, time_offsets_ns, .. } = scans[if copy == 20 { 3 } else { 11 }].clone();
+        scans[copy] = Scan { points_in_sensor_m, time_offsets_ns, ..scans[copy] };
+    }
+    // Scans without returns are alike, and no copies.
+    for empty in [16, 17] {
+        scans[empty] = Scan { stamp_ns: scans[empty].stamp_ns, ..Scan::default() };
+    }
+    write_folder(&path.join("bin"), &scans, FolderFormat::Bin);
+    write_mcap(&path.join("frozen.mcap"), &scans);
+    let words = ["scans 12 to 13 hold the same as scan 11; scan 20 holds the same as scan 3:"];
+    for log in ["bin", "frozen.mcap"] {
+        let report = scored(path, &format!("score {log} {RUNS}"), 0);
+        assert!(says(&report["warnings"], &words), "{log}: {}", report["warnings"]);
+        assert_eq!(report, scored(path, &format!("score {log} {RUNS} --threads 1"), 0), "{log}");
+    }
+}
+
+/// The null: what is well, simulated and real, is not doubted.
+#[test]
+fn row_31_logs_that_are_well_are_not_doubted() {
+    let (folder, scans) = town();
+    let path = folder.path();
+    write_folder(&path.join("bin"), &scans, FolderFormat::Bin);
+    let city = "simulate city --km 0.1 --beams 16 --azimuth-steps 100 -o city/ --truth city.tum";
+    assert!(dmp(path, city).status.success());
+    let room = "simulate room -o room --size 80x60 --frames 60 --rate 10";
+    assert!(dmp(path, room).status.success());
+    let mut logs: Vec<String> = [
+        format!("town.mcap {RUNS}"),
+        format!("bin {RUNS}"),
+        "@/town.mcap -t @/truth.tum".to_owned(),
+        "city/ -t city.tum".to_owned(),
+        "room -t room/groundtruth.txt".to_owned(),
+    ]
+    .into();
+    for (log, poses) in [("nclt_revisit", "poses_lidar_odometry.txt"), ("rs32_static", "poses_icp_odom.txt")]
+    {
+        let real = real_data(log).map(|folder| folder.display().to_string());
+        logs.extend(real.map(|folder| format!("{folder} -t {folder}/{poses}")));
+    }
+    for log in logs {
+        let report = scored(path, &format!("score {log}"), 0);
+        assert!(!doubts(&report), "{log}: {}", report["warnings"]);
+    }
 }
 
 #[test]
