@@ -13,7 +13,7 @@ const HELD_BYTES: usize = 1 << 16;
 const MOST_SAID: usize = 4000;
 /// How long to wait before what cannot take more is asked again.
 const FULL_FOR: Duration = Duration::from_millis(5);
-/// What logs of GitHub, Azure and TeamCity take for commands wherever it stands.
+/// What logs of GitHub, Azure and `TeamCity` take for commands wherever it stands.
 const COMMANDS: [&str; 3] = ["##[", "##vso[", "##teamcity["];
 
 /// Prints a line to standard error, as `eprintln!` does, and goes on where nobody listens: scores do not depend on whether

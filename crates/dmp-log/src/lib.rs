@@ -83,6 +83,7 @@ mod residuals;
 mod ros;
 mod scan_folder;
 mod setting;
+mod stamp_jumps;
 mod summary;
 mod text;
 mod trajectory;
@@ -117,6 +118,7 @@ pub use points::{PointTime, StampAt, TimeUnit};
 pub use printable::{is_printable, printable, shown_path};
 pub use residuals::{ResidualFormat, ResidualHead, ResidualWriter, ScoredPoint, ScoredScan};
 pub use setting::LogSetting;
+pub use stamp_jumps::{StampJump, stamp_jumps};
 pub use summary::{FieldInfo, FieldMeaning, LogFormat, LogSummary, NO_CHECKSUMS, TopicInfo};
 pub use trajectory::{
     GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,

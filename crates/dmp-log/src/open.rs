@@ -13,7 +13,7 @@ use std::path::Path;
 /// file in world coordinates with what it was [made with](LogOptions::made_with).
 ///
 /// Opening reads a bag once from start to end and takes stock of what is damaged; of a folder of scans it reads
-/// the heads of the files, and the lines of those in text; of depth images their heads; of a LAS file all points, once.
+/// the heads of the files, and the lines of those in text, and unpacks what is compressed; of depth images their heads; of a LAS file all points, once.
 ///
 /// # Errors
 /// When there is nothing at the path, when it is in no format known here, when the choice of a topic or

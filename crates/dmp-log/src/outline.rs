@@ -74,7 +74,7 @@ pub fn outline_log(path: &Path, options: &LogOptions) -> Result<LogOutline, LogE
             (outline.scans(), Source::Bag(Box::new(outline)))
         }
         Found::Folder(scans) => {
-            let folder = ScanFolder::open(scans, options)?;
+            let folder = ScanFolder::outline(scans, options)?;
             let bytes = folder.scan_bytes();
             Source::whole(folder, &bytes)
         }

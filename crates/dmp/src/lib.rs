@@ -88,7 +88,7 @@ mod vet;
 mod watch;
 mod work;
 
-pub use cast::{OddScan, Oddity};
+pub use cast::{CopiedScans, OddScans, Oddity};
 pub use config::{Config, Frame, FrameOrder, MapSource, Run, RunSource};
 pub use ego::Ego;
 pub use error::{EvaluateError, Remedy};

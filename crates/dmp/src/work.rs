@@ -104,6 +104,8 @@ pub(crate) struct Casting {
     pub(crate) tiles: Vec<(u64, i32, i32, RunSums)>,
     /// Scans by their place in the plan, and what they are like.
     pub(crate) shapes: Vec<(u64, ScanShape)>,
+    /// Likewise, and what tells those with the same returns.
+    pub(crate) marks: Vec<(u64, u64)>,
 }
 
 /// A checkpoint has a name of its own for every stage, and a type.

@@ -1,12 +1,15 @@
 //! What is in a log and in trajectories beside it: found, and as JSON.
 
 use dmp::Pairing;
-use dmp_log::{Damage, FrameInfo, LogSurvey, ScanStream, TopicInfo, shown_path};
+use dmp_log::{Damage, FrameInfo, LogSurvey, ScanStream, TopicInfo, shown_path, stamp_jumps};
 use dmp_sensor::{Isometry3, PinholeCamera};
 use serde::Serialize;
 
 use crate::exit::one_line;
 use crate::loaded_run::LoadedRun;
+
+/// Jumps of stamps that are named.
+const JUMPS_NAMED: usize = 5;
 
 /// What is in a log. Serialised, it is the command's JSON: schema `dmp-info/1`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -238,6 +241,7 @@ impl Stream {
                     .clone()
                     .into_iter()
                     .chain(summary.without_checksums().map(Into::into))
+                    .chain(jumps(frames))
                     .collect(),
             }
         });
@@ -306,6 +310,16 @@ fn spread(mut values: Vec<u64>) -> Option<Spread> {
 }
 
 /// Scans with the stamp of another, those that have it first not counted.
+/// Where stamps jump, in words.
+fn jumps(frames: &[FrameInfo]) -> Vec<String> {
+    let stamps: Vec<(usize, i64)> =
+        frames.iter().enumerate().filter_map(|(number, frame)| Some((number, frame.stamp_ns?))).collect();
+    let jumps = stamp_jumps(&stamps);
+    let more = jumps.len().saturating_sub(JUMPS_NAMED);
+    let named = jumps.iter().take(JUMPS_NAMED).map(ToString::to_string);
+    named.chain((more > 0).then(|| format!("stamps jump at {more} more places"))).collect()
+}
+
 fn same_stamp(frames: &[FrameInfo]) -> usize {
     let mut stamps_ns: Vec<i64> = frames.iter().filter_map(|frame| frame.stamp_ns).collect();
     let stamped = stamps_ns.len();

@@ -3,7 +3,7 @@
 use super::log::BagLog;
 use crate::bag::{BagReader, Location};
 use crate::damage::DamageList;
-use crate::points::{FieldExtremes, TimeChoice, choose_time, time_fields};
+use crate::points::{FieldExtremes, TimeChoice, choose_time, odd_times, time_fields};
 use crate::{Damage, LogError, LogOptions};
 
 /// What a few scans of a log have in each of the fields that may hold times.
@@ -33,7 +33,7 @@ pub(super) fn look_at(
             for (field, seen) in fields.iter().zip(seen_of_fields) {
                 let extremes = cloud.layout.field(field).and_then(|field| cloud.rows().extremes(field));
                 if let Some((smallest, largest)) = extremes {
-                    seen.push(FieldExtremes { stamp_ns: cloud.stamp_ns, smallest, largest });
+                    seen.push(FieldExtremes { frame, stamp_ns: cloud.stamp_ns, smallest, largest });
                 }
             }
         });
@@ -74,6 +74,10 @@ impl BagLog {
         let choice = choose_time(self.bag.path(), layout, options, period_ns, &mut notes, || look(self));
         self.summary.notes = notes;
         if let Some(choice) = choice? {
+            if let Some(frame) = choice.odd_frame.filter(|&frame| frame < self.topic.entries.len()) {
+                let odd = self.topic.entries.remove(frame);
+                self.add_damage(vec![Damage::new(odd.in_words(), odd_times(&choice.field))]);
+            }
             self.take_time(choice);
         }
         Ok(())
@@ -90,12 +94,11 @@ impl BagLog {
             let kept =
                 entry.returns == 0 || layout.is_some_and(|layout| layout.field(&choice.field).is_some());
             if !kept {
-                let place = format!("message {} ({})", entry.message, entry.location.in_words());
                 let what = format!(
                     "no field `{}`, which the log's first scan has; the scan is skipped",
                     choice.field
                 );
-                damage.push(Damage::new(place, what));
+                damage.push(Damage::new(entry.in_words(), what));
             }
             kept
         });

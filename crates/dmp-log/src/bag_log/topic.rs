@@ -22,6 +22,13 @@ pub(super) struct Entry {
     pub(super) message: u64,
 }
 
+impl Entry {
+    /// Where it is, for people.
+    pub(super) fn in_words(&self) -> String {
+        format!("message {} ({})", self.message, self.location.in_words())
+    }
+}
+
 /// The scans of one topic.
 #[derive(Debug, Clone, Default)]
 pub(super) struct TopicIndex {

@@ -26,6 +26,9 @@ const FIELD_NAMES: [&str; 17] = [
 /// Period taken for the test of units where a log has too few stamps to tell its own, nanoseconds.
 pub(crate) const USUAL_PERIOD_NS: i64 = 100_000_000;
 
+/// Scans of which one may be left out: the others are to outnumber it.
+const ENOUGH: usize = 4;
+
 /// Position in `names` of the fields that may hold times, most telling first.
 pub(crate) fn candidates<'a>(names: &[&'a str]) -> Vec<(usize, &'a str)> {
     FIELD_NAMES
@@ -38,6 +41,8 @@ pub(crate) fn candidates<'a>(names: &[&'a str]) -> Vec<(usize, &'a str)> {
 /// The least and the greatest number that a field with times has in one scan, as they stand in the file.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FieldExtremes {
+    /// The scan's place in the log.
+    pub(crate) frame: usize,
     pub(crate) stamp_ns: i64,
     pub(crate) smallest: f64,
     pub(crate) largest: f64,
@@ -94,6 +99,27 @@ pub(crate) fn find_rule(seen: &[FieldExtremes], period_ns: i64) -> Finding {
     ))
 }
 
+/// The same where times of one scan are unlike those of the others, which agree: a damaged scan is no reason to refuse a
+/// log. Also which scan that is.
+pub(crate) fn find_rule_of_most(seen: &[FieldExtremes], period_ns: i64) -> (Finding, Option<usize>) {
+    let found = find_rule(seen, period_ns);
+    let times_seen = |frame: usize| seen.iter().filter(|scan| scan.frame == frame).count();
+    let scans = seen.iter().filter(|scan| times_seen(scan.frame) == 1).count();
+    if !matches!(found, Finding::Unclear(_)) || scans < ENOUGH {
+        return (found, None);
+    }
+    let without = |frame: usize| {
+        let others: Vec<FieldExtremes> = seen.iter().copied().filter(|scan| scan.frame != frame).collect();
+        Some((find_rule(&others, period_ns), Some(frame)))
+    };
+    let is_rule = |found: &(Finding, Option<usize>)| matches!(found.0, Finding::Rule(_));
+    let mut agreed = seen.iter().filter_map(|scan| without(scan.frame).filter(is_rule));
+    match (agreed.next(), agreed.next()) {
+        (Some(found), None) => found,
+        _ => (found, None),
+    }
+}
+
 /// Stamps that start at 0 are near both origins. Absolute times go on with the stamps, relative ones
 /// begin anew with every scan.
 fn origin_near_zero(seen: &[FieldExtremes], ns: f64, period: f64) -> Option<Origin> {
@@ -129,9 +155,24 @@ mod tests {
             .map(|k| {
                 let stamp_ns = stamp_ns + k * period_ns;
                 let (smallest, largest) = values(stamp_ns);
-                FieldExtremes { stamp_ns, smallest, largest }
+                FieldExtremes { frame: k as usize, stamp_ns, smallest, largest }
             })
             .collect()
+    }
+
+    #[test]
+    fn one_scan_of_five_may_have_other_times() {
+        for (smallest, largest) in [(0.0, 3e7), (-5e20, 0.1), (77.0, 77.1)] {
+            let mut seen = scans(STAMP_NS, 100_000_000, |_| (0.0, 0.1));
+            let rule = TimeRule::new(TimeUnit::Seconds, Origin::Stamp);
+            assert_eq!(find_rule_of_most(&seen, 100_000_000), (Finding::Rule(rule), None));
+            (seen[3].smallest, seen[3].largest) = (smallest, largest);
+            assert_eq!(find_rule_of_most(&seen, 100_000_000), (Finding::Rule(rule), Some(3)));
+            (seen[1].smallest, seen[1].largest) = (smallest, largest);
+            assert!(matches!(find_rule_of_most(&seen, 100_000_000), (Finding::Unclear(_), None)));
+            seen.truncate(3);
+            assert!(matches!(find_rule_of_most(&seen, 100_000_000), (Finding::Unclear(_), None)));
+        }
     }
 
     #[test]

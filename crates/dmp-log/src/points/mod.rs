@@ -14,5 +14,7 @@ pub(crate) use layout::{Field, Layout};
 pub(crate) use number::NumberType;
 pub(crate) use rows::Rows;
 pub use time::{PointTime, StampAt, TimeUnit};
-pub(crate) use time_choice::{TimeChoice, choose_time, frames_to_look_at, place_stamp, time_fields};
+pub(crate) use time_choice::{
+    TimeChoice, choose_time, frames_to_look_at, odd_times, place_stamp, time_fields,
+};
 pub(crate) use time_rule::{Origin, RawTime, TimeRule};

@@ -1,6 +1,6 @@
 //! Which field of a log's points holds their times, and what it means there.
 
-use super::find_rule::{Finding, USUAL_PERIOD_NS, find_rule};
+use super::find_rule::{Finding, USUAL_PERIOD_NS, find_rule, find_rule_of_most};
 use super::{FieldExtremes, Layout, Origin, PointTime, StampAt, TimeRule, candidates};
 use crate::{LogError, LogOptions, LogSetting};
 use std::path::Path;
@@ -18,6 +18,13 @@ pub(crate) struct TimeChoice {
     pub(crate) middle_ns: i64,
     /// From the stamp to the first and to the last return, nanoseconds.
     pub(crate) sweep_ns: [i64; 2],
+    /// The one scan looked at, by its place in the log, that has other times than the rest.
+    pub(crate) odd_frame: Option<usize>,
+}
+
+/// What is told of such a scan.
+pub(crate) fn odd_times(field: &str) -> String {
+    format!("the times in field `{field}` are not like those of the other scans; the scan is skipped")
 }
 
 /// The frames to look at: the first three, the middle and the last with returns.
@@ -74,16 +81,21 @@ pub(crate) fn choose_time(
     });
     let mut unclear = None;
     for (field, seen) in fields.iter().zip(&seen_of_fields) {
-        match given.map_or_else(|| find_rule(seen, period_ns), Finding::Rule) {
+        let told = |rule| (Finding::Rule(rule), None);
+        let (found, odd_frame) = given.map_or_else(|| find_rule_of_most(seen, period_ns), told);
+        match found {
             Finding::Rule(rule) => {
+                let seen = &well(seen, odd_frame);
                 let later =
                     fields.iter().zip(&seen_of_fields).skip_while(|(other, _)| *other != field).skip(1);
-                if let (None, Some((other, problem))) = (given, disagreement(rule, seen, later, period_ns)) {
+                let disagree = || disagreement(rule, seen, later, odd_frame, period_ns);
+                if let Some((other, problem)) = given.is_none().then(disagree).flatten() {
                     let field = format!("in fields `{field}` and `{other}`");
                     return Err(LogError::PointTime { path: path.into(), field, problem });
                 }
                 let evidence = if given.is_some() { "as was said" } else { "found from the values" };
-                return place_stamp(path, field, rule, options.stamp_at, seen, evidence).map(Some);
+                let choice = place_stamp(path, field, rule, options.stamp_at, seen, evidence)?;
+                return Ok(Some(TimeChoice { odd_frame, ..choice }));
             }
             Finding::Constant => {
                 notes.push(format!(
@@ -102,19 +114,26 @@ pub(crate) fn choose_time(
     }
 }
 
+/// What was seen of all scans but the odd one.
+fn well(seen: &[FieldExtremes], odd_frame: Option<usize>) -> Vec<FieldExtremes> {
+    seen.iter().copied().filter(|scan| Some(scan.frame) != odd_frame).collect()
+}
+
 /// Another field whose values are times as well and say that scans take longer or shorter, by more than a tenth of
 /// the period: its name, and both spans in words.
 fn disagreement<'a>(
     rule: TimeRule,
     seen: &[FieldExtremes],
     later: impl Iterator<Item = (&'a String, &'a Vec<FieldExtremes>)>,
+    odd_frame: Option<usize>,
     period_ns: i64,
 ) -> Option<(&'a str, String)> {
     let span_ns =
         |rule: TimeRule, scan: &FieldExtremes| (scan.largest - scan.smallest) * rule.unit.in_ns() as f64;
     for (other, other_seen) in later {
-        let Finding::Rule(other_rule) = find_rule(other_seen, period_ns) else { continue };
-        for (scan, other_scan) in seen.iter().zip(other_seen) {
+        let other_seen = well(other_seen, odd_frame);
+        let Finding::Rule(other_rule) = find_rule(&other_seen, period_ns) else { continue };
+        for (scan, other_scan) in seen.iter().zip(&other_seen) {
             let (a_ns, b_ns) = (span_ns(rule, scan), span_ns(other_rule, other_scan));
             if (a_ns - b_ns).abs() > 0.1 * period_ns as f64 {
                 let (a_s, b_s) = (a_ns / 1e9, b_ns / 1e9);
@@ -177,7 +196,7 @@ pub(crate) fn place_stamp(
     let span = if seen.is_empty() { String::new() } else { format!(", a scan spans {:.4} s", span_ns / 1e9) };
     let words = format!("field `{field}`: {}, {evidence}{span}{stamp}", rule.words());
     let (middle_ns, sweep_ns) = sweep_of(rule, seen);
-    Ok(TimeChoice { field: field.into(), rule, words, middle_ns, sweep_ns })
+    Ok(TimeChoice { field: field.into(), rule, words, middle_ns, sweep_ns, odd_frame: None })
 }
 
 /// From the stamp to the middle of a scan, and to the first and the last of the returns looked at.

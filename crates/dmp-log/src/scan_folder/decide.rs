@@ -5,7 +5,8 @@ use super::log::{ScanFolder, Times};
 use super::times::{self, Beside};
 use crate::damage::DamageList;
 use crate::points::{
-    FieldExtremes, Origin, TimeChoice, TimeRule, TimeUnit, choose_time, frames_to_look_at, time_fields,
+    FieldExtremes, Origin, TimeChoice, TimeRule, TimeUnit, choose_time, frames_to_look_at, odd_times,
+    time_fields,
 };
 use crate::{Damage, LogError, LogOptions, LogSetting, shown_path};
 use std::path::{Path, PathBuf};
@@ -51,6 +52,10 @@ impl ScanFolder {
         self.summary.middle_ns = choice.middle_ns;
         self.summary.sweep_ns = choice.sweep_ns;
         let (layouts, mut damage) = (&self.layouts, DamageList::default());
+        if let Some(frame) = choice.odd_frame.filter(|&frame| frame < self.entries.len()) {
+            let odd = self.entries.remove(frame);
+            damage.push(Damage::new(shown_path(&odd.file.path), odd_times(&choice.field)));
+        }
         self.entries.retain(|entry| {
             let layout = layouts.get(entry.layout);
             let kept =
@@ -80,7 +85,7 @@ impl ScanFolder {
                 let extremes = rows.layout.field(field).and_then(|field| rows.extremes(field));
                 if let Some((smallest, largest)) = extremes {
                     let stamp_ns = entry.stamp_ns.unwrap_or(0);
-                    seen.push(FieldExtremes { stamp_ns, smallest, largest });
+                    seen.push(FieldExtremes { frame, stamp_ns, smallest, largest });
                 }
             }
         }

@@ -50,13 +50,22 @@ impl ScanFile {
         Ok(Self { known, input, count: count.clone(), head })
     }
 
-    /// How many of the points claimed are there, and what is missing. Only a text has to be read for it.
-    pub(super) fn whole_points(&mut self) -> Result<(u64, Option<Cut>), LogError> {
+    /// How many of the points claimed are there, and what is missing. A text has to be read for it; what is compressed is
+    /// unpacked where that is wanted, as nothing else tells whether it can be.
+    ///
+    /// # Errors
+    /// [`LogError::Malformed`] when it cannot.
+    pub(super) fn whole_points(&mut self, unpack: bool) -> Result<(u64, Option<Cut>), LogError> {
         let Head { layout, points, body } = &self.head;
         match body {
+            Body::Packed(_) | Body::Las { compressed: true } if unpack => {
+                let points = *points;
+                self.read_rows(points, &mut Vec::new())?;
+                Ok((points, None))
+            }
             Body::Rows { data_at } => Ok(whole_rows(*data_at, layout, *points, self.known.length)),
             Body::Text { .. } => self.read_text(*points, &mut Vec::new(), true),
-            Body::Packed(_) | Body::Las => Ok((*points, None)),
+            Body::Packed(_) | Body::Las { .. } => Ok((*points, None)),
         }
     }
 
@@ -82,7 +91,9 @@ impl ScanFile {
                 }
             }
             Body::Packed(packed) => packed.read_rows(&self.known.path, &mut self.input, rows),
-            Body::Las => las::read_rows(&self.known.path, &self.count, points, &self.head.layout, rows),
+            Body::Las { .. } => {
+                las::read_rows(&self.known.path, &self.count, points, &self.head.layout, rows)
+            }
         }
     }
 

@@ -24,5 +24,5 @@ pub(super) enum Body {
     /// Field by field, compressed.
     Packed(Packed),
     /// In the records of LAS.
-    Las,
+    Las { compressed: bool },
 }

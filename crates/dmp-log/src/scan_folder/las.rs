@@ -33,7 +33,7 @@ pub(super) fn head(path: &Path, input: &mut (impl Read + Seek), length: u64) -> 
     let field = |(k, name): (usize, &str)| (name.to_owned(), Field { offset: 8 * k, kind: NumberType::F64 });
     let named = FIELDS.into_iter().take(count).enumerate().map(field).collect();
     let layout = Layout::new(named, false, 8 * count as u32).map_err(wrong)?;
-    Ok(Head { layout, points: las.points, body: Body::Las })
+    Ok(Head { layout, points: las.points, body: Body::Las { compressed: las.laz.is_some() } })
 }
 
 /// Reads the first `points` points.

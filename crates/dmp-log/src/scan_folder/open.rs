@@ -14,8 +14,17 @@ use crate::{
 use std::path::PathBuf;
 
 impl ScanFolder {
-    /// Reads the heads of the files; of those in text, every line.
+    /// Reads the heads of the files; of those in text, every line; what is compressed is unpacked once.
     pub(crate) fn open(found: FoundScans, options: &LogOptions) -> Result<Self, LogError> {
+        Self::open_with(found, options, true)
+    }
+
+    /// The same with nothing unpacked: what cannot be is an error when it is read.
+    pub(crate) fn outline(found: FoundScans, options: &LogOptions) -> Result<Self, LogError> {
+        Self::open_with(found, options, false)
+    }
+
+    fn open_with(found: FoundScans, options: &LogOptions, unpack: bool) -> Result<Self, LogError> {
         let FoundScans { folder, format, files, mut notes } = found;
         if let Some(topic) = &options.topic {
             let problem = "was given, but a folder of scans has no topics";
@@ -26,7 +35,7 @@ impl ScanFolder {
         let (entries, layouts, frames) = (Vec::new(), Vec::new(), Vec::new());
         let mut log =
             Self { format, entries, layouts, frames, time: None, summary, count: ReadCount::default() };
-        log.take_stock(&files, stamps_ns.as_deref())?;
+        log.take_stock(&files, stamps_ns.as_deref(), unpack)?;
         log.describe();
         log.decide_time(options)?;
         log.describe();
@@ -37,15 +46,22 @@ impl ScanFolder {
         Ok(log)
     }
 
-    fn take_stock(&mut self, files: &[PathBuf], stamps_ns: Option<&[i64]>) -> Result<(), LogError> {
+    fn take_stock(
+        &mut self,
+        files: &[PathBuf],
+        stamps_ns: Option<&[i64]>,
+        unpack: bool,
+    ) -> Result<(), LogError> {
         let (mut names, mut damage, mut in_world) = (Vec::new(), DamageList::default(), None);
         for (number, path) in files.iter().enumerate() {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let length = std::fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
             self.summary.bytes += length;
             names.push((name, length));
-            let mut file = match ScanFile::open(path, self.format, &self.count) {
-                Ok(file) => file,
+            let opened = ScanFile::open(path, self.format, &self.count);
+            let looked_at = opened.and_then(|mut file| Ok((file.whole_points(unpack)?, file)));
+            let ((points, cut), file) = match looked_at {
+                Ok(looked_at) => looked_at,
                 Err(LogError::Malformed { path, place, problem }) => {
                     let place = format!("{}, {place}", shown_path(&path));
                     let what = format!("{problem}; the scan is skipped");
@@ -63,7 +79,6 @@ impl ScanFolder {
                 }
                 Err(error) => return Err(error),
             };
-            let (points, cut) = file.whole_points()?;
             let is_cut = cut.is_some();
             if let Some(cut) = cut {
                 let place = format!("{}, {}", shown_path(path), cut.place);

@@ -113,7 +113,8 @@ fn extremes(folder: &Path, entries: &[Entry], count: &ReadCount) -> Result<Vec<F
         times_of(folder, entry, count, &mut bytes)?;
         let finite = || seconds(&bytes).filter(|time| time.is_finite());
         if let (Some(smallest), Some(largest)) = (finite().reduce(f64::min), finite().reduce(f64::max)) {
-            seen.push(FieldExtremes { stamp_ns: entry.stamp_ns.unwrap_or(0), smallest, largest });
+            let stamp_ns = entry.stamp_ns.unwrap_or(0);
+            seen.push(FieldExtremes { frame, stamp_ns, smallest, largest });
         }
     }
     Ok(seen)

@@ -1,11 +1,15 @@
 //! Casting: rays into every run's map, and what they leave.
 
 mod casters;
+mod copies;
+mod odd;
 mod pass;
+mod rows;
 mod shapes;
 mod worker;
 
 pub(crate) use casters::{RunCaster, horizon_m};
+pub use copies::CopiedScans;
+pub use odd::{OddScans, Oddity};
 pub(crate) use pass::Scored;
 pub(crate) use shapes::ScanShape;
-pub use shapes::{OddScan, Oddity};

@@ -7,7 +7,9 @@ use dmp_reduce::{Comparison, Layout, Promise, Reducer, RunSums, Verdict};
 use dmp_sensor::ReturnCounts;
 
 use super::casters::{RunCaster, SharedTiles, bases};
-use super::shapes::{OddScan, Oddity, ScanShape, odd_scans};
+use super::copies::{CopiedScans, copied_scans};
+use super::odd::{OddScans, in_rows, odd_scans};
+use super::shapes::ScanShape;
 use super::worker::{CastWorker, TileSums};
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
@@ -35,8 +37,10 @@ pub(crate) struct Scored {
     /// What the verdicts of the last look promise.
     pub(crate) promise: Promise,
     pub(crate) counts: ReturnCounts,
-    /// Scans of a log without checksums that are unlike those around them.
-    pub(crate) odd_scans: Vec<OddScan>,
+    /// Scans of a log without checksums that are unlike the others.
+    pub(crate) odd_scans: Vec<OddScans>,
+    /// Scans that hold what another one holds.
+    pub(crate) copied_scans: Vec<CopiedScans>,
     /// Sums of the returns that lie in a tile, for each run and tile.
     pub(crate) tiles: HashMap<(usize, TileId), RunSums>,
     pub(crate) tile_loads: u64,
@@ -64,6 +68,7 @@ struct Sums {
     counts: ReturnCounts,
     tiles: TileSums,
     shapes: Vec<(u64, ScanShape)>,
+    marks: Vec<(u64, u64)>,
 }
 
 impl Evaluation<'_, RunCaster> {
@@ -86,15 +91,16 @@ impl Evaluation<'_, RunCaster> {
                     sums.tiles.entry(*tile).or_insert_with(RunSums::default).merge(of_tile);
                 }
                 sums.shapes.extend(&worker.shapes);
+                sums.marks.extend(&worker.marks);
             }
             Ok::<_, EvaluateError>(sums)
         };
         let mut keep = |workers: &[CastWorker<'_>], done: &FrameSet| {
             maps.keep(&self.work)?;
-            let Sums { reducer, counts, tiles, shapes } = state(workers)?;
+            let Sums { reducer, counts, tiles, shapes, marks } = state(workers)?;
             let tiles = tiles.into_iter().map(|((run, tile), sums)| (run as u64, tile.x, tile.y, sums));
             let (done, reducer, tiles) = (done.clone(), reducer.seen(), tiles.collect());
-            self.work.save(maps.round, &Casting { done, reducer, counts, tiles, shapes })
+            self.work.save(maps.round, &Casting { done, reducer, counts, tiles, shapes, marks })
         };
         let mut workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
         let reading = self.plan.reading(self.log, &self.means, self.progress);
@@ -122,8 +128,8 @@ impl Evaluation<'_, RunCaster> {
             }
             Ok::<_, EvaluateError>(())
         })?;
-        let Sums { reducer, counts, tiles, shapes } = state(&workers)?;
-        let odd_scans = self.odd_scans(shapes);
+        let Sums { reducer, counts, tiles, shapes, marks } = state(&workers)?;
+        let (odd_scans, copied_scans) = (self.odd_scans(shapes), self.copied_scans(marks));
         let promise = self.promise(&reducer);
         let frames = reducer.frames_added();
         let caster = &self.runs[0].map.caster;
@@ -137,6 +143,7 @@ impl Evaluation<'_, RunCaster> {
             promise,
             counts,
             odd_scans,
+            copied_scans,
             tiles,
             tile_loads: caster.tile_loads(),
             tiles_in_reach,
@@ -216,24 +223,31 @@ impl Evaluation<'_, RunCaster> {
         let kept = if self.sink.wants_every_return() { None } else { self.work.load::<Casting>(round)? };
         let Some(kept) = kept else {
             let (reducer, counts) = (Reducer::new(layout.clone()), ReturnCounts::default());
-            let nothing = Sums { reducer, counts, tiles: HashMap::new(), shapes: Vec::new() };
+            let (tiles, shapes, marks) = (HashMap::new(), Vec::new(), Vec::new());
+            let nothing = Sums { reducer, counts, tiles, shapes, marks };
             return Ok((nothing, FrameSet::default()));
         };
         let tiles = kept.tiles.into_iter().map(|(run, x, y, sums)| ((run as usize, TileId { x, y }), sums));
         let reducer = Reducer::resume(layout.clone(), kept.reducer)?;
-        let (counts, tiles, shapes) = (kept.counts, tiles.collect(), kept.shapes);
-        Ok((Sums { reducer, counts, tiles, shapes }, kept.done))
+        let (counts, tiles, shapes, marks) = (kept.counts, tiles.collect(), kept.shapes, kept.marks);
+        Ok((Sums { reducer, counts, tiles, shapes, marks }, kept.done))
     }
 
-    /// The scans that are unlike those around them, where all were scored.
-    fn odd_scans(&self, mut shapes: Vec<(u64, ScanShape)>) -> Vec<OddScan> {
+    /// The scans that are unlike the others, where all were scored.
+    fn odd_scans(&self, mut shapes: Vec<(u64, ScanShape)>) -> Vec<OddScans> {
         let frames = self.plan.frames();
         if shapes.len() != frames.len() {
             return Vec::new();
         }
         shapes.sort_unstable_by_key(|&(ordinal, _)| ordinal);
         let shapes: Vec<ScanShape> = shapes.into_iter().map(|(_, shape)| shape).collect();
-        let odd = |(k, oddity): (usize, Oddity)| OddScan { scan: frames[k].number, oddity };
-        odd_scans(&shapes).into_iter().map(odd).collect()
+        in_rows(odd_scans(&shapes).into_iter().map(|(k, oddity)| (frames[k].number, oddity)))
+    }
+
+    /// The scans that hold what another one holds, of those that were scored.
+    fn copied_scans(&self, mut marks: Vec<(u64, u64)>) -> Vec<CopiedScans> {
+        marks.sort_unstable();
+        let numbered = |(ordinal, mark): (u64, u64)| (self.plan.frames()[ordinal as usize].number, mark);
+        copied_scans(&marks.into_iter().map(numbered).collect::<Vec<_>>())
     }
 }

@@ -1,35 +1,27 @@
-//! Scans that are unlike those around them: where no checksum guards a log, the only sign of bytes that changed.
+//! What is kept of each scan, to find those that are unlike the others.
 
-use std::fmt;
-
-use dmp_sensor::{DropReason, Ray, ReturnCounts};
+use dmp_sensor::{DropReason, Ray, ReturnCounts, Scan};
 use serde::{Deserialize, Serialize};
 
 /// Shares of ranges are counted in half octaves from 0.25 m.
 const BINS: usize = 24;
 const FIRST_EXPONENT: i32 = -2;
-/// Scans on either side that a scan is compared with.
-const BESIDE: usize = 2;
-/// Implausible ranges that one scan may have more than the scans beside it have eightfold.
-const IMPLAUSIBLE: u32 = 16;
-/// Returns without which a share says little.
-const ENOUGH: u32 = 200;
-/// How much more, as a share, the larger of two numbers of returns is, a scan's own and the median of those beside it: more
-/// than this, and more than so many times what is usual in the log.
-const MORE: f64 = 0.75;
-const USUAL_MORE: f64 = 10.0;
-/// Share of the returns that would have to be at another range to make a scan like the nearest of those beside it, likewise.
-const APART: f64 = 0.35;
-const USUAL_APART: f64 = 4.0;
+/// Half octaves from 1 m on in which a scan's farthest returns are looked for.
+const FAR_BINS: usize = 34;
+/// Farthest returns that are left aside, and one of so many: sunlight makes some.
+const STRAY: u64 = 16;
+const ONE_STRAY_OF: u64 = 256;
 
 /// What is kept of a scan to compare it with others: counts, and how its ranges are spread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct ScanShape {
     /// Points where something came back.
-    returns: u32,
+    pub(super) returns: u32,
     /// Returns that are posed and have a plausible range.
-    used: u32,
-    implausible: u32,
+    pub(super) used: u32,
+    pub(super) implausible: u32,
+    /// The half octave from 1 m in which its ranges end but for a few, whether they are used or not.
+    pub(super) end: u8,
     /// Shares of the used returns, of 255.
     shares: [u8; BINS],
 }
@@ -38,9 +30,32 @@ pub(crate) struct ScanShape {
 #[derive(Debug, Clone, Default)]
 pub(super) struct ShapeCounts {
     bins: [u32; BINS],
+    end: u8,
 }
 
 impl ShapeCounts {
+    /// Looks at all returns of a scan, far as they may be.
+    pub(super) fn look_at(&mut self, scan: &Scan) {
+        let mut bins = [0_u64; FAR_BINS];
+        for point in &scan.points_in_sensor_m {
+            let [x, y, z] = point.map(f64::from);
+            let square = x * x + y * y + z * z;
+            // The exponent of the square: half octaves without a root. What is beyond the last is no range of a sensor.
+            let half_octave = (square.to_bits() >> 52) as i64 - 1023;
+            if let Some(count) = usize::try_from(half_octave).ok().and_then(|bin| bins.get_mut(bin)) {
+                *count += 1;
+            }
+        }
+        let stray = STRAY.max(scan.len() as u64 / ONE_STRAY_OF);
+        let mut beyond = 0;
+        let end = bins.iter().rposition(|count| {
+            beyond += count;
+            beyond > stray
+        });
+        self.end = end.unwrap_or(0) as u8;
+    }
+
+    /// Counts returns that are used.
     pub(super) fn add(&mut self, rays: &[Ray]) {
         for ray in rays {
             // Exponent and first bit of the mantissa: half octaves without a logarithm.
@@ -52,137 +67,43 @@ impl ShapeCounts {
 
     /// What was counted since the last time.
     pub(super) fn take(&mut self, counts: &ReturnCounts) -> ScanShape {
-        let bins = std::mem::take(&mut self.bins);
+        let Self { bins, end } = std::mem::take(self);
         let used: u32 = bins.iter().sum();
         let share =
             |count: u32| ((255 * u64::from(count) + u64::from(used) / 2) / u64::from(used.max(1))) as u8;
         let nothing = counts.dropped(DropReason::NonFinite) + counts.dropped(DropReason::NoReturn);
         let [returns, implausible] = [counts.total() - nothing, counts.implausible()]
             .map(|count| count.min(u64::from(u32::MAX)) as u32);
-        ScanShape { returns, used, implausible, shares: bins.map(share) }
+        ScanShape { returns, used, implausible, end, shares: bins.map(share) }
     }
 }
 
 impl ScanShape {
     /// Share of the returns that are at another range: total variation, 0 to 1.
-    fn apart(&self, other: &Self) -> f64 {
+    pub(super) fn apart(&self, other: &Self) -> f64 {
         let differences = self.shares.iter().zip(&other.shares).map(|(a, b)| u32::from(a.abs_diff(*b)));
         f64::from(differences.sum::<u32>()) / 510.0
     }
 }
 
-/// A scan that is unlike those before and after it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OddScan {
-    /// Its number in the log.
-    pub scan: usize,
-    /// What is odd about it.
-    pub oddity: Oddity,
-}
-
-/// What is odd about a scan.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum Oddity {
-    /// So many ranges that no sensor measures.
-    Implausible(u32),
-    /// So many returns where those beside it have others.
-    Returns {
-        /// Its own.
-        returns: u32,
-        /// Those of the scans beside it.
-        usual: u32,
-    },
-    /// So large a share of its returns lies at ranges that the scans beside it do not have.
-    Ranges {
-        /// Of 1.
-        share: f64,
-    },
-}
-
-impl fmt::Display for OddScan {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "scan {} has ", self.scan)?;
-        match self.oddity {
-            Oddity::Implausible(count) => write!(f, "{count} ranges below 1 mm or above 100 km"),
-            Oddity::Returns { returns, usual } => {
-                write!(f, "{returns} returns where they have about {usual}")
-            }
-            Oddity::Ranges { share } => write!(f, "{:.0} % of its returns at other ranges", 100.0 * share),
-        }
-    }
-}
-
-/// The scans of a log, each by its place in the order of time, that are unlike those before and after them. A scene that
-/// changes makes a scan unlike those on one side; only a scan unlike both is odd.
-pub(crate) fn odd_scans(shapes: &[ScanShape]) -> Vec<(usize, Oddity)> {
-    // Of two scans none is the odd one.
-    if shapes.len() <= BESIDE {
-        return Vec::new();
-    }
-    let beside = |k: usize| {
-        let (first, end) = (k.saturating_sub(BESIDE), (k + BESIDE + 1).min(shapes.len()));
-        (first..end).filter(move |&other| other != k).map(|other| &shapes[other])
-    };
-    let usual = |k: usize, of: fn(&ScanShape) -> u32| median(beside(k).map(of).collect());
-    let more = |k: usize| {
-        let (own, usual) = (shapes[k].returns, usual(k, |shape| shape.returns));
-        f64::from(own.max(usual)) / f64::from(own.min(usual).max(1)) - 1.0
-    };
-    let apart = |k: usize| {
-        let others = beside(k).filter(|other| other.used >= ENOUGH);
-        let nearest = others.map(|other| shapes[k].apart(other)).reduce(f64::min);
-        nearest.filter(|_| shapes[k].used >= ENOUGH).unwrap_or(0.0)
-    };
-    let usual_of = |of: &dyn Fn(usize) -> f64| {
-        let mut all: Vec<f64> = (0..shapes.len()).map(of).collect();
-        all.sort_unstable_by(f64::total_cmp);
-        all[all.len() / 2]
-    };
-    let (most, farthest) =
-        (MORE.max(USUAL_MORE * usual_of(&more)), APART.max(USUAL_APART * usual_of(&apart)));
-    let odd = |k: usize| {
-        let (shape, implausible) = (&shapes[k], usual(k, |shape| shape.implausible));
-        // The first and the last scan may be parts, or where the scene changes.
-        let (has_both, returns) = (k > 0 && k + 1 < shapes.len(), usual(k, |shape| shape.returns));
-        if shape.implausible > IMPLAUSIBLE.saturating_add(implausible.saturating_mul(8)) {
-            Some(Oddity::Implausible(shape.implausible))
-        } else if has_both && shape.returns.max(returns) >= ENOUGH && more(k) > most {
-            Some(Oddity::Returns { returns: shape.returns, usual: returns })
-        } else {
-            let share = Some(apart(k)).filter(|&share| has_both && share > farthest);
-            share.map(|share| Oddity::Ranges { share })
-        }
-    };
-    (0..shapes.len()).filter_map(|k| Some((k, odd(k)?))).collect()
-}
-
-fn median(mut values: Vec<u32>) -> u32 {
-    values.sort_unstable();
-    values.get(values.len() / 2).copied().unwrap_or(0)
+/// Where a half octave from 1 m on begins, metres.
+pub(super) fn half_octave_m(number: u8) -> f64 {
+    (0..number / 2).fold(if number % 2 == 0 { 1.0 } else { std::f64::consts::SQRT_2 }, |m, _| 2.0 * m)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn shape(ranges_m: impl Iterator<Item = f64>, implausible: u32) -> ScanShape {
-        let ray = |range_m| Ray { origin_in_world: [0.0; 3], direction_in_world: [1.0, 0.0, 0.0], range_m };
-        let rays: Vec<Ray> = ranges_m.map(ray).collect();
-        let mut counts = ShapeCounts::default();
-        counts.add(&rays);
-        ScanShape { returns: rays.len() as u32, implausible, ..counts.take(&ReturnCounts::default()) }
-    }
-
-    /// A scan among walls at a distance.
-    fn street(width_m: f64, returns: usize) -> ScanShape {
-        shape((0..returns).map(|k| width_m * (1.0 + k as f64 / returns as f64)), 0)
-    }
-
     #[test]
     fn half_octaves_are_told_apart() {
-        let bin =
-            |range_m: f64| shape(std::iter::once(range_m), 0).shares.iter().position(|&share| share == 255);
+        let shape_of = |range_m: f64| {
+            let ray = Ray { origin_in_world: [0.0; 3], direction_in_world: [1.0, 0.0, 0.0], range_m };
+            let mut counts = ShapeCounts::default();
+            counts.add(&[ray]);
+            counts.take(&ReturnCounts::default())
+        };
+        let bin = |range_m: f64| shape_of(range_m).shares.iter().position(|&share| share == 255);
         assert_eq!(
             [0.001, 0.25, 0.37, 0.38, 0.5, 0.75, 1.0, 1e9].map(bin),
             [0, 0, 0, 1, 2, 3, 4, BINS - 1].map(Some)
@@ -191,42 +112,21 @@ mod tests {
         assert_eq!((empty.used, empty.shares), (0, [0; BINS]));
     }
 
-    /// The null: a scene that changes, slowly or from one scan to the next, has no odd scans.
     #[test]
-    fn a_scene_that_changes_has_no_odd_scans() {
-        let widens = (0..100).map(|k| street(5.0 * 1.05f64.powi(k), 20_000 - 100 * k as usize));
-        assert_eq!(odd_scans(&widens.collect::<Vec<_>>()), []);
-        let opens = (0..100).map(|k| street(if k < 50 { 5.0 } else { 60.0 }, 20_000));
-        assert_eq!(odd_scans(&opens.collect::<Vec<_>>()), []);
-        for at in [1, 59] {
-            let opens_at_an_end = (0..60).map(|k| street(if k < at { 5.0 } else { 60.0 }, 20_000));
-            assert_eq!(odd_scans(&opens_at_an_end.collect::<Vec<_>>()), []);
-        }
-        // Scans so far apart that none is like the one before.
-        let thinned = (0..100).map(|k| street([4.0, 16.0, 64.0, 8.0, 32.0][k % 5], 20_000));
-        assert_eq!(odd_scans(&thinned.collect::<Vec<_>>()), []);
-        let few = (0..100).map(|k| street(1.0 + f64::from(k * 37 % 50), 100));
-        assert_eq!(odd_scans(&few.collect::<Vec<_>>()), []);
-        for count in 0..3 {
-            let all: Vec<_> = (0..count).map(|k| street(5.0, 1000 * (1 + 9 * k))).collect();
-            assert_eq!(odd_scans(&all), []);
-        }
-    }
-
-    #[test]
-    fn a_scan_unlike_those_on_both_sides_is_odd() {
-        let mut shapes: Vec<_> = (0..60).map(|k| street(5.0 + 0.1 * f64::from(k), 20_000)).collect();
-        shapes[10] = street(60.0, 20_000);
-        shapes[20] = street(5.0, 3_000);
-        shapes[30].implausible = 40;
-        shapes[40] = street(60.0, 20_000);
-        // The last may be where the scene changes.
-        shapes[59] = street(60.0, 20_000);
-        let odd = odd_scans(&shapes);
-        let places: Vec<usize> = odd.iter().map(|&(k, _)| k).collect();
-        assert_eq!(places, [10, 20, 30, 40]);
-        assert!(matches!(odd[0].1, Oddity::Ranges { share } if share > 0.9));
-        assert_eq!(odd[1].1, Oddity::Returns { returns: 3_000, usual: 20_000 });
-        assert_eq!(odd[2].1, Oddity::Implausible(40));
+    fn ranges_end_where_all_but_a_few_do() {
+        let end = |far: usize, at_m: f32| {
+            let mut scan = Scan::default();
+            scan.points_in_sensor_m = vec![[3.0, 0.0, 0.0]; 1000 - far];
+            scan.points_in_sensor_m.extend(vec![[0.0, at_m, 0.0]; far]);
+            let mut counts = ShapeCounts::default();
+            counts.look_at(&scan);
+            half_octave_m(counts.take(&ReturnCounts::default()).end)
+        };
+        assert_eq!([end(0, 0.0), end(17, 64.5), end(16, 64.5)].map(f64::round), [3.0, 64.0, 3.0]);
+        // What no sensor has is counted elsewhere.
+        assert_eq!(
+            [end(100, 1e9), end(100, f32::NAN), end(100, f32::MAX), end(1000, 1e-9)].map(f64::round),
+            [3.0, 3.0, 3.0, 1.0]
+        );
     }
 }

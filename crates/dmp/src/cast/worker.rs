@@ -10,6 +10,7 @@ use dmp_reduce::{
 use dmp_sensor::{DepthNoise, Isometry3, Ray, ReturnCounts, Scan, depth_per_range};
 
 use super::casters::{RunCaster, bases};
+use super::copies::mark_of;
 use super::shapes::{ScanShape, ShapeCounts};
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
@@ -39,6 +40,8 @@ pub(super) struct CastWorker<'e> {
     /// Of the scans seen, where no checksum guards them: their places in the plan, and their shapes.
     pub(super) shapes: Vec<(u64, ScanShape)>,
     shape: ShapeCounts,
+    /// Of the scans seen: their places in the plan, and what tells those with the same returns.
+    pub(super) marks: Vec<(u64, u64)>,
 }
 
 /// One run, with what its rays left.
@@ -73,6 +76,7 @@ impl<'e> CastWorker<'e> {
             counts: ReturnCounts::default(),
             shapes: Vec::new(),
             shape: ShapeCounts::default(),
+            marks: Vec::new(),
         }
     }
 }
@@ -83,6 +87,10 @@ impl Worker for CastWorker<'_> {
         let (depth_noise, scales) = (self.depth_noise.as_ref(), self.frame.scales());
         self.frame.clear();
         let (unguarded, shape) = (!evaluation.log.summary().has_checksums, &mut self.shape);
+        if unguarded {
+            shape.look_at(scan);
+        }
+        self.marks.extend(mark_of(scan).map(|mark| (ordinal as u64, mark)));
         let sums = &mut self.frame;
         let mut first = 0;
         let counts = poser.blocks(frame, scan, |block| {

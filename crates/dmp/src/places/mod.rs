@@ -116,6 +116,7 @@ pub fn evaluate_quick<'a>(
         promise: settings.promise(),
         counts,
         odd_scans: Vec::new(),
+        copied_scans: Vec::new(),
         tiles: totals.tiles,
         tile_loads: totals.tile_loads,
         tiles_in_reach,

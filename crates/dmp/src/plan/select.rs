@@ -1,5 +1,7 @@
 //! Which scans are in use.
 
+use dmp_log::{StampJump, stamp_jumps};
+
 use crate::config::Run;
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
@@ -24,6 +26,8 @@ pub(crate) struct Selection {
     pub(crate) out_of_order: usize,
     /// Scans with the stamp of another.
     pub(crate) same_stamp: usize,
+    /// Where the log's stamps jump, whatever scans of it are in use.
+    pub(crate) stamp_jumps: Vec<StampJump>,
 }
 
 /// The scans that were asked for and have a pose in every run, near enough in time; the runs get to know how many they have
@@ -81,6 +85,9 @@ pub(super) fn select<M>(
     selection.frames.sort_by_key(|frame| (frame.stamp_ns, frame.frame));
     let same = |pair: &&[PlannedFrame]| pair[0].stamp_ns.is_some() && pair[0].stamp_ns == pair[1].stamp_ns;
     selection.same_stamp = selection.frames.windows(2).filter(same).count();
+    let stamps: Vec<(usize, i64)> =
+        heads.scans().filter_map(|(number, info)| Some((number, info.stamp_ns?))).collect();
+    selection.stamp_jumps = stamp_jumps(&stamps);
     Ok(selection)
 }
 

@@ -1,9 +1,10 @@
 //! What a reader must know before believing a report: each a sentence in the JSON.
 
+use dmp_log::StampJump;
 use serde::{Deserialize, Serialize};
 
 use super::withheld::Withheld;
-use crate::cast::OddScan;
+use crate::cast::{CopiedScans, OddScans};
 
 /// What a reader must know before believing a report, or a run in it. Shares are of 1.
 ///
@@ -22,17 +23,30 @@ pub enum Warning {
         /// Share of all returns.
         share: f64,
     },
-    /// Scans of a log without checksums are unlike those before and after them.
+    /// Scans of a log without checksums are unlike the others.
     #[error(
-        "{count} {} unlike those before and after, and the log has no checksums: {}; did bytes change?",
+        "{count} {} unlike the others, and the log has no checksums: {}; did bytes change?",
         if *.count == 1 { "scan is" } else { "scans are" },
-        in_words(.first, *.count)
+        in_words(.first, *.more)
     )]
     OddScans {
         /// How many.
         count: usize,
         /// The first of them.
-        first: Vec<OddScan>,
+        first: Vec<OddScans>,
+        /// How many scans or rows of them come after those.
+        more: usize,
+    },
+    /// Scans hold the same returns as others.
+    #[error(
+        "{}: what two scans measure is never the same to the last bit; did the driver stop, or a file take another's place?",
+        in_words(.first, *.more)
+    )]
+    CopiedScans {
+        /// The first of them.
+        first: Vec<CopiedScans>,
+        /// How many scans or rows of them come after those.
+        more: usize,
     },
     /// So many rays of a run hit nothing.
     #[error(
@@ -133,6 +147,22 @@ pub enum Warning {
     SameStamp {
         /// How many.
         scans: usize,
+    },
+    /// Single scans are stamped at another time than those around them.
+    #[error("{}: did the clock jump, or a stamp change?", in_words(.first, *.more))]
+    StampsOff {
+        /// The first of them.
+        first: Vec<StampJump>,
+        /// How many come after those.
+        more: usize,
+    },
+    /// For some time, far longer than elsewhere in the log, there is no scan.
+    #[error("{}: a pause, or are scans lost or stamps changed?", in_words(.first, *.more))]
+    StampGaps {
+        /// The first of them.
+        first: Vec<StampJump>,
+        /// How many come after those.
+        more: usize,
     },
     /// The times of points are of no use to a run.
     #[error(
@@ -293,11 +323,11 @@ impl From<String> for Warning {
     }
 }
 
-/// The first of so many.
-fn in_words(first: &[OddScan], count: usize) -> String {
+/// The first, and how many more there are.
+fn in_words(first: &[impl ToString], more: usize) -> String {
     let mut words: Vec<String> = first.iter().map(ToString::to_string).collect();
-    if count > first.len() {
-        words.push(format!("and {} more", count - first.len()));
+    if more > 0 {
+        words.push(format!("and {more} more"));
     }
     words.join("; ")
 }

@@ -1,5 +1,6 @@
 //! When a report warns, and of what.
 
+use dmp_log::StampJump;
 use dmp_sensor::ReturnCounts;
 
 use super::contents::Report;
@@ -26,8 +27,8 @@ const DROPS_TOLD: f64 = 0.2;
 const VEHICLE_TOLD: f64 = 0.05;
 /// A share of returns with ranges of no LiDAR that is worth a word.
 const IMPLAUSIBLE_TOLD: f64 = 0.05;
-/// Scans unlike those around them that are named.
-const ODD_TOLD: usize = 5;
+/// Scans, rows of them, or jumps of their stamps that are named.
+const MOST_NAMED: usize = 5;
 /// Frames below which a sample has no intervals.
 const FRAMES_NEEDED: u64 = 4;
 /// How much more may be read for places than was asked for before it is worth a word.
@@ -43,11 +44,22 @@ pub(super) fn add<M>(report: &mut Report, plan: &Plan, scored: &Scored, runs: &[
     }
     report.warnings = of_report(report, plan, runs);
     report.warnings.extend(implausible(&scored.counts));
-    if !scored.odd_scans.is_empty() {
-        let (count, first) =
-            (scored.odd_scans.len(), scored.odd_scans.iter().take(ODD_TOLD).copied().collect());
-        report.warnings.push(Warning::OddScans { count, first });
+    let (odd, copied) = (&scored.odd_scans, &scored.copied_scans);
+    if !odd.is_empty() {
+        let count = odd.iter().map(|row| row.last + 1 - row.scan).sum();
+        let (first, more) = first_of(odd);
+        report.warnings.push(Warning::OddScans { count, first, more });
     }
+    if !copied.is_empty() {
+        let (first, more) = first_of(copied);
+        report.warnings.push(Warning::CopiedScans { first, more });
+    }
+}
+
+/// The first of a list, and how many more there are.
+fn first_of<T: Copy>(all: &[T]) -> (Vec<T>, usize) {
+    let first = &all[..all.len().min(MOST_NAMED)];
+    (first.to_vec(), all.len() - first.len())
 }
 
 /// Where the numbers of the points are hardly coordinates in metres.
@@ -100,6 +112,16 @@ fn of_report<M>(report: &Report, plan: &Plan, runs: &[RunState<'_, M>]) -> Vec<W
     }
     if selection.same_stamp > 0 {
         warnings.push(Warning::SameStamp { scans: selection.same_stamp });
+    }
+    let (scans, gaps): (Vec<StampJump>, Vec<StampJump>) =
+        selection.stamp_jumps.iter().partition(|jump| matches!(jump, StampJump::Scan { .. }));
+    if !scans.is_empty() {
+        let (first, more) = first_of(&scans);
+        warnings.push(Warning::StampsOff { first, more });
+    }
+    if !gaps.is_empty() {
+        let (first, more) = first_of(&gaps);
+        warnings.push(Warning::StampGaps { first, more });
     }
     if inputs.point_times.is_some() {
         let without = runs.iter().filter(|run| run.poses.ignores_point_times());

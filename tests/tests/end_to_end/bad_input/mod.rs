@@ -18,6 +18,7 @@ mod raw;
 mod shared_folders;
 mod times;
 mod trajectories;
+mod untold;
 
 use std::path::Path;
 use std::process::{Command, Output};
