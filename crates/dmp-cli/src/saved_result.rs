@@ -6,6 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context as _, anyhow, bail};
 use dmp::Report;
+use dmp_disk::open_input;
 use dmp_log::{LogError, is_printable, printable};
 use serde::Deserialize;
 use serde_json::Value;
@@ -61,7 +62,7 @@ fn report(path: &Path) -> anyhow::Result<Report> {
 }
 
 fn open(path: &Path) -> anyhow::Result<BufReader<File>> {
-    Ok(BufReader::new(File::open(path).context("cannot open")?))
+    Ok(BufReader::new(open_input(path).context("cannot open")?))
 }
 
 fn unreadable(error: &serde_json::Error) -> anyhow::Error {

@@ -93,16 +93,55 @@ fn row_24_long_steps_stop_midway_and_leave_nothing() {
 fn row_24_outputs_and_lists_that_are_pipes_wait_until_they_are_stopped() {
     let (folder, _) = town();
     let path = folder.path();
-    ["pipe", "pipe.html"].iter().for_each(|name| pipe(&path.join(name)));
+    ["pipe", "pipe.html", "pipe.laz"].iter().for_each(|name| pipe(&path.join(name)));
     let before = names_in(path);
     for arguments in [
         "score town.mcap -t truth.tum --report pipe.html --quiet",
+        "score town.mcap -t truth.tum --residuals pipe.laz --quiet",
         "convert trajectory truth.tum --to tum -o pipe",
         "score town.mcap -t truth.tum --extrinsic calib:pipe --quiet",
     ] {
         stopped_where_it_waits(path, arguments);
         assert_eq!(names_in(path), before, "{arguments}");
     }
+}
+
+/// A program that refuses in one line with all the words, and waits for nobody.
+fn refused_at_once(folder: &Path, arguments: &str, words: &[&str]) {
+    let output = ended(begin(folder, &format!("{arguments} --quiet")));
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{arguments}: {stderr}");
+    let is_line = stderr.starts_with("error: ") && stderr.lines().count() == 1;
+    assert!(is_line && words.iter().all(|word| stderr.contains(word)), "{arguments}: {stderr}");
+}
+
+/// They are read more than once: who waited there would wait for ever, or read what is left.
+#[test]
+fn row_24_inputs_that_are_pipes_are_refused_at_once() {
+    let (folder, _) = town();
+    let path = folder.path();
+    let bag = path.join("bag.db3");
+    fs::write(&bag, b"SQLite format 3\0").unwrap();
+    ["pipe", "pipe.mcap", "pipe.laz", "pipe.obj", "pipe.dmpmap", "bag.db3-wal"]
+        .iter()
+        .for_each(|name| pipe(&path.join(name)));
+    for arguments in [
+        "score pipe.mcap -t truth.tum",
+        "score pipe -t truth.tum",
+        "info pipe",
+        "score town.mcap -t pipe",
+        "score town.mcap -t pipe:/odom",
+        "convert trajectory pipe --to tum -o out.tum",
+        "score town.mcap -t truth.tum --map pipe.laz",
+        "score town.mcap -t truth.tum --map pipe.obj",
+        "score town.mcap -t truth.tum --map pipe.dmpmap",
+        "map build pipe.laz -o out.dmpmap",
+        "map info pipe.dmpmap",
+        "compare pipe",
+    ] {
+        refused_at_once(path, arguments, &["it is a pipe", "save what comes out of it to a file first"]);
+    }
+    refused_at_once(path, "info bag.db3", &["bag.db3", "bag.db3-wal`, which belongs to it, is no file"]);
 }
 
 #[test]
