@@ -2,7 +2,6 @@
 #![cfg(unix)]
 
 use std::fs;
-use std::io::{PipeReader, Write as _};
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -197,8 +196,8 @@ fn row_24_who_cannot_say_a_word_stops_too() {
 
 /// With as much in it as pipes of this system hold.
 #[cfg(target_os = "linux")]
-fn full_pipe() -> (PipeReader, std::io::PipeWriter) {
+fn full_pipe() -> (std::io::PipeReader, std::io::PipeWriter) {
     let (reader, mut writer) = std::io::pipe().unwrap();
-    writer.write_all(&[b'\n'; 1 << 16]).unwrap();
+    std::io::Write::write_all(&mut writer, &vec![b'\n'; 1 << 16]).unwrap();
     (reader, writer)
 }
