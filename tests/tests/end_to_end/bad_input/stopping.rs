@@ -98,7 +98,7 @@ fn row_24_outputs_and_lists_that_are_pipes_wait_until_they_are_stopped() {
         "score town.mcap -t truth.tum --report pipe.html --quiet",
         "score town.mcap -t truth.tum --residuals pipe.laz --quiet",
         "convert trajectory truth.tum --to tum -o pipe",
-        "score town.mcap -t truth.tum --extrinsic calib:pipe --quiet",
+        "loops pipe --candidates pipe --quiet",
     ] {
         stopped_where_it_waits(path, arguments);
         assert_eq!(names_in(path), before, "{arguments}");
@@ -130,6 +130,7 @@ fn row_24_inputs_that_are_pipes_are_refused_at_once() {
         "info pipe",
         "score town.mcap -t pipe",
         "score town.mcap -t pipe:/odom",
+        "score town.mcap -t truth.tum --extrinsic calib:pipe",
         "convert trajectory pipe --to tum -o out.tum",
         "score town.mcap -t truth.tum --map pipe.laz",
         "score town.mcap -t truth.tum --map pipe.obj",
