@@ -1,18 +1,21 @@
 //! What the process as a whole sets up: memory, interrupts.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::io::{self, IsTerminal as _, Write as _};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-use crate::exit::Exit;
+use dmp::Note;
+
+use crate::exit::{Exit, option_of};
 use crate::say::say;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-/// How many look whether it was.
-static LOOKING: AtomicUsize = AtomicUsize::new(0);
-/// How long a process that ends at once waits for its last line to be taken.
-const LAST_LINE: Duration = Duration::from_millis(100);
+/// How long work has to end in order.
+const IN_ORDER: Duration = Duration::from_millis(150);
+/// How long a process that ends at once waits for its last lines to be taken.
+const LAST_LINES: Duration = Duration::from_millis(100);
 
 /// Makes the C library give memory back. By itself it learns to keep what large lists leave, in ever more pieces, until a
 /// third more is held than is in use. It reads how from the environment when a process begins; so this one begins
@@ -43,47 +46,47 @@ pub(crate) fn begin_again_with_memory_given_back() {
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
 pub(crate) fn begin_again_with_memory_given_back() {}
 
-/// Prepares this process for Ctrl-C and requests to end. Where somebody [`Looks`], the first is noted and work ends in order,
-/// with what can be gone on from kept; else, and with the second, the process ends at once. Nothing unfinished is left behind.
+/// Prepares this process for Ctrl-C and requests to end. The first is noted, and work that looks whether it was ends in order;
+/// what has not ended soon, wherever it is, and what is asked a second time, ends at once. Nothing unfinished is left behind.
 pub(crate) fn prepare() {
     // Without a handler an interrupt ends the process as it always did; that is no reason not to work.
     let _ = ctrlc::set_handler(|| {
         let again = INTERRUPTED.swap(true, Ordering::SeqCst);
-        if again || LOOKING.load(Ordering::SeqCst) == 0 {
-            dmp_disk::remove_unfinished();
-            say_last("error: stopped before the end");
-            std::process::exit(Exit::Interrupted as i32);
+        let soon = || {
+            thread::sleep(IN_ORDER);
+            end_at_once();
+        };
+        if again || thread::Builder::new().spawn(soon).is_err() {
+            end_at_once();
         }
     });
 }
 
-/// Says a line where somebody takes it soon: at a pipe that is full, whoever writes waits for ever.
-fn say_last(text: &'static str) {
+fn end_at_once() {
+    let kept = dmp_disk::remove_unfinished();
+    let mut lines: Vec<String> = kept
+        .into_iter()
+        .map(|folder| format!("note: {}", Note::WorkKept { folder }.message_with(&option_of)))
+        .collect();
+    lines.push("error: stopped before the end".into());
+    say_last(lines);
+    std::process::exit(Exit::Interrupted as i32);
+}
+
+/// Says lines where somebody takes them soon: at a pipe that is full, whoever writes waits for ever.
+fn say_last(lines: Vec<String>) {
     let (said, is_said) = mpsc::channel();
     let say = move || {
-        say!("{text}");
+        if io::stderr().is_terminal() {
+            // Where progress was drawn.
+            let _ = write!(io::stderr(), "\r\x1b[2K");
+        }
+        lines.iter().for_each(|line| say!("{line}"));
         // Nobody waits any more where it took too long.
         let _ = said.send(());
     };
     if thread::Builder::new().spawn(say).is_ok() {
-        let _ = is_said.recv_timeout(LAST_LINE);
-    }
-}
-
-/// While it lives, somebody looks again and again whether the process was [`interrupted`].
-#[derive(Debug)]
-pub(crate) struct Looks(());
-
-impl Looks {
-    pub(crate) fn begin() -> Self {
-        LOOKING.fetch_add(1, Ordering::SeqCst);
-        Self(())
-    }
-}
-
-impl Drop for Looks {
-    fn drop(&mut self) {
-        LOOKING.fetch_sub(1, Ordering::SeqCst);
+        let _ = is_said.recv_timeout(LAST_LINES);
     }
 }
 

@@ -2,7 +2,6 @@
 
 use std::fmt;
 use std::io::IsTerminal as _;
-use std::sync::OnceLock;
 
 use dmp::{Note, Stage};
 use dmp_draw::text;
@@ -11,7 +10,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use crate::common::Common;
 use crate::exit::option_of;
-use crate::process::{self, Looks};
+use crate::process;
 use crate::say::say;
 
 /// The progress of an evaluation, on standard error where that is a terminal. Gone when dropped.
@@ -19,20 +18,17 @@ use crate::say::say;
 pub(crate) struct Progress {
     bar: ProgressBar,
     quiet: bool,
-    /// From the first thing on that can be stopped.
-    looks: OnceLock<Looks>,
 }
 
 impl Progress {
     pub(crate) fn new(common: &Common) -> Self {
         let shown = !common.quiet && !common.no_progress && std::io::stderr().is_terminal();
         let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        Self { bar: ProgressBar::with_draw_target(None, target), quiet: common.quiet, looks: OnceLock::new() }
+        Self { bar: ProgressBar::with_draw_target(None, target), quiet: common.quiet }
     }
 
     /// Something begins; `total` is 0 where its end is not known.
     fn start(&self, what: &'static str, unit: &'static str, total: u64) {
-        self.looks.get_or_init(Looks::begin);
         // How it is drawn first: every later call may draw.
         self.bar.set_style(style(unit, total > 0));
         self.bar.set_prefix(what);
@@ -122,7 +118,8 @@ impl dmp::Progress for Progress {
     }
 
     fn note(&self, note: &Note) {
-        if !self.quiet {
+        // What is left on the disk of work that failed belongs to the error.
+        if !self.quiet || matches!(note, Note::WorkKept { .. }) {
             self.bar.suspend(|| say!("note: {}", note.message_with(&option_of)));
         }
     }

@@ -1,12 +1,12 @@
 //! Reading back what `dmp score --json` printed.
 
 use std::fmt;
-use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
 use anyhow::{Context as _, anyhow, bail};
 use dmp::Report;
+use dmp_disk::open_input;
 use dmp_log::{LogError, is_printable, printable};
 use serde::Deserialize;
 use serde::de::{Deserializer as _, IgnoredAny, MapAccess, Visitor};
@@ -33,7 +33,7 @@ pub(crate) fn read_result(path: &Path) -> anyhow::Result<Report> {
 
 fn report(path: &Path) -> anyhow::Result<Report> {
     let mut bytes = Vec::new();
-    let file = File::open(path).context("cannot open")?;
+    let file = open_input(path).context("cannot open")?;
     file.take(MAX_BYTES + 1).read_to_end(&mut bytes).context("cannot read")?;
     if bytes.len() as u64 > MAX_BYTES {
         bail!("more than {MAX_BYTES} bytes are no result of `dmp score --json`");

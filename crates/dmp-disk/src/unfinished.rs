@@ -68,13 +68,15 @@ impl Drop for Unfinished {
     }
 }
 
-/// Removes what this process has begun and not finished, but for work folders with a checkpoint, which can be gone on from:
-/// the last that it does, whatever its other threads are at. Nothing can be begun or finished afterwards.
-pub fn remove_unfinished() {
+/// Removes what this process has begun and not finished, but for work folders with a checkpoint, which can be gone on from, and
+/// gives those: the last that it does, whatever its other threads are at. Nothing can be begun or finished afterwards.
+pub fn remove_unfinished() -> Vec<PathBuf> {
     let all = all();
     let (folders, whole): (Vec<&Begun>, Vec<&Begun>) = all.iter().partition(|begun| begun.if_empty);
-    let goes = |path: &&Path| !(path.is_dir() && has_checkpoint(path));
-    for path in whole.iter().map(|begun| begun.path.as_path()).filter(goes) {
+    let stays = |path: &&Path| path.is_dir() && has_checkpoint(path);
+    let (kept, gone): (Vec<&Path>, Vec<&Path>) =
+        whole.iter().map(|begun| begun.path.as_path()).partition(stays);
+    for path in gone {
         for _ in 0..TRIES {
             if fs::remove_file(path).or_else(|_| fs::remove_dir_all(path)).is_ok() || !path.exists() {
                 break;
@@ -85,8 +87,10 @@ pub fn remove_unfinished() {
     for folder in folders.iter().rev() {
         let _ = fs::remove_dir(&folder.path);
     }
+    let kept = kept.into_iter().map(Path::to_path_buf).collect();
     // Who waits for it now would leave something behind.
     std::mem::forget(all);
+    kept
 }
 
 /// What was begun. While it is held, [`remove_unfinished`] waits.

@@ -4,6 +4,7 @@ use crate::folder::is_file;
 use crate::text::{lines, read_text};
 use crate::trajectory::numbers::{numbers, pose_of_rows};
 use crate::{LogError, ParseError, PlaceInFile};
+use dmp_disk::open_input;
 use dmp_sensor::Isometry3;
 use std::path::{Path, PathBuf};
 
@@ -39,6 +40,8 @@ pub fn parse_calib(bytes: &[u8]) -> Result<Isometry3<f64>, ParseError> {
 /// # Errors
 /// As [`parse_calib`], and when the file cannot be read.
 pub fn read_calib(path: &Path) -> Result<Isometry3<f64>, LogError> {
+    // It is read for every run: a pipe would be empty the second time.
+    open_input(path).map_err(|e| LogError::io(path, "open", e))?;
     parse_calib(&read(path)?).map_err(|e| e.in_file(path))
 }
 

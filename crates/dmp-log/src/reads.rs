@@ -1,6 +1,7 @@
 //! Files whose bytes are counted as they are read.
 
 use crate::{LogError, PlaceInFile};
+use dmp_disk::open_input;
 use std::fs::{File, Metadata};
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 #[cfg(unix)]
@@ -22,7 +23,7 @@ impl ReadCount {
 
     /// Opens a file for reading.
     pub(crate) fn open(&self, path: &Path) -> io::Result<CountedFile> {
-        Ok(CountedFile { file: File::open(path)?, count: self.clone() })
+        Ok(CountedFile { file: open_input(path)?, count: self.clone() })
     }
 }
 
@@ -100,14 +101,14 @@ pub(crate) fn refuse_device(path: &Path) -> Result<(), LogError> {
 pub(crate) fn start_of(path: &Path) -> Result<Vec<u8>, LogError> {
     refuse_device(path)?;
     let mut start = Vec::new();
-    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
+    let file = open_input(path).map_err(|e| LogError::io(path, "open", e))?;
     file.take(16).read_to_end(&mut start).map_err(|e| LogError::io(path, "read", e))?;
     Ok(start)
 }
 
 /// Opens a file that is read from its start, and tells its length.
 pub(crate) fn open_sized(path: &Path) -> Result<(BufReader<File>, u64), LogError> {
-    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
+    let file = open_input(path).map_err(|e| LogError::io(path, "open", e))?;
     let length = file.metadata().map_err(|e| LogError::io(path, "read", e))?.len();
     Ok((BufReader::with_capacity(1 << 16, file), length))
 }

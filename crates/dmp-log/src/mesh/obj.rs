@@ -4,7 +4,7 @@ use super::fans::{Fans, MeshFormat, MeshSummary, vertex};
 use crate::decimal::shorten;
 use crate::text::read_line;
 use crate::{LogError, PlaceInFile};
-use std::fs::File;
+use dmp_disk::open_input;
 use std::io::BufReader;
 use std::path::Path;
 
@@ -15,7 +15,7 @@ where
     E: From<LogError>,
     F: FnMut(&[[[f64; 3]; 3]]) -> Result<(), E>,
 {
-    let file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
+    let file = open_input(path).map_err(|e| LogError::io(path, "open", e))?;
     let mut input = BufReader::with_capacity(1 << 16, file);
     let (mut vertices, mut line, mut number, mut faces) = (Vec::new(), Vec::new(), 0, 0_u64);
     let mut fans = Fans::new(sink);

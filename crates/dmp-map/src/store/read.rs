@@ -14,7 +14,7 @@ use super::layout::{
 use crate::MapError;
 use crate::lattice::Lattice;
 use crate::mix_hasher::MixHasher;
-use dmp_disk::TileId;
+use dmp_disk::{TileId, open_input};
 use dmp_sensor::{Isometry3, Point3};
 
 /// A finished map of surfels, opened for reading; shared freely between threads.
@@ -37,7 +37,7 @@ impl Store {
     /// # Errors
     /// When the file cannot be read, is no store, is of another version, cut short or damaged.
     pub fn open(path: &Path) -> Result<Self, MapError> {
-        let file = File::open(path).map_err(MapError::io(path, "cannot open the map"))?;
+        let file = open_input(path).map_err(MapError::io(path, "cannot open the map"))?;
         Self::of(path, StoreBytes::read(file).map_err(MapError::io(path, "cannot read the map"))?)
     }
 

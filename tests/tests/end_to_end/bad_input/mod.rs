@@ -16,6 +16,7 @@ mod outputs;
 mod points;
 mod raw;
 mod shared_folders;
+mod stopping;
 mod times;
 mod trajectories;
 mod untold;

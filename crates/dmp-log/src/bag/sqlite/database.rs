@@ -2,6 +2,7 @@
 
 use crate::bag::basics::{Channel, MAX_MESSAGE_BYTES};
 use crate::decimal::shorten;
+use dmp_disk::open_input;
 use rusqlite::limits::Limit;
 use rusqlite::{Connection, OpenFlags, OptionalExtension as _};
 use std::collections::BTreeMap;
@@ -59,15 +60,12 @@ fn channels_of(connection: &Connection) -> rusqlite::Result<BTreeMap<i64, Channe
 /// Opens a file for reading alone; it is not written to, nor is anything beside it.
 pub(super) fn open(path: &Path) -> io::Result<Connection> {
     // Says what is missing better than the library does.
-    std::fs::File::open(path)?;
+    open_input(path)?;
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let beside = |suffix: &str| {
-        let mut name = path.as_os_str().to_owned();
-        name.push(suffix);
-        Path::new(&name).try_exists()
-    };
     // Without a journal nobody is writing, and the file needs no locks and no folder that can be written to.
-    let connection = if beside("-wal")? || beside("-journal")? {
+    let [log, journal, _] =
+        [is_beside(path, "-wal")?, is_beside(path, "-journal")?, is_beside(path, "-shm")?];
+    let connection = if log || journal {
         Connection::open_with_flags(path, flags)
     } else {
         let uri = format!("file:{}?immutable=1", percent_encoded(path));
@@ -80,6 +78,18 @@ pub(super) fn open(path: &Path) -> io::Result<Connection> {
                     PRAGMA query_only = ON; PRAGMA cache_size = -2048;";
     connection.execute_batch(settings).map_err(to_io)?;
     Ok(connection)
+}
+
+/// Whether there is a file of the same name and this ending. At a pipe the library would wait.
+fn is_beside(path: &Path, ending: &str) -> io::Result<bool> {
+    let mut name = path.as_os_str().to_owned();
+    name.push(ending);
+    match std::fs::metadata(&name) {
+        Ok(found) if found.is_file() => Ok(true),
+        Ok(_) => Err(io::Error::other(format!("`{}`, which belongs to it, is no file", name.display()))),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
 }
 
 /// A path as a URI has it.
