@@ -70,6 +70,7 @@ pub use support::{Independence, Support};
 pub use surfel::Surfel;
 pub use tally::{Crossing, Met, Tally};
 pub use tile::{Tile, TileExtent};
+pub use tile_moments::{BRICK_EDGE, fused_bytes};
 pub use tile_source::TileSource;
 pub use tile_table::TileTable;
 pub use triangle_sampler::TriangleSampler;

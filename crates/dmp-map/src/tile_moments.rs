@@ -9,13 +9,17 @@ use crate::moments::{Moments, VoxelRecord};
 use crate::narrow_moments::{NarrowMoments, PackedSums};
 
 /// Voxels along the edge of a brick.
-const BRICK_EDGE: u32 = 4;
+pub const BRICK_EDGE: u32 = 4;
 const BRICK_VOXELS: usize = (BRICK_EDGE * BRICK_EDGE * BRICK_EDGE) as usize;
 /// Sums that are set aside for a brick at a time.
 const GROUP: usize = 4;
 /// Voxels whose sums are looked up together.
 const TOGETHER: usize = 128;
 const EMPTY: u8 = u8::MAX;
+/// How much more room lists have than there is in them, on average: it doubles each time.
+const ROOM: f64 = 1.4;
+/// What each brick has in its place in the hash.
+const PLACE_BYTES: usize = 24;
 
 /// The voxel sums of one tile while it is being fused: a hash of 4³-voxel bricks that say where the sums of their
 /// voxels are in one dense list.
@@ -46,6 +50,15 @@ struct Brick {
 pub(crate) struct PartOfVoxel {
     pub(crate) voxel: Voxel,
     pub(crate) sums: PackedSums,
+}
+
+/// The memory that the sums of so many voxels take while a map is fused, in so many bricks of [`BRICK_EDGE`] voxels along
+/// each edge, bytes, about: few voxels of a brick take more each.
+pub fn fused_bytes(voxels: f64, bricks: f64) -> f64 {
+    let brick_bytes = size_of::<Brick>() + size_of::<Voxel>() + PLACE_BYTES;
+    // Half of the last group of each brick is empty.
+    let sums = voxels + bricks * (GROUP / 2) as f64;
+    ROOM * (bricks * brick_bytes as f64 + sums * size_of::<NarrowMoments>() as f64)
 }
 
 impl TileMoments {
@@ -121,7 +134,7 @@ impl TileMoments {
         self.bricks.capacity() * size_of::<Brick>()
             + self.corners.capacity() * size_of::<Voxel>()
             + self.sums.capacity() * size_of::<NarrowMoments>()
-            + self.by_place.capacity() * 24
+            + self.by_place.capacity() * PLACE_BYTES
             + self.carried.capacity() * size_of::<(u32, Moments)>()
     }
 

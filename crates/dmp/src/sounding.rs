@@ -1,8 +1,8 @@
 //! What the maps of all runs will take, in memory and on disk, told from some of the scans before any is fused.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
-use dmp_map::{Lattice, TileId};
+use dmp_map::{BRICK_EDGE, Lattice, TileId, fused_bytes};
 use dmp_sensor::{Ray, Scan};
 
 use crate::config::MapSource;
@@ -18,21 +18,11 @@ const ONE_OF: usize = 16;
 const LEAST_SCANS: usize = 64;
 /// Voxels of scans that are held at most, about, those of all runs: 24 bytes each.
 const MOST_SEEN: u64 = 1 << 18;
-/// Voxels along the edge of a brick: bricks are looked at whole, or not at all.
-const BRICK_EDGE: i32 = 4;
-
 // Measured on simulated drives: docs/performance.md.
 
 /// The voxels of a drive grow by as many with each doubling of its returns; a surfel needs about as many more returns than
 /// a voxel as come in so many doublings.
 const DOUBLINGS_TO_SURFEL: f64 = 2.2;
-/// How many more voxels sixteen times the scans have, where each voxel was seen twice in those looked at; and how that falls
-/// with the times that it was seen again.
-const MORE_AT_TWICE: f64 = 1.3;
-const MORE_POWER: f64 = 0.9;
-/// What a voxel takes in memory while maps are fused, bytes.
-const TABLE_VOXEL_BYTES: f64 = 130.0;
-
 /// What some scans say of the maps that all of them will make.
 #[derive(Debug)]
 pub(crate) struct Sounding {
@@ -51,6 +41,8 @@ pub(crate) struct SoundedRun {
     one_of: f64,
     part: f64,
     tile_edge_voxels: i32,
+    /// To what power of their number scans that follow each other have more voxels than one of them has, and more bricks.
+    growth: [f64; 2],
     /// What the voxels of tiles, each seen alone, are multiplied by so that they add up to those of the map.
     of_tiles: f64,
     /// Voxels of the whole map, surfels of it.
@@ -159,15 +151,25 @@ impl Worker for Sounder<'_> {
 
 impl SoundedRun {
     fn new(seen: Vec<Seen>, scans: u32, [one_of, part]: [f64; 2], tile_edge_voxels: i32) -> Self {
-        let mut run =
-            Self { seen, scans, one_of, part, tile_edge_voxels, of_tiles: 1.0, voxels: 0.0, surfels: 0.0 };
+        let mut run = Self {
+            seen,
+            scans,
+            one_of,
+            part,
+            tile_edge_voxels,
+            growth: [1.0; 2],
+            of_tiles: 1.0,
+            voxels: 0.0,
+            surfels: 0.0,
+        };
+        run.growth = [run.growth_of(|voxel| voxel), run.growth_of(brick_of)];
         let ([all, filled], [half, half_filled]) = (run.voxels_of(1), run.voxels_of(2));
         let grown = |all: f64, half: f64| all + libm::log2(one_of) * (all - half);
         run.voxels = part * grown(all, half);
         let by_voxels = run.voxels - part * DOUBLINGS_TO_SURFEL * (all - half);
         run.surfels = by_voxels.max(part * grown(filled, half_filled)).min(run.voxels);
         // Tiles alone have more voxels than all together: what few scans say of one is mostly that it is seen.
-        let alone = run.replay(f64::INFINITY, 0)[1];
+        let alone = run.replay(f64::INFINITY, 0)[1].voxels;
         run.of_tiles = if alone > 0.0 { run.voxels / alone } else { 1.0 };
         run
     }
@@ -179,6 +181,19 @@ impl SoundedRun {
             *voxels.entry(seen.voxel).or_default() += seen.returns;
         }
         [voxels.len() as f64, voxels.values().filter(|&&returns| returns >= FILLED).count() as f64]
+    }
+
+    /// To what power of their number scans that follow each other have more places than one of them has, about: 0 to 1.
+    fn growth_of(&self, place: impl Fn([i32; 3]) -> [i32; 3]) -> f64 {
+        let of_scan = |scan: &[Seen]| scan.iter().map(|seen| place(seen.voxel)).collect();
+        let scans: Vec<HashSet<[i32; 3]>> =
+            self.seen.chunk_by(|a, b| a.scan == b.scan).map(of_scan).collect();
+        let (mut one, mut both) = (0, 0);
+        for pair in scans.windows(2) {
+            one += pair[0].len() + pair[1].len();
+            both += pair[0].union(&pair[1]).count();
+        }
+        if one > 0 { libm::log2(2.0 * both as f64 / one as f64) } else { 1.0 }
     }
 
     fn tile_of(&self, [x, y, _]: [i32; 3]) -> TileId {
@@ -198,56 +213,68 @@ impl SoundedRun {
     }
 
     /// How many voxels are put aside while the map is fused in so much memory, with so many pauses in which all of them are:
-    /// the scans that were looked at, each for those between, and the tiles that they find in memory.
+    /// the scans that were looked at, each for those between too, and the tiles that they find in memory.
     pub(crate) fn put_aside(&self, budget_bytes: f64, pauses: u32) -> f64 {
-        self.replay(budget_bytes / TABLE_VOXEL_BYTES, pauses)[0]
+        self.replay(budget_bytes, pauses)[0].voxels
     }
 
-    /// The voxels that are put aside, and those that are held at the end.
-    fn replay(&self, budget_voxels: f64, pauses: u32) -> [f64; 2] {
+    /// What is put aside, and what is held at the end.
+    fn replay(&self, budget_bytes: f64, pauses: u32) -> [Size; 2] {
         let mut open: HashMap<TileId, Stay> = HashMap::new();
-        let (mut held, mut aside, mut paused) = (0.0, 0.0, 0);
+        let (mut held, mut aside, mut paused) = (Size::default(), Size::default(), 0);
+        let steps = self.one_of as u64;
+        let all = u64::from(self.scans.max(1)) * steps;
         for of_scan in self.seen.chunk_by(|a, b| a.scan == b.scan) {
-            let scan = of_scan[0].scan;
+            let mut tiles: BTreeMap<TileId, Vec<[i32; 3]>> = BTreeMap::new();
             for seen in of_scan {
-                let stay = open.entry(self.tile_of(seen.voxel)).or_default();
-                stay.voxels.insert(seen.voxel);
-                stay.seen += 1;
-                stay.last = scan;
+                tiles.entry(self.tile_of(seen.voxel)).or_default().push(seen.voxel);
             }
-            for stay in open.values_mut().filter(|stay| stay.last == scan) {
-                let about = self.voxels_of_stay(stay);
-                let before = std::mem::replace(&mut stay.about, about);
-                held += stay.about - before;
-            }
-            let due = (u64::from(scan + 1) * u64::from(pauses) / u64::from(self.scans.max(1))) as u32;
-            if due > paused {
-                paused = due;
-                aside += std::mem::take(&mut held);
-                open.clear();
-            }
-            if held > budget_voxels {
-                let mut tiles: Vec<(u32, TileId)> =
-                    open.iter().map(|(&tile, stay)| (stay.last, tile)).collect();
-                tiles.sort_unstable();
-                for (_, tile) in tiles {
-                    if held <= budget_voxels * 0.75 {
-                        break;
+            for step in 0..steps {
+                let now = u64::from(of_scan[0].scan) * steps + step + 1;
+                for (&tile, voxels) in &tiles {
+                    let stay = open.entry(tile).or_default();
+                    if step == 0 || stay.scans == 0.0 {
+                        stay.voxels.extend(voxels);
+                        stay.bricks.extend(voxels.iter().copied().map(brick_of));
+                        stay.looked_at += 1.0;
                     }
-                    let about = open.remove(&tile).map_or(0.0, |stay| stay.about);
-                    (held, aside) = (held - about, aside + about);
+                    stay.scans += 1.0;
+                    stay.last = now;
+                    held = held.less(stay.size);
+                    stay.size = self.size_of(stay);
+                    held = held.and(stay.size);
+                }
+                let due = now * u64::from(pauses) / all;
+                if due > paused {
+                    paused = due;
+                    aside = aside.and(std::mem::take(&mut held));
+                    open.clear();
+                }
+                if held.bytes > budget_bytes {
+                    let mut ages: Vec<(u64, TileId)> =
+                        open.iter().map(|(&tile, stay)| (stay.last, tile)).collect();
+                    ages.sort_unstable();
+                    for (_, tile) in ages {
+                        if held.bytes <= budget_bytes * 0.75 {
+                            break;
+                        }
+                        let size = open.remove(&tile).map_or(Size::default(), |stay| stay.size);
+                        (held, aside) = (held.less(size), aside.and(size));
+                    }
                 }
             }
         }
         [aside, held]
     }
 
-    /// Voxels that a tile has while it stays in memory.
-    fn voxels_of_stay(&self, stay: &Stay) -> f64 {
-        let voxels = stay.voxels.len() as f64;
-        let again = (stay.seen as f64 / voxels - 1.0).max(1e-3);
-        let more = libm::log2(self.one_of) / 4.0 * MORE_AT_TWICE / libm::pow(again, MORE_POWER);
-        voxels * self.part * (1.0 + more).min(self.one_of) * self.of_tiles
+    /// What a tile has while it stays in memory: with the scans between it grows as with those that were looked at.
+    fn size_of(&self, stay: &Stay) -> Size {
+        let scans = stay.scans / stay.looked_at;
+        let all =
+            |seen: usize, growth: f64| seen as f64 * libm::pow(scans, growth) * self.part * self.of_tiles;
+        let [voxels, bricks] =
+            [all(stay.voxels.len(), self.growth[0]), all(stay.bricks.len(), self.growth[1])];
+        Size { voxels, bytes: fused_bytes(voxels, bricks) }
     }
 }
 
@@ -255,18 +282,37 @@ impl SoundedRun {
 #[derive(Debug, Default)]
 struct Stay {
     voxels: HashSet<[i32; 3]>,
-    /// How often any of them was seen.
-    seen: u64,
-    last: u32,
-    /// The voxels of the scans between, too.
-    about: f64,
+    bricks: HashSet<[i32; 3]>,
+    /// Scans that it was seen in, and how many of them were looked at.
+    scans: f64,
+    looked_at: f64,
+    last: u64,
+    size: Size,
+}
+
+/// Voxels and what they take in memory, bytes.
+#[derive(Debug, Default, Clone, Copy)]
+struct Size {
+    voxels: f64,
+    bytes: f64,
+}
+
+impl Size {
+    fn and(self, more: Self) -> Self {
+        Self { voxels: self.voxels + more.voxels, bytes: self.bytes + more.bytes }
+    }
+
+    fn less(self, gone: Self) -> Self {
+        Self { voxels: self.voxels - gone.voxels, bytes: self.bytes - gone.bytes }
+    }
 }
 
 /// Returns that a voxel needs for a surfel.
 const FILLED: u32 = 3;
 
+/// Bricks are looked at whole, or not at all.
 fn brick_of(voxel: [i32; 3]) -> [i32; 3] {
-    voxel.map(|c| c.div_euclid(BRICK_EDGE))
+    voxel.map(|c| c.div_euclid(BRICK_EDGE as i32))
 }
 
 /// Fibonacci hashing, one number after the other.

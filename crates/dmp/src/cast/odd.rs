@@ -94,7 +94,8 @@ impl Oddity {
     fn odder(self, other: Self) -> Option<Self> {
         let other_is_odder = match (self, other) {
             (Self::Implausible(a), Self::Implausible(b)) => b > a,
-            (Self::Far { end_m: a, .. }, Self::Far { end_m: b, .. }) => b > a,
+            (Self::Far { end_m: a, .. }, Self::Far { end_m: b, .. })
+            | (Self::Ranges { share: a }, Self::Ranges { share: b }) => b > a,
             (Self::Returns { returns: a, usual: u }, Self::Returns { returns: b, usual: v }) => {
                 match (a < u, b < v) {
                     (true, true) => b < a,
@@ -102,7 +103,6 @@ impl Oddity {
                     _ => return None,
                 }
             }
-            (Self::Ranges { share: a }, Self::Ranges { share: b }) => b > a,
             _ => return None,
         };
         Some(if other_is_odder { other } else { self })

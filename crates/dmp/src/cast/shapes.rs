@@ -88,7 +88,8 @@ impl ScanShape {
 
 /// Where a half octave from 1 m on begins, metres.
 pub(super) fn half_octave_m(number: u8) -> f64 {
-    (0..number / 2).fold(if number % 2 == 0 { 1.0 } else { std::f64::consts::SQRT_2 }, |m, _| 2.0 * m)
+    (0..number / 2)
+        .fold(if number.is_multiple_of(2) { 1.0 } else { std::f64::consts::SQRT_2 }, |m, _| 2.0 * m)
 }
 
 #[cfg(test)]

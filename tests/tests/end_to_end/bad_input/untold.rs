@@ -52,7 +52,8 @@ fn row_31_rows_of_damaged_scans_are_named() {
         let exponents = bytes[1024..5120].iter_mut().skip(3).step_by(4);
         exponents.filter(|byte| **byte & 0x7e == 0x40).for_each(|byte| *byte |= 4);
     };
-    let kinds: [(&str, &dyn Fn(&mut Vec<u8>), &[&str]); 3] = [
+    type Damage<'a> = &'a dyn Fn(&mut Vec<u8>);
+    let kinds: [(&str, Damage<'_>, &[&str]); 3] = [
         ("foreign", &foreign_bytes, &["have up to", "ranges below 1 mm or above 100 km"]),
         ("lost", &lost, &["have down to", "returns where about", "are usual"]),
         ("far", &far, &["have ranges beyond", "where those of most scans end before"]),
