@@ -41,13 +41,20 @@ pub(crate) struct SoundedRun {
     one_of: f64,
     part: f64,
     tile_edge_voxels: i32,
-    /// To what power of their number scans that follow each other have more voxels than one of them has, and more bricks.
-    growth: [f64; 2],
-    /// What the voxels of tiles, each seen alone, are multiplied by so that they add up to those of the map.
-    of_tiles: f64,
+    /// How voxels grow in number with scans, and bricks.
+    growth: [Growth; 2],
     /// Voxels of the whole map, surfels of it.
     pub(crate) voxels: f64,
     pub(crate) surfels: f64,
+}
+
+/// How places grow in number with the scans that see them: by the number of scans, to a power of 0 to 1.
+#[derive(Debug, Clone, Copy, Default)]
+struct Growth {
+    /// Where two scans follow each other.
+    of_two: f64,
+    /// Over all of the run, of scans between those that were looked at.
+    of_all: f64,
 }
 
 /// A voxel that a scan has returns in.
@@ -151,27 +158,19 @@ impl Worker for Sounder<'_> {
 
 impl SoundedRun {
     fn new(seen: Vec<Seen>, scans: u32, [one_of, part]: [f64; 2], tile_edge_voxels: i32) -> Self {
-        let mut run = Self {
-            seen,
-            scans,
-            one_of,
-            part,
-            tile_edge_voxels,
-            growth: [1.0; 2],
-            of_tiles: 1.0,
-            voxels: 0.0,
-            surfels: 0.0,
-        };
-        run.growth = [run.growth_of(|voxel| voxel), run.growth_of(brick_of)];
+        let growth = [Growth::default(); 2];
+        let mut run = Self { seen, scans, one_of, part, tile_edge_voxels, growth, voxels: 0.0, surfels: 0.0 };
         let ([all, filled], [half, half_filled]) = (run.voxels_of(1), run.voxels_of(2));
-        let grown = |all: f64, half: f64| all + libm::log2(one_of) * (all - half);
-        run.voxels = part * grown(all, half);
+        run.voxels = part * run.grown(all, half);
         let by_voxels = run.voxels - part * DOUBLINGS_TO_SURFEL * (all - half);
-        run.surfels = by_voxels.max(part * grown(filled, half_filled)).min(run.voxels);
-        // Tiles alone have more voxels than all together: what few scans say of one is mostly that it is seen.
-        let alone = run.replay(f64::INFINITY, 0)[1].voxels;
-        run.of_tiles = if alone > 0.0 { run.voxels / alone } else { 1.0 };
+        run.surfels = by_voxels.max(part * run.grown(filled, half_filled)).min(run.voxels);
+        run.growth = [run.growth_of(|voxel| voxel), run.growth_of(brick_of)];
         run
+    }
+
+    /// How many there are in all scans, of those that are looked at and every second of these.
+    fn grown(&self, all: f64, half: f64) -> f64 {
+        all + libm::log2(self.one_of) * (all - half)
     }
 
     /// Voxels of every n-th scan that was looked at, and those with returns enough for a surfel.
@@ -183,17 +182,27 @@ impl SoundedRun {
         [voxels.len() as f64, voxels.values().filter(|&&returns| returns >= FILLED).count() as f64]
     }
 
-    /// To what power of their number scans that follow each other have more places than one of them has, about: 0 to 1.
-    fn growth_of(&self, place: impl Fn([i32; 3]) -> [i32; 3]) -> f64 {
-        let of_scan = |scan: &[Seen]| scan.iter().map(|seen| place(seen.voxel)).collect();
-        let scans: Vec<HashSet<[i32; 3]>> =
-            self.seen.chunk_by(|a, b| a.scan == b.scan).map(of_scan).collect();
+    fn growth_of(&self, place: impl Fn([i32; 3]) -> [i32; 3]) -> Growth {
+        let scans: Vec<HashSet<[i32; 3]>> = self
+            .seen
+            .chunk_by(|a, b| a.scan == b.scan)
+            .map(|scan| scan.iter().map(|seen| place(seen.voxel)).collect())
+            .collect();
         let (mut one, mut both) = (0, 0);
         for pair in scans.windows(2) {
             one += pair[0].len() + pair[1].len();
             both += pair[0].union(&pair[1]).count();
         }
-        if one > 0 { libm::log2(2.0 * both as f64 / one as f64) } else { 1.0 }
+        let places = |every| {
+            let looked_at = self.seen.iter().filter(|seen| seen.scan.is_multiple_of(every));
+            looked_at.map(|seen| place(seen.voxel)).collect::<HashSet<_>>().len() as f64
+        };
+        let (all, half) = (places(1), places(2));
+        let of_all = libm::log2(self.grown(all, half) / all) / libm::log2(self.one_of);
+        Growth {
+            of_two: if one > 0 { libm::log2(2.0 * both as f64 / one as f64) } else { 1.0 },
+            of_all: if of_all.is_finite() { of_all } else { 0.0 },
+        }
     }
 
     fn tile_of(&self, [x, y, _]: [i32; 3]) -> TileId {
@@ -267,14 +276,15 @@ impl SoundedRun {
         [aside, held]
     }
 
-    /// What a tile has while it stays in memory: with the scans between it grows as with those that were looked at.
+    /// What a tile has while it stays in memory: the scans between those that were looked at bring the less the more of
+    /// these there are.
     fn size_of(&self, stay: &Stay) -> Size {
-        let scans = stay.scans / stay.looked_at;
-        let all =
-            |seen: usize, growth: f64| seen as f64 * libm::pow(scans, growth) * self.part * self.of_tiles;
-        let [voxels, bricks] =
-            [all(stay.voxels.len(), self.growth[0]), all(stay.bricks.len(), self.growth[1])];
-        Size { voxels, bytes: fused_bytes(voxels, bricks) }
+        let all = |seen: usize, Growth { of_two, of_all }: Growth| {
+            let power = of_all + (of_two - of_all) / (1.0 + stay.looked_at);
+            seen as f64 * self.part * libm::pow(stay.scans / stay.looked_at, power)
+        };
+        let voxels = all(stay.voxels.len(), self.growth[0]);
+        Size { voxels, bytes: fused_bytes(voxels, all(stay.bricks.len(), self.growth[1])) }
     }
 }
 

@@ -11,7 +11,7 @@ const BESIDE: usize = 2;
 const IMPLAUSIBLE: u32 = 16;
 /// Half octaves from 1 m on in which ranges end later than those of most sensors, and how many more than those of the log.
 const FAR: u8 = 18;
-const FARTHER: u8 = 6;
+const FARTHER: u8 = 8;
 /// Returns without which a share says little.
 const ENOUGH: u32 = 200;
 /// How much more, as a share, the larger of two numbers of returns is, a scan's own and the median of those beside it: more
@@ -197,7 +197,9 @@ mod tests {
         let mut counts = ShapeCounts::default();
         counts.look_at(&Scan { points_in_sensor_m, ..Scan::default() });
         counts.add(&rays);
-        ScanShape { returns: rays.len() as u32, implausible, ..counts.take(&ReturnCounts::default()) }
+        let mut shape = counts.take(&ReturnCounts::default());
+        (shape.returns, shape.implausible) = (rays.len() as u32, implausible);
+        shape
     }
 
     /// A scan among walls at a distance.

@@ -88,8 +88,7 @@ impl ScanShape {
 
 /// Where a half octave from 1 m on begins, metres.
 pub(super) fn half_octave_m(number: u8) -> f64 {
-    (0..number / 2)
-        .fold(if number.is_multiple_of(2) { 1.0 } else { std::f64::consts::SQRT_2 }, |m, _| 2.0 * m)
+    f64::from(1_u32 << (number / 2)) * if number.is_multiple_of(2) { 1.0 } else { std::f64::consts::SQRT_2 }
 }
 
 #[cfg(test)]
@@ -116,9 +115,9 @@ mod tests {
     #[test]
     fn ranges_end_where_all_but_a_few_do() {
         let end = |far: usize, at_m: f32| {
-            let mut scan = Scan::default();
-            scan.points_in_sensor_m = vec![[3.0, 0.0, 0.0]; 1000 - far];
-            scan.points_in_sensor_m.extend(vec![[0.0, at_m, 0.0]; far]);
+            let near = vec![[3.0, 0.0, 0.0]; 1000 - far];
+            let points_in_sensor_m = [near, vec![[0.0, at_m, 0.0]; far]].concat();
+            let scan = Scan { points_in_sensor_m, ..Scan::default() };
             let mut counts = ShapeCounts::default();
             counts.look_at(&scan);
             half_octave_m(counts.take(&ReturnCounts::default()).end)

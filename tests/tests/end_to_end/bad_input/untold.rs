@@ -23,6 +23,9 @@ fn foreign(count: usize) -> Vec<u8> {
     (0..count).map(|_| any()).collect()
 }
 
+/// What is done to the bytes of a file.
+type Damage<'a> = &'a dyn Fn(&mut Vec<u8>);
+
 /// Changes the bytes of a file.
 fn change(file: &Path, how: impl FnOnce(&mut Vec<u8>)) {
     let mut bytes = fs::read(file).unwrap();
@@ -52,7 +55,6 @@ fn row_31_rows_of_damaged_scans_are_named() {
         let exponents = bytes[1024..5120].iter_mut().skip(3).step_by(4);
         exponents.filter(|byte| **byte & 0x7e == 0x40).for_each(|byte| *byte |= 4);
     };
-    type Damage<'a> = &'a dyn Fn(&mut Vec<u8>);
     let kinds: [(&str, Damage<'_>, &[&str]); 3] = [
         ("foreign", &foreign_bytes, &["have up to", "ranges below 1 mm or above 100 km"]),
         ("lost", &lost, &["have down to", "returns where about", "are usual"]),
