@@ -12,12 +12,18 @@ pub(crate) const MAX_LINE_BYTES: u64 = 64 * 1024;
 const PIECE_BYTES: u64 = 1 << 20;
 /// So far into a text there is data: more of blank lines and comments is no text of ours.
 const MAX_BLANK_BYTES: usize = 1 << 20;
+/// The first bytes of a file packed by gzip.
+const GZIP_MAGIC: &[u8] = b"\x1f\x8b";
 
 /// The bytes of a text that is not too large to be `what`. What has no lines, no data or is not text shows in the first piece:
 /// no more is read of it, however large the file claims to be.
 pub(crate) fn read_text(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<u8>, LogError> {
     let (mut line, mut begins, mut has_data) = (1, 0, false);
     read_checked(path, what, most_bytes, &mut |bytes, from| {
+        if bytes.starts_with(GZIP_MAGIC) {
+            let problem = "packed by gzip, which is not read here: `gunzip` unpacks it";
+            return Err(ParseError::new(PlaceInFile::WholeFile, problem));
+        }
         let ends = bytes[from..].iter().enumerate().filter(|(_, byte)| **byte == b'\n');
         for end in ends.map(|(k, _)| from + k).chain([bytes.len()]) {
             if (end - begins) as u64 > MAX_LINE_BYTES {

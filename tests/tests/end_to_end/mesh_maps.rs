@@ -247,9 +247,13 @@ fn row_03_a_triangle_beyond_reason_is_named() {
         chain.map(ToString::to_string).collect::<Vec<_>>().join(": ")
     };
     let text = fail(&triangles);
-    assert!(text.contains("run `given`: triangle 12 (from 0)") && text.contains("5.000e13 m²"), "{text}");
-    // A sliver has hardly any area, and still leaves the world.
-    let sliver = [[[0.0; 3], [1e9, 0.0, 0.0], [1e9, 1e-5, 0.0]]];
-    let text = fail(&sliver);
+    assert!(
+        text.contains("run `given`: triangle 12 (from 0)") && text.contains("an edge of 1.414e7 m"),
+        "{text}"
+    );
+    // A sliver has hardly any area.
+    let text = fail(&[[[0.0; 3], [1e9, 0.0, 0.0], [1e9, 1e-5, 0.0]]]);
+    assert!(text.contains("triangle 0 (from 0) has an edge of 1.000e9 m"), "{text}");
+    let text = fail(&[[[1e9, 0.0, 0.0], [1e9, 1.0, 0.0], [1e9, 0.0, 1.0]]]);
     assert!(text.contains("outside the world"), "{text}");
 }

@@ -21,22 +21,15 @@ pub use write::{write_pose_edges, write_pose_graph};
 
 use crate::decimal::shorten;
 use crate::text::read_text;
-use crate::{LogError, PlaceInFile};
+use crate::LogError;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Largest graph that is read: five million vertices, with as many edges.
 const MAX_BYTES: u64 = 2 << 30;
-/// The first bytes of a file packed by gzip.
-const GZIP_MAGIC: &[u8] = b"\x1f\x8b";
 
 fn read_bytes(path: &Path) -> Result<Vec<u8>, LogError> {
-    let bytes = read_text(path, "pose graph", MAX_BYTES)?;
-    if bytes.starts_with(GZIP_MAGIC) {
-        let problem = "packed by gzip, which is not read here: `gunzip` unpacks it";
-        return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
-    }
-    Ok(bytes)
+    read_text(path, "pose graph", MAX_BYTES)
 }
 
 /// Two vertices without a direction, the smaller id first.
