@@ -19,9 +19,9 @@ pub(crate) use record::{Record, RecordType, Vertex, is_tag, records};
 pub(crate) use vertices::Vertices;
 pub use write::{write_pose_edges, write_pose_graph};
 
+use crate::LogError;
 use crate::decimal::shorten;
 use crate::text::read_text;
-use crate::LogError;
 use std::collections::BTreeMap;
 use std::path::Path;
 
