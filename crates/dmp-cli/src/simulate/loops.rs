@@ -1,8 +1,10 @@
 //! `dmp simulate loops`: a pose graph with true and false loop candidates.
 
-use std::io::Write;
+use std::fs;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use anyhow::Context as _;
 use clap::Args;
 use dmp_log::{
     KeyframeTimes, read_keyframe_times, read_trajectory, write_keyframe_times, write_pose_edges,
@@ -80,7 +82,6 @@ pub(super) fn run(arguments: &LoopsArgs, common: &Common, out: &mut impl Write) 
     for input in [Some(&arguments.truth), arguments.keyframes.as_ref()].into_iter().flatten() {
         files.all().into_iter().try_for_each(|output| refuse_same(input, output))?;
     }
-    files.all().into_iter().try_for_each(refuse_unnamed)?;
     let file = read_trajectory(&arguments.truth)?;
     if !common.quiet {
         for note in &file.notes {
@@ -137,10 +138,20 @@ impl Files {
 
     fn save(&self, made: &LoopGraph) -> anyhow::Result<()> {
         let mut files = SavedTogether::default();
-        files.add(&self.graph, |out| write_pose_graph(out, &made.graph))?;
+        let mut add = |path: &Path, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| -> anyhow::Result<()> {
+            let mut bytes = Vec::new();
+            write(&mut bytes).with_context(|| path.display().to_string())?;
+            // What a killed process had named already is the same.
+            let is_same = path.is_file() && fs::read(path).is_ok_and(|there| there == bytes);
+            if !is_same {
+                refuse_unnamed(path)?;
+            }
+            files.add(path, |out| out.write_all(&bytes))
+        };
+        add(&self.graph, &|out| write_pose_graph(out, &made.graph))?;
         let edges: Vec<PoseEdge> = made.candidates.iter().map(|candidate| candidate.edge.clone()).collect();
-        files.add(&self.candidates, |out| write_pose_edges(out, &edges))?;
-        files.add(&self.labels, |out| {
+        add(&self.candidates, &|out| write_pose_edges(out, &edges))?;
+        add(&self.labels, &|out| {
             writeln!(out, "from,to,label,kind")?;
             made.candidates.iter().try_for_each(|candidate| {
                 let (edge, kind) = (&candidate.edge, candidate.kind);
@@ -149,8 +160,8 @@ impl Files {
         })?;
         let stamps_ns = made.truth.stamps_ns().unwrap_or_default().to_vec();
         let times = KeyframeTimes { ids: Some(made.graph.ids().to_vec()), stamps_ns };
-        files.add(&self.keyframes, |out| write_keyframe_times(out, &times))?;
-        files.add(&self.truth, |out| write_tum(out, &made.truth))?;
+        add(&self.keyframes, &|out| write_keyframe_times(out, &times))?;
+        add(&self.truth, &|out| write_tum(out, &made.truth))?;
         files.commit()
     }
 
