@@ -157,12 +157,14 @@ fn row_25_files_that_nobody_named_are_kept() {
         fs::write(path.join(name), "what was there before").unwrap();
     }
     let before = contents(path);
+    let long_drive = concat!(env!("CARGO_MANIFEST_DIR"), "/../data-samples/drift.tum");
+    let loops = format!("simulate loops {long_drive} -o .");
     for (arguments, name) in [
         ("man -o pages", "pages/dmp-score.1"),
         ("simulate town -o new.mcap --scans 2", "new.truth.tum"),
         ("simulate city -o new.mcap --km 1", "new.truth.tum"),
         ("convert trajectory truth.tum --to kitti -o poses.txt", "times.txt"),
-        ("simulate loops drift.tum -o .", "labels.csv"),
+        (loops.as_str(), "labels.csv"),
     ] {
         refused(path, arguments, 2, &[name, "is there already"]);
         assert!(contents(path) == before, "{arguments}");
