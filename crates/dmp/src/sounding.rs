@@ -182,6 +182,7 @@ impl SoundedRun {
         [voxels.len() as f64, voxels.values().filter(|&&returns| returns >= FILLED).count() as f64]
     }
 
+    /// How places, each told by one of its voxels, grow in number.
     fn growth_of(&self, place: impl Fn([i32; 3]) -> [i32; 3]) -> Growth {
         let scans: Vec<HashSet<[i32; 3]>> = self
             .seen
