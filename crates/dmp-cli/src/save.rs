@@ -4,8 +4,8 @@ use std::fs::{self, File, TryLockError};
 use std::io::{self, BufWriter, Write as _};
 use std::path::Path;
 
-use anyhow::{Context as _, bail};
-use dmp_disk::{OutputFile, Unfinished, folder_of, place_of};
+use anyhow::{Context as _, Error, bail};
+use dmp_disk::{OutputFile, Unfinished, place_of};
 use dmp_log::{write_kitti, write_tum};
 use dmp_sensor::Trajectory;
 
@@ -62,17 +62,31 @@ impl SavedTogether {
         Ok(())
     }
 
+    /// Writes one more that the user has not named: what is there already stays, unless it is the very same, as a process
+    /// leaves it that is killed between two names.
+    pub(crate) fn add_unnamed(
+        &mut self,
+        path: &Path,
+        write: impl FnOnce(&mut Vec<u8>) -> io::Result<()>,
+    ) -> anyhow::Result<()> {
+        let mut bytes = Vec::new();
+        write(&mut bytes).with_context(|| path.display().to_string())?;
+        let is_as_long = |found: fs::Metadata| found.is_file() && found.len() == bytes.len() as u64;
+        let is_same =
+            fs::metadata(path).is_ok_and(is_as_long) && fs::read(path).is_ok_and(|there| there == bytes);
+        if !is_same {
+            refuse_unnamed(path)?;
+        }
+        self.add(path, |out| out.write_all(&bytes))
+    }
+
     /// Gives all of them their names.
     pub(crate) fn commit(self) -> anyhow::Result<()> {
         let targets: Vec<&Path> = self.0.iter().map(OutputFile::target).collect();
         let none: [&Path; 0] = [];
         refuse_clashes(&targets, &none)?;
-        let told = match targets[..] {
-            [] => return Ok(()),
-            [only] => only.to_path_buf(),
-            [first, ..] => folder_of(first).to_path_buf(),
-        };
-        OutputFile::commit_all(self.0).with_context(|| format!("{}: cannot write", told.display()))
+        OutputFile::commit_all(self.0)
+            .map_err(|(path, error)| Error::new(error).context(format!("{}: cannot write", path.display())))
     }
 }
 

@@ -114,23 +114,28 @@ impl OutputFile {
     /// Brings several to disk and then gives all of them their names; a request to end does not come between those.
     ///
     /// # Errors
-    /// As [`Self::commit`]; where the first name cannot be given, none is.
-    pub fn commit_all(mut files: Vec<Self>) -> io::Result<()> {
+    /// As [`Self::commit`], with the target; where the first name cannot be given, none is.
+    pub fn commit_all(mut files: Vec<Self>) -> Result<(), (PathBuf, io::Error)> {
+        let told = |target: &Path| {
+            let target = target.to_path_buf();
+            move |error| (target, error)
+        };
         for file in &files {
-            file.file.sync_all()?;
+            file.file.sync_all().map_err(told(&file.target))?;
         }
         {
             let _held = unfinished::all();
             for file in &mut files {
                 if let Place::Beside(beside, place) = &mut file.place {
-                    beside.rename(place)?;
+                    beside.rename(place).map_err(told(&file.target))?;
                 }
             }
         }
         for file in files {
+            let told = told(&file.target);
             match &file.place {
-                Place::Beside(_, place) => flush_folder(place)?,
-                Place::Through => file.commit()?,
+                Place::Beside(_, place) => flush_folder(place).map_err(told)?,
+                Place::Through => file.commit().map_err(told)?,
             }
         }
         Ok(())

@@ -13,7 +13,7 @@ use dmp_log::{
 use crate::clash::is_same_place;
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
-use crate::save::{SavedTogether, may_be_file, refuse_unnamed};
+use crate::save::{SavedTogether, may_be_file};
 use crate::say::say;
 
 /// The formats of trajectories that are written.
@@ -81,15 +81,9 @@ pub(super) fn run(
     let times = output.with_file_name("times.txt");
     // Beside a pipe or a device nothing is made.
     let stamps_ns = trajectory.stamps_ns().filter(|_| without_stamps && may_be_file(output));
-    if stamps_ns.is_some() {
-        if is_same_place(&times, output) {
-            return Err(Usage(format!(
-                "{}: the output and its stamps would have this name",
-                times.display()
-            ))
-            .into());
-        }
-        refuse_unnamed(&times)?;
+    if stamps_ns.is_some() && is_same_place(&times, output) {
+        let problem = "the output and its stamps would have this name";
+        return Err(Usage(format!("{}: {problem}", times.display())).into());
     }
     let mut files = SavedTogether::default();
     files.add(output, |out| match to {
@@ -99,7 +93,7 @@ pub(super) fn run(
         To::Redwood => write_redwood_log(out, &trajectory),
     })?;
     if let Some(stamps_ns) = stamps_ns {
-        files.add(&times, |out| write_times(out, stamps_ns))?;
+        files.add_unnamed(&times, |out| write_times(out, stamps_ns))?;
     }
     files.commit()?;
     writeln!(out, "{}: {}", output.display(), counted(trajectory.len() as u64, "pose"))?;

@@ -1,10 +1,8 @@
 //! `dmp simulate loops`: a pose graph with true and false loop candidates.
 
-use std::fs;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
 use clap::Args;
 use dmp_log::{
     KeyframeTimes, read_keyframe_times, read_trajectory, write_keyframe_times, write_pose_edges,
@@ -18,7 +16,7 @@ use crate::clash::refuse_same;
 use crate::common::Common;
 use crate::exit::Exit;
 use crate::parse;
-use crate::save::{OutputsFolder, SavedTogether, refuse_unnamed};
+use crate::save::{OutputsFolder, SavedTogether};
 use crate::say::say;
 
 /// Make a pose graph without loops from a true trajectory, and loop candidates with labels
@@ -138,20 +136,10 @@ impl Files {
 
     fn save(&self, made: &LoopGraph) -> anyhow::Result<()> {
         let mut files = SavedTogether::default();
-        let mut add = |path: &Path, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| -> anyhow::Result<()> {
-            let mut bytes = Vec::new();
-            write(&mut bytes).with_context(|| path.display().to_string())?;
-            // What a killed process had named already is the same.
-            let is_same = path.is_file() && fs::read(path).is_ok_and(|there| there == bytes);
-            if !is_same {
-                refuse_unnamed(path)?;
-            }
-            files.add(path, |out| out.write_all(&bytes))
-        };
-        add(&self.graph, &|out| write_pose_graph(out, &made.graph))?;
+        files.add_unnamed(&self.graph, |out| write_pose_graph(out, &made.graph))?;
         let edges: Vec<PoseEdge> = made.candidates.iter().map(|candidate| candidate.edge.clone()).collect();
-        add(&self.candidates, &|out| write_pose_edges(out, &edges))?;
-        add(&self.labels, &|out| {
+        files.add_unnamed(&self.candidates, |out| write_pose_edges(out, &edges))?;
+        files.add_unnamed(&self.labels, |out| {
             writeln!(out, "from,to,label,kind")?;
             made.candidates.iter().try_for_each(|candidate| {
                 let (edge, kind) = (&candidate.edge, candidate.kind);
@@ -160,8 +148,8 @@ impl Files {
         })?;
         let stamps_ns = made.truth.stamps_ns().unwrap_or_default().to_vec();
         let times = KeyframeTimes { ids: Some(made.graph.ids().to_vec()), stamps_ns };
-        add(&self.keyframes, &|out| write_keyframe_times(out, &times))?;
-        add(&self.truth, &|out| write_tum(out, &made.truth))?;
+        files.add_unnamed(&self.keyframes, |out| write_keyframe_times(out, &times))?;
+        files.add_unnamed(&self.truth, |out| write_tum(out, &made.truth))?;
         files.commit()
     }
 
