@@ -53,6 +53,8 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> anyhow::Result<R
         let Ok(Some(values)) = matches.try_get_raw(id) else { continue };
         match id {
             "work" => {}
+            // One of some words, whatever file has that name.
+            _ if !argument.get_possible_values().is_empty() => {}
             "residuals" => outputs.extend(values.map(|value| NamedFile::from(value.to_owned()).path)),
             "plots" => outputs.extend(values.flat_map(|folder| pictures_in(Path::new(folder)))),
             _ if OUTPUTS.contains(&id) => outputs.extend(values.map(PathBuf::from)),

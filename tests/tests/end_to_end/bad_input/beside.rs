@@ -172,7 +172,7 @@ fn row_25_files_that_nobody_named_are_kept() {
     // Pages of another version are replaced, and what is named is.
     fs::write(path.join("pages/dmp-score.1"), ".TH \"dmp-score\" 1 \"\" \"dmp 0.0.1\"\n").unwrap();
     let named = "simulate town -o new.mcap --truth new.truth.tum --scans 2 --azimuth-steps 9";
-    // The very same may be written again, as after a kill.
+    // The very same may be written again, as after a kill; `--to kitti` is no folder.
     fs::create_dir(path.join("kitti")).unwrap();
     let again = "convert trajectory truth.tum --to kitti -o kitti/poses.txt";
     for arguments in ["man -o pages", "man -o pages", named, named, again, again] {
