@@ -53,7 +53,7 @@ pub use input_file::open_input;
 pub use output_file::OutputFile;
 pub use output_folder::OutputFolder;
 pub use place::{is_stdout, place_of};
-pub use scratch_file::ScratchFile;
+pub use scratch_file::{PartRecords, ScratchFile};
 pub use tile_buckets::TileBuckets;
 pub use tile_id::TileId;
 pub use unfinished::{Unfinished, remove_unfinished};

@@ -11,8 +11,11 @@ use bytemuck::Pod;
 
 use crate::{DiskError, TileId};
 
-/// Records read back at a time.
-const BATCH: usize = 4096;
+/// Records behind which their checksum stands: none is handed over before it is compared.
+const CHECKED: usize = 64;
+const CRC_BYTES: usize = 4;
+/// Records read back at a time, and of each part where many are read side by side.
+const BATCH: usize = 64 * CHECKED;
 
 /// Parts of tiles that do not fit in memory, in one file. Without a name it vanishes with the process, however
 /// that ends; with one, another process can go on with it.
@@ -35,7 +38,12 @@ struct Inner {
 struct Part {
     offset: u64,
     records: usize,
-    crc32: u32,
+}
+
+/// What so many records take with their checksums, bytes; `None` where no number holds it.
+fn bytes_of<T>(records: u64) -> Option<u64> {
+    let sums = records.div_ceil(CHECKED as u64).checked_mul(CRC_BYTES as u64)?;
+    records.checked_mul(size_of::<T>() as u64)?.checked_add(sums)
 }
 
 /// A part as it is listed for another process.
@@ -46,8 +54,6 @@ struct ListedPart {
     x: i32,
     offset: u64,
     records: u64,
-    crc32: u32,
-    zero: u32,
 }
 
 impl<T: Pod> ScratchFile<T> {
@@ -86,14 +92,15 @@ impl<T: Pod> ScratchFile<T> {
         }
         let (mut parts, mut end): (HashMap<_, Vec<Part>>, _) = (HashMap::new(), 0);
         for row in rows {
-            let ListedPart { y, x, offset, records, crc32, .. } = bytemuck::pod_read_unaligned(row);
-            let bytes = records.checked_mul(size_of::<T>() as u64);
-            let part_end = bytes.and_then(|bytes| offset.checked_add(bytes)).filter(|&end| end <= length);
+            let ListedPart { y, x, offset, records } = bytemuck::pod_read_unaligned(row);
+            let part_end = bytes_of::<T>(records)
+                .and_then(|bytes| offset.checked_add(bytes))
+                .filter(|&end| end <= length);
             let Some(part_end) = part_end else {
                 return Err(damaged(format!("{records} records at byte {offset} of {length} do not fit")));
             };
             end = part_end.max(end);
-            let part = Part { offset, records: records as usize, crc32 };
+            let part = Part { offset, records: records as usize };
             parts.entry(TileId { y, x }).or_default().push(part);
         }
         file.set_len(end).map_err(DiskError::io(path, "cannot cut the scratch file"))?;
@@ -122,8 +129,6 @@ impl<T: Pod> ScratchFile<T> {
             x: tile.x,
             offset: part.offset,
             records: part.records as u64,
-            crc32: part.crc32,
-            zero: 0,
         };
         let parts = inner.parts.iter().flat_map(|(tile, parts)| parts.iter().map(move |part| (tile, part)));
         let mut rows: Vec<ListedPart> = parts.map(listed).collect();
@@ -149,19 +154,33 @@ impl<T: Pod> ScratchFile<T> {
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub fn append(&self, tile: TileId, records: &[T]) -> Result<(), DiskError> {
-        let bytes: &[u8] = bytemuck::cast_slice(records);
-        let crc32 = crc32fast::hash(bytes);
+    pub fn append(&self, tile: TileId, records: impl IntoIterator<Item = T>) -> Result<(), DiskError> {
+        let (mut bytes, mut count, mut checked_from) = (Vec::new(), 0, 0);
+        let mut check = |bytes: &mut Vec<u8>| {
+            let crc = crc32fast::hash(&bytes[checked_from..]);
+            bytes.extend_from_slice(&crc.to_le_bytes());
+            checked_from = bytes.len();
+        };
+        for record in records {
+            bytes.extend_from_slice(bytemuck::bytes_of(&record));
+            count += 1;
+            if count % CHECKED == 0 {
+                check(&mut bytes);
+            }
+        }
+        if count % CHECKED != 0 {
+            check(&mut bytes);
+        }
         let mut inner = self.lock();
         let offset = inner.end;
-        let written = inner.file.seek(SeekFrom::Start(offset)).and_then(|_| inner.file.write_all(bytes));
+        let written = inner.file.seek(SeekFrom::Start(offset)).and_then(|_| inner.file.write_all(&bytes));
         written.map_err(DiskError::io(&self.path, "cannot write the scratch file here"))?;
         inner.end += bytes.len() as u64;
-        inner.parts.entry(tile).or_default().push(Part { offset, records: records.len(), crc32 });
+        inner.parts.entry(tile).or_default().push(Part { offset, records: count });
         Ok(())
     }
 
-    /// Hands over a tile's records, part by part; of a part that turns out damaged, records before that is known.
+    /// Hands over a tile's records, part by part.
     ///
     /// # Errors
     /// When the file cannot be read back as it was written; and the first error of `each`.
@@ -170,26 +189,87 @@ impl<T: Pod> ScratchFile<T> {
         tile: TileId,
         mut each: impl FnMut(&T) -> Result<(), E>,
     ) -> Result<(), E> {
+        self.parts_in_batches(tile, |_| BATCH).into_iter().flatten().try_for_each(|record| each(&record?))
+    }
+
+    /// The parts of a tile, to be read side by side: of all of them together few records are in memory.
+    pub fn parts(&self, tile: TileId) -> Vec<PartRecords<'_, T>> {
+        self.parts_in_batches(tile, |parts| (BATCH / CHECKED / parts).max(1) * CHECKED)
+    }
+
+    /// Records of a tile, those of all its parts.
+    pub fn records(&self, tile: TileId) -> usize {
+        self.lock().parts.get(&tile).map_or(0, |parts| parts.iter().map(|part| part.records).sum())
+    }
+
+    fn parts_in_batches(&self, tile: TileId, batch: impl Fn(usize) -> usize) -> Vec<PartRecords<'_, T>> {
         let parts = self.lock().parts.get(&tile).cloned().unwrap_or_default();
-        let mut buffer = vec![bytemuck::Zeroable::zeroed(); if parts.is_empty() { 0 } else { BATCH }];
-        for part in parts {
-            let mut crc = crc32fast::Hasher::new();
-            for start in (0..part.records).step_by(BATCH) {
-                let batch: &mut [T] = &mut buffer[..BATCH.min(part.records - start)];
-                let bytes: &mut [u8] = bytemuck::cast_slice_mut(batch);
-                let offset = part.offset + (start * size_of::<T>()) as u64;
-                let mut inner = self.lock();
-                let read =
-                    inner.file.seek(SeekFrom::Start(offset)).and_then(|_| inner.file.read_exact(bytes));
-                drop(inner);
-                read.map_err(DiskError::io(&self.path, "cannot read the scratch file here"))?;
-                crc.update(bytes);
-                batch.iter().try_for_each(&mut each)?;
+        let batch = batch(parts.len().max(1));
+        let records = |part| PartRecords {
+            scratch: self,
+            tile,
+            left: part,
+            batch,
+            bytes: Vec::new(),
+            buffer: Vec::new(),
+            next: 0,
+        };
+        parts.into_iter().map(records).collect()
+    }
+}
+
+/// The records of a part of a tile, in the order in which they were put there; each as it was, or an error in its place.
+#[derive(Debug)]
+pub struct PartRecords<'a, T> {
+    scratch: &'a ScratchFile<T>,
+    tile: TileId,
+    /// What is not read yet.
+    left: Part,
+    /// Records read at a time.
+    batch: usize,
+    bytes: Vec<u8>,
+    buffer: Vec<T>,
+    /// Of the buffer.
+    next: usize,
+}
+
+impl<T: Pod> PartRecords<'_, T> {
+    /// Reads the next batch, empty at the end.
+    fn fill(&mut self) -> Result<(), DiskError> {
+        let Self { scratch, tile, left, batch, bytes, buffer, next } = self;
+        buffer.clear();
+        *next = 0;
+        let records = (*batch).min(left.records);
+        let length = bytes_of::<T>(records as u64).unwrap_or(u64::MAX);
+        bytes.resize(length as usize, 0);
+        let mut inner = scratch.lock();
+        let read = inner.file.seek(SeekFrom::Start(left.offset)).and_then(|_| inner.file.read_exact(bytes));
+        drop(inner);
+        read.map_err(DiskError::io(&scratch.path, "cannot read the scratch file here"))?;
+        for checked in bytes.chunks(CHECKED * size_of::<T>() + CRC_BYTES) {
+            let damaged = || DiskError::ScratchDamaged { tile: *tile };
+            let (checked, crc) = checked.split_last_chunk().ok_or_else(damaged)?;
+            if crc32fast::hash(checked) != u32::from_le_bytes(*crc) {
+                return Err(damaged());
             }
-            if crc.finalize() != part.crc32 {
-                return Err(DiskError::ScratchDamaged { tile }.into());
-            }
+            buffer.extend(checked.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned::<T>));
         }
+        *left = Part { offset: left.offset + length, records: left.records - records };
         Ok(())
+    }
+}
+
+impl<T: Pod> Iterator for PartRecords<'_, T> {
+    type Item = Result<T, DiskError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.next == self.buffer.len()
+            && let Err(error) = self.fill()
+        {
+            return Some(Err(error));
+        }
+        let record = self.buffer.get(self.next).copied()?;
+        self.next += 1;
+        Some(Ok(record))
     }
 }

@@ -61,7 +61,7 @@ impl<T: Pod> TileBuckets<T> {
             }
             let Some(list) = self.waiting.remove(&tile) else { continue };
             self.waiting_bytes -= capacity * size_of::<T>();
-            self.scratch.append(tile, &list)?;
+            self.scratch.append(tile, list)?;
         }
         Ok(())
     }

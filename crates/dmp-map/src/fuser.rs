@@ -1,14 +1,17 @@
 //! From points to a store: sums of voxels, tile by tile, out of core.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::iter::Peekable;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use dmp_disk::{ScratchFile, TileId};
+use dmp_disk::{DiskError, PartRecords, ScratchFile, TileId};
 use rayon::prelude::*;
 
 use crate::MapError;
+use crate::code::SurfelCode;
 use crate::lattice::Lattice;
+use crate::merged::Merged;
 use crate::moments::VoxelRecord;
 use crate::open_tiles::{OpenTiles, Sums};
 use crate::recent_voxels::RecentVoxels;
@@ -25,6 +28,9 @@ impl Sums for TileMoments {
         Self::bytes(self)
     }
 }
+
+/// Voxels of a tile that are put aside together.
+const PART_VOXELS: usize = 1 << 14;
 
 /// What a voxel takes in the scratch file each time that its tile is put aside.
 pub const SCRATCH_VOXEL_BYTES: usize = size_of::<VoxelRecord>();
@@ -108,7 +114,7 @@ impl MapFuser {
     pub fn put_down(&self) -> Result<Vec<u8>, MapError> {
         for tile in self.open.tiles() {
             if let Some(moments) = self.open.take(tile) {
-                self.scratch.append(tile, &moments.into_sorted())?;
+                self.put_aside(tile, moments)?;
             }
         }
         let mut state = self.points().to_le_bytes().to_vec();
@@ -162,7 +168,16 @@ impl MapFuser {
             list.clear();
         }
         self.points.fetch_add(points_in_world_m.len() as u64, Ordering::Relaxed);
-        self.open.keep_budget(|tile, moments| self.scratch.append(tile, &moments.into_sorted()))?;
+        self.open.keep_budget(|tile, moments| self.put_aside(tile, moments))?;
+        Ok(())
+    }
+
+    /// In parts, of which one is in memory at a time.
+    fn put_aside(&self, tile: TileId, moments: TileMoments) -> Result<(), DiskError> {
+        let mut records = moments.into_records().peekable();
+        while records.peek().is_some() {
+            self.scratch.append(tile, records.by_ref().take(PART_VOXELS))?;
+        }
         Ok(())
     }
 
@@ -185,9 +200,9 @@ impl MapFuser {
         let mut writer = StoreWriter::create(path, self.lattice, origin)?;
         let mut borders = BorderQueue { waiting: BTreeMap::new() };
         let mut done = 0;
-        let mut tiles = tiles.into_iter();
+        let mut tiles = tiles.into_iter().peekable();
         loop {
-            let batch: Vec<TileId> = tiles.by_ref().take(2 * rayon::current_num_threads()).collect();
+            let batch = self.batch(&mut tiles);
             if batch.is_empty() {
                 break;
             }
@@ -208,13 +223,51 @@ impl MapFuser {
         writer.finish(durability)
     }
 
+    /// The next tiles whose surfels have room together, at least one.
+    fn batch(&self, tiles: &mut Peekable<impl Iterator<Item = TileId>>) -> Vec<TileId> {
+        let mut batch = Vec::new();
+        let mut room = self.open.budget_bytes() / 2;
+        while batch.len() < 2 * rayon::current_num_threads()
+            && let Some(tile) = tiles.next_if(|&tile| {
+                let bytes = self.most_surfels(tile).saturating_mul(size_of::<SurfelCode>());
+                let has_room = batch.is_empty() || bytes <= room;
+                room = room.saturating_sub(bytes);
+                has_room
+            })
+        {
+            batch.push(tile);
+        }
+        batch
+    }
+
+    /// Surfels that a tile may have, at most.
+    fn most_surfels(&self, tile: TileId) -> usize {
+        self.scratch.records(tile) + self.open.look(tile, TileMoments::most_voxels).unwrap_or(0)
+    }
+
+    /// The surfels of a tile: its parts are read side by side, so that of the tile itself little is in memory.
     fn content_of(&self, tile: TileId) -> Result<TileSurfels, MapError> {
-        let mut moments = self.open.take(tile).unwrap_or_default();
-        self.scratch.read(tile, |record| {
-            moments.merge(record);
-            Ok::<(), MapError>(())
-        })?;
-        Ok(surfels_of(&self.lattice, &moments.into_sorted()))
+        let of_disk = self.scratch.parts(tile).into_iter().map(Part::Aside);
+        let in_memory = self.open.take(tile).map(|moments| Part::Open(moments.into_records()));
+        let voxels = Merged::new(of_disk.chain(in_memory).collect());
+        Ok(surfels_of(&self.lattice, voxels)?)
+    }
+}
+
+/// A part of a tile: what was put aside of it, or what is in memory.
+enum Part<'a, I> {
+    Aside(PartRecords<'a, VoxelRecord>),
+    Open(I),
+}
+
+impl<I: Iterator<Item = VoxelRecord>> Iterator for Part<'_, I> {
+    type Item = Result<VoxelRecord, DiskError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        match self {
+            Self::Aside(records) => records.next(),
+            Self::Open(records) => records.next().map(Ok),
+        }
     }
 }
 

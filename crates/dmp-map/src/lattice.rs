@@ -33,6 +33,9 @@ pub struct Lattice {
     by_tile: Reciprocal,
 }
 
+/// Of [`Voxel::by_cell`], which tell voxels of a cell apart.
+pub(crate) const VOXEL_OF_CELL_BITS: u32 = 3;
+
 /// A point on the lattice: its voxel, and its place there.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct InVoxel {
@@ -48,6 +51,26 @@ pub(crate) struct Voxel {
     pub(crate) z: i32,
     pub(crate) y: u16,
     pub(crate) x: u16,
+}
+
+impl Voxel {
+    /// Its place among the voxels of a tile in the order of their 2 v cells, by z, y and x of these and then of the voxels.
+    /// Voxels of a cell differ in the last [`VOXEL_OF_CELL_BITS`].
+    pub(crate) fn by_cell(self) -> u64 {
+        let z = u64::from(self.z as u32 ^ 1 << 31);
+        let (y, x) = (u64::from(self.y), u64::from(self.x));
+        let cell = (z >> 1) << 30 | (y >> 1) << 15 | x >> 1;
+        cell << VOXEL_OF_CELL_BITS | (z & 1) << 2 | (y & 1) << 1 | x & 1
+    }
+
+    /// The voxel whose place is `by_cell`.
+    pub(crate) fn at(by_cell: u64) -> Self {
+        let (cell, low) = (by_cell >> VOXEL_OF_CELL_BITS, by_cell as u32);
+        let z = (cell >> 30) as u32 & (u32::MAX >> 1);
+        let [y, x] = [cell >> 15, cell].map(|c| (c & 0x7fff) as u16);
+        let [z_bit, y_bit, x_bit] = [low >> 2 & 1, low >> 1 & 1, low & 1];
+        Self { z: ((z << 1 | z_bit) ^ 1 << 31) as i32, y: y << 1 | y_bit as u16, x: x << 1 | x_bit as u16 }
+    }
 }
 
 impl Lattice {

@@ -34,6 +34,7 @@ mod fuser;
 mod integers;
 mod lattice;
 mod loose_surfels;
+mod merged;
 mod mix_hasher;
 mod moments;
 mod narrow_moments;

@@ -82,20 +82,6 @@ impl NarrowMoments {
         self.sums.count()
     }
 
-    /// Adds other sums, where they are small enough; whether they were, and whether the sums are to be carried then.
-    pub(crate) fn merge(&mut self, other: &Moments) -> Option<bool> {
-        // None is negative: they are sums of points in the voxel.
-        let [xx, xy, xz, yy, yz, zz] = other.products.map(|product| product as u64);
-        if (other.count | xx | yy | zz) >= FULL {
-            return None;
-        }
-        let [x, y, z] = other.sum.map(|sum| sum as u64);
-        let theirs = [other.count | x << 32, y | z << 32, xx | xy << 32, yy | yz << 32, zz | xz << 32];
-        self.sums.add(&PackedSums(theirs));
-        self.support.merge(&other.support);
-        Some(self.sums.is_full())
-    }
-
     /// Hands over the sums and starts again from none.
     pub(crate) fn carry(&mut self) -> Moments {
         let Self { sums, support } = std::mem::take(self);
@@ -137,22 +123,6 @@ mod tests {
                 carried.merge(&narrow.carry());
                 assert_eq!(carried, expected);
             }
-
-            // The same from parts, as they come back from disk.
-            let (mut narrow, mut carried) = (NarrowMoments::default(), Moments::default());
-            let mut expected = Moments::default();
-            for points in [1, 3999, 10_000, 16_000, 10_000] {
-                let mut part = Moments::default();
-                (0..points).for_each(|_| part.add(offset.map(u32::from), Some(7)));
-                expected.merge(&part);
-                match narrow.merge(&part) {
-                    Some(true) => carried.merge(&narrow.carry()),
-                    Some(false) => {}
-                    None => carried.merge(&part),
-                }
-            }
-            carried.merge(&narrow.carry());
-            assert_eq!(carried, expected);
         }
         let mut full = NarrowMoments { sums: PackedSums([FULL - 1, 0, 0, 0, 0]), ..NarrowMoments::default() };
         let mut point = PackedSums::default();

@@ -51,6 +51,10 @@ impl<T: Sums> OpenTiles<T> {
         }
     }
 
+    pub(crate) fn budget_bytes(&self) -> usize {
+        self.budget_bytes
+    }
+
     fn shard(&self, tile: TileId) -> MutexGuard<'_, Shard<T>> {
         lock(&self.shards[tile.x.wrapping_add(tile.y.wrapping_mul(7)).rem_euclid(SHARDS as i32) as usize])
     }

@@ -96,7 +96,7 @@ impl Tally {
             let counted = (0u32..).zip(&counts).filter(|(_, met)| **met != Met::default());
             let records: Vec<Record> =
                 counted.map(|(surfel, met)| Record { surfel, through: met.through, on: met.on }).collect();
-            self.scratch.append(tile, &records)
+            self.scratch.append(tile, records)
         })?;
         Ok(())
     }

@@ -88,16 +88,6 @@ impl TileMoments {
         }
     }
 
-    pub(crate) fn merge(&mut self, record: &VoxelRecord) {
-        let brick = self.brick(record.voxel());
-        let slot = self.slot(brick, record.voxel());
-        match self.sums[slot as usize].merge(&record.moments) {
-            Some(false) => {}
-            Some(true) => self.carry(slot),
-            None => self.carried.entry(slot).or_default().merge(&record.moments),
-        }
-    }
-
     #[cold]
     fn carry(&mut self, slot: u32) {
         let sums = self.sums[slot as usize].carry();
@@ -138,23 +128,29 @@ impl TileMoments {
             + self.carried.capacity() * size_of::<(u32, Moments)>()
     }
 
-    /// The voxels in the one order that depends on nothing but their places.
-    pub(crate) fn into_sorted(self) -> Vec<VoxelRecord> {
-        let Self { bricks, corners, mut sums, carried, .. } = self;
-        let mut order: Vec<(Voxel, u32)> = Vec::new();
+    /// Voxels that it may have, at most.
+    pub(crate) fn most_voxels(&self) -> usize {
+        self.sums.len()
+    }
+
+    /// The voxels [by their cells](Voxel::by_cell): an order that depends on nothing but their places.
+    pub(crate) fn into_records(self) -> impl Iterator<Item = VoxelRecord> {
+        let Self { bricks, corners, mut sums, carried, by_place } = self;
+        drop(by_place);
+        let mut order: Vec<(u64, u32)> = Vec::with_capacity(sums.len());
         for (brick, &corner) in bricks.iter().zip(&corners) {
             let known = brick.ranks.iter().enumerate().filter(|&(_, &rank)| rank != EMPTY);
-            order.extend(known.map(|(place, &rank)| (voxel_at(corner, place), brick.slot(rank))));
+            order.extend(known.map(|(place, &rank)| (voxel_at(corner, place).by_cell(), brick.slot(rank))));
         }
+        drop((bricks, corners));
         order.sort_unstable();
-        let record = |(voxel, slot): (Voxel, u32)| {
+        order.into_iter().map(move |(by_cell, slot)| {
             let mut moments = sums[slot as usize].carry();
             if let Some(carried) = carried.get(&slot) {
                 moments.merge(carried);
             }
-            VoxelRecord::new(voxel, moments)
-        };
-        order.into_iter().map(record).collect()
+            VoxelRecord::new(Voxel::at(by_cell), moments)
+        })
     }
 }
 
@@ -193,7 +189,10 @@ fn voxel_at(corner: Voxel, place: usize) -> Voxel {
 mod tests {
     use std::collections::BTreeMap;
 
+    use dmp_disk::DiskError;
+
     use super::*;
+    use crate::merged::Merged;
     use proptest::prelude::*;
 
     proptest! {
@@ -207,7 +206,7 @@ mod tests {
             let mut put_aside = Vec::new();
             for (k, points) in points.chunks(together).enumerate() {
                 if k == aside {
-                    put_aside = std::mem::take(&mut tile).into_sorted();
+                    put_aside = std::mem::take(&mut tile).into_records().collect();
                 }
                 let segment = Some(k as i32 % 3);
                 let mut parts = Vec::new();
@@ -222,9 +221,11 @@ mod tests {
                 }
                 tile.add(&parts, segment);
             }
-            put_aside.iter().for_each(|record| tile.merge(record));
-            let expected: Vec<_> = map.into_iter().map(|(v, m)| VoxelRecord::new(v, m)).collect();
-            prop_assert_eq!(tile.into_sorted(), expected);
+            let parts = [put_aside, tile.into_records().collect()];
+            let merged = Merged::new(parts.map(|part: Vec<_>| part.into_iter().map(Ok)).into());
+            let mut expected: Vec<_> = map.into_iter().map(|(v, m)| VoxelRecord::new(v, m)).collect();
+            expected.sort_by_key(|record| record.voxel().by_cell());
+            prop_assert_eq!(merged.collect::<Result<Vec<_>, DiskError>>().unwrap(), expected);
         }
     }
 }

@@ -1,9 +1,12 @@
 //! What voxel sums become: the surfels of a tile, and the copies of those that reach over its borders.
 
+use std::borrow::Borrow;
+use std::collections::BTreeMap;
+
 use dmp_disk::TileId;
 
 use crate::code::{Decoder, NormalCode, SurfelCode};
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, VOXEL_OF_CELL_BITS};
 use crate::moments::{Moments, VoxelRecord};
 use crate::normal::smallest_eigenvector;
 use crate::surfel::Surfel;
@@ -34,38 +37,57 @@ impl TileSurfels {
     }
 }
 
-/// Surfels of a tile from its voxels in sorted order; cell by cell, by z, y and x of the cell.
-pub(crate) fn surfels_of(lattice: &Lattice, voxels: &[VoxelRecord]) -> TileSurfels {
-    // From the middle of the tile's voxels, which a stray point far below does not move: f32 is precise
-    // near where z counts from.
-    let Some(middle) = voxels.get(voxels.len() / 2) else { return TileSurfels::default() };
-    let mut by_cell: Vec<&VoxelRecord> = voxels.iter().collect();
-    by_cell.sort_by_key(|record| cell_of(record));
-    surfels_of_cells(lattice, middle.voxel().z, by_cell)
+/// Surfels of a tile from its voxels [by their cells](crate::lattice::Voxel::by_cell).
+///
+/// # Errors
+/// The first error among the voxels.
+pub(crate) fn surfels_of<E>(
+    lattice: &Lattice,
+    voxels: impl Iterator<Item = Result<VoxelRecord, E>>,
+) -> Result<TileSurfels, E> {
+    let mut heights: BTreeMap<i32, u64> = BTreeMap::new();
+    let mut failed = None;
+    let voxels = voxels.map_while(|voxel| voxel.map_err(|error| failed = Some(error)).ok());
+    let voxels = voxels.inspect(|record| *heights.entry(record.voxel().z).or_default() += 1);
+    let tile = surfels_of_cells(lattice, voxels);
+    match failed {
+        Some(error) => Err(error),
+        None => Ok(TileSurfels { base_voxel_z: middle_of(&heights), ..tile }),
+    }
 }
 
-/// Surfels of voxels of which those of a cell follow each other, in the order of the voxels; z is counted from
-/// `base_voxel_z`.
+/// The middle one of numbers that were counted, 0 of none.
+fn middle_of(counts: &BTreeMap<i32, u64>) -> i32 {
+    let mut left = counts.values().sum::<u64>() / 2;
+    let is_there = |&(_, &count): &(&i32, &u64)| {
+        let there = left < count;
+        left = left.saturating_sub(count);
+        there
+    };
+    counts.iter().find(is_there).map_or(0, |(&number, _)| number)
+}
+
+/// Surfels of voxels of which those of a cell follow each other, in the order of the voxels.
 ///
 /// Centre: mean of the voxel's points. Normal: smallest eigenvector of the covariance of the points in
 /// the 2 v cell around it. Cells never cross tiles, since a tile's edge is a multiple of 2 v. Both are rounded.
-pub(crate) fn surfels_of_cells<'a>(
+pub(crate) fn surfels_of_cells<V: Borrow<VoxelRecord>>(
     lattice: &Lattice,
-    base_voxel_z: i32,
-    voxels: impl IntoIterator<Item = &'a VoxelRecord>,
+    voxels: impl IntoIterator<Item = V>,
 ) -> TileSurfels {
-    let mut tile = TileSurfels { base_voxel_z, ..TileSurfels::default() };
+    let mut tile = TileSurfels::default();
     let edge = lattice.voxel_units();
     let mut voxels = voxels.into_iter().peekable();
-    let mut cell: Vec<&VoxelRecord> = Vec::with_capacity(8);
+    let mut cell: Vec<V> = Vec::with_capacity(8);
     while let Some(first) = voxels.next() {
+        let place = cell_of(first.borrow());
         cell.clear();
         cell.push(first);
-        while let Some(other) = voxels.next_if(|other| cell_of(other) == cell_of(first)) {
+        while let Some(other) = voxels.next_if(|other| cell_of(other.borrow()) == place) {
             cell.push(other);
         }
         let normal = normal_of(&cell, edge).map(NormalCode::of);
-        for record in &cell {
+        for record in cell.iter().map(V::borrow) {
             let moments = &record.moments;
             let Some(normal) = normal.filter(|_| moments.count >= MIN_VOXEL_POINTS) else {
                 tile.thin_voxels += 1;
@@ -83,15 +105,14 @@ pub(crate) fn surfels_of_cells<'a>(
     tile
 }
 
-/// z, y and x of a voxel's cell.
-fn cell_of(record: &VoxelRecord) -> (i32, u16, u16) {
-    let voxel = record.voxel();
-    (voxel.z >> 1, voxel.y >> 1, voxel.x >> 1)
+fn cell_of(record: &VoxelRecord) -> u64 {
+    record.voxel().by_cell() >> VOXEL_OF_CELL_BITS
 }
 
-fn normal_of(cell: &[&VoxelRecord], edge_units: u32) -> Option<[f64; 3]> {
+fn normal_of<V: Borrow<VoxelRecord>>(cell: &[V], edge_units: u32) -> Option<[f64; 3]> {
+    let cell = cell.iter().map(V::borrow);
     // As most voxels of a map: too few points for one surfel.
-    if cell.iter().all(|record| record.moments.count < MIN_VOXEL_POINTS) {
+    if cell.clone().all(|record| record.moments.count < MIN_VOXEL_POINTS) {
         return None;
     }
     let mut all = Moments::default();
@@ -161,7 +182,7 @@ mod tests {
             sums.add_point(lattice.in_voxel(point).unwrap().offset_units);
             tile.add(&[PartOfVoxel { voxel, sums }], Some(0));
         }
-        let surfels = surfels_of(&lattice, &tile.into_sorted());
+        let surfels = surfels_of::<()>(&lattice, tile.into_records().map(Ok)).unwrap();
         (lattice, surfels)
     }
 

@@ -81,7 +81,7 @@ impl Gathered {
     pub(super) fn surfels(&self, lattice: &Lattice) -> TileSurfels {
         // Among the first that were met; a tile has no height at which most of it would be.
         let base_voxel_z = self.records.get(self.records.len() / 2).map_or(0, |record| record.voxel().z);
-        surfels_of_cells(lattice, base_voxel_z, self.by_cell())
+        TileSurfels { base_voxel_z, ..surfels_of_cells(lattice, self.by_cell()) }
     }
 }
 
