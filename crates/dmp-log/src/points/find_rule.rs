@@ -26,8 +26,11 @@ const FIELD_NAMES: [&str; 17] = [
 /// Period taken for the test of units where a log has too few stamps to tell its own, nanoseconds.
 pub(crate) const USUAL_PERIOD_NS: i64 = 100_000_000;
 
+/// Times of a scan are nearer to its stamp than so many periods, and so near to each other.
+const NEAR_PERIODS: f64 = 2.0;
+
 /// Scans of which one may be left out: the others are to outnumber it.
-const ENOUGH: usize = 4;
+pub(crate) const ENOUGH: usize = 4;
 
 /// Position in `names` of the fields that may hold times, most telling first.
 pub(crate) fn candidates<'a>(names: &[&'a str]) -> Vec<(usize, &'a str)> {
@@ -76,10 +79,12 @@ pub(crate) fn find_rule(seen: &[FieldExtremes], period_ns: i64) -> Finding {
         ));
     };
     let ns = unit.in_ns() as f64;
-    // A stamp may be the scan's start, middle or end.
-    let near = 2.0 * period;
-    let relative = |scan: &FieldExtremes| scan.smallest * ns > -near && scan.largest * ns < near;
-    let absolute = |scan: &FieldExtremes| (scan.smallest * ns - scan.stamp_ns as f64).abs() < near.max(1e9);
+    let near = NEAR_PERIODS * period;
+    let relative = |scan: &FieldExtremes| counts_from_stamp(scan, unit, period_ns);
+    let absolute = |scan: &FieldExtremes| {
+        (scan.smallest * ns - scan.stamp_ns as f64).abs() < near.max(1e9)
+            && (scan.largest - scan.smallest) * ns < near
+    };
     let origin = match (seen.iter().all(relative), seen.iter().all(absolute)) {
         (true, false) => Some(Origin::Stamp),
         (false, true) => Some(Origin::Clock),
@@ -99,7 +104,14 @@ pub(crate) fn find_rule(seen: &[FieldExtremes], period_ns: i64) -> Finding {
     ))
 }
 
-/// The same where times of one scan are unlike those of the others, which agree: a damaged scan is no reason to refuse a
+/// Whether times may count from the scan's stamp, which may be its start, middle or end: they lie near it and near each other,
+/// so that it does not depend on where in the scan the stamp is.
+pub(crate) fn counts_from_stamp(scan: &FieldExtremes, unit: TimeUnit, period_ns: i64) -> bool {
+    let (ns, near) = (unit.in_ns() as f64, NEAR_PERIODS * period_ns as f64);
+    scan.smallest * ns > -near && scan.largest * ns < near && (scan.largest - scan.smallest) * ns < near
+}
+
+/// As [`find_rule`] where times of one scan are unlike those of the others, which agree: a damaged scan is no reason to refuse a
 /// log. Also which scan that is.
 pub(crate) fn find_rule_of_most(seen: &[FieldExtremes], period_ns: i64) -> (Finding, Option<usize>) {
     let found = find_rule(seen, period_ns);

@@ -9,7 +9,7 @@ mod time;
 mod time_choice;
 mod time_rule;
 
-pub(crate) use find_rule::{FieldExtremes, candidates};
+pub(crate) use find_rule::{ENOUGH, FieldExtremes, USUAL_PERIOD_NS, candidates, counts_from_stamp};
 pub(crate) use layout::{Field, Layout};
 pub(crate) use number::NumberType;
 pub(crate) use rows::Rows;

@@ -17,7 +17,8 @@ impl ScanFolder {
         let folder = self.summary.path.clone();
         let stamped = self.entries.iter().any(|entry| entry.stamp_ns.is_some());
         if let Some(times) = times::folder_beside(&folder)? {
-            let beside = Beside::open(times, &self.entries, options, &self.count, &mut self.summary.notes)?;
+            let notes = (self.summary.period_ns, &mut self.summary.notes);
+            let beside = Beside::open(times, &self.entries, options, &self.count, notes)?;
             if let Some(beside) = beside {
                 if beside.rule.origin == Origin::Clock && !stamped {
                     return Err(needs_stamps(&folder, options));
@@ -25,6 +26,7 @@ impl ScanFolder {
                 self.summary.point_times = Some(beside.words.clone());
                 self.summary.middle_ns = beside.middle_ns;
                 self.summary.sweep_ns = beside.sweep_ns;
+                self.give_up(beside.odd_frame, times::NAME);
                 self.time = Some(Times::Beside(beside));
             }
             return Ok(());
@@ -51,11 +53,8 @@ impl ScanFolder {
         self.summary.point_times = Some(choice.words.clone());
         self.summary.middle_ns = choice.middle_ns;
         self.summary.sweep_ns = choice.sweep_ns;
+        self.give_up(choice.odd_frame, &choice.field);
         let (layouts, mut damage) = (&self.layouts, DamageList::default());
-        if let Some(frame) = choice.odd_frame.filter(|&frame| frame < self.entries.len()) {
-            let odd = self.entries.remove(frame);
-            damage.push(Damage::new(shown_path(&odd.file.path), odd_times(&choice.field)));
-        }
         self.entries.retain(|entry| {
             let layout = layouts.get(entry.layout);
             let kept =
@@ -72,6 +71,14 @@ impl ScanFolder {
         self.summary.damage.append(&mut damage.into_vec());
         self.time = Some(Times::Field(choice));
         Ok(())
+    }
+
+    /// Leaves out the scan whose times are unlike those of the others.
+    fn give_up(&mut self, odd_frame: Option<usize>, field: &str) {
+        if let Some(frame) = odd_frame.filter(|&frame| frame < self.entries.len()) {
+            let odd = self.entries.remove(frame);
+            self.summary.damage.push(Damage::new(shown_path(&odd.file.path), odd_times(field)));
+        }
     }
 
     /// What a few scans have in the fields that may hold times.

@@ -4,7 +4,8 @@ use super::entry::Entry;
 use super::stamps::beside;
 use crate::folder::is_folder;
 use crate::points::{
-    FieldExtremes, Origin, PointTime, RawTime, TimeRule, TimeUnit, frames_to_look_at, place_stamp,
+    ENOUGH, FieldExtremes, Origin, PointTime, RawTime, TimeRule, TimeUnit, USUAL_PERIOD_NS,
+    counts_from_stamp, frames_to_look_at, place_stamp,
 };
 use crate::reads::{ReadCount, fill};
 use crate::{LogError, LogOptions, shown_path};
@@ -13,6 +14,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 const TIME_BYTES: u64 = 4;
+/// What the times are called where a field would be named.
+pub(super) const NAME: &str = "times/*.f32";
 
 /// A folder with a file for each scan.
 #[derive(Debug)]
@@ -25,6 +28,8 @@ pub(super) struct Beside {
     pub(super) middle_ns: i64,
     /// From the stamp to the first and to the last return, nanoseconds.
     pub(super) sweep_ns: [i64; 2],
+    /// The one scan looked at that has other times than the rest.
+    pub(super) odd_frame: Option<usize>,
 }
 
 /// The folder with times of the scans in `folder`.
@@ -44,7 +49,7 @@ impl Beside {
         entries: &[Entry],
         options: &LogOptions,
         count: &ReadCount,
-        notes: &mut Vec<String>,
+        (period_ns, notes): (Option<i64>, &mut Vec<String>),
     ) -> Result<Option<Self>, LogError> {
         if options.point_time == PointTime::Ignore {
             notes.push(format!("{}: not used, as was asked", shown_path(&folder)));
@@ -68,9 +73,11 @@ impl Beside {
                 });
             }
         }
-        let seen = extremes(&folder, entries, count)?;
+        let mut seen = extremes(&folder, entries, count)?;
+        let odd_frame = if given.is_none() { odd_frame(&seen, rule.unit, period_ns) } else { None };
+        seen.retain(|scan| Some(scan.frame) != odd_frame);
         let evidence = if given.is_some() { "as was said" } else { "as such files have them" };
-        let choice = place_stamp(&folder, "times/*.f32", rule, options.stamp_at, &seen, evidence)?;
+        let choice = place_stamp(&folder, NAME, rule, options.stamp_at, &seen, evidence)?;
         notes.push(format!("a time for each point from {}", shown_path(&folder)));
         Ok(Some(Self {
             folder,
@@ -78,6 +85,7 @@ impl Beside {
             words: choice.words,
             middle_ns: choice.middle_ns,
             sweep_ns: choice.sweep_ns,
+            odd_frame,
         }))
     }
 }
@@ -118,6 +126,14 @@ fn extremes(folder: &Path, entries: &[Entry], count: &ReadCount) -> Result<Vec<F
         }
     }
     Ok(seen)
+}
+
+/// The one scan whose times do not count from its stamp, where those of the others do.
+fn odd_frame(seen: &[FieldExtremes], unit: TimeUnit, period_ns: Option<i64>) -> Option<usize> {
+    let period_ns = period_ns.unwrap_or(USUAL_PERIOD_NS);
+    let odd: Vec<usize> =
+        seen.iter().filter(|scan| !counts_from_stamp(scan, unit, period_ns)).map(|scan| scan.frame).collect();
+    odd.first().copied().filter(|_| odd.len() == 1 && seen.len() >= ENOUGH)
 }
 
 /// Adds the times of its points to a scan.

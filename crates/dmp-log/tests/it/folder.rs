@@ -109,6 +109,28 @@ fn a_time_that_is_no_number_takes_the_point_out() {
 }
 
 #[test]
+fn a_scan_with_times_unlike_those_of_the_others_is_skipped() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path();
+    let times = |end_s: f32| [0.0, end_s].map(f32::to_le_bytes).concat();
+    write(&root.join("times.txt"), "0\n0.1\n0.2\n0.3\n0.4\n0.5\n");
+    for k in 0..6 {
+        write(&root.join(format!("scans/{k}.bin")), bin(2));
+        write(&root.join(format!("times/{k}.f32")), times(0.09));
+    }
+    assert!(open(root).summary().damage.is_empty());
+
+    write(&root.join("times/1.f32"), times(3.0));
+    let log = open(root);
+    assert_eq!(log.frames().len(), 5);
+    assert_says(&format!("{:?}", log.summary().damage[0]), &["1.bin", "`times/*.f32`", "skipped"]);
+    assert_says(log.summary().point_times.as_deref().unwrap(), &["a scan spans 0.0900 s"]);
+    // As was said, whatever they are.
+    let said = LogOptions { point_time: PointTime::Relative(TimeUnit::Seconds), ..LogOptions::default() };
+    assert_eq!(open_log(root, &said).unwrap().frames().len(), 6);
+}
+
+#[test]
 fn what_is_no_log_is_said_to_be_none() {
     let folder = tempfile::tempdir().unwrap();
     let error = open_log(&folder.path().join("gone"), &LogOptions::default()).unwrap_err();
