@@ -111,23 +111,23 @@ impl Bag {
             else {
                 continue;
             };
-            let mut take = |channel: &Channel, within: Within, body: &[u8]| {
-                each(Message { channel, location: Location { file, within }, body });
+            let mut take = |channel: &Channel, log_time_ns: u64, within: Within, body: &[u8]| {
+                each(Message { channel, location: Location { file, within }, log_time_ns, body });
             };
             let found = match known {
                 Known::Mcap { channels, bytes } => {
                     let mut records: Vec<_> = of_file.iter().filter_map(Location::mcap_record).collect();
                     records.dedup();
-                    let mut take = |channel: &Channel, _, place, body: &[u8]| {
-                        take(channel, Within::Mcap(place), body);
+                    let mut take = |channel: &Channel, time, place, body: &[u8]| {
+                        take(channel, time, Within::Mcap(place), body);
                     };
                     mcap::read_part(path, &self.count, (channels, *bytes), &records, &mut take)
                         .map(|(damage, at)| (damage, at.into_iter().map(u64::cast_signed).collect()))
                 }
                 Known::Sqlite => {
                     let rows: Vec<_> = of_file.iter().map(|location| location.record().1).collect();
-                    sqlite::read_rows(path, &rows, &mut |channel, _, place, body| {
-                        take(channel, Within::Sqlite(place), body);
+                    sqlite::read_rows(path, &rows, &mut |channel, time, place, body| {
+                        take(channel, time, Within::Sqlite(place), body);
                     })
                 }
             };

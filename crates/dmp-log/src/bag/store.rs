@@ -15,6 +15,8 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Message<'a> {
     pub(crate) channel: &'a Channel,
     pub(crate) location: Location,
+    /// When it was recorded.
+    pub(crate) log_time_ns: u64,
     pub(crate) body: &'a [u8],
 }
 
@@ -103,7 +105,7 @@ impl Bag {
         self.each_file(&mut |file, path, kind, topics| {
             let mut take = |channel: &Channel, log_time_ns: u64, within: Within, body: &[u8]| {
                 topics.count(channel, log_time_ns);
-                each(Message { channel, location: Location { file, within }, body });
+                each(Message { channel, location: Location { file, within }, log_time_ns, body });
             };
             match kind {
                 FileKind::Mcap => mcap::read_whole(path, &self.count, &mut |channel, time, place, body| {

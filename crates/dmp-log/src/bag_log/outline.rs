@@ -289,6 +289,7 @@ impl BagOutline {
         places.sort_by(Location::compare);
         let mut topic = TopicIndex { frame_id: self.whole.frame_id.clone(), ..TopicIndex::default() };
         let (mut frames, mut met, mut unnamed) = (FoundFrames::default(), BTreeSet::new(), 0);
+        let mut other_times = Vec::new();
         frames.frames.clone_from(&self.whole.static_frames);
         let mut part = self.around.bag.read_part(&self.index, &places, &mut |message| {
             frames.take(&message);
@@ -299,6 +300,10 @@ impl BagOutline {
             match self.scans.binary_search_by(|scan| scan.location.compare(&message.location)) {
                 Ok(number) if wanted.binary_search(&number).is_ok() => {
                     met.insert(number);
+                    let promised = self.scans.get(number).and_then(|scan| scan.log_time_ns);
+                    if promised != i64::try_from(message.log_time_ns).ok() {
+                        other_times.push(number);
+                    }
                     meet(number, coding, message.body);
                     topic.add_numbered(coding, message, number as u64);
                 }
@@ -313,6 +318,11 @@ impl BagOutline {
             let place = format!("message {number} ({})", scan.location.in_words());
             let what = "the index names a scan where there is none; it is skipped";
             part.damage.push(Damage::new(place, what));
+        }
+        for number in other_times {
+            let Some(scan) = self.scans.get(number) else { continue };
+            let place = format!("message {number} ({})", scan.location.in_words());
+            part.damage.push(Damage::new(place, "the index has another time for it than the message itself"));
         }
         if unnamed > 0 {
             let what = format!("{unnamed} scans that the index does not name are left out");
