@@ -20,6 +20,8 @@ use crate::score::announce;
 
 /// Most candidates that are skipped by name; the result has all.
 const MOST_NAMED: usize = 10;
+/// Kinds of lines that are named by themselves.
+const MOST_KINDS: usize = 5;
 
 pub(super) struct Inputs {
     /// With the weights that take effect.
@@ -155,8 +157,13 @@ pub(super) fn body_from_sensor(
 
 fn tell_others(file: &PoseGraphFile, arguments: &LoopsArgs, note: &dyn Fn(String)) {
     let graph = arguments.graph.display();
-    for (tag, count) in &file.other_records {
+    for (tag, count) in file.other_records.iter().take(MOST_KINDS) {
         note(format!("{graph}: {} `{tag}` passed over", counted(*count, "line")));
+    }
+    let more: u64 = file.other_records.values().skip(MOST_KINDS).sum();
+    if more > 0 {
+        let kinds = counted((file.other_records.len() - MOST_KINDS) as u64, "other kind");
+        note(format!("{graph}: {} of {kinds} passed over", counted(more, "line")));
     }
     if file.repeated_vertices > 0 {
         note(format!("{graph}: {} left out", counted(file.repeated_vertices as u64, "repeated vertex line")));
