@@ -4,6 +4,7 @@
 use super::records::{Fields, HEAD_BYTES, MAX_RECORD_BYTES, Records, Source};
 use mcap::records::op;
 use std::collections::BTreeSet;
+use std::io;
 
 /// Bytes of the footer's body and of the magic behind it.
 const FOOTER_BYTES: u64 = 20;
@@ -20,15 +21,38 @@ pub(super) struct SummaryHint {
 }
 
 /// Reads the summary; nothing where there is none, or where its checksum is wrong or missing.
-pub(super) fn read(source: &mut Source) -> SummaryHint {
-    try_read(source).unwrap_or_default()
+///
+/// # Errors
+/// When the file cannot be read: that says nothing of what is there.
+pub(super) fn read(source: &mut Source) -> io::Result<SummaryHint> {
+    let magic = mcap::MAGIC.len() as u64;
+    let Some(footer_at) = source.length().checked_sub(HEAD_BYTES + FOOTER_BYTES + magic) else {
+        return Ok(SummaryHint::default());
+    };
+    let mut end = Vec::new();
+    source.read_into(footer_at, HEAD_BYTES + FOOTER_BYTES + magic, &mut end)?;
+    let Some(Footer { bytes, summary_start, summary_bytes, crc32 }) = footer_of(&end, footer_at) else {
+        return Ok(SummaryHint::default());
+    };
+    let mut summary = Vec::new();
+    source.read_into(summary_start, summary_bytes, &mut summary)?;
+    let mut hasher = crc32fast::Hasher::new_with_initial(0);
+    hasher.update(&summary);
+    // The checksum covers the footer up to itself.
+    hasher.update(&bytes[..bytes.len() - 4]);
+    Ok(if hasher.finalize() == crc32 { hint_of(&summary) } else { SummaryHint::default() })
 }
 
-fn try_read(source: &mut Source) -> Option<SummaryHint> {
-    let magic = mcap::MAGIC.len() as u64;
-    let footer_at = source.length().checked_sub(HEAD_BYTES + FOOTER_BYTES + magic)?;
-    let mut end = Vec::new();
-    source.read_into(footer_at, HEAD_BYTES + FOOTER_BYTES + magic, &mut end).ok()?;
+/// The record at the end of a file with a summary.
+struct Footer<'a> {
+    bytes: &'a [u8],
+    summary_start: u64,
+    summary_bytes: u64,
+    crc32: u32,
+}
+
+/// `None` where there is no summary, or none with a checksum.
+fn footer_of(end: &[u8], footer_at: u64) -> Option<Footer<'_>> {
     let (footer, end_magic) = end.split_at_checked((HEAD_BYTES + FOOTER_BYTES) as usize)?;
     if end_magic != mcap::MAGIC {
         return None;
@@ -37,22 +61,16 @@ fn try_read(source: &mut Source) -> Option<SummaryHint> {
     let mut fields = Fields(body);
     let summary_start = fields.u64("the summary's start").ok()?;
     let _offsets_start = fields.u64("the start of the summary's offsets").ok()?;
-    let summary_crc = u32::from_le_bytes(fields.array("the summary's CRC").ok()?);
+    let crc32 = u32::from_le_bytes(fields.array("the summary's CRC").ok()?);
     let summary_bytes = footer_at.checked_sub(summary_start)?;
-    if opcode != op::FOOTER || summary_start == 0 || summary_crc == 0 || summary_bytes > MAX_RECORD_BYTES {
-        return None;
-    }
-    let mut summary = Vec::new();
-    source.read_into(summary_start, summary_bytes, &mut summary).ok()?;
-    let mut hasher = crc32fast::Hasher::new_with_initial(0);
-    hasher.update(&summary);
-    // The checksum covers the footer up to itself.
-    hasher.update(footer.get(..footer.len() - 4)?);
-    if hasher.finalize() != summary_crc {
-        return None;
-    }
+    let is_there =
+        opcode == op::FOOTER && summary_start != 0 && crc32 != 0 && summary_bytes <= MAX_RECORD_BYTES;
+    is_there.then_some(Footer { bytes: footer, summary_start, summary_bytes, crc32 })
+}
+
+fn hint_of(summary: &[u8]) -> SummaryHint {
     let mut hint = SummaryHint::default();
-    for (opcode, _, body) in Records::of(&summary) {
+    for (opcode, _, body) in Records::of(summary) {
         match opcode {
             op::SCHEMA | op::CHANNEL => hint.descriptions.push((opcode, body.to_vec())),
             // The first of its fields.
@@ -67,5 +85,5 @@ fn try_read(source: &mut Source) -> Option<SummaryHint> {
             _ => {}
         }
     }
-    Some(hint)
+    hint
 }

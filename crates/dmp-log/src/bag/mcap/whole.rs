@@ -67,7 +67,7 @@ pub(in crate::bag) fn read_heads(
 impl Pass<'_, '_> {
     /// Goes through the whole file.
     fn file(&mut self, source: &mut Source) -> io::Result<()> {
-        let hint = summary_hint::read(source);
+        let hint = summary_hint::read(source)?;
         for (opcode, body) in &hint.descriptions {
             // A hint that cannot be read is none.
             let _ = self.channels.describe(*opcode, body);
