@@ -261,10 +261,14 @@ impl SoundedRun {
                     open.clear();
                 }
                 if held.bytes > budget_bytes {
-                    let mut ages: Vec<(u64, TileId)> =
-                        open.iter().map(|(&tile, stay)| (stay.last, tile)).collect();
+                    // Within a scan tiles are met in an order that is not known, and put aside at any time of it: by their
+                    // numbers, the same ones would go each time.
+                    let age = |(&tile, stay): (&TileId, &Stay)| {
+                        (stay.last, hash([tile.x, tile.y, now as i32]), tile)
+                    };
+                    let mut ages: Vec<(u64, u64, TileId)> = open.iter().map(age).collect();
                     ages.sort_unstable();
-                    for (_, tile) in ages {
+                    for (_, _, tile) in ages {
                         if held.bytes <= budget_bytes * 0.75 {
                             break;
                         }
@@ -327,8 +331,8 @@ fn brick_of(voxel: [i32; 3]) -> [i32; 3] {
 }
 
 /// Fibonacci hashing, one number after the other.
-fn hash(brick: [i32; 3]) -> u64 {
-    brick.iter().fold(0, |hash: u64, &c| {
+fn hash(numbers: [i32; 3]) -> u64 {
+    numbers.iter().fold(0, |hash: u64, &c| {
         (hash ^ u64::from(c as u32)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
     }) >> 7
 }
