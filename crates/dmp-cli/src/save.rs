@@ -1,7 +1,7 @@
 //! Output files of the command.
 
 use std::fs::{self, File, TryLockError};
-use std::io::{self, BufWriter, Write as _};
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use anyhow::{Context as _, Error, bail};
@@ -14,10 +14,15 @@ use crate::exit::Usage;
 
 /// Writes a trajectory: in TUM format where it has stamps, as KITTI rows where it has none.
 pub(crate) fn save_trajectory(path: &Path, trajectory: &Trajectory) -> anyhow::Result<()> {
-    save(path, |out| match trajectory.stamps_ns() {
+    save(path, |out| write_trajectory(out, trajectory))
+}
+
+/// The text of such a file.
+pub(crate) fn write_trajectory(out: &mut impl Write, trajectory: &Trajectory) -> io::Result<()> {
+    match trajectory.stamps_ns() {
         Some(_) => write_tum(out, trajectory),
         None => write_kitti(out, trajectory),
-    })
+    }
 }
 
 /// Writes a text file.
@@ -71,12 +76,7 @@ impl SavedTogether {
     ) -> anyhow::Result<()> {
         let mut bytes = Vec::new();
         write(&mut bytes).with_context(|| path.display().to_string())?;
-        let is_as_long = |found: fs::Metadata| found.is_file() && found.len() == bytes.len() as u64;
-        let is_same =
-            fs::metadata(path).is_ok_and(is_as_long) && fs::read(path).is_ok_and(|there| there == bytes);
-        if !is_same {
-            refuse_unnamed(path)?;
-        }
+        refuse_other(path, &bytes)?;
         self.add(path, |out| out.write_all(&bytes))
     }
 
@@ -88,6 +88,14 @@ impl SavedTogether {
         OutputFile::commit_all(self.0)
             .map_err(|(path, error)| Error::new(error).context(format!("{}: cannot write", path.display())))
     }
+}
+
+/// Refuses to replace a file that the user has not named by another one.
+pub(crate) fn refuse_other(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let is_as_long = |found: fs::Metadata| found.is_file() && found.len() == bytes.len() as u64;
+    let is_same =
+        fs::metadata(path).is_ok_and(is_as_long) && fs::read(path).is_ok_and(|there| there == bytes);
+    if is_same { Ok(()) } else { refuse_unnamed(path) }
 }
 
 /// Refuses to replace a file that the user has not named.

@@ -9,7 +9,7 @@ use dmp_sim::{CityOptions, CityRecording};
 
 use super::fault::told;
 use super::progress::Progress;
-use super::recording::{RecordingArgs, save_scans, truth_path};
+use super::recording::{RecordingArgs, refuse_other_truth, save_scans, truth_path};
 use crate::common::Common;
 use crate::exit::Exit;
 use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
@@ -59,7 +59,10 @@ pub(super) fn run(arguments: &CityArgs, common: &Common, out: &mut impl Write) -
     });
     let recording = recording.map_err(told)?;
     let poses = recording.poses(*truth_rate).map_err(told)?;
-    let truth_path = truth_path(output, arguments.save_truth.as_deref())?;
+    let named = arguments.save_truth.as_deref();
+    let truth_path = truth_path(output, named);
+    let again = recording.poses(*truth_rate).map_err(told)?;
+    refuse_other_truth(&truth_path, named, |out| write_tum_poses(out, again))?;
 
     let format = OutputFormat::of_name(output)?;
     let log = LogWriter::create(output, format, CompressionArg::ZstdFast)?;

@@ -1,5 +1,6 @@
 //! What the simulated drives have in common: the sensor, and how its scans and the truth are saved.
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::sync_channel;
 
@@ -11,7 +12,7 @@ use dmp_sim::{LidarOptions, NoReturn, Sweep};
 use super::progress::Progress;
 use crate::log_writer::LogWriter;
 use crate::parse;
-use crate::save::refuse_unnamed;
+use crate::save::{is_missing, refuse_other};
 
 /// Scans that wait to be written, at most.
 const WAITING: usize = 4;
@@ -85,14 +86,23 @@ impl RecordingArgs {
     }
 }
 
-/// Where the truth goes: beside the log where no place is named, and then it replaces nothing.
-pub(super) fn truth_path(log: &Path, named: Option<&Path>) -> anyhow::Result<PathBuf> {
-    if let Some(named) = named {
-        return Ok(named.to_path_buf());
+/// Where the truth goes: beside the log where no place is named.
+pub(super) fn truth_path(log: &Path, named: Option<&Path>) -> PathBuf {
+    named.map_or_else(|| log.with_extension("truth.tum"), Path::to_path_buf)
+}
+
+/// Refuses to replace a file that the user has not named by another truth, as `write` gives it.
+pub(super) fn refuse_other_truth(
+    path: &Path,
+    named: Option<&Path>,
+    write: impl FnOnce(&mut Vec<u8>) -> io::Result<()>,
+) -> anyhow::Result<()> {
+    if named.is_some() || is_missing(path) {
+        return Ok(());
     }
-    let path = log.with_extension("truth.tum");
-    refuse_unnamed(&path)?;
-    Ok(path)
+    let mut truth = Vec::new();
+    write(&mut truth)?;
+    refuse_other(path, &truth)
 }
 
 /// Writes scans in order while the next ones are measured; the number of their returns. On an error, no more are

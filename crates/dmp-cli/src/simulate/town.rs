@@ -8,11 +8,11 @@ use dmp_sim::{Recording, RecordingOptions, Route};
 
 use super::fault::told;
 use super::progress::Progress;
-use super::recording::{RecordingArgs, save_scans, truth_path};
+use super::recording::{RecordingArgs, refuse_other_truth, save_scans, truth_path};
 use crate::common::Common;
 use crate::exit::Exit;
 use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
-use crate::save::save_trajectory;
+use crate::save::{save_trajectory, write_trajectory};
 
 /// Make a log of a drive through a simulated town, and its true trajectory
 ///
@@ -80,12 +80,14 @@ pub(super) fn run(arguments: &TownArgs, common: &Common, out: &mut impl Write) -
     let options = arguments.options();
     let town = options.town().map_err(told)?;
     let recording = Recording::new(&town, &options).map_err(told)?;
-    let truth_path = truth_path(output, arguments.save_truth.as_deref())?;
+    let named = arguments.save_truth.as_deref();
+    let truth_path = truth_path(output, named);
     let truth = if truth_path.extension().is_some_and(|extension| extension == "txt") {
         recording.pose_per_scan()?
     } else {
         recording.drive().trajectory(*truth_rate).map_err(told)?
     };
+    refuse_other_truth(&truth_path, named, |out| write_trajectory(out, &truth))?;
 
     let format = OutputFormat::of_name(output)?;
     let log = LogWriter::create(output, format, CompressionArg::Zstd)?;
