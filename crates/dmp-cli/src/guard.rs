@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{ArgMatches, Command};
-use dmp_disk::is_stdout;
+use dmp_disk::{is_stdout, place_of};
 
 use crate::clash::{refuse_clashes, refuse_printed};
 use crate::exit::Usage;
@@ -48,6 +48,7 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> anyhow::Result<R
         return command.find_subcommand(name).map_or(Ok(Results::Out), |command| check(command, matches));
     }
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
+    let mut of_runs = Vec::new();
     for argument in command.get_arguments() {
         let id = argument.get_id().as_str();
         let Ok(Some(values)) = matches.try_get_raw(id) else { continue };
@@ -55,13 +56,21 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> anyhow::Result<R
             "work" => {}
             // One of some words, whatever file has that name.
             _ if !argument.get_possible_values().is_empty() => {}
-            "residuals" => outputs.extend(values.map(|value| NamedFile::from(value.to_owned()).path)),
+            "residuals" => {
+                outputs.extend(values.map(|value| NamedFile::from(value.to_owned()).path));
+                of_runs.extend(outputs.last().cloned().map(OfRuns::Residuals));
+            }
+            "save_maps" => {
+                outputs.extend(values.map(PathBuf::from));
+                of_runs.extend(outputs.last().cloned().map(OfRuns::Maps));
+            }
             "plots" => outputs.extend(values.flat_map(|folder| pictures_in(Path::new(folder)))),
             _ if OUTPUTS.contains(&id) => outputs.extend(values.map(PathBuf::from)),
             _ => inputs.extend(values.flat_map(files_of)),
         }
     }
     refuse_clashes(&outputs, &inputs)?;
+    of_runs.iter().try_for_each(|files| files.refuse_among(&outputs))?;
     refuse_printed(&outputs, &inputs)?;
     let Some(printed) = outputs.iter().find(|output| is_stdout(output)) else { return Ok(Results::Out) };
     if matches.try_get_one::<bool>("json").ok().flatten() == Some(&true) {
@@ -71,6 +80,48 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> anyhow::Result<R
         )));
     }
     Ok(Results::Aside)
+}
+
+/// Files with a run's name each, which is not known yet.
+enum OfRuns {
+    /// `FOLDER/RUN.dmpmap`.
+    Maps(PathBuf),
+    /// `NAME.RUN.EXTENSION`, beside `NAME.EXTENSION`.
+    Residuals(PathBuf),
+}
+
+impl OfRuns {
+    /// Whether the file of some run has this name.
+    fn may_be(&self, file: &Path) -> bool {
+        let name = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
+        let in_folder = |folder: &Path| {
+            matches!((place_of(&folder.join("x")), place_of(file)), (Ok(Some(a)), Ok(Some(b)))
+                if a.parent() == b.parent())
+        };
+        match self {
+            Self::Maps(folder) => {
+                in_folder(folder) && file.extension().is_some_and(|extension| extension == "dmpmap")
+            }
+            Self::Residuals(path) => {
+                let (Some(all), Some(one)) = (name(path), name(file)) else { return false };
+                let Some((stem, extension)) = all.rsplit_once('.') else { return false };
+                let run = one.strip_prefix(stem).and_then(|rest| rest.strip_suffix(extension));
+                let is_named =
+                    run.is_some_and(|run| run.len() > 2 && run.starts_with('.') && run.ends_with('.'));
+                is_named && in_folder(path.parent().unwrap_or(Path::new("")))
+            }
+        }
+    }
+
+    /// Refuses another output with such a name.
+    fn refuse_among(&self, outputs: &[PathBuf]) -> anyhow::Result<()> {
+        let Some(output) = outputs.iter().find(|output| self.may_be(output)) else { return Ok(()) };
+        let option = match self {
+            Self::Maps(_) => "--save-maps",
+            Self::Residuals(_) => "--residuals",
+        };
+        bail!(Usage(format!("{}: the output may have the name of a run's file ({option})", output.display())))
+    }
 }
 
 /// A folder of pictures and those in it, which may be replaced.
@@ -99,6 +150,24 @@ mod tests {
     use clap::Arg;
 
     use super::*;
+
+    #[test]
+    fn files_of_runs_have_names_of_their_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::create_dir(path("maps")).unwrap();
+        let maps = OfRuns::Maps(path("maps"));
+        assert!(maps.may_be(&path("maps/kiss.dmpmap")) && maps.may_be(&path("./maps/../maps/a.dmpmap")));
+        assert!(!maps.may_be(&path("kiss.dmpmap")) && !maps.may_be(&path("maps/kiss.xml")));
+        assert!(!maps.may_be(&path("maps")));
+        let residuals = OfRuns::Residuals(path("out.laz"));
+        assert!(residuals.may_be(&path("out.kiss.laz")) && residuals.may_be(&path("maps/../out.a.laz")));
+        for name in ["out.laz", "out.kiss.xml", "other.kiss.laz", "maps/out.kiss.laz", "out..laz"] {
+            assert!(!residuals.may_be(&path(name)), "{name}");
+        }
+        assert!(residuals.refuse_among(&[path("out.laz"), path("out.a.laz")]).is_err());
+        assert!(residuals.refuse_among(&[path("out.laz"), path("a.csv")]).is_ok());
+    }
 
     /// Whoever adds an option with a path decides here whether it is written to.
     #[test]

@@ -88,6 +88,8 @@ fn row_25_outputs_do_not_meet() {
         "convert trajectory truth.tum --to redwood -o ./times.txt".into(),
         "simulate town -o new/ --truth new/times.txt".into(),
         "simulate city --km 1 -o new --truth ./new/scans/000000.bin".into(),
+        format!("{score} -t @/drift.tum --residuals r.laz --per-frame r.drift.laz"),
+        format!("{score} --save-maps . --per-frame truth.dmpmap"),
     ];
     if cfg!(unix) {
         meet.push(format!("{score} --per-frame a.csv --per-tile b.csv"));
@@ -175,7 +177,10 @@ fn row_25_files_that_nobody_named_are_kept() {
     // The very same may be written again, as after a kill; `--to kitti` is no folder.
     fs::create_dir(path.join("kitti")).unwrap();
     let again = "convert trajectory truth.tum --to kitti -o kitti/poses.txt";
-    for arguments in ["man -o pages", "man -o pages", named, named, again, again] {
+    let beside = "simulate town -o twice.mcap --scans 2 --azimuth-steps 9";
+    let city = "simulate city -o city.mcap --km 0.05 --beams 2 --azimuth-steps 9";
+    let twice = [beside, beside, city, city].into_iter();
+    for arguments in ["man -o pages", "man -o pages", named, named, again, again].into_iter().chain(twice) {
         let output = dmp(path, arguments);
         assert_eq!(output.status.code(), Some(0), "{arguments}: {}", text(&output.stderr));
     }
