@@ -200,6 +200,20 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    proptest! {
+        #[test]
+        fn voxels_are_found_again_by_their_place_and_ordered_by_their_cells(
+            a in (any::<i32>(), any::<u16>(), any::<u16>()), b in (any::<i32>(), any::<u16>(), any::<u16>()),
+        ) {
+            let voxel = |(z, y, x)| Voxel { z, y, x };
+            let by_hand = |(z, y, x): (i32, u16, u16)| ((z >> 1, y >> 1, x >> 1), (z, y, x));
+            prop_assert_eq!(Voxel::at(voxel(a).by_cell()), voxel(a));
+            prop_assert_eq!(voxel(a).by_cell().cmp(&voxel(b).by_cell()), by_hand(a).cmp(&by_hand(b)));
+            let cell = |voxel: Voxel| voxel.by_cell() >> VOXEL_OF_CELL_BITS;
+            prop_assert_eq!(cell(voxel(a)) == cell(voxel(b)), by_hand(a).0 == by_hand(b).0);
+        }
+    }
+
     #[test]
     fn tiles_hold_whole_cells_near_32_m() {
         for (voxel_m, edge_m) in [
