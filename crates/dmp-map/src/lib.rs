@@ -65,7 +65,7 @@ pub use lattice::UNITS_PER_M;
 #[doc(hidden)]
 pub use loose_surfels::{LooseSurfels, WorldSurfel};
 pub use normal::smallest_eigenvector;
-pub use patch::{PatchBuilder, PatchWriter, Patches, PlacedPatches, Placement};
+pub use patch::{PatchBuilder, PatchWriter, Patches, PlacedPatches, Placement, PointsOfVoxel};
 pub use store::{Blob, Durability, Origin, OwnDisc, Store, StoreSummary, TileEntry, VERSION};
 pub use support::{Independence, Support};
 pub use surfel::Surfel;

@@ -2,7 +2,7 @@
 
 use super::block::{Block, PatchVoxel, block_voxels, covariance_step_units2};
 use crate::MapError;
-use crate::lattice::{InVoxel, Lattice};
+use crate::lattice::{InVoxel, Lattice, UNITS_PER_M};
 use crate::moments::Moments;
 
 /// How far points may lie from the patch's origin, metres: far beyond any sensor.
@@ -17,6 +17,17 @@ pub struct PatchBuilder {
     /// By z, y and x of the voxel, counted from the patch's origin.
     voxels: Vec<([i32; 3], Moments)>,
     points: u64,
+}
+
+/// What the points of a voxel of a patch sum up to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointsOfVoxel {
+    /// How many there are.
+    pub points: u64,
+    /// Their mean, metres from the patch's origin.
+    pub mean_m: [f64; 3],
+    /// Their covariance, square metres: xx, xy, xz, yy, yz, zz.
+    pub covariance_m2: [f64; 6],
 }
 
 /// A patch that is made: its blocks by place, their voxels behind each other.
@@ -61,6 +72,22 @@ impl PatchBuilder {
         });
         self.merge_voxels(voxels.collect());
         Ok(())
+    }
+
+    /// The grid of its voxels, whose corner is the patch's origin.
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
+    /// Its voxels, x, y and z counted from the patch's origin, and what their points sum up to, in a fixed order.
+    pub fn voxels(&self) -> impl Iterator<Item = ([i32; 3], PointsOfVoxel)> {
+        let edge_units = f64::from(self.lattice.voxel_units());
+        self.voxels.iter().map(move |&([z, y, x], moments)| {
+            let (voxel, mean) = ([x, y, z], moments.mean_units());
+            let mean_m = std::array::from_fn(|k| (f64::from(voxel[k]) * edge_units + mean[k]) / UNITS_PER_M);
+            let covariance_m2 = moments.covariance_units2().map(|c| c / (UNITS_PER_M * UNITS_PER_M));
+            (voxel, PointsOfVoxel { points: moments.count, mean_m, covariance_m2 })
+        })
     }
 
     /// Adds the points of another part of the same patch.

@@ -9,7 +9,7 @@ mod placement;
 #[cfg(test)]
 mod tests;
 
-pub use builder::PatchBuilder;
+pub use builder::{PatchBuilder, PointsOfVoxel};
 pub use file::{PatchWriter, Patches};
 pub use placed::PlacedPatches;
 pub use placement::Placement;

@@ -1,0 +1,45 @@
+//! How far apart a run put the same surfaces on two visits of a place.
+//!
+//! Where two visits see the same surfaces, the motion that brings the surfels of one onto those of the other is the run's own
+//! error between them. [`align`] finds it, says how well it is known, and refuses where the surfaces do not tell: a
+//! registration of patches, coarse to fine, from both sides.
+//!
+//! 1. Points of a visit become a [`dmp_map::PatchBuilder`], in the frame of the place; this a [`Pyramid`] of surfels at
+//!    voxels of 4, 2 and 1 times the patch's.
+//! 2. Point to plane: of a surfel's mean to the plane of the nearest surfel of the other visit whose normal is alike
+//!    (Low 2004, "Linear Least-Squares Optimization for Point-to-Plane ICP Surface Registration"), weighted by
+//!    Geman and McClure's function (Chebrolu et al. 2021, "Adaptive Robust Kernels for Non-Linear Least Squares
+//!    Problems", eq. 2 with α = −2), by Gauss and Newton's method.
+//! 3. Gates: both directions agree, enough is seen by both, and surfaces hold the motion in every direction.
+//!
+//! Lengths are multiples of the patch's voxel, so that a room is a small street. Nothing here reads a file or starts a
+//! thread; only + − × ÷ and square roots, in a fixed order: the bits are the same everywhere.
+//!
+//! ```
+//! use dmp_align::{Pyramid, align};
+//! use dmp_map::{Lattice, PatchBuilder};
+//!
+//! // The corner of a yard, seen twice; the second time 20 cm to the side.
+//! let yard = |shift_m: f64| {
+//!     let places = (0..40_000).map(|k| [k % 200, k / 200].map(|n| f64::from(n) * 0.05));
+//!     places.flat_map(move |[a, b]| [[a, b, 0.1], [0.1, a, b], [a, 0.1, b]].map(|[x, y, z]| [x + shift_m, y, z]))
+//! };
+//! let visit = |shift_m| -> Result<Pyramid, dmp_map::MapError> {
+//!     let mut patch = PatchBuilder::new(Lattice::new(0.5)?);
+//!     patch.add(yard(shift_m))?;
+//!     Ok(Pyramid::new(&patch))
+//! };
+//! let found = align(&visit(0.0)?, &visit(0.2)?, &[])?;
+//! assert!((found.target_from_source.translation.x + 0.2).abs() < 0.01);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod grid;
+mod normal_equations;
+mod pyramid;
+mod register;
+#[cfg(test)]
+mod tests;
+
+pub use pyramid::Pyramid;
+pub use register::{Alignment, Refusal, align};

@@ -1,0 +1,165 @@
+//! Registration against the slow way, and on two visits of a simulated town.
+
+use dmp_map::{Lattice, PatchBuilder};
+use dmp_sensor::{Isometry3, Track, Translation3, UnitQuaternion, Vector3};
+use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route};
+use proptest::prelude::*;
+
+use crate::pyramid::{ALIKE, Surfel};
+use crate::{Alignment, Pyramid, Refusal, align};
+
+const VOXEL_M: f64 = 0.5;
+
+fn pyramid(points: impl IntoIterator<Item = [f64; 3]>) -> Pyramid {
+    let mut patch = PatchBuilder::new(Lattice::new(VOXEL_M).unwrap());
+    patch.add(points).unwrap();
+    Pyramid::new(&patch)
+}
+
+fn turned(yaw_rad: f64, shift_m: [f64; 3]) -> Isometry3<f64> {
+    let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
+    Isometry3::from_parts(Translation3::from(Vector3::from(shift_m)), rotation)
+}
+
+fn moved(by: &Isometry3<f64>, points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    points.iter().map(|&point| (by * nalgebra::Point3::from(point)).into()).collect()
+}
+
+/// Returns of every other scan of a drive along a street, from the first or from the second, in the frame of the place.
+fn visits(seed: u64) -> [Vec<[f64; 3]>; 2] {
+    let lidar = LidarOptions { azimuth_steps: 450, ..LidarOptions::with_beams(16) };
+    let options =
+        RecordingOptions { seed, scans: 40, route: Route::OneWay, speed_m_s: 8.0, traffic: 0, lidar };
+    let town = options.town().unwrap();
+    let recording = Recording::new(&town, &options).unwrap();
+    let truth = recording.drive().trajectory(50.0).unwrap();
+    let track = Track::new(&truth, Isometry3::identity(), 1_000_000_000);
+    let place = recording.drive().world_from_body_at(recording.drive().options().start_ns + 2_000_000_000);
+    let mut visits = [Vec::new(), Vec::new()];
+    for (number, scan) in recording.scans().enumerate() {
+        for (k, point) in scan.points_in_sensor_m.iter().enumerate() {
+            let at_ns = scan.stamp_ns.unwrap() + scan.time_offsets_ns.get(k).copied().unwrap_or(0);
+            let Some(world_from_sensor) = track.world_from_sensor_at(at_ns) else { continue };
+            let in_sensor = nalgebra::Point3::from(point.map(f64::from));
+            let in_place = place.inverse() * (world_from_sensor * in_sensor);
+            if in_place.coords.norm() < 40.0 {
+                visits[number % 2].push(in_place.into());
+            }
+        }
+    }
+    visits
+}
+
+/// How far the motion is from `expected` at the place, metres and radians.
+fn off(found: &Alignment, expected: &Isometry3<f64>) -> (f64, f64) {
+    let between = found.target_from_source * expected.inverse();
+    (between.translation.vector.norm(), between.rotation.angle())
+}
+
+#[test]
+fn two_visits_of_one_place_are_where_they_are() {
+    for seed in 1..=3 {
+        let [first, second] = visits(seed);
+        let found = align(&pyramid(first), &pyramid(second), &[]).unwrap();
+        let (off_m, off_rad) = off(&found, &Isometry3::identity());
+        assert!(off_m < 0.005 && off_rad < 2e-4, "seed {seed}: {off_m} m, {off_rad} rad");
+        let sigma_m = found.covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
+        assert!(off_m < 3.0 * sigma_m && sigma_m < 0.05, "seed {seed}: {off_m} m of {sigma_m} m");
+        assert!(found.overlap.iter().all(|&share| share > 0.5), "{:?}", found.overlap);
+    }
+}
+
+#[test]
+fn a_visit_that_is_off_is_brought_back() {
+    for (seed, by) in [
+        (1, turned(0.0, [0.3, -0.2, 0.05])),
+        (2, turned(0.02, [1.0, 0.8, -0.3])),
+        (3, turned(-0.05, [-2.0, 1.5, 0.2])),
+        (4, turned(0.08, [3.0, 0.5, 0.0])),
+    ] {
+        let [first, second] = visits(seed);
+        let found = align(&pyramid(first), &pyramid(moved(&by, &second)), &[]).unwrap();
+        let (off_m, off_rad) = off(&found, &by.inverse());
+        let sigma_m = found.covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
+        assert!(off_m < 0.005 && off_rad < 2e-4, "seed {seed}: {off_m} m, {off_rad} rad");
+        assert!(off_m < 3.0 * sigma_m, "seed {seed}: {off_m} m of {sigma_m} m");
+    }
+}
+
+#[test]
+fn the_best_of_several_guesses_is_gone_on_with() {
+    let [first, second] = visits(5);
+    let by = turned(0.03, [9.0, -4.0, 0.3]);
+    let (target, source) = (pyramid(first), pyramid(moved(&by, &second)));
+    let guesses: Vec<Isometry3<f64>> = [-8.0, -4.0, 0.0, 4.0, 8.0]
+        .iter()
+        .flat_map(|&x| [-8.0, -4.0, 0.0, 4.0, 8.0].map(|y| turned(0.0, [x, y, 0.0])))
+        .collect();
+    let found = align(&target, &source, &guesses).unwrap();
+    let (off_m, _) = off(&found, &by.inverse());
+    assert!(off_m < 0.005, "{off_m} m");
+}
+
+#[test]
+fn what_is_brought_onto_what_does_not_matter() {
+    let [first, second] = visits(6);
+    let by = turned(0.01, [0.6, -0.4, 0.1]);
+    let (target, source) = (pyramid(first), pyramid(moved(&by, &second)));
+    let there = align(&target, &source, &[]).unwrap().target_from_source;
+    let back = align(&source, &target, &[]).unwrap().target_from_source;
+    let between = there * back;
+    assert!(between.translation.vector.norm() < 0.01 && between.rotation.angle() < 1e-3, "{between}");
+}
+
+/// Points of a floor and two walls along x, with nothing that holds x.
+fn corridor(phase: f64) -> Vec<[f64; 3]> {
+    let steps = |n: i32, step: f64| (0..n).map(move |k| f64::from(k) * step + phase);
+    let floor = steps(400, 0.1).flat_map(|x| steps(40, 0.1).map(move |y| [x - 20.0, y - 2.0, 0.01]));
+    let walls = steps(400, 0.1).flat_map(|x| steps(30, 0.1).map(move |z| [x - 20.0, z]));
+    let walls: Vec<[f64; 2]> = walls.collect();
+    let walls = walls.into_iter().flat_map(|[x, z]| [[x, -2.01, z], [x, 2.01, z]]);
+    floor.chain(walls).collect()
+}
+
+#[test]
+fn a_bare_corridor_tells_nothing_along_it() {
+    let error = align(&pyramid(corridor(0.013)), &pyramid(corridor(0.051)), &[]).unwrap_err();
+    let Refusal::NotHeld { held, along } = error else { panic!("{error}") };
+    assert!(held < 1e-3 && along[0].abs() > 0.999, "{held} {along:?}");
+}
+
+#[test]
+fn visits_that_see_nothing_of_each_other_are_refused() {
+    let [first, second] = visits(7);
+    let far = turned(0.0, [100.0, 0.0, 0.0]);
+    let error = align(&pyramid(first.clone()), &pyramid(moved(&far, &second)), &[]).unwrap_err();
+    assert!(matches!(error, Refusal::LittleOverlap { .. }), "{error}");
+    let error = align(&pyramid(first.clone()), &pyramid([]), &[]).unwrap_err();
+    assert!(matches!(error, Refusal::LittleOverlap { share: 0.0 }), "{error}");
+    let mut other = PatchBuilder::new(Lattice::new(0.25).unwrap());
+    other.add(second).unwrap();
+    let error = align(&pyramid(first), &Pyramid::new(&other), &[]).unwrap_err();
+    assert!(matches!(error, Refusal::Voxels(..)), "{error}");
+}
+
+proptest! {
+    #[test]
+    fn the_nearest_surfel_is_the_nearest(
+        points in prop::collection::vec(prop::array::uniform3(-4.0..4.0_f64), 400..1500),
+        place in prop::array::uniform3(-5.0..5.0_f64), normal in prop::array::uniform3(-1.0..1.0_f64),
+        reach_m in 0.1..4.0_f64,
+    ) {
+        // Pressed flat, so that there are surfels.
+        let pyramid = pyramid(points.into_iter().map(|[x, y, z]| [x, y, z.round() + 0.02 * z]));
+        let (place, normal) = (Vector3::from(place), Vector3::from(normal));
+        prop_assume!(normal.norm() > 0.1);
+        let normal = normal.normalize();
+        for level in &pyramid.levels {
+            let alike = |surfel: &&Surfel| surfel.normal.dot(&normal).abs() > ALIKE;
+            let distance_m2 = |surfel: &Surfel| (surfel.mean_m - place).norm_squared();
+            let near = level.surfels.iter().filter(alike).map(distance_m2);
+            let expected = near.filter(|&m2| m2 < reach_m * reach_m).min_by(f64::total_cmp);
+            prop_assert_eq!(level.nearest(&place, &normal, reach_m).map(distance_m2), expected);
+        }
+    }
+}
