@@ -55,7 +55,7 @@ pub use exit::Exit;
 use exit::{is_closed_pipe, is_interrupt, is_usage, one_line, when_printed};
 use guard::Results;
 
-use say::{Printed, say};
+use say::{Printed, commands_anywhere, say};
 
 /// Scores LiDAR SLAM runs without ground truth: which trajectory explains the scans best?
 #[derive(Debug, Parser)]
@@ -140,8 +140,14 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     let (cli, matches) = match parsed {
         Ok(parsed) => parsed,
         Err(error) => {
-            // Help and version come this way too.
-            let printed = error.print().and_then(|()| io::stdout().flush());
+            let told = error.render().to_string();
+            let printed = if error.use_stderr() && commands_anywhere(&told) {
+                let mut out = Printed::new(io::stderr());
+                out.write_all(told.as_bytes()).and_then(|()| out.flush())
+            } else {
+                // In colour where that is seen. Help and version come this way too.
+                error.print().and_then(|()| io::stdout().flush())
+            };
             return match printed {
                 _ if error.use_stderr() => Exit::WrongUsage,
                 Err(error) => ended(Err(say::of_results(&error).into())),

@@ -101,6 +101,11 @@ impl<W: Write> Write for Printed<W> {
     }
 }
 
+/// Whether something in it, wherever it stands in a line, commands a CI server.
+pub(crate) fn commands_anywhere(text: &str) -> bool {
+    COMMANDS.iter().any(|command| text.contains(command))
+}
+
 /// A line in which nothing is a command to a CI server: `::` at its beginning is none where it is written `\u003a:`.
 fn without_commands(line: &str) -> String {
     let shown = line.trim_start();

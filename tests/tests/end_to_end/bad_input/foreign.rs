@@ -92,6 +92,8 @@ fn row_27_names_that_begin_like_commands_of_ci_servers_are_written_out() {
         "compare ::nowhere.json",
         "loops ::nowhere.g2o --candidates ##[error]nowhere.g2o",
         "man -o ::man",
+        "##[error]no-command",
+        "score ::add-mask::c.mcap -t truth.tum --memory ##[error]much",
     ] {
         printed(path, arguments);
     }
