@@ -48,7 +48,7 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> anyhow::Result<R
         return command.find_subcommand(name).map_or(Ok(Results::Out), |command| check(command, matches));
     }
     let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
-    let mut of_runs = Vec::new();
+    let (mut of_runs, mut residuals) = (Vec::new(), Vec::new());
     for argument in command.get_arguments() {
         let id = argument.get_id().as_str();
         let Ok(Some(values)) = matches.try_get_raw(id) else { continue };
@@ -57,8 +57,10 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> anyhow::Result<R
             // One of some words, whatever file has that name.
             _ if !argument.get_possible_values().is_empty() => {}
             "residuals" => {
-                outputs.extend(values.map(|value| NamedFile::from(value.to_owned()).path));
-                of_runs.extend(outputs.last().cloned().map(OfRuns::Residuals));
+                let files: Vec<NamedFile> = values.map(|value| NamedFile::from(value.to_owned())).collect();
+                let of_all = files.iter().filter(|file| file.name.is_none());
+                of_runs.extend(of_all.map(|file| OfRuns::Residuals(file.path.clone())));
+                residuals.extend(files.into_iter().map(|file| file.path));
             }
             "save_maps" => {
                 outputs.extend(values.map(PathBuf::from));
@@ -69,8 +71,9 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> anyhow::Result<R
             _ => inputs.extend(values.flat_map(files_of)),
         }
     }
-    refuse_clashes(&outputs, &inputs)?;
     of_runs.iter().try_for_each(|files| files.refuse_among(&outputs))?;
+    outputs.extend(residuals);
+    refuse_clashes(&outputs, &inputs)?;
     refuse_printed(&outputs, &inputs)?;
     let Some(printed) = outputs.iter().find(|output| is_stdout(output)) else { return Ok(Results::Out) };
     if matches.try_get_one::<bool>("json").ok().flatten() == Some(&true) {

@@ -14,6 +14,8 @@ use crate::{DiskError, TileId};
 /// Records behind which their checksum stands: none is handed over before it is compared.
 const CHECKED: usize = 64;
 const CRC_BYTES: usize = 4;
+/// Records of a part, at most: so many are packed in memory before they are written.
+const PART: usize = 256 * CHECKED;
 /// Records read back at a time, and of each part where many are read side by side.
 const BATCH: usize = 64 * CHECKED;
 
@@ -150,11 +152,19 @@ impl<T: Pod> ScratchFile<T> {
         self.lock().parts.keys().copied().collect()
     }
 
-    /// Puts a part of a tile behind what is there; reading gives the parts one after the other.
+    /// Puts parts of a tile behind what is there; reading gives the parts one after the other.
     ///
     /// # Errors
     /// When the file cannot be written.
     pub fn append(&self, tile: TileId, records: impl IntoIterator<Item = T>) -> Result<(), DiskError> {
+        let mut records = records.into_iter().peekable();
+        while records.peek().is_some() {
+            self.append_part(tile, records.by_ref().take(PART))?;
+        }
+        Ok(())
+    }
+
+    fn append_part(&self, tile: TileId, records: impl Iterator<Item = T>) -> Result<(), DiskError> {
         let (mut bytes, mut count, mut checked_from) = (Vec::new(), 0, 0);
         let mut check = |bytes: &mut Vec<u8>| {
             let crc = crc32fast::hash(&bytes[checked_from..]);
@@ -266,6 +276,9 @@ impl<T: Pod> Iterator for PartRecords<'_, T> {
         if self.next == self.buffer.len()
             && let Err(error) = self.fill()
         {
+            // Nothing comes behind it.
+            self.buffer.clear();
+            self.left.records = 0;
             return Some(Err(error));
         }
         let record = self.buffer.get(self.next).copied()?;

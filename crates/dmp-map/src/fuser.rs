@@ -29,9 +29,6 @@ impl Sums for TileMoments {
     }
 }
 
-/// Voxels of a tile that are put aside together.
-const PART_VOXELS: usize = 1 << 14;
-
 /// What a voxel takes in the scratch file each time that its tile is put aside.
 pub const SCRATCH_VOXEL_BYTES: usize = size_of::<VoxelRecord>();
 
@@ -114,7 +111,7 @@ impl MapFuser {
     pub fn put_down(&self) -> Result<Vec<u8>, MapError> {
         for tile in self.open.tiles() {
             if let Some(moments) = self.open.take(tile) {
-                self.put_aside(tile, moments)?;
+                self.scratch.append(tile, moments.into_records())?;
             }
         }
         let mut state = self.points().to_le_bytes().to_vec();
@@ -168,16 +165,7 @@ impl MapFuser {
             list.clear();
         }
         self.points.fetch_add(points_in_world_m.len() as u64, Ordering::Relaxed);
-        self.open.keep_budget(|tile, moments| self.put_aside(tile, moments))?;
-        Ok(())
-    }
-
-    /// In parts, of which one is in memory at a time.
-    fn put_aside(&self, tile: TileId, moments: TileMoments) -> Result<(), DiskError> {
-        let mut records = moments.into_records().peekable();
-        while records.peek().is_some() {
-            self.scratch.append(tile, records.by_ref().take(PART_VOXELS))?;
-        }
+        self.open.keep_budget(|tile, moments| self.scratch.append(tile, moments.into_records()))?;
         Ok(())
     }
 

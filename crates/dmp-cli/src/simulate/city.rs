@@ -41,7 +41,7 @@ pub(crate) struct CityArgs {
     /// Share of the way that is driven for a second time, up to 0.9; with 0 the road never comes back
     #[arg(long, default_value_t = 0.3, value_name = "SHARE", allow_negative_numbers = true)]
     revisit: f64,
-    /// The true trajectory, FILE.tum [default: LOG.truth.tum, where there must be none yet]
+    /// The true trajectory, FILE.tum [default: LOG.truth.tum, where there must be no other yet]
     #[arg(long = "truth", value_name = "FILE")]
     save_truth: Option<PathBuf>,
     #[command(flatten)]

@@ -1,8 +1,8 @@
 //! What the simulated drives have in common: the sensor, and how its scans and the truth are saved.
 
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::sync_channel;
+use std::{fs, io};
 
 use clap::{Args, ValueEnum};
 use dmp_log::LogError;
@@ -12,7 +12,7 @@ use dmp_sim::{LidarOptions, NoReturn, Sweep};
 use super::progress::Progress;
 use crate::log_writer::LogWriter;
 use crate::parse;
-use crate::save::{is_missing, refuse_other};
+use crate::save::refuse_other;
 
 /// Scans that wait to be written, at most.
 const WAITING: usize = 4;
@@ -97,7 +97,10 @@ pub(super) fn refuse_other_truth(
     named: Option<&Path>,
     write: impl FnOnce(&mut Vec<u8>) -> io::Result<()>,
 ) -> anyhow::Result<()> {
-    if named.is_some() || is_missing(path) {
+    // A link is something, wherever it leads.
+    if named.is_some()
+        || fs::symlink_metadata(path).is_err_and(|error| error.kind() == io::ErrorKind::NotFound)
+    {
         return Ok(());
     }
     let mut truth = Vec::new();

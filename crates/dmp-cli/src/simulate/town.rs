@@ -26,7 +26,7 @@ use crate::save::{save_trajectory, write_trajectory};
     dmp simulate town -o traffic.mcap --traffic 20 --scans 600 --seed 7")]
 pub(crate) struct TownArgs {
     /// The true trajectory: FILE.tum, or FILE.txt for KITTI rows, one a scan [default: LOG.truth.tum,
-    /// where there must be none yet]
+    /// where there must be no other yet]
     #[arg(long = "truth", value_name = "FILE")]
     save_truth: Option<PathBuf>,
     /// Beams of the sensor

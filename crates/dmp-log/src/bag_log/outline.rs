@@ -319,7 +319,9 @@ impl BagOutline {
             let what = "the index names a scan where there is none; it is skipped";
             part.damage.push(Damage::new(place, what));
         }
-        for number in other_times {
+        // Where it has another time for all of them, whoever wrote it meant another one.
+        let is_meant = other_times.len() > 1 && other_times.len() == met.len();
+        for number in other_times.into_iter().filter(|_| !is_meant) {
             let Some(scan) = self.scans.get(number) else { continue };
             let place = format!("message {number} ({})", scan.location.in_words());
             part.damage.push(Damage::new(place, "the index has another time for it than the message itself"));

@@ -81,10 +81,7 @@ pub(crate) fn find_rule(seen: &[FieldExtremes], period_ns: i64) -> Finding {
     let ns = unit.in_ns() as f64;
     let near = NEAR_PERIODS * period;
     let relative = |scan: &FieldExtremes| counts_from_stamp(scan, unit, period_ns);
-    let absolute = |scan: &FieldExtremes| {
-        (scan.smallest * ns - scan.stamp_ns as f64).abs() < near.max(1e9)
-            && (scan.largest - scan.smallest) * ns < near
-    };
+    let absolute = |scan: &FieldExtremes| (scan.smallest * ns - scan.stamp_ns as f64).abs() < near.max(1e9);
     let origin = match (seen.iter().all(relative), seen.iter().all(absolute)) {
         (true, false) => Some(Origin::Stamp),
         (false, true) => Some(Origin::Clock),

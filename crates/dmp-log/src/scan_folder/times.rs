@@ -10,6 +10,7 @@ use crate::points::{
 use crate::reads::{ReadCount, fill};
 use crate::{LogError, LogOptions, shown_path};
 use dmp_sensor::Scan;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -128,12 +129,16 @@ fn extremes(folder: &Path, entries: &[Entry], count: &ReadCount) -> Result<Vec<F
     Ok(seen)
 }
 
-/// The one scan whose times do not count from its stamp, where those of the others do.
+/// The one scan whose times do not count from its stamp, where those of the others do, and which are far beyond theirs.
 fn odd_frame(seen: &[FieldExtremes], unit: TimeUnit, period_ns: Option<i64>) -> Option<usize> {
     let period_ns = period_ns.unwrap_or(USUAL_PERIOD_NS);
-    let odd: Vec<usize> =
-        seen.iter().filter(|scan| !counts_from_stamp(scan, unit, period_ns)).map(|scan| scan.frame).collect();
-    odd.first().copied().filter(|_| odd.len() == 1 && seen.len() >= ENOUGH)
+    let scans: BTreeMap<usize, &FieldExtremes> = seen.iter().map(|scan| (scan.frame, scan)).collect();
+    let mut odd = scans.values().filter(|scan| !counts_from_stamp(scan, unit, period_ns));
+    let (Some(odd), None) = (odd.next(), odd.next()) else { return None };
+    let extent = |scan: &FieldExtremes| scan.largest.abs().max(scan.smallest.abs());
+    let others = scans.values().filter(|scan| scan.frame != odd.frame).map(|scan| extent(scan));
+    let far = extent(odd) > 2.0 * others.fold(0.0, f64::max);
+    (scans.len() >= ENOUGH && far).then_some(odd.frame)
 }
 
 /// Adds the times of its points to a scan.
