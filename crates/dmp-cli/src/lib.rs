@@ -14,6 +14,7 @@ mod common;
 mod compare;
 mod completions;
 mod convert;
+mod drift;
 #[cfg(test)]
 mod example_reports;
 mod exit;
@@ -77,6 +78,7 @@ enum Command {
     Score(Box<score::ScoreArgs>),
     Calibrate(Box<calibrate::CalibrateArgs>),
     Compare(compare::CompareArgs),
+    Drift(Box<drift::DriftArgs>),
     Loops(Box<loops::LoopsArgs>),
     #[command(subcommand)]
     Map(map::Map),
@@ -97,6 +99,7 @@ impl Command {
             Self::Score(arguments) => score::run(arguments, common, out),
             Self::Calibrate(arguments) => calibrate::run(arguments, common, out),
             Self::Compare(arguments) => compare::run(arguments, out),
+            Self::Drift(arguments) => drift::run(arguments, common, out),
             Self::Loops(arguments) => loops::run(arguments, common, out),
             Self::Map(command) => command.run(common, out),
             Self::Info(arguments) => info::run(arguments, out),

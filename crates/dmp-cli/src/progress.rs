@@ -106,6 +106,7 @@ impl dmp::Progress for Progress {
             Stage::Surfels => ("making surfels", "tiles/s"),
             Stage::Trails => ("finding trails", "points/s"),
             Stage::Cast => ("casting rays", "points/s"),
+            Stage::Drift => ("measuring drift", "pairs/s"),
             Stage::Places => ("scoring places", "places/s"),
             Stage::Candidates => ("trying loops", "loops/s"),
             _ => ("working", "steps/s"),

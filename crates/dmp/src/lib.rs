@@ -44,6 +44,7 @@ mod check;
 mod clock;
 mod config;
 mod disk;
+mod drift;
 mod ego;
 mod error;
 mod evaluate;
@@ -90,6 +91,10 @@ mod work;
 
 pub use cast::{CopiedScans, OddScans, Oddity};
 pub use config::{Config, Frame, FrameOrder, MapSource, Run, RunSource};
+pub use drift::{
+    DriftBin, DriftComparison, DriftReport, Displacement, Measured, NotMeasured, RunDrift, VisitPairOfRun,
+    VisitPairReport, VisitReport, measure_drift,
+};
 pub use ego::Ego;
 pub use error::{EvaluateError, Remedy};
 pub use evaluate::evaluate;

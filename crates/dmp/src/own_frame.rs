@@ -35,6 +35,12 @@ const HARMONICS: usize = 8;
 /// between 0.06 and 0.13. As (x, y, z, w).
 const TILT: [f64; 4] = [0.045_640_04, 0.032_139_97, 0.062_472_74, 0.996_484_4];
 
+/// What turns the level frame of a way into the one that it is scored in.
+pub(crate) fn tilt() -> UnitQuaternion<f64> {
+    let [i, j, k, w] = TILT;
+    UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k))
+}
+
 /// Brings `runs` into frames of their own making; one whose map is a store, into that of the store. `stores` are those of
 /// the runs, in their order.
 ///
@@ -148,8 +154,7 @@ fn frame_of(poses: &[Isometry3<f64>], metre_m: f64) -> Isometry3<f64> {
     let level_from_start = Matrix3::from_rows(&[x.transpose(), z.cross(&x).transpose(), z.transpose()]);
     let level_from_start =
         UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(level_from_start));
-    let [i, j, k, w] = TILT;
-    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k)) * level_from_start;
+    let rotation = tilt() * level_from_start;
     Isometry3::from_parts((-(rotation * mean)).into(), rotation)
 }
 

@@ -20,6 +20,8 @@ pub enum Stage {
     Trails,
     /// Returns are cast into every run's map. Counted in returns.
     Cast,
+    /// Visits to the same places are brought onto each other. Counted in pairs of visits.
+    Drift,
     /// Places are scored, each by itself. Counted in places.
     Places,
     /// Loop candidates are tried, each by itself. Counted in candidates.

@@ -27,7 +27,7 @@ pub(crate) struct ConventionArgs {
 
 impl ConventionArgs {
     /// The runs to be scored, and what was found of all that were given; `None` where nobody looks.
-    pub(super) fn vet(
+    pub(crate) fn vet(
         &self,
         opened: OpenedRuns,
         log: &LogArgs,

@@ -1,7 +1,7 @@
 //! `dmp score`: score and rank runs.
 
 pub(crate) mod announce;
-mod conventions;
+pub(crate) mod conventions;
 mod details;
 mod like;
 pub(crate) mod outputs;

@@ -69,7 +69,8 @@ pub(super) fn look<'a>(
     let voxel =
         Survey { log: &held.log, settings, progress }.voxel(settings.voxel_m, &blocks, &runs, &filter)?;
     let (selection, segments) = (drive.selection.clone(), drive.segments.clone());
-    let plan = Plan { selection, segments, filter, voxel, looks };
+    let along_m = drive.along_m.clone();
+    let plan = Plan { selection, segments, along_m, filter, voxel, looks };
     Ok(Surveyed { plan, runs, largest_scan })
 }
 

@@ -27,6 +27,8 @@ pub(crate) struct Plan {
     pub(crate) selection: Selection,
     /// How the drive is cut.
     pub(crate) segments: Segments,
+    /// For each scan in use the way up to it, metres.
+    pub(crate) along_m: Vec<f64>,
     /// Which returns are used.
     pub(crate) filter: ReturnFilter,
     /// The voxel edge and how it was chosen.
@@ -48,7 +50,7 @@ impl Plan {
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<Self, EvaluateError> {
-        let Drive { selection, segments, .. } = Drive::new(Heads::Log(log), runs, settings)?;
+        let Drive { selection, segments, along_m } = Drive::new(Heads::Log(log), runs, settings)?;
         let frames = selection.frames.as_slice();
         let survey = Survey { log, settings, progress };
         // At equal steps of the way, not of time: a vehicle that stands sees everything keep its place.
@@ -57,7 +59,7 @@ impl Plan {
         let voxel = survey.voxel(voxel_m, &survey::blocks_of(frames), runs, &filter)?;
         let all = selection.frames.len() as u64;
         let looks = Looks::new(all, settings.sample, settings.seed, settings.decide.is_some());
-        Ok(Self { selection, segments, filter, voxel, looks })
+        Ok(Self { selection, segments, along_m, filter, voxel, looks })
     }
 
     /// The scans in use, in order of time.

@@ -1,0 +1,103 @@
+//! `dmp drift`: how far runs are off where they come back, by the surfaces that they see twice.
+
+mod render;
+
+use std::io::{self, Write};
+
+use clap::Args;
+use dmp::{Config, MapSource, measure_drift};
+
+use crate::clock_args::ClockArgs;
+use crate::common::Common;
+use crate::exit::{Exit, when_printed};
+use crate::log_args::LogArgs;
+use crate::named::NamedFile;
+use crate::progress::Progress;
+use crate::runs::{OpenedRuns, Runs};
+use crate::score::conventions::ConventionArgs;
+use crate::settings::{PlaceArgs, ResourceArgs};
+use crate::trajectory_args::TrajectoryArgs;
+
+/// Measure in metres how far runs are off where they come back
+///
+/// Where a run visits a place twice, its scans of both visits are brought onto each other by the surfaces that both see: the
+/// motion that this takes is what the run is off by between the visits. Every run is measured at the same places. No ground
+/// truth is needed; a drive that never comes back tells nothing.
+#[derive(Debug, Args)]
+#[command(
+    override_usage = "dmp drift [OPTIONS] LOG -t [NAME=]RUN.tum [-t [NAME=]RUN2.tum ...]",
+    after_help = "Examples:\n  \
+    dmp drift drive.mcap -t run.tum\n  \
+    dmp drift drive.mcap -t kiss=kiss_poses.npy -t lio=lio.tum -v\n  \
+    dmp drift city.mcap -t run.tum --pairs 50\n  \
+    dmp drift drive.mcap -t run.tum --json > drift.json\n\n\
+    Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run was left out."
+)]
+pub(crate) struct DriftArgs {
+    /// A run: its trajectory, as for `dmp score`
+    #[arg(short = 't', long = "trajectory", value_name = "[NAME=]RUN", help_heading = "Input")]
+    #[arg(required_unless_present = "more")]
+    trajectories: Vec<NamedFile>,
+    #[command(flatten)]
+    reading: TrajectoryArgs,
+    #[command(flatten)]
+    log: LogArgs,
+    /// More runs: what a shell makes of `-t runs/*.tum`
+    #[arg(value_name = "[NAME=]RUN", hide = true)]
+    more: Vec<NamedFile>,
+    #[command(flatten)]
+    place: PlaceArgs,
+    #[command(flatten)]
+    clock: ClockArgs,
+    #[command(flatten)]
+    conventions: ConventionArgs,
+    /// Look at so many pairs of visits at most, evenly spread over the drive, or `all`
+    #[arg(long, value_name = "N", default_value = "all", value_parser = pairs, help_heading = "Returns and map")]
+    pairs: Pairs,
+    #[command(flatten)]
+    resources: ResourceArgs,
+    /// Print one JSON object (schema dmp-drift/1) instead of tables
+    #[arg(long, help_heading = "Output")]
+    json: bool,
+    /// Also print every pair of visits
+    #[arg(short, long, conflicts_with = "json", help_heading = "Output")]
+    verbose: bool,
+}
+
+/// How many pairs at most.
+#[derive(Debug, Clone, Copy)]
+struct Pairs(Option<usize>);
+
+fn pairs(text: &str) -> Result<Pairs, String> {
+    match text.parse() {
+        _ if text == "all" => Ok(Pairs(None)),
+        Ok(count) if count > 0 => Ok(Pairs(Some(count))),
+        _ => Err("it must be a number of pairs of 1 or more, or `all`".to_owned()),
+    }
+}
+
+pub(crate) fn run(arguments: &DriftArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
+    let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
+    let started = Runs::start(&files, &arguments.reading)?;
+    let time_offset_ns = arguments.clock.offset_of_all_ns();
+    let config = Config { time_offset_ns, ..arguments.resources.in_config(Config::default()) };
+    let config = arguments.place.in_config(config);
+    config.check()?;
+    let poses = (&arguments.place, &arguments.clock);
+    let fused = std::iter::repeat(MapSource::Fused);
+    let opened = OpenedRuns::open(started, fused, &arguments.log, poses, common)?;
+    let (opened, vetted) = arguments.conventions.vet(opened, &arguments.log, poses, &config, common)?;
+    let OpenedRuns { log, runs, damaged } = opened;
+    let watch = Progress::new(common);
+    let report = measure_drift(log.as_ref(), &runs, &config, arguments.pairs.0, &watch)?;
+    drop(watch);
+    let left_out = vetted.is_some_and(|vetted| vetted.is_kept().contains(&false));
+    let exit = if damaged || left_out { Exit::InputDamaged } else { Exit::Done };
+    let printed = if arguments.json {
+        let written = serde_json::to_writer_pretty(&mut *out, &report).map_err(io::Error::from);
+        written.and_then(|()| writeln!(out))
+    } else {
+        render::report(out, &report, arguments.verbose)
+    };
+    when_printed(printed.map_err(Into::into), exit)
+}

@@ -1,0 +1,162 @@
+//! How far from the first visit a run put the second, against where its surfaces are.
+
+use dmp_align::Alignment;
+use dmp_sensor::{Isometry3, Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// What is known no better than this of a direction is not known, metres of a drive.
+const KNOWN_M: f64 = 0.5;
+
+/// Where a run put the second of two visits, less where the surfaces say that it is, seen from the first.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Displacement {
+    /// Along the way of the first visit, metres; null where no surface tells.
+    pub along_m: Option<f64>,
+    /// To the left of it.
+    pub sideways_m: Option<f64>,
+    /// Upwards.
+    pub up_m: Option<f64>,
+    /// How well these three are known: a standard deviation each, metres.
+    pub sigma_m: [f64; 3],
+    /// Length of the three together, metres; null where one is not known.
+    pub distance_m: Option<f64>,
+    /// Rotation about the way, about the left and about up, degrees.
+    pub roll_deg: f64,
+    /// See [`Self::roll_deg`].
+    pub pitch_deg: f64,
+    /// See [`Self::roll_deg`].
+    pub yaw_deg: f64,
+    /// Angle of the whole rotation, degrees.
+    pub angle_deg: f64,
+    /// What the three have in the run's own world, metres: 0 in a direction that is not known.
+    pub in_world_m: [f64; 3],
+    /// Smaller share of the surfaces of either visit that the other one sees.
+    pub overlap: f64,
+    /// Share of the surfaces that hold the direction that is held least; a third where all are held alike.
+    pub held: f64,
+}
+
+/// The directions that a displacement is told in, in the frame of the first place: along, left, up.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Axes(Matrix3<f64>);
+
+impl Axes {
+    /// Of a way and of what is up, in the frame of the place; where nothing moves, along is the sensor's own x axis.
+    pub(super) fn new(heading: Vector3<f64>, up: Vector3<f64>, x: Vector3<f64>, metre_m: f64) -> Self {
+        let level = |v: Vector3<f64>| v - up * v.dot(&up);
+        let along = [heading, x, up.cross(&Vector3::x()), up.cross(&Vector3::y())]
+            .into_iter()
+            .map(level)
+            .find(|v| v.norm() > 0.1 * metre_m)
+            .unwrap_or_else(Vector3::x)
+            .normalize();
+        Self(Matrix3::from_rows(&[along.transpose(), up.cross(&along).transpose(), up.transpose()]))
+    }
+}
+
+impl Displacement {
+    /// Of what a run claims and what was measured, both in the frame of the first place; `world_from_place` is the run's own.
+    pub(super) fn new(
+        claimed: &Isometry3<f64>,
+        measured: &Alignment,
+        axes: &Axes,
+        world_from_place: &Isometry3<f64>,
+        metre_m: f64,
+    ) -> Self {
+        let motion = &measured.target_from_source;
+        let off = axes.0 * (claimed.translation.vector - motion.translation.vector);
+        // A rotation put before the motion moves what it has moved.
+        let place = motion.translation.vector;
+        let by_turn = -place.cross_matrix();
+        let part = |row: usize, column: usize| measured.covariance.fixed_view::<3, 3>(row, column).into_owned();
+        let covariance = by_turn * part(0, 0) * by_turn.transpose()
+            + by_turn * part(0, 3)
+            + part(3, 0) * by_turn.transpose()
+            + part(3, 3);
+        let covariance = axes.0 * covariance * axes.0.transpose();
+        let sigma_m = [0, 1, 2].map(|k| covariance[(k, k)].max(0.0).sqrt());
+        let known = [0, 1, 2].map(|k| (sigma_m[k] <= KNOWN_M * metre_m).then_some(off[k]));
+        let known_off = Vector3::from(known.map(|off| off.unwrap_or(0.0)));
+        let turn = axes.0 * rotation_vector(&(claimed.rotation * motion.rotation.inverse()));
+        let [roll_deg, pitch_deg, yaw_deg] = [turn.x, turn.y, turn.z].map(f64::to_degrees);
+        Self {
+            along_m: known[0],
+            sideways_m: known[1],
+            up_m: known[2],
+            sigma_m,
+            distance_m: known.iter().all(Option::is_some).then(|| off.norm()),
+            roll_deg,
+            pitch_deg,
+            yaw_deg,
+            angle_deg: turn.norm().to_degrees(),
+            in_world_m: (world_from_place.rotation * (axes.0.transpose() * known_off)).into(),
+            overlap: measured.overlap[0].min(measured.overlap[1]),
+            held: measured.held,
+        }
+    }
+
+    /// What noise of the measurement adds to the square of the distance, m².
+    pub(super) fn noise_m2(&self) -> f64 {
+        self.sigma_m.iter().map(|sigma_m| sigma_m * sigma_m).sum()
+    }
+}
+
+/// Angle times axis.
+fn rotation_vector(rotation: &dmp_sensor::UnitQuaternion<f64>) -> Vector3<f64> {
+    let quaternion = rotation.quaternion();
+    let (imaginary, real) = (quaternion.imag(), quaternion.w);
+    let sine = imaginary.norm();
+    let angle = 2.0 * libm::atan2(sine, real.abs());
+    if sine > 0.0 { imaginary * (real.signum() * angle / sine) } else { Vector3::zeros() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dmp_sensor::{Matrix6, UnitQuaternion};
+
+    fn measured(motion: Isometry3<f64>, covariance: Matrix6<f64>) -> Alignment {
+        let least_held = Vector3::x();
+        Alignment { target_from_source: motion, covariance, overlap: [0.7, 0.6], held: 0.1, least_held }
+    }
+
+    /// A second visit 10 m ahead, told as 0.3 m too far ahead, 0.1 m too far left and 0.2 m too low, and 1° turned to the left.
+    #[test]
+    fn what_a_run_is_off_by_is_told_along_its_way() {
+        let turned = |deg: f64| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), deg.to_radians());
+        // The way leads to the north, the frame of the place is turned by 30°.
+        let place_from_way = turned(30.0);
+        let at = |v: [f64; 3], deg: f64| {
+            Isometry3::from_parts((place_from_way * Vector3::from(v)).into(), turned(deg))
+        };
+        let world_from_place = Isometry3::from_parts([5.0, 6.0, 7.0].into(), turned(60.0));
+        let axes = Axes::new(place_from_way * Vector3::x() * 24.0, Vector3::z(), Vector3::x(), 1.0);
+        let covariance = Matrix6::from_diagonal(&nalgebra_vector([1e-6, 1e-6, 1e-6, 1e-4, 1e-4, 4e-4]));
+        let found = measured(at([10.0, 0.0, 0.0], 5.0), covariance);
+        let off = Displacement::new(&at([10.3, 0.1, -0.2], 6.0), &found, &axes, &world_from_place, 1.0);
+        let near = |value: Option<f64>, expected: f64| value.is_some_and(|v| (v - expected).abs() < 1e-9);
+        assert!(near(off.along_m, 0.3) && near(off.sideways_m, 0.1) && near(off.up_m, -0.2), "{off:?}");
+        assert!(near(Some(off.yaw_deg), 1.0) && near(Some(off.roll_deg), 0.0), "{off:?}");
+        assert!(near(Some(off.in_world_m[1]), 0.3) && near(Some(off.in_world_m[0]), -0.1), "{off:?}");
+        // Sideways and up by the turns, 10 m away by 1 mrad, too.
+        let sigma_m = [1e-4_f64, 1e-4 + 1e-4, 4e-4 + 1e-4].map(f64::sqrt);
+        assert!((0..3).all(|k| (off.sigma_m[k] - sigma_m[k]).abs() < 1e-9), "{off:?}");
+        assert!(near(off.distance_m, 0.14_f64.sqrt()) && near(Some(off.noise_m2()), 8e-4));
+    }
+
+    #[test]
+    fn what_no_surface_tells_is_not_told() {
+        let covariance = Matrix6::from_diagonal(&nalgebra_vector([0.0, 0.0, 0.0, 2500.0, 1e-4, 1e-4]));
+        let found = measured(Isometry3::identity(), covariance);
+        let claimed = Isometry3::translation(3.0, 0.2, 0.0);
+        let axes = Axes::new(Vector3::x(), Vector3::z(), Vector3::x(), 1.0);
+        let off = Displacement::new(&claimed, &found, &axes, &Isometry3::identity(), 1.0);
+        assert_eq!((off.along_m, off.sideways_m, off.distance_m), (None, Some(0.2), None));
+        assert_eq!(off.in_world_m, [0.0, 0.2, 0.0]);
+    }
+
+    fn nalgebra_vector(diagonal: [f64; 6]) -> nalgebra::Vector6<f64> {
+        nalgebra::Vector6::from(diagonal)
+    }
+}

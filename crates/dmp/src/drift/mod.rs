@@ -1,0 +1,249 @@
+//! How far a run is off where it comes back, in metres, by what it saw itself.
+//!
+//! Where two visits see the same surfaces, the motion that brings those of one onto those of the other is what the run is off by
+//! between them. Pairs of visits are the same for all runs; so are the scans that they are measured by.
+
+mod displacement;
+mod patches;
+mod register;
+mod report;
+mod summary;
+mod visits;
+
+use std::collections::BTreeMap;
+
+use dmp_log::ScanLog;
+use dmp_sensor::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use rayon::prelude::*;
+
+use crate::config::{Config, Run};
+use crate::error::EvaluateError;
+use crate::evaluation::{Evaluation, Task};
+use crate::heads::Heads;
+use crate::own_frame;
+use crate::plan::spread;
+use crate::progress::Stage;
+use crate::settings::seven;
+use crate::watch::Watch;
+use crate::work::pool;
+use displacement::Axes;
+pub use displacement::Displacement;
+pub use register::NotMeasured;
+use register::{Seen, register};
+pub use report::{
+    DriftBin, DriftComparison, DriftReport, Measured, RunDrift, VisitPairOfRun, VisitPairReport, VisitReport,
+};
+use summary::PairFacts;
+use visits::{Places, Visit, VisitPair};
+
+/// Memory for the surfaces of a visit in one run, bytes, about.
+const PYRAMID_BYTES: usize = 600 << 10;
+
+/// Measures how far `runs` are off where they come back, on all pairs of visits or on `most_pairs` of them, evenly spread.
+///
+/// Of the log the scans of these visits are read. The report is the same to the bit for every number of threads and memory
+/// budget. A log without a revisit has an empty one.
+///
+/// # Errors
+/// As [`evaluate`](crate::evaluate) where log and runs do not belong together, and when a scan cannot be read.
+pub fn measure_drift<'a>(
+    log: &'a dyn ScanLog,
+    runs: &'a [Run],
+    config: &Config,
+    most_pairs: Option<usize>,
+    watch: impl Into<Watch<'a>>,
+) -> Result<DriftReport, EvaluateError> {
+    let config = Config { checkpoint_every: None, resume: false, ..config.clone() };
+    let task = Task::open(log, runs, &config, watch.into())?;
+    // There is no map whose voxels would have to be chosen.
+    let voxel_m = task.settings.voxel_m.unwrap_or(task.settings.scales.lengths().voxels_m[0]);
+    let stores = runs.iter().map(|_| None).collect();
+    let runs = own_frame::place(Heads::Log(log), runs, stores, &task.settings)?;
+    task.plan_placed(runs, Some(voxel_m))?.drift(most_pairs)
+}
+
+impl<M: Sync> Evaluation<'_, M> {
+    /// Measures how far the runs are off on pairs of visits.
+    pub(crate) fn drift(&self, most_pairs: Option<usize>) -> Result<DriftReport, EvaluateError> {
+        let drive = Drive::new(self);
+        let found = visits::pairs(
+            &drive.visits,
+            &drive.places,
+            &self.plan.along_m,
+            self.settings.metre_m(),
+            self.log.summary().camera.is_some(),
+        );
+        let chosen = spread(found.len(), most_pairs.unwrap_or(found.len()));
+        let pairs: Vec<VisitPair> = chosen.into_iter().map(|k| found[k]).collect();
+        self.progress.begin(Stage::Drift, pairs.len() as u64);
+        let pool = pool(self.means.threads)?;
+        let mut reports = Vec::with_capacity(pairs.len());
+        for batch in pairs.chunks(self.pairs_at_a_time()) {
+            let numbers = batch.iter().flat_map(|pair| [pair.first, pair.second]);
+            let visits: BTreeMap<usize, (&Visit, Vec<Option<Isometry3<f64>>>)> =
+                numbers.map(|number| (number, (&drive.visits[number], drive.place_from_world(number)))).collect();
+            let pyramids = patches::pyramids(self, &visits)?;
+            let report = |pair: &VisitPair| {
+                let report = drive.report(pair, &pyramids);
+                self.progress.advance(1);
+                report
+            };
+            reports.extend(pool.install(|| batch.par_iter().map(report).collect::<Vec<_>>()));
+        }
+        Ok(self.told(&drive, found.len(), &pairs, reports))
+    }
+
+    /// As many pairs as a part of the memory has room for.
+    fn pairs_at_a_time(&self) -> usize {
+        (self.means.memory_bytes / 4 / (2 * self.runs.len() * PYRAMID_BYTES)).max(1)
+    }
+
+    fn told(
+        &self,
+        drive: &Drive<'_, M>,
+        pairs_found: usize,
+        pairs: &[VisitPair],
+        visits: Vec<VisitPairReport>,
+    ) -> DriftReport {
+        let blocks = summary::blocks(&pairs.iter().map(|pair| (pair.first, pair.second)).collect::<Vec<_>>());
+        let time_s = |pair: &VisitPairReport| {
+            let ns = pair.second.stamp_ns?.saturating_sub(pair.first.stamp_ns?);
+            Some(ns as f64 / 1e9)
+        };
+        let fact = |(pair, block): (&VisitPairReport, usize)| PairFacts {
+            block,
+            way_m: pair.way_m,
+            time_s: time_s(pair),
+        };
+        let facts: Vec<PairFacts> = visits.iter().zip(blocks).map(fact).collect();
+        let confidence = self.settings.confidence.level();
+        let lengths = (self.settings.metre_m(), confidence);
+        let names: Vec<&str> = self.runs.iter().map(|run| run.name()).collect();
+        let of_run = |(run, name): (usize, &&str)| summary::of_run(name, run, &visits, &facts, lengths);
+        let runs: Vec<RunDrift> = names.iter().enumerate().map(|(run, name)| of_run((run, name))).collect();
+        let both = (0..names.len()).flat_map(|a| (a + 1..names.len()).map(move |b| (a, b)));
+        let comparisons = both
+            .map(|(a, b)| summary::compared((a, b), [names[a], names[b]], &visits, &facts, confidence))
+            .collect();
+        DriftReport {
+            schema: DriftReport::SCHEMA.to_owned(),
+            dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
+            voxel_m: patches::voxel_m(&self.settings),
+            travel_m: self.plan.segments.travel_m,
+            segments: drive.visits.len(),
+            pairs_found,
+            pairs_measured: visits.len(),
+            confidence,
+            runs,
+            comparisons,
+            visits,
+        }
+    }
+}
+
+/// The visits of a drive, and where each run has them.
+struct Drive<'e, M> {
+    evaluation: &'e Evaluation<'e, M>,
+    visits: Vec<Visit>,
+    places: Places,
+    /// From the sensor's frame to that of a place: tilted, so that level ground and walls along the way cross their voxels.
+    tilt: UnitQuaternion<f64>,
+}
+
+impl<'e, M> Drive<'e, M> {
+    fn new(evaluation: &'e Evaluation<'_, M>) -> Self {
+        let plan = &evaluation.plan;
+        let visits = visits::visits(plan, &plan.along_m);
+        let places =
+            Places::new(&visits, plan.frames(), evaluation.runs.iter().map(|run| &run.poses));
+        Self { evaluation, visits, places, tilt: own_frame::tilt() }
+    }
+
+    fn place_from_world(&self, visit: usize) -> Vec<Option<Isometry3<f64>>> {
+        let runs = 0..self.evaluation.runs.len();
+        runs.map(|run| Some(self.world_from_place(run, visit)?.inverse())).collect()
+    }
+
+    fn world_from_place(&self, run: usize, visit: usize) -> Option<Isometry3<f64>> {
+        Some(self.places.of(run, visit)? * self.tilt.inverse())
+    }
+
+    /// Measures a pair of visits in every run.
+    fn report(&self, pair: &VisitPair, pyramids: &patches::Pyramids) -> VisitPairReport {
+        let Evaluation { plan, runs, settings, .. } = self.evaluation;
+        let metre_m = settings.metre_m();
+        let pyramid = |run: usize, visit: usize| pyramids.get(&visit)?.get(run)?.as_ref();
+        let seen: Vec<Option<Seen<'_>>> = (0..runs.len())
+            .map(|run| {
+                let first_from_world = self.world_from_place(run, pair.first)?.inverse();
+                let world_from_second = self.world_from_place(run, pair.second)?;
+                let (first, second) = (pyramid(run, pair.first)?, pyramid(run, pair.second)?);
+                Some(Seen { first, second, claimed: first_from_world * world_from_second })
+            })
+            .collect();
+        let found = register(&seen, metre_m);
+        let of_runs = found.into_iter().zip(&seen).enumerate().map(|(run, (found, seen))| {
+            let own_from_place =
+                self.world_from_place(run, pair.first).map(|place| runs[run].own_from_world * place);
+            let mut told = VisitPairOfRun {
+                at_m: own_from_place.map(|place| place.translation.vector.into()),
+                off: None,
+                why_not: None,
+                first_from_second: None,
+                covariance: None,
+            };
+            match (found, seen, own_from_place) {
+                (Ok(measured), Some(seen), Some(own_from_place)) => {
+                    let axes = self.axes(run, pair.first);
+                    told.off = axes.map(|axes| {
+                        Displacement::new(&seen.claimed, &measured, &axes, &own_from_place, metre_m)
+                    });
+                    // Without the tilt: of the sensor.
+                    let turn = Isometry3::from_parts(Translation3::identity(), self.tilt);
+                    told.first_from_second =
+                        Some(seven(&(turn.inverse() * measured.target_from_source * turn)));
+                    let turn = self.tilt.inverse().to_rotation_matrix();
+                    let part = |row, column| {
+                        turn.matrix()
+                            * measured.covariance.fixed_view::<3, 3>(row, column)
+                            * turn.matrix().transpose()
+                    };
+                    let at = |row: usize, column: usize| {
+                        part(row / 3 * 3, column / 3 * 3)[(row % 3, column % 3)]
+                    };
+                    let upper = (0..6).flat_map(|row| (row..6).map(move |column| (row, column)));
+                    let mut covariance = [0.0; 21];
+                    covariance.iter_mut().zip(upper).for_each(|(value, (row, column))| *value = at(row, column));
+                    told.covariance = Some(covariance);
+                }
+                (Err(why), ..) => told.why_not = Some(why.to_string()),
+                _ => {}
+            }
+            told
+        });
+        let way_m = plan.along_m[self.visits[pair.second].middle] - plan.along_m[self.visits[pair.first].middle];
+        VisitPairReport {
+            first: self.told(pair.first),
+            second: self.told(pair.second),
+            apart_m: pair.apart_m,
+            way_m,
+            runs: of_runs.collect(),
+        }
+    }
+
+    /// Along, left and up in the frame of a place.
+    fn axes(&self, run: usize, visit: usize) -> Option<Axes> {
+        let place_from_world = self.world_from_place(run, visit)?.rotation.inverse();
+        let up = place_from_world * (self.tilt * Vector3::z());
+        let heading = place_from_world * self.places.heading(run, visit);
+        let metre_m = self.evaluation.settings.metre_m();
+        Some(Axes::new(heading, up, self.tilt * Vector3::x(), metre_m))
+    }
+
+    fn told(&self, visit: usize) -> VisitReport {
+        let (frames, visit) = (self.evaluation.plan.frames(), &self.visits[visit]);
+        let middle = &frames[visit.middle];
+        let scans = visit.scans.iter().map(|&ordinal| frames[ordinal].number).collect();
+        VisitReport { scan: middle.number, stamp_ns: middle.stamp_ns, scans }
+    }
+}

@@ -1,0 +1,224 @@
+//! What the displacements of a run come to.
+
+use super::displacement::Displacement;
+use super::report::{DriftBin, DriftComparison, Measured, RunDrift, VisitPairReport};
+
+/// Pairs in a row that count as one: what a run is off by changes slowly along its way.
+const BLOCK_PAIRS: usize = 5;
+/// Pairs follow each other where both of their visits are as near as this, segments.
+const BLOCK_STEP: usize = 2;
+/// With fewer blocks there is no interval.
+const LEAST_BLOCKS: usize = 6;
+/// Times that blocks are drawn.
+const RESAMPLES: usize = 1000;
+/// The first bins of a curve end here, metres of a drive and seconds.
+const FIRST_WAY_M: f64 = 125.0;
+const FIRST_TIME_S: f64 = 30.0;
+
+/// What there is of a pair of visits beside its displacements.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PairFacts {
+    /// Pairs with the same number are taken to be off alike.
+    pub(super) block: usize,
+    pub(super) way_m: f64,
+    pub(super) time_s: Option<f64>,
+}
+
+/// Gives pairs, told by the segments of their visits in the order of the first, their blocks.
+pub(super) fn blocks(segments: &[(usize, usize)]) -> Vec<usize> {
+    let (mut block, mut length) = (0, 0);
+    let mut last: Option<(usize, usize)> = None;
+    segments
+        .iter()
+        .map(|&(first, second)| {
+            let follows = last.is_some_and(|last| {
+                first.abs_diff(last.0) <= BLOCK_STEP && second.abs_diff(last.1) <= BLOCK_STEP
+            });
+            if last.is_some() && (!follows || length == BLOCK_PAIRS) {
+                (block, length) = (block + 1, 0);
+            }
+            (last, length) = (Some((first, second)), length + 1);
+            block
+        })
+        .collect()
+}
+
+/// A pair of visits in one run.
+#[derive(Debug, Clone, Copy)]
+struct Entry<'a> {
+    facts: PairFacts,
+    off: &'a Displacement,
+    distance_m: f64,
+}
+
+fn entries<'a>(run: usize, visits: &'a [VisitPairReport], facts: &'a [PairFacts]) -> Vec<Entry<'a>> {
+    let entry = |(visit, facts): (&'a VisitPairReport, &PairFacts)| {
+        let off = visit.runs[run].off.as_ref()?;
+        Some(Entry { facts: *facts, off, distance_m: off.distance_m? })
+    };
+    visits.iter().zip(facts).filter_map(entry).collect()
+}
+
+/// A run's part of the report.
+pub(super) fn of_run(
+    name: &str,
+    run: usize,
+    visits: &[VisitPairReport],
+    facts: &[PairFacts],
+    (metre_m, confidence): (f64, f64),
+) -> RunDrift {
+    let entries = entries(run, visits, facts);
+    let offs = || visits.iter().filter_map(|visit| visit.runs[run].off.as_ref());
+    let with_interval = |of: &dyn Fn(&[&Entry<'_>]) -> Option<f64>| {
+        let blocks: Vec<usize> = entries.iter().map(|entry| entry.facts.block).collect();
+        let of = |chosen: &[usize]| of(&chosen.iter().map(|&k| &entries[k]).collect::<Vec<_>>());
+        measured(&blocks, confidence, &of)
+    };
+    let part = |of: &dyn Fn(&Displacement) -> Option<(f64, f64)>| {
+        let squares: Vec<f64> =
+            offs().filter_map(of).map(|(off, sigma)| off * off - sigma * sigma).collect();
+        rms(&squares)
+    };
+    let degrees = |of: &dyn Fn(&Displacement) -> f64| part(&|off| Some((of(off), 0.0)));
+    let shares = entries.iter().filter(|entry| entry.facts.way_m > 0.0);
+    RunDrift {
+        name: name.to_owned(),
+        pairs: entries.len(),
+        pairs_in_part: offs().count() - entries.len(),
+        pairs_refused: visits.len() - offs().count(),
+        median_m: with_interval(&|chosen| quantile(distances(chosen), 0.5)),
+        rms_m: with_interval(&|chosen| rms_of(chosen.iter().copied())),
+        p95_m: with_interval(&|chosen| quantile(distances(chosen), 0.95)),
+        along_m: part(&|off| Some((off.along_m?, off.sigma_m[0]))),
+        sideways_m: part(&|off| Some((off.sideways_m?, off.sigma_m[1]))),
+        up_m: part(&|off| Some((off.up_m?, off.sigma_m[2]))),
+        roll_deg: degrees(&|off| off.roll_deg),
+        pitch_deg: degrees(&|off| off.pitch_deg),
+        yaw_deg: degrees(&|off| off.yaw_deg),
+        angle_deg: degrees(&|off| off.angle_deg),
+        of_the_way_percent: quantile(
+            shares.map(|entry| 100.0 * entry.distance_m / entry.facts.way_m).collect(),
+            0.5,
+        ),
+        over_way: curve(&entries, FIRST_WAY_M * metre_m, |facts| Some(facts.way_m)),
+        over_time: curve(&entries, FIRST_TIME_S, |facts| facts.time_s),
+    }
+}
+
+/// Two runs on the pairs that both have an answer for.
+pub(super) fn compared(
+    (a, b): (usize, usize),
+    names: [&str; 2],
+    visits: &[VisitPairReport],
+    facts: &[PairFacts],
+    confidence: f64,
+) -> DriftComparison {
+    let of_run = |run: usize| {
+        let off = move |visit: &VisitPairReport| {
+            let off = visit.runs[run].off.as_ref()?;
+            off.distance_m.map(|distance_m| distance_m * distance_m - off.noise_m2())
+        };
+        visits.iter().map(off)
+    };
+    let both: Vec<(f64, f64, usize)> = of_run(a)
+        .zip(of_run(b))
+        .zip(facts)
+        .filter_map(|((a, b), facts)| Some((a?, b?, facts.block)))
+        .collect();
+    let blocks: Vec<usize> = both.iter().map(|(.., block)| *block).collect();
+    let difference = |chosen: &[usize]| {
+        let sum: f64 = chosen.iter().map(|&k| both[k].0 - both[k].1).sum();
+        (!chosen.is_empty()).then(|| sum / chosen.len() as f64)
+    };
+    let difference_m2 = measured(&blocks, confidence, &difference);
+    let better = match difference_m2.interval {
+        Some([_, high]) if high < 0.0 => Some(names[0].to_owned()),
+        Some([low, _]) if low > 0.0 => Some(names[1].to_owned()),
+        _ => None,
+    };
+    DriftComparison {
+        a: names[0].to_owned(),
+        b: names[1].to_owned(),
+        pairs: both.len(),
+        rms_a_m: rms(&both.iter().map(|(a, ..)| *a).collect::<Vec<_>>()),
+        rms_b_m: rms(&both.iter().map(|(_, b, _)| *b).collect::<Vec<_>>()),
+        difference_m2,
+        better,
+    }
+}
+
+fn distances(chosen: &[&Entry<'_>]) -> Vec<f64> {
+    chosen.iter().map(|entry| entry.distance_m).collect()
+}
+
+fn rms_of<'a>(entries: impl Iterator<Item = &'a Entry<'a>>) -> Option<f64> {
+    rms(&entries.map(|entry| entry.distance_m * entry.distance_m - entry.off.noise_m2()).collect::<Vec<_>>())
+}
+
+/// The root of the mean; 0 where that is below.
+fn rms(squares: &[f64]) -> Option<f64> {
+    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+    (!squares.is_empty()).then(|| mean.max(0.0).sqrt())
+}
+
+/// The least value that so much of all is not above.
+fn quantile(mut values: Vec<f64>, part: f64) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let rank = (part * values.len() as f64).ceil() as usize;
+    values.get(rank.max(1) - 1).copied()
+}
+
+/// Bins that double in length; those without pairs are left out.
+fn curve(entries: &[Entry<'_>], first: f64, of: impl Fn(&PairFacts) -> Option<f64>) -> Vec<DriftBin> {
+    let mut bins = Vec::new();
+    let (mut from, mut to) = (0.0, first);
+    let longest = entries.iter().filter_map(|entry| of(&entry.facts)).fold(0.0, f64::max);
+    while from <= longest {
+        let within = |entry: &&Entry<'_>| of(&entry.facts).is_some_and(|value| (from..to).contains(&value));
+        let some: Vec<&Entry<'_>> = entries.iter().filter(within).collect();
+        if let (Some(rms_m), Some(median_m)) = (rms_of(some.iter().copied()), quantile(distances(&some), 0.5)) {
+            bins.push(DriftBin { from, to, pairs: some.len(), rms_m, median_m });
+        }
+        (from, to) = (to, 2.0 * to);
+    }
+    bins
+}
+
+/// A number over entries, given the block of each, with the interval that it has where blocks are drawn again and again
+/// (Efron & Tibshirani 1993, "An Introduction to the Bootstrap", §13.3: percentiles).
+fn measured(blocks: &[usize], confidence: f64, of: &dyn Fn(&[usize]) -> Option<f64>) -> Measured {
+    let all: Vec<usize> = (0..blocks.len()).collect();
+    let members: Vec<&[usize]> = all.chunk_by(|&a, &b| blocks[a] == blocks[b]).collect();
+    let value = of(&all);
+    if members.len() < LEAST_BLOCKS {
+        return Measured { value, interval: None };
+    }
+    let mut random = Random(0);
+    let mut drawn: Vec<f64> = (0..RESAMPLES)
+        .filter_map(|_| {
+            let chosen = (0..members.len()).flat_map(|_| members[random.below(members.len())]);
+            of(&chosen.copied().collect::<Vec<_>>())
+        })
+        .collect();
+    drawn.sort_by(f64::total_cmp);
+    let at = |part: f64| drawn.get((part * (drawn.len() as f64 - 1.0)).round() as usize).copied();
+    let interval = at((1.0 - confidence) / 2.0).zip(at((1.0 + confidence) / 2.0));
+    Measured { value, interval: interval.map(|(low, high)| [low, high]) }
+}
+
+/// SplitMix64 (Steele, Lea & Flood 2014).
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, count: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^= z >> 31;
+        (u128::from(z) * count as u128 >> 64) as usize
+    }
+}
+
+#[cfg(test)]
+mod tests;
