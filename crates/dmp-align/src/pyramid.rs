@@ -38,6 +38,8 @@ pub(crate) struct Surfel {
     pub(crate) mean_m: Vector3<f64>,
     /// Unit length, of either sign.
     pub(crate) normal: Vector3<f64>,
+    /// Variance across, square metres.
+    pub(crate) across_m2: f64,
 }
 
 /// Sums over the points of a voxel: their number, and of their mean and covariance (xx, xy, xz, yy, yz, zz).
@@ -136,7 +138,10 @@ impl Sums {
         let (normal, [across, narrow, _]) = smallest_eigenvector(self.covariance_m2);
         let width_m = WIDE * voxel_m;
         let is_flat = narrow > width_m * width_m && across <= FLAT * narrow;
-        (self.points >= LEAST_POINTS && is_flat)
-            .then(|| Surfel { mean_m: self.mean_m.into(), normal: normal.into() })
+        (self.points >= LEAST_POINTS && is_flat).then(|| Surfel {
+            mean_m: self.mean_m.into(),
+            normal: normal.into(),
+            across_m2: across.max(0.0),
+        })
     }
 }

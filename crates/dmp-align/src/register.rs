@@ -33,18 +33,23 @@ const SMALL_STEP: f64 = 1e-4;
 const LEVER: f64 = 40.0;
 
 /// Least share of the surfels of either visit that the other one sees.
-const LEAST_OVERLAP: f64 = 0.10;
+const LEAST_OVERLAP: f64 = 0.20;
 /// How far both directions may be apart, voxels and radians.
 const MOST_APART: f64 = 0.1;
 const MOST_TURNED_RAD: f64 = 0.3 * std::f64::consts::PI / 180.0;
 /// Least share of the weights that holds the translation in each direction: a corridor of bare walls has less along it.
 const LEAST_HELD: f64 = 0.01;
+/// Half of the counterparts lie no further off than this many times what surfels are thick, and these count as so thick at least,
+/// voxels: on another place that looks alike they lie at 1.9 and more.
+const MOST_OFF: f64 = 1.5;
+const LEAST_THICK: f64 = 0.012;
 /// Fewer counterparts than this are no surface.
 const LEAST_PAIRS: usize = 50;
 
 /// Edge of the pieces of surface whose errors are taken to have nothing to do with each other, voxels.
 const BLOCK: f64 = 8.0;
-/// No direction is known better than this, voxels: surfels are means over voxels that two visits fill unevenly.
+/// No direction is known better than this, voxels, and than half of the counterparts lie off: surfels are means over voxels that two
+/// visits fill unevenly.
 const FLOOR: f64 = 0.02;
 
 /// Where one visit's surfaces lie by the other's.
@@ -54,10 +59,13 @@ pub struct Alignment {
     /// run put both visits right.
     pub target_from_source: Isometry3<f64>,
     /// Of a rotation vector (radians) and a translation (metres) put before it: over pieces of the surface, with half the
-    /// difference of both directions and a floor of 0.02 voxels.
+    /// difference of both directions and an [allowance](Self::allowance_m).
     pub covariance: Matrix6<f64>,
     /// Shares of the surfels of the source that the target has counterparts of, and of the target that the source has.
     pub overlap: [f64; 2],
+    /// What the covariance allows in each direction of the translation beside what the surfaces scatter, metres: surfels of
+    /// visits that are bent lie off together.
+    pub allowance_m: f64,
     /// Least share of the weights that holds the translation in a direction: 1/3 where all do evenly.
     pub held: f64,
     /// That direction.
@@ -84,6 +92,18 @@ pub enum Refusal {
         apart_m: f64,
         /// Angle between what they say.
         turned_rad: f64,
+    },
+    /// Surfaces do not come to lie on each other.
+    #[error(
+        "surfaces come to lie {:.1} cm apart and are {:.1} cm thick: another place that looks alike, or visits that are bent",
+        100.0 * .off_m,
+        100.0 * .thick_m
+    )]
+    NotAlike {
+        /// Median distance of the counterparts.
+        off_m: f64,
+        /// Median thickness of the surfels.
+        thick_m: f64,
     },
     /// Surfaces hold no translation in one direction.
     #[error("only {held:.4} of the surfaces hold it along [{:.2}, {:.2}, {:.2}]", .along[0], .along[1], .along[2])]
@@ -124,6 +144,11 @@ pub fn align(target: &Pyramid, source: &Pyramid, guesses: &[Isometry3<f64>]) -> 
     if apart_m > MOST_APART * target.voxel_m || turned_rad > MOST_TURNED_RAD {
         return Err(Refusal::NotTheSameBackward { apart_m, turned_rad });
     }
+    let off_m = there.off_m.max(back.off_m);
+    let thick_m = there.thick_m.max(LEAST_THICK * target.voxel_m);
+    if off_m > MOST_OFF * thick_m {
+        return Err(Refusal::NotAlike { off_m, thick_m: there.thick_m });
+    }
     let (held, least_held) = there.held();
     let (held_back, least_held_back) = back.held();
     let (held, least_held) = if held_back < held { (held_back, least_held_back) } else { (held, least_held) };
@@ -132,9 +157,17 @@ pub fn align(target: &Pyramid, source: &Pyramid, guesses: &[Isometry3<f64>]) -> 
     }
     let half = Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z);
     let floor_m = FLOOR * target.voxel_m;
-    let floor = Matrix6::from_fn(|k, l| if k == l && k >= 3 { floor_m * floor_m } else { 0.0 });
-    let covariance = there.covariance + half * half.transpose() + floor;
-    Ok(Alignment { target_from_source, covariance, overlap, held, least_held })
+    let allowed_m2 = floor_m * floor_m + off_m * off_m;
+    let allowed = Matrix6::from_fn(|k, l| if k == l && k >= 3 { allowed_m2 } else { 0.0 });
+    let covariance = there.covariance + half * half.transpose() + allowed;
+    Ok(Alignment {
+        target_from_source,
+        covariance,
+        overlap,
+        allowance_m: allowed_m2.sqrt(),
+        held,
+        least_held,
+    })
 }
 
 /// What is brought onto what.
@@ -150,6 +183,9 @@ struct Found {
     pairs: usize,
     last: NormalEquations,
     covariance: Matrix6<f64>,
+    /// Medians of the distances of counterparts and of their thickness, metres.
+    off_m: f64,
+    thick_m: f64,
     /// Of the surfels with counterparts, brought onto the target.
     middle_m: Vector3<f64>,
 }
@@ -158,6 +194,8 @@ struct Found {
 struct Pair {
     place_m: Vector3<f64>,
     residual: Residual,
+    /// Mean of the variances across both, square metres.
+    across_m2: f64,
 }
 
 impl Side<'_> {
@@ -169,11 +207,12 @@ impl Side<'_> {
         pose: &'s Isometry3<f64>,
     ) -> impl Iterator<Item = Pair> + 's {
         let (target, source): (&Level, &Level) = (&self.target.levels[level], &self.source.levels[level]);
-        source.surfels.iter().filter_map(move |Surfel { mean_m, normal }| {
+        source.surfels.iter().filter_map(move |Surfel { mean_m, normal, across_m2 }| {
             let (place_m, normal) =
                 (pose.rotation * mean_m + pose.translation.vector, pose.rotation * normal);
             let there = target.nearest(&place_m, &normal, reach_m)?;
-            Some(Pair { place_m, residual: Residual::new(&place_m, &there.mean_m, &there.normal) })
+            let residual = Residual::new(&place_m, &there.mean_m, &there.normal);
+            Some(Pair { place_m, residual, across_m2: (across_m2 + there.across_m2) / 2.0 })
         })
     }
 
@@ -223,14 +262,17 @@ impl Side<'_> {
         let [reach_m, scale_m, block_m] =
             [stage.reach, stage.scale, BLOCK].map(|voxels| voxels * self.target.voxel_m);
         let (mut pairs, mut last, mut middle_m) = (0, NormalEquations::zero(), Vector3::zeros());
+        let (mut distances_m, mut across) = (Vec::new(), Vec::new());
         let mut blocks: BTreeMap<[i32; 3], Vector6<f64>> = BTreeMap::new();
-        for Pair { place_m, residual } in self.pairs(stage.level, reach_m, &pose) {
+        for Pair { place_m, residual, across_m2 } in self.pairs(stage.level, reach_m, &pose) {
             let weight = residual.weight(scale_m);
             last.add(&residual, weight);
             let block = [0, 1, 2].map(|k| (place_m[k] / block_m).floor() as i32);
             *blocks.entry(block).or_insert_with(Vector6::zeros) +=
                 residual.jacobian * (weight * residual.distance_m);
             middle_m += place_m;
+            distances_m.push(residual.distance_m.abs());
+            across.push(across_m2);
             pairs += 1;
         }
         middle_m /= pairs.max(1) as f64;
@@ -240,7 +282,8 @@ impl Side<'_> {
             let inverse = information.inverse();
             inverse * scatter * inverse
         });
-        Found { pose, pairs, last, covariance, middle_m }
+        let (off_m, thick_m) = (median(distances_m), median(across).sqrt());
+        Found { pose, pairs, last, covariance, off_m, thick_m, middle_m }
     }
 }
 
@@ -256,6 +299,15 @@ impl Found {
             smallest_eigenvector([m[(3, 3)], m[(3, 4)], m[(3, 5)], m[(4, 4)], m[(4, 5)], m[(5, 5)]]);
         (least.max(0.0) / self.last.weight.max(f64::MIN_POSITIVE), direction.into())
     }
+}
+
+/// The middle value, the upper one of two; 0 of none.
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return 0.0;
+    }
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// The middle of two motions that are nearly the same, and half of what lies between them.

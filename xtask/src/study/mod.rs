@@ -2,6 +2,7 @@
 
 mod consistency;
 mod conventions;
+mod drift;
 pub(crate) mod drives;
 pub(crate) mod estimates;
 mod evaluate;
@@ -56,6 +57,8 @@ enum StudyTask {
     Conventions(conventions::ConventionsArgs),
     /// Rank loop candidates of the drives and tell how well
     Loops(loops::LoopsArgs),
+    /// Measure drift where the drives come back and tell how near it is to what is true
+    Drift(drift::DriftArgs),
     /// Score depth cameras in simulated rooms: the paper's own experiment
     Rooms(rooms::RoomsArgs),
     /// Write a drive as a folder of scans with times, and its truth beside it as FOLDER.truth.tum
@@ -84,6 +87,7 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
         StudyTask::Conventions(arguments) => conventions::run(arguments),
         StudyTask::Null(arguments) => null::run(arguments),
         StudyTask::Loops(arguments) => loops::run(arguments),
+        StudyTask::Drift(arguments) => drift::run(arguments),
         StudyTask::Rooms(arguments) => rooms::run(arguments),
         StudyTask::Export { drive, output } => export(&find(drive)?, output),
         StudyTask::Trap { seed } => trap::run(*seed),

@@ -45,7 +45,11 @@ pub(super) fn report(out: &mut impl Write, report: &DriftReport, verbose: bool) 
 
 /// A length: below a metre in centimetres.
 fn metres(length_m: f64) -> String {
-    if length_m.abs() < 1.0 { format!("{} cm", digits(100.0 * length_m)) } else { format!("{} m", digits(length_m)) }
+    if length_m.abs() < 1.0 {
+        format!("{} cm", digits(100.0 * length_m))
+    } else {
+        format!("{} m", digits(length_m))
+    }
 }
 
 fn or_none(value: Option<f64>, told: impl Fn(f64) -> String) -> String {
@@ -71,13 +75,25 @@ fn sentence(run: &RunDrift) -> String {
 fn runs(out: &mut impl Write, report: &DriftReport) -> io::Result<()> {
     let mut table = Table::new([[Side::Left].as_slice(), &[Side::Right; 10]].concat());
     table.row([
-        "run", "median", "RMS", "interval", "95 % below", "along", "sideways", "up", "rotation", "of the way", "pairs",
+        "run",
+        "median",
+        "RMS",
+        "interval",
+        "95 % below",
+        "along",
+        "sideways",
+        "up",
+        "rotation",
+        "of the way",
+        "pairs",
     ]);
     for run in &report.runs {
         let interval = |of: &Measured| {
-            of.interval.map_or_else(|| NONE.to_owned(), |[low, high]| format!("{} .. {}", metres(low), metres(high)))
+            of.interval
+                .map_or_else(|| NONE.to_owned(), |[low, high]| format!("{} .. {}", metres(low), metres(high)))
         };
-        let refused = if run.pairs_refused > 0 { format!(" ({} refused)", run.pairs_refused) } else { String::new() };
+        let refused =
+            if run.pairs_refused > 0 { format!(" ({} refused)", run.pairs_refused) } else { String::new() };
         table.row([
             run.name.clone(),
             or_none(run.median_m.value, metres),

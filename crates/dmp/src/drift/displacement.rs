@@ -31,6 +31,8 @@ pub struct Displacement {
     pub angle_deg: f64,
     /// What the three have in the run's own world, metres: 0 in a direction that is not known.
     pub in_world_m: [f64; 3],
+    /// Part of each of [`Self::sigma_m`] that is allowed for what is bent within a visit, metres.
+    pub allowance_m: f64,
     /// Smaller share of the surfaces of either visit that the other one sees.
     pub overlap: f64,
     /// Share of the surfaces that hold the direction that is held least; a third where all are held alike.
@@ -69,7 +71,8 @@ impl Displacement {
         // A rotation put before the motion moves what it has moved.
         let place = motion.translation.vector;
         let by_turn = -place.cross_matrix();
-        let part = |row: usize, column: usize| measured.covariance.fixed_view::<3, 3>(row, column).into_owned();
+        let part =
+            |row: usize, column: usize| measured.covariance.fixed_view::<3, 3>(row, column).into_owned();
         let covariance = by_turn * part(0, 0) * by_turn.transpose()
             + by_turn * part(0, 3)
             + part(3, 0) * by_turn.transpose()
@@ -91,14 +94,15 @@ impl Displacement {
             yaw_deg,
             angle_deg: turn.norm().to_degrees(),
             in_world_m: (world_from_place.rotation * (axes.0.transpose() * known_off)).into(),
+            allowance_m: measured.allowance_m,
             overlap: measured.overlap[0].min(measured.overlap[1]),
             held: measured.held,
         }
     }
 
-    /// What noise of the measurement adds to the square of the distance, m².
-    pub(super) fn noise_m2(&self) -> f64 {
-        self.sigma_m.iter().map(|sigma_m| sigma_m * sigma_m).sum()
+    /// What noise of the measurement adds to the square of each of the three parts, m²: what surfaces scatter.
+    pub(super) fn noise_m2(&self) -> [f64; 3] {
+        self.sigma_m.map(|sigma_m| sigma_m * sigma_m - self.allowance_m * self.allowance_m)
     }
 }
 
@@ -116,9 +120,14 @@ mod tests {
     use super::*;
     use dmp_sensor::{Matrix6, UnitQuaternion};
 
+    fn diagonal(values: [f64; 6]) -> Matrix6<f64> {
+        Matrix6::from_fn(|row, column| if row == column { values[row] } else { 0.0 })
+    }
+
     fn measured(motion: Isometry3<f64>, covariance: Matrix6<f64>) -> Alignment {
         let least_held = Vector3::x();
-        Alignment { target_from_source: motion, covariance, overlap: [0.7, 0.6], held: 0.1, least_held }
+        let (allowance_m, overlap) = (0.01, [0.7, 0.6]);
+        Alignment { target_from_source: motion, covariance, overlap, allowance_m, held: 0.1, least_held }
     }
 
     /// A second visit 10 m ahead, told as 0.3 m too far ahead, 0.1 m too far left and 0.2 m too low, and 1° turned to the left.
@@ -132,7 +141,7 @@ mod tests {
         };
         let world_from_place = Isometry3::from_parts([5.0, 6.0, 7.0].into(), turned(60.0));
         let axes = Axes::new(place_from_way * Vector3::x() * 24.0, Vector3::z(), Vector3::x(), 1.0);
-        let covariance = Matrix6::from_diagonal(&nalgebra_vector([1e-6, 1e-6, 1e-6, 1e-4, 1e-4, 4e-4]));
+        let covariance = diagonal([1e-6, 1e-6, 1e-6, 1e-4, 1e-4, 4e-4]);
         let found = measured(at([10.0, 0.0, 0.0], 5.0), covariance);
         let off = Displacement::new(&at([10.3, 0.1, -0.2], 6.0), &found, &axes, &world_from_place, 1.0);
         let near = |value: Option<f64>, expected: f64| value.is_some_and(|v| (v - expected).abs() < 1e-9);
@@ -142,21 +151,17 @@ mod tests {
         // Sideways and up by the turns, 10 m away by 1 mrad, too.
         let sigma_m = [1e-4_f64, 1e-4 + 1e-4, 4e-4 + 1e-4].map(f64::sqrt);
         assert!((0..3).all(|k| (off.sigma_m[k] - sigma_m[k]).abs() < 1e-9), "{off:?}");
-        assert!(near(off.distance_m, 0.14_f64.sqrt()) && near(Some(off.noise_m2()), 8e-4));
+        assert!(near(off.distance_m, 0.14_f64.sqrt()) && near(Some(off.noise_m2().iter().sum()), 5e-4));
     }
 
     #[test]
     fn what_no_surface_tells_is_not_told() {
-        let covariance = Matrix6::from_diagonal(&nalgebra_vector([0.0, 0.0, 0.0, 2500.0, 1e-4, 1e-4]));
+        let covariance = diagonal([0.0, 0.0, 0.0, 2500.0, 1e-4, 1e-4]);
         let found = measured(Isometry3::identity(), covariance);
         let claimed = Isometry3::translation(3.0, 0.2, 0.0);
         let axes = Axes::new(Vector3::x(), Vector3::z(), Vector3::x(), 1.0);
         let off = Displacement::new(&claimed, &found, &axes, &Isometry3::identity(), 1.0);
         assert_eq!((off.along_m, off.sideways_m, off.distance_m), (None, Some(0.2), None));
         assert_eq!(off.in_world_m, [0.0, 0.2, 0.0]);
-    }
-
-    fn nalgebra_vector(diagonal: [f64; 6]) -> nalgebra::Vector6<f64> {
-        nalgebra::Vector6::from(diagonal)
     }
 }

@@ -80,8 +80,9 @@ impl<M: Sync> Evaluation<'_, M> {
         let mut reports = Vec::with_capacity(pairs.len());
         for batch in pairs.chunks(self.pairs_at_a_time()) {
             let numbers = batch.iter().flat_map(|pair| [pair.first, pair.second]);
-            let visits: BTreeMap<usize, (&Visit, Vec<Option<Isometry3<f64>>>)> =
-                numbers.map(|number| (number, (&drive.visits[number], drive.place_from_world(number)))).collect();
+            let visits: BTreeMap<usize, (&Visit, Vec<Option<Isometry3<f64>>>)> = numbers
+                .map(|number| (number, (&drive.visits[number], drive.place_from_world(number))))
+                .collect();
             let pyramids = patches::pyramids(self, &visits)?;
             let report = |pair: &VisitPair| {
                 let report = drive.report(pair, &pyramids);
@@ -154,8 +155,7 @@ impl<'e, M> Drive<'e, M> {
     fn new(evaluation: &'e Evaluation<'_, M>) -> Self {
         let plan = &evaluation.plan;
         let visits = visits::visits(plan, &plan.along_m);
-        let places =
-            Places::new(&visits, plan.frames(), evaluation.runs.iter().map(|run| &run.poses));
+        let places = Places::new(&visits, plan.frames(), evaluation.runs.iter().map(|run| &run.poses));
         Self { evaluation, visits, places, tilt: own_frame::tilt() }
     }
 
@@ -208,12 +208,14 @@ impl<'e, M> Drive<'e, M> {
                             * measured.covariance.fixed_view::<3, 3>(row, column)
                             * turn.matrix().transpose()
                     };
-                    let at = |row: usize, column: usize| {
-                        part(row / 3 * 3, column / 3 * 3)[(row % 3, column % 3)]
-                    };
+                    let at =
+                        |row: usize, column: usize| part(row / 3 * 3, column / 3 * 3)[(row % 3, column % 3)];
                     let upper = (0..6).flat_map(|row| (row..6).map(move |column| (row, column)));
                     let mut covariance = [0.0; 21];
-                    covariance.iter_mut().zip(upper).for_each(|(value, (row, column))| *value = at(row, column));
+                    covariance
+                        .iter_mut()
+                        .zip(upper)
+                        .for_each(|(value, (row, column))| *value = at(row, column));
                     told.covariance = Some(covariance);
                 }
                 (Err(why), ..) => told.why_not = Some(why.to_string()),
@@ -221,7 +223,8 @@ impl<'e, M> Drive<'e, M> {
             }
             told
         });
-        let way_m = plan.along_m[self.visits[pair.second].middle] - plan.along_m[self.visits[pair.first].middle];
+        let way_m =
+            plan.along_m[self.visits[pair.second].middle] - plan.along_m[self.visits[pair.first].middle];
         VisitPairReport {
             first: self.told(pair.first),
             second: self.told(pair.second),

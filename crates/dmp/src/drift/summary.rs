@@ -75,8 +75,7 @@ pub(super) fn of_run(
         measured(&blocks, confidence, &of)
     };
     let part = |of: &dyn Fn(&Displacement) -> Option<(f64, f64)>| {
-        let squares: Vec<f64> =
-            offs().filter_map(of).map(|(off, sigma)| off * off - sigma * sigma).collect();
+        let squares: Vec<f64> = offs().filter_map(of).map(|(off, noise_m2)| off * off - noise_m2).collect();
         rms(&squares)
     };
     let degrees = |of: &dyn Fn(&Displacement) -> f64| part(&|off| Some((of(off), 0.0)));
@@ -89,9 +88,9 @@ pub(super) fn of_run(
         median_m: with_interval(&|chosen| quantile(distances(chosen), 0.5)),
         rms_m: with_interval(&|chosen| rms_of(chosen.iter().copied())),
         p95_m: with_interval(&|chosen| quantile(distances(chosen), 0.95)),
-        along_m: part(&|off| Some((off.along_m?, off.sigma_m[0]))),
-        sideways_m: part(&|off| Some((off.sideways_m?, off.sigma_m[1]))),
-        up_m: part(&|off| Some((off.up_m?, off.sigma_m[2]))),
+        along_m: part(&|off| Some((off.along_m?, off.noise_m2()[0]))),
+        sideways_m: part(&|off| Some((off.sideways_m?, off.noise_m2()[1]))),
+        up_m: part(&|off| Some((off.up_m?, off.noise_m2()[2]))),
         roll_deg: degrees(&|off| off.roll_deg),
         pitch_deg: degrees(&|off| off.pitch_deg),
         yaw_deg: degrees(&|off| off.yaw_deg),
@@ -116,7 +115,7 @@ pub(super) fn compared(
     let of_run = |run: usize| {
         let off = move |visit: &VisitPairReport| {
             let off = visit.runs[run].off.as_ref()?;
-            off.distance_m.map(|distance_m| distance_m * distance_m - off.noise_m2())
+            off.distance_m.map(|distance_m| distance_m * distance_m - off.noise_m2().iter().sum::<f64>())
         };
         visits.iter().map(off)
     };
@@ -152,7 +151,9 @@ fn distances(chosen: &[&Entry<'_>]) -> Vec<f64> {
 }
 
 fn rms_of<'a>(entries: impl Iterator<Item = &'a Entry<'a>>) -> Option<f64> {
-    rms(&entries.map(|entry| entry.distance_m * entry.distance_m - entry.off.noise_m2()).collect::<Vec<_>>())
+    rms(&entries
+        .map(|entry| entry.distance_m * entry.distance_m - entry.off.noise_m2().iter().sum::<f64>())
+        .collect::<Vec<_>>())
 }
 
 /// The root of the mean; 0 where that is below.
@@ -176,7 +177,8 @@ fn curve(entries: &[Entry<'_>], first: f64, of: impl Fn(&PairFacts) -> Option<f6
     while from <= longest {
         let within = |entry: &&Entry<'_>| of(&entry.facts).is_some_and(|value| (from..to).contains(&value));
         let some: Vec<&Entry<'_>> = entries.iter().filter(within).collect();
-        if let (Some(rms_m), Some(median_m)) = (rms_of(some.iter().copied()), quantile(distances(&some), 0.5)) {
+        if let (Some(rms_m), Some(median_m)) = (rms_of(some.iter().copied()), quantile(distances(&some), 0.5))
+        {
             bins.push(DriftBin { from, to, pairs: some.len(), rms_m, median_m });
         }
         (from, to) = (to, 2.0 * to);

@@ -14,7 +14,9 @@ const NEAR_M: f64 = 15.0;
 const WAY_PER_DISTANCE: f64 = 4.0;
 /// Cameras that look elsewhere see other surfaces: most that two visits are turned against each other, as a cosine.
 const SAME_VIEW_COS: f64 = 0.707;
-/// Scans of a visit, spread over its segment.
+/// Part of a segment that is its visit, about its middle: what a run bends within a visit is not seen as drift.
+const PART: f64 = 0.5;
+/// Scans of a visit, spread over it.
 const SCANS: usize = 12;
 /// Visits of a way that is not cut into segments.
 const STRETCHES: usize = 16;
@@ -63,8 +65,10 @@ impl Visit {
             if goes_on { by_way.unwrap_or(ordinals.end - 1) } else { by_number }
         };
         let middle = at(0.5);
-        let mut scans: Vec<usize> =
-            (0..SCANS).map(|k| at((k as f64 + 0.5) / SCANS as f64)).chain([middle]).collect();
+        let mut scans: Vec<usize> = (0..SCANS)
+            .map(|k| at(0.5 + PART * ((k as f64 + 0.5) / SCANS as f64 - 0.5)))
+            .chain([middle])
+            .collect();
         scans.sort_unstable();
         scans.dedup();
         Self { middle, scans }
@@ -80,7 +84,8 @@ impl Places {
         frames: &[PlannedFrame],
         runs: impl Iterator<Item = &'a RunPoses>,
     ) -> Self {
-        let of_run = |run: &RunPoses| visits.iter().map(|visit| run.of_frame(&frames[visit.middle])).collect();
+        let of_run =
+            |run: &RunPoses| visits.iter().map(|visit| run.of_frame(&frames[visit.middle])).collect();
         Self(runs.map(of_run).collect())
     }
 
@@ -173,7 +178,8 @@ struct Grid {
 
 impl Grid {
     fn new(places: &Places, visits: usize, edge_m: f64) -> Self {
-        let mut grid = Self { edge_m, by_cell: std::collections::BTreeMap::new(), cells: vec![Vec::new(); visits] };
+        let mut grid =
+            Self { edge_m, by_cell: std::collections::BTreeMap::new(), cells: vec![Vec::new(); visits] };
         for (run, of_run) in places.0.iter().enumerate() {
             for (visit, place) in of_run.iter().enumerate() {
                 let Some(place) = place else { continue };

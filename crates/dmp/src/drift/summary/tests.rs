@@ -1,0 +1,122 @@
+use super::*;
+use crate::drift::{VisitPairOfRun, VisitReport};
+
+/// A pair in which a run is off by this much to the side, and the noise of each part.
+fn off(sideways_m: f64, sigma_m: f64) -> Option<Displacement> {
+    Some(Displacement {
+        along_m: Some(0.0),
+        sideways_m: Some(sideways_m),
+        up_m: Some(0.0),
+        sigma_m: [sigma_m.hypot(0.01); 3],
+        distance_m: Some(sideways_m.abs()),
+        roll_deg: 0.0,
+        pitch_deg: 0.0,
+        yaw_deg: 0.3,
+        angle_deg: 0.3,
+        in_world_m: [0.0; 3],
+        allowance_m: 0.01,
+        overlap: 0.6,
+        held: 0.1,
+    })
+}
+
+/// Visits of some runs, each pair so many segments behind the one before.
+fn visits(of_runs: &[Vec<Option<Displacement>>]) -> (Vec<VisitPairReport>, Vec<PairFacts>) {
+    let visit = VisitReport { scan: 0, stamp_ns: None, scans: Vec::new() };
+    let of_run = |off: Option<Displacement>| VisitPairOfRun {
+        at_m: None,
+        off,
+        why_not: None,
+        first_from_second: None,
+        covariance: None,
+    };
+    let pairs = of_runs[0].len();
+    let report = |k: usize| VisitPairReport {
+        first: visit.clone(),
+        second: visit.clone(),
+        apart_m: 0.0,
+        way_m: 100.0,
+        runs: of_runs.iter().map(|run| of_run(run[k])).collect(),
+    };
+    let facts = |k: usize| PairFacts { block: k / 3, way_m: 100.0, time_s: Some(k as f64) };
+    ((0..pairs).map(report).collect(), (0..pairs).map(facts).collect())
+}
+
+/// Evenly spread over −1 to 1, in no order that a block could follow.
+fn scattered(k: usize) -> f64 {
+    let part = (k as u32).wrapping_mul(2_654_435_769);
+    f64::from(part) / 2_147_483_648.0 - 1.0
+}
+
+#[test]
+fn a_run_is_off_by_what_its_pairs_are() {
+    let run: Vec<_> = (0..30).map(|k| off(if k % 2 == 0 { 0.3 } else { -0.5 }, 0.0)).collect();
+    let (visits, facts) = visits(&[run]);
+    let told = of_run("kiss", 0, &visits, &facts, (1.0, 0.95));
+    let rms_m = (0.5_f64 * (0.09 + 0.25)).sqrt();
+    let near = |value: Option<f64>, expected: f64| value.is_some_and(|v| (v - expected).abs() < 1e-12);
+    assert!(near(told.rms_m.value, rms_m) && near(told.sideways_m, rms_m), "{told:?}");
+    assert!(near(told.median_m.value, 0.3) && near(told.p95_m.value, 0.5), "{told:?}");
+    assert!(
+        near(told.of_the_way_percent, 0.3) && near(told.up_m, 0.0) && near(told.yaw_deg, 0.3),
+        "{told:?}"
+    );
+    let [low, high] = told.rms_m.interval.unwrap();
+    assert!(low < rms_m && rms_m < high && high < 0.5, "{told:?}");
+    assert_eq!((told.pairs, told.pairs_refused, told.over_way.len()), (30, 0, 1));
+    assert_eq!(told.over_time.iter().map(|bin| bin.pairs).sum::<usize>(), 30);
+}
+
+#[test]
+fn noise_of_the_measurement_is_taken_off() {
+    let run: Vec<_> =
+        (0..400).map(|k| off(0.05 * 3.0_f64.sqrt() * scattered(k), 0.05 / 3.0_f64.sqrt())).collect();
+    let (visits, facts) = visits(&[run]);
+    let told = of_run("still", 0, &visits, &facts, (1.0, 0.95));
+    // 5 cm of noise and nothing else.
+    assert!(told.rms_m.value.unwrap() < 0.01, "{told:?}");
+}
+
+#[test]
+fn pairs_without_an_answer_are_counted() {
+    let mut run = vec![off(0.1, 0.0); 8];
+    run[2] = None;
+    let open = run[5].as_mut().unwrap();
+    (open.along_m, open.distance_m) = (None, None);
+    let (visits, facts) = visits(&[run, vec![None; 8]]);
+    let told = of_run("kiss", 0, &visits, &facts, (1.0, 0.95));
+    assert_eq!((told.pairs, told.pairs_in_part, told.pairs_refused), (6, 1, 1));
+    // Three blocks are too few for an interval.
+    assert!(told.rms_m.value.is_some() && told.rms_m.interval.is_none());
+    let nothing = of_run("lost", 1, &visits, &facts, (1.0, 0.95));
+    assert_eq!((nothing.pairs, nothing.rms_m.value, nothing.yaw_deg), (0, None, None));
+    let compared = compared((0, 1), ["kiss", "lost"], &visits, &facts, 0.95);
+    assert_eq!((compared.pairs, compared.better, compared.rms_a_m), (0, None, None));
+}
+
+/// The null: of runs that are off alike, none is better more often than the intervals promise; and the power.
+#[test]
+fn equal_runs_are_equal_and_others_are_told_apart() {
+    let mut wrong = 0;
+    for seed in 0..200 {
+        let run = |salt: usize| -> Vec<_> {
+            (0..60).map(|k| off(0.1 * scattered(seed * 977 + salt * 131 + k * 7 + 1), 0.0)).collect()
+        };
+        let (visits, facts) = visits(&[run(1), run(2)]);
+        wrong += usize::from(compared((0, 1), ["a", "b"], &visits, &facts, 0.95).better.is_some());
+    }
+    assert!(wrong <= 20, "{wrong} of 200 at 95 %");
+    let run = |size_m: f64| -> Vec<_> { (0..60).map(|k| off(size_m * scattered(k), 0.0)).collect() };
+    let (visits, facts) = visits(&[run(0.1), run(0.3)]);
+    let told = compared((0, 1), ["a", "b"], &visits, &facts, 0.99);
+    assert_eq!(told.better.as_deref(), Some("a"));
+    assert_eq!(told, compared((0, 1), ["a", "b"], &visits, &facts, 0.99));
+}
+
+#[test]
+fn pairs_in_a_row_are_blocks() {
+    let row = |count: usize, first: usize, second: usize| (0..count).map(move |k| (first + k, second + k));
+    let pairs: Vec<(usize, usize)> = row(7, 0, 50).chain(row(2, 10, 60)).chain(row(1, 13, 30)).collect();
+    assert_eq!(blocks(&pairs), [0, 0, 0, 0, 0, 1, 1, 2, 2, 3]);
+    assert!(blocks(&[]).is_empty());
+}

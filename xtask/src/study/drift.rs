@@ -1,0 +1,302 @@
+//! `cargo xtask study drift`: whether what is measured where a drive comes back is what is true there.
+
+use std::path::PathBuf;
+
+use anyhow::Context as _;
+use dmp::{Config, DriftReport, Run, VisitReport, measure_drift};
+use dmp_log::{LogOptions, ScanLog, open_log};
+use dmp_sensor::{Isometry3, Matrix3, Trajectory, Vector3};
+use dmp_sim::Recording;
+use dmp_truth::rank::spearman_rho;
+
+use super::drives::{DriveSpec, drives, find};
+use super::estimates::{Estimate, EstimateKind, ate_m, estimates};
+use super::evaluate::write_log;
+
+/// Drift of all estimates of the drives that come back, measured and true
+#[derive(Debug, clap::Args)]
+pub(super) struct DriftArgs {
+    /// Only these drives, comma-separated; all that come back by default
+    #[arg(long, value_delimiter = ',')]
+    drives: Vec<String>,
+    /// Only estimates whose names begin so, comma-separated
+    #[arg(long, value_delimiter = ',')]
+    estimates: Vec<String>,
+    /// Measure all estimates together, so that they share their starts, and not each by itself
+    #[arg(long)]
+    together: bool,
+    /// Also print every pair
+    #[arg(long)]
+    each: bool,
+    /// Where the drives' logs are kept
+    #[arg(long, default_value = "target/study", value_name = "FOLDER")]
+    out: PathBuf,
+}
+
+/// A pair is wrong that is off by more than this, metres, and by more than this share of what is true.
+const WRONG_M: f64 = 0.1;
+const WRONG_SHARE: f64 = 0.1;
+/// Runs that are truly off by less than this tell nothing of a bias, metres.
+const LEAST_M: f64 = 0.02;
+
+pub(super) fn run(arguments: &DriftArgs) -> anyhow::Result<()> {
+    std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
+    for name in &arguments.drives {
+        find(name)?;
+    }
+    let wanted = |spec: &DriveSpec| match arguments.drives.as_slice() {
+        [] => true,
+        names => names.iter().any(|name| name == spec.name),
+    };
+    let mut rows = Vec::new();
+    for spec in drives().iter().filter(|spec| wanted(spec)) {
+        println!("\n{} ({})", spec.name, spec.about);
+        println!("{}", Row::HEAD);
+        let of_drive = drive(spec, arguments).with_context(|| spec.name.to_owned())?;
+        let of = |value: fn(&Row) -> Option<f64>| of_drive.iter().map(value).collect::<Vec<_>>();
+        let (measured, truth) = (of(|row| row.rms_m), of(|row| row.true_rms_m));
+        if let Some(rho) = spearman_rho(&measured, &truth) {
+            println!("rank correlation of measured and true RMS: {rho:.3}");
+        }
+        rows.extend(of_drive);
+    }
+    summary(&rows);
+    Ok(())
+}
+
+/// An estimate of a drive.
+struct Row {
+    name: String,
+    kind: EstimateKind,
+    ate_m: f64,
+    pairs: usize,
+    /// Of each answer in all directions, how far it is from what is true, metres; whether that is wrong; and its three
+    /// components within 3σ.
+    answers: Vec<Answer>,
+    rms_m: Option<f64>,
+    true_rms_m: Option<f64>,
+}
+
+#[derive(Clone, Copy)]
+struct Answer {
+    is_wrong: bool,
+    within: usize,
+    sigmas: [f64; 3],
+    true_m: f64,
+}
+
+impl Row {
+    const HEAD: &str =
+        "estimate           ATE [m]  pairs  answers  RMS measured  RMS true [m]  ratio  wrong  in 3 sigma";
+}
+
+impl std::fmt::Display for Row {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let wrong = self.answers.iter().filter(|answer| answer.is_wrong).count();
+        let within: usize = self.answers.iter().map(|answer| answer.within).sum();
+        let [measured, truth] = [self.rms_m, self.true_rms_m].map(|m| m.unwrap_or(f64::NAN));
+        write!(
+            f,
+            "{:<18} {:>7.3}  {:>5}  {:>7}  {measured:>12.4}  {truth:>12.4}  {:>5.2}  {wrong:>5}  {within:>4} of {}",
+            self.name,
+            self.ate_m,
+            self.pairs,
+            self.answers.len(),
+            measured / truth,
+            3 * self.answers.len(),
+        )
+    }
+}
+
+fn drive(spec: &DriveSpec, arguments: &DriftArgs) -> anyhow::Result<Vec<Row>> {
+    let town = spec.options.town()?;
+    let recording = Recording::new(&town, &spec.options)?;
+    let path = arguments.out.join(format!("{}.mcap", spec.name));
+    write_log(&recording, &path)?;
+    let log = open_log(&path, &LogOptions::default())?;
+    // Odometries stamp their poses within the sweep.
+    let fine = recording.drive().trajectory(100.0)?;
+    let is_wanted = |estimate: &Estimate| {
+        arguments.estimates.is_empty()
+            || arguments.estimates.iter().any(|name| estimate.name.starts_with(name))
+    };
+    let estimates: Vec<Estimate> =
+        estimates(spec, &spec.truth(&recording)?)?.into_iter().filter(is_wanted).collect();
+    let runs: Vec<Run> = estimates.iter().map(|e| Run::new(&e.name, e.trajectory.clone())).collect();
+    let config = Config::default();
+    let groups: Vec<&[Run]> = if arguments.together { vec![&runs] } else { runs.chunks(1).collect() };
+    let mut rows = Vec::new();
+    let mut begun = estimates.iter();
+    for group in groups {
+        let report = measure_drift(log.as_ref(), group, &config, None, ())?;
+        for (run, estimate) in begun.by_ref().take(group.len()).enumerate() {
+            let judged = Judged { log: log.as_ref(), truth: &fine, estimate: &estimate.trajectory };
+            let row = row(&report, run, estimate, &judged, arguments.each)?;
+            println!("{row}");
+            rows.push(row);
+        }
+    }
+    Ok(rows)
+}
+
+fn row(
+    report: &DriftReport,
+    run: usize,
+    estimate: &Estimate,
+    judged: &Judged<'_>,
+    each: bool,
+) -> anyhow::Result<Row> {
+    let mut answers = Vec::new();
+    for visit in &report.visits {
+        let of_run = &visit.runs[run];
+        let (Some(off), Some(seven), Some(covariance)) =
+            (&of_run.off, of_run.first_from_second, of_run.covariance)
+        else {
+            if each {
+                println!(
+                    "    {} {}: {}",
+                    visit.first.scan,
+                    visit.second.scan,
+                    of_run.why_not.as_deref().unwrap_or("")
+                );
+            }
+            continue;
+        };
+        if off.distance_m.is_none() {
+            continue;
+        }
+        let measured = Vector3::new(seven[0], seven[1], seven[2]);
+        let Some((truth, off_truth)) = judged.truth_of(&visit.first, &visit.second) else { continue };
+        let error = measured - truth;
+        let covariance = of_place(&covariance, &measured);
+        let sigmas = [0, 1, 2].map(|k| covariance[(k, k)].sqrt());
+        let within = (0..3).filter(|&k| error[k].abs() <= 3.0 * sigmas[k]).count();
+        let true_m = off_truth.norm();
+        let is_wrong = error.norm() > WRONG_M.max(WRONG_SHARE * true_m);
+        if each {
+            println!(
+                "    {} {}: true {true_m:.3}, wrong by [{:.4} {:.4} {:.4}], sigma [{:.4} {:.4} {:.4}], overlap {:.2}, held {:.4}{}",
+                visit.first.scan,
+                visit.second.scan,
+                error.x,
+                error.y,
+                error.z,
+                sigmas[0],
+                sigmas[1],
+                sigmas[2],
+                off.overlap,
+                off.held,
+                if is_wrong { " WRONG" } else { "" },
+            );
+        }
+        answers.push(Answer { is_wrong, within, sigmas, true_m });
+    }
+    let squares: f64 = answers.iter().map(|answer| answer.true_m * answer.true_m).sum();
+    Ok(Row {
+        name: estimate.name.clone(),
+        kind: estimate.kind,
+        ate_m: ate_m(&estimate.trajectory, judged.truth)?,
+        pairs: report.visits.len(),
+        rms_m: report.runs[run].rms_m.value,
+        true_rms_m: (!answers.is_empty()).then(|| (squares / answers.len() as f64).sqrt()),
+        answers,
+    })
+}
+
+/// Of the place that a motion leads to, given the upper triangle of the covariance of a rotation vector and a translation put
+/// before it.
+fn of_place(upper: &[f64; 21], place: &Vector3<f64>) -> Matrix3<f64> {
+    let at = |row: usize, column: usize| {
+        let (row, column) = (row.min(column), row.max(column));
+        upper[row * 6 - row * (row + 1) / 2 + column]
+    };
+    let part = |row: usize, column: usize| Matrix3::from_fn(|k, l| at(row + k, column + l));
+    let by_turn = -place.cross_matrix();
+    by_turn * part(0, 0) * by_turn.transpose()
+        + by_turn * part(0, 3)
+        + part(3, 0) * by_turn.transpose()
+        + part(3, 3)
+}
+
+/// A run whose truth is known.
+struct Judged<'a> {
+    log: &'a dyn ScanLog,
+    truth: &'a Trajectory,
+    estimate: &'a Trajectory,
+}
+
+impl Judged<'_> {
+    /// Where the second visit's surfaces are as seen from the first, and by how much the run puts it elsewhere, metres.
+    ///
+    /// A visit's surfaces are where its scans are on the mean, not its middle one alone.
+    fn truth_of(&self, first: &VisitReport, second: &VisitReport) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let [true_first, true_second] = [first, second].map(|visit| self.pose(self.truth, visit.scan, 0));
+        let [put_first, put_second] = [first, second].map(|visit| self.pose(self.estimate, visit.scan, 0));
+        let first_from_second = self.mean_correction(first)?.inverse()
+            * true_first?.inverse()
+            * true_second?
+            * self.mean_correction(second)?;
+        let claimed = put_first?.inverse() * put_second?;
+        let truth = first_from_second.translation.vector;
+        Some((truth, claimed.translation.vector - truth))
+    }
+
+    /// What brings a visit's surfaces, as the run has them about its middle scan, to where they are about that.
+    fn mean_correction(&self, visit: &VisitReport) -> Option<Isometry3<f64>> {
+        const MID_SCAN_NS: i64 = 50_000_000;
+        let [put, truth] = [self.estimate, self.truth].map(|run| self.pose(run, visit.scan, 0));
+        let (put, truth) = (put?.inverse(), truth?.inverse());
+        let (mut turn, mut shift, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0);
+        for &scan in &visit.scans {
+            let [Some(put_scan), Some(true_scan)] =
+                [self.estimate, self.truth].map(|run| self.pose(run, scan, MID_SCAN_NS))
+            else {
+                continue;
+            };
+            let correction = (truth * true_scan) * (put * put_scan).inverse();
+            turn += correction.rotation.scaled_axis();
+            shift += correction.translation.vector;
+            count += 1.0;
+        }
+        (count > 0.0).then(|| Isometry3::new(shift / count, turn / count))
+    }
+
+    fn pose(&self, run: &Trajectory, scan: usize, after_ns: i64) -> Option<Isometry3<f64>> {
+        let stamp_ns = self.log.frames().get(scan)?.stamp_ns?;
+        run.world_from_body_at(stamp_ns + after_ns, i64::MAX)
+            .or_else(|| run.world_from_body_at(stamp_ns, i64::MAX))
+    }
+}
+
+fn summary(rows: &[Row]) {
+    let answers: Vec<&Answer> = rows.iter().flat_map(|row| &row.answers).collect();
+    let wrong = answers.iter().filter(|answer| answer.is_wrong).count();
+    let within: usize = answers.iter().map(|answer| answer.within).sum();
+    let pairs: usize = rows.iter().map(|row| row.pairs).sum();
+    println!("\n{} runs, {pairs} pairs, {} answers", rows.len(), answers.len());
+    println!("wrong: {wrong} ({:.2} %)", 100.0 * wrong as f64 / answers.len() as f64);
+    println!("components within 3 sigma: {:.4}", within as f64 / (3 * answers.len()) as f64);
+    let mut sigmas: Vec<f64> = answers.iter().flat_map(|answer| answer.sigmas).collect();
+    sigmas.sort_by(f64::total_cmp);
+    println!("median sigma: {:.4} m", sigmas.get(sigmas.len() / 2).copied().unwrap_or(f64::NAN));
+    let biases = |is_noise: bool| {
+        let of = rows.iter().filter(|row| {
+            matches!(row.kind, EstimateKind::Noise | EstimateKind::Mixed) == is_noise
+                && row.true_rms_m.is_some_and(|m| m >= LEAST_M)
+        });
+        of.filter_map(|row| Some((row.rms_m? / row.true_rms_m? - 1.0, &row.name))).collect::<Vec<_>>()
+    };
+    for (is_noise, what) in [(false, "without noise"), (true, "with noise")] {
+        let mut biases = biases(is_noise);
+        biases.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+        if let (Some(median), Some(worst)) = (biases.get(biases.len() / 2), biases.last()) {
+            println!(
+                "bias of runs {what} that are off by {LEAST_M} m or more ({}): median {:.1} %, worst {:.1} % ({})",
+                biases.len(),
+                100.0 * median.0.abs(),
+                100.0 * worst.0,
+                worst.1,
+            );
+        }
+    }
+}
