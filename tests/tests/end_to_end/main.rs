@@ -15,6 +15,7 @@ mod counts;
 mod determinism;
 mod direct;
 mod disk;
+mod drift;
 mod examples;
 mod first_minutes;
 mod formats;

@@ -116,6 +116,7 @@ fn compared(pair: &DriftComparison, level: f64) -> String {
     let told = |name: &str, rms_m: &Option<f64>| format!("{name} {}", or_none(*rms_m, metres));
     let verdict = match better {
         Some(better) => format!("{better} comes back better ({} sure)", confidence(level)),
+        None if pair.difference_m2.interval.is_none() => "too few pairs of visits to decide".to_owned(),
         None => "not decided".to_owned(),
     };
     let common = counted(*pairs as u64, "pair");

@@ -107,6 +107,7 @@ fn row_30_results_hold_no_paths_from_the_root() {
     assert_eq!(dmp(path, "map export maps/truth.dmpmap -o truth.ply").status.code(), Some(0));
     told(&format!("truth smd {root}/truth.ply {map} --json --quiet"));
     told(&format!("calibrate {root}/town.mcap -t {root}/truth.tum --json --quiet"));
+    told(&format!("drift {root}/town.mcap -t {root}/truth.tum --json --quiet"));
     for entry in fs::read_dir(path.join("maps")).unwrap().chain(fs::read_dir(path).unwrap()) {
         let file = entry.unwrap().path();
         if file.extension().is_some_and(|e| e == "html" || e == "dmpmap") {

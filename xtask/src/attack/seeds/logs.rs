@@ -4,7 +4,7 @@ use crate::attack::mcap::{CHUNK, Chunk, DATA_END, FOOTER, Record, file_of, of_fi
 use crate::trials::{File, Form, Kind, Seed, Shop, seed};
 
 /// A log with one trajectory beside it.
-const CALLS: [&str; 7] = [
+const CALLS: [&str; 8] = [
     "info log.mcap",
     "info log.mcap -t t.tum --json",
     "score log.mcap -t t.tum --json --quiet",
@@ -12,6 +12,7 @@ const CALLS: [&str; 7] = [
     "map build log.mcap -t t.tum -o out.dmpmap => map verify out.dmpmap",
     "convert log log.mcap -o out.mcap => info out.mcap",
     "calibrate log.mcap -t t.tum --json",
+    "drift log.mcap -t t.tum --json --trust",
 ];
 
 pub(super) fn kinds(shop: &Shop<'_>) -> anyhow::Result<Vec<Kind>> {

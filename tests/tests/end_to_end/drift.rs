@@ -1,0 +1,176 @@
+//! `dmp drift`: what is measured where a drive comes back is what is wrong there.
+
+use dmp::{Config, DriftReport, FrameOrder, Run, VisitPairReport, measure_drift};
+use dmp_log::{MemoryLog, ScanLog};
+use dmp_sensor::{Isometry3, Scan, Trajectory, Translation3, UnitQuaternion, Vector3};
+use dmp_sim::{LidarOptions, RecordingOptions, Route};
+
+use crate::common::{dmp, drift, noise, open, real_data, recorded, refused, runs_of, text, write_mcap};
+
+/// A lap and a half round a block.
+fn laps() -> (Vec<Scan>, Trajectory) {
+    let lidar = LidarOptions { azimuth_steps: 450, rate_hz: 5.0, ..LidarOptions::with_beams(16) };
+    recorded(&RecordingOptions { seed: 4, scans: 420, route: Route::Loop, speed_m_s: 6.0, traffic: 2, lidar })
+}
+
+fn measured(log: &dyn ScanLog, runs: &[Run], config: &Config) -> DriftReport {
+    measure_drift(log, runs, config, None, ()).unwrap()
+}
+
+/// Where the run has the second visit as seen from the first, less where the truth has it, metres: how long that is.
+fn true_distance_m(log: &dyn ScanLog, visit: &VisitPairReport, run: &Trajectory, truth: &Trajectory) -> f64 {
+    let between = |of: &Trajectory| {
+        let pose =
+            |scan: usize| of.world_from_body_at(log.frames()[scan].stamp_ns.unwrap(), i64::MAX).unwrap();
+        pose(visit.first.scan).inv_mul(&pose(visit.second.scan)).translation.vector
+    };
+    (between(run) - between(truth)).norm()
+}
+
+#[test]
+fn a_right_run_is_off_by_nothing_and_a_wrong_one_by_what_is_wrong() {
+    let (scans, truth) = laps();
+    let log = MemoryLog::new("laps", scans).unwrap();
+    for ate_m in [0.3, 2.0] {
+        let runs = runs_of(&truth, &[("drift", drift(ate_m)), ("noise", noise(0.02, 0.1))]);
+        let report = measured(&log, &runs, &Config::default());
+        assert!(report.pairs_measured == report.pairs_found && report.pairs_found >= 8, "{report:?}");
+        let [right, wrong, noisy] = [0, 1, 2].map(|run| &report.runs[run]);
+        assert!(right.pairs * 10 >= report.pairs_found * 8 && right.p95_m.value.unwrap() < 0.02, "{right:?}");
+        assert!(wrong.pairs * 10 >= report.pairs_found * 8, "{wrong:?}");
+        assert!(noisy.rms_m.value.unwrap() < 0.06, "{noisy:?}");
+        for visit in &report.visits {
+            let Some(off) = &visit.runs[1].off else { continue };
+            let expected_m = true_distance_m(&log, visit, &runs[1].trajectory, &truth);
+            let found_m = off.distance_m.unwrap();
+            assert!((found_m - expected_m).abs() < 0.02_f64.max(0.05 * expected_m), "{found_m} {expected_m}");
+        }
+        // Twelve pairs in two rows are too few to say more.
+        let pair = report.comparisons.iter().find(|pair| pair.a == "truth" && pair.b == "drift").unwrap();
+        assert!(pair.difference_m2.value.unwrap() < 0.0 && pair.better.is_none(), "{pair:?}");
+    }
+}
+
+/// Alone, from its own poses.
+#[test]
+fn a_run_alone_is_measured_as_well() {
+    let (scans, truth) = laps();
+    let log = MemoryLog::new("laps", scans).unwrap();
+    let runs = runs_of(&truth, &[("drift", drift(1.0))]);
+    let alone = measured(&log, &runs[1..], &Config::default());
+    assert!(alone.runs[0].pairs >= 6, "{alone:?}");
+    for visit in &alone.visits {
+        let Some(off) = &visit.runs[0].off else { continue };
+        let expected_m = true_distance_m(&log, visit, &runs[1].trajectory, &truth);
+        let found_m = off.distance_m.unwrap();
+        assert!((found_m - expected_m).abs() < 0.05 * expected_m, "{found_m} {expected_m}");
+    }
+}
+
+#[test]
+fn the_report_is_the_same_for_any_threads_memory_order_and_frame() {
+    let (scans, truth) = laps();
+    let log = MemoryLog::new("laps", scans).unwrap();
+    let runs = runs_of(&truth, &[("drift", drift(1.0))]);
+    let reference = measured(&log, &runs, &Config { threads: 1, ..Config::default() });
+    for (threads, memory_bytes, order) in [
+        (2, 64 << 20, FrameOrder::Log),
+        (3, 48 << 20, FrameOrder::Shuffled(5)),
+        (2, 1 << 30, FrameOrder::Shuffled(6)),
+    ] {
+        let config = Config { threads, memory_bytes, order, ..Config::default() };
+        assert_eq!(
+            measured(&log, &runs, &config),
+            reference,
+            "{threads} threads, {memory_bytes} bytes, {order:?}"
+        );
+    }
+    // A run's own world may be anywhere.
+    let turn = UnitQuaternion::from_euler_angles(0.02, -0.03, 2.0);
+    let away = Isometry3::from_parts(Translation3::new(500_000.0, 4_649_776.0, 100.0), turn);
+    let moved: Vec<Run> =
+        runs.iter().map(|run| Run { trajectory: run.trajectory.moved(&away), ..run.clone() }).collect();
+    let elsewhere = measured(&log, &moved, &Config::default());
+    for (a, b) in reference.visits.iter().zip(&elsewhere.visits) {
+        for (a, b) in a.runs.iter().zip(&b.runs) {
+            let (Some(a), Some(b)) = (&a.off, &b.off) else { continue };
+            assert!((a.distance_m.unwrap() - b.distance_m.unwrap()).abs() < 1e-4, "{a:?} {b:?}");
+            let turned = away.rotation * Vector3::from(a.in_world_m);
+            assert!((turned - Vector3::from(b.in_world_m)).norm() < 1e-4, "{a:?} {b:?}");
+        }
+    }
+}
+
+/// Out and back on one path: what was published of this recording fits to 6 to 9 mm at two scans of one place.
+#[test]
+fn a_real_run_is_off_by_little_and_a_worse_one_by_what_was_added() {
+    let Some(data) = real_data("nclt_revisit") else { return };
+    let log = open(&data);
+    let odometry = dmp_log::read_trajectory(&data.join("poses_lidar_odometry.txt")).unwrap().trajectory;
+    // The way back is put 40 cm to the side and 10 cm too high.
+    let half = odometry.poses().len() / 2;
+    let shift = Translation3::new(0.3, -0.26, 0.1);
+    let poses = odometry.poses().iter().enumerate();
+    let poses: Vec<_> = poses.map(|(k, pose)| if k < half { *pose } else { shift * pose }).collect();
+    let stamps_ns = odometry.stamps_ns().unwrap().iter().copied();
+    let worse = Trajectory::stamped(stamps_ns.zip(poses).collect()).unwrap().trajectory;
+    let runs = [Run::new("odometry", odometry), Run::new("worse", worse)];
+    let together = measured(log.as_ref(), &runs, &Config::default());
+    let [odometry, worse] = [0, 1].map(|run| &together.runs[run]);
+    assert!(odometry.pairs >= 5 && odometry.median_m.value.unwrap() < 0.02, "{odometry:?}");
+    let added_m = shift.vector.norm();
+    assert!((worse.median_m.value.unwrap() - added_m).abs() < 0.02, "{worse:?}");
+    // From its own poses alone the same, to a centimetre, pair by pair.
+    let alone = measured(log.as_ref(), &runs[1..], &Config::default());
+    let mut compared = 0;
+    for visit in &alone.visits {
+        let same =
+            together.visits.iter().find(|other| other.first == visit.first && other.second == visit.second);
+        let Some((a, b)) = same.and_then(|same| Some((same.runs[1].off?, visit.runs[0].off?))) else {
+            continue;
+        };
+        assert!((Vector3::from(a.in_world_m) - Vector3::from(b.in_world_m)).norm() < 0.01, "{a:?} {b:?}");
+        compared += 1;
+    }
+    assert!(compared >= 5, "{compared}");
+}
+
+#[test]
+fn the_command_says_it_in_metres_and_what_there_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let told = dmp(path, "drift @/town.mcap -t truth=@/truth.tum -t drift=@/drift.tum -v --quiet");
+    let stdout = text(&told.stdout);
+    assert_eq!(told.status.code(), Some(0), "{}", text(&told.stderr));
+    assert!(stdout.starts_with("Where the drive comes back, truth is off by 0."), "{stdout}");
+    assert!(stdout.contains("truth and drift: ") && stdout.contains("scan  and"), "{stdout}");
+
+    let json = dmp(path, "drift @/town.mcap -t truth=@/truth.tum --pairs 3 --json --quiet");
+    let report: DriftReport = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!((report.schema.as_str(), report.pairs_measured), (DriftReport::SCHEMA, 3));
+    assert!(report.pairs_found > 3);
+
+    let lidar = LidarOptions { azimuth_steps: 200, rate_hz: 2.0, ..LidarOptions::with_beams(16) };
+    let options =
+        RecordingOptions { seed: 4, scans: 60, route: Route::OneWay, speed_m_s: 6.0, traffic: 0, lidar };
+    let (scans, truth) = recorded(&options);
+    write_mcap(&path.join("straight.mcap"), &scans);
+    let mut file = std::fs::File::create(path.join("t.tum")).unwrap();
+    dmp_log::write_tum(&mut file, &truth).unwrap();
+    let nothing = dmp(path, "drift straight.mcap -t t.tum --quiet");
+    assert_eq!(nothing.status.code(), Some(0), "{}", text(&nothing.stderr));
+    assert!(
+        text(&nothing.stdout).starts_with("The drive comes back to no place"),
+        "{}",
+        text(&nothing.stdout)
+    );
+
+    let none = dmp(path, "drift straight.mcap -t t.tum --pairs 0");
+    assert_eq!(none.status.code(), Some(2));
+    assert!(
+        text(&none.stderr).contains("it must be a number of pairs of 1 or more"),
+        "{}",
+        text(&none.stderr)
+    );
+    refused(path, "drift straight.mcap -t none.tum", 2, &["none.tum"]);
+}
