@@ -57,6 +57,8 @@ enum RouteArg {
     Loop,
     /// Out and back in the opposite lane
     OutAndBack,
+    /// Straight out along one street and back along it in the opposite lane
+    Straight,
     /// No street twice
     OneWay,
 }
@@ -67,6 +69,7 @@ impl TownArgs {
         let route = match self.route {
             RouteArg::Loop => Route::Loop,
             RouteArg::OutAndBack => Route::OutAndBack,
+            RouteArg::Straight => Route::Straight,
             RouteArg::OneWay => Route::OneWay,
         };
         let (seed, scans) = (self.recording.seed, self.scans);
