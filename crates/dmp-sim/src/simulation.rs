@@ -11,7 +11,7 @@ use crate::lidar::{BATCH, Lidar};
 use crate::lidar_options::LidarOptions;
 use crate::motion::require_speed;
 use crate::route::Route;
-use crate::town::{Town, TownOptions};
+use crate::town::{Scenery, Town, TownOptions};
 
 /// A place is revisited when it was passed within this distance, metres …
 const REVISIT_M: f64 = 5.0;
@@ -51,6 +51,14 @@ impl RecordingOptions {
     /// # Errors
     /// When a number is outside its range.
     pub fn town(&self) -> Result<Town, SimError> {
+        self.town_of(Scenery::Varied)
+    }
+
+    /// As [`town`](Self::town), with other things along the streets; a campus stays what it is.
+    ///
+    /// # Errors
+    /// When a number is outside its range.
+    pub fn town_of(&self, scenery: Scenery) -> Result<Town, SimError> {
         require(self.scans >= 1, "the number of scans", "1 or more", 0.0)?;
         require_speed(self.speed_m_s)?;
         let drive = self.drive();
@@ -61,7 +69,7 @@ impl RecordingOptions {
             require(self.traffic == 0, "the number of cars that drive over a campus", "0", traffic)?;
             return Ok(Town::campus(self.seed));
         }
-        let town = TownOptions { seed: self.seed, moving_cars: self.traffic, ..TownOptions::default() };
+        let town = TownOptions { seed: self.seed, moving_cars: self.traffic, ..TownOptions::of(scenery)? };
         let travel_m = drive.travel_m(&town);
         Town::new(TownOptions { blocks: self.route.blocks(travel_m, town.block_m), ..town })
     }

@@ -4,14 +4,15 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use dmp_sim::{Recording, RecordingOptions, Route};
+use dmp_sim::{Recording, RecordingOptions, Route, Scenery};
 
 use super::fault::told;
 use super::progress::Progress;
 use super::recording::{RecordingArgs, refuse_other_truth, save_scans, truth_path};
 use crate::common::Common;
-use crate::exit::Exit;
+use crate::exit::{Exit, Usage};
 use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
+use crate::parse;
 use crate::save::{save_trajectory, write_trajectory};
 
 /// Make a log of a drive through a simulated town, and its true trajectory
@@ -23,7 +24,8 @@ use crate::save::{save_trajectory, write_trajectory};
 #[command(after_help = "Examples:\n  \
     dmp simulate town -o town.mcap\n  \
     dmp simulate town -o drive/ --beams 64 --azimuth-steps 2048 --scans 1000 --route out-and-back\n  \
-    dmp simulate town -o traffic.mcap --traffic 20 --scans 600 --seed 7")]
+    dmp simulate town -o traffic.mcap --traffic 20 --scans 600 --seed 7\n  \
+    dmp simulate town -o alike.mcap --scenery alike --period 8m")]
 pub(crate) struct TownArgs {
     /// The true trajectory: FILE.tum, or FILE.txt for KITTI rows, one a scan [default: LOG.truth.tum,
     /// where there must be no other yet]
@@ -41,14 +43,32 @@ pub(crate) struct TownArgs {
     /// Speed on straight streets, m/s; curves are slower
     #[arg(long, default_value_t = 6.0, value_name = "M/S")]
     speed: f64,
-    /// Where the drive goes
-    #[arg(long, value_enum, default_value_t = RouteArg::Loop)]
-    route: RouteArg,
+    /// What stands along the streets
+    #[arg(long, value_enum, default_value_t = SceneryArg::Varied)]
+    scenery: SceneryArg,
+    /// From one house to the next with `--scenery alike`, e.g. 8 (metres), 6 to 40 m [default: 8]
+    #[arg(long, value_name = "LENGTH", value_parser = parse::length_m)]
+    period: Option<f64>,
+    /// Where the drive goes [default: loop; with other scenery than varied: straight]
+    #[arg(long, value_enum)]
+    route: Option<RouteArg>,
     /// Number of moving cars
     #[arg(long, default_value_t = 0, value_name = "N")]
     traffic: usize,
     #[command(flatten)]
     recording: RecordingArgs,
+}
+
+/// From one house to the next where they are alike, metres.
+const PERIOD_M: f64 = 8.0;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum SceneryArg {
+    /// Houses, trees, poles and parked cars, no two alike, on hills
+    Varied,
+    /// The same house, tree, pole and parked car again every `--period`, on level ground: a street shifted by it is the
+    /// same but for its ends
+    Alike,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -64,9 +84,18 @@ enum RouteArg {
 }
 
 impl TownArgs {
+    fn scenery(&self) -> anyhow::Result<Scenery> {
+        match (self.scenery, self.period) {
+            (SceneryArg::Alike, period) => Ok(Scenery::Alike { period_m: period.unwrap_or(PERIOD_M) }),
+            (_, Some(_)) => Err(Usage("--period is of --scenery alike alone".to_owned()).into()),
+            (SceneryArg::Varied, None) => Ok(Scenery::Varied),
+        }
+    }
+
     fn options(&self) -> RecordingOptions {
         let lidar = self.recording.lidar(self.beams, self.azimuth_steps);
-        let route = match self.route {
+        let usual = if self.scenery == SceneryArg::Varied { RouteArg::Loop } else { RouteArg::Straight };
+        let route = match self.route.unwrap_or(usual) {
             RouteArg::Loop => Route::Loop,
             RouteArg::OutAndBack => Route::OutAndBack,
             RouteArg::Straight => Route::Straight,
@@ -81,7 +110,7 @@ impl TownArgs {
 pub(super) fn run(arguments: &TownArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
     let RecordingArgs { output, truth_rate, .. } = &arguments.recording;
     let options = arguments.options();
-    let town = options.town().map_err(told)?;
+    let town = options.town_of(arguments.scenery()?).map_err(told)?;
     let recording = Recording::new(&town, &options).map_err(told)?;
     let named = arguments.save_truth.as_deref();
     let truth_path = truth_path(output, named);

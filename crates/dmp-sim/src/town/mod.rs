@@ -1,5 +1,6 @@
 //! A town of streets, or a campus: made as a whole, of any shape that a ray can meet in closed form.
 
+mod alike;
 mod campus;
 mod grid;
 mod ground;
@@ -17,7 +18,7 @@ use crate::random::Random;
 pub(crate) use campus::{WALK, walkable_m};
 use grid::Grid;
 use ground::Ground;
-pub use options::TownOptions;
+pub use options::{Scenery, TownOptions};
 use traffic::MovingCar;
 
 /// A block takes about 30 kB of memory.
@@ -57,35 +58,11 @@ impl Town {
         require(smallest >= 10.0, "the depth of a block without its streets in m", "10 or more", smallest)?;
         let relief = (0.0..=20.0).contains(&options.relief_m);
         require(relief, "the relief in m", "from 0 to 20", options.relief_m)?;
+        if let Scenery::Alike { period_m } = options.scenery {
+            alike::check(period_m, block_m, options.relief_m)?;
+        }
         let ground = Ground::new(options.relief_m, seed);
-        let mut solids = Vec::new();
-        for j in 0..blocks[1] {
-            for i in 0..blocks[0] {
-                let mut random = Random::new(seed, &[b'b'.into(), i as u64, j as u64]);
-                let corner = [i as f64 * block_m[0] + street_m / 2.0, j as f64 * block_m[1] + street_m / 2.0];
-                let size = block_m.map(|pitch| pitch - street_m);
-                build_block(corner, size, HOUSES, &ground, &mut random, &mut solids);
-            }
-        }
-        for j in 0..=blocks[1] {
-            for i in 0..=blocks[0] {
-                for axis in 0..2 {
-                    if [i, j][axis] < blocks[axis] {
-                        let mut random = Random::new(seed, &[b's'.into(), i as u64, j as u64, axis as u64]);
-                        let stretch = Stretch {
-                            start: [i as f64 * block_m[0], j as f64 * block_m[1]],
-                            axis,
-                            length_m: block_m[axis],
-                            width_m: street_m,
-                            clear_m: [CROSSING_M; 2],
-                            corner_m: street_m / 2.0,
-                            parked: options.parked,
-                        };
-                        furnish_street(&stretch, &ground, &mut random, &mut solids);
-                    }
-                }
-            }
-        }
+        let solids = build(&options, &ground);
         let grid = Grid::new(solids.iter().map(|solid| &solid.shape));
         let cars = (0..options.moving_cars).map(|car| MovingCar::new(car, &options)).collect();
         Ok(Self { options, ground, solids, grid, cars })
@@ -162,6 +139,53 @@ impl Town {
             Hit { range_m: entry.range_m, cos_incidence, reflectivity, surface }
         })
     }
+}
+
+/// Everything that stands in the town.
+fn build(options: &TownOptions, ground: &Ground) -> Vec<Solid> {
+    let TownOptions { seed, blocks, block_m, street_m, scenery, .. } = *options;
+    // Of what is alike, there is one.
+    let same = Random::new(seed, &[b'a'.into()]);
+    let mut solids = Vec::new();
+    for j in 0..blocks[1] {
+        for i in 0..blocks[0] {
+            let mut random = Random::new(seed, &[b'b'.into(), i as u64, j as u64]);
+            let corner = [i as f64 * block_m[0] + street_m / 2.0, j as f64 * block_m[1] + street_m / 2.0];
+            let size = block_m.map(|pitch| pitch - street_m);
+            match scenery {
+                Scenery::Varied => build_block(corner, size, HOUSES, ground, &mut random, &mut solids),
+                Scenery::Alike { period_m } => {
+                    let half_m = street_m / 2.0;
+                    alike::build_block((corner, size), half_m, period_m, ground, &same, &mut solids);
+                }
+            }
+        }
+    }
+    for j in 0..=blocks[1] {
+        for i in 0..=blocks[0] {
+            for axis in 0..2 {
+                if [i, j][axis] < blocks[axis] {
+                    let mut random = Random::new(seed, &[b's'.into(), i as u64, j as u64, axis as u64]);
+                    let stretch = Stretch {
+                        start: [i as f64 * block_m[0], j as f64 * block_m[1]],
+                        axis,
+                        length_m: block_m[axis],
+                        width_m: street_m,
+                        clear_m: [CROSSING_M; 2],
+                        corner_m: street_m / 2.0,
+                        parked: options.parked,
+                    };
+                    match scenery {
+                        Scenery::Varied => furnish_street(&stretch, ground, &mut random, &mut solids),
+                        Scenery::Alike { period_m } => {
+                            alike::furnish_street(&stretch, period_m, ground, &same, &mut solids);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    solids
 }
 
 #[cfg(test)]
