@@ -16,7 +16,8 @@ pub enum Route {
     Ring,
     /// Half of the travel out, round one corner, then back in the opposite lane.
     OutAndBack,
-    /// Half of the travel out along one street, then back along it in the opposite lane, without a corner.
+    /// Half of the travel out along one street to a crossing, then back along the street in the opposite lane. A travel of
+    /// less than two blocks does not come back.
     Straight,
     /// Up one street and down the next: no place is seen twice from the same street.
     OneWay,

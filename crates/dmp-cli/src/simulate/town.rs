@@ -19,13 +19,15 @@ use crate::save::{save_trajectory, write_trajectory};
 ///
 /// The town is made of the seed: streets of 14 m with houses on both sides, hills, trees, poles, parked and
 /// moving cars. The sensor turns while it moves; every return has its own time. World, body and sensor
-/// have z up; the trajectory is the sensor's.
+/// have z up; the trajectory is the sensor's. Other scenery is made to fool what registers two visits of a place:
+/// streets that look the same everywhere, and a tunnel in which nothing holds a place along it.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     dmp simulate town -o town.mcap\n  \
     dmp simulate town -o drive/ --beams 64 --azimuth-steps 2048 --scans 1000 --route out-and-back\n  \
     dmp simulate town -o traffic.mcap --traffic 20 --scans 600 --seed 7\n  \
-    dmp simulate town -o alike.mcap --scenery alike --period 8m")]
+    dmp simulate town -o alike.mcap --scenery alike --period 8m\n  \
+    dmp simulate town -o tunnel.mcap --scenery tunnel --truth tunnel.tum")]
 pub(crate) struct TownArgs {
     /// The true trajectory: FILE.tum, or FILE.txt for KITTI rows, one a scan [default: LOG.truth.tum,
     /// where there must be no other yet]
@@ -67,8 +69,10 @@ enum SceneryArg {
     /// Houses, trees, poles and parked cars, no two alike, on hills
     Varied,
     /// The same house, tree, pole and parked car again every `--period`, on level ground: a street shifted by it is the
-    /// same but for its ends
+    /// same but for its ends, 144 m away from each other or a little more (96 m, northwards)
     Alike,
+    /// None: a straight bare tunnel 12 m wide and 6 m high without an end in sight; only `--route straight` leads through
+    Tunnel,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -77,7 +81,7 @@ enum RouteArg {
     Loop,
     /// Out and back in the opposite lane
     OutAndBack,
-    /// Straight out along one street and back along it in the opposite lane
+    /// Straight out along one street, round at a crossing, and back in the opposite lane
     Straight,
     /// No street twice
     OneWay,
@@ -89,6 +93,7 @@ impl TownArgs {
             (SceneryArg::Alike, period) => Ok(Scenery::Alike { period_m: period.unwrap_or(PERIOD_M) }),
             (_, Some(_)) => Err(Usage("--period is of --scenery alike alone".to_owned()).into()),
             (SceneryArg::Varied, None) => Ok(Scenery::Varied),
+            (SceneryArg::Tunnel, None) => Ok(Scenery::Tunnel),
         }
     }
 

@@ -6,6 +6,7 @@ mod grid;
 mod ground;
 mod options;
 mod traffic;
+mod tunnel;
 
 use nalgebra::Vector3;
 
@@ -15,6 +16,7 @@ use crate::parts::relief::Relief as _;
 use crate::parts::solid::{GROUND_REFLECTIVITY, Hit, Solid, Surface};
 use crate::parts::street::{CROSSING_M, Stretch, furnish_street};
 use crate::random::Random;
+use crate::route::Route;
 pub(crate) use campus::{WALK, walkable_m};
 use grid::Grid;
 use ground::Ground;
@@ -58,8 +60,10 @@ impl Town {
         require(smallest >= 10.0, "the depth of a block without its streets in m", "10 or more", smallest)?;
         let relief = (0.0..=20.0).contains(&options.relief_m);
         require(relief, "the relief in m", "from 0 to 20", options.relief_m)?;
-        if let Scenery::Alike { period_m } = options.scenery {
-            alike::check(period_m, block_m, options.relief_m)?;
+        match options.scenery {
+            Scenery::Varied => {}
+            Scenery::Alike { period_m } => alike::check(period_m, block_m, options.relief_m)?,
+            Scenery::Tunnel => tunnel::check(&options)?,
         }
         let ground = Ground::new(options.relief_m, seed);
         let solids = build(&options, &ground);
@@ -85,9 +89,11 @@ impl Town {
         &self.options
     }
 
-    /// Whether it is a campus, where one walks, and not a town of streets.
-    pub(crate) fn is_campus(&self) -> bool {
-        self.options.blocks == [0, 0]
+    /// Whether a route leads through such a place: a campus is walked over, a tunnel driven straight.
+    pub(crate) fn has(&self, route: Route) -> bool {
+        let is_campus = self.options.blocks == [0, 0];
+        let other = self.options.scenery == Scenery::Tunnel && route != Route::Straight;
+        is_campus == (route == Route::Campus) && !other
     }
 
     /// Height of the ground at a place, metres.
@@ -144,6 +150,11 @@ impl Town {
 /// Everything that stands in the town.
 fn build(options: &TownOptions, ground: &Ground) -> Vec<Solid> {
     let TownOptions { seed, blocks, block_m, street_m, scenery, .. } = *options;
+    let period_m = match scenery {
+        Scenery::Varied => None,
+        Scenery::Alike { period_m } => Some(period_m),
+        Scenery::Tunnel => return tunnel::build(options),
+    };
     // Of what is alike, there is one.
     let same = Random::new(seed, &[b'a'.into()]);
     let mut solids = Vec::new();
@@ -152,12 +163,11 @@ fn build(options: &TownOptions, ground: &Ground) -> Vec<Solid> {
             let mut random = Random::new(seed, &[b'b'.into(), i as u64, j as u64]);
             let corner = [i as f64 * block_m[0] + street_m / 2.0, j as f64 * block_m[1] + street_m / 2.0];
             let size = block_m.map(|pitch| pitch - street_m);
-            match scenery {
-                Scenery::Varied => build_block(corner, size, HOUSES, ground, &mut random, &mut solids),
-                Scenery::Alike { period_m } => {
-                    let half_m = street_m / 2.0;
-                    alike::build_block((corner, size), half_m, period_m, ground, &same, &mut solids);
-                }
+            if let Some(period_m) = period_m {
+                let half_m = street_m / 2.0;
+                alike::build_block((corner, size), half_m, period_m, ground, &same, &mut solids);
+            } else {
+                build_block(corner, size, HOUSES, ground, &mut random, &mut solids);
             }
         }
     }
@@ -175,11 +185,10 @@ fn build(options: &TownOptions, ground: &Ground) -> Vec<Solid> {
                         corner_m: street_m / 2.0,
                         parked: options.parked,
                     };
-                    match scenery {
-                        Scenery::Varied => furnish_street(&stretch, ground, &mut random, &mut solids),
-                        Scenery::Alike { period_m } => {
-                            alike::furnish_street(&stretch, period_m, ground, &same, &mut solids);
-                        }
+                    if let Some(period_m) = period_m {
+                        alike::furnish_street(&stretch, period_m, ground, &same, &mut solids);
+                    } else {
+                        furnish_street(&stretch, ground, &mut random, &mut solids);
                     }
                 }
             }

@@ -6,6 +6,8 @@ use crate::error::SimError;
 /// Blocks of houses that are alike are at least so long, east and north, metres: from the middle of such a street, its ends
 /// are far.
 const ALIKE_BLOCK_M: [f64; 2] = [144.0, 96.0];
+/// From wall to wall of a tunnel, metres: wide enough to turn round in it.
+const TUNNEL_M: f64 = 12.0;
 
 /// What stands along the streets of a [`Town`](crate::Town).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -20,6 +22,9 @@ pub enum Scenery {
         /// From one house to the next, metres.
         period_m: f64,
     },
+    /// None: a straight bare tunnel as wide as a street, of one cross-section, so long that no ray sees an end. Nothing in it
+    /// tells one place along it from another. [`Route::Straight`](crate::Route::Straight) alone leads through.
+    Tunnel,
 }
 
 /// Of which size a [`Town`](crate::Town) is. Everything in it follows from these numbers.
@@ -63,7 +68,7 @@ impl Default for TownOptions {
 
 impl TownOptions {
     /// The usual town where such scenery stands along the streets: what is alike stands on level ground, in blocks of
-    /// whole periods.
+    /// whole periods; a tunnel is level and 12 m wide.
     ///
     /// # Errors
     /// When the period is outside its range.
@@ -74,6 +79,7 @@ impl TownOptions {
             Scenery::Alike { period_m } => {
                 Self { block_m: alike::blocks_m(period_m, ALIKE_BLOCK_M)?, relief_m: 0.0, ..usual }
             }
+            Scenery::Tunnel => Self { street_m: TUNNEL_M, relief_m: 0.0, ..usual },
         })
     }
 }
