@@ -35,6 +35,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod gradient;
 mod grid;
 mod normal_equations;
 mod pyramid;
@@ -42,5 +43,6 @@ mod register;
 #[cfg(test)]
 mod tests;
 
+pub use gradient::{Gradient, Plane, PosedReturn, point_to_plane, range_residual};
 pub use pyramid::Pyramid;
 pub use register::{Alignment, Refusal, align};

@@ -109,8 +109,8 @@ impl<'a> Drive<'a> {
     /// Plans the drive through `town`.
     ///
     /// # Errors
-    /// When speed or duration are not positive, or beyond what a car does; when a walk is to lead through
-    /// streets or a car over a campus.
+    /// When speed or duration are not positive, or beyond what a car does; when no such route leads
+    /// through `town`: a car's over a campus, a walk through streets, or one with corners through a tunnel.
     pub fn new(town: &'a Town, options: DriveOptions) -> Result<Self, SimError> {
         let DriveOptions { speed_m_s, duration_s, height_m, .. } = options;
         require_speed(speed_m_s)?;
@@ -122,7 +122,7 @@ impl<'a> Drive<'a> {
         )?;
         require((0.2..=10.0).contains(&height_m), "the sensor's height in m", "from 0.2 to 10", height_m)?;
         let on_foot = options.route == Route::Campus;
-        if on_foot != town.is_campus() {
+        if !town.has(options.route) {
             return Err(SimError::OtherPlace { route: options.route });
         }
         let plan = Plan::new(&options, town.options(), options.travel_m(town.options()));

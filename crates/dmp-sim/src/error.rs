@@ -35,8 +35,10 @@ pub enum SimError {
         /// The largest distance between two of its places, metres.
         largest_m: f64,
     },
-    /// Streets are driven through, a campus is walked over.
-    #[error("the route {route:?} leads over a campus or through streets, and the place is not of that kind")]
+    /// Streets are driven through, a tunnel straight, and a campus is walked over.
+    #[error(
+        "no route {route:?} leads through such a place: a campus is walked over, a tunnel driven straight"
+    )]
     OtherPlace {
         /// The route asked for.
         route: Route,

@@ -66,4 +66,4 @@ pub use room::{
 };
 pub use route::Route;
 pub use simulation::{Recording, RecordingOptions};
-pub use town::{Town, TownOptions};
+pub use town::{Scenery, Town, TownOptions};

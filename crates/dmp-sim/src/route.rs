@@ -16,6 +16,9 @@ pub enum Route {
     Ring,
     /// Half of the travel out, round one corner, then back in the opposite lane.
     OutAndBack,
+    /// Half of the travel out along one street to a crossing, then back along the street in the opposite lane. A travel of
+    /// less than two blocks does not come back.
+    Straight,
     /// Up one street and down the next: no place is seen twice from the same street.
     OneWay,
     /// On foot over a [campus](crate::Town::campus): through passages and an arcade, up and down its stairs
@@ -46,6 +49,10 @@ impl Route {
             Self::OutAndBack => {
                 let leg_m = ((travel_m - 2.0 * RUN_IN_M) / 4.0).max(0.0);
                 [east_m, north_m].map(|pitch| (leg_m / pitch).round().max(1.0) as usize)
+            }
+            Self::Straight => {
+                let leg_m = (travel_m / 2.0 - RUN_IN_M).max(0.0);
+                [(leg_m / east_m).round().max(1.0) as usize, 1]
             }
             Self::OneWay => {
                 // As many legs of `east` blocks as streets: about a square.

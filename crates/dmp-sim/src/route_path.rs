@@ -30,17 +30,9 @@ impl Route {
                 Path::new(corners[0], 0.0, rounded(&corners, CORNER_M).into_iter().cycle(), length_m)
             }
             Self::OutAndBack => {
-                let out = lane(&[west_of(node(i0, j0)), node(i1, j0), node(i1, j1)]);
-                let (u_turn, before_m) = u_turn();
-                let mut there = rounded(&out, CORNER_M);
-                shorten_last(&mut there, before_m);
-                let back = lane(&[node(i1, j1), node(i1, j0), west_of(node(i0, j0))]);
-                let mut home = rounded(&back, CORNER_M);
-                if let Some(first) = home.first_mut() {
-                    first.length_m -= before_m;
-                }
-                Path::new(out[0], 0.0, there.into_iter().chain(u_turn).chain(home), length_m)
+                there_and_back(&[west_of(node(i0, j0)), node(i1, j0), node(i1, j1)], length_m)
             }
+            Self::Straight => there_and_back(&[west_of(node(i0, j0)), node(i1, j0)], length_m),
             Self::OneWay => {
                 let mut nodes = vec![west_of(node(i0, j0))];
                 for (leg, j) in (j0..=j1).enumerate() {
@@ -62,6 +54,20 @@ impl Route {
 
 fn west_of([x, y]: [f64; 2]) -> [f64; 2] {
     [x - RUN_IN_M, y]
+}
+
+/// Along `nodes`, the first leg to the east, round in the middle of the last of them, and back in the opposite lane.
+fn there_and_back(nodes: &[[f64; 2]], length_m: f64) -> Path {
+    let out = lane(nodes);
+    let (u_turn, before_m) = u_turn();
+    let mut there = rounded(&out, CORNER_M);
+    shorten_last(&mut there, before_m);
+    let back: Vec<_> = nodes.iter().rev().copied().collect();
+    let mut home = rounded(&lane(&back), CORNER_M);
+    if let Some(first) = home.first_mut() {
+        first.length_m -= before_m;
+    }
+    Path::new(out[0], 0.0, there.into_iter().chain(u_turn).chain(home), length_m)
 }
 
 pub(crate) fn corner(length_m: f64, sign: f64) -> Piece {
@@ -148,7 +154,9 @@ mod tests {
 
     #[test]
     fn every_route_keeps_to_the_streets_and_to_the_right() {
-        for route in [Route::Loop, Route::TwoLaps, Route::Ring, Route::OutAndBack, Route::OneWay] {
+        for route in
+            [Route::Loop, Route::TwoLaps, Route::Ring, Route::OutAndBack, Route::Straight, Route::OneWay]
+        {
             for travel_m in [100.0, 400.0, 900.0] {
                 let town = town(route, travel_m);
                 let path = route.path(&town, travel_m, travel_m);
@@ -184,12 +192,13 @@ mod tests {
 
     #[test]
     fn the_way_back_is_in_the_opposite_lane() {
-        let town = town(Route::OutAndBack, 300.0);
-        let path = Route::OutAndBack.path(&town, 300.0, 350.0);
-        let out = path.at(5.0);
-        let apart =
-            (200..1400).map(|k| path.at(f64::from(k) * 0.25)).map(|p| libm::hypot(p.x - out.x, p.y - out.y));
-        let nearest = apart.fold(f64::INFINITY, f64::min);
-        assert!((nearest - 2.0 * LANE_M).abs() < 0.1, "{nearest}");
+        for route in [Route::OutAndBack, Route::Straight] {
+            let town = town(route, 300.0);
+            let path = route.path(&town, 300.0, 350.0);
+            let out = path.at(5.0);
+            let places = (200..1400).map(|k| path.at(f64::from(k) * 0.25));
+            let nearest = places.map(|p| libm::hypot(p.x - out.x, p.y - out.y)).fold(f64::INFINITY, f64::min);
+            assert!((nearest - 2.0 * LANE_M).abs() < 0.1, "{route:?}: {nearest}");
+        }
     }
 }

@@ -11,7 +11,7 @@ use crate::lidar::{BATCH, Lidar};
 use crate::lidar_options::LidarOptions;
 use crate::motion::require_speed;
 use crate::route::Route;
-use crate::town::{Town, TownOptions};
+use crate::town::{Scenery, Town, TownOptions};
 
 /// A place is revisited when it was passed within this distance, metres …
 const REVISIT_M: f64 = 5.0;
@@ -51,6 +51,14 @@ impl RecordingOptions {
     /// # Errors
     /// When a number is outside its range.
     pub fn town(&self) -> Result<Town, SimError> {
+        self.town_of(Scenery::Varied)
+    }
+
+    /// As [`town`](Self::town), with other things along the streets; a campus stays what it is.
+    ///
+    /// # Errors
+    /// When a number is outside its range.
+    pub fn town_of(&self, scenery: Scenery) -> Result<Town, SimError> {
         require(self.scans >= 1, "the number of scans", "1 or more", 0.0)?;
         require_speed(self.speed_m_s)?;
         let drive = self.drive();
@@ -61,7 +69,7 @@ impl RecordingOptions {
             require(self.traffic == 0, "the number of cars that drive over a campus", "0", traffic)?;
             return Ok(Town::campus(self.seed));
         }
-        let town = TownOptions { seed: self.seed, moving_cars: self.traffic, ..TownOptions::default() };
+        let town = TownOptions { seed: self.seed, moving_cars: self.traffic, ..TownOptions::of(scenery)? };
         let travel_m = drive.travel_m(&town);
         Town::new(TownOptions { blocks: self.route.blocks(travel_m, town.block_m), ..town })
     }
@@ -161,6 +169,7 @@ mod tests {
             (Route::Loop, 0.2..0.5),
             (Route::TwoLaps, 0.35..0.6),
             (Route::OutAndBack, 0.25..0.6),
+            (Route::Straight, 0.3..0.6),
             (Route::OneWay, 0.0..0.01),
         ] {
             let options = RecordingOptions { scans: 110, ..options(route) };
@@ -188,6 +197,28 @@ mod tests {
             }
         }
         assert_eq!(recording.pose_per_scan().unwrap().len(), 70);
+    }
+
+    /// The FNV-1a hash of the coordinates and times of all returns.
+    fn fingerprint(scans: impl Iterator<Item = Scan>) -> u64 {
+        let fold = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        scans.fold(0xcbf2_9ce4_8422_2325, |hash, scan| {
+            let points = scan.points_in_sensor_m.iter().flatten().flat_map(|c| c.to_le_bytes());
+            let times = scan.time_offsets_ns.iter().flat_map(|t| t.to_le_bytes());
+            points.chain(times).fold(hash, fold)
+        })
+    }
+
+    #[test]
+    fn the_usual_town_is_what_it_always_was() {
+        for (route, expected) in
+            [(Route::Loop, 0x4c9a_df3d_50d2_c759), (Route::OutAndBack, 0x38e8_3ce7_d86e_fbb5)]
+        {
+            let options = options(route);
+            let town = options.town().unwrap();
+            let found = fingerprint(Recording::new(&town, &options).unwrap().scans());
+            assert_eq!(found, expected, "{route:?}: {found:#x}");
+        }
     }
 
     #[test]

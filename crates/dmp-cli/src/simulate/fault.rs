@@ -4,10 +4,10 @@ use dmp_sim::SimError;
 
 use crate::exit::Usage;
 
-/// A number out of range was given on the command line; whatever else is wrong is wrong with the run.
+/// A number out of range, or a route of other places, was given on the command line; whatever else is wrong is wrong with the run.
 pub(super) fn told(error: SimError) -> anyhow::Error {
     match error {
-        SimError::OutOfRange { .. } => Usage(error.to_string()).into(),
+        SimError::OutOfRange { .. } | SimError::OtherPlace { .. } => Usage(error.to_string()).into(),
         other => other.into(),
     }
 }

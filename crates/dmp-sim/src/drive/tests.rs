@@ -10,7 +10,7 @@ fn town(route: Route, options: &DriveOptions) -> Town {
 
 #[test]
 fn the_trajectory_covers_the_drive_and_interpolates_to_millimetres() {
-    for route in [Route::Loop, Route::OutAndBack, Route::OneWay] {
+    for route in [Route::Loop, Route::OutAndBack, Route::Straight, Route::OneWay] {
         let options = DriveOptions { route, ..DriveOptions::default() };
         let town = town(route, &options);
         let drive = Drive::new(&town, options.clone()).unwrap();
@@ -29,7 +29,7 @@ fn the_trajectory_covers_the_drive_and_interpolates_to_millimetres() {
 
 #[test]
 fn the_motion_is_smooth_and_of_the_speed_asked_for() {
-    for route in [Route::Loop, Route::OutAndBack, Route::OneWay] {
+    for route in [Route::Loop, Route::OutAndBack, Route::Straight, Route::OneWay] {
         let options = DriveOptions { route, ..DriveOptions::default() };
         let town = town(route, &options);
         let drive = Drive::new(&town, options.clone()).unwrap();

@@ -90,6 +90,27 @@ pub(crate) fn build_block(
     }
 }
 
+/// Fills a block with one and the same house again and again: on `plots` (from–to along the side, metres) of a side of a
+/// given length, the first from its start.
+pub(crate) fn build_same_houses(
+    corner: [f64; 2],
+    size: [f64; 2],
+    plots: impl Fn(f64) -> Vec<[f64; 2]>,
+    ground: &dyn Relief,
+    random: &Random,
+    solids: &mut Vec<Solid>,
+) {
+    let area = [0, 1].map(|k| [corner[k], corner[k] + size[k]]);
+    let depth_m = (size[0].min(size[1]) / 2.0).min(9.0);
+    let storeys = Storeys { least: 3, choices: 1 };
+    for ([corner, along, inward], length_m) in sides(area, size) {
+        let mut frontage = Frontage { corner, along, inward, ground, solids };
+        for plot in plots(length_m) {
+            build_house(&mut frontage, plot, depth_m, storeys, &mut random.clone());
+        }
+    }
+}
+
 /// One large building over `area` (from–to east and north), `top_m` high: a core, and on its four sides a
 /// lattice of pillars and bands before the windows.
 pub(crate) fn build_hall(

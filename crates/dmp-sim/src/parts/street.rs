@@ -32,6 +32,18 @@ pub(crate) struct Stretch {
     pub(crate) parked: f64,
 }
 
+impl Stretch {
+    /// On the ground, after so much of the street, `side_m` to the right of its middle.
+    pub(crate) fn place(&self, along_m: f64, side_m: f64, ground: &dyn Relief) -> Vector3<f64> {
+        let [x, y] = if self.axis == 0 {
+            [self.start[0] + along_m, self.start[1] - side_m]
+        } else {
+            [self.start[0] + side_m, self.start[1] + along_m]
+        };
+        Vector3::new(x, y, ground.height_m(x, y))
+    }
+}
+
 /// Furnishes a stretch of street.
 pub(crate) fn furnish_street(
     stretch: &Stretch,
@@ -39,15 +51,7 @@ pub(crate) fn furnish_street(
     random: &mut Random,
     solids: &mut Vec<Solid>,
 ) {
-    let Stretch { start, axis, .. } = *stretch;
-    let place = |along_m: f64, side_m: f64| {
-        let [x, y] = if axis == 0 {
-            [start[0] + along_m, start[1] - side_m]
-        } else {
-            [start[0] + side_m, start[1] + along_m]
-        };
-        Vector3::new(x, y, ground.height_m(x, y))
-    };
+    let place = |along_m: f64, side_m: f64| stretch.place(along_m, side_m, ground);
     let half_m = stretch.width_m / 2.0;
     let [clear_m, end] = [stretch.clear_m[0], stretch.length_m - stretch.clear_m[1]];
     for side in [1.0, -1.0] {
@@ -66,7 +70,7 @@ pub(crate) fn furnish_street(
         while along < end - 2.3 {
             if random.chance(stretch.parked) {
                 let middle = place(along, side * (half_m - 2.0 + random.between(-0.1, 0.1)));
-                let across = std::f64::consts::FRAC_PI_2 * axis as f64;
+                let across = std::f64::consts::FRAC_PI_2 * stretch.axis as f64;
                 let yaw = across + random.between(-0.04, 0.04);
                 solids.extend(car(middle, yaw, random.between(0.08, 0.6), Surface::ParkedCar));
             }

@@ -1,10 +1,12 @@
 //! A town of streets, or a campus: made as a whole, of any shape that a ray can meet in closed form.
 
+mod alike;
 mod campus;
 mod grid;
 mod ground;
 mod options;
 mod traffic;
+mod tunnel;
 
 use nalgebra::Vector3;
 
@@ -14,10 +16,11 @@ use crate::parts::relief::Relief as _;
 use crate::parts::solid::{GROUND_REFLECTIVITY, Hit, Solid, Surface};
 use crate::parts::street::{CROSSING_M, Stretch, furnish_street};
 use crate::random::Random;
+use crate::route::Route;
 pub(crate) use campus::{WALK, walkable_m};
 use grid::Grid;
 use ground::Ground;
-pub use options::TownOptions;
+pub use options::{Scenery, TownOptions};
 use traffic::MovingCar;
 
 /// A block takes about 30 kB of memory.
@@ -57,35 +60,13 @@ impl Town {
         require(smallest >= 10.0, "the depth of a block without its streets in m", "10 or more", smallest)?;
         let relief = (0.0..=20.0).contains(&options.relief_m);
         require(relief, "the relief in m", "from 0 to 20", options.relief_m)?;
+        match options.scenery {
+            Scenery::Varied => {}
+            Scenery::Alike { period_m } => alike::check(period_m, block_m, options.relief_m)?,
+            Scenery::Tunnel => tunnel::check(&options)?,
+        }
         let ground = Ground::new(options.relief_m, seed);
-        let mut solids = Vec::new();
-        for j in 0..blocks[1] {
-            for i in 0..blocks[0] {
-                let mut random = Random::new(seed, &[b'b'.into(), i as u64, j as u64]);
-                let corner = [i as f64 * block_m[0] + street_m / 2.0, j as f64 * block_m[1] + street_m / 2.0];
-                let size = block_m.map(|pitch| pitch - street_m);
-                build_block(corner, size, HOUSES, &ground, &mut random, &mut solids);
-            }
-        }
-        for j in 0..=blocks[1] {
-            for i in 0..=blocks[0] {
-                for axis in 0..2 {
-                    if [i, j][axis] < blocks[axis] {
-                        let mut random = Random::new(seed, &[b's'.into(), i as u64, j as u64, axis as u64]);
-                        let stretch = Stretch {
-                            start: [i as f64 * block_m[0], j as f64 * block_m[1]],
-                            axis,
-                            length_m: block_m[axis],
-                            width_m: street_m,
-                            clear_m: [CROSSING_M; 2],
-                            corner_m: street_m / 2.0,
-                            parked: options.parked,
-                        };
-                        furnish_street(&stretch, &ground, &mut random, &mut solids);
-                    }
-                }
-            }
-        }
+        let solids = build(&options, &ground);
         let grid = Grid::new(solids.iter().map(|solid| &solid.shape));
         let cars = (0..options.moving_cars).map(|car| MovingCar::new(car, &options)).collect();
         Ok(Self { options, ground, solids, grid, cars })
@@ -108,9 +89,11 @@ impl Town {
         &self.options
     }
 
-    /// Whether it is a campus, where one walks, and not a town of streets.
-    pub(crate) fn is_campus(&self) -> bool {
-        self.options.blocks == [0, 0]
+    /// Whether a route leads through such a place: a campus is walked over, a tunnel driven straight.
+    pub(crate) fn has(&self, route: Route) -> bool {
+        let is_campus = self.options.blocks == [0, 0];
+        let other = self.options.scenery == Scenery::Tunnel && route != Route::Straight;
+        is_campus == (route == Route::Campus) && !other
     }
 
     /// Height of the ground at a place, metres.
@@ -162,6 +145,56 @@ impl Town {
             Hit { range_m: entry.range_m, cos_incidence, reflectivity, surface }
         })
     }
+}
+
+/// Everything that stands in the town.
+fn build(options: &TownOptions, ground: &Ground) -> Vec<Solid> {
+    let TownOptions { seed, blocks, block_m, street_m, scenery, .. } = *options;
+    let period_m = match scenery {
+        Scenery::Varied => None,
+        Scenery::Alike { period_m } => Some(period_m),
+        Scenery::Tunnel => return tunnel::build(options),
+    };
+    // Of what is alike, there is one.
+    let same = Random::new(seed, &[b'a'.into()]);
+    let mut solids = Vec::new();
+    for j in 0..blocks[1] {
+        for i in 0..blocks[0] {
+            let mut random = Random::new(seed, &[b'b'.into(), i as u64, j as u64]);
+            let corner = [i as f64 * block_m[0] + street_m / 2.0, j as f64 * block_m[1] + street_m / 2.0];
+            let size = block_m.map(|pitch| pitch - street_m);
+            if let Some(period_m) = period_m {
+                let half_m = street_m / 2.0;
+                alike::build_block((corner, size), half_m, period_m, ground, &same, &mut solids);
+            } else {
+                build_block(corner, size, HOUSES, ground, &mut random, &mut solids);
+            }
+        }
+    }
+    for j in 0..=blocks[1] {
+        for i in 0..=blocks[0] {
+            for axis in 0..2 {
+                if [i, j][axis] < blocks[axis] {
+                    let mut random = Random::new(seed, &[b's'.into(), i as u64, j as u64, axis as u64]);
+                    let stretch = Stretch {
+                        start: [i as f64 * block_m[0], j as f64 * block_m[1]],
+                        axis,
+                        length_m: block_m[axis],
+                        width_m: street_m,
+                        clear_m: [CROSSING_M; 2],
+                        corner_m: street_m / 2.0,
+                        parked: options.parked,
+                    };
+                    if let Some(period_m) = period_m {
+                        alike::furnish_street(&stretch, period_m, ground, &same, &mut solids);
+                    } else {
+                        furnish_street(&stretch, ground, &mut random, &mut solids);
+                    }
+                }
+            }
+        }
+    }
+    solids
 }
 
 #[cfg(test)]
