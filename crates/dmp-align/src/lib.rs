@@ -35,14 +35,20 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod difference;
 mod gradient;
 mod grid;
+mod level;
 mod normal_equations;
 mod pyramid;
+mod refusal;
 mod register;
+mod side;
+mod starts;
 #[cfg(test)]
 mod tests;
 
 pub use gradient::{Gradient, Plane, PosedReturn, point_to_plane, range_residual};
 pub use pyramid::Pyramid;
-pub use register::{Alignment, Refusal, align};
+pub use refusal::Refusal;
+pub use register::{Alignment, align};
