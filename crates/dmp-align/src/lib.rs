@@ -34,10 +34,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod difference;
 mod grid;
+mod level;
 mod normal_equations;
 mod pyramid;
 mod register;
+mod side;
 #[cfg(test)]
 mod tests;
 

@@ -10,8 +10,9 @@ const DAMPING: f64 = 1e-6;
 /// put before the pose so far.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NormalEquations {
-    pub(crate) information: Matrix6<f64>,
-    pub(crate) gradient: Vector6<f64>,
+    /// The upper half, row by row.
+    information: [f64; 21],
+    gradient: [f64; 6],
     pub(crate) weight: f64,
 }
 
@@ -42,31 +43,50 @@ impl Residual {
 
 impl NormalEquations {
     pub(crate) fn zero() -> Self {
-        Self { information: Matrix6::zeros(), gradient: Vector6::zeros(), weight: 0.0 }
+        Self { information: [0.0; 21], gradient: [0.0; 6], weight: 0.0 }
     }
 
+    #[inline]
     pub(crate) fn add(&mut self, residual: &Residual, weight: f64) {
-        let weighted = residual.jacobian * weight;
-        for column in 0..6 {
-            for row in 0..=column {
-                self.information[(row, column)] += weighted[row] * residual.jacobian[column];
+        let jacobian: &[f64; 6] = &residual.jacobian.into();
+        let mut sums = self.information.iter_mut();
+        for row in 0..6 {
+            let weighted = jacobian[row] * weight;
+            // The iterator ends with the last row.
+            for (column, sum) in jacobian[row..].iter().zip(&mut sums) {
+                *sum += weighted * column;
+            }
+            self.gradient[row] += weighted * residual.distance_m;
+        }
+        self.weight += weight;
+    }
+
+    /// The whole of `JᵀWJ`.
+    pub(crate) fn information(&self) -> Matrix6<f64> {
+        let mut whole = Matrix6::zeros();
+        let mut sums = self.information.iter();
+        for row in 0..6 {
+            for (column, &sum) in (row..6).zip(&mut sums) {
+                (whole[(row, column)], whole[(column, row)]) = (sum, sum);
             }
         }
-        self.gradient += weighted * residual.distance_m;
-        self.weight += weight;
+        whole
+    }
+
+    /// Of the translation alone: xx, xy, xz, yy, yz, zz.
+    pub(crate) fn of_translation(&self) -> [f64; 6] {
+        std::array::from_fn(|k| self.information[15 + k])
     }
 
     /// The whole of `JᵀWJ`, damped.
     pub(crate) fn damped(&self) -> Matrix6<f64> {
-        let damping = DAMPING * self.information.trace() / 6.0;
-        Matrix6::from_fn(|row, column| {
-            self.information[(row.min(column), row.max(column))] + if row == column { damping } else { 0.0 }
-        })
+        let whole = self.information();
+        whole + Matrix6::from_diagonal_element(DAMPING * whole.trace() / 6.0)
     }
 
     /// The motion that the step calls for; `None` where nothing does.
     pub(crate) fn step(&self) -> Option<Vector6<f64>> {
-        Some(self.damped().cholesky()?.solve(&-self.gradient))
+        Some(self.damped().cholesky()?.solve(&-Vector6::from(self.gradient)))
     }
 }
 

@@ -1,9 +1,9 @@
 //! The surfels of a visit, at three sizes of voxels.
 
 use dmp_map::{PatchBuilder, smallest_eigenvector};
-use dmp_sensor::Vector3;
 
-use crate::grid::Grid;
+use crate::grid::block_and_bit;
+use crate::level::{Level, Surfel};
 
 /// Voxels of the finest level along the edge of one of each level, coarse to fine.
 pub(crate) const LEVELS: [i32; 3] = [4, 2, 1];
@@ -21,23 +21,6 @@ pub struct Pyramid {
     pub(crate) voxel_m: f64,
     /// Coarse to fine.
     pub(crate) levels: [Level; LEVELS.len()],
-}
-
-/// Surfels of voxels of one size.
-#[derive(Debug, Clone)]
-pub(crate) struct Level {
-    pub(crate) voxel_m: f64,
-    pub(crate) surfels: Vec<Surfel>,
-    /// By the voxels of their means.
-    pub(crate) grid: Grid,
-}
-
-/// A flat piece of a surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Surfel {
-    pub(crate) mean_m: Vector3<f64>,
-    /// Unit length, of either sign.
-    pub(crate) normal: Vector3<f64>,
 }
 
 /// Sums over the points of a voxel: their number, and of their mean and covariance (xx, xy, xz, yy, yz, zz).
@@ -59,61 +42,42 @@ impl Pyramid {
                 (voxel, Sums { points: points.points as f64, mean_m, covariance_m2 })
             })
             .collect();
-        Self { voxel_m, levels: LEVELS.map(|edge| Level::new(&fine, edge, voxel_m)) }
+        Self { voxel_m, levels: LEVELS.map(|edge| level(&fine, edge, voxel_m)) }
     }
 
     /// Surfels at the finest voxels.
     pub fn surfels(&self) -> usize {
-        self.levels[LEVELS.len() - 1].surfels.len()
+        self.finest().surfels.len()
+    }
+
+    /// Bytes in memory, of all three sizes together: about 45 for each of [`surfels`](Self::surfels).
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + self.levels.iter().map(Level::bytes).sum::<usize>()
+    }
+
+    pub(crate) fn finest(&self) -> &Level {
+        &self.levels[LEVELS.len() - 1]
     }
 }
 
-impl Level {
-    fn new(fine: &[([i32; 3], Sums)], edge: i32, fine_voxel_m: f64) -> Self {
-        let voxel_m = f64::from(edge) * fine_voxel_m;
-        let mut parts: Vec<([i32; 3], Sums)> =
-            fine.iter().map(|(voxel, sums)| (voxel.map(|n| n.div_euclid(edge)), *sums)).collect();
-        // Stable: those of a voxel are summed up in the order of the finest.
-        parts.sort_by_key(|(voxel, _)| *voxel);
-        let (mut voxels, mut surfels) = (Vec::new(), Vec::new());
-        for of_voxel in parts.chunk_by(|a, b| a.0 == b.0) {
-            let sums = of_voxel[1..].iter().fold(of_voxel[0].1, |sums, (_, more)| sums.and(more));
-            if let Some(surfel) = sums.surfel(voxel_m) {
-                voxels.push(of_voxel[0].0);
-                surfels.push(surfel);
-            }
+/// The surfels of voxels of so many of the finest along their edges.
+fn level(fine: &[([i32; 3], Sums)], edge: i32, fine_voxel_m: f64) -> Level {
+    let voxel_m = f64::from(edge) * fine_voxel_m;
+    let mut parts: Vec<([i32; 3], Sums)> =
+        fine.iter().map(|(voxel, sums)| (voxel.map(|n| n.div_euclid(edge)), *sums)).collect();
+    // Stable: those of a voxel are summed up in the order of the finest.
+    parts.sort_by_key(|(voxel, _)| block_and_bit(*voxel));
+    let (mut voxels, mut surfels) = (Vec::new(), Vec::new());
+    for of_voxel in parts.chunk_by(|a, b| a.0 == b.0) {
+        let sums = of_voxel[1..].iter().fold(of_voxel[0].1, |sums, (_, more)| sums.and(more));
+        if let Some(surfel) = sums.surfel(voxel_m) {
+            voxels.push(of_voxel[0].0);
+            surfels.push(surfel);
         }
-        Self { voxel_m, grid: Grid::new(&voxels), surfels }
     }
-
-    /// The surfel nearest to a place, within `reach_m` of it, whose normal is alike; of two that are as near, the first.
-    pub(crate) fn nearest(
-        &self,
-        place_m: &Vector3<f64>,
-        normal: &Vector3<f64>,
-        reach_m: f64,
-    ) -> Option<&Surfel> {
-        let (mut best, mut best_m2) = (None, reach_m * reach_m);
-        let bound = |k: usize, reach_m: f64| ((place_m[k] + reach_m) / self.voxel_m).floor() as i32;
-        let [low, high] = [-reach_m, reach_m].map(|reach_m| [0, 1, 2].map(|k| bound(k, reach_m)));
-        for x in low[0]..=high[0] {
-            for y in low[1]..=high[1] {
-                for z in low[2]..=high[2] {
-                    let Some(number) = self.grid.get([x, y, z]) else { continue };
-                    let surfel = &self.surfels[number];
-                    let distance_m2 = (surfel.mean_m - place_m).norm_squared();
-                    if distance_m2 < best_m2 && surfel.normal.dot(normal).abs() > ALIKE {
-                        (best, best_m2) = (Some(surfel), distance_m2);
-                    }
-                }
-            }
-        }
-        best
-    }
+    surfels.shrink_to_fit();
+    Level::new(voxel_m, &voxels, surfels)
 }
-
-/// Normals are alike within 32°.
-pub(crate) const ALIKE: f64 = 0.85;
 
 impl Sums {
     /// Chan's formula for the sums of two sets of points.
@@ -136,7 +100,6 @@ impl Sums {
         let (normal, [across, narrow, _]) = smallest_eigenvector(self.covariance_m2);
         let width_m = WIDE * voxel_m;
         let is_flat = narrow > width_m * width_m && across <= FLAT * narrow;
-        (self.points >= LEAST_POINTS && is_flat)
-            .then(|| Surfel { mean_m: self.mean_m.into(), normal: normal.into() })
+        (self.points >= LEAST_POINTS && is_flat).then(|| Surfel::new(self.mean_m, normal))
     }
 }

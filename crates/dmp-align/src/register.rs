@@ -1,36 +1,12 @@
 //! From two pyramids and guesses to a motion, how well it is known, or why it is not.
 
-use std::collections::BTreeMap;
-
-use dmp_map::smallest_eigenvector;
-use dmp_sensor::{Isometry3, Matrix6, Translation3, UnitQuaternion, Vector3};
+use dmp_sensor::{Isometry3, Matrix6, Vector3};
 use nalgebra::Vector6;
 use thiserror::Error;
 
-use crate::normal_equations::{NormalEquations, Residual, motion};
-use crate::pyramid::{LEVELS, Level, Pyramid, Surfel};
-
-/// How a level is gone through, in voxels of the patch.
-struct Stage {
-    level: usize,
-    /// How far a surfel's counterpart may lie.
-    reach: f64,
-    /// The scale of Geman and McClure's function.
-    scale: f64,
-    steps: usize,
-}
-
-/// Coarse to fine: so many voxels are 5 to 0.35 m at voxels of half a metre.
-const STAGES: [Stage; 4] = [
-    Stage { level: 0, reach: 10.0, scale: 2.0, steps: 12 },
-    Stage { level: 1, reach: 4.0, scale: 0.8, steps: 8 },
-    Stage { level: 2, reach: 1.4, scale: 0.3, steps: 6 },
-    Stage { level: 2, reach: 0.7, scale: 0.16, steps: 8 },
-];
-/// Steps below this are the end of a stage, voxels; of a rotation, at [`LEVER`].
-const SMALL_STEP: f64 = 1e-4;
-/// Where a rotation counts as much as what it moves there, voxels.
-const LEVER: f64 = 40.0;
+use crate::difference::Difference;
+use crate::pyramid::Pyramid;
+use crate::side::Side;
 
 /// Least share of the surfels of either visit that the other one sees.
 const LEAST_OVERLAP: f64 = 0.10;
@@ -42,8 +18,6 @@ const LEAST_HELD: f64 = 0.01;
 /// Fewer counterparts than this are no surface.
 const LEAST_PAIRS: usize = 50;
 
-/// Edge of the pieces of surface whose errors are taken to have nothing to do with each other, voxels.
-const BLOCK: f64 = 8.0;
 /// No direction is known better than this, voxels: surfels are means over voxels that two visits fill unevenly.
 const FLOOR: f64 = 0.02;
 
@@ -135,152 +109,4 @@ pub fn align(target: &Pyramid, source: &Pyramid, guesses: &[Isometry3<f64>]) -> 
     let floor = Matrix6::from_fn(|k, l| if k == l && k >= 3 { floor_m * floor_m } else { 0.0 });
     let covariance = there.covariance + half * half.transpose() + floor;
     Ok(Alignment { target_from_source, covariance, overlap, held, least_held })
-}
-
-/// What is brought onto what.
-struct Side<'a> {
-    target: &'a Pyramid,
-    source: &'a Pyramid,
-}
-
-/// Where it came to.
-struct Found {
-    pose: Isometry3<f64>,
-    /// Counterparts at the finest level.
-    pairs: usize,
-    last: NormalEquations,
-    covariance: Matrix6<f64>,
-    /// Of the surfels with counterparts, brought onto the target.
-    middle_m: Vector3<f64>,
-}
-
-/// A surfel where it comes to lie, and its counterpart's plane.
-struct Pair {
-    place_m: Vector3<f64>,
-    residual: Residual,
-}
-
-impl Side<'_> {
-    /// The pairs of a level, in the order of the source's surfels.
-    fn pairs<'s>(
-        &'s self,
-        level: usize,
-        reach_m: f64,
-        pose: &'s Isometry3<f64>,
-    ) -> impl Iterator<Item = Pair> + 's {
-        let (target, source): (&Level, &Level) = (&self.target.levels[level], &self.source.levels[level]);
-        source.surfels.iter().filter_map(move |Surfel { mean_m, normal }| {
-            let (place_m, normal) =
-                (pose.rotation * mean_m + pose.translation.vector, pose.rotation * normal);
-            let there = target.nearest(&place_m, &normal, reach_m)?;
-            Some(Pair { place_m, residual: Residual::new(&place_m, &there.mean_m, &there.normal) })
-        })
-    }
-
-    fn equations(&self, stage: &Stage, pose: &Isometry3<f64>) -> NormalEquations {
-        let [reach_m, scale_m] = [stage.reach, stage.scale].map(|voxels| voxels * self.target.voxel_m);
-        let mut equations = NormalEquations::zero();
-        for Pair { residual, .. } in self.pairs(stage.level, reach_m, pose) {
-            equations.add(&residual, residual.weight(scale_m));
-        }
-        equations
-    }
-
-    /// Goes through a stage, until steps are small.
-    fn through(&self, stage: &Stage, mut pose: Isometry3<f64>) -> Isometry3<f64> {
-        let small_m = SMALL_STEP * self.target.voxel_m;
-        let small_rad = SMALL_STEP / LEVER;
-        for _ in 0..stage.steps {
-            let Some(step) = self.equations(stage, &pose).step() else { return pose };
-            pose = motion(&step) * pose;
-            if step.fixed_rows::<3>(3).norm() < small_m && step.fixed_rows::<3>(0).norm() < small_rad {
-                break;
-            }
-        }
-        pose
-    }
-
-    /// Where the coarsest stage comes to from each guess; the one with the greatest weight of pairs.
-    fn best_start(&self, guesses: &[Isometry3<f64>]) -> Isometry3<f64> {
-        let coarse = &STAGES[0];
-        let mut best = (f64::NEG_INFINITY, Isometry3::identity());
-        for guess in guesses {
-            let pose = self.through(coarse, *guess);
-            // By finer scales than it was found with: what is nearly right weighs more.
-            let fine = Stage { scale: STAGES[1].scale, ..*coarse };
-            let weight = self.equations(&fine, &pose).weight;
-            if weight > best.0 {
-                best = (weight, pose);
-            }
-        }
-        best.1
-    }
-
-    /// Goes through all stages behind the coarsest.
-    fn refined(&self, start: Isometry3<f64>) -> Found {
-        let pose = STAGES[1..].iter().fold(start, |pose, stage| self.through(stage, pose));
-        let stage = &STAGES[STAGES.len() - 1];
-        let [reach_m, scale_m, block_m] =
-            [stage.reach, stage.scale, BLOCK].map(|voxels| voxels * self.target.voxel_m);
-        let (mut pairs, mut last, mut middle_m) = (0, NormalEquations::zero(), Vector3::zeros());
-        let mut blocks: BTreeMap<[i32; 3], Vector6<f64>> = BTreeMap::new();
-        for Pair { place_m, residual } in self.pairs(stage.level, reach_m, &pose) {
-            let weight = residual.weight(scale_m);
-            last.add(&residual, weight);
-            let block = [0, 1, 2].map(|k| (place_m[k] / block_m).floor() as i32);
-            *blocks.entry(block).or_insert_with(Vector6::zeros) +=
-                residual.jacobian * (weight * residual.distance_m);
-            middle_m += place_m;
-            pairs += 1;
-        }
-        middle_m /= pairs.max(1) as f64;
-        // The sandwich: errors of a block are as one.
-        let scatter = blocks.values().fold(Matrix6::zeros(), |sum, score| sum + score * score.transpose());
-        let covariance = last.damped().cholesky().map_or_else(Matrix6::zeros, |information| {
-            let inverse = information.inverse();
-            inverse * scatter * inverse
-        });
-        Found { pose, pairs, last, covariance, middle_m }
-    }
-}
-
-impl Found {
-    fn overlap(&self, source: &Pyramid) -> f64 {
-        self.pairs as f64 / source.levels[LEVELS.len() - 1].surfels.len().max(1) as f64
-    }
-
-    /// Least share of the weights that holds a translation, and its direction.
-    fn held(&self) -> (f64, Vector3<f64>) {
-        let m = &self.last.information;
-        let (direction, [least, ..]) =
-            smallest_eigenvector([m[(3, 3)], m[(3, 4)], m[(3, 5)], m[(4, 4)], m[(4, 5)], m[(5, 5)]]);
-        (least.max(0.0) / self.last.weight.max(f64::MIN_POSITIVE), direction.into())
-    }
-}
-
-/// The middle of two motions that are nearly the same, and half of what lies between them.
-struct Difference {
-    target_from_source: Isometry3<f64>,
-    /// At the middle of the surfaces, metres.
-    shift: Vector3<f64>,
-    /// Rotation vector, radians.
-    turn: Vector3<f64>,
-}
-
-impl Difference {
-    fn of(a: &Isometry3<f64>, b: &Isometry3<f64>, middle_m: &Vector3<f64>) -> Self {
-        let between = b * a.inverse();
-        let quaternion = between.rotation.quaternion();
-        let sign = if quaternion.w < 0.0 { -1.0 } else { 1.0 };
-        // Of half a small angle, the sine is the angle.
-        let turn = quaternion.imag() * sign;
-        let half_turned = motion(&Vector6::new(turn.x, turn.y, turn.z, 0.0, 0.0, 0.0)).rotation;
-        let shift = (between.rotation * middle_m + between.translation.vector - middle_m) / 2.0;
-        // About the middle of the surfaces.
-        let half = Isometry3::from_parts(
-            Translation3::from(middle_m + shift - half_turned * middle_m),
-            UnitQuaternion::new_normalize(half_turned.into_inner()),
-        );
-        Self { target_from_source: half * a, shift, turn }
-    }
 }

@@ -1,54 +1,15 @@
 //! Registration against the slow way, and on two visits of a simulated town.
 
+mod time;
+mod visits;
+
 use dmp_map::{Lattice, PatchBuilder};
-use dmp_sensor::{Isometry3, Track, Translation3, UnitQuaternion, Vector3};
-use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route};
+use dmp_sensor::{Isometry3, Vector3};
 use proptest::prelude::*;
 
-use crate::pyramid::{ALIKE, Surfel};
+use self::visits::{moved, pyramid, turned, visits};
+use crate::level::{NONE, Surfel};
 use crate::{Alignment, Pyramid, Refusal, align};
-
-const VOXEL_M: f64 = 0.5;
-
-fn pyramid(points: impl IntoIterator<Item = [f64; 3]>) -> Pyramid {
-    let mut patch = PatchBuilder::new(Lattice::new(VOXEL_M).unwrap());
-    patch.add(points).unwrap();
-    Pyramid::new(&patch)
-}
-
-fn turned(yaw_rad: f64, shift_m: [f64; 3]) -> Isometry3<f64> {
-    let rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
-    Isometry3::from_parts(Translation3::from(Vector3::from(shift_m)), rotation)
-}
-
-fn moved(by: &Isometry3<f64>, points: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    points.iter().map(|&point| (by * nalgebra::Point3::from(point)).into()).collect()
-}
-
-/// Returns of every other scan of a drive along a street, from the first or from the second, in the frame of the place.
-fn visits(seed: u64) -> [Vec<[f64; 3]>; 2] {
-    let lidar = LidarOptions { azimuth_steps: 450, ..LidarOptions::with_beams(16) };
-    let options =
-        RecordingOptions { seed, scans: 40, route: Route::OneWay, speed_m_s: 8.0, traffic: 0, lidar };
-    let town = options.town().unwrap();
-    let recording = Recording::new(&town, &options).unwrap();
-    let truth = recording.drive().trajectory(50.0).unwrap();
-    let track = Track::new(&truth, Isometry3::identity(), 1_000_000_000);
-    let place = recording.drive().world_from_body_at(recording.drive().options().start_ns + 2_000_000_000);
-    let mut visits = [Vec::new(), Vec::new()];
-    for (number, scan) in recording.scans().enumerate() {
-        for (k, point) in scan.points_in_sensor_m.iter().enumerate() {
-            let at_ns = scan.stamp_ns.unwrap() + scan.time_offsets_ns.get(k).copied().unwrap_or(0);
-            let Some(world_from_sensor) = track.world_from_sensor_at(at_ns) else { continue };
-            let in_sensor = nalgebra::Point3::from(point.map(f64::from));
-            let in_place = place.inverse() * (world_from_sensor * in_sensor);
-            if in_place.coords.norm() < 40.0 {
-                visits[number % 2].push(in_place.into());
-            }
-        }
-    }
-    visits
-}
 
 /// How far the motion is from `expected` at the place, metres and radians.
 fn off(found: &Alignment, expected: &Isometry3<f64>) -> (f64, f64) {
@@ -151,15 +112,18 @@ proptest! {
     ) {
         // Pressed flat, so that there are surfels.
         let pyramid = pyramid(points.into_iter().map(|[x, y, z]| [x, y, z.round() + 0.02 * z]));
-        let (place, normal) = (Vector3::from(place), Vector3::from(normal));
+        let normal = Vector3::from(normal);
         prop_assume!(normal.norm() > 0.1);
-        let normal = normal.normalize();
+        let sought = Surfel::new(place, normal.normalize().into());
         for level in &pyramid.levels {
-            let alike = |surfel: &&Surfel| surfel.normal.dot(&normal).abs() > ALIKE;
-            let distance_m2 = |surfel: &Surfel| (surfel.mean_m - place).norm_squared();
-            let near = level.surfels.iter().filter(alike).map(distance_m2);
-            let expected = near.filter(|&m2| m2 < reach_m * reach_m).min_by(f64::total_cmp);
-            prop_assert_eq!(level.nearest(&place, &normal, reach_m).map(distance_m2), expected);
+            let nearer = |(number, surfel): (u32, &Surfel)| (surfel.distance_m2(&sought), number);
+            let alike = (0..).zip(&level.surfels).filter(|(_, surfel)| surfel.is_like(&sought)).map(nearer);
+            let near = alike.filter(|&(m2, _)| m2 < (reach_m * reach_m) as f32);
+            let expected = near.min_by(|a, b| a.partial_cmp(b).unwrap()).map_or(NONE, |(_, number)| number);
+            // Whatever was known before.
+            for known in [NONE, expected, 0, level.surfels.len() as u32 / 2] {
+                prop_assert_eq!(level.nearest(&sought, reach_m, known), expected);
+            }
         }
     }
 }

@@ -1,0 +1,187 @@
+//! One pyramid brought onto another.
+
+use std::collections::BTreeMap;
+
+use dmp_map::smallest_eigenvector;
+use dmp_sensor::{Isometry3, Matrix6, Vector3};
+use nalgebra::Vector6;
+
+use crate::level::{NONE, Surfel};
+use crate::normal_equations::{NormalEquations, Residual, motion};
+use crate::pyramid::Pyramid;
+
+/// How a level is gone through, in voxels of the patch.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stage {
+    level: usize,
+    /// How far a surfel's counterpart may lie.
+    reach: f64,
+    /// The scale of Geman and McClure's function.
+    scale: f64,
+    steps: usize,
+    /// Steps below this are the end of the stage; of a rotation, at [`LEVER`].
+    small: f64,
+}
+
+/// Coarse to fine: so many voxels are 5 to 0.35 m at voxels of half a metre. What a stage leaves is far within the reach of the
+/// next one.
+pub(crate) const STAGES: [Stage; 4] = [
+    Stage { level: 0, reach: 10.0, scale: 2.0, steps: 12, small: 0.05 },
+    Stage { level: 1, reach: 4.0, scale: 0.8, steps: 8, small: 0.02 },
+    Stage { level: 2, reach: 1.4, scale: 0.3, steps: 6, small: 0.004 },
+    Stage { level: 2, reach: 0.7, scale: 0.16, steps: 8, small: 4e-4 },
+];
+/// Where a rotation counts as much as what it moves there, voxels.
+const LEVER: f64 = 40.0;
+/// Edge of the pieces of surface whose errors are taken to have nothing to do with each other, voxels.
+const BLOCK: f64 = 8.0;
+
+/// What is brought onto what.
+pub(crate) struct Side<'a> {
+    pub(crate) target: &'a Pyramid,
+    pub(crate) source: &'a Pyramid,
+}
+
+/// Where it came to.
+pub(crate) struct Found {
+    pub(crate) pose: Isometry3<f64>,
+    /// Counterparts at the finest level.
+    pub(crate) pairs: usize,
+    pub(crate) last: NormalEquations,
+    pub(crate) covariance: Matrix6<f64>,
+    /// Of the surfels with counterparts, brought onto the target.
+    pub(crate) middle_m: Vector3<f64>,
+}
+
+/// A surfel where it comes to lie, and its counterpart's plane.
+struct Pair {
+    place_m: Vector3<f64>,
+    residual: Residual,
+}
+
+/// The counterparts of a level's surfels, to begin the next search with.
+struct Counterparts {
+    level: usize,
+    numbers: Vec<u32>,
+}
+
+impl Counterparts {
+    fn none() -> Self {
+        Self { level: usize::MAX, numbers: Vec::new() }
+    }
+}
+
+impl Side<'_> {
+    /// Goes through the pairs of a level, in the order of the source's surfels.
+    fn each_pair(
+        &self,
+        level: usize,
+        reach_m: f64,
+        pose: &Isometry3<f64>,
+        counterparts: &mut Counterparts,
+        mut visit: impl FnMut(&Pair),
+    ) {
+        let (target, source) = (&self.target.levels[level], &self.source.levels[level]);
+        if counterparts.level != level {
+            *counterparts = Counterparts { level, numbers: vec![NONE; source.surfels.len()] };
+        }
+        let rotation = *pose.rotation.to_rotation_matrix().matrix();
+        for (surfel, number) in source.surfels.iter().zip(&mut counterparts.numbers) {
+            let place_m = rotation * surfel.mean_m() + pose.translation.vector;
+            let moved = Surfel::new(place_m.into(), (rotation * surfel.normal()).into());
+            *number = target.nearest(&moved, reach_m, *number);
+            if let Some(there) = target.surfels.get(*number as usize) {
+                visit(&Pair { place_m, residual: Residual::new(&place_m, &there.mean_m(), &there.normal()) });
+            }
+        }
+    }
+
+    fn equations(
+        &self,
+        stage: &Stage,
+        pose: &Isometry3<f64>,
+        counterparts: &mut Counterparts,
+    ) -> NormalEquations {
+        let [reach_m, scale_m] = [stage.reach, stage.scale].map(|voxels| voxels * self.target.voxel_m);
+        let mut equations = NormalEquations::zero();
+        self.each_pair(stage.level, reach_m, pose, counterparts, |Pair { residual, .. }| {
+            equations.add(residual, residual.weight(scale_m));
+        });
+        equations
+    }
+
+    /// Goes through a stage, until steps are small.
+    fn through(
+        &self,
+        stage: &Stage,
+        mut pose: Isometry3<f64>,
+        counterparts: &mut Counterparts,
+    ) -> Isometry3<f64> {
+        let (small_m, small_rad) = (stage.small * self.target.voxel_m, stage.small / LEVER);
+        for _ in 0..stage.steps {
+            let Some(step) = self.equations(stage, &pose, counterparts).step() else { return pose };
+            pose = motion(&step) * pose;
+            if step.fixed_rows::<3>(3).norm() < small_m && step.fixed_rows::<3>(0).norm() < small_rad {
+                break;
+            }
+        }
+        pose
+    }
+
+    /// Where the coarsest stage comes to from each guess; the one with the greatest weight of pairs.
+    pub(crate) fn best_start(&self, guesses: &[Isometry3<f64>]) -> Isometry3<f64> {
+        let coarse = &STAGES[0];
+        let mut best = (f64::NEG_INFINITY, Isometry3::identity());
+        let mut counterparts = Counterparts::none();
+        for guess in guesses {
+            let pose = self.through(coarse, *guess, &mut counterparts);
+            // By finer scales than it was found with: what is nearly right weighs more.
+            let fine = Stage { scale: STAGES[1].scale, ..*coarse };
+            let weight = self.equations(&fine, &pose, &mut counterparts).weight;
+            if weight > best.0 {
+                best = (weight, pose);
+            }
+        }
+        best.1
+    }
+
+    /// Goes through all stages behind the coarsest.
+    pub(crate) fn refined(&self, start: Isometry3<f64>) -> Found {
+        let mut counterparts = Counterparts::none();
+        let pose = STAGES[1..].iter().fold(start, |pose, stage| self.through(stage, pose, &mut counterparts));
+        let stage = &STAGES[STAGES.len() - 1];
+        let [reach_m, scale_m, block_m] =
+            [stage.reach, stage.scale, BLOCK].map(|voxels| voxels * self.target.voxel_m);
+        let (mut pairs, mut last, mut middle_m) = (0, NormalEquations::zero(), Vector3::zeros());
+        let mut blocks: BTreeMap<[i32; 3], Vector6<f64>> = BTreeMap::new();
+        self.each_pair(stage.level, reach_m, &pose, &mut counterparts, |Pair { place_m, residual }| {
+            let weight = residual.weight(scale_m);
+            last.add(residual, weight);
+            let block = [0, 1, 2].map(|k| (place_m[k] / block_m).floor() as i32);
+            *blocks.entry(block).or_insert_with(Vector6::zeros) +=
+                residual.jacobian * (weight * residual.distance_m);
+            middle_m += place_m;
+            pairs += 1;
+        });
+        middle_m /= pairs.max(1) as f64;
+        // The sandwich: errors of a block are as one.
+        let scatter = blocks.values().fold(Matrix6::zeros(), |sum, score| sum + score * score.transpose());
+        let covariance = last.damped().cholesky().map_or_else(Matrix6::zeros, |information| {
+            let inverse = information.inverse();
+            inverse * scatter * inverse
+        });
+        Found { pose, pairs, last, covariance, middle_m }
+    }
+}
+
+impl Found {
+    pub(crate) fn overlap(&self, source: &Pyramid) -> f64 {
+        self.pairs as f64 / source.surfels().max(1) as f64
+    }
+
+    /// Least share of the weights that holds a translation, and its direction.
+    pub(crate) fn held(&self) -> (f64, Vector3<f64>) {
+        let (direction, [least, ..]) = smallest_eigenvector(self.last.of_translation());
+        (least.max(0.0) / self.last.weight.max(f64::MIN_POSITIVE), direction.into())
+    }
+}
