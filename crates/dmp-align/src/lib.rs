@@ -39,10 +39,13 @@ mod grid;
 mod level;
 mod normal_equations;
 mod pyramid;
+mod refusal;
 mod register;
 mod side;
+mod starts;
 #[cfg(test)]
 mod tests;
 
 pub use pyramid::Pyramid;
-pub use register::{Alignment, Refusal, align};
+pub use refusal::Refusal;
+pub use register::{Alignment, align};

@@ -19,6 +19,9 @@ pub(crate) struct NormalEquations {
 /// A place that was moved, and the plane that it should lie in.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Residual {
+    pub(crate) place_m: Vector3<f64>,
+    /// Of the plane, unit length.
+    pub(crate) normal: Vector3<f64>,
     /// Signed distance from the plane, metres.
     pub(crate) distance_m: f64,
     /// Of the distance by a small rotation and translation.
@@ -27,10 +30,10 @@ pub(crate) struct Residual {
 
 impl Residual {
     /// Of `place_m` to the plane through `mean_m`: the derivative by a rotation vector ω is `(p × n)·ω`, by a translation `n`.
-    pub(crate) fn new(place_m: &Vector3<f64>, mean_m: &Vector3<f64>, normal: &Vector3<f64>) -> Self {
-        let turn = place_m.cross(normal);
+    pub(crate) fn new(place_m: Vector3<f64>, mean_m: &Vector3<f64>, normal: Vector3<f64>) -> Self {
+        let turn = place_m.cross(&normal);
         let jacobian = Vector6::new(turn.x, turn.y, turn.z, normal.x, normal.y, normal.z);
-        Self { distance_m: normal.dot(&(place_m - mean_m)), jacobian }
+        Self { place_m, normal, distance_m: normal.dot(&(place_m - mean_m)), jacobian }
     }
 
     /// Geman and McClure's weight at a distance of `scale_m`: 1 at none.

@@ -2,19 +2,16 @@
 
 use dmp_sensor::{Isometry3, Matrix6, Vector3};
 use nalgebra::Vector6;
-use thiserror::Error;
 
 use crate::difference::Difference;
 use crate::pyramid::Pyramid;
+use crate::refusal::{LEAST_OVERLAP, Refusal};
 use crate::side::Side;
+use crate::starts::LEAST_HELD;
 
-/// Least share of the surfels of either visit that the other one sees.
-const LEAST_OVERLAP: f64 = 0.10;
 /// How far both directions may be apart, voxels and radians.
 const MOST_APART: f64 = 0.1;
 const MOST_TURNED_RAD: f64 = 0.3 * std::f64::consts::PI / 180.0;
-/// Least share of the weights that holds the translation in each direction: a corridor of bare walls has less along it.
-const LEAST_HELD: f64 = 0.01;
 /// Fewer counterparts than this are no surface.
 const LEAST_PAIRS: usize = 50;
 
@@ -38,42 +35,11 @@ pub struct Alignment {
     pub least_held: Vector3<f64>,
 }
 
-/// Why the surfaces do not tell.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[non_exhaustive]
-pub enum Refusal {
-    /// The visits were made with voxels of different edges.
-    #[error("voxels of {0} m and {1} m")]
-    Voxels(f64, f64),
-    /// The visits hardly see the same.
-    #[error("only {share:.3} of a visit's surfels have a counterpart, less than {LEAST_OVERLAP}")]
-    LittleOverlap {
-        /// The smaller of both shares.
-        share: f64,
-    },
-    /// From the other side it is another motion.
-    #[error("{apart_m:.3} m and {turned_rad:.4} rad between what both directions say")]
-    NotTheSameBackward {
-        /// Distance of what they say, at the middle of the surfaces.
-        apart_m: f64,
-        /// Angle between what they say.
-        turned_rad: f64,
-    },
-    /// Surfaces hold no translation in one direction.
-    #[error("only {held:.4} of the surfaces hold it along [{:.2}, {:.2}, {:.2}]", .along[0], .along[1], .along[2])]
-    NotHeld {
-        /// Share of the weights.
-        held: f64,
-        /// In the place's frame.
-        along: [f64; 3],
-    },
-}
-
 /// Brings the surfaces of `source` onto those of `target`, both in the frame of the place, from the best of some guesses of
 /// that motion, the identity where there are none.
 ///
-/// From up to about ten voxels off (5 m at half a metre); of several guesses, the one from which the coarsest surfels
-/// match best is gone on with. `O(surfels)` time.
+/// From up to about ten voxels off (5 m at half a metre). Of several guesses, the one is gone on with from which the surfaces
+/// match best; that they match as well elsewhere is found out only where a guess leads there. `O(surfels)` time for each guess.
 ///
 /// # Errors
 /// Where the surfaces do not tell: see [`Refusal`].
@@ -84,7 +50,7 @@ pub fn align(target: &Pyramid, source: &Pyramid, guesses: &[Isometry3<f64>]) -> 
     let identity = [Isometry3::identity()];
     let guesses = if guesses.is_empty() { &identity } else { guesses };
     let forward = Side { target, source };
-    let there = forward.refined(forward.best_start(guesses));
+    let there = forward.best_of(guesses)?;
     let backward = Side { target: source, source: target };
     let back = backward.refined(there.pose.inverse());
     let overlap = [there.overlap(source), back.overlap(target)];

@@ -13,14 +13,14 @@ use crate::pyramid::Pyramid;
 /// How a level is gone through, in voxels of the patch.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stage {
-    level: usize,
+    pub(crate) level: usize,
     /// How far a surfel's counterpart may lie.
-    reach: f64,
+    pub(crate) reach: f64,
     /// The scale of Geman and McClure's function.
-    scale: f64,
-    steps: usize,
+    pub(crate) scale: f64,
+    pub(crate) steps: usize,
     /// Steps below this are the end of the stage; of a rotation, at [`LEVER`].
-    small: f64,
+    pub(crate) small: f64,
 }
 
 /// Coarse to fine: so many voxels are 5 to 0.35 m at voxels of half a metre. What a stage leaves is far within the reach of the
@@ -31,6 +31,8 @@ pub(crate) const STAGES: [Stage; 4] = [
     Stage { level: 2, reach: 1.4, scale: 0.3, steps: 6, small: 0.004 },
     Stage { level: 2, reach: 0.7, scale: 0.16, steps: 8, small: 4e-4 },
 ];
+/// The stage that says how well surfaces match.
+pub(crate) const FINEST: Stage = STAGES[STAGES.len() - 1];
 /// Where a rotation counts as much as what it moves there, voxels.
 const LEVER: f64 = 40.0;
 /// Edge of the pieces of surface whose errors are taken to have nothing to do with each other, voxels.
@@ -53,33 +55,27 @@ pub(crate) struct Found {
     pub(crate) middle_m: Vector3<f64>,
 }
 
-/// A surfel where it comes to lie, and its counterpart's plane.
-struct Pair {
-    place_m: Vector3<f64>,
-    residual: Residual,
-}
-
 /// The counterparts of a level's surfels, to begin the next search with.
-struct Counterparts {
+pub(crate) struct Counterparts {
     level: usize,
     numbers: Vec<u32>,
 }
 
 impl Counterparts {
-    fn none() -> Self {
+    pub(crate) fn none() -> Self {
         Self { level: usize::MAX, numbers: Vec::new() }
     }
 }
 
 impl Side<'_> {
     /// Goes through the pairs of a level, in the order of the source's surfels.
-    fn each_pair(
+    pub(crate) fn each_pair(
         &self,
         level: usize,
         reach_m: f64,
         pose: &Isometry3<f64>,
         counterparts: &mut Counterparts,
-        mut visit: impl FnMut(&Pair),
+        mut visit: impl FnMut(&Residual),
     ) {
         let (target, source) = (&self.target.levels[level], &self.source.levels[level]);
         if counterparts.level != level {
@@ -91,12 +87,12 @@ impl Side<'_> {
             let moved = Surfel::new(place_m.into(), (rotation * surfel.normal()).into());
             *number = target.nearest(&moved, reach_m, *number);
             if let Some(there) = target.surfels.get(*number as usize) {
-                visit(&Pair { place_m, residual: Residual::new(&place_m, &there.mean_m(), &there.normal()) });
+                visit(&Residual::new(place_m, &there.mean_m(), there.normal()));
             }
         }
     }
 
-    fn equations(
+    pub(crate) fn equations(
         &self,
         stage: &Stage,
         pose: &Isometry3<f64>,
@@ -104,14 +100,14 @@ impl Side<'_> {
     ) -> NormalEquations {
         let [reach_m, scale_m] = [stage.reach, stage.scale].map(|voxels| voxels * self.target.voxel_m);
         let mut equations = NormalEquations::zero();
-        self.each_pair(stage.level, reach_m, pose, counterparts, |Pair { residual, .. }| {
+        self.each_pair(stage.level, reach_m, pose, counterparts, |residual| {
             equations.add(residual, residual.weight(scale_m));
         });
         equations
     }
 
     /// Goes through a stage, until steps are small.
-    fn through(
+    pub(crate) fn through(
         &self,
         stage: &Stage,
         mut pose: Isometry3<f64>,
@@ -128,39 +124,22 @@ impl Side<'_> {
         pose
     }
 
-    /// Where the coarsest stage comes to from each guess; the one with the greatest weight of pairs.
-    pub(crate) fn best_start(&self, guesses: &[Isometry3<f64>]) -> Isometry3<f64> {
-        let coarse = &STAGES[0];
-        let mut best = (f64::NEG_INFINITY, Isometry3::identity());
-        let mut counterparts = Counterparts::none();
-        for guess in guesses {
-            let pose = self.through(coarse, *guess, &mut counterparts);
-            // By finer scales than it was found with: what is nearly right weighs more.
-            let fine = Stage { scale: STAGES[1].scale, ..*coarse };
-            let weight = self.equations(&fine, &pose, &mut counterparts).weight;
-            if weight > best.0 {
-                best = (weight, pose);
-            }
-        }
-        best.1
-    }
-
     /// Goes through all stages behind the coarsest.
     pub(crate) fn refined(&self, start: Isometry3<f64>) -> Found {
         let mut counterparts = Counterparts::none();
         let pose = STAGES[1..].iter().fold(start, |pose, stage| self.through(stage, pose, &mut counterparts));
-        let stage = &STAGES[STAGES.len() - 1];
+        let stage = &FINEST;
         let [reach_m, scale_m, block_m] =
             [stage.reach, stage.scale, BLOCK].map(|voxels| voxels * self.target.voxel_m);
         let (mut pairs, mut last, mut middle_m) = (0, NormalEquations::zero(), Vector3::zeros());
         let mut blocks: BTreeMap<[i32; 3], Vector6<f64>> = BTreeMap::new();
-        self.each_pair(stage.level, reach_m, &pose, &mut counterparts, |Pair { place_m, residual }| {
+        self.each_pair(stage.level, reach_m, &pose, &mut counterparts, |residual| {
             let weight = residual.weight(scale_m);
             last.add(residual, weight);
-            let block = [0, 1, 2].map(|k| (place_m[k] / block_m).floor() as i32);
+            let block = [0, 1, 2].map(|k| (residual.place_m[k] / block_m).floor() as i32);
             *blocks.entry(block).or_insert_with(Vector6::zeros) +=
                 residual.jacobian * (weight * residual.distance_m);
-            middle_m += place_m;
+            middle_m += residual.place_m;
             pairs += 1;
         });
         middle_m /= pairs.max(1) as f64;

@@ -1,5 +1,6 @@
 //! Registration against the slow way, and on two visits of a simulated town.
 
+mod look_alikes;
 mod time;
 mod visits;
 

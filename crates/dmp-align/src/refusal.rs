@@ -1,0 +1,47 @@
+//! Why there may be no answer.
+
+use thiserror::Error;
+
+/// Least share of the surfels of either visit that the other one sees.
+pub(crate) const LEAST_OVERLAP: f64 = 0.10;
+
+/// Why the surfaces do not tell.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// The visits were made with voxels of different edges.
+    #[error("voxels of {0} m and {1} m")]
+    Voxels(f64, f64),
+    /// The visits hardly see the same.
+    #[error("only {share:.3} of a visit's surfels have a counterpart, less than {LEAST_OVERLAP}")]
+    LittleOverlap {
+        /// The smaller of both shares.
+        share: f64,
+    },
+    /// Surfaces match as well elsewhere.
+    #[error("{apart_m:.2} m and {turned_rad:.3} rad on, surfaces tell {share:.2} of what they tell here")]
+    Ambiguous {
+        /// Distance of both places, at the middle of the surfaces.
+        apart_m: f64,
+        /// Angle between both.
+        turned_rad: f64,
+        /// What the worse match tells against the better one, in parts of what that tells against it.
+        share: f64,
+    },
+    /// From the other side it is another motion.
+    #[error("{apart_m:.3} m and {turned_rad:.4} rad between what both directions say")]
+    NotTheSameBackward {
+        /// Distance of what they say, at the middle of the surfaces.
+        apart_m: f64,
+        /// Angle between what they say.
+        turned_rad: f64,
+    },
+    /// Surfaces hold no translation in one direction.
+    #[error("only {held:.4} of the surfaces hold it along [{:.2}, {:.2}, {:.2}]", .along[0], .along[1], .along[2])]
+    NotHeld {
+        /// Share of the weights.
+        held: f64,
+        /// In the place's frame.
+        along: [f64; 3],
+    },
+}

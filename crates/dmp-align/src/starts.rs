@@ -1,0 +1,128 @@
+//! Which of several guesses is gone on with, and whether another one would do as well.
+
+use dmp_sensor::{Isometry3, Vector3};
+
+use crate::refusal::Refusal;
+use crate::side::{Counterparts, FINEST, Found, STAGES, Side, Stage};
+
+/// Places are apart from this on, voxels and radians: far more than one match leaves open.
+const APART: f64 = 2.0;
+const APART_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
+/// Where the coarsest surfels match less than this as well as at the best place, the finest ones are not looked at. Of streets
+/// that repeat themselves they match from 0.75, of others up to 0.65.
+const LEAST_COARSE: f64 = 0.7;
+/// Most places that are looked at beside the best.
+const MOST_OTHERS: usize = 12;
+/// Surfaces that tell this share for another place leave open which it is. In streets that repeat themselves every 6 to 15 m it
+/// is 0.75 and more (half a bay matched with half of another tells half), in others 0.31 and less.
+const AMBIGUOUS: f64 = 0.6;
+/// What tells less than this share of the weights, in a direction, is noise.
+pub(crate) const LEAST_HELD: f64 = 0.01;
+
+/// Where the coarsest stage came to.
+struct Start {
+    pose: Isometry3<f64>,
+    weight: f64,
+}
+
+impl Side<'_> {
+    /// What the guess comes to from which the surfaces match best.
+    ///
+    /// # Errors
+    /// [`Refusal::Ambiguous`], where they match as well at another place.
+    pub(crate) fn best_of(&self, guesses: &[Isometry3<f64>]) -> Result<Found, Refusal> {
+        let mut found = self.apart_from_each_other(&self.starts(guesses));
+        let mut best = 0;
+        for other in 1..found.len() {
+            let [for_best, for_other] = self.tell(&found[best], &found[other]);
+            best = if for_other > for_best { other } else { best };
+        }
+        let best = found.swap_remove(best);
+        let mut rival: Option<(f64, Found)> = None;
+        for other in found {
+            let [for_best, for_other] = self.tell(&best, &other);
+            // Neither of them where surfaces do not hold what lies between them.
+            if for_best.max(for_other) < LEAST_HELD * best.last.weight.max(other.last.weight) {
+                continue;
+            }
+            let share = for_other / for_best.max(f64::MIN_POSITIVE);
+            if share >= rival.as_ref().map_or(AMBIGUOUS, |(share, _)| *share) {
+                rival = Some((share, other));
+            }
+        }
+        let Some((share, rival)) = rival else { return Ok(best) };
+        let (apart_m, turned_rad) = between(&best.pose, &rival.pose, &best.middle_m);
+        Err(Refusal::Ambiguous { apart_m, turned_rad, share })
+    }
+
+    /// Where the best start comes to, and others that match nearly as well and end elsewhere.
+    fn apart_from_each_other(&self, starts: &[Start]) -> Vec<Found> {
+        let mut found: Vec<Found> = Vec::new();
+        let mut seen: Vec<Isometry3<f64>> = Vec::new();
+        for start in starts {
+            if seen.len() > MOST_OTHERS || start.weight < LEAST_COARSE * starts[0].weight {
+                break;
+            }
+            let middle_m = found.first().map_or_else(Vector3::zeros, |first| first.middle_m);
+            if seen.iter().all(|other| self.are_apart(other, &start.pose, &middle_m)) {
+                seen.push(start.pose);
+                let new = self.refined(start.pose);
+                if found.iter().all(|other| self.are_apart(&other.pose, &new.pose, &middle_m)) {
+                    found.push(new);
+                }
+            }
+        }
+        found
+    }
+
+    /// Where the coarsest stage comes to from each guess, the one with the greatest weight of pairs first.
+    fn starts(&self, guesses: &[Isometry3<f64>]) -> Vec<Start> {
+        let coarse = &STAGES[0];
+        let mut counterparts = Counterparts::none();
+        let mut starts: Vec<Start> = guesses
+            .iter()
+            .map(|guess| {
+                let pose = self.through(coarse, *guess, &mut counterparts);
+                // By finer scales than it was found with: what is nearly right weighs more.
+                let fine = Stage { scale: STAGES[1].scale, ..*coarse };
+                Start { pose, weight: self.equations(&fine, &pose, &mut counterparts).weight }
+            })
+            .collect();
+        // Stable: of two that are as good, the first.
+        starts.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+        starts
+    }
+
+    fn are_apart(&self, a: &Isometry3<f64>, b: &Isometry3<f64>, middle_m: &Vector3<f64>) -> bool {
+        let (apart_m, turned_rad) = between(a, b, middle_m);
+        apart_m > APART * self.target.voxel_m || turned_rad > APART_RAD
+    }
+
+    /// How much the surfaces tell for either of two places against the other.
+    fn tell(&self, a: &Found, b: &Found) -> [f64; 2] {
+        [self.tells(&a.pose, &b.pose), self.tells(&b.pose, &a.pose)]
+    }
+
+    /// How much the surfaces tell for one pose against another: weights of the finest pairs, each by how squarely its plane
+    /// stands in the way from one place to the other. What lies along the way, as the walls of a street, matches at both.
+    fn tells(&self, pose: &Isometry3<f64>, other: &Isometry3<f64>) -> f64 {
+        let [reach_m, scale_m] = [FINEST.reach, FINEST.scale].map(|voxels| voxels * self.target.voxel_m);
+        let other_from_pose = other * pose.inverse();
+        let mut sum = 0.0;
+        self.each_pair(FINEST.level, reach_m, pose, &mut Counterparts::none(), |residual| {
+            let place_m = residual.place_m;
+            let way_m = other_from_pose.rotation * place_m + other_from_pose.translation.vector - place_m;
+            let across_m = residual.normal.dot(&way_m);
+            let way_m2 = way_m.norm_squared().max(f64::MIN_POSITIVE);
+            sum += residual.weight(scale_m) * across_m * across_m / way_m2;
+        });
+        sum
+    }
+}
+
+/// Distance of the middle at two poses, and the angle between them: the chord, which needs no sine.
+fn between(a: &Isometry3<f64>, b: &Isometry3<f64>, middle_m: &Vector3<f64>) -> (f64, f64) {
+    let between = b * a.inverse();
+    let shift_m = between.rotation * middle_m + between.translation.vector - middle_m;
+    (shift_m.norm(), 2.0 * between.rotation.quaternion().imag().norm())
+}
