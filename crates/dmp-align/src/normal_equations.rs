@@ -14,6 +14,8 @@ pub(crate) struct NormalEquations {
     information: [f64; 21],
     gradient: [f64; 6],
     pub(crate) weight: f64,
+    /// Of the places by their weights.
+    places_m: [f64; 3],
 }
 
 /// A place that was moved, and the plane that it should lie in.
@@ -46,7 +48,7 @@ impl Residual {
 
 impl NormalEquations {
     pub(crate) fn zero() -> Self {
-        Self { information: [0.0; 21], gradient: [0.0; 6], weight: 0.0 }
+        Self { information: [0.0; 21], gradient: [0.0; 6], weight: 0.0, places_m: [0.0; 3] }
     }
 
     #[inline]
@@ -60,6 +62,9 @@ impl NormalEquations {
                 *sum += weighted * column;
             }
             self.gradient[row] += weighted * residual.distance_m;
+        }
+        for (sum_m, place_m) in self.places_m.iter_mut().zip(&residual.place_m) {
+            *sum_m += weight * place_m;
         }
         self.weight += weight;
     }
@@ -87,9 +92,13 @@ impl NormalEquations {
         whole + Matrix6::from_diagonal_element(DAMPING * whole.trace() / 6.0)
     }
 
-    /// The motion that the step calls for; `None` where nothing does.
-    pub(crate) fn step(&self) -> Option<Vector6<f64>> {
-        Some(self.damped().cholesky()?.solve(&-Vector6::from(self.gradient)))
+    pub(crate) fn gradient(&self) -> Vector6<f64> {
+        self.gradient.into()
+    }
+
+    /// The middle of the surfaces, metres.
+    pub(crate) fn middle_m(&self) -> Vector3<f64> {
+        Vector3::from(self.places_m) / self.weight.max(f64::MIN_POSITIVE)
     }
 }
 

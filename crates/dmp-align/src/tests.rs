@@ -1,5 +1,6 @@
 //! Registration against the slow way, and on two visits of a simulated town.
 
+mod bare;
 mod look_alikes;
 mod time;
 mod visits;
@@ -71,23 +72,6 @@ fn what_is_brought_onto_what_does_not_matter() {
     let back = align(&source, &target, &[]).unwrap().target_from_source;
     let between = there * back;
     assert!(between.translation.vector.norm() < 0.01 && between.rotation.angle() < 1e-3, "{between}");
-}
-
-/// Points of a floor and two walls along x, with nothing that holds x.
-fn corridor(phase: f64) -> Vec<[f64; 3]> {
-    let steps = |n: i32, step: f64| (0..n).map(move |k| f64::from(k) * step + phase);
-    let floor = steps(400, 0.1).flat_map(|x| steps(40, 0.1).map(move |y| [x - 20.0, y - 2.0, 0.01]));
-    let walls = steps(400, 0.1).flat_map(|x| steps(30, 0.1).map(move |z| [x - 20.0, z]));
-    let walls: Vec<[f64; 2]> = walls.collect();
-    let walls = walls.into_iter().flat_map(|[x, z]| [[x, -2.01, z], [x, 2.01, z]]);
-    floor.chain(walls).collect()
-}
-
-#[test]
-fn a_bare_corridor_tells_nothing_along_it() {
-    let error = align(&pyramid(corridor(0.013)), &pyramid(corridor(0.051)), &[]).unwrap_err();
-    let Refusal::NotHeld { held, along } = error else { panic!("{error}") };
-    assert!(held < 1e-3 && along[0].abs() > 0.999, "{held} {along:?}");
 }
 
 #[test]

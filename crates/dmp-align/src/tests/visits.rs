@@ -6,7 +6,7 @@ use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route};
 
 use crate::Pyramid;
 
-const VOXEL_M: f64 = 0.5;
+pub(crate) const VOXEL_M: f64 = 0.5;
 
 pub(crate) fn pyramid(points: impl IntoIterator<Item = [f64; 3]>) -> Pyramid {
     let mut patch = PatchBuilder::new(Lattice::new(VOXEL_M).unwrap());
