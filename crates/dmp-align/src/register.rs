@@ -16,7 +16,7 @@ const MOST_TURNED_RAD: f64 = 0.3 * std::f64::consts::PI / 180.0;
 const LEAST_PAIRS: usize = 50;
 
 /// No direction is known better than this, voxels: surfels are means over voxels that two visits fill unevenly.
-const FLOOR: f64 = 0.02;
+const FLOOR: f64 = 0.002;
 /// Standard deviation along what no surface holds, voxels: nothing is known.
 const UNHELD: f64 = 100.0;
 
@@ -27,7 +27,7 @@ pub struct Alignment {
     /// run put both visits right.
     pub target_from_source: Isometry3<f64>,
     /// Of a rotation vector (radians) and a translation (metres) put before it: over pieces of the surface, with half the
-    /// difference of both directions and a floor of 0.02 voxels.
+    /// difference of both directions and a floor of 0.002 voxels.
     pub covariance: Matrix6<f64>,
     /// Shares of the surfels of the source that the target has counterparts of, and of the target that the source has.
     pub overlap: [f64; 2],

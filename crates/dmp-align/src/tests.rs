@@ -1,6 +1,7 @@
 //! Registration against the slow way, and on two visits of a simulated town.
 
 mod bare;
+mod coverage;
 mod look_alikes;
 mod time;
 mod visits;
