@@ -108,3 +108,53 @@ pub(crate) fn motion(step: &Vector6<f64>) -> Isometry3<f64> {
     let rotation = UnitQuaternion::new_normalize(Quaternion::new(1.0, half[0], half[1], half[2]));
     Isometry3::from_parts(Translation3::new(step[3], step[4], step[5]), rotation)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn derivatives_are_those_of_small_motions(
+            place_m in prop::array::uniform3(-50.0..50.0_f64), mean_m in prop::array::uniform3(-50.0..50.0_f64),
+            normal in prop::array::uniform3(-1.0..1.0_f64),
+        ) {
+            let normal = Vector3::from(normal);
+            prop_assume!(normal.norm() > 0.1);
+            let (mean_m, normal) = (Vector3::from(mean_m), normal.normalize());
+            let residual = Residual::new(place_m.into(), &mean_m, normal);
+            for k in 0..6 {
+                let moved_m = |by: f64| {
+                    let mut step = Vector6::zeros();
+                    step[k] = by;
+                    let place_m = motion(&step) * nalgebra::Point3::from(place_m);
+                    Residual::new(place_m.coords, &mean_m, normal).distance_m
+                };
+                let small = 1e-5;
+                let expected = (moved_m(small) - moved_m(-small)) / (2.0 * small);
+                prop_assert!((residual.jacobian[k] - expected).abs() < 1e-6, "{k}: {expected}");
+            }
+        }
+
+        #[test]
+        fn sums_are_those_of_matrices(
+            places_m in prop::collection::vec(prop::array::uniform3(-5.0..5.0_f64), 1..20),
+        ) {
+            let normal = Vector3::new(0.6, 0.0, 0.8);
+            let mut equations = NormalEquations::zero();
+            let (mut information, mut gradient) = (Matrix6::zeros(), Vector6::zeros());
+            for place_m in places_m {
+                let residual = Residual::new(place_m.into(), &Vector3::zeros(), normal);
+                let weight = residual.weight(1.0);
+                equations.add(&residual, weight);
+                information += residual.jacobian * residual.jacobian.transpose() * weight;
+                gradient += residual.jacobian * (weight * residual.distance_m);
+            }
+            prop_assert!((equations.information() - information).norm() < 1e-9);
+            prop_assert!((equations.gradient() - gradient).norm() < 1e-9);
+            let translation = [(3, 3), (3, 4), (3, 5), (4, 4), (4, 5), (5, 5)].map(|place| information[place]);
+            prop_assert!(equations.of_translation().iter().zip(translation).all(|(a, b)| (a - b).abs() < 1e-9));
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use dmp_sensor::{Isometry3, Vector3};
 
 use crate::held::LEAST_HELD;
-use crate::refusal::Refusal;
+use crate::refusal::{LEAST_OVERLAP, Refusal};
 use crate::side::{Counterparts, FINEST, Found, STAGES, Side, Stage};
 
 /// Places are apart from this on, voxels and radians: far more than one match leaves open.
@@ -38,6 +38,10 @@ impl Side<'_> {
             best = if for_other > for_best { other } else { best };
         }
         let best = found.swap_remove(best);
+        // Too little to be ambiguous.
+        if best.overlap(self.source) < LEAST_OVERLAP {
+            return Ok(best);
+        }
         let mut rival: Option<(f64, Found)> = None;
         for other in found {
             let [for_best, for_other] = self.tell(&best, &other);

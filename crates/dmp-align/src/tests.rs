@@ -10,15 +10,9 @@ use dmp_map::{Lattice, PatchBuilder};
 use dmp_sensor::{Isometry3, Vector3};
 use proptest::prelude::*;
 
-use self::visits::{moved, pyramid, turned, visits};
+use self::visits::{moved, off, pyramid, turned, visits};
 use crate::level::{NONE, Surfel};
-use crate::{Alignment, Pyramid, Refusal, align};
-
-/// How far the motion is from `expected` at the place, metres and radians.
-fn off(found: &Alignment, expected: &Isometry3<f64>) -> (f64, f64) {
-    let between = found.target_from_source * expected.inverse();
-    (between.translation.vector.norm(), between.rotation.angle())
-}
+use crate::{Pyramid, Refusal, align};
 
 #[test]
 fn two_visits_of_one_place_are_where_they_are() {
@@ -80,6 +74,9 @@ fn visits_that_see_nothing_of_each_other_are_refused() {
     let [first, second] = visits(7);
     let far = turned(0.0, [100.0, 0.0, 0.0]);
     let error = align(&pyramid(first.clone()), &pyramid(moved(&far, &second)), &[]).unwrap_err();
+    assert!(matches!(error, Refusal::LittleOverlap { .. }), "{error}");
+    let guesses = [0.0, 5.0, -5.0].map(|x| turned(0.0, [x, 0.0, 0.0]));
+    let error = align(&pyramid(first.clone()), &pyramid(moved(&far, &second)), &guesses).unwrap_err();
     assert!(matches!(error, Refusal::LittleOverlap { .. }), "{error}");
     let error = align(&pyramid(first.clone()), &pyramid([]), &[]).unwrap_err();
     assert!(matches!(error, Refusal::LittleOverlap { share: 0.0 }), "{error}");
