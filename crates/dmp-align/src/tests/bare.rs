@@ -28,7 +28,7 @@ fn tunnel(phase_m: f64) -> Vec<[f64; 3]> {
     steps(400, 0.1, phase_m).flat_map(|x| round.clone().map(move |[y, z]| [x - 20.0, y, z])).collect()
 }
 
-fn shares(found: &Alignment, by: &Isometry3<f64>) -> (Vector3<f64>, f64) {
+fn off_by(found: &Alignment, by: &Isometry3<f64>) -> (Vector3<f64>, f64) {
     let between = found.target_from_source * by;
     (between.translation.vector, between.rotation.angle())
 }
@@ -49,7 +49,7 @@ fn a_bare_corridor_tells_all_but_how_far_along_it() {
             let found = align(&target, &source, &[guess]).unwrap();
             let unheld = found.unheld.unwrap();
             assert!(found.held < 1e-3 && unheld.x.abs() > 0.9999, "{} along {unheld}", found.held);
-            let (off_m, off_rad) = shares(&found, &by);
+            let (off_m, off_rad) = off_by(&found, &by);
             assert!(off_m.y.abs() < 0.002 && off_m.z.abs() < 0.002 && off_rad < 2e-4, "{off_m} {off_rad}");
             let variance_m2 = |along: Vector3<f64>| {
                 let covariance_m2 = found.covariance.fixed_view::<3, 3>(3, 3) * along;
@@ -62,6 +62,33 @@ fn a_bare_corridor_tells_all_but_how_far_along_it() {
             let kept_m = moved(&found.target_from_source, &middle)[0][0] - moved(&guess, &middle)[0][0];
             assert!(kept_m.abs() < 0.03, "{kept_m} m along");
         }
+    }
+}
+
+/// Every place off by up to 3 cm along each axis, by a sequence of numbers of its own.
+fn noisy(points: &[[f64; 3]], seed: u64) -> Vec<[f64; 3]> {
+    let mut state = seed;
+    let mut off_m = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        0.06 * ((state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5)
+    };
+    points.iter().map(|point| point.map(|n| n + off_m())).collect()
+}
+
+#[test]
+fn noise_on_bare_walls_holds_nothing_along_them() {
+    let middle = [[0.0, 0.0, 1.5]];
+    for seed in 1..=6 {
+        let by = turned(0.01, [0.0, 0.2, 0.1]);
+        let target = pyramid(noisy(&corridor(0.013), seed));
+        let source = pyramid(noisy(&moved(&by, &corridor(0.051)), seed + 100));
+        let guess = turned(0.0, [0.3, 0.0, 0.0]);
+        let found = align(&target, &source, &[guess]).unwrap();
+        let (off_m, off_rad) = off_by(&found, &by);
+        assert!(found.unheld.is_some_and(|along| along.x.abs() > 0.999), "{:?}", found.held);
+        assert!(off_m.y.abs() < 0.005 && off_m.z.abs() < 0.005 && off_rad < 2e-3, "{off_m} {off_rad}");
+        let kept_m = moved(&found.target_from_source, &middle)[0][0] - moved(&guess, &middle)[0][0];
+        assert!(kept_m.abs() < 0.03, "{kept_m} m along");
     }
 }
 
