@@ -10,8 +10,10 @@
 //!    (Low 2004, "Linear Least-Squares Optimization for Point-to-Plane ICP Surface Registration"), weighted by
 //!    Geman and McClure's function (Chebrolu et al. 2021, "Adaptive Robust Kernels for Non-Linear Least Squares
 //!    Problems", eq. 2 with α = −2), by Gauss and Newton's method.
-//! 3. Gates: both directions agree, enough is seen by both, surfaces come to lie as near to each other as they are thick (those of
-//!    another place that looks alike do not), and they hold the motion in every direction.
+//! 3. Gates: both directions agree, enough is seen by both, surfaces hold the motion in every direction but one, they do
+//!    not match as well elsewhere, and they come to lie as near to each other as they are thick: those of another place that looks
+//!    alike do not. Along a direction that they do not hold, as along a corridor, the guess stands (after
+//!    Zhang, Kaess and Singh 2016, "On Degeneracy of Optimization-based State Estimation Problems").
 //!
 //! Lengths are multiples of the patch's voxel, so that a room is a small street. Nothing here reads a file or starts a
 //! thread; only + − × ÷ and square roots, in a fixed order: the bits are the same everywhere.
@@ -38,6 +40,7 @@
 mod difference;
 mod gradient;
 mod grid;
+mod held;
 mod level;
 mod normal_equations;
 mod pyramid;

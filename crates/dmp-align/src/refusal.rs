@@ -48,12 +48,12 @@ pub enum Refusal {
         /// Median thickness of the surfels.
         thick_m: f64,
     },
-    /// Surfaces hold no translation in one direction.
-    #[error("only {held:.4} of the surfaces hold it along [{:.2}, {:.2}, {:.2}]", .along[0], .along[1], .along[2])]
+    /// Surfaces hold no translation in two directions, or no rotation about an axis.
+    #[error("only {held:.4} of the surfaces hold it along or about [{:.2}, {:.2}, {:.2}]", .along[0], .along[1], .along[2])]
     NotHeld {
-        /// Share of the weights.
+        /// Share of the weights; of a rotation, by what it moves at 20 voxels.
         held: f64,
-        /// In the place's frame.
+        /// The direction that is held least, or the axis, in the target's frame.
         along: [f64; 3],
     },
 }

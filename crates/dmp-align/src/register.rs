@@ -1,13 +1,13 @@
 //! From two pyramids and guesses to a motion, how well it is known, or why it is not.
 
 use dmp_sensor::{Isometry3, Matrix6, Vector3};
-use nalgebra::Vector6;
+use nalgebra::{Point3, Vector6};
 
 use crate::difference::Difference;
+use crate::held::{Hold, LEAST_HELD, LEAST_TURN_HELD, turn_held};
 use crate::pyramid::Pyramid;
 use crate::refusal::{LEAST_OVERLAP, Refusal};
-use crate::side::Side;
-use crate::starts::LEAST_HELD;
+use crate::side::{Found, Side};
 
 /// How far both directions may be apart, voxels and radians.
 const MOST_APART: f64 = 0.1;
@@ -19,9 +19,12 @@ const LEAST_THICK: f64 = 0.012;
 /// Fewer counterparts than this are no surface.
 const LEAST_PAIRS: usize = 50;
 
-/// No direction is known better than this, voxels, and than half of the counterparts lie off: surfels are means over voxels that two
-/// visits fill unevenly.
-const FLOOR: f64 = 0.02;
+/// No direction is known better than this, voxels: surfels are means over voxels that two visits fill unevenly.
+const FLOOR: f64 = 0.002;
+/// Allowed for in each direction beside that, voxels, and what half of the counterparts lie off.
+const ALLOWANCE: f64 = 0.02;
+/// Standard deviation along what no surface holds, voxels: nothing is known.
+const UNHELD: f64 = 100.0;
 
 /// Where one visit's surfaces lie by the other's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +33,7 @@ pub struct Alignment {
     /// run put both visits right.
     pub target_from_source: Isometry3<f64>,
     /// Of a rotation vector (radians) and a translation (metres) put before it: over pieces of the surface, with half the
-    /// difference of both directions and an [allowance](Self::allowance_m).
+    /// difference of both directions, a floor of 0.002 voxels and an [allowance](Self::allowance_m).
     pub covariance: Matrix6<f64>,
     /// Shares of the surfels of the source that the target has counterparts of, and of the target that the source has.
     pub overlap: [f64; 2],
@@ -39,8 +42,11 @@ pub struct Alignment {
     pub allowance_m: f64,
     /// Least share of the weights that holds the translation in a direction: 1/3 where all do evenly.
     pub held: f64,
-    /// That direction.
+    /// That direction, in the target's frame.
     pub least_held: Vector3<f64>,
+    /// The same where surfaces do not hold it, as along a bare corridor: there the motion is that of the best guess, at the
+    /// middle of the surfaces, and the standard deviation 100 voxels. The rest is as good as anywhere.
+    pub unheld: Option<Vector3<f64>>,
 }
 
 /// Brings the surfaces of `source` onto those of `target`, both in the frame of the place, from the best of some guesses of
@@ -60,14 +66,19 @@ pub fn align(target: &Pyramid, source: &Pyramid, guesses: &[Isometry3<f64>]) -> 
     let forward = Side { target, source };
     let there = forward.best_of(guesses)?;
     let backward = Side { target: source, source: target };
-    let back = backward.refined(there.pose.inverse());
+    let to_source = there.pose.inverse();
+    let back = backward.refined(&to_source, &to_source);
     let overlap = [there.overlap(source), back.overlap(target)];
     let share = overlap[0].min(overlap[1]);
     if share < LEAST_OVERLAP || there.pairs.min(back.pairs) < LEAST_PAIRS {
         return Err(Refusal::LittleOverlap { share });
     }
+    let Holding { held, least_held, unheld } = Holding::of(&there, &back, target.voxel_m)?;
+    let along: &[Vector3<f64>] = unheld.as_slice();
+    let middle_m = there.middle_m();
     let Difference { target_from_source, shift, turn } =
-        Difference::of(&there.pose, &back.pose.inverse(), &there.middle_m);
+        Difference::of(&there.pose, &back.pose.inverse(), &middle_m);
+    let shift = along.iter().fold(shift, |shift, along| shift - along * along.dot(&shift));
     let (apart_m, turned_rad) = (2.0 * shift.norm(), 2.0 * turn.norm());
     if apart_m > MOST_APART * target.voxel_m || turned_rad > MOST_TURNED_RAD {
         return Err(Refusal::NotTheSameBackward { apart_m, turned_rad });
@@ -76,23 +87,67 @@ pub fn align(target: &Pyramid, source: &Pyramid, guesses: &[Isometry3<f64>]) -> 
     if off_m > MOST_OFF * there.thick_m.max(LEAST_THICK * target.voxel_m) {
         return Err(Refusal::NotAlike { off_m, thick_m: there.thick_m });
     }
-    let (held, least_held) = there.held();
-    let (held_back, least_held_back) = back.held();
-    let (held, least_held) = if held_back < held { (held_back, least_held_back) } else { (held, least_held) };
-    if held < LEAST_HELD {
-        return Err(Refusal::NotHeld { held, along: least_held.into() });
-    }
+    // The shift of the middle, as a translation after the turn.
+    let shift = shift - turn.cross(&middle_m);
     let half = Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z);
-    let floor_m = FLOOR * target.voxel_m;
-    let allowed_m2 = floor_m * floor_m + off_m * off_m;
-    let allowed = Matrix6::from_fn(|k, l| if k == l && k >= 3 { allowed_m2 } else { 0.0 });
-    let covariance = there.covariance + half * half.transpose() + allowed;
-    Ok(Alignment {
-        target_from_source,
-        covariance,
-        overlap,
-        allowance_m: allowed_m2.sqrt(),
-        held,
-        least_held,
-    })
+    let [floor_m, least_m, unheld_m] = [FLOOR, ALLOWANCE, UNHELD].map(|voxels| voxels * target.voxel_m);
+    let allowance_m = (least_m * least_m + off_m * off_m).sqrt();
+    let floor_m2 = floor_m * floor_m + allowance_m * allowance_m;
+    let floor = Matrix6::from_fn(|k, l| if k == l && k >= 3 { floor_m2 } else { 0.0 });
+    let mut covariance = there.covariance(along) + half * half.transpose() + floor;
+    for along in along {
+        let along_m = Vector6::new(0.0, 0.0, 0.0, along.x, along.y, along.z) * unheld_m;
+        covariance += along_m * along_m.transpose();
+    }
+    let target_from_source = unheld
+        .map_or(target_from_source, |along| kept_along(&along, &there.guess, target_from_source, &middle_m));
+    Ok(Alignment { target_from_source, covariance, overlap, allowance_m, held, least_held, unheld })
+}
+
+/// What the surfaces hold least.
+struct Holding {
+    /// Share of the weights, from whichever side it is less.
+    held: f64,
+    /// Direction of the translation, in the target's frame.
+    least_held: Vector3<f64>,
+    /// The same where the share is too little.
+    unheld: Option<Vector3<f64>>,
+}
+
+impl Holding {
+    /// # Errors
+    /// [`Refusal::NotHeld`], where a second direction or a rotation is not held either.
+    fn of(there: &Found, back: &Found, voxel_m: f64) -> Result<Self, Refusal> {
+        let [from_source, from_target] = [there, back].map(|found| Hold::of(&found.last));
+        let to_target = there.pose.rotation;
+        let (held, least_held) = if from_target.shares[0] < from_source.shares[0] {
+            (from_target.shares[0], to_target * from_target.least())
+        } else {
+            (from_source.shares[0], from_source.least())
+        };
+        if from_source.shares[1].min(from_target.shares[1]) < LEAST_HELD {
+            return Err(Refusal::NotHeld { held, along: least_held.into() });
+        }
+        let unheld = (held < LEAST_HELD).then_some(least_held);
+        let in_source = unheld.map(|along| to_target.inverse() * along);
+        let (turn, axis) = turn_held(&there.last, unheld.as_slice(), voxel_m);
+        let (turn_back, axis_back) = turn_held(&back.last, in_source.as_slice(), voxel_m);
+        let (turn, axis) = if turn_back < turn { (turn_back, to_target * axis_back) } else { (turn, axis) };
+        if turn < LEAST_TURN_HELD {
+            return Err(Refusal::NotHeld { held: turn, along: axis.into() });
+        }
+        Ok(Self { held, least_held, unheld })
+    }
+}
+
+/// The pose moved along a direction until the middle of the surfaces lies there as far as by the guess.
+fn kept_along(
+    along: &Vector3<f64>,
+    guess: &Isometry3<f64>,
+    mut pose: Isometry3<f64>,
+    middle_m: &Vector3<f64>,
+) -> Isometry3<f64> {
+    let in_source = pose.inverse() * Point3::from(*middle_m);
+    pose.translation.vector += along * along.dot(&(guess * in_source - Point3::from(*middle_m)));
+    pose
 }

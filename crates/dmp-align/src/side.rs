@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use dmp_map::smallest_eigenvector;
 use dmp_sensor::{Isometry3, Matrix6, Vector3};
 use nalgebra::Vector6;
 
+use crate::held::{inverse, step};
 use crate::level::{NONE, Surfel};
 use crate::normal_equations::{NormalEquations, Residual, motion};
 use crate::pyramid::Pyramid;
@@ -44,18 +44,18 @@ pub(crate) struct Side<'a> {
     pub(crate) source: &'a Pyramid,
 }
 
-/// Where it came to.
+/// Where it came to from a guess.
 pub(crate) struct Found {
+    pub(crate) guess: Isometry3<f64>,
     pub(crate) pose: Isometry3<f64>,
     /// Counterparts at the finest level.
     pub(crate) pairs: usize,
     pub(crate) last: NormalEquations,
-    pub(crate) covariance: Matrix6<f64>,
+    /// Of what the pieces of surface call for.
+    scatter: Matrix6<f64>,
     /// Medians of the distances of counterparts and of their thickness, metres.
     pub(crate) off_m: f64,
     pub(crate) thick_m: f64,
-    /// Of the surfels with counterparts, brought onto the target.
-    pub(crate) middle_m: Vector3<f64>,
 }
 
 /// The counterparts of a level's surfels, to begin the next search with.
@@ -120,7 +120,7 @@ impl Side<'_> {
     ) -> Isometry3<f64> {
         let (small_m, small_rad) = (stage.small * self.target.voxel_m, stage.small / LEVER);
         for _ in 0..stage.steps {
-            let Some(step) = self.equations(stage, &pose, counterparts).step() else { return pose };
+            let Some(step) = step(&self.equations(stage, &pose, counterparts)) else { return pose };
             pose = motion(&step) * pose;
             if step.fixed_rows::<3>(3).norm() < small_m && step.fixed_rows::<3>(0).norm() < small_rad {
                 break;
@@ -129,36 +129,30 @@ impl Side<'_> {
         pose
     }
 
-    /// Goes through all stages behind the coarsest.
-    pub(crate) fn refined(&self, start: Isometry3<f64>) -> Found {
+    /// Goes through all stages behind the coarsest, which came from a guess to `start`.
+    pub(crate) fn refined(&self, guess: &Isometry3<f64>, start: &Isometry3<f64>) -> Found {
         let mut counterparts = Counterparts::none();
-        let pose = STAGES[1..].iter().fold(start, |pose, stage| self.through(stage, pose, &mut counterparts));
-        let stage = &FINEST;
+        let pose =
+            STAGES[1..].iter().fold(*start, |pose, stage| self.through(stage, pose, &mut counterparts));
         let [reach_m, scale_m, block_m] =
-            [stage.reach, stage.scale, BLOCK].map(|voxels| voxels * self.target.voxel_m);
-        let (mut pairs, mut last, mut middle_m) = (0, NormalEquations::zero(), Vector3::zeros());
+            [FINEST.reach, FINEST.scale, BLOCK].map(|voxels| voxels * self.target.voxel_m);
+        let (mut pairs, mut last) = (0, NormalEquations::zero());
         let (mut distances_m, mut across) = (Vec::new(), Vec::new());
         let mut blocks: BTreeMap<[i32; 3], Vector6<f64>> = BTreeMap::new();
-        self.each_pair(stage.level, reach_m, &pose, &mut counterparts, |residual, across_m2| {
+        self.each_pair(FINEST.level, reach_m, &pose, &mut counterparts, |residual, across_m2| {
             let weight = residual.weight(scale_m);
             last.add(residual, weight);
             let block = [0, 1, 2].map(|k| (residual.place_m[k] / block_m).floor() as i32);
             *blocks.entry(block).or_insert_with(Vector6::zeros) +=
                 residual.jacobian * (weight * residual.distance_m);
-            middle_m += residual.place_m;
             distances_m.push(residual.distance_m.abs());
             across.push(across_m2);
             pairs += 1;
         });
-        middle_m /= pairs.max(1) as f64;
-        // The sandwich: errors of a block are as one.
+        // Errors of a block are as one.
         let scatter = blocks.values().fold(Matrix6::zeros(), |sum, score| sum + score * score.transpose());
-        let covariance = last.damped().cholesky().map_or_else(Matrix6::zeros, |information| {
-            let inverse = information.inverse();
-            inverse * scatter * inverse
-        });
         let (off_m, thick_m) = (median(distances_m), median(across).sqrt());
-        Found { pose, pairs, last, covariance, off_m, thick_m, middle_m }
+        Found { guess: *guess, pose, pairs, last, scatter, off_m, thick_m }
     }
 }
 
@@ -176,9 +170,13 @@ impl Found {
         self.pairs as f64 / source.surfels().max(1) as f64
     }
 
-    /// Least share of the weights that holds a translation, and its direction.
-    pub(crate) fn held(&self) -> (f64, Vector3<f64>) {
-        let (direction, [least, ..]) = smallest_eigenvector(self.last.of_translation());
-        (least.max(0.0) / self.last.weight.max(f64::MIN_POSITIVE), direction.into())
+    /// The middle of the surfaces, brought onto the target.
+    pub(crate) fn middle_m(&self) -> Vector3<f64> {
+        self.last.middle_m()
+    }
+
+    /// The sandwich, of what is held.
+    pub(crate) fn covariance(&self, unheld: &[Vector3<f64>]) -> Matrix6<f64> {
+        inverse(&self.last, unheld).map_or_else(Matrix6::zeros, |inverse| inverse * self.scatter * inverse)
     }
 }

@@ -2,7 +2,8 @@
 
 use dmp_sensor::{Isometry3, Vector3};
 
-use crate::refusal::Refusal;
+use crate::held::LEAST_HELD;
+use crate::refusal::{LEAST_OVERLAP, Refusal};
 use crate::side::{Counterparts, FINEST, Found, STAGES, Side, Stage};
 
 /// Places are apart from this on, voxels and radians: far more than one match leaves open.
@@ -14,13 +15,12 @@ const LEAST_COARSE: f64 = 0.7;
 /// Most places that are looked at beside the best.
 const MOST_OTHERS: usize = 12;
 /// Surfaces that tell this share for another place leave open which it is. In streets that repeat themselves every 6 to 15 m it
-/// is 0.45 and more (half a bay matched with half of another tells half), in others 0.31 and less.
+/// is 0.75 and more (half a bay matched with half of another tells half), in others 0.31 and less.
 const AMBIGUOUS: f64 = 0.42;
-/// What tells less than this share of the weights, in a direction, is noise.
-pub(crate) const LEAST_HELD: f64 = 0.01;
 
 /// Where the coarsest stage came to.
 struct Start {
+    guess: Isometry3<f64>,
     pose: Isometry3<f64>,
     weight: f64,
 }
@@ -38,20 +38,20 @@ impl Side<'_> {
             best = if for_other > for_best { other } else { best };
         }
         let best = found.swap_remove(best);
+        // Too little to be ambiguous.
+        if best.overlap(self.source) < LEAST_OVERLAP {
+            return Ok(best);
+        }
         let mut rival: Option<(f64, Found)> = None;
         for other in found {
             let [for_best, for_other] = self.tell(&best, &other);
-            // Neither of them where surfaces do not hold what lies between them.
-            if for_best.max(for_other) < LEAST_HELD * best.last.weight.max(other.last.weight) {
-                continue;
-            }
             let share = for_other / for_best.max(f64::MIN_POSITIVE);
-            if share >= rival.as_ref().map_or(AMBIGUOUS, |(share, _)| *share) {
+            if for_best > 0.0 && share >= rival.as_ref().map_or(AMBIGUOUS, |(share, _)| *share) {
                 rival = Some((share, other));
             }
         }
         let Some((share, rival)) = rival else { return Ok(best) };
-        let (apart_m, turned_rad) = between(&best.pose, &rival.pose, &best.middle_m);
+        let (apart_m, turned_rad) = between(&best.pose, &rival.pose, &best.middle_m());
         Err(Refusal::Ambiguous { apart_m, turned_rad, share })
     }
 
@@ -63,10 +63,10 @@ impl Side<'_> {
             if seen.len() > MOST_OTHERS || start.weight < LEAST_COARSE * starts[0].weight {
                 break;
             }
-            let middle_m = found.first().map_or_else(Vector3::zeros, |first| first.middle_m);
+            let middle_m = found.first().map_or_else(Vector3::zeros, Found::middle_m);
             if seen.iter().all(|other| self.are_apart(other, &start.pose, &middle_m)) {
                 seen.push(start.pose);
-                let new = self.refined(start.pose);
+                let new = self.refined(&start.guess, &start.pose);
                 if found.iter().all(|other| self.are_apart(&other.pose, &new.pose, &middle_m)) {
                     found.push(new);
                 }
@@ -85,7 +85,7 @@ impl Side<'_> {
                 let pose = self.through(coarse, *guess, &mut counterparts);
                 // By finer scales than it was found with: what is nearly right weighs more.
                 let fine = Stage { scale: STAGES[1].scale, ..*coarse };
-                Start { pose, weight: self.equations(&fine, &pose, &mut counterparts).weight }
+                Start { guess: *guess, pose, weight: self.equations(&fine, &pose, &mut counterparts).weight }
             })
             .collect();
         // Stable: of two that are as good, the first.
@@ -98,9 +98,12 @@ impl Side<'_> {
         apart_m > APART * self.target.voxel_m || turned_rad > APART_RAD
     }
 
-    /// How much the surfaces tell for either of two places against the other.
+    /// How much the surfaces tell for either of two places against the other: nothing for both, where they do not hold what
+    /// lies between them.
     fn tell(&self, a: &Found, b: &Found) -> [f64; 2] {
-        [self.tells(&a.pose, &b.pose), self.tells(&b.pose, &a.pose)]
+        let told = [self.tells(&a.pose, &b.pose), self.tells(&b.pose, &a.pose)];
+        let is_held = told[0].max(told[1]) >= LEAST_HELD * a.last.weight.max(b.last.weight);
+        if is_held { told } else { [0.0; 2] }
     }
 
     /// How much the surfaces tell for one pose against another: weights of the finest pairs, each by how squarely its plane

@@ -2,8 +2,7 @@
 
 use dmp_sensor::Isometry3;
 
-use super::off;
-use super::visits::{moved, pyramid, turned, visits};
+use super::visits::{moved, off, pyramid, turned, visits};
 use crate::{Refusal, align};
 
 /// Between points of a surface, metres.

@@ -4,9 +4,9 @@ use dmp_map::{Lattice, PatchBuilder};
 use dmp_sensor::{Isometry3, Track, Translation3, UnitQuaternion, Vector3};
 use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route};
 
-use crate::Pyramid;
+use crate::{Alignment, Pyramid};
 
-const VOXEL_M: f64 = 0.5;
+pub(crate) const VOXEL_M: f64 = 0.5;
 
 pub(crate) fn pyramid(points: impl IntoIterator<Item = [f64; 3]>) -> Pyramid {
     let mut patch = PatchBuilder::new(Lattice::new(VOXEL_M).unwrap());
@@ -46,4 +46,10 @@ pub(crate) fn visits(seed: u64) -> [Vec<[f64; 3]>; 2] {
         }
     }
     visits
+}
+
+/// How far the motion is from `expected` at the place, metres and radians.
+pub(crate) fn off(found: &Alignment, expected: &Isometry3<f64>) -> (f64, f64) {
+    let between = found.target_from_source * expected.inverse();
+    (between.translation.vector.norm(), between.rotation.angle())
 }

@@ -127,7 +127,15 @@ mod tests {
     fn measured(motion: Isometry3<f64>, covariance: Matrix6<f64>) -> Alignment {
         let least_held = Vector3::x();
         let (allowance_m, overlap) = (0.01, [0.7, 0.6]);
-        Alignment { target_from_source: motion, covariance, overlap, allowance_m, held: 0.1, least_held }
+        Alignment {
+            target_from_source: motion,
+            covariance,
+            overlap,
+            allowance_m,
+            held: 0.1,
+            least_held,
+            unheld: None,
+        }
     }
 
     /// A second visit 10 m ahead, told as 0.3 m too far ahead, 0.1 m too far left and 0.2 m too low, and 1° turned to the left.
