@@ -19,7 +19,9 @@ pub enum Refusal {
         share: f64,
     },
     /// Surfaces match as well elsewhere.
-    #[error("{apart_m:.2} m and {turned_rad:.3} rad on, surfaces tell {share:.2} of what they tell here")]
+    #[error(
+        "surfaces match nearly as well {apart_m:.2} m and {turned_rad:.3} rad away: they tell {share:.2} of what they tell here"
+    )]
     Ambiguous {
         /// Distance of both places, at the middle of the surfaces.
         apart_m: f64,

@@ -15,8 +15,8 @@ const LEAST_COARSE: f64 = 0.7;
 /// Most places that are looked at beside the best.
 const MOST_OTHERS: usize = 12;
 /// Surfaces that tell this share for another place leave open which it is. In streets that repeat themselves every 6 to 15 m it
-/// is 0.75 and more (half a bay matched with half of another tells half), in others 0.31 and less.
-const AMBIGUOUS: f64 = 0.42;
+/// is mostly 0.6 and more (half a bay matched with half of another tells half), in others up to 0.31 and on a real path 0.43.
+const AMBIGUOUS: f64 = 0.45;
 
 /// Where the coarsest stage came to.
 struct Start {

@@ -137,7 +137,7 @@ fn systematic(k: u64, start: u64, size: u64, all: u64) -> usize {
 
 /// Any seed as a number that has nothing to do with the next one's: the finaliser of `SplitMix64` (Steele, Lea &
 /// Flood 2014).
-fn mixed(seed: u64) -> u64 {
+pub(crate) fn mixed(seed: u64) -> u64 {
     let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -59,6 +59,12 @@ fn or_none(value: Option<f64>, told: impl Fn(f64) -> String) -> String {
 /// `kiss is off by 59 cm (0.4 % of the way), mostly sideways`.
 fn sentence(run: &RunDrift) -> String {
     let Some(median_m) = run.median_m.value else {
+        let parts = [(run.along_m, "along the way"), (run.sideways_m, "sideways"), (run.up_m, "in height")];
+        let known = parts.iter().filter_map(|(part_m, name)| Some(format!("{} {name}", metres((*part_m)?))));
+        let known: Vec<String> = known.collect();
+        if !known.is_empty() {
+            return format!("{} is off by {} and no surfaces tell the rest", run.name, known.join(", "));
+        }
         return format!("nothing can be said of {}: no surfaces hold its visits together", run.name);
     };
     let way = run.of_the_way_percent.map(|percent| format!(" ({} % of the way)", digits(percent)));

@@ -5,7 +5,7 @@ use dmp_sensor::{Isometry3, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// What is known no better than this of a direction is not known, metres of a drive.
-const KNOWN_M: f64 = 0.5;
+const KNOWN_M: f64 = 0.1;
 
 /// Where a run put the second of two visits, less where the surfaces say that it is, seen from the first.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -124,12 +124,12 @@ mod tests {
         Matrix6::from_fn(|row, column| if row == column { values[row] } else { 0.0 })
     }
 
-    fn measured(motion: Isometry3<f64>, covariance: Matrix6<f64>) -> Alignment {
+    fn measured(motion: Isometry3<f64>, covariance: &Matrix6<f64>) -> Alignment {
         let least_held = Vector3::x();
         let (allowance_m, overlap) = (0.01, [0.7, 0.6]);
         Alignment {
             target_from_source: motion,
-            covariance,
+            covariance: *covariance,
             overlap,
             allowance_m,
             held: 0.1,
@@ -150,7 +150,7 @@ mod tests {
         let world_from_place = Isometry3::from_parts([5.0, 6.0, 7.0].into(), turned(60.0));
         let axes = Axes::new(place_from_way * Vector3::x() * 24.0, Vector3::z(), Vector3::x(), 1.0);
         let covariance = diagonal([1e-6, 1e-6, 1e-6, 1e-4, 1e-4, 4e-4]);
-        let found = measured(at([10.0, 0.0, 0.0], 5.0), covariance);
+        let found = measured(at([10.0, 0.0, 0.0], 5.0), &covariance);
         let off = Displacement::new(&at([10.3, 0.1, -0.2], 6.0), &found, &axes, &world_from_place, 1.0);
         let near = |value: Option<f64>, expected: f64| value.is_some_and(|v| (v - expected).abs() < 1e-9);
         assert!(near(off.along_m, 0.3) && near(off.sideways_m, 0.1) && near(off.up_m, -0.2), "{off:?}");
@@ -165,7 +165,7 @@ mod tests {
     #[test]
     fn what_no_surface_tells_is_not_told() {
         let covariance = diagonal([0.0, 0.0, 0.0, 2500.0, 1e-4, 1e-4]);
-        let found = measured(Isometry3::identity(), covariance);
+        let found = measured(Isometry3::identity(), &covariance);
         let claimed = Isometry3::translation(3.0, 0.2, 0.0);
         let axes = Axes::new(Vector3::x(), Vector3::z(), Vector3::x(), 1.0);
         let off = Displacement::new(&claimed, &found, &axes, &Isometry3::identity(), 1.0);

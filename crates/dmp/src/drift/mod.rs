@@ -10,8 +10,6 @@ mod report;
 mod summary;
 mod visits;
 
-use std::collections::BTreeMap;
-
 use dmp_log::ScanLog;
 use dmp_sensor::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
@@ -23,11 +21,13 @@ use crate::heads::Heads;
 use crate::own_frame;
 use crate::plan::spread;
 use crate::progress::Stage;
+use crate::run_state::RunState;
 use crate::settings::seven;
 use crate::watch::Watch;
 use crate::work::pool;
 use displacement::Axes;
 pub use displacement::Displacement;
+use patches::Visits;
 pub use register::NotMeasured;
 use register::{Seen, register};
 pub use report::{
@@ -80,7 +80,7 @@ impl<M: Sync> Evaluation<'_, M> {
         let mut reports = Vec::with_capacity(pairs.len());
         for batch in pairs.chunks(self.pairs_at_a_time()) {
             let numbers = batch.iter().flat_map(|pair| [pair.first, pair.second]);
-            let visits: BTreeMap<usize, (&Visit, Vec<Option<Isometry3<f64>>>)> = numbers
+            let visits: Visits<'_> = numbers
                 .map(|number| (number, (&drive.visits[number], drive.place_from_world(number))))
                 .collect();
             let pyramids = patches::pyramids(self, &visits)?;
@@ -119,7 +119,7 @@ impl<M: Sync> Evaluation<'_, M> {
         let facts: Vec<PairFacts> = visits.iter().zip(blocks).map(fact).collect();
         let confidence = self.settings.confidence.level();
         let lengths = (self.settings.metre_m(), confidence);
-        let names: Vec<&str> = self.runs.iter().map(|run| run.name()).collect();
+        let names: Vec<&str> = self.runs.iter().map(RunState::name).collect();
         let of_run = |(run, name): (usize, &&str)| summary::of_run(name, run, &visits, &facts, lengths);
         let runs: Vec<RunDrift> = names.iter().enumerate().map(|(run, name)| of_run((run, name))).collect();
         let both = (0..names.len()).flat_map(|a| (a + 1..names.len()).map(move |b| (a, b)));

@@ -12,7 +12,7 @@ use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
 use crate::frames::{PlannedFrame, Worker, each_frame_of};
 use crate::pose::Poser;
-use crate::run_state::poses_of;
+use crate::run_state::{RunState, poses_of};
 use crate::settings::Settings;
 
 /// Edge of the voxels of a patch, metres of a drive.
@@ -26,6 +26,9 @@ const RETURNS: u64 = 240_000;
 /// other. A run without a pose there has none.
 pub(super) type Pyramids = BTreeMap<usize, Vec<Option<Pyramid>>>;
 
+/// Visits by number, each with `place_from_world` of every run.
+pub(super) type Visits<'v> = BTreeMap<usize, (&'v Visit, Vec<Option<Isometry3<f64>>>)>;
+
 /// A visit whose scans are not all there yet.
 struct Open {
     scans_left: usize,
@@ -35,7 +38,7 @@ struct Open {
 /// Reads the scans of some visits, given by number with `place_from_world` of each run, and gives the surfaces of each.
 pub(super) fn pyramids<M: Sync>(
     evaluation: &Evaluation<'_, M>,
-    visits: &BTreeMap<usize, (&Visit, Vec<Option<Isometry3<f64>>>)>,
+    visits: &Visits<'_>,
 ) -> Result<Pyramids, EvaluateError> {
     let Evaluation { log, settings, means, plan, runs, progress, .. } = evaluation;
     let frames = plan.frames();
@@ -63,7 +66,7 @@ pub(super) fn pyramids<M: Sync>(
     let worker = |_| PatchWorker {
         poser: Poser::new(poses_of(runs), &plan.filter),
         shared: &shared,
-        names: runs.iter().map(|run| run.name()).collect(),
+        names: runs.iter().map(RunState::name).collect(),
         points: vec![Vec::new(); runs.len()],
     };
     let workers = (0..means.threads).map(worker).collect();
@@ -83,7 +86,7 @@ struct Shared<'v> {
     of_scan: HashMap<usize, usize>,
     /// What share of the returns is looked at on each visit.
     shares: HashMap<usize, f64>,
-    visits: &'v BTreeMap<usize, (&'v Visit, Vec<Option<Isometry3<f64>>>)>,
+    visits: &'v Visits<'v>,
     reach_m: f64,
     lattice: Lattice,
     open: Mutex<BTreeMap<usize, Open>>,

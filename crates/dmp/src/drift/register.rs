@@ -4,8 +4,9 @@ use dmp_align::{Alignment, Pyramid, Refusal, align};
 use dmp_sensor::{Isometry3, Translation3};
 use thiserror::Error;
 
-/// Starts beside what a run claims, metres of a drive to either side: a run may be further off than a registration reaches.
-const GRID_M: f64 = 6.0;
+/// Steps of the starts around what a run claims, metres of a drive, two to either side: a run may be further off than a
+/// registration reaches, and a street that repeats itself shows only where a start leads to the next house that is alike.
+const STEP_M: f64 = 3.0;
 /// What two runs measure of the same surfaces lies no further apart than this, metres of a drive and radians.
 const SAME_M: f64 = 0.5;
 const SAME_RAD: f64 = 0.02;
@@ -95,8 +96,7 @@ fn apart(a: &Alignment, b: &Alignment, metre_m: f64) -> Option<f64> {
 
 /// Starts around a claim, level in the frame of the place.
 fn around(claimed: &Isometry3<f64>, metre_m: f64) -> Vec<Isometry3<f64>> {
-    let step_m = GRID_M * metre_m;
-    let beside = [-step_m, 0.0, step_m];
+    let beside = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|steps: f64| steps * STEP_M * metre_m);
     let places = beside.iter().flat_map(|&x| beside.map(|y| [x, y]));
     places.map(|[x, y]| Translation3::new(x, y, 0.0) * claimed).collect()
 }

@@ -2,6 +2,7 @@
 
 use super::displacement::Displacement;
 use super::report::{DriftBin, DriftComparison, Measured, RunDrift, VisitPairReport};
+use crate::sample::mixed;
 
 /// Pairs in a row that count as one: what a run is off by changes slowly along its way.
 const BLOCK_PAIRS: usize = 5;
@@ -195,31 +196,20 @@ fn measured(blocks: &[usize], confidence: f64, of: &dyn Fn(&[usize]) -> Option<f
     if members.len() < LEAST_BLOCKS {
         return Measured { value, interval: None };
     }
-    let mut random = Random(0);
     let mut drawn: Vec<f64> = (0..RESAMPLES)
-        .filter_map(|_| {
-            let chosen = (0..members.len()).flat_map(|_| members[random.below(members.len())]);
+        .filter_map(|resample| {
+            let draw = |k: usize| {
+                let drawn = u128::from(mixed((resample * members.len() + k) as u64));
+                members[((drawn * members.len() as u128) >> 64) as usize]
+            };
+            let chosen = (0..members.len()).flat_map(draw);
             of(&chosen.copied().collect::<Vec<_>>())
         })
         .collect();
     drawn.sort_by(f64::total_cmp);
     let at = |part: f64| drawn.get((part * (drawn.len() as f64 - 1.0)).round() as usize).copied();
-    let interval = at((1.0 - confidence) / 2.0).zip(at((1.0 + confidence) / 2.0));
+    let interval = at((1.0 - confidence) / 2.0).zip(at(1.0 - (1.0 - confidence) / 2.0));
     Measured { value, interval: interval.map(|(low, high)| [low, high]) }
-}
-
-/// SplitMix64 (Steele, Lea & Flood 2014).
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, count: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^= z >> 31;
-        (u128::from(z) * count as u128 >> 64) as usize
-    }
 }
 
 #[cfg(test)]

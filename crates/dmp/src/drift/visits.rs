@@ -42,12 +42,11 @@ pub(super) struct VisitPair {
 /// The visits of a drive: its segments.
 pub(super) fn visits(plan: &Plan, along_m: &[f64]) -> Vec<Visit> {
     let frames = plan.frames().len();
-    let starts = match plan.segments.length {
-        Some(_) => plan.segments.starts.clone(),
-        None => {
-            let count = STRETCHES.min(frames);
-            (0..count).map(|k| k * frames / count).collect()
-        }
+    let starts = if plan.segments.length.is_some() {
+        plan.segments.starts.clone()
+    } else {
+        let count = STRETCHES.min(frames);
+        (0..count).map(|k| k * frames / count).collect()
     };
     let ends = starts.iter().skip(1).copied().chain([frames]);
     starts.iter().zip(ends).map(|(&start, end)| Visit::of(start..end, along_m)).collect()

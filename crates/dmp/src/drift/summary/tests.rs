@@ -2,8 +2,8 @@ use super::*;
 use crate::drift::{VisitPairOfRun, VisitReport};
 
 /// A pair in which a run is off by this much to the side, and the noise of each part.
-fn off(sideways_m: f64, sigma_m: f64) -> Option<Displacement> {
-    Some(Displacement {
+fn off(sideways_m: f64, sigma_m: f64) -> Displacement {
+    Displacement {
         along_m: Some(0.0),
         sideways_m: Some(sideways_m),
         up_m: Some(0.0),
@@ -17,7 +17,7 @@ fn off(sideways_m: f64, sigma_m: f64) -> Option<Displacement> {
         allowance_m: 0.01,
         overlap: 0.6,
         held: 0.1,
-    })
+    }
 }
 
 /// Visits of some runs, each pair so many segments behind the one before.
@@ -50,7 +50,7 @@ fn scattered(k: usize) -> f64 {
 
 #[test]
 fn a_run_is_off_by_what_its_pairs_are() {
-    let run: Vec<_> = (0..30).map(|k| off(if k % 2 == 0 { 0.3 } else { -0.5 }, 0.0)).collect();
+    let run: Vec<_> = (0..30).map(|k| Some(off(if k % 2 == 0 { 0.3 } else { -0.5 }, 0.0))).collect();
     let (visits, facts) = visits(&[run]);
     let told = of_run("kiss", 0, &visits, &facts, (1.0, 0.95));
     let rms_m = (0.5_f64 * (0.09 + 0.25)).sqrt();
@@ -70,7 +70,7 @@ fn a_run_is_off_by_what_its_pairs_are() {
 #[test]
 fn noise_of_the_measurement_is_taken_off() {
     let run: Vec<_> =
-        (0..400).map(|k| off(0.05 * 3.0_f64.sqrt() * scattered(k), 0.05 / 3.0_f64.sqrt())).collect();
+        (0..400).map(|k| Some(off(0.05 * 3.0_f64.sqrt() * scattered(k), 0.05 / 3.0_f64.sqrt()))).collect();
     let (visits, facts) = visits(&[run]);
     let told = of_run("still", 0, &visits, &facts, (1.0, 0.95));
     // 5 cm of noise and nothing else.
@@ -79,7 +79,7 @@ fn noise_of_the_measurement_is_taken_off() {
 
 #[test]
 fn pairs_without_an_answer_are_counted() {
-    let mut run = vec![off(0.1, 0.0); 8];
+    let mut run = vec![Some(off(0.1, 0.0)); 8];
     run[2] = None;
     let open = run[5].as_mut().unwrap();
     (open.along_m, open.distance_m) = (None, None);
@@ -100,13 +100,13 @@ fn equal_runs_are_equal_and_others_are_told_apart() {
     let mut wrong = 0;
     for seed in 0..200 {
         let run = |salt: usize| -> Vec<_> {
-            (0..60).map(|k| off(0.1 * scattered(seed * 977 + salt * 131 + k * 7 + 1), 0.0)).collect()
+            (0..60).map(|k| Some(off(0.1 * scattered(seed * 977 + salt * 131 + k * 7 + 1), 0.0))).collect()
         };
         let (visits, facts) = visits(&[run(1), run(2)]);
         wrong += usize::from(compared((0, 1), ["a", "b"], &visits, &facts, 0.95).better.is_some());
     }
     assert!(wrong <= 20, "{wrong} of 200 at 95 %");
-    let run = |size_m: f64| -> Vec<_> { (0..60).map(|k| off(size_m * scattered(k), 0.0)).collect() };
+    let run = |size_m: f64| -> Vec<_> { (0..60).map(|k| Some(off(size_m * scattered(k), 0.0))).collect() };
     let (visits, facts) = visits(&[run(0.1), run(0.3)]);
     let told = compared((0, 1), ["a", "b"], &visits, &facts, 0.99);
     assert_eq!(told.better.as_deref(), Some("a"));

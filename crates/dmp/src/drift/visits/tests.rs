@@ -128,7 +128,7 @@ proptest! {
         };
         // Nearest of the row of neighbours that `b` is in: the first of those as near.
         let is_nearest = |a: usize, b: usize| {
-            let behind = (b + 1..).take_while(|&c| near(a, c)).all(|c| apart(a, c) >= apart(a, b));
+            let behind = (b + 1..way.len()).take_while(|&c| near(a, c)).all(|c| apart(a, c) >= apart(a, b));
             let before = (0..b).rev().take_while(|&c| near(a, c)).all(|c| apart(a, c) > apart(a, b));
             near(a, b) && behind && before
         };
