@@ -5,13 +5,14 @@ use std::time::Duration;
 
 use dmp_log::LengthUnit;
 use dmp_reduce::{Confidence, Margin, MissPrice, Scales};
-use dmp_sensor::{Isometry3, Quaternion, Trajectory, Translation3, UnitQuaternion};
+use dmp_sensor::{Isometry3, Trajectory};
 
 use crate::ego::Ego;
 use crate::pose_at::PoseAt;
 use crate::report::SegmentReport;
 use crate::sample::{Decide, Sample};
 use crate::segment_length::SegmentLength;
+use crate::settings::transform_of;
 
 /// One estimate to be scored: a trajectory and the map that belongs to it.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,9 +99,8 @@ pub enum Frame {
 impl Frame {
     /// Fixed to a frame that a report tells ([`RunInputReport::world_from_own`](crate::RunInputReport)): x, y, z in
     /// metres, qx, qy, qz, qw.
-    pub fn of_report([x, y, z, i, j, k, w]: [f64; 7]) -> Self {
-        let turn = UnitQuaternion::new_normalize(Quaternion::new(w, i, j, k));
-        Self::Fixed(Isometry3::from_parts(Translation3::new(x, y, z), turn))
+    pub fn of_report(seven: [f64; 7]) -> Self {
+        Self::Fixed(transform_of(&seven))
     }
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use dmp_log::{LengthUnit, LogSummary};
 use dmp_reduce::{Confidence, Margin, MissPrice, Promise, Scales};
-use dmp_sensor::{DepthNoise, Isometry3};
+use dmp_sensor::{DepthNoise, Isometry3, Quaternion, Translation3, UnitQuaternion};
 use serde::{Serialize, Serializer};
 
 use crate::check::check_ranges;
@@ -193,6 +193,12 @@ impl Settings {
 pub(crate) fn seven(transform: &Isometry3<f64>) -> [f64; 7] {
     let (t, q) = (transform.translation.vector, transform.rotation.coords);
     [t.x, t.y, t.z, q.x, q.y, q.z, q.w]
+}
+
+/// The transform of [`seven`] numbers.
+pub(crate) fn transform_of([x, y, z, i, j, k, w]: &[f64; 7]) -> Isometry3<f64> {
+    let turn = UnitQuaternion::new_normalize(Quaternion::new(*w, *i, *j, *k));
+    Isometry3::from_parts(Translation3::new(*x, *y, *z), turn)
 }
 
 // The types of other crates, as what says all of them.

@@ -174,3 +174,68 @@ fn the_command_says_it_in_metres_and_what_there_is_not() {
     );
     refused(path, "drift straight.mcap -t none.tum", 2, &["none.tum"]);
 }
+
+/// The edges that are written lie where the truth is, as near as they say, and not where a run that drifts is.
+#[test]
+fn constraints_are_those_of_the_truth() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let (scans, truth) = laps();
+    write_mcap(&path.join("laps.mcap"), &scans);
+    // The body is not the sensor.
+    let body_from_sensor = Isometry3::from_parts(
+        Translation3::new(0.5, -0.3, 1.2),
+        UnitQuaternion::from_euler_angles(0.0, 0.1, 1.5),
+    );
+    let body = |run: &Trajectory| {
+        let poses = run.poses().iter().map(|pose| pose * body_from_sensor.inverse());
+        Trajectory::stamped(run.stamps_ns().unwrap().iter().copied().zip(poses).collect()).unwrap().trajectory
+    };
+    let wrong = body(&drift(1.0).apply(&truth).unwrap());
+    let truth = body(&truth);
+    dmp_log::write_tum(&mut std::fs::File::create(path.join("drift.tum")).unwrap(), &wrong).unwrap();
+    let q = body_from_sensor.rotation.coords;
+    let extrinsic = format!("0.5,-0.3,1.2,{},{},{},{}", q.x, q.y, q.z, q.w);
+    let call = format!("drift laps.mcap -t drift.tum --extrinsic {extrinsic} --trust -o edges.g2o --quiet");
+    let told = dmp(path, &call);
+    assert_eq!(told.status.code(), Some(0), "{}", text(&told.stderr));
+
+    // As whoever optimises a graph reads them: vertices are scans by their numbers.
+    let log = open(&path.join("laps.mcap"));
+    let at = |run: &Trajectory, scan: usize| {
+        run.world_from_body_at(log.frames()[scan].stamp_ns.unwrap(), i64::MAX).unwrap()
+    };
+    let edges = std::fs::read_to_string(path.join("edges.g2o")).unwrap();
+    assert!(
+        edges.lines().count() >= 8 && edges.lines().all(|line| line.starts_with("EDGE_SE3:QUAT ")),
+        "{edges}"
+    );
+    let mut chi2 = [0.0; 2];
+    for line in edges.lines() {
+        let numbers: Vec<f64> = line.split(' ').skip(1).map(|number| number.parse().unwrap()).collect();
+        let [from, to] = [numbers[0] as usize, numbers[1] as usize];
+        let turn = UnitQuaternion::new_normalize(dmp_sensor::Quaternion::new(
+            numbers[8], numbers[5], numbers[6], numbers[7],
+        ));
+        let measured = Isometry3::from_parts(Translation3::new(numbers[2], numbers[3], numbers[4]), turn);
+        for (run, chi2) in [&truth, &wrong].into_iter().zip(&mut chi2) {
+            let off = measured.inverse() * (at(run, from).inverse() * at(run, to));
+            let q = off.rotation.quaternion();
+            let turn = q.imag() * q.w.signum();
+            let place = off.translation.vector;
+            let error = [place.x, place.y, place.z, turn.x, turn.y, turn.z];
+            let mut upper = numbers[9..].iter();
+            for row in 0..6 {
+                for column in row..6 {
+                    let twice = if row == column { 1.0 } else { 2.0 };
+                    *chi2 += twice * upper.next().unwrap() * error[row] * error[column];
+                }
+            }
+        }
+    }
+    let [truth, wrong] = chi2.map(|chi2| chi2 / edges.lines().count() as f64);
+    // Six numbers an edge; what is allowed for bent visits makes it less.
+    assert!(truth < 12.0 && wrong > 100.0, "{truth} {wrong}");
+
+    refused(path, "drift laps.mcap -t a=drift.tum -t b=drift.tum -o edges.g2o", 2, &["-o", "one run"]);
+}

@@ -3,17 +3,21 @@
 mod render;
 
 use std::io::{self, Write};
+use std::path::PathBuf;
 
+use anyhow::bail;
 use clap::Args;
 use dmp::{Config, MapSource, measure_drift};
+use dmp_log::write_pose_edges;
 
 use crate::clock_args::ClockArgs;
 use crate::common::Common;
-use crate::exit::{Exit, when_printed};
+use crate::exit::{Exit, Usage, when_printed};
 use crate::log_args::LogArgs;
 use crate::named::NamedFile;
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
+use crate::save::save;
 use crate::score::conventions::ConventionArgs;
 use crate::settings::{PlaceArgs, ResourceArgs};
 use crate::trajectory_args::TrajectoryArgs;
@@ -30,6 +34,7 @@ use crate::trajectory_args::TrajectoryArgs;
     dmp drift drive.mcap -t run.tum\n  \
     dmp drift drive.mcap -t kiss=kiss_poses.npy -t lio=lio.tum -v\n  \
     dmp drift city.mcap -t run.tum --pairs 50\n  \
+    dmp drift drive.mcap -t run.tum -o constraints.g2o\n  \
     dmp drift drive.mcap -t run.tum --json > drift.json\n\n\
     Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run was left out."
 )]
@@ -56,6 +61,10 @@ pub(crate) struct DriftArgs {
     pairs: Pairs,
     #[command(flatten)]
     resources: ResourceArgs,
+    /// Write what was measured as constraints for a pose graph: FILE.g2o with an `EDGE_SE3:QUAT` for each pair of visits that has
+    /// an answer, between scans by their numbers in the log, with its information. Of one run
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    output: Option<PathBuf>,
     /// Print one JSON object (schema dmp-drift/1) instead of tables
     #[arg(long, help_heading = "Output")]
     json: bool,
@@ -79,6 +88,12 @@ fn pairs(text: &str) -> Result<Pairs, String> {
 pub(crate) fn run(arguments: &DriftArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
     let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
     let started = Runs::start(&files, &arguments.reading)?;
+    if arguments.output.is_some() && files.len() > 1 {
+        bail!(Usage(format!(
+            "-o: constraints are those of one run, not of {}: name one with -t",
+            files.len()
+        )));
+    }
     let time_offset_ns = arguments.clock.offset_of_all_ns();
     let config = Config { time_offset_ns, ..arguments.resources.in_config(Config::default()) };
     let config = arguments.place.in_config(config);
@@ -91,6 +106,11 @@ pub(crate) fn run(arguments: &DriftArgs, common: &Common, out: &mut impl Write) 
     let watch = Progress::new(common);
     let report = measure_drift(log.as_ref(), &runs, &config, arguments.pairs.0, &watch)?;
     drop(watch);
+    if let (Some(path), [run]) = (&arguments.output, runs.as_slice()) {
+        let body_from_sensor = run.body_from_sensor.unwrap_or(config.body_from_sensor);
+        let edges = report.constraints(0, &body_from_sensor);
+        save(path, |out| write_pose_edges(out, &edges))?;
+    }
     let left_out = vetted.is_some_and(|vetted| vetted.is_kept().contains(&false));
     let exit = if damaged || left_out { Exit::InputDamaged } else { Exit::Done };
     let printed = if arguments.json {

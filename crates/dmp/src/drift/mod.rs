@@ -3,6 +3,7 @@
 //! Where two visits see the same surfaces, the motion that brings those of one onto those of the other is what the run is off by
 //! between them. Pairs of visits are the same for all runs; so are the scans that they are measured by.
 
+mod constraint;
 mod displacement;
 mod patches;
 mod register;
