@@ -118,7 +118,7 @@ impl<M: Sync> Evaluation<'_, M> {
             time_s: time_s(pair),
         };
         let facts: Vec<PairFacts> = visits.iter().zip(blocks).map(fact).collect();
-        let confidence = self.settings.confidence.level();
+        let confidence = self.settings.confidence;
         let lengths = (self.settings.metre_m(), confidence);
         let names: Vec<&str> = self.runs.iter().map(RunState::name).collect();
         let of_run = |(run, name): (usize, &&str)| summary::of_run(name, run, &visits, &facts, lengths);
@@ -135,7 +135,7 @@ impl<M: Sync> Evaluation<'_, M> {
             segments: drive.visits.len(),
             pairs_found,
             pairs_measured: visits.len(),
-            confidence,
+            confidence: confidence.level(),
             runs,
             comparisons,
             visits,

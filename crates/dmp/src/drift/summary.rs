@@ -1,5 +1,7 @@
 //! What the displacements of a run come to.
 
+use dmp_reduce::Confidence;
+
 use super::displacement::Displacement;
 use super::report::{DriftBin, DriftComparison, Measured, RunDrift, VisitPairReport};
 use crate::sample::mixed;
@@ -66,7 +68,7 @@ pub(super) fn of_run(
     run: usize,
     visits: &[VisitPairReport],
     facts: &[PairFacts],
-    (metre_m, confidence): (f64, f64),
+    (metre_m, confidence): (f64, Confidence),
 ) -> RunDrift {
     let entries = entries(run, visits, facts);
     let offs = || visits.iter().filter_map(|visit| visit.runs[run].off.as_ref());
@@ -86,9 +88,9 @@ pub(super) fn of_run(
         pairs: entries.len(),
         pairs_in_part: offs().count() - entries.len(),
         pairs_refused: visits.len() - offs().count(),
-        median_m: with_interval(&|chosen| quantile(distances(chosen), 0.5)),
-        rms_m: with_interval(&|chosen| rms_of(chosen.iter().copied())),
-        p95_m: with_interval(&|chosen| quantile(distances(chosen), 0.95)),
+        median_m: length(with_interval(&|chosen| quantile(distances(chosen), 0.5))),
+        rms_m: length(with_interval(&|chosen| rms_of(chosen.iter().copied()))),
+        p95_m: length(with_interval(&|chosen| quantile(distances(chosen), 0.95))),
         along_m: part(&|off| Some((off.along_m?, off.noise_m2()[0]))),
         sideways_m: part(&|off| Some((off.sideways_m?, off.noise_m2()[1]))),
         up_m: part(&|off| Some((off.up_m?, off.noise_m2()[2]))),
@@ -105,13 +107,18 @@ pub(super) fn of_run(
     }
 }
 
+/// No length is below 0.
+fn length(measured: Measured) -> Measured {
+    Measured { interval: measured.interval.map(|ends| ends.map(|end| end.max(0.0))), ..measured }
+}
+
 /// Two runs on the pairs that both have an answer for.
 pub(super) fn compared(
     (a, b): (usize, usize),
     names: [&str; 2],
     visits: &[VisitPairReport],
     facts: &[PairFacts],
-    confidence: f64,
+    confidence: Confidence,
 ) -> DriftComparison {
     let of_run = |run: usize| {
         let off = move |visit: &VisitPairReport| {
@@ -187,16 +194,17 @@ fn curve(entries: &[Entry<'_>], first: f64, of: impl Fn(&PairFacts) -> Option<f6
     bins
 }
 
-/// A number over entries, given the block of each, with the interval that it has where blocks are drawn again and again
-/// (Efron & Tibshirani 1993, "An Introduction to the Bootstrap", §13.3: percentiles).
-fn measured(blocks: &[usize], confidence: f64, of: &dyn Fn(&[usize]) -> Option<f64>) -> Measured {
+/// A number over entries, given the block of each. Its interval is that of Student's t, with the standard error that the number has
+/// where blocks are drawn again and again (Efron & Tibshirani 1993, "An Introduction to the Bootstrap", §6.2; for few blocks
+/// percentiles are too narrow), and a degree of freedom less than there are blocks.
+fn measured(blocks: &[usize], confidence: Confidence, of: &dyn Fn(&[usize]) -> Option<f64>) -> Measured {
     let all: Vec<usize> = (0..blocks.len()).collect();
     let members: Vec<&[usize]> = all.chunk_by(|&a, &b| blocks[a] == blocks[b]).collect();
     let value = of(&all);
-    if members.len() < LEAST_BLOCKS {
+    let Some(middle) = value.filter(|_| members.len() >= LEAST_BLOCKS) else {
         return Measured { value, interval: None };
-    }
-    let mut drawn: Vec<f64> = (0..RESAMPLES)
+    };
+    let drawn: Vec<f64> = (0..RESAMPLES)
         .filter_map(|resample| {
             let draw = |k: usize| {
                 let drawn = u128::from(mixed((resample * members.len() + k) as u64));
@@ -206,10 +214,14 @@ fn measured(blocks: &[usize], confidence: f64, of: &dyn Fn(&[usize]) -> Option<f
             of(&chosen.copied().collect::<Vec<_>>())
         })
         .collect();
-    drawn.sort_by(f64::total_cmp);
-    let at = |part: f64| drawn.get((part * (drawn.len() as f64 - 1.0)).round() as usize).copied();
-    let interval = at((1.0 - confidence) / 2.0).zip(at(1.0 - (1.0 - confidence) / 2.0));
-    Measured { value, interval: interval.map(|(low, high)| [low, high]) }
+    let mean = drawn.iter().sum::<f64>() / drawn.len() as f64;
+    let variance =
+        drawn.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / drawn.len() as f64;
+    // Drawn blocks scatter less than blocks do, as they are drawn about their own mean.
+    let degrees = members.len() - 1;
+    let error = (variance * members.len() as f64 / degrees as f64).sqrt();
+    let half = if error > 0.0 { confidence.student_t(degrees as u64) * error } else { 0.0 };
+    Measured { value, interval: Some([middle - half, middle + half]) }
 }
 
 #[cfg(test)]

@@ -48,11 +48,21 @@ fn scattered(k: usize) -> f64 {
     f64::from(part) / 2_147_483_648.0 - 1.0
 }
 
+fn p95() -> Confidence {
+    Confidence::new(0.95).unwrap()
+}
+
+/// Between −1 and 1, by chance.
+fn chance(seed: usize, run: usize, k: usize) -> f64 {
+    let drawn = mixed(mixed(mixed(seed as u64) ^ run as u64) ^ k as u64);
+    (drawn >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
 #[test]
 fn a_run_is_off_by_what_its_pairs_are() {
     let run: Vec<_> = (0..30).map(|k| Some(off(if k % 2 == 0 { 0.3 } else { -0.5 }, 0.0))).collect();
     let (visits, facts) = visits(&[run]);
-    let told = of_run("kiss", 0, &visits, &facts, (1.0, 0.95));
+    let told = of_run("kiss", 0, &visits, &facts, (1.0, p95()));
     let rms_m = (0.5_f64 * (0.09 + 0.25)).sqrt();
     let near = |value: Option<f64>, expected: f64| value.is_some_and(|v| (v - expected).abs() < 1e-12);
     assert!(near(told.rms_m.value, rms_m) && near(told.sideways_m, rms_m), "{told:?}");
@@ -72,7 +82,7 @@ fn noise_of_the_measurement_is_taken_off() {
     let run: Vec<_> =
         (0..400).map(|k| Some(off(0.05 * 3.0_f64.sqrt() * scattered(k), 0.05 / 3.0_f64.sqrt()))).collect();
     let (visits, facts) = visits(&[run]);
-    let told = of_run("still", 0, &visits, &facts, (1.0, 0.95));
+    let told = of_run("still", 0, &visits, &facts, (1.0, p95()));
     // 5 cm of noise and nothing else.
     assert!(told.rms_m.value.unwrap() < 0.01, "{told:?}");
 }
@@ -84,13 +94,13 @@ fn pairs_without_an_answer_are_counted() {
     let open = run[5].as_mut().unwrap();
     (open.along_m, open.distance_m) = (None, None);
     let (visits, facts) = visits(&[run, vec![None; 8]]);
-    let told = of_run("kiss", 0, &visits, &facts, (1.0, 0.95));
+    let told = of_run("kiss", 0, &visits, &facts, (1.0, p95()));
     assert_eq!((told.pairs, told.pairs_in_part, told.pairs_refused), (6, 1, 1));
     // Three blocks are too few for an interval.
     assert!(told.rms_m.value.is_some() && told.rms_m.interval.is_none());
-    let nothing = of_run("lost", 1, &visits, &facts, (1.0, 0.95));
+    let nothing = of_run("lost", 1, &visits, &facts, (1.0, p95()));
     assert_eq!((nothing.pairs, nothing.rms_m.value, nothing.yaw_deg), (0, None, None));
-    let compared = compared((0, 1), ["kiss", "lost"], &visits, &facts, 0.95);
+    let compared = compared((0, 1), ["kiss", "lost"], &visits, &facts, p95());
     assert_eq!((compared.pairs, compared.better, compared.rms_a_m), (0, None, None));
 }
 
@@ -99,18 +109,32 @@ fn pairs_without_an_answer_are_counted() {
 fn equal_runs_are_equal_and_others_are_told_apart() {
     let mut wrong = 0;
     for seed in 0..200 {
-        let run = |salt: usize| -> Vec<_> {
-            (0..60).map(|k| Some(off(0.1 * scattered(seed * 977 + salt * 131 + k * 7 + 1), 0.0))).collect()
+        let run = |which: usize| -> Vec<_> {
+            (0..60).map(|k| Some(off(0.1 * chance(seed, which, k), 0.0))).collect()
         };
         let (visits, facts) = visits(&[run(1), run(2)]);
-        wrong += usize::from(compared((0, 1), ["a", "b"], &visits, &facts, 0.95).better.is_some());
+        wrong += usize::from(compared((0, 1), ["a", "b"], &visits, &facts, p95()).better.is_some());
     }
     assert!(wrong <= 20, "{wrong} of 200 at 95 %");
     let run = |size_m: f64| -> Vec<_> { (0..60).map(|k| Some(off(size_m * scattered(k), 0.0))).collect() };
     let (visits, facts) = visits(&[run(0.1), run(0.3)]);
-    let told = compared((0, 1), ["a", "b"], &visits, &facts, 0.99);
+    let told = compared((0, 1), ["a", "b"], &visits, &facts, Confidence::P99);
     assert_eq!(told.better.as_deref(), Some("a"));
-    assert_eq!(told, compared((0, 1), ["a", "b"], &visits, &facts, 0.99));
+    assert_eq!(told, compared((0, 1), ["a", "b"], &visits, &facts, Confidence::P99));
+}
+
+/// The null with the fewest blocks that have an interval, whose pairs are off together.
+#[test]
+fn few_blocks_do_not_tell_equal_runs_apart() {
+    let mut wrong = 0;
+    for seed in 0..1000 {
+        let run = |which: usize| -> Vec<_> {
+            (0..18).map(|k| Some(off(0.1 + 0.05 * chance(seed, which, k / 3), 0.0))).collect()
+        };
+        let (visits, facts) = visits(&[run(1), run(2)]);
+        wrong += usize::from(compared((0, 1), ["a", "b"], &visits, &facts, Confidence::P99).better.is_some());
+    }
+    assert!(wrong <= 20, "{wrong} of 1000 at 99 %");
 }
 
 #[test]
