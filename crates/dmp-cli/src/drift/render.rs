@@ -58,24 +58,24 @@ fn or_none(value: Option<f64>, told: impl Fn(f64) -> String) -> String {
 
 /// `kiss is off by 59 cm (0.4 % of the way), mostly sideways`.
 fn sentence(run: &RunDrift) -> String {
+    let parts = [(run.along_m, "along the way"), (run.sideways_m, "sideways"), (run.up_m, "in height")];
+    let mut known: Vec<(f64, &str)> =
+        parts.into_iter().filter_map(|(part_m, name)| Some((part_m?, name))).collect();
     let Some(median_m) = run.median_m.value else {
-        let parts = [(run.along_m, "along the way"), (run.sideways_m, "sideways"), (run.up_m, "in height")];
-        let known = parts.iter().filter_map(|(part_m, name)| Some(format!("{} {name}", metres((*part_m)?))));
-        let known: Vec<String> = known.collect();
-        if !known.is_empty() {
-            return format!("{} is off by {} and no surfaces tell the rest", run.name, known.join(", "));
+        if known.is_empty() {
+            return format!("nothing can be said of {}: no surfaces hold its visits together", run.name);
         }
-        return format!("nothing can be said of {}: no surfaces hold its visits together", run.name);
+        let known: Vec<String> =
+            known.iter().map(|(part_m, name)| format!("{} {name}", metres(*part_m))).collect();
+        return format!("{} is off by {} and no surfaces tell the rest", run.name, known.join(", "));
     };
     let way = run.of_the_way_percent.map(|percent| format!(" ({} % of the way)", digits(percent)));
-    let parts = [(run.along_m, "along the way"), (run.sideways_m, "sideways"), (run.up_m, "in height")];
-    let most = parts.iter().filter(|(part, _)| {
-        let others = parts.iter().filter_map(|(other, _)| *other).filter(|other| Some(*other) != *part);
-        part.is_some_and(|part| others.fold(0.0, f64::max) * MOSTLY < part)
-    });
-    let mostly = most.map(|(_, name)| format!(", mostly {name}")).next();
-    let [way, mostly] = [way, mostly].map(Option::unwrap_or_default);
-    format!("{} is off by {}{way}{mostly}", run.name, metres(median_m))
+    known.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mostly = match known[..] {
+        [(most, name), (next, _), ..] if most > MOSTLY * next => format!(", mostly {name}"),
+        _ => String::new(),
+    };
+    format!("{} is off by {}{}{mostly}", run.name, metres(median_m), way.unwrap_or_default())
 }
 
 fn runs(out: &mut impl Write, report: &DriftReport) -> io::Result<()> {
@@ -98,8 +98,10 @@ fn runs(out: &mut impl Write, report: &DriftReport) -> io::Result<()> {
             of.interval
                 .map_or_else(|| NONE.to_owned(), |[low, high]| format!("{} .. {}", metres(low), metres(high)))
         };
-        let refused =
-            if run.pairs_refused > 0 { format!(" ({} refused)", run.pairs_refused) } else { String::new() };
+        let others = [(run.pairs_in_part, " in part"), (run.pairs_refused, " refused")];
+        let counts = others.iter().filter(|(count, _)| *count > 0);
+        let counts: Vec<String> =
+            [(run.pairs, "")].iter().chain(counts).map(|(count, what)| format!("{count}{what}")).collect();
         table.row([
             run.name.clone(),
             or_none(run.median_m.value, metres),
@@ -111,7 +113,7 @@ fn runs(out: &mut impl Write, report: &DriftReport) -> io::Result<()> {
             or_none(run.up_m, metres),
             or_none(run.angle_deg, |deg| format!("{}°", digits(deg))),
             or_none(run.of_the_way_percent, |percent| format!("{} %", digits(percent))),
-            format!("{}{refused}", run.pairs),
+            counts.join(", "),
         ]);
     }
     table.write(out, "")
