@@ -92,7 +92,7 @@ mod work;
 pub use cast::{CopiedScans, OddScans, Oddity};
 pub use config::{Config, Frame, FrameOrder, MapSource, Run, RunSource};
 pub use drift::{
-    Displacement, DriftBin, DriftComparison, DriftReport, Measured, NotMeasured, RunDrift, VisitPairOfRun,
+    Displacement, DriftBin, DriftComparison, DriftReport, Measured, RunDrift, VisitPairOfRun,
     VisitPairReport, VisitReport, measure_drift,
 };
 pub use ego::Ego;

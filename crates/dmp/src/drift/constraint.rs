@@ -29,8 +29,9 @@ impl VisitPairOfRun {
     fn constraint(&self, body_from_sensor: &Isometry3<f64>) -> Option<(Isometry3<f64>, Matrix6<f64>)> {
         let of_sensor = transform_of(&self.first_from_second?);
         let measured = body_from_sensor * of_sensor * body_from_sensor.inverse();
-        let error_by_motion = error_by_motion(&measured) * by_motion_of_sensor(body_from_sensor);
-        let covariance = error_by_motion * whole(&self.covariance?) * error_by_motion.transpose();
+        let covariance = covariance_in(body_from_sensor, &whole(&self.covariance?));
+        let error_by_motion = error_by_motion(&measured);
+        let covariance = error_by_motion * covariance * error_by_motion.transpose();
         let information = covariance.cholesky()?.inverse();
         Some((measured, (information + information.transpose()) / 2.0))
     }
@@ -44,10 +45,24 @@ fn whole(upper: &[f64; 21]) -> Matrix6<f64> {
     })
 }
 
-/// A motion of the sensor's frame, rotation vector and translation, as one of the body's.
-fn by_motion_of_sensor(body_from_sensor: &Isometry3<f64>) -> Matrix6<f64> {
-    let rotation = *body_from_sensor.rotation.to_rotation_matrix().matrix();
-    let lever = body_from_sensor.translation.vector.cross_matrix();
+/// Its upper triangle, row by row.
+pub(super) fn upper_triangle(matrix: &Matrix6<f64>) -> [f64; 21] {
+    let mut upper = [0.0; 21];
+    let places = (0..6).flat_map(|row| (row..6).map(move |column| (row, column)));
+    upper.iter_mut().zip(places).for_each(|(value, place)| *value = matrix[place]);
+    upper
+}
+
+/// The covariance of a motion, rotation vector and translation, told in another frame.
+pub(super) fn covariance_in(other_from_frame: &Isometry3<f64>, covariance: &Matrix6<f64>) -> Matrix6<f64> {
+    let by_motion = motion_in(other_from_frame);
+    by_motion * covariance * by_motion.transpose()
+}
+
+/// What makes of a motion in a frame the same motion in another one.
+fn motion_in(other_from_frame: &Isometry3<f64>) -> Matrix6<f64> {
+    let rotation = *other_from_frame.rotation.to_rotation_matrix().matrix();
+    let lever = other_from_frame.translation.vector.cross_matrix();
     of_blocks(&[[rotation, Matrix3::zeros()], [lever * rotation, rotation]])
 }
 
@@ -84,7 +99,7 @@ mod tests {
         let of_body =
             |motion: &Isometry3<f64>| body_from_sensor * motion * of_sensor * body_from_sensor.inverse();
         let measured = of_body(&Isometry3::identity());
-        let found = error_by_motion(&measured) * by_motion_of_sensor(&body_from_sensor);
+        let found = error_by_motion(&measured) * motion_in(&body_from_sensor);
         let step = 1e-6;
         for axis in 0..6 {
             let mut motion = [[0.0; 3]; 2];

@@ -26,10 +26,10 @@ use crate::run_state::RunState;
 use crate::settings::seven;
 use crate::watch::Watch;
 use crate::work::pool;
+use constraint::{covariance_in, upper_triangle};
 use displacement::Axes;
 pub use displacement::Displacement;
 use patches::Visits;
-pub use register::NotMeasured;
 use register::{Seen, register};
 pub use report::{
     DriftBin, DriftComparison, DriftReport, Measured, RunDrift, VisitPairOfRun, VisitPairReport, VisitReport,
@@ -66,10 +66,10 @@ pub fn measure_drift<'a>(
 impl<M: Sync> Evaluation<'_, M> {
     /// Measures how far the runs are off on pairs of visits.
     pub(crate) fn drift(&self, most_pairs: Option<usize>) -> Result<DriftReport, EvaluateError> {
-        let drive = Drive::new(self);
+        let revisits = Revisits::new(self);
         let found = visits::pairs(
-            &drive.visits,
-            &drive.places,
+            &revisits.visits,
+            &revisits.places,
             &self.plan.along_m,
             self.settings.metre_m(),
             self.log.summary().camera.is_some(),
@@ -82,17 +82,17 @@ impl<M: Sync> Evaluation<'_, M> {
         for batch in pairs.chunks(self.pairs_at_a_time()) {
             let numbers = batch.iter().flat_map(|pair| [pair.first, pair.second]);
             let visits: Visits<'_> = numbers
-                .map(|number| (number, (&drive.visits[number], drive.place_from_world(number))))
+                .map(|number| (number, (&revisits.visits[number], revisits.place_from_world(number))))
                 .collect();
             let pyramids = patches::pyramids(self, &visits)?;
             let report = |pair: &VisitPair| {
-                let report = drive.report(pair, &pyramids);
+                let report = revisits.report(pair, &pyramids);
                 self.progress.advance(1);
                 report
             };
             reports.extend(pool.install(|| batch.par_iter().map(report).collect::<Vec<_>>()));
         }
-        Ok(self.told(&drive, found.len(), &pairs, reports))
+        Ok(self.told(&revisits, found.len(), &pairs, reports))
     }
 
     /// As many pairs as a part of the memory has room for.
@@ -102,7 +102,7 @@ impl<M: Sync> Evaluation<'_, M> {
 
     fn told(
         &self,
-        drive: &Drive<'_, M>,
+        revisits: &Revisits<'_, M>,
         pairs_found: usize,
         pairs: &[VisitPair],
         visits: Vec<VisitPairReport>,
@@ -132,7 +132,7 @@ impl<M: Sync> Evaluation<'_, M> {
             dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
             voxel_m: patches::voxel_m(&self.settings),
             travel_m: self.plan.segments.travel_m,
-            segments: drive.visits.len(),
+            segments: revisits.visits.len(),
             pairs_found,
             pairs_measured: visits.len(),
             confidence: confidence.level(),
@@ -144,7 +144,7 @@ impl<M: Sync> Evaluation<'_, M> {
 }
 
 /// The visits of a drive, and where each run has them.
-struct Drive<'e, M> {
+struct Revisits<'e, M> {
     evaluation: &'e Evaluation<'e, M>,
     visits: Vec<Visit>,
     places: Places,
@@ -152,7 +152,7 @@ struct Drive<'e, M> {
     tilt: UnitQuaternion<f64>,
 }
 
-impl<'e, M> Drive<'e, M> {
+impl<'e, M> Revisits<'e, M> {
     fn new(evaluation: &'e Evaluation<'_, M>) -> Self {
         let plan = &evaluation.plan;
         let visits = visits::visits(plan, &plan.along_m);
@@ -195,29 +195,17 @@ impl<'e, M> Drive<'e, M> {
             };
             match (found, seen, own_from_place) {
                 (Ok(measured), Some(seen), Some(own_from_place)) => {
-                    let axes = self.axes(run, pair.first);
-                    told.off = axes.map(|axes| {
+                    told.off = self.axes(run, pair.first).map(|axes| {
                         Displacement::new(&seen.claimed, &measured, &axes, &own_from_place, metre_m)
                     });
                     // Without the tilt: of the sensor.
-                    let turn = Isometry3::from_parts(Translation3::identity(), self.tilt);
-                    told.first_from_second =
-                        Some(seven(&(turn.inverse() * measured.target_from_source * turn)));
-                    let turn = self.tilt.inverse().to_rotation_matrix();
-                    let part = |row, column| {
-                        turn.matrix()
-                            * measured.covariance.fixed_view::<3, 3>(row, column)
-                            * turn.matrix().transpose()
-                    };
-                    let at =
-                        |row: usize, column: usize| part(row / 3 * 3, column / 3 * 3)[(row % 3, column % 3)];
-                    let upper = (0..6).flat_map(|row| (row..6).map(move |column| (row, column)));
-                    let mut covariance = [0.0; 21];
-                    covariance
-                        .iter_mut()
-                        .zip(upper)
-                        .for_each(|(value, (row, column))| *value = at(row, column));
-                    told.covariance = Some(covariance);
+                    let sensor_from_place =
+                        Isometry3::from_parts(Translation3::identity(), self.tilt.inverse());
+                    let motion =
+                        sensor_from_place * measured.target_from_source * sensor_from_place.inverse();
+                    told.first_from_second = Some(seven(&motion));
+                    let covariance = covariance_in(&sensor_from_place, &measured.covariance);
+                    told.covariance = Some(upper_triangle(&covariance));
                 }
                 (Err(why), ..) => told.why_not = Some(why.to_string()),
                 _ => {}

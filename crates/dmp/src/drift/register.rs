@@ -15,8 +15,7 @@ const SAME_START_M: f64 = 1.0;
 
 /// Why nothing is known of a pair of visits in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[non_exhaustive]
-pub enum NotMeasured {
+pub(super) enum NotMeasured {
     /// The run has no pose on one of the visits.
     #[error("no pose there")]
     NoPose,
@@ -58,16 +57,17 @@ pub(super) fn register(seen: &[Option<Seen<'_>>], metre_m: f64) -> OfRuns {
     let Some(best) = best_of(&found) else { return found };
     for (run, found) in seen.iter().zip(&mut found) {
         let Some(run) = run else { continue };
-        if matches!(found, Ok(own) if apart(own, &best, metre_m).is_none()) {
-            continue;
+        match found {
+            Ok(own) if apart(own, &best, metre_m).is_none() => continue,
+            // From one start alone it would not show that there are more.
+            Err(NotMeasured::Refused(Refusal::Ambiguous { .. })) => continue,
+            _ => {}
         }
         let again = align(run.first, run.second, &[best.target_from_source]);
         match (again, &found) {
             (Ok(again), _) if apart(&again, &best, metre_m).is_none() => *found = Ok(again),
             (_, Ok(own)) => {
-                let apart_m = (own.target_from_source.translation.vector
-                    - best.target_from_source.translation.vector)
-                    .norm();
+                let apart_m = apart(own, &best, metre_m).unwrap_or_default();
                 *found = Err(NotMeasured::Outvoted { apart_m });
             }
             _ => {}
@@ -85,9 +85,11 @@ fn best_of(found: &OfRuns) -> Option<Alignment> {
     })
 }
 
-/// How far apart two motions are, metres, where that is too far to be the same.
+/// How far apart two motions are in the directions that both hold, metres, where that is too far to be the same.
 fn apart(a: &Alignment, b: &Alignment, metre_m: f64) -> Option<f64> {
     let between = a.target_from_source.translation.vector - b.target_from_source.translation.vector;
+    let unheld = a.unheld.iter().chain(&b.unheld);
+    let between = unheld.fold(between, |between, along| between - along * along.dot(&between));
     let cos_of_half = a.target_from_source.rotation.coords.dot(&b.target_from_source.rotation.coords);
     // Of small angles: sin² of the half.
     let turned = 1.0 - cos_of_half * cos_of_half > SAME_RAD * SAME_RAD / 4.0;
