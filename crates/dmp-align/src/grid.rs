@@ -53,11 +53,6 @@ impl Grid {
         grid
     }
 
-    /// Bytes in memory.
-    pub(crate) fn bytes(&self) -> usize {
-        self.blocks.len() * size_of::<Block>() + self.firsts.len() * size_of::<u32>()
-    }
-
     /// Fibonacci hashing: the upper bits of a product, brought to the number of places by another one.
     #[inline]
     fn place_of(&self, key: u64) -> usize {

@@ -68,11 +68,6 @@ impl Level {
         Self { voxel_m, grid: Grid::new(voxels), surfels }
     }
 
-    /// Bytes in memory.
-    pub(crate) fn bytes(&self) -> usize {
-        self.surfels.capacity() * size_of::<Surfel>() + self.grid.bytes()
-    }
-
     /// The number of the surfel nearest to `sought`, within `reach_m` of it, whose normal is alike; of two that are as near,
     /// the first. [`NONE`] where there is none.
     ///

@@ -50,11 +50,6 @@ impl Pyramid {
         self.finest().surfels.len()
     }
 
-    /// Bytes in memory, of all three sizes together: about 45 for each of [`surfels`](Self::surfels).
-    pub fn bytes(&self) -> usize {
-        size_of::<Self>() + self.levels.iter().map(Level::bytes).sum::<usize>()
-    }
-
     pub(crate) fn finest(&self) -> &Level {
         &self.levels[LEVELS.len() - 1]
     }

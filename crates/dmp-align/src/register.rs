@@ -53,7 +53,8 @@ pub struct Alignment {
 /// that motion, the identity where there are none.
 ///
 /// From up to about ten voxels off (5 m at half a metre). Of several guesses, the one is gone on with from which the surfaces
-/// match best; that they match as well elsewhere is found out only where a guess leads there. `O(surfels)` time for each guess.
+/// match best; that they match as well elsewhere is found out only where a guess leads there. The first guess is what is claimed: less
+/// speaks for it already. `O(surfels)` time for each guess.
 ///
 /// # Errors
 /// Where the surfaces do not tell: see [`Refusal`].

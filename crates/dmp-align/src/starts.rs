@@ -17,12 +17,17 @@ const MOST_OTHERS: usize = 12;
 /// Surfaces that tell this share for another place leave open which it is. In streets that repeat themselves every 6 to 15 m it
 /// is mostly 0.6 and more (half a bay matched with half of another tells half), in others up to 0.31 and on a real path 0.43.
 const AMBIGUOUS: f64 = 0.45;
+/// Less will do where the other place is nearer to the first guess: of two houses that are alike, the one that a run claims may be
+/// seen worse.
+const AMBIGUOUS_IF_CLAIMED: f64 = 0.25;
 
 /// Where the coarsest stage came to.
 struct Start {
     guess: Isometry3<f64>,
     pose: Isometry3<f64>,
     weight: f64,
+    /// Whether it is from the first guess.
+    is_claimed: bool,
 }
 
 impl Side<'_> {
@@ -46,7 +51,11 @@ impl Side<'_> {
         for other in found {
             let [for_best, for_other] = self.tell(&best, &other);
             let share = for_other / for_best.max(f64::MIN_POSITIVE);
-            if for_best > 0.0 && share >= rival.as_ref().map_or(AMBIGUOUS, |(share, _)| *share) {
+            let [best_m, other_m] =
+                [&best, &other].map(|found| between(&guesses[0], &found.pose, &best.middle_m()).0);
+            let limit = if other_m < best_m { AMBIGUOUS_IF_CLAIMED } else { AMBIGUOUS };
+            let is_greater = rival.as_ref().is_none_or(|(greatest, _)| share > *greatest);
+            if for_best > 0.0 && share >= limit && is_greater {
                 rival = Some((share, other));
             }
         }
@@ -60,8 +69,11 @@ impl Side<'_> {
         let mut found: Vec<Found> = Vec::new();
         let mut seen: Vec<Isometry3<f64>> = Vec::new();
         for start in starts {
-            if seen.len() > MOST_OTHERS || start.weight < LEAST_COARSE * starts[0].weight {
+            if seen.len() > MOST_OTHERS {
                 break;
+            }
+            if start.weight < LEAST_COARSE * starts[0].weight && !start.is_claimed {
+                continue;
             }
             let middle_m = found.first().map_or_else(Vector3::zeros, Found::middle_m);
             if seen.iter().all(|other| self.are_apart(other, &start.pose, &middle_m)) {
@@ -81,11 +93,13 @@ impl Side<'_> {
         let mut counterparts = Counterparts::none();
         let mut starts: Vec<Start> = guesses
             .iter()
-            .map(|guess| {
+            .enumerate()
+            .map(|(number, guess)| {
                 let pose = self.through(coarse, *guess, &mut counterparts);
                 // By finer scales than it was found with: what is nearly right weighs more.
                 let fine = Stage { scale: STAGES[1].scale, ..*coarse };
-                Start { guess: *guess, pose, weight: self.equations(&fine, &pose, &mut counterparts).weight }
+                let weight = self.equations(&fine, &pose, &mut counterparts).weight;
+                Start { guess: *guess, pose, weight, is_claimed: number == 0 }
             })
             .collect();
         // Stable: of two that are as good, the first.

@@ -3,7 +3,6 @@
 mod bare;
 mod coverage;
 mod look_alikes;
-mod time;
 mod visits;
 
 use dmp_map::{Lattice, PatchBuilder};

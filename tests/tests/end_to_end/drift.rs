@@ -3,7 +3,7 @@
 use dmp::{Config, DriftReport, FrameOrder, Run, VisitPairReport, measure_drift};
 use dmp_log::{MemoryLog, ScanLog};
 use dmp_sensor::{Isometry3, Scan, Trajectory, Translation3, UnitQuaternion, Vector3};
-use dmp_sim::{LidarOptions, RecordingOptions, Route};
+use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route, Scenery};
 
 use crate::common::{dmp, drift, noise, open, real_data, recorded, refused, runs_of, text, write_mcap};
 
@@ -133,6 +133,69 @@ fn a_real_run_is_off_by_little_and_a_worse_one_by_what_was_added() {
         compared += 1;
     }
     assert!(compared >= 5, "{compared}");
+}
+
+/// Out along a street and back.
+fn there_and_back(scenery: Scenery) -> (MemoryLog, Trajectory) {
+    let lidar = LidarOptions { azimuth_steps: 300, rate_hz: 5.0, ..LidarOptions::with_beams(32) };
+    let options =
+        RecordingOptions { seed: 2, scans: 320, route: Route::Straight, speed_m_s: 6.0, traffic: 0, lidar };
+    let town = options.town_of(scenery).unwrap();
+    let recording = Recording::new(&town, &options).unwrap();
+    let log = MemoryLog::new("street", recording.scans().collect()).unwrap();
+    (log, recording.drive().trajectory(20.0).unwrap())
+}
+
+/// Every house is the same again after 8 m: what is told is right, and where another house would do as well, that is said.
+#[test]
+fn a_street_that_looks_the_same_everywhere_tells_nothing_wrong() {
+    let (log, truth) = there_and_back(Scenery::Alike { period_m: 8.0 });
+    let runs = runs_of(&truth, &[("drift", drift(1.0)), ("noise", noise(0.02, 0.1))]);
+    let (mut answers, mut ambiguous) = (0, 0);
+    for group in [&runs[..], &runs[..1], &runs[1..2], &runs[2..]] {
+        for visit in measured(&log, group, &Config::default()).visits {
+            for (of_run, run) in visit.runs.iter().zip(group) {
+                ambiguous +=
+                    usize::from(of_run.why_not.as_ref().is_some_and(|why| why.contains("nearly as well")));
+                let Some(found_m) = of_run.off.and_then(|off| off.distance_m) else { continue };
+                // Scans of a run with noise lie about its middle one.
+                let expected_m = true_distance_m(&log, &visit, &run.trajectory, &truth);
+                assert!(
+                    (found_m - expected_m).abs() < 0.15_f64.max(0.1 * expected_m),
+                    "{found_m} {expected_m}"
+                );
+                answers += 1;
+            }
+        }
+    }
+    assert!(answers >= 6 && ambiguous >= 20, "{answers} answers, {ambiguous} ambiguous");
+}
+
+/// Nothing holds a place along a tunnel: sideways and upwards are told, how far along is not.
+#[test]
+fn along_a_bare_tunnel_nothing_is_told() {
+    let (log, truth) = there_and_back(Scenery::Tunnel);
+    let runs = runs_of(&truth, &[("drift", drift(1.0))]);
+    let report = measured(&log, &runs, &Config::default());
+    assert!(report.pairs_found >= 6, "{report:?}");
+    let mut told = 0;
+    for visit in &report.visits {
+        for of_run in &visit.runs {
+            let Some(off) = of_run.off else { continue };
+            assert!(off.along_m.is_none() && off.distance_m.is_none(), "{off:?}");
+            told += usize::from(off.up_m.or(off.sideways_m).is_some());
+        }
+        // Nothing is wrong with the truth: what is told is nothing, as well as it is known.
+        let right = visit.runs[0].off.unwrap();
+        for (part_m, sigma_m) in
+            [right.sideways_m, right.up_m].into_iter().zip([1, 2].map(|k| right.sigma_m[k]))
+        {
+            assert!(part_m.is_none_or(|m| m.abs() < 3.0 * sigma_m && sigma_m <= 0.1), "{right:?}");
+        }
+    }
+    // Along it nothing is known to 50 m, so a direction that is a little askew to it is not known either.
+    assert!(told >= report.pairs_found / 2, "{told} of {}", report.pairs_found);
+    assert!(report.runs.iter().all(|run| run.pairs == 0 && run.along_m.is_none()), "{report:?}");
 }
 
 #[test]

@@ -80,3 +80,24 @@ fn a_street_that_does_not_is_none_from_many_guesses_either() {
         }
     }
 }
+
+/// Pieces of 4 m of the second visit are moved by some centimetres, each other one the other way: no motion brings all of them onto
+/// the first.
+#[test]
+fn surfaces_that_do_not_come_to_lie_on_each_other_are_told() {
+    for (off_m, is_refused) in [(0.002, false), (0.06, true)] {
+        let [first, second] = visits(3);
+        let bent: Vec<[f64; 3]> = second
+            .iter()
+            .map(|&[x, y, z]| {
+                let piece = (x / 4.0).floor() as i64 + (y / 4.0).floor() as i64;
+                let by_m = if piece % 2 == 0 { off_m } else { -off_m };
+                [x, y + by_m, z + by_m]
+            })
+            .collect();
+        let found = align(&pyramid(first), &pyramid(bent), &[]);
+        println!("{off_m}: {found:?}");
+        assert_eq!(matches!(found, Err(Refusal::NotAlike { .. })), is_refused, "{off_m}: {found:?}");
+        assert_eq!(found.is_ok(), !is_refused, "{off_m}: {found:?}");
+    }
+}
