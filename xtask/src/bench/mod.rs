@@ -3,6 +3,7 @@
 mod cast;
 mod city;
 mod decode;
+mod drift;
 mod fuse;
 mod loops;
 mod quick;
@@ -27,6 +28,7 @@ pub(crate) enum Bench {
     #[command(hide = true)]
     CastServe(cast::serve::ServeArgs),
     Decode(decode::DecodeArgs),
+    Drift(drift::DriftArgs),
     Fuse(fuse::FuseArgs),
     Loops(loops::LoopsArgs),
     Quick(quick::QuickArgs),
@@ -44,6 +46,7 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
         Bench::Cast(arguments) => cast::run(arguments),
         Bench::CastServe(arguments) => cast::serve::run(arguments),
         Bench::Decode(arguments) => decode::run(arguments),
+        Bench::Drift(arguments) => drift::run(arguments),
         Bench::Loops(arguments) => loops::run(arguments),
         Bench::Quick(arguments) => quick::run(arguments),
         Bench::Report(arguments) => report::run(arguments),

@@ -243,13 +243,13 @@ impl Judged<'_> {
 
     /// What brings a visit's surfaces, as the run has them about its middle scan, to where they are about that.
     fn mean_correction(&self, visit: &VisitReport) -> Option<Isometry3<f64>> {
-        const MID_SCAN_NS: i64 = 50_000_000;
+        let middle_ns = self.log.summary().middle_ns;
         let [put, truth] = [self.estimate, self.truth].map(|run| self.pose(run, visit.scan, 0));
         let (put, truth) = (put?.inverse(), truth?.inverse());
         let (mut turn, mut shift, mut count) = (Vector3::zeros(), Vector3::zeros(), 0.0);
         for &scan in &visit.scans {
             let [Some(put_scan), Some(true_scan)] =
-                [self.estimate, self.truth].map(|run| self.pose(run, scan, MID_SCAN_NS))
+                [self.estimate, self.truth].map(|run| self.pose(run, scan, middle_ns))
             else {
                 continue;
             };
