@@ -12,7 +12,7 @@ use crate::pose_at::PoseAt;
 use crate::report::SegmentReport;
 use crate::sample::{Decide, Sample};
 use crate::segment_length::SegmentLength;
-use crate::settings::transform_of;
+use crate::seven::transform_of;
 
 /// One estimate to be scored: a trajectory and the map that belongs to it.
 #[derive(Debug, Clone, PartialEq)]

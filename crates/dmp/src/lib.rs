@@ -80,6 +80,7 @@ mod schedule;
 mod segment_length;
 mod setting_name;
 mod settings;
+mod seven;
 mod sink;
 mod sounding;
 mod sparse;

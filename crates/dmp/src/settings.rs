@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use dmp_log::{LengthUnit, LogSummary};
 use dmp_reduce::{Confidence, Margin, MissPrice, Promise, Scales};
-use dmp_sensor::{DepthNoise, Isometry3, Quaternion, Translation3, UnitQuaternion};
+use dmp_sensor::{DepthNoise, Isometry3};
 use serde::{Serialize, Serializer};
 
 use crate::check::check_ranges;
@@ -15,6 +15,7 @@ use crate::error::EvaluateError;
 use crate::report::SegmentReport;
 use crate::sample::{Decide, Sample};
 use crate::segment_length::SegmentLength;
+use crate::seven::seven;
 
 /// Everything that changes numbers, as it holds for a log: what [`Config`] leaves open is decided here, once. What is
 /// still `None` is decided by looking at the scans.
@@ -187,18 +188,6 @@ impl Settings {
     pub(crate) fn body_from_sensor(&self, run: &Run) -> Isometry3<f64> {
         run.body_from_sensor.unwrap_or(self.body_from_sensor)
     }
-}
-
-/// A transform as x, y, z (metres), qx, qy, qz, qw.
-pub(crate) fn seven(transform: &Isometry3<f64>) -> [f64; 7] {
-    let (t, q) = (transform.translation.vector, transform.rotation.coords);
-    [t.x, t.y, t.z, q.x, q.y, q.z, q.w]
-}
-
-/// The transform of [`seven`] numbers.
-pub(crate) fn transform_of([x, y, z, i, j, k, w]: &[f64; 7]) -> Isometry3<f64> {
-    let turn = UnitQuaternion::new_normalize(Quaternion::new(*w, *i, *j, *k));
-    Isometry3::from_parts(Translation3::new(*x, *y, *z), turn)
 }
 
 // The types of other crates, as what says all of them.

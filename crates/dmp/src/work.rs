@@ -20,7 +20,8 @@ use crate::frame_set::FrameSet;
 use crate::memory::Budget;
 use crate::note::Note;
 use crate::progress::Progress;
-use crate::settings::{Means, Settings, seven};
+use crate::settings::{Means, Settings};
+use crate::seven::seven;
 
 /// What an evaluation works with: its threads, its share of the memory, its folder, and what it keeps there.
 #[derive(Debug)]

@@ -3,7 +3,7 @@
 use dmp_sensor::{Isometry3, Matrix3, Matrix6, PoseEdge};
 
 use super::report::{DriftReport, VisitPairOfRun};
-use crate::settings::transform_of;
+use crate::seven::transform_of;
 
 impl DriftReport {
     /// The relative poses that were measured for a run, given by its number in [`Self::runs`], as edges between scans, which are

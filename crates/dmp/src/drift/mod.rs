@@ -23,7 +23,7 @@ use crate::own_frame;
 use crate::plan::spread;
 use crate::progress::Stage;
 use crate::run_state::RunState;
-use crate::settings::seven;
+use crate::seven::seven;
 use crate::watch::Watch;
 use crate::work::pool;
 use constraint::{covariance_in, upper_triangle};

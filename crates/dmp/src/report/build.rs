@@ -27,7 +27,8 @@ use crate::peak;
 use crate::plan::Plan;
 use crate::run_state::RunState;
 use crate::segment_length::SegmentLength;
-use crate::settings::{Means, Settings, seven};
+use crate::settings::{Means, Settings};
+use crate::seven::seven;
 use crate::work::MapFacts;
 
 /// What is told of a run's map.
