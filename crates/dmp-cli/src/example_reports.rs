@@ -186,6 +186,7 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
         order: order.iter().map(|&name| name.to_owned()).collect(),
         ties: Vec::new(),
         pairs,
+        drift: None,
         promise: PromiseReport {
             confidence: 0.99,
             interval_confidence: 0.9975,
@@ -205,6 +206,7 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             fuse_s: 1.25,
             trails_s: 0.0,
             cast_s: 61.25,
+            drift_s: 0.0,
             total_s: 63.0,
             threads: 2,
         },

@@ -12,6 +12,7 @@
 mod closeup;
 mod colour;
 mod columns;
+mod drift;
 mod ground;
 mod image;
 mod page;
@@ -27,6 +28,9 @@ mod worst;
 
 pub use closeup::{DiscInWorld, WINDOW_M};
 pub use columns::{Ranking, RankingRow, ScoreColumn, ranking};
+pub use drift::{
+    DRIFT_HEADS, drift_beside_scores, drift_compared, drift_in_words, drift_row, metres, pairs_in_words,
+};
 pub use page::{PageInput, page};
 pub use painter::{Painter, Pictures};
 pub use promise::promise;

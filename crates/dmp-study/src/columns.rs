@@ -53,7 +53,10 @@ pub(crate) fn of_report(report: &Report) -> Vec<Column> {
     };
     let there = [keys("cv", &scales.lengths().cv_m), keys("near", &scales.lengths().near_m)].concat();
     let is_there = |(key, ..): &&Score| !key.starts_with("r_") || there.iter().any(|there| there == key);
-    SCORES.iter().filter(is_there).map(column).collect()
+    let drift = report.drift.as_ref().map(|drift| {
+        lower("drift_rms_m", "drift RMS", "m", drift.runs.iter().map(|run| run.rms_m.value).collect())
+    });
+    SCORES.iter().filter(is_there).map(column).chain(drift).collect()
 }
 
 /// A column of which less is better.

@@ -7,6 +7,7 @@ use dmp_log::LengthUnit;
 use dmp_reduce::{Confidence, Margin, MissPrice, Scales};
 use dmp_sensor::{Isometry3, Trajectory};
 
+use crate::drift::DriftPairs;
 use crate::ego::Ego;
 use crate::pose_at::PoseAt;
 use crate::report::SegmentReport;
@@ -153,6 +154,8 @@ pub struct Config {
     pub confidence: Confidence,
     /// How far apart two runs may be and still count as the same.
     pub same_within: Margin,
+    /// On how many pairs of visits drift is measured in metres beside the scores.
+    pub drift: DriftPairs,
     /// The sensor's noise, metres: scales the raw log-likelihood, nothing else. `None`: 0.02 m, and that of a depth
     /// camera grows with depth as [`DepthNoise::KINECT`](dmp_sensor::DepthNoise::KINECT).
     pub sigma_m: Option<f64>,
@@ -197,6 +200,7 @@ impl Default for Config {
             miss_price: MissPrice::default(),
             confidence: Confidence::P99,
             same_within: Margin::default(),
+            drift: DriftPairs::default(),
             sigma_m: None,
             memory_bytes: 2 << 30,
             threads: std::thread::available_parallelism().map_or(1, usize::from),

@@ -22,8 +22,8 @@ use crate::watch::Watch;
 /// Scores `runs` on `log`: plan, fuse, cast, reduce. `watch` is `()` for nobody, or who follows: see [`Watch`].
 ///
 /// Reads the log twice, to fuse the maps and to cast the rays, or with [`Config::sample`] once and the
-/// scans of the sample again; four times with [`Config::free_space`]. A few scans are read before and in
-/// between. Runs are taken as they are: [`vet`](fn@crate::vet) finds those that do not belong to the log, and wrong clocks and
+/// scans of the sample again; four times with [`Config::free_space`]; the scans of visits to the same places once more, for
+/// [`Config::drift`]. A few scans are read before and in between. Runs are taken as they are: [`vet`](fn@crate::vet) finds those that do not belong to the log, and wrong clocks and
 /// mountings. The report is the same to the bit for every number of threads, memory budget and order of
 /// reading, but for its `timing` and `memory`, and a warning of a disk that is nearly full.
 ///
@@ -63,11 +63,20 @@ fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
     let (mut maps, tiles) = fused.casters();
     maps.doubt()?;
     let mut scored = maps.cast(&tiles, &kept)?;
-    times.of.cast_s = times.lap_s();
-
+    drop(tiles);
     maps.account(&mut scored)?;
     peak::look();
+    times.of.cast_s = times.lap_s();
+
+    // In metres: how far each run is off where it comes back.
+    let drift = match maps.drift_pairs() {
+        0 => None,
+        most_pairs => Some(maps.drift(most_pairs)?),
+    };
+    times.of.drift_s = times.lap_s();
+
     let mut report = maps.report(&scored, disk, times.stop(maps.means.threads));
+    report.drift = drift;
     let stores: Vec<&Store> = maps.runs.iter().map(|run| run.map.caster.map()).collect();
     maps.sink.scored(&report, &stores);
     peak::look();

@@ -93,7 +93,7 @@ mod work;
 pub use cast::{CopiedScans, OddScans, Oddity};
 pub use config::{Config, Frame, FrameOrder, MapSource, Run, RunSource};
 pub use drift::{
-    Displacement, DriftBin, DriftComparison, DriftReport, Measured, RunDrift, VisitPairOfRun,
+    Displacement, DriftBin, DriftComparison, DriftPairs, DriftReport, Measured, RunDrift, VisitPairOfRun,
     VisitPairReport, VisitReport, measure_drift,
 };
 pub use ego::Ego;

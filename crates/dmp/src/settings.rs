@@ -10,6 +10,7 @@ use serde::{Serialize, Serializer};
 
 use crate::check::check_ranges;
 use crate::config::{Config, Frame, FrameOrder, Run};
+use crate::drift::DriftPairs;
 use crate::ego::Ego;
 use crate::error::EvaluateError;
 use crate::report::SegmentReport;
@@ -65,6 +66,8 @@ pub struct Settings {
     /// How far apart two runs may be and still count as the same.
     #[serde(serialize_with = "margin")]
     pub same_within: Margin,
+    /// On how many pairs of visits drift is measured.
+    pub drift: DriftPairs,
     /// The noise that was asked for, metres; `None`: 0.02 m, or that of the depth camera.
     pub asked_sigma_m: Option<f64>,
     /// In which frame each run is scored.
@@ -136,6 +139,7 @@ impl Config {
             miss_price: self.miss_price,
             confidence: self.confidence,
             same_within: self.same_within,
+            drift: self.drift,
             asked_sigma_m: self.sigma_m,
             frame: self.frame,
         };
@@ -249,6 +253,8 @@ mod tests {
             Config { same_within: Margin::Metres(0.02), ..config.clone() },
             Config { same_within: Margin::Share(0.02), ..config.clone() },
             Config { ego: Ego::None, ..config.clone() },
+            Config { drift: DriftPairs::All, ..config.clone() },
+            Config { drift: DriftPairs::AtMost(7), ..config.clone() },
             Config { frame: Frame::Moved(one), ..config.clone() },
             Config { frame: Frame::Fixed(one), ..config.clone() },
             Config { confidence: Confidence::new(0.95).unwrap(), ..config.clone() },

@@ -25,6 +25,7 @@ mod schema {
         pub(super) order: Vec<String>,
         pub(super) ties: Vec<[String; 2]>,
         pub(super) pairs: Vec<Pair>,
+        pub(super) drift: dmp::DriftReport,
         pub(super) promise: BTreeMap<String, Option<f64>>,
         pub(super) sampling: serde_json::Value,
         pub(super) warnings: Vec<String>,
@@ -233,6 +234,7 @@ fn the_json_is_as_documented() {
     let segments = &report.config.segments;
     assert_eq!((segments.length_s, segments.length_scans), (None, None));
     assert!(report.config.segments.length_m == Some(12.0) && report.config.segments.travel_m > 150.0);
+    assert_eq!((report.drift.runs.len(), report.drift.comparisons.len()), (4, 6));
     // The documentation names every field of the top.
     let documented = std::fs::read_to_string(workspace().join("docs/json.md")).unwrap();
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();

@@ -32,9 +32,10 @@ fn one_result_is_the_table_again() {
     assert_eq!(compare(folder, "a.json b=a.json"), (0, table));
     let compared: Value = serde_json::from_str(&compare(folder, "a.json --json").1).unwrap();
     assert_eq!(compared["schema"], "dmp-compare/1");
-    for field in
-        ["runs", "pairs", "order", "ties", "config", "inputs", "sampling", "timing", "memory", "gates"]
-    {
+    for field in [
+        "runs", "pairs", "drift", "order", "ties", "config", "inputs", "sampling", "timing", "memory",
+        "gates",
+    ] {
         assert_eq!(compared[field], json[field], "{field}");
     }
     let result = &compared["results"][0];
@@ -220,7 +221,7 @@ fn files_that_are_no_results_are_named() {
         1,
         &["town.mcap: no result of `dmp score --json`: ", "line 1 column 1"],
     );
-    refused(folder, "compare @/scores.json", 1, &["scores.json: missing field `log`"]);
+    refused(folder, "compare @/scores.json", 1, &["scores.json: missing field `dmp_version`"]);
     std::fs::create_dir(folder.join("folder")).unwrap();
     refused(folder, "compare folder", 1, &["folder: "]);
     // A log that was cut is as cut here.

@@ -1,6 +1,6 @@
 //! `dmp drift`: what is measured where a drive comes back is what is wrong there.
 
-use dmp::{Config, DriftReport, FrameOrder, Run, VisitPairReport, measure_drift};
+use dmp::{Config, DriftPairs, DriftReport, FrameOrder, Run, VisitPairReport, measure_drift};
 use dmp_log::{MemoryLog, ScanLog};
 use dmp_sensor::{Isometry3, Scan, Trajectory, Translation3, UnitQuaternion, Vector3};
 use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route, Scenery};
@@ -14,7 +14,7 @@ fn laps() -> (Vec<Scan>, Trajectory) {
 }
 
 fn measured(log: &dyn ScanLog, runs: &[Run], config: &Config) -> DriftReport {
-    measure_drift(log, runs, config, None, ()).unwrap()
+    measure_drift(log, runs, &Config { drift: DriftPairs::All, ..config.clone() }, ()).unwrap()
 }
 
 /// Where the run has the second visit as seen from the first, less where the truth has it, metres: how long that is.
@@ -236,6 +236,48 @@ fn the_command_says_it_in_metres_and_what_there_is_not() {
         text(&none.stderr)
     );
     refused(path, "drift straight.mcap -t none.tum", 2, &["none.tum"]);
+}
+
+/// Beside the scores stands what `dmp drift` says of as many pairs; the page draws it.
+#[test]
+fn a_score_has_the_drift_of_some_pairs_or_of_as_many_as_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let runs = "-t truth=@/truth.tum -t drift=@/drift.tum --quiet --json";
+    let drift: DriftReport =
+        serde_json::from_slice(&dmp(path, &format!("drift @/town.mcap {runs} --pairs 3")).stdout).unwrap();
+    let score = |more: &str| -> dmp::Report {
+        let told = dmp(path, &format!("score @/town.mcap {runs} {more}"));
+        assert_eq!(told.status.code(), Some(0), "{}", text(&told.stderr));
+        serde_json::from_slice(&told.stdout).unwrap()
+    };
+    // The single visits are left to `dmp drift`.
+    assert_eq!(score("--drift=3").drift, Some(DriftReport { visits: Vec::new(), ..drift.clone() }));
+    let few = score("").drift.unwrap();
+    assert!(few.pairs_measured > 3 && few.pairs_measured <= few.segments.div_ceil(2), "{few:?}");
+    assert_eq!(score("--drift").drift.map(|all| all.pairs_measured), Some(drift.pairs_found));
+    for nothing in ["--drift=none", "--sample 20"] {
+        assert_eq!(score(nothing).drift, None, "{nothing}");
+    }
+    assert_eq!(score("--sample 20 --drift=3").drift, score("--drift=3").drift);
+
+    let told =
+        dmp(path, "score @/town.mcap -t @/truth.tum -t @/drift.tum --drift --report page.html --quiet");
+    let said = text(&told.stdout);
+    assert!(said.contains("\nWhere the drive comes back, truth is off by 0."), "{said}");
+    let page = std::fs::read_to_string(path.join("page.html")).unwrap();
+    let section = page.split("<h2 id=\"drift\">").nth(1).unwrap().split("</section>").next().unwrap();
+    let answers = |name: &str| drift.runs.iter().find(|run| run.name == name).unwrap().pairs;
+    assert!(answers("drift") > 0 && section.matches("<title>scans ").count() >= 2, "{section}");
+    assert!(section.contains("Way of drift from above, with drift"), "{section}");
+    // Where the run is worst, it says which way.
+    assert!(page.contains("both see, the run has the later ones displaced: "), "{page}");
+    for (wrong, words) in
+        [("--drift=0", "1 or more, `all` or `none`"), ("--drift=3 --quick", "cannot be used with")]
+    {
+        let told = dmp(path, &format!("score @/town.mcap -t @/truth.tum {wrong}"));
+        assert!(told.status.code() == Some(2) && text(&told.stderr).contains(words), "{wrong}: {told:?}");
+    }
 }
 
 /// The edges that are written lie where the truth is, as near as they say, and not where a run that drifts is.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::Context as _;
-use dmp::{Config, DriftReport, Run, VisitReport, measure_drift};
+use dmp::{Config, DriftPairs, DriftReport, Run, VisitReport, measure_drift};
 use dmp_log::{LogOptions, ScanLog, open_log};
 use dmp_sensor::{Isometry3, Matrix3, Trajectory, Vector3};
 use dmp_sim::Recording;
@@ -123,12 +123,12 @@ fn drive(spec: &DriveSpec, arguments: &DriftArgs) -> anyhow::Result<Vec<Row>> {
     let estimates: Vec<Estimate> =
         estimates(spec, &spec.truth(&recording)?)?.into_iter().filter(is_wanted).collect();
     let runs: Vec<Run> = estimates.iter().map(|e| Run::new(&e.name, e.trajectory.clone())).collect();
-    let config = Config::default();
+    let config = Config { drift: DriftPairs::All, ..Config::default() };
     let groups: Vec<&[Run]> = if arguments.together { vec![&runs] } else { runs.chunks(1).collect() };
     let mut rows = Vec::new();
     let mut begun = estimates.iter();
     for group in groups {
-        let report = measure_drift(log.as_ref(), group, &config, None, ())?;
+        let report = measure_drift(log.as_ref(), group, &config, ())?;
         for (run, estimate) in begun.by_ref().take(group.len()).enumerate() {
             let judged = Judged { log: log.as_ref(), truth: &fine, estimate: &estimate.trajectory };
             let row = row(&report, run, estimate, &judged, arguments.each)?;

@@ -1,13 +1,13 @@
 //! `dmp drift`: how far runs are off where they come back, by the surfaces that they see twice.
 
-mod render;
+pub(crate) mod render;
 
 use std::io::{self, Write};
 use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use dmp::{Config, MapSource, measure_drift};
+use dmp::{Config, DriftPairs, MapSource, measure_drift};
 use dmp_log::write_pose_edges;
 
 use crate::clock_args::ClockArgs;
@@ -57,8 +57,8 @@ pub(crate) struct DriftArgs {
     #[command(flatten)]
     conventions: ConventionArgs,
     /// Look at so many pairs of visits at most, evenly spread over the drive, or `all`
-    #[arg(long, value_name = "N", default_value = "all", value_parser = pairs, help_heading = "Returns and map")]
-    pairs: Pairs,
+    #[arg(long, value_name = "N", default_value = "all", value_parser = pairs_at_most, help_heading = "Returns and map")]
+    pairs: DriftPairs,
     #[command(flatten)]
     resources: ResourceArgs,
     /// Write what was measured as constraints for a pose graph: FILE.g2o with an `EDGE_SE3:QUAT` for each pair of visits that has
@@ -73,14 +73,20 @@ pub(crate) struct DriftArgs {
     verbose: bool,
 }
 
-/// How many pairs at most.
-#[derive(Debug, Clone, Copy)]
-struct Pairs(Option<usize>);
-
-fn pairs(text: &str) -> Result<Pairs, String> {
+/// A number of pairs, `all` or `none`.
+pub(crate) fn drift_pairs(text: &str) -> Result<DriftPairs, String> {
     match text.parse() {
-        _ if text == "all" => Ok(Pairs(None)),
-        Ok(count) if count > 0 => Ok(Pairs(Some(count))),
+        _ if text == "all" => Ok(DriftPairs::All),
+        _ if text == "none" => Ok(DriftPairs::None),
+        Ok(count) if count > 0 => Ok(DriftPairs::AtMost(count)),
+        _ => Err("it must be a number of pairs of 1 or more, `all` or `none`".to_owned()),
+    }
+}
+
+/// Some of the pairs at least.
+fn pairs_at_most(text: &str) -> Result<DriftPairs, String> {
+    match drift_pairs(text) {
+        Ok(pairs) if pairs != DriftPairs::None => Ok(pairs),
         _ => Err("it must be a number of pairs of 1 or more, or `all`".to_owned()),
     }
 }
@@ -95,7 +101,8 @@ pub(crate) fn run(arguments: &DriftArgs, common: &Common, out: &mut impl Write) 
         )));
     }
     let time_offset_ns = arguments.clock.offset_of_all_ns();
-    let config = Config { time_offset_ns, ..arguments.resources.in_config(Config::default()) };
+    let config =
+        Config { time_offset_ns, drift: arguments.pairs, ..arguments.resources.in_config(Config::default()) };
     let config = arguments.place.in_config(config);
     config.check()?;
     let poses = (&arguments.place, &arguments.clock);
@@ -104,7 +111,7 @@ pub(crate) fn run(arguments: &DriftArgs, common: &Common, out: &mut impl Write) 
     let (opened, vetted) = arguments.conventions.vet(opened, &arguments.log, poses, &config, common)?;
     let OpenedRuns { log, runs, damaged } = opened;
     let watch = Progress::new(common);
-    let report = measure_drift(log.as_ref(), &runs, &config, arguments.pairs.0, &watch)?;
+    let report = measure_drift(log.as_ref(), &runs, &config, &watch)?;
     drop(watch);
     if let (Some(path), [run]) = (&arguments.output, runs.as_slice()) {
         let body_from_sensor = run.body_from_sensor.unwrap_or(config.body_from_sensor);

@@ -87,9 +87,13 @@ fn effort(out: &mut impl Write, report: &Report) -> io::Result<()> {
         Some(_) => format!("trails {}, ", text::duration(timing.trails_s)),
         None => String::new(),
     };
+    let drift = match report.drift {
+        Some(_) => format!("drift {}, ", text::duration(timing.drift_s)),
+        None => String::new(),
+    };
     writeln!(
         out,
-        "Time    plan {}, fuse {}, {trails}cast {}, all {}; {}",
+        "Time    plan {}, fuse {}, {trails}cast {}, {drift}all {}; {}",
         text::duration(timing.plan_s),
         text::duration(timing.fuse_s),
         text::duration(timing.cast_s),

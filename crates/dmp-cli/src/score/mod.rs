@@ -16,11 +16,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
-use dmp::{Config, Report, evaluate, evaluate_quick, file_stem_of};
+use dmp::{Config, DriftPairs, Report, evaluate, evaluate_quick, file_stem_of};
 use serde::Serialize;
 
 use crate::clash::refuse_clashes;
 use crate::common::Common;
+use crate::drift::drift_pairs;
 use crate::exit::{Exit, Usage, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::log_args::LogArgs;
@@ -95,6 +96,11 @@ pub(crate) struct ScoreArgs {
     promise: PromiseArgs,
     #[command(flatten)]
     sampling: SamplingArgs,
+    /// Measure drift in metres on so many pairs of visits to the same places at most, on `all`, or on `none`, as `dmp drift`
+    /// does. Without this one for each two segments, and none where a sample is scored; `--drift` alone is all
+    #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true, default_missing_value = "all")]
+    #[arg(value_parser = drift_pairs, conflicts_with = "quick", help_heading = "Returns and map")]
+    drift: Option<DriftPairs>,
 
     #[command(flatten)]
     resume: ResumeArgs,
@@ -127,7 +133,8 @@ impl ScoreArgs {
     fn config(&self) -> Config {
         let settings =
             Config { save_maps: self.save_maps.clone(), map_unit: self.map_unit.0, ..self.settings.config() };
-        self.promise.of(self.sampling.of(self.resume.in_config(settings)))
+        let config = self.promise.of(self.sampling.of(self.resume.in_config(settings)));
+        Config { drift: self.drift.unwrap_or_default(), ..config }
     }
 
     /// Every file that is read, as it was named.

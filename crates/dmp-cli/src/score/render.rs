@@ -2,9 +2,9 @@
 
 use std::io::{self, Write};
 
-use dmp::{FreeSpaceReport, Report, SegmentLength};
+use dmp::{DriftReport, FreeSpaceReport, Report, SegmentLength};
 use dmp_draw::text::{self, Side, Table, counted, percent};
-use dmp_draw::{ScoreColumn, promise, ranking};
+use dmp_draw::{ScoreColumn, drift_beside_scores, drift_in_words, pairs_in_words, promise, ranking};
 
 use crate::say::tell;
 
@@ -33,6 +33,10 @@ pub(crate) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io
         writeln!(out)?;
         pairs::verdicts(out, report)?;
     }
+    if let Some(drift) = &report.drift {
+        writeln!(out)?;
+        drift_of_runs(out, report, drift, verbose)?;
+    }
     if verbose {
         details::all(out, report)?;
     }
@@ -44,6 +48,24 @@ pub(crate) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io
         }
     }
     writeln!(out, "\n{}", limits(report))
+}
+
+/// How far the runs are off where they come back, in metres.
+fn drift_of_runs(
+    out: &mut impl Write,
+    report: &Report,
+    drift: &DriftReport,
+    verbose: bool,
+) -> io::Result<()> {
+    tell!(out, "{}", drift_in_words(drift))?;
+    if drift.pairs_measured == 0 {
+        return Ok(());
+    }
+    writeln!(out, "{}", pairs_in_words(drift))?;
+    if verbose {
+        crate::drift::render::runs(out, drift)?;
+    }
+    drift_beside_scores(report).iter().try_for_each(|line| tell!(out, "{line}"))
 }
 
 fn settings(report: &Report) -> String {

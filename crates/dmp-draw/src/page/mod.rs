@@ -1,5 +1,6 @@
 //! The report as one HTML page.
 
+mod drift;
 mod html;
 mod inputs;
 mod maps;
@@ -52,6 +53,11 @@ pub fn page(input: &PageInput<'_>) -> Result<String, png::EncodingError> {
     let mut main = verdict(input);
     main.push_str(&warnings(report));
     main.push_str(&section("ranking", "Ranking", &ranking::ranking(report)));
+    main.push_str(&section(
+        "drift",
+        "Drift where the drive comes back",
+        &drift::drift(report, input.pictures),
+    ));
     match input.pictures {
         Some(pictures) => {
             if let Some(reference) = input.reference {
@@ -159,6 +165,10 @@ fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::E
     ));
     sections.push_str(&section("coverage", "What the maps can tell", &maps::coverage(pictures, &names)?));
     sections.push_str(&section("profile", "When, and how much", &(key + &wide(&plots) + &drawn)));
-    sections.push_str(&section("places", "Worst places", &places::places(pictures, &names)?));
+    sections.push_str(&section(
+        "places",
+        "Worst places",
+        &places::places(pictures, &names, report.drift.as_ref())?,
+    ));
     Ok(sections)
 }

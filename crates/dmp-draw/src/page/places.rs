@@ -1,5 +1,8 @@
 //! The worst places of every run.
 
+use dmp::DriftReport;
+
+use super::drift::at_place as drift_at;
 use super::html::{figure, grid, keys, list, paragraph};
 use super::overlay::{self, Frame};
 use crate::closeup::{COLOURS, Closeup};
@@ -18,7 +21,11 @@ const PASSES: usize = 4;
 const OPEN: usize = 2;
 
 /// The places of all runs, in the order of the runs.
-pub(super) fn places(pictures: &Pictures, names: &[&str]) -> Result<String, png::EncodingError> {
+pub(super) fn places(
+    pictures: &Pictures,
+    names: &[&str],
+    drift: Option<&DriftReport>,
+) -> Result<String, png::EncodingError> {
     if pictures.places.iter().all(Vec::is_empty) {
         return Ok(String::new());
     }
@@ -40,7 +47,7 @@ pub(super) fn places(pictures: &Pictures, names: &[&str]) -> Result<String, png:
         let open = if place < OPEN { " open" } else { "" };
         let mut articles = Vec::new();
         for (number, place) in pictures.places[run].iter().enumerate() {
-            articles.push(article(pictures, names, number, place)?);
+            articles.push(article(pictures, names, number, place, drift)?);
         }
         if articles.is_empty() {
             continue;
@@ -57,6 +64,7 @@ fn article(
     names: &[&str],
     number: usize,
     place: &WorstPlace,
+    drift: Option<&DriftReport>,
 ) -> Result<String, png::EncodingError> {
     let name = names[place.run];
     let [x, y, _] = place.centre_in_world_m;
@@ -73,6 +81,9 @@ fn article(
         None => format!("{own}."),
     };
     let mut text = format!("<p>{best} At x {x:.0} m, y {y:.0} m.</p>\n");
+    let which_way =
+        drift.and_then(|drift| drift_at(drift, pictures, place.run, place.centre_in_world_m, place.radius_m));
+    text.push_str(&which_way.map_or_else(String::new, |said| paragraph(&said)));
     if place.passes.len() > 1 {
         let pass = |pass: &Pass| format!("{}: {}", escape(&times(pictures, pass)), misses(&pass.score));
         text.push_str(&list("<ul>", place.passes.iter().take(PASSES).map(pass)));

@@ -12,6 +12,7 @@ fn sample() -> Report {
     json.as_object_mut().unwrap().remove("gates");
     // What depends on where and on what machine it was made is not in the file.
     json["dmp_version"] = "0.1.0".into();
+    json["drift"]["dmp_version"] = "0.1.0".into();
     json["inputs"]["log"] = "data-samples/town.mcap".into();
     for run in json["inputs"]["runs"].as_array_mut().unwrap() {
         run["file"] = format!("{}.tum", run["name"].as_str().unwrap()).into();

@@ -1,6 +1,6 @@
 //! Who says what the poses of a graph are worth.
 
-use dmp::{Config, Frame, Progress, evaluate};
+use dmp::{Config, DriftPairs, Frame, Progress, evaluate};
 use dmp_log::ScanLog;
 use dmp_reduce::Estimate;
 use dmp_sensor::Isometry3;
@@ -51,7 +51,8 @@ impl<'a> Scorer<'a> {
     /// The map that is fused from the log, and all returns: the log is read twice for every candidate, as
     /// [`evaluate`](dmp::evaluate) does. Its changes have no intervals.
     pub fn log(log: &'a dyn ScanLog, keyframes: &'a Keyframes, config: &Config) -> Self {
-        Self(ScoredBy::Log(Box::new(WholeMaps { log, keyframes, config: config.clone(), without_m2: None })))
+        let config = Config { drift: DriftPairs::None, ..config.clone() };
+        Self(ScoredBy::Log(Box::new(WholeMaps { log, keyframes, config, without_m2: None })))
     }
 
     /// Whether candidates are scored beside each other; else each is by several threads.

@@ -5,6 +5,7 @@
 
 mod constraint;
 mod displacement;
+mod how_many;
 mod patches;
 mod register;
 mod report;
@@ -29,6 +30,7 @@ use crate::work::pool;
 use constraint::{covariance_in, upper_triangle};
 use displacement::Axes;
 pub use displacement::Displacement;
+pub use how_many::DriftPairs;
 use patches::Visits;
 use register::{Seen, register};
 pub use report::{
@@ -40,7 +42,7 @@ use visits::{Places, Visit, VisitPair};
 /// Memory for the surfaces of a visit in one run, bytes, about.
 const PYRAMID_BYTES: usize = 600 << 10;
 
-/// Measures how far `runs` are off where they come back, on all pairs of visits or on `most_pairs` of them, evenly spread.
+/// Measures how far `runs` are off where they come back, on as many pairs of visits as [`Config::drift`] says, evenly spread.
 ///
 /// Of the log the scans of these visits are read. The report is the same to the bit for every number of threads and memory
 /// budget. A log without a revisit has an empty one.
@@ -51,7 +53,6 @@ pub fn measure_drift<'a>(
     log: &'a dyn ScanLog,
     runs: &'a [Run],
     config: &Config,
-    most_pairs: Option<usize>,
     watch: impl Into<Watch<'a>>,
 ) -> Result<DriftReport, EvaluateError> {
     let config = Config { checkpoint_every: None, resume: false, ..config.clone() };
@@ -60,12 +61,18 @@ pub fn measure_drift<'a>(
     let voxel_m = task.settings.voxel_m.unwrap_or(task.settings.scales.lengths().voxels_m[0]);
     let stores = runs.iter().map(|_| None).collect();
     let runs = own_frame::place(Heads::Log(log), runs, stores, &task.settings)?;
-    task.plan_placed(runs, Some(voxel_m))?.drift(most_pairs)
+    let planned = task.plan_placed(runs, Some(voxel_m))?;
+    planned.drift(planned.drift_pairs())
 }
 
 impl<M: Sync> Evaluation<'_, M> {
-    /// Measures how far the runs are off on pairs of visits.
-    pub(crate) fn drift(&self, most_pairs: Option<usize>) -> Result<DriftReport, EvaluateError> {
+    /// On how many pairs of visits drift is to be measured at most.
+    pub(crate) fn drift_pairs(&self) -> usize {
+        self.settings.drift.most(self.plan.segments.starts.len(), self.plan.looks.is_sampled())
+    }
+
+    /// Measures how far the runs are off on pairs of visits, so many at most.
+    pub(crate) fn drift(&self, most_pairs: usize) -> Result<DriftReport, EvaluateError> {
         let revisits = Revisits::new(self);
         let found = visits::pairs(
             &revisits.visits,
@@ -74,7 +81,7 @@ impl<M: Sync> Evaluation<'_, M> {
             self.settings.metre_m(),
             self.log.summary().camera.is_some(),
         );
-        let chosen = spread(found.len(), most_pairs.unwrap_or(found.len()));
+        let chosen = spread(found.len(), most_pairs);
         let pairs: Vec<VisitPair> = chosen.into_iter().map(|k| found[k]).collect();
         self.progress.begin(Stage::Drift, pairs.len() as u64);
         let pool = pool(self.means.threads)?;

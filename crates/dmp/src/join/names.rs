@@ -75,6 +75,12 @@ impl Names {
         report.inputs.runs.iter_mut().for_each(|run| rename(&mut run.name));
         report.order.iter_mut().chain(report.ties.iter_mut().flatten()).for_each(rename);
         report.free_space.iter_mut().flat_map(|free_space| &mut free_space.votes).for_each(rename);
+        if let Some(drift) = &mut report.drift {
+            drift.runs.iter_mut().for_each(|run| rename(&mut run.name));
+            for pair in &mut drift.comparisons {
+                [&mut pair.a, &mut pair.b].into_iter().chain(&mut pair.better).for_each(rename);
+            }
+        }
         for pair in &mut report.pairs {
             [&mut pair.a, &mut pair.b].into_iter().chain(pair.verdict.run_mut()).for_each(rename);
         }

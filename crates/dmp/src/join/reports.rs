@@ -6,6 +6,7 @@ use super::error::JoinError;
 use super::named::NamedReport;
 use super::names::{self, Names};
 use super::same;
+use crate::drift::DriftReport;
 use crate::report::{MemoryReport, PairReport, PassTimes, Report, RunReport, Warning};
 
 /// Several reports as one.
@@ -74,8 +75,29 @@ fn add(joined: &mut Report, other: Report) {
     // As sure as the intervals of either are.
     let sure = &mut joined.promise.interval_confidence;
     *sure = sure.min(other.promise.interval_confidence);
+    joined.drift = joined.drift.take().zip(other.drift).and_then(|(here, other)| drift_of(here, other));
     joined.timing = added(joined.timing, other.timing);
     joined.memory = most(joined.memory, other.memory);
+}
+
+/// Of all runs, where both were measured on as many pairs of visits; what was measured on others cannot stand in one table.
+fn drift_of(mut here: DriftReport, other: DriftReport) -> Option<DriftReport> {
+    let pairs = |drift: &DriftReport| (drift.pairs_found, drift.pairs_measured, drift.segments);
+    if pairs(&here) != pairs(&other) {
+        return None;
+    }
+    here.visits.clear();
+    for run in other.runs {
+        if here.runs.iter().all(|known| known.name != run.name) {
+            here.runs.push(run);
+        }
+    }
+    for pair in other.comparisons {
+        if here.comparisons.iter().all(|known| (&known.a, &known.b) != (&pair.a, &pair.b)) {
+            here.comparisons.push(pair);
+        }
+    }
+    Some(here)
 }
 
 /// One after the other.
@@ -85,6 +107,7 @@ fn added(a: PassTimes, b: PassTimes) -> PassTimes {
         fuse_s: a.fuse_s + b.fuse_s,
         trails_s: a.trails_s + b.trails_s,
         cast_s: a.cast_s + b.cast_s,
+        drift_s: a.drift_s + b.drift_s,
         total_s: a.total_s + b.total_s,
         threads: a.threads.max(b.threads),
     }

@@ -100,6 +100,7 @@ pub fn evaluate_quick<'a>(
         fuse_s: totals.fuse_s / threads as f64,
         trails_s: 0.0,
         cast_s: totals.cast_s / threads as f64,
+        drift_s: 0.0,
         total_s,
         threads: means.threads,
     };

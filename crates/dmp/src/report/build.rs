@@ -108,6 +108,7 @@ impl Findings<'_> {
             order: ranked.iter().map(|ranked| name(ranked.run)).collect(),
             ties,
             pairs: pairs.iter().map(|pair| self.pair(pair)).collect(),
+            drift: None,
             promise: PromiseReport {
                 confidence: settings.confidence.level(),
                 interval_confidence: of_each_interval.level(),

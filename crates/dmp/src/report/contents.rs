@@ -1,6 +1,6 @@
 //! The whole of a report.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::conventions::LeftOutReport;
 use super::effort::{MemoryReport, PassTimes, TileReport};
@@ -10,6 +10,7 @@ use super::run::{FreeSpaceReport, RunReport};
 use super::sampling::SamplingReport;
 use super::settings::{ConfigReport, PromiseReport};
 use super::warning::Warning;
+use crate::drift::DriftReport;
 
 /// What an evaluation found. Serialised, it is the command's JSON: schema `dmp-score/2`, described in
 /// `docs/json.md`. Other fields beside these, as the command's `gates`, are passed over when one is read.
@@ -36,6 +37,10 @@ pub struct Report {
     pub ties: Vec<[String; 2]>,
     /// Every pair of runs.
     pub pairs: Vec<PairReport>,
+    /// How far the runs are off where they come back, in metres; null where that was not measured. The JSON has no single
+    /// visits: [`measure_drift`](crate::measure_drift) tells them.
+    #[serde(default, serialize_with = "without_visits")]
+    pub drift: Option<DriftReport>,
     /// What the verdicts on them promise, all together.
     pub promise: PromiseReport,
     /// How much of the log was scored.
@@ -54,4 +59,18 @@ pub struct Report {
 impl Report {
     /// What `schema` says.
     pub const SCHEMA: &str = "dmp-score/2";
+}
+
+/// A visit has a hundred numbers in each run.
+#[expect(clippy::ref_option, reason = "serde gives it so")]
+fn without_visits<S: Serializer>(drift: &Option<DriftReport>, serializer: S) -> Result<S::Ok, S::Error> {
+    let of_runs = drift.as_ref().map(|drift| DriftReport {
+        visits: Vec::new(),
+        runs: drift.runs.clone(),
+        comparisons: drift.comparisons.clone(),
+        schema: drift.schema.clone(),
+        dmp_version: drift.dmp_version.clone(),
+        ..*drift
+    });
+    of_runs.serialize(serializer)
 }

@@ -14,6 +14,9 @@ pub struct PassTimes {
     pub trails_s: f64,
     /// Casting and reducing, seconds.
     pub cast_s: f64,
+    /// Measuring drift, seconds.
+    #[serde(default)]
+    pub drift_s: f64,
     /// All, seconds.
     pub total_s: f64,
     /// By how many threads.

@@ -1,0 +1,183 @@
+//! Drift in metres, in words and as a table: for terminals and pages alike.
+
+use dmp::{Displacement, DriftComparison, DriftReport, Measured, Report, RunDrift};
+
+use crate::text::{NONE, confidence, counted, digits};
+
+/// What is this much larger than either of the others is said first.
+const MOSTLY: f64 = 1.5;
+/// A part of a displacement is told from this share of the whole on.
+const TOLD: f64 = 0.2;
+
+/// Heads of the table of the runs.
+pub const DRIFT_HEADS: [&str; 10] =
+    ["median", "RMS", "interval", "95 % below", "along", "sideways", "up", "rotation", "of the way", "pairs"];
+
+/// A length: below a metre in centimetres.
+pub fn metres(length_m: f64) -> String {
+    if length_m.abs() < 1.0 {
+        format!("{} cm", digits(100.0 * length_m))
+    } else {
+        format!("{} m", digits(length_m))
+    }
+}
+
+fn or_none(value: Option<f64>, told: impl Fn(f64) -> String) -> String {
+    value.map_or_else(|| NONE.to_owned(), told)
+}
+
+/// What is said first: `Where the drive comes back, kiss is off by 59 cm (0.4 % of the way), mostly sideways; lio by 1 cm.`
+pub fn drift_in_words(report: &DriftReport) -> String {
+    if report.pairs_measured == 0 {
+        return format!(
+            "The drive comes back to no place (way {} m, {}): there is nothing to measure drift by.",
+            digits(report.travel_m),
+            counted(report.segments as u64, "segment"),
+        );
+    }
+    let sentences: Vec<String> = report.runs.iter().map(sentence).collect();
+    format!("Where the drive comes back, {}.", sentences.join("; "))
+}
+
+/// What was looked at: `12 of 30 pairs of visits to the same places, 1200 m of way`.
+pub fn pairs_in_words(report: &DriftReport) -> String {
+    let pairs = counted(report.pairs_found as u64, "pair");
+    let pairs = if report.pairs_measured == report.pairs_found {
+        pairs
+    } else {
+        format!("{} of {pairs}", report.pairs_measured)
+    };
+    format!("{pairs} of visits to the same places, {} m of way", digits(report.travel_m))
+}
+
+/// `kiss is off by 59 cm (0.4 % of the way), mostly sideways`.
+fn sentence(run: &RunDrift) -> String {
+    let parts = [(run.along_m, "along the way"), (run.sideways_m, "sideways"), (run.up_m, "in height")];
+    let mut known: Vec<(f64, &str)> =
+        parts.into_iter().filter_map(|(part_m, name)| Some((part_m?, name))).collect();
+    let Some(median_m) = run.median_m.value else {
+        if known.is_empty() {
+            return format!("nothing can be said of {}: no surfaces hold its visits together", run.name);
+        }
+        let known: Vec<String> =
+            known.iter().map(|(part_m, name)| format!("{} {name}", metres(*part_m))).collect();
+        return format!("{} is off by {} and no surfaces tell the rest", run.name, known.join(", "));
+    };
+    if run.rms_m.value == Some(0.0) {
+        return format!("{} is off by {}, no more than the measurement is", run.name, metres(median_m));
+    }
+    let way = run.of_the_way_percent.map(|percent| format!(" ({} % of the way)", digits(percent)));
+    known.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mostly = match known[..] {
+        [(most, name), (next, _), ..] if most > MOSTLY * next => format!(", mostly {name}"),
+        _ => String::new(),
+    };
+    format!("{} is off by {}{}{mostly}", run.name, metres(median_m), way.unwrap_or_default())
+}
+
+/// The row of a run, under [`DRIFT_HEADS`].
+pub fn drift_row(run: &RunDrift) -> Vec<String> {
+    let interval = |of: &Measured| {
+        of.interval
+            .map_or_else(|| NONE.to_owned(), |[low, high]| format!("{} .. {}", metres(low), metres(high)))
+    };
+    let others = [(run.pairs_in_part, " in part"), (run.pairs_refused, " refused")];
+    let counts = others.iter().filter(|(count, _)| *count > 0);
+    let counts: Vec<String> =
+        [(run.pairs, "")].iter().chain(counts).map(|(count, what)| format!("{count}{what}")).collect();
+    vec![
+        or_none(run.median_m.value, metres),
+        or_none(run.rms_m.value, metres),
+        interval(&run.rms_m),
+        or_none(run.p95_m.value, metres),
+        or_none(run.along_m, metres),
+        or_none(run.sideways_m, metres),
+        or_none(run.up_m, metres),
+        or_none(run.angle_deg, |deg| format!("{}°", digits(deg))),
+        or_none(run.of_the_way_percent, |percent| format!("{} %", digits(percent))),
+        counts.join(", "),
+    ]
+}
+
+/// Two runs compared where they come back.
+pub fn drift_compared(pair: &DriftComparison, level: f64) -> String {
+    let DriftComparison { a, b, pairs, rms_a_m, rms_b_m, better, .. } = pair;
+    let told = |name: &str, rms_m: &Option<f64>| format!("{name} {}", or_none(*rms_m, metres));
+    let verdict = match better {
+        Some(better) => format!("{better} comes back better ({} sure)", confidence(level)),
+        None if pair.difference_m2.interval.is_none() => "too few pairs of visits to decide".to_owned(),
+        None => "not decided".to_owned(),
+    };
+    let common = counted(*pairs as u64, "pair");
+    format!("{a} and {b}: {verdict}; RMS on {common} in common: {}, {}", told(a, rms_a_m), told(b, rms_b_m))
+}
+
+/// Where a displacement leads: `58 cm to the left, 12 cm down`; parts that matter, the largest first.
+pub(crate) fn which_way(off: &Displacement) -> String {
+    let parts = [
+        (off.along_m, ["ahead", "behind"]),
+        (off.sideways_m, ["to the left", "to the right"]),
+        (off.up_m, ["up", "down"]),
+    ];
+    let mut parts: Vec<(f64, &str)> = parts
+        .into_iter()
+        .filter_map(|(part_m, [to, back])| part_m.map(|m| (m.abs(), if m < 0.0 { back } else { to })))
+        .collect();
+    let whole_m = parts.iter().map(|(m, _)| m * m).sum::<f64>().sqrt();
+    parts.retain(|(m, _)| *m >= TOLD * whole_m);
+    parts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    parts.iter().map(|(m, to)| format!("{} {to}", metres(*m))).collect::<Vec<_>>().join(", ")
+}
+
+/// Whether drift decides between pairs of runs as the scores do: how often they agree, and each pair where they do not, with
+/// what that means. Nothing where not both decide about any pair.
+pub fn drift_beside_scores(report: &Report) -> Vec<String> {
+    let Some(drift) = &report.drift else { return Vec::new() };
+    let (mut agree, mut told) = (0, Vec::new());
+    for pair in &drift.comparisons {
+        let by_score = report.pair(&pair.a, &pair.b).and_then(|pair| pair.verdict.better());
+        let (Some(by_score), Some(by_drift)) = (by_score, &pair.better) else { continue };
+        if by_score == by_drift {
+            agree += 1;
+            continue;
+        }
+        let [of_score_m, of_drift_m] =
+            if *by_score == pair.a { [pair.rms_a_m, pair.rms_b_m] } else { [pair.rms_b_m, pair.rms_a_m] };
+        told.push(format!(
+            "{by_score} and {by_drift}: by its map {by_score} is better, but {by_drift} comes back better ({} against {}): a \
+             score also sees noise and bends within a visit, drift how visits fit onto each other",
+            or_none(of_drift_m, metres),
+            or_none(of_score_m, metres),
+        ));
+    }
+    if agree > 0 {
+        let all = counted((agree + told.len()) as u64, "pair");
+        told.insert(0, format!("of {all} of runs that both scores and drift decide, they agree on {agree}"));
+    }
+    told
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn off(parts_m: [Option<f64>; 3]) -> Displacement {
+        let [along_m, sideways_m, up_m] = parts_m;
+        let json = serde_json::json!({
+            "along_m": along_m, "sideways_m": sideways_m, "up_m": up_m, "sigma_m": [0.01, 0.01, 0.01],
+            "distance_m": null, "roll_deg": 0.0, "pitch_deg": 0.0, "yaw_deg": 0.0, "angle_deg": 0.0,
+            "in_world_m": [0.0, 0.0, 0.0], "allowance_m": 0.0, "overlap": 0.5, "held": 0.2
+        });
+        serde_json::from_value(json).unwrap()
+    }
+
+    #[test]
+    fn a_displacement_says_where_it_leads() {
+        assert_eq!(
+            which_way(&off([Some(0.02), Some(0.58), Some(-0.12)])),
+            "58.0 cm to the left, 12.0 cm down"
+        );
+        assert_eq!(which_way(&off([Some(-3.0), None, Some(0.1)])), "3.00 m behind");
+        assert_eq!(which_way(&off([None, None, None])), "");
+    }
+}
