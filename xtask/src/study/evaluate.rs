@@ -208,6 +208,17 @@ fn shares(report: &Report, index: usize) -> BTreeMap<String, Option<f64>> {
     ])
 }
 
+/// Which of two runs comes back better.
+fn drift_said(report: &Report, name_a: &str, name_b: &str) -> Said {
+    let compared = report.drift.iter().flat_map(|drift| &drift.comparisons);
+    let mut of_both = compared.filter(|pair| pair.a == name_a && pair.b == name_b);
+    match of_both.next().and_then(|pair| pair.better.as_deref()) {
+        Some(better) if better == name_a => Said::A,
+        Some(_) => Said::B,
+        None => Said::Nothing,
+    }
+}
+
 fn pair_results(
     setting: &Setting,
     report: &Report,
@@ -252,6 +263,7 @@ fn pair_results(
             verdict,
             decided_at_m: pair.verdict.decided_at_m(),
             is_same: pair.verdict.is_same(),
+            drift: drift_said(report, name_a, name_b),
             predicted: [of_run(a), of_run(b)],
             singles,
             batches,

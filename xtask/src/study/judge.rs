@@ -35,6 +35,7 @@ impl Spread {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Truth {
     pub(super) ate: Option<bool>,
+    pub(super) rpe: Option<bool>,
     /// By ATE, RPE and SMD alike; `None` where they contradict each other.
     pub(super) all: Option<bool>,
     /// By the distance between sightings of one place.
@@ -59,7 +60,7 @@ pub(super) fn truth_of(a: &RunResult, b: &RunResult, scale_m: f64) -> Truth {
     let all: Vec<Option<bool>> = known.map(|name| by(name)).collect();
     let all = all[0].filter(|_| all.iter().all(|said| *said == all[0]));
     let consistency = smaller(CONSISTENCY.of(a, scale_m), CONSISTENCY.of(b, scale_m));
-    Truth { ate: by("ATE"), all, consistency }
+    Truth { ate: by("ATE"), rpe: by("RPE"), all, consistency }
 }
 
 /// How often a rule was right.
@@ -201,6 +202,7 @@ mod tests {
             verdict: Said::Nothing,
             decided_at_m: None,
             is_same: false,
+            drift: Said::Nothing,
             predicted: [1.0; 2],
             singles: BTreeMap::new(),
             batches: BTreeMap::new(),

@@ -1,5 +1,6 @@
 //! The study: how well scores tell good trajectories from bad ones, on drives whose truth is known.
 
+mod beside;
 mod consistency;
 mod conventions;
 mod drift;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::judge::{CONSISTENCY, Spread, Tally, kinds, tally, truth_of};
+use super::judge::{CONSISTENCY, Spread, Tally, Truth, kinds, tally, truth_of};
 use super::result::{DriveResult, RunResult, Said};
 use super::rule::{Cascade, GUARDS, Opposing, Rule, smaller};
 use super::tables::{Table, share};
@@ -128,7 +128,7 @@ pub(super) fn errors_and_messages(drives: &[&DriveResult]) -> String {
         ],
     );
     for (name, agree) in [("agree", true), ("differ", false)] {
-        let of = |truth: fn(&super::judge::Truth) -> Option<bool>| {
+        let of = |truth: fn(&Truth) -> Option<bool>| {
             tally(drives, &Rule::Command, |_, _, t| truth(t).filter(|_| t.agree() == Some(agree)))
         };
         let (ate, consistency) = (of(|t| t.ate), of(|t| t.consistency));

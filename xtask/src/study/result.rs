@@ -53,6 +53,8 @@ pub(super) struct PairResult {
     pub(super) decided_at_m: Option<f64>,
     /// Whether the command calls the two the same.
     pub(super) is_same: bool,
+    /// Which comes back better by drift, as the command says; nothing where it was not measured.
+    pub(super) drift: Said,
     /// Returns that each of the two predicts from other parts of the drive.
     pub(super) predicted: [f64; 2],
     /// Mean differences a − b of single scores, and their errors.

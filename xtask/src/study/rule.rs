@@ -2,6 +2,7 @@
 
 use dmp::Confidence;
 
+use super::beside::Beside;
 use super::interval::of_each;
 use super::result::{DriveResult, PairResult, Said, common_cv};
 
@@ -32,6 +33,8 @@ pub(super) enum Rule {
     Single(String, f64),
     /// The first of several scores that decides, unless places speak against it.
     Cascade(Cascade),
+    /// The verdict of `dmp score` and that of drift.
+    Beside(Beside),
 }
 
 /// Scores asked one after the other, and the guard over places (docs/metric.md).
@@ -132,6 +135,7 @@ impl Rule {
             Self::Command => "`dmp score`".to_owned(),
             Self::Single(name, _) => name.clone(),
             Self::Cascade(cascade) => cascade.name.clone(),
+            Self::Beside(beside) => beside.name().to_owned(),
         }
     }
 
@@ -142,7 +146,7 @@ impl Rule {
                 let chance = |pair: &PairResult| pair.singles.get(name).map_or(1.0, |d| d.chance());
                 of_each(&drive.pairs.iter().map(chance).collect::<Vec<_>>())
             }
-            Self::Command | Self::Cascade(_) => {
+            Self::Command | Self::Cascade(_) | Self::Beside(_) => {
                 Confidence::new(drive.interval_confidence).unwrap_or(Confidence::P99)
             }
         }
@@ -162,6 +166,10 @@ impl Rule {
                 Saying { said: pair.verdict, leaning, scale_m: pair.decided_at_m.unwrap_or(10.0) }
             }
             Self::Cascade(cascade) => cascade.say(pair, confidence),
+            Self::Beside(beside) => {
+                let score = Self::Command.say(pair, confidence);
+                Saying { said: beside.of(score.said, pair.drift), ..score }
+            }
             Self::Single(name, scale_m) => {
                 let difference = pair.singles.get(name);
                 Saying {
@@ -214,6 +222,7 @@ mod tests {
             verdict: Said::Nothing,
             decided_at_m: None,
             is_same: false,
+            drift: Said::Nothing,
             predicted: [200.0; 2],
             singles: names().map(|name| (name, single)).into_iter().collect(),
             batches: names().map(|name| (name, batches.clone())).into_iter().collect::<BTreeMap<_, _>>(),

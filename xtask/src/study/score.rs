@@ -110,6 +110,8 @@ fn tables_of(results: &[DriveResult]) -> String {
         pair_tables::pair_rules("Pairs, all drives", &default),
         pair_tables::pair_rules("Pairs, chosen drives", &chosen),
         pair_tables::pair_rules("Pairs, drives held out", &held_out),
+        tables::beside_drift("Scores and drift, chosen drives", &chosen),
+        tables::beside_drift("Scores and drift, drives held out", &held_out),
         pair_tables::cascades(&chosen, &held_out),
         pair_tables::errors_and_messages(&default),
         pair_tables::messages(&default),

@@ -1,6 +1,6 @@
 //! Settings under which the drives are scored.
 
-use dmp::{Config, SegmentLength};
+use dmp::{Config, DriftPairs, SegmentLength};
 
 /// What is changed against the default.
 #[derive(Debug, Clone)]
@@ -69,7 +69,8 @@ impl Setting {
     pub(super) fn config(&self) -> Config {
         let Self { voxel_m, segment_m, every, free_space, .. } = *self;
         let segment = segment_m.map(SegmentLength::Metres);
-        Config { voxel_m, segment, every, free_space, ..Config::default() }
+        let drift = if self.against_truth { DriftPairs::All } else { DriftPairs::None };
+        Config { voxel_m, segment, every, free_space, drift, ..Config::default() }
     }
 
     pub(super) fn wants(&self, estimate: &str) -> bool {

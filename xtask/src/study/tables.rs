@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use dmp_truth::rank::kendall_tau_b;
 
+use super::beside::Beside;
 use super::evaluate::KAPPAS;
-use super::judge::{CONSISTENCY, column, consistent_pairs, errors, ladder, tally, truth_is_first};
+use super::judge::{CONSISTENCY, Truth, column, consistent_pairs, errors, ladder, tally, truth_is_first};
 use super::observe::CV_M;
 use super::result::DriveResult;
 use super::rule::Rule;
@@ -201,4 +202,20 @@ fn setting_row(name: String, drives: &[&DriveResult]) -> Vec<String> {
         share(mean(drives.iter().filter_map(|d| kendall_tau_b(&column(d, key), &errors(d, "ATE"))))),
         share(mean(drives.iter().filter_map(coverage))),
     ]
+}
+/// The verdicts of scores and of drift beside each other, and rules made of both: of all pairs those that are right and wrong by
+/// each true error.
+pub(super) fn beside_drift(title: &str, drives: &[&DriveResult]) -> String {
+    let header = ["rule", "ATE: right", "wrong", "RPE: right", "wrong", "consistency: right", "wrong"];
+    let mut table = Table::new(title, &header);
+    let besides = Beside::ALL.map(Rule::Beside);
+    for rule in std::iter::once(&Rule::Command).chain(&besides) {
+        let truths: [fn(&Truth) -> Option<bool>; 3] =
+            [|truth| truth.ate, |truth| truth.rpe, |truth| truth.consistency];
+        let tallies = truths.map(|wanted| tally(drives, rule, |_, _, truth| wanted(truth)));
+        let shares =
+            tallies.iter().flat_map(|tally| [tally.right, tally.wrong].map(|n| share(tally.share(n))));
+        table.rows.push(std::iter::once(rule.name()).chain(shares).collect());
+    }
+    table.print()
 }
