@@ -103,7 +103,7 @@ fn the_study_of_the_samples_is_what_its_parts_say() {
     assert!(column(&study, "smd_mean_m").iter().all(|m| m.is_some_and(|m| m > 0.0 && m <= 1.0)));
 
     let correlations = study["correlations"].as_array().unwrap();
-    assert_eq!(correlations.len(), 20 * 19 / 2);
+    assert_eq!(correlations.len(), 21 * 20 / 2);
     let mut compared = 0;
     for correlation in correlations {
         let [a, b] = ["a", "b"].map(|side| column(&study, correlation[side].as_str().unwrap()));
