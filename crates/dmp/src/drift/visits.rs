@@ -16,7 +16,10 @@ const WAY_PER_DISTANCE: f64 = 4.0;
 const SAME_VIEW_COS: f64 = 0.707;
 /// Part of a segment that is its visit, about its middle: what a run bends within a visit is not seen as drift.
 const PART: f64 = 0.5;
-/// Scans of a visit, spread over it.
+/// Returns of a visit that are looked at, about: of more, some of each scan.
+pub(super) const RETURNS: u64 = 120_000;
+/// Scans of a visit, spread over it, as many as so many returns call for: at least and at most.
+const LEAST_SCANS: usize = 3;
 const SCANS: usize = 12;
 /// Visits of a way that is not cut into segments.
 const STRETCHES: usize = 16;
@@ -49,12 +52,18 @@ pub(super) fn visits(plan: &Plan, along_m: &[f64]) -> Vec<Visit> {
         (0..count).map(|k| k * frames / count).collect()
     };
     let ends = starts.iter().skip(1).copied().chain([frames]);
-    starts.iter().zip(ends).map(|(&start, end)| Visit::of(start..end, along_m)).collect()
+    let scans = |middle: usize| {
+        let returns = plan.frames()[middle].returns.max(1);
+        // An odd number has the middle among them.
+        (RETURNS.div_ceil(returns) as usize | 1).clamp(LEAST_SCANS, SCANS)
+    };
+    starts.iter().zip(ends).map(|(&start, end)| Visit::of(start..end, along_m, scans)).collect()
 }
 
 impl Visit {
-    /// Of the scans of a segment, at equal steps of the way, and of their number where that does not go on.
-    fn of(ordinals: std::ops::Range<usize>, along_m: &[f64]) -> Self {
+    /// Of the scans of a segment, at equal steps of the way, and of their number where that does not go on; `count` tells how many
+    /// of them, for the one in the middle.
+    fn of(ordinals: std::ops::Range<usize>, along_m: &[f64], count: impl Fn(usize) -> usize) -> Self {
         let (first_m, last_m) = (along_m[ordinals.start], along_m[ordinals.end - 1]);
         let at = |part: f64| {
             let goes_on = last_m > first_m;
@@ -64,8 +73,9 @@ impl Visit {
             if goes_on { by_way.unwrap_or(ordinals.end - 1) } else { by_number }
         };
         let middle = at(0.5);
-        let mut scans: Vec<usize> = (0..SCANS)
-            .map(|k| at(0.5 + PART * ((k as f64 + 0.5) / SCANS as f64 - 0.5)))
+        let count = count(middle);
+        let mut scans: Vec<usize> = (0..count)
+            .map(|k| at(0.5 + PART * ((k as f64 + 0.5) / count as f64 - 0.5)))
             .chain([middle])
             .collect();
         scans.sort_unstable();
