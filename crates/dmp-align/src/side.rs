@@ -28,7 +28,7 @@ pub(crate) struct Stage {
 /// Coarse to fine: so many voxels are 5 to 0.35 m at voxels of half a metre. What a stage leaves is far within the reach of the
 /// next one.
 pub(crate) const STAGES: [Stage; 4] = [
-    Stage { level: 0, reach: 10.0, scale: 2.0, surfels: 500, steps: 12, small: 0.05 },
+    Stage { level: 0, reach: 10.0, scale: 2.0, surfels: 350, steps: 12, small: 0.1 },
     Stage { level: 1, reach: 4.0, scale: 0.8, surfels: 1500, steps: 8, small: 0.02 },
     Stage { level: 2, reach: 1.4, scale: 0.3, surfels: 2500, steps: 6, small: 0.004 },
     Stage { level: 2, reach: 0.7, scale: 0.16, surfels: usize::MAX, steps: 8, small: 4e-4 },

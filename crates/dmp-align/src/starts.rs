@@ -90,28 +90,30 @@ impl Side<'_> {
         found
     }
 
-    /// Where the coarsest stage comes to from the guesses, the one with the greatest weight of pairs first. A guess on whose way
-    /// it comes to where it was before is left out: it leads to the same place.
+    /// Where the coarsest stage comes to from the guesses, the one with the greatest weight of pairs first. A guess that comes to
+    /// where another one hardly moved any more is left out: it leads to the same place.
     fn starts(&self, guesses: &[Isometry3<f64>]) -> Vec<Start> {
         let coarse = &STAGES[0];
+        let same = |a: &Isometry3<f64>, b: &Isometry3<f64>, middle_m: &Vector3<f64>| {
+            let (apart_m, turned_rad) = between(a, b, middle_m);
+            apart_m < SAME_WAY * self.target.voxel_m && turned_rad < SAME_WAY_RAD
+        };
         let mut counterparts = Counterparts::none();
-        let mut ways: Vec<Isometry3<f64>> = Vec::new();
+        let mut known: Vec<Isometry3<f64>> = Vec::new();
         let mut start_of = |number: usize, guess: &Isometry3<f64>| {
-            let before = ways.len();
+            let before = known.len();
+            let mut last = None;
             let pose = self.through(coarse, *guess, &mut counterparts, |pose, equations| {
                 let middle_m = equations.middle_m();
-                let was_here = |other: &Isometry3<f64>| {
-                    let (apart_m, turned_rad) = between(other, pose, &middle_m);
-                    apart_m < SAME_WAY * self.target.voxel_m && turned_rad < SAME_WAY_RAD
-                };
-                let is_known = ways[..before].iter().any(was_here);
-                ways.push(*pose);
-                is_known
+                if last.replace(*pose).is_some_and(|last| same(&last, pose, &middle_m)) {
+                    known.push(*pose);
+                }
+                known[..before].iter().any(|other| same(other, pose, &middle_m))
             })?;
             // By finer scales than it was found with: what is nearly right weighs more.
             let fine = Stage { scale: STAGES[1].scale, ..*coarse };
             let weight = self.equations(&fine, &pose, &mut counterparts).weight;
-            ways.push(pose);
+            known.push(pose);
             Some(Start { guess: *guess, pose, weight, is_claimed: number == 0 })
         };
         let mut starts: Vec<Start> =
