@@ -68,7 +68,7 @@ pub fn align(target: &Pyramid, source: &Pyramid, guesses: &[Isometry3<f64>]) -> 
     let there = forward.best_of(guesses)?;
     let backward = Side { target: source, source: target };
     let to_source = there.pose.inverse();
-    let back = backward.refined_nearby(&to_source);
+    let back = backward.refined(&to_source, &to_source);
     let overlap = [there.overlap(source), back.overlap(target)];
     let share = overlap[0].min(overlap[1]);
     if share < LEAST_OVERLAP || there.pairs.min(back.pairs) < LEAST_PAIRS {

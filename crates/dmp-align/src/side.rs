@@ -137,19 +137,10 @@ impl Side<'_> {
         Some(pose)
     }
 
-    /// Goes through the stages that are finer than the coarsest, which came from a guess to `start`.
+    /// Goes through all stages behind the coarsest, which came from a guess to `start`.
     pub(crate) fn refined(&self, guess: &Isometry3<f64>, start: &Isometry3<f64>) -> Found {
-        self.through_stages(&STAGES[1..], guess, start)
-    }
-
-    /// Goes on from a pose that is nearly right, through the stages of the finest surfels.
-    pub(crate) fn refined_nearby(&self, start: &Isometry3<f64>) -> Found {
-        self.through_stages(&STAGES[2..], start, start)
-    }
-
-    fn through_stages(&self, stages: &[Stage], guess: &Isometry3<f64>, start: &Isometry3<f64>) -> Found {
         let mut counterparts = Counterparts::none();
-        let pose = stages.iter().fold(*start, |pose, stage| {
+        let pose = STAGES[1..].iter().fold(*start, |pose, stage| {
             self.through(stage, pose, &mut counterparts, |_, _| false).unwrap_or(pose)
         });
         let [scale_m, block_m] = [FINEST.scale, BLOCK].map(|voxels| voxels * self.target.voxel_m);

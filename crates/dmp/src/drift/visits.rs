@@ -19,7 +19,7 @@ pub(super) const RETURNS: u64 = 120_000;
 /// Part of a segment that is its visit, about its middle: what a run bends within a visit is not seen as drift. Where it has less
 /// than a share of these returns, all of the segment is needed.
 const PART: f64 = 0.5;
-const LEAST_SHARE: f64 = 0.5;
+const LEAST_SHARE: f64 = 0.25;
 /// Scans of a visit at least, one after the other, and at most, spread over it.
 const LEAST_SCANS: usize = 3;
 const SCANS: usize = 12;
