@@ -2,7 +2,7 @@
 
 use dmp_sensor::Vector3;
 
-use crate::grid::{Grid, block_and_bit};
+use crate::grid::{Grid, order_of};
 
 /// Normals are alike within 32°.
 pub(crate) const ALIKE: f32 = 0.85;
@@ -14,7 +14,7 @@ const NEAR: f64 = 0.75;
 const SLACK: f64 = 1e-3;
 
 /// Surfels of voxels of one size.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Level {
     voxel_m: f64,
     /// In the order of the grid.
@@ -64,7 +64,7 @@ impl Surfel {
 impl Level {
     /// Of surfels by their voxels, these in the order of the grid.
     pub(crate) fn new(voxel_m: f64, voxels: &[[i32; 3]], surfels: Vec<Surfel>) -> Self {
-        debug_assert!(voxels.is_sorted_by_key(|&voxel| block_and_bit(voxel)));
+        debug_assert!(voxels.is_sorted_by_key(|&voxel| order_of(voxel)));
         Self { voxel_m, grid: Grid::new(voxels), surfels }
     }
 

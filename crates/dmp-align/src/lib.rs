@@ -38,6 +38,7 @@
 //! ```
 
 mod difference;
+mod flat;
 mod gradient;
 mod grid;
 mod held;

@@ -1,8 +1,9 @@
 //! The surfels of a visit, at three sizes of voxels.
 
-use dmp_map::{PatchBuilder, smallest_eigenvector};
+use dmp_map::PatchBuilder;
 
-use crate::grid::block_and_bit;
+use crate::flat::flat;
+use crate::grid::order_of;
 use crate::level::{Level, Surfel};
 
 /// Voxels of the finest level along the edge of one of each level, coarse to fine.
@@ -32,17 +33,34 @@ struct Sums {
 }
 
 impl Pyramid {
-    /// Of a patch, whose frame is that of the place. `O(v log v)` time in its voxels.
+    /// Of a patch, whose frame is that of the place. `O(v log v)` time in its voxels; those further than 2²⁰ voxels off along an
+    /// axis are left out.
     pub fn new(patch: &PatchBuilder) -> Self {
         let voxel_m = patch.lattice().voxel_m();
-        let fine: Vec<([i32; 3], Sums)> = patch
-            .voxels()
-            .map(|(voxel, points)| {
-                let (mean_m, covariance_m2) = (points.mean_m, points.covariance_m2);
-                (voxel, Sums { points: points.points as f64, mean_m, covariance_m2 })
-            })
+        let voxels = patch.voxels().filter_map(|(voxel, points)| {
+            let (mean_m, covariance_m2) = (points.mean_m, points.covariance_m2);
+            let sums = Sums { points: points.points as f64, mean_m, covariance_m2 };
+            Some((order_of(voxel)?, voxel, sums))
+        });
+        let voxels: Vec<(u64, [i32; 3], Sums)> = voxels.collect();
+        let mut order: Vec<(u64, u32)> =
+            voxels.iter().zip(0..).map(|(voxel, number)| (voxel.0, number)).collect();
+        order.sort_unstable();
+        let mut sums: Vec<([i32; 3], Sums)> = order
+            .iter()
+            .map(|&(_, number)| voxels[number as usize])
+            .map(|(_, voxel, sums)| (voxel, sums))
             .collect();
-        Self { voxel_m, levels: LEVELS.map(|edge| level(&fine, edge, voxel_m)) }
+        // In this order, what is to be one voxel of twice the edge follows each other.
+        let mut levels = Vec::with_capacity(LEVELS.len());
+        for (step, &edge) in LEVELS.iter().rev().enumerate() {
+            if step > 0 {
+                sums = twice_as_coarse(&sums);
+            }
+            levels.push(level(&sums, f64::from(edge) * voxel_m));
+        }
+        let [fine, middle, coarse] = [0, 1, 2].map(|k| std::mem::take(&mut levels[k]));
+        Self { voxel_m, levels: [coarse, middle, fine] }
     }
 
     /// Surfels at the finest voxels.
@@ -55,23 +73,22 @@ impl Pyramid {
     }
 }
 
-/// The surfels of voxels of so many of the finest along their edges.
-fn level(fine: &[([i32; 3], Sums)], edge: i32, fine_voxel_m: f64) -> Level {
-    let voxel_m = f64::from(edge) * fine_voxel_m;
-    let mut parts: Vec<([i32; 3], Sums)> =
-        fine.iter().map(|(voxel, sums)| (voxel.map(|n| n.div_euclid(edge)), *sums)).collect();
-    // Stable: those of a voxel are summed up in the order of the finest.
-    parts.sort_by_key(|(voxel, _)| block_and_bit(*voxel));
-    let (mut voxels, mut surfels) = (Vec::new(), Vec::new());
-    for of_voxel in parts.chunk_by(|a, b| a.0 == b.0) {
-        let sums = of_voxel[1..].iter().fold(of_voxel[0].1, |sums, (_, more)| sums.and(more));
-        if let Some(surfel) = sums.surfel(voxel_m) {
-            voxels.push(of_voxel[0].0);
-            surfels.push(surfel);
-        }
-    }
-    surfels.shrink_to_fit();
+/// The surfels of voxels in the order of the grid.
+fn level(sums: &[([i32; 3], Sums)], voxel_m: f64) -> Level {
+    let (voxels, surfels): (Vec<_>, Vec<_>) =
+        sums.iter().filter_map(|(voxel, sums)| Some((*voxel, sums.surfel(voxel_m)?))).unzip();
     Level::new(voxel_m, &voxels, surfels)
+}
+
+/// The sums of voxels of twice the edge, in the order of the grid as well.
+fn twice_as_coarse(sums: &[([i32; 3], Sums)]) -> Vec<([i32; 3], Sums)> {
+    let twice = |voxel: [i32; 3]| voxel.map(|n| n >> 1);
+    let of_voxel = sums.chunk_by(|a, b| twice(a.0) == twice(b.0));
+    let whole = |parts: &[([i32; 3], Sums)]| {
+        let first = parts[0];
+        (twice(first.0), parts[1..].iter().fold(first.1, |sums, (_, more)| sums.and(more)))
+    };
+    of_voxel.map(whole).collect()
 }
 
 impl Sums {
@@ -92,10 +109,12 @@ impl Sums {
     }
 
     fn surfel(&self, voxel_m: f64) -> Option<Surfel> {
-        let (normal, [across, narrow, _]) = smallest_eigenvector(self.covariance_m2);
+        if self.points < LEAST_POINTS {
+            return None;
+        }
+        let (normal, [across_m2, narrow_m2]) = flat(self.covariance_m2, FLAT)?;
         let width_m = WIDE * voxel_m;
-        let is_flat = narrow > width_m * width_m && across <= FLAT * narrow;
-        (self.points >= LEAST_POINTS && is_flat)
-            .then(|| Surfel { across_m2: across.max(0.0) as f32, ..Surfel::new(self.mean_m, normal) })
+        (narrow_m2 > width_m * width_m)
+            .then(|| Surfel { across_m2: across_m2 as f32, ..Surfel::new(self.mean_m, normal) })
     }
 }

@@ -18,6 +18,8 @@ pub(crate) struct Stage {
     pub(crate) reach: f64,
     /// The scale of Geman and McClure's function.
     pub(crate) scale: f64,
+    /// Surfels of the source that are gone through, about: of more, some, spread evenly.
+    pub(crate) surfels: usize,
     pub(crate) steps: usize,
     /// Steps below this are the end of the stage; of a rotation, at [`LEVER`].
     pub(crate) small: f64,
@@ -26,10 +28,10 @@ pub(crate) struct Stage {
 /// Coarse to fine: so many voxels are 5 to 0.35 m at voxels of half a metre. What a stage leaves is far within the reach of the
 /// next one.
 pub(crate) const STAGES: [Stage; 4] = [
-    Stage { level: 0, reach: 10.0, scale: 2.0, steps: 12, small: 0.05 },
-    Stage { level: 1, reach: 4.0, scale: 0.8, steps: 8, small: 0.02 },
-    Stage { level: 2, reach: 1.4, scale: 0.3, steps: 6, small: 0.004 },
-    Stage { level: 2, reach: 0.7, scale: 0.16, steps: 8, small: 4e-4 },
+    Stage { level: 0, reach: 10.0, scale: 2.0, surfels: 350, steps: 12, small: 0.1 },
+    Stage { level: 1, reach: 4.0, scale: 0.8, surfels: 1500, steps: 8, small: 0.02 },
+    Stage { level: 2, reach: 1.4, scale: 0.3, surfels: 2500, steps: 6, small: 0.004 },
+    Stage { level: 2, reach: 0.7, scale: 0.16, surfels: usize::MAX, steps: 8, small: 4e-4 },
 ];
 /// The stage that says how well surfaces match.
 pub(crate) const FINEST: Stage = STAGES[STAGES.len() - 1];
@@ -71,22 +73,23 @@ impl Counterparts {
 }
 
 impl Side<'_> {
-    /// Goes through the pairs of a level, in the order of the source's surfels, with the mean of the variances across both, square
+    /// Goes through the pairs of a stage, in the order of the source's surfels, with the mean of the variances across both, square
     /// metres.
     pub(crate) fn each_pair(
         &self,
-        level: usize,
-        reach_m: f64,
+        &Stage { level, reach, surfels: most, .. }: &Stage,
         pose: &Isometry3<f64>,
         counterparts: &mut Counterparts,
         mut visit: impl FnMut(&Residual, f64),
     ) {
+        let reach_m = reach * self.target.voxel_m;
         let (target, source) = (&self.target.levels[level], &self.source.levels[level]);
         if counterparts.level != level {
             *counterparts = Counterparts { level, numbers: vec![NONE; source.surfels.len()] };
         }
         let rotation = *pose.rotation.to_rotation_matrix().matrix();
-        for (surfel, number) in source.surfels.iter().zip(&mut counterparts.numbers) {
+        let one_of = source.surfels.len().div_ceil(most).max(1);
+        for (surfel, number) in source.surfels.iter().zip(&mut counterparts.numbers).step_by(one_of) {
             let place_m = rotation * surfel.mean_m() + pose.translation.vector;
             let moved = Surfel::new(place_m.into(), (rotation * surfel.normal()).into());
             *number = target.nearest(&moved, reach_m, *number);
@@ -103,43 +106,48 @@ impl Side<'_> {
         pose: &Isometry3<f64>,
         counterparts: &mut Counterparts,
     ) -> NormalEquations {
-        let [reach_m, scale_m] = [stage.reach, stage.scale].map(|voxels| voxels * self.target.voxel_m);
+        let scale_m = stage.scale * self.target.voxel_m;
         let mut equations = NormalEquations::zero();
-        self.each_pair(stage.level, reach_m, pose, counterparts, |residual, _| {
+        self.each_pair(stage, pose, counterparts, |residual, _| {
             equations.add(residual, residual.weight(scale_m));
         });
         equations
     }
 
-    /// Goes through a stage, until steps are small.
+    /// Goes through a stage, until steps are small; `None` where it `is_known` where a pose on the way leads to.
     pub(crate) fn through(
         &self,
         stage: &Stage,
         mut pose: Isometry3<f64>,
         counterparts: &mut Counterparts,
-    ) -> Isometry3<f64> {
+        mut is_known: impl FnMut(&Isometry3<f64>, &NormalEquations) -> bool,
+    ) -> Option<Isometry3<f64>> {
         let (small_m, small_rad) = (stage.small * self.target.voxel_m, stage.small / LEVER);
         for _ in 0..stage.steps {
-            let Some(step) = step(&self.equations(stage, &pose, counterparts)) else { return pose };
+            let equations = self.equations(stage, &pose, counterparts);
+            if is_known(&pose, &equations) {
+                return None;
+            }
+            let Some(step) = step(&equations) else { break };
             pose = motion(&step) * pose;
             if step.fixed_rows::<3>(3).norm() < small_m && step.fixed_rows::<3>(0).norm() < small_rad {
                 break;
             }
         }
-        pose
+        Some(pose)
     }
 
     /// Goes through all stages behind the coarsest, which came from a guess to `start`.
     pub(crate) fn refined(&self, guess: &Isometry3<f64>, start: &Isometry3<f64>) -> Found {
         let mut counterparts = Counterparts::none();
-        let pose =
-            STAGES[1..].iter().fold(*start, |pose, stage| self.through(stage, pose, &mut counterparts));
-        let [reach_m, scale_m, block_m] =
-            [FINEST.reach, FINEST.scale, BLOCK].map(|voxels| voxels * self.target.voxel_m);
+        let pose = STAGES[1..].iter().fold(*start, |pose, stage| {
+            self.through(stage, pose, &mut counterparts, |_, _| false).unwrap_or(pose)
+        });
+        let [scale_m, block_m] = [FINEST.scale, BLOCK].map(|voxels| voxels * self.target.voxel_m);
         let (mut pairs, mut last) = (0, NormalEquations::zero());
         let (mut distances_m, mut across) = (Vec::new(), Vec::new());
         let mut blocks: BTreeMap<[i32; 3], Vector6<f64>> = BTreeMap::new();
-        self.each_pair(FINEST.level, reach_m, &pose, &mut counterparts, |residual, across_m2| {
+        self.each_pair(&FINEST, &pose, &mut counterparts, |residual, across_m2| {
             let weight = residual.weight(scale_m);
             last.add(residual, weight);
             let block = [0, 1, 2].map(|k| (residual.place_m[k] / block_m).floor() as i32);

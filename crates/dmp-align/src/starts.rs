@@ -12,6 +12,9 @@ const APART_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// Where the coarsest surfels match less than this as well as at the best place, the finest ones are not looked at. Of streets
 /// that repeat themselves they match from 0.75, of others up to 0.65.
 const LEAST_COARSE: f64 = 0.7;
+/// From places that are no further apart, the coarsest stage comes to the same place, voxels and radians.
+const SAME_WAY: f64 = 0.5;
+const SAME_WAY_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
 /// Most places that are looked at beside the best.
 const MOST_OTHERS: usize = 12;
 /// Surfaces that tell this share for another place leave open which it is. In streets that repeat themselves every 6 to 15 m it
@@ -87,21 +90,34 @@ impl Side<'_> {
         found
     }
 
-    /// Where the coarsest stage comes to from each guess, the one with the greatest weight of pairs first.
+    /// Where the coarsest stage comes to from the guesses, the one with the greatest weight of pairs first. A guess that comes to
+    /// where another one hardly moved any more is left out: it leads to the same place.
     fn starts(&self, guesses: &[Isometry3<f64>]) -> Vec<Start> {
         let coarse = &STAGES[0];
+        let same = |a: &Isometry3<f64>, b: &Isometry3<f64>, middle_m: &Vector3<f64>| {
+            let (apart_m, turned_rad) = between(a, b, middle_m);
+            apart_m < SAME_WAY * self.target.voxel_m && turned_rad < SAME_WAY_RAD
+        };
         let mut counterparts = Counterparts::none();
-        let mut starts: Vec<Start> = guesses
-            .iter()
-            .enumerate()
-            .map(|(number, guess)| {
-                let pose = self.through(coarse, *guess, &mut counterparts);
-                // By finer scales than it was found with: what is nearly right weighs more.
-                let fine = Stage { scale: STAGES[1].scale, ..*coarse };
-                let weight = self.equations(&fine, &pose, &mut counterparts).weight;
-                Start { guess: *guess, pose, weight, is_claimed: number == 0 }
-            })
-            .collect();
+        let mut known: Vec<Isometry3<f64>> = Vec::new();
+        let mut start_of = |number: usize, guess: &Isometry3<f64>| {
+            let before = known.len();
+            let mut last = None;
+            let pose = self.through(coarse, *guess, &mut counterparts, |pose, equations| {
+                let middle_m = equations.middle_m();
+                if last.replace(*pose).is_some_and(|last| same(&last, pose, &middle_m)) {
+                    known.push(*pose);
+                }
+                known[..before].iter().any(|other| same(other, pose, &middle_m))
+            })?;
+            // By finer scales than it was found with: what is nearly right weighs more.
+            let fine = Stage { scale: STAGES[1].scale, ..*coarse };
+            let weight = self.equations(&fine, &pose, &mut counterparts).weight;
+            known.push(pose);
+            Some(Start { guess: *guess, pose, weight, is_claimed: number == 0 })
+        };
+        let mut starts: Vec<Start> =
+            guesses.iter().enumerate().filter_map(|(number, guess)| start_of(number, guess)).collect();
         // Stable: of two that are as good, the first.
         starts.sort_by(|a, b| b.weight.total_cmp(&a.weight));
         starts
@@ -123,10 +139,10 @@ impl Side<'_> {
     /// How much the surfaces tell for one pose against another: weights of the finest pairs, each by how squarely its plane
     /// stands in the way from one place to the other. What lies along the way, as the walls of a street, matches at both.
     fn tells(&self, pose: &Isometry3<f64>, other: &Isometry3<f64>) -> f64 {
-        let [reach_m, scale_m] = [FINEST.reach, FINEST.scale].map(|voxels| voxels * self.target.voxel_m);
+        let scale_m = FINEST.scale * self.target.voxel_m;
         let other_from_pose = other * pose.inverse();
         let mut sum = 0.0;
-        self.each_pair(FINEST.level, reach_m, pose, &mut Counterparts::none(), |residual, _| {
+        self.each_pair(&FINEST, pose, &mut Counterparts::none(), |residual, _| {
             let place_m = residual.place_m;
             let way_m = other_from_pose.rotation * place_m + other_from_pose.translation.vector - place_m;
             let across_m = residual.normal.dot(&way_m);

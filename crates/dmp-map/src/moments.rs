@@ -20,6 +20,7 @@ pub(crate) struct Moments {
 }
 
 impl Moments {
+    #[cfg(test)]
     pub(crate) fn add(&mut self, offset_units: [u32; 3], segment: Option<i32>) {
         let [x, y, z] = offset_units.map(i64::from);
         self.count += 1;

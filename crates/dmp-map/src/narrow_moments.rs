@@ -82,9 +82,20 @@ impl NarrowMoments {
         self.sums.count()
     }
 
+    /// The sums, which are not full.
+    #[inline]
+    pub(crate) fn packed(&self) -> &PackedSums {
+        &self.sums
+    }
+
     /// Hands over the sums and starts again from none.
     pub(crate) fn carry(&mut self) -> Moments {
-        let Self { sums, support } = std::mem::take(self);
+        std::mem::take(self).widened()
+    }
+
+    #[inline]
+    pub(crate) fn widened(&self) -> Moments {
+        let Self { sums, support } = *self;
         let [[n, x], [y, z], [xx, xy], [yy, yz], [zz, xz]] =
             sums.0.map(|pair| [pair & u64::from(u32::MAX), pair >> 32].map(|sum| sum as i64));
         Moments { count: n as u64, sum: [x, y, z], products: [xx, xy, xz, yy, yz, zz], support }

@@ -81,9 +81,17 @@ pub(crate) fn each_frame_of<W: Worker>(
     wanted: impl Fn(usize) -> bool,
     workers: Vec<W>,
 ) -> Result<Vec<W>, EvaluateError> {
+    each_frame_of_jobs(reading, jobs_of(reading, wanted), workers)
+}
+
+/// The same for the frames of some jobs.
+pub(crate) fn each_frame_of_jobs<W: Worker>(
+    reading: Reading<'_>,
+    jobs: Vec<Vec<usize>>,
+    workers: Vec<W>,
+) -> Result<Vec<W>, EvaluateError> {
     let pauses = Pauses { every: None, done: FrameSet::default(), keep: &mut |_, _| Ok(()), ahead: &|_| () };
-    let jobs = Jobs { first: 0, jobs: jobs_of(reading, wanted) };
-    each_frame_in_parts(reading, jobs, workers, pauses).map(|(workers, _)| workers)
+    each_frame_in_parts(reading, Jobs { first: 0, jobs }, workers, pauses).map(|(workers, _)| workers)
 }
 
 /// The same for some frames, with pauses, but none at the end. All that is done then comes back.

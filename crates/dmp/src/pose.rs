@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use dmp_cast::Query;
 use dmp_sensor::{
-    DropReason, Isometry3, Ray, ReturnCounts, ReturnFilter, Scan, Track, TrackCursor, Trajectory,
-    is_implausible,
+    DropReason, Isometry3, Matrix3, Ray, ReturnCounts, ReturnFilter, Scan, Track, TrackCursor, Trajectory,
+    Vector3, is_implausible,
 };
 
 use crate::clock::OnClock;
@@ -240,6 +240,44 @@ impl<'a> Poser<'a> {
             each(self.block())?;
         }
         Ok(counts)
+    }
+
+    /// Gives `each` where some used returns of the scan lie in each run, metres in the frames that `own_from_world` leads to, and
+    /// the number of the run; runs without such a frame are left out. Of the scan's returns those are taken whose index
+    /// `is_drawn`, so that others cost nothing.
+    pub(crate) fn endpoints(
+        &mut self,
+        frame: &PlannedFrame,
+        scan: &Scan,
+        own_from_world: &[Option<Isometry3<f64>>],
+        is_drawn: impl Fn(usize) -> bool,
+        mut each: impl FnMut(usize, [f64; 3]),
+    ) {
+        for run in &mut self.runs {
+            let Some(of_scan) = run.poses.of_scan(frame) else { return };
+            run.of_scan = of_scan;
+        }
+        let mut posed_at_ns = None;
+        let mut own_from_sensor: Vec<(usize, Matrix3<f64>, Vector3<f64>)> = Vec::new();
+        let drawn = scan.points_in_sensor_m.iter().enumerate().filter(|&(index, _)| is_drawn(index));
+        for (index, &point) in drawn.filter(|&(_, &point)| self.filter.check(point).is_ok()) {
+            let offset_ns = scan.time_offsets_ns.get(index).copied().unwrap_or(0);
+            if posed_at_ns != Some(offset_ns) {
+                posed_at_ns = Some(offset_ns);
+                own_from_sensor.clear();
+                if self.runs.iter_mut().all(|run| run.move_to(offset_ns)) {
+                    let posed = self.runs.iter().zip(own_from_world).enumerate();
+                    own_from_sensor.extend(posed.filter_map(|(number, (run, own_from_world))| {
+                        let pose = (*own_from_world)? * run.world_from_sensor;
+                        Some((number, *pose.rotation.to_rotation_matrix().matrix(), pose.translation.vector))
+                    }));
+                }
+            }
+            let in_sensor = Vector3::from(point.map(f64::from));
+            for (run, rotation, translation) in &own_from_sensor {
+                each(*run, (rotation * in_sensor + translation).into());
+            }
+        }
     }
 
     fn clear(&mut self) {

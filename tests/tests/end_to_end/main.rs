@@ -16,6 +16,7 @@ mod determinism;
 mod direct;
 mod disk;
 mod drift;
+mod drift_halves;
 mod examples;
 mod first_minutes;
 mod formats;

@@ -1,9 +1,10 @@
 //! Makes a patch of points.
 
 use super::block::{Block, PatchVoxel, block_voxels, covariance_step_units2};
+use super::voxel_sums::VoxelSums;
 use crate::MapError;
-use crate::lattice::{InVoxel, Lattice, UNITS_PER_M};
-use crate::moments::Moments;
+use crate::lattice::{Lattice, UNITS_PER_M};
+use crate::recent_voxels::RecentVoxels;
 
 /// How far points may lie from the patch's origin, metres: far beyond any sensor.
 const REACH_M: f64 = 20_000.0;
@@ -14,8 +15,7 @@ const REACH_M: f64 = 20_000.0;
 #[derive(Debug)]
 pub struct PatchBuilder {
     lattice: Lattice,
-    /// By z, y and x of the voxel, counted from the patch's origin.
-    voxels: Vec<([i32; 3], Moments)>,
+    voxels: VoxelSums,
     points: u64,
 }
 
@@ -40,7 +40,7 @@ pub(crate) struct Patch {
 impl PatchBuilder {
     /// A patch without points.
     pub fn new(lattice: Lattice) -> Self {
-        Self { lattice, voxels: Vec::new(), points: 0 }
+        Self { lattice, voxels: VoxelSums::default(), points: 0 }
     }
 
     /// Points added so far.
@@ -48,29 +48,21 @@ impl PatchBuilder {
         self.points
     }
 
-    /// Adds points, metres in the frame of the patch. `O(n log n)`, and once through the voxels there are.
+    /// Adds points, metres in the frame of the patch. `O(n)`.
     ///
     /// # Errors
     /// When a point is not finite or more than 20 km from the patch's origin; then none is added.
     pub fn add(&mut self, points_in_patch_m: impl IntoIterator<Item = [f64; 3]>) -> Result<(), MapError> {
-        let origin = self.lattice.in_voxel([0.0; 3])?;
-        let mut found: Vec<([i32; 3], [u16; 3])> = Vec::new();
-        for point in points_in_patch_m {
-            if !point.iter().all(|c| c.abs() <= REACH_M) {
-                return Err(MapError::OutOfWorld { point_in_world_m: point, limit_m: REACH_M });
-            }
-            let InVoxel { voxel, offset_units } = self.lattice.in_voxel(point)?;
-            let [x, y, z] = std::array::from_fn(|k| voxel[k].wrapping_sub(origin.voxel[k]) as i32);
-            found.push(([z, y, x], offset_units));
+        let points: Vec<[f64; 3]> = points_in_patch_m.into_iter().collect();
+        if let Some(&outside) = points.iter().find(|point| !point.iter().all(|c| c.abs() <= REACH_M)) {
+            return Err(MapError::OutOfWorld { point_in_world_m: outside, limit_m: REACH_M });
         }
-        self.points += found.len() as u64;
-        found.sort_unstable();
-        let voxels = found.chunk_by(|a, b| a.0 == b.0).map(|points| {
-            let mut moments = Moments::default();
-            points.iter().for_each(|(_, offset)| moments.add(offset.map(u32::from), None));
-            (points[0].0, moments)
-        });
-        self.merge_voxels(voxels.collect());
+        let origin = self.lattice.in_voxel([0.0; 3])?.voxel;
+        let Self { lattice, voxels, .. } = self;
+        RecentVoxels::default().add(lattice, &points, |voxel, sums| {
+            voxels.add(std::array::from_fn(|k| voxel[k].wrapping_sub(origin[k]) as i32), &sums);
+        })?;
+        self.points += points.len() as u64;
         Ok(())
     }
 
@@ -79,11 +71,12 @@ impl PatchBuilder {
         &self.lattice
     }
 
-    /// Its voxels, x, y and z counted from the patch's origin, and what their points sum up to, in a fixed order.
-    pub fn voxels(&self) -> impl Iterator<Item = ([i32; 3], PointsOfVoxel)> {
+    /// Its voxels, x, y and z counted from the patch's origin, and what their points sum up to. Their order depends on that in
+    /// which points were added.
+    pub fn voxels(&self) -> impl ExactSizeIterator<Item = ([i32; 3], PointsOfVoxel)> {
         let edge_units = f64::from(self.lattice.voxel_units());
-        self.voxels.iter().map(move |&([z, y, x], moments)| {
-            let (voxel, mean) = ([x, y, z], moments.mean_units());
+        self.voxels.iter().map(move |(voxel, moments)| {
+            let mean = moments.mean_units();
             let mean_m = std::array::from_fn(|k| (f64::from(voxel[k]) * edge_units + mean[k]) / UNITS_PER_M);
             let covariance_m2 = moments.covariance_units2().map(|c| c / (UNITS_PER_M * UNITS_PER_M));
             (voxel, PointsOfVoxel { points: moments.count, mean_m, covariance_m2 })
@@ -93,44 +86,26 @@ impl PatchBuilder {
     /// Adds the points of another part of the same patch.
     pub fn merge(&mut self, other: Self) {
         self.points += other.points;
-        self.merge_voxels(other.voxels);
-    }
-
-    /// Merges two sorted lists.
-    fn merge_voxels(&mut self, others: Vec<([i32; 3], Moments)>) {
         if self.voxels.is_empty() {
-            self.voxels = others;
-            return;
+            self.voxels = other.voxels;
+        } else {
+            self.voxels.merge(&other.voxels);
         }
-        let mut merged = Vec::with_capacity(self.voxels.len() + others.len());
-        let mut known = std::mem::take(&mut self.voxels).into_iter().peekable();
-        for (voxel, mut moments) in others {
-            while let Some(before) = known.next_if(|known| known.0 < voxel) {
-                merged.push(before);
-            }
-            if let Some((_, same)) = known.next_if(|known| known.0 == voxel) {
-                moments.merge(&same);
-            }
-            merged.push((voxel, moments));
-        }
-        merged.extend(known);
-        self.voxels = merged;
     }
 
     pub(crate) fn finish(self) -> Patch {
         let Self { lattice, voxels, .. } = self;
         let edge = block_voxels(&lattice);
-        let place = |[z, y, x]: [i32; 3]| [y, x, z].map(|n| n.div_euclid(edge));
+        let place = |[x, y, z]: [i32; 3]| [y, x, z].map(|n| n.div_euclid(edge));
         let mut voxels: Vec<_> = voxels.iter().map(|voxel| (place(voxel.0), voxel)).collect();
-        // Stable: within a block as they were.
-        voxels.sort_by_key(|(place, _)| *place);
+        voxels.sort_unstable_by_key(|&(place, ([x, y, z], _))| (place, [z, y, x]));
         let step_units2 = covariance_step_units2(&lattice);
         let mut patch = Patch { blocks: Vec::new(), voxels: Vec::with_capacity(voxels.len()) };
         for of_block in voxels.chunk_by(|a, b| a.0 == b.0) {
             let first = patch.voxels.len();
             patch.voxels.extend(of_block.iter().map(|(_, (voxel, moments))| {
                 let mean = moments.mean_units();
-                let [z, y, x] =
+                let [x, y, z] =
                     voxel.map(|n| f64::from(n.rem_euclid(edge)) * f64::from(lattice.voxel_units()));
                 PatchVoxel {
                     // A whole number of voxels of whole units: below 2¹⁶.

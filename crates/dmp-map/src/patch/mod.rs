@@ -8,6 +8,7 @@ mod placed;
 mod placement;
 #[cfg(test)]
 mod tests;
+mod voxel_sums;
 
 pub use builder::{PatchBuilder, PointsOfVoxel};
 pub use file::{PatchWriter, Patches};

@@ -7,10 +7,10 @@ use dmp_align::Pyramid;
 use dmp_map::{Lattice, PatchBuilder};
 use dmp_sensor::{Isometry3, Scan};
 
-use super::visits::Visit;
+use super::visits::{RETURNS, Visit};
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
-use crate::frames::{PlannedFrame, Worker, each_frame_of};
+use crate::frames::{PlannedFrame, Worker, each_frame_of_jobs, jobs_of};
 use crate::pose::Poser;
 use crate::run_state::{RunState, poses_of};
 use crate::settings::Settings;
@@ -19,8 +19,6 @@ use crate::settings::Settings;
 const VOXEL_M: f64 = 0.5;
 /// How far from the visit its surfaces are looked at, metres of a drive: what is further off is seen sparsely.
 const REACH_M: f64 = 40.0;
-/// Returns of a visit that are looked at, about: of more, some of each scan.
-const RETURNS: u64 = 240_000;
 
 /// The surfaces of visits as each run has them, by the number of the visit: each in the frame of its place, a run after the
 /// other. A run without a pose there has none.
@@ -29,9 +27,11 @@ pub(super) type Pyramids = BTreeMap<usize, Vec<Option<Pyramid>>>;
 /// Visits by number, each with `place_from_world` of every run.
 pub(super) type Visits<'v> = BTreeMap<usize, (&'v Visit, Vec<Option<Isometry3<f64>>>)>;
 
-/// A visit whose scans are not all there yet.
-struct Open {
-    scans_left: usize,
+/// Some scans of a visit, as every run has them.
+struct Part {
+    /// Of the visit.
+    number: usize,
+    scans: usize,
     patches: Vec<Option<PatchBuilder>>,
 }
 
@@ -43,13 +43,10 @@ pub(super) fn pyramids<M: Sync>(
     let Evaluation { log, settings, means, plan, runs, progress, .. } = evaluation;
     let frames = plan.frames();
     let lattice = Lattice::new(voxel_m(settings))?;
-    let mut of_scan = HashMap::new();
-    let mut open = BTreeMap::new();
-    for (&number, (visit, place_from_world)) in visits {
-        of_scan.extend(visit.scans.iter().map(|&ordinal| (ordinal, number)));
-        let patches = place_from_world.iter().map(|run| run.map(|_| PatchBuilder::new(lattice))).collect();
-        open.insert(number, Open { scans_left: visit.scans.len(), patches });
-    }
+    let scans = visits
+        .iter()
+        .flat_map(|(&number, (visit, _))| visit.scans.iter().map(move |&ordinal| (ordinal, number)));
+    let of_scan = scans.collect();
     let share_of = |visit: &Visit| {
         let returns: u64 = visit.scans.iter().map(|&ordinal| frames[ordinal].returns).sum();
         (RETURNS as f64 / returns.max(1) as f64).min(1.0)
@@ -60,7 +57,7 @@ pub(super) fn pyramids<M: Sync>(
         visits,
         reach_m: REACH_M * settings.metre_m(),
         lattice,
-        open: Mutex::new(open),
+        open: Mutex::default(),
         done: Mutex::default(),
     };
     let worker = |_| PatchWorker {
@@ -68,11 +65,32 @@ pub(super) fn pyramids<M: Sync>(
         shared: &shared,
         names: runs.iter().map(RunState::name).collect(),
         points: vec![Vec::new(); runs.len()],
+        visit: None,
     };
     let workers = (0..means.threads).map(worker).collect();
     let reading = plan.reading(*log, means, *progress);
-    each_frame_of(reading, |ordinal| shared.of_scan.contains_key(&ordinal), workers)?;
+    let jobs = jobs_of(reading, |ordinal| shared.of_scan.contains_key(&ordinal));
+    let workers = each_frame_of_jobs(reading, of_visits(jobs, &shared.of_scan), workers)?;
+    workers.into_iter().filter_map(|worker| worker.visit).for_each(|part| shared.put(part));
     Ok(shared.done.into_inner().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// Jobs one after the other that are of one visit alone, as one: so that a thread has all of it.
+fn of_visits(jobs: Vec<Vec<usize>>, of_scan: &HashMap<usize, usize>) -> Vec<Vec<usize>> {
+    let visit_of = |job: &[usize]| {
+        let first = of_scan.get(job.first()?)?;
+        job.iter().all(|ordinal| of_scan.get(ordinal) == Some(first)).then_some(*first)
+    };
+    let mut joined: Vec<Vec<usize>> = Vec::with_capacity(jobs.len());
+    for job in jobs {
+        match joined.last_mut() {
+            Some(last) if visit_of(last).is_some_and(|visit| visit_of(&job) == Some(visit)) => {
+                last.extend(job)
+            }
+            _ => joined.push(job),
+        }
+    }
+    joined
 }
 
 /// Edge of the voxels of a patch, metres.
@@ -89,7 +107,8 @@ struct Shared<'v> {
     visits: &'v Visits<'v>,
     reach_m: f64,
     lattice: Lattice,
-    open: Mutex<BTreeMap<usize, Open>>,
+    /// Visits that several threads have scans of.
+    open: Mutex<HashMap<usize, Part>>,
     done: Mutex<Pyramids>,
 }
 
@@ -99,57 +118,85 @@ struct PatchWorker<'a> {
     shared: &'a Shared<'a>,
     names: Vec<&'a str>,
     points: Vec<Vec<[f64; 3]>>,
+    /// The visit that the last scan was of.
+    visit: Option<Part>,
 }
 
 impl Worker for PatchWorker<'_> {
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
-        let Self { poser, shared, names, points } = self;
-        let Some(number) = shared.of_scan.get(&ordinal) else { return Ok(()) };
-        let (_, place_from_world) = &shared.visits[number];
-        let (share, reach_m2) = (shared.shares[number], shared.reach_m * shared.reach_m);
-        points.iter_mut().for_each(Vec::clear);
-        let mut index = 0;
-        poser.blocks(frame, scan, |block| {
-            for (run, place_from_world) in place_from_world.iter().enumerate() {
-                let Some(place_from_world) = place_from_world else { continue };
-                let drawn = |&(k, _): &(usize, &dmp_sensor::Ray)| is_drawn(index + k as u64, share);
-                let in_place = block.rays(run).iter().enumerate().filter(drawn).map(|(_, ray)| {
-                    let place: [f64; 3] =
-                        (place_from_world * dmp_sensor::Point3::from(ray.endpoint_in_world())).into();
-                    place
-                });
-                points[run].extend(in_place.filter(|[x, y, z]| x * x + y * y + z * z <= reach_m2));
-            }
-            index += block.len() as u64;
-            Ok::<(), EvaluateError>(())
-        })?;
-        let mut of_scan = Vec::with_capacity(points.len());
-        for (points, name) in points.iter().zip(names) {
-            let mut patch = PatchBuilder::new(shared.lattice);
-            patch.add(points.iter().copied()).map_err(EvaluateError::map_of(name))?;
-            of_scan.push(patch);
+        let Some(&number) = self.shared.of_scan.get(&ordinal) else { return Ok(()) };
+        if let Some(other) = self.visit.take_if(|part| part.number != number) {
+            self.shared.put(other);
         }
-        let finished = {
-            let mut open = shared.open.lock().unwrap_or_else(PoisonError::into_inner);
-            let Some(visit) = open.get_mut(number) else { return Ok(()) };
-            for (patch, of_scan) in visit.patches.iter_mut().zip(of_scan) {
-                if let Some(patch) = patch {
-                    patch.merge(of_scan);
+        let Self { poser, shared, names, points, visit } = self;
+        let (_, place_from_world) = &shared.visits[&number];
+        let (share, reach_m2) = (shared.shares[&number], shared.reach_m * shared.reach_m);
+        points.iter_mut().for_each(Vec::clear);
+        poser.endpoints(
+            frame,
+            scan,
+            place_from_world,
+            |index| is_drawn(index, share),
+            |run, [x, y, z]| {
+                if x * x + y * y + z * z <= reach_m2 {
+                    points[run].push([x, y, z]);
                 }
+            },
+        );
+        let part = visit.get_or_insert_with(|| shared.begun(number));
+        for ((patch, points), name) in part.patches.iter_mut().zip(points).zip(names) {
+            if let Some(patch) = patch {
+                patch.add(points.iter().copied()).map_err(EvaluateError::map_of(name))?;
             }
-            visit.scans_left -= 1;
-            if visit.scans_left == 0 { open.remove(number) } else { None }
-        };
-        if let Some(Open { patches, .. }) = finished {
-            let pyramids = patches.iter().map(|patch| patch.as_ref().map(Pyramid::new)).collect();
-            shared.done.lock().unwrap_or_else(PoisonError::into_inner).insert(*number, pyramids);
+        }
+        part.scans += 1;
+        let is_whole = |part: &mut Part| part.scans == shared.visits[&number].0.scans.len();
+        if let Some(whole) = visit.take_if(is_whole) {
+            shared.put(whole);
         }
         Ok(())
     }
 }
 
+impl Shared<'_> {
+    fn begun(&self, number: usize) -> Part {
+        let (_, place_from_world) = &self.visits[&number];
+        let patches =
+            place_from_world.iter().map(|run| run.map(|_| PatchBuilder::new(self.lattice))).collect();
+        Part { number, scans: 0, patches }
+    }
+
+    /// Takes some scans of a visit, and where these are the last, makes its surfaces.
+    fn put(&self, mut part: Part) {
+        let scans = self.visits[&part.number].0.scans.len();
+        if part.scans < scans {
+            let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some(other) = open.remove(&part.number) {
+                part.merge(other);
+            }
+            if part.scans < scans {
+                open.insert(part.number, part);
+                return;
+            }
+        }
+        let pyramids = part.patches.iter().map(|patch| patch.as_ref().map(Pyramid::new)).collect();
+        self.done.lock().unwrap_or_else(PoisonError::into_inner).insert(part.number, pyramids);
+    }
+}
+
+impl Part {
+    fn merge(&mut self, other: Self) {
+        self.scans += other.scans;
+        for (patch, more) in self.patches.iter_mut().zip(other.patches) {
+            if let (Some(patch), Some(more)) = (patch, more) {
+                patch.merge(more);
+            }
+        }
+    }
+}
+
 /// Whether a return of this index is one of a share of all: evenly, by the golden ratio, so that no order of beams matters.
-fn is_drawn(index: u64, share: f64) -> bool {
+fn is_drawn(index: usize, share: f64) -> bool {
     let part = (index as u32).wrapping_mul(2_654_435_769);
     f64::from(part) < share * 4_294_967_296.0
 }

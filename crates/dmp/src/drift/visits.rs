@@ -14,9 +14,14 @@ const NEAR_M: f64 = 15.0;
 const WAY_PER_DISTANCE: f64 = 4.0;
 /// Cameras that look elsewhere see other surfaces: most that two visits are turned against each other, as a cosine.
 const SAME_VIEW_COS: f64 = 0.707;
-/// Part of a segment that is its visit, about its middle: what a run bends within a visit is not seen as drift.
+/// Returns of a visit that are looked at, about: of more, some of each scan.
+pub(super) const RETURNS: u64 = 120_000;
+/// Part of a segment that is its visit, about its middle: what a run bends within a visit is not seen as drift. Where it has less
+/// than a share of these returns, all of the segment is needed.
 const PART: f64 = 0.5;
-/// Scans of a visit, spread over it.
+const LEAST_SHARE: f64 = 0.25;
+/// Scans of a visit at least, one after the other, and at most, spread over it.
+const LEAST_SCANS: usize = 3;
 const SCANS: usize = 12;
 /// Visits of a way that is not cut into segments.
 const STRETCHES: usize = 16;
@@ -49,12 +54,14 @@ pub(super) fn visits(plan: &Plan, along_m: &[f64]) -> Vec<Visit> {
         (0..count).map(|k| k * frames / count).collect()
     };
     let ends = starts.iter().skip(1).copied().chain([frames]);
-    starts.iter().zip(ends).map(|(&start, end)| Visit::of(start..end, along_m)).collect()
+    let returns = |ordinal: usize| plan.frames()[ordinal].returns;
+    starts.iter().zip(ends).map(|(&start, end)| Visit::of(start..end, along_m, returns)).collect()
 }
 
 impl Visit {
-    /// Of the scans of a segment, at equal steps of the way, and of their number where that does not go on.
-    fn of(ordinals: std::ops::Range<usize>, along_m: &[f64]) -> Self {
+    /// Of the scans of a segment. Where few of them have enough returns, these are the ones next to the middle, which mostly lie
+    /// together in the log; otherwise some at equal steps of the way, or of their number where that does not go on.
+    fn of(ordinals: std::ops::Range<usize>, along_m: &[f64], returns: impl Fn(usize) -> u64) -> Self {
         let (first_m, last_m) = (along_m[ordinals.start], along_m[ordinals.end - 1]);
         let at = |part: f64| {
             let goes_on = last_m > first_m;
@@ -64,13 +71,24 @@ impl Visit {
             if goes_on { by_way.unwrap_or(ordinals.end - 1) } else { by_number }
         };
         let middle = at(0.5);
-        let mut scans: Vec<usize> = (0..SCANS)
-            .map(|k| at(0.5 + PART * ((k as f64 + 0.5) / SCANS as f64 - 0.5)))
-            .chain([middle])
-            .collect();
-        scans.sort_unstable();
-        scans.dedup();
-        Self { middle, scans }
+        let enough = RETURNS.div_ceil(returns(middle).max(1)) as usize;
+        if enough < SCANS / 2 {
+            let beside = (enough.max(LEAST_SCANS) / 2).min(ordinals.len() / 2);
+            let scans =
+                middle.saturating_sub(beside).max(ordinals.start)..(middle + beside + 1).min(ordinals.end);
+            return Self { middle, scans: scans.collect() };
+        }
+        let spread = |of_segment: f64, count: usize| {
+            let places = (0..count).map(|k| at(0.5 + of_segment * ((k as f64 + 0.5) / count as f64 - 0.5)));
+            let mut scans: Vec<usize> = places.chain([middle]).collect();
+            scans.sort_unstable();
+            scans.dedup();
+            scans
+        };
+        let scans = spread(PART, SCANS);
+        let have: u64 = scans.iter().map(|&ordinal| returns(ordinal)).sum();
+        let is_little = (have as f64) < LEAST_SHARE * RETURNS as f64;
+        Self { middle, scans: if is_little { spread(1.0, 2 * SCANS) } else { scans } }
     }
 }
 

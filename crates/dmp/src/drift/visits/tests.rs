@@ -98,15 +98,19 @@ fn what_most_runs_say_holds() {
 fn the_scans_of_a_visit_are_spread_over_its_middle() {
     // It stands on the first half of its scans.
     let along_m: Vec<f64> = (0..100).map(|k| f64::from(k.max(50) - 50)).collect();
-    let visit = Visit::of(0..100, &along_m);
+    let visit = Visit::of(0..100, &along_m, |_| 10_000);
     assert_eq!((visit.middle, visit.scans.len()), (75, SCANS + 1));
     assert!(visit.scans.iter().all(|scan| (62..88).contains(scan)), "{:?}", visit.scans);
-    let standing = Visit::of(20..40, &[0.0; 100]);
+    let standing = Visit::of(20..40, &[0.0; 100], |_| 10_000);
     assert!(
         standing.scans.contains(&standing.middle)
             && standing.scans.iter().all(|scan| (20..40).contains(scan))
     );
-    assert_eq!(Visit::of(7..8, &along_m), Visit { middle: 7, scans: vec![7] });
+    // Of dense scans a few are enough, of thin ones all of the segment is needed.
+    assert_eq!(Visit::of(0..100, &along_m, |_| 50_000).scans, [74, 75, 76]);
+    let thin = Visit::of(0..100, &along_m, |_| 1000);
+    assert_eq!((thin.middle, thin.scans.len()), (75, 2 * SCANS + 1));
+    assert_eq!(Visit::of(7..8, &along_m, |_| 10_000), Visit { middle: 7, scans: vec![7] });
 }
 
 proptest! {

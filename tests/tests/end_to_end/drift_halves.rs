@@ -1,0 +1,72 @@
+//! What `dmp drift` measures on every other scan of a log is what it measures on the rest.
+
+use dmp::{Config, DriftReport, Run, VisitPairReport, measure_drift};
+use dmp_log::{MemoryLog, ScanLog};
+use dmp_sensor::{Scan, Trajectory};
+
+use crate::common::{open, real_data};
+
+/// Every `step`-th scan from the `first` on, each with the stamp of the pose in its line.
+fn some(log: &dyn ScanLog, run: &Trajectory, first: usize, step: usize) -> MemoryLog {
+    let stamps_ns = run.stamps_ns().unwrap();
+    let mut reader = log.reader().unwrap();
+    let taken = (first..log.frames().len()).step_by(step).map(|frame| {
+        let mut scan = Scan::default();
+        reader.read(frame, &mut scan).unwrap();
+        Scan { stamp_ns: Some(stamps_ns[frame]), ..scan }
+    });
+    MemoryLog::new("some", taken.collect()).unwrap()
+}
+
+fn measured(log: &MemoryLog, run: &Run) -> DriftReport {
+    measure_drift(log, std::slice::from_ref(run), &Config::default(), None, ()).unwrap()
+}
+
+/// How far the stamps of two pairs of visits are from each other, nanoseconds.
+fn between_ns(a: &VisitPairReport, b: &VisitPairReport) -> u64 {
+    let ns = |a: Option<i64>, b: Option<i64>| a.unwrap().abs_diff(b.unwrap());
+    ns(a.first.stamp_ns, b.first.stamp_ns) + ns(a.second.stamp_ns, b.second.stamp_ns)
+}
+
+/// The parts of the displacement, along, sideways and upwards, that both reports know of the same places: by how much they
+/// differ, metres, and their standard deviation.
+fn differences(a: &DriftReport, b: &DriftReport, most_ns: u64) -> Vec<[f64; 2]> {
+    let mut differences = Vec::new();
+    for pair in &a.visits {
+        let Some(same) = b.visits.iter().min_by_key(|other| between_ns(pair, other)) else { continue };
+        let (Some(a), Some(b)) = (pair.runs[0].off, same.runs[0].off) else { continue };
+        if between_ns(pair, same) > most_ns {
+            continue;
+        }
+        let parts = [(a.along_m, b.along_m), (a.sideways_m, b.sideways_m), (a.up_m, b.up_m)];
+        for (k, (a_m, b_m)) in parts.into_iter().enumerate() {
+            let Some((a_m, b_m)) = a_m.zip(b_m) else { continue };
+            differences.push([(a_m - b_m).abs(), a.sigma_m[k].hypot(b.sigma_m[k])]);
+        }
+    }
+    differences.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    differences
+}
+
+/// Thin scans a metre apart: half of them see half as much, and both halves say the same of the run, pair by pair within what
+/// they say of themselves and mostly to a centimetre.
+#[test]
+fn odd_and_even_scans_of_a_real_run_say_the_same() {
+    let Some(data) = real_data("nclt_revisit") else { return };
+    let log = open(&data);
+    let odometry = dmp_log::read_trajectory(&data.join("poses_lidar_odometry.txt")).unwrap().trajectory;
+    let run = Run::new("odometry", odometry);
+    let [even, odd, all] = [(0, 2), (1, 2), (0, 1)]
+        .map(|(first, step)| measured(&some(log.as_ref(), &run.trajectory, first, step), &run));
+    let rms_m = [&even, &odd, &all].map(|report| report.runs[0].rms_m.value.unwrap());
+    println!("RMS of even, odd and all scans: {rms_m:?} m");
+    assert!((0..3).all(|k| (rms_m[k] - rms_m[(k + 1) % 3]).abs() < 0.01), "{rms_m:?}");
+    // Visits are a few scans apart, as their middle one is in one half only.
+    for (name, other) in [("odd", &odd), ("all", &all)] {
+        let differences = differences(&even, other, 12_000_000_000);
+        println!("even and {name}: difference and deviation, m: {differences:.4?}");
+        let median_m = differences[differences.len() / 2][0];
+        assert!(differences.len() >= 12 && median_m < 0.01, "{name}: {median_m} m of {}", differences.len());
+        assert!(differences.iter().all(|[off_m, sigma_m]| *off_m < 3.0 * sigma_m), "{differences:?}");
+    }
+}
