@@ -1,6 +1,6 @@
 //! What `dmp drift` measures on every other scan of a log is what it measures on the rest.
 
-use dmp::{Config, DriftReport, Run, VisitPairReport, measure_drift};
+use dmp::{Config, DriftPairs, DriftReport, Run, VisitPairReport, measure_drift};
 use dmp_log::{MemoryLog, ScanLog};
 use dmp_sensor::{Scan, Trajectory};
 
@@ -19,7 +19,8 @@ fn some(log: &dyn ScanLog, run: &Trajectory, first: usize, step: usize) -> Memor
 }
 
 fn measured(log: &MemoryLog, run: &Run) -> DriftReport {
-    measure_drift(log, std::slice::from_ref(run), &Config::default(), None, ()).unwrap()
+    let config = Config { drift: DriftPairs::All, ..Config::default() };
+    measure_drift(log, std::slice::from_ref(run), &config, ()).unwrap()
 }
 
 /// How far the stamps of two pairs of visits are from each other, nanoseconds.

@@ -85,7 +85,7 @@ fn of_visits(jobs: Vec<Vec<usize>>, of_scan: &HashMap<usize, usize>) -> Vec<Vec<
     for job in jobs {
         match joined.last_mut() {
             Some(last) if visit_of(last).is_some_and(|visit| visit_of(&job) == Some(visit)) => {
-                last.extend(job)
+                last.extend(job);
             }
             _ => joined.push(job),
         }
