@@ -46,6 +46,6 @@ pub use rank::{
     optimised,
 };
 
-pub use repair::{Outcome, Repair, RepairOptions, Round, StepError, repair};
+pub use repair::{Outcome, Repair, RepairOptions, Round, StepError, mend_by, repair};
 
 pub use dmp_reduce::{Estimate, Interval};

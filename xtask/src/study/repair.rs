@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::Context as _;
 use dmp::{Config, Run};
 use dmp_log::{LogOptions, ScanLog, open_log};
-use dmp_loops::{Outcome, Repair, RepairOptions, repair};
+use dmp_loops::{Outcome, Repair, RepairOptions, StepError, repair};
 use dmp_sensor::Trajectory;
 use dmp_sim::Recording;
 
@@ -29,6 +29,12 @@ pub(super) struct RepairArgs {
     /// Rays of each keyframe
     #[arg(long, default_value_t = RepairOptions::default().map.rays_per_keyframe)]
     rays: usize,
+    /// What steps usually err by along each axis over a metre, metres
+    #[arg(long, default_value_t = RepairOptions::default().step_error.place_m)]
+    place: f64,
+    /// The same about each axis, radians
+    #[arg(long, default_value_t = RepairOptions::default().step_error.turn_rad)]
+    turn: f64,
     /// Also print every round
     #[arg(long)]
     each: bool,
@@ -157,6 +163,7 @@ fn row(
     let run = Run::new(&estimate.name, estimate.trajectory);
     let mut options = RepairOptions { most_rounds: arguments.rounds, ..RepairOptions::default() };
     options.map.rays_per_keyframe = arguments.rays;
+    options.step_error = StepError { place_m: arguments.place, turn_rad: arguments.turn };
     let repair = repair(log, &run, &Config::default(), &options, &())?;
     let after_m = repair.trajectory.as_ref().map_or(Ok(before_m), |repaired| ate_m(repaired, truth))?;
     let seconds = start.elapsed().as_secs_f64();

@@ -21,6 +21,7 @@ use crate::save::save;
 use crate::score::conventions::ConventionArgs;
 use crate::settings::{PlaceArgs, ResourceArgs};
 use crate::trajectory_args::TrajectoryArgs;
+pub(crate) use render::metres;
 
 /// Measure in metres how far runs are off where they come back
 ///
@@ -75,9 +76,9 @@ pub(crate) struct DriftArgs {
 
 /// How many pairs at most.
 #[derive(Debug, Clone, Copy)]
-struct Pairs(Option<usize>);
+pub(crate) struct Pairs(pub(crate) Option<usize>);
 
-fn pairs(text: &str) -> Result<Pairs, String> {
+pub(crate) fn pairs(text: &str) -> Result<Pairs, String> {
     match text.parse() {
         _ if text == "all" => Ok(Pairs(None)),
         Ok(count) if count > 0 => Ok(Pairs(Some(count))),

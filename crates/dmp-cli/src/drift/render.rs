@@ -44,7 +44,7 @@ pub(super) fn report(out: &mut impl Write, report: &DriftReport, verbose: bool) 
 }
 
 /// A length: below a metre in centimetres.
-fn metres(length_m: f64) -> String {
+pub(crate) fn metres(length_m: f64) -> String {
     if length_m.abs() < 1.0 {
         format!("{} cm", digits(100.0 * length_m))
     } else {

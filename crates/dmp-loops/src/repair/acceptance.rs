@@ -40,6 +40,18 @@ pub(super) fn accepted(
         let ranker = Ranker::new(graph, options.clone(), Scorer::patches(map), progress)?;
         let ranking = ranker.rank_sets(&rows, progress)?;
         let acceptance = ranker.accept_sets(&rows, &ranking, progress)?;
+        if std::env::var_os("DBG").is_some() {
+            for d in &acceptance.decisions {
+                let m = d.tried.as_ref().and_then(|t| t.map.as_ref());
+                eprintln!(
+                    "row of {} {:?} {:?}: change {:?}",
+                    rows[d.index].len(),
+                    rows[d.index].first().map(|e| (e.from, e.to)),
+                    d.verdict,
+                    m.and_then(|m| m.change)
+                );
+            }
+        }
         graph = acceptance.graph;
         let not_accepted = |one: &crate::Decision| !matches!(one.verdict, Verdict::Accepted);
         let refused = acceptance.decisions.iter().filter(|one| not_accepted(one)).map(|one| one.index);

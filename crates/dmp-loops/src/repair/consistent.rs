@@ -61,7 +61,7 @@ pub(super) fn consistent(
 }
 
 /// How many times as much as is usual the steps err, as constraints tell that are taken one by one.
-fn factor(
+pub(super) fn factor(
     chain: &Chain,
     edges: &[PoseEdge],
     usual: StepError,

@@ -7,6 +7,7 @@
 mod acceptance;
 mod chain;
 mod consistent;
+mod given;
 
 use std::collections::BTreeSet;
 
@@ -20,6 +21,7 @@ use acceptance::{accepted, rows};
 use chain::Chain;
 pub use chain::StepError;
 use consistent::{consistent, misfit};
+pub use given::mend_by;
 
 /// Poses that move by less than this from round to round are there, metres of a drive.
 const SETTLED_M: f64 = 0.005;
@@ -194,7 +196,9 @@ pub fn repair(
         told.r_near_before_m2 = told.r_near_before_m2.or(before_m2);
         let has_settled =
             told.graph.as_ref().is_some_and(|before| largest_move_m(before, &graph) <= SETTLED_M * metre_m);
-        let is_taken = this.accepted > 0 && !is_worse;
+        // What does not make the map better is left: it may be noise of the measurement.
+        let is_better = before_m2.zip(after_m2).is_some_and(|(before_m2, after_m2)| after_m2 < before_m2);
+        let is_taken = this.accepted > 0 && is_better && !is_worse;
         told.rounds.push(this);
         if !is_taken {
             break;
