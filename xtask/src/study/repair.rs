@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Context as _;
-use dmp::{Config, Run};
+use dmp::{Config, Run, measure_drift};
 use dmp_log::{LogOptions, ScanLog, open_log};
-use dmp_loops::{Outcome, Repair, RepairOptions, StepError, repair};
-use dmp_sensor::Trajectory;
+use dmp_loops::{Outcome, Repair, RepairOptions, StepError, mend_by, repair};
+use dmp_sensor::{PoseEdge, PoseGraph, Trajectory};
 use dmp_sim::Recording;
 
 use super::drives::{DriveSpec, drives, find};
@@ -45,6 +45,9 @@ pub(super) struct RepairArgs {
 
 /// Repaired runs are to be so many times better, in the median of those that drift.
 const WANTED: f64 = 5.0;
+/// How good what is true is, metres and radians.
+const TRUE_M: f64 = 0.002;
+const TRUE_RAD: f64 = 0.0001;
 /// And none worse by more than this, metres.
 const WORST_M: f64 = 0.01;
 
@@ -76,12 +79,14 @@ struct Row {
     kind: EstimateKind,
     before_m: f64,
     after_m: f64,
+    /// With what is true where the drive comes back, metres.
+    bound_m: f64,
     repair: Repair,
     seconds: f64,
 }
 
 impl Row {
-    const HEAD: &str = "estimate           ATE [m]  repaired   factor  rounds  pairs  constraints  agree  accepted  steps err  R_near [m]  repaired      s";
+    const HEAD: &str = "estimate           ATE [m]  repaired  by truth   factor  rounds  pairs  constraints  agree  accepted  steps err  R_near [m]  repaired      s";
 
     fn factor(&self) -> f64 {
         self.before_m / self.after_m
@@ -102,10 +107,11 @@ impl std::fmt::Display for Row {
         let root = |m2: Option<f64>| m2.map_or(f64::NAN, f64::sqrt);
         write!(
             f,
-            "{:<18} {:>7.3}  {:>8.3}  {:>7.1}  {:>6}  {:>5}  {:>11}  {:>5}  {:>8}  {:>9.2}  {:>10.4}  {:>8.4}  {:>5.0}  {}",
+            "{:<18} {:>7.3}  {:>8.3}  {:>8.3}  {:>7.1}  {:>6}  {:>5}  {:>11}  {:>5}  {:>8}  {:>9.2}  {:>10.4}  {:>8.4}  {:>5.0}  {}",
             self.name,
             self.before_m,
             self.after_m,
+            self.bound_m,
             self.factor(),
             rounds.len(),
             count(|round| round.pairs_measured),
@@ -139,9 +145,10 @@ fn drive(spec: &DriveSpec, arguments: &RepairArgs) -> anyhow::Result<Vec<Row>> {
             || arguments.estimates.iter().any(|name| estimate.name.starts_with(name))
     };
     let estimates = estimates(spec, &spec.truth(&recording)?)?;
+    let known = true_constraints(log.as_ref(), &fine)?;
     let mut rows = Vec::new();
     for estimate in estimates.into_iter().filter(is_wanted) {
-        let row = row(spec, log.as_ref(), estimate, &fine, arguments)?;
+        let row = row(spec, log.as_ref(), estimate, (&fine, &known), arguments)?;
         println!("{row}");
         if arguments.each {
             row.repair.rounds.iter().for_each(|round| println!("    {round:?}"));
@@ -155,7 +162,7 @@ fn row(
     spec: &DriveSpec,
     log: &dyn ScanLog,
     estimate: Estimate,
-    truth: &Trajectory,
+    (truth, known): (&Trajectory, &[PoseEdge]),
     arguments: &RepairArgs,
 ) -> anyhow::Result<Row> {
     let start = Instant::now();
@@ -167,7 +174,35 @@ fn row(
     let repair = repair(log, &run, &Config::default(), &options, &())?;
     let after_m = repair.trajectory.as_ref().map_or(Ok(before_m), |repaired| ate_m(repaired, truth))?;
     let seconds = start.elapsed().as_secs_f64();
-    Ok(Row { drive: spec.name, name: estimate.name, kind: estimate.kind, before_m, after_m, repair, seconds })
+    let bound = mend_by(log, &run, &Config::default(), known, &options, &())?;
+    let bound_m = bound.map_or(Ok(before_m), |mended| ate_m(&mended, truth))?;
+    Ok(Row {
+        drive: spec.name,
+        name: estimate.name,
+        kind: estimate.kind,
+        before_m,
+        after_m,
+        bound_m,
+        repair,
+        seconds,
+    })
+}
+
+/// What is true between the visits to the same places, as good as nothing that is measured is.
+fn true_constraints(log: &dyn ScanLog, truth: &Trajectory) -> anyhow::Result<Vec<PoseEdge>> {
+    let run = [Run::new("truth", truth.clone())];
+    let report = measure_drift(log, &run, &Config::default(), None, ())?;
+    let pose = |scan: usize| truth.world_from_body_at(log.frames().get(scan)?.stamp_ns?, i64::MAX);
+    let edge = |visit: &dmp::VisitPairReport| {
+        let (from, to) = (visit.first.scan, visit.second.scan);
+        Some(PoseEdge {
+            from: from as i64,
+            to: to as i64,
+            from_from_to: pose(from)?.inv_mul(&pose(to)?),
+            information: PoseGraph::information_of(TRUE_M, TRUE_RAD),
+        })
+    };
+    Ok(report.visits.iter().filter_map(edge).collect())
 }
 
 fn tell(rows: &[Row]) {
@@ -178,6 +213,13 @@ fn tell(rows: &[Row]) {
         println!(
             "drifted estimates: {}, of these {enough} at least {WANTED} times better; median {median:.1}",
             factors.len()
+        );
+        let mut bounds: Vec<f64> =
+            rows.iter().filter(|row| row.is_drifted()).map(|row| row.before_m / row.bound_m).collect();
+        bounds.sort_by(f64::total_cmp);
+        println!(
+            "with what is true where the drive comes back: median {:.1}",
+            bounds.get(bounds.len() / 2).copied().unwrap_or(f64::NAN)
         );
     }
     let rise = |row: &Row| row.after_m - row.before_m;

@@ -52,6 +52,23 @@ pub struct Acceptance {
     pub chi2: f64,
 }
 
+/// A map beside the one before it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Compared {
+    /// Whether it may be worse, by the interval of its change, by more than what counts as the same.
+    pub(crate) may_be_worse: bool,
+    /// `R_near(2 m)` of both, square metres.
+    pub(crate) before_m2: Option<f64>,
+    pub(crate) after_m2: Option<f64>,
+}
+
+impl Compared {
+    /// Whether it is better by its value.
+    pub(crate) fn is_better(&self) -> bool {
+        self.before_m2.zip(self.after_m2).is_some_and(|(before_m2, after_m2)| after_m2 < before_m2)
+    }
+}
+
 /// A candidate that waits.
 #[derive(Debug)]
 struct Waiting {
@@ -169,16 +186,18 @@ impl Ranker<'_> {
         Ok(Acceptance { decisions, r_near_m2, chi2: self.without.chi2, graph })
     }
 
-    /// Whether the map with its keyframes at `world_from_body` may be worse than this graph's by more than what counts as the same; and
-    /// its `R_near(2 m)`, square metres.
-    pub(crate) fn may_be_worse(
+    /// The map with its keyframes at `world_from_body`, beside this graph's.
+    pub(crate) fn compared(
         &self,
         world_from_body: &[Isometry3<f64>],
         progress: &dyn Progress,
-    ) -> Result<(bool, Option<f64>), LoopError> {
+    ) -> Result<Compared, LoopError> {
         let there = self.before.score(world_from_body, true, progress)?;
-        let is_worse = there.as_ref().is_none_or(|map| is_map_worse(map, self.without.score()));
-        Ok((is_worse, there.as_ref().and_then(MapScores::ranked_m2)))
+        Ok(Compared {
+            may_be_worse: there.as_ref().is_none_or(|map| is_map_worse(map, self.without.score())),
+            before_m2: self.without.map.as_ref().and_then(MapScores::ranked_m2),
+            after_m2: there.as_ref().and_then(MapScores::ranked_m2),
+        })
     }
 
     fn waiting(&self, tried: Tried, after: usize) -> Waiting {

@@ -4,8 +4,8 @@ use dmp::Progress;
 use dmp_sensor::{PoseEdge, PoseGraph};
 
 use super::chain::Chain;
-use crate::rank::{Ranker, Scorer, Verdict};
-use crate::{LoopError, LoopMap, OptimiseOptions};
+use crate::rank::{Decision, Ranker, Scorer, Verdict};
+use crate::{LoopError, LoopMap, OptimiseOptions, optimise};
 
 /// Constraints are of one row whose first ends lie no further apart than so many segments of the way, nor their second ends.
 const SAME_ROW_SEGMENTS: f64 = 3.0;
@@ -27,8 +27,12 @@ pub(super) fn rows(chain: &Chain, edges: Vec<PoseEdge>, segment_m: f64) -> Vec<V
     rows
 }
 
-/// The graph with the rows that do not make the map worse, optimised. Of a row that may, its halves are tried, down to single
-/// constraints: each is in the graph only if the map with it was found not to be worse.
+/// The graph with the rows that do not make the map worse, optimised.
+///
+/// A row is taken as `dmp loops --accept` takes a candidate: where by the interval of its change the map gets no worse. A drive that
+/// comes back at few places has wide intervals, and it is the gain itself that makes them so; so several constraints that agree with
+/// each other are taken as well where the map with them is better by its value. Of other rows the halves are tried, down to single
+/// constraints.
 pub(super) fn accepted(
     mut graph: PoseGraph,
     map: &LoopMap,
@@ -40,28 +44,46 @@ pub(super) fn accepted(
         let ranker = Ranker::new(graph, options.clone(), Scorer::patches(map), progress)?;
         let ranking = ranker.rank_sets(&rows, progress)?;
         let acceptance = ranker.accept_sets(&rows, &ranking, progress)?;
-        if std::env::var_os("DBG").is_some() {
-            for d in &acceptance.decisions {
-                let m = d.tried.as_ref().and_then(|t| t.map.as_ref());
-                eprintln!(
-                    "row of {} {:?} {:?}: change {:?}",
-                    rows[d.index].len(),
-                    rows[d.index].first().map(|e| (e.from, e.to)),
-                    d.verdict,
-                    m.and_then(|m| m.change)
-                );
+        graph = acceptance.graph;
+        let mut refused: Vec<(usize, bool)> = ranking.failed.iter().map(|one| (one.index, false)).collect();
+        refused.extend(acceptance.decisions.iter().filter(|one| !is_accepted(one)).map(|one| {
+            let map = one.tried.as_ref().and_then(|tried| tried.map.as_ref());
+            (one.index, map.and_then(|map| map.change).is_some_and(|change| change.value_m2 < 0.0))
+        }));
+        refused.sort_unstable();
+        let mut halves = Vec::new();
+        for (index, has_gained) in refused {
+            let row = &rows[index];
+            if row.len() < 2 {
+                continue;
+            }
+            match if has_gained { better_with(&graph, map, row, options, progress)? } else { None } {
+                Some(better) => graph = better,
+                None => {
+                    halves.extend([&row[..row.len() / 2], &row[row.len() / 2..]].map(<[PoseEdge]>::to_vec))
+                }
             }
         }
-        graph = acceptance.graph;
-        let not_accepted = |one: &crate::Decision| !matches!(one.verdict, Verdict::Accepted);
-        let refused = acceptance.decisions.iter().filter(|one| not_accepted(one)).map(|one| one.index);
-        let mut refused: Vec<usize> = refused.chain(ranking.failed.iter().map(|one| one.index)).collect();
-        refused.sort_unstable();
-        let halves = |row: &Vec<PoseEdge>| {
-            let (first, second) = row.split_at(row.len() / 2);
-            [first.to_vec(), second.to_vec()]
-        };
-        rows = refused.into_iter().filter(|&k| rows[k].len() > 1).flat_map(|k| halves(&rows[k])).collect();
+        rows = halves;
     }
     Ok(graph)
+}
+
+fn is_accepted(decision: &Decision) -> bool {
+    matches!(decision.verdict, Verdict::Accepted)
+}
+
+/// The graph with a row, optimised, where its map is better by its value.
+fn better_with(
+    graph: &PoseGraph,
+    map: &LoopMap,
+    row: &[PoseEdge],
+    options: &OptimiseOptions,
+    progress: &dyn Progress,
+) -> Result<Option<PoseGraph>, LoopError> {
+    let with = row.iter().try_fold(graph.clone(), |graph, edge| graph.with_edge(edge.clone()))?;
+    let found = optimise(&with, &[], options).map_err(LoopError::Graph)?;
+    let ranker = Ranker::new(graph.clone(), options.clone(), Scorer::patches(map), progress)?;
+    let is_better = ranker.compared(&found.world_from_body, progress)?.is_better();
+    Ok(if found.converged && is_better { Some(with.with_poses(found.world_from_body)?) } else { None })
 }

@@ -174,31 +174,25 @@ pub fn repair(
         let steps = alone.edges().len();
         let work = || {
             let graph = accepted(alone.clone(), map, rows, &options.optimise, progress)?;
-            let against = |poses: &PoseGraph| {
-                let ranker =
-                    Ranker::new(poses.clone(), options.optimise.clone(), Scorer::patches(map), progress)?;
-                let before_m2 = ranker.without().map.as_ref().and_then(|map| map.ranked_m2());
-                let (is_worse, after_m2) = ranker.may_be_worse(graph.poses(), progress)?;
-                Ok::<_, LoopError>((is_worse, before_m2, after_m2))
+            let against = |before: &PoseGraph| {
+                let scorer = Scorer::patches(map);
+                let ranker = Ranker::new(before.clone(), options.optimise.clone(), scorer, progress)?;
+                ranker.compared(graph.poses(), progress)
             };
-            let (is_worse, before_m2, after_m2) = against(&alone)?;
-            let is_worse = is_worse
-                || match &told.graph {
-                    Some(before) => against(before)?.0,
-                    None => false,
-                };
-            Ok::<_, LoopError>((graph, is_worse, before_m2, after_m2))
+            let to_run = against(&alone)?;
+            let to_before = told.graph.as_ref().map(against).transpose()?;
+            Ok::<_, LoopError>((graph, to_run, to_before))
         };
-        let (graph, is_worse, before_m2, after_m2) = in_threads(config.threads, work)??;
+        let (graph, to_run, to_before) = in_threads(config.threads, work)??;
         this.accepted = graph.edges().len() - steps;
-        this.r_near_m2 = after_m2;
+        this.r_near_m2 = to_run.after_m2;
         this.largest_move_m = largest_move_m(&alone, &graph);
-        told.r_near_before_m2 = told.r_near_before_m2.or(before_m2);
+        told.r_near_before_m2 = told.r_near_before_m2.or(to_run.before_m2);
         let has_settled =
             told.graph.as_ref().is_some_and(|before| largest_move_m(before, &graph) <= SETTLED_M * metre_m);
         // What does not make the map better is left: it may be noise of the measurement.
-        let is_better = before_m2.zip(after_m2).is_some_and(|(before_m2, after_m2)| after_m2 < before_m2);
-        let is_taken = this.accepted > 0 && is_better && !is_worse;
+        let goes_on = to_before.is_none_or(|before| before.is_better() || !before.may_be_worse);
+        let is_taken = this.accepted > 0 && to_run.is_better() && goes_on;
         told.rounds.push(this);
         if !is_taken {
             break;
