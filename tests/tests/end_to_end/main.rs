@@ -30,6 +30,7 @@ mod paper;
 mod pinhole;
 mod quick;
 mod real;
+mod repair;
 mod report;
 mod residuals;
 mod resume;
