@@ -8,7 +8,7 @@ use crate::{Kernel, LoopError, OptimiseOptions, optimise};
 /// What 1 in 100 right constraints exceeds: the quantile .99 of chi² with six degrees of freedom.
 const LARGEST_CHI2: f64 = 16.811_893_829_770_927;
 /// Directions of a constraint.
-const DIRECTIONS: f64 = 6.0;
+pub(super) const DIRECTIONS: f64 = 6.0;
 /// Standard deviations beyond which a constraint counts for less while it is found out which agree.
 const KERNEL: f64 = 3.0;
 /// Steps are taken to be no better and no worse than so many times what is usual.

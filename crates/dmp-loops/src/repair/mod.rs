@@ -15,12 +15,12 @@ use dmp::{Config, PosedLog, Progress, Run, measure_drift};
 use dmp_log::ScanLog;
 use dmp_sensor::{PoseEdge, PoseGraph, Trajectory};
 
-use crate::rank::{Ranker, Scorer, in_threads};
+use crate::rank::{Compared, Ranker, Scorer, in_threads};
 use crate::{LoopError, LoopMap, MapOptions, OptimiseOptions};
 use acceptance::{accepted, rows};
 use chain::Chain;
 pub use chain::StepError;
-use consistent::{consistent, misfit};
+use consistent::{DIRECTIONS, consistent, misfit};
 pub use given::mend_by;
 
 /// Poses that move by less than this from round to round are there, metres of a drive.
@@ -118,7 +118,7 @@ pub fn repair(
     progress: &dyn Progress,
 ) -> Result<Repair, LoopError> {
     options.map.check()?;
-    let mut told = Repair {
+    let told = Repair {
         outcome: Outcome::NoRevisit,
         rounds: Vec::new(),
         r_near_before_m2: None,
@@ -127,84 +127,119 @@ pub fn repair(
     };
     let posed = PosedLog::new(log, run, config, progress)?;
     let Some(chain) = Chain::new(&posed) else { return Ok(told) };
-    let body_from_sensor = run.body_from_sensor.unwrap_or(config.body_from_sensor);
-    let metre_m = posed.settings().scales.lengths().metre_m;
-    let mut map = None;
-    for round in 0..options.most_rounds {
-        let now = Run {
-            trajectory: told.trajectory.clone().unwrap_or_else(|| run.trajectory.clone()),
-            ..run.clone()
-        };
-        let report = measure_drift(log, std::slice::from_ref(&now), config, options.most_pairs, progress)?;
-        let edges = of_keyframes(&chain, &report.constraints(0, &body_from_sensor));
-        let mut this = Round {
+    let mut mending = Mending { log, run, config, options, progress, posed: &posed, chain, map: None, told };
+    for _ in 0..options.most_rounds {
+        if !mending.round()? {
+            break;
+        }
+    }
+    Ok(mending.told)
+}
+
+/// A run on its way.
+struct Mending<'a> {
+    log: &'a dyn ScanLog,
+    run: &'a Run,
+    config: &'a Config,
+    options: &'a RepairOptions,
+    progress: &'a dyn Progress,
+    posed: &'a PosedLog<'a>,
+    chain: Chain,
+    /// Read when it is needed first.
+    map: Option<LoopMap>,
+    told: Repair,
+}
+
+/// The graph of a round, and its map beside that of the run and of the round before.
+struct Found {
+    graph: PoseGraph,
+    to_run: Compared,
+    to_before: Option<Compared>,
+}
+
+impl Mending<'_> {
+    /// Registers visits once and mends the run by them; whether to go on.
+    fn round(&mut self) -> Result<bool, LoopError> {
+        let is_first = self.told.rounds.is_empty();
+        let now = self.told.trajectory.clone().unwrap_or_else(|| self.run.trajectory.clone());
+        let now = [Run { trajectory: now, ..self.run.clone() }];
+        let report = measure_drift(self.log, &now, self.config, self.options.most_pairs, self.progress)?;
+        let body_from_sensor = self.run.body_from_sensor.unwrap_or(self.config.body_from_sensor);
+        let edges = of_keyframes(&self.chain, &report.constraints(0, &body_from_sensor));
+        let mut round = Round {
             pairs_found: report.pairs_found,
             pairs_measured: report.pairs_measured,
             constraints: edges.len(),
             consistent: 0,
             accepted: 0,
-            step_error: options.step_error,
+            step_error: self.options.step_error,
             largest_move_m: 0.0,
             r_near_m2: None,
         };
-        if edges.is_empty() {
-            if round == 0 && report.pairs_measured > 0 {
-                told.outcome = Outcome::NothingMeasured;
+        let optimise = &self.options.optimise;
+        let without = match edges.len() {
+            0 if report.pairs_measured == 0 => Some(Outcome::NoRevisit),
+            0 => Some(Outcome::NothingMeasured),
+            some if is_first && misfit(&self.chain, &edges, optimise)? <= DIRECTIONS * some as f64 => {
+                Some(Outcome::NothingToRepair)
             }
-            told.rounds.push(this);
-            break;
+            _ => None,
+        };
+        if is_first {
+            self.told.outcome = without.unwrap_or(Outcome::NothingAccepted);
         }
-        if round == 0 && misfit(&chain, &edges, &options.optimise)? <= 6.0 * edges.len() as f64 {
-            told.outcome = Outcome::NothingToRepair;
-            told.rounds.push(this);
-            break;
+        if without.is_some() {
+            self.told.rounds.push(round);
+            return Ok(false);
         }
-        if round == 0 {
-            told.outcome = Outcome::NothingAccepted;
-        }
-        let found = consistent(&chain, &edges, options.step_error, &options.optimise)?;
-        (this.consistent, this.step_error) = (found.kept.len(), found.error);
-        if map.is_none() {
-            map = Some(LoopMap::of_posed(&posed, chain.of_scan(), &chain.poses(), options.map)?);
-        }
-        let Some(map) = &map else { break };
+        let found = consistent(&self.chain, &edges, self.options.step_error, optimise)?;
+        (round.consistent, round.step_error) = (found.kept.len(), found.error);
         let kept = found.kept.iter().map(|&k| edges[k].clone()).collect();
-        let rows = rows(&chain, kept, report.travel_m / report.segments.max(1) as f64);
-        let alone = chain.graph(found.error)?;
-        let steps = alone.edges().len();
-        let work = || {
-            let graph = accepted(alone.clone(), map, rows, &options.optimise, progress)?;
+        let rows = rows(&self.chain, kept, report.travel_m / report.segments.max(1) as f64);
+        let alone = self.chain.graph(found.error)?;
+        let Found { graph, to_run, to_before } = self.accepted(&alone, rows)?;
+        round.accepted = graph.edges().len() - alone.edges().len();
+        round.r_near_m2 = to_run.after_m2;
+        round.largest_move_m = largest_move_m(&alone, &graph);
+        let told = &mut self.told;
+        told.r_near_before_m2 = told.r_near_before_m2.or(to_run.before_m2);
+        // What does not make the map better is left: it may be noise of the measurement.
+        let is_better = to_run.is_better() && to_before.is_none_or(|to| to.is_better() || !to.may_be_worse);
+        let is_taken = round.accepted > 0 && is_better;
+        told.rounds.push(round);
+        if !is_taken {
+            return Ok(false);
+        }
+        let settled_m = SETTLED_M * self.posed.settings().scales.lengths().metre_m;
+        let has_settled =
+            told.graph.as_ref().is_some_and(|before| largest_move_m(before, &graph) <= settled_m);
+        told.outcome = Outcome::Repaired;
+        told.trajectory = Some(self.chain.taken_along(&self.run.trajectory, graph.poses())?);
+        told.graph = Some(graph);
+        Ok(!has_settled)
+    }
+
+    /// The graph with the rows that the map takes.
+    fn accepted(&mut self, alone: &PoseGraph, rows: Vec<Vec<PoseEdge>>) -> Result<Found, LoopError> {
+        let (optimise, progress) = (&self.options.optimise, self.progress);
+        let map = match self.map.take() {
+            Some(map) => map,
+            None => {
+                LoopMap::of_posed(self.posed, self.chain.of_scan(), &self.chain.poses(), self.options.map)?
+            }
+        };
+        let map = &*self.map.insert(map);
+        let before = self.told.graph.as_ref();
+        in_threads(self.config.threads, || {
+            let graph = accepted(alone.clone(), map, rows, optimise, progress)?;
             let against = |before: &PoseGraph| {
-                let scorer = Scorer::patches(map);
-                let ranker = Ranker::new(before.clone(), options.optimise.clone(), scorer, progress)?;
+                let ranker = Ranker::new(before.clone(), optimise.clone(), Scorer::patches(map), progress)?;
                 ranker.compared(graph.poses(), progress)
             };
-            let to_run = against(&alone)?;
-            let to_before = told.graph.as_ref().map(against).transpose()?;
-            Ok::<_, LoopError>((graph, to_run, to_before))
-        };
-        let (graph, to_run, to_before) = in_threads(config.threads, work)??;
-        this.accepted = graph.edges().len() - steps;
-        this.r_near_m2 = to_run.after_m2;
-        this.largest_move_m = largest_move_m(&alone, &graph);
-        told.r_near_before_m2 = told.r_near_before_m2.or(to_run.before_m2);
-        let has_settled =
-            told.graph.as_ref().is_some_and(|before| largest_move_m(before, &graph) <= SETTLED_M * metre_m);
-        // What does not make the map better is left: it may be noise of the measurement.
-        let goes_on = to_before.is_none_or(|before| before.is_better() || !before.may_be_worse);
-        let is_taken = this.accepted > 0 && to_run.is_better() && goes_on;
-        told.rounds.push(this);
-        if !is_taken {
-            break;
-        }
-        told.outcome = Outcome::Repaired;
-        told.trajectory = Some(chain.taken_along(&run.trajectory, graph.poses())?);
-        told.graph = Some(graph);
-        if has_settled {
-            break;
-        }
+            let (to_run, to_before) = (against(alone)?, before.map(against).transpose()?);
+            Ok(Found { graph, to_run, to_before })
+        })?
     }
-    Ok(told)
 }
 
 /// Constraints between scans as constraints between keyframes, each two of these once.
