@@ -107,9 +107,9 @@ fn the_command_writes_what_is_better_and_says_what_is_not() {
     }
 
     for (arguments, words) in [
-        ("repair laps.mcap -t run.tum -o run.tum", ["run.tum", "an input"]),
-        ("repair laps.mcap -t run.tum -o laps.mcap", ["laps.mcap", "an input"]),
-        ("repair laps.mcap -t run.tum -o x.tum --save-graph x.tum", ["x.tum", ""]),
+        ("repair laps.mcap -t run.tum -o run.tum", ["run.tum", "the input"]),
+        ("repair laps.mcap -t run.tum -o laps.mcap", ["laps.mcap", "the input"]),
+        ("repair laps.mcap -t run.tum -o x.tum --save-graph x.tum", ["x.tum", "two outputs"]),
         ("repair laps.mcap -t run.tum -o x.tum --rounds 0", ["--rounds", "1 or more"]),
     ] {
         if arguments.ends_with("rounds 0") {
