@@ -24,7 +24,7 @@ pub(super) fn result(out: &mut impl Write, result: &RepairResult, output: &Path)
                 Verdict::Better { run, .. } => format!("{run} is better"),
                 Verdict::Mixed { run, .. } => format!("{run} is better on the whole"),
                 Verdict::Same => "both maps are the same".to_owned(),
-                _ => "the scans cannot tell which map is better".to_owned(),
+                Verdict::Undecided => "the scans cannot tell which map is better".to_owned(),
             };
             let at = pair.verdict.decided_at_m().map(|m| format!(", decided at {} {m} m", pair.basis));
             writeln!(out)?;
@@ -73,19 +73,19 @@ impl RepairResult {
 
 fn loops(round: &RoundResult, rounds: usize) -> String {
     let pairs = counted(round.pairs_measured as u64, "pair");
-    let mut told = format!("{pairs} of visits to the same places, {} with an answer", round.constraints);
-    if round.consistent > 0 {
-        told += &format!(
-            ", of which {} agree with each other and {} are accepted; in {}",
-            round.consistent,
-            round.accepted,
-            counted(rounds as u64, "round")
-        );
-    }
-    if round.accepted > 0 {
-        told += &format!("; poses move by {} at most", metres(round.largest_move_m));
-    }
-    told
+    let answers = format!("{pairs} of visits to the same places, {} with an answer", round.constraints);
+    let taken = match (round.consistent, round.accepted) {
+        (0, _) => String::new(),
+        (agree, accepted) => {
+            let rounds = counted(rounds as u64, "round");
+            format!(", of which {agree} agree with each other and {accepted} are accepted; in {rounds}")
+        }
+    };
+    let moved = match round.accepted {
+        0 => String::new(),
+        _ => format!("; poses move by {} at most", metres(round.largest_move_m)),
+    };
+    answers + &taken + &moved
 }
 
 fn table(out: &mut impl Write, drift: &DriftResult, score: &ScoreResult) -> io::Result<()> {

@@ -57,11 +57,12 @@ pub(super) fn accepted(
             if row.len() < 2 {
                 continue;
             }
-            match if has_gained { better_with(&graph, map, row, options, progress)? } else { None } {
-                Some(better) => graph = better,
-                None => {
-                    halves.extend([&row[..row.len() / 2], &row[row.len() / 2..]].map(<[PoseEdge]>::to_vec))
-                }
+            let better = if has_gained { better_with(&graph, map, row, options, progress)? } else { None };
+            if let Some(better) = better {
+                graph = better;
+            } else {
+                let (first, second) = row.split_at(row.len() / 2);
+                halves.extend([first.to_vec(), second.to_vec()]);
             }
         }
         rows = halves;
