@@ -32,6 +32,7 @@ mod named;
 mod parse;
 mod process;
 mod progress;
+mod repair;
 mod runs;
 mod save;
 mod saved_result;
@@ -79,6 +80,7 @@ enum Command {
     Calibrate(Box<calibrate::CalibrateArgs>),
     Compare(compare::CompareArgs),
     Drift(Box<drift::DriftArgs>),
+    Repair(Box<repair::RepairArgs>),
     Loops(Box<loops::LoopsArgs>),
     #[command(subcommand)]
     Map(map::Map),
@@ -100,6 +102,7 @@ impl Command {
             Self::Calibrate(arguments) => calibrate::run(arguments, common, out),
             Self::Compare(arguments) => compare::run(arguments, out),
             Self::Drift(arguments) => drift::run(arguments, common, out),
+            Self::Repair(arguments) => repair::run(arguments, common, out),
             Self::Loops(arguments) => loops::run(arguments, common, out),
             Self::Map(command) => command.run(common, out),
             Self::Info(arguments) => info::run(arguments, out),

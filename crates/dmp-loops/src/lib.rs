@@ -33,6 +33,7 @@ mod keyframes;
 mod map;
 mod optimise;
 mod rank;
+mod repair;
 #[cfg(test)]
 mod tests;
 
@@ -44,5 +45,7 @@ pub use rank::{
     Acceptance, Decision, Failed, Ranker, Ranking, Scorer, Tried, TryFault, Verdict, Without, in_threads,
     optimised,
 };
+
+pub use repair::{Outcome, Repair, RepairOptions, Round, StepError, mend_by, repair};
 
 pub use dmp_reduce::{Estimate, Interval};

@@ -77,6 +77,23 @@ impl RunPoses {
         }
     }
 
+    /// The body's pose at the stamp of a frame, or in its line, and where it lies among the run's own poses: the number of a pose,
+    /// with a fraction between two.
+    pub(crate) fn body_of_frame(&self, frame: &PlannedFrame) -> Option<(f64, Isometry3<f64>)> {
+        let world_from_body = self.of_frame(frame)? * self.body_from_sensor.inverse();
+        let (stamps_ns, stamp_ns) = match (self.trajectory.stamps_ns(), self.pairing) {
+            (Some(stamps_ns), Pairing::ByStamp) => (stamps_ns, frame.stamp_ns?),
+            (Some(stamps_ns), Pairing::ByLine) => (stamps_ns, self.stamp_of_line(frame)?),
+            (None, _) => return Some((frame.number as f64, world_from_body)),
+        };
+        let before = stamps_ns.partition_point(|&ns| ns <= stamp_ns).checked_sub(1)?;
+        let part = stamps_ns.get(before + 1).map_or(0.0, |after_ns| {
+            stamp_ns.saturating_sub(stamps_ns[before]) as f64
+                / after_ns.saturating_sub(stamps_ns[before]) as f64
+        });
+        Some((before as f64 + part, world_from_body))
+    }
+
     /// Whether the poses are near enough in time to the scan of a frame to say where it was made.
     pub(crate) fn carries(&self, frame: &PlannedFrame) -> bool {
         let Some(sparse) = &self.sparse else { return true };

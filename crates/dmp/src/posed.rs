@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use dmp_log::ScanLog;
-use dmp_sensor::{DropReason, Ray, ReturnCounts, Scan};
+use dmp_sensor::{DropReason, Isometry3, Ray, ReturnCounts, Scan};
 
 use crate::clock::on_log_clock;
 use crate::config::{Config, Run};
@@ -78,6 +78,18 @@ impl<'a> PosedLog<'a> {
     /// The scans in use, in order of time.
     pub fn scans(&self) -> impl ExactSizeIterator<Item = PosedScan> {
         self.0.plan.frames().iter().map(posed_scan)
+    }
+
+    /// How far along the way each of them is, metres.
+    pub fn along_m(&self) -> &[f64] {
+        &self.0.plan.along_m
+    }
+
+    /// Where the run has the body at one of [`Self::scans`], in the run's own world, and where that lies among the run's own
+    /// poses: the number of a pose, with a fraction between two. `None` where it has none there.
+    pub fn body_at(&self, ordinal: usize) -> Option<(f64, Isometry3<f64>)> {
+        let frame = self.0.plan.frames().get(ordinal)?;
+        self.0.runs.first()?.poses.body_of_frame(frame)
     }
 
     /// Reads the log once and gives `take` the rays of every scan in use with the scan's place among

@@ -31,6 +31,7 @@ mod paper;
 mod pinhole;
 mod quick;
 mod real;
+mod repair;
 mod report;
 mod residuals;
 mod resume;

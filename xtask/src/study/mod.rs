@@ -16,6 +16,7 @@ mod observe;
 mod pair_tables;
 mod places;
 mod removal;
+mod repair;
 mod restamped;
 mod result;
 mod rooms;
@@ -60,6 +61,8 @@ enum StudyTask {
     Loops(loops::LoopsArgs),
     /// Measure drift where the drives come back and tell how near it is to what is true
     Drift(drift::DriftArgs),
+    /// Repair the drives' estimates and tell how much nearer they come to the truth
+    Repair(repair::RepairArgs),
     /// Score depth cameras in simulated rooms: the paper's own experiment
     Rooms(rooms::RoomsArgs),
     /// Write a drive as a folder of scans with times, and its truth beside it as FOLDER.truth.tum
@@ -89,6 +92,7 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
         StudyTask::Null(arguments) => null::run(arguments),
         StudyTask::Loops(arguments) => loops::run(arguments),
         StudyTask::Drift(arguments) => drift::run(arguments),
+        StudyTask::Repair(arguments) => repair::run(arguments),
         StudyTask::Rooms(arguments) => rooms::run(arguments),
         StudyTask::Export { drive, output } => export(&find(drive)?, output),
         StudyTask::Trap { seed } => trap::run(*seed),

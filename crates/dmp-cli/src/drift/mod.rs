@@ -84,7 +84,7 @@ pub(crate) fn drift_pairs(text: &str) -> Result<DriftPairs, String> {
 }
 
 /// Some of the pairs at least.
-fn pairs_at_most(text: &str) -> Result<DriftPairs, String> {
+pub(crate) fn pairs_at_most(text: &str) -> Result<DriftPairs, String> {
     match drift_pairs(text) {
         Ok(pairs) if pairs != DriftPairs::None => Ok(pairs),
         _ => Err("it must be a number of pairs of 1 or more, or `all`".to_owned()),

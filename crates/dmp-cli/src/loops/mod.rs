@@ -72,7 +72,7 @@ pub(crate) fn run(arguments: &LoopsArgs, common: &Common, out: &mut impl Write) 
 }
 
 /// What is wrong with the command line or with the data comes under the name that exit codes are found by.
-fn in_words(error: LoopError) -> anyhow::Error {
+pub(crate) fn in_words(error: LoopError) -> anyhow::Error {
     match error {
         LoopError::Evaluate(error) => error.into(),
         error @ (LoopError::Setting { .. }

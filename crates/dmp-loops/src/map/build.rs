@@ -94,9 +94,22 @@ impl LoopMap {
         options: MapOptions,
         progress: &dyn Progress,
     ) -> Result<Self, LoopError> {
-        options.check()?;
         let run = keyframes.run("graph", world_from_body)?;
         let posed = PosedLog::new(log, &run, config, progress)?;
+        let of_scan: Vec<usize> =
+            posed.scans().map(|scan| keyframes.nearest(scan.stamp_ns, scan.number)).collect();
+        Self::of_posed(&posed, &of_scan, world_from_body, options)
+    }
+
+    /// The same of a log with the poses of a run, and for each of its scans in use the keyframe that it belongs to; these are at
+    /// `world_from_body`, in the world of the run.
+    pub(crate) fn of_posed(
+        posed: &PosedLog<'_>,
+        of_scan: &[usize],
+        world_from_body: &[Isometry3<f64>],
+        options: MapOptions,
+    ) -> Result<Self, LoopError> {
+        options.check()?;
         let (settings, means) = (posed.settings(), posed.means());
         let lattice = Lattice::new(posed.voxel_m())?;
         let folder = WorkFolder::new(&means.work_folder).map_err(MapError::from)?;
@@ -104,10 +117,8 @@ impl LoopMap {
         let writer = PatchWriter::new(lattice, count, folder.path())?;
 
         let scans: Vec<PosedScan> = posed.scans().collect();
-        let of_scan: Vec<usize> =
-            scans.iter().map(|scan| keyframes.nearest(scan.stamp_ns, scan.number)).collect();
         let mut left = vec![(0, 0); count];
-        for (scan, &keyframe) in scans.iter().zip(&of_scan) {
+        for (scan, &keyframe) in scans.iter().zip(of_scan) {
             left[keyframe].0 += 1;
             left[keyframe].1 += scan.returns;
         }

@@ -5,9 +5,9 @@ use std::collections::BinaryHeap;
 
 use dmp::{Progress, Stage};
 use dmp_reduce::Margin;
-use dmp_sensor::{PoseEdge, PoseGraph};
+use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
 
-use super::ranker::{Ranker, Ranking, Tried, TryFault};
+use super::ranker::{Ranker, Ranking, Tried, TryFault, singles};
 use crate::map::MapScores;
 use crate::{LoopError, optimise};
 
@@ -50,6 +50,23 @@ pub struct Acceptance {
     pub r_near_m2: Option<f64>,
     /// The sum of squares of its edges.
     pub chi2: f64,
+}
+
+/// A map beside the one before it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Compared {
+    /// Whether it may be worse, by the interval of its change, by more than what counts as the same.
+    pub(crate) may_be_worse: bool,
+    /// `R_near(2 m)` of both, square metres.
+    pub(crate) before_m2: Option<f64>,
+    pub(crate) after_m2: Option<f64>,
+}
+
+impl Compared {
+    /// Whether it is better by its value.
+    pub(crate) fn is_better(&self) -> bool {
+        self.before_m2.zip(self.after_m2).is_some_and(|(before_m2, after_m2)| after_m2 < before_m2)
+    }
 }
 
 /// A candidate that waits.
@@ -98,8 +115,21 @@ impl Ranker<'_> {
     /// As [`Self::rank`]; when changes have no intervals; when the ranking is of other candidates; and when the graph with a
     /// candidate cannot be scored.
     pub fn accept(
-        mut self,
+        self,
         candidates: &[PoseEdge],
+        ranking: &Ranking,
+        progress: &dyn Progress,
+    ) -> Result<Acceptance, LoopError> {
+        self.accept_sets(&singles(candidates), ranking, progress)
+    }
+
+    /// The same of candidates that are several edges each, as [`Self::rank_sets`] ranked them.
+    ///
+    /// # Errors
+    /// As [`Self::accept`].
+    pub fn accept_sets<E: AsRef<[PoseEdge]>>(
+        mut self,
+        candidates: &[E],
         ranking: &Ranking,
         progress: &dyn Progress,
     ) -> Result<Acceptance, LoopError> {
@@ -121,7 +151,7 @@ impl Ranker<'_> {
             let tried = if after == accepted {
                 tried
             } else {
-                match self.try_one(index, &candidates[index], true, progress)? {
+                match self.try_one(index, candidates[index].as_ref(), true, progress)? {
                     Ok(tried) => tried,
                     Err(fault) => {
                         decisions.push(Decision {
@@ -144,7 +174,7 @@ impl Ranker<'_> {
             let verdict = if is_worse(&tried, best) { Verdict::Worse } else { Verdict::Accepted };
             let is_accepted = matches!(verdict, Verdict::Accepted);
             if is_accepted {
-                self.add(candidates[index].clone(), progress)?;
+                self.add(candidates[index].as_ref(), progress)?;
                 best = best.min(self.without.score());
             }
             decisions.push(Decision { index, verdict, after: accepted, tried: Some(tried) });
@@ -156,6 +186,20 @@ impl Ranker<'_> {
         Ok(Acceptance { decisions, r_near_m2, chi2: self.without.chi2, graph })
     }
 
+    /// The map with its keyframes at `world_from_body`, beside this graph's.
+    pub(crate) fn compared(
+        &self,
+        world_from_body: &[Isometry3<f64>],
+        progress: &dyn Progress,
+    ) -> Result<Compared, LoopError> {
+        let there = self.before.score(world_from_body, true, progress)?;
+        Ok(Compared {
+            may_be_worse: there.as_ref().is_none_or(|map| is_map_worse(map, self.without.score())),
+            before_m2: self.without.map.as_ref().and_then(MapScores::ranked_m2),
+            after_m2: there.as_ref().and_then(MapScores::ranked_m2),
+        })
+    }
+
     fn waiting(&self, tried: Tried, after: usize) -> Waiting {
         let paired = tried.map.as_ref().and_then(|map| map.change).map(|change| change.value_m2);
         let change = paired.unwrap_or_else(|| tried.score() - self.without.score());
@@ -163,8 +207,8 @@ impl Ranker<'_> {
     }
 
     /// Makes a candidate one of the graph's edges: the poses are those that it was tried with.
-    fn add(&mut self, candidate: PoseEdge, progress: &dyn Progress) -> Result<(), LoopError> {
-        self.accepted.push(candidate);
+    fn add(&mut self, candidate: &[PoseEdge], progress: &dyn Progress) -> Result<(), LoopError> {
+        self.accepted.extend_from_slice(candidate);
         let found = optimise(&self.graph, &self.accepted, &self.options).map_err(LoopError::Graph)?;
         self.without.chi2 = found.chi2_after;
         (self.before, self.without.map) = self.scorer.begin_at(&found.world_from_body, progress)?;
@@ -176,10 +220,15 @@ impl Ranker<'_> {
 /// Whether the score may become worse than what counts as the same, `best_m2` being the best there was; a change that nobody
 /// knows may.
 fn is_worse(tried: &Tried, best_m2: f64) -> bool {
-    let Some(map) = &tried.map else { return tried.chi2_change > LARGEST_CHI2 };
+    tried.map.as_ref().map_or(tried.chi2_change > LARGEST_CHI2, |map| is_map_worse(map, best_m2))
+}
+
+fn is_map_worse(map: &MapScores, best_m2: f64) -> bool {
     let best_m = best_m2.sqrt();
     let most_m = best_m + Margin::default().metres(best_m);
     let most_m2 = most_m * most_m - best_m2;
     let interval = map.change.and_then(|change| change.interval);
-    interval.is_none_or(|interval| interval.high_m2 > most_m2 || tried.score() - best_m2 > most_m2)
+    interval.is_none_or(|interval| {
+        interval.high_m2 > most_m2 || map.ranked_m2().is_none_or(|m2| m2 - best_m2 > most_m2)
+    })
 }

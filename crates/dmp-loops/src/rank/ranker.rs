@@ -142,9 +142,21 @@ impl<'a> Ranker<'a> {
     /// When no candidate can be scored any more: files that cannot be read, or whoever watches has cancelled. What is wrong
     /// with one candidate is no error.
     pub fn rank(&self, candidates: &[PoseEdge], progress: &dyn Progress) -> Result<Ranking, LoopError> {
+        self.rank_sets(&singles(candidates), progress)
+    }
+
+    /// The same of candidates that are several edges each, taken together or not at all.
+    ///
+    /// # Errors
+    /// As [`Self::rank`].
+    pub fn rank_sets<E: AsRef<[PoseEdge]> + Sync>(
+        &self,
+        candidates: &[E],
+        progress: &dyn Progress,
+    ) -> Result<Ranking, LoopError> {
         progress.begin(Stage::Candidates, candidates.len() as u64);
-        let one = |(index, candidate): (usize, &PoseEdge)| {
-            let tried = self.try_one(index, candidate, false, progress);
+        let one = |(index, candidate): (usize, &E)| {
+            let tried = self.try_one(index, candidate.as_ref(), false, progress);
             progress.advance(1);
             tried
         };
@@ -176,14 +188,14 @@ impl<'a> Ranker<'a> {
     pub(super) fn try_one(
         &self,
         index: usize,
-        candidate: &PoseEdge,
+        candidate: &[PoseEdge],
         alone: bool,
         progress: &dyn Progress,
     ) -> Result<Result<Tried, TryFault>, LoopError> {
         if progress.cancelled() {
             return Err(EvaluateError::Cancelled.into());
         }
-        let extra = [self.accepted.as_slice(), std::slice::from_ref(candidate)].concat();
+        let extra = [self.accepted.as_slice(), candidate].concat();
         let found = match optimise(&self.graph, &extra, &self.options) {
             Ok(found) if found.converged => found,
             Ok(Optimised { iterations, chi2_after: chi2, .. }) => {
@@ -210,7 +222,7 @@ impl<'a> Ranker<'a> {
         Ok(Ok(Tried {
             index,
             chi2_change: found.chi2_after - self.without.chi2,
-            own_chi2: found.extra_chi2.last().copied().unwrap_or_default(),
+            own_chi2: found.extra_chi2.iter().skip(self.accepted.len()).sum(),
             largest_move_m,
             moved_most: self.graph.ids()[most],
             largest_turn_rad: turns.fold(0.0, f64::max),
@@ -218,6 +230,11 @@ impl<'a> Ranker<'a> {
             map,
         }))
     }
+}
+
+/// Candidates of one edge each.
+pub(super) fn singles(candidates: &[PoseEdge]) -> Vec<&[PoseEdge]> {
+    candidates.iter().map(std::slice::from_ref).collect()
 }
 
 /// The graph with the poses that fit its edges best, and how they were found.

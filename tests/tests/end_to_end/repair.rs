@@ -1,0 +1,165 @@
+//! `dmp repair`: a run that drifts is mended where it comes back, a right one stays as it is, and nothing wrong is believed.
+
+use std::fs::File;
+use std::path::Path;
+
+use dmp::{Config, Run};
+use dmp_log::{MemoryLog, read_trajectory, write_tum};
+use dmp_loops::{Outcome, Repair, RepairOptions, repair};
+use dmp_sensor::{Scan, Trajectory, Translation3};
+use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route, Scenery, ate_rmse_m};
+
+use crate::common::{dmp, drift, noise, open, real_data, recorded, refused, text, write_mcap};
+
+/// Two laps round a block.
+fn laps() -> (Vec<Scan>, Trajectory) {
+    let lidar = LidarOptions { azimuth_steps: 300, rate_hz: 4.0, ..LidarOptions::with_beams(16) };
+    recorded(&RecordingOptions {
+        seed: 4,
+        scans: 400,
+        route: Route::TwoLaps,
+        speed_m_s: 8.0,
+        traffic: 2,
+        lidar,
+    })
+}
+
+fn repaired(log: &MemoryLog, run: &Trajectory, threads: usize) -> Repair {
+    let mut options = RepairOptions { most_rounds: 2, ..RepairOptions::default() };
+    options.map.rays_per_keyframe = 64;
+    let config = Config { threads, ..Config::default() };
+    repair(log, &Run::new("run", run.clone()), &config, &options, &()).unwrap()
+}
+
+fn save(path: &Path, run: &Trajectory) {
+    write_tum(&mut File::create(path).unwrap(), run).unwrap();
+}
+
+/// By how much the trajectory error rises.
+fn rise_m(repair: &Repair, run: &Trajectory, truth: &Trajectory) -> f64 {
+    let after = repair.trajectory.as_ref().unwrap_or(run);
+    ate_rmse_m(after, truth) - ate_rmse_m(run, truth)
+}
+
+#[test]
+fn a_run_that_drifts_comes_five_times_as_near_and_a_right_one_stays() {
+    let (scans, truth) = laps();
+    let log = MemoryLog::new("laps", scans).unwrap();
+    let wrong = drift(1.0).apply(&truth).unwrap();
+    let mended = repaired(&log, &wrong, 2);
+    let after = mended.trajectory.as_ref().unwrap();
+    assert_eq!(after.stamps_ns(), wrong.stamps_ns());
+    let (before_m, after_m) = (ate_rmse_m(&wrong, &truth), ate_rmse_m(after, &truth));
+    assert!(after_m < before_m / 5.0, "{before_m} m became {after_m} m: {:?}", mended.rounds);
+    // It starts where it started.
+    assert!((after.poses()[0].translation.vector - wrong.poses()[0].translation.vector).norm() < 0.5);
+    assert_eq!(mended, repaired(&log, &wrong, 1), "the same for any number of threads");
+
+    for (what, run) in [("truth", truth.clone()), ("noise", noise(0.02, 0.1).apply(&truth).unwrap())] {
+        let rise_m = rise_m(&repaired(&log, &run, 2), &run, &truth);
+        assert!(rise_m < 0.01, "{what}: {rise_m} m");
+    }
+}
+
+/// Every house is the same again after 8 m: a wrong one must not be believed.
+#[test]
+fn a_street_that_looks_the_same_everywhere_harms_no_run() {
+    let lidar = LidarOptions { azimuth_steps: 300, rate_hz: 4.0, ..LidarOptions::with_beams(16) };
+    let options =
+        RecordingOptions { seed: 2, scans: 240, route: Route::Straight, speed_m_s: 6.0, traffic: 0, lidar };
+    let town = options.town_of(Scenery::Alike { period_m: 8.0 }).unwrap();
+    let recording = Recording::new(&town, &options).unwrap();
+    let log = MemoryLog::new("street", recording.scans().collect()).unwrap();
+    let truth = recording.drive().trajectory(20.0).unwrap();
+    for run in [truth.clone(), drift(1.0).apply(&truth).unwrap(), drift(3.0).apply(&truth).unwrap()] {
+        let mended = repaired(&log, &run, 2);
+        let rise_m = rise_m(&mended, &run, &truth);
+        assert!(rise_m < 0.01, "{rise_m} m: {:?} {:?}", mended.outcome, mended.rounds);
+    }
+}
+
+#[test]
+fn the_command_writes_what_is_better_and_says_what_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let (scans, truth) = laps();
+    write_mcap(&path.join("laps.mcap"), &scans);
+    save(&path.join("truth.tum"), &truth);
+    save(&path.join("run.tum"), &drift(1.0).apply(&truth).unwrap());
+    let call = "repair laps.mcap -t run.tum -o mended.tum --rounds 1 --quiet";
+    let told = dmp(path, &format!("{call} --save-graph mended.g2o"));
+    let stdout = text(&told.stdout);
+    assert_eq!(told.status.code(), Some(0), "{}", text(&told.stderr));
+    assert!(stdout.starts_with("Where the drive comes back, run was off by "), "{stdout}");
+    assert!(stdout.contains("run-repaired is better") && stdout.contains("R_near 0.5 m"), "{stdout}");
+    let mended = read_trajectory(&path.join("mended.tum")).unwrap().trajectory;
+    assert!(ate_rmse_m(&mended, &truth) < 0.2);
+    let graph = std::fs::read_to_string(path.join("mended.g2o")).unwrap();
+    assert!(graph.contains("VERTEX_SE3:QUAT 0 ") && graph.contains("EDGE_SE3:QUAT "));
+
+    // What is right already stays, and what was there before.
+    std::fs::write(path.join("kept.tum"), "what was there before").unwrap();
+    let told = dmp(path, "repair laps.mcap -t truth.tum -o kept.tum --rounds 1 --json --quiet");
+    let result: serde_json::Value = serde_json::from_slice(&told.stdout).unwrap();
+    assert_eq!((told.status.code(), &result["schema"]), (Some(0), &"dmp-repair/1".into()), "{result}");
+    if result["is_written"] == false {
+        assert_eq!(std::fs::read_to_string(path.join("kept.tum")).unwrap(), "what was there before");
+    }
+
+    for (arguments, words) in [
+        ("repair laps.mcap -t run.tum -o run.tum", ["run.tum", "the input"]),
+        ("repair laps.mcap -t run.tum -o laps.mcap", ["laps.mcap", "the input"]),
+        ("repair laps.mcap -t run.tum -o x.tum --save-graph x.tum", ["x.tum", "two outputs"]),
+        ("repair laps.mcap -t run.tum -o x.tum --rounds 0", ["--rounds", "1 or more"]),
+    ] {
+        if arguments.ends_with("rounds 0") {
+            let told = dmp(path, arguments);
+            assert!(told.status.code() == Some(2) && text(&told.stderr).contains(words[1]));
+        } else {
+            refused(path, arguments, 2, &words);
+        }
+        assert!(!path.join("x.tum").exists());
+    }
+}
+
+#[test]
+fn a_drive_that_never_comes_back_is_left_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let lidar = LidarOptions { azimuth_steps: 200, rate_hz: 2.0, ..LidarOptions::with_beams(16) };
+    let options =
+        RecordingOptions { seed: 4, scans: 60, route: Route::OneWay, speed_m_s: 6.0, traffic: 0, lidar };
+    let (scans, truth) = recorded(&options);
+    write_mcap(&path.join("straight.mcap"), &scans);
+    save(&path.join("run.tum"), &truth);
+    let told = dmp(path, "repair straight.mcap -t run.tum -o mended.tum --quiet");
+    let stdout = text(&told.stdout);
+    assert_eq!(told.status.code(), Some(0), "{}", text(&told.stderr));
+    assert!(stdout.starts_with("The drive comes back to no place"), "{stdout}");
+    assert!(stdout.contains("mended.tum is not written") && !path.join("mended.tum").exists(), "{stdout}");
+}
+
+/// Out and back on one path, with the way back put 40 cm to the side and 10 cm too high.
+#[test]
+fn a_real_run_comes_within_two_centimetres() {
+    let Some(data) = real_data("nclt_revisit") else { return };
+    let log = open(&data);
+    let odometry = read_trajectory(&data.join("poses_lidar_odometry.txt")).unwrap().trajectory;
+    let half = odometry.poses().len() / 2;
+    let shift = Translation3::new(0.3, -0.26, 0.1);
+    let poses = odometry.poses().iter().enumerate();
+    let poses: Vec<_> = poses.map(|(k, pose)| if k < half { *pose } else { shift * pose }).collect();
+    let stamps_ns = odometry.stamps_ns().unwrap().iter().copied();
+    let worse = Trajectory::stamped(stamps_ns.zip(poses).collect()).unwrap().trajectory;
+    let run = Run::new("worse", worse);
+    let mended = repair(log.as_ref(), &run, &Config::default(), &RepairOptions::default(), &()).unwrap();
+    assert_eq!(mended.outcome, Outcome::Repaired, "{:?}", mended.rounds);
+    let after = [Run::new("mended", mended.trajectory.unwrap())];
+    let all = Config { drift: dmp::DriftPairs::All, ..Config::default() };
+    let report = dmp::measure_drift(log.as_ref(), &after, &all, ()).unwrap();
+    assert!(
+        report.runs[0].pairs >= 5 && report.runs[0].median_m.value.unwrap() < 0.02,
+        "{:?}",
+        report.runs[0]
+    );
+}

@@ -1,0 +1,236 @@
+//! `cargo xtask study repair`: what repaired runs are worth, on drives whose truth is known.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::Context as _;
+use dmp::{Config, DriftPairs, Run, measure_drift};
+use dmp_log::{LogOptions, ScanLog, open_log};
+use dmp_loops::{Outcome, Repair, RepairOptions, StepError, mend_by, repair};
+use dmp_sensor::{PoseEdge, PoseGraph, Trajectory};
+use dmp_sim::Recording;
+
+use super::drives::{DriveSpec, drives, find};
+use super::estimates::{Estimate, EstimateKind, ate_m, estimates};
+use super::evaluate::write_log;
+
+/// Repair the estimates of the drives that come back: trajectory error before and after
+#[derive(Debug, clap::Args)]
+pub(super) struct RepairArgs {
+    /// Only these drives, comma-separated; all by default
+    #[arg(long, value_delimiter = ',')]
+    drives: Vec<String>,
+    /// Only estimates whose names begin so, comma-separated
+    #[arg(long, value_delimiter = ',')]
+    estimates: Vec<String>,
+    /// Times that visits are registered, at most
+    #[arg(long, default_value_t = RepairOptions::default().most_rounds)]
+    rounds: usize,
+    /// Rays of each keyframe
+    #[arg(long, default_value_t = RepairOptions::default().map.rays_per_keyframe)]
+    rays: usize,
+    /// What steps usually err by along each axis over a metre, metres
+    #[arg(long, default_value_t = RepairOptions::default().step_error.place_m)]
+    place: f64,
+    /// The same about each axis, radians
+    #[arg(long, default_value_t = RepairOptions::default().step_error.turn_rad)]
+    turn: f64,
+    /// Also print every round
+    #[arg(long)]
+    each: bool,
+    /// Where the drives' logs are kept
+    #[arg(long, default_value = "target/study", value_name = "FOLDER")]
+    out: PathBuf,
+}
+
+/// Repaired runs are to be so many times better, in the median of those that drift.
+const WANTED: f64 = 5.0;
+/// How good what is true is, metres and radians.
+const TRUE_M: f64 = 0.002;
+const TRUE_RAD: f64 = 0.0001;
+/// And none worse by more than this, metres.
+const WORST_M: f64 = 0.01;
+
+pub(super) fn run(arguments: &RepairArgs) -> anyhow::Result<()> {
+    std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
+    for name in &arguments.drives {
+        find(name)?;
+    }
+    let wanted = |spec: &DriveSpec| match arguments.drives.as_slice() {
+        [] => true,
+        names => names.iter().any(|name| name == spec.name),
+    };
+    let mut rows = Vec::new();
+    for spec in drives().iter().filter(|spec| wanted(spec)) {
+        println!("\n{} ({})\n{}", spec.name, spec.about, Row::HEAD);
+        let of_drive = drive(spec, arguments).with_context(|| spec.name.to_owned())?;
+        tell(&of_drive);
+        rows.extend(of_drive);
+    }
+    println!("\nAll together");
+    tell(&rows);
+    Ok(())
+}
+
+/// An estimate of a drive, before and after.
+struct Row {
+    drive: &'static str,
+    name: String,
+    kind: EstimateKind,
+    before_m: f64,
+    after_m: f64,
+    /// With what is true where the drive comes back, metres.
+    bound_m: f64,
+    repair: Repair,
+    seconds: f64,
+}
+
+impl Row {
+    const HEAD: &str = "estimate           ATE [m]  repaired  by truth   factor  rounds  pairs  constraints  agree  accepted  steps err  R_near [m]  repaired      s";
+
+    fn factor(&self) -> f64 {
+        self.before_m / self.after_m
+    }
+
+    /// Whether it drifts as odometries do.
+    fn is_drifted(&self) -> bool {
+        use EstimateKind::{Bend, Drift, Mixed, Odometry};
+        matches!(self.kind, Drift | Bend | Mixed | Odometry)
+    }
+}
+
+impl std::fmt::Display for Row {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let rounds = &self.repair.rounds;
+        let taken = rounds.iter().rev().find(|round| round.accepted > 0).or(rounds.last());
+        let count = |of: fn(&dmp_loops::Round) -> usize| taken.map_or(0, of);
+        let root = |m2: Option<f64>| m2.map_or(f64::NAN, f64::sqrt);
+        write!(
+            f,
+            "{:<18} {:>7.3}  {:>8.3}  {:>8.3}  {:>7.1}  {:>6}  {:>5}  {:>11}  {:>5}  {:>8}  {:>9.2}  {:>10.4}  {:>8.4}  {:>5.0}  {}",
+            self.name,
+            self.before_m,
+            self.after_m,
+            self.bound_m,
+            self.factor(),
+            rounds.len(),
+            count(|round| round.pairs_measured),
+            count(|round| round.constraints),
+            count(|round| round.consistent),
+            count(|round| round.accepted),
+            taken.map_or(f64::NAN, |round| round.step_error.place_m
+                / RepairOptions::default().step_error.place_m),
+            root(self.repair.r_near_before_m2),
+            root(taken.and_then(|round| round.r_near_m2)),
+            self.seconds,
+            if self.repair.outcome == Outcome::Repaired {
+                String::new()
+            } else {
+                format!("{:?}", self.repair.outcome)
+            },
+        )
+    }
+}
+
+fn drive(spec: &DriveSpec, arguments: &RepairArgs) -> anyhow::Result<Vec<Row>> {
+    let town = spec.options.town()?;
+    let recording = Recording::new(&town, &spec.options)?;
+    let path = arguments.out.join(format!("{}.mcap", spec.name));
+    write_log(&recording, &path)?;
+    let log = open_log(&path, &LogOptions::default())?;
+    // Odometries stamp their poses within the sweep.
+    let fine = recording.drive().trajectory(100.0)?;
+    let is_wanted = |estimate: &Estimate| {
+        arguments.estimates.is_empty()
+            || arguments.estimates.iter().any(|name| estimate.name.starts_with(name))
+    };
+    let estimates = estimates(spec, &spec.truth(&recording)?)?;
+    let known = true_constraints(log.as_ref(), &fine)?;
+    let mut rows = Vec::new();
+    for estimate in estimates.into_iter().filter(is_wanted) {
+        let row = row(spec, log.as_ref(), estimate, (&fine, &known), arguments)?;
+        println!("{row}");
+        if arguments.each {
+            row.repair.rounds.iter().for_each(|round| println!("    {round:?}"));
+        }
+        rows.push(row);
+    }
+    Ok(rows)
+}
+
+fn row(
+    spec: &DriveSpec,
+    log: &dyn ScanLog,
+    estimate: Estimate,
+    (truth, known): (&Trajectory, &[PoseEdge]),
+    arguments: &RepairArgs,
+) -> anyhow::Result<Row> {
+    let start = Instant::now();
+    let before_m = ate_m(&estimate.trajectory, truth)?;
+    let run = Run::new(&estimate.name, estimate.trajectory);
+    let mut options = RepairOptions { most_rounds: arguments.rounds, ..RepairOptions::default() };
+    options.map.rays_per_keyframe = arguments.rays;
+    options.step_error = StepError { place_m: arguments.place, turn_rad: arguments.turn };
+    let repair = repair(log, &run, &Config::default(), &options, &())?;
+    let after_m = repair.trajectory.as_ref().map_or(Ok(before_m), |repaired| ate_m(repaired, truth))?;
+    let seconds = start.elapsed().as_secs_f64();
+    let bound = mend_by(log, &run, &Config::default(), known, &options, &())?;
+    let bound_m = bound.map_or(Ok(before_m), |mended| ate_m(&mended, truth))?;
+    Ok(Row {
+        drive: spec.name,
+        name: estimate.name,
+        kind: estimate.kind,
+        before_m,
+        after_m,
+        bound_m,
+        repair,
+        seconds,
+    })
+}
+
+/// What is true between the visits to the same places, as good as nothing that is measured is.
+fn true_constraints(log: &dyn ScanLog, truth: &Trajectory) -> anyhow::Result<Vec<PoseEdge>> {
+    let run = [Run::new("truth", truth.clone())];
+    let report = measure_drift(log, &run, &Config { drift: DriftPairs::All, ..Config::default() }, ())?;
+    let pose = |scan: usize| truth.world_from_body_at(log.frames().get(scan)?.stamp_ns?, i64::MAX);
+    let edge = |visit: &dmp::VisitPairReport| {
+        let (from, to) = (visit.first.scan, visit.second.scan);
+        Some(PoseEdge {
+            from: from as i64,
+            to: to as i64,
+            from_from_to: pose(from)?.inv_mul(&pose(to)?),
+            information: PoseGraph::information_of(TRUE_M, TRUE_RAD),
+        })
+    };
+    Ok(report.visits.iter().filter_map(edge).collect())
+}
+
+fn tell(rows: &[Row]) {
+    let mut factors: Vec<f64> = rows.iter().filter(|row| row.is_drifted()).map(Row::factor).collect();
+    factors.sort_by(f64::total_cmp);
+    if let Some(median) = factors.get(factors.len() / 2) {
+        let enough = factors.iter().filter(|factor| **factor >= WANTED).count();
+        println!(
+            "drifted estimates: {}, of these {enough} at least {WANTED} times better; median {median:.1}",
+            factors.len()
+        );
+        let mut bounds: Vec<f64> =
+            rows.iter().filter(|row| row.is_drifted()).map(|row| row.before_m / row.bound_m).collect();
+        bounds.sort_by(f64::total_cmp);
+        println!(
+            "with what is true where the drive comes back: median {:.1}",
+            bounds.get(bounds.len() / 2).copied().unwrap_or(f64::NAN)
+        );
+    }
+    let rise = |row: &Row| row.after_m - row.before_m;
+    if let Some(worst) = rows.iter().max_by(|a, b| rise(a).total_cmp(&rise(b))) {
+        let over = rows.iter().filter(|row| rise(row) > WORST_M).count();
+        println!(
+            "worst rise: {:.3} m ({} of {}); {over} of {} rise by more than {WORST_M} m",
+            rise(worst),
+            worst.name,
+            worst.drive,
+            rows.len()
+        );
+    }
+}
