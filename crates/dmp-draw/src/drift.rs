@@ -6,6 +6,8 @@ use crate::text::{NONE, confidence, counted, digits};
 
 /// What is this much larger than either of the others is said first.
 const MOSTLY: f64 = 1.5;
+/// What no displacement is known better than, voxels of a visit.
+const FLOOR_VOXELS: f64 = 0.02;
 /// A part of a displacement is told from this share of the whole on.
 const TOLD: f64 = 0.2;
 
@@ -35,7 +37,9 @@ pub fn drift_in_words(report: &DriftReport) -> String {
             counted(report.segments as u64, "segment"),
         );
     }
-    let sentences: Vec<String> = report.runs.iter().map(sentence).collect();
+    // A centimetre on a drive.
+    let floor_m = report.voxel_m * FLOOR_VOXELS;
+    let sentences: Vec<String> = report.runs.iter().map(|run| sentence(run, floor_m)).collect();
     format!("Where the drive comes back, {}.", sentences.join("; "))
 }
 
@@ -51,7 +55,7 @@ pub fn pairs_in_words(report: &DriftReport) -> String {
 }
 
 /// `kiss is off by 59 cm (0.4 % of the way), mostly sideways`.
-fn sentence(run: &RunDrift) -> String {
+fn sentence(run: &RunDrift, floor_m: f64) -> String {
     let parts = [(run.along_m, "along the way"), (run.sideways_m, "sideways"), (run.up_m, "in height")];
     let mut known: Vec<(f64, &str)> =
         parts.into_iter().filter_map(|(part_m, name)| Some((part_m?, name))).collect();
@@ -63,8 +67,8 @@ fn sentence(run: &RunDrift) -> String {
             known.iter().map(|(part_m, name)| format!("{} {name}", metres(*part_m))).collect();
         return format!("{} is off by {} and no surfaces tell the rest", run.name, known.join(", "));
     };
-    if run.rms_m.value == Some(0.0) {
-        return format!("{} is off by {}, no more than the measurement is", run.name, metres(median_m));
+    if median_m < floor_m {
+        return format!("{} is off by {}, no more than the measurement may be", run.name, metres(median_m));
     }
     let way = run.of_the_way_percent.map(|percent| format!(" ({} % of the way)", digits(percent)));
     known.sort_by(|a, b| b.0.total_cmp(&a.0));

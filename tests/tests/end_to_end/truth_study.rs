@@ -120,8 +120,8 @@ fn the_study_of_the_samples_is_what_its_parts_say() {
     assert!(compared > 150, "{compared}");
 
     let pictures: Vec<_> = std::fs::read_dir(folder.path().join("figures")).unwrap().collect();
-    // Sixteen scores against ATE and SMD, and the curves.
-    assert_eq!(pictures.len(), 2 * 16 + 1);
+    // Seventeen scores against ATE and SMD, and the curves.
+    assert_eq!(pictures.len(), 2 * 17 + 1);
     for picture in pictures {
         let path = picture.unwrap().path();
         let svg = std::fs::read_to_string(&path).unwrap();
