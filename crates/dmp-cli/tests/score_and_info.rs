@@ -29,6 +29,7 @@ fn scores_are_one_json_object_or_a_table() {
     let expected = [
         "schema",
         "dmp_version",
+        "drift",
         "config",
         "inputs",
         "free_space",
