@@ -339,8 +339,8 @@ fn constraints_are_those_of_the_truth() {
         }
     }
     let [truth, wrong] = chi2.map(|chi2| chi2 / edges.lines().count() as f64);
-    // Six numbers an edge. Visits as thin as these are known less well than they say, by a half.
-    assert!(truth < 2.25 * 6.0 + 1.0 && wrong > 100.0, "{truth} {wrong}");
+    // Six numbers an edge; what is allowed for bent visits makes it less.
+    assert!(truth < 12.0 && wrong > 100.0, "{truth} {wrong}");
 
     refused(path, "drift laps.mcap -t a=drift.tum -t b=drift.tum -o edges.g2o", 2, &["-o", "one run"]);
 }

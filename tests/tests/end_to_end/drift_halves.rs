@@ -61,13 +61,13 @@ fn odd_and_even_scans_of_a_real_run_say_the_same() {
         .map(|(first, step)| measured(&some(log.as_ref(), &run.trajectory, first, step), &run));
     let rms_m = [&even, &odd, &all].map(|report| report.runs[0].rms_m.value.unwrap());
     println!("RMS of even, odd and all scans: {rms_m:?} m");
-    assert!((0..3).all(|k| (rms_m[k] - rms_m[(k + 1) % 3]).abs() < 0.01), "{rms_m:?}");
+    assert!((0..3).all(|k| (rms_m[k] - rms_m[(k + 1) % 3]).abs() < 0.02), "{rms_m:?}");
     // Visits are a few scans apart, as their middle one is in one half only.
     for (name, other) in [("odd", &odd), ("all", &all)] {
         let differences = differences(&even, other, 12_000_000_000);
         println!("even and {name}: difference and deviation, m: {differences:.4?}");
         let median_m = differences[differences.len() / 2][0];
-        assert!(differences.len() >= 12 && median_m < 0.01, "{name}: {median_m} m of {}", differences.len());
+        assert!(differences.len() >= 6 && median_m < 0.01, "{name}: {median_m} m of {}", differences.len());
         assert!(differences.iter().all(|[off_m, sigma_m]| *off_m < 3.0 * sigma_m), "{differences:?}");
     }
 }

@@ -16,10 +16,8 @@ const WAY_PER_DISTANCE: f64 = 4.0;
 const SAME_VIEW_COS: f64 = 0.707;
 /// Returns of a visit that are looked at, about: of more, some of each scan.
 pub(super) const RETURNS: u64 = 120_000;
-/// Part of a segment that is its visit, about its middle: what a run bends within a visit is not seen as drift. Where that has less
-/// than a share of these returns, all of the segment is needed.
+/// Part of a segment that is its visit, about its middle: what a run bends within a visit is not seen as drift.
 const PART: f64 = 0.5;
-const LEAST_SHARE: f64 = 0.25;
 /// Scans of a visit at least, one after the other, and at most, spread over it.
 const LEAST_SCANS: usize = 3;
 const SCANS: usize = 12;
@@ -78,17 +76,13 @@ impl Visit {
                 middle.saturating_sub(beside).max(ordinals.start)..(middle + beside + 1).min(ordinals.end);
             return Self { middle, scans: scans.collect() };
         }
-        let spread = |of_segment: f64, count: usize| {
-            let places = (0..count).map(|k| at(0.5 + of_segment * ((k as f64 + 0.5) / count as f64 - 0.5)));
-            let mut scans: Vec<usize> = places.chain([middle]).collect();
-            scans.sort_unstable();
-            scans.dedup();
-            scans
-        };
-        let scans = spread(PART, SCANS);
-        let have: u64 = scans.iter().map(|&ordinal| returns(ordinal)).sum();
-        let is_little = (have as f64) < LEAST_SHARE * RETURNS as f64;
-        Self { middle, scans: if is_little { spread(1.0, 2 * SCANS) } else { scans } }
+        let mut scans: Vec<usize> = (0..SCANS)
+            .map(|k| at(0.5 + PART * ((k as f64 + 0.5) / SCANS as f64 - 0.5)))
+            .chain([middle])
+            .collect();
+        scans.sort_unstable();
+        scans.dedup();
+        Self { middle, scans }
     }
 }
 
