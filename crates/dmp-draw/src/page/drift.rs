@@ -13,6 +13,7 @@ use crate::drift::{
 };
 use crate::painter::Pictures;
 use crate::plot::escape;
+use crate::worst::{WorstPlace, distance_m};
 
 /// Runs whose ways are drawn.
 const WAYS: usize = 6;
@@ -56,6 +57,13 @@ pub(super) fn drift(report: &Report, pictures: Option<&Pictures>) -> String {
     body
 }
 
+/// By the number of a scan its index among the frames.
+pub(super) type FrameOf = HashMap<usize, usize>;
+
+pub(super) fn frame_of(pictures: &Pictures) -> FrameOf {
+    pictures.frames.iter().enumerate().map(|(index, frame)| (frame.number, index)).collect()
+}
+
 /// What a run is off by at the pairs of visits that have an answer.
 fn offs(drift: &DriftReport, run: usize) -> impl Iterator<Item = ([&VisitReport; 2], &Displacement)> {
     drift.visits.iter().filter_map(move |visit| {
@@ -71,7 +79,8 @@ fn length_m(off: &Displacement) -> f64 {
 /// The ways of the best runs with an arrow for each pair of visits.
 fn ways(drift: &DriftReport, pictures: &Pictures) -> String {
     let drawn: Vec<usize> = pictures.order.iter().copied().take(WAYS).collect();
-    let figures: Vec<String> = drawn.iter().filter_map(|&run| way(drift, pictures, run)).collect();
+    let frame_of = frame_of(pictures);
+    let figures: Vec<String> = drawn.iter().filter_map(|&run| way(drift, pictures, &frame_of, run)).collect();
     let mut text = paragraph(
         "Visits that were compared are coloured by what the run is off by between them. Arrows lead from where the surfaces of the \
          later visit are to where the run put them, seen from the earlier one, many times too long; hover for numbers.",
@@ -89,11 +98,9 @@ fn colour(length_m: f64) -> String {
 }
 
 /// The way of a run with its arrows, as a figure.
-fn way(drift: &DriftReport, pictures: &Pictures, run: usize) -> Option<String> {
+fn way(drift: &DriftReport, pictures: &Pictures, frame_of: &FrameOf, run: usize) -> Option<String> {
     let name = &drift.runs.get(run)?.name;
     let places: Vec<[f64; 3]> = pictures.frames.iter().map(|frame| frame.position_in_world_m[run]).collect();
-    let frame_of: HashMap<usize, usize> =
-        pictures.frames.iter().enumerate().map(|(index, frame)| (frame.number, index)).collect();
     let low: [f64; 2] =
         [0, 1].map(|k: usize| places.iter().map(|place| place[k]).fold(f64::INFINITY, f64::min));
     let high: [f64; 2] =
@@ -173,18 +180,18 @@ fn in_numbers([first, second]: [&VisitReport; 2], off: &Displacement) -> String 
     format!("scans {} and {}: {whole}{}; rotation {angle}°", first.scan, second.scan, which_way(off))
 }
 
-/// Which way a run is off at a place, by the visits there; the pair that is off by most.
+/// Which way a run is off at one of its places, by the visits there; the pair that is off by most.
 pub(super) fn at_place(
     drift: &DriftReport,
     pictures: &Pictures,
-    run: usize,
-    centre_m: [f64; 3],
-    radius_m: f64,
+    frame_of: &FrameOf,
+    place: &WorstPlace,
 ) -> Option<String> {
+    let run = place.run;
     let is_near = |visit: &VisitReport| {
-        let at = pictures.frames.iter().find(|frame| frame.number == visit.scan);
-        at.is_some_and(|frame| {
-            crate::worst::distance_m(frame.position_in_world_m[run], centre_m) <= radius_m + NEAR_M
+        frame_of.get(&visit.scan).is_some_and(|&frame| {
+            let at_m = pictures.frames[frame].position_in_world_m[run];
+            distance_m(at_m, place.centre_in_world_m) <= place.radius_m + NEAR_M
         })
     };
     let is_known = |off: &Displacement| {

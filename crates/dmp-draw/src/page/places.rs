@@ -2,7 +2,7 @@
 
 use dmp::DriftReport;
 
-use super::drift::at_place as drift_at;
+use super::drift::{FrameOf, at_place, frame_of};
 use super::html::{figure, grid, keys, list, paragraph};
 use super::overlay::{self, Frame};
 use crate::closeup::{COLOURS, Closeup};
@@ -43,11 +43,12 @@ pub(super) fn places(
         (3, "some of the rays"),
     ];
     body.push_str(&keys(words.map(|(colour, words)| (hex(COLOURS[colour - 1]), words))));
+    let frame_of = frame_of(pictures);
     for (place, &run) in pictures.order.iter().enumerate() {
         let open = if place < OPEN { " open" } else { "" };
         let mut articles = Vec::new();
         for (number, place) in pictures.places[run].iter().enumerate() {
-            articles.push(article(pictures, names, number, place, drift)?);
+            articles.push(article(pictures, names, number, place, drift.map(|drift| (drift, &frame_of)))?);
         }
         if articles.is_empty() {
             continue;
@@ -64,7 +65,7 @@ fn article(
     names: &[&str],
     number: usize,
     place: &WorstPlace,
-    drift: Option<&DriftReport>,
+    drift: Option<(&DriftReport, &FrameOf)>,
 ) -> Result<String, png::EncodingError> {
     let name = names[place.run];
     let [x, y, _] = place.centre_in_world_m;
@@ -81,8 +82,7 @@ fn article(
         None => format!("{own}."),
     };
     let mut text = format!("<p>{best} At x {x:.0} m, y {y:.0} m.</p>\n");
-    let which_way =
-        drift.and_then(|drift| drift_at(drift, pictures, place.run, place.centre_in_world_m, place.radius_m));
+    let which_way = drift.and_then(|(drift, frame_of)| at_place(drift, pictures, frame_of, place));
     text.push_str(&which_way.map_or_else(String::new, |said| paragraph(&said)));
     if place.passes.len() > 1 {
         let pass = |pass: &Pass| format!("{}: {}", escape(&times(pictures, pass)), misses(&pass.score));
