@@ -146,7 +146,7 @@ fn every_fault_is_caught_by_name() {
         for fault in faults.iter().filter(|fault| fault.starts_with("contrast")) {
             let ground = fault.rsplit_once(" on rgb(").unwrap().1.trim_end_matches(')');
             let ground: Vec<u8> = ground.split(", ").map(|value| value.parse().unwrap()).collect();
-            let painted = pixels(&page.screenshot()).2;
+            let painted = pixels(&page.screenshot().0).2;
             assert!(
                 painted.iter().any(|colour| colour.iter().zip(&ground).all(|(a, b)| a.abs_diff(*b) <= 1)),
                 "{fault}"

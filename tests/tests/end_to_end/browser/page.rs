@@ -157,20 +157,21 @@ impl Page<'_> {
         })
     }
 
-    /// A PNG of the page, also of what is below the window, down to where Chromium can draw.
-    pub(crate) fn screenshot(&self) -> Vec<u8> {
+    /// A PNG of the whole page, also of what is below the window, and how many times smaller than the page it is: Chromium draws
+    /// 16384 px at most.
+    pub(crate) fn screenshot(&self) -> (Vec<u8>, usize) {
         let size = self.call("Page.getLayoutMetrics", &json!({}))["cssContentSize"].take();
         let [width_px, height_px] = ["width", "height"].map(|key| size[key].as_f64().unwrap());
-        let height_px = height_px.min(PICTURE_LIMIT_PX);
-        let clip = json!({ "x": 0, "y": 0, "width": width_px, "height": height_px, "scale": 1 });
+        let smaller = (height_px / PICTURE_LIMIT_PX).ceil();
+        let clip = json!({ "x": 0, "y": 0, "width": width_px, "height": height_px, "scale": 1.0 / smaller });
         let parameters = json!({ "format": "png", "captureBeyondViewport": true, "clip": clip });
         let answer = self.call("Page.captureScreenshot", &parameters);
-        BASE64_STANDARD.decode(answer["data"].as_str().unwrap()).unwrap()
+        (BASE64_STANDARD.decode(answer["data"].as_str().unwrap()).unwrap(), smaller as usize)
     }
 
     /// Saves the page's picture as a PNG file.
     pub(crate) fn save(&self, path: &Path) {
-        std::fs::write(path, self.screenshot()).unwrap();
+        std::fs::write(path, self.screenshot().0).unwrap();
     }
 }
 

@@ -86,7 +86,7 @@ fn a_sound_page_is_sound_at_every_width_and_in_both_themes() {
 fn a_picture_goes_on_below_the_window(browser: &Browser, folder: &Path) {
     let body = "<div style='height: 3000px'></div><div style='height: 10px; background: #08f'></div>";
     let page = browser.open(&write(folder, "high.html", &page_of("High", body)), 640, Theme::Light);
-    let (width, height, rgb) = pixels(&page.screenshot());
+    let (width, height, rgb) = pixels(&page.screenshot().0);
     assert_eq!((width, height), (640, 3010));
     assert_eq!(rgb[3005 * width + 320], [0, 0x88, 0xff]);
     assert_eq!(rgb[2995 * width + 320], [0xfa; 3]);
