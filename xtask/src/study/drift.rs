@@ -1,7 +1,5 @@
 //! `cargo xtask study drift`: whether what is measured where a drive comes back is what is true there.
 
-use std::path::PathBuf;
-
 use anyhow::Context as _;
 use dmp::{Config, DriftPairs, DriftReport, Run, VisitReport, measure_drift};
 use dmp_log::{LogOptions, ScanLog, open_log};
@@ -9,28 +7,22 @@ use dmp_sensor::{Isometry3, Matrix3, Trajectory, Vector3};
 use dmp_sim::Recording;
 use dmp_truth::rank::spearman_rho;
 
-use super::drives::{DriveSpec, drives, find};
+use super::chosen::Chosen;
+use super::drives::DriveSpec;
 use super::estimates::{Estimate, EstimateKind, ate_m, estimates};
 use super::evaluate::write_log;
 
 /// Drift of all estimates of the drives that come back, measured and true
 #[derive(Debug, clap::Args)]
 pub(super) struct DriftArgs {
-    /// Only these drives, comma-separated; all that come back by default
-    #[arg(long, value_delimiter = ',')]
-    drives: Vec<String>,
-    /// Only estimates whose names begin so, comma-separated
-    #[arg(long, value_delimiter = ',')]
-    estimates: Vec<String>,
+    #[command(flatten)]
+    chosen: Chosen,
     /// Measure all estimates together, so that they share their starts, and not each by itself
     #[arg(long)]
     together: bool,
     /// Also print every pair
     #[arg(long)]
     each: bool,
-    /// Where the drives' logs are kept
-    #[arg(long, default_value = "target/study", value_name = "FOLDER")]
-    out: PathBuf,
 }
 
 /// A pair is wrong that is off by more than this, metres, and by more than this share of what is true.
@@ -40,16 +32,8 @@ const WRONG_SHARE: f64 = 0.1;
 const LEAST_M: f64 = 0.02;
 
 pub(super) fn run(arguments: &DriftArgs) -> anyhow::Result<()> {
-    std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
-    for name in &arguments.drives {
-        find(name)?;
-    }
-    let wanted = |spec: &DriveSpec| match arguments.drives.as_slice() {
-        [] => true,
-        names => names.iter().any(|name| name == spec.name),
-    };
     let mut rows = Vec::new();
-    for spec in drives().iter().filter(|spec| wanted(spec)) {
+    for spec in &arguments.chosen.drives()? {
         println!("\n{} ({})", spec.name, spec.about);
         println!("{}", Row::HEAD);
         let of_drive = drive(spec, arguments).with_context(|| spec.name.to_owned())?;
@@ -111,17 +95,15 @@ impl std::fmt::Display for Row {
 fn drive(spec: &DriveSpec, arguments: &DriftArgs) -> anyhow::Result<Vec<Row>> {
     let town = spec.options.town()?;
     let recording = Recording::new(&town, &spec.options)?;
-    let path = arguments.out.join(format!("{}.mcap", spec.name));
+    let path = arguments.chosen.out.join(format!("{}.mcap", spec.name));
     write_log(&recording, &path)?;
     let log = open_log(&path, &LogOptions::default())?;
     // Odometries stamp their poses within the sweep.
     let fine = recording.drive().trajectory(100.0)?;
-    let is_wanted = |estimate: &Estimate| {
-        arguments.estimates.is_empty()
-            || arguments.estimates.iter().any(|name| estimate.name.starts_with(name))
-    };
-    let estimates: Vec<Estimate> =
-        estimates(spec, &spec.truth(&recording)?)?.into_iter().filter(is_wanted).collect();
+    let estimates: Vec<Estimate> = estimates(spec, &spec.truth(&recording)?)?
+        .into_iter()
+        .filter(|one| arguments.chosen.wants(one))
+        .collect();
     let runs: Vec<Run> = estimates.iter().map(|e| Run::new(&e.name, e.trajectory.clone())).collect();
     let config = Config { drift: DriftPairs::All, ..Config::default() };
     let groups: Vec<&[Run]> = if arguments.together { vec![&runs] } else { runs.chunks(1).collect() };

@@ -1,6 +1,7 @@
 //! The study: how well scores tell good trajectories from bad ones, on drives whose truth is known.
 
 mod beside;
+mod chosen;
 mod consistency;
 mod conventions;
 mod drift;

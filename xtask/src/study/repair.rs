@@ -1,6 +1,5 @@
 //! `cargo xtask study repair`: what repaired runs are worth, on drives whose truth is known.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Context as _;
@@ -10,19 +9,16 @@ use dmp_loops::{Outcome, Repair, RepairOptions, StepError, mend_by, repair};
 use dmp_sensor::{PoseEdge, PoseGraph, Trajectory};
 use dmp_sim::Recording;
 
-use super::drives::{DriveSpec, drives, find};
+use super::chosen::Chosen;
+use super::drives::DriveSpec;
 use super::estimates::{Estimate, EstimateKind, ate_m, estimates};
 use super::evaluate::write_log;
 
 /// Repair the estimates of the drives that come back: trajectory error before and after
 #[derive(Debug, clap::Args)]
 pub(super) struct RepairArgs {
-    /// Only these drives, comma-separated; all by default
-    #[arg(long, value_delimiter = ',')]
-    drives: Vec<String>,
-    /// Only estimates whose names begin so, comma-separated
-    #[arg(long, value_delimiter = ',')]
-    estimates: Vec<String>,
+    #[command(flatten)]
+    chosen: Chosen,
     /// Times that visits are registered, at most
     #[arg(long, default_value_t = RepairOptions::default().most_rounds)]
     rounds: usize,
@@ -38,9 +34,6 @@ pub(super) struct RepairArgs {
     /// Also print every round
     #[arg(long)]
     each: bool,
-    /// Where the drives' logs are kept
-    #[arg(long, default_value = "target/study", value_name = "FOLDER")]
-    out: PathBuf,
 }
 
 /// Repaired runs are to be so many times better, in the median of those that drift.
@@ -52,16 +45,8 @@ const TRUE_RAD: f64 = 0.0001;
 const WORST_M: f64 = 0.01;
 
 pub(super) fn run(arguments: &RepairArgs) -> anyhow::Result<()> {
-    std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
-    for name in &arguments.drives {
-        find(name)?;
-    }
-    let wanted = |spec: &DriveSpec| match arguments.drives.as_slice() {
-        [] => true,
-        names => names.iter().any(|name| name == spec.name),
-    };
     let mut rows = Vec::new();
-    for spec in drives().iter().filter(|spec| wanted(spec)) {
+    for spec in &arguments.chosen.drives()? {
         println!("\n{} ({})\n{}", spec.name, spec.about, Row::HEAD);
         let of_drive = drive(spec, arguments).with_context(|| spec.name.to_owned())?;
         tell(&of_drive);
@@ -135,19 +120,15 @@ impl std::fmt::Display for Row {
 fn drive(spec: &DriveSpec, arguments: &RepairArgs) -> anyhow::Result<Vec<Row>> {
     let town = spec.options.town()?;
     let recording = Recording::new(&town, &spec.options)?;
-    let path = arguments.out.join(format!("{}.mcap", spec.name));
+    let path = arguments.chosen.out.join(format!("{}.mcap", spec.name));
     write_log(&recording, &path)?;
     let log = open_log(&path, &LogOptions::default())?;
     // Odometries stamp their poses within the sweep.
     let fine = recording.drive().trajectory(100.0)?;
-    let is_wanted = |estimate: &Estimate| {
-        arguments.estimates.is_empty()
-            || arguments.estimates.iter().any(|name| estimate.name.starts_with(name))
-    };
     let estimates = estimates(spec, &spec.truth(&recording)?)?;
     let known = true_constraints(log.as_ref(), &fine)?;
     let mut rows = Vec::new();
-    for estimate in estimates.into_iter().filter(is_wanted) {
+    for estimate in estimates.into_iter().filter(|one| arguments.chosen.wants(one)) {
         let row = row(spec, log.as_ref(), estimate, (&fine, &known), arguments)?;
         println!("{row}");
         if arguments.each {

@@ -203,6 +203,7 @@ fn setting_row(name: String, drives: &[&DriveResult]) -> Vec<String> {
         share(mean(drives.iter().filter_map(coverage))),
     ]
 }
+
 /// The verdicts of scores and of drift beside each other, and rules made of both: of all pairs those that are right and wrong by
 /// each true error.
 pub(super) fn beside_drift(title: &str, drives: &[&DriveResult]) -> String {
