@@ -61,7 +61,10 @@ fn odd_and_even_scans_of_a_real_run_say_the_same() {
         .map(|(first, step)| measured(&some(log.as_ref(), &run.trajectory, first, step), &run));
     let rms_m = [&even, &odd, &all].map(|report| report.runs[0].rms_m.value.unwrap());
     println!("RMS of even, odd and all scans: {rms_m:?} m");
-    assert!((0..3).all(|k| (rms_m[k] - rms_m[(k + 1) % 3]).abs() < 0.02), "{rms_m:?}");
+    // A centimetre is what is wanted of all three. The odd ones, of which a visit has three or four, miss it.
+    let [even_m, odd_m, all_m] = rms_m;
+    assert!((even_m - all_m).abs() < 0.01 && (odd_m - all_m).abs() < 0.01, "{rms_m:?}");
+    assert!((even_m - odd_m).abs() < 0.02, "{rms_m:?}");
     // Visits are a few scans apart, as their middle one is in one half only.
     for (name, other) in [("odd", &odd), ("all", &all)] {
         let differences = differences(&even, other, 12_000_000_000);
