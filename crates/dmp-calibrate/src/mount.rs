@@ -1,5 +1,6 @@
 //! Where the sensor is, and what that changes with what is looked for.
 
+use dmp_align::{Plane, PosedReturn, point_to_plane};
 use dmp_sensor::{Isometry3, Track, Trajectory, Translation3, UnitQuaternion, Vector3, pose_between};
 
 use crate::axis::{AXES, Axis, Vector};
@@ -53,13 +54,12 @@ pub(crate) struct Trial<'a> {
     half_s: f64,
 }
 
-/// The sensor at one instant.
+/// The sensor at one instant, and how it moves there: as a body of its own.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Moment {
     world_from_sensor: Isometry3<f64>,
-    before: Isometry3<f64>,
-    after: Isometry3<f64>,
-    per_s: f64,
+    velocity_m_s: Vector3<f64>,
+    turn_rate_rad_s: Vector3<f64>,
 }
 
 impl<'a> Trial<'a> {
@@ -89,11 +89,12 @@ impl<'a> Trial<'a> {
     pub(crate) fn at(&self, stamp_ns: i64, after_ns: i64) -> Option<Moment> {
         let after_s = self.sweep * (after_ns as f64 / 1e9) + self.later_s;
         let at = |s: f64| self.track.world_from_sensor_at(stamp_ns.checked_add((s * 1e9).round() as i64)?);
+        let (before, after) = (at(after_s - self.half_s)?, at(after_s + self.half_s)?);
+        let per_s = 0.5 / self.half_s;
         Some(Moment {
             world_from_sensor: at(after_s)?,
-            before: at(after_s - self.half_s)?,
-            after: at(after_s + self.half_s)?,
-            per_s: 0.5 / self.half_s,
+            velocity_m_s: (after.translation.vector - before.translation.vector) * per_s,
+            turn_rate_rad_s: (after.rotation * before.rotation.inverse()).scaled_axis() * per_s,
         })
     }
 }
@@ -111,20 +112,26 @@ impl Moment {
         normal: &Vector3<f64>,
         metre_m: f64,
     ) -> [f64; AXES] {
-        let whole = |pose: &Isometry3<f64>| pose.translation.vector + pose.rotation * in_sensor_m;
-        let per_s = normal.dot(&(whole(&self.after) - whole(&self.before))) * self.per_s;
-        let in_sensor = self.world_from_sensor.rotation.inverse() * normal;
-        let turned = in_sensor_m.cross(&in_sensor);
+        let posed = PosedReturn {
+            world_from_body: self.world_from_sensor,
+            body_from_sensor: Isometry3::identity(),
+            velocity_m_s: self.velocity_m_s,
+            turn_rate_rad_s: self.turn_rate_rad_s,
+            point_in_sensor_m: *in_sensor_m,
+        };
+        let plane = Plane { mean_m: self.world_from_sensor.translation.vector, normal: *normal };
+        let moved = point_to_plane(&posed, &plane);
         let [time, sweep, angle, .., length] = Axis::ALL.map(|axis| axis.step(metre_m));
+        let [roll, pitch, yaw, x, y, z] = moved.by_extrinsic.into();
         [
-            per_s * time,
-            per_s * (after_ns as f64 / 1e9) * sweep,
-            turned.x * angle,
-            turned.y * angle,
-            turned.z * angle,
-            in_sensor.x * length,
-            in_sensor.y * length,
-            in_sensor.z * length,
+            moved.by_time_m_s * time,
+            moved.by_time_m_s * (after_ns as f64 / 1e9) * sweep,
+            roll * angle,
+            pitch * angle,
+            yaw * angle,
+            x * length,
+            y * length,
+            z * length,
         ]
     }
 }

@@ -35,6 +35,8 @@ pub(super) struct ConventionsArgs {
 enum Part {
     /// Errors of clock and mounting.
     Errors,
+    /// Some of them together.
+    Together,
     /// Runs without.
     Right,
     /// Those of an odometry.
@@ -45,12 +47,21 @@ enum Part {
 const TIMES_MS: [f64; 5] = [5.0, 10.0, 20.0, 50.0, 100.0];
 const ANGLES_DEG: [f64; 4] = [0.1, 0.2, 0.5, 1.0];
 const LENGTHS_CM: [f64; 3] = [2.0, 5.0, 20.0];
+/// And such as are made together.
+const TOGETHER: [Made; 3] = [
+    Made { axis: Axis::Yaw, value: 1.0_f64.to_radians() },
+    Made { axis: Axis::Pitch, value: 0.5_f64.to_radians() },
+    Made { axis: Axis::Time, value: 0.02 },
+];
 
 pub(super) fn run(arguments: &ConventionsArgs) -> anyhow::Result<()> {
     std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
     let wanted = |part: Part| arguments.only.is_none_or(|only| only == part);
     if wanted(Part::Errors) {
         errors(arguments)?;
+    }
+    if wanted(Part::Together) {
+        together(arguments)?;
     }
     if wanted(Part::Right) {
         right(arguments)?;
@@ -76,6 +87,21 @@ fn errors(arguments: &ConventionsArgs) -> anyhow::Result<()> {
         let log = open_log(&nclt, &LogOptions::default())?;
         let truth = read_trajectory(&nclt.join("poses_lidar_odometry.txt"))?.trajectory;
         World { name: "nclt_revisit", log: log.as_ref(), truth: &truth }.errors()?;
+    }
+    Ok(())
+}
+
+fn together(arguments: &ConventionsArgs) -> anyhow::Result<()> {
+    let made = TOGETHER.map(|made| format!("{} {}", made.axis.name(), in_units(made.axis, made.value)));
+    println!(
+        "\nwhat is left of {}, made together; of the truth\n\n\
+        | world | run | time | roll | pitch | yaw | x | y | z |\n|---|---|---|---|---|---|---|---|---|",
+        made.join(", ")
+    );
+    for name in &arguments.drives {
+        let spec = find(name)?;
+        let (log, truth) = log_and_truth(&spec, &arguments.out)?;
+        World { name, log: log.as_ref(), truth: &truth }.together()?;
     }
     Ok(())
 }
@@ -117,7 +143,8 @@ impl World<'_> {
     /// Each error by itself.
     fn errors(&self) -> anyhow::Result<()> {
         let made = all_errors();
-        let runs: Vec<Run> = made.iter().enumerate().map(|(k, made)| self.with(k, made)).collect();
+        let runs: Vec<Run> =
+            made.iter().enumerate().map(|(k, made)| self.with(k, std::slice::from_ref(made))).collect();
         let plain = vet(self.log, &[Run::new("plain", self.truth.clone())], &Config::default(), false, &())?;
         let vetted = vet(self.log, &runs, &Config::default(), false, &())?;
         let Some(zero) = plain.found[0].calibration.as_ref() else {
@@ -147,15 +174,33 @@ impl World<'_> {
         Ok(())
     }
 
-    fn with(&self, number: usize, made: &Made) -> Run {
-        let mut run = Run::new(format!("{number}"), self.truth.clone());
-        let along = |axis: Axis| if made.axis == axis { made.value } else { 0.0 };
-        if made.axis == Axis::Time {
-            run.time_offset_ns = Some((made.value * 1e9).round() as i64);
+    /// What is left of errors that are made together, and what is found of the truth; of what the scans show.
+    fn together(&self) -> anyhow::Result<()> {
+        let made: [(&str, &[Made]); 2] = [("wrong", &TOGETHER), ("truth", &[])];
+        let runs = [0, 1].map(|k| self.with(k, made[k].1));
+        let vetted = vet(self.log, &runs, &Config::default(), false, &())?;
+        for ((name, made), found) in made.into_iter().zip(&vetted.found) {
+            let cell = |axis: Axis| {
+                let one = found.calibration.as_ref()?.of(axis);
+                let left = one.value + sum_of(made, axis);
+                one.is_seen.then(|| format!("{} ± {}", in_units(axis, left), in_units(axis, one.half)))
+            };
+            let axes = Axis::ALL.into_iter().filter(|&axis| axis != Axis::Sweep);
+            let cells: Vec<String> =
+                axes.map(|axis| cell(axis).unwrap_or_else(|| "not seen".to_owned())).collect();
+            println!("| {} | {name} | {} |", self.name, cells.join(" | "));
         }
+        Ok(())
+    }
+
+    /// The truth with these errors.
+    fn with(&self, number: usize, made: &[Made]) -> Run {
+        let mut run = Run::new(format!("{number}"), self.truth.clone());
+        let of = |axis: Axis| sum_of(made, axis);
+        run.time_offset_ns = Some((of(Axis::Time) * 1e9).round() as i64);
         run.body_from_sensor = Some(Isometry3::new(
-            Vector3::new(along(Axis::X), along(Axis::Y), along(Axis::Z)),
-            Vector3::new(along(Axis::Roll), along(Axis::Pitch), along(Axis::Yaw)),
+            Vector3::new(of(Axis::X), of(Axis::Y), of(Axis::Z)),
+            Vector3::new(of(Axis::Roll), of(Axis::Pitch), of(Axis::Yaw)),
         ));
         run
     }
@@ -183,6 +228,11 @@ impl World<'_> {
         println!("| {} | {} | {left_out} | {told} | {little} |", self.name, runs.len());
         Ok(())
     }
+}
+
+/// What is made of one number.
+fn sum_of(made: &[Made], axis: Axis) -> f64 {
+    made.iter().filter(|made| made.axis == axis).map(|made| made.value).sum()
 }
 
 fn all_errors() -> Vec<Made> {
