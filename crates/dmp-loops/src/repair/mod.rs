@@ -8,6 +8,8 @@ mod acceptance;
 mod chain;
 mod consistent;
 mod given;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeSet;
 
