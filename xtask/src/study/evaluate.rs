@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
-use dmp::{Confidence, Config, Report, Run, Verdict};
+use dmp::{Confidence, Config, DriftReport, Report, Run, Verdict, measure_drift};
 use dmp_log::{LogOptions, McapScanWriter, McapWriterOptions, open_log};
 use dmp_sensor::Point3;
 use dmp_sim::Recording;
@@ -208,9 +208,37 @@ fn shares(report: &Report, index: usize) -> BTreeMap<String, Option<f64>> {
     ])
 }
 
+/// Measures drift anew for a result that is there, as the command does beside its scores.
+pub(super) fn measure_drift_anew(
+    spec: &DriveSpec,
+    setting: &Setting,
+    work: &Path,
+    result: &mut DriveResult,
+) -> anyhow::Result<()> {
+    let town = spec.options.town()?;
+    let recording = Recording::new(&town, &spec.options)?;
+    let path = work.join(format!("{}.mcap", spec.name));
+    write_log(&recording, &path)?;
+    let log = open_log(&path, &LogOptions::default())?;
+    let mut estimates = estimates(spec, &spec.truth(&recording)?)?;
+    estimates.retain(|estimate| setting.wants(&estimate.name));
+    let names = estimates.iter().map(|estimate| estimate.name.clone()).collect::<Vec<_>>();
+    ensure!(
+        names.iter().eq(result.runs.iter().map(|run| &run.name)),
+        "{}: the result is of other estimates",
+        spec.name
+    );
+    let runs: Vec<Run> = estimates.into_iter().map(|e| Run::new(e.name, e.trajectory)).collect();
+    let drift = measure_drift(log.as_ref(), &runs, &setting.config(), ())?;
+    for pair in &mut result.pairs {
+        pair.drift = drift_said(Some(&drift), &names[pair.a], &names[pair.b]);
+    }
+    Ok(())
+}
+
 /// Which of two runs comes back better.
-fn drift_said(report: &Report, name_a: &str, name_b: &str) -> Said {
-    let compared = report.drift.iter().flat_map(|drift| &drift.comparisons);
+fn drift_said(drift: Option<&DriftReport>, name_a: &str, name_b: &str) -> Said {
+    let compared = drift.into_iter().flat_map(|drift| &drift.comparisons);
     let mut of_both = compared.filter(|pair| pair.a == name_a && pair.b == name_b);
     match of_both.next().and_then(|pair| pair.better.as_deref()) {
         Some(better) if better == name_a => Said::A,
@@ -263,7 +291,7 @@ fn pair_results(
             verdict,
             decided_at_m: pair.verdict.decided_at_m(),
             is_same: pair.verdict.is_same(),
-            drift: drift_said(report, name_a, name_b),
+            drift: drift_said(report.drift.as_ref(), name_a, name_b),
             predicted: [of_run(a), of_run(b)],
             singles,
             batches,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, ensure};
 
 use super::drives::{drives, find};
-use super::evaluate::evaluate;
+use super::evaluate::{evaluate, measure_drift_anew};
 use super::result::DriveResult;
 use super::setting::{Setting, settings};
 use super::{pair_tables, tables};
@@ -26,13 +26,16 @@ pub(super) struct ScoreArgs {
     /// Score nothing, print the tables of what is there
     #[arg(long)]
     tables: bool,
+    /// Measure drift anew for results that are there
+    #[arg(long, conflicts_with = "tables")]
+    drift: bool,
     /// Draw the figures into this folder
     #[arg(long, value_name = "FOLDER")]
     figures: Option<PathBuf>,
 }
 
 pub(super) fn run(arguments: &ScoreArgs) -> anyhow::Result<()> {
-    let ScoreArgs { drives: only_drives, settings: only_settings, out, tables: tables_only, figures } =
+    let ScoreArgs { drives: only_drives, settings: only_settings, out, tables: tables_only, drift, figures } =
         arguments;
     std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
     for name in only_drives {
@@ -47,11 +50,17 @@ pub(super) fn run(arguments: &ScoreArgs) -> anyhow::Result<()> {
         for setting in settings().iter().filter(|setting| wanted(setting.name, only_settings)) {
             for spec in drives().iter().filter(|drive| wanted(drive.name, only_drives)) {
                 let path = path_of(out, spec.name, setting);
-                if path.exists() {
+                let result = if !path.exists() {
+                    let result = evaluate(spec, setting, out)?;
+                    eprintln!("{} under {}: {:.0} s", spec.name, setting.name, result.seconds);
+                    result
+                } else if *drift {
+                    let mut result = read(&path)?;
+                    measure_drift_anew(spec, setting, out, &mut result)?;
+                    result
+                } else {
                     continue;
-                }
-                let result = evaluate(spec, setting, out)?;
-                eprintln!("{} under {}: {:.0} s", spec.name, setting.name, result.seconds);
+                };
                 std::fs::write(&path, serde_json::to_string(&result)?)
                     .with_context(|| path.display().to_string())?;
             }
@@ -74,6 +83,11 @@ fn path_of(out: &Path, drive: &str, setting: &Setting) -> PathBuf {
     out.join(format!("{drive}.{}.json", setting.file_stem()))
 }
 
+fn read(path: &Path) -> anyhow::Result<DriveResult> {
+    let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    serde_json::from_str(&text).with_context(|| path.display().to_string())
+}
+
 /// Every result that is kept, in the order of settings and drives.
 fn results(out: &Path) -> anyhow::Result<Vec<DriveResult>> {
     let mut results = Vec::new();
@@ -81,8 +95,7 @@ fn results(out: &Path) -> anyhow::Result<Vec<DriveResult>> {
         for spec in drives() {
             let path = path_of(out, spec.name, &setting);
             if path.exists() {
-                let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-                results.push(serde_json::from_str(&text).with_context(|| path.display().to_string())?);
+                results.push(read(&path)?);
             }
         }
     }

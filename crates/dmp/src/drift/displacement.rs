@@ -100,6 +100,17 @@ impl Displacement {
         }
     }
 
+    /// Variance of the square of the distance, m⁴, by how well the three parts are known, each by itself normally: of one of the
+    /// deviation σ, `4 o² σ² + 2 σ⁴`. `None` where one is not known.
+    pub(super) fn variance_of_square_m4(&self) -> Option<f64> {
+        let of = |off_m: Option<f64>, sigma_m: f64| {
+            let (off_m2, sigma_m2) = (off_m? * off_m?, sigma_m * sigma_m);
+            Some(4.0 * off_m2 * sigma_m2 + 2.0 * sigma_m2 * sigma_m2)
+        };
+        let [along, sideways, up] = self.sigma_m;
+        Some(of(self.along_m, along)? + of(self.sideways_m, sideways)? + of(self.up_m, up)?)
+    }
+
     /// What noise of the measurement adds to the square of each of the three parts, m²: what surfaces scatter.
     pub(super) fn noise_m2(&self) -> [f64; 3] {
         self.sigma_m.map(|sigma_m| sigma_m * sigma_m - self.allowance_m * self.allowance_m)

@@ -162,7 +162,7 @@ struct Revisits<'e, M> {
 impl<'e, M> Revisits<'e, M> {
     fn new(evaluation: &'e Evaluation<'_, M>) -> Self {
         let plan = &evaluation.plan;
-        let visits = visits::visits(plan, &plan.along_m);
+        let visits = visits::visits(plan, &plan.along_m, evaluation.log.summary().camera.is_some());
         let places = Places::new(&visits, plan.frames(), evaluation.runs.iter().map(|run| &run.poses));
         Self { evaluation, visits, places, tilt: own_frame::tilt() }
     }

@@ -6,8 +6,10 @@ use super::displacement::Displacement;
 use super::report::{DriftBin, DriftComparison, Measured, RunDrift, VisitPairReport};
 use crate::sample::mixed;
 
-/// Pairs in a row that count as one: what a run is off by changes slowly along its way.
+/// Pairs in a row that count as one: what a run is off by changes slowly along its way. Of few pairs fewer count as one, so that there
+/// are about so many blocks.
 const BLOCK_PAIRS: usize = 5;
+const BLOCKS: usize = 8;
 /// Pairs follow each other where both of their visits are as near as this, segments.
 const BLOCK_STEP: usize = 2;
 /// With fewer blocks there is no interval.
@@ -29,6 +31,7 @@ pub(super) struct PairFacts {
 
 /// Gives pairs, told by the segments of their visits in the order of the first, their blocks.
 pub(super) fn blocks(segments: &[(usize, usize)]) -> Vec<usize> {
+    let most = (segments.len() / BLOCKS).clamp(1, BLOCK_PAIRS);
     let (mut block, mut length) = (0, 0);
     let mut last: Option<(usize, usize)> = None;
     segments
@@ -37,7 +40,7 @@ pub(super) fn blocks(segments: &[(usize, usize)]) -> Vec<usize> {
             let follows = last.is_some_and(|last| {
                 first.abs_diff(last.0) <= BLOCK_STEP && second.abs_diff(last.1) <= BLOCK_STEP
             });
-            if last.is_some() && (!follows || length == BLOCK_PAIRS) {
+            if last.is_some() && (!follows || length == most) {
                 (block, length) = (block + 1, 0);
             }
             (last, length) = (Some((first, second)), length + 1);
@@ -75,7 +78,7 @@ pub(super) fn of_run(
     let with_interval = |of: &dyn Fn(&[&Entry<'_>]) -> Option<f64>| {
         let blocks: Vec<usize> = entries.iter().map(|entry| entry.facts.block).collect();
         let of = |chosen: &[usize]| of(&chosen.iter().map(|&k| &entries[k]).collect::<Vec<_>>());
-        measured(&blocks, confidence, &of)
+        measured(&blocks, confidence, 0.0, &of)
     };
     let part = |of: &dyn Fn(&Displacement) -> Option<(f64, f64)>| {
         let squares: Vec<f64> = offs().filter_map(of).map(|(off, noise_m2)| off * off - noise_m2).collect();
@@ -120,24 +123,24 @@ pub(super) fn compared(
     facts: &[PairFacts],
     confidence: Confidence,
 ) -> DriftComparison {
-    let of_run = |run: usize| {
-        let off = move |visit: &VisitPairReport| {
-            let off = visit.runs[run].off.as_ref()?;
-            off.distance_m.map(|distance_m| distance_m * distance_m - off.noise_m2().iter().sum::<f64>())
-        };
-        visits.iter().map(off)
+    let of_run = |visit: &VisitPairReport, run: usize| {
+        let off = visit.runs[run].off.as_ref()?;
+        let square_m2 = off.distance_m? * off.distance_m? - off.noise_m2().iter().sum::<f64>();
+        Some((square_m2, off.variance_of_square_m4()?))
     };
-    let both: Vec<(f64, f64, usize)> = of_run(a)
-        .zip(of_run(b))
-        .zip(facts)
-        .filter_map(|((a, b), facts)| Some((a?, b?, facts.block)))
-        .collect();
-    let blocks: Vec<usize> = both.iter().map(|(.., block)| *block).collect();
+    let (mut both, mut blocks, mut variance_m4) = (Vec::new(), Vec::new(), 0.0);
+    for (visit, facts) in visits.iter().zip(facts) {
+        let (Some((a_m2, a_m4)), Some((b_m2, b_m4))) = (of_run(visit, a), of_run(visit, b)) else { continue };
+        both.push((a_m2, b_m2));
+        blocks.push(facts.block);
+        variance_m4 += a_m4 + b_m4;
+    }
+    let pairs = both.len() as f64;
     let difference = |chosen: &[usize]| {
         let sum: f64 = chosen.iter().map(|&k| both[k].0 - both[k].1).sum();
         (!chosen.is_empty()).then(|| sum / chosen.len() as f64)
     };
-    let difference_m2 = measured(&blocks, confidence, &difference);
+    let difference_m2 = measured(&blocks, confidence, variance_m4 / (pairs * pairs), &difference);
     let better = match difference_m2.interval {
         Some([_, high]) if high < 0.0 => Some(names[0].to_owned()),
         Some([low, _]) if low > 0.0 => Some(names[1].to_owned()),
@@ -147,8 +150,8 @@ pub(super) fn compared(
         a: names[0].to_owned(),
         b: names[1].to_owned(),
         pairs: both.len(),
-        rms_a_m: rms(&both.iter().map(|(a, ..)| *a).collect::<Vec<_>>()),
-        rms_b_m: rms(&both.iter().map(|(_, b, _)| *b).collect::<Vec<_>>()),
+        rms_a_m: rms(&both.iter().map(|(a, _)| *a).collect::<Vec<_>>()),
+        rms_b_m: rms(&both.iter().map(|(_, b)| *b).collect::<Vec<_>>()),
         difference_m2,
         better,
     }
@@ -196,8 +199,14 @@ fn curve(entries: &[Entry<'_>], first: f64, of: impl Fn(&PairFacts) -> Option<f6
 
 /// A number over entries, given the block of each. Its interval is that of Student's t, with the standard error that the number has
 /// where blocks are drawn again and again (Efron & Tibshirani 1993, "An Introduction to the Bootstrap", §6.2; for few blocks
-/// percentiles are too narrow), and a degree of freedom less than there are blocks.
-fn measured(blocks: &[usize], confidence: Confidence, of: &dyn Fn(&[usize]) -> Option<f64>) -> Measured {
+/// percentiles are too narrow), and a degree of freedom less than there are blocks; `variance_known` is what it has beside that, by how well
+/// each entry is known.
+fn measured(
+    blocks: &[usize],
+    confidence: Confidence,
+    variance_known: f64,
+    of: &dyn Fn(&[usize]) -> Option<f64>,
+) -> Measured {
     let all: Vec<usize> = (0..blocks.len()).collect();
     let members: Vec<&[usize]> = all.chunk_by(|&a, &b| blocks[a] == blocks[b]).collect();
     let value = of(&all);
@@ -219,7 +228,7 @@ fn measured(blocks: &[usize], confidence: Confidence, of: &dyn Fn(&[usize]) -> O
         drawn.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / drawn.len() as f64;
     // Drawn blocks scatter less than blocks do, as they are drawn about their own mean.
     let degrees = members.len() - 1;
-    let error = (variance * members.len() as f64 / degrees as f64).sqrt();
+    let error = (variance * members.len() as f64 / degrees as f64 + variance_known).sqrt();
     let half = if error > 0.0 { confidence.student_t(degrees as u64) * error } else { 0.0 };
     Measured { value, interval: Some([middle - half, middle + half]) }
 }

@@ -43,7 +43,7 @@ pub(super) struct VisitPair {
 }
 
 /// The visits of a drive: its segments.
-pub(super) fn visits(plan: &Plan, along_m: &[f64]) -> Vec<Visit> {
+pub(super) fn visits(plan: &Plan, along_m: &[f64], is_camera: bool) -> Vec<Visit> {
     let frames = plan.frames().len();
     let starts = if plan.segments.length.is_some() {
         plan.segments.starts.clone()
@@ -53,13 +53,19 @@ pub(super) fn visits(plan: &Plan, along_m: &[f64]) -> Vec<Visit> {
     };
     let ends = starts.iter().skip(1).copied().chain([frames]);
     let returns = |ordinal: usize| plan.frames()[ordinal].returns;
-    starts.iter().zip(ends).map(|(&start, end)| Visit::of(start..end, along_m, returns)).collect()
+    starts.iter().zip(ends).map(|(&start, end)| Visit::of(start..end, along_m, returns, is_camera)).collect()
 }
 
 impl Visit {
     /// Of the scans of a segment. Where few of them have enough returns, these are the ones next to the middle, which mostly lie
-    /// together in the log; otherwise some at equal steps of the way, or of their number where that does not go on.
-    fn of(ordinals: std::ops::Range<usize>, along_m: &[f64], returns: impl Fn(usize) -> u64) -> Self {
+    /// together in the log; otherwise, and of a camera that sees little at a time, some at equal steps of the way, or of their number
+    /// where that does not go on.
+    fn of(
+        ordinals: std::ops::Range<usize>,
+        along_m: &[f64],
+        returns: impl Fn(usize) -> u64,
+        is_camera: bool,
+    ) -> Self {
         let (first_m, last_m) = (along_m[ordinals.start], along_m[ordinals.end - 1]);
         let at = |part: f64| {
             let goes_on = last_m > first_m;
@@ -70,7 +76,7 @@ impl Visit {
         };
         let middle = at(0.5);
         let enough = RETURNS.div_ceil(returns(middle).max(1)) as usize;
-        if enough < SCANS / 2 {
+        if !is_camera && enough < SCANS / 2 {
             let beside = (enough.max(LEAST_SCANS) / 2).min(ordinals.len() / 2);
             let scans =
                 middle.saturating_sub(beside).max(ordinals.start)..(middle + beside + 1).min(ordinals.end);

@@ -1,5 +1,6 @@
 //! `cargo xtask study null`: are equal maps called equal, and different ones still told apart?
 
+mod drift;
 mod halves;
 mod logs;
 mod sets;
@@ -29,6 +30,9 @@ pub(super) struct NullArgs {
     /// Also move the grid of the voxels so many times, to see how much of an interval that is
     #[arg(long, default_value_t = 0, value_name = "N")]
     grids: u64,
+    /// Only measure drift, and tell what that says of them
+    #[arg(long)]
+    drift: bool,
     /// Where logs are kept
     #[arg(long, default_value = "target/study", value_name = "FOLDER")]
     out: PathBuf,
@@ -36,9 +40,15 @@ pub(super) struct NullArgs {
 
 pub(super) fn run(arguments: &NullArgs) -> anyhow::Result<()> {
     std::fs::create_dir_all(&arguments.out).with_context(|| arguments.out.display().to_string())?;
-    let mut verdicts = Verdicts::default();
+    let (mut verdicts, mut of_drift) = (Verdicts::default(), drift::OfSets::new());
     for name in names(&arguments.logs)? {
         let Some(log) = NullLog::open(&name, &arguments.out)? else { continue };
+        if arguments.drift {
+            for set in sets(&log, arguments.draws)? {
+                *of_drift.entry((set.kind, set.name.clone())).or_default() += drift::told(&log, &set)?;
+            }
+            continue;
+        }
         for set in sets(&log, arguments.draws)? {
             let counts = score(&log, &set)?;
             counts.print(&name, &set.name);
@@ -49,7 +59,11 @@ pub(super) fn run(arguments: &NullArgs) -> anyhow::Result<()> {
             sets::grids(&log, arguments.grids)?.print(&name);
         }
     }
-    verdicts.print();
+    if arguments.drift {
+        drift::print(&of_drift);
+    } else {
+        verdicts.print();
+    }
     Ok(())
 }
 

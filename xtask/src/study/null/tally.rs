@@ -33,7 +33,7 @@ pub(super) struct Counts {
 }
 
 /// Which of a pair is the better one; `None` where they are equal or nobody knows.
-fn better(set: &Set, a: usize, b: usize) -> Option<usize> {
+pub(super) fn better(set: &Set, a: usize, b: usize) -> Option<usize> {
     let step = |run: usize| {
         let (kind, size) = set.runs[run].0.split_once(' ')?;
         Some((kind.to_owned(), size.parse::<f64>().ok()?))

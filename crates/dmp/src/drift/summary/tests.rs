@@ -137,10 +137,34 @@ fn few_blocks_do_not_tell_equal_runs_apart() {
     assert!(wrong <= 20, "{wrong} of 1000 at 99 %");
 }
 
+/// What one run is off by more than the other in every pair counts where it is more than a measurement can be off by: the same run in
+/// two worlds differs by rounding alone, and that may have one sign.
+#[test]
+fn what_is_less_than_the_measurement_tells_nothing() {
+    let better = |a_m: f64, b_m: f64| {
+        let run = |off_m: f64| vec![Some(off(off_m, 0.003)); 24];
+        let (visits, facts) = visits(&[run(a_m), run(b_m)]);
+        compared((0, 1), ["a", "b"], &visits, &facts, Confidence::P99).better
+    };
+    for base_m in [0.0, 0.01, 0.3, 3.0] {
+        assert_eq!(better(base_m, base_m + 1e-9), None, "{base_m}");
+        assert_eq!(better(base_m, base_m + 0.003), None, "{base_m}");
+        assert_eq!(better(base_m, base_m + 0.03).as_deref(), Some("a"), "{base_m}");
+        assert_eq!(better(base_m + 0.03, base_m).as_deref(), Some("b"), "{base_m}");
+    }
+}
+
 #[test]
 fn pairs_in_a_row_are_blocks() {
     let row = |count: usize, first: usize, second: usize| (0..count).map(move |k| (first + k, second + k));
-    let pairs: Vec<(usize, usize)> = row(7, 0, 50).chain(row(2, 10, 60)).chain(row(1, 13, 30)).collect();
-    assert_eq!(blocks(&pairs), [0, 0, 0, 0, 0, 1, 1, 2, 2, 3]);
+    let rows = |long: usize| -> Vec<(usize, usize)> {
+        row(7, 0, 50).chain(row(2, 10, 60)).chain(row(1, 13, 30)).chain(row(long, 100, 300)).collect()
+    };
+    let blocks_of = |long: usize| blocks(&rows(long));
+    assert_eq!(blocks_of(30)[..10], [0, 0, 0, 0, 0, 1, 1, 2, 2, 3]);
+    assert_eq!(blocks_of(30).last(), Some(&9));
+    // Of 18 pairs two are one, of ten every pair counts.
+    assert_eq!(blocks_of(8), [0, 0, 1, 1, 2, 2, 3, 4, 4, 5, 6, 6, 7, 7, 8, 8, 9, 9]);
+    assert_eq!(blocks_of(0), (0..10).collect::<Vec<_>>());
     assert!(blocks(&[]).is_empty());
 }

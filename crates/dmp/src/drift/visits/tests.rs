@@ -98,17 +98,17 @@ fn what_most_runs_say_holds() {
 fn the_scans_of_a_visit_are_spread_over_its_middle() {
     // It stands on the first half of its scans.
     let along_m: Vec<f64> = (0..100).map(|k| f64::from(k.max(50) - 50)).collect();
-    let visit = Visit::of(0..100, &along_m, |_| 10_000);
+    let visit = Visit::of(0..100, &along_m, |_| 10_000, false);
     assert_eq!((visit.middle, visit.scans.len()), (75, SCANS + 1));
     assert!(visit.scans.iter().all(|scan| (62..88).contains(scan)), "{:?}", visit.scans);
-    let standing = Visit::of(20..40, &[0.0; 100], |_| 10_000);
+    let standing = Visit::of(20..40, &[0.0; 100], |_| 10_000, false);
     assert!(
         standing.scans.contains(&standing.middle)
             && standing.scans.iter().all(|scan| (20..40).contains(scan))
     );
     // Of dense scans a few are enough.
-    assert_eq!(Visit::of(0..100, &along_m, |_| 50_000).scans, [74, 75, 76]);
-    assert_eq!(Visit::of(7..8, &along_m, |_| 10_000), Visit { middle: 7, scans: vec![7] });
+    assert_eq!(Visit::of(0..100, &along_m, |_| 50_000, false).scans, [74, 75, 76]);
+    assert_eq!(Visit::of(7..8, &along_m, |_| 10_000, false), Visit { middle: 7, scans: vec![7] });
 }
 
 proptest! {
