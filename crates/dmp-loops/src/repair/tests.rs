@@ -53,7 +53,7 @@ fn run(error: StepError) -> Run {
 }
 
 fn chain_of(run: &Run) -> Chain {
-    let posed = PosedLog::new(&DRIVE.log, run, &DRIVE.config, &()).unwrap();
+    let posed = PosedLog::new(&DRIVE.log, run, &DRIVE.config, ()).unwrap();
     Chain::new(&posed).unwrap()
 }
 
@@ -183,10 +183,7 @@ fn rows_are_passages_of_one_place_and_another() {
     let edges = true_edges(&chain, 0..140);
     let ends = |row: &Vec<PoseEdge>| (row.first().unwrap().from, row.last().unwrap().from, row.len());
     // Scans 10 apart are 3 m apart: with segments of 1.2 m they go on, with segments of 0.5 m they do not.
-    assert_eq!(
-        rows(&chain, edges.clone(), 1.2).iter().map(|row| row.len()).collect::<Vec<_>>(),
-        [edges.len()]
-    );
+    assert_eq!(rows(&chain, edges.clone(), 1.2).iter().map(Vec::len).collect::<Vec<_>>(), [edges.len()]);
     assert_eq!(rows(&chain, edges.clone(), 0.5).len(), edges.len());
     // A gap begins another row.
     let apart: Vec<PoseEdge> = edges[..4].iter().chain(&edges[9..]).cloned().collect();
