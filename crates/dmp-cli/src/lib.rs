@@ -123,8 +123,14 @@ impl Command {
 /// The command, with the arguments of this process.
 pub fn main() -> ExitCode {
     process::begin_again_with_memory_given_back();
+    run_process(std::env::args_os()).into()
+}
+
+/// The command, with these arguments, in a process that does nothing else: interrupts end it in order, and what is asked a
+/// second time ends the process at once.
+pub fn run_process(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     process::prepare();
-    run(std::env::args_os()).into()
+    run(arguments)
 }
 
 /// The definition of the command, with all that `--help` says.
