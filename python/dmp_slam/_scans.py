@@ -36,7 +36,8 @@ class Scan(NamedTuple):
 
 def log_path(log: Log, folder: Path) -> str:
     """The path of a log; what is none is spooled into the folder."""
-    if isinstance(log, (str, os.PathLike)):
+    # Datasets of evalio are texts, too.
+    if isinstance(log, (str, os.PathLike)) and not hasattr(log, "lidar"):
         return os.fsdecode(log)
     if isinstance(log, (list, tuple)) and log and all(isinstance(part, (str, os.PathLike)) for part in log):
         return os.fsdecode(log[0]) if len(log) == 1 else _bag(log, folder / "bag")

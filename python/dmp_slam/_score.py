@@ -22,7 +22,10 @@ _KEPT = {"report": "page.html", "per_frame": "frames.csv", "per_tile": "tiles.cs
 @contextmanager
 def work_folder(settings: Mapping[str, Any]) -> Iterator[Path]:
     """A folder for what is in memory, where the command works too; it goes with all that is in it."""
-    with tempfile.TemporaryDirectory(prefix="dmp-python-", dir=settings.get("work")) as folder:
+    work = settings.get("work")
+    # What is wrong with it is told by the command.
+    there = work if work is not None and Path(work).is_dir() else None
+    with tempfile.TemporaryDirectory(prefix="dmp-python-", dir=there) as folder:
         yield Path(folder)
 
 

@@ -171,11 +171,16 @@ def test_datasets_of_evalio_are_read():
         def to_vec_positions(self):
             return [np.array([1.0, 2, 3]), np.array([4.0, 5, 6])]
 
-    class Dataset:
+    class Dataset(str):
+        """Its names are those of an enumeration of texts."""
+
         def lidar(self):
             yield Measurement()
 
-    (scan,) = dmp._scans.scans_of(Dataset())
+    with pytest.raises(dmp.Error):
+        # One scan is no log to be scored, but it is read.
+        dmp.score(Dataset("basement"), {"mine": np.eye(4)[None]}, progress=False)
+    (scan,) = dmp._scans.scans_of(Dataset("basement"))
     assert scan.stamp == 17 and scan.times.tolist() == [0, 25]
     assert np.asarray(scan.points).tolist() == [[1, 2, 3], [4, 5, 6]]
 
@@ -215,6 +220,20 @@ def test_points_that_did_not_return_are_kept_and_dropped(scans, runs):
     named = {"truth": runs["truth"]}
     dropped = dmp.score(holed, named, **{**FEW, "every": 1}).data["inputs"]["dropped"]
     assert dropped["non_finite"] == 50
+
+
+def test_what_is_in_memory_waits_in_the_work_folder(scans, runs, tmp_path, temporary):
+    _, found = scans
+    seen = []
+
+    def watched():
+        yield from found[:20]
+        seen.extend(tmp_path.glob("dmp-python-*/*"))
+        yield from found[20:]
+
+    dmp.score(watched(), {"truth": runs["truth"]}, work=tmp_path, **FEW)
+    assert seen and not list(tmp_path.glob("dmp-python-*"))
+    assert list(temporary.iterdir()) == []
 
 
 def test_a_generator_that_raises_leaves_nothing(scans, runs, temporary):

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 from conftest import scores
@@ -26,6 +29,18 @@ def test_an_interrupt_stops_the_work(town, runs, temporary):
         dmp.score(town, runs, voxel=0.05, threads=1, progress=False)
     assert time.monotonic() - started < 20
     assert list(temporary.iterdir()) == []
+
+
+def test_an_interrupt_stops_the_command(town, runs, tmp_path):
+    program = Path(sys.executable).with_name("dmp")
+    given = ["score", town, "-t", runs["truth"], "--voxel=0.05", "--threads=1", "--work", tmp_path]
+    running = subprocess.Popen([program, *given], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    # It has begun when it says what it has found.
+    assert "town.mcap" in running.stderr.readline()
+    running.send_signal(signal.SIGINT)
+    _, said = running.communicate(timeout=60)
+    assert running.returncode == 130 and said.endswith("error: stopped before the end\n")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_event_stops_the_work(town, runs, temporary):
