@@ -40,13 +40,16 @@ def trajectories(runs: Runs, folder: Path) -> list[str]:
     for number, (name, run) in enumerate(runs.items()):
         if not isinstance(name, str) or not name or any(sign in name for sign in "=/\\"):
             raise UsageError(f"{name!r}: a run's name is a text without =, / and \\")
-        if isinstance(run, (str, os.PathLike)):
-            found.append(f"{name}={os.fsdecode(run)}")
-        else:
-            own = folder / f"run-{number}"
-            own.mkdir()
-            found.append(f"{name}={_write(name, run, own)}")
+        found.append(f"{name}={trajectory(name, run, folder / f'run-{number}')}")
     return found
+
+
+def trajectory(name: str, run: Run, folder: Path) -> str:
+    """A run as the command takes it; one in memory is written into a folder, which is made."""
+    if isinstance(run, (str, os.PathLike)):
+        return os.fsdecode(run)
+    folder.mkdir()
+    return str(_write(name, run, folder))
 
 
 def _write(name: str, run: Any, folder: Path) -> Path:

@@ -19,6 +19,8 @@ Log = Union[str, "os.PathLike[str]", Sequence[Union[str, "os.PathLike[str]"]], I
 _NS = 1_000_000_000
 #: From one scan to the next where a dataset does not tell, nanoseconds: LiDARs turn ten times a second.
 PERIOD_NS = _NS // 10
+#: Where the next scan is so many times as late as the one before was, scans between them are missing.
+_GAP = 1.5
 
 
 class Scan(NamedTuple):
@@ -95,17 +97,24 @@ def _of_kiss(dataset: Any) -> Iterator[Scan]:
     if hasattr(dataset, "reset"):
         dataset.reset()
     waiting: tuple[npt.NDArray[Any], npt.NDArray[Any], int] | None = None
-    period_ns = PERIOD_NS
+    period_ns: int | None = None
     for number in range(len(dataset)):
         read = dataset[number]
         points, times = read if isinstance(read, tuple) else (read, ())
         stamp = _kiss_stamp(dataset, number)
         if waiting is not None:
-            period_ns = stamp - waiting[2]
+            period_ns = _period_ns(stamp - waiting[2], period_ns)
             yield _within(*waiting, period_ns)
         waiting = (np.asarray(points), np.asarray(times).reshape(-1), stamp)
     if waiting is not None:
-        yield _within(*waiting, period_ns)
+        yield _within(*waiting, PERIOD_NS if period_ns is None else period_ns)
+
+
+def _period_ns(to_next_ns: int, before_ns: int | None) -> int:
+    """How long a scan takes, by when the next one comes and by the scan before. A gap is no part of the scan before it."""
+    if before_ns is not None and not 0 < to_next_ns < _GAP * before_ns:
+        return before_ns
+    return to_next_ns if to_next_ns > 0 else PERIOD_NS
 
 
 def _kiss_stamp(dataset: Any, number: int) -> int:
@@ -125,9 +134,7 @@ def _within(points: npt.NDArray[Any], times: npt.NDArray[Any], stamp_ns: int, pe
     times = times.astype(np.float64)
     first, last = times.min(), times.max()
     share = (times - first) / (last - first) if last > first else np.zeros(len(times))
-    # A gap between scans is no part of the one before it.
-    sweep_ns = min(max(period_ns, 1), 2 * PERIOD_NS)
-    return Scan(points, _nearest(share * sweep_ns), stamp_ns)
+    return Scan(points, _nearest(share * period_ns), stamp_ns)
 
 
 def _checked(

@@ -32,6 +32,17 @@ def test_commands_give_what_the_command_prints(town, runs):
     assert found == json.loads(command("truth", "ape", "tum", runs["truth"], drift, "--align", "--json").stdout)
 
 
+def test_errors_of_trajectories_in_memory_are_those_of_files(runs, poses, tmp_path):
+    matrices, stamps = poses
+    found = dmp.truth.ape(runs["truth"], dmp.Poses(matrices[:, :3], stamps), align=True)
+    expected = dmp.truth.ape(runs["truth"], runs["truth"], align=True)
+    assert found["estimate"]["poses_compared"] == expected["estimate"]["poses_compared"] == len(stamps)
+    assert found["stats"]["max"] < 1e-9
+    far = dmp.truth.rpe(dmp.Poses(matrices, stamps), runs["drift"], delta=1, delta_unit="m", all_pairs=True)
+    printed = command("truth", "rpe", runs["truth"], runs["drift"], "--delta=1", "--delta_unit=m", "--all_pairs", "--json")
+    assert far["stats"]["rmse"] == pytest.approx(json.loads(printed.stdout)["stats"]["rmse"])
+
+
 def test_samples_and_comparisons(town, runs, result, tmp_path):
     again = tmp_path / "result.json"
     again.write_text(result.to_json())

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -136,6 +138,14 @@ def test_datasets_of_kiss_icp_are_read(runs, temporary):
     assert written[2].times is None
 
 
+def test_a_gap_is_no_part_of_the_scan_before_it():
+    sweep = ([[5, 0, 0], [0, 5, 0]], [0, 1])
+    # Two scans a second; one is missing before the last two, which have one stamp.
+    scans = [(*sweep, stamp) for stamp in (0.0, 0.5, 1.0, 2.0, 2.0)]
+    ends = [int(scan.times[-1]) for scan in dmp._scans.scans_of(Kiss(scans))]
+    assert ends == [500_000_000] * 5
+
+
 def test_datasets_without_stamps_pair_by_number(scans, poses):
     _, found = scans
 
@@ -246,3 +256,23 @@ def test_a_generator_that_raises_leaves_nothing(scans, runs, temporary):
     with pytest.raises(OSError, match="the disk was taken out"):
         dmp.score(broken(), {"truth": runs["truth"]})
     assert list(temporary.iterdir()) == []
+
+
+SPOOLING = """
+import resource, sys
+import numpy as np
+from dmp_slam import Scan, _scans
+
+points, times = np.random.default_rng(1).uniform(-20, 20, (20_000, 3)), np.linspace(0, 0.09, 20_000)
+for count in (20, 200):
+    _scans.spool((Scan(points + k, times, k * 0.1) for k in range(count)), sys.argv[1])
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+
+
+def test_memory_does_not_grow_with_the_log(tmp_path):
+    log = tmp_path / "log.mcap"
+    printed = subprocess.check_output([sys.executable, "-c", SPOOLING, log], text=True)
+    few_kib, many_kib = map(int, printed.split())
+    assert log.stat().st_size > 30_000_000
+    assert many_kib - few_kib < 10_000
