@@ -15,6 +15,9 @@ use crate::told::{Shown, Told};
 /// How often it is looked whether somebody asks to stop, and how far the work is.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
+/// What the first thread of a process has, where the command runs otherwise.
+const STACK_BYTES: usize = 8 << 20;
+
 /// What became of a command: a word for its end, the line of its error, what it printed.
 type Ran<'py> = (&'static str, Option<String>, Bound<'py, PyBytes>);
 
@@ -30,7 +33,8 @@ pub(crate) fn run<'py>(
 ) -> PyResult<Ran<'py>> {
     let told = Arc::new(Told::default());
     let host = Arc::clone(&told);
-    let work = thread::Builder::new().name("dmp".into()).spawn(move || {
+    let thread = thread::Builder::new().name("dmp".into()).stack_size(STACK_BYTES);
+    let work = thread.spawn(move || {
         let end = EndsWhenDropped(&host);
         let mut out = Vec::new();
         let arguments = std::iter::once("dmp".into()).chain(arguments);
