@@ -47,14 +47,36 @@ def test_stamps_are_seconds_or_nanoseconds(town, poses):
     assert decimal.data["runs"][0]["returns"] == whole.data["runs"][0]["returns"]
 
 
+try:
+    from evo.core.trajectory import PosePath3D, PoseTrajectory3D
+except ImportError:
+
+    class PosePath3D:
+        """What is read of evo's, where evo is not installed."""
+
+        def __init__(self, poses_se3):
+            self.poses_se3 = poses_se3
+            # Not read without stamps.
+            self.orientations_quat_wxyz = np.zeros((len(poses_se3), 4))
+
+    class PoseTrajectory3D:
+        """The same with stamps."""
+
+        def __init__(self, positions_xyz, orientations_quat_wxyz, timestamps):
+            self.positions_xyz, self.timestamps = positions_xyz, timestamps
+            self.orientations_quat_wxyz = orientations_quat_wxyz
+
+
 def test_trajectories_of_evo_score_as_their_file(town, runs, temporary):
-    trajectory = pytest.importorskip("evo.core.trajectory")
     lines = [line.split() for line in runs["truth"].read_text().splitlines()[1:]]
     numbers = np.array([[float(cell) for cell in line] for line in lines])
-    evo = trajectory.PoseTrajectory3D(numbers[:, 1:4], numbers[:, [7, 4, 5, 6]], numbers[:, 0])
+    evo = PoseTrajectory3D(numbers[:, 1:4], numbers[:, [7, 4, 5, 6]], numbers[:, 0])
     from_file = dmp.score(town, {"truth": runs["truth"]}, **FEW)
     from_memory = dmp.score(town, {"truth": evo}, **FEW)
     assert from_memory.data["runs"] == from_file.data["runs"]
+    matrices = np.tile(np.eye(4), (100, 1, 1))
+    path = dmp.score(town, {"path": PosePath3D(poses_se3=list(matrices))}, **FEW)
+    assert path.data["runs"] == dmp.score(town, {"path": matrices}, **FEW).data["runs"]
     assert list(temporary.iterdir()) == []
 
 

@@ -8,6 +8,9 @@ import math
 from pathlib import Path
 
 import numpy as np
+import pandas
+import polars
+import pyarrow
 import pytest
 from conftest import command, scores
 
@@ -90,7 +93,6 @@ def test_errors_have_the_line_of_the_command(town, runs, tmp_path):
 
 
 def test_tables_have_lengths_beside_squares(result):
-    pandas = pytest.importorskip("pandas")
     runs = pandas.DataFrame.from_arrow(result.runs)
     assert list(runs["run"]) == result.order
     scored = {run["name"]: run for run in result.data["runs"]}
@@ -103,8 +105,6 @@ def test_tables_have_lengths_beside_squares(result):
 
 
 def test_tables_of_scans_and_tiles_go_to_other_programs(result):
-    polars = pytest.importorskip("polars")
-    pyarrow = pytest.importorskip("pyarrow")
     frames = polars.DataFrame(result.frames)
     assert frames.shape[0] == 4 * result.data["sampling"]["frames_scored"]
     assert set(frames["run"]) == set(result.order)
