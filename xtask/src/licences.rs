@@ -1,4 +1,4 @@
-//! The licences of everything that the command is built of.
+//! The licences of everything that the command and the Python package are built of.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -12,20 +12,22 @@ use serde::Deserialize;
 
 use crate::workspace::root;
 
-/// The package whose dependencies are meant.
-const COMMAND: &str = "dmp-cli";
+/// What is handed on: the package whose dependencies are meant, what it is, and the file in the workspace.
+const HANDED_ON: [(&str, &str, &str); 2] = [
+    ("dmp-cli", "the command `dmp`", "THIRD-PARTY.txt"),
+    ("dmp-python", "the Python package `dmp-slam`", "python/THIRD-PARTY.txt"),
+];
 /// What is linked differs little from system to system; this is what is shipped.
 const TARGET: &str = "x86_64-unknown-linux-gnu";
-/// The file, in the root of the workspace.
-const FILE: &str = "THIRD-PARTY.txt";
 /// Files of a package that say under which terms it comes begin so.
 const NAMES: [&str; 5] = ["licen", "copying", "notice", "unlicense", "copyright"];
 /// C libraries that packages build and link, with terms of their own: `SQLite`, in `libsqlite3-sys`, is in the public domain.
 const INSIDE: [(&str, &str); 2] = [("lz4-sys", "liblz4/lib/LICENSE"), ("zstd-sys", "zstd/LICENSE")];
 
-/// Write the licences of everything that the command is built of into THIRD-PARTY.txt
+/// Write the licences of everything that the command is built of into THIRD-PARTY.txt, and those of the Python package
 ///
-/// A text that several packages have stands there once. The file belongs beside the binary wherever that is handed on.
+/// A text that several packages have stands there once. The file belongs beside the binary wherever that is handed on; the
+/// package's is in its wheel.
 #[derive(Debug, Args)]
 pub(crate) struct LicencesArgs {
     /// Only compare with the file that is there
@@ -78,14 +80,18 @@ struct Kind {
 }
 
 pub(crate) fn run(arguments: &LicencesArgs) -> anyhow::Result<()> {
-    let written = listing(&linked(metadata()?)?)?;
-    let path = root().join(FILE);
-    if !arguments.check {
-        return fs::write(&path, written).with_context(|| path.display().to_string());
-    }
-    let there = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    if there != written {
-        bail!("{FILE} is not what `cargo xtask licences` writes");
+    let metadata = metadata()?;
+    for (package, what, file) in HANDED_ON {
+        let written = listing(what, &linked(&metadata, package)?)?;
+        let path = root().join(file);
+        if !arguments.check {
+            fs::write(&path, written).with_context(|| path.display().to_string())?;
+            continue;
+        }
+        let there = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+        if there != written {
+            bail!("{file} is not what `cargo xtask licences` writes");
+        }
     }
     Ok(())
 }
@@ -99,12 +105,12 @@ fn metadata() -> anyhow::Result<Metadata> {
     Ok(serde_json::from_slice(&output.stdout)?)
 }
 
-/// The packages that are linked into the command, but for those of the workspace.
-fn linked(metadata: Metadata) -> anyhow::Result<Vec<Package>> {
+/// The packages that are linked into one of the workspace, but for those of the workspace.
+fn linked<'a>(metadata: &'a Metadata, into: &str) -> anyhow::Result<Vec<&'a Package>> {
     let nodes: BTreeMap<&str, &Node> =
         metadata.resolve.nodes.iter().map(|node| (node.id.as_str(), node)).collect();
-    let of_command = metadata.packages.iter().find(|package| package.name == COMMAND);
-    let mut left = vec![of_command.with_context(|| format!("no package {COMMAND}"))?.id.as_str()];
+    let root = metadata.packages.iter().find(|package| package.name == into);
+    let mut left = vec![root.with_context(|| format!("no package {into}"))?.id.as_str()];
     let mut found = BTreeSet::new();
     while let Some(id) = left.pop() {
         if found.insert(id.to_owned()) {
@@ -114,18 +120,18 @@ fn linked(metadata: Metadata) -> anyhow::Result<Vec<Package>> {
             left.extend(node.deps.iter().filter(is_linked).map(|dependency| dependency.pkg.as_str()));
         }
     }
-    let is_foreign = |package: &Package| package.source.is_some() && found.contains(&package.id);
-    let mut packages: Vec<Package> = metadata.packages.into_iter().filter(is_foreign).collect();
+    let is_foreign = |package: &&Package| package.source.is_some() && found.contains(&package.id);
+    let mut packages: Vec<&Package> = metadata.packages.iter().filter(is_foreign).collect();
     packages.sort_by(|a, b| (&a.name, &a.version).cmp(&(&b.name, &b.version)));
     Ok(packages)
 }
 
-fn listing(packages: &[Package]) -> anyhow::Result<String> {
+fn listing(what: &str, packages: &[&Package]) -> anyhow::Result<String> {
     // Each text, with who has it.
     let mut texts: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    let mut written = String::from(
-        "What the command `dmp` is built of, and under which terms. Made by `cargo xtask licences`.\n\n\
-         The standard library of Rust: MIT OR Apache-2.0; https://github.com/rust-lang/rust\n",
+    let mut written = format!(
+        "What {what} is built of, and under which terms. Made by `cargo xtask licences`.\n\n\
+         The standard library of Rust: MIT OR Apache-2.0; https://github.com/rust-lang/rust\n"
     );
     for package in packages {
         let name = format!("{} {}", package.name, package.version);

@@ -1,6 +1,8 @@
-//! Options that every subcommand has.
+//! Options that every subcommand has, and who runs it.
 
 use clap::Args;
+
+use crate::host::Hosted;
 
 /// What every subcommand understands.
 #[derive(Debug, Args)]
@@ -11,4 +13,6 @@ pub(crate) struct Common {
     /// No progress bar (there is none either where standard error is not a terminal)
     #[arg(long, global = true)]
     pub(crate) no_progress: bool,
+    #[arg(skip)]
+    pub(crate) host: Hosted,
 }

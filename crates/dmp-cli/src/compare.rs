@@ -9,6 +9,7 @@ use dmp::{JoinError, JoinedReport, MadeWith, NamedReport, Report, join_reports};
 use dmp_log::shown_path;
 use serde::Serialize;
 
+use crate::common::Common;
 use crate::exit::{Exit, Usage, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::named::{NamedFile, names_of};
@@ -75,7 +76,7 @@ struct ResultReport {
     runs: Vec<String>,
 }
 
-pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Result<Exit> {
+pub(crate) fn run(arguments: &CompareArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
     let names = names_of(&arguments.results)?;
     if let Some(page) = &arguments.report {
         targets::check_html(page)?;
@@ -101,7 +102,8 @@ pub(crate) fn run(arguments: &CompareArgs, out: &mut impl Write) -> anyhow::Resu
         page::write(path, &report, None, None, &remarks).map(drop)
     });
     let damaged = !report.inputs.damage.is_empty();
-    let exit = gates.end(&report, &checked, if damaged { Exit::InputDamaged } else { Exit::Done })?;
+    let exit =
+        gates.end(&common.host, &report, &checked, if damaged { Exit::InputDamaged } else { Exit::Done })?;
     let printed = if arguments.json {
         "dmp-compare/1".clone_into(&mut report.schema);
         env!("CARGO_PKG_VERSION").clone_into(&mut report.dmp_version);

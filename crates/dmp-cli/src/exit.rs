@@ -7,6 +7,8 @@ use dmp::{EvaluateError, JoinError, SettingName};
 use dmp_log::{LogError, LogSetting};
 use dmp_truth::surface::SurfaceError;
 
+use crate::say::as_line;
+
 /// How a command ended. Scripts rely on the codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Exit {
@@ -43,7 +45,7 @@ impl fmt::Display for Usage {
 impl std::error::Error for Usage {}
 
 /// Whether the command was used wrongly, rather than the data or the machine being at fault.
-pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
+fn is_usage(error: &anyhow::Error) -> bool {
     error.is::<Usage>()
         || error.downcast_ref::<EvaluateError>().is_some_and(EvaluateError::is_usage)
         || error.downcast_ref::<JoinError>().is_some_and(JoinError::is_usage)
@@ -52,9 +54,81 @@ pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
 }
 
 /// Whether somebody stopped the command.
-pub(crate) fn is_interrupt(error: &anyhow::Error) -> bool {
+fn is_interrupt(error: &anyhow::Error) -> bool {
     matches!(error.downcast_ref(), Some(EvaluateError::Cancelled))
         || matches!(error.downcast_ref(), Some(SurfaceError::Cancelled))
+}
+
+/// Why a command failed, for a program that runs it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Failure {
+    /// What is at fault.
+    pub kind: FailureKind,
+    /// What the command prints after `error: `, one line.
+    pub line: String,
+}
+
+/// What is at fault where a command fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum FailureKind {
+    /// The command line: exit code 2.
+    Usage,
+    /// A file that cannot be read as what it was given for: exit code 1.
+    Input,
+    /// Anything else, such as a full disk: exit code 1.
+    Failed,
+    /// Somebody asked to stop: exit code 130.
+    Interrupted,
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.line)
+    }
+}
+
+impl std::error::Error for Failure {}
+
+impl Failure {
+    pub(crate) fn new(kind: FailureKind, text: fmt::Arguments<'_>) -> Self {
+        Self { kind, line: as_line(text) }
+    }
+
+    pub(crate) fn of(error: &anyhow::Error) -> Self {
+        Self::new(FailureKind::of(error), format_args!("{}", one_line(error)))
+    }
+}
+
+impl FailureKind {
+    pub(crate) fn of(error: &anyhow::Error) -> Self {
+        if is_interrupt(error) {
+            Self::Interrupted
+        } else if is_usage(error) {
+            Self::Usage
+        } else if is_of_input(error) {
+            Self::Input
+        } else {
+            Self::Failed
+        }
+    }
+}
+
+impl From<FailureKind> for Exit {
+    fn from(kind: FailureKind) -> Self {
+        match kind {
+            FailureKind::Usage => Self::WrongUsage,
+            FailureKind::Input | FailureKind::Failed => Self::Failed,
+            FailureKind::Interrupted => Self::Interrupted,
+        }
+    }
+}
+
+/// Whether a file that was given could not be understood.
+fn is_of_input(error: &anyhow::Error) -> bool {
+    let is_of_file = |cause: &(dyn std::error::Error + 'static)| {
+        cause.is::<LogError>() || matches!(cause.downcast_ref(), Some(EvaluateError::Log(_)))
+    };
+    error.chain().any(is_of_file)
 }
 
 /// The error and its causes in one line, joined by `: `. A cause that its error has already told is left out.

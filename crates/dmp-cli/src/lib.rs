@@ -1,7 +1,9 @@
 //! The command `dmp`: score LiDAR SLAM runs without ground truth.
 //!
 //! # Brief overview
-//! [`main`] is the whole command; [`run`] is the same for other programs: arguments in, an [`Exit`] out.
+//! [`main`] is the whole command, and [`run`] the same with other arguments. [`run_for`] is for programs that run commands
+//! beside other work: results go into a writer, lines and progress to a [`Host`], which may stop it, and an error comes
+//! back as a [`Failure`].
 //! Each subcommand is a module with its arguments and a function that does it. Results go to standard
 //! output, everything else (progress, notes, errors) to standard error. What a user of the libraries
 //! would miss does not belong here.
@@ -21,6 +23,7 @@ mod exit;
 mod extrinsic;
 mod gates;
 mod guard;
+mod host;
 mod info;
 mod loaded_run;
 mod log_args;
@@ -47,17 +50,19 @@ mod vetting;
 use std::ffi::OsString;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 pub use after_help::{HelpBody, HelpPart, help_parts};
 use common::Common;
 use dmp_log::is_printable;
-pub use exit::Exit;
-use exit::{is_closed_pipe, is_interrupt, is_usage, one_line, when_printed};
+pub use exit::{Exit, Failure, FailureKind};
+use exit::{is_closed_pipe, one_line, when_printed};
 use guard::Results;
-
-use say::{Printed, commands_anywhere, say};
+pub use host::Host;
+use host::Hosted;
+use say::{Printed, commands_anywhere};
 
 /// Scores LiDAR SLAM runs without ground truth: which trajectory explains the scans best?
 #[derive(Debug, Parser)]
@@ -100,7 +105,7 @@ impl Command {
         match self {
             Self::Score(arguments) => score::run(arguments, common, out),
             Self::Calibrate(arguments) => calibrate::run(arguments, common, out),
-            Self::Compare(arguments) => compare::run(arguments, out),
+            Self::Compare(arguments) => compare::run(arguments, common, out),
             Self::Drift(arguments) => drift::run(arguments, common, out),
             Self::Repair(arguments) => repair::run(arguments, common, out),
             Self::Loops(arguments) => loops::run(arguments, common, out),
@@ -118,8 +123,14 @@ impl Command {
 /// The command, with the arguments of this process.
 pub fn main() -> ExitCode {
     process::begin_again_with_memory_given_back();
+    run_process(std::env::args_os()).into()
+}
+
+/// The command, with these arguments, in a process that does nothing else: interrupts end it in order, and what is asked a
+/// second time ends the process at once.
+pub fn run_process(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     process::prepare();
-    run(std::env::args_os()).into()
+    run(arguments)
 }
 
 /// The definition of the command, with all that `--help` says.
@@ -132,20 +143,54 @@ fn has_foreign(text: &str) -> bool {
     text.chars().any(|c| !is_printable(c))
 }
 
+/// A command line that the parser has understood.
+struct Asked {
+    cli: Cli,
+    /// What is wrong with its files is told when the command begins.
+    results: anyhow::Result<Results>,
+}
+
+/// What the parser says instead.
+enum Answer {
+    /// Characters in an argument that cannot be told in a line.
+    Foreign(String),
+    /// What is wrong, or help, or the version.
+    Parser(clap::Error),
+}
+
+impl Asked {
+    fn understand(arguments: impl IntoIterator<Item = OsString>) -> Result<Self, Answer> {
+        let arguments: Vec<OsString> = arguments.into_iter().collect();
+        if let Some(foreign) =
+            arguments.iter().map(|text| text.to_string_lossy()).find(|text| has_foreign(text))
+        {
+            return Err(Answer::Foreign(foreign.into_owned()));
+        }
+        let mut definition = Cli::command();
+        let matches = definition.try_get_matches_from_mut(arguments).map_err(Answer::Parser)?;
+        let cli = Cli::from_arg_matches(&matches).map_err(Answer::Parser)?;
+        Ok(Self { results: guard::check(&definition, &matches), cli })
+    }
+
+    /// Does it; what was found before something failed is printed too.
+    fn run(self, sink: impl io::Write) -> anyhow::Result<Exit> {
+        let mut out = Printed::new(sink);
+        let Self { cli, results } = self;
+        let done = results.and_then(|_| cli.command.run(&cli.common, &mut out));
+        let printed = out.flush().map_err(Into::into);
+        done.and_then(|exit| when_printed(printed, exit))
+    }
+}
+
 /// The command, with these arguments; the first is the name of the program.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
-    let arguments: Vec<OsString> = arguments.into_iter().collect();
-    if let Some(foreign) = arguments.iter().map(|text| text.to_string_lossy()).find(|text| has_foreign(text))
-    {
-        say!("error: `{foreign}`: control characters in a name cannot be told in a line: rename it");
-        return Exit::WrongUsage;
-    }
-    let mut definition = Cli::command();
-    let matches = definition.try_get_matches_from_mut(arguments);
-    let parsed = matches.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
-    let (cli, matches) = match parsed {
-        Ok(parsed) => parsed,
-        Err(error) => {
+    let asked = match Asked::understand(arguments) {
+        Ok(asked) => asked,
+        Err(Answer::Foreign(foreign)) => {
+            say::line(format_args!("error: {}", foreign_in_words(&foreign)));
+            return Exit::WrongUsage;
+        }
+        Err(Answer::Parser(error)) => {
             let told = error.render().to_string();
             let printed = if error.use_stderr() && commands_anywhere(&told) {
                 let mut out = Printed::new(io::stderr());
@@ -161,17 +206,67 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
             };
         }
     };
-    let results = guard::check(&definition, &matches);
-    let sink: Box<dyn io::Write> = match &results {
-        Ok(Results::Aside) if cli.common.quiet => Box::new(io::sink()),
+    let sink: Box<dyn io::Write> = match &asked.results {
+        Ok(Results::Aside) if asked.cli.common.quiet => Box::new(io::sink()),
         Ok(Results::Aside) => Box::new(io::stderr()),
         _ => Box::new(io::stdout().lock()),
     };
-    let mut out = Printed::new(sink);
-    let done = results.and_then(|_| cli.command.run(&cli.common, &mut out));
-    // What was found before something failed is told too.
-    let printed = out.flush().map_err(Into::into);
-    ended(done.and_then(|exit| when_printed(printed, exit)))
+    ended(asked.run(sink))
+}
+
+/// The command, run by another program: results go into `out`, all else to the host. Commands of several threads go their
+/// own ways.
+///
+/// ```
+/// # use std::sync::Arc;
+/// #[derive(Debug)]
+/// struct Quiet;
+/// impl dmp_cli::Host for Quiet {
+///     fn say(&self, _: &str) {}
+///     fn begin(&self, _: &'static str, _: &'static str, _: Option<u64>) {}
+///     fn advance(&self, _: u64) {}
+///     fn is_cancelled(&self) -> bool { false }
+/// }
+///
+/// let mut out = Vec::new();
+/// let arguments = ["dmp", "info", "/no/such/log.mcap"].map(Into::into);
+/// let failure = dmp_cli::run_for(arguments, &mut out, Arc::new(Quiet)).unwrap_err();
+/// assert_eq!(failure.kind, dmp_cli::FailureKind::Usage);
+/// assert!(failure.line.starts_with("/no/such/log.mcap: "));
+/// ```
+///
+/// # Errors
+/// Where the command fails; what it found before is in `out`.
+pub fn run_for(
+    arguments: impl IntoIterator<Item = OsString>,
+    out: &mut impl io::Write,
+    host: Arc<dyn Host>,
+) -> Result<Exit, Failure> {
+    let mut asked = match Asked::understand(arguments) {
+        Ok(asked) => asked,
+        Err(Answer::Foreign(foreign)) => {
+            return Err(Failure::new(FailureKind::Usage, format_args!("{}", foreign_in_words(&foreign))));
+        }
+        Err(Answer::Parser(error)) if error.use_stderr() => return Err(refused(&error)),
+        Err(Answer::Parser(help)) => {
+            let written = out.write_all(help.render().to_string().as_bytes());
+            return written.map(|()| Exit::Done).map_err(|error| Failure::of(&error.into()));
+        }
+    };
+    asked.cli.common.host = Hosted::by(host);
+    asked.run(out).map_err(|error| Failure::of(&error))
+}
+
+fn foreign_in_words(foreign: &str) -> String {
+    format!("`{foreign}`: control characters in a name cannot be told in a line: rename it")
+}
+
+/// What the parser says of a wrong command line, up to its hints, in one line.
+fn refused(error: &clap::Error) -> Failure {
+    let told = error.render().to_string();
+    let told = told.strip_prefix("error: ").unwrap_or(&told);
+    let first = told.lines().take_while(|line| !line.trim().is_empty()).map(str::trim);
+    Failure::new(FailureKind::Usage, format_args!("{}", first.collect::<Vec<_>>().join(" ")))
 }
 
 /// How the command ends; an error is told.
@@ -180,14 +275,8 @@ fn ended(done: anyhow::Result<Exit>) -> Exit {
         Ok(exit) => exit,
         Err(error) if is_closed_pipe(&error) => Exit::Done,
         Err(error) => {
-            say!("error: {}", one_line(&error));
-            if is_interrupt(&error) {
-                Exit::Interrupted
-            } else if is_usage(&error) {
-                Exit::WrongUsage
-            } else {
-                Exit::Failed
-            }
+            say::line(format_args!("error: {}", one_line(&error)));
+            FailureKind::of(&error).into()
         }
     }
 }

@@ -63,7 +63,7 @@ pub(crate) fn run(
     }
     files.commit()?;
     if !common.quiet {
-        say!("{}: {}", folder.display(), counted(pages, "page"));
+        say!(common.host, "{}: {}", folder.display(), counted(pages, "page"));
     }
     Ok(Exit::Done)
 }

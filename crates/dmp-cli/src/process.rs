@@ -9,7 +9,7 @@ use std::time::Duration;
 use dmp::Note;
 
 use crate::exit::{Exit, option_of};
-use crate::say::say;
+use crate::say;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// How long work has to end in order.
@@ -81,7 +81,7 @@ fn say_last(lines: Vec<String>) {
             // Where progress was drawn.
             let _ = write!(io::stderr(), "\r\x1b[2K");
         }
-        lines.iter().for_each(|line| say!("{line}"));
+        lines.iter().for_each(|line| say::line(format_args!("{line}")));
         // Nobody waits any more where it took too long.
         let _ = said.send(());
     };

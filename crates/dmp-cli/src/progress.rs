@@ -1,4 +1,4 @@
-//! How far an evaluation is, on standard error.
+//! How far an evaluation is, on standard error or told to the program that runs it.
 
 use std::fmt;
 use std::io::IsTerminal as _;
@@ -10,25 +10,29 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use crate::common::Common;
 use crate::exit::option_of;
-use crate::process;
+use crate::host::Hosted;
 use crate::say::say;
 
-/// The progress of an evaluation, on standard error where that is a terminal. Gone when dropped.
+/// The progress of an evaluation: a bar on standard error where that is a terminal, gone when dropped; or told to the
+/// program that runs the command.
 #[derive(Debug)]
 pub(crate) struct Progress {
     bar: ProgressBar,
     quiet: bool,
+    host: Hosted,
 }
 
 impl Progress {
     pub(crate) fn new(common: &Common) -> Self {
-        let shown = !common.quiet && !common.no_progress && std::io::stderr().is_terminal();
-        let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        Self { bar: ProgressBar::with_draw_target(None, target), quiet: common.quiet }
+        let bar = ProgressBar::with_draw_target(None, target(common));
+        Self { bar, quiet: common.quiet, host: common.host.clone() }
     }
 
     /// Something begins; `total` is 0 where its end is not known.
     fn start(&self, what: &'static str, unit: &'static str, total: u64) {
+        if let Some(program) = self.host.program() {
+            return program.begin(what, unit, (total > 0).then_some(total));
+        }
         // How it is drawn first: every later call may draw.
         self.bar.set_style(style(unit, total > 0));
         self.bar.set_prefix(what);
@@ -39,24 +43,32 @@ impl Progress {
         self.bar.reset();
     }
 
+    /// So many more steps are done.
+    pub(crate) fn done(&self, steps: u64) {
+        match self.host.program() {
+            Some(program) => program.advance(steps),
+            None => self.bar.inc(steps),
+        }
+    }
+
     /// So many tiles are worked on, one by one.
     pub(crate) fn tiles(&self, what: &'static str, total: u64) {
-        self.start(what, "tiles/s", total);
+        self.start(what, "tiles", total);
     }
 
     /// One of them is done.
     pub(crate) fn one_tile(&self) {
-        self.bar.inc(1);
+        self.done(1);
     }
 
     /// So many scans are worked on, one by one.
     pub(crate) fn scans(&self, what: &'static str, total: u64) {
-        self.start(what, "scans/s", total);
+        self.start(what, "scans", total);
     }
 
     /// One of them is done.
     pub(crate) fn one_scan(&self) {
-        self.bar.inc(1);
+        self.done(1);
     }
 
     /// Prints without tearing the bar.
@@ -71,22 +83,22 @@ impl Progress {
 
     /// So much more of it is read; fails where somebody asked to stop.
     pub(crate) fn read(&self, amount: usize) -> Result<(), SurfaceError> {
-        self.bar.inc(amount as u64);
-        if process::interrupted() { Err(SurfaceError::Cancelled) } else { Ok(()) }
+        self.done(amount as u64);
+        if self.host.is_cancelled() { Err(SurfaceError::Cancelled) } else { Ok(()) }
     }
 }
 
 impl SurfaceWatch for Progress {
     fn begin(&self, points: u64) {
-        self.start("measuring", "points/s", points);
+        self.start("measuring", "points", points);
     }
 
     fn advance(&self, points: u64) {
-        self.bar.inc(points);
+        self.done(points);
     }
 
     fn cancelled(&self) -> bool {
-        process::interrupted()
+        self.host.is_cancelled()
     }
 }
 
@@ -99,34 +111,44 @@ impl Drop for Progress {
 impl dmp::Progress for Progress {
     fn begin(&self, stage: Stage, total: u64) {
         let (what, unit) = match stage {
-            Stage::Vet => ("looking at conventions", "scans/s"),
-            Stage::Survey => ("looking at scans", "scans/s"),
-            Stage::ReadMap => ("reading the map", "points/s"),
-            Stage::Fuse => ("fusing maps", "points/s"),
-            Stage::Surfels => ("making surfels", "tiles/s"),
-            Stage::Trails => ("finding trails", "points/s"),
-            Stage::Cast => ("casting rays", "points/s"),
-            Stage::Drift => ("measuring drift", "pairs/s"),
-            Stage::Places => ("scoring places", "places/s"),
-            Stage::Candidates => ("trying loops", "loops/s"),
-            _ => ("working", "steps/s"),
+            Stage::Vet => ("looking at conventions", "scans"),
+            Stage::Survey => ("looking at scans", "scans"),
+            Stage::ReadMap => ("reading the map", "points"),
+            Stage::Fuse => ("fusing maps", "points"),
+            Stage::Surfels => ("making surfels", "tiles"),
+            Stage::Trails => ("finding trails", "points"),
+            Stage::Cast => ("casting rays", "points"),
+            Stage::Drift => ("measuring drift", "pairs"),
+            Stage::Places => ("scoring places", "places"),
+            Stage::Candidates => ("trying loops", "loops"),
+            _ => ("working", "steps"),
         };
         self.start(what, unit, total);
     }
 
     fn advance(&self, amount: u64) {
-        self.bar.inc(amount);
+        self.done(amount);
     }
 
     fn note(&self, note: &Note) {
         // What is left on the disk of work that failed belongs to the error.
         if !self.quiet || matches!(note, Note::WorkKept { .. }) {
-            self.bar.suspend(|| say!("note: {}", note.message_with(&option_of)));
+            self.bar.suspend(|| say!(self.host, "note: {}", note.message_with(&option_of)));
         }
     }
 
     fn cancelled(&self) -> bool {
-        process::interrupted()
+        self.host.is_cancelled()
+    }
+}
+
+/// Where a bar is drawn: on a terminal, unless nobody wants it there or another program draws its own.
+pub(crate) fn target(common: &Common) -> ProgressDrawTarget {
+    let is_own = common.host.program().is_none();
+    if is_own && !common.quiet && !common.no_progress && std::io::stderr().is_terminal() {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
     }
 }
 
@@ -136,7 +158,7 @@ const WITHOUT_END: &str = "{prefix:16} {spinner} {rate}{memory}";
 fn style(unit: &'static str, has_end: bool) -> ProgressStyle {
     let rate = move |state: &ProgressState, out: &mut dyn fmt::Write| {
         // Where the text cannot be drawn, nobody reads it.
-        let _ = write!(out, "{} {unit}", text::short(state.per_sec()));
+        let _ = write!(out, "{} {unit}/s", text::short(state.per_sec()));
     };
     let memory = |_: &ProgressState, out: &mut dyn fmt::Write| {
         let _ = match dmp::peak_anonymous_bytes() {

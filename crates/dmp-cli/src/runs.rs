@@ -171,6 +171,7 @@ impl OpenedRuns<LogOutline> {
         let log = log.outline(&poses.0.mapper(poses.1.offset_of_all_ns())?)?;
         if let (Some(run), false) = (in_log, common.quiet) {
             say!(
+                common.host,
                 "note: the poses of `{run}` are in the log, so all of it is read for them; `dmp convert` writes them to a file"
             );
         }
@@ -191,11 +192,11 @@ fn finish(
     let clocks = poses.1.of_runs(&started.names())?;
     let loaded = started.finish(log.summary())?;
     if !common.quiet {
-        announce::found(log, &loaded);
+        announce::found(&common.host, log, &loaded);
     }
     let extrinsics = extrinsic::of_runs(&poses.0.extrinsic, &loaded, log)?;
     if !common.quiet {
-        announce::extrinsics(&loaded, &extrinsics);
+        announce::extrinsics(&common.host, &loaded, &extrinsics);
     }
     let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
     Ok((to_score(loaded, maps, extrinsics, clocks), damaged))

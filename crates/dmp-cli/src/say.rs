@@ -16,10 +16,11 @@ const FULL_FOR: Duration = Duration::from_millis(5);
 /// What logs of GitHub, Azure and `TeamCity` take for commands wherever it stands.
 const COMMANDS: [&str; 3] = ["##[", "##vso[", "##teamcity["];
 
-/// Prints a line to standard error, as `eprintln!` does, and goes on where nobody listens: scores do not depend on whether
-/// somebody reads the notes. Text from files cannot leave its line nor command a terminal or a CI server.
+/// Prints a line to standard error, as `eprintln!` does, or tells it the program that runs the command, and goes on where
+/// nobody listens: scores do not depend on whether somebody reads the notes. Text from files cannot leave its line nor command
+/// a terminal or a CI server.
 macro_rules! say {
-    ($($argument:tt)*) => { $crate::say::line(format_args!($($argument)*)) };
+    ($host:expr, $($argument:tt)*) => { $host.line(format_args!($($argument)*)) };
 }
 pub(crate) use say;
 
@@ -29,12 +30,17 @@ macro_rules! tell {
 }
 pub(crate) use tell;
 
-/// See [`say!`].
+/// A line on standard error of this process; see [`say!`].
 pub(crate) fn line(text: fmt::Arguments<'_>) {
+    command(&as_line(text));
+}
+
+/// What is said, as a line: shortened where it is very long.
+pub(crate) fn as_line(text: fmt::Arguments<'_>) -> String {
     let said = without_commands(&printable(&text.to_string()));
     match said.char_indices().nth(MOST_SAID) {
-        Some((end, _)) => command(&format!("{}… ({} bytes)", &said[..end], said.len())),
-        None => command(&said),
+        Some((end, _)) => format!("{}… ({} bytes)", &said[..end], said.len()),
+        None => said,
     }
 }
 

@@ -50,6 +50,6 @@ impl Vetting<'_> {
 /// Says what was found.
 pub(crate) fn tell(vetted: &Vetted, common: &Common) {
     if !common.quiet {
-        vetted.messages_with(&option_of).iter().for_each(|message| say!("note: {message}"));
+        vetted.messages_with(&option_of).iter().for_each(|message| say!(common.host, "note: {message}"));
     }
 }

@@ -12,7 +12,6 @@ use crate::common::Common;
 use crate::exit::{Exit, Usage};
 use crate::log_args::{LogArgs, Mapper};
 use crate::log_writer::{CompressionArg, LogWriter, OutputFormat};
-use crate::process;
 use crate::progress::Progress;
 use crate::say::say;
 use crate::score::parse;
@@ -66,7 +65,7 @@ pub(super) fn run(arguments: &LogConvertArgs, common: &Common, out: &mut impl Wr
     let compression = arguments.compression.unwrap_or(CompressionArg::Zstd);
     let mut writer = LogWriter::create(&arguments.output, format, compression)?;
     let progress = Progress::new(common);
-    progress.reading("converting", "points/s");
+    progress.reading("converting", "points");
     let mut reader = log.reader()?;
     let (mut scan, mut returns) = (Scan::default(), 0);
     for frame in 0..log.frames().len() {
@@ -74,9 +73,8 @@ pub(super) fn run(arguments: &LogConvertArgs, common: &Common, out: &mut impl Wr
         count_from_first(&mut scan);
         writer.write(&scan)?;
         returns += scan.len() as u64;
-        if progress.read(scan.len()).is_err() || process::interrupted() {
-            bail!(dmp::EvaluateError::Cancelled);
-        }
+        progress.done(scan.len() as u64);
+        common.host.go_on()?;
     }
     writer.finish()?;
     drop(progress);
@@ -90,7 +88,7 @@ pub(super) fn run(arguments: &LogConvertArgs, common: &Common, out: &mut impl Wr
     }
     let damage = &log.summary().damage;
     if !common.quiet {
-        damage.iter().for_each(|lost| say!("lost: {}: {}", lost.place, lost.what));
+        damage.iter().for_each(|lost| say!(common.host, "lost: {}: {}", lost.place, lost.what));
     }
     Ok(if damage.is_empty() { Exit::Done } else { Exit::InputDamaged })
 }

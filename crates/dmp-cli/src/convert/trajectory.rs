@@ -68,9 +68,9 @@ pub(super) fn run(
             ("are there twice, written once", file.repeated),
         ];
         for (what, count) in counts.into_iter().filter(|(_, count)| *count > 0) {
-            say!("note: {}: {} {what}", run.display(), counted(count as u64, "pose"));
+            say!(common.host, "note: {}: {} {what}", run.display(), counted(count as u64, "pose"));
         }
-        file.notes.iter().for_each(|note| say!("note: {}: {note}", run.display()));
+        file.notes.iter().for_each(|note| say!(common.host, "note: {}: {note}", run.display()));
     }
     let trajectory = file.trajectory;
     let without_stamps = matches!(to, To::Kitti | To::Redwood);

@@ -14,9 +14,10 @@ use clap::{Args, ValueEnum};
 use dmp::Report;
 
 use crate::exit::Exit;
+use crate::host::Hosted;
 use crate::parse::{Pair, pair};
 use crate::save::save_text;
-use crate::say::{self, say, tell};
+use crate::say::{say, tell};
 use check::Asked;
 pub(crate) use check::GateReport;
 use limit::{Bound, Limit};
@@ -108,11 +109,17 @@ impl Gates<'_> {
     /// Tells of those that failed, and writes the JUnit file. `done` is how the command would end without gates.
     ///
     /// A failed gate goes before damaged input: who has come to accept the one is still to hear of the other.
-    pub(crate) fn end(&self, report: &Report, gates: &[GateReport], done: Exit) -> anyhow::Result<Exit> {
+    pub(crate) fn end(
+        &self,
+        host: &Hosted,
+        report: &Report,
+        gates: &[GateReport],
+        done: Exit,
+    ) -> anyhow::Result<Exit> {
         for failed in gates.iter().filter(|gate| !gate.passed) {
             match self.arguments.annotate {
-                Some(Annotate::Github) => say::command(&annotate::github(failed)),
-                None => say!("gate failed: {failed}"),
+                Some(Annotate::Github) => host.command(&annotate::github(failed)),
+                None => say!(host, "gate failed: {failed}"),
             }
         }
         if let Some(file) = &self.arguments.junit {

@@ -40,7 +40,7 @@ impl Inputs {
     pub(super) fn read(arguments: &LoopsArgs, common: &Common) -> anyhow::Result<Self> {
         let note = |text: String| {
             if !common.quiet {
-                say!("note: {text}");
+                say!(common.host, "note: {text}");
             }
         };
         let file = read_pose_graph(&arguments.graph)?;
@@ -145,11 +145,11 @@ pub(super) fn body_from_sensor(
     };
     let (runs, head) = ([run], LogHead::of_log(log));
     if !common.quiet {
-        announce::found(head, &runs);
+        announce::found(&common.host, head, &runs);
     }
     let found = extrinsic::of_runs(&arguments.scans.place.extrinsic, &runs, head)?;
     if !common.quiet {
-        announce::extrinsics(&runs, &found);
+        announce::extrinsics(&common.host, &runs, &found);
     }
     let first = found.into_iter().next().ok_or_else(|| Usage("no place of the sensor".to_owned()))?;
     Ok(first.transform)

@@ -96,9 +96,9 @@ fn from_cloud(arguments: &BuildArgs, config: &Config, common: &Common) -> anyhow
     let made = map_of_cloud(cloud, &beside.map(), config, &progress)?;
     drop(progress);
     if !common.quiet {
-        made.notes.iter().for_each(|note| say!("note: {note}"));
+        made.notes.iter().for_each(|note| say!(common.host, "note: {note}"));
         if made.points_dropped > 0 {
-            say!("note: {} not finite, left out", text::counted(made.points_dropped, "point"));
+            say!(common.host, "note: {} not finite, left out", text::counted(made.points_dropped, "point"));
         }
     }
     beside.give_place(&arguments.output)

@@ -10,7 +10,6 @@ use dmp_map::{Store, TileEntry, TileId};
 
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
-use crate::process;
 use crate::progress::Progress;
 
 /// Write a map's surfels as a point cloud with normals: LAZ, LAS, PLY or PCD
@@ -68,9 +67,7 @@ pub(super) fn run(arguments: &ExportArgs, common: &Common, out: &mut impl Write)
     let (mut points, mut near_m) = (0, None);
     progress.tiles("counting", tiles.len() as u64);
     for &id in &tiles {
-        if process::interrupted() {
-            anyhow::bail!(dmp::EvaluateError::Cancelled);
-        }
+        common.host.go_on()?;
         if arguments.within.is_none() && near_m.is_some() {
             points += map.entry(id).map_or(0, |entry| u64::from(entry.own.surfels));
         } else {
@@ -84,9 +81,7 @@ pub(super) fn run(arguments: &ExportArgs, common: &Common, out: &mut impl Write)
     progress.tiles("writing", tiles.len() as u64);
     let mut writer = CloudWriter::create(&arguments.output, format, points, near_m.unwrap_or_default())?;
     for &id in &tiles {
-        if process::interrupted() {
-            anyhow::bail!(dmp::EvaluateError::Cancelled);
-        }
+        common.host.go_on()?;
         for point in points_of(&map, id, arguments.within)? {
             writer.write(&point)?;
         }

@@ -9,7 +9,6 @@ use dmp_map::{Store, Tile, TileEntry, TileId};
 
 use crate::common::Common;
 use crate::exit::Exit;
-use crate::process;
 use crate::progress::Progress;
 use crate::say::say;
 
@@ -32,9 +31,7 @@ pub(super) fn run(arguments: &VerifyArgs, common: &Common, out: &mut impl Write)
     progress.tiles("checking", tiles.len() as u64);
     let (mut damaged, mut surfels) = (0u64, 0u64);
     for &id in &tiles {
-        if process::interrupted() {
-            anyhow::bail!(dmp::EvaluateError::Cancelled);
-        }
+        common.host.go_on()?;
         let wrong = match map.load(id) {
             Ok(Some(tile)) => {
                 surfels += tile.own as u64;
@@ -48,7 +45,7 @@ pub(super) fn run(arguments: &VerifyArgs, common: &Common, out: &mut impl Write)
         progress.one_tile();
         if let Some(wrong) = wrong {
             damaged += 1;
-            progress.suspend(|| say!("error: {wrong}"));
+            progress.suspend(|| say!(common.host, "error: {wrong}"));
         }
     }
     drop(progress);

@@ -6,33 +6,34 @@ use dmp_log::LogSummary;
 use dmp_sensor::Trajectory;
 
 use crate::extrinsic::BodyFromSensor;
+use crate::host::Hosted;
 use crate::loaded_run::LoadedRun;
 use crate::log_args::LogHead;
 use crate::say::say;
 
 /// What was found: a line for the log, a line for what was guessed of it, a line for each run.
-pub(crate) fn found(log: LogHead<'_>, runs: &[LoadedRun]) {
+pub(crate) fn found(host: &Hosted, log: LogHead<'_>, runs: &[LoadedRun]) {
     let summary = log.summary();
-    say!("{}: {}", summary.path.display(), log_in_words(summary, log.scans()));
+    say!(host, "{}: {}", summary.path.display(), log_in_words(summary, log.scans()));
     let notes: Vec<&str> =
         summary.notes.iter().map(String::as_str).chain(summary.without_checksums()).collect();
     if !notes.is_empty() {
-        say!("note: {}", notes.join("; "));
+        say!(host, "note: {}", notes.join("; "));
     }
     for run in runs {
-        say!("{}: {}", run.name, run_in_words(run, summary));
+        say!(host, "{}: {}", run.name, run_in_words(run, summary));
     }
 }
 
 /// Where the sensor sits on each run's body, and who says so; in one line where it is the same for all.
-pub(crate) fn extrinsics(runs: &[LoadedRun], extrinsics: &[BodyFromSensor]) {
+pub(crate) fn extrinsics(host: &Hosted, runs: &[LoadedRun], extrinsics: &[BodyFromSensor]) {
     match extrinsics {
         [first, ..] if extrinsics.iter().all(|extrinsic| extrinsic == first) => {
-            say!("body_from_sensor: {}", first.source);
+            say!(host, "body_from_sensor: {}", first.source);
         }
         _ => {
             for (run, extrinsic) in runs.iter().zip(extrinsics) {
-                say!("{}: body_from_sensor: {}", run.name, extrinsic.source);
+                say!(host, "{}: body_from_sensor: {}", run.name, extrinsic.source);
             }
         }
     }
@@ -101,7 +102,7 @@ fn poses_in_words(trajectory: &Trajectory) -> String {
 }
 
 /// What it took.
-pub(crate) fn done(report: &Report) {
+pub(crate) fn done(host: &Hosted, report: &Report) {
     let total_s = report.timing.total_s;
     let returns = report.inputs.returns_used;
     let rate = text::short(returns as f64 / total_s.max(1e-9));
@@ -112,12 +113,14 @@ pub(crate) fn done(report: &Report) {
     let budget = report.memory.budget_bytes as u64;
     if let Some(peak) = report.memory.peak_anon_bytes.filter(|&peak| peak > budget + budget / 10) {
         say!(
+            host,
             "note: {} of memory were needed, more than the {} of --memory: each run takes a part that cannot shrink",
             text::bytes(peak),
             text::bytes(budget)
         );
     }
     say!(
+        host,
         "{} scored for {} in {} ({rate} returns/s){memory}",
         counted(returns, "return"),
         counted(report.runs.len() as u64, "run"),

@@ -214,12 +214,17 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     };
     // Before the output, which somebody may stop reading.
     let incomplete = damaged || !report.left_out.is_empty();
-    let exit = gates.end(&report, &checked, if incomplete { Exit::InputDamaged } else { Exit::Done })?;
+    let exit = gates.end(
+        &common.host,
+        &report,
+        &checked,
+        if incomplete { Exit::InputDamaged } else { Exit::Done },
+    )?;
     let printed = print(out, &report, &checked, arguments);
     // Scores are told also where files cannot be written.
     written?;
     if !common.quiet {
-        announce::done(&report);
+        announce::done(&common.host, &report);
     }
     when_printed(printed, exit)
 }

@@ -63,7 +63,7 @@ pub(super) fn run(arguments: &ErrorsArgs, common: &Common, out: &mut impl Write)
     let file = read_trajectory(&arguments.trajectory)?;
     if !common.quiet {
         for note in &file.notes {
-            say!("note: {}: {note}", arguments.trajectory.display());
+            say!(common.host, "note: {}: {note}", arguments.trajectory.display());
         }
     }
     let interval_ns = arguments.noise_interval;

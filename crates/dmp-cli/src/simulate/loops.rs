@@ -83,7 +83,7 @@ pub(super) fn run(arguments: &LoopsArgs, common: &Common, out: &mut impl Write) 
     let file = read_trajectory(&arguments.truth)?;
     if !common.quiet {
         for note in &file.notes {
-            say!("note: {}: {note}", arguments.truth.display());
+            say!(common.host, "note: {}: {note}", arguments.truth.display());
         }
     }
     let times = arguments.keyframes.as_deref().map(read_keyframe_times).transpose()?;

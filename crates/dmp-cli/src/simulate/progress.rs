@@ -1,13 +1,15 @@
-//! How far a simulation is, on standard error.
+//! How far a simulation is, on standard error or told to the program that runs it.
 
 use std::cell::Cell;
-use std::io::IsTerminal as _;
 use std::time::Instant;
 
+use dmp::EvaluateError;
 use dmp_sensor::Scan;
-use indicatif::{HumanBytes, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanBytes, ProgressBar, ProgressStyle};
 
 use crate::common::Common;
+use crate::host::Hosted;
+use crate::progress::target;
 
 /// Bytes of a return in a packed log, about: what is told of the size is for the disk's owner to plan with.
 const PACKED_BYTES: f64 = 7.5;
@@ -16,10 +18,12 @@ const PACKED_BYTES: f64 = 7.5;
 const IMAGES: &str = "{bar:30} {pos}/{len} images, {msg}, {eta} left";
 const SCANS: &str = "{bar:30} {pos}/{len} scans, {msg}, {eta} left";
 
-/// How far a simulation is, on standard error where that is a terminal. Gone when dropped.
+/// How far a simulation is: a bar on standard error where that is a terminal, gone when dropped; or told to the program that
+/// runs the command.
 #[derive(Debug)]
 pub(super) struct Progress {
     bar: ProgressBar,
+    host: Hosted,
     scans: usize,
     /// Returns in scans, or bytes of images.
     written: Cell<u64>,
@@ -28,30 +32,44 @@ pub(super) struct Progress {
 
 impl Progress {
     pub(super) fn new(common: &Common, scans: usize) -> Self {
-        Self::with(common, scans, SCANS)
+        Self::with(common, scans, ("scans", SCANS))
     }
 
     pub(super) fn of_images(common: &Common, images: usize) -> Self {
-        Self::with(common, images, IMAGES)
+        Self::with(common, images, ("images", IMAGES))
     }
 
-    fn with(common: &Common, scans: usize, template: &str) -> Self {
-        let shown = !common.quiet && !common.no_progress && std::io::stderr().is_terminal();
-        let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(Some(scans as u64), target);
+    fn with(common: &Common, scans: usize, (unit, template): (&'static str, &str)) -> Self {
+        let host = common.host.clone();
+        if let Some(program) = host.program() {
+            program.begin("simulating", unit, Some(scans as u64));
+        }
+        let bar = ProgressBar::with_draw_target(Some(scans as u64), target(common));
         // The templates are fixed: a wrong one would show in any run on a terminal.
         let bar = match ProgressStyle::with_template(template) {
             Ok(style) => bar.with_style(style),
             Err(_) => bar,
         };
-        Self { bar, scans, written: Cell::new(0), since: Instant::now() }
+        Self { bar, host, scans, written: Cell::new(0), since: Instant::now() }
+    }
+
+    fn step(&self) {
+        self.bar.inc(1);
+        if let Some(program) = self.host.program() {
+            program.advance(1);
+        }
+    }
+
+    /// Fails where somebody asked to stop.
+    pub(super) fn go_on(&self) -> Result<(), EvaluateError> {
+        self.host.go_on()
     }
 
     /// A scan is in the log.
     pub(super) fn written(&self, scan: &Scan) {
         let returns = self.written.get() + scan.len() as u64;
         self.written.set(returns);
-        self.bar.inc(1);
+        self.step();
         if self.bar.is_hidden() || self.bar.position() % 16 != 1 {
             return;
         }
@@ -65,7 +83,7 @@ impl Progress {
     pub(super) fn image_written(&self, bytes: usize) {
         let written = self.written.get() + bytes as u64;
         self.written.set(written);
-        self.bar.inc(1);
+        self.step();
         if self.bar.is_hidden() || self.bar.position() % 16 != 1 {
             return;
         }

@@ -5,7 +5,6 @@ use std::sync::mpsc::sync_channel;
 use std::{fs, io};
 
 use clap::{Args, ValueEnum};
-use dmp_log::LogError;
 use dmp_sensor::Scan;
 use dmp_sim::{LidarOptions, NoReturn, Sweep};
 
@@ -108,13 +107,13 @@ pub(super) fn refuse_other_truth(
     refuse_other(path, &truth)
 }
 
-/// Writes scans in order while the next ones are measured; the number of their returns. On an error, no more are
-/// measured than wait already.
+/// Writes scans in order while the next ones are measured; the number of their returns. On an error, or where
+/// somebody asks to stop, no more are measured than wait already.
 pub(super) fn save_scans(
     scans: impl Iterator<Item = Scan> + Send,
     mut log: LogWriter,
     progress: &Progress,
-) -> Result<u64, LogError> {
+) -> anyhow::Result<u64> {
     let (sender, measured) = sync_channel(WAITING);
     let mut returns = 0;
     std::thread::scope(|scope| {
@@ -129,8 +128,9 @@ pub(super) fn save_scans(
             returns += scan.len() as u64;
             log.write(&scan)?;
             progress.written(&scan);
+            progress.go_on()?;
         }
-        Ok(())
+        anyhow::Ok(())
     })?;
     log.finish()?;
     Ok(returns)

@@ -107,6 +107,7 @@ pub(super) fn run(arguments: &RoomArgs, common: &Common, out: &mut impl Write) -
         let png = png?;
         images.write_encoded(stamp_ns, &png)?;
         progress.image_written(png.len());
+        progress.go_on()?;
         valid += of_image;
     }
     drop(progress);

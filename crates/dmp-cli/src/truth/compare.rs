@@ -80,7 +80,7 @@ impl CompareArgs {
         let counts = [reference.rotations.len(), estimate.rotations.len()];
         let notes = notes([(reference_path, &reference), (estimate_path, &estimate)]);
         if !common.quiet {
-            notes.iter().for_each(|note| say!("note: {note}"));
+            notes.iter().for_each(|note| say!(common.host, "note: {note}"));
         }
         let (reference, estimate) = (path_of(reference)?, path_of(estimate)?);
         let preparation = self.preparation(&reference)?;

@@ -18,7 +18,7 @@ use super::spool::Spool;
 use super::{page, per_frame, per_tile, residuals};
 use crate::common::Common;
 use crate::exit::Usage;
-use crate::process;
+use crate::host::Hosted;
 use crate::progress::Progress;
 use crate::say::say;
 
@@ -26,6 +26,7 @@ use crate::say::say;
 #[derive(Debug)]
 pub(crate) struct Recorder<'a> {
     progress: Progress,
+    host: Hosted,
     log: &'a dyn ScanLog,
     work_folder: &'a Path,
     threads: usize,
@@ -71,7 +72,7 @@ impl<'a> Recorder<'a> {
         };
         let page = match outputs.page {
             Some(path) => {
-                let sketch = Sketch::new(log, runs, settings, work_folder);
+                let sketch = Sketch::new(log, runs, settings, (work_folder, &common.host));
                 let sketch = sketch.with_context(|| waits_in(work_folder))?;
                 Some(Page { path, reference: outputs.reference, sketch })
             }
@@ -79,6 +80,7 @@ impl<'a> Recorder<'a> {
         };
         Ok(Self {
             progress: Progress::new(common),
+            host: common.host.clone(),
             log,
             work_folder,
             threads: means.threads,
@@ -108,6 +110,7 @@ impl<'a> Recorder<'a> {
         }
         let recorded = Recorded {
             progress: self.progress,
+            host: self.host,
             start_ns: self.log.summary().span_ns.map(|(first_ns, _)| first_ns),
             threads: self.threads,
             residuals: self.residuals,
@@ -198,14 +201,10 @@ struct Page {
     sketch: Sketch,
 }
 
-/// Fails where somebody asked to stop.
-fn go_on() -> Result<(), EvaluateError> {
-    if process::interrupted() { Err(EvaluateError::Cancelled) } else { Ok(()) }
-}
-
 /// What was gathered.
 pub(crate) struct Recorded {
     progress: Progress,
+    host: Hosted,
     start_ns: Option<i64>,
     threads: usize,
     residuals: Vec<RunReturns>,
@@ -221,23 +220,23 @@ impl Recorded {
     pub(crate) fn write(self, report: &Report, remarks: &[String], quiet: bool) -> anyhow::Result<()> {
         let tell = |path: &Path, what: String| {
             if !quiet {
-                self.progress.suspend(|| say!("{}: {what}", path.display()));
+                self.progress.suspend(|| say!(self.host, "{}: {what}", path.display()));
             }
         };
         if let Some(path) = self.per_tile {
-            go_on()?;
+            self.host.go_on()?;
             per_tile::write(&path, report, &self.rows)?;
             tell(&path, text::counted(report.tiles.len() as u64, "row"));
         }
         if let Some(Page { path, reference, sketch }) = self.page {
-            go_on()?;
+            self.host.go_on()?;
             let drawn = sketch.into_pictures();
             let pictures = drawn.with_context(|| format!("{}: cannot draw", path.display()))?;
             let bytes = page::write(&path, report, pictures.as_ref(), reference.as_deref(), remarks)?;
             tell(&path, text::bytes(bytes));
         }
         if let Some((path, lines)) = self.per_frame {
-            go_on()?;
+            self.host.go_on()?;
             per_frame::write(&path, report.config.scales, lines.sorted())?;
             tell(&path, text::counted(report.sampling.frames_scored * self.rows.len() as u64, "row"));
         }
@@ -246,15 +245,16 @@ impl Recorded {
         }
         self.progress.scans("writing", report.sampling.frames_scored * self.residuals.len() as u64);
         let step = || self.progress.one_scan();
+        let go_on = || self.host.go_on();
         let (threads, start_ns) = (self.threads.min(self.residuals.len()), self.start_ns);
         let left = Mutex::new(self.residuals.into_iter());
         let work = || -> anyhow::Result<()> {
             loop {
                 let next = left.lock().unwrap_or_else(PoisonError::into_inner).next();
                 let Some(returns) = next else { return Ok(()) };
-                go_on()?;
+                self.host.go_on()?;
                 let (path, name) = (returns.file.path.clone(), returns.name.clone());
-                let points = residuals::write(returns, start_ns, &step)?;
+                let points = residuals::write(returns, start_ns, (&go_on, &step))?;
                 tell(&path, format!("{} of {name}", text::counted(points, "return")));
             }
         };

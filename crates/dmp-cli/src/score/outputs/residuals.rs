@@ -9,7 +9,6 @@ use dmp_sensor::{Isometry3, Quaternion, Ray, Translation3, UnitQuaternion};
 
 use super::spool::Spool;
 use super::targets::ResidualFile;
-use crate::process;
 
 /// Rows of a piece at most.
 const PIECE_ROWS: usize = 1 << 13;
@@ -138,9 +137,13 @@ fn scored_point(
     }
 }
 
-/// Writes what was kept of a run in order of the log; tells how many returns that are. `step` is called after each scan.
+/// Writes what was kept of a run in order of the log; tells how many returns that are. `go_on` fails where it is to stop; `step` is called after each scan.
 /// `start_ns` is the stamp of the log's first scan, where it has stamps.
-pub(super) fn write(returns: RunReturns, start_ns: Option<i64>, step: &dyn Fn()) -> anyhow::Result<u64> {
+pub(super) fn write(
+    returns: RunReturns,
+    start_ns: Option<i64>,
+    (go_on, step): (&dyn Fn() -> Result<(), dmp::EvaluateError>, &dyn Fn()),
+) -> anyhow::Result<u64> {
     let RunReturns { name, file, spool, .. } = returns;
     let kept = spool.sorted();
     let rows = |bytes: usize| (bytes.saturating_sub(HEAD_BYTES) / ScoredPoint::BYTES) as u64;
@@ -153,9 +156,7 @@ pub(super) fn write(returns: RunReturns, start_ns: Option<i64>, step: &dyn Fn())
     let mut writer = None;
     let mut scan: Vec<ScoredPoint> = Vec::new();
     kept.each(|piece, is_last| {
-        if process::interrupted() {
-            anyhow::bail!(dmp::EvaluateError::Cancelled);
-        }
+        go_on()?;
         let (head, rows) = piece.split_at(HEAD_BYTES.min(piece.len()));
         scan.extend(rows.as_chunks().0.iter().map(ScoredPoint::of_bytes));
         if is_last || in_parts {

@@ -5,16 +5,14 @@ use std::io;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use dmp::{
-    Basis, EvaluateError, FrameSums, MapSource, Report, Run, Sample, ScoredReturns, ScoredRun, Settings,
-};
+use dmp::{Basis, FrameSums, MapSource, Report, Run, Sample, ScoredReturns, ScoredRun, Settings};
 use dmp_draw::{DiscInWorld, FrameScore, Painter, Pictures, SampledReturn, SeenFrame};
 use dmp_log::ScanLog;
 use dmp_map::{OwnDisc, Store, TileId};
 
 use super::residuals::{Buffers, drawn};
 use super::spool::Spool;
-use crate::process;
+use crate::host::Hosted;
 
 /// Returns that are drawn, about: what a page can show.
 const RETURNS: u64 = 1_000_000;
@@ -24,6 +22,7 @@ const DECIDING_RETURNS: u64 = 4_000_000;
 /// Gathers what is drawn.
 #[derive(Debug)]
 pub(super) struct Sketch {
+    host: Hosted,
     bases: Vec<Basis>,
     /// One return of so many is drawn.
     every: u64,
@@ -46,7 +45,7 @@ impl Sketch {
         log: &dyn ScanLog,
         runs: &[Run],
         settings: &Settings,
-        folder: &Path,
+        (folder, host): (&Path, &Hosted),
     ) -> io::Result<Self> {
         // As pairs are judged: by what is known of both maps.
         let all_fused = runs.iter().all(|run| run.map == MapSource::Fused);
@@ -62,6 +61,7 @@ impl Sketch {
         };
         let expected = returns * (scored / scans.max(1.0)).min(1.0);
         Ok(Self {
+            host: host.clone(),
             bases: vec![basis; runs.len()],
             every: ((expected / drawn as f64).ceil() as u64).max(1),
             frames: Mutex::default(),
@@ -150,9 +150,7 @@ impl Sketch {
         }
         let mut of_runs = Vec::new();
         kept.each(|piece, _| {
-            if process::interrupted() {
-                anyhow::bail!(EvaluateError::Cancelled);
-            }
+            self.host.go_on()?;
             let (frame, returns) = piece.split_at(size_of::<u32>().min(piece.len()));
             let number = frame.try_into().map(u32::from_le_bytes);
             let Some(&index) = number.ok().and_then(|number| index_of.get(&(number as usize))) else {

@@ -87,7 +87,7 @@ impl Bench<'_> {
             _ => return Err(Usage("--align needs REFERENCE.tum and the map's ESTIMATE.tum".into()).into()),
         };
         let mut points = EvaluatedPoints::new(self.settings, reference_from_map)?;
-        self.progress.reading("reading the map", "points/s");
+        self.progress.reading("reading the map", "points");
         let format = match Store::open(path) {
             Ok(store) => {
                 self.add_store(&store, &mut points)?;
@@ -138,7 +138,7 @@ impl Bench<'_> {
         }
         let extrinsics = extrinsic::of_runs(&arguments.extrinsic, &loaded, LogHead::of_log(log.as_ref()))?;
         if !common.quiet {
-            announce::extrinsics(&loaded, &extrinsics);
+            announce::extrinsics(&common.host, &loaded, &extrinsics);
         }
         let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
         let runs = {
@@ -149,7 +149,7 @@ impl Bench<'_> {
         let mut measured = Vec::new();
         for ((name, store), reference_from_map) in maps.iter().zip(moves) {
             let mut points = EvaluatedPoints::new(self.settings, reference_from_map)?;
-            self.progress.reading("reading the map", "points/s");
+            self.progress.reading("reading the map", "points");
             self.add_store(store, &mut points)?;
             let report = self.measure_points(points, name)?;
             measured.push(MeasuredMap {
@@ -171,7 +171,7 @@ impl Bench<'_> {
 
     fn measure_points(&mut self, points: EvaluatedPoints, name: &str) -> anyhow::Result<SurfaceReport> {
         let mut reference = points.against_reference().with_context(|| name.to_owned())?;
-        self.progress.reading("reading the reference", "/s");
+        self.progress.reading("reading the reference", "");
         self.format = if self.mesh {
             let summary = read_mesh(self.reference, |batch| -> anyhow::Result<()> {
                 self.progress.read(batch.len())?;

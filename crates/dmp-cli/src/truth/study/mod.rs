@@ -15,6 +15,7 @@ use dmp_truth::surface::Reference;
 
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
+use crate::host::Hosted;
 use crate::log_args::LogArgs;
 use crate::named::NamedFile;
 use crate::progress::Progress;
@@ -146,8 +147,8 @@ pub(crate) fn run(arguments: &StudyArgs, common: &Common, out: &mut impl Write) 
         render::study(out, &study)?;
     }
     if !common.quiet {
-        tell(&study);
-        announce::done(&study.score);
+        tell(&common.host, &study);
+        announce::done(&common.host, &study.score);
     }
     Ok(if damaged { Exit::InputDamaged } else { Exit::Done })
 }
@@ -174,9 +175,9 @@ fn told(error: StudyError) -> anyhow::Error {
     }
 }
 
-fn tell(study: &Study) {
+fn tell(host: &Hosted, study: &Study) {
     let warnings = study.score.warnings.iter().map(ToString::to_string);
     for note in study.notes.iter().cloned().chain(warnings) {
-        say!("note: {note}");
+        say!(host, "note: {note}");
     }
 }

@@ -1,0 +1,48 @@
+"""Scores LiDAR SLAM runs without ground truth: which trajectory explains the scans best?
+
+>>> import dmp_slam as dmp
+>>> result = dmp.score("drive.mcap", {"kiss": "kiss.tum", "lio": "lio.tum"})  # doctest: +SKIP
+>>> result.best  # doctest: +SKIP
+'lio'
+
+Lengths are metres and angles degrees unless a keyword says otherwise. What a command says goes to the logger ``dmp_slam``: what
+was found at level INFO, what should be known at level WARNING. Errors are ``dmp.Error`` and its kinds, with one line.
+"""
+
+from __future__ import annotations
+
+from . import convert, simulate, truth
+from ._commands import calibrate, compare, drift, info, loops, quick, repair
+from ._core import Table, __version__
+from ._map import Hits, Map, Surfels
+from ._poses import Poses
+from ._result import Result
+from ._scans import Scan
+from ._score import score
+from .errors import Cancelled, Error, InputError, UsageError
+
+__all__ = [
+    "Cancelled",
+    "Error",
+    "Hits",
+    "InputError",
+    "Map",
+    "Poses",
+    "Result",
+    "Scan",
+    "Surfels",
+    "Table",
+    "UsageError",
+    "__version__",
+    "calibrate",
+    "compare",
+    "convert",
+    "drift",
+    "info",
+    "loops",
+    "quick",
+    "repair",
+    "score",
+    "simulate",
+    "truth",
+]

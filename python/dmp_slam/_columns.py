@@ -1,0 +1,109 @@
+"""Tables of results: what the JSON says, a row for each run or pair, in units that people say."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from typing import Any, Iterable, Mapping
+
+from ._core import Table
+
+_KINDS = (("bool", bool), ("int", int), ("float", (int, float)))
+
+
+def table(rows: Iterable[Mapping[str, Any]]) -> Table:
+    """A table of rows with the same columns."""
+    rows = list(rows)
+    names = list(rows[0]) if rows else []
+    return Table([_column(name, [row[name] for row in rows]) for name in names])
+
+
+def _column(name: str, values: list[Any]) -> tuple[str, str, list[Any]]:
+    there = [value for value in values if value is not None]
+    for kind, types in _KINDS:
+        # A bool is an int, too.
+        if all(isinstance(value, types) and (kind == "bool" or not isinstance(value, bool)) for value in there):
+            return (name, kind if there else "float", [_as(kind, value) for value in values])
+    return (name, "str", [None if value is None else str(value) for value in values])
+
+
+def _as(kind: str, value: Any) -> Any:
+    return float(value) if kind == "float" and value is not None else value
+
+
+def runs_table(result: Mapping[str, Any]) -> Table:
+    """The runs in their order, best first."""
+    of_name = {run["name"]: run for run in result["runs"]}
+    return table(_run_row(rank, of_name[name]) for rank, name in enumerate(result["order"], start=1))
+
+
+def _run_row(rank: int, run: Mapping[str, Any]) -> dict[str, Any]:
+    row: dict[str, Any] = {"run": run["name"], "rank": rank}
+    for score in ("r_cv", "r_near"):
+        squares = run[f"{score}_m2"] or {}
+        for scale in sorted(squares, key=float, reverse=True):
+            row[f"{score}_{scale}_m"] = root(squares[scale])
+            row[f"{score}_{scale}_m2"] = squares[scale]
+    row["dmp_mean_m2"] = run["dmp_mean_m2"]
+    for column, field in _SHARES.items():
+        row[column] = run[field]
+    row["returns"], row["frames"], row["surfels"] = run["returns"], run["frames"], run["surfels"]
+    return row
+
+
+#: Shares of the returns, 0 to 1, as the columns of the command's table are called.
+_SHARES = {
+    "coverage": "coverage",
+    "revisit": "coverage_revisit",
+    "miss": "miss_rate",
+    "blocked": "blocked_rate",
+}
+
+
+def pairs_table(result: Mapping[str, Any]) -> Table:
+    """Each two runs: what is decided between them, at which scale, and the interval of their difference there."""
+    return table(_pair_row(pair) for pair in result["pairs"])
+
+
+def _pair_row(pair: Mapping[str, Any]) -> dict[str, Any]:
+    decided_m = pair["decided_at_m"]
+    scale = next((scale for scale in pair["scales"] if scale["scale_m"] == decided_m), None)
+    low, high = (scale and scale["interval_m2"]) or (None, None)
+    return {
+        "a": pair["a"],
+        "b": pair["b"],
+        "verdict": pair["verdict"],
+        "score": pair["score"],
+        "decided_at_m": decided_m,
+        "a_m": root(scale["mean_a_m2"]) if scale else None,
+        "b_m": root(scale["mean_b_m2"]) if scale else None,
+        "difference_m2": scale["difference_m2"] if scale else None,
+        "interval_low_m2": low,
+        "interval_high_m2": high,
+        "returns": scale["returns"] if scale else None,
+        "reason": pair["reason"],
+    }
+
+
+def root(square: float | None) -> float | None:
+    """A length whose square is given."""
+    return None if square is None or square < 0 else math.sqrt(square)
+
+
+def csv_table(text: str) -> Table:
+    """The table of a file that the command has written. Empty cells are nothing."""
+    rows = csv.reader(io.StringIO(text))
+    names = next(rows, [])
+    columns = zip(*rows)
+    return Table([_csv_column(name, list(column)) for name, column in zip(names, columns)])
+
+
+def _csv_column(name: str, cells: list[str]) -> tuple[str, str, list[Any]]:
+    if name != "run":
+        for kind, number in (("int", int), ("float", float)):
+            try:
+                return (name, kind, [number(cell) if cell else None for cell in cells])
+            except ValueError:
+                pass
+    return (name, "str", cells)

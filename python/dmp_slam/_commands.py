@@ -1,0 +1,111 @@
+"""The other commands: each a function with the command's options as keywords."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any, Union
+
+from ._arguments import arguments
+from ._execute import execute
+from ._listener import Event, ProgressFunction
+from ._poses import Runs
+from ._result import Result
+from ._scans import Log
+from ._score import on_log_and_runs, score
+
+StrPath = Union[str, "os.PathLike[str]"]
+Progress = Union[bool, ProgressFunction, None]
+
+
+def quick(
+    log: Log, runs: Runs, *, share: Any = True, progress: Progress = None, cancel: Event | None = None, **settings: Any
+) -> Result:
+    """Scores runs at a sample of places, for which little of the log is read: ``dmp score --quick``.
+
+    ``share`` is how much of the drive the places hold, as the option has it (``"5%"``).
+    """
+    return score(log, runs, progress=progress, cancel=cancel, quick=share, **settings)
+
+
+def calibrate(
+    log: Log, runs: Runs, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
+) -> dict[str, Any]:
+    """Finds when and where runs' poses hold: time offsets in seconds, mountings in metres and degrees (``dmp calibrate``)."""
+    return on_log_and_runs(("calibrate",), log, runs, progress, cancel, settings)
+
+
+def drift(
+    log: Log, runs: Runs, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
+) -> dict[str, Any]:
+    """Measures in metres how far runs are off where they come back (``dmp drift``)."""
+    return on_log_and_runs(("drift",), log, runs, progress, cancel, settings)
+
+
+def info(
+    log: Log, runs: Runs = (), *, progress: Progress = False, cancel: Event | None = None, **settings: Any
+) -> dict[str, Any]:
+    """Tells what is in a log, as understood: topics, fields, scans, times, damage (``dmp info``).
+
+    >>> dmp.info(town)["streams"][0]["scans"]["scans"]
+    100
+    """
+    return on_log_and_runs(("info",), log, runs, progress, cancel, settings)
+
+
+def repair(
+    log: Log, run: Any, output: StrPath, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
+) -> dict[str, Any]:
+    """Mends a run by what it sees where it comes back, and writes it if its map gets better (``dmp repair``)."""
+    runs = {"run": run} if not isinstance(run, (str, os.PathLike)) else run
+    return on_log_and_runs(("repair",), log, runs, progress, cancel, {**settings, "output": output})
+
+
+def loops(
+    graph: StrPath, candidates: StrPath, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
+) -> dict[str, Any]:
+    """Ranks loop candidates of a pose graph in g2o's format: the true ones first (``dmp loops``)."""
+    return parsed(("loops",), [graph], {**settings, "candidates": candidates}, progress, cancel)
+
+
+def compare(*results: Result | StrPath, **settings: Any) -> dict[str, Any]:
+    """One table of saved results, or of results, of one log under the same settings (``dmp compare``)."""
+    import tempfile
+    from pathlib import Path
+
+    with tempfile.TemporaryDirectory(prefix="dmp-python-") as folder:
+        files: list[StrPath] = []
+        for number, result in enumerate(results, start=1):
+            if isinstance(result, Result):
+                file = Path(folder, f"result-{number}.json")
+                file.write_text(result.to_json(), encoding="utf-8")
+                files.append(file)
+            else:
+                files.append(result)
+        return parsed(("compare",), files, settings)
+
+
+def parsed(
+    words: tuple[str, ...],
+    given: list[StrPath],
+    settings: dict[str, Any],
+    progress: Progress = None,
+    cancel: Event | None = None,
+) -> dict[str, Any]:
+    """The JSON of a command with these files."""
+    options = [*arguments(words, settings), "--json"]
+    called = [*words, *options, "--", *map(os.fsdecode, given)]
+    found: dict[str, Any] = json.loads(execute(called, progress, cancel).text)
+    return found
+
+
+def printed(
+    words: tuple[str, ...],
+    given: list[StrPath],
+    settings: dict[str, Any],
+    progress: Progress = None,
+    cancel: Event | None = None,
+) -> str:
+    """What a command prints that has no JSON."""
+    called = [*words, *arguments(words, settings), "--", *map(os.fsdecode, given)]
+    return execute(called, progress, cancel).text

@@ -1,0 +1,42 @@
+"""One command, run by the core: its output, or an exception with its line."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Sequence
+
+from . import _core
+from ._listener import Event, Listener, ProgressFunction
+from .errors import Cancelled, Error, InputError, UsageError
+
+_KINDS: dict[str, type[Error]] = {
+    "usage": UsageError,
+    "input": InputError,
+    "interrupted": Cancelled,
+    "failed": Error,
+}
+
+
+class Output(NamedTuple):
+    """What a command printed, and how it ended."""
+
+    text: str
+    #: Part of the input was lost or damaged; the text names it.
+    is_damaged: bool
+    #: A gate failed.
+    gate_failed: bool
+
+
+def execute(
+    arguments: Sequence[str],
+    progress: bool | ProgressFunction | None = None,
+    cancel: Event | None = None,
+) -> Output:
+    """Runs a command with these arguments."""
+    listener = Listener(progress, cancel)
+    try:
+        end, line, printed = _core.run(arguments, listener)
+    finally:
+        listener.close()
+    if line is not None:
+        raise _KINDS[end](line)
+    return Output(printed.decode(), end == "damaged", end == "gate-failed")

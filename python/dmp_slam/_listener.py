@@ -1,0 +1,108 @@
+"""What a command says goes to the logger ``dmp_slam``, and how far it is to a progress bar."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from typing import Any, Callable, Protocol, Union
+
+#: What was found and what it took is of level INFO; what a user should know is of level WARNING.
+log = logging.getLogger("dmp_slam")
+
+#: How lines begin that a user should know.
+_TOLD = ("note: ", "lost: ", "gate failed: ", "error: ")
+
+#: Called with a stage, the unit of its steps, how many are done, and how many there are, if that is known.
+ProgressFunction = Callable[[str, str, int, Union[int, None]], None]
+
+
+class Event(Protocol):
+    """What says that a command is to stop: a ``threading.Event``."""
+
+    def is_set(self) -> bool:
+        """Whether it is to stop."""
+
+
+class Listener:
+    """Listens to one command."""
+
+    def __init__(self, progress: bool | ProgressFunction | None, cancel: Event | None) -> None:
+        self._cancel = cancel
+        self._bar: _TqdmBar | _LineBar | None = None
+        self._show: ProgressFunction | None
+        if callable(progress):
+            self._show = progress
+        elif progress or (progress is None and _is_watched()):
+            self._bar = _bar()
+            self._show = self._bar.show
+        else:
+            self._show = None
+
+    def say(self, line: str) -> None:
+        level = logging.WARNING if line.startswith(_TOLD) else logging.INFO
+        log.log(level, "%s", line)
+
+    def progress(self, stage: str, unit: str, done: int, total: int | None) -> None:
+        if self._show is not None:
+            self._show(stage, unit, done, total)
+
+    def is_cancelled(self) -> bool:
+        return self._cancel is not None and self._cancel.is_set()
+
+    def close(self) -> None:
+        """The command is over."""
+        if self._bar is not None:
+            self._bar.close()
+
+
+def _is_watched() -> bool:
+    return "ipykernel" in sys.modules or (sys.stderr is not None and sys.stderr.isatty())
+
+
+def _bar() -> _TqdmBar | _LineBar:
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+        return _LineBar()
+    return _TqdmBar(tqdm)
+
+
+class _TqdmBar:
+    """A bar of tqdm for each stage."""
+
+    def __init__(self, tqdm: Any) -> None:
+        self._tqdm = tqdm
+        self._bar: Any = None
+        self._stage = ""
+
+    def show(self, stage: str, unit: str, done: int, total: int | None) -> None:
+        if self._bar is None or stage != self._stage or done < self._bar.n or total != self._bar.total:
+            self.close()
+            self._bar = self._tqdm(total=total, desc=stage, unit=" " + unit, unit_scale=True, leave=False)
+            self._stage = stage
+        self._bar.update(done - self._bar.n)
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None
+
+
+class _LineBar:
+    """A line that is written over, where there is no tqdm."""
+
+    _width = 0
+
+    def show(self, stage: str, unit: str, done: int, total: int | None) -> None:
+        self._write(f"{stage}: {100 * done // total} %" if total else f"{stage}: {done} {unit}")
+
+    def close(self) -> None:
+        if self._width:
+            self._write("")
+            sys.stderr.write("\r")
+            sys.stderr.flush()
+
+    def _write(self, text: str) -> None:
+        sys.stderr.write("\r" + text.ljust(self._width))
+        sys.stderr.flush()
+        self._width = len(text)

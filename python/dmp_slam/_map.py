@@ -1,0 +1,137 @@
+"""Maps of surfels, and rays cast into them."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._arguments import arguments
+from ._commands import Progress, StrPath
+from ._execute import execute
+from ._listener import Event
+from ._poses import Run, trajectories
+from ._scans import Log, log_path
+from ._score import work_folder
+from .errors import InputError
+
+#: Bytes of a map that are in memory for casting, unless it is said otherwise.
+MEMORY_BYTES = 1 << 30
+
+
+class Surfels(NamedTuple):
+    """Surfels in the frame of the map's trajectory."""
+
+    #: N × 3, metres.
+    centres: npt.NDArray[np.float64]
+    #: N × 3, of length one.
+    normals: npt.NDArray[np.float32]
+
+
+class Hits(NamedTuple):
+    """Where rays meet a map: metres along each ray, NaN where it meets nothing."""
+
+    #: The first surfel on the ray.
+    z1: npt.NDArray[np.float64]
+    #: That nearest to the measured range, among those within 5 m; NaN without ranges.
+    zn: npt.NDArray[np.float64]
+    #: The first that owes nothing to the ray's own part of the drive; NaN without segments.
+    zc: npt.NDArray[np.float64]
+
+
+class Map:
+    """A map on disk, of ``Map.build``, ``dmp map build`` or ``save_maps``."""
+
+    def __init__(self, path: StrPath, *, memory: int = MEMORY_BYTES) -> None:
+        self._path = Path(path)
+        self._core = _core.Map(os.fsdecode(path), memory)
+
+    @classmethod
+    def open(cls, path: StrPath, *, memory: int = MEMORY_BYTES) -> Map:
+        """Opens a map; about ``memory`` bytes of it are in memory at a time for casting."""
+        return cls(path, memory=memory)
+
+    @classmethod
+    def build(
+        cls,
+        log: Log,
+        run: Run,
+        output: StrPath,
+        *,
+        progress: Progress = None,
+        cancel: Event | None = None,
+        **settings: Any,
+    ) -> Map:
+        """Fuses the map of a run from a log, or with ``run=None`` that of a cloud or a mesh, and opens it (``dmp map build``)."""
+        words = ("map", "build")
+        with work_folder(settings) as folder:
+            given = arguments(words, {**settings, "output": output}, without=["trajectory"])
+            if run is not None:
+                runs = run if isinstance(run, (str, os.PathLike)) else {"run": run}
+                given += [f"--trajectory={one}" for one in trajectories(runs, folder)]
+            execute([*words, *given, "--", log_path(log, folder)], progress, cancel)
+        return cls(output)
+
+    @property
+    def path(self) -> Path:
+        """Where it is."""
+        return self._path
+
+    @property
+    def voxel(self) -> float:
+        """Edge of its voxels, metres."""
+        return self._core.voxel_m
+
+    def __len__(self) -> int:
+        """Number of its surfels."""
+        return len(self._core)
+
+    def surfels(self) -> Surfels:
+        """All surfels, tile by tile."""
+        return Surfels(*self._core.surfels())
+
+    def cast(
+        self,
+        origins: npt.ArrayLike,
+        directions: npt.ArrayLike,
+        ranges: npt.ArrayLike | None = None,
+        *,
+        segments: npt.ArrayLike | None = None,
+    ) -> Hits:
+        """Casts rays into the map, in the frame of its trajectory.
+
+        ``origins`` and ``directions`` are N × 3, or one of them 3 numbers for all rays; directions need not have length one.
+        ``ranges`` are what was measured along the rays, metres, and ``segments`` the parts of the drive in which, by number.
+        """
+        starts, ways = np.broadcast_arrays(_rows("origins", origins), _rows("directions", directions))
+        count = len(starts)
+        measured = None if ranges is None else _column("ranges", ranges, count).astype(np.float64)
+        if segments is not None and measured is None:
+            measured = np.full(count, np.inf)
+        parts = None if segments is None else _column("segments", segments, count).astype(np.int32)
+        found = self._core.cast(np.ascontiguousarray(starts), np.ascontiguousarray(ways), measured, parts)
+        return Hits(*found)
+
+    def __repr__(self) -> str:
+        return f"<map {self._path}: {len(self)} surfels, voxels of {self.voxel:.3g} m>"
+
+
+def _rows(name: str, values: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    try:
+        rows = np.atleast_2d(np.asarray(values, np.float64))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: not N × 3 numbers: {error}") from None
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise InputError(f"{name}: N × 3 numbers are needed, not {' × '.join(map(str, rows.shape))}")
+    return rows
+
+
+def _column(name: str, values: npt.ArrayLike, count: int) -> npt.NDArray[Any]:
+    column = np.asarray(values)
+    if column.shape != (count,) or column.dtype.kind not in "fiu":
+        raise InputError(f"{name}: {count} numbers are needed, one for each ray")
+    return np.ascontiguousarray(column)

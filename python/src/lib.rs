@@ -1,0 +1,31 @@
+//! The core of the Python package `dmp_slam`: the command, logs, maps and tables, with the interpreter let go of meanwhile.
+//!
+//! # Brief overview
+//! [`run`](run::run) is every command: arguments in, its output out, with a listener for what it says. What else Python cannot
+//! do fast enough is here too: writing scans of arrays into a log ([`ScanWriter`](scan_writer::ScanWriter)), casting rays
+//! into a map ([`Map`](map::Map)), and handing over tables ([`Table`](table::Table)). What the package offers is written in
+//! Python on top of these, in `dmp_slam`.
+
+#![expect(clippy::needless_pass_by_value, reason = "functions are handed what Python calls them with")]
+
+mod errors;
+mod map;
+mod options;
+mod run;
+mod scan_writer;
+mod table;
+mod told;
+
+use pyo3::prelude::*;
+
+/// What `dmp_slam` is written on.
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_function(wrap_pyfunction!(run::run, module)?)?;
+    module.add_function(wrap_pyfunction!(run::main, module)?)?;
+    module.add_function(wrap_pyfunction!(options::options, module)?)?;
+    module.add_class::<map::Map>()?;
+    module.add_class::<scan_writer::ScanWriter>()?;
+    module.add_class::<table::Table>()
+}

@@ -1,0 +1,98 @@
+//! Any command, run in a thread of its own while the calling thread listens for interrupts.
+
+use std::ffi::OsString;
+use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
+
+use dmp_cli::{Exit, Failure, FailureKind, Host};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::errors::failed;
+use crate::told::{Shown, Told};
+
+/// How often it is looked whether somebody asks to stop, and how far the work is.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+/// What the first thread of a process has, where the command runs otherwise.
+const STACK_BYTES: usize = 8 << 20;
+
+/// What became of a command: a word for its end, the line of its error, what it printed.
+type Ran<'py> = (&'static str, Option<String>, Bound<'py, PyBytes>);
+
+/// Runs a command with these arguments, without the name of the program.
+///
+/// The listener has the methods `say(line)`, `progress(stage, unit, done, total)` and `is_cancelled()`. What these raise, and an
+/// interrupt, stops the command and is raised when it has ended.
+#[pyfunction]
+pub(crate) fn run<'py>(
+    py: Python<'py>,
+    arguments: Vec<OsString>,
+    listener: &Bound<'py, PyAny>,
+) -> PyResult<Ran<'py>> {
+    let told = Arc::new(Told::default());
+    let host = Arc::clone(&told);
+    let thread = thread::Builder::new().name("dmp".into()).stack_size(STACK_BYTES);
+    let work = thread.spawn(move || {
+        let end = EndsWhenDropped(&host);
+        let mut out = Vec::new();
+        let arguments = std::iter::once("dmp".into()).chain(arguments);
+        let done = dmp_cli::run_for(arguments, &mut out, Arc::clone(&host) as Arc<dyn Host>);
+        drop(end);
+        (done, out)
+    });
+    let work = work.map_err(|error| failed(py, &format_args!("no thread for the command: {error}")))?;
+
+    let (mut shown, mut raised) = (Shown::default(), None);
+    while !py.detach(|| told.wait(LOOK_EVERY)) {
+        if raised.is_none()
+            && let Err(error) = py.check_signals().and_then(|()| told.hand_on(listener, &mut shown))
+        {
+            told.cancel();
+            raised = Some(error);
+        }
+    }
+    let (done, out) = match py.detach(|| work.join()) {
+        Ok(ended) => ended,
+        Err(panic) => std::panic::resume_unwind(panic),
+    };
+    if let Some(error) = raised {
+        return Err(error);
+    }
+    told.hand_on(listener, &mut shown)?;
+    let (end, line) = in_words(done);
+    Ok((end, line, PyBytes::new(py, &out)))
+}
+
+/// Tells that the command is over, also where it panics.
+struct EndsWhenDropped<'a>(&'a Told);
+
+impl Drop for EndsWhenDropped<'_> {
+    fn drop(&mut self) {
+        self.0.end();
+    }
+}
+
+fn in_words(done: Result<Exit, Failure>) -> (&'static str, Option<String>) {
+    match done {
+        Ok(Exit::InputDamaged) => ("damaged", None),
+        Ok(Exit::GateFailed) => ("gate-failed", None),
+        Ok(_) => ("done", None),
+        Err(Failure { kind, line }) => {
+            let kind = match kind {
+                FailureKind::Usage => "usage",
+                FailureKind::Input => "input",
+                FailureKind::Interrupted => "interrupted",
+                FailureKind::Failed => "failed",
+            };
+            (kind, Some(line))
+        }
+    }
+}
+
+/// The command itself, with the process to itself: prints, draws, and ends where it is interrupted. Returns its exit code.
+#[pyfunction]
+pub(crate) fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+    py.detach(|| dmp_cli::run_process(std::iter::once("dmp".into()).chain(arguments)) as u8)
+}

@@ -1,0 +1,66 @@
+//! Scans of arrays, written one by one into a log.
+
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+use dmp_log::{McapCompression, McapScanWriter, McapWriterOptions};
+use dmp_sensor::Scan;
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods as _};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::errors::{input, is_over};
+
+/// Writes scans as PointCloud2 into an MCAP file, which is there when it is finished.
+#[pyclass(module = "dmp_slam._core")]
+#[derive(Debug)]
+pub(crate) struct ScanWriter {
+    /// Behind a lock, since what packs it may not be shared by threads.
+    writer: Mutex<Option<Box<McapScanWriter>>>,
+    /// Its lists are used again.
+    scan: Scan,
+}
+
+#[pymethods]
+impl ScanWriter {
+    #[new]
+    fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        // It is read soon, by the same machine, and then removed.
+        let options = McapWriterOptions { compression: McapCompression::Lz4, ..McapWriterOptions::default() };
+        let writer = McapScanWriter::create(&path, &options).map_err(|error| input(py, &error))?;
+        Ok(Self { writer: Mutex::new(Some(Box::new(writer))), scan: Scan::default() })
+    }
+
+    /// Appends a scan: points in metres in the sensor's frame (N × 3), nanoseconds of each after the stamp or `None`, and the stamp
+    /// in nanoseconds.
+    #[pyo3(signature = (points, offsets_ns, stamp_ns))]
+    fn write(
+        &mut self,
+        py: Python<'_>,
+        points: PyReadonlyArray2<'_, f32>,
+        offsets_ns: Option<PyReadonlyArray1<'_, i64>>,
+        stamp_ns: i64,
+    ) -> PyResult<()> {
+        let Self { writer, scan } = self;
+        let writer = writer.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let writer = writer.as_mut().ok_or_else(|| is_over("log"))?;
+        if points.shape()[1] != 3 {
+            return Err(PyValueError::new_err("points must be N × 3"));
+        }
+        scan.clear();
+        scan.stamp_ns = Some(stamp_ns);
+        scan.points_in_sensor_m
+            .extend(points.as_array().rows().into_iter().map(|row| [row[0], row[1], row[2]]));
+        if let Some(offsets_ns) = &offsets_ns {
+            scan.time_offsets_ns.extend(offsets_ns.as_array());
+        }
+        py.detach(|| writer.write_scan(scan)).map_err(|error| input(py, &error))
+    }
+
+    /// The log is whole.
+    fn finish(&mut self, py: Python<'_>) -> PyResult<()> {
+        let writer = self.writer.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let writer = writer.take().ok_or_else(|| is_over("log"))?;
+        py.detach(|| writer.finish()).map_err(|error| input(py, &error))
+    }
+}

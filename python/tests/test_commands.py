@@ -1,0 +1,120 @@
+"""The other commands, maps, and the command that the package installs."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import command, scores
+
+import dmp_slam as dmp
+
+
+@pytest.fixture(scope="module")
+def built(town, runs, tmp_path_factory):
+    return dmp.Map.build(town, runs["truth"], tmp_path_factory.mktemp("map") / "truth.dmpmap", progress=False)
+
+
+def test_commands_give_what_the_command_prints(town, runs):
+    drift = runs["drift"]
+    assert dmp.info(town) == json.loads(command("info", town, "--json").stdout)
+    found = dmp.calibrate(town, {"drift": drift}, progress=False)
+    printed = command("calibrate", town, f"--trajectory=drift={drift}", "--json")
+    assert found == json.loads(printed.stdout)
+    found = dmp.drift(town, {"drift": drift}, progress=False)
+    printed = json.loads(command("drift", town, f"--trajectory=drift={drift}", "--json").stdout)
+    assert found["runs"] == printed["runs"]
+    found = dmp.truth.ape(runs["truth"], drift, align=True)
+    assert found == json.loads(command("truth", "ape", "tum", runs["truth"], drift, "--align", "--json").stdout)
+
+
+def test_errors_of_trajectories_in_memory_are_those_of_files(runs, poses, tmp_path):
+    matrices, stamps = poses
+    found = dmp.truth.ape(runs["truth"], dmp.Poses(matrices[:, :3], stamps), align=True)
+    expected = dmp.truth.ape(runs["truth"], runs["truth"], align=True)
+    assert found["estimate"]["poses_compared"] == expected["estimate"]["poses_compared"] == len(stamps)
+    assert found["stats"]["max"] < 1e-9
+    far = dmp.truth.rpe(dmp.Poses(matrices, stamps), runs["drift"], delta=1, delta_unit="m", all_pairs=True)
+    printed = command("truth", "rpe", runs["truth"], runs["drift"], "--delta=1", "--delta_unit=m", "--all_pairs", "--json")
+    assert far["stats"]["rmse"] == pytest.approx(json.loads(printed.stdout)["stats"]["rmse"])
+
+
+def test_samples_and_comparisons(town, runs, result, tmp_path):
+    again = tmp_path / "result.json"
+    again.write_text(result.to_json())
+    joined = dmp.compare(result, again)
+    assert joined["schema"] == "dmp-compare/1" and joined["order"] == result.order
+    truth = runs["truth"]
+    sample = dmp.quick(town, {"truth": truth}, progress=False)
+    printed = command("score", town, f"--trajectory=truth={truth}", "--quick", "--json")
+    assert scores(sample.to_json()) == scores(printed.stdout)
+    assert sample.data["sampling"]["places"] is not None
+
+
+def test_simulations_are_written(tmp_path):
+    log, worse = tmp_path / "town.mcap", tmp_path / "worse.tum"
+    said = dmp.simulate.town(log, scans=20, azimuth_steps=100, truth=tmp_path / "truth.tum", progress=False)
+    assert "20 scans" in said and log.exists()
+    assert "ATE" in dmp.simulate.errors(tmp_path / "truth.tum", worse, noise=(0.03, "0.1deg"))
+    dmp.convert.trajectory(worse, tmp_path / "worse.txt", to="kitti")
+    assert len((tmp_path / "worse.txt").read_text().splitlines()) == len(worse.read_text().splitlines()) - 1
+    with pytest.raises(dmp.UsageError, match="take the place of the input"):
+        dmp.convert.log(log, log)
+
+
+def test_surfels_are_arrays(built):
+    centres, normals = built.surfels()
+    assert centres.shape == normals.shape == (len(built), 3)
+    assert np.abs(np.linalg.norm(normals, axis=1) - 1).max() < 1e-3
+    assert 0.29 < built.voxel < 0.31 and "surfels" in repr(built)
+
+
+def test_rays_meet_the_surfels_that_they_aim_at(built):
+    centres, normals = built.surfels()
+    aimed, away = centres[::50], normals[::50].astype(float)
+    # From a metre above each surfel, down onto it.
+    z1, zn, zc = built.cast(aimed + away, -2 * away, np.ones(len(aimed)))
+    near = np.abs(zn - 1) < 1e-3
+    assert near.mean() > 0.99
+    assert (z1[near] <= zn[near] + 1e-9).all() and np.isnan(zc).all()
+    first = built.cast(aimed + away, -away)
+    assert np.array_equal(first.z1, z1, equal_nan=True) and np.isnan(first.zn).all()
+    fortran = built.cast(np.asfortranarray(aimed + away), (-away)[::-1][::-1])
+    assert np.array_equal(fortran.z1, z1, equal_nan=True)
+    sky = built.cast([[0.0, 0, 5000]], [0.0, 0, 1])
+    assert np.isnan(sky.z1).all()
+    nothing = built.cast([[0.0, 0, 0], [np.nan, 0, 0]], [[0.0, 0, 0], [1, 0, 0]])
+    assert np.isnan(nothing.z1).all()
+    of_drive = built.cast(aimed + away, -away, segments=np.full(len(aimed), -1000))
+    assert np.isfinite(of_drive.zc).mean() > 0.99
+
+
+def test_wrong_rays_are_told_in_a_line(built, tmp_path):
+    with pytest.raises(dmp.InputError, match="origins: N × 3 numbers are needed, not 2 × 2"):
+        built.cast([[0, 0], [1, 1]], [[0, 0, 1]])
+    with pytest.raises(dmp.InputError, match="ranges: 1 numbers are needed"):
+        built.cast([0, 0, 0], [0, 0, 1], [1, 2])
+    with pytest.raises(dmp.InputError, match="nowhere.dmpmap"):
+        dmp.Map.open(tmp_path / "nowhere.dmpmap")
+
+
+def test_the_package_has_the_command(town):
+    program = Path(sys.executable).with_name("dmp")
+    found = subprocess.run([program, "info", town, "--json"], capture_output=True, text=True, check=True)
+    assert found.stdout == command("info", town, "--json").stdout
+    wrong = subprocess.run([program, "score"], capture_output=True, text=True, check=False)
+    assert wrong.returncode == 2 and wrong.stderr == command("score").stderr
+
+
+def test_every_option_is_a_keyword(town):
+    """Whoever names an option finds its keyword; positions and what functions do otherwise are none."""
+    from dmp_slam._arguments import options
+
+    for words in (("score",), ("calibrate",), ("drift",), ("map", "build"), ("truth", "ape"), ("simulate", "town")):
+        keywords = options(words)
+        assert keywords and not {"json", "quiet", "help"} & set(keywords)
+        assert all(keyword.isidentifier() for keyword in keywords)

@@ -1,0 +1,26 @@
+"""The examples in the package's documents run."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+import pkgutil
+
+import dmp_slam as dmp
+
+
+def test_examples_run(town, runs):
+    known = {"dmp": dmp, "town": town, "truth": runs["truth"], "drift": runs["drift"]}
+    tried = 0
+    for module in pkgutil.iter_modules(dmp.__path__):
+        # Importing this one's `__main__` is harmless, but it has no examples.
+        found = doctest.testmod(importlib.import_module(f"dmp_slam.{module.name}"), extraglobs=known)
+        assert found.failed == 0, module.name
+        tried += found.attempted
+    assert tried > 0
+
+
+def test_everything_offered_is_documented():
+    for name in dmp.__all__:
+        if not name.startswith("__"):
+            assert getattr(dmp, name).__doc__, name

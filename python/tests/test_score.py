@@ -1,0 +1,164 @@
+"""Scores are the command's, to the bit; keywords are its options."""
+
+from __future__ import annotations
+
+import json
+import logging
+import math
+from pathlib import Path
+
+import numpy as np
+import pandas
+import polars
+import pyarrow
+import pytest
+from conftest import command, scores
+
+import dmp_slam as dmp
+
+
+def test_scores_are_those_of_the_command(town, runs, result):
+    named = [f"--trajectory={name}={file}" for name, file in runs.items()]
+    printed = command("score", town, *named, "--json")
+    assert printed.returncode == 0
+    assert scores(result.to_json()) == scores(printed.stdout)
+    # As text too: numbers are written alike.
+    assert [line for line in result.to_json().splitlines() if "_m2" in line] == [
+        line for line in printed.stdout.splitlines() if "_m2" in line
+    ]
+
+
+def test_a_result_says_what_was_found(result):
+    assert result.order[0] == result.best == "truth"
+    assert result.verdict("drift", "truth") == "truth"
+    assert repr(result).startswith("best: truth\n1  truth  R_cv at 10 m: ")
+    assert result.gates_passed and not result.is_damaged
+
+
+def test_keywords_are_the_options(town, runs):
+    two = {name: runs[name] for name in ("truth", "drift")}
+    given = dmp.score(
+        town,
+        two,
+        voxel="40 cm",
+        max_range=np.float32(50),
+        every=2,
+        trust=True,
+        extrinsic={"truth": (0, 0, 0, 0, 0, 0, 1), "drift": "identity"},
+        fail_above={"R_cv_10": "1 mm"},
+        expect_unbeaten=["truth", "drift"],
+        seed=None,
+        progress=False,
+    )
+    options = ["--voxel=40 cm", "--max-range=50.0", "--every=2", "--trust", "--extrinsic=truth=0,0,0,0,0,0,1"]
+    options += ["--extrinsic=drift=identity", "--fail-above=R_cv_10=1 mm"]
+    options += ["--expect-unbeaten=truth", "--expect-unbeaten=drift"]
+    named = [f"--trajectory={name}={file}" for name, file in two.items()]
+    printed = command("score", town, *named, *options, "--json")
+    assert printed.returncode == 4
+    assert scores(given.to_json()) == scores(printed.stdout)
+    assert not given.gates_passed
+    assert given.data["config"]["every"] == 2
+
+
+def test_unknown_keywords_are_named_with_near_ones(town, runs):
+    with pytest.raises(TypeError, match="score.* has no keyword 'voxle'; near it: voxel"):
+        dmp.score(town, runs, voxle=0.2)
+    with pytest.raises(TypeError, match="trust is a switch"):
+        dmp.score(town, runs, trust="yes")
+    with pytest.raises(TypeError, match="voxel takes a value"):
+        dmp.score(town, runs, voxel=True)
+
+
+def test_errors_have_the_line_of_the_command(town, runs, tmp_path):
+    truth = runs["truth"]
+    for arguments, settings in [
+        (["--voxel=-1"], {"voxel": -1}),
+        (["--voxel=wide"], {"voxel": "wide"}),
+        (["--quick", "--resume"], {"quick": True, "resume": True}),
+        (["--min-range=50", "--max-range=10"], {"min_range": 50, "max_range": 10}),
+    ]:
+        line = command("score", town, f"--trajectory=truth={truth}", *arguments, "--json").stderr
+        with pytest.raises(dmp.UsageError) as raised:
+            dmp.score(town, {"truth": truth}, **settings)
+        assert isinstance(raised.value, ValueError) and isinstance(raised.value, dmp.Error)
+        said = " ".join(line.split("\n\n")[0].split()).removeprefix("error: ")
+        assert str(raised.value) == said
+    garbage = tmp_path / "garbage.mcap"
+    garbage.write_bytes(b"no log")
+    with pytest.raises(dmp.InputError, match="garbage.mcap: "):
+        dmp.score(garbage, {"truth": truth})
+    with pytest.raises(dmp.UsageError, match="nowhere.mcap"):
+        dmp.score(tmp_path / "nowhere.mcap", {"truth": truth})
+
+
+def test_tables_have_lengths_beside_squares(result):
+    runs = pandas.DataFrame.from_arrow(result.runs)
+    assert list(runs["run"]) == result.order
+    scored = {run["name"]: run for run in result.data["runs"]}
+    for _, row in runs.iterrows():
+        square = scored[row["run"]]["r_cv_m2"]["10"]
+        assert row["r_cv_10_m2"] == square and row["r_cv_10_m"] == math.sqrt(square)
+        assert 0 <= row["coverage"] <= 1
+    pairs = pandas.DataFrame.from_arrow(result.pairs)
+    assert len(pairs) == 6 and set(pairs["verdict"]) == {"truth", "noise", "drift"}
+
+
+def test_tables_of_scans_and_tiles_go_to_other_programs(result):
+    frames = polars.DataFrame(result.frames)
+    assert frames.shape[0] == 4 * result.data["sampling"]["frames_scored"]
+    assert set(frames["run"]) == set(result.order)
+    tiles = pyarrow.table(result.tiles)
+    assert tiles.num_rows > 0 and tiles.column_names == result.tiles.column_names
+    assert len(result.frames) == frames.shape[0]
+
+
+def test_tables_that_were_not_asked_for_are_not_there(town, runs):
+    bare = dmp.score(town, {"truth": runs["truth"]}, progress=False, every=10)
+    for table in ("frames", "tiles"):
+        with pytest.raises(dmp.UsageError, match=f"per_{table[:-1]}=True"):
+            getattr(bare, table)
+
+
+def test_pages_are_written_and_shown(result, town, runs, tmp_path):
+    page = tmp_path / "page.html"
+    result.report(page)
+    assert page.read_text().startswith("<!doctype html>") and "<svg" in page.read_text()
+    assert result._repr_html_().startswith("<iframe srcdoc=")
+    bare = dmp.score(town, {"truth": runs["truth"]}, progress=False, every=10)
+    bare.report(page)
+    assert "truth" in page.read_text()
+
+
+def test_what_is_said_goes_to_the_log(town, runs, caplog):
+    with caplog.at_level(logging.INFO, logger="dmp_slam"):
+        dmp.score(town, {"truth": runs["truth"]}, progress=False, every=10)
+    assert any("100 scans" in record.message for record in caplog.records)
+    assert all(record.name == "dmp_slam" for record in caplog.records)
+
+
+def test_progress_is_told(town, runs):
+    told = []
+    dmp.score(town, {"truth": runs["truth"]}, progress=lambda *step: told.append(step))
+    stages = {stage for stage, _, _, _ in told}
+    assert "casting rays" in stages
+    assert all(done <= total for _, _, done, total in told if total is not None)
+
+
+def test_a_bar_is_drawn_without_tqdm(town, runs, capsys):
+    dmp.score(town, {"truth": runs["truth"]}, progress=True)
+    drawn = capsys.readouterr().err
+    assert "\rcasting rays: " in drawn and drawn.endswith("\r")
+
+
+def test_files_of_one_bag_are_one_log(town, runs):
+    named = {"truth": runs["truth"]}
+    one = dmp.score([town], named, progress=False, every=10)
+    assert one.data["inputs"]["log"] == town.name
+    bag = dmp.score([town, town], named, progress=False, every=10, trust=True)
+    assert bag.data["inputs"]["scans"] == 200
+
+
+def test_a_page_needs_no_files(result):
+    assert json.loads(result.to_json())["runs"]
+    assert not Path("page.html").exists()
