@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use anyhow::Context as _;
 
-use super::drives::{DriveSpec, drives, find};
+use super::drives::{DriveSpec, drives, find, look_alikes};
 use super::estimates::Estimate;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Chosen {
-    /// Only these drives, comma-separated; all by default
+    /// Only these drives, comma-separated; all by default. Beside those of the suite there are two whose places look alike,
+    /// alike-32 and tunnel-32
     #[arg(long, value_delimiter = ',')]
     drives: Vec<String>,
     /// Only estimates whose names begin so, comma-separated
@@ -27,7 +28,8 @@ impl Chosen {
         if self.drives.is_empty() {
             return Ok(drives());
         }
-        self.drives.iter().map(|name| find(name)).collect()
+        let look_alike = |name: &str| look_alikes().into_iter().find(|drive| drive.name == name);
+        self.drives.iter().map(|name| look_alike(name).map_or_else(|| find(name), Ok)).collect()
     }
 
     pub(super) fn wants(&self, estimate: &Estimate) -> bool {

@@ -28,6 +28,8 @@ pub(super) struct DriftArgs {
 /// A pair is wrong that is off by more than this, metres, and by more than this share of what is true.
 const WRONG_M: f64 = 0.1;
 const WRONG_SHARE: f64 = 0.1;
+/// What is known no better than this of a direction is not known, metres.
+const KNOWN_M: f64 = 0.1;
 /// Runs that are truly off by less than this tell nothing of a bias, metres.
 const LEAST_M: f64 = 0.02;
 
@@ -57,6 +59,8 @@ struct Row {
     /// Of each answer in all directions, how far it is from what is true, metres; whether that is wrong; and its three
     /// components within 3σ.
     answers: Vec<Answer>,
+    /// Answers in some directions alone, and how many of these are wrong there.
+    in_part: [usize; 2],
     rms_m: Option<f64>,
     true_rms_m: Option<f64>,
 }
@@ -70,8 +74,7 @@ struct Answer {
 }
 
 impl Row {
-    const HEAD: &str =
-        "estimate           ATE [m]  pairs  answers  RMS measured  RMS true [m]  ratio  wrong  in 3 sigma";
+    const HEAD: &str = "estimate           ATE [m]  pairs  answers  RMS measured  RMS true [m]  ratio  wrong  in 3 sigma     in part, wrong";
 }
 
 impl std::fmt::Display for Row {
@@ -81,19 +84,21 @@ impl std::fmt::Display for Row {
         let [measured, truth] = [self.rms_m, self.true_rms_m].map(|m| m.unwrap_or(f64::NAN));
         write!(
             f,
-            "{:<18} {:>7.3}  {:>5}  {:>7}  {measured:>12.4}  {truth:>12.4}  {:>5.2}  {wrong:>5}  {within:>4} of {}",
+            "{:<18} {:>7.3}  {:>5}  {:>7}  {measured:>12.4}  {truth:>12.4}  {:>5.2}  {wrong:>5}  {within:>4} of {:<4} {:>8}, {}",
             self.name,
             self.ate_m,
             self.pairs,
             self.answers.len(),
             measured / truth,
             3 * self.answers.len(),
+            self.in_part[0],
+            self.in_part[1],
         )
     }
 }
 
 fn drive(spec: &DriveSpec, arguments: &DriftArgs) -> anyhow::Result<Vec<Row>> {
-    let town = spec.options.town()?;
+    let town = spec.town()?;
     let recording = Recording::new(&town, &spec.options)?;
     let path = arguments.chosen.out.join(format!("{}.mcap", spec.name));
     write_log(&recording, &path)?;
@@ -128,7 +133,7 @@ fn row(
     judged: &Judged<'_>,
     each: bool,
 ) -> anyhow::Result<Row> {
-    let mut answers = Vec::new();
+    let (mut answers, mut in_part) = (Vec::new(), [0, 0]);
     for visit in &report.visits {
         let of_run = &visit.runs[run];
         let (Some(off), Some(seven), Some(covariance)) =
@@ -144,13 +149,15 @@ fn row(
             }
             continue;
         };
-        if off.distance_m.is_none() {
-            continue;
-        }
         let measured = Vector3::new(seven[0], seven[1], seven[2]);
         let Some((truth, off_truth)) = judged.truth_of(&visit.first, &visit.second) else { continue };
         let error = measured - truth;
         let covariance = of_place(&covariance, &measured);
+        if off.distance_m.is_none() {
+            let is_wrong = known_part(&covariance, &error) > WRONG_M.max(WRONG_SHARE * off_truth.norm());
+            in_part = [in_part[0] + 1, in_part[1] + usize::from(is_wrong)];
+            continue;
+        }
         let sigmas = [0, 1, 2].map(|k| covariance[(k, k)].sqrt());
         let within = (0..3).filter(|&k| error[k].abs() <= 3.0 * sigmas[k]).count();
         let true_m = off_truth.norm();
@@ -180,6 +187,7 @@ fn row(
         ate_m: ate_m(&estimate.trajectory, judged.truth)?,
         pairs: report.visits.len(),
         rms_m: report.runs[run].rms_m.value,
+        in_part,
         true_rms_m: (!answers.is_empty()).then(|| (squares / answers.len() as f64).sqrt()),
         answers,
     })
@@ -198,6 +206,13 @@ fn of_place(upper: &[f64; 21], place: &Vector3<f64>) -> Matrix3<f64> {
         + by_turn * part(0, 3)
         + part(3, 0) * by_turn.transpose()
         + part(3, 3)
+}
+
+/// The length of an error in the directions that are known, each to [`KNOWN_M`].
+fn known_part(covariance: &Matrix3<f64>, error: &Vector3<f64>) -> f64 {
+    let directions = covariance.symmetric_eigen();
+    let known = (0..3).filter(|&k| directions.eigenvalues[k] <= KNOWN_M * KNOWN_M);
+    known.map(|k| directions.eigenvectors.column(k).dot(error).powi(2)).sum::<f64>().sqrt()
 }
 
 /// A run whose truth is known.

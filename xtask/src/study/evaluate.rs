@@ -27,7 +27,7 @@ const REFERENCE_M: f64 = 0.1;
 /// Simulates the drive, scores all its estimates under the setting, and measures what only the truth can tell.
 pub(super) fn evaluate(spec: &DriveSpec, setting: &Setting, work: &Path) -> anyhow::Result<DriveResult> {
     let start = Instant::now();
-    let town = spec.options.town()?;
+    let town = spec.town()?;
     let recording = Recording::new(&town, &spec.options)?;
     let path = work.join(format!("{}.mcap", spec.name));
     write_log(&recording, &path)?;
@@ -134,7 +134,7 @@ fn reference_surface(spec: &DriveSpec) -> anyhow::Result<Vec<[f64; 3]>> {
     options.lidar.range_noise_m = 0.0;
     options.lidar.bearing_noise_rad = 0.0;
     options.lidar.drop_out = 0.0;
-    let town = options.town()?;
+    let town = options.town_of(spec.scenery)?;
     let recording = Recording::new(&town, &options)?;
     let mut seen = HashSet::new();
     let mut points = Vec::new();
@@ -215,7 +215,7 @@ pub(super) fn measure_drift_anew(
     work: &Path,
     result: &mut DriveResult,
 ) -> anyhow::Result<()> {
-    let town = spec.options.town()?;
+    let town = spec.town()?;
     let recording = Recording::new(&town, &spec.options)?;
     let path = work.join(format!("{}.mcap", spec.name));
     write_log(&recording, &path)?;

@@ -90,7 +90,7 @@ struct Outcome {
 }
 
 fn graph(spec: &DriveSpec, seed: u64, arguments: &LoopsArgs) -> anyhow::Result<Row> {
-    let town = spec.options.town()?;
+    let town = spec.town()?;
     let recording = Recording::new(&town, &spec.options)?;
     let path = arguments.out.join(format!("{}.mcap", spec.name));
     write_log(&recording, &path)?;

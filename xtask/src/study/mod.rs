@@ -102,7 +102,7 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
 }
 
 fn export(spec: &DriveSpec, folder: &Path) -> anyhow::Result<()> {
-    let town = spec.options.town()?;
+    let town = spec.town()?;
     let recording = Recording::new(&town, &spec.options)?;
     let mut writer = FolderScanWriter::create(folder, FolderFormat::Bin)?;
     let mut returns = 0;

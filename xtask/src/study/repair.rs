@@ -118,7 +118,7 @@ impl std::fmt::Display for Row {
 }
 
 fn drive(spec: &DriveSpec, arguments: &RepairArgs) -> anyhow::Result<Vec<Row>> {
-    let town = spec.options.town()?;
+    let town = spec.town()?;
     let recording = Recording::new(&town, &spec.options)?;
     let path = arguments.chosen.out.join(format!("{}.mcap", spec.name));
     write_log(&recording, &path)?;

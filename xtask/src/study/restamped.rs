@@ -25,7 +25,7 @@ pub(super) fn print(out: &Path) -> anyhow::Result<()> {
     for spec in drives() {
         let (log, _) = log_and_truth(&spec, out)?;
         // The truth has a pose at every instant.
-        let town = spec.options.town()?;
+        let town = spec.town()?;
         let truth = Recording::new(&town, &spec.options)?.drive().trajectory(100.0)?;
         for config in ODOMETRY {
             row(&spec, config, log.as_ref(), &truth)?;

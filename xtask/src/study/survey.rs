@@ -22,7 +22,7 @@ const SURFACES: [Surface; 7] = [
 
 /// Simulates a drive and tells its size, what its returns lie on, and the error of each estimate.
 pub(super) fn print(spec: &DriveSpec) -> anyhow::Result<()> {
-    let town = spec.options.town()?;
+    let town = spec.town()?;
     let recording = Recording::new(&town, &spec.options)?;
     let drive = recording.drive();
     let (travel_m, revisits) = recording.travel_and_revisits();

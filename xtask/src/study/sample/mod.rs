@@ -87,7 +87,7 @@ pub(super) fn run(arguments: &SampleArgs) -> anyhow::Result<()> {
 
 /// The log of a drive, written where it is not there yet, and its estimates.
 pub(super) fn log_and_runs(spec: &DriveSpec, work: &Path) -> anyhow::Result<(PathBuf, Vec<Run>)> {
-    let town = spec.options.town()?;
+    let town = spec.town()?;
     let recording = Recording::new(&town, &spec.options)?;
     let path = work.join(format!("{}.mcap", spec.name));
     write_log(&recording, &path)?;
@@ -100,7 +100,7 @@ pub(super) fn log_and_truth(
     spec: &DriveSpec,
     work: &Path,
 ) -> anyhow::Result<(Box<dyn dmp_log::ScanLog>, dmp_sensor::Trajectory)> {
-    let town = spec.options.town()?;
+    let town = spec.town()?;
     let recording = Recording::new(&town, &spec.options)?;
     let path = work.join(format!("{}.mcap", spec.name));
     write_log(&recording, &path)?;
