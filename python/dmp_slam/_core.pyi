@@ -33,6 +33,7 @@ class Map:
         directions: npt.NDArray[np.float64],
         ranges: npt.NDArray[np.float64] | None,
         segments: npt.NDArray[np.int32] | None,
+        threads: int | None,
     ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
 
 @final
