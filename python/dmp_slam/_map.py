@@ -14,9 +14,9 @@ from ._arguments import arguments
 from ._commands import Progress, StrPath
 from ._execute import execute
 from ._listener import Event
-from ._poses import Run, trajectories
-from ._scans import Log, log_path
-from ._score import work_folder
+from ._poses import Run
+from ._scans import Log
+from ._score import of_log_and_runs, work_folder
 from .errors import InputError, UsageError
 
 #: Bytes of a map that are in memory for casting, unless it is said otherwise.
@@ -68,12 +68,11 @@ class Map:
     ) -> Map:
         """Fuses the map of a run from a log, or with ``run=None`` that of a cloud or a mesh, and opens it (``dmp map build``)."""
         words = ("map", "build")
-        with work_folder(settings) as folder:
+        runs = () if run is None else run if isinstance(run, (str, os.PathLike)) else {"run": run}
+        with work_folder(settings, runs) as folder:
             given = arguments(words, {**settings, "output": output}, without=["trajectory"])
-            if run is not None:
-                runs = run if isinstance(run, (str, os.PathLike)) else {"run": run}
-                given += [f"--trajectory={one}" for one in trajectories(runs, folder)]
-            execute([*words, *given, "--", log_path(log, folder)], progress, cancel)
+            called = of_log_and_runs(words, log, runs, given, folder, progress, cancel)
+            execute(called, progress, cancel)
         return cls(output)
 
     @property
