@@ -105,8 +105,9 @@ class Map:
         """Casts rays into the map, in the frame of its trajectory.
 
         ``origins`` and ``directions`` are N × 3, or one of them 3 numbers for all rays; directions need not have length one.
-        ``ranges`` are what was measured along the rays, metres, and ``segments`` the parts of the drive in which, by number. ``threads`` are as many as the machine
-        runs at once, unless it is said; they end with the call, so that a process may fork between two.
+        ``ranges`` are what was measured along the rays, metres, and ``segments`` the parts of the drive in which, by number.
+        ``threads`` are as many as the machine runs at once, unless it is said; they end with the call, so that a process may fork
+        between two.
         """
         starts, ways = np.broadcast_arrays(_rows("origins", origins), _rows("directions", directions))
         count = len(starts)

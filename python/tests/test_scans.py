@@ -144,7 +144,8 @@ class Recording:
 
 def test_any_sequence_of_scans_is_a_log(scans):
     _, found = scans
-    for log in (collections.deque(found), Recording(found)):
+    parts = collections.deque((scan.points, scan.times, scan.stamp) for scan in found)
+    for log in (collections.deque(found), parts, Recording(found)):
         assert list(dmp._scans.scans_of(log)) == found
 
 

@@ -117,10 +117,9 @@ impl McapScanWriter {
         if times != 0 && times != points {
             return Err(unwritable(format!("{points} points and {times} times")));
         }
-        let fits = |offset_ns: i64| match self.signed_times {
-            true => i32::try_from(offset_ns).is_ok(),
-            false => u32::try_from(offset_ns).is_ok(),
-        };
+        let most = if self.signed_times { i64::from(i32::MAX) } else { i64::from(u32::MAX) };
+        let least = if self.signed_times { i64::from(i32::MIN) } else { 0 };
+        let fits = |offset_ns: i64| (least..=most).contains(&offset_ns);
         if let Some(beyond) = scan.time_offsets_ns.iter().find(|&&offset_ns| !fits(offset_ns)) {
             return Err(unwritable(format!("a point {beyond} ns after the stamp is beyond 32 bits")));
         }
