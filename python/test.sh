@@ -19,21 +19,23 @@ tools=$target/python/tools tested=$target/python/tested wheels=$target/python/wh
 # What builds and checks is kept from one time to the next; what is tested is new.
 if [ ! -x "$tools/bin/maturin" ]; then
     python3 -m venv "$tools"
-    "$tools/bin/pip" install --quiet --disable-pip-version-check 'maturin>=1.9,<2'
+    "$tools/bin/pip" install --quiet --disable-pip-version-check --constraint tests/constraints.txt maturin
 fi
 rm -rf "$wheels" "$tested"
 "$tools/bin/maturin" build --release --locked --out "$wheels"
 python3 -m venv "$tested"
-"$tested/bin/pip" install --quiet --disable-pip-version-check "$wheels"/dmp_slam-*.whl
+"$tested/bin/pip" install --quiet --disable-pip-version-check --constraint tests/constraints.txt "$wheels"/dmp_slam-*.whl
 # Away from the sources, which would be imported instead of the package.
 here=$PWD
 cd "$tested"
 # What comes with the wheel, before anything else is there.
 bin/python "$here/tests/installed.py" "$wheels"
-bin/pip install --quiet --disable-pip-version-check 'pytest>=8' 'mypy>=1.11' pandas polars pyarrow
+bin/pip install --quiet --disable-pip-version-check --constraint "$here/tests/constraints.txt" \
+    pytest mypy pandas polars pyarrow
 
+# That of these sources, whatever was built before.
+cargo build --release --locked --manifest-path "$here/../Cargo.toml"
 export DMP_COMMAND=$target/release/dmp
-if [ ! -x "$DMP_COMMAND" ]; then cargo build --release --locked --manifest-path "$here/../Cargo.toml"; fi
 bin/python -m pytest --rootdir "$here" -p no:cacheprovider "$here/tests" "$@"
 bin/stubtest dmp_slam._core
 cd "$here"

@@ -17,8 +17,8 @@ from ._core import Table, __version__
 from ._map import Hits, Map, Surfels
 from ._poses import Poses
 from ._result import Result
-from ._scans import Scan
 from ._score import score
+from ._sweep import Scan
 from .errors import Cancelled, Error, InputError, UsageError
 
 __all__ = [

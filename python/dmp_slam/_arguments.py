@@ -48,9 +48,15 @@ def arguments(
         option = known.get(keyword)
         if option is None:
             raise TypeError(_unknown(words, keyword, known))
-        if value is not None and value is not False:
+        if value is not None and value is not False and not _is_empty(value):
             found.extend(_given(keyword, option, value))
     return found
+
+
+def _is_empty(value: Any) -> bool:
+    if isinstance(value, np.ndarray):
+        return value.size == 0
+    return isinstance(value, (list, tuple, dict)) and not value
 
 
 def _unknown(words: tuple[str, ...], keyword: str, known: Mapping[str, Option]) -> str:
@@ -99,8 +105,9 @@ def _text(keyword: str, value: Any) -> str:
     if isinstance(value, os.PathLike):
         return os.fsdecode(value)
     if _is_number(value):
-        # A scalar of numpy would say of which kind it is.
-        return repr(value.item() if isinstance(value, np.generic) else value)
+        number = value.item() if isinstance(value, np.generic) else value
+        # The parser knows no exponents.
+        return np.format_float_positional(number, trim="-") if isinstance(number, float) else str(number)
     if isinstance(value, np.ndarray):
         value = value.tolist()
     if isinstance(value, (list, tuple)) and value:

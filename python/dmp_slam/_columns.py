@@ -12,9 +12,11 @@ from ._core import Table
 _KINDS = (("bool", bool), ("int", int), ("float", (int, float)))
 
 
-def table(rows: Iterable[Mapping[str, Any]]) -> Table:
-    """A table of rows with the same columns."""
+def table(rows: Iterable[Mapping[str, Any]], kinds: Mapping[str, str] | None = None) -> Table:
+    """A table of rows with the same columns. ``kinds`` say what these hold, where there may be no row to tell."""
     rows = list(rows)
+    if kinds is not None:
+        return Table([(name, kind, [_as(kind, row[name]) for row in rows]) for name, kind in kinds.items()])
     names = list(rows[0]) if rows else []
     return Table([_column(name, [row[name] for row in rows]) for name in names])
 
@@ -63,7 +65,23 @@ _SHARES = {
 
 def pairs_table(result: Mapping[str, Any]) -> Table:
     """Each two runs: what is decided between them, at which scale, and the interval of their difference there."""
-    return table(_pair_row(pair) for pair in result["pairs"])
+    return table((_pair_row(pair) for pair in result["pairs"]), _PAIRS)
+
+
+_PAIRS = {
+    "a": "str",
+    "b": "str",
+    "verdict": "str",
+    "score": "str",
+    "decided_at_m": "float",
+    "a_m": "float",
+    "b_m": "float",
+    "difference_m2": "float",
+    "interval_low_m2": "float",
+    "interval_high_m2": "float",
+    "returns": "int",
+    "reason": "str",
+}
 
 
 def _pair_row(pair: Mapping[str, Any]) -> dict[str, Any]:
@@ -93,13 +111,14 @@ def root(square: float | None) -> float | None:
 
 def csv_table(text: str) -> Table:
     """The table of a file that the command has written. Empty cells are nothing."""
-    rows = csv.reader(io.StringIO(text))
-    names = next(rows, [])
-    columns = zip(*rows)
+    names, *rows = csv.reader(io.StringIO(text))
+    columns = list(zip(*rows)) or [()] * len(names)
     return Table([_csv_column(name, list(column)) for name, column in zip(names, columns)])
 
 
 def _csv_column(name: str, cells: list[str]) -> tuple[str, str, list[Any]]:
+    if name != "run" and not cells:
+        return (name, "float", [])
     if name != "run":
         for kind, number in (("int", int), ("float", float)):
             try:

@@ -6,7 +6,7 @@ from typing import Any, Protocol, Sequence, final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Map", "ScanWriter", "Table", "__version__", "main", "options", "run"]
+__all__ = ["Map", "ScanWriter", "Table", "__version__", "check_arguments", "main", "options", "run"]
 
 __version__: str
 
@@ -16,6 +16,7 @@ class _Listener(Protocol):
     def is_cancelled(self) -> bool: ...
 
 def run(arguments: Sequence[str | PathLike[str]], listener: _Listener) -> tuple[str, str | None, bytes]: ...
+def check_arguments(arguments: Sequence[str | PathLike[str]]) -> tuple[str, str] | None: ...
 def main(arguments: Sequence[str | PathLike[str]]) -> int: ...
 def options(words: Sequence[str]) -> list[tuple[str, str | None, bool, bool, str]]: ...
 @final
@@ -33,6 +34,7 @@ class Map:
         directions: npt.NDArray[np.float64],
         ranges: npt.NDArray[np.float64] | None,
         segments: npt.NDArray[np.int32] | None,
+        threads: int | None,
     ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
 
 @final
@@ -42,6 +44,7 @@ class ScanWriter:
         self, points: npt.NDArray[np.float32], offsets_ns: npt.NDArray[np.int64] | None, stamp_ns: int
     ) -> None: ...
     def finish(self) -> None: ...
+    def abandon(self) -> None: ...
 
 @final
 class Table:

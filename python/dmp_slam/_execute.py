@@ -16,6 +16,13 @@ _KINDS: dict[str, type[Error]] = {
 }
 
 
+def check(arguments: Sequence[str]) -> None:
+    """Raises what the command would say at once of these arguments, before work is done for it."""
+    wrong = _core.check_arguments(arguments)
+    if wrong is not None:
+        raise _KINDS[wrong[0]](wrong[1])
+
+
 class Output(NamedTuple):
     """What a command printed, and how it ended."""
 

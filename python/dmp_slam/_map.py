@@ -14,10 +14,10 @@ from ._arguments import arguments
 from ._commands import Progress, StrPath
 from ._execute import execute
 from ._listener import Event
-from ._poses import Run, trajectories
-from ._scans import Log, log_path
-from ._score import work_folder
-from .errors import InputError
+from ._poses import Run
+from ._scans import Log
+from ._score import of_log_and_runs, work_folder
+from .errors import InputError, UsageError
 
 #: Bytes of a map that are in memory for casting, unless it is said otherwise.
 MEMORY_BYTES = 1 << 30
@@ -68,12 +68,11 @@ class Map:
     ) -> Map:
         """Fuses the map of a run from a log, or with ``run=None`` that of a cloud or a mesh, and opens it (``dmp map build``)."""
         words = ("map", "build")
-        with work_folder(settings) as folder:
+        runs = () if run is None else run if isinstance(run, (str, os.PathLike)) else {"run": run}
+        with work_folder(settings, runs) as folder:
             given = arguments(words, {**settings, "output": output}, without=["trajectory"])
-            if run is not None:
-                runs = run if isinstance(run, (str, os.PathLike)) else {"run": run}
-                given += [f"--trajectory={one}" for one in trajectories(runs, folder)]
-            execute([*words, *given, "--", log_path(log, folder)], progress, cancel)
+            called = of_log_and_runs(words, log, runs, given, folder, progress, cancel)
+            execute(called, progress, cancel)
         return cls(output)
 
     @property
@@ -101,11 +100,14 @@ class Map:
         ranges: npt.ArrayLike | None = None,
         *,
         segments: npt.ArrayLike | None = None,
+        threads: int | None = None,
     ) -> Hits:
         """Casts rays into the map, in the frame of its trajectory.
 
         ``origins`` and ``directions`` are N × 3, or one of them 3 numbers for all rays; directions need not have length one.
         ``ranges`` are what was measured along the rays, metres, and ``segments`` the parts of the drive in which, by number.
+        ``threads`` are as many as the machine runs at once, unless it is said; they end with the call, so that a process may fork
+        between two.
         """
         starts, ways = np.broadcast_arrays(_rows("origins", origins), _rows("directions", directions))
         count = len(starts)
@@ -113,8 +115,10 @@ class Map:
         if segments is not None and measured is None:
             measured = np.full(count, np.inf)
         parts = None if segments is None else _column("segments", segments, count).astype(np.int32)
-        found = self._core.cast(np.ascontiguousarray(starts), np.ascontiguousarray(ways), measured, parts)
-        return Hits(*found)
+        if threads is not None and threads < 1:
+            raise UsageError(f"threads: at least 1, not {threads}")
+        rays = np.ascontiguousarray(starts), np.ascontiguousarray(ways)
+        return Hits(*self._core.cast(*rays, measured, parts, threads))
 
     def __repr__(self) -> str:
         return f"<map {self._path}: {len(self)} surfels, voxels of {self.voxel:.3g} m>"

@@ -17,6 +17,12 @@ Run = Union[str, "os.PathLike[str]", "npt.ArrayLike", "Poses", Any]
 Runs = Union[Mapping[str, Run], Sequence[Union[str, "os.PathLike[str]"]], str, "os.PathLike[str]"]
 
 
+#: The file of a run in memory with its stamps, for those who look for none beside it.
+STAMPED = "stamped.tum"
+#: What a run in memory is written into.
+FILES = ("poses.npy", "poses.tum", "times.txt", STAMPED)
+
+
 class Poses(NamedTuple):
     """A trajectory in memory.
 

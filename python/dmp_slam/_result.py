@@ -22,7 +22,8 @@ _PAGE_HEIGHT = 800
 class Result:
     """The scores of runs, their order, and what is decided of each two.
 
-    Tables have ``__arrow_c_stream__``: ``pandas.DataFrame.from_arrow``, ``polars.DataFrame`` and ``pyarrow.table`` take them.
+    Tables have ``__arrow_c_stream__``: ``polars.DataFrame``, ``pyarrow.table`` and, from pandas 3.0 on,
+    ``pandas.DataFrame.from_arrow`` take them.
     """
 
     def __init__(self, output: Output, page: str | None, frames: str | None, tiles: str | None) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence as AnySequence
 from pathlib import Path
 from typing import Any, Iterable, Iterator, NamedTuple, Sequence, Union
 
@@ -10,62 +11,88 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._poses import nanoseconds, stamps_ns
-from .errors import InputError
+from ._kiss import of_kiss
+from ._listener import Event, Listener, ProgressFunction
+from ._poses import nanoseconds
+from ._sweep import NS, PERIOD_NS, Scan, came_back, nearest, refuse_not_finite
+from .errors import Cancelled, InputError
 
 #: A log: a path, the files of one bag in order, or scans.
 Log = Union[str, "os.PathLike[str]", Sequence[Union[str, "os.PathLike[str]"]], Iterable[Any], Any]
 
-_NS = 1_000_000_000
-#: From one scan to the next where a dataset does not tell, nanoseconds: LiDARs turn ten times a second.
-PERIOD_NS = _NS // 10
-#: Where the next scan is so many times as late as the one before was, scans between them are missing.
-_GAP = 1.5
+#: What the spooled log is called in its folder.
+LOG_FILE = "log.mcap"
+
+#: How far from its stamp a point may be measured, nanoseconds: what 32 bits hold.
+_MOST_NS = 2**31 - 1
 
 
-class Scan(NamedTuple):
-    """One sweep of the sensor.
+class Placed(NamedTuple):
+    """Where a log is."""
 
-    ``points`` are N × 3, metres in the sensor's frame; they are kept as float32. ``times`` are those of the points after the stamp,
-    N seconds (floats) or nanoseconds (integers), ``None`` where the scan was corrected for its motion. ``stamp`` is in seconds
-    (float) or nanoseconds (int); without one, scans are a tenth of a second apart.
-    """
+    path: str
+    #: What is to be spooled to that path; ``None`` where the log is there.
+    scans: Iterator[Scan] | None = None
+    #: How many they are, where that is known.
+    of: int | None = None
 
-    points: npt.ArrayLike
-    times: npt.ArrayLike | None = None
-    stamp: float | int | None = None
+    def spool(self, progress: bool | ProgressFunction | None = None, cancel: Event | None = None) -> None:
+        """Writes what is not there yet."""
+        if self.scans is not None:
+            spool(self.scans, Path(self.path), self.of, progress, cancel)
 
 
-def log_path(log: Log, folder: Path) -> str:
-    """The path of a log; what is none is spooled into the folder."""
+def place(log: Log, folder: Path) -> Placed:
+    """Where a log is; one that is no file is to be spooled into the folder."""
     # Datasets of evalio are texts, too.
     if isinstance(log, (str, os.PathLike)) and not hasattr(log, "lidar"):
-        return os.fsdecode(log)
+        return Placed(os.fsdecode(log))
     if isinstance(log, (list, tuple)) and log and all(isinstance(part, (str, os.PathLike)) for part in log):
-        return os.fsdecode(log[0]) if len(log) == 1 else _bag(log, folder / "bag")
-    file = folder / "log.mcap"
-    spool(scans_of(log), file)
-    return str(file)
+        return Placed(os.fsdecode(log[0]) if len(log) == 1 else _bag(log, folder / "bag"))
+    sized: Any = None if hasattr(log, "lidar") or not hasattr(log, "__len__") else log
+    return Placed(str(folder / LOG_FILE), scans_of(log), None if sized is None else len(sized))
 
 
-def spool(scans: Iterable[Scan], file: Path) -> None:
+def spool(
+    scans: Iterable[Scan],
+    file: Path,
+    total: int | None = None,
+    progress: bool | ProgressFunction | None = False,
+    cancel: Event | None = None,
+) -> None:
     """Writes scans into an MCAP file, one at a time. Where they raise, no file is left."""
+    listener = Listener(progress, cancel)
     writer = _core.ScanWriter(file)
     count = 0
-    for number, scan in enumerate(scans):
-        writer.write(*_checked(number, scan))
-        count += 1
-    if count == 0:
-        raise InputError("the log has no scans")
-    writer.finish()
+    try:
+        _go_on(listener)
+        for scan in scans:
+            writer.write(*_checked(count, scan))
+            count += 1
+            listener.progress("taking scans", "scans", count, total)
+            _go_on(listener)
+        if count == 0:
+            raise InputError("the log has no scans")
+        writer.finish()
+    except BaseException:
+        # Whoever keeps the error keeps the writer.
+        writer.abandon()
+        raise
+    finally:
+        listener.close()
+
+
+def _go_on(listener: Listener) -> None:
+    if listener.is_cancelled():
+        raise Cancelled("stopped before the end")
 
 
 def scans_of(log: Any) -> Iterator[Scan]:
     """The scans of a dataset of kiss-icp or evalio, or of anything that gives scans."""
     if hasattr(log, "lidar") and callable(log.lidar):
         return (_of_evalio(measured) for measured in log.lidar())
-    if hasattr(log, "__getitem__") and hasattr(log, "__len__") and not isinstance(log, (list, tuple)):
-        return _of_kiss(log)
+    if hasattr(log, "__getitem__") and hasattr(log, "__len__") and not isinstance(log, AnySequence):
+        return of_kiss(log)
     if hasattr(log, "__iter__"):
         return (_of_tuple(number, scan) for number, scan in enumerate(log))
     raise TypeError(f"a log is a path, a dataset or scans, not {type(log).__name__}")
@@ -88,55 +115,6 @@ def _of_evalio(measured: Any) -> Scan:
     return Scan(points, offsets, int(measured.stamp.to_nsec()))
 
 
-def _of_kiss(dataset: Any) -> Iterator[Scan]:
-    """A dataset of kiss-icp: ``len(d)``, and ``d[i]`` with points and times.
-
-    Times say where in its scan a point lies, on whatever scale: as in kiss-icp the first and the last are the scan's beginning and
-    end, and the next scan begins there.
-    """
-    if hasattr(dataset, "reset"):
-        dataset.reset()
-    waiting: tuple[npt.NDArray[Any], npt.NDArray[Any], int] | None = None
-    period_ns: int | None = None
-    for number in range(len(dataset)):
-        read = dataset[number]
-        points, times = read if isinstance(read, tuple) else (read, ())
-        stamp = _kiss_stamp(dataset, number)
-        if waiting is not None:
-            period_ns = _period_ns(stamp - waiting[2], period_ns)
-            yield _within(*waiting, period_ns)
-        waiting = (np.asarray(points), np.asarray(times).reshape(-1), stamp)
-    if waiting is not None:
-        yield _within(*waiting, PERIOD_NS if period_ns is None else period_ns)
-
-
-def _period_ns(to_next_ns: int, before_ns: int | None) -> int:
-    """How long a scan takes, by when the next one comes and by the scan before. A gap is no part of the scan before it."""
-    if before_ns is not None and not 0 < to_next_ns < _GAP * before_ns:
-        return before_ns
-    return to_next_ns if to_next_ns > 0 else PERIOD_NS
-
-
-def _kiss_stamp(dataset: Any, number: int) -> int:
-    """The stamp of a scan that was just read, nanoseconds."""
-    if hasattr(dataset, "get_frames_timestamps"):
-        stamps = dataset.get_frames_timestamps()
-        # Of a bag only those that were read are known.
-        return stamps_ns(f"scan {number}", np.asarray(stamps[number]).reshape(-1), 1)[0]
-    if hasattr(dataset, "scan_timestamps"):
-        return int(dataset.scan_timestamps[number])
-    return number * PERIOD_NS
-
-
-def _within(points: npt.NDArray[Any], times: npt.NDArray[Any], stamp_ns: int, period_ns: int) -> Scan:
-    if len(times) == 0:
-        return Scan(points, None, stamp_ns)
-    times = times.astype(np.float64)
-    first, last = times.min(), times.max()
-    share = (times - first) / (last - first) if last > first else np.zeros(len(times))
-    return Scan(points, _nearest(share * period_ns), stamp_ns)
-
-
 def _checked(
     number: int, scan: Scan
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int64] | None, int]:
@@ -149,39 +127,41 @@ def _checked(
         shape = " × ".join(map(str, points.shape))
         raise InputError(f"scan {number}: points are N × 3 numbers, not {shape} of {points.dtype}")
     stamp_ns = number * PERIOD_NS if scan.stamp is None else _stamp_ns(number, scan.stamp)
-    offsets = None if scan.times is None else _offsets_ns(number, scan.times, len(points))
-    if offsets is not None and len(offsets):
-        # A log counts from the first return.
-        first = min(int(offsets.min()), 0)
-        stamp_ns, offsets = stamp_ns + first, offsets - first
-    return np.ascontiguousarray(points, np.float32), offsets, stamp_ns
+    kept = np.ascontiguousarray(points, np.float32)
+    return kept, None if scan.times is None else _offsets_ns(number, scan.times, kept), stamp_ns
 
 
 def _stamp_ns(number: int, stamp: float | int) -> int:
-    if isinstance(stamp, (int, np.integer)):
-        return int(stamp)
-    if not isinstance(stamp, (float, np.floating)) or not np.isfinite(stamp):
+    if isinstance(stamp, (int, np.integer)) and not isinstance(stamp, bool):
+        stamp_ns = int(stamp)
+    elif isinstance(stamp, (float, np.floating)) and np.isfinite(stamp):
+        stamp_ns = nanoseconds(float(stamp))
+    else:
         raise InputError(f"scan {number}: the stamp is seconds (float) or nanoseconds (int), not {stamp!r}")
-    return nanoseconds(float(stamp))
+    if not 0 <= stamp_ns + 2**31 * NS < 2**32 * NS:
+        raise InputError(f"scan {number}: the stamp {stamp!r} is beyond 32 bits of seconds")
+    return stamp_ns
 
 
-def _offsets_ns(number: int, times: npt.ArrayLike, count: int) -> npt.NDArray[np.int64]:
-    given = np.asarray(times)
+def _offsets_ns(number: int, times: npt.ArrayLike, points: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+    """Nanoseconds after the stamp. What did not come back has no time of its own: it gets the stamp's."""
+    given, count = np.asarray(times), len(points)
     if given.shape != (count,) or given.dtype.kind not in "fiu":
         shape = " × ".join(map(str, given.shape))
         raise InputError(f"scan {number}: {count} points have {count} times, not {shape} of {given.dtype}")
+    returned = came_back(points)
+    refuse_not_finite(number, given, returned)
+    values = np.where(returned, given, 0)
     if given.dtype.kind == "f":
-        if not np.isfinite(given).all():
-            raise InputError(f"scan {number}: time {int(np.argmin(np.isfinite(given)))} is not finite")
-        given = _nearest(given.astype(np.float64) * _NS)
-    return np.ascontiguousarray(given, np.int64)
-
-
-def _nearest(values: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
-    """Whole numbers, halves away from zero: as the times of files are rounded."""
-    whole = np.trunc(values)
-    rest = values - whole
-    return (whole + (rest >= 0.5) - (rest <= -0.5)).astype(np.int64)
+        # Too large ones become infinite, and are refused.
+        with np.errstate(over="ignore"):
+            values = values.astype(np.float64) * NS
+    beyond = (values > _MOST_NS) | (values < -_MOST_NS)
+    if beyond.any():
+        first = int(np.argmax(beyond))
+        unit = "s" if given.dtype.kind == "f" else "ns"
+        raise InputError(f"scan {number}: time {first} is {given[first]} {unit}, further than 2.14 s from the stamp")
+    return nearest(values) if given.dtype.kind == "f" else values.astype(np.int64)
 
 
 def _bag(files: Sequence[Union[str, os.PathLike[str]]], folder: Path) -> str:

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import os
-import tempfile
-from pathlib import Path
 from typing import Any
 
 from . import _commands
+from ._arguments import arguments
 from ._commands import Progress, StrPath
+from ._execute import execute
 from ._listener import Event
-from ._scans import Log, log_path
+from ._scans import Log
+from ._score import of_log_and_runs, work_folder
 
 
 def log(
     log: Log, output: StrPath, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
 ) -> str:
     """Writes the scans of a log, which may be in memory, in another format (``dmp convert log``)."""
-    with tempfile.TemporaryDirectory(prefix="dmp-python-") as folder:
-        path = log_path(log, Path(folder))
-        return _commands.printed(
-            ("convert", "log"), [path], {**settings, "output": output}, progress, cancel
-        )
+    words, settings = ("convert", "log"), {**settings, "output": output}
+    with work_folder({}) as folder:
+        called = of_log_and_runs(words, log, (), arguments(words, settings), folder, progress, cancel)
+        return execute(called, progress, cancel).text
 
 
 def trajectory(run: StrPath, output: StrPath, *, to: str, **settings: Any) -> str:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 from typing import Any
 
 from ._commands import Progress, StrPath, parsed
 from ._execute import execute
 from ._listener import Event
-from ._poses import Run, Runs, trajectory
+from ._poses import STAMPED, Run, Runs, trajectory
 from ._scans import Log
-from ._score import on_log_and_runs
+from ._score import on_log_and_runs, work_folder
 
 
 def ape(reference: Run, estimate: Run, *, format: str | None = None, **settings: Any) -> dict[str, Any]:
@@ -33,9 +32,10 @@ def rpe(reference: Run, estimate: Run, *, format: str | None = None, **settings:
 def _errors(
     metric: str, reference: Run, estimate: Run, format: str | None, settings: dict[str, Any]
 ) -> dict[str, Any]:
-    with tempfile.TemporaryDirectory(prefix="dmp-python-") as folder:
-        named = {"reference": reference, "estimate": estimate}
-        files = [_file(name, run, Path(folder, name)) for name, run in named.items()]
+    named = {"reference": reference, "estimate": estimate}
+    with work_folder({}, named) as folder:
+        numbered = enumerate(named.items())
+        files = [_file(name, run, folder / f"run-{number}") for number, (name, run) in numbered]
         return parsed(("truth", metric), [*([format] if format else []), *files], settings)
 
 
@@ -44,7 +44,7 @@ def _file(name: str, run: Run, folder: Path) -> str:
     file = trajectory(name, run, folder)
     if not (folder / "times.txt").exists():
         return file
-    stamped = str(folder / "stamped.tum")
+    stamped = str(folder / STAMPED)
     execute(["convert", "trajectory", file, "--output", stamped, "--to=tum", "--quiet"], progress=False)
     return stamped
 

@@ -23,6 +23,7 @@ use pyo3::prelude::*;
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(run::run, module)?)?;
+    module.add_function(wrap_pyfunction!(run::check_arguments, module)?)?;
     module.add_function(wrap_pyfunction!(run::main, module)?)?;
     module.add_function(wrap_pyfunction!(options::options, module)?)?;
     module.add_class::<map::Map>()?;

@@ -1,7 +1,12 @@
 //! Maps: their surfels as arrays, and rays cast into them.
+//!
+//! Threads are those of one call. A process that forked has none of the threads of its parent: a pool that is kept, as rayon keeps
+//! one, would be waited for without end.
 
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::thread;
 
 use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query, TileCache, Wanted};
 use dmp_map::{MapError, Store, TileId};
@@ -13,8 +18,9 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::errors::input;
+use crate::errors::{failed, input};
 
 /// Rays between two looks whether somebody asks to stop.
 const BLOCK: usize = 1 << 20;
@@ -79,8 +85,9 @@ impl Map {
         Ok((centres.into_pyarray(py), normals.into_pyarray(py)))
     }
 
-    /// Casts rays from origins along directions (N × 3 each). Ranges are metres along them, NaN where nothing is met.
-    #[pyo3(signature = (origins, directions, ranges, segments))]
+    /// Casts rays from origins along directions (N × 3 each). Ranges are metres along them, NaN where nothing is met. Without a number of
+    /// threads there are as many as the machine runs at once.
+    #[pyo3(signature = (origins, directions, ranges, segments, threads))]
     fn cast<'py>(
         &self,
         py: Python<'py>,
@@ -88,6 +95,7 @@ impl Map {
         directions: PyReadonlyArray2<'py, f64>,
         ranges: Option<PyReadonlyArray1<'py, f64>>,
         segments: Option<PyReadonlyArray1<'py, i32>>,
+        threads: Option<usize>,
     ) -> PyResult<Crossings<'py>> {
         let (starts, ways) = (rows(&origins)?, rows(&directions)?);
         let measured = ranges.as_ref().map(PyReadonlyArray1::as_slice).transpose()?;
@@ -104,13 +112,18 @@ impl Map {
             measured_m: measured.map_or(f64::INFINITY, |ranges| ranges[ray]),
             segment: of_drive.map(|segments| segments[ray]),
         };
+        let mut alone = CastBuffers::default();
         let mut found = [const { Vec::new() }; 3].map(|mut list: Vec<f64>| {
             list.reserve_exact(rays);
             list
         });
+        let pool = pool(threads, rays).map_err(|error| failed(py, &format_args!("no threads: {error}")))?;
         for start in (0..rays).step_by(BLOCK) {
             let block = start..(start + BLOCK).min(rays);
-            let answered = py.detach(|| answers(caster, block, &query));
+            let answered = py.detach(|| match &pool {
+                Some(pool) => pool.install(|| answers(caster, block, &query)),
+                None => chunks(block).map(|chunk| answer(caster, chunk, &query, &mut alone)).collect(),
+            });
             for answer in answered.map_err(|error| input(py, &error))?.iter().flatten() {
                 let crossings = [answer.first_m, answer.nearest_m, answer.independent_m];
                 found.iter_mut().zip(crossings).for_each(|(list, m)| list.push(m.unwrap_or(f64::NAN)));
@@ -157,18 +170,38 @@ fn unit(direction: [f64; 3]) -> Vector3<f64> {
     direction.try_normalize(0.0).unwrap_or(direction)
 }
 
+/// Threads for so many rays; `None` where the calling one is enough.
+fn pool(threads: Option<usize>, rays: usize) -> Result<Option<ThreadPool>, rayon::ThreadPoolBuildError> {
+    let most = threads.or_else(|| thread::available_parallelism().ok().map(usize::from)).unwrap_or(1);
+    match most.min(rays.div_ceil(CHUNK)) {
+        0 | 1 => Ok(None),
+        threads => ThreadPoolBuilder::new().num_threads(threads).build().map(Some),
+    }
+}
+
+fn chunks(rays: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    rays.clone().step_by(CHUNK).map(move |start| start..(start + CHUNK).min(rays.end))
+}
+
 fn answers(
     caster: &Caster<Store>,
-    rays: std::ops::Range<usize>,
+    rays: Range<usize>,
     query: &(impl Fn(usize) -> Query + Sync),
 ) -> Result<Vec<Vec<Answer>>, MapError> {
-    let starts: Vec<usize> = rays.clone().step_by(CHUNK).collect();
-    starts
+    let chunks: Vec<Range<usize>> = chunks(rays).collect();
+    chunks
         .into_par_iter()
-        .map_init(CastBuffers::default, |buffers, start| {
-            let queries: Vec<Query> = (start..(start + CHUNK).min(rays.end)).map(query).collect();
-            let mut answers = Vec::new();
-            caster.cast(&queries, &mut answers, buffers).map(|()| answers)
-        })
+        .map_init(CastBuffers::default, |buffers, chunk| answer(caster, chunk, query, buffers))
         .collect()
+}
+
+fn answer(
+    caster: &Caster<Store>,
+    rays: Range<usize>,
+    query: &impl Fn(usize) -> Query,
+    buffers: &mut CastBuffers,
+) -> Result<Vec<Answer>, MapError> {
+    let queries: Vec<Query> = rays.map(query).collect();
+    let mut answers = Vec::new();
+    caster.cast(&queries, &mut answers, buffers).map(|()| answers)
 }

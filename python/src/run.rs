@@ -74,20 +74,29 @@ impl Drop for EndsWhenDropped<'_> {
     }
 }
 
+/// Whether the parser understands these arguments, before work is done for them: `None`, or a word for what is at fault and the
+/// line of the error.
+#[pyfunction]
+pub(crate) fn check_arguments(arguments: Vec<OsString>) -> Option<(&'static str, String)> {
+    let failure = dmp_cli::check(std::iter::once("dmp".into()).chain(arguments)).err()?;
+    Some((word(failure.kind), failure.line))
+}
+
 fn in_words(done: Result<Exit, Failure>) -> (&'static str, Option<String>) {
     match done {
         Ok(Exit::InputDamaged) => ("damaged", None),
         Ok(Exit::GateFailed) => ("gate-failed", None),
         Ok(_) => ("done", None),
-        Err(Failure { kind, line }) => {
-            let kind = match kind {
-                FailureKind::Usage => "usage",
-                FailureKind::Input => "input",
-                FailureKind::Interrupted => "interrupted",
-                FailureKind::Failed => "failed",
-            };
-            (kind, Some(line))
-        }
+        Err(Failure { kind, line }) => (word(kind), Some(line)),
+    }
+}
+
+fn word(kind: FailureKind) -> &'static str {
+    match kind {
+        FailureKind::Usage => "usage",
+        FailureKind::Input => "input",
+        FailureKind::Interrupted => "interrupted",
+        FailureKind::Failed => "failed",
     }
 }
 

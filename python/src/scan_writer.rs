@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
-use dmp_log::{McapCompression, McapScanWriter, McapWriterOptions};
+use dmp_log::{LogError, McapCompression, McapScanWriter, McapWriterOptions};
 use dmp_sensor::Scan;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods as _};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::errors::{input, is_over};
+use crate::errors::{failed, input, is_over};
 
 /// Writes scans as PointCloud2 into an MCAP file, which is there when it is finished.
 #[pyclass(module = "dmp_slam._core")]
@@ -26,8 +26,13 @@ impl ScanWriter {
     #[new]
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         // It is read soon, by the same machine, and then removed.
-        let options = McapWriterOptions { compression: McapCompression::Lz4, ..McapWriterOptions::default() };
-        let writer = McapScanWriter::create(&path, &options).map_err(|error| input(py, &error))?;
+        let options = McapWriterOptions {
+            compression: McapCompression::Lz4,
+            // Stamps stay what they are, for poses that have those of their scans.
+            signed_times: true,
+            ..McapWriterOptions::default()
+        };
+        let writer = McapScanWriter::create(&path, &options).map_err(|error| told(py, &error))?;
         Ok(Self { writer: Mutex::new(Some(Box::new(writer))), scan: Scan::default() })
     }
 
@@ -54,13 +59,24 @@ impl ScanWriter {
         if let Some(offsets_ns) = &offsets_ns {
             scan.time_offsets_ns.extend(offsets_ns.as_array());
         }
-        py.detach(|| writer.write_scan(scan)).map_err(|error| input(py, &error))
+        py.detach(|| writer.write_scan(scan)).map_err(|error| told(py, &error))
     }
 
     /// The log is whole.
     fn finish(&mut self, py: Python<'_>) -> PyResult<()> {
         let writer = self.writer.get_mut().unwrap_or_else(PoisonError::into_inner);
         let writer = writer.take().ok_or_else(|| is_over("log"))?;
-        py.detach(|| writer.finish()).map_err(|error| input(py, &error))
+        py.detach(|| writer.finish()).map_err(|error| told(py, &error))
     }
+
+    /// The log will never be whole: what was written of it goes.
+    fn abandon(&mut self, py: Python<'_>) {
+        let writer = self.writer.get_mut().unwrap_or_else(PoisonError::into_inner).take();
+        py.detach(|| drop(writer));
+    }
+}
+
+/// A full disk is no fault of the scans.
+fn told(py: Python<'_>, error: &LogError) -> PyErr {
+    if error.is_of_writing() { failed(py, error) } else { input(py, error) }
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -48,6 +49,9 @@ def test_samples_and_comparisons(town, runs, result, tmp_path):
     again.write_text(result.to_json())
     joined = dmp.compare(result, again)
     assert joined["schema"] == "dmp-compare/1" and joined["order"] == result.order
+    again.write_text("{}")
+    with pytest.raises(dmp.InputError, match="result.json: no result of"):
+        dmp.compare(result, again)
     truth = runs["truth"]
     sample = dmp.quick(town, {"truth": truth}, progress=False)
     printed = command("score", town, f"--trajectory=truth={truth}", "--quick", "--json")
@@ -100,6 +104,49 @@ def test_wrong_rays_are_told_in_a_line(built, tmp_path):
         built.cast([0, 0, 0], [0, 0, 1], [1, 2])
     with pytest.raises(dmp.InputError, match="nowhere.dmpmap"):
         dmp.Map.open(tmp_path / "nowhere.dmpmap")
+
+
+CAST = """
+import multiprocessing, sys
+import numpy as np
+import dmp_slam as dmp
+
+built = dmp.Map.open(sys.argv[1])
+centres, normals = built.surfels()
+aimed, away = np.tile(centres, (20, 1)), np.tile(normals, (20, 1)).astype(float)
+
+def cast(*threads):
+    return built.cast(aimed + away, -away, threads=2)
+
+first = cast()
+assert len(aimed) > 50_000
+with multiprocessing.get_context("fork").Pool(1) as pool:
+    again = pool.apply_async(cast).get(timeout=60)
+assert all(np.array_equal(one, other, equal_nan=True) for one, other in zip(first, again))
+assert np.array_equal(built.cast(aimed + away, -away, threads=1).z1, first.z1, equal_nan=True)
+"""
+
+
+def test_a_process_that_forked_casts_too(built):
+    done = subprocess.run([sys.executable, "-c", CAST, built.path], capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    with pytest.raises(dmp.UsageError, match="threads: at least 1, not 0"):
+        built.cast([0, 0, 0], [0, 0, 1], threads=0)
+
+
+def test_the_command_executes_nothing_of_the_current_folder(town, tmp_path):
+    for name in ("csv", "numpy", "dmp_slam"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('of the current folder')")
+    program = Path(sys.executable).with_name("dmp")
+    known = {name: value for name, value in os.environ.items() if not name.startswith("MALLOC_")}
+    found = subprocess.run([program, "info", town, "--json"], capture_output=True, text=True, cwd=tmp_path, env=known, check=False)
+    assert found.returncode == 0 and json.loads(found.stdout), found.stderr
+    assert "of the current folder" not in found.stderr
+
+
+def test_the_command_begins_again_before_it_imports_much():
+    code = "import sys, dmp_slam_command; sys.exit(sum(name in sys.modules for name in ('numpy', 'dmp_slam')))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 def test_the_package_has_the_command(town):

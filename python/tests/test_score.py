@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import logging
 import math
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -61,6 +63,20 @@ def test_keywords_are_the_options(town, runs):
     assert given.data["config"]["every"] == 2
 
 
+def test_numbers_have_no_exponents_and_empty_lists_say_nothing():
+    from dmp_slam._arguments import arguments
+
+    small = arguments(("score",), {"voxel": 1e-7, "max_range": 1e22, "extrinsic": (1e-9, np.float64(0), 0.5, 0, 0, 0, 1)})
+    assert small == [
+        "--voxel=0.0000001",
+        "--max-range=10000000000000000000000",
+        "--extrinsic=0.000000001,0,0.5,0,0,0,1",
+    ]
+    nothing = {"expect_unbeaten": [], "extrinsic": np.array([]), "pose_at": {}, "sigma": ()}
+    assert arguments(("score",), nothing) == []
+    assert arguments(("simulate", "errors"), {"noise": []}) == []
+
+
 def test_unknown_keywords_are_named_with_near_ones(town, runs):
     with pytest.raises(TypeError, match="score.* has no keyword 'voxle'; near it: voxel"):
         dmp.score(town, runs, voxle=0.2)
@@ -104,6 +120,15 @@ def test_tables_have_lengths_beside_squares(result):
     assert len(pairs) == 6 and set(pairs["verdict"]) == {"truth", "noise", "drift"}
 
 
+def test_a_run_alone_has_a_table_of_pairs_without_rows(town, runs, result):
+    alone = dmp.score(town, {"truth": runs["truth"]}, progress=False, every=10)
+    pairs = pyarrow.table(alone.pairs)
+    assert pairs.num_rows == 0 and pairs.schema == pyarrow.table(result.pairs).schema
+    assert len(pandas.DataFrame.from_arrow(alone.pairs)) == 0
+    empty = dmp._columns.csv_table("run,frame\r\n")
+    assert empty.column_names == ["run", "frame"] and len(empty) == 0
+
+
 def test_tables_of_scans_and_tiles_go_to_other_programs(result):
     frames = polars.DataFrame(result.frames)
     assert frames.shape[0] == 4 * result.data["sampling"]["frames_scored"]
@@ -135,6 +160,23 @@ def test_what_is_said_goes_to_the_log(town, runs, caplog):
         dmp.score(town, {"truth": runs["truth"]}, progress=False, every=10)
     assert any("100 scans" in record.message for record in caplog.records)
     assert all(record.name == "dmp_slam" for record in caplog.records)
+
+
+HOSTED = """
+import logging, sys
+import numpy as np
+import dmp_slam as dmp
+
+logging.basicConfig(level=logging.INFO, stream=sys.stdout, format="%(message)s")
+held = np.ones(1_000_000_000 // 8)
+result = dmp.score(sys.argv[1], {"truth": sys.argv[2]}, memory="500 MB", threads=1, every=10, progress=False)
+assert result.data["memory"]["peak_anon_bytes"] > held.nbytes
+"""
+
+
+def test_memory_of_the_interpreter_is_no_fault_of_the_command(town, runs):
+    said = subprocess.check_output([sys.executable, "-c", HOSTED, town, runs["truth"]], text=True)
+    assert "scored for 1 run" in said and "memory" not in said
 
 
 def test_progress_is_told(town, runs):

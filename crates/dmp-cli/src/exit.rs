@@ -44,6 +44,22 @@ impl fmt::Display for Usage {
 
 impl std::error::Error for Usage {}
 
+/// A file that was given and is not what it was given for.
+#[derive(Debug)]
+pub(crate) struct Unreadable(pub(crate) anyhow::Error);
+
+impl fmt::Display for Unreadable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl std::error::Error for Unreadable {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.0.source()
+    }
+}
+
 /// Whether the command was used wrongly, rather than the data or the machine being at fault.
 fn is_usage(error: &anyhow::Error) -> bool {
     error.is::<Usage>()
@@ -126,7 +142,11 @@ impl From<FailureKind> for Exit {
 /// Whether a file that was given could not be understood.
 fn is_of_input(error: &anyhow::Error) -> bool {
     let is_of_file = |cause: &(dyn std::error::Error + 'static)| {
-        cause.is::<LogError>() || matches!(cause.downcast_ref(), Some(EvaluateError::Log(_)))
+        let of_log = match cause.downcast_ref() {
+            Some(EvaluateError::Log(error)) => Some(error),
+            _ => cause.downcast_ref::<LogError>(),
+        };
+        cause.is::<Unreadable>() || of_log.is_some_and(|error| !error.is_of_writing())
     };
     error.chain().any(is_of_file)
 }
@@ -205,6 +225,21 @@ mod tests {
         assert_eq!(one_line(&told), "saving: a.tum: cannot write: disk full");
         let untold = Err::<(), _>(Usage("no poses".into())).context("a.tum").unwrap_err();
         assert_eq!(one_line(&untold), "a.tum: no poses");
+    }
+
+    #[test]
+    fn a_full_disk_is_no_fault_of_the_input() {
+        let of = |doing, kind: std::io::ErrorKind| {
+            let error = LogError::Io { path: "a.mcap".into(), doing, source: kind.into() };
+            let evaluated = EvaluateError::Log(error);
+            FailureKind::of(&anyhow::Error::new(evaluated).context("a"))
+        };
+        assert_eq!(of("write", std::io::ErrorKind::StorageFull), FailureKind::Failed);
+        assert_eq!(of("create", std::io::ErrorKind::PermissionDenied), FailureKind::Failed);
+        assert_eq!(of("read", std::io::ErrorKind::Other), FailureKind::Input);
+        let unreadable = anyhow::Error::new(Unreadable(anyhow::anyhow!("no `schema`"))).context("a.json");
+        assert_eq!(FailureKind::of(&unreadable), FailureKind::Input);
+        assert_eq!(one_line(&unreadable), "a.json: no `schema`");
     }
 
     #[test]

@@ -244,17 +244,45 @@ pub fn run_for(
 ) -> Result<Exit, Failure> {
     let mut asked = match Asked::understand(arguments) {
         Ok(asked) => asked,
-        Err(Answer::Foreign(foreign)) => {
-            return Err(Failure::new(FailureKind::Usage, format_args!("{}", foreign_in_words(&foreign))));
-        }
-        Err(Answer::Parser(error)) if error.use_stderr() => return Err(refused(&error)),
-        Err(Answer::Parser(help)) => {
-            let written = out.write_all(help.render().to_string().as_bytes());
+        Err(answer) => {
+            let help = answer.refused()?.render().to_string();
+            let written = out.write_all(help.as_bytes());
             return written.map(|()| Exit::Done).map_err(|error| Failure::of(&error.into()));
         }
     };
     asked.cli.common.host = Hosted::by(host);
     asked.run(out).map_err(|error| Failure::of(&error))
+}
+
+/// Whether the parser understands these arguments, and no output takes the place of an input; nothing is done. For programs
+/// that have work of their own before they run a command.
+///
+/// ```
+/// let wrong = ["dmp", "info", "a.mcap", "--no-such-option"].map(Into::into);
+/// assert_eq!(dmp_cli::check(wrong).unwrap_err().kind, dmp_cli::FailureKind::Usage);
+/// assert!(dmp_cli::check(["dmp", "info", "not-there-yet.mcap"].map(Into::into)).is_ok());
+/// ```
+///
+/// # Errors
+/// What [`run_for`] fails with at once.
+pub fn check(arguments: impl IntoIterator<Item = OsString>) -> Result<(), Failure> {
+    match Asked::understand(arguments) {
+        Ok(Asked { results, .. }) => results.map(|_| ()).map_err(|error| Failure::of(&error)),
+        Err(answer) => answer.refused().map(|_| ()),
+    }
+}
+
+impl Answer {
+    /// What is wrong as a failure; else what was asked for, help or the version.
+    fn refused(self) -> Result<clap::Error, Failure> {
+        match self {
+            Self::Foreign(foreign) => {
+                Err(Failure::new(FailureKind::Usage, format_args!("{}", foreign_in_words(&foreign))))
+            }
+            Self::Parser(error) if error.use_stderr() => Err(refused(&error)),
+            Self::Parser(help) => Ok(help),
+        }
+    }
 }
 
 fn foreign_in_words(foreign: &str) -> String {

@@ -12,6 +12,7 @@ use serde::Deserialize;
 use serde::de::{Deserializer as _, IgnoredAny, MapAccess, Visitor};
 use serde_json::{Map, Value};
 
+use crate::exit::Unreadable;
 use crate::save::is_missing;
 
 /// Largest result that is read: 64 MiB hold a hundred and eighty runs with all their pairs.
@@ -28,7 +29,7 @@ pub(crate) fn read_result(path: &Path) -> anyhow::Result<Report> {
     if is_missing(path) {
         return Err(LogError::NotFound { path: path.to_path_buf() }.into());
     }
-    report(path).with_context(|| path.display().to_string())
+    report(path).map_err(Unreadable).with_context(|| path.display().to_string())
 }
 
 fn report(path: &Path) -> anyhow::Result<Report> {

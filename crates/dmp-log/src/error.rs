@@ -222,6 +222,11 @@ impl LogError {
         )
     }
 
+    /// Whether a file could not be written, for which no input is at fault: a full disk, a folder that is not writable.
+    pub fn is_of_writing(&self) -> bool {
+        matches!(self, Self::Io { doing: "create" | "write" | "rename to", .. })
+    }
+
     /// The message, with the words that `name` has for settings: a command line may have options for them. The plain
     /// message (`Display`) has the names of the fields of [`LogOptions`](crate::LogOptions).
     pub fn message_with(&self, name: &dyn Fn(LogSetting) -> String) -> String {

@@ -2,12 +2,14 @@
 
 use crate::LogError;
 use crate::mcap_file::{McapCompression, McapFile};
-use crate::ros::{CdrWriter, FLOAT32, POINT_CLOUD2_SCHEMA, PointField, RosStamp, UINT32, start_cloud};
+use crate::ros::{CdrWriter, FLOAT32, INT32, POINT_CLOUD2_SCHEMA, PointField, RosStamp, UINT32, start_cloud};
 use dmp_sensor::Scan;
 use std::path::Path;
 
 /// The fields of a point; the last where scans have times.
 const FIELDS: [PointField; 4] = [("x", FLOAT32), ("y", FLOAT32), ("z", FLOAT32), ("t", UINT32)];
+/// The same where points may be measured before the stamp.
+const SIGNED_FIELDS: [PointField; 4] = [FIELDS[0], FIELDS[1], FIELDS[2], ("t", INT32)];
 
 /// How an MCAP log is written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,6 +22,8 @@ pub struct McapWriterOptions {
     pub compression: McapCompression,
     /// Size from which a chunk is closed, uncompressed.
     pub chunk_bytes: u64,
+    /// Times may lie before the stamp: `t` is int32, which reaches 2.14 s to both sides. Not all who read clouds take that.
+    pub signed_times: bool,
 }
 
 impl Default for McapWriterOptions {
@@ -29,12 +33,13 @@ impl Default for McapWriterOptions {
             frame_id: "lidar".into(),
             compression: McapCompression::Zstd,
             chunk_bytes: 1 << 20,
+            signed_times: false,
         }
     }
 }
 
 /// Writes scans as `sensor_msgs/msg/PointCloud2` in ROS 2 CDR: fields `x`, `y`, `z` (float32, metres)
-/// and, where scans have times, `t` (uint32, nanoseconds after the stamp). The same scans give the same
+/// and, where scans have times, `t` (uint32 or int32, nanoseconds after the stamp). The same scans give the same
 /// bytes. The file gets its name in [`McapScanWriter::finish`]; without it nothing is left behind.
 #[derive(Debug)]
 pub struct McapScanWriter {
@@ -43,6 +48,7 @@ pub struct McapScanWriter {
     frame_id: String,
     frames: u64,
     with_times: Option<bool>,
+    signed_times: bool,
     message: CdrWriter,
 }
 
@@ -55,20 +61,22 @@ impl McapScanWriter {
         let mut file = McapFile::create(path, options.compression, options.chunk_bytes)?;
         let topic = file.topic(&options.topic, "sensor_msgs/msg/PointCloud2", POINT_CLOUD2_SCHEMA)?;
         let (frame_id, message) = (options.frame_id.clone(), CdrWriter::default());
-        Ok(Self { file, topic, frame_id, frames: 0, with_times: None, message })
+        let signed_times = options.signed_times;
+        Ok(Self { file, topic, frame_id, frames: 0, with_times: None, signed_times, message })
     }
 
     /// Appends a scan.
     ///
     /// # Errors
     /// When the scan has no stamp, a stamp beyond what ROS 2 can say, times beside some of its points or
-    /// more than 4.29 s after the stamp or before it, or no times where those before had them; and when
+    /// beyond what `t` can say of the stamp (4.29 s after it, or 2.14 s to both sides), or no times where those before had them; and when
     /// the disk is full.
     pub fn write_scan(&mut self, scan: &Scan) -> Result<(), LogError> {
         let (stamp_ns, stamp) = self.check(scan)?;
         let with_times = self.with_times.unwrap_or(false);
         let message = &mut self.message;
-        let fields = &FIELDS[..if with_times { 4 } else { 3 }];
+        let fields = if self.signed_times { &SIGNED_FIELDS } else { &FIELDS };
+        let fields = &fields[..if with_times { 4 } else { 3 }];
         start_cloud(message, stamp, &self.frame_id, fields, 4 * fields.len(), scan.len());
         let bytes = message.message();
         if with_times {
@@ -109,7 +117,10 @@ impl McapScanWriter {
         if times != 0 && times != points {
             return Err(unwritable(format!("{points} points and {times} times")));
         }
-        if let Some(beyond) = scan.time_offsets_ns.iter().find(|&&offset| u32::try_from(offset).is_err()) {
+        let most = if self.signed_times { i64::from(i32::MAX) } else { i64::from(u32::MAX) };
+        let least = if self.signed_times { i64::from(i32::MIN) } else { 0 };
+        let fits = |offset_ns: i64| (least..=most).contains(&offset_ns);
+        if let Some(beyond) = scan.time_offsets_ns.iter().find(|&&offset_ns| !fits(offset_ns)) {
             return Err(unwritable(format!("a point {beyond} ns after the stamp is beyond 32 bits")));
         }
         if u32::try_from(points as u64 * 16).is_err() {

@@ -106,12 +106,14 @@ pub(crate) fn done(host: &Hosted, report: &Report) {
     let total_s = report.timing.total_s;
     let returns = report.inputs.returns_used;
     let rate = text::short(returns as f64 / total_s.max(1e-9));
-    let memory = match report.memory.peak_anon_bytes {
+    // A program that runs the command has memory of its own, which is counted too.
+    let peak = report.memory.peak_anon_bytes.filter(|_| host.program().is_none());
+    let memory = match peak {
         Some(peak) => format!("; {} of memory", text::bytes(peak)),
         None => String::new(),
     };
     let budget = report.memory.budget_bytes as u64;
-    if let Some(peak) = report.memory.peak_anon_bytes.filter(|&peak| peak > budget + budget / 10) {
+    if let Some(peak) = peak.filter(|&peak| peak > budget + budget / 10) {
         say!(
             host,
             "note: {} of memory were needed, more than the {} of --memory: each run takes a part that cannot shrink",
