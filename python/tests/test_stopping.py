@@ -17,6 +17,15 @@ from conftest import scores
 import dmp_slam as dmp
 
 
+@pytest.fixture
+def interruptible():
+    """A job in the background of a shell, as tests may be, has its interrupts ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_an_interrupt_stops_the_work(town, runs, temporary):
     def interrupt():
         os.kill(os.getpid(), signal.SIGINT)
