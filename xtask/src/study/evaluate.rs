@@ -19,6 +19,7 @@ use super::observe::{Both, CV_M, Frame, NEAR_M, Observer, PairFrame, Score, Sum,
 use super::removal::frames_without_own;
 use super::result::{DriveResult, PairResult, RunResult, Said, common_cv};
 use super::rule::Rule;
+use super::sample::log_and_runs;
 use super::setting::Setting;
 
 /// Of the true surface one point is kept in each cell of this edge, metres.
@@ -215,23 +216,17 @@ pub(super) fn measure_drift_anew(
     work: &Path,
     result: &mut DriveResult,
 ) -> anyhow::Result<()> {
-    let town = spec.town()?;
-    let recording = Recording::new(&town, &spec.options)?;
-    let path = work.join(format!("{}.mcap", spec.name));
-    write_log(&recording, &path)?;
-    let log = open_log(&path, &LogOptions::default())?;
-    let mut estimates = estimates(spec, &spec.truth(&recording)?)?;
-    estimates.retain(|estimate| setting.wants(&estimate.name));
-    let names = estimates.iter().map(|estimate| estimate.name.clone()).collect::<Vec<_>>();
+    let (path, mut runs) = log_and_runs(spec, work)?;
+    runs.retain(|run| setting.wants(&run.name));
     ensure!(
-        names.iter().eq(result.runs.iter().map(|run| &run.name)),
+        runs.iter().map(|run| &run.name).eq(result.runs.iter().map(|run| &run.name)),
         "{}: the result is of other estimates",
         spec.name
     );
-    let runs: Vec<Run> = estimates.into_iter().map(|e| Run::new(e.name, e.trajectory)).collect();
+    let log = open_log(&path, &LogOptions::default())?;
     let drift = measure_drift(log.as_ref(), &runs, &setting.config(), ())?;
     for pair in &mut result.pairs {
-        pair.drift = drift_said(Some(&drift), &names[pair.a], &names[pair.b]);
+        pair.drift = drift_said(Some(&drift), &runs[pair.a].name, &runs[pair.b].name);
     }
     Ok(())
 }
