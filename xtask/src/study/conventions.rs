@@ -9,9 +9,9 @@ use dmp_sensor::{Isometry3, Trajectory, Vector3};
 
 use super::drives::{drives, find};
 use super::estimates::simulated;
+use super::logs::log_and_truth;
 use super::restamped;
 use super::rooms::{room_log, room_runs};
-use super::sample::log_and_truth;
 
 /// Runs with known errors of clock and mounting, and right ones, in simulated streets and rooms and in a real log
 #[derive(Debug, clap::Args)]

@@ -10,7 +10,7 @@ use dmp_truth::rank::spearman_rho;
 use super::chosen::Chosen;
 use super::drives::DriveSpec;
 use super::estimates::{Estimate, EstimateKind, ate_m, estimates};
-use super::evaluate::write_log;
+use super::logs::write_log;
 
 /// Drift of all estimates of the drives that come back, measured and true
 #[derive(Debug, clap::Args)]

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
 use dmp::{Confidence, Config, DriftReport, Report, Run, Verdict, measure_drift};
-use dmp_log::{LogOptions, McapScanWriter, McapWriterOptions, open_log};
+use dmp_log::{LogOptions, open_log};
 use dmp_sensor::Point3;
 use dmp_sim::Recording;
 use dmp_study::{ReferenceSurface, Study, StudyOptions, StudyTable, study};
@@ -15,11 +15,11 @@ use super::consistency::{Inconsistency, Sightings, Weigh};
 use super::drives::{DriveSpec, Half};
 use super::estimates::{Estimate, estimates};
 use super::interval::{BATCHES, difference, parts};
+use super::logs::{log_and_runs, write_log};
 use super::observe::{Both, CV_M, Frame, NEAR_M, Observer, PairFrame, Score, Sum, pairs};
 use super::removal::frames_without_own;
 use super::result::{DriveResult, PairResult, RunResult, Said, common_cv};
 use super::rule::Rule;
-use super::sample::log_and_runs;
 use super::setting::Setting;
 
 /// Of the true surface one point is kept in each cell of this edge, metres.
@@ -110,21 +110,6 @@ fn spreads(
         }
     }
     (spreads, counts)
-}
-
-/// Writes the drive's scans, unless they lie there already.
-pub(super) fn write_log(recording: &Recording<'_>, path: &Path) -> anyhow::Result<()> {
-    if !path.exists() {
-        // Under another name until it is whole.
-        let partial = path.with_extension("partial");
-        let mut log = McapScanWriter::create(&partial, &McapWriterOptions::default())?;
-        for scan in recording.scans() {
-            log.write_scan(&scan)?;
-        }
-        log.finish()?;
-        std::fs::rename(&partial, path).with_context(|| path.display().to_string())?;
-    }
-    Ok(())
 }
 
 /// Points on the true surfaces that the drive could see: its scans without noise and without traffic, one

@@ -16,7 +16,7 @@ use dmp_truth::detection::{PrecisionRecall, Ranked};
 use dmp_truth::rank::kendall_tau_b;
 
 use super::drives::{DriveSpec, drives, find};
-use super::evaluate::write_log;
+use super::logs::write_log;
 
 /// Loop candidates of known kind on the drives that come back, ranked by patches and by whole maps
 #[derive(Debug, clap::Args)]

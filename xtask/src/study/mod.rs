@@ -11,6 +11,7 @@ mod evaluate;
 mod figures;
 mod interval;
 mod judge;
+mod logs;
 mod loops;
 mod null;
 mod observe;

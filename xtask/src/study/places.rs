@@ -10,8 +10,9 @@ use dmp_log::{LogOptions, outline_log};
 use dmp_reduce::{Basis, Layout, MissPrice, Reducer};
 
 use super::drives::{DriveSpec, drives, find};
+use super::logs::log_and_runs;
 use super::sample::counts::Samples;
-use super::sample::{Full, frames_of, log_and_runs};
+use super::sample::{Full, frames_of};
 
 /// Samples of each drive's places, drawn by many seeds, against all its places and all its scans
 #[derive(Debug, clap::Args)]

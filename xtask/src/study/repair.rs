@@ -12,7 +12,7 @@ use dmp_sim::Recording;
 use super::chosen::Chosen;
 use super::drives::DriveSpec;
 use super::estimates::{Estimate, EstimateKind, ate_m, estimates};
-use super::evaluate::write_log;
+use super::logs::write_log;
 
 /// Repair the estimates of the drives that come back: trajectory error before and after
 #[derive(Debug, clap::Args)]

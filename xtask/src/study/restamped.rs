@@ -9,7 +9,7 @@ use dmp_sim::Recording;
 
 use super::drives::{DriveSpec, drives};
 use super::estimates::{ODOMETRY, ate_m, odometry};
-use super::sample::log_and_truth;
+use super::logs::log_and_truth;
 
 /// The truncation whose scores are shown, metres.
 const SCALE_M: f64 = 0.2;

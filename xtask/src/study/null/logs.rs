@@ -9,7 +9,7 @@ use dmp_sensor::Trajectory;
 use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route, Town, TownOptions};
 
 use super::super::drives::{DriveSpec, drives};
-use super::super::evaluate::write_log;
+use super::super::logs::write_log;
 use super::super::rooms::room_log;
 
 /// Poses of a true trajectory in a second: no error of interpolation shows between them.

@@ -8,14 +8,12 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context as _, ensure};
-use dmp::{Confidence, Config, FrameSums, Looks, Run, Sample, Sink, Watch};
+use dmp::{Confidence, Config, FrameSums, Looks, Sample, Sink, Watch};
 use dmp_log::{LogOptions, open_log};
 use dmp_reduce::{Basis, Layout, MissPrice, Promise, Reducer};
-use dmp_sim::Recording;
 
 use super::drives::{DriveSpec, drives, find};
-use super::estimates::estimates;
-use super::evaluate::write_log;
+use super::logs::log_and_runs;
 use counts::{Samples, Share};
 pub(super) use full::Full;
 use full::decided;
@@ -83,28 +81,6 @@ pub(super) fn run(arguments: &SampleArgs) -> anyhow::Result<()> {
         arguments.seeds
     );
     Ok(())
-}
-
-/// The log of a drive, written where it is not there yet, and its estimates.
-pub(super) fn log_and_runs(spec: &DriveSpec, work: &Path) -> anyhow::Result<(PathBuf, Vec<Run>)> {
-    let town = spec.town()?;
-    let recording = Recording::new(&town, &spec.options)?;
-    let path = work.join(format!("{}.mcap", spec.name));
-    write_log(&recording, &path)?;
-    let estimates = estimates(spec, &spec.truth(&recording)?)?;
-    Ok((path, estimates.into_iter().map(|e| Run::new(e.name, e.trajectory)).collect()))
-}
-
-/// The log of a drive, written where it is not there yet, and its truth.
-pub(super) fn log_and_truth(
-    spec: &DriveSpec,
-    work: &Path,
-) -> anyhow::Result<(Box<dyn dmp_log::ScanLog>, dmp_sensor::Trajectory)> {
-    let town = spec.town()?;
-    let recording = Recording::new(&town, &spec.options)?;
-    let path = work.join(format!("{}.mcap", spec.name));
-    write_log(&recording, &path)?;
-    Ok((open_log(&path, &LogOptions::default())?, spec.truth(&recording)?))
 }
 
 /// Scores all estimates of the drive on all its scans.
