@@ -17,6 +17,8 @@ const SLACK: f64 = 1e-3;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Level {
     voxel_m: f64,
+    /// Voxels in a metre.
+    per_m: f64,
     /// In the order of the grid.
     pub(crate) surfels: Vec<Surfel>,
     /// By the voxels of their means.
@@ -65,7 +67,7 @@ impl Level {
     /// Of surfels by their voxels, these in the order of the grid.
     pub(crate) fn new(voxel_m: f64, voxels: &[[i32; 3]], surfels: Vec<Surfel>) -> Self {
         debug_assert!(voxels.is_sorted_by_key(|&voxel| order_of(voxel)));
-        Self { voxel_m, grid: Grid::new(voxels), surfels }
+        Self { voxel_m, per_m: voxel_m.recip(), grid: Grid::new(voxels), surfels }
     }
 
     /// The number of the surfel nearest to `sought`, within `reach_m` of it, whose normal is alike; of two that are as near,
@@ -97,8 +99,8 @@ impl Level {
     /// Among the surfels of a box about the place.
     #[inline]
     fn search(&self, sought: &Surfel, reach_m: f64, best: &mut Nearest) {
-        let reach = reach_m / self.voxel_m + SLACK;
-        let place = sought.mean_m.map(|n| f64::from(n) / self.voxel_m);
+        let reach = reach_m * self.per_m + SLACK;
+        let place = sought.mean_m.map(|n| f64::from(n) * self.per_m);
         let [low, high] = [-reach, reach].map(|reach| place.map(|n| floor(n + reach)));
         self.grid.each_in(low, high, |number| {
             best.compare(sought, &self.surfels[number as usize], number);

@@ -29,7 +29,7 @@
 //! };
 //! let visit = |shift_m| -> Result<Pyramid, dmp_map::MapError> {
 //!     let mut patch = PatchBuilder::new(Lattice::new(0.5)?);
-//!     patch.add(yard(shift_m))?;
+//!     patch.add(&yard(shift_m).collect::<Vec<_>>())?;
 //!     Ok(Pyramid::new(&patch))
 //! };
 //! let found = align(&visit(0.0)?, &visit(0.2)?, &[])?;

@@ -37,12 +37,13 @@ impl Pyramid {
     /// axis are left out.
     pub fn new(patch: &PatchBuilder) -> Self {
         let voxel_m = patch.lattice().voxel_m();
-        let voxels = patch.voxels().filter_map(|(voxel, points)| {
+        let of_patch = patch.voxels();
+        let mut voxels: Vec<(u64, [i32; 3], Sums)> = Vec::with_capacity(of_patch.len());
+        voxels.extend(of_patch.filter_map(|(voxel, points)| {
             let (mean_m, covariance_m2) = (points.mean_m, points.covariance_m2);
             let sums = Sums { points: points.points as f64, mean_m, covariance_m2 };
             Some((order_of(voxel)?, voxel, sums))
-        });
-        let voxels: Vec<(u64, [i32; 3], Sums)> = voxels.collect();
+        }));
         let mut order: Vec<(u64, u32)> =
             voxels.iter().zip(0..).map(|(voxel, number)| (voxel.0, number)).collect();
         order.sort_unstable();

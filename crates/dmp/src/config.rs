@@ -7,7 +7,7 @@ use dmp_log::LengthUnit;
 use dmp_reduce::{Confidence, Margin, MissPrice, Scales};
 use dmp_sensor::{Isometry3, Trajectory};
 
-use crate::drift::DriftPairs;
+use crate::drift::{DriftPairs, DriftReach};
 use crate::ego::Ego;
 use crate::pose_at::PoseAt;
 use crate::report::SegmentReport;
@@ -156,6 +156,8 @@ pub struct Config {
     pub same_within: Margin,
     /// On how many pairs of visits drift is measured in metres beside the scores.
     pub drift: DriftPairs,
+    /// How far runs may be off for that.
+    pub drift_reach: DriftReach,
     /// The sensor's noise, metres: scales the raw log-likelihood, nothing else. `None`: 0.02 m, and that of a depth
     /// camera grows with depth as [`DepthNoise::KINECT`](dmp_sensor::DepthNoise::KINECT).
     pub sigma_m: Option<f64>,
@@ -201,6 +203,7 @@ impl Default for Config {
             confidence: Confidence::P99,
             same_within: Margin::default(),
             drift: DriftPairs::default(),
+            drift_reach: DriftReach::default(),
             sigma_m: None,
             memory_bytes: 2 << 30,
             threads: std::thread::available_parallelism().map_or(1, usize::from),

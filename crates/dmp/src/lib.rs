@@ -93,8 +93,8 @@ mod work;
 pub use cast::{CopiedScans, OddScans, Oddity};
 pub use config::{Config, Frame, FrameOrder, MapSource, Run, RunSource};
 pub use drift::{
-    Displacement, DriftBin, DriftComparison, DriftPairs, DriftReport, Measured, RunDrift, VisitPairOfRun,
-    VisitPairReport, VisitReport, measure_drift,
+    Displacement, DriftBin, DriftComparison, DriftPairs, DriftReach, DriftReport, Measured, RunDrift,
+    VisitPairOfRun, VisitPairReport, VisitReport, measure_drift,
 };
 pub use ego::Ego;
 pub use error::{EvaluateError, Remedy};

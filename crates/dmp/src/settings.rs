@@ -10,7 +10,7 @@ use serde::{Serialize, Serializer};
 
 use crate::check::check_ranges;
 use crate::config::{Config, Frame, FrameOrder, Run};
-use crate::drift::DriftPairs;
+use crate::drift::{DriftPairs, DriftReach};
 use crate::ego::Ego;
 use crate::error::EvaluateError;
 use crate::report::SegmentReport;
@@ -68,6 +68,8 @@ pub struct Settings {
     pub same_within: Margin,
     /// On how many pairs of visits drift is measured.
     pub drift: DriftPairs,
+    /// How far runs may be off for that.
+    pub drift_reach: DriftReach,
     /// The noise that was asked for, metres; `None`: 0.02 m, or that of the depth camera.
     pub asked_sigma_m: Option<f64>,
     /// In which frame each run is scored.
@@ -140,6 +142,7 @@ impl Config {
             confidence: self.confidence,
             same_within: self.same_within,
             drift: self.drift,
+            drift_reach: self.drift_reach,
             asked_sigma_m: self.sigma_m,
             frame: self.frame,
         };
@@ -255,6 +258,7 @@ mod tests {
             Config { ego: Ego::None, ..config.clone() },
             Config { drift: DriftPairs::All, ..config.clone() },
             Config { drift: DriftPairs::AtMost(7), ..config.clone() },
+            Config { drift_reach: DriftReach::Far, ..config.clone() },
             Config { frame: Frame::Moved(one), ..config.clone() },
             Config { frame: Frame::Fixed(one), ..config.clone() },
             Config { confidence: Confidence::new(0.95).unwrap(), ..config.clone() },

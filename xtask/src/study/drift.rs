@@ -1,7 +1,7 @@
 //! `cargo xtask study drift`: whether what is measured where a drive comes back is what is true there.
 
 use anyhow::Context as _;
-use dmp::{Config, DriftPairs, DriftReport, Run, VisitReport, measure_drift};
+use dmp::{Config, DriftPairs, DriftReach, DriftReport, Run, VisitReport, measure_drift};
 use dmp_log::{LogOptions, ScanLog, open_log};
 use dmp_sensor::{Isometry3, Matrix3, Trajectory, Vector3};
 use dmp_sim::Recording;
@@ -20,6 +20,9 @@ pub(super) struct DriftArgs {
     /// Measure all estimates together, so that they share their starts, and not each by itself
     #[arg(long)]
     together: bool,
+    /// Look for visits and starts further off, as `dmp drift --far` does
+    #[arg(long)]
+    far: bool,
     /// Also print every pair
     #[arg(long)]
     each: bool,
@@ -110,7 +113,8 @@ fn drive(spec: &DriveSpec, arguments: &DriftArgs) -> anyhow::Result<Vec<Row>> {
         .filter(|one| arguments.chosen.wants(one))
         .collect();
     let runs: Vec<Run> = estimates.iter().map(|e| Run::new(&e.name, e.trajectory.clone())).collect();
-    let config = Config { drift: DriftPairs::All, ..Config::default() };
+    let drift_reach = if arguments.far { DriftReach::Far } else { DriftReach::Near };
+    let config = Config { drift: DriftPairs::All, drift_reach, ..Config::default() };
     let groups: Vec<&[Run]> = if arguments.together { vec![&runs] } else { runs.chunks(1).collect() };
     let mut rows = Vec::new();
     let mut begun = estimates.iter();

@@ -10,7 +10,7 @@ pub(crate) const VOXEL_M: f64 = 0.5;
 
 pub(crate) fn pyramid(points: impl IntoIterator<Item = [f64; 3]>) -> Pyramid {
     let mut patch = PatchBuilder::new(Lattice::new(VOXEL_M).unwrap());
-    patch.add(points).unwrap();
+    patch.add(&points.into_iter().collect::<Vec<_>>()).unwrap();
     Pyramid::new(&patch)
 }
 

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use dmp::{Config, DriftPairs, MapSource, measure_drift};
+use dmp::{Config, DriftPairs, DriftReach, MapSource, measure_drift};
 use dmp_log::write_pose_edges;
 
 use crate::clock_args::ClockArgs;
@@ -34,6 +34,7 @@ use crate::trajectory_args::TrajectoryArgs;
     dmp drift drive.mcap -t run.tum\n  \
     dmp drift drive.mcap -t kiss=kiss_poses.npy -t lio=lio.tum -v\n  \
     dmp drift city.mcap -t run.tum --pairs 50\n  \
+    dmp drift drive.mcap -t lost.tum --far\n  \
     dmp drift drive.mcap -t run.tum -o constraints.g2o\n  \
     dmp drift drive.mcap -t run.tum --json > drift.json\n\n\
     Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run was left out."
@@ -59,6 +60,10 @@ pub(crate) struct DriftArgs {
     /// Look at so many pairs of visits at most, evenly spread over the drive, or `all`
     #[arg(long, value_name = "N", default_value = "all", value_parser = pairs_at_most, help_heading = "Returns and map")]
     pairs: DriftPairs,
+    /// Also find visits of runs that are off by more than 10 m, up to about 25 m: pairs up to 40 m apart (15 m without), and starts
+    /// of the registration up to 21 m away (6 m). Several times slower
+    #[arg(long, help_heading = "Returns and map")]
+    far: bool,
     #[command(flatten)]
     resources: ResourceArgs,
     /// Write what was measured as constraints for a pose graph: FILE.g2o with an `EDGE_SE3:QUAT` for each pair of visits that has
@@ -101,8 +106,13 @@ pub(crate) fn run(arguments: &DriftArgs, common: &Common, out: &mut impl Write) 
         )));
     }
     let time_offset_ns = arguments.clock.offset_of_all_ns();
-    let config =
-        Config { time_offset_ns, drift: arguments.pairs, ..arguments.resources.in_config(Config::default()) };
+    let drift_reach = if arguments.far { DriftReach::Far } else { DriftReach::Near };
+    let config = Config {
+        time_offset_ns,
+        drift: arguments.pairs,
+        drift_reach,
+        ..arguments.resources.in_config(Config::default())
+    };
     let config = arguments.place.in_config(config);
     config.check()?;
     let poses = (&arguments.place, &arguments.clock);

@@ -134,7 +134,7 @@ impl LoopMap {
             let mut patch = PatchBuilder::new(lattice);
             let in_patch =
                 |ray: &Ray| (body_from_world * nalgebra::Point3::from(ray.endpoint_in_world())).coords.into();
-            patch.add(of_scan_rays.iter().map(in_patch))?;
+            patch.add(&of_scan_rays.iter().map(in_patch).collect::<Vec<_>>())?;
             let share = rays_each / returns.max(1) as f64;
             let drawn =
                 of_scan_rays.iter().enumerate().filter(|(k, _)| is_drawn(scans[ordinal].number, *k, share));

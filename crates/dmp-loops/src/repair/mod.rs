@@ -13,7 +13,7 @@ mod tests;
 
 use std::collections::BTreeSet;
 
-use dmp::{Config, DriftPairs, PosedLog, Progress, Run, measure_drift};
+use dmp::{Config, DriftPairs, DriftReach, DriftReport, PosedLog, Progress, Run, measure_drift};
 use dmp_log::ScanLog;
 use dmp_sensor::{PoseEdge, PoseGraph, Trajectory};
 
@@ -27,6 +27,9 @@ pub use given::mend_by;
 
 /// Poses that move by less than this from round to round are there, metres of a drive.
 const SETTLED_M: f64 = 0.005;
+
+/// Where fewer than one of so many pairs of visits has an answer at first, they are looked for further off.
+const FEW: usize = 2;
 
 /// How a run is mended.
 #[derive(Debug, Clone, PartialEq)]
@@ -163,12 +166,13 @@ impl Mending<'_> {
     /// Registers visits once and mends the run by them; whether to go on.
     fn round(&mut self) -> Result<bool, LoopError> {
         let is_first = self.told.rounds.is_empty();
-        let now = self.told.trajectory.clone().unwrap_or_else(|| self.run.trajectory.clone());
-        let now = [Run { trajectory: now, ..self.run.clone() }];
-        let config = Config { drift: self.options.pairs, ..self.config.clone() };
-        let report = measure_drift(self.log, &now, &config, self.progress)?;
-        let body_from_sensor = self.run.body_from_sensor.unwrap_or(self.config.body_from_sensor);
-        let edges = of_keyframes(&self.chain, &report.constraints(0, &body_from_sensor));
+        let (mut report, mut edges) = self.constraints(DriftReach::Near)?;
+        if is_first && edges.len() * FEW < report.pairs_measured.max(1) {
+            let far = self.constraints(DriftReach::Far)?;
+            if far.1.len() > edges.len() {
+                (report, edges) = far;
+            }
+        }
         let mut round = Round {
             pairs_found: report.pairs_found,
             pairs_measured: report.pairs_measured,
@@ -220,6 +224,17 @@ impl Mending<'_> {
         told.trajectory = Some(self.chain.taken_along(&self.run.trajectory, graph.poses())?);
         told.graph = Some(graph);
         Ok(!has_settled)
+    }
+
+    /// What the visits of the run, as it is now, say.
+    fn constraints(&self, reach: DriftReach) -> Result<(DriftReport, Vec<PoseEdge>), LoopError> {
+        let now = self.told.trajectory.clone().unwrap_or_else(|| self.run.trajectory.clone());
+        let now = [Run { trajectory: now, ..self.run.clone() }];
+        let config = Config { drift: self.options.pairs, drift_reach: reach, ..self.config.clone() };
+        let report = measure_drift(self.log, &now, &config, self.progress)?;
+        let body_from_sensor = self.run.body_from_sensor.unwrap_or(self.config.body_from_sensor);
+        let edges = of_keyframes(&self.chain, &report.constraints(0, &body_from_sensor));
+        Ok((report, edges))
     }
 
     /// The graph with the rows that the map takes.

@@ -43,6 +43,12 @@ impl PatchBuilder {
         Self { lattice, voxels: VoxelSums::default(), points: 0 }
     }
 
+    /// Without points again; the memory is kept.
+    pub fn clear(&mut self) {
+        self.voxels.clear();
+        self.points = 0;
+    }
+
     /// Points added so far.
     pub fn points(&self) -> u64 {
         self.points
@@ -52,17 +58,17 @@ impl PatchBuilder {
     ///
     /// # Errors
     /// When a point is not finite or more than 20 km from the patch's origin; then none is added.
-    pub fn add(&mut self, points_in_patch_m: impl IntoIterator<Item = [f64; 3]>) -> Result<(), MapError> {
-        let points: Vec<[f64; 3]> = points_in_patch_m.into_iter().collect();
-        if let Some(&outside) = points.iter().find(|point| !point.iter().all(|c| c.abs() <= REACH_M)) {
+    pub fn add(&mut self, points_in_patch_m: &[[f64; 3]]) -> Result<(), MapError> {
+        let is_within = |point: &[f64; 3]| point.iter().all(|c| c.abs() <= REACH_M);
+        if let Some(&outside) = points_in_patch_m.iter().find(|point| !is_within(point)) {
             return Err(MapError::OutOfWorld { point_in_world_m: outside, limit_m: REACH_M });
         }
         let origin = self.lattice.in_voxel([0.0; 3])?.voxel;
         let Self { lattice, voxels, .. } = self;
-        RecentVoxels::default().add(lattice, &points, |voxel, sums| {
+        RecentVoxels::default().add(lattice, points_in_patch_m, |voxel, sums| {
             voxels.add(std::array::from_fn(|k| voxel[k].wrapping_sub(origin[k]) as i32), &sums);
         })?;
-        self.points += points.len() as u64;
+        self.points += points_in_patch_m.len() as u64;
         Ok(())
     }
 

@@ -25,7 +25,7 @@ fn patches(lattice: Lattice, clouds: &[Vec<[f64; 3]>]) -> Patches {
     for (number, cloud) in clouds.iter().enumerate().rev() {
         let mut patch = PatchBuilder::new(lattice);
         for part in cloud.chunks(700) {
-            patch.add(part.iter().copied()).unwrap();
+            patch.add(part).unwrap();
         }
         assert_eq!(patch.points(), cloud.len() as u64);
         writer.put(number, patch).unwrap();
@@ -297,7 +297,7 @@ fn what_is_no_place_is_refused() {
     let lattice = Lattice::new(0.2).unwrap();
     let mut patch = PatchBuilder::new(lattice);
     for point in [[f64::NAN, 0.0, 0.0], [0.0, 1e9, 0.0]] {
-        assert!(patch.add([[1.0; 3], point]).is_err());
+        assert!(patch.add(&[[1.0; 3], point]).is_err());
     }
     assert_eq!(patch.points(), 0);
     let patches = patches(lattice, &[vec![[1.0; 3]]]);

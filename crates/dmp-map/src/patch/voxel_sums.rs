@@ -50,6 +50,14 @@ impl VoxelSums {
         self.voxels.is_empty()
     }
 
+    pub(super) fn clear(&mut self) {
+        let Self { by_voxel, voxels, sums, carried } = self;
+        by_voxel.clear();
+        voxels.clear();
+        sums.clear();
+        carried.clear();
+    }
+
     pub(super) fn merge(&mut self, other: &Self) {
         for (&voxel, sums) in other.voxels.iter().zip(&other.sums) {
             self.add(voxel, sums.packed());

@@ -30,7 +30,7 @@ use crate::work::pool;
 use constraint::{covariance_in, upper_triangle};
 use displacement::Axes;
 pub use displacement::Displacement;
-pub use how_many::DriftPairs;
+pub use how_many::{DriftPairs, DriftReach};
 use patches::Visits;
 use register::{Seen, register};
 pub use report::{
@@ -78,7 +78,7 @@ impl<M: Sync> Evaluation<'_, M> {
             &revisits.visits,
             &revisits.places,
             &self.plan.along_m,
-            self.settings.metre_m(),
+            self.settings.drift_reach.near_m() * self.settings.metre_m(),
             self.log.summary().camera.is_some(),
         );
         let chosen = spread(found.len(), most_pairs);
@@ -189,7 +189,7 @@ impl<'e, M> Revisits<'e, M> {
                 Some(Seen { first, second, claimed: first_from_world * world_from_second })
             })
             .collect();
-        let found = register(&seen, metre_m);
+        let found = register(&seen, settings.drift_reach.steps(), metre_m);
         let of_runs = found.into_iter().zip(&seen).enumerate().map(|(run, (found, seen))| {
             let own_from_place =
                 self.world_from_place(run, pair.first).map(|place| runs[run].own_from_world * place);

@@ -32,7 +32,8 @@ struct Part {
     /// Of the visit.
     number: usize,
     scans: usize,
-    patches: Vec<Option<PatchBuilder>>,
+    /// Of each run; empty where it has no pose there.
+    patches: Vec<PatchBuilder>,
 }
 
 /// Reads the scans of some visits, given by number with `place_from_world` of each run, and gives the surfaces of each.
@@ -59,6 +60,7 @@ pub(super) fn pyramids<M: Sync>(
         lattice,
         open: Mutex::default(),
         done: Mutex::default(),
+        used: Mutex::default(),
     };
     let worker = |_| PatchWorker {
         poser: Poser::new(poses_of(runs), &plan.filter),
@@ -110,6 +112,8 @@ struct Shared<'v> {
     /// Visits that several threads have scans of.
     open: Mutex<HashMap<usize, Part>>,
     done: Mutex<Pyramids>,
+    /// Patches of visits that are done, of each run one: their memory is used again.
+    used: Mutex<Vec<Vec<PatchBuilder>>>,
 }
 
 /// What a thread does with a scan: adds its returns to the patch of its visit, as every run has them.
@@ -145,9 +149,7 @@ impl Worker for PatchWorker<'_> {
         );
         let part = visit.get_or_insert_with(|| shared.begun(number));
         for ((patch, points), name) in part.patches.iter_mut().zip(points).zip(names) {
-            if let Some(patch) = patch {
-                patch.add(points.iter().copied()).map_err(EvaluateError::map_of(name))?;
-            }
+            patch.add(points).map_err(EvaluateError::map_of(name))?;
         }
         part.scans += 1;
         let is_whole = |part: &mut Part| part.scans == shared.visits[&number].0.scans.len();
@@ -161,9 +163,9 @@ impl Worker for PatchWorker<'_> {
 impl Shared<'_> {
     fn begun(&self, number: usize) -> Part {
         let (_, place_from_world) = &self.visits[&number];
-        let patches =
-            place_from_world.iter().map(|run| run.map(|_| PatchBuilder::new(self.lattice))).collect();
-        Part { number, scans: 0, patches }
+        let used = self.used.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let new = || place_from_world.iter().map(|_| PatchBuilder::new(self.lattice)).collect();
+        Part { number, scans: 0, patches: used.unwrap_or_else(new) }
     }
 
     /// Takes some scans of a visit, and where these are the last, makes its surfaces.
@@ -179,19 +181,19 @@ impl Shared<'_> {
                 return;
             }
         }
-        let pyramids = part.patches.iter().map(|patch| patch.as_ref().map(Pyramid::new)).collect();
+        let (_, place_from_world) = &self.visits[&part.number];
+        let of_runs = part.patches.iter().zip(place_from_world);
+        let pyramids = of_runs.map(|(patch, place)| place.map(|_| Pyramid::new(patch))).collect();
         self.done.lock().unwrap_or_else(PoisonError::into_inner).insert(part.number, pyramids);
+        part.patches.iter_mut().for_each(PatchBuilder::clear);
+        self.used.lock().unwrap_or_else(PoisonError::into_inner).push(part.patches);
     }
 }
 
 impl Part {
     fn merge(&mut self, other: Self) {
         self.scans += other.scans;
-        for (patch, more) in self.patches.iter_mut().zip(other.patches) {
-            if let (Some(patch), Some(more)) = (patch, more) {
-                patch.merge(more);
-            }
-        }
+        self.patches.iter_mut().zip(other.patches).for_each(|(patch, more)| patch.merge(more));
     }
 }
 

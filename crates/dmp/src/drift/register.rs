@@ -4,8 +4,8 @@ use dmp_align::{Alignment, Pyramid, Refusal, align};
 use dmp_sensor::{Isometry3, Translation3};
 use thiserror::Error;
 
-/// Steps of the starts around what a run claims, metres of a drive, two to either side: a run may be further off than a
-/// registration reaches, and a street that repeats itself shows only where a start leads to the next house that is alike.
+/// Steps of the starts around what a run claims, metres of a drive: a run may be further off than a registration reaches, and a
+/// street that repeats itself shows only where a start leads to the next house that is alike.
 const STEP_M: f64 = 3.0;
 /// What two runs measure of the same surfaces lies no further apart than this, metres of a drive and radians.
 const SAME_M: f64 = 0.5;
@@ -42,14 +42,14 @@ pub(super) struct Seen<'a> {
 }
 
 /// Brings the second visit of each run onto the first. The frames of the places are those of the sensor, so what is looked for is
-/// nearly the same in all runs: each starts from what all of them claim, and again from what the others found.
-pub(super) fn register(seen: &[Option<Seen<'_>>], metre_m: f64) -> OfRuns {
+/// nearly the same in all runs: each starts from what all of them claim, from so many `steps` around that to either side, and again from what the others found.
+pub(super) fn register(seen: &[Option<Seen<'_>>], steps: i32, metre_m: f64) -> OfRuns {
     let claims: Vec<Isometry3<f64>> = seen.iter().flatten().map(|run| run.claimed).collect();
     let mut found: OfRuns = seen
         .iter()
         .map(|run| {
             let run = run.as_ref().ok_or(NotMeasured::NoPose)?;
-            let around = around(&run.claimed, metre_m);
+            let around = around(&run.claimed, steps, metre_m);
             let starts = distinct([run.claimed].iter().chain(&claims).chain(&around), metre_m);
             Ok(align(run.first, run.second, &starts)?)
         })
@@ -97,9 +97,9 @@ fn apart(a: &Alignment, b: &Alignment, metre_m: f64) -> Option<f64> {
 }
 
 /// Starts around a claim, level in the frame of the place.
-fn around(claimed: &Isometry3<f64>, metre_m: f64) -> Vec<Isometry3<f64>> {
-    let beside = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|steps: f64| steps * STEP_M * metre_m);
-    let places = beside.iter().flat_map(|&x| beside.map(|y| [x, y]));
+fn around(claimed: &Isometry3<f64>, steps: i32, metre_m: f64) -> Vec<Isometry3<f64>> {
+    let beside = (-steps..=steps).map(|step| f64::from(step) * STEP_M * metre_m);
+    let places = beside.clone().flat_map(|x| beside.clone().map(move |y| [x, y]));
     places.map(|[x, y]| Translation3::new(x, y, 0.0) * claimed).collect()
 }
 

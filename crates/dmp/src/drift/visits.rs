@@ -8,8 +8,6 @@ use crate::pose::RunPoses;
 
 /// Visits of a pair are at least so many segments apart: neighbours share surfaces that drift bends with both.
 const LAG: usize = 5;
-/// And at most so far from each other, metres of a drive.
-const NEAR_M: f64 = 15.0;
 /// The way between them is at least so many times as long as what lies between them: they are no neighbours on one way.
 const WAY_PER_DISTANCE: f64 = 4.0;
 /// Cameras that look elsewhere see other surfaces: most that two visits are turned against each other, as a cosine.
@@ -137,23 +135,23 @@ impl Places {
 }
 
 /// Every place that is visited twice, once for each two visits: of the segments of one visit that are near, the nearest, seen
-/// from either side.
+/// from either side. They lie at most `near_m` from each other.
 pub(super) fn pairs(
     visits: &[Visit],
     places: &Places,
     along_m: &[f64],
-    metre_m: f64,
+    near_m: f64,
     is_camera: bool,
 ) -> Vec<VisitPair> {
     let near = |a: usize, b: usize| {
         let (apart_m, turned_cos) = places.apart(a, b)?;
         let way_m = (along_m[visits[b].middle] - along_m[visits[a].middle]).abs();
-        let is_near = apart_m <= NEAR_M * metre_m && WAY_PER_DISTANCE * apart_m <= way_m;
+        let is_near = apart_m <= near_m && WAY_PER_DISTANCE * apart_m <= way_m;
         (is_near && !(is_camera && turned_cos < SAME_VIEW_COS)).then_some(apart_m)
     };
     // For each visit the others that are near, the earlier ones and the later ones, as nearest ones of rows of neighbours.
     let mut nearest: Vec<Vec<(usize, f64)>> = Vec::with_capacity(visits.len());
-    let grid = Grid::new(places, visits.len(), NEAR_M * metre_m);
+    let grid = Grid::new(places, visits.len(), near_m);
     for visit in 0..visits.len() {
         let mut rows: Vec<(usize, f64)> = Vec::new();
         let mut last = None;

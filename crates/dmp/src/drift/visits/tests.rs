@@ -17,7 +17,7 @@ fn at(places_m: &[[f64; 2]]) -> (Vec<Visit>, Places, Vec<f64>) {
 
 fn found(places_m: &[[f64; 2]]) -> Vec<(usize, usize)> {
     let (visits, places, along_m) = at(places_m);
-    let pairs = pairs(&visits, &places, &along_m, 1.0, false);
+    let pairs = pairs(&visits, &places, &along_m, 15.0, false);
     pairs.into_iter().map(|pair| (pair.first, pair.second)).collect()
 }
 
@@ -67,12 +67,12 @@ fn cameras_that_look_elsewhere_are_not_paired() {
     let out = (0..10).map(|k| [f64::from(k), 0.0]);
     let way: Vec<[f64; 2]> = out.clone().chain(out.rev()).collect();
     let (visits, mut places, along_m) = at(&way);
-    assert!(!pairs(&visits, &places, &along_m, 0.1, true).is_empty());
+    assert!(!pairs(&visits, &places, &along_m, 1.5, true).is_empty());
     for pose in places.0[0][10..].iter_mut().flatten() {
         pose.rotation = UnitQuaternion::from_euler_angles(0.0, 0.0, std::f64::consts::PI);
     }
-    assert_eq!(pairs(&visits, &places, &along_m, 0.1, true), []);
-    assert!(!pairs(&visits, &places, &along_m, 0.1, false).is_empty());
+    assert_eq!(pairs(&visits, &places, &along_m, 1.5, true), []);
+    assert!(!pairs(&visits, &places, &along_m, 1.5, false).is_empty());
 }
 
 #[test]
@@ -85,7 +85,7 @@ fn what_most_runs_say_holds() {
     let mut off = own.clone();
     off[20..].iter_mut().flatten().for_each(|pose| pose.translation.vector.y += 50.0);
     let all =
-        |runs: Vec<Vec<Option<Isometry3<f64>>>>| pairs(&visits, &Places(runs), &along_m, 1.0, false).len();
+        |runs: Vec<Vec<Option<Isometry3<f64>>>>| pairs(&visits, &Places(runs), &along_m, 15.0, false).len();
     let alone = all(vec![own.clone()]);
     assert_eq!([all(vec![off.clone(), own.clone(), own.clone()]), all(vec![off.clone()])], [alone, 0]);
     // A run without poses there says nothing.
