@@ -5,11 +5,13 @@ from __future__ import annotations
 import difflib
 import os
 from functools import lru_cache
-from typing import Any, Mapping, NamedTuple, Sequence
+from typing import Any, Mapping, NamedTuple, Sequence, Union
 
 import numpy as np
 
 from . import _core
+
+StrPath = Union[str, "os.PathLike[str]"]
 
 #: Options that are no keywords: what they do, functions do otherwise.
 _OF_THE_COMMAND = {"quiet", "no_progress", "json", "verbose"}

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any, Union
+from typing import Any
 
-from ._arguments import arguments
+from ._arguments import StrPath, arguments
+from ._called import on_log_and_runs
 from ._execute import execute
-from ._listener import Event, ProgressFunction
+from ._listener import Event, Progress
 from ._poses import Runs
 from ._result import Result
 from ._scans import Log
-from ._score import on_log_and_runs, score
-
-StrPath = Union[str, "os.PathLike[str]"]
-Progress = Union[bool, ProgressFunction, None]
+from ._score import score
 
 
 def quick(

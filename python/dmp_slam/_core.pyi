@@ -6,7 +6,7 @@ from typing import Any, Protocol, Sequence, final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Map", "ScanWriter", "Table", "__version__", "check_arguments", "main", "options", "run"]
+__all__ = ["Map", "ScanWriter", "Table", "__version__", "check_arguments", "file_stems", "main", "options", "run"]
 
 __version__: str
 
@@ -17,6 +17,7 @@ class _Listener(Protocol):
 
 def run(arguments: Sequence[str | PathLike[str]], listener: _Listener) -> tuple[str, str | None, bytes]: ...
 def check_arguments(arguments: Sequence[str | PathLike[str]]) -> tuple[str, str] | None: ...
+def file_stems(names: Sequence[str]) -> list[str]: ...
 def main(arguments: Sequence[str | PathLike[str]]) -> int: ...
 def options(words: Sequence[str]) -> list[tuple[str, str | None, bool, bool, str]]: ...
 @final

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple, Sequence
 
 from . import _core
-from ._listener import Event, Listener, ProgressFunction
+from ._listener import Event, Listener, Progress
 from .errors import Cancelled, Error, InputError, UsageError
 
 _KINDS: dict[str, type[Error]] = {
@@ -35,7 +35,7 @@ class Output(NamedTuple):
 
 def execute(
     arguments: Sequence[str],
-    progress: bool | ProgressFunction | None = None,
+    progress: Progress = None,
     cancel: Event | None = None,
 ) -> Output:
     """Runs a command with these arguments."""

@@ -14,6 +14,8 @@ _TOLD = ("note: ", "lost: ", "gate failed: ", "error: ")
 
 #: Called with a stage, the unit of its steps, how many are done, and how many there are, if that is known.
 ProgressFunction = Callable[[str, str, int, Union[int, None]], None]
+#: Where somebody watches, always or never, or handed to a function.
+Progress = Union[bool, ProgressFunction, None]
 
 
 class Event(Protocol):

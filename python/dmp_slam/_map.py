@@ -10,13 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._arguments import arguments
-from ._commands import Progress, StrPath
+from ._arguments import StrPath, arguments
+from ._called import of_log_and_runs, work_folder
 from ._execute import execute
-from ._listener import Event
+from ._listener import Event, Progress
 from ._poses import Run
 from ._scans import Log
-from ._score import of_log_and_runs, work_folder
 from .errors import InputError, UsageError
 
 #: Bytes of a map that are in memory for casting, unless it is said otherwise.

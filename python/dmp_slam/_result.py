@@ -8,11 +8,13 @@ import os
 import tempfile
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Iterator
 
 from . import _columns
 from ._core import Table
 from ._execute import Output, execute
+from ._kept import Kept, Returns, by_frame
+from ._map import Map
 from .errors import UsageError
 
 #: How high a page is shown in a notebook, pixels.
@@ -26,8 +28,11 @@ class Result:
     ``pandas.DataFrame.from_arrow`` take them.
     """
 
-    def __init__(self, output: Output, page: str | None, frames: str | None, tiles: str | None) -> None:
+    def __init__(
+        self, output: Output, kept: Kept, page: str | None, frames: str | None, tiles: str | None
+    ) -> None:
         self._text = output.text
+        self._kept = kept
         self._page = page
         self._frames = frames
         self._tiles = tiles
@@ -85,6 +90,45 @@ class Result:
     def tiles(self) -> Table:
         """A row for each tile and run, where ``score`` was called with ``per_tile``; docs/residuals.md has the columns."""
         return _columns.csv_table(_asked("per_tile", self._tiles))
+
+    def residuals(self, run: str | None = None) -> Returns:
+        """The scored returns of a run, where ``score`` was called with ``residuals``: a record each, scan by scan.
+
+        Fields as in docs/residuals.md: ``x``, ``y``, ``z`` in the frame of the run's trajectory, ``signed_residual_m``, ``range_m``, ``time_s``,
+        ``frame``, ``kind`` and others; NaN where nothing is predicted. The array is mapped from a file on the disk, so that a log of any
+        size has one; ``pandas.DataFrame`` and ``polars.DataFrame`` take it, or parts of it.
+        """
+        return self._kept.returns(run)
+
+    def residuals_by_frame(self, run: str | None = None) -> Iterator[tuple[int, Returns]]:
+        """The same scan by scan: the number of each in the log, and its returns."""
+        return by_frame(self.residuals(run))
+
+    def map(self, run: str | None = None) -> Map:
+        """The map of a run, where ``score`` was called with ``save_maps``. It is there for as long as there is the result."""
+        return self._kept.map(run)
+
+    def plot(self) -> Any:
+        """A figure of matplotlib, which must be installed: the scores of the runs; with ``per_frame`` also how far
+        predictions are off over time, and with ``residuals`` where.
+        """
+        from ._plot import figure
+
+        return figure(self.data, self._frames, self._kept)
+
+    def view(self, save: str | os.PathLike[str] | None = None) -> None:
+        """Shows trajectories, returns coloured by what they are off, scan by scan, and maps in rerun, which must be installed.
+
+        ``score`` must have been called with ``residuals``; maps are shown with ``save_maps``. ``save`` writes a recording, ``FILE.rrd``, and opens
+        nothing.
+        """
+        from ._view import show
+
+        show(self.order, self._kept, save)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Files go with the first result.
+        return {**self.__dict__, "_kept": Kept(None, [])}
 
     @property
     def gates_passed(self) -> bool:

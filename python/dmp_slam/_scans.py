@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from . import _core
 from ._kiss import of_kiss
-from ._listener import Event, Listener, ProgressFunction
+from ._listener import Event, Listener, Progress
 from ._poses import nanoseconds
 from ._sweep import NS, PERIOD_NS, Scan, came_back, nearest, refuse_not_finite
 from .errors import Cancelled, InputError
@@ -36,7 +36,7 @@ class Placed(NamedTuple):
     #: How many they are, where that is known.
     of: int | None = None
 
-    def spool(self, progress: bool | ProgressFunction | None = None, cancel: Event | None = None) -> None:
+    def spool(self, progress: Progress = None, cancel: Event | None = None) -> None:
         """Writes what is not there yet."""
         if self.scans is not None:
             spool(self.scans, Path(self.path), self.of, progress, cancel)
@@ -57,7 +57,7 @@ def spool(
     scans: Iterable[Scan],
     file: Path,
     total: int | None = None,
-    progress: bool | ProgressFunction | None = False,
+    progress: Progress = False,
     cancel: Event | None = None,
 ) -> None:
     """Writes scans into an MCAP file, one at a time. Where they raise, no file is left."""

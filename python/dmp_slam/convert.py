@@ -6,12 +6,11 @@ import os
 from typing import Any
 
 from . import _commands
-from ._arguments import arguments
-from ._commands import Progress, StrPath
+from ._arguments import StrPath, arguments
+from ._called import of_log_and_runs, work_folder
 from ._execute import execute
-from ._listener import Event
+from ._listener import Event, Progress
 from ._scans import Log
-from ._score import of_log_and_runs, work_folder
 
 
 def log(

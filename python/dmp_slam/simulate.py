@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ._commands import Progress, StrPath, printed
-from ._listener import Event
+from ._arguments import StrPath
+from ._commands import printed
+from ._listener import Event, Progress
 
 
 def town(output: StrPath, *, progress: Progress = None, cancel: Event | None = None, **settings: Any) -> str:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ._commands import Progress, StrPath, parsed
+from ._arguments import StrPath
+from ._called import on_log_and_runs, work_folder
+from ._commands import parsed
 from ._execute import execute
-from ._listener import Event
+from ._listener import Event, Progress
 from ._poses import STAMPED, Run, Runs, trajectory
 from ._scans import Log
-from ._score import on_log_and_runs, work_folder
 
 
 def ape(reference: Run, estimate: Run, *, format: str | None = None, **settings: Any) -> dict[str, Any]:

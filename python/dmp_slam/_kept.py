@@ -1,0 +1,134 @@
+"""Large outputs of a score, which stay in files of a folder that goes with the result."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+import tempfile
+import weakref
+from pathlib import Path
+from typing import Any, Iterator, Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from ._core import file_stems
+from ._execute import execute
+from ._map import Map
+from .errors import Error, InputError, UsageError
+
+#: What is written for these keywords, if they are True.
+FILES_KEPT = {"residuals": "returns.ply", "save_maps": "maps"}
+
+#: How a run is handed to the command.
+_RUN = "--trajectory="
+_LOGGER = logging.getLogger("dmp_slam")
+
+#: One array of returns, a record each.
+Returns = npt.NDArray[np.void]
+
+_TYPES = {"double": "<f8", "float": "<f4", "int": "<i4", "uchar": "u1"}
+#: Returns between two looks where a scan ends.
+_BLOCK = 1 << 20
+
+
+class Kept:
+    """A folder with the scored returns and the maps of runs. It is on the disk for as long as something holds it."""
+
+    def __init__(self, beside: Path | None, wanted: Sequence[str]) -> None:
+        self.files: dict[str, Path] = {}
+        self._stems: dict[str, str] = {}
+        if wanted:
+            folder = tempfile.mkdtemp(prefix="dmp-result-", dir=beside)
+            weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+            self.files = {keyword: Path(folder, FILES_KEPT[keyword]) for keyword in wanted}
+
+    def take(self, result: Mapping[str, Any], called: Sequence[str]) -> None:
+        """Takes what the command wrote, when it was called so."""
+        names = [run["name"] for run in result["runs"]]
+        self._stems = dict(zip(names, file_stems(names)))
+        if "residuals" in self.files:
+            self._keep_trajectories(names, [given[len(_RUN) :] for given in called if given.startswith(_RUN)])
+
+    def _keep_trajectories(self, names: Sequence[str], given: Sequence[str]) -> None:
+        for name in names:
+            # Files alone give the names of their runs.
+            files = [run.split("=", 1)[1] for run in given if run.startswith(f"{name}=")] or [
+                run for run in given if "=" not in run and Path(run).stem == name
+            ]
+            to = [f"--output={self._trajectory_file(name)}", "--to=tum", "--quiet"]
+            try:
+                execute(["convert", "trajectory", *to, "--", *files], progress=False)
+            except Error as error:
+                # A topic, or what needs more to be read: the view goes without.
+                _LOGGER.info("%s: no trajectory to view: %s", name, error)
+
+    def returns(self, run: str | None) -> Returns:
+        """The returns of a run, in memory as far as they are looked at."""
+        file, stem = self._file("residuals"), self._stem(run)
+        return ply_records(file if file.exists() else file.with_name(f"{file.stem}.{stem}.ply"))
+
+    def map(self, run: str | None) -> Map:
+        """The map of a run."""
+        map = Map.open(self._file("save_maps") / f"{self._stem(run)}.dmpmap")
+        # Its file is there for as long as it is.
+        weakref.finalize(map, _hold, self)
+        return map
+
+    def trajectory(self, run: str) -> npt.NDArray[np.float64] | None:
+        """The places of a run, N × 3; ``None`` where its trajectory was not kept."""
+        file = self._trajectory_file(run)
+        return np.loadtxt(file, usecols=(1, 2, 3), ndmin=2) if file.exists() else None
+
+    def _trajectory_file(self, run: str) -> Path:
+        return self._file("residuals").with_name(f"{self._stem(run)}.tum")
+
+    def _file(self, keyword: str) -> Path:
+        if keyword not in self.files:
+            raise UsageError(f"score was not called with {keyword}=True")
+        return self.files[keyword]
+
+    def _stem(self, run: str | None) -> str:
+        if run is None and len(self._stems) == 1:
+            return next(iter(self._stems.values()))
+        if run is None or run not in self._stems:
+            told = "which run?" if run is None else f"there is no run {run!r}:"
+            raise UsageError(f"{told} {', '.join(map(repr, self._stems))}")
+        return self._stems[run]
+
+
+def _hold(kept: Kept) -> None:
+    """Does nothing: who is to call this keeps what it is called with."""
+
+
+def ply_records(file: Path) -> Returns:
+    """The vertices of a binary PLY of fixed length, mapped: read-only, by the names of their fields without ``scalar_``."""
+    fields, count = [], 0
+    with file.open("rb") as ply:
+        for line in iter(ply.readline, b"end_header\n"):
+            words = line.decode().split()
+            if not words:
+                raise InputError(f"{file}: the header of the PLY has no end")
+            if words[:2] == ["element", "vertex"]:
+                count = int(words[2])
+            elif words[0] == "property":
+                fields.append((words[2].removeprefix("scalar_"), _TYPES[words[1]]))
+        start = ply.tell()
+    if count == 0:
+        return np.empty(0, fields)
+    return np.memmap(file, np.dtype(fields), "r", start, (count,))
+
+
+def by_frame(returns: Returns) -> Iterator[tuple[int, Returns]]:
+    """The returns of each scan, which follow each other."""
+    start, number = 0, None
+    for block in range(0, len(returns), _BLOCK):
+        frames: Any = returns["frame"][block : block + _BLOCK]
+        # Where another scan begins than the one before.
+        begins = np.flatnonzero(np.diff(frames, prepend=frames[0] if number is None else number)) + block
+        number = int(frames[-1])
+        for begin in begins.tolist():
+            yield int(returns["frame"][start]), returns[start:begin]
+            start = begin
+    if len(returns):
+        yield int(returns["frame"][start]), returns[start:]
