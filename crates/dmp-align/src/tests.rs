@@ -80,7 +80,7 @@ fn visits_that_see_nothing_of_each_other_are_refused() {
     let error = align(&pyramid(first.clone()), &pyramid([]), &[]).unwrap_err();
     assert!(matches!(error, Refusal::LittleOverlap { share: 0.0 }), "{error}");
     let mut other = PatchBuilder::new(Lattice::new(0.25).unwrap());
-    other.add(second).unwrap();
+    other.add(&second).unwrap();
     let error = align(&pyramid(first), &Pyramid::new(&other), &[]).unwrap_err();
     assert!(matches!(error, Refusal::Voxels(..)), "{error}");
 }

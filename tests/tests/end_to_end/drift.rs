@@ -1,6 +1,6 @@
 //! `dmp drift`: what is measured where a drive comes back is what is wrong there.
 
-use dmp::{Config, DriftPairs, DriftReport, FrameOrder, Run, VisitPairReport, measure_drift};
+use dmp::{Config, DriftPairs, DriftReach, DriftReport, FrameOrder, Run, VisitPairReport, measure_drift};
 use dmp_log::{MemoryLog, ScanLog};
 use dmp_sensor::{Isometry3, Scan, Trajectory, Translation3, UnitQuaternion, Vector3};
 use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route, Scenery};
@@ -64,6 +64,29 @@ fn a_run_alone_is_measured_as_well() {
         let expected_m = true_distance_m(&log, visit, &runs[1].trajectory, &truth);
         let found_m = off.distance_m.unwrap();
         assert!((found_m - expected_m).abs() < 0.05 * expected_m, "{found_m} {expected_m}");
+    }
+}
+
+/// What comes after the first lap is put 20 m aside: no visit of it lies near enough otherwise.
+#[test]
+fn a_run_that_lost_its_way_is_measured_further_off() {
+    let (scans, truth) = laps();
+    let log = MemoryLog::new("laps", scans).unwrap();
+    let stamps_ns = truth.stamps_ns().unwrap();
+    let aside = Translation3::new(16.0, -12.0, 0.0);
+    let poses = truth
+        .poses()
+        .iter()
+        .enumerate()
+        .map(|(k, pose)| if 2 * k < stamps_ns.len() { *pose } else { aside * pose });
+    let lost = Trajectory::stamped(stamps_ns.iter().copied().zip(poses).collect()).unwrap().trajectory;
+    let runs = [Run::new("lost", lost)];
+    let near = measured(&log, &runs, &Config::default());
+    let far = measured(&log, &runs, &Config { drift_reach: DriftReach::Far, ..Config::default() });
+    let [near, answers] = [&near, &far].map(|report| report.runs[0].pairs);
+    assert!(near == 0 && answers >= 3, "{near} {answers}");
+    for off in far.visits.iter().filter_map(|visit| visit.runs[0].off.as_ref()) {
+        assert!((off.distance_m.unwrap() - 20.0).abs() < 0.05, "{off:?}");
     }
 }
 

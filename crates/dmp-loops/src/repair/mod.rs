@@ -28,8 +28,8 @@ pub use given::mend_by;
 /// Poses that move by less than this from round to round are there, metres of a drive.
 const SETTLED_M: f64 = 0.005;
 
-/// Where fewer than one of so many pairs of visits has an answer at first, they are looked for further off.
-const FEW: usize = 2;
+/// Visits that are looked for further off more easily meet the wrong place: one constraint alone is not taken then.
+const LEAST_IF_FAR: usize = 2;
 
 /// How a run is mended.
 #[derive(Debug, Clone, PartialEq)]
@@ -167,11 +167,10 @@ impl Mending<'_> {
     fn round(&mut self) -> Result<bool, LoopError> {
         let is_first = self.told.rounds.is_empty();
         let (mut report, mut edges) = self.constraints(DriftReach::Near)?;
-        if is_first && edges.len() * FEW < report.pairs_measured.max(1) {
-            let far = self.constraints(DriftReach::Far)?;
-            if far.1.len() > edges.len() {
-                (report, edges) = far;
-            }
+        // A run that lost its way has no visit near enough.
+        let is_far = is_first && edges.is_empty();
+        if is_far {
+            (report, edges) = self.constraints(DriftReach::Far)?;
         }
         let mut round = Round {
             pairs_found: report.pairs_found,
@@ -212,7 +211,7 @@ impl Mending<'_> {
         told.r_near_before_m2 = told.r_near_before_m2.or(to_run.before_m2);
         // What does not make the map better is left: it may be noise of the measurement.
         let is_better = to_run.is_better() && to_before.is_none_or(|to| to.is_better() || !to.may_be_worse);
-        let is_taken = round.accepted > 0 && is_better;
+        let is_taken = round.accepted >= if is_far { LEAST_IF_FAR } else { 1 } && is_better;
         told.rounds.push(round);
         if !is_taken {
             return Ok(false);
