@@ -2,6 +2,8 @@ use super::*;
 use dmp_sensor::{Isometry3, UnitQuaternion};
 use proptest::prelude::*;
 
+const NEAR_M: f64 = 15.0;
+
 /// Visits one after the other at these places, one run.
 fn at(places_m: &[[f64; 2]]) -> (Vec<Visit>, Places, Vec<f64>) {
     let along_m: Vec<f64> = std::iter::once(0.0)
@@ -17,7 +19,7 @@ fn at(places_m: &[[f64; 2]]) -> (Vec<Visit>, Places, Vec<f64>) {
 
 fn found(places_m: &[[f64; 2]]) -> Vec<(usize, usize)> {
     let (visits, places, along_m) = at(places_m);
-    let pairs = pairs(&visits, &places, &along_m, 15.0, false);
+    let pairs = pairs(&visits, &places, &along_m, NEAR_M, false);
     pairs.into_iter().map(|pair| (pair.first, pair.second)).collect()
 }
 
@@ -85,7 +87,7 @@ fn what_most_runs_say_holds() {
     let mut off = own.clone();
     off[20..].iter_mut().flatten().for_each(|pose| pose.translation.vector.y += 50.0);
     let all =
-        |runs: Vec<Vec<Option<Isometry3<f64>>>>| pairs(&visits, &Places(runs), &along_m, 15.0, false).len();
+        |runs: Vec<Vec<Option<Isometry3<f64>>>>| pairs(&visits, &Places(runs), &along_m, NEAR_M, false).len();
     let alone = all(vec![own.clone()]);
     assert_eq!([all(vec![off.clone(), own.clone(), own.clone()]), all(vec![off.clone()])], [alone, 0]);
     // A run without poses there says nothing.
