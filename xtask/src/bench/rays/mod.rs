@@ -14,7 +14,7 @@ use self::make::{Files, SceneArgs};
 use super::times::circumstances;
 use crate::workspace::root;
 
-/// Rays from numpy: the Python package beside the caster in Rust, Open3D and Embree
+/// Rays from numpy: the Python package beside the caster in Rust, and casters of others
 ///
 /// Makes a map and rays of a simulated drive as files, and hands them to python/bench/rays.py, which casts them in turns.
 #[derive(Debug, Args)]
