@@ -36,7 +36,13 @@ class Map:
         ranges: npt.NDArray[np.float64] | None,
         segments: npt.NDArray[np.int32] | None,
         threads: int | None,
-    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]: ...
+        found: tuple[
+            npt.NDArray[np.float64],
+            npt.NDArray[np.float64] | None,
+            npt.NDArray[np.float64] | None,
+            npt.NDArray[np.float32] | None,
+        ],
+    ) -> None: ...
 
 @final
 class ScanWriter:

@@ -36,10 +36,13 @@ class Hits(NamedTuple):
 
     #: The first surfel on the ray.
     z1: npt.NDArray[np.float64]
-    #: That nearest to the measured range, among those within 5 m; NaN without ranges.
+    #: That nearest to the measured range, among those within 5 m; NaN without ranges, to be read only.
     zn: npt.NDArray[np.float64]
-    #: The first that owes nothing to the ray's own part of the drive; NaN without segments.
+    #: The first that owes nothing to the ray's own part of the drive; NaN without segments, to be read only.
     zc: npt.NDArray[np.float64]
+    #: N × 3, of length one: the normal of the surfel of ``z1``, turned to where the ray comes from, NaN where that is; or None, where
+    #: normals were not asked for.
+    normals: npt.NDArray[np.float32] | None = None
 
 
 class Map:
@@ -100,24 +103,34 @@ class Map:
         *,
         segments: npt.ArrayLike | None = None,
         threads: int | None = None,
+        normals: bool = False,
     ) -> Hits:
         """Casts rays into the map, in the frame of its trajectory.
 
         ``origins`` and ``directions`` are N × 3, or one of them 3 numbers for all rays; directions need not have length one.
         ``ranges`` are what was measured along the rays, metres, and ``segments`` the parts of the drive in which, by number.
+        ``normals=True`` also gives the normal of the first surfel on each ray, in the same frame, which takes longer.
         ``threads`` are as many as the machine runs at once, unless it is said; they end with the call, so that a process may fork
         between two.
         """
         starts, ways = np.broadcast_arrays(_rows("origins", origins), _rows("directions", directions))
         count = len(starts)
-        measured = None if ranges is None else _column("ranges", ranges, count).astype(np.float64)
-        if segments is not None and measured is None:
-            measured = np.full(count, np.inf)
-        parts = None if segments is None else _column("segments", segments, count).astype(np.int32)
+        measured = None if ranges is None else _column("ranges", ranges, count).astype(np.float64, copy=False)
+        parts = None if segments is None else _column("segments", segments, count).astype(np.int32, copy=False)
         if threads is not None and threads < 1:
             raise UsageError(f"threads: at least 1, not {threads}")
         rays = np.ascontiguousarray(starts), np.ascontiguousarray(ways)
-        return Hits(*self._core.cast(*rays, measured, parts, threads))
+        z1, zn, zc = np.empty(count), None, None
+        if ranges is not None:
+            zn = np.empty(count)
+        if segments is not None:
+            zc = np.empty(count)
+            measured = np.full(count, np.inf) if measured is None else measured
+        towards = np.empty((count, 3), np.float32) if normals else None
+        self._core.cast(*rays, measured, parts, threads, (z1, zn, zc, towards))
+        # One number for all, which takes no memory.
+        nowhere = np.broadcast_to(np.float64(np.nan), count)
+        return Hits(z1, nowhere if zn is None else zn, nowhere if zc is None else zc, towards)
 
     def __repr__(self) -> str:
         return f"<map {self._path}: {len(self)} surfels, voxels of {self.voxel:.3g} m>"

@@ -8,6 +8,7 @@
 
 #![expect(clippy::needless_pass_by_value, reason = "functions are handed what Python calls them with")]
 
+mod cast;
 mod errors;
 mod file_stems;
 mod map;

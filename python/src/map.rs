@@ -3,36 +3,42 @@
 //! Threads are those of one call. A process that forked has none of the threads of its parent: a pool that is kept, as rayon keeps
 //! one, would be waited for without end.
 
-use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread;
 
-use dmp_cast::{Answer, CastBuffers, CastSettings, Caster, Query, TileCache, Wanted};
+use dmp_cast::{CastSettings, Caster, TileCache, Wanted};
 use dmp_map::{MapError, Store, TileId};
-use dmp_sensor::{Isometry3, Point3, Vector3};
+use dmp_sensor::Isometry3;
 use numpy::ndarray::Array2;
 use numpy::{
-    IntoPyArray as _, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods as _,
+    IntoPyArray as _, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray1, PyReadwriteArray2,
+    PyUntypedArrayMethods as _,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::cast::{Buffers, Casting, Chunk, Found, Rays};
 use crate::errors::{failed, input};
 
-/// Rays between two looks whether somebody asks to stop.
-const BLOCK: usize = 1 << 20;
 /// Rays that a thread takes at a time.
 const CHUNK: usize = 1 << 13;
+/// Chunks between two looks whether somebody asks to stop.
+const BLOCK_CHUNKS: usize = 1 << 7;
 
 /// Centres and normals of surfels.
 type Surfels<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f32>>);
 /// The same before they are arrays.
 type CentresAndNormals = (Vec<[f64; 3]>, Vec<[f32; 3]>);
-/// The first, the nearest and the first independent crossing of each ray.
-type Crossings<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
+/// Room for the first crossing of each ray, and where they are asked for for the nearest, the first independent one, and the normal where
+/// the first is.
+type Crossings<'py> = (
+    PyReadwriteArray1<'py, f64>,
+    Option<PyReadwriteArray1<'py, f64>>,
+    Option<PyReadwriteArray1<'py, f64>>,
+    Option<PyReadwriteArray2<'py, f32>>,
+);
 
 /// A map on disk. Places and directions are those of the frame of the run's trajectory.
 #[pyclass(module = "dmp_slam._core", frozen)]
@@ -85,9 +91,10 @@ impl Map {
         Ok((centres.into_pyarray(py), normals.into_pyarray(py)))
     }
 
-    /// Casts rays from origins along directions (N × 3 each). Ranges are metres along them, NaN where nothing is met. Without a number of
-    /// threads there are as many as the machine runs at once.
-    #[pyo3(signature = (origins, directions, ranges, segments, threads))]
+    /// Casts rays from origins along directions (N × 3 each) and fills `found`, ranges with metres along them, NaN where nothing is met.
+    /// Without a number of threads there are as many as the machine runs at once.
+    #[pyo3(signature = (origins, directions, ranges, segments, threads, found))]
+    #[expect(clippy::too_many_arguments, reason = "they are those of Python")]
     fn cast<'py>(
         &self,
         py: Python<'py>,
@@ -96,42 +103,47 @@ impl Map {
         ranges: Option<PyReadonlyArray1<'py, f64>>,
         segments: Option<PyReadonlyArray1<'py, i32>>,
         threads: Option<usize>,
-    ) -> PyResult<Crossings<'py>> {
-        let (starts, ways) = (rows(&origins)?, rows(&directions)?);
-        let measured = ranges.as_ref().map(PyReadonlyArray1::as_slice).transpose()?;
-        let of_drive = segments.as_ref().map(PyReadonlyArray1::as_slice).transpose()?;
-        let rays = starts.len();
-        let others = [Some(ways.len()), measured.map(<[f64]>::len), of_drive.map(<[i32]>::len)];
-        if others.into_iter().flatten().any(|count| count != rays) {
-            return Err(PyValueError::new_err("there must be as many of each as there are rays"));
-        }
-        let caster = if measured.is_some() { &self.caster } else { &self.first_only };
-        let query = |ray: usize| Query {
-            origin_in_world_m: (self.world_from_own * Point3::from(starts[ray])).into(),
-            direction_in_world: (self.world_from_own * unit(ways[ray])).into(),
-            measured_m: measured.map_or(f64::INFINITY, |ranges| ranges[ray]),
-            segment: of_drive.map(|segments| segments[ray]),
+        found: Crossings<'py>,
+    ) -> PyResult<()> {
+        let rays = Rays {
+            origins: rows(&origins)?,
+            directions: rows(&directions)?,
+            measured_m: ranges.as_ref().map(PyReadonlyArray1::as_slice).transpose()?,
+            segments: segments.as_ref().map(PyReadonlyArray1::as_slice).transpose()?,
+            world_from_own: self.world_from_own,
         };
-        let mut alone = CastBuffers::default();
-        let mut found = [const { Vec::new() }; 3].map(|mut list: Vec<f64>| {
-            list.reserve_exact(rays);
-            list
-        });
-        let pool = pool(threads, rays).map_err(|error| failed(py, &format_args!("no threads: {error}")))?;
-        for start in (0..rays).step_by(BLOCK) {
-            let block = start..(start + BLOCK).min(rays);
-            let answered = py.detach(|| match &pool {
-                Some(pool) => pool.install(|| answers(caster, block, &query)),
-                None => chunks(block).map(|chunk| answer(caster, chunk, &query, &mut alone)).collect(),
-            });
-            for answer in answered.map_err(|error| input(py, &error))?.iter().flatten() {
-                let crossings = [answer.first_m, answer.nearest_m, answer.independent_m];
-                found.iter_mut().zip(crossings).for_each(|(list, m)| list.push(m.unwrap_or(f64::NAN)));
+        let (mut first, mut nearest, mut independent, mut normals) = found;
+        let found = Found {
+            first_m: first.as_slice_mut()?,
+            nearest_m: nearest.as_mut().map(PyReadwriteArray1::as_slice_mut).transpose()?,
+            independent_m: independent.as_mut().map(PyReadwriteArray1::as_slice_mut).transpose()?,
+            normals: normals
+                .as_mut()
+                .map(PyReadwriteArray2::as_slice_mut)
+                .transpose()?
+                .map(|normals| normals.as_chunks_mut().0),
+        };
+        let count = rays.count().filter(|&count| found.is_of(count));
+        let count =
+            count.ok_or_else(|| PyValueError::new_err("there must be as many of each as there are rays"))?;
+        let caster = if rays.measured_m.is_some() { &self.caster } else { &self.first_only };
+        let casting = Casting { caster, rays, own_from_world: *self.caster.map().own_from_world() };
+        let pool = pool(threads, count).map_err(|error| failed(py, &format_args!("no threads: {error}")))?;
+        let mut alone = Buffers::default();
+        let mut chunks = found.chunks(CHUNK);
+        loop {
+            // Between two blocks is where somebody may ask to stop.
+            let block: Vec<Chunk<'_>> = chunks.by_ref().take(BLOCK_CHUNKS).collect();
+            if block.is_empty() {
+                return Ok(());
             }
+            let done = py.detach(|| match &pool {
+                Some(pool) => casting.cast_in(pool, block),
+                None => block.into_iter().try_for_each(|chunk| casting.cast(chunk, &mut alone)),
+            });
+            done.map_err(|error| input(py, &error))?;
             py.check_signals()?;
         }
-        let [first, nearest, independent] = found.map(|list| list.into_pyarray(py));
-        Ok((first, nearest, independent))
     }
 }
 
@@ -164,12 +176,6 @@ fn rows<'a>(array: &'a PyReadonlyArray2<'_, f64>) -> PyResult<&'a [[f64; 3]]> {
     Ok(array.as_slice()?.as_chunks().0)
 }
 
-/// A direction of length one; what has no direction stays as it is, and meets nothing.
-fn unit(direction: [f64; 3]) -> Vector3<f64> {
-    let direction = Vector3::from(direction);
-    direction.try_normalize(0.0).unwrap_or(direction)
-}
-
 /// Threads for so many rays; `None` where the calling one is enough.
 fn pool(threads: Option<usize>, rays: usize) -> Result<Option<ThreadPool>, rayon::ThreadPoolBuildError> {
     let most = threads.or_else(|| thread::available_parallelism().ok().map(usize::from)).unwrap_or(1);
@@ -177,31 +183,4 @@ fn pool(threads: Option<usize>, rays: usize) -> Result<Option<ThreadPool>, rayon
         0 | 1 => Ok(None),
         threads => ThreadPoolBuilder::new().num_threads(threads).build().map(Some),
     }
-}
-
-fn chunks(rays: Range<usize>) -> impl Iterator<Item = Range<usize>> {
-    rays.clone().step_by(CHUNK).map(move |start| start..(start + CHUNK).min(rays.end))
-}
-
-fn answers(
-    caster: &Caster<Store>,
-    rays: Range<usize>,
-    query: &(impl Fn(usize) -> Query + Sync),
-) -> Result<Vec<Vec<Answer>>, MapError> {
-    let chunks: Vec<Range<usize>> = chunks(rays).collect();
-    chunks
-        .into_par_iter()
-        .map_init(CastBuffers::default, |buffers, chunk| answer(caster, chunk, query, buffers))
-        .collect()
-}
-
-fn answer(
-    caster: &Caster<Store>,
-    rays: Range<usize>,
-    query: &impl Fn(usize) -> Query,
-    buffers: &mut CastBuffers,
-) -> Result<Vec<Answer>, MapError> {
-    let queries: Vec<Query> = rays.map(query).collect();
-    let mut answers = Vec::new();
-    caster.cast(&queries, &mut answers, buffers).map(|()| answers)
 }

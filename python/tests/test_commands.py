@@ -81,10 +81,10 @@ def test_rays_meet_the_surfels_that_they_aim_at(built):
     centres, normals = built.surfels()
     aimed, away = centres[::50], normals[::50].astype(float)
     # From a metre above each surfel, down onto it.
-    z1, zn, zc = built.cast(aimed + away, -2 * away, np.ones(len(aimed)))
+    z1, zn, zc, unasked = built.cast(aimed + away, -2 * away, np.ones(len(aimed)))
     near = np.abs(zn - 1) < 1e-3
     assert near.mean() > 0.99
-    assert (z1[near] <= zn[near] + 1e-9).all() and np.isnan(zc).all()
+    assert (z1[near] <= zn[near] + 1e-9).all() and np.isnan(zc).all() and unasked is None
     first = built.cast(aimed + away, -away)
     assert np.array_equal(first.z1, z1, equal_nan=True) and np.isnan(first.zn).all()
     fortran = built.cast(np.asfortranarray(aimed + away), (-away)[::-1][::-1])
@@ -95,6 +95,34 @@ def test_rays_meet_the_surfels_that_they_aim_at(built):
     assert np.isnan(nothing.z1).all()
     of_drive = built.cast(aimed + away, -away, segments=np.full(len(aimed), -1000))
     assert np.isfinite(of_drive.zc).mean() > 0.99
+
+
+def test_rays_tell_the_normal_where_they_meet_the_first(built):
+    centres, normals = built.surfels()
+    count = len(centres)
+    # Down onto every surfel, from the side that its normal is on, and from the other; then into the sky.
+    away = np.concatenate([normals, -normals]).astype(float)
+    origins = np.concatenate([np.tile(centres, (2, 1)) + away, np.tile([[0.0, 0, 5000]], (100, 1))])
+    ways = np.concatenate([-away, np.tile([[0.0, 0, 1]], (100, 1))])
+    found = built.cast(origins, ways, normals=True)
+    assert found.normals.shape == (2 * count + 100, 3) and found.normals.dtype == np.float32
+    missed = np.isnan(found.z1)
+    assert missed[-100:].all() and np.array_equal(np.isnan(found.normals), np.tile(missed[:, None], (1, 3)))
+    assert ((found.normals * ways).sum(axis=1)[~missed] <= 0).all()
+    assert np.abs(np.linalg.norm(found.normals[~missed], axis=1) - 1).max() < 1e-3
+    # What lies nothing before is met itself.
+    itself = np.flatnonzero(np.abs(found.z1[: 2 * count] - 1) < 1e-5)
+    assert len(itself) > count / 2
+    assert (np.abs(found.normals[itself] - away[itself]).max(axis=1) < 1e-6).mean() > 0.999
+    # All else is what it is without normals, and with any number of threads.
+    plain = built.cast(origins, ways, threads=1)
+    assert plain.normals is None
+    assert all(np.array_equal(one, other, equal_nan=True) for one, other in zip(plain[:3], found[:3]))
+    for threads, ranges in ((1, None), (2, np.ones(len(ways)))):
+        again = built.cast(origins, ways, ranges, threads=threads, normals=True)
+        assert np.array_equal(again.normals, found.normals, equal_nan=True)
+    nothing = built.cast(np.zeros((0, 3)), np.zeros((0, 3)), normals=True)
+    assert nothing.normals.shape == (0, 3) and built.cast(np.zeros((0, 3)), np.zeros((0, 3))).normals is None
 
 
 def test_wrong_rays_are_told_in_a_line(built, tmp_path):
@@ -116,7 +144,7 @@ centres, normals = built.surfels()
 aimed, away = np.tile(centres, (20, 1)), np.tile(normals, (20, 1)).astype(float)
 
 def cast(*threads):
-    return built.cast(aimed + away, -away, threads=2)
+    return built.cast(aimed + away, -away, threads=2, normals=True)
 
 first = cast()
 assert len(aimed) > 50_000

@@ -8,6 +8,7 @@ use dmp_map::{MapError, Store, TileExtent, TileId, TileSource};
 use crate::casting::{CastBuffers, Casting, Grouping};
 use crate::journey::{Tiles, travel};
 use crate::lanes::{Job, Simd};
+use crate::normals::Normal;
 use crate::path::Path;
 use crate::query::{Answer, CastSettings, Query};
 use crate::tile::CastTile;
@@ -98,7 +99,24 @@ impl<M: TileSource> Caster<M> {
         answers: &mut Vec<Answer>,
         buffers: &mut CastBuffers,
     ) -> Result<(), MapError> {
-        self.path.run(CastBlock { caster: self, queries, answers, buffers })
+        self.path.run(CastBlock { caster: self, queries, answers, normals: None, buffers })
+    }
+
+    /// The same, and for each query the unit normal of the first surfel that its ray crosses, in the world, turned to where
+    /// the ray comes from (normal · direction ≤ 0); `None` for a miss. `normals` is overwritten too.
+    ///
+    /// # Errors
+    /// As [`Caster::cast`].
+    pub fn cast_with_normals(
+        &self,
+        queries: &[Query],
+        answers: &mut Vec<Answer>,
+        normals: &mut Vec<Option<[f32; 3]>>,
+        buffers: &mut CastBuffers,
+    ) -> Result<(), MapError> {
+        normals.clear();
+        normals.resize(queries.len(), None);
+        self.path.run(CastBlock { caster: self, queries, answers, normals: Some(normals), buffers })
     }
 }
 
@@ -130,6 +148,8 @@ struct CastBlock<'a, M> {
     caster: &'a Caster<M>,
     queries: &'a [Query],
     answers: &'a mut Vec<Answer>,
+    /// As many as there are queries.
+    normals: Option<&'a mut [Option<Normal>]>,
     buffers: &'a mut CastBuffers,
 }
 
@@ -138,7 +158,7 @@ impl<M: TileSource> Job for CastBlock<'_, M> {
 
     #[inline(always)]
     fn on<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { caster, queries, answers, buffers: CastBuffers { journey, lists } } = self;
+        let Self { caster, queries, answers, normals, buffers: CastBuffers { journey, lists } } = self;
         let Caster { settings, grouping, .. } = *caster;
         answers.clear();
         answers.resize(queries.len(), Answer::default());
@@ -146,7 +166,7 @@ impl<M: TileSource> Job for CastBlock<'_, M> {
             Grouping::Single => journey.order.as_given(queries),
             _ => journey.order.by_direction(queries),
         }
-        let mut casting = Casting { grouping, wanted: settings.wanted, answers, lists };
+        let mut casting = Casting { grouping, wanted: settings.wanted, answers, normals, lists };
         travel(simd, caster, &settings, queries, journey, &mut casting)
     }
 }

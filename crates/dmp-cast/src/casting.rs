@@ -6,6 +6,7 @@ use crate::answers::{First, Three};
 use crate::frustum::{Frustum, LEAST_RAYS, SQUARES_PER_RAY};
 use crate::journey::{JourneyBuffers, Traveller, Wait};
 use crate::lanes::Simd;
+use crate::normals::{Normal, normals};
 use crate::packet::{CastPackets, PACKETS, PacketAnswers, PacketLists, Visit};
 use crate::packet_rays::RAYS;
 use crate::query::{Answer, Wanted};
@@ -66,6 +67,8 @@ pub(crate) struct Casting<'a> {
     pub(crate) wanted: Wanted,
     /// As many as there are queries.
     pub(crate) answers: &'a mut [Answer],
+    /// Of what each ray crosses first, where that is asked: as many.
+    pub(crate) normals: Option<&'a mut [Option<Normal>]>,
     pub(crate) lists: &'a mut Lists,
 }
 
@@ -84,6 +87,9 @@ impl Traveller for Casting<'_> {
         let tile = &tile.view();
         for waits in waits.chunks(PACKETS) {
             visit_tile(simd, tile, packets, waits, self.grouping, self.wanted, self.lists);
+            if let Some(of_queries) = self.normals.as_deref_mut() {
+                take_normals(simd, tile, packets, waits, of_queries, self.lists);
+            }
         }
         Ok(())
     }
@@ -141,6 +147,28 @@ fn visit_tile<S: Simd>(
         let beyond = visit.go_beyond(simd, packed[k], &ends[k]) & wait.lanes;
         search_alone(simd, tile, visit, beyond, wanted, of_rays);
         packets[wait.packet as usize].take(wait.lanes, &before[k], &visit.answers);
+    }
+}
+
+/// Takes over the normals of what rays crossed first in the tile that was visited last.
+#[inline(always)]
+fn take_normals<S: Simd>(
+    simd: S,
+    tile: &TileView,
+    packets: &[Rays],
+    waits: &[Wait],
+    of_queries: &mut [Option<Normal>],
+    lists: &mut Lists,
+) {
+    let Lists { visits, before, of_rays, .. } = lists;
+    for ((wait, visit), before) in waits.iter().zip(visits.iter_mut()).zip(before.iter()) {
+        let rays = &packets[wait.packet as usize];
+        for (lane, normal) in normals(simd, tile, visit, before, wait.lanes, of_rays).into_iter().enumerate()
+        {
+            if normal.is_some() {
+                of_queries[rays.query(lane)] = normal;
+            }
+        }
     }
 }
 

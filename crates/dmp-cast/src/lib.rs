@@ -4,7 +4,7 @@
 //! A [`Caster`] stands on a map (a [`Store`](dmp_map::Store) on disk, or any [`TileSource`](dmp_map::TileSource)) and
 //! answers blocks of [`Query`]s with [`Answer`]s: where a ray crosses the map first (the z' of Zhang & Chen 2021,
 //! eq. 7), where nearest to the measured range, and where first among the surfels that owe nothing to the ray's own
-//! part of the drive. The three come from one walk.
+//! part of the drive. The three come from one walk; who asks for it has the normal of the first surfel too.
 //!
 //! Rays go through the map's tiles nearest first, together with their neighbours: in packets of sixteen where that
 //! pays, one by one elsewhere. Every tile has a tree of its own, eight wide, over leaves of sixteen discs that are
@@ -62,6 +62,7 @@ mod frustum;
 mod journey;
 mod lanes;
 mod lists;
+mod normals;
 mod order;
 mod packet;
 mod packet_rays;

@@ -120,18 +120,43 @@ fn between(perhaps: Option<f64>, found: Option<f64>, surely: Option<f64>) -> boo
     infinite(found) >= infinite(perhaps) - TOLERANCE_M && infinite(found) <= infinite(surely) + TOLERANCE_M
 }
 
+/// The normal is that of a disc that the ray crosses where it crosses the first, turned to where it comes from.
+fn check_normal(
+    discs: &[Disc],
+    query: &Query,
+    settings: &CastSettings,
+    radius_m: f64,
+    first_m: Option<f64>,
+    normal: Option<[f32; 3]>,
+) {
+    assert_eq!(first_m.is_some(), normal.is_some(), "{query:?}");
+    let (Some(first_m), Some(normal)) = (first_m, normal.map(|n| n.map(f64::from))) else { return };
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    assert!(dot(normal, query.direction_in_world) <= 0.0, "{query:?} {normal:?}");
+    let there = crossings(discs, query, settings, radius_m, 1e-4);
+    let mut there = there.filter(|(t, _)| (t - first_m).abs() <= TOLERANCE_M);
+    assert!(there.any(|(_, disc)| dot(disc.normal, normal).abs() > 1.0 - 1e-6), "{query:?} {normal:?}");
+}
+
 fn check(store: Store, queries: &[Query], settings: CastSettings, budget_bytes: usize) -> [usize; 3] {
     let discs = discs_of(&store);
     let radius_m = store.lattice().disc_radius_m();
     let mut caster = Caster::new(store, settings, budget_bytes);
     let mut answers = Vec::new();
     caster.cast(queries, &mut answers, &mut CastBuffers::default()).unwrap();
+    let mut normals = Vec::new();
+    caster.cast_with_normals(queries, &mut Vec::new(), &mut normals, &mut CastBuffers::default()).unwrap();
     // The same bits on every path, however rays are grouped.
     for path in Path::all() {
         for grouping in [Grouping::Auto, Grouping::Single, Grouping::Packets] {
             caster = caster.with(path, grouping);
-            let mut again = Vec::new();
+            let (mut again, mut normals_again) = (Vec::new(), Vec::new());
             caster.cast(queries, &mut again, &mut CastBuffers::default()).unwrap();
+            let with_normals = &mut Vec::new();
+            caster
+                .cast_with_normals(queries, with_normals, &mut normals_again, &mut CastBuffers::default())
+                .unwrap();
+            assert!(again == *with_normals && normals_again == normals, "{} {grouping:?}", path.name());
             let differ = answers.iter().zip(&again).position(|(a, b)| a != b);
             assert!(
                 differ.is_none(),
@@ -142,7 +167,8 @@ fn check(store: Store, queries: &[Query], settings: CastSettings, budget_bytes: 
         }
     }
     let mut hits = [0; 3];
-    for (query, found) in queries.iter().zip(&answers) {
+    for ((query, found), normal) in queries.iter().zip(&answers).zip(&normals) {
+        check_normal(&discs, query, &settings, radius_m, found.first_m, *normal);
         let surely = brute_force(&discs, query, &settings, radius_m, -1e-4);
         let perhaps = brute_force(&discs, query, &settings, radius_m, 1e-4);
         let gap = |a: &Answer| a.nearest_m.map(|t| (t - query.measured_m).abs());

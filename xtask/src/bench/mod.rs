@@ -7,6 +7,7 @@ mod drift;
 mod fuse;
 mod loops;
 mod quick;
+mod rays;
 mod report;
 mod room;
 mod scale;
@@ -32,6 +33,9 @@ pub(crate) enum Bench {
     Fuse(fuse::FuseArgs),
     Loops(loops::LoopsArgs),
     Quick(quick::QuickArgs),
+    Rays(rays::RaysArgs),
+    #[command(hide = true)]
+    RaysServe(rays::serve::ServeArgs),
     Report(report::ReportArgs),
     Room(room::RoomArgs),
     Scale(scale::ScaleArgs),
@@ -49,6 +53,8 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
         Bench::Drift(arguments) => drift::run(arguments),
         Bench::Loops(arguments) => loops::run(arguments),
         Bench::Quick(arguments) => quick::run(arguments),
+        Bench::Rays(arguments) => rays::run(arguments),
+        Bench::RaysServe(arguments) => rays::serve::run(arguments),
         Bench::Report(arguments) => report::run(arguments),
         Bench::Room(arguments) => room::run(arguments),
         Bench::Scale(arguments) => scale::run(arguments),

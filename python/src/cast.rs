@@ -1,0 +1,160 @@
+//! Rays of arrays cast into a map.
+//!
+//! What is found is written where it stays, by the threads that cast, into arrays that numpy has made: it takes their room from the
+//! system in large pages, which costs a fraction of what small ones do.
+
+use std::sync::{Mutex, PoisonError};
+
+use dmp_cast::{Answer, CastBuffers, Caster, Query};
+use dmp_map::{MapError, Store};
+use dmp_sensor::{Isometry3, Point3, Vector3};
+use rayon::ThreadPool;
+
+/// Squares of lengths no further than this from one are those of directions of length one but for rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// Rays as arrays.
+pub(crate) struct Rays<'a> {
+    pub(crate) origins: &'a [[f64; 3]],
+    pub(crate) directions: &'a [[f64; 3]],
+    pub(crate) measured_m: Option<&'a [f64]>,
+    pub(crate) segments: Option<&'a [i32]>,
+    pub(crate) world_from_own: Isometry3<f64>,
+}
+
+impl Rays<'_> {
+    /// How many they are; `None` where arrays differ in that.
+    pub(crate) fn count(&self) -> Option<usize> {
+        let count = self.origins.len();
+        let others =
+            [Some(self.directions.len()), self.measured_m.map(<[f64]>::len), self.segments.map(<[i32]>::len)];
+        others.into_iter().flatten().all(|other| other == count).then_some(count)
+    }
+
+    // Inlined it is written where it stays: to copy what has just been written in other pieces stalls.
+    #[inline]
+    fn query(&self, ray: usize) -> Query {
+        Query {
+            origin_in_world_m: (self.world_from_own * Point3::from(self.origins[ray])).into(),
+            direction_in_world: (self.world_from_own * unit(self.directions[ray])).into(),
+            measured_m: self.measured_m.map_or(f64::INFINITY, |ranges| ranges[ray]),
+            segment: self.segments.map(|segments| segments[ray]),
+        }
+    }
+}
+
+/// A direction of length one; what has no direction stays as it is, and meets nothing.
+#[inline]
+fn unit(direction: [f64; 3]) -> Vector3<f64> {
+    let direction = Vector3::from(direction);
+    // Divisions take long, and most directions come with length one.
+    if (direction.norm_squared() - 1.0).abs() <= ROUNDING {
+        return direction;
+    }
+    direction.try_normalize(0.0).unwrap_or(direction)
+}
+
+/// Where what rays meet is written, in the order of the rays.
+pub(crate) struct Found<'a> {
+    pub(crate) first_m: &'a mut [f64],
+    /// These where they are asked for.
+    pub(crate) nearest_m: Option<&'a mut [f64]>,
+    pub(crate) independent_m: Option<&'a mut [f64]>,
+    pub(crate) normals: Option<&'a mut [[f32; 3]]>,
+}
+
+impl<'a> Found<'a> {
+    /// Whether it has room for so many rays, and no more.
+    pub(crate) fn is_of(&self, count: usize) -> bool {
+        let ranges =
+            [&self.nearest_m, &self.independent_m].map(|ranges| ranges.as_ref().map(|ranges| ranges.len()));
+        let normals = self.normals.as_ref().map(|normals| normals.len());
+        let [nearest, independent] = ranges;
+        let counts = [Some(self.first_m.len()), nearest, independent, normals];
+        counts.into_iter().flatten().all(|other| other == count)
+    }
+
+    /// Pieces of it with so many rays each.
+    pub(crate) fn chunks(self, size: usize) -> impl Iterator<Item = Chunk<'a>> {
+        let (nearest_m, independent_m) = (pieces(self.nearest_m, size), pieces(self.independent_m, size));
+        let others = nearest_m.zip(independent_m).zip(pieces(self.normals, size));
+        let columns = self.first_m.chunks_mut(size).zip(others).enumerate();
+        columns.map(move |(k, (first_m, ((nearest_m, independent_m), normals)))| Chunk {
+            start: k * size,
+            found: Found { first_m, nearest_m, independent_m, normals },
+        })
+    }
+}
+
+/// Pieces of a column; without one, none of it in each of endless ones.
+fn pieces<T>(column: Option<&mut [T]>, size: usize) -> impl Iterator<Item = Option<&mut [T]>> {
+    let pieces = column.into_iter().flat_map(move |column| column.chunks_mut(size));
+    pieces.map(Some).chain(std::iter::repeat_with(|| None))
+}
+
+/// What rays from `start` on meet.
+pub(crate) struct Chunk<'a> {
+    start: usize,
+    found: Found<'a>,
+}
+
+/// Of one thread.
+#[derive(Default)]
+pub(crate) struct Buffers {
+    queries: Vec<Query>,
+    answers: Vec<Answer>,
+    normals: Vec<Option<[f32; 3]>>,
+    of_caster: CastBuffers,
+}
+
+/// Rays on their way into a map.
+pub(crate) struct Casting<'a> {
+    pub(crate) caster: &'a Caster<Store>,
+    pub(crate) rays: Rays<'a>,
+    pub(crate) own_from_world: Isometry3<f64>,
+}
+
+impl Casting<'_> {
+    /// Fills chunks on all threads of a pool, each of which takes the next as soon as it is done with one.
+    pub(crate) fn cast_in(&self, pool: &ThreadPool, chunks: Vec<Chunk<'_>>) -> Result<(), MapError> {
+        let chunks = Mutex::new(chunks.into_iter());
+        let next = || chunks.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let done = pool.broadcast(|_| {
+            let mut buffers = Buffers::default();
+            std::iter::from_fn(next).try_for_each(|chunk| self.cast(chunk, &mut buffers))
+        });
+        done.into_iter().collect()
+    }
+
+    /// Fills a chunk.
+    pub(crate) fn cast(&self, chunk: Chunk<'_>, buffers: &mut Buffers) -> Result<(), MapError> {
+        let Buffers { queries, answers, normals, of_caster } = buffers;
+        let Chunk { start, found } = chunk;
+        queries.clear();
+        queries.extend((start..start + found.first_m.len()).map(|ray| self.rays.query(ray)));
+        match found.normals {
+            None => self.caster.cast(queries, answers, of_caster)?,
+            Some(filled) => {
+                self.caster.cast_with_normals(queries, answers, normals, of_caster)?;
+                for (filled, normal) in filled.iter_mut().zip(&*normals) {
+                    let in_own = |n: [f32; 3]| self.own_from_world * Vector3::from(n.map(f64::from));
+                    *filled = normal.map_or([f32::NAN; 3], |n| in_own(n).map(|c| c as f32).into());
+                }
+            }
+        }
+        write(found.first_m, answers, |answer| answer.first_m);
+        if let Some(nearest_m) = found.nearest_m {
+            write(nearest_m, answers, |answer| answer.nearest_m);
+        }
+        if let Some(independent_m) = found.independent_m {
+            write(independent_m, answers, |answer| answer.independent_m);
+        }
+        Ok(())
+    }
+}
+
+fn write(ranges_m: &mut [f64], answers: &[Answer], range_m: impl Fn(&Answer) -> Option<f64>) {
+    for (range, answer) in ranges_m.iter_mut().zip(answers) {
+        *range = range_m(answer).unwrap_or(f64::NAN);
+    }
+}
