@@ -83,18 +83,19 @@ def _picture(axes: Any, name: str, kept: Kept) -> Any:
         places = _told(scan)[0]
         if len(places):
             low, high = np.minimum(low, places.min(axis=0)), np.maximum(high, places.max(axis=0))
-    extent = np.maximum(high - low, 1e-3) if np.isfinite(low).all() else np.ones(2)
-    pixel = extent.max() / _PIXELS
-    shape = np.maximum(np.ceil(extent / pixel), 1).astype(int)
-    bounds = [(low[k], low[k] + pixel * shape[k]) for k in range(2)] if np.isfinite(low).all() else [(0, 1)] * 2
-    sums, counts = np.zeros(shape), np.zeros(shape)
+    if not np.isfinite(low).all():
+        # Nothing is predicted.
+        low, high = np.zeros(2), np.ones(2)
+    pixel = max(float((high - low).max()) / _PIXELS, 1e-3)
+    edges = [np.arange(low[k], high[k] + 2 * pixel, pixel) for k in range(2)]
+    sums = np.zeros((len(edges[0]) - 1, len(edges[1]) - 1))
+    counts = np.zeros_like(sums)
     for _, scan in by_frame(returns):
         places, off = _told(scan)
-        sums += np.histogram2d(*places.T, bins=shape, range=bounds, weights=off)[0]
-        counts += np.histogram2d(*places.T, bins=shape, range=bounds)[0]
+        sums += np.histogram2d(places[:, 0], places[:, 1], bins=edges, weights=off)[0]
+        counts += np.histogram2d(places[:, 0], places[:, 1], bins=edges)[0]
     mean = np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
     axes.set(title=name, xlabel="x [m]", ylabel="y [m]", aspect="equal")
-    edges = [np.linspace(*bound, count + 1) for bound, count in zip(bounds, shape)]
     return axes.pcolormesh(*edges, mean.T, cmap="viridis", vmin=0, vmax=_MOST_M)
 
 
