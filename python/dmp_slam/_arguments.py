@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import difflib
+import inspect
 import os
+import textwrap
 from functools import lru_cache
-from typing import Any, Mapping, NamedTuple, Sequence, Union
+from typing import Any, Callable, Mapping, NamedTuple, Sequence, TypeVar, Union
 
 import numpy as np
 
@@ -38,6 +40,29 @@ def options(words: tuple[str, ...]) -> Mapping[str, Option]:
     described = (Option(*parts) for parts in _core.options(list(words)))
     named = {option.name.replace("-", "_"): option for option in described}
     return {keyword: option for keyword, option in named.items() if keyword not in _OF_THE_COMMAND}
+
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def documented(*words: str) -> Callable[[_Function], _Function]:
+    """Adds the options of a command to what ``help`` says of a function."""
+
+    def with_options(function: _Function) -> _Function:
+        if function.__doc__ is not None:
+            # Runs are an argument, too.
+            known = {"trajectory", *inspect.signature(function).parameters}
+            told = [_told(keyword, option) for keyword, option in options(words).items() if keyword not in known]
+            function.__doc__ = "\n".join([inspect.cleandoc(function.__doc__), "", "Keywords:", *told])
+        return function
+
+    return with_options
+
+
+def _told(keyword: str, option: Option) -> str:
+    value = "True" if option.value is None else option.value
+    lines = textwrap.wrap(f"{keyword}={value}: {option.help}", 100, subsequent_indent=" " * 8)
+    return "\n".join(f"    {line}" for line in lines)
 
 
 def arguments(

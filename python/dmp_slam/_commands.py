@@ -6,7 +6,7 @@ import json
 import os
 from typing import Any
 
-from ._arguments import StrPath, arguments
+from ._arguments import StrPath, arguments, documented
 from ._called import on_log_and_runs
 from ._execute import execute
 from ._listener import Event, Progress
@@ -16,6 +16,7 @@ from ._scans import Log
 from ._score import score
 
 
+@documented("score")
 def quick(
     log: Log, runs: Runs, *, share: Any = True, progress: Progress = None, cancel: Event | None = None, **settings: Any
 ) -> Result:
@@ -26,6 +27,7 @@ def quick(
     return score(log, runs, progress=progress, cancel=cancel, quick=share, **settings)
 
 
+@documented("calibrate")
 def calibrate(
     log: Log, runs: Runs, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
 ) -> dict[str, Any]:
@@ -33,6 +35,7 @@ def calibrate(
     return on_log_and_runs(("calibrate",), log, runs, progress, cancel, settings)
 
 
+@documented("drift")
 def drift(
     log: Log, runs: Runs, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
 ) -> dict[str, Any]:
@@ -40,6 +43,7 @@ def drift(
     return on_log_and_runs(("drift",), log, runs, progress, cancel, settings)
 
 
+@documented("info")
 def info(
     log: Log, runs: Runs = (), *, progress: Progress = False, cancel: Event | None = None, **settings: Any
 ) -> dict[str, Any]:
@@ -51,6 +55,7 @@ def info(
     return on_log_and_runs(("info",), log, runs, progress, cancel, settings)
 
 
+@documented("repair")
 def repair(
     log: Log, run: Any, output: StrPath, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
 ) -> dict[str, Any]:
@@ -59,6 +64,7 @@ def repair(
     return on_log_and_runs(("repair",), log, runs, progress, cancel, {**settings, "output": output})
 
 
+@documented("loops")
 def loops(
     graph: StrPath, candidates: StrPath, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
 ) -> dict[str, Any]:
@@ -66,6 +72,7 @@ def loops(
     return parsed(("loops",), [graph], {**settings, "candidates": candidates}, progress, cancel)
 
 
+@documented("compare")
 def compare(*results: Result | StrPath, **settings: Any) -> dict[str, Any]:
     """One table of saved results, or of results, of one log under the same settings (``dmp compare``)."""
     import tempfile

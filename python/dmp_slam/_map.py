@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._arguments import StrPath, arguments
+from ._arguments import StrPath, arguments, documented
 from ._called import of_log_and_runs, work_folder
 from ._execute import execute
 from ._listener import Event, Progress
@@ -58,6 +58,7 @@ class Map:
         return cls(path, memory=memory)
 
     @classmethod
+    @documented("map", "build")
     def build(
         cls,
         log: Log,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ._arguments import arguments
+from ._arguments import arguments, documented
 from ._called import large_files, of_log_and_runs, work_folder
 from ._execute import execute
 from ._kept import FILES_KEPT, Kept
@@ -18,6 +18,7 @@ from ._scans import Log
 _READ = {"report": "page.html", "per_frame": "frames.csv", "per_tile": "tiles.csv"}
 
 
+@documented("score")
 def score(
     log: Log,
     runs: Runs,

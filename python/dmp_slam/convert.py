@@ -6,13 +6,14 @@ import os
 from typing import Any
 
 from . import _commands
-from ._arguments import StrPath, arguments
+from ._arguments import StrPath, arguments, documented
 from ._called import of_log_and_runs, work_folder
 from ._execute import execute
 from ._listener import Event, Progress
 from ._scans import Log
 
 
+@documented("convert", "log")
 def log(
     log: Log, output: StrPath, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
 ) -> str:
@@ -23,6 +24,7 @@ def log(
         return execute(called, progress, cancel).text
 
 
+@documented("convert", "trajectory")
 def trajectory(run: StrPath, output: StrPath, *, to: str, **settings: Any) -> str:
     """Writes a trajectory as ``tum``, ``kitti``, ``euroc`` or ``redwood`` (``dmp convert trajectory``)."""
     return _commands.printed(

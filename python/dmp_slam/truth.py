@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ._arguments import StrPath
+from ._arguments import StrPath, documented
 from ._called import on_log_and_runs, work_folder
 from ._commands import parsed
 from ._execute import execute
@@ -14,6 +14,7 @@ from ._poses import STAMPED, Run, Runs, trajectory
 from ._scans import Log
 
 
+@documented("truth", "ape")
 def ape(reference: Run, estimate: Run, *, format: str | None = None, **settings: Any) -> dict[str, Any]:
     """The absolute pose error, as ``evo_ape`` has it: ``stats`` in the JSON's ``unit`` (``dmp truth ape``).
 
@@ -25,6 +26,7 @@ def ape(reference: Run, estimate: Run, *, format: str | None = None, **settings:
     return _errors("ape", reference, estimate, format, settings)
 
 
+@documented("truth", "rpe")
 def rpe(reference: Run, estimate: Run, *, format: str | None = None, **settings: Any) -> dict[str, Any]:
     """The relative pose error, as ``evo_rpe`` has it (``dmp truth rpe``). Trajectories are as for ``ape``."""
     return _errors("rpe", reference, estimate, format, settings)
@@ -50,6 +52,7 @@ def _file(name: str, run: Run, folder: Path) -> str:
     return stamped
 
 
+@documented("truth", "smd")
 def smd(
     surface: StrPath, map: StrPath, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
 ) -> dict[str, Any]:
@@ -57,6 +60,7 @@ def smd(
     return parsed(("truth", "smd"), [surface, map], settings, progress, cancel)
 
 
+@documented("truth", "study")
 def study(
     log: Log,
     runs: Runs,

@@ -24,3 +24,10 @@ def test_everything_offered_is_documented():
     for name in dmp.__all__:
         if not name.startswith("__"):
             assert getattr(dmp, name).__doc__, name
+
+
+def test_help_tells_every_keyword():
+    for keyword in dmp._arguments.options(("score",)):
+        assert (f"\n    {keyword}=" in dmp.score.__doc__) == (keyword != "trajectory"), keyword
+    for function in (dmp.Map.build, dmp.truth.rpe, dmp.simulate.errors, dmp.convert.log):
+        assert "\nKeywords:\n    " in function.__doc__ and "\n    output=" not in function.__doc__
