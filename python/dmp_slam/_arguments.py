@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
-import inspect
 import os
-import textwrap
 from functools import lru_cache
 from typing import Any, Callable, Mapping, NamedTuple, Sequence, TypeVar, Union
 
@@ -51,18 +48,19 @@ def documented(*words: str) -> Callable[[_Function], _Function]:
     def with_options(function: _Function) -> _Function:
         if function.__doc__ is not None:
             # Runs are an argument, too.
-            known = {"trajectory", *inspect.signature(function).parameters}
+            known = {"trajectory", *function.__code__.co_varnames}
             told = [_told(keyword, option) for keyword, option in options(words).items() if keyword not in known]
-            function.__doc__ = "\n".join([inspect.cleandoc(function.__doc__), "", "Keywords:", *told])
+            # As far to the right as the text above.
+            lines = function.__doc__.splitlines()[1:]
+            margin = min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=4)
+            function.__doc__ += "".join(f"\n{' ' * margin}{line}" for line in ["", "Keywords:", *told])
         return function
 
     return with_options
 
 
 def _told(keyword: str, option: Option) -> str:
-    value = "True" if option.value is None else option.value
-    lines = textwrap.wrap(f"{keyword}={value}: {option.help}", 100, subsequent_indent=" " * 8)
-    return "\n".join(f"    {line}" for line in lines)
+    return f"    {keyword}={'True' if option.value is None else option.value}: {option.help}"
 
 
 def arguments(
@@ -87,6 +85,9 @@ def _is_empty(value: Any) -> bool:
 
 
 def _unknown(words: tuple[str, ...], keyword: str, known: Mapping[str, Option]) -> str:
+    # Seldom needed, and slow to import.
+    import difflib
+
     near = difflib.get_close_matches(keyword, known, n=3)
     hint = f"; near it: {', '.join(near)}" if near else ""
     return f"{'.'.join(words)}() has no keyword {keyword!r}{hint}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import importlib
+import inspect
 import pkgutil
 
 import dmp_slam as dmp
@@ -28,6 +29,7 @@ def test_everything_offered_is_documented():
 
 def test_help_tells_every_keyword():
     for keyword in dmp._arguments.options(("score",)):
-        assert (f"\n    {keyword}=" in dmp.score.__doc__) == (keyword != "trajectory"), keyword
+        assert (f"\n    {keyword}=" in inspect.getdoc(dmp.score)) == (keyword != "trajectory"), keyword
     for function in (dmp.Map.build, dmp.truth.rpe, dmp.simulate.errors, dmp.convert.log):
-        assert "\nKeywords:\n    " in function.__doc__ and "\n    output=" not in function.__doc__
+        told = inspect.getdoc(function)
+        assert "\nKeywords:\n    " in told and "\n    output=" not in told

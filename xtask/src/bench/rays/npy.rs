@@ -28,7 +28,7 @@ pub(super) fn write<const N: usize>(path: &Path, rows: &[[f64; N]]) -> anyhow::R
     file.flush().with_context(at)
 }
 
-/// Reads what [`write`] wrote.
+/// Reads what [`write()`] wrote.
 pub(super) fn read<const N: usize>(path: &Path) -> anyhow::Result<Vec<[f64; N]>> {
     let at = || path.display().to_string();
     let bytes = std::fs::read(path).with_context(at)?;
