@@ -14,14 +14,18 @@ if ! command -v python3 >/dev/null; then
 fi
 
 target=${CARGO_TARGET_DIR:-$(cd .. && pwd)/target}
-tools=$target/python/tools tested=$target/python/tested wheels=$target/python/wheels
+tools=$target/python/tools tested=$target/python/tested wheels=$target/python/wheels sources=$target/python/sources
 
 # What builds and checks is kept from one time to the next; what is tested is new.
 if [ ! -x "$tools/bin/maturin" ]; then
     python3 -m venv "$tools"
     "$tools/bin/pip" install --quiet --disable-pip-version-check --constraint tests/constraints.txt maturin
 fi
-rm -rf "$wheels" "$tested"
+rm -rf "$wheels" "$tested" "$sources"
+"$tools/bin/maturin" sdist --out "$sources"
+mkdir "$sources/unpacked"
+tar -xzf "$sources"/dmp_slam-*.tar.gz -C "$sources/unpacked"
+"$tools/bin/python" tests/sources.py "$sources/unpacked"
 "$tools/bin/maturin" build --release --locked --out "$wheels"
 python3 -m venv "$tested"
 "$tested/bin/pip" install --quiet --disable-pip-version-check --constraint tests/constraints.txt "$wheels"/dmp_slam-*.whl
