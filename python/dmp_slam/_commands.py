@@ -98,9 +98,7 @@ def parsed(
     cancel: Event | None = None,
 ) -> dict[str, Any]:
     """The JSON of a command with these files."""
-    options = [*arguments(words, settings), "--json"]
-    called = [*words, *options, "--", *map(os.fsdecode, given)]
-    found: dict[str, Any] = json.loads(execute(called, progress, cancel).text)
+    found: dict[str, Any] = json.loads(printed(words, given, settings, progress, cancel, "--json"))
     return found
 
 
@@ -110,7 +108,8 @@ def printed(
     settings: dict[str, Any],
     progress: Progress = None,
     cancel: Event | None = None,
+    *more: str,
 ) -> str:
-    """What a command prints that has no JSON."""
-    called = [*words, *arguments(words, settings), "--", *map(os.fsdecode, given)]
+    """What a command prints."""
+    called = [*words, *arguments(words, settings), *more, "--", *map(os.fsdecode, given)]
     return execute(called, progress, cancel).text

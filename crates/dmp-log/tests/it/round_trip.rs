@@ -87,6 +87,24 @@ fn the_same_scans_give_the_same_bytes_and_nothing_else_is_left() {
 }
 
 #[test]
+fn times_before_the_stamp_are_written_where_they_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let ends = |least: i64, most: i64| Scan { time_offsets_ns: vec![least, 0, most], ..scan(0, 3, true) };
+    let fits = ends(-99_000_000, 1_000_000);
+    let options = McapWriterOptions { signed_times: true, ..McapWriterOptions::default() };
+    let mut writer = McapScanWriter::create(&path, &options).unwrap();
+    writer.write_scan(&fits).unwrap();
+    for beyond in [ends(i64::from(i32::MIN) - 1, 0), ends(0, i64::from(i32::MAX) + 1)] {
+        let error = writer.write_scan(&beyond).unwrap_err().to_string();
+        assert_says(&error, &["ns after the stamp is beyond 32 bits"]);
+    }
+    writer.finish().unwrap();
+    let log = open(&path);
+    assert_eq!(read_all(&*log), [fits]);
+}
+
+#[test]
 fn what_mcap_cannot_say_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.mcap");
