@@ -22,6 +22,8 @@ FILES_KEPT = {"residuals": "returns.ply", "save_maps": "maps"}
 
 #: How a run is handed to the command.
 _RUN = "--trajectory="
+#: Options by which poses are others than their file has.
+_OTHER_POSES = ("--poses-as", "--between", "--mend")
 _LOGGER = logging.getLogger("dmp_slam")
 
 #: One array of returns, a record each.
@@ -48,15 +50,20 @@ class Kept:
         names = [run["name"] for run in result["runs"]]
         self._stems = dict(zip(names, file_stems(names)))
         if "residuals" in self.files:
-            self._keep_trajectories(names, [given[len(_RUN) :] for given in called if given.startswith(_RUN)])
+            self._keep_trajectories(names, called)
 
-    def _keep_trajectories(self, names: Sequence[str], given: Sequence[str]) -> None:
+    def _keep_trajectories(self, names: Sequence[str], called: Sequence[str]) -> None:
+        if any(given.startswith(_OTHER_POSES) for given in called):
+            _LOGGER.info("no trajectories to view: their poses are not those of the files")
+            return
+        given = [run[len(_RUN) :] for run in called if run.startswith(_RUN)]
+        form = [option for option in called if option.startswith("--trajectory-format=")]
         for name in names:
             # Files alone give the names of their runs.
             files = [run.split("=", 1)[1] for run in given if run.startswith(f"{name}=")] or [
                 run for run in given if "=" not in run and Path(run).stem == name
             ]
-            to = [f"--output={self._trajectory_file(name)}", "--to=tum", "--quiet"]
+            to = [*form, f"--output={self._trajectory_file(name)}", "--to=tum", "--quiet"]
             try:
                 execute(["convert", "trajectory", *to, "--", *files], progress=False)
             except Error as error:

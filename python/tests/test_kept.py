@@ -75,6 +75,18 @@ def test_files_alone_have_their_names(town, runs):
     assert len(found.residuals("drift")) and found._kept.trajectory("drift") is not None
 
 
+def test_trajectories_are_those_that_were_scored(kept, town, runs, tmp_path):
+    places = np.loadtxt(runs["drift"], usecols=(1, 2, 3))
+    np.testing.assert_array_equal(kept._kept.trajectory("drift"), places)
+    settings = {"residuals": True, "every": 20, "progress": False}
+    stamped = tmp_path / "run"
+    stamped.write_bytes(runs["drift"].read_bytes())
+    told = dmp.score(town, {"mine": stamped}, trajectory_format="tum", **settings)
+    np.testing.assert_array_equal(told._kept.trajectory("mine"), places)
+    mended = dmp.score(town, {"mine": runs["drift"]}, mend=True, **settings)
+    assert mended._kept.trajectory("mine") is None
+
+
 def test_runs_that_are_not_there(kept, result):
     with pytest.raises(dmp.UsageError, match="which run\\? 'truth', 'drift'"):
         kept.residuals()
