@@ -28,9 +28,6 @@ pub use given::mend_by;
 /// Poses that move by less than this from round to round are there, metres of a drive.
 const SETTLED_M: f64 = 0.005;
 
-/// Visits that are looked for further off more easily meet the wrong place: one constraint alone is not taken then.
-const LEAST_IF_FAR: usize = 2;
-
 /// How a run is mended.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RepairOptions {
@@ -211,7 +208,10 @@ impl Mending<'_> {
         told.r_near_before_m2 = told.r_near_before_m2.or(to_run.before_m2);
         // What does not make the map better is left: it may be noise of the measurement.
         let is_better = to_run.is_better() && to_before.is_none_or(|to| to.is_better() || !to.may_be_worse);
-        let is_taken = round.accepted >= if is_far { LEAST_IF_FAR } else { 1 } && is_better;
+        // Visits that are looked for further off more easily meet the wrong place: a map that takes one of some that agree and
+        // refuses the others says so.
+        let is_right_place = !is_far || 2 * round.accepted > round.consistent;
+        let is_taken = round.accepted > 0 && is_right_place && is_better;
         told.rounds.push(round);
         if !is_taken {
             return Ok(false);
