@@ -10,7 +10,7 @@ const MOST_NAMED: usize = 100;
 const MOST_KINDS: usize = 16;
 
 /// Something that is lost.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Damage {
     /// Where, as `byte 4711` or `scans/000007.bin, byte 160`.
     pub place: String,

@@ -6,7 +6,7 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 /// Bytes looked at on each end of a file.
-const END_BYTES: u64 = 64 * 1024;
+pub(crate) const END_BYTES: u64 = 64 * 1024;
 
 /// Identifies a file by its length and its two ends: cheap on a log of a hundred gigabytes. It tells
 /// files apart, it does not prove them whole.

@@ -6,7 +6,8 @@
 //! thread, which fills a [`Scan`](dmp_sensor::Scan) with one scan at a time. [`read_trajectory`] reads
 //! poses, [`read_pose_graph`] a graph of them and [`read_loop_candidates`] edges that it might have,
 //! [`read_loop_labels`] which of those are true and [`read_keyframe_times`] when its vertices were.
-//! [`outline_log`] tells the scans of a log from its index and opens a part of them. [`MemoryLog`] makes a log of
+//! [`outline_log`] tells the scans of a log from its index and opens a part of them; [`ScanLog::index`] says where they lie, so
+//! that [`LogIndex::open`] opens the log again in another process without reading it. [`MemoryLog`] makes a log of
 //! scans that a program has already. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a
 //! reference.
 //! [`McapScanWriter`], [`FolderScanWriter`], [`DepthFolderWriter`], [`write_tum`], [`write_euroc`], [`write_kitti`], [`write_redwood_log`] and [`write_pose_graph`] write what the
@@ -68,6 +69,7 @@ mod g2o;
 mod las_log;
 mod laz;
 mod log;
+mod log_index;
 mod mcap_file;
 mod memory_log;
 mod mesh;
@@ -108,6 +110,7 @@ pub use g2o::{
 };
 pub use las_log::MadeWith;
 pub use log::{LogSurvey, ScanLog, ScanReader, ScanStream};
+pub use log_index::{FileRanges, LogIndex};
 pub use mcap_file::McapCompression;
 pub use memory_log::{MemoryLog, MemoryLogFault};
 pub use mesh::{MeshFormat, MeshSummary, is_mesh, read_mesh};

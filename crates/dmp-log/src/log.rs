@@ -1,6 +1,6 @@
 //! What a scan log is to its users: the traits [`ScanLog`] and [`ScanReader`], and all that one file may hold.
 
-use crate::{Damage, FrameInfo, LogError, LogFormat, LogSummary, StaticFrames, TopicInfo};
+use crate::{Damage, FrameInfo, LogError, LogFormat, LogIndex, LogSummary, StaticFrames, TopicInfo};
 use dmp_sensor::Scan;
 use std::fmt::Debug;
 use std::ops::Range;
@@ -42,6 +42,14 @@ pub trait ScanLog: Send + Sync + Debug {
     /// # Errors
     /// When the file can no longer be opened.
     fn reader(&self) -> Result<Box<dyn ScanReader + '_>, LogError>;
+
+    /// Where its scans lie, to open it again elsewhere; `None` for a part of a log, and for scans in memory.
+    ///
+    /// # Errors
+    /// When a file of it is gone.
+    fn index(&self) -> Result<Option<LogIndex>, LogError> {
+        Ok(None)
+    }
 
     /// Consecutive frames that are cheapest to read together, in order, all of them.
     fn groups(&self) -> Vec<Range<usize>>;

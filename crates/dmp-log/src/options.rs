@@ -3,7 +3,7 @@
 use crate::{CameraNumbers, MadeWith, PointTime, StampAt};
 
 /// How a log is to be read.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct LogOptions {
     /// The topic with the scans; `None` where the log has only one.
     pub topic: Option<String>,

@@ -11,7 +11,7 @@ pub const NO_CHECKSUMS: &str =
     "no checksums: bytes that changed are found only where they break the form of the file";
 
 /// The formats of scan logs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum LogFormat {
     /// An MCAP file with ROS messages.
@@ -120,7 +120,7 @@ impl FieldMeaning {
 }
 
 /// What was found in a log on opening it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct LogSummary {
     /// The file or the folder with the scans.
     pub path: PathBuf,
@@ -131,6 +131,7 @@ pub struct LogSummary {
     /// The name of the sensor's frame, as the log has it.
     pub frame_id: Option<String>,
     /// The fields of a point.
+    #[serde(skip)]
     pub fields: Vec<FieldInfo>,
     /// Bytes from one point to the next.
     pub point_bytes: u32,
@@ -162,6 +163,7 @@ pub struct LogSummary {
     /// Bytes of the log.
     pub bytes: u64,
     /// Every topic; shared by all that know of the log.
+    #[serde(skip)]
     pub topics: Arc<[TopicInfo]>,
 }
 

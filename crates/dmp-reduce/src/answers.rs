@@ -113,7 +113,7 @@ impl Reducer {
         });
         let asked = Asked {
             scales: self.layout.scales,
-            scored: self.frames_added,
+            scored: self.frames_added(),
             frames: self.layout.frames,
             confidence: promise.confidence,
             margin: promise.margin,

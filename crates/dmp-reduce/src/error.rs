@@ -12,11 +12,11 @@ pub enum ReduceError {
         /// Frames that there are.
         frames: u64,
     },
-    /// More frames than the layout has: one of them came twice.
-    #[error("more than {frames} frames were added: one was added twice")]
+    /// A frame that was added already.
+    #[error("frame {ordinal} was added twice (the first is 0)")]
     FrameTwice {
-        /// Frames that there are.
-        frames: u64,
+        /// Its place among the frames.
+        ordinal: u64,
     },
     /// The frame is of other runs than the layout.
     #[error("the frame is of other runs than the reducer")]

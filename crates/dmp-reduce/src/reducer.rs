@@ -4,6 +4,7 @@ use crate::basis::Basis;
 use crate::error::ReduceError;
 use crate::fixed::FixedSum;
 use crate::frame::{FrameSums, pairs_of};
+use crate::frame_set::FrameSet;
 use crate::pair::PairTotals;
 use crate::price::MissPrice;
 use crate::ratio::{Frames, Ratio};
@@ -69,10 +70,10 @@ impl Layout {
 /// whole. Its size depends on the number of runs alone, and its sums are integers: whichever way the
 /// frames came in, the answers have the same bits.
 ///
-/// Every frame is to be added at most once, a frame without returns too; what is added twice counts
-/// twice. Where not all were added, they are taken for a sample that is spread evenly over the log.
+/// Every frame is to be added once, a frame without returns too; one that comes twice is refused, also where two reducers
+/// have it. Where not all were added, they are taken for a sample that is spread evenly over the log.
 ///
-/// Of R runs it holds 64 integer totals for each of their scores and for each truncation of their R (R − 1) / 2 pairs,
+/// It holds a bit for each frame, and of R runs 64 integer totals for each of their scores and for each truncation of their R (R − 1) / 2 pairs,
 /// see [`Self::bytes_of`]; a frame takes time in proportion to as many.
 ///
 /// ```
@@ -95,7 +96,7 @@ impl Layout {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reducer {
     pub(crate) layout: Layout,
-    pub(crate) frames_added: u64,
+    pub(crate) frames: FrameSet,
     pub(crate) runs: Vec<RunTotals>,
     pub(crate) pairs: Vec<PairTotals>,
 }
@@ -103,7 +104,7 @@ pub struct Reducer {
 /// What a reducer has seen, without its layout: to be put down and taken up again by another process.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Seen {
-    frames: u64,
+    frames: FrameSet,
     runs: Vec<RunTotals>,
     pairs: Vec<PairTotals>,
 }
@@ -128,7 +129,7 @@ impl Reducer {
         let bases = &layout.bases;
         let pairs = pairs_of(bases.len()).map(|(a, b)| PairTotals::new(bases[a].of_pair(bases[b])));
         Self {
-            frames_added: 0,
+            frames: FrameSet::default(),
             runs: vec![RunTotals::default(); bases.len()],
             pairs: pairs.collect(),
             layout,
@@ -137,7 +138,7 @@ impl Reducer {
 
     /// What it has seen so far.
     pub fn seen(&self) -> Seen {
-        Seen { frames: self.frames_added, runs: self.runs.clone(), pairs: self.pairs.clone() }
+        Seen { frames: self.frames.clone(), runs: self.runs.clone(), pairs: self.pairs.clone() }
     }
 
     /// A reducer that has seen what another of the same layout had.
@@ -156,16 +157,21 @@ impl Reducer {
             return Err(ReduceError::OtherRuns);
         }
         let resumed =
-            Self { frames_added: 0, runs: seen.runs, pairs: seen.pairs, layout: empty.layout.clone() };
-        empty.check_bounds(seen.frames, resumed.returns())?;
-        Ok(Self { frames_added: seen.frames, ..resumed })
+            Self { frames: seen.frames, runs: seen.runs, pairs: seen.pairs, layout: empty.layout.clone() };
+        empty.check_returns(resumed.returns())?;
+        match resumed.frames.last().map(|last| last as u64) {
+            Some(ordinal) if ordinal >= empty.layout.frames.0 => {
+                Err(ReduceError::NoSuchFrame { ordinal, frames: empty.layout.frames.0 })
+            }
+            _ => Ok(resumed),
+        }
     }
 
     /// Adds the frame that is the `ordinal`-th of all.
     ///
     /// # Errors
-    /// When the layout has no such frame, or other runs; when more frames come than it has; when the
-    /// returns are too many. Nothing is added then.
+    /// When the layout has no such frame, or other runs; when the frame was added before; when the returns are too many.
+    /// Nothing is added then.
     pub fn add_frame(&mut self, ordinal: u64, frame: &FrameSums) -> Result<(), ReduceError> {
         let frames = self.layout.frames;
         if ordinal >= frames.0 {
@@ -176,11 +182,13 @@ impl Reducer {
         }
         let runs = frame.runs();
         let returns = runs.first().map_or(0, RunSums::returns);
-        self.check_bounds(1, returns)?;
+        self.check_returns(returns)?;
         if returns > FRAME_RETURNS {
             return Err(ReduceError::TooManyReturns);
         }
-        self.frames_added += 1;
+        if !self.frames.insert(ordinal as usize) {
+            return Err(ReduceError::FrameTwice { ordinal });
+        }
         for (index, (totals, sums)) in self.runs.iter_mut().zip(&runs).enumerate() {
             totals.sums.merge(sums);
             totals.add_groups(ordinal, index, frame, &self.layout);
@@ -194,14 +202,17 @@ impl Reducer {
     /// Adds what another reducer of the same layout has seen.
     ///
     /// # Errors
-    /// When the layouts differ, or the two together hold more frames or returns than one may. Nothing
-    /// is added then.
+    /// When the layouts differ, both have seen the same frame, or the two together hold more returns than one may. Nothing is
+    /// added then.
     pub fn merge(&mut self, other: &Self) -> Result<(), ReduceError> {
         if self.layout != other.layout {
             return Err(ReduceError::OtherLayout);
         }
-        self.check_bounds(other.frames_added, other.returns())?;
-        self.frames_added += other.frames_added;
+        self.check_returns(other.returns())?;
+        if let Some(ordinal) = self.frames.first_in_common(&other.frames) {
+            return Err(ReduceError::FrameTwice { ordinal: ordinal as u64 });
+        }
+        self.frames.merge(&other.frames);
         for (mine, theirs) in self.runs.iter_mut().zip(&other.runs) {
             mine.merge(theirs);
         }
@@ -211,11 +222,7 @@ impl Reducer {
         Ok(())
     }
 
-    fn check_bounds(&self, frames: u64, returns: u64) -> Result<(), ReduceError> {
-        let all = self.layout.frames.0;
-        if frames > all - self.frames_added {
-            return Err(ReduceError::FrameTwice { frames: all });
-        }
+    fn check_returns(&self, returns: u64) -> Result<(), ReduceError> {
         if returns > ALL_RETURNS - self.returns() {
             return Err(ReduceError::TooManyReturns);
         }
@@ -233,7 +240,12 @@ impl Reducer {
 
     /// Frames seen so far; the answers are for the whole when it is [`Layout::frames`].
     pub fn frames_added(&self) -> u64 {
-        self.frames_added
+        self.frames.len()
+    }
+
+    /// Which these are.
+    pub fn frames(&self) -> &FrameSet {
+        &self.frames
     }
 
     /// The sums of the `run`-th run.

@@ -243,8 +243,10 @@ fn what_does_not_fit_the_layout_is_refused() -> Result<(), ReduceError> {
     reducer.add_frame(0, &frame)?;
     let half = reducer.clone();
     reducer.add_frame(1, &frame)?;
-    assert_eq!(reducer.add_frame(1, &frame), Err(ReduceError::FrameTwice { frames: 2 }));
-    assert_eq!(reducer.merge(&half), Err(ReduceError::FrameTwice { frames: 2 }));
+    assert_eq!(reducer.add_frame(1, &frame), Err(ReduceError::FrameTwice { ordinal: 1 }));
+    // One frame twice beside another that is missing has as many frames as there are.
+    assert_eq!(half.clone().merge(&half), Err(ReduceError::FrameTwice { ordinal: 0 }));
+    assert_eq!(reducer.merge(&half), Err(ReduceError::FrameTwice { ordinal: 0 }));
     let other = Reducer::new(Layout::new(3, vec![CV; 2]));
     assert_eq!(reducer.merge(&other), Err(ReduceError::OtherLayout));
     let priced =

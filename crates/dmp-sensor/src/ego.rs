@@ -25,7 +25,7 @@ fn floor(x: f64) -> i32 {
 
 /// The vehicle as the sensor sees it: cells of 0.1 m, fixed in the sensor frame, that return an echo
 /// wherever the vehicle goes. Left in the map it becomes a curtain along the path.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct EgoMask {
     cells: CellSet,
     box_m: Option<([i64; 3], [i64; 3])>,
@@ -67,7 +67,8 @@ impl EgoMask {
 }
 
 /// Cells near the sensor: a bit for each of the box around them, since every return is looked up.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(from = "Vec<Cell>", into = "Vec<Cell>")]
 struct CellSet {
     lowest: Cell,
     /// Cells along x, y and z; none in an empty set.
@@ -76,6 +77,25 @@ struct CellSet {
     count: usize,
     /// A box in metres around the cells and a little more, none for no cells: a cheap look at most returns.
     around_m: Option<([f32; 3], [f32; 3])>,
+}
+
+/// As it is written down: the cells, by z, y and x.
+impl From<CellSet> for Vec<Cell> {
+    fn from(set: CellSet) -> Self {
+        let [x, y, z] = set.size.map(|size| 0..size as i32);
+        let cells = z.flat_map(|z| y.clone().map(move |y| (y, z)));
+        let cells = cells.flat_map(|(y, z)| x.clone().map(move |x| [x, y, z]));
+        let cells = cells.map(|offset| std::array::from_fn(|k| set.lowest[k] + offset[k]));
+        cells.filter(|&cell| set.contains(cell)).collect()
+    }
+}
+
+impl From<Vec<Cell>> for CellSet {
+    /// Cells that are further away than any of a vehicle are left out: they would make a large box.
+    fn from(mut cells: Vec<Cell>) -> Self {
+        cells.retain(|cell| cell.iter().all(|c| (-REACH_CELLS..=REACH_CELLS).contains(c)));
+        Self::of(&cells)
+    }
 }
 
 impl CellSet {

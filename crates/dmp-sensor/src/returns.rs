@@ -125,7 +125,7 @@ pub fn is_implausible(point_in_sensor_m: [f32; 3]) -> bool {
 }
 
 /// Which returns are used, by what can be seen in the sensor frame alone.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ReturnFilter {
     /// Smallest range used, metres, inclusive.
     pub min_range_m: f64,

@@ -6,7 +6,7 @@ use crate::between::pose_between;
 
 /// Where the body was in the world: poses `world_from_body`, with stamps in nanoseconds or, for formats
 /// without any, in the order of the scans.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Trajectory {
     stamps_ns: Option<Vec<i64>>,
     world_from_body: Vec<Isometry3<f64>>,

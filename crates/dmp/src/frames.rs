@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::bounded;
 use dmp_log::ScanLog;
+use dmp_reduce::FrameSet;
 use dmp_sensor::Scan;
 
 use crate::config::FrameOrder;
 use crate::error::EvaluateError;
-use crate::frame_set::FrameSet;
 use crate::peak;
 use crate::progress::Progress;
 
@@ -112,7 +112,7 @@ pub(crate) fn each_frame_in_parts<W: Worker>(
                 !std::mem::replace(&mut begun, true) || until.is_none_or(|until| Instant::now() < until);
             let (number, job) = jobs.next_if(|_| go_on)?;
             ahead(number);
-            job.iter().for_each(|&ordinal| done.insert(ordinal));
+            done.extend(job.iter().copied());
             Some(job)
         });
         workers = in_threads(reading, &mut part, workers)?;

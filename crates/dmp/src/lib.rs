@@ -51,7 +51,6 @@ mod evaluate;
 mod evaluation;
 mod extent;
 mod file_stem;
-mod frame_set;
 mod frames;
 mod fuse;
 mod given;

@@ -1,9 +1,8 @@
 //! Which of the frames are scored, and how sure a look at some of them must be.
 
-use dmp_reduce::Confidence;
+use dmp_reduce::{Confidence, FrameSet};
 
 use crate::error::EvaluateError;
-use crate::frame_set::FrameSet;
 use crate::setting_name::SettingName;
 
 /// Frames of the first look where nothing else is asked for: Zhang & Chen 2021 sample frames too; on city drives 28
@@ -117,13 +116,9 @@ impl Looks {
 
     /// The frames that look number `look` adds to those before.
     pub(crate) fn added(&self, look: usize) -> FrameSet {
-        let mut before = FrameSet::default();
-        if let Some(look) = look.checked_sub(1) {
-            self.frames(look).for_each(|frame| before.insert(frame));
-        }
-        let mut added = FrameSet::default();
-        self.frames(look).filter(|&frame| !before.contains(frame)).for_each(|frame| added.insert(frame));
-        added
+        let before: FrameSet =
+            look.checked_sub(1).map_or_else(FrameSet::default, |look| self.frames(look).collect());
+        self.frames(look).filter(|&frame| !before.contains(frame)).collect()
     }
 }
 

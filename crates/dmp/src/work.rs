@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use dmp_disk::{DiskError, WorkFolder};
 use dmp_log::ScanLog;
-use dmp_reduce::{RunSums, Seen};
+use dmp_reduce::{FrameSet, RunSums, Seen};
 use dmp_sensor::ReturnCounts;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -16,7 +16,6 @@ use crate::cast::ScanShape;
 use crate::config::{MapSource, Run};
 use crate::error::EvaluateError;
 use crate::extent::Extent;
-use crate::frame_set::FrameSet;
 use crate::memory::Budget;
 use crate::note::Note;
 use crate::progress::Progress;

@@ -3,6 +3,7 @@
 //! What the messages are is not known here; [`crate::ros`] knows.
 
 mod basics;
+mod indexed;
 mod location;
 mod mcap;
 mod part;
@@ -13,6 +14,7 @@ mod store;
 mod topics;
 
 pub(crate) use basics::Channel;
+pub(crate) use indexed::{IndexedBag, IndexedPlace};
 pub(crate) use location::Location;
 pub(crate) use part::BagIndex;
 pub(crate) use reader::BagReader;

@@ -21,7 +21,7 @@ pub(crate) struct Message<'a> {
 }
 
 /// The kinds of files with messages.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(super) enum FileKind {
     Mcap,
     Sqlite,
@@ -33,7 +33,7 @@ pub(crate) struct Bag {
     /// The file or folder that was named.
     pub(super) path: PathBuf,
     pub(super) files: Vec<(PathBuf, FileKind)>,
-    is_rosbag2: bool,
+    pub(super) is_rosbag2: bool,
     pub(super) count: ReadCount,
 }
 

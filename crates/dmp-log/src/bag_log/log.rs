@@ -5,7 +5,7 @@ use crate::bag::{Bag, BagReader};
 use crate::frame_info::runs_of_eight;
 use crate::points::{Field, TimeChoice, TimeRule};
 use crate::ros::Cloud;
-use crate::{FrameInfo, LogError, LogSummary, PlaceInFile, ScanLog, ScanReader, StaticFrames};
+use crate::{FrameInfo, LogError, LogIndex, LogSummary, PlaceInFile, ScanLog, ScanReader, StaticFrames};
 use dmp_sensor::Scan;
 use std::ops::Range;
 use std::sync::Arc;
@@ -51,6 +51,10 @@ impl ScanLog for BagLog {
 
     fn reader(&self) -> Result<Box<dyn ScanReader + '_>, LogError> {
         Ok(Box::new(BagScanReader { log: self, bag: self.bag.reader() }))
+    }
+
+    fn index(&self) -> Result<Option<LogIndex>, LogError> {
+        Ok(self.scans()?.map(|scans| LogIndex::of_bag(&self.summary, scans)))
     }
 
     fn groups(&self) -> Vec<Range<usize>> {

@@ -2,10 +2,12 @@
 
 mod decide;
 mod found;
+mod index;
 mod log;
 mod open;
 mod outline;
 mod topic;
 
+pub(crate) use index::BagScans;
 pub(crate) use log::BagLog;
 pub(crate) use outline::BagOutline;

@@ -8,7 +8,7 @@ use std::str::FromStr;
 /// The numbers of a pinhole camera, but for the size of its images.
 ///
 /// As text (`FromStr`, `Display`): `FX,FY,CX,CY`, pixels, and perhaps `,K1,K2,P1,P2` or `,K1,K2,P1,P2,K3`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct CameraNumbers {
     /// fx and fy, pixels.
     pub focal_px: [f64; 2],

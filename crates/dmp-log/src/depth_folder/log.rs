@@ -7,8 +7,8 @@ use crate::damage::{DamageList, first_in_words};
 use crate::frame_info::{of_frame, runs_of_eight};
 use crate::reads::{CountedFile, KnownFile, ReadCount};
 use crate::{
-    Damage, FieldInfo, FieldMeaning, FrameInfo, LogError, LogOptions, LogSetting, LogSummary, PlaceInFile,
-    PointTime, ScanLog, ScanReader, StampAt, fingerprint, shown_path,
+    Damage, FieldInfo, FieldMeaning, FrameInfo, LogError, LogIndex, LogOptions, LogSetting, LogSummary,
+    PlaceInFile, PointTime, ScanLog, ScanReader, StampAt, fingerprint, shown_path,
 };
 use dmp_sensor::{PixelBearings, Scan};
 use std::io::{BufReader, Seek};
@@ -24,6 +24,8 @@ pub(crate) struct DepthFolder {
     bearings: PixelBearings,
     units_per_m: f64,
     summary: LogSummary,
+    /// How it was opened.
+    options: LogOptions,
     count: ReadCount,
 }
 
@@ -91,7 +93,16 @@ impl DepthFolder {
             ..LogSummary::of(&folder, layout.of_log())
         };
         summary.describe(&frames);
-        Ok(Self { entries, frames, size_px, bearings: camera.bearings(), units_per_m, summary, count })
+        Ok(Self {
+            entries,
+            frames,
+            size_px,
+            bearings: camera.bearings(),
+            units_per_m,
+            summary,
+            options: options.clone(),
+            count,
+        })
     }
 
     /// Bytes of the file of each frame.
@@ -188,6 +199,10 @@ impl ScanLog for DepthFolder {
 
     fn reader(&self) -> Result<Box<dyn ScanReader + '_>, LogError> {
         Ok(Box::new(DepthReader { log: self, values: Vec::new() }))
+    }
+
+    fn index(&self) -> Result<Option<LogIndex>, LogError> {
+        Ok(Some(LogIndex::whole(&self.summary, &self.options)))
     }
 
     fn groups(&self) -> Vec<Range<usize>> {

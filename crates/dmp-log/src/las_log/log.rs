@@ -9,8 +9,8 @@ use crate::cloud::las_units::{self, ToMetres};
 use crate::frame_info::{of_frame, runs_of_eight};
 use crate::reads::ReadCount;
 use crate::{
-    FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogOptions, LogSetting, LogSummary, PlaceInFile,
-    PointTime, ScanLog, ScanReader, StampAt, fingerprint,
+    FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogIndex, LogOptions, LogSetting, LogSummary,
+    PlaceInFile, PointTime, ScanLog, ScanReader, StampAt, fingerprint,
 };
 use dmp_sensor::{Isometry3, Point3, Scan, Track, TrackCursor};
 use std::ops::Range;
@@ -27,6 +27,8 @@ pub(crate) struct LasLog {
     lost: Vec<Range<u64>>,
     frames: Vec<FrameInfo>,
     summary: LogSummary,
+    /// How it was opened.
+    options: LogOptions,
     count: ReadCount,
 }
 
@@ -84,7 +86,17 @@ impl LasLog {
         summary.describe(&frames);
         let (path, made_with) = (path.into(), made_with.clone());
         let (cuts, lost) = (found.scans, found.lost);
-        Ok(Self { path, made_with, to_metres: scale, cuts, lost, frames, summary, count })
+        Ok(Self {
+            path,
+            made_with,
+            to_metres: scale,
+            cuts,
+            lost,
+            frames,
+            summary,
+            options: options.clone(),
+            count,
+        })
     }
 
     /// Bytes of the file in which each frame's points lie, others between them.
@@ -141,6 +153,10 @@ impl ScanLog for LasLog {
 
     fn reader(&self) -> Result<Box<dyn ScanReader + '_>, LogError> {
         Ok(Box::new(LasReader { log: self, points: LasPoints::open(&self.path, &self.count)? }))
+    }
+
+    fn index(&self) -> Result<Option<LogIndex>, LogError> {
+        Ok(Some(LogIndex::whole(&self.summary, &self.options)))
     }
 
     fn groups(&self) -> Vec<Range<usize>> {

@@ -6,7 +6,7 @@ use dmp_sensor::{Isometry3, Trajectory};
 const USUAL_SCAN_NS: i64 = 100_000_000;
 
 /// What a file with points in world coordinates was made with: where the sensor was.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MadeWith {
     /// The trajectory, `world_from_body`, with stamps.
     pub trajectory: Trajectory,

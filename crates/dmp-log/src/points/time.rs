@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// A unit of time. As text (`FromStr`): `s`, `ms`, `us`, `ns`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum TimeUnit {
     /// Seconds.
     Seconds,
@@ -74,7 +74,7 @@ impl FromStr for TimeUnit {
 ///
 /// As text: `auto`, `ignore`, `s`, `ms`, `us`, `ns` (after the scan's stamp), `absolute-s`, … (on the clock
 /// of the stamps), `first-s`, … (on a clock of their own: after the first point of the scan).
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum PointTime {
     /// Unit and origin are found from the values.
     #[default]
@@ -123,7 +123,7 @@ impl FromStr for PointTime {
 }
 
 /// Which instant of a scan its stamp is. It matters where times count from the scan's beginning.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum StampAt {
     /// Its first point.
     #[default]

@@ -9,7 +9,7 @@ use std::path::Path;
 const LOOKED_AT_SCANS: usize = 5;
 
 /// The field with the times, how it is read, and both in words.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct TimeChoice {
     pub(crate) field: String,
     pub(crate) rule: TimeRule,

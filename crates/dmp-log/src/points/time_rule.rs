@@ -33,7 +33,7 @@ impl RawTime {
 }
 
 /// From where the times of a log's points count.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Origin {
     /// The scan's stamp, or the instant that the shift puts it at.
     Stamp,
@@ -44,7 +44,7 @@ pub(crate) enum Origin {
 }
 
 /// How the times of a log's points are turned into nanoseconds after the stamp.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct TimeRule {
     pub(crate) unit: TimeUnit,
     pub(crate) origin: Origin,

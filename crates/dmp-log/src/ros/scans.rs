@@ -6,7 +6,7 @@ use super::{livox, point_cloud2};
 use crate::bag::Channel;
 
 /// The messages that hold a scan.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 enum ScanType {
     PointCloud2,
     LivoxCustom,
@@ -28,7 +28,7 @@ impl ScanType {
 }
 
 /// A kind of message with a scan, and how it is put into bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct ScanCoding {
     scan_type: ScanType,
     encoding: Encoding,

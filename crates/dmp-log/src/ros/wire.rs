@@ -5,7 +5,7 @@
 pub(crate) struct WireError(pub(crate) String);
 
 /// How a message is put into bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Encoding {
     /// ROS 2: aligned, in either byte order, which a header of four bytes tells.
     Cdr,

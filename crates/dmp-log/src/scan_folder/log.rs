@@ -7,7 +7,7 @@ use super::times::{Beside, read_times};
 use crate::frame_info::{of_frame, runs_of_eight};
 use crate::points::{Layout, Rows, TimeChoice};
 use crate::reads::ReadCount;
-use crate::{FrameInfo, LogError, LogSummary, ScanLog, ScanReader};
+use crate::{FrameInfo, LogError, LogIndex, LogOptions, LogSummary, ScanLog, ScanReader};
 use dmp_sensor::Scan;
 use std::ops::Range;
 
@@ -20,6 +20,8 @@ pub(crate) struct ScanFolder {
     pub(super) frames: Vec<FrameInfo>,
     pub(super) time: Option<Times>,
     pub(super) summary: LogSummary,
+    /// How it was opened.
+    pub(super) options: LogOptions,
     pub(super) count: ReadCount,
 }
 
@@ -78,6 +80,10 @@ impl ScanLog for ScanFolder {
 
     fn reader(&self) -> Result<Box<dyn ScanReader + '_>, LogError> {
         Ok(Box::new(FolderReader { log: self, data: Vec::new() }))
+    }
+
+    fn index(&self) -> Result<Option<LogIndex>, LogError> {
+        Ok(Some(LogIndex::whole(&self.summary, &self.options)))
     }
 
     fn groups(&self) -> Vec<Range<usize>> {

@@ -33,8 +33,16 @@ impl ScanFolder {
         let stamps_ns = stamps::find(&folder, &files, &mut notes)?;
         let summary = LogSummary { notes, ..LogSummary::of(&folder, format.of_log()) };
         let (entries, layouts, frames) = (Vec::new(), Vec::new(), Vec::new());
-        let mut log =
-            Self { format, entries, layouts, frames, time: None, summary, count: ReadCount::default() };
+        let mut log = Self {
+            format,
+            entries,
+            layouts,
+            frames,
+            time: None,
+            summary,
+            options: options.clone(),
+            count: ReadCount::default(),
+        };
         log.take_stock(&files, stamps_ns.as_deref(), unpack)?;
         log.describe();
         log.decide_time(options)?;

@@ -5,7 +5,7 @@ const STEPS: usize = 50;
 const NEAR: f64 = 1e-12;
 
 /// What a lens does to places in an image: Brown's model as `OpenCV` and TUM RGB-D write it, k1, k2, p1, p2, k3.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Distortion {
     /// k1, k2, k3: along the radius.
     pub radial: [f64; 3],

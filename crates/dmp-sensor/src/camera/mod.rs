@@ -13,7 +13,7 @@ pub use noise::DepthNoise;
 ///
 /// Camera frame: z along the optical axis, x along the rows of the image, y along its columns where `focal_px[1]` is
 /// positive; the trajectories of ICL-NUIM go with a negative one. Pixel (0, 0) has its *middle* at (0, 0).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PinholeCamera {
     size_px: [u32; 2],
     focal_px: [f64; 2],

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use dmp_map::{Lattice, TileId};
-use dmp_reduce::{Comparison, Layout, Promise, Reducer, RunSums, Verdict};
+use dmp_reduce::{Comparison, FrameSet, Layout, Promise, Reducer, RunSums, Verdict};
 use dmp_sensor::ReturnCounts;
 
 use super::casters::{RunCaster, SharedTiles, bases};
@@ -13,7 +13,6 @@ use super::shapes::ScanShape;
 use super::worker::{CastWorker, TileSums};
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
-use crate::frame_set::FrameSet;
 use crate::frames::{Jobs, Pauses, Reading, each_frame_in_parts, each_frame_of, jobs_of};
 use crate::fuse::KeptMaps;
 use crate::progress::Stage;

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use dmp_map::{FuseBuffers, MapFuser, Store};
+use dmp_reduce::FrameSet;
 use dmp_sensor::{Ray, ReturnCounts, Scan};
 
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
-use crate::frame_set::FrameSet;
 use crate::frames::{Jobs, Pauses, PlannedFrame, Worker, each_frame_in_parts, jobs_of};
 use crate::pose::Poser;
 use crate::progress::Stage;

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use dmp_log::{Damage, MemoryLog, ScanLog};
 use dmp_map::{Lattice, Store, TileId};
-use dmp_reduce::{Basis, FrameSums, RunSums};
+use dmp_reduce::{Basis, FrameSet, FrameSums, RunSums};
 use dmp_sensor::{DropReason, ReturnCounts};
 
 use super::scans::DriveScans;
@@ -15,7 +15,6 @@ use crate::config::Run;
 use crate::error::EvaluateError;
 use crate::evaluation::Task;
 use crate::extent::Extent;
-use crate::frame_set::FrameSet;
 use crate::frames::PlannedFrame;
 use crate::note::Note;
 use crate::plan::{Plan, Selection};

@@ -16,4 +16,5 @@ pub(super) use channels::Channels;
 pub(super) use messages::McapMessages;
 pub(super) use part::read_part;
 pub(super) use place::{McapPlace, Record};
+pub(super) use records::HEAD_BYTES;
 pub(super) use whole::{read_heads, read_whole};

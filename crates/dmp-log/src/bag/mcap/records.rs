@@ -5,7 +5,7 @@ use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 /// Bytes before the body of a record.
-pub(super) const HEAD_BYTES: u64 = 9;
+pub(in crate::bag) const HEAD_BYTES: u64 = 9;
 /// Bytes of the header of a message record.
 pub(super) const MESSAGE_HEAD_BYTES: usize = 22;
 /// Largest chunk, message or summary that is read, uncompressed.
