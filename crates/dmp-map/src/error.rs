@@ -58,7 +58,7 @@ pub enum MapError {
         known: u32,
     },
     /// The store is damaged outside its tiles: cut short, or a checksum that does not match.
-    #[error("{}: the store's {part} is damaged: {detail}", path.display())]
+    #[error("{}: damaged in its {part}: {detail}", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,

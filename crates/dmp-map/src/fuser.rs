@@ -1,12 +1,10 @@
 //! From points to a store: sums of voxels, tile by tile, out of core.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::iter::Peekable;
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use dmp_disk::{DiskError, PartRecords, ScratchFile, TileId};
-use rayon::prelude::*;
 
 use crate::MapError;
 use crate::code::SurfelCode;
@@ -15,10 +13,12 @@ use crate::merged::Merged;
 use crate::moments::VoxelRecord;
 use crate::open_tiles::{OpenTiles, Sums};
 use crate::recent_voxels::RecentVoxels;
-use crate::store::{Durability, Origin, StoreSummary, StoreWriter};
+use crate::store::{Durability, Origin, StoreSummary};
 use crate::tile_moments::{PartOfVoxel, TileMoments};
-use crate::tile_surfels::{Border, TileSurfels, borders_of, surfels_of};
+use crate::tile_span::TileSpan;
+use crate::tile_surfels::{TileSurfels, surfels_of};
 use crate::tile_table::TileTable;
+use crate::write_map::{SummedTiles, write_map};
 
 /// Parts of voxels that go into a tile at a time, while they are still in fast memory.
 const BATCH: usize = 256;
@@ -182,63 +182,40 @@ impl MapFuser {
         durability: Durability,
         on_tile: &(dyn Fn(u64, u64) + Sync),
     ) -> Result<StoreSummary, MapError> {
-        let mut tiles: BTreeSet<TileId> = self.scratch.tiles();
-        tiles.extend(self.open.tiles());
-        let total = tiles.len() as u64;
-        let mut writer = StoreWriter::create(path, self.lattice, origin)?;
-        let mut borders = BorderQueue { waiting: BTreeMap::new() };
-        let mut done = 0;
-        let mut tiles = tiles.into_iter().peekable();
-        loop {
-            let batch = self.batch(&mut tiles);
-            if batch.is_empty() {
-                break;
-            }
-            let contents: Vec<Result<TileSurfels, MapError>> =
-                batch.par_iter().map(|&tile| self.content_of(tile)).collect();
-            for (&tile, content) in batch.iter().zip(contents) {
-                let content = content?;
-                borders.write_rows_below(tile.y - 1, &mut writer)?;
-                for (neighbour, border) in borders_of(&self.lattice, tile, &content) {
-                    borders.waiting.entry(neighbour).or_default().push(border);
-                }
-                writer.write_own(tile, &content)?;
-            }
-            done += batch.len() as u64;
-            on_tile(done, total);
-        }
-        borders.write_rows_below(i32::MAX, &mut writer)?;
-        writer.finish(durability)
+        write_map(&self, TileSpan::default(), (path, origin, durability), on_tile)
     }
 
-    /// The next tiles whose surfels have room together, at least one.
-    fn batch(&self, tiles: &mut Peekable<impl Iterator<Item = TileId>>) -> Vec<TileId> {
-        let mut batch = Vec::new();
-        let mut room = self.open.budget_bytes() / 2;
-        while batch.len() < 2 * rayon::current_num_threads()
-            && let Some(tile) = tiles.next_if(|&tile| {
-                let bytes = self.most_surfels(tile).saturating_mul(size_of::<SurfelCode>());
-                let has_room = batch.is_empty() || bytes <= room;
-                room = room.saturating_sub(bytes);
-                has_room
-            })
-        {
-            batch.push(tile);
-        }
-        batch
-    }
-
-    /// Surfels that a tile may have, at most.
-    fn most_surfels(&self, tile: TileId) -> usize {
-        self.scratch.records(tile) + self.open.look(tile, TileMoments::most_voxels).unwrap_or(0)
-    }
-
-    /// The surfels of a tile: its parts are read side by side, so that of the tile itself little is in memory.
-    fn content_of(&self, tile: TileId) -> Result<TileSurfels, MapError> {
+    /// The voxels of a tile by their cells: its parts are read side by side, so that of the tile itself little is in memory. What
+    /// is in memory of it is taken.
+    pub(crate) fn voxels_of(&self, tile: TileId) -> impl Iterator<Item = Result<VoxelRecord, DiskError>> {
         let of_disk = self.scratch.parts(tile).into_iter().map(Part::Aside);
         let in_memory = self.open.take(tile).map(|moments| Part::Open(moments.into_records()));
-        let voxels = Merged::new(of_disk.chain(in_memory).collect());
-        Ok(surfels_of(&self.lattice, voxels)?)
+        Merged::new(of_disk.chain(in_memory).collect())
+    }
+}
+
+impl SummedTiles for MapFuser {
+    fn lattice(&self) -> Lattice {
+        self.lattice
+    }
+
+    fn tiles(&self) -> Vec<TileId> {
+        let mut tiles: BTreeSet<TileId> = self.scratch.tiles();
+        tiles.extend(self.open.tiles());
+        tiles.into_iter().collect()
+    }
+
+    fn most_bytes(&self, tile: TileId) -> usize {
+        let voxels = self.scratch.records(tile) + self.open.look(tile, TileMoments::most_voxels).unwrap_or(0);
+        voxels.saturating_mul(size_of::<SurfelCode>())
+    }
+
+    fn room_bytes(&self) -> usize {
+        self.open.budget_bytes() / 2
+    }
+
+    fn surfels(&self, tile: TileId) -> Result<TileSurfels, MapError> {
+        Ok(surfels_of(&self.lattice, self.voxels_of(tile))?)
     }
 }
 
@@ -256,29 +233,5 @@ impl<I: Iterator<Item = VoxelRecord>> Iterator for Part<'_, I> {
             Self::Aside(records) => records.next(),
             Self::Open(records) => records.next().map(Ok),
         }
-    }
-}
-
-/// Discs copied over borders wait here until all neighbours of their tile are done: tiles come row by
-/// row, so what waits never exceeds about two rows of borders.
-#[derive(Debug)]
-struct BorderQueue {
-    waiting: BTreeMap<TileId, Vec<Border>>,
-}
-
-impl BorderQueue {
-    fn write_rows_below(&mut self, row: i32, writer: &mut StoreWriter) -> Result<(), MapError> {
-        while let Some(entry) = self.waiting.first_entry() {
-            let tile = *entry.key();
-            if tile.y >= row && row != i32::MAX {
-                break;
-            }
-            let copies = entry.remove();
-            let base_voxel_z =
-                writer.base_voxel_z(tile).unwrap_or_else(|| copies[copies.len() / 2].code.voxel[2]);
-            let codes = copies.iter().map(|copy| copy.code).collect();
-            writer.write_borders(tile, &TileSurfels { base_voxel_z, codes, thin_voxels: 0 })?;
-        }
-        Ok(())
     }
 }

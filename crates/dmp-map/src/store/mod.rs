@@ -6,11 +6,13 @@
 
 mod bytes;
 mod columns;
+mod join;
 mod layout;
 mod load;
 mod read;
 mod write;
 
+pub use join::join_stores;
 pub use layout::{Blob, Origin, TileEntry, VERSION};
 pub use load::OwnDisc;
 pub use read::Store;

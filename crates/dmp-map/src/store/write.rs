@@ -12,6 +12,7 @@ use super::layout::{
     Blob, END_MAGIC, FORM, HEADER_BYTES, MAGIC, MAX_DIRECTORY_BYTES, MAX_TEXT_BYTES, MAX_TILE_SURFELS,
     Origin, TileEntry, VERSION,
 };
+use super::read::Store;
 use crate::MapError;
 use crate::lattice::Lattice;
 use crate::tile_surfels::TileSurfels;
@@ -137,6 +138,28 @@ impl StoreWriter {
         })?;
         self.put(content)?;
         Ok(Blob { offset, bytes, crc32: crc32fast::hash(content), ..Blob::default() })
+    }
+
+    /// Takes a tile over from another store, as it is there.
+    ///
+    /// # Errors
+    /// When it is damaged there, or cannot be written.
+    pub(crate) fn copy(&mut self, from: &Store, entry: &TileEntry) -> Result<(), MapError> {
+        let mut copied = *entry;
+        for blob in [&mut copied.own, &mut copied.borders] {
+            if blob.surfels > 0 {
+                let bytes = from.blob(entry.tile, blob)?;
+                *blob = Blob { surfels: blob.surfels, rows: blob.rows, ..self.put_blob(&bytes)? };
+            }
+        }
+        match self.entries.insert(entry.tile, copied) {
+            None => Ok(()),
+            Some(_) => Err(MapError::Damaged {
+                path: from.path().to_owned(),
+                part: "directory",
+                detail: format!("tile {} is in another store too", entry.tile),
+            }),
+        }
     }
 
     /// Directory and footer, then the name.

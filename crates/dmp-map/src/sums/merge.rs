@@ -1,0 +1,70 @@
+//! Files of sums become a map, or a part of one.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use dmp_disk::TileId;
+
+use super::file::SumsFile;
+use crate::MapError;
+use crate::code::SurfelCode;
+use crate::lattice::Lattice;
+use crate::merged::Merged;
+use crate::store::{Durability, Origin, StoreSummary};
+use crate::tile_span::TileSpan;
+use crate::tile_surfels::{TileSurfels, surfels_of};
+use crate::write_map::{SummedTiles, write_map};
+
+/// Sums up what `files` hold of each voxel, makes surfels of it and writes the tiles of `span` to a store at `path`: as they are
+/// in the store of all. Surfels of at most `budget_bytes` are in memory, and of each file a block for each thread. `on_tile` is told
+/// after each batch how many tiles are done, of how many.
+///
+/// # Errors
+/// When a file is damaged, or the store cannot be written; then no store appears at `path`.
+pub fn merge_sums(
+    lattice: Lattice,
+    files: &[SumsFile],
+    span: TileSpan,
+    budget_bytes: usize,
+    (path, origin, durability): (&Path, &Origin, Durability),
+    on_tile: &(dyn Fn(u64, u64) + Sync),
+) -> Result<StoreSummary, MapError> {
+    let mut voxels: BTreeMap<TileId, usize> = BTreeMap::new();
+    for block in files.iter().flat_map(SumsFile::blocks).filter(|block| span.touches(block.tile())) {
+        *voxels.entry(block.tile()).or_default() += block.voxels() as usize;
+    }
+    let sums = FileSums { lattice, files, voxels, room_bytes: budget_bytes };
+    write_map(&sums, span, (path, origin, durability), on_tile)
+}
+
+/// Files of sums, side by side.
+struct FileSums<'a> {
+    lattice: Lattice,
+    files: &'a [SumsFile],
+    /// In all files together.
+    voxels: BTreeMap<TileId, usize>,
+    room_bytes: usize,
+}
+
+impl SummedTiles for FileSums<'_> {
+    fn lattice(&self) -> Lattice {
+        self.lattice
+    }
+
+    fn tiles(&self) -> Vec<TileId> {
+        self.voxels.keys().copied().collect()
+    }
+
+    fn most_bytes(&self, tile: TileId) -> usize {
+        self.voxels.get(&tile).copied().unwrap_or(0).saturating_mul(size_of::<SurfelCode>())
+    }
+
+    fn room_bytes(&self) -> usize {
+        self.room_bytes
+    }
+
+    fn surfels(&self, tile: TileId) -> Result<TileSurfels, MapError> {
+        let voxels = Merged::new(self.files.iter().map(|file| file.voxels_of(tile)).collect());
+        surfels_of(&self.lattice, voxels)
+    }
+}
