@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::DiskError;
-use crate::beside::Beside;
+use crate::beside::{Beside, folder_of};
 use crate::left_behind::CHECKPOINT;
 use crate::work_folder::WorkFolder;
 
@@ -21,14 +21,7 @@ impl WorkFolder {
     /// # Errors
     /// When it cannot be written; what was kept before is untouched then.
     pub fn save(&self, name: &str, content: &[u8]) -> Result<(), DiskError> {
-        let path = self.checkpoint(name);
-        let io = |what| DiskError::io(&path, what);
-        // What a killed process left of it is removed by the next one.
-        let (mut beside, mut file) = Beside::file(&path).map_err(io("cannot write the checkpoint"))?;
-        let written = file.write_all(&header_of(content)).and_then(|()| file.write_all(content));
-        written.and_then(|()| file.sync_all()).map_err(io("cannot write the checkpoint"))?;
-        beside.rename(&path).map_err(io("cannot write the checkpoint"))?;
-        sync_folder(self.path()).map_err(io("cannot write the checkpoint"))
+        write_checked(&self.checkpoint(name), content)
     }
 
     /// What was last kept under `name`; `None` where nothing was.
@@ -36,16 +29,7 @@ impl WorkFolder {
     /// # Errors
     /// When it cannot be read, or is not what was written.
     pub fn load(&self, name: &str) -> Result<Option<Vec<u8>>, DiskError> {
-        let path = self.checkpoint(name);
-        let bytes = match fs::read(&path) {
-            Ok(bytes) => bytes,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(DiskError::io(&path, "cannot read the checkpoint")(error)),
-        };
-        match content_of(&bytes) {
-            Ok(content) => Ok(Some(content.to_vec())),
-            Err(detail) => Err(DiskError::Damaged { path, part: "checkpoint", detail }),
-        }
+        read_checked(&self.checkpoint(name))
     }
 
     /// Forgets what was kept under `name`.
@@ -61,6 +45,36 @@ impl WorkFolder {
 
     fn checkpoint(&self, name: &str) -> PathBuf {
         self.path().join(format!("{name}.{CHECKPOINT}"))
+    }
+}
+
+/// Writes `content` behind a checksum to a file that survives this process and a power cut: whole, or not at all.
+///
+/// # Errors
+/// When it cannot be written; what was there before is untouched then.
+pub fn write_checked(path: &Path, content: &[u8]) -> Result<(), DiskError> {
+    let io = |what| DiskError::io(path, what);
+    // What a killed process left of it is removed by the next one.
+    let (mut beside, mut file) = Beside::file(path).map_err(io("cannot write the file"))?;
+    let written = file.write_all(&header_of(content)).and_then(|()| file.write_all(content));
+    written.and_then(|()| file.sync_all()).map_err(io("cannot write the file"))?;
+    beside.rename(path).map_err(io("cannot write the file"))?;
+    sync_folder(folder_of(path)).map_err(io("cannot write the file"))
+}
+
+/// What [`write_checked`] wrote; `None` where there is no such file.
+///
+/// # Errors
+/// When it cannot be read, or is not what was written.
+pub fn read_checked(path: &Path) -> Result<Option<Vec<u8>>, DiskError> {
+    let bytes = match fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(DiskError::io(path, "cannot read the file")(error)),
+    };
+    match content_of(&bytes) {
+        Ok(content) => Ok(Some(content.to_vec())),
+        Err(detail) => Err(DiskError::Damaged { path: path.into(), part: "content", detail }),
     }
 }
 

@@ -19,7 +19,7 @@ pub enum DiskError {
         source: std::io::Error,
     },
     /// What was kept for another process is damaged: cut short, or a checksum that does not match.
-    #[error("{}: the store's {part} is damaged: {detail}", path.display())]
+    #[error("{}: damaged in its {part}: {detail}", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,

@@ -32,6 +32,7 @@ mod budget_cache;
 mod checkpoint;
 mod disk_space;
 mod error;
+mod file_names;
 mod folder_lock;
 mod input_file;
 mod left_behind;
@@ -46,8 +47,10 @@ mod work_folder;
 
 pub use beside::folder_of;
 pub use budget_cache::{BudgetCache, NextUse, Weight};
+pub use checkpoint::{read_checked, write_checked};
 pub use disk_space::{DiskSpace, disk_space};
 pub use error::DiskError;
+pub use file_names::file_names;
 pub use folder_lock::is_own_folder;
 pub use input_file::open_input;
 pub use output_file::OutputFile;

@@ -98,6 +98,16 @@ impl LogIndex {
         }
     }
 
+    /// The log without its files, for what follows from its scans alone: when they were, how many returns they have. None can be
+    /// read. `None` where only the log itself tells.
+    ///
+    /// # Errors
+    /// When the index is none.
+    pub fn unopened(&self) -> Result<Option<Box<dyn ScanLog>>, LogError> {
+        let IndexedScans::Bag(scans) = &self.scans else { return Ok(None) };
+        Ok(Some(Box::new(scans.unopened(&self.summary)?)))
+    }
+
     /// What is read to open the log and some of its scans; `None` where that is not known beforehand: all of it.
     pub fn ranges(&self, frames: impl IntoIterator<Item = usize>) -> Option<Vec<FileRanges>> {
         let IndexedScans::Bag(scans) = &self.scans else { return None };

@@ -4,7 +4,7 @@
 const US_SURVEY_FOOT_M: f64 = 1200.0 / 3937.0;
 
 /// The units in which maps are kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum LengthUnit {
     /// The metre.

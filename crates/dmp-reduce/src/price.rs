@@ -9,7 +9,8 @@ use crate::scales::{Scales, WIDEST, limits};
 ///
 /// It must cost something, or runs with holes win, but less than a wrong hit at its worst. The default is
 /// κ = 0.15; `docs/metric.md` has the evidence. Kept in whole thousandths, so that equal prices are equal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(try_from = "f64", into = "f64")]
 pub struct MissPrice {
     thousandths: u16,
 }
@@ -28,6 +29,20 @@ impl MissPrice {
     /// In the units of [`FixedSum`](crate::FixedSum), rounded down.
     pub(crate) fn units(self, scales: Scales) -> i128 {
         i128::from(limits(scales).cv[WIDEST]) * i128::from(self.thousandths) / 1000
+    }
+}
+
+impl From<MissPrice> for f64 {
+    fn from(price: MissPrice) -> Self {
+        price.share()
+    }
+}
+
+impl TryFrom<f64> for MissPrice {
+    type Error = String;
+
+    fn try_from(share: f64) -> Result<Self, String> {
+        Self::new(share).ok_or_else(|| format!("{share} is no share from 0 to 1"))
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::student::Confidence;
 
 /// How far apart two runs may be and still count as the same: of their root mean squares at a scale.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Margin {
     /// A share of the better run's own root mean square: of what is there without any difference.
     Share(f64),

@@ -10,13 +10,28 @@ const NORMAL_99: f64 = 2.575_829_303_548_900_4;
 const LARGEST: f64 = 64.0;
 
 /// How sure an interval is: the share of the cases in which what is true lies inside.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(try_from = "f64", into = "f64")]
 pub struct Confidence {
     level: f64,
     /// The normal quantile that `level` lies within, to both sides.
     normal: f64,
     /// No Student quantile at this level is larger.
     largest: f64,
+}
+
+impl From<Confidence> for f64 {
+    fn from(confidence: Confidence) -> Self {
+        confidence.level
+    }
+}
+
+impl TryFrom<f64> for Confidence {
+    type Error = String;
+
+    fn try_from(level: f64) -> Result<Self, String> {
+        Self::new(level).ok_or_else(|| format!("{level} is no share from a half to below 1"))
+    }
 }
 
 impl Confidence {

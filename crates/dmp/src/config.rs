@@ -16,7 +16,7 @@ use crate::segment_length::SegmentLength;
 use crate::seven::transform_of;
 
 /// One estimate to be scored: a trajectory and the map that belongs to it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Run {
     /// How the run is called in the report.
     pub name: String,
@@ -39,7 +39,7 @@ pub struct Run {
 }
 
 /// Where a run comes from, in words. No number depends on it.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct RunSource {
     /// The file or topic of the trajectory.
     pub file: Option<String>,
@@ -68,7 +68,7 @@ impl Run {
 }
 
 /// Where a run's map comes from.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum MapSource {
     /// Fused from the scans with the run's trajectory.
     Fused,
@@ -87,7 +87,7 @@ pub enum FrameOrder {
 }
 
 /// In which frame a run is fused and scored. Results are told in the run's own, whichever it is.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Frame {
     /// The one that follows from the way of the sensor, so that it makes no difference where a run's own lies.
     OfTheWay,

@@ -1,7 +1,7 @@
 //! What is known of the vehicle.
 
 /// What is known of the vehicle that carries the sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Ego {
     /// Looked for in a sample of scans.
     Auto,

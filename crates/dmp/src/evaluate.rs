@@ -102,26 +102,6 @@ impl Evaluation<'_, RunCaster> {
         Doubts { log: *log, plan, settings, progress: *progress }.look(runs, RunCaster::given)
     }
 
-    /// Counts every return of the log as used, or as dropped for a reason.
-    ///
-    /// # Errors
-    /// When what was fused is not what was cast, or nothing was.
-    fn account(&self, scored: &mut Scored) -> Result<(), EvaluateError> {
-        // Unless only a sample was.
-        let all_scored = scored.reducer.frames_added() == self.plan.frames().len() as u64;
-        if let Some(first) = self.fused.counts.filter(|first| all_scored && *first != scored.counts) {
-            return Err(EvaluateError::LogChanged { first: first.used(), second: scored.counts.used() });
-        }
-        let not_sampled = self.plan.returns().saturating_sub(scored.counts.total());
-        scored.counts.add_dropped(DropReason::ScanNotSampled, not_sampled);
-        scored.counts.add_dropped(DropReason::ScanNotSelected, self.plan.selection.unselected_returns);
-        scored.counts.add_dropped(DropReason::ScanWithoutPose, self.plan.selection.unposed_returns);
-        if scored.counts.used() == 0 {
-            return Err(EvaluateError::NoReturns(drops_in_words(&scored.counts)));
-        }
-        Ok(())
-    }
-
     fn report(&self, scored: &Scored, disk: DiskEstimate, timing: PassTimes) -> Report {
         let findings = Findings {
             heads: Heads::Log(self.log),
@@ -141,6 +121,28 @@ impl Evaluation<'_, RunCaster> {
         report.memory.disk_bytes = report.memory.scratch_bytes + map_bytes;
         report.warnings.extend(disk.warning.map(Warning::Other));
         report
+    }
+}
+
+impl<M> Evaluation<'_, M> {
+    /// Counts every return of the log as used, or as dropped for a reason.
+    ///
+    /// # Errors
+    /// When what was fused is not what was cast, or nothing was.
+    pub(crate) fn account(&self, scored: &mut Scored) -> Result<(), EvaluateError> {
+        // Unless only a sample was.
+        let all_scored = scored.reducer.frames_added() == self.plan.frames().len() as u64;
+        if let Some(first) = self.fused.counts.filter(|first| all_scored && *first != scored.counts) {
+            return Err(EvaluateError::LogChanged { first: first.used(), second: scored.counts.used() });
+        }
+        let not_sampled = self.plan.returns().saturating_sub(scored.counts.total());
+        scored.counts.add_dropped(DropReason::ScanNotSampled, not_sampled);
+        scored.counts.add_dropped(DropReason::ScanNotSelected, self.plan.selection.unselected_returns);
+        scored.counts.add_dropped(DropReason::ScanWithoutPose, self.plan.selection.unposed_returns);
+        if scored.counts.used() == 0 {
+            return Err(EvaluateError::NoReturns(drops_in_words(&scored.counts)));
+        }
+        Ok(())
     }
 }
 

@@ -68,6 +68,20 @@ impl<'a> Task<'a> {
         watch: Watch<'a>,
     ) -> Result<Self, EvaluateError> {
         let (settings, means) = config.on(log.summary())?;
+        Self::with(log, runs, settings, means, watch)
+    }
+
+    /// The same where it is settled.
+    ///
+    /// # Errors
+    /// When the settings do not fit the runs.
+    pub(crate) fn with(
+        log: &'a dyn ScanLog,
+        runs: &[Run],
+        settings: Settings,
+        means: Means,
+        watch: Watch<'a>,
+    ) -> Result<Self, EvaluateError> {
         check_runs(runs, &settings)?;
         given::check_free_space(runs, &settings)?;
         let extent = Extent::of_runs(runs, &settings, &means)?;

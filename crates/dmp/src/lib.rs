@@ -80,6 +80,7 @@ mod segment_length;
 mod setting_name;
 mod settings;
 mod seven;
+mod shard;
 mod sink;
 mod sounding;
 mod sparse;
@@ -120,9 +121,12 @@ pub use sample::{Decide, Looks, Sample};
 pub use segment_length::SegmentLength;
 pub use setting_name::SettingName;
 pub use settings::{Means, Settings};
+pub use shard::{
+    Machine, NeededFile, Needs, Part, PlannedRun, Shard, ShardError, ShardPlan, ShardStage, Suggested,
+};
 pub use sink::{ScoredPlace, ScoredReturns, ScoredRun, Sink};
 pub use unposed::Unposed;
-pub use vet::{Found, LeftOut, Mend, PointTimes, PosesAs, Profile, Vetted, profiles, vet, vet_outline};
+pub use vet::{Found, LeftOut, Mend, PointTimes, PosesAs, Profile, Told, Vetted, profiles, vet, vet_outline};
 pub use watch::Watch;
 
 pub use dmp_calibrate::{Axis, Calibration, Estimate, Silence};

@@ -10,7 +10,7 @@ use crate::setting_name::SettingName;
 const FIRST_LOOK: u64 = 28;
 
 /// How many of the frames are scored. The maps are made of all.
-#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Sample {
     /// Every one.
     #[default]
@@ -46,7 +46,7 @@ impl Sample {
 }
 
 /// Until when growing samples are scored.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Decide {
     /// The names of the two runs that matter; `None`: every pair does.
     pub pair: Option<(String, String)>,

@@ -1,7 +1,7 @@
 //! How long a segment of the drive is.
 
 /// How long a segment of the drive is.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum SegmentLength {
     /// By the way of the sensor, metres.
     Metres(f64),

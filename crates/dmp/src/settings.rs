@@ -6,7 +6,7 @@ use std::time::Duration;
 use dmp_log::{LengthUnit, LogSummary};
 use dmp_reduce::{Confidence, Margin, MissPrice, Promise, Scales};
 use dmp_sensor::{DepthNoise, Isometry3};
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use crate::check::check_ranges;
 use crate::config::{Config, Frame, FrameOrder, Run};
@@ -16,11 +16,10 @@ use crate::error::EvaluateError;
 use crate::report::SegmentReport;
 use crate::sample::{Decide, Sample};
 use crate::segment_length::SegmentLength;
-use crate::seven::seven;
 
 /// Everything that changes numbers, as it holds for a log: what [`Config`] leaves open is decided here, once. What is
 /// still `None` is decided by looking at the scans.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Settings {
     /// The lengths by which returns are judged.
@@ -32,7 +31,6 @@ pub struct Settings {
     /// The segments of another evaluation; `None`: the way is cut anew.
     pub segments: Option<SegmentReport>,
     /// The unit of given clouds and meshes; `None`: what their files say.
-    #[serde(serialize_with = "unit")]
     pub map_unit: Option<LengthUnit>,
     /// Smallest range used, metres.
     pub min_range_m: f64,
@@ -49,7 +47,6 @@ pub struct Settings {
     /// Until when growing samples are scored.
     pub decide: Option<Decide>,
     /// Where the sensor sits on the body, for runs that do not say it themselves.
-    #[serde(serialize_with = "isometry")]
     pub body_from_sensor: Isometry3<f64>,
     /// Added to every stamp of the log, nanoseconds.
     pub time_offset_ns: i64,
@@ -58,13 +55,10 @@ pub struct Settings {
     /// Whether returns on trails are kept out of the maps.
     pub free_space: bool,
     /// What a miss costs.
-    #[serde(serialize_with = "miss_price")]
     pub miss_price: MissPrice,
     /// How sure all verdicts are to be.
-    #[serde(serialize_with = "confidence")]
     pub confidence: Confidence,
     /// How far apart two runs may be and still count as the same.
-    #[serde(serialize_with = "margin")]
     pub same_within: Margin,
     /// On how many pairs of visits drift is measured.
     pub drift: DriftPairs,
@@ -73,7 +67,6 @@ pub struct Settings {
     /// The noise that was asked for, metres; `None`: 0.02 m, or that of the depth camera.
     pub asked_sigma_m: Option<f64>,
     /// In which frame each run is scored.
-    #[serde(serialize_with = "frame")]
     pub frame: Frame,
 }
 
@@ -195,42 +188,6 @@ impl Settings {
     pub(crate) fn body_from_sensor(&self, run: &Run) -> Isometry3<f64> {
         run.body_from_sensor.unwrap_or(self.body_from_sensor)
     }
-}
-
-// The types of other crates, as what says all of them.
-
-#[expect(clippy::ref_option, reason = "serde gives it so")]
-fn unit<S: Serializer>(unit: &Option<LengthUnit>, serializer: S) -> Result<S::Ok, S::Error> {
-    unit.map(LengthUnit::name).serialize(serializer)
-}
-
-fn isometry<S: Serializer>(pose: &Isometry3<f64>, serializer: S) -> Result<S::Ok, S::Error> {
-    seven(pose).serialize(serializer)
-}
-
-fn miss_price<S: Serializer>(price: &MissPrice, serializer: S) -> Result<S::Ok, S::Error> {
-    price.share().serialize(serializer)
-}
-
-fn confidence<S: Serializer>(confidence: &Confidence, serializer: S) -> Result<S::Ok, S::Error> {
-    confidence.level().serialize(serializer)
-}
-
-fn margin<S: Serializer>(margin: &Margin, serializer: S) -> Result<S::Ok, S::Error> {
-    match margin {
-        Margin::Share(share) => ("share", share),
-        Margin::Metres(metres) => ("metres", metres),
-    }
-    .serialize(serializer)
-}
-
-fn frame<S: Serializer>(frame: &Frame, serializer: S) -> Result<S::Ok, S::Error> {
-    match frame {
-        Frame::OfTheWay => ("of the way", None),
-        Frame::Moved(by) => ("moved", Some(seven(by))),
-        Frame::Fixed(at) => ("fixed", Some(seven(at))),
-    }
-    .serialize(serializer)
 }
 
 #[cfg(test)]

@@ -111,7 +111,7 @@ fn what_was_kept_of_another_evaluation_is_not_taken_up() {
         }
     }
     let error = evaluate(open(&path).as_ref(), &runs, &config, ()).unwrap_err();
-    assert!(error.to_string().contains("checkpoint is damaged"), "{error}");
+    assert!(error.to_string().contains("damaged in its content"), "{error}");
     let afresh = Config { resume: false, ..config };
     assert_eq!(report(&afresh), report(&Config::default()));
 }

@@ -74,7 +74,7 @@ impl ConventionArgs {
 /// The report with what was found before.
 pub(super) fn told(mut report: Report, vetted: Option<&Vetted>) -> Report {
     if let Some(vetted) = vetted {
-        vetted.tell(&mut report, &option_of);
+        vetted.told(&option_of).put_into(&mut report);
     }
     report
 }

@@ -70,10 +70,16 @@ impl IndexedBag {
                 let problem = format!("it has {now} bytes, and had {} when the log was indexed", file.bytes);
                 return Err(LogError::malformed(&found, PlaceInFile::WholeFile, problem));
             }
-            Ok((found, file.kind))
+            Ok(())
         };
-        let files = self.files.iter().map(file).collect::<Result<_, _>>()?;
-        Ok(Bag { path: path.into(), files, is_rosbag2: self.is_rosbag2, count: ReadCount::default() })
+        self.files.iter().try_for_each(file)?;
+        Ok(self.at(path))
+    }
+
+    /// The bag as it would be at `path`; nobody looks whether it is.
+    pub(crate) fn at(&self, path: &Path) -> Bag {
+        let files = self.files.iter().map(|file| (path_of(path, &file.name), file.kind)).collect();
+        Bag { path: path.into(), files, is_rosbag2: self.is_rosbag2, count: ReadCount::default() }
     }
 
     /// Where a message lies; `None` where the bag has no such file.

@@ -2,7 +2,7 @@
 
 use super::log::BagLog;
 use super::topic::{Entry, TopicIndex};
-use crate::bag::{IndexedBag, IndexedPlace};
+use crate::bag::{Bag, IndexedBag, IndexedPlace};
 use crate::points::TimeChoice;
 use crate::ros::ScanCoding;
 use crate::{FrameInfo, LogError, LogSummary, PlaceInFile, ScanLog as _};
@@ -50,12 +50,23 @@ impl BagScans {
     /// When it is another one.
     pub(crate) fn open(&self, path: &Path, summary: &LogSummary) -> Result<BagLog, LogError> {
         let bag = self.bag.open(path)?;
-        let malformed = |problem: &str| LogError::malformed(path, PlaceInFile::WholeFile, problem.to_owned());
         let found = bag.fingerprint()?;
         if found != summary.fingerprint {
-            let indexed = &summary.fingerprint;
-            return Err(malformed(&format!("it is {found}, and the log that was indexed is {indexed}")));
+            let problem = format!("it is {found}, and the log that was indexed is {}", summary.fingerprint);
+            return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
         }
+        self.log(bag, summary)
+    }
+
+    /// The log of which no file is there: its scans are known and cannot be read.
+    ///
+    /// # Errors
+    /// When the index is none.
+    pub(crate) fn unopened(&self, summary: &LogSummary) -> Result<BagLog, LogError> {
+        self.log(self.bag.at(&summary.path), summary)
+    }
+
+    fn log(&self, bag: Bag, summary: &LogSummary) -> Result<BagLog, LogError> {
         let entry = |scan: &IndexedScan| {
             let IndexedScan(stamp_ns, returns, coding, message, place) = *scan;
             let coding = *self.codings.get(coding as usize)?;
@@ -63,8 +74,10 @@ impl BagScans {
             Some(Entry { location, coding, stamp_ns, returns, layout: 0, message })
         };
         let entries: Option<Vec<Entry>> = self.scans.iter().map(entry).collect();
-        let entries =
-            entries.ok_or_else(|| malformed("its index names a file or a coding that it has not"))?;
+        let entries = entries.ok_or_else(|| {
+            let problem = "its index names a file or a coding that it has not";
+            LogError::malformed(bag.path(), PlaceInFile::WholeFile, problem)
+        })?;
         let info = |entry: &Entry| FrameInfo { stamp_ns: Some(entry.stamp_ns), returns: entry.returns };
         let frames = entries.iter().map(info).collect();
         let topic = TopicIndex { entries, ..TopicIndex::default() };

@@ -3,6 +3,7 @@
 mod casters;
 mod copies;
 mod odd;
+mod part;
 mod pass;
 mod rows;
 mod shapes;

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use dmp_map::{Lattice, TileId};
-use dmp_reduce::{Comparison, FrameSet, Layout, Promise, Reducer, RunSums, Verdict};
+use dmp_reduce::{Basis, Comparison, FrameSet, Layout, Promise, Reducer, RunSums, Verdict};
 use dmp_sensor::ReturnCounts;
 
 use super::casters::{RunCaster, SharedTiles, bases};
@@ -62,12 +62,56 @@ struct Look {
 
 /// The sums of an evaluation as far as it is cast.
 #[derive(Debug, Clone)]
-struct Sums {
-    reducer: Reducer,
-    counts: ReturnCounts,
-    tiles: TileSums,
-    shapes: Vec<(u64, ScanShape)>,
-    marks: Vec<(u64, u64)>,
+pub(super) struct Sums {
+    pub(super) reducer: Reducer,
+    pub(super) counts: ReturnCounts,
+    pub(super) tiles: TileSums,
+    pub(super) shapes: Vec<(u64, ScanShape)>,
+    pub(super) marks: Vec<(u64, u64)>,
+}
+
+impl Sums {
+    pub(super) fn nothing(layout: &Layout) -> Self {
+        let (reducer, counts) = (Reducer::new(layout.clone()), ReturnCounts::default());
+        Self { reducer, counts, tiles: HashMap::new(), shapes: Vec::new(), marks: Vec::new() }
+    }
+
+    /// Together with what some workers have.
+    pub(super) fn with(&self, workers: &[CastWorker<'_>]) -> Result<Self, EvaluateError> {
+        let mut sums = self.clone();
+        for worker in workers {
+            sums.reducer.merge(&worker.reducer)?;
+            sums.counts.merge(&worker.counts);
+            for (tile, of_tile) in &worker.tiles {
+                sums.tiles.entry(*tile).or_default().merge(of_tile);
+            }
+            sums.shapes.extend(&worker.shapes);
+            sums.marks.extend(&worker.marks);
+        }
+        Ok(sums)
+    }
+
+    /// As they are kept: the same bytes whoever had which frame.
+    pub(super) fn kept(self, done: FrameSet) -> Casting {
+        let Self { reducer, counts, tiles, mut shapes, mut marks } = self;
+        let mut tiles: Vec<_> =
+            tiles.into_iter().map(|((run, tile), sums)| (run as u64, tile.x, tile.y, sums)).collect();
+        tiles.sort_unstable_by_key(|&(run, x, y, _)| (run, x, y));
+        shapes.sort_unstable_by_key(|&(ordinal, _)| ordinal);
+        marks.sort_unstable();
+        Casting { done, reducer: reducer.seen(), counts, tiles, shapes, marks }
+    }
+
+    /// As they were kept.
+    ///
+    /// # Errors
+    /// When they are of other runs.
+    pub(super) fn of_kept(kept: Casting, layout: &Layout) -> Result<Self, EvaluateError> {
+        let Casting { reducer, counts, tiles, shapes, marks, .. } = kept;
+        let tiles = tiles.into_iter().map(|(run, x, y, sums)| ((run as usize, TileId { x, y }), sums));
+        let reducer = Reducer::resume(layout.clone(), reducer)?;
+        Ok(Self { reducer, counts, tiles: tiles.collect(), shapes, marks })
+    }
 }
 
 impl Evaluation<'_, RunCaster> {
@@ -78,37 +122,18 @@ impl Evaluation<'_, RunCaster> {
     /// # Errors
     /// When the log or a map cannot be read.
     pub(crate) fn cast(&self, tiles: &SharedTiles, maps: &KeptMaps) -> Result<Scored, EvaluateError> {
-        let layout = self.layout().with_miss_price(self.settings.miss_price);
+        let layout = self.layout();
         let (before, mut done) = self.before(&layout, maps.round)?;
 
-        let state = |workers: &[CastWorker<'_>]| {
-            let mut sums = before.clone();
-            for worker in workers {
-                sums.reducer.merge(&worker.reducer)?;
-                sums.counts.merge(&worker.counts);
-                for (tile, of_tile) in &worker.tiles {
-                    sums.tiles.entry(*tile).or_insert_with(RunSums::default).merge(of_tile);
-                }
-                sums.shapes.extend(&worker.shapes);
-                sums.marks.extend(&worker.marks);
-            }
-            Ok::<_, EvaluateError>(sums)
-        };
         let mut keep = |workers: &[CastWorker<'_>], done: &FrameSet| {
             maps.keep(&self.work)?;
-            let Sums { reducer, counts, tiles, shapes, marks } = state(workers)?;
-            let tiles = tiles.into_iter().map(|((run, tile), sums)| (run as u64, tile.x, tile.y, sums));
-            let (done, reducer, tiles) = (done.clone(), reducer.seen(), tiles.collect());
-            self.work.save(maps.round, &Casting { done, reducer, counts, tiles, shapes, marks })
+            self.work.save(maps.round, &before.with(workers)?.kept(done.clone()))
         };
         let mut workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
         let reading = self.plan.reading(self.log, &self.means, self.progress);
         let looks: Vec<Look> = self.looks(reading, &done);
-        let schedule = tiles.schedule.get_or_init(|| {
-            let jobs = looks.iter().flat_map(|look| &look.jobs);
-            let runs: Vec<_> = self.runs.iter().map(|run| (&run.poses, run.map.caster.map())).collect();
-            Schedule::new(&self.plan, &runs, jobs, self.settings.max_range_m)
-        });
+        let schedule =
+            tiles.schedule.get_or_init(|| self.schedule(&mut looks.iter().flat_map(|look| &look.jobs)));
         let every = self.work.every();
         let mut first = 0;
         tiles.with_prefetch(&self.runs, self.means.threads, schedule, |ahead| {
@@ -119,7 +144,7 @@ impl Evaluation<'_, RunCaster> {
                 first += jobs.jobs.len();
                 let pauses = Pauses { every, done: std::mem::take(&mut done), keep: &mut keep, ahead };
                 (workers, done) = each_frame_in_parts(reading, jobs, std::mem::take(&mut workers), pauses)?;
-                let reducer = state(&workers)?.reducer;
+                let reducer = before.with(&workers)?.reducer;
                 // What an earlier process went on from was not decided.
                 if reducer.frames_added() == look.size && self.is_decided(&reducer) {
                     break;
@@ -127,28 +152,16 @@ impl Evaluation<'_, RunCaster> {
             }
             Ok::<_, EvaluateError>(())
         })?;
-        let Sums { reducer, counts, tiles, shapes, marks } = state(&workers)?;
-        let (odd_scans, copied_scans) = (self.odd_scans(shapes), self.copied_scans(marks));
-        let promise = self.promise(&reducer);
-        let frames = reducer.frames_added();
-        let caster = &self.runs[0].map.caster;
         let (tiles_in_reach, tile_visits) = schedule.tiles_and_visits(first);
-        Ok(Scored {
-            reducer,
-            frames,
-            places: None,
-            scan_of_unit: self.plan.frames().iter().map(|frame| frame.number).collect(),
-            looks: self.plan.looks.sizes().iter().copied().filter(|&size| size <= frames).collect(),
-            promise,
-            counts,
-            odd_scans,
-            copied_scans,
-            tiles,
-            tile_loads: caster.tile_loads(),
-            tiles_in_reach,
-            tile_visits,
-            lattice: caster.map().lattice(),
-        })
+        let tile_loads = self.runs[0].map.caster.tile_loads();
+        let scored = self.scored(before.with(&workers)?)?;
+        Ok(Scored { tile_loads, tiles_in_reach, tile_visits, ..scored })
+    }
+
+    /// Which tiles are needed when, for some jobs.
+    pub(super) fn schedule(&self, jobs: &mut dyn Iterator<Item = &Vec<usize>>) -> Schedule {
+        let runs: Vec<_> = self.runs.iter().map(|run| (&run.poses, run.map.caster.map())).collect();
+        Schedule::new(&self.plan, &runs, jobs, self.settings.max_range_m)
     }
 
     /// Casts every return of some of the frames, once and with nothing kept; where they went, and their sums by tile.
@@ -170,8 +183,8 @@ impl Evaluation<'_, RunCaster> {
         Ok((counts, tiles))
     }
 
-    fn layout(&self) -> Layout {
-        Layout::new(self.plan.frames().len() as u64, bases(&self.runs)).on_scales(self.settings.scales)
+    pub(super) fn layout(&self) -> Layout {
+        self.layout_for(bases(&self.runs))
     }
 
     /// What is to be read for each look that there may be.
@@ -195,6 +208,46 @@ impl Evaluation<'_, RunCaster> {
         self.plan.looks.sizes().iter().enumerate().map(look).collect()
     }
 
+    /// What is scored already, and which frames that is.
+    fn before(&self, layout: &Layout, round: Round) -> Result<(Sums, FrameSet), EvaluateError> {
+        let kept = if self.sink.wants_every_return() { None } else { self.work.load::<Casting>(round)? };
+        let Some(kept) = kept else { return Ok((Sums::nothing(layout), FrameSet::default())) };
+        let done = kept.done.clone();
+        Ok((Sums::of_kept(kept, layout)?, done))
+    }
+}
+
+impl<M> Evaluation<'_, M> {
+    /// What reducers are told of the log, and of runs judged by `bases`.
+    pub(crate) fn layout_for(&self, bases: Vec<Basis>) -> Layout {
+        let layout = Layout::new(self.plan.frames().len() as u64, bases).on_scales(self.settings.scales);
+        layout.with_miss_price(self.settings.miss_price)
+    }
+
+    /// Everything that sums come to; of the tiles that were loaded nothing.
+    pub(super) fn scored(&self, sums: Sums) -> Result<Scored, EvaluateError> {
+        let Sums { reducer, counts, tiles, shapes, marks } = sums;
+        let (odd_scans, copied_scans) = (self.odd_scans(shapes), self.copied_scans(marks));
+        let promise = self.promise(&reducer);
+        let frames = reducer.frames_added();
+        Ok(Scored {
+            reducer,
+            frames,
+            places: None,
+            scan_of_unit: self.plan.frames().iter().map(|frame| frame.number).collect(),
+            looks: self.plan.looks.sizes().iter().copied().filter(|&size| size <= frames).collect(),
+            promise,
+            counts,
+            odd_scans,
+            copied_scans,
+            tiles,
+            tile_loads: 0,
+            tiles_in_reach: 0,
+            tile_visits: 0,
+            lattice: self.lattice()?,
+        })
+    }
+
     /// What verdicts on what a reducer has seen promise: looks share the error that was asked for.
     fn promise(&self, reducer: &Reducer) -> Promise {
         let confidence = self.plan.looks.confidence(reducer.frames_added(), self.settings.confidence);
@@ -215,21 +268,6 @@ impl Evaluation<'_, RunCaster> {
             .iter()
             .filter(|pair| matters(pair))
             .all(|pair| !matches!(pair.verdict, Verdict::Undecided { .. }))
-    }
-
-    /// What is scored already, and which frames that is.
-    fn before(&self, layout: &Layout, round: Round) -> Result<(Sums, FrameSet), EvaluateError> {
-        let kept = if self.sink.wants_every_return() { None } else { self.work.load::<Casting>(round)? };
-        let Some(kept) = kept else {
-            let (reducer, counts) = (Reducer::new(layout.clone()), ReturnCounts::default());
-            let (tiles, shapes, marks) = (HashMap::new(), Vec::new(), Vec::new());
-            let nothing = Sums { reducer, counts, tiles, shapes, marks };
-            return Ok((nothing, FrameSet::default()));
-        };
-        let tiles = kept.tiles.into_iter().map(|(run, x, y, sums)| ((run as usize, TileId { x, y }), sums));
-        let reducer = Reducer::resume(layout.clone(), kept.reducer)?;
-        let (counts, tiles, shapes, marks) = (kept.counts, tiles.collect(), kept.shapes, kept.marks);
-        Ok((Sums { reducer, counts, tiles, shapes, marks }, kept.done))
     }
 
     /// The scans that are unlike the others, where all were scored.

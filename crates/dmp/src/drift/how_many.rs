@@ -1,9 +1,9 @@
 //! On how many pairs of visits drift is measured, and how far apart these may be.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// On how many of the pairs of visits drift is measured beside a score.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DriftPairs {
     /// On none: there is no drift in the report.
     None,
@@ -30,7 +30,7 @@ impl DriftPairs {
 }
 
 /// How far a run may be off for its visits to be found and brought onto each other.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DriftReach {
     /// By some 10 m: visits lie within 15 m of each other, starts up to 6 m to all sides.
     #[default]

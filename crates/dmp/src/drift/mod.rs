@@ -13,6 +13,7 @@ mod summary;
 mod visits;
 
 use dmp_log::ScanLog;
+use dmp_reduce::FrameSet;
 use dmp_sensor::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
@@ -37,7 +38,8 @@ pub use report::{
     DriftBin, DriftComparison, DriftReport, Measured, RunDrift, VisitPairOfRun, VisitPairReport, VisitReport,
 };
 use summary::PairFacts;
-use visits::{Places, Visit, VisitPair};
+pub(crate) use visits::VisitPair;
+use visits::{Places, Visit};
 
 /// Memory for the surfaces of a visit in one run, bytes, about.
 const PYRAMID_BYTES: usize = 600 << 10;
@@ -73,48 +75,82 @@ impl<M: Sync> Evaluation<'_, M> {
 
     /// Measures how far the runs are off on pairs of visits, so many at most.
     pub(crate) fn drift(&self, most_pairs: usize) -> Result<DriftReport, EvaluateError> {
-        let revisits = Revisits::new(self);
-        let found = visits::pairs(
-            &revisits.visits,
-            &revisits.places,
-            &self.plan.along_m,
-            self.settings.drift_reach.near_m() * self.settings.metre_m(),
-            self.log.summary().camera.is_some(),
-        );
-        let chosen = spread(found.len(), most_pairs);
-        let pairs: Vec<VisitPair> = chosen.into_iter().map(|k| found[k]).collect();
-        self.progress.begin(Stage::Drift, pairs.len() as u64);
-        let pool = pool(self.means.threads)?;
-        let mut reports = Vec::with_capacity(pairs.len());
-        for batch in pairs.chunks(self.pairs_at_a_time()) {
-            let numbers = batch.iter().flat_map(|pair| [pair.first, pair.second]);
-            let visits: Visits<'_> = numbers
-                .map(|number| (number, (&revisits.visits[number], revisits.place_from_world(number))))
-                .collect();
-            let pyramids = patches::pyramids(self, &visits)?;
-            let report = |pair: &VisitPair| {
-                let report = revisits.report(pair, &pyramids);
-                self.progress.advance(1);
-                report
-            };
-            reports.extend(pool.install(|| batch.par_iter().map(report).collect::<Vec<_>>()));
-        }
-        Ok(self.told(&revisits, found.len(), &pairs, reports))
+        let revisits = Revisits::new(self, most_pairs);
+        let reports = revisits.measure(&revisits.pairs)?;
+        Ok(revisits.summed_up(reports))
     }
 
     /// As many pairs as a part of the memory has room for.
     fn pairs_at_a_time(&self) -> usize {
         (self.means.memory_bytes / 4 / (2 * self.runs.len() * PYRAMID_BYTES)).max(1)
     }
+}
 
-    fn told(
-        &self,
-        revisits: &Revisits<'_, M>,
-        pairs_found: usize,
-        pairs: &[VisitPair],
-        visits: Vec<VisitPairReport>,
-    ) -> DriftReport {
-        let blocks = summary::blocks(&pairs.iter().map(|pair| (pair.first, pair.second)).collect::<Vec<_>>());
+/// The visits of a drive, where each run has them, and the pairs of them that are measured.
+pub(crate) struct Revisits<'e, M> {
+    evaluation: &'e Evaluation<'e, M>,
+    visits: Vec<Visit>,
+    places: Places,
+    /// From the sensor's frame to that of a place: tilted, so that level ground and walls along the way cross their voxels.
+    tilt: UnitQuaternion<f64>,
+    pairs_found: usize,
+    pairs: Vec<VisitPair>,
+}
+
+impl<'e, M: Sync> Revisits<'e, M> {
+    /// Finds the pairs, of which so many at most are measured.
+    pub(crate) fn new(evaluation: &'e Evaluation<'_, M>, most_pairs: usize) -> Self {
+        let Evaluation { plan, settings, log, .. } = evaluation;
+        let is_camera = log.summary().camera.is_some();
+        let visits = visits::visits(plan, &plan.along_m, is_camera);
+        let places = Places::new(&visits, plan.frames(), evaluation.runs.iter().map(|run| &run.poses));
+        let near_m = settings.drift_reach.near_m() * settings.metre_m();
+        let found = visits::pairs(&visits, &places, &plan.along_m, near_m, is_camera);
+        let pairs = spread(found.len(), most_pairs).into_iter().map(|k| found[k]).collect();
+        Self { evaluation, visits, places, tilt: own_frame::tilt(), pairs_found: found.len(), pairs }
+    }
+
+    /// The pairs that are measured.
+    pub(crate) fn pairs(&self) -> &[VisitPair] {
+        &self.pairs
+    }
+
+    /// The scans of some pairs.
+    pub(crate) fn scans(&self, pairs: &[VisitPair]) -> FrameSet {
+        let visits = pairs.iter().flat_map(|pair| [pair.first, pair.second]);
+        visits.flat_map(|visit| self.visits[visit].scans.iter().copied()).collect()
+    }
+
+    /// Measures some pairs in every run.
+    ///
+    /// # Errors
+    /// When a scan cannot be read.
+    pub(crate) fn measure(&self, pairs: &[VisitPair]) -> Result<Vec<VisitPairReport>, EvaluateError> {
+        let Evaluation { progress, means, .. } = self.evaluation;
+        progress.begin(Stage::Drift, pairs.len() as u64);
+        let pool = pool(means.threads)?;
+        let mut reports = Vec::with_capacity(pairs.len());
+        for batch in pairs.chunks(self.evaluation.pairs_at_a_time()) {
+            let numbers = batch.iter().flat_map(|pair| [pair.first, pair.second]);
+            let visits: Visits<'_> = numbers
+                .map(|number| (number, (&self.visits[number], self.place_from_world(number))))
+                .collect();
+            let pyramids = patches::pyramids(self.evaluation, &visits)?;
+            let report = |pair: &VisitPair| {
+                let report = self.report(pair, &pyramids);
+                progress.advance(1);
+                report
+            };
+            reports.extend(pool.install(|| batch.par_iter().map(report).collect::<Vec<_>>()));
+        }
+        Ok(reports)
+    }
+
+    /// What all pairs come to, given what each was measured to be.
+    pub(crate) fn summed_up(&self, visits: Vec<VisitPairReport>) -> DriftReport {
+        let Evaluation { settings, plan, runs, .. } = self.evaluation;
+        let blocks =
+            summary::blocks(&self.pairs.iter().map(|pair| (pair.first, pair.second)).collect::<Vec<_>>());
         let time_s = |pair: &VisitPairReport| {
             let ns = pair.second.stamp_ns?.saturating_sub(pair.first.stamp_ns?);
             Some(ns as f64 / 1e9)
@@ -125,11 +161,12 @@ impl<M: Sync> Evaluation<'_, M> {
             time_s: time_s(pair),
         };
         let facts: Vec<PairFacts> = visits.iter().zip(blocks).map(fact).collect();
-        let confidence = self.settings.confidence;
-        let lengths = (self.settings.metre_m(), confidence);
-        let names: Vec<&str> = self.runs.iter().map(RunState::name).collect();
+        let confidence = settings.confidence;
+        let lengths = (settings.metre_m(), confidence);
+        let names: Vec<&str> = runs.iter().map(RunState::name).collect();
         let of_run = |(run, name): (usize, &&str)| summary::of_run(name, run, &visits, &facts, lengths);
-        let runs: Vec<RunDrift> = names.iter().enumerate().map(|(run, name)| of_run((run, name))).collect();
+        let of_runs: Vec<RunDrift> =
+            names.iter().enumerate().map(|(run, name)| of_run((run, name))).collect();
         let both = (0..names.len()).flat_map(|a| (a + 1..names.len()).map(move |b| (a, b)));
         let comparisons = both
             .map(|(a, b)| summary::compared((a, b), [names[a], names[b]], &visits, &facts, confidence))
@@ -137,34 +174,16 @@ impl<M: Sync> Evaluation<'_, M> {
         DriftReport {
             schema: DriftReport::SCHEMA.to_owned(),
             dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
-            voxel_m: patches::voxel_m(&self.settings),
-            travel_m: self.plan.segments.travel_m,
-            segments: revisits.visits.len(),
-            pairs_found,
+            voxel_m: patches::voxel_m(settings),
+            travel_m: plan.segments.travel_m,
+            segments: self.visits.len(),
+            pairs_found: self.pairs_found,
             pairs_measured: visits.len(),
             confidence: confidence.level(),
-            runs,
+            runs: of_runs,
             comparisons,
             visits,
         }
-    }
-}
-
-/// The visits of a drive, and where each run has them.
-struct Revisits<'e, M> {
-    evaluation: &'e Evaluation<'e, M>,
-    visits: Vec<Visit>,
-    places: Places,
-    /// From the sensor's frame to that of a place: tilted, so that level ground and walls along the way cross their voxels.
-    tilt: UnitQuaternion<f64>,
-}
-
-impl<'e, M> Revisits<'e, M> {
-    fn new(evaluation: &'e Evaluation<'_, M>) -> Self {
-        let plan = &evaluation.plan;
-        let visits = visits::visits(plan, &plan.along_m, evaluation.log.summary().camera.is_some());
-        let places = Places::new(&visits, plan.frames(), evaluation.runs.iter().map(|run| &run.poses));
-        Self { evaluation, visits, places, tilt: own_frame::tilt() }
     }
 
     fn place_from_world(&self, visit: usize) -> Vec<Option<Isometry3<f64>>> {

@@ -33,7 +33,7 @@ pub(super) struct Visit {
 
 /// Two visits to a place, by their numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct VisitPair {
+pub(crate) struct VisitPair {
     pub(super) first: usize,
     pub(super) second: usize,
     /// How far they lie apart, metres: the median over the runs.

@@ -40,14 +40,15 @@ impl<'a> Evaluation<'a, Option<Store>> {
         let mut before = work.load::<Fusing>(round)?.unwrap_or_default();
         let mut making = self.begin(round, std::mem::take(&mut before.fusers))?;
         if making.runs.iter().any(|run| matches!(run.map, Making::Scans(_))) {
-            let (counts, left_out) = FusePass { evaluation: &making, trails, round }.run(&before)?;
+            let (counts, left_out) =
+                FusePass { evaluation: &making, trails, round, frames: None }.run(&before)?;
             (making.fused.counts, making.fused.left_out) = (Some(counts), left_out);
         }
         work.install(|| making.finish(round))
     }
 
     /// Begins the maps, or goes on from the states of those that an earlier process fused.
-    fn begin(
+    pub(super) fn begin(
         mut self,
         round: Round,
         states: Vec<Option<Vec<u8>>>,
@@ -74,7 +75,7 @@ impl<'a> Evaluation<'a, Option<Store>> {
 }
 
 impl<M> Evaluation<'_, M> {
-    fn lattice(&self) -> Result<Lattice, EvaluateError> {
+    pub(crate) fn lattice(&self) -> Result<Lattice, EvaluateError> {
         Ok(Lattice::new(self.plan.voxel.voxel_m)?)
     }
 

@@ -3,6 +3,7 @@
 mod files;
 mod kept;
 mod maps;
+mod part;
 mod pass;
 
 pub(crate) use files::{Life, finish};

@@ -34,18 +34,20 @@ impl Making<'_> {
     }
 }
 
-/// One pass over the log; returns on `trails` are left out.
+/// One pass over the log, or over some `frames` of it; returns on `trails` are left out.
 pub(super) struct FusePass<'p> {
     pub(super) evaluation: &'p Evaluation<'p, Making<'p>>,
     pub(super) trails: Option<&'p Trails>,
     pub(super) round: Round,
+    /// `None`: all.
+    pub(super) frames: Option<&'p FrameSet>,
 }
 
 impl FusePass<'_> {
     /// Goes on from `before`, and tells where the returns went and how many of them are in no map.
     pub(super) fn run(&self, before: &Fusing) -> Result<(ReturnCounts, u64), EvaluateError> {
         let Evaluation { log, means, work, progress, plan, runs, .. } = self.evaluation;
-        progress.begin(Stage::Fuse, plan.returns());
+        progress.begin(Stage::Fuse, self.frames.map_or(plan.returns(), |frames| plan.returns_of(frames)));
         progress.advance(before.counts.total());
         let state = |workers: &[FuseWorker<'_>]| {
             let (mut counts, mut left_out) = (before.counts, before.left_out);
@@ -72,7 +74,9 @@ impl FusePass<'_> {
             ahead: &|_| (),
         };
         let reading = plan.reading(*log, means, *progress);
-        let jobs = Jobs { first: 0, jobs: jobs_of(reading, |ordinal| !pauses.done.contains(ordinal)) };
+        let is_wanted = |ordinal| self.frames.is_none_or(|frames| frames.contains(ordinal));
+        let jobs = jobs_of(reading, |ordinal| is_wanted(ordinal) && !pauses.done.contains(ordinal));
+        let jobs = Jobs { first: 0, jobs };
         let (workers, done) = each_frame_in_parts(reading, jobs, workers, pauses)?;
         if work.due() {
             put_down(&workers, &done)?;

@@ -6,6 +6,7 @@ mod select;
 mod survey;
 
 use dmp_log::ScanLog;
+use dmp_reduce::FrameSet;
 use dmp_sensor::ReturnFilter;
 
 use crate::error::EvaluateError;
@@ -50,16 +51,27 @@ impl Plan {
         settings: &Settings,
         progress: &dyn Progress,
     ) -> Result<Self, EvaluateError> {
-        let Drive { selection, segments, along_m } = Drive::new(Heads::Log(log), runs, settings)?;
-        let frames = selection.frames.as_slice();
+        let drive = Drive::new(Heads::Log(log), runs, settings)?;
+        let (frames, segments) = (drive.frames(), &drive.segments);
         let survey = Survey { log, settings, progress };
         // At equal steps of the way, not of time: a vehicle that stands sees everything keep its place.
         let starts = segments.starts.iter().map(|&ordinal| frames[ordinal]);
         let filter = survey.filter(&starts.collect::<Vec<_>>(), segments.travel_m)?;
         let voxel = survey.voxel(voxel_m, &survey::blocks_of(frames), runs, &filter)?;
+        Ok(Self::surveyed(drive, filter, voxel, settings))
+    }
+
+    /// The plan of a drive of which scans were looked at.
+    pub(crate) fn surveyed(
+        drive: Drive,
+        filter: ReturnFilter,
+        voxel: VoxelChoice,
+        settings: &Settings,
+    ) -> Self {
+        let Drive { selection, segments, along_m } = drive;
         let all = selection.frames.len() as u64;
         let looks = Looks::new(all, settings.sample, settings.seed, settings.decide.is_some());
-        Ok(Self { selection, segments, along_m, filter, voxel, looks })
+        Self { selection, segments, along_m, filter, voxel, looks }
     }
 
     /// The scans in use, in order of time.
@@ -75,6 +87,11 @@ impl Plan {
         progress: &'b dyn Progress,
     ) -> Reading<'b> {
         Reading { log, frames: self.frames(), order: means.order, progress }
+    }
+
+    /// Returns of some of them.
+    pub(crate) fn returns_of(&self, frames: &FrameSet) -> u64 {
+        frames.iter().map(|ordinal| self.frames()[ordinal].returns).sum()
     }
 
     /// Returns of all planned scans, used or not.

@@ -24,7 +24,7 @@ pub(crate) const BLOCK_RETURNS: u64 = 1_000_000;
 const FILLED_SHARE: f64 = 0.7;
 
 /// The voxel edge and why it is that.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct VoxelChoice {
     /// The edge v, metres.
     pub(crate) voxel_m: f64,

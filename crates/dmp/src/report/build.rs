@@ -155,30 +155,12 @@ impl Findings<'_> {
         let Self { settings: config, plan, runs, scored, .. } = *self;
         let has_depth = self.has_depth();
         let lattice = scored.lattice;
-        let starts = || plan.segments.starts.iter().map(|&ordinal| &plan.frames()[ordinal]);
         ConfigReport {
             voxel_m: lattice.voxel_m(),
             voxel_filled_share: plan.voxel.filled_share,
             tile_edge_m: lattice.tile_edge_m(),
             disc_radius_m: lattice.disc_radius_m(),
-            segments: SegmentReport {
-                length_m: match plan.segments.length {
-                    Some(SegmentLength::Metres(m)) => Some(m),
-                    _ => None,
-                },
-                length_s: match plan.segments.length {
-                    Some(SegmentLength::Seconds(s)) => Some(s),
-                    _ => None,
-                },
-                length_scans: match plan.segments.length {
-                    Some(SegmentLength::Scans(scans)) => Some(scans),
-                    _ => None,
-                },
-                count: plan.segments.starts.len(),
-                travel_m: plan.segments.travel_m,
-                starts_ns: starts().filter_map(|frame| frame.stamp_ns).collect(),
-                starts_scan: starts().map(|frame| frame.number).collect(),
-            },
+            segments: segment_report(plan),
             min_range_m: config.min_range_m,
             max_range_m: config.max_range_m,
             horizon_m: horizon_m(config),
@@ -340,6 +322,25 @@ impl Findings<'_> {
             frames_needed: pair.frames_needed.filter(|_| scored.places.is_none()),
             places_needed: pair.frames_needed.filter(|_| scored.places.is_some()),
         }
+    }
+}
+
+/// How the drive is cut.
+pub(crate) fn segment_report(plan: &Plan) -> SegmentReport {
+    let segments = &plan.segments;
+    let starts = || segments.starts.iter().map(|&ordinal| &plan.frames()[ordinal]);
+    let length = segments.length;
+    SegmentReport {
+        length_m: length
+            .and_then(|length| if let SegmentLength::Metres(m) = length { Some(m) } else { None }),
+        length_s: length
+            .and_then(|length| if let SegmentLength::Seconds(s) = length { Some(s) } else { None }),
+        length_scans: length
+            .and_then(|length| if let SegmentLength::Scans(scans) = length { Some(scans) } else { None }),
+        count: segments.starts.len(),
+        travel_m: segments.travel_m,
+        starts_ns: starts().filter_map(|frame| frame.stamp_ns).collect(),
+        starts_scan: starts().map(|frame| frame.number).collect(),
     }
 }
 

@@ -34,4 +34,4 @@ pub use verdict::Verdict;
 pub use warning::Warning;
 pub use withheld::Withheld;
 
-pub(crate) use build::{Findings, ToldMap, drops_in_words, map_report};
+pub(crate) use build::{Findings, ToldMap, drops_in_words, map_report, segment_report};

@@ -4,8 +4,9 @@ use dmp_calibrate::{Axis, Calibration, Estimate};
 
 use super::found::{Found, off_in_words};
 use super::mend::Mend;
+use super::told::Told;
 use crate::config::Run;
-use crate::report::{LeftOutReport, Report, Warning};
+use crate::report::LeftOutReport;
 use crate::setting_name::SettingName;
 
 /// What vetting came to.
@@ -96,20 +97,21 @@ impl Vetted {
         self.found.iter().map(|found| found.is_kept).collect()
     }
 
-    /// Puts into the report of its runs what was found of them.
-    pub fn tell(&self, report: &mut Report, name: &dyn Fn(SettingName) -> String) {
-        for found in &self.found {
-            if !found.is_kept {
-                let reason = found.message_with(self.mended, name).unwrap_or_default();
-                report.left_out.push(LeftOutReport { name: found.name.clone(), reason });
-            }
-            let of_run = report.inputs.runs.iter_mut().find(|run| run.name == found.name);
-            if let Some(run) = of_run {
-                run.conventions = Some(found.report(self.mended, name));
-            }
+    /// What is told of it in the report of its runs; `name` is how a setting is called.
+    pub fn told(&self, name: &dyn Fn(SettingName) -> String) -> Told {
+        let left_out = |found: &Found| {
+            let reason = found.message_with(self.mended, name).unwrap_or_default();
+            (!found.is_kept).then(|| LeftOutReport { name: found.name.clone(), reason })
+        };
+        Told {
+            left_out: self.found.iter().filter_map(left_out).collect(),
+            conventions: self
+                .found
+                .iter()
+                .map(|found| (found.name.clone(), found.report(self.mended, name)))
+                .collect(),
+            messages: self.messages_with(name),
         }
-        let messages = self.messages_with(name).into_iter().map(Warning::Other);
-        report.warnings.splice(0..0, messages);
     }
 
     /// Whether the points of the log were measured one after another, by every run that tells.

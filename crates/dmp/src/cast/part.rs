@@ -1,0 +1,53 @@
+//! Some frames cast by themselves, for scores that are put together elsewhere.
+
+use dmp_reduce::{Basis, FrameSet};
+
+use super::casters::{RunCaster, SharedTiles};
+use super::pass::{Scored, Sums};
+use super::worker::CastWorker;
+use crate::error::EvaluateError;
+use crate::evaluation::Evaluation;
+use crate::frames::{Jobs, Pauses, each_frame_in_parts, jobs_of};
+use crate::progress::Stage;
+use crate::work::Casting;
+
+impl Evaluation<'_, RunCaster> {
+    /// Casts every return of some frames into every run's map, and gives what they leave.
+    ///
+    /// # Errors
+    /// When the log or a map cannot be read.
+    pub(crate) fn cast_part(&self, tiles: &SharedTiles, wanted: &FrameSet) -> Result<Casting, EvaluateError> {
+        let layout = self.layout();
+        let workers = (0..self.means.threads).map(|_| CastWorker::new(self, &layout)).collect();
+        let reading = self.plan.reading(self.log, &self.means, self.progress);
+        let jobs = jobs_of(reading, |ordinal| wanted.contains(ordinal));
+        let schedule = tiles.schedule.get_or_init(|| self.schedule(&mut jobs.iter()));
+        self.progress.begin(Stage::Cast, self.plan.returns_of(wanted));
+        let (workers, _) = tiles.with_prefetch(&self.runs, self.means.threads, schedule, |ahead| {
+            let (jobs, done) = (Jobs { first: 0, jobs }, FrameSet::default());
+            let pauses = Pauses { every: None, done, keep: &mut |_, _| Ok(()), ahead };
+            each_frame_in_parts(reading, jobs, workers, pauses)
+        })?;
+        let sums = Sums::nothing(&layout).with(&workers)?;
+        Ok(sums.kept(wanted.clone()))
+    }
+}
+
+impl<M> Evaluation<'_, M> {
+    /// What parts of the cast come to together, of runs whose maps were fused.
+    ///
+    /// # Errors
+    /// When they have a frame in common, or are of other runs.
+    pub(crate) fn put_together(&self, parts: Vec<Casting>) -> Result<Scored, EvaluateError> {
+        let layout = &self.layout_for(vec![Basis::CrossValidated; self.runs.len()]);
+        let mut sums = Sums::nothing(layout);
+        for part in parts {
+            let Sums { reducer, counts, tiles: _, shapes, marks } = Sums::of_kept(part, layout)?;
+            sums.reducer.merge(&reducer)?;
+            sums.counts.merge(&counts);
+            sums.shapes.extend(shapes);
+            sums.marks.extend(marks);
+        }
+        self.scored(sums)
+    }
+}

@@ -1,0 +1,38 @@
+//! Some scans fused by themselves, for maps that are put together elsewhere.
+
+use std::path::Path;
+
+use dmp_map::SumsList;
+use dmp_reduce::FrameSet;
+use dmp_sensor::ReturnCounts;
+
+use super::pass::{FusePass, Making};
+use crate::error::EvaluateError;
+use crate::evaluation::Evaluation;
+use crate::run_state::RunState;
+use crate::work::{Fusing, Round};
+
+impl Evaluation<'_, Option<dmp_map::Store>> {
+    /// Fuses some frames with the poses of every run, and writes what is summed up of each to a file: `path` says where. Where
+    /// the returns went, and what is in each file.
+    ///
+    /// # Errors
+    /// When the log cannot be read, or a file not be written.
+    pub(crate) fn fuse_part(
+        self,
+        frames: &FrameSet,
+        path: impl Fn(&str) -> std::path::PathBuf,
+    ) -> Result<(ReturnCounts, Vec<SumsList>), EvaluateError> {
+        let making = self.begin(Round::First, Vec::new())?;
+        let pass = FusePass { evaluation: &making, trails: None, round: Round::First, frames: Some(frames) };
+        let (counts, _) = pass.run(&Fusing::default())?;
+        let write = |run: RunState<'_, Making<'_>>| {
+            let (run, making) = run.with_map(());
+            let Making::Scans(fuser) = making else { return Ok(SumsList::default()) };
+            let path = path(&run.file_stem);
+            fuser.write_sums(Path::new(&path)).map_err(EvaluateError::map_of(run.name()))
+        };
+        let lists = making.runs.into_iter().map(write).collect::<Result<_, EvaluateError>>()?;
+        Ok((counts, lists))
+    }
+}

@@ -1,0 +1,251 @@
+//! The plan of a score in parts, as it is written down.
+
+use std::path::{Path, PathBuf};
+
+use dmp_log::{LogIndex, ScanLog};
+use dmp_sensor::ReturnFilter;
+use serde::{Deserialize, Serialize};
+
+use super::error::ShardError;
+use super::suggest::{Machine, Suggested};
+use crate::config::{Config, MapSource, Run};
+use crate::error::EvaluateError;
+use crate::evaluation::Task;
+use crate::plan::VoxelChoice;
+use crate::report::{SegmentReport, segment_report};
+use crate::setting_name::SettingName;
+use crate::settings::Settings;
+use crate::vet::Told;
+use crate::watch::Watch;
+
+/// Everything of a score that does not depend on who does which part: the log and where its scans lie, which returns are used,
+/// voxels and segments, the settings, what was found of the runs. The runs themselves go beside it, [`Self::runs_bytes`].
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ShardPlan {
+    schema: String,
+    dmp_version: String,
+    /// Of the content.
+    hash: String,
+    suggested: Suggested,
+    /// Where the log lay.
+    log: PathBuf,
+    pub(super) content: Content,
+}
+
+/// What every part must agree on.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Content {
+    pub(super) runs: Vec<PlannedRun>,
+    pub(super) runs_hash: String,
+    /// Scans in use, and returns of them.
+    pub(super) scans: u64,
+    pub(super) returns: u64,
+    pub(super) segments: SegmentReport,
+    pub(super) voxel: VoxelChoice,
+    pub(super) filter: ReturnFilter,
+    pub(super) settings: Settings,
+    /// What was found of the runs before.
+    pub(super) told: Told,
+    /// Whether part of the log or of a run is lost.
+    pub(super) is_damaged: bool,
+    pub(super) index: LogIndex,
+}
+
+/// A run of a plan, for people.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlannedRun {
+    /// How it is called.
+    pub name: String,
+    /// Where its trajectory was read.
+    pub file: Option<String>,
+    /// Poses of it.
+    pub poses: usize,
+}
+
+/// The BLAKE3 hash of some bytes, as text.
+pub(super) fn hash_of(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
+}
+
+impl ShardPlan {
+    /// The name of the JSON format.
+    pub const SCHEMA: &'static str = "dmp-plan/1";
+
+    /// Plans the score of `runs` on a log: decides on everything that [`evaluate`](crate::evaluate) decides on before it fuses,
+    /// and reads the same scans for it. `told` is what was found of the runs before, and `is_damaged` whether part of the log or of a
+    /// run is lost.
+    ///
+    /// # Errors
+    /// As [`evaluate`](crate::evaluate); and where a setting cannot be had in parts, or the log is not on disk.
+    pub fn new<'a>(
+        log: &'a dyn ScanLog,
+        runs: &'a [Run],
+        config: &Config,
+        (told, is_damaged): (Told, bool),
+        machine: Machine,
+        watch: impl Into<Watch<'a>>,
+    ) -> Result<Self, ShardError> {
+        check(runs, config)?;
+        let index = log.index()?.ok_or(ShardError::NoIndex)?;
+        let config = Config { checkpoint_every: None, resume: false, ..config.clone() };
+        let task = Task::open(log, runs, &config, watch.into())?;
+        let settings = task.settings.clone();
+        let planned = task.plan(runs)?;
+        let plan = &planned.plan;
+        let suggested = Suggested::of(&planned, machine);
+        let content = Content {
+            runs: runs.iter().map(PlannedRun::of).collect(),
+            runs_hash: hash_of(&runs_bytes(runs)?),
+            scans: plan.frames().len() as u64,
+            returns: plan.returns(),
+            segments: segment_report(plan),
+            voxel: plan.voxel,
+            filter: plan.filter.clone(),
+            settings,
+            told,
+            is_damaged,
+            index,
+        };
+        Ok(Self {
+            schema: Self::SCHEMA.to_owned(),
+            dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
+            hash: content.hash()?,
+            suggested,
+            log: std::path::absolute(&log.summary().path).unwrap_or_else(|_| log.summary().path.clone()),
+            content,
+        })
+    }
+
+    /// Whether it is what was written, by this version.
+    ///
+    /// # Errors
+    /// When it is not.
+    pub fn check(&self) -> Result<(), ShardError> {
+        if self.schema != Self::SCHEMA || self.dmp_version != env!("CARGO_PKG_VERSION") {
+            let (schema, version) = (self.schema.clone(), self.dmp_version.clone());
+            return Err(ShardError::OtherVersion { schema, version });
+        }
+        let found = self.content.hash()?;
+        if found != self.hash {
+            return Err(ShardError::PlanChanged { found, said: self.hash.clone() });
+        }
+        Ok(())
+    }
+
+    /// What tells it from every other plan.
+    pub fn hash(&self) -> &str {
+        &self.hash
+    }
+
+    /// How many parts of each stage make sense.
+    pub fn suggested(&self) -> &Suggested {
+        &self.suggested
+    }
+
+    /// Where the log lay when it was planned.
+    pub fn log(&self) -> &Path {
+        &self.log
+    }
+
+    /// The log, and where its scans lie.
+    pub fn index(&self) -> &LogIndex {
+        &self.content.index
+    }
+
+    /// The names of all runs that were given, those first that are scored.
+    pub fn names(&self) -> Vec<&str> {
+        let scored = self.content.runs.iter().map(|run| run.name.as_str());
+        scored.chain(self.content.told.names_left_out()).collect()
+    }
+
+    /// The runs, for people.
+    pub fn runs(&self) -> &[PlannedRun] {
+        &self.content.runs
+    }
+
+    /// Scans in use.
+    pub fn scans(&self) -> u64 {
+        self.content.scans
+    }
+
+    /// Returns of these scans.
+    pub fn returns(&self) -> u64 {
+        self.content.returns
+    }
+
+    /// Whether part of the log or of a run is lost, or a run left out.
+    pub fn is_incomplete(&self) -> bool {
+        self.content.is_damaged || self.content.told.leaves_out()
+    }
+
+    /// The runs of a plan as bytes, to lie beside it.
+    ///
+    /// # Errors
+    /// When they cannot be written down.
+    pub fn runs_bytes(runs: &[Run]) -> Result<Vec<u8>, ShardError> {
+        runs_bytes(runs)
+    }
+
+    /// The runs that bytes stand for.
+    ///
+    /// # Errors
+    /// When they are not those of this plan.
+    pub fn read_runs(&self, path: &Path, bytes: &[u8]) -> Result<Vec<Run>, ShardError> {
+        let found = hash_of(bytes);
+        if found != self.content.runs_hash {
+            let (found, expected) = (format!("runs {found}"), format!("runs {}", self.content.runs_hash));
+            return Err(ShardError::OtherPart { path: path.to_owned(), found, expected });
+        }
+        postcard::from_bytes(bytes)
+            .map_err(|error| ShardError::Content { path: path.to_owned(), detail: error.to_string() })
+    }
+}
+
+fn runs_bytes(runs: &[Run]) -> Result<Vec<u8>, ShardError> {
+    Ok(postcard::to_allocvec(runs).map_err(EvaluateError::Checkpoint)?)
+}
+
+impl Content {
+    /// Of its JSON, which is the same wherever it is read and written again.
+    fn hash(&self) -> Result<String, ShardError> {
+        let bytes = serde_json::to_vec(self)
+            .map_err(|error| ShardError::Content { path: "plan".into(), detail: error.to_string() })?;
+        Ok(hash_of(&bytes))
+    }
+}
+
+impl PlannedRun {
+    fn of(run: &Run) -> Self {
+        let (name, file) = (run.name.clone(), run.source.file.clone());
+        Self { name, file, poses: run.trajectory.len() }
+    }
+}
+
+/// What cannot be had in parts.
+fn check(runs: &[Run], config: &Config) -> Result<(), EvaluateError> {
+    let refused = |setting, value: String, why| Err(EvaluateError::setting(setting, value, why));
+    let in_parts = "in parts".to_owned();
+    if config.free_space {
+        let why = "trails are found by two more passes over the whole log";
+        return refused(SettingName::FreeSpace, in_parts, why);
+    }
+    if config.decide.is_some() {
+        return refused(SettingName::Decide, in_parts, "whether to go on is known when all parts are done");
+    }
+    if config.save_maps.is_some() {
+        return refused(
+            SettingName::SaveMaps,
+            in_parts,
+            "the map of a run lies in pieces: `dmp map build` makes one",
+        );
+    }
+    match runs.iter().find(|run| run.map != MapSource::Fused) {
+        Some(run) => {
+            refused(SettingName::Map, format!("of `{}` in parts", run.name), "maps are fused from the scans")
+        }
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,122 @@
+//! What can go wrong with a part of a score.
+
+use std::path::PathBuf;
+
+use dmp_disk::DiskError;
+use dmp_log::LogError;
+use dmp_map::MapError;
+use dmp_reduce::ReduceError;
+
+use super::folder::Stage;
+use crate::error::EvaluateError;
+
+/// What can go wrong with a part of a score. Every variant names the file, the part or the value.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ShardError {
+    /// As where a log is scored at once.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
+    /// The log cannot be read.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// A file of a part cannot be read or written.
+    #[error(transparent)]
+    Disk(#[from] DiskError),
+    /// Sums of voxels or a map.
+    #[error(transparent)]
+    Map(#[from] MapError),
+    /// A log that is not on disk.
+    #[error("the scans are in memory: parts need a log on disk")]
+    NoIndex,
+    /// The plan is not what was written.
+    #[error("the plan has changed since it was made: its content is {found}, and it says {said}")]
+    PlanChanged {
+        /// The hash of its content.
+        found: String,
+        /// What it says.
+        said: String,
+    },
+    /// The plan was made by another version.
+    #[error("the plan is {schema} of dmp {version}; this is dmp {}: make it anew", env!("CARGO_PKG_VERSION"))]
+    OtherVersion {
+        /// Its schema.
+        schema: String,
+        /// The version that made it.
+        version: String,
+    },
+    /// This machine cuts the drive otherwise.
+    #[error(
+        "this machine cuts the drive in {here} segments, the plan has {planned}: their bits would not be the same"
+    )]
+    OtherSegments {
+        /// Segments found here.
+        here: usize,
+        /// Segments of the plan.
+        planned: usize,
+    },
+    /// Parts of a stage are not there.
+    #[error("{}: {stage} is not done: {missing}", folder.display())]
+    Missing {
+        /// Where they should be.
+        folder: PathBuf,
+        /// The stage.
+        stage: Stage,
+        /// Which, in words.
+        missing: String,
+    },
+    /// A file that belongs to another plan, or to another part.
+    #[error("{}: it is {found}, and should be {expected}", path.display())]
+    OtherPart {
+        /// The file.
+        path: PathBuf,
+        /// What it says that it is.
+        found: String,
+        /// What it should be.
+        expected: String,
+    },
+    /// The content of a part cannot be understood.
+    #[error("{}: its content cannot be read: {detail}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        detail: String,
+    },
+    /// A scan that several parts have.
+    #[error("{stage}: scan {scan} of the plan is in two parts")]
+    ScanTwice {
+        /// The stage.
+        stage: Stage,
+        /// The ordinal of the scan among those of the plan, from 0.
+        scan: usize,
+    },
+    /// Scans that no part has.
+    #[error("{stage}: {missing} of {scans} scans of the plan are in no part")]
+    ScansMissing {
+        /// The stage.
+        stage: Stage,
+        /// How many.
+        missing: u64,
+        /// Scans that there should be.
+        scans: u64,
+    },
+}
+
+impl ShardError {
+    /// Whether what was asked for is at fault.
+    pub fn is_usage(&self) -> bool {
+        match self {
+            Self::Evaluate(error) => error.is_usage(),
+            Self::Log(error) => error.is_usage(),
+            Self::NoIndex => true,
+            _ => false,
+        }
+    }
+}
+
+impl From<ReduceError> for ShardError {
+    fn from(error: ReduceError) -> Self {
+        Self::Evaluate(error.into())
+    }
+}

@@ -1,0 +1,43 @@
+//! Some scans become sums of voxels, for every run.
+
+use std::path::PathBuf;
+
+use dmp_map::SumsList;
+use dmp_reduce::FrameSet;
+use dmp_sensor::ReturnCounts;
+use serde::{Deserialize, Serialize};
+
+use super::error::ShardError;
+use super::folder::{Stage, stem_of};
+use super::opened::Shard;
+use super::part::Part;
+
+/// What a part came to.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct FusedPart {
+    pub(super) frames: FrameSet,
+    pub(super) counts: ReturnCounts,
+    /// Of every run.
+    pub(super) sums: Vec<SumsList>,
+}
+
+/// The name of a file with the sums of a run.
+pub(super) fn sums_name(part: Part, file_stem: &str) -> String {
+    format!("{}.{file_stem}.sums", stem_of(Stage::Fuse, part))
+}
+
+impl Shard<'_> {
+    /// Poses some scans with every run, and writes the sums of the voxels that their returns lie in. Gives the file that says
+    /// that this is done.
+    ///
+    /// # Errors
+    /// When the log cannot be read, or is not what was planned, or nothing can be written.
+    pub fn fuse(&self, part: Part) -> Result<PathBuf, ShardError> {
+        let planned = self.planned()?;
+        let frames = self.share(&planned, part, |_| true);
+        let folder = self.folder;
+        let path = |file_stem: &str| folder.file(&sums_name(part, file_stem));
+        let (counts, sums) = planned.fuse_part(&frames, path)?;
+        folder.write(Stage::Fuse, part, &FusedPart { frames, counts, sums })
+    }
+}

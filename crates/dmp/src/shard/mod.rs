@@ -1,0 +1,36 @@
+//! A score in parts: on any number of machines, by any scheduler, with the same bits.
+//!
+//! A [`ShardPlan`] says everything that does not depend on who does what. Each part of a stage is a function from files to files
+//! in the plan's folder:
+//!
+//! ```text
+//! plan ──> fuse i/n ──> merge j/m ──> cast k/c ──> reduce
+//!    └──────────────────────────────> drift l/d ──┘
+//! ```
+//!
+//! `fuse` poses some scans with every run and writes sums of voxels; `merge` adds up those of some tiles and makes surfels;
+//! `cast` casts some scans into all maps; `drift` brings some visits onto each other; `reduce` adds everything up. A part that is
+//! done again writes the same bytes. What a part reads is compared with what was planned: it is of this plan, whole, and no
+//! scan is missing or comes twice.
+
+mod cast;
+mod document;
+mod drift;
+mod error;
+mod folder;
+mod fuse;
+mod merge;
+mod needs;
+mod opened;
+mod part;
+mod reach;
+mod reduce;
+mod suggest;
+
+pub use document::{PlannedRun, ShardPlan};
+pub use error::ShardError;
+pub use folder::Stage as ShardStage;
+pub use needs::{NeededFile, Needs};
+pub use opened::Shard;
+pub use part::Part;
+pub use suggest::{Machine, Suggested};

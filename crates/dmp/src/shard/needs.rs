@@ -1,0 +1,95 @@
+//! What a part reads: for who brings it there.
+
+use std::ops::Range;
+
+use dmp_log::FileRanges;
+use dmp_map::SumsBlock;
+use dmp_reduce::FrameSet;
+use serde::Serialize;
+
+use super::drift::pairs_of;
+use super::error::ShardError;
+use super::folder::Stage;
+use super::fuse::sums_name;
+use super::merge::{MergedPart, piece_name, spans_of};
+use super::opened::Shard;
+use super::part::Part;
+use crate::drift::Revisits;
+use crate::evaluation::Evaluation;
+
+/// What a part reads beside the plan, its runs and what says that parts of stages before are done.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Needs {
+    /// Files of the log, with the bytes that are read of each: empty where no scan is read, `null` where it is not known beforehand and
+    /// all of the log is needed.
+    pub log: Option<Vec<FileRanges>>,
+    /// Files of the plan's folder.
+    pub files: Vec<NeededFile>,
+}
+
+/// A file of the plan's folder that a part reads.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct NeededFile {
+    /// Its name.
+    pub name: String,
+    /// The bytes that are read, ascending; `null`: all.
+    pub ranges: Option<Vec<Range<u64>>>,
+}
+
+impl Shard<'_> {
+    /// What a part of a stage reads. The files that say what parts of the stages before came to (`*.part`) must be there.
+    ///
+    /// # Errors
+    /// When these are not.
+    pub fn needs(&self, stage: Stage, part: Part) -> Result<Needs, ShardError> {
+        let planned = self.planned()?;
+        let of_log = |frames: &FrameSet| {
+            let in_log = |ordinal: usize| planned.plan.frames()[ordinal].frame;
+            self.plan.index().ranges(frames.iter().map(in_log))
+        };
+        match stage {
+            Stage::Fuse => {
+                Ok(Needs { log: of_log(&self.share(&planned, part, |_| true)), files: Vec::new() })
+            }
+            Stage::Merge => Ok(Needs { log: Some(Vec::new()), files: self.needed_sums(&planned, part)? }),
+            Stage::Cast => {
+                let frames = self.cast_frames(&planned, part);
+                let merged: Vec<(Part, MergedPart)> = self.folder.read(Stage::Merge)?;
+                let mut files = Vec::new();
+                for (number, run) in planned.runs.iter().enumerate() {
+                    let pieces = self.pieces_in_reach(&planned, number, &merged, &frames)?;
+                    let name = |part| NeededFile { name: piece_name(part, &run.file_stem), ranges: None };
+                    files.extend(pieces.into_iter().map(name));
+                }
+                Ok(Needs { log: of_log(&frames), files })
+            }
+            Stage::Drift => {
+                let revisits = Revisits::new(&planned, planned.drift_pairs());
+                let (_, pairs) = pairs_of(&revisits, part);
+                Ok(Needs { log: of_log(&revisits.scans(pairs)), files: Vec::new() })
+            }
+        }
+    }
+
+    fn needed_sums<M>(&self, planned: &Evaluation<'_, M>, part: Part) -> Result<Vec<NeededFile>, ShardError> {
+        let (fused, voxels) = self.fused(planned)?;
+        let spans = spans_of(&voxels, self.runs.len(), part);
+        let mut files = Vec::new();
+        for (of, fused) in &fused {
+            for ((run, span), sums) in planned.runs.iter().zip(&spans).zip(&fused.sums) {
+                let Some(span) = span else { continue };
+                let mut ranges: Vec<Range<u64>> = Vec::new();
+                for range in
+                    sums.blocks.iter().filter(|block| span.touches(block.tile())).map(SumsBlock::range)
+                {
+                    match ranges.last_mut() {
+                        Some(last) if last.end == range.start => last.end = range.end,
+                        _ => ranges.push(range),
+                    }
+                }
+                files.push(NeededFile { name: sums_name(*of, &run.file_stem), ranges: Some(ranges) });
+            }
+        }
+        Ok(files)
+    }
+}

@@ -1,0 +1,80 @@
+//! What all parts came to becomes a report.
+
+use dmp_sensor::ReturnCounts;
+
+use super::cast::scored_frames;
+use super::error::ShardError;
+use super::folder::Stage;
+use super::merge::MergedPart;
+use super::opened::{Shard, check_frames};
+use super::part::Part;
+use crate::drift::Revisits;
+use crate::evaluation::FuseTotals;
+use crate::heads::Heads;
+use crate::report::{Findings, MapReport, PassTimes, Report, ToldMap};
+use crate::work::{Casting, MapFacts};
+
+impl Shard<'_> {
+    /// Adds up what all parts came to. The report is that of [`evaluate`](crate::evaluate) to the bit, but for its `timing` and
+    /// `memory`, which are those of this process; its sums by tile are left out.
+    ///
+    /// # Errors
+    /// When a part is missing, damaged or of another plan, or a scan is missing or comes twice.
+    pub fn reduce(&self) -> Result<Report, ShardError> {
+        let start = std::time::Instant::now();
+        let mut planned = self.planned()?;
+        let (fused, _) = self.fused(&planned)?;
+        let mut counts = ReturnCounts::default();
+        fused.iter().for_each(|(_, part)| counts.merge(&part.counts));
+        let scratch_bytes =
+            fused.iter().flat_map(|(_, part)| &part.sums).map(|sums| sums.scratch_bytes).sum();
+        planned.fused = FuseTotals { counts: Some(counts), left_out: 0, scratch_bytes };
+        let merged: Vec<(Part, MergedPart)> = self.folder.read(Stage::Merge)?;
+        let cast: Vec<(Part, Casting)> = self.folder.read(Stage::Cast)?;
+        check_frames(Stage::Cast, cast.iter().map(|(_, part)| &part.done), &scored_frames(&planned))?;
+        let mut scored = planned.put_together(cast.into_iter().map(|(_, part)| part).collect())?;
+        planned.account(&mut scored)?;
+        let drift = match planned.drift_pairs() {
+            0 => None,
+            most => {
+                let revisits = Revisits::new(&planned, most);
+                Some(revisits.summed_up(self.drifted(revisits.pairs().len())?))
+            }
+        };
+
+        let total_s = start.elapsed().as_secs_f64();
+        let threads = planned.means.threads;
+        let runs = planned.runs.iter().enumerate().map(|(number, run)| run.like(map_of(&merged, number)));
+        let runs: Vec<_> = runs.collect();
+        let findings = Findings {
+            heads: Heads::Log(self.log),
+            damage: &self.log.summary().damage,
+            settings: &planned.settings,
+            means: &planned.means,
+            plan: &planned.plan,
+            runs: &runs,
+            fused: planned.fused,
+            scored: &scored,
+            timing: PassTimes { total_s, threads, ..PassTimes::default() },
+        };
+        let mut report = findings.report();
+        report.drift = drift;
+        let pieces = merged.iter().flat_map(|(_, part)| part.pieces.iter().flatten());
+        report.memory.disk_bytes += pieces.map(|piece| piece.bytes).sum::<u64>();
+        self.plan.content.told.put_into(&mut report);
+        Ok(report)
+    }
+}
+
+/// What is told of the map of a run, whose pieces have no tile in common.
+fn map_of(merged: &[(Part, MergedPart)], run: usize) -> ToldMap {
+    let pieces = || merged.iter().filter_map(|(_, part)| (*part.pieces.get(run)?).as_ref());
+    let thin_voxels = Some(pieces().map(|piece| piece.thin_voxels).sum());
+    let report = MapReport {
+        surfels: pieces().map(|piece| piece.surfels).sum(),
+        tiles: pieces().map(|piece| piece.tiles).sum(),
+        thin_voxels,
+        ..MapReport::default()
+    };
+    ToldMap { report, facts: MapFacts { fused: true, thin_voxels, ..MapFacts::default() } }
+}

@@ -1,0 +1,89 @@
+//! How many parts make sense.
+
+use serde::{Deserialize, Serialize};
+
+use crate::evaluation::Evaluation;
+
+// Measured on one core: docs/scale.md.
+
+/// What a return takes to be fused, and to be cast, in each run, seconds, about; and a pair of visits to be brought onto each other.
+const FUSE_S: f64 = 5e-8;
+const CAST_S: f64 = 2.5e-7;
+const PAIR_S: f64 = 0.04;
+/// What the voxels of a return take to be merged, seconds, about.
+const MERGE_S: f64 = 8e-9;
+/// A part takes at least so long, that what begins it does not count, and not much longer than this, that little is lost with it.
+const LEAST_S: f64 = 10.0;
+const MOST_S: f64 = 120.0;
+
+/// What the parts are done on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Machine {
+    /// Cores, of all workers together.
+    pub cores: usize,
+}
+
+/// How many parts of each stage make sense.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Suggested {
+    /// For so many cores.
+    pub cores: usize,
+    /// Parts in which scans are fused.
+    pub fuse: u32,
+    /// Parts in which tiles are merged.
+    pub merge: u32,
+    /// Parts in which scans are cast.
+    pub cast: u32,
+    /// Parts in which drift is measured.
+    pub drift: u32,
+    /// Least memory of a part, bytes.
+    pub memory_bytes: u64,
+}
+
+impl Suggested {
+    pub(super) fn of<M: Sync>(planned: &Evaluation<'_, M>, machine: Machine) -> Self {
+        let plan = &planned.plan;
+        let sampled: u64 = plan
+            .looks
+            .frames(0)
+            .filter_map(|ordinal| plan.frames().get(ordinal))
+            .map(|frame| frame.returns)
+            .sum();
+        let runs = planned.runs.len() as f64;
+        let fused = plan.returns() as f64 * runs;
+        let pairs = planned.drift_pairs().min(plan.segments.starts.len()) as f64;
+        let parts = |work_s: f64| parts_of(work_s, machine.cores);
+        Self {
+            cores: machine.cores,
+            fuse: parts(FUSE_S * fused),
+            merge: parts(MERGE_S * fused),
+            cast: parts(CAST_S * sampled as f64 * runs),
+            drift: parts(PAIR_S * pairs * runs),
+            memory_bytes: planned.work.budget().memory_for_tiles(0),
+        }
+    }
+}
+
+/// As many parts as there are cores, or a multiple of that, where each takes long enough.
+fn parts_of(work_s: f64, cores: usize) -> u32 {
+    let cores = cores.clamp(1, 100_000) as f64;
+    let rounds = (work_s / (cores * MOST_S)).ceil().max(1.0);
+    (cores * rounds).min((work_s / LEAST_S).floor()).clamp(1.0, 1e6) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_neither_short_nor_long() {
+        assert_eq!(parts_of(0.5, 32), 1);
+        assert_eq!(parts_of(95.0, 32), 9);
+        assert_eq!(parts_of(1000.0, 32), 32);
+        // 312 s for each core: three rounds.
+        assert_eq!(parts_of(10_000.0, 32), 96);
+        assert_eq!(parts_of(1e12, 2048), 1_000_000);
+    }
+}
