@@ -42,6 +42,7 @@ mod saved_result;
 mod say;
 mod score;
 mod settings;
+mod shard;
 mod simulate;
 mod trajectory_args;
 mod truth;
@@ -91,6 +92,8 @@ enum Command {
     Map(map::Map),
     Info(info::InfoArgs),
     #[command(subcommand)]
+    Shard(shard::Shard),
+    #[command(subcommand)]
     Convert(convert::Convert),
     #[command(subcommand)]
     Truth(truth::Truth),
@@ -111,6 +114,7 @@ impl Command {
             Self::Loops(arguments) => loops::run(arguments, common, out),
             Self::Map(command) => command.run(common, out),
             Self::Info(arguments) => info::run(arguments, out),
+            Self::Shard(command) => command.run(common, out),
             Self::Convert(command) => command.run(common, out),
             Self::Truth(command) => command.run(common, out),
             Self::Simulate(command) => command.run(common, out),

@@ -30,19 +30,19 @@ pub(super) const TAKEN: [&str; 16] = [
 
 /// A result to be like.
 #[derive(Debug)]
-pub(super) struct Like {
+pub(crate) struct Like {
     path: PathBuf,
     report: Report,
 }
 
 impl Like {
-    pub(super) fn read(path: &Path) -> anyhow::Result<Self> {
+    pub(crate) fn read(path: &Path) -> anyhow::Result<Self> {
         Ok(Self { path: path.to_path_buf(), report: read_result(path)? })
     }
 
     /// The settings with those that scores depend on as they were. Where the sensor sits and what is added to the
     /// clock belongs to the runs.
-    pub(super) fn settings(&self, config: Config) -> anyhow::Result<Config> {
+    pub(crate) fn settings(&self, config: Config) -> anyhow::Result<Config> {
         let (path, Report { config: was, sampling, promise, .. }) = (self.path.display(), &self.report);
         if was.free_space {
             bail!(
@@ -89,7 +89,7 @@ impl Like {
     }
 
     /// Refuses another log.
-    pub(super) fn check_log(&self, log: &LogSummary) -> anyhow::Result<()> {
+    pub(crate) fn check_log(&self, log: &LogSummary) -> anyhow::Result<()> {
         let was = &self.report.inputs;
         if (&was.fingerprint, &was.topic) == (&log.fingerprint, &log.topic) {
             return Ok(());

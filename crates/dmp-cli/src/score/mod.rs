@@ -1,6 +1,7 @@
 //! `dmp score`: score and rank runs.
 
 pub(crate) mod announce;
+pub(crate) mod asked;
 pub(crate) mod conventions;
 mod details;
 mod like;
@@ -12,30 +13,24 @@ pub(crate) mod render;
 mod sampling;
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use dmp::{Config, DriftPairs, Report, evaluate, evaluate_quick, file_stem_of};
+use dmp::{Config, Report, evaluate, evaluate_quick, file_stem_of};
 use serde::Serialize;
 
 use crate::clash::refuse_clashes;
 use crate::common::Common;
-use crate::drift::drift_pairs;
 use crate::exit::{Exit, Usage, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
-use crate::log_args::LogArgs;
-use crate::named::{NamedFile, maps_of};
+use crate::named::maps_of;
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::OutputsFolder;
-use crate::settings::{ResumeArgs, SettingsArgs};
-use crate::trajectory_args::TrajectoryArgs;
-use conventions::ConventionArgs;
-use like::Like;
+use crate::settings::ResumeArgs;
+use asked::AskedArgs;
 use outputs::{OutputArgs, Recorder};
-use promise::PromiseArgs;
-use sampling::SamplingArgs;
 
 /// Score runs on a log, and rank them
 ///
@@ -63,45 +58,8 @@ use sampling::SamplingArgs;
     failed, whether part of the log was lost or not."
 )]
 pub(crate) struct ScoreArgs {
-    /// A run to score: its trajectory, world_from_body in metres. A file (TUM, KITTI rows, EuRoC, .npy, g2o),
-    /// `topic:/odom` of the log, or `BAG:/odom` of another bag (odometry, poses, a path; of frames,
-    /// `topic:/tf:WORLD:BODY`). Called NAME, or like the file
-    #[arg(short = 't', long = "trajectory", value_name = "[NAME=]RUN", help_heading = "Input")]
-    #[arg(required_unless_present = "more")]
-    trajectories: Vec<NamedFile>,
     #[command(flatten)]
-    reading: TrajectoryArgs,
-    /// A map to score against instead of the one fused from the scans: LAS, LAZ, PLY, PCD, a mesh in PLY or
-    /// OBJ, or a saved map, in the world frame of the run NAME, or of all runs
-    #[arg(long = "map", value_name = "[NAME=]FILE", help_heading = "Input")]
-    maps: Vec<NamedFile>,
-    /// The unit of the clouds and meshes given with --map: `auto` (what the file says, else metres), `m`, `ft`
-    /// or `us-ft`
-    #[arg(long, value_name = "UNIT", default_value = "auto", help_heading = "Input")]
-    map_unit: parse::AutoUnit,
-    #[command(flatten)]
-    log: LogArgs,
-    /// More runs: what a shell makes of `-t runs/*.tum`
-    #[arg(value_name = "[NAME=]RUN", hide = true)]
-    more: Vec<NamedFile>,
-    #[command(flatten)]
-    settings: SettingsArgs,
-    /// Score as this result of `dmp score --json` of the same log was made, so that `dmp compare` takes both: with its
-    /// voxel, segments, ranges, vehicle, every N-th scan, price of a miss, range noise, sampled scans and confidence
-    #[arg(long, value_name = "RESULT", conflicts_with_all = like::TAKEN, help_heading = "Input")]
-    like: Option<PathBuf>,
-    #[command(flatten)]
-    conventions: ConventionArgs,
-    #[command(flatten)]
-    promise: PromiseArgs,
-    #[command(flatten)]
-    sampling: SamplingArgs,
-    /// Measure drift in metres on so many pairs of visits to the same places at most, on `all`, or on `none`, as `dmp drift`
-    /// does. Without this one for each two segments, and none where a sample is scored; `--drift` alone is all
-    #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true, default_missing_value = "all")]
-    #[arg(value_parser = drift_pairs, conflicts_with = "quick", help_heading = "Returns and map")]
-    drift: Option<DriftPairs>,
-
+    asked: AskedArgs,
     #[command(flatten)]
     resume: ResumeArgs,
 
@@ -131,48 +89,30 @@ struct Scored<'a> {
 
 impl ScoreArgs {
     fn config(&self) -> Config {
-        let settings =
-            Config { save_maps: self.save_maps.clone(), map_unit: self.map_unit.0, ..self.settings.config() };
-        let config = self.promise.of(self.sampling.of(self.resume.in_config(settings)));
-        Config { drift: self.drift.unwrap_or_default(), ..config }
-    }
-
-    /// Every file that is read, as it was named.
-    fn inputs(&self) -> Vec<&Path> {
-        let named = self.trajectories.iter().chain(&self.more).chain(&self.maps);
-        let named = named.map(|file| file.path.as_path()).chain(self.like.as_deref());
-        std::iter::once(self.log.path()).chain(named).collect()
+        Config { save_maps: self.save_maps.clone(), ..self.resume.in_config(self.asked.config()) }
     }
 }
 
 pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) -> anyhow::Result<Exit> {
-    let like = arguments.like.as_deref().map(Like::read).transpose()?;
-    let config = arguments.config();
-    let config = like.iter().try_fold(config, |config, like| like.settings(config))?;
-    config.check()?;
+    let asked = &arguments.asked;
+    let (config, like) = asked.like_in(arguments.config())?;
     // What is short comes first, so that a mistake in it is told before a long log is read.
-    let files: Vec<NamedFile> = arguments.trajectories.iter().chain(&arguments.more).cloned().collect();
-    let started = Runs::start(&files, &arguments.reading)?;
-    let maps = maps_of(&started.names(), &arguments.maps)?;
-    let outputs = arguments.outputs.plan(&started.names(), &arguments.inputs())?;
+    let started = Runs::start(&asked.files(), &asked.reading)?;
+    let maps = maps_of(&started.names(), &asked.maps)?;
+    let outputs = arguments.outputs.plan(&started.names(), &asked.inputs())?;
     let gates = arguments.gates.start(&started.names())?;
     let mut _taken = None;
     if let Some(folder) = &arguments.save_maps {
         _taken = Some(OutputsFolder::take(folder)?);
         let names = started.names();
         let of_run = |name: &&str| folder.join(format!("{}.dmpmap", file_stem_of(&names, name)));
-        refuse_clashes(&names.iter().map(of_run).collect::<Vec<_>>(), &arguments.inputs())?;
+        refuse_clashes(&names.iter().map(of_run).collect::<Vec<_>>(), &asked.inputs())?;
     }
-    let (report, damaged, recorded) = match arguments.sampling.quick() {
+    let (report, damaged, recorded) = match asked.sampling.quick() {
         None => {
-            let opened = OpenedRuns::open(started, maps, &arguments.log, arguments.settings.poses(), common)?;
-            let (OpenedRuns { log, runs, damaged }, vetted) = arguments.conventions.vet(
-                opened,
-                &arguments.log,
-                arguments.settings.poses(),
-                &config,
-                common,
-            )?;
+            let opened = OpenedRuns::open(started, maps, &asked.log, asked.settings.poses(), common)?;
+            let (OpenedRuns { log, runs, damaged }, vetted) =
+                asked.conventions.vet(opened, &asked.log, asked.settings.poses(), &config, common)?;
             like.iter().try_for_each(|like| like.check_log(log.summary()))?;
             let (settings, means) = config.on(log.summary())?;
             if arguments.outputs.report.is_some() && !settings.scales.lengths().has_page {
@@ -189,14 +129,9 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             (report, damaged, Some(recorded))
         }
         Some(share) => {
-            let opened = OpenedRuns::outline(started, &arguments.log, arguments.settings.poses(), common)?;
-            let (OpenedRuns { log, runs, damaged }, vetted) = arguments.conventions.vet_outline(
-                opened,
-                &arguments.log,
-                arguments.settings.poses(),
-                &config,
-                common,
-            )?;
+            let opened = OpenedRuns::outline(started, &asked.log, asked.settings.poses(), common)?;
+            let (OpenedRuns { log, runs, damaged }, vetted) =
+                asked.conventions.vet_outline(opened, &asked.log, asked.settings.poses(), &config, common)?;
             let config = Config { checkpoint_every: None, ..config };
             let report = evaluate_quick(&log, &runs, &config, share, &Progress::new(common))?;
             let report = conventions::told(report, vetted.as_ref());
@@ -220,7 +155,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
         &checked,
         if incomplete { Exit::InputDamaged } else { Exit::Done },
     )?;
-    let printed = print(out, &report, &checked, arguments);
+    let printed = print(out, &report, &checked, (arguments.json, arguments.verbose));
     // Scores are told also where files cannot be written.
     written?;
     if !common.quiet {
@@ -229,17 +164,18 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     when_printed(printed, exit)
 }
 
-fn print(
+/// Prints a report, as JSON or as tables, perhaps all of them.
+pub(crate) fn print(
     out: &mut impl Write,
     report: &Report,
     gates: &[GateReport],
-    arguments: &ScoreArgs,
+    (json, verbose): (bool, bool),
 ) -> anyhow::Result<()> {
-    if arguments.json {
+    if json {
         serde_json::to_writer_pretty(&mut *out, &Scored { report, gates }).map_err(std::io::Error::from)?;
         return Ok(writeln!(out)?);
     }
-    render::report(out, report, arguments.verbose)?;
+    render::report(out, report, verbose)?;
     gates::table(out, gates)?;
     // Before what is said when all is done.
     Ok(out.flush()?)

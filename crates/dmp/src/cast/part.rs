@@ -4,7 +4,7 @@ use dmp_reduce::{Basis, FrameSet};
 
 use super::casters::{RunCaster, SharedTiles};
 use super::pass::{Scored, Sums};
-use super::worker::CastWorker;
+use super::worker::{CastWorker, TileSums};
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
 use crate::frames::{Jobs, Pauses, each_frame_in_parts, jobs_of};
@@ -29,7 +29,8 @@ impl Evaluation<'_, RunCaster> {
             each_frame_in_parts(reading, jobs, workers, pauses)
         })?;
         let sums = Sums::nothing(&layout).with(&workers)?;
-        Ok(sums.kept(wanted.clone()))
+        // Sums by tile are for pictures, and would be most of what is kept.
+        Ok(Sums { tiles: TileSums::new(), ..sums }.kept(wanted.clone()))
     }
 }
 
