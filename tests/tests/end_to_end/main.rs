@@ -37,6 +37,7 @@ mod residuals;
 mod resume;
 mod sampling;
 mod sanity;
+mod shard;
 mod simulated_loops;
 mod simulated_room;
 mod store_format;

@@ -50,8 +50,6 @@ pub struct SumsList {
     pub blocks: Vec<SumsBlock>,
     /// Points that were added.
     pub points: u64,
-    /// Bytes put aside before they were written.
-    pub scratch_bytes: u64,
 }
 
 impl MapFuser {
@@ -63,8 +61,7 @@ impl MapFuser {
         let io = |what| MapError::io(path, what);
         let output = OutputFile::create(path).map_err(io("cannot create the file"))?;
         let mut file = BufWriter::new(output.file().map_err(io("cannot create the file"))?);
-        let mut list =
-            SumsList { points: self.points(), scratch_bytes: self.scratch_bytes(), ..SumsList::default() };
+        let mut list = SumsList { points: self.points(), ..SumsList::default() };
         let (mut offset, mut records, mut planes) = (0, Vec::with_capacity(BLOCK), Vec::new());
         for tile in self.tiles() {
             let mut voxels = self.voxels_of(tile).peekable();

@@ -26,9 +26,7 @@ impl Shard<'_> {
         let (fused, _) = self.fused(&planned)?;
         let mut counts = ReturnCounts::default();
         fused.iter().for_each(|(_, part)| counts.merge(&part.counts));
-        let scratch_bytes =
-            fused.iter().flat_map(|(_, part)| &part.sums).map(|sums| sums.scratch_bytes).sum();
-        planned.fused = FuseTotals { counts: Some(counts), left_out: 0, scratch_bytes };
+        planned.fused = FuseTotals { counts: Some(counts), left_out: 0, scratch_bytes: 0 };
         let merged: Vec<(Part, MergedPart)> = self.folder.read(Stage::Merge)?;
         let cast: Vec<(Part, Casting)> = self.folder.read(Stage::Cast)?;
         check_frames(Stage::Cast, cast.iter().map(|(_, part)| &part.done), &scored_frames(&planned))?;

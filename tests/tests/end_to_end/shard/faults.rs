@@ -1,0 +1,210 @@
+//! Parts that are missing, damaged, doubled or of another plan: named, never added up.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::{all_stages, done, plan, reduced, stage};
+use crate::common::{refused, text};
+use crate::resume::town_command;
+
+const TOWN: &str = "town.mcap -t truth.tum -t drift.tum";
+
+/// Plans and does all parts in `work`, and what another plan comes to in `other`.
+fn two_plans(folder: &Path) {
+    town_command(folder);
+    plan(folder, "work", TOWN);
+    all_stages(folder, "work", [3, 2, 2, 2]);
+    plan(folder, "other", &format!("{TOWN} --voxel 0.5"));
+    all_stages(folder, "other", [3, 2, 2, 2]);
+}
+
+/// Who reads a file: what is then to be done, and has to refuse it.
+fn reader_of(name: &str) -> Vec<&'static str> {
+    let (fuse, merge) = ("shard merge work --part 1/2", "shard cast work --part 1/2");
+    match (name, Path::new(name).extension().and_then(|extension| extension.to_str())) {
+        (_, Some("sums")) => vec![fuse],
+        (_, Some("dmpmap")) => vec![merge],
+        ("plan.json" | "runs.part", _) => vec![
+            "shard fuse work --part 1/3",
+            fuse,
+            merge,
+            "shard drift work --part 1/2",
+            "shard reduce work",
+        ],
+        _ if name.starts_with("fuse") => vec![fuse, "shard reduce work"],
+        _ if name.starts_with("merge") => vec![merge, "shard reduce work"],
+        _ => vec!["shard reduce work"],
+    }
+}
+
+#[test]
+fn parts_that_are_not_what_they_should_be_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    two_plans(folder);
+    let expected = reduced(folder, "work");
+    let file = |name: &str| -> PathBuf { folder.join("work").join(name) };
+    let mut faults = 0;
+    for name in [
+        "plan.json",
+        "runs.part",
+        "fuse-2-of-3.part",
+        "fuse-2-of-3.truth.sums",
+        "merge-1-of-2.part",
+        "merge-1-of-2.drift.dmpmap",
+        "cast-2-of-2.part",
+        "drift-1-of-2.part",
+    ] {
+        let whole = fs::read(file(name)).unwrap();
+        let twin = name.replace("2-of-3", "1-of-3").replace("2-of-2", "1-of-2");
+        let flipped = |at: usize| {
+            let mut bytes = whole.clone();
+            bytes[at] ^= 0x20;
+            Some(bytes)
+        };
+        let mut wrong = vec![
+            ("cut", Some(whole[..whole.len() - 3].to_vec())),
+            ("empty", Some(Vec::new())),
+            ("missing", None),
+            ("flipped", flipped(whole.len() / 2)),
+            ("flipped at its end", flipped(whole.len() - 2)),
+            ("of another plan", Some(fs::read(folder.join("other").join(name)).unwrap())),
+        ];
+        if twin != name {
+            wrong.push(("of another part", Some(fs::read(file(&twin)).unwrap())));
+        }
+        for (fault, bytes) in wrong {
+            match bytes {
+                Some(bytes) => fs::write(file(name), bytes).unwrap(),
+                None => fs::remove_file(file(name)).unwrap(),
+            }
+            // Another plan by itself is one, and nothing here belongs to it.
+            let is_named = |line: &str| {
+                line.contains(name)
+                    || (fault == "missing" && line.contains("is missing"))
+                    || (name == "plan.json" && line.contains("plan "))
+                    || (name == "plan.json" && line.contains("runs "))
+            };
+            for command in reader_of(name) {
+                let output = crate::common::dmp(folder, &format!("{command} --quiet"));
+                let line = text(&output.stderr);
+                assert_eq!(output.status.code(), Some(1), "{name} {fault}, {command}: {line}");
+                assert!(line.lines().count() == 1 && is_named(&line), "{name} {fault}, {command}: {line}");
+                assert!(output.stdout.is_empty(), "{name} {fault}, {command}");
+                faults += 1;
+            }
+            fs::write(file(name), &whole).unwrap();
+        }
+    }
+    assert!(faults > 60, "{faults}");
+    assert_eq!(reduced(folder, "work"), expected);
+}
+
+#[test]
+fn a_log_that_is_another_now_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    town_command(folder);
+    plan(folder, "work", TOWN);
+    let log = folder.join("town.mcap");
+    let whole = fs::read(&log).unwrap();
+    let fuse = "shard fuse work --part 1/2";
+    fs::write(&log, &whole[..whole.len() - 1]).unwrap();
+    refused(folder, fuse, 1, &["town.mcap", "bytes, and had"]);
+    let mut ends = whole.clone();
+    ends[40] ^= 1;
+    fs::write(&log, ends).unwrap();
+    refused(folder, fuse, 1, &["town.mcap", "the log that was indexed is crc32:"]);
+    let mut chunk = whole.clone();
+    chunk[whole.len() / 4] ^= 1;
+    fs::write(&log, chunk).unwrap();
+    refused(folder, fuse, 1, &["town.mcap", "was whole and is not any more"]);
+    fs::remove_file(&log).unwrap();
+    refused(folder, fuse, 1, &["town.mcap", "No such file"]);
+    // It may lie elsewhere.
+    fs::write(folder.join("moved.mcap"), whole).unwrap();
+    done(folder, &format!("{fuse} --log moved.mcap"));
+    assert!(!folder.join("work/fuse-2-of-2.part").exists() && folder.join("work/fuse-1-of-2.part").exists());
+}
+
+#[test]
+fn a_plan_belongs_to_its_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    town_command(folder);
+    plan(folder, "work", TOWN);
+    refused(folder, &format!("shard plan {TOWN} --every 2 -o work"), 2, &["it holds another plan"]);
+    let path = folder.join("work/plan.json");
+    let text = fs::read_to_string(&path).unwrap();
+    // How many parts make sense is nobody's business but the scheduler's.
+    assert!(text.contains("\"cast\": 1,"));
+    fs::write(&path, text.replace("\"cast\": 1,", "\"cast\": 9,")).unwrap();
+    done(folder, "shard fuse work --part 1/1");
+    fs::write(&path, text.replace("\"every\": 1,", "\"every\": 2,")).unwrap();
+    refused(
+        folder,
+        "shard fuse work --part 1/1",
+        1,
+        &["plan.json", "the plan has changed since it was made"],
+    );
+    fs::write(&path, text.replace("\"dmp_version\": \"", "\"dmp_version\": \"9.")).unwrap();
+    refused(folder, "shard fuse work --part 1/1", 1, &["plan.json", "of dmp 9.", "make it anew"]);
+}
+
+#[test]
+fn a_full_work_folder_is_told_and_leaves_no_part_half_done() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let whole = town_command(folder).output().unwrap();
+    fs::create_dir(folder.join("disk")).unwrap();
+    let dmp = env!("CARGO_BIN_EXE_dmp-under-test");
+    let parts = "for i in 1 2; do $D shard cast disk/work --part $i/2 || exit 3; done; \
+                 $D shard drift disk/work --part 1/1 || exit 3; $D shard reduce disk/work --json";
+    let script = format!(
+        "D='{dmp} -q'; mount -t tmpfs -o size=1200k none disk || exit 99; \
+         $D shard plan {TOWN} -o disk/work >/dev/null || exit 2; \
+         $D shard fuse disk/work --part 1/2 2>first.txt || $D shard fuse disk/work --part 2/2 2>first.txt; echo $? >first.code; \
+         ls -A disk/work >left.txt; mount -o remount,size=200m disk || exit 99; \
+         for i in 1 2; do $D shard fuse disk/work --part $i/2 || exit 3; done; \
+         $D shard merge disk/work --part 1/1 || exit 3; {parts}"
+    );
+    let output = Command::new("unshare")
+        .args(["--map-root-user", "--mount", "sh", "-c", &script])
+        .current_dir(folder)
+        .output();
+    let output = match output {
+        Ok(output) if output.status.code() != Some(99) && folder.join("first.code").exists() => output,
+        _ => {
+            println!("skipped: this system does not let us mount a disk of our own");
+            return;
+        }
+    };
+    let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+    assert!(read("first.txt").contains("No space left on device"), "{}", read("first.txt"));
+    assert_eq!(read("first.code").trim(), "1");
+    assert!(read("left.txt").lines().all(|name| !name.contains("dmp-tmp")), "{}", read("left.txt"));
+    let expected = crate::resume::scores(&whole.stdout);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_eq!(crate::resume::scores(&output.stdout), expected);
+}
+
+/// Two of a scheduler's workers do the same part at the same time.
+#[test]
+fn twins_do_not_disturb_each_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let whole = town_command(folder).output().unwrap();
+    plan(folder, "work", TOWN);
+    for name in ["fuse", "merge", "cast", "drift"] {
+        let twins = || {
+            std::thread::scope(|scope| {
+                for _ in 0..3 {
+                    scope.spawn(|| stage(folder, "work", name, 2));
+                }
+            });
+        };
+        twins();
+    }
+    assert_eq!(reduced(folder, "work").0, crate::resume::scores(&whole.stdout));
+}

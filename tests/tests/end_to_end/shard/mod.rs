@@ -1,0 +1,60 @@
+//! Scores in parts: the bits of one process, whoever did which part, how often and in which order.
+
+mod faults;
+mod parts;
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use serde_json::Value;
+
+use crate::common::{dmp, text};
+use crate::resume::scores;
+
+/// Parts of the stages: fuse, merge, cast, drift.
+type Counts = [u32; 4];
+
+/// Runs a command that must not fail, and gives what it printed.
+fn done(folder: &Path, arguments: &str) -> Output {
+    let output = dmp(folder, arguments);
+    assert!(matches!(output.status.code(), Some(0 | 3)), "{arguments}\n{}", text(&output.stderr));
+    output
+}
+
+fn plan(folder: &Path, work: &str, asked: &str) {
+    done(folder, &format!("shard plan {asked} -o {work} --quiet"));
+}
+
+/// Does all parts of a stage, the last one first.
+fn stage(folder: &Path, work: &str, stage: &str, parts: u32) {
+    for part in (1..=parts).rev() {
+        done(folder, &format!("shard {stage} {work} --part {part}/{parts} --threads 1 --quiet"));
+    }
+}
+
+fn all_stages(folder: &Path, work: &str, counts: Counts) {
+    for (name, parts) in ["fuse", "merge", "cast", "drift"].into_iter().zip(counts) {
+        stage(folder, work, name, parts);
+    }
+}
+
+/// What `reduce` prints, but for what may differ, and the exit code.
+fn reduced(folder: &Path, work: &str) -> (Value, Option<i32>) {
+    let output = done(folder, &format!("shard reduce {work} --json --quiet"));
+    (scores(&output.stdout), output.status.code())
+}
+
+fn whole(folder: &Path, asked: &str) -> (Value, Option<i32>) {
+    let output = done(folder, &format!("score {asked} --json --quiet"));
+    (scores(&output.stdout), output.status.code())
+}
+
+/// Every file of a folder, by name.
+fn files_of(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
+    let paths = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<_> = paths.map(|path| (name(&path), fs::read(&path).unwrap())).collect();
+    files.sort();
+    files
+}
