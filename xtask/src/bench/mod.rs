@@ -12,6 +12,7 @@ mod report;
 mod room;
 mod scale;
 mod score;
+mod shard;
 mod simulate;
 mod store;
 mod taken;
@@ -40,6 +41,7 @@ pub(crate) enum Bench {
     Room(room::RoomArgs),
     Scale(scale::ScaleArgs),
     Score(score::ScoreArgs),
+    Shard(shard::ShardArgs),
     Simulate(simulate::SimulateArgs),
     Store(store::StoreArgs),
     Truth(truth::TruthArgs),
@@ -60,6 +62,7 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
         Bench::Scale(arguments) => scale::run(arguments),
         Bench::Fuse(arguments) => fuse::run(arguments),
         Bench::Score(arguments) => score::run(arguments),
+        Bench::Shard(arguments) => shard::run(arguments),
         Bench::Simulate(arguments) => simulate::run(arguments),
         Bench::Store(arguments) => store::run(arguments),
         Bench::Truth(arguments) => truth::run(arguments),

@@ -86,7 +86,10 @@ fn parts_that_are_not_what_they_should_be_are_named() {
                     || (name == "plan.json" && line.contains("plan "))
                     || (name == "plan.json" && line.contains("runs "))
             };
-            for command in reader_of(name) {
+            // With another plan of the same runs, what reads no part before is a part of that plan.
+            let reads_parts = |command: &&str| !command.contains(" fuse ") && !command.contains(" drift ");
+            let is_other = (name, fault) == ("plan.json", "of another plan");
+            for command in reader_of(name).into_iter().filter(|command| !is_other || reads_parts(command)) {
                 let output = crate::common::dmp(folder, &format!("{command} --quiet"));
                 let line = text(&output.stderr);
                 assert_eq!(output.status.code(), Some(1), "{name} {fault}, {command}: {line}");
@@ -121,7 +124,7 @@ fn a_log_that_is_another_now_is_named() {
     fs::write(&log, chunk).unwrap();
     refused(folder, fuse, 1, &["town.mcap", "was whole and is not any more"]);
     fs::remove_file(&log).unwrap();
-    refused(folder, fuse, 1, &["town.mcap", "No such file"]);
+    refused(folder, fuse, 1, &["town.mcap", "no such file"]);
     // It may lie elsewhere.
     fs::write(folder.join("moved.mcap"), whole).unwrap();
     done(folder, &format!("{fuse} --log moved.mcap"));
@@ -162,7 +165,7 @@ fn a_full_work_folder_is_told_and_leaves_no_part_half_done() {
     let parts = "for i in 1 2; do $D shard cast disk/work --part $i/2 || exit 3; done; \
                  $D shard drift disk/work --part 1/1 || exit 3; $D shard reduce disk/work --json";
     let script = format!(
-        "D='{dmp} -q'; mount -t tmpfs -o size=1200k none disk || exit 99; \
+        "D='{dmp} -q'; mount -t tmpfs -o size=320k none disk || exit 99; \
          $D shard plan {TOWN} -o disk/work >/dev/null || exit 2; \
          $D shard fuse disk/work --part 1/2 2>first.txt || $D shard fuse disk/work --part 2/2 2>first.txt; echo $? >first.code; \
          ls -A disk/work >left.txt; mount -o remount,size=200m disk || exit 99; \

@@ -226,15 +226,15 @@ fn what_cannot_be_had_in_parts_is_refused_by_name() {
     let folder = folder.path();
     town_command(folder);
     for (options, words) in [
-        ("--free-space", ["--free-space in parts", "two more passes"]),
-        ("--decide", ["--decide in parts", "when all parts are done"]),
+        ("--free-space", ["free-space in parts", "two more passes"]),
+        ("--decide", ["decide in parts", "when all parts are done"]),
         ("--quick", ["--quick in parts", "`dmp score` does it"]),
         ("--report a.html", ["--report in parts", "single returns"]),
         ("--residuals a.laz", ["--residuals in parts", "single returns"]),
         ("--per-frame a.csv", ["--per-frame in parts", "single returns"]),
         ("--save-maps maps", ["--save-maps in parts", "`dmp map build`"]),
         ("--resume", ["--resume in parts", "done again"]),
-        ("--map truth=truth.tum", ["--map of `truth` in parts", "fused from the scans"]),
+        ("--map truth=truth.tum", ["map of `truth` in parts", "fused from the scans"]),
     ] {
         refused(folder, &format!("shard plan {TOWN} {options} -o work"), 2, &words);
     }
