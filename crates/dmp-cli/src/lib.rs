@@ -43,6 +43,7 @@ mod say;
 mod score;
 mod settings;
 mod simulate;
+mod suite;
 mod trajectory_args;
 mod truth;
 mod vetting;
@@ -84,6 +85,7 @@ enum Command {
     Score(Box<score::ScoreArgs>),
     Calibrate(Box<calibrate::CalibrateArgs>),
     Compare(compare::CompareArgs),
+    Suite(Box<suite::SuiteArgs>),
     Drift(Box<drift::DriftArgs>),
     Repair(Box<repair::RepairArgs>),
     Loops(Box<loops::LoopsArgs>),
@@ -106,6 +108,7 @@ impl Command {
             Self::Score(arguments) => score::run(arguments, common, out),
             Self::Calibrate(arguments) => calibrate::run(arguments, common, out),
             Self::Compare(arguments) => compare::run(arguments, common, out),
+            Self::Suite(arguments) => suite::run(arguments, common, out),
             Self::Drift(arguments) => drift::run(arguments, common, out),
             Self::Repair(arguments) => repair::run(arguments, common, out),
             Self::Loops(arguments) => loops::run(arguments, common, out),

@@ -130,7 +130,8 @@ mod tests {
     fn by_enumeration(better: u32, worse: u32) -> f64 {
         let n = better + worse;
         let off = better.abs_diff(worse);
-        let as_unequal = (0..1_u32 << n).filter(|coins| coins.count_ones().abs_diff(n - coins.count_ones()) >= off);
+        let as_unequal =
+            (0..1_u32 << n).filter(|coins| coins.count_ones().abs_diff(n - coins.count_ones()) >= off);
         as_unequal.count() as f64 / f64::from(1_u32 << n)
     }
 
@@ -184,7 +185,10 @@ mod tests {
             }
         }
         assert_eq!(Median::of(&[], Confidence::P99), None);
-        assert_eq!(Median::of(&[2.0, 1.0, 9.0], Confidence::P99), Some(Median { value: 2.0, interval: None }));
+        assert_eq!(
+            Median::of(&[2.0, 1.0, 9.0], Confidence::P99),
+            Some(Median { value: 2.0, interval: None })
+        );
     }
 
     #[test]

@@ -4,10 +4,11 @@ mod annotate;
 mod check;
 mod junit;
 mod limit;
+mod over_logs;
 mod scores;
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
@@ -21,6 +22,7 @@ use crate::say::{say, tell};
 use check::Asked;
 pub(crate) use check::GateReport;
 use limit::{Bound, Limit};
+pub(crate) use over_logs::{SuiteGateArgs, SuiteGates};
 
 /// What must hold, and how it is told.
 #[derive(Debug, Args)]
@@ -85,10 +87,7 @@ impl GateArgs {
         for gate in &gates {
             gate.refuse_unknown(runs)?;
         }
-        let folder = self.junit.as_ref().and_then(|file| file.parent());
-        if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-            bail!("{}: no such folder for --junit", folder.display());
-        }
+        check_junit_folder(self.junit.as_deref())?;
         Ok(Gates { arguments: self, asked: gates })
     }
 }
@@ -116,16 +115,31 @@ impl Gates<'_> {
         gates: &[GateReport],
         done: Exit,
     ) -> anyhow::Result<Exit> {
-        for failed in gates.iter().filter(|gate| !gate.passed) {
-            match self.arguments.annotate {
-                Some(Annotate::Github) => host.command(&annotate::github(failed)),
-                None => say!(host, "gate failed: {failed}"),
-            }
-        }
+        tell_failed(host, self.arguments.annotate, gates);
         if let Some(file) = &self.arguments.junit {
-            save_text(file, &junit::document(report, gates))?;
+            let name = format!("dmp {}", report.inputs.log);
+            save_text(file, &junit::document(&name, report.timing.total_s, gates))?;
         }
         Ok(if gates.iter().all(|gate| gate.passed) { done } else { Exit::GateFailed })
+    }
+}
+
+/// Refuses a JUnit file in a folder that is not there.
+fn check_junit_folder(file: Option<&Path>) -> anyhow::Result<()> {
+    let folder = file.and_then(Path::parent);
+    if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        bail!("{}: no such folder for --junit", folder.display());
+    }
+    Ok(())
+}
+
+/// A line for each gate that failed.
+fn tell_failed(host: &Hosted, annotate: Option<Annotate>, gates: &[GateReport]) {
+    for failed in gates.iter().filter(|gate| !gate.passed) {
+        match annotate {
+            Some(Annotate::Github) => host.command(&annotate::github(failed)),
+            None => say!(host, "gate failed: {failed}"),
+        }
     }
 }
 

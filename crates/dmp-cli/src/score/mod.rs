@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
-use dmp::{Config, DriftPairs, Report, evaluate, evaluate_quick, file_stem_of};
+use dmp::{Confidence, Config, DriftPairs, Report, evaluate, evaluate_quick, file_stem_of};
 use serde::Serialize;
 
 use crate::clash::refuse_clashes;
@@ -29,7 +29,7 @@ use crate::named::{NamedFile, maps_of};
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::OutputsFolder;
-use crate::settings::{ResumeArgs, SettingsArgs};
+use crate::settings::{ResourceArgs, ResumeArgs, SettingsArgs};
 use crate::trajectory_args::TrajectoryArgs;
 use conventions::ConventionArgs;
 use like::Like;
@@ -135,6 +135,17 @@ impl ScoreArgs {
             Config { save_maps: self.save_maps.clone(), map_unit: self.map_unit.0, ..self.settings.config() };
         let config = self.promise.of(self.sampling.of(self.resume.in_config(settings)));
         Config { drift: self.drift.unwrap_or_default(), ..config }
+    }
+
+    /// How sure the verdicts are to be.
+    pub(crate) fn confidence(&self) -> Confidence {
+        self.config().confidence
+    }
+
+    /// The same, with these means.
+    pub(crate) fn with_resources(mut self, resources: &ResourceArgs) -> Self {
+        self.settings.resources = resources.clone();
+        self
     }
 
     /// Every file that is read, as it was named.

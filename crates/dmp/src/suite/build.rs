@@ -33,10 +33,7 @@ pub fn suite_report(versions: &[String], logs: &[SuiteLog], confidence: Confiden
         dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
         versions: versions.to_vec(),
         worst_first: worst_first(logs, &pairs),
-        promise: SuitePromiseReport {
-            confidence: confidence.level(),
-            interval_confidence: each.level(),
-        },
+        promise: SuitePromiseReport { confidence: confidence.level(), interval_confidence: each.level() },
         warnings: warnings(versions, logs),
         logs: logs.iter().map(of_log).collect(),
         pairs,
@@ -67,7 +64,8 @@ fn worst_first(logs: &[SuiteLog], pairs: &[SuitePairReport]) -> Vec<String> {
         let by_m = on_log().filter_map(|(_, on)| on.rms_difference_m).fold(0.0_f64, f64::min);
         (lost, by_m)
     };
-    let mut scored: Vec<_> = logs.iter().filter(|log| log.report.is_ok()).map(|log| (loss(log), log)).collect();
+    let mut scored: Vec<_> =
+        logs.iter().filter(|log| log.report.is_ok()).map(|log| (loss(log), log)).collect();
     scored.sort_by(|((lost_a, by_a), _), ((lost_b, by_b), _)| lost_b.cmp(lost_a).then(by_a.total_cmp(by_b)));
     scored.into_iter().map(|(_, log)| log.name.clone()).collect()
 }
@@ -94,16 +92,16 @@ fn warnings(versions: &[String], logs: &[SuiteLog]) -> Vec<String> {
             ));
         }
     }
-    let is_blind = |run: &RunReport| {
-        run.warnings.iter().any(|warning| matches!(warning, Warning::FewRevisits { .. }))
-    };
+    let is_blind =
+        |run: &RunReport| run.warnings.iter().any(|warning| matches!(warning, Warning::FewRevisits { .. }));
     let blind: Vec<&str> = logs
         .iter()
         .filter(|log| log.report.as_ref().is_ok_and(|report| report.runs.iter().all(is_blind)))
         .map(|log| log.name.as_str())
         .collect();
     if !blind.is_empty() {
-        warnings.push(format!("hardly a place is seen again, so drift is invisible, on {}", blind.join(", ")));
+        warnings
+            .push(format!("hardly a place is seen again, so drift is invisible, on {}", blind.join(", ")));
     }
     warnings
 }

@@ -66,7 +66,8 @@ mod tests {
                     let ways = choose(logs, a) * choose(logs - a, b);
                     let (of_a, of_b) = (share * wins, share * (1.0 - wins));
                     let none = 1.0 - share;
-                    chance += ways * of_a.powi(a as i32) * of_b.powi(b as i32) * none.powi((logs - a - b) as i32);
+                    chance +=
+                        ways * of_a.powi(a as i32) * of_b.powi(b as i32) * none.powi((logs - a - b) as i32);
                 }
             }
         }

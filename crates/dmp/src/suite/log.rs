@@ -18,8 +18,10 @@ impl SuiteLog {
     /// Every version that is not compared on this log, those left out by the report among them.
     pub(super) fn all_missing(&self) -> Vec<MissingReport> {
         let left_out = self.report.iter().flat_map(|report| &report.left_out);
-        let left_out = left_out
-            .map(|run| MissingReport { version: run.name.clone(), reason: format!("left out: {}", run.reason) });
+        let left_out = left_out.map(|run| MissingReport {
+            version: run.name.clone(),
+            reason: format!("left out: {}", run.reason),
+        });
         self.missing.iter().cloned().chain(left_out).collect()
     }
 }

@@ -26,8 +26,7 @@ fn report(better: Option<&str>, new_cm: f64) -> Report {
         let is_new_first = pair.a == "new";
         let means_m2 = [Some(0.01), Some((0.01 * new_cm) * (0.01 * new_cm))];
         let scale = &mut pair.scales[2];
-        [scale.mean_a_m2, scale.mean_b_m2] =
-            if is_new_first { [means_m2[1], means_m2[0]] } else { means_m2 };
+        [scale.mean_a_m2, scale.mean_b_m2] = if is_new_first { [means_m2[1], means_m2[0]] } else { means_m2 };
     }
     for pair in report.drift.iter_mut().flat_map(|drift| &mut drift.comparisons) {
         (pair.a, pair.b) = (renamed(&pair.a), renamed(&pair.b));
@@ -49,7 +48,8 @@ fn log(name: &str, report: Report) -> SuiteLog {
 
 /// New is better on all but the last, where it loses.
 fn nine() -> Vec<SuiteLog> {
-    let mut logs: Vec<SuiteLog> = (0..9).map(|k| log(&format!("log {k}"), report(Some("new"), 9.0))).collect();
+    let mut logs: Vec<SuiteLog> =
+        (0..9).map(|k| log(&format!("log {k}"), report(Some("new"), 9.0))).collect();
     logs.push(log("tunnel", report(None, 11.0)));
     logs
 }
@@ -92,7 +92,8 @@ fn what_is_not_compared_is_told() {
     logs.push(SuiteLog { name: "lost".into(), report: Err("no such file".into()), missing: Vec::new() });
     let mut left_out = report(None, 9.0);
     left_out.pairs.clear();
-    left_out.left_out = vec![LeftOutReport { name: "new".into(), reason: "it belongs to another log".into() }];
+    left_out.left_out =
+        vec![LeftOutReport { name: "new".into(), reason: "it belongs to another log".into() }];
     logs.push(log("odd", left_out));
     let found = suite_report(&versions(), &logs, Confidence::P99);
     assert_eq!((found.pairs[0].outcome, found.pairs[0].compared), (Outcome::TooFewLogs, 3));
