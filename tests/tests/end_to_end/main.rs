@@ -40,6 +40,7 @@ mod sanity;
 mod simulated_loops;
 mod simulated_room;
 mod store_format;
+mod suite;
 mod trails;
 mod truth_study;
 mod truth_surface;

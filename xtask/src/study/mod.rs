@@ -26,6 +26,7 @@ mod rule;
 mod sample;
 mod score;
 mod setting;
+mod suite;
 mod survey;
 mod tables;
 mod trap;
@@ -67,6 +68,8 @@ enum StudyTask {
     Repair(repair::RepairArgs),
     /// Score depth cameras in simulated rooms: the paper's own experiment
     Rooms(rooms::RoomsArgs),
+    /// Compare three settings of a real odometry over simulated drives with `dmp suite`, and with the truth
+    Suite(suite::SuiteArgs),
     /// Write a drive as a folder of scans with times, and its truth beside it as FOLDER.truth.tum
     Export {
         /// Name of the drive, e.g. loop-64
@@ -96,12 +99,14 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
         StudyTask::Drift(arguments) => drift::run(arguments),
         StudyTask::Repair(arguments) => repair::run(arguments),
         StudyTask::Rooms(arguments) => rooms::run(arguments),
+        StudyTask::Suite(arguments) => suite::run(arguments),
         StudyTask::Export { drive, output } => export(&find(drive)?, output),
         StudyTask::Trap { seed } => trap::run(*seed),
         StudyTask::Drives => drives().iter().try_for_each(survey::print),
     }
 }
 
+/// Writes a drive as a folder of scans, and its truth beside it.
 fn export(spec: &DriveSpec, folder: &Path) -> anyhow::Result<()> {
     let town = spec.town()?;
     let recording = Recording::new(&town, &spec.options)?;
