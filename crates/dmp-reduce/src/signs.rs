@@ -161,7 +161,8 @@ mod tests {
             let needed = signs_needed(error);
             assert!(sign_test(needed, 0) <= error && sign_test(needed - 1, 0) > error, "{error}: {needed}");
         }
-        assert_eq!([0.05, 0.01, 0.01 / 3.0].map(signs_needed), [6, 8, 10]);
+        // The table of docs/suite.md: 1, 3, 6 and 10 pairs.
+        assert_eq!([1.0, 3.0, 6.0, 10.0].map(|pairs| signs_needed(0.01 / pairs)), [8, 10, 11, 11]);
     }
 
     /// Every order of n values about a true median is one of 2^n equally likely patterns of sides.

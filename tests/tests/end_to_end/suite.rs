@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 
 use serde_json::Value;
 
+use crate::browser::{Browser, Theme};
 use crate::common::{dmp, refused, text, workspace, write};
 
 /// A folder with runs of two versions on logs that are all the sample, with these options each.
@@ -277,4 +278,33 @@ fn what_is_wrong_with_a_suite_is_one_line_with_file_key_and_value() {
         2,
         &["example.toml: logs[1].path = \"logs/campus.mcap\": no such"],
     );
+}
+
+/// Names as people have them: long ones, and such that would be elements.
+#[test]
+fn a_browser_shows_every_part_of_the_page() {
+    let Some(browser) = Browser::start() else { return };
+    let folder = suite(&[("a", ""), ("2024-03-11 <b>the long drive past the harbour & back</b>", "")], "");
+    let written = dmp(folder.path(), "suite s.toml --quiet --report page.html --expect-best good");
+    assert_eq!(written.status.code(), Some(4), "{}", text(&written.stderr));
+    for (width_px, theme) in [(1280, Theme::Light), (390, Theme::Dark)] {
+        let page = browser.open(&folder.path().join("page.html"), width_px, theme);
+        for (role, name) in [
+            ("heading", "bad or good: which makes the better maps?"),
+            ("region", "Verdict"),
+            ("region", "Over all logs"),
+            ("columnheader", "first better"),
+            ("region", "Every log, worst first"),
+            ("columnheader", "bad / good"),
+            ("region", "What was scored"),
+        ] {
+            assert!(page.has(role, name), "{width_px} {theme:?}: no {role} `{name}`");
+        }
+        let told = page.text();
+        assert!(told.contains("Too few logs to decide anything: 2 logs."), "{told}");
+        assert!(told.contains("<b>the long drive past the harbour & back</b>"), "{told}");
+        assert!(told.contains("8 needed, even if all of them agree, and 2 compare both"), "{told}");
+        page.assert_sound();
+        assert!(page.requests().is_empty(), "{:?}", page.requests());
+    }
 }
