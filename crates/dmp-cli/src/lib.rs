@@ -282,7 +282,7 @@ impl Answer {
             Self::Foreign(foreign) => {
                 Err(Failure::new(FailureKind::Usage, format_args!("{}", foreign_in_words(&foreign))))
             }
-            Self::Parser(error) if error.use_stderr() => Err(refused(&error)),
+            Self::Parser(error) if error.use_stderr() => Err(Failure::refused(&error)),
             Self::Parser(help) => Ok(help),
         }
     }
@@ -290,14 +290,6 @@ impl Answer {
 
 fn foreign_in_words(foreign: &str) -> String {
     format!("`{foreign}`: control characters in a name cannot be told in a line: rename it")
-}
-
-/// What the parser says of a wrong command line, up to its hints, in one line.
-fn refused(error: &clap::Error) -> Failure {
-    let told = error.render().to_string();
-    let told = told.strip_prefix("error: ").unwrap_or(&told);
-    let first = told.lines().take_while(|line| !line.trim().is_empty()).map(str::trim);
-    Failure::new(FailureKind::Usage, format_args!("{}", first.collect::<Vec<_>>().join(" ")))
 }
 
 /// How the command ends; an error is told.

@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 use crate::browser::{Browser, Theme};
-use crate::common::{dmp, refused, text, workspace, write};
+use crate::common::{dmp, dmp_command, refused, text, workspace, write};
 
 /// A folder with runs of two versions on logs that are all the sample, with these options each.
 fn suite(names: &[(&str, &str)], more: &str) -> tempfile::TempDir {
@@ -150,7 +150,7 @@ fn only_what_changed_is_scored_again() {
 fn a_damaged_result_is_scored_again_and_that_is_said() {
     let folder = suite(&[("a", "")], "");
     let first = dmp(folder.path(), "suite s.toml --json --quiet");
-    let result = Path::new(json(&first)["logs"][0]["result"].as_str().unwrap()).to_path_buf();
+    let result = folder.path().join(json(&first)["logs"][0]["result"].as_str().unwrap());
     let whole = fs::read(&result).unwrap();
     // Another digit, which is a result all the same.
     let digit = text(&whole).find("\"mean_a_m2\": 0.").unwrap() + "\"mean_a_m2\": 0.".len();
@@ -197,7 +197,7 @@ fn a_log_that_fails_and_a_run_that_is_missing_are_told_and_the_rest_stays() {
     assert_eq!(output.status.code(), Some(3));
     let report = json(&output);
     let logs = report["logs"].as_array().unwrap();
-    assert!(logs[0]["problem"].as_str().unwrap().contains("broken.mcap"), "{}", logs[0]);
+    assert!(logs[0]["problem"].as_str().unwrap().starts_with("broken.mcap: "), "{}", logs[0]);
     assert_eq!(logs[3]["missing"][0]["reason"], "no such file: runs/bad/c.tum");
     assert_eq!(logs[3]["problem"], "only good has a run on it");
     assert_eq!(
@@ -212,6 +212,25 @@ fn a_log_that_fails_and_a_run_that_is_missing_are_told_and_the_rest_stays() {
         1,
         "the broken log is tried again, and nothing else"
     );
+}
+
+#[test]
+fn what_is_done_stays_where_the_suite_is_killed() {
+    let folder = suite(&[("a", ""), ("b", "max_range = 60"), ("c", "max_range = 50")], "");
+    let mut running = dmp_command(folder.path(), "suite s.toml --quiet").spawn().unwrap();
+    let kept = || {
+        let entries = fs::read_dir(folder.path().join(".dmp-suite")).into_iter().flatten();
+        let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        names.filter(|name| name.ends_with(".json") && name != "index.json").count()
+    };
+    while kept() == 0 && running.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    running.kill().unwrap();
+    running.wait().unwrap();
+    let done = kept();
+    assert!(done > 0);
+    assert_eq!(scored(&dmp(folder.path(), "suite s.toml")), 3 - done);
 }
 
 #[test]

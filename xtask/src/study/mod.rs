@@ -8,6 +8,7 @@ mod drift;
 pub(crate) mod drives;
 pub(crate) mod estimates;
 mod evaluate;
+mod export;
 mod figures;
 mod interval;
 mod judge;
@@ -31,15 +32,11 @@ mod survey;
 mod tables;
 mod trap;
 
-use std::fs::File;
-use std::io::{BufWriter, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context as _, ensure};
 use clap::{Args, Subcommand};
-use dmp_log::{FolderFormat, FolderScanWriter, write_tum};
-use dmp_sim::Recording;
-use drives::{DriveSpec, drives, find};
+use drives::{drives, find};
+use export::export;
 
 /// The simulated study: does the score rank maps as the truth does?
 #[derive(Debug, Args)]
@@ -104,24 +101,4 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
         StudyTask::Trap { seed } => trap::run(*seed),
         StudyTask::Drives => drives().iter().try_for_each(survey::print),
     }
-}
-
-/// Writes a drive as a folder of scans, and its truth beside it.
-fn export(spec: &DriveSpec, folder: &Path) -> anyhow::Result<()> {
-    let town = spec.town()?;
-    let recording = Recording::new(&town, &spec.options)?;
-    let mut writer = FolderScanWriter::create(folder, FolderFormat::Bin)?;
-    let mut returns = 0;
-    for scan in recording.scans() {
-        returns += scan.len();
-        writer.write_scan(&scan)?;
-    }
-    writer.finish()?;
-    ensure!(returns > 0, "{}: nothing came back", spec.name);
-    let truth = folder.with_extension("truth.tum");
-    let mut out = BufWriter::new(File::create(&truth).with_context(|| format!("{}", truth.display()))?);
-    write_tum(&mut out, &spec.truth(&recording)?)?;
-    out.flush()?;
-    println!("{}: {} scans, {returns} returns", folder.display(), recording.len());
-    Ok(())
 }

@@ -14,10 +14,10 @@ use dmp_sim::{LidarOptions, RecordingOptions, Route, Scenery};
 
 use super::drives::{DriveSpec, Half};
 use super::estimates::ate_m;
-use super::export;
+use super::export::export;
 use crate::trials::command;
 
-/// The settings of `xtask/odometry/odometry.py`, the worst first.
+/// The settings of `xtask/odometry/odometry.py`.
 const VERSIONS: [&str; 3] = ["coarse", "rigid", "default"];
 /// The drives are seeds from here on.
 const FIRST_SEED: u64 = 201;

@@ -1,7 +1,9 @@
 //! Gates as a JUnit file: what CI servers agree on of it, test suites of test cases with failures.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
+use anyhow::bail;
 use dmp_draw::plot::escape;
 
 use super::check::GateReport;
@@ -30,4 +32,13 @@ pub(super) fn document(name: &str, total_s: f64, gates: &[GateReport]) -> String
         };
     }
     xml + "  </testsuite>\n</testsuites>\n"
+}
+
+/// Refuses a JUnit file in a folder that is not there.
+pub(super) fn check_folder(file: Option<&Path>) -> anyhow::Result<()> {
+    let folder = file.and_then(Path::parent);
+    if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        bail!("{}: no such folder for --junit", folder.display());
+    }
+    Ok(())
 }

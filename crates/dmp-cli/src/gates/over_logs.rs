@@ -7,8 +7,9 @@ use clap::Args;
 use dmp::{Outcome, SuitePairReport, SuiteReport};
 use toml::{Table, Value};
 
+use super::annotate::{Annotate, tell_failed};
 use super::check::GateReport;
-use super::{Annotate, check_junit_folder, junit, tell_failed};
+use super::junit;
 use crate::exit::{Exit, Usage};
 use crate::host::Hosted;
 use crate::save::save_text;
@@ -93,7 +94,7 @@ impl SuiteGateArgs {
                 .into());
             }
         }
-        check_junit_folder(self.junit.as_deref())?;
+        junit::check_folder(self.junit.as_deref())?;
         Ok(SuiteGates { arguments: self, asked })
     }
 }

@@ -6,9 +6,8 @@ use clap::{Arg, ArgAction, Command, CommandFactory as _, FromArgMatches as _, Pa
 use toml::{Table, Value};
 
 use super::file::At;
-use super::plan::resolve;
-use crate::exit::Usage;
-use crate::refused;
+use super::paths::resolve;
+use crate::exit::{Failure, Usage};
 use crate::score::ScoreArgs;
 
 /// Options of these parts of the help change what is scored; the others say what else is written, and by which means.
@@ -47,7 +46,7 @@ pub(super) fn parsed(arguments: &[String]) -> Result<ScoreArgs, String> {
     let all = std::iter::once("dmp score").chain(arguments.iter().map(String::as_str));
     let matches = definition().try_get_matches_from(all);
     let parsed = matches.and_then(|matches| Score::from_arg_matches(&matches));
-    parsed.map(|parsed| parsed.score).map_err(|error| refused(&error).line)
+    parsed.map(|parsed| parsed.score).map_err(|error| Failure::refused(&error).line)
 }
 
 /// The options of a table, for a log with runs of these versions.

@@ -9,7 +9,8 @@ use anyhow::Context as _;
 use dmp_disk::{ContentHash, ContentMemo};
 use dmp_log::{Companions, is_of_log};
 
-use super::plan::{PlannedLog, source};
+use super::paths::source;
+use super::plan::PlannedLog;
 use crate::common::Common;
 
 /// How deep in a folder the files of a log lie.

@@ -12,6 +12,8 @@ use toml::{Table, Value};
 use crate::exit::{Unreadable, Usage};
 use crate::save::is_missing;
 
+/// What a suite looks like.
+pub(super) const EXAMPLE: &str = include_str!("example.toml");
 /// A suite longer than this is none.
 const MAX_BYTES: u64 = 16 << 20;
 
@@ -222,7 +224,7 @@ mod tests {
 
     #[test]
     fn the_example_is_a_suite() {
-        let suite = of(super::super::EXAMPLE).unwrap();
+        let suite = of(EXAMPLE).unwrap();
         assert_eq!(suite.versions, ["old", "new"]);
         assert_eq!(suite.logs.len(), 4);
         assert_eq!(suite.logs[3].name.as_deref(), Some("garage"));

@@ -23,6 +23,7 @@ const SCHEMA: &str = "dmp-suite-index/1";
 /// The folder.
 #[derive(Debug)]
 pub(super) struct Kept {
+    /// As it was named.
     folder: PathBuf,
     memo: ContentMemo,
     /// What each result held when it was kept.
@@ -58,7 +59,7 @@ struct FileEntry {
 impl Kept {
     /// Opens the folder, and makes it if need be.
     pub(super) fn open(folder: &Path, common: &Common) -> anyhow::Result<Self> {
-        let folder = std::path::absolute(folder)?;
+        let folder = folder.to_path_buf();
         let _made = OutputsFolder::make(&folder)?;
         let ignored = folder.join(".gitignore");
         if is_missing(&ignored) {

@@ -43,12 +43,12 @@ pub(super) fn print(
             logs.push(Missing {
                 name: log.name.clone(),
                 arguments: std::iter::once("score".to_owned()).chain(log.arguments()).collect(),
-                result: file.display().to_string(),
+                result: std::path::absolute(&file)?.display().to_string(),
             });
         }
     }
     kept.save_index()?;
-    let cache = kept.folder().display().to_string();
+    let cache = std::path::absolute(kept.folder())?.display().to_string();
     let list = List { schema: "dmp-suite-list/1", dmp_version: env!("CARGO_PKG_VERSION"), cache, logs };
     serde_json::to_writer_pretty(&mut *out, &list).map_err(std::io::Error::from)?;
     writeln!(out)?;

@@ -5,6 +5,7 @@ mod contents;
 mod file;
 mod kept;
 mod list;
+mod paths;
 mod plan;
 mod render;
 mod scored;
@@ -26,13 +27,11 @@ use crate::gates::{self, GateReport, SuiteGateArgs};
 use crate::save::save_text;
 use crate::score::outputs::targets;
 use crate::settings::ResourceArgs;
-use file::SuiteFile;
+use file::{EXAMPLE, SuiteFile};
 use kept::Kept;
 use plan::Plan;
 use scored::Scoring;
 
-/// What a suite looks like.
-const EXAMPLE: &str = include_str!("example.toml");
 /// The folder of results, beside the suite.
 const CACHE: &str = ".dmp-suite";
 

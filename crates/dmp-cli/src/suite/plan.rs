@@ -10,12 +10,14 @@ use toml::Value;
 
 use super::arguments::{self, Argument, Options};
 use super::file::{At, LogEntry, SuiteFile};
+use super::paths::{resolve, source};
 use crate::exit::Usage;
-use crate::named::at_home;
 
 /// All logs, and how sure the verdicts are to be.
 #[derive(Debug)]
 pub(super) struct Plan {
+    /// The folder of the suite, from the root.
+    pub(super) folder: PathBuf,
     pub(super) logs: Vec<PlannedLog>,
     pub(super) confidence: Confidence,
 }
@@ -63,7 +65,7 @@ impl Plan {
             confidence = Some(arguments::parsed(&log.arguments()).map_err(wrong)?.confidence());
         }
         let confidence = confidence.ok_or_else(|| at.unknown("no log has runs of two of them"))?;
-        Ok(Self { logs, confidence })
+        Ok(Self { folder: file.folder.clone(), logs, confidence })
     }
 
     /// Every file that is read, as far as it is named.
@@ -176,25 +178,4 @@ fn paths(file: &SuiteFile, entry: &LogEntry) -> anyhow::Result<Vec<(PathBuf, Str
 fn name_of(path: &Path) -> String {
     let stem = if path.is_dir() { path.file_name() } else { path.file_stem() };
     stem.map_or(String::new(), |stem| stem.to_string_lossy().into_owned())
-}
-
-/// A path of the suite from the root; a topic stays as it is.
-pub(super) fn resolve(folder: &Path, text: &str) -> String {
-    if text.starts_with("topic:") {
-        return text.to_owned();
-    }
-    folder.join(at_home(text.into())).display().to_string()
-}
-
-/// The file that a run is in: `Some(None)` where it is a topic of the log itself, `None` where there is none.
-pub(super) fn source(run: &str) -> Option<Option<PathBuf>> {
-    if run.starts_with("topic:") {
-        return Some(None);
-    }
-    let path = Path::new(run);
-    if path.exists() {
-        return Some(Some(path.to_path_buf()));
-    }
-    let bags = run.match_indices(":/").map(|(at, _)| Path::new(&run[..at]));
-    bags.into_iter().find(|bag| bag.exists()).map(|bag| Some(bag.to_path_buf()))
 }

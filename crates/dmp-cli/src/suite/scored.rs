@@ -33,7 +33,8 @@ impl Scoring<'_> {
                 Err(error) if FailureKind::of(&error) == FailureKind::Interrupted => return Err(error),
                 Err(error) if error.is::<NotKept>() => return Err(error),
                 Err(error) => {
-                    let problem = one_line(&error);
+                    // Results do not tell of folders.
+                    let problem = one_line(&error).replace(&format!("{}/", plan.folder.display()), "");
                     say!(self.common.host, "{place}: not scored: {problem}");
                     (Err(problem), None)
                 }

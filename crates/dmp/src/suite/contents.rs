@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::log::MissingReport;
 use super::pair::SuitePairReport;
 
 /// What was found of several versions on several logs. Serialised, it is the JSON of `dmp suite --json`: schema
@@ -67,16 +68,6 @@ pub struct SuiteLogReport {
     pub problem: Option<String>,
     /// The file of its result, as `dmp score --json` prints it; null where there is none.
     pub result: Option<String>,
-}
-
-/// A version that is not compared on a log.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MissingReport {
-    /// Its name.
-    pub version: String,
-    /// Why.
-    pub reason: String,
 }
 
 /// What the verdicts over all logs promise together.

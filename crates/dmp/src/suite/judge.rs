@@ -2,7 +2,7 @@
 
 use dmp_reduce::{Confidence, Holm, sign_test, signs_needed};
 
-use super::pair::Outcome;
+use super::outcome::Outcome;
 
 /// How often each of two versions is better, and on how many logs both were compared.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -1,6 +1,7 @@
 //! A log of a suite, as it was scored.
 
-use super::contents::MissingReport;
+use serde::{Deserialize, Serialize};
+
 use crate::report::Report;
 
 /// A log of a suite, and what came of scoring all versions on it together.
@@ -24,4 +25,14 @@ impl SuiteLog {
         });
         self.missing.iter().cloned().chain(left_out).collect()
     }
+}
+
+/// A version that is not compared on a log.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MissingReport {
+    /// Its name.
+    pub version: String,
+    /// Why.
+    pub reason: String,
 }

@@ -5,12 +5,14 @@ mod contents;
 mod effect;
 mod judge;
 mod log;
+mod outcome;
 mod pair;
 #[cfg(test)]
 mod tests;
 
 pub use build::suite_report;
-pub use contents::{MissingReport, SuiteLogReport, SuitePromiseReport, SuiteReport};
+pub use contents::{SuiteLogReport, SuitePromiseReport, SuiteReport};
 pub use effect::EffectReport;
-pub use log::SuiteLog;
-pub use pair::{LogPairReport, Outcome, SuitePairReport};
+pub use log::{MissingReport, SuiteLog};
+pub use outcome::Outcome;
+pub use pair::{LogPairReport, SuitePairReport};

@@ -6,22 +6,11 @@ use serde::{Deserialize, Serialize};
 use super::effect::EffectReport;
 use super::judge::{Judged, Signs};
 use super::log::SuiteLog;
+use super::outcome::Outcome;
 use crate::report::{Report, Verdict};
 
 /// Which of the scales, the largest first, differences of root mean squares are told at: 0.5 m on a drive.
 const TOLD_SCALE: usize = 2;
-
-/// What is decided between two versions over all logs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Outcome {
-    /// One is better.
-    Better,
-    /// Neither is beyond chance.
-    Undecided,
-    /// However these logs had gone, they could not have decided.
-    TooFewLogs,
-}
 
 /// Two versions over all logs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
