@@ -9,7 +9,7 @@ use anyhow::Context as _;
 use dmp_disk::{ContentHash, ContentMemo};
 use dmp_log::{Companions, is_of_log};
 
-use super::paths::source;
+use super::paths::Source;
 use super::plan::PlannedLog;
 use crate::common::Common;
 
@@ -22,7 +22,7 @@ pub(super) fn key(log: &PlannedLog, memo: &mut ContentMemo, common: &Common) -> 
     let mut parts = vec![format!("dmp suite 1, dmp {}", env!("CARGO_PKG_VERSION"))];
     parts.push(format!("log {}", files(&log.path, memo, common)?));
     for (version, run) in &log.runs {
-        let held = match source(run).flatten() {
+        let held = match Source::of(run).and_then(Source::file) {
             Some(file) => {
                 // What stands behind the file is its topic.
                 let topic = run.strip_prefix(&file.display().to_string()).unwrap_or_default();

@@ -161,7 +161,7 @@ impl SuiteFile {
 /// Where a file is no TOML, in a line.
 fn not_toml(path: &Path, text: &str, error: &toml::de::Error) -> anyhow::Error {
     let start = error.span().map_or(0, |span| span.start.min(text.len()));
-    let line = text.as_bytes()[..start].iter().filter(|&&byte| byte == b'\n').count() + 1;
+    let line = text.get(..start).unwrap_or_default().matches('\n').count() + 1;
     let message = error.message().replace('\n', " ");
     Usage(format!("{}: line {line}: {message}", path.display())).into()
 }

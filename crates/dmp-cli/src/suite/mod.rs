@@ -121,13 +121,13 @@ pub(crate) fn run(arguments: &SuiteArgs, common: &Common, out: &mut impl Write) 
     for (log, result) in report.logs.iter_mut().zip(results) {
         log.result = result;
     }
-    finish(arguments, &report, gates, common, out)
+    finish(arguments, &report, &gates, common, out)
 }
 
 fn finish(
     arguments: &SuiteArgs,
     report: &SuiteReport,
-    gates: gates::SuiteGates<'_>,
+    gates: &gates::SuiteGates<'_>,
     common: &Common,
     out: &mut impl Write,
 ) -> anyhow::Result<Exit> {

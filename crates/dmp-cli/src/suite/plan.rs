@@ -10,7 +10,7 @@ use toml::Value;
 
 use super::arguments::{self, Argument, Options};
 use super::file::{At, LogEntry, SuiteFile};
-use super::paths::{resolve, source};
+use super::paths::{Source, resolve};
 use crate::exit::Usage;
 
 /// All logs, and how sure the verdicts are to be.
@@ -71,7 +71,7 @@ impl Plan {
     /// Every file that is read, as far as it is named.
     pub(super) fn inputs(&self) -> Vec<PathBuf> {
         let of_log = |log: &PlannedLog| {
-            let runs = log.runs.iter().filter_map(|(_, run)| source(run).flatten());
+            let runs = log.runs.iter().filter_map(|(_, run)| Source::of(run).and_then(Source::file));
             let options = log.options.iter().filter_map(|option| option.file.clone());
             std::iter::once(log.path.clone()).chain(runs).chain(options).collect::<Vec<_>>()
         };
@@ -102,7 +102,7 @@ impl PlannedLog {
                         );
                     }
                     let run = resolve(&file.folder, &named);
-                    if source(&run).is_some() {
+                    if Source::of(&run).is_some() {
                         runs.push((version.clone(), run));
                         continue;
                     }

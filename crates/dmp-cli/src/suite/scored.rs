@@ -78,7 +78,7 @@ impl Scoring<'_> {
                 return Ok((*report, shown));
             }
             Found::Damaged(why) => {
-                say!(self.common.host, "{place}: scored again, as {shown} is damaged: {why}")
+                say!(self.common.host, "{place}: scored again, as {shown} is damaged: {why}");
             }
             Found::Missing => {}
         }
