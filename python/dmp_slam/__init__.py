@@ -18,6 +18,7 @@ from ._map import Hits, Map, Surfels
 from ._poses import Poses
 from ._result import Result
 from ._score import score
+from ._suite import SuiteResult, suite
 from ._sweep import Scan
 from .errors import Cancelled, Error, InputError, UsageError
 
@@ -44,5 +45,6 @@ __all__ = [
     "repair",
     "score",
     "simulate",
+    "suite",
     "truth",
 ]

@@ -42,13 +42,13 @@ def options(words: tuple[str, ...]) -> Mapping[str, Option]:
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
-def documented(*words: str) -> Callable[[_Function], _Function]:
-    """Adds the options of a command to what ``help`` says of a function."""
+def documented(*words: str, without: Sequence[str] = ()) -> Callable[[_Function], _Function]:
+    """Adds the options of a command to what ``help`` says of a function; ``without`` are those that it does not take."""
 
     def with_options(function: _Function) -> _Function:
         if function.__doc__ is not None:
             # Runs are an argument, too.
-            known = {"trajectory", *function.__code__.co_varnames}
+            known = {"trajectory", *without, *function.__code__.co_varnames}
             told = [_told(keyword, option) for keyword, option in options(words).items() if keyword not in known]
             # As far to the right as the text above.
             lines = function.__doc__.splitlines()[1:]

@@ -126,3 +126,53 @@ def _csv_column(name: str, cells: list[str]) -> tuple[str, str, list[Any]]:
             except ValueError:
                 pass
     return (name, "str", cells)
+
+
+#: What a table of a suite's pairs has of each pair as it is.
+_SUITE_PAIR = {
+    "a": "str",
+    "b": "str",
+    "outcome": "str",
+    "better": "str",
+    "p_value": "float",
+    "logs_needed": "int",
+    "compared": "int",
+    "a_better": "int",
+    "b_better": "int",
+    "mixed": "int",
+    "same": "int",
+    "undecided": "int",
+}
+
+
+def suite_pairs_table(suite: Mapping[str, Any]) -> Table:
+    """Every two versions of a suite."""
+
+    def row(pair: Mapping[str, Any]) -> dict[str, Any]:
+        found = {name: pair[name] for name in _SUITE_PAIR}
+        for effect in ("rms", "drift"):
+            difference = pair[f"{effect}_difference"]
+            low, high = difference["interval_m"] or (None, None)
+            found[f"{effect}_difference_m"] = difference["median_m"]
+            found[f"{effect}_low_m"], found[f"{effect}_high_m"] = low, high
+        return found
+
+    ends = ("difference_m", "low_m", "high_m")
+    kinds = {f"{effect}_{end}": "float" for effect in ("rms", "drift") for end in ends}
+    return table(map(row, suite["pairs"]), {**_SUITE_PAIR, **kinds})
+
+
+def suite_logs_table(suite: Mapping[str, Any]) -> Table:
+    """Every two versions of a suite on every log, worst first."""
+    kinds = {
+        "log": "str",
+        "a": "str",
+        "b": "str",
+        "verdict": "str",
+        "decided_at_m": "float",
+        "rms_difference_m": "float",
+        "drift_difference_m": "float",
+    }
+    place = {log: k for k, log in enumerate(suite["worst_first"])}
+    rows = [{**on_log, "a": pair["a"], "b": pair["b"]} for pair in suite["pairs"] for on_log in pair["logs"]]
+    return table(sorted(rows, key=lambda row: place[row["log"]]), kinds)

@@ -110,6 +110,14 @@ impl Failure {
         Self { kind, line: as_line(text) }
     }
 
+    /// What the parser says of a wrong command line, up to its hints, in one line.
+    pub(crate) fn refused(error: &clap::Error) -> Self {
+        let told = error.render().to_string();
+        let told = told.strip_prefix("error: ").unwrap_or(&told);
+        let first = told.lines().take_while(|line| !line.trim().is_empty()).map(str::trim);
+        Self::new(FailureKind::Usage, format_args!("{}", first.collect::<Vec<_>>().join(" ")))
+    }
+
     pub(crate) fn of(error: &anyhow::Error) -> Self {
         Self::new(FailureKind::of(error), format_args!("{}", one_line(error)))
     }

@@ -53,7 +53,7 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> anyhow::Result<R
         let id = argument.get_id().as_str();
         let Ok(Some(values)) = matches.try_get_raw(id) else { continue };
         match id {
-            "work" => {}
+            "work" | "cache" => {}
             // One of some words, whatever file has that name.
             _ if !argument.get_possible_values().is_empty() => {}
             "residuals" => {
@@ -190,6 +190,7 @@ mod tests {
         let read = [
             "align",
             "between",
+            "cache",
             "candidates",
             "files",
             "graph",
@@ -204,6 +205,7 @@ mod tests {
             "reference_map",
             "results",
             "run",
+            "suite",
             "trajectories",
             "trajectory",
             "truth",

@@ -44,6 +44,7 @@ mod score;
 mod settings;
 mod shard;
 mod simulate;
+mod suite;
 mod trajectory_args;
 mod truth;
 mod vetting;
@@ -85,6 +86,7 @@ enum Command {
     Score(Box<score::ScoreArgs>),
     Calibrate(Box<calibrate::CalibrateArgs>),
     Compare(compare::CompareArgs),
+    Suite(Box<suite::SuiteArgs>),
     Drift(Box<drift::DriftArgs>),
     Repair(Box<repair::RepairArgs>),
     Loops(Box<loops::LoopsArgs>),
@@ -109,6 +111,7 @@ impl Command {
             Self::Score(arguments) => score::run(arguments, common, out),
             Self::Calibrate(arguments) => calibrate::run(arguments, common, out),
             Self::Compare(arguments) => compare::run(arguments, common, out),
+            Self::Suite(arguments) => suite::run(arguments, common, out),
             Self::Drift(arguments) => drift::run(arguments, common, out),
             Self::Repair(arguments) => repair::run(arguments, common, out),
             Self::Loops(arguments) => loops::run(arguments, common, out),
@@ -283,7 +286,7 @@ impl Answer {
             Self::Foreign(foreign) => {
                 Err(Failure::new(FailureKind::Usage, format_args!("{}", foreign_in_words(&foreign))))
             }
-            Self::Parser(error) if error.use_stderr() => Err(refused(&error)),
+            Self::Parser(error) if error.use_stderr() => Err(Failure::refused(&error)),
             Self::Parser(help) => Ok(help),
         }
     }
@@ -291,14 +294,6 @@ impl Answer {
 
 fn foreign_in_words(foreign: &str) -> String {
     format!("`{foreign}`: control characters in a name cannot be told in a line: rename it")
-}
-
-/// What the parser says of a wrong command line, up to its hints, in one line.
-fn refused(error: &clap::Error) -> Failure {
-    let told = error.render().to_string();
-    let told = told.strip_prefix("error: ").unwrap_or(&told);
-    let first = told.lines().take_while(|line| !line.trim().is_empty()).map(str::trim);
-    Failure::new(FailureKind::Usage, format_args!("{}", first.collect::<Vec<_>>().join(" ")))
 }
 
 /// How the command ends; an error is told.

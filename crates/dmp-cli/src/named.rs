@@ -65,7 +65,7 @@ impl From<OsString> for NamedFile {
 }
 
 /// `~/FILE` in the user's folder: a shell leaves it alone behind `NAME=`.
-fn at_home(path: PathBuf) -> PathBuf {
+pub(crate) fn at_home(path: PathBuf) -> PathBuf {
     match (path.strip_prefix("~"), std::env::home_dir()) {
         (Ok(rest), Some(home)) if !path.exists() => home.join(rest),
         _ => path,

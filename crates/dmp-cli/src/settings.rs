@@ -37,7 +37,7 @@ pub(crate) struct SettingsArgs {
     #[arg(long, value_name = "METRES", value_parser = crate::parse::length_m, help_heading = "Returns and map")]
     sigma: Option<f64>,
     #[command(flatten)]
-    resources: ResourceArgs,
+    pub(crate) resources: ResourceArgs,
 }
 
 /// Which returns are used, and where they were measured.
@@ -92,7 +92,7 @@ fn scales_or_auto(text: &str) -> Result<Chosen, String> {
 }
 
 /// What may be taken of the machine.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct ResourceArgs {
     /// Memory to aim for, as 2GiB or 500MB, or `unlimited`; what does not fit goes to --work. What is too little
     /// for the runs is refused with what would do, and too little to be quick is told before the start [default: a quarter of the machine's]

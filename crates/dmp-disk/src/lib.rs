@@ -5,7 +5,7 @@
 //! A [`ScratchFile`] keeps parts of tiles that do not fit in memory, [`TileBuckets`] sorts records into tiles
 //! under a byte budget. A [`BudgetCache`] keeps loaded values under a byte budget. [`disk_space`] says how much
 //! can still be written to a file system. [`OutputFile`] and [`OutputFolder`] are what the user asked for: they appear
-//! whole or not at all; [`remove_unfinished`] is for a process that must end at once.
+//! whole or not at all; [`ContentMemo`] knows files again by what they hold; [`remove_unfinished`] is for a process that must end at once.
 //!
 //! Everything read back is compared with a checksum: what changed on disk is an error, never a wrong record.
 //!
@@ -30,6 +30,7 @@
 mod beside;
 mod budget_cache;
 mod checkpoint;
+mod content;
 mod disk_space;
 mod error;
 mod file_names;
@@ -48,6 +49,7 @@ mod work_folder;
 pub use beside::folder_of;
 pub use budget_cache::{BudgetCache, NextUse, Weight};
 pub use checkpoint::{read_checked, write_checked};
+pub use content::{ContentHash, ContentMemo, FileState, NoHash};
 pub use disk_space::{DiskSpace, disk_space};
 pub use error::DiskError;
 pub use file_names::file_names;

@@ -6,6 +6,8 @@
 //! evaluation runs: the sums of every frame ([`SeenFrame`]) tell the [worst places](WorstPlace) of each run, a [`Painter`]
 //! takes a sample of the returns in the order of the log and the surfels around the worst places.
 //!
+//! [`suite_page`] does the same for a [`SuiteReport`](dmp::SuiteReport).
+//!
 //! [`plot`] draws points and lines as SVG, [`text`] writes numbers for people. Nothing here opens a file or starts a
 //! thread; the same input gives the same bytes.
 
@@ -21,6 +23,7 @@ pub mod plot;
 mod profile;
 mod promise;
 mod seen;
+mod suite_told;
 pub mod text;
 mod told;
 mod warnings;
@@ -31,10 +34,11 @@ pub use columns::{Ranking, RankingRow, ScoreColumn, ranking};
 pub use drift::{
     DRIFT_HEADS, drift_beside_scores, drift_compared, drift_in_words, drift_row, metres, pairs_in_words,
 };
-pub use page::{PageInput, page};
+pub use page::{PageInput, page, suite_page};
 pub use painter::{Painter, Pictures};
 pub use promise::promise;
 pub use seen::{FrameScore, SampledReturn, SeenFrame};
+pub use suite_told::{ToldVersions, log_word, p_value, suite_answer, suite_promise, told_versions};
 pub use told::{ToldPair, told_pairs};
 pub use warnings::warnings;
 pub use worst::{Pass, WorstPlace};

@@ -14,6 +14,7 @@
 //!   surface ([`SurfaceGroup`]), as all frames that see one share its errors.
 //! - The verdicts on all pairs at all scales share one error ([`Promise`]): where runs are equal, the chance that any
 //!   two are told apart is 1 % if nothing else is asked for.
+//! - What several logs say together is a count of signs: [`sign_test`], [`Median`] of differences, [`Holm`] for several pairs.
 //! - The values depend on the place and on the settings. They compare runs of one log under one setting,
 //!   nothing else, and [`log_likelihood_raw`] is never a probability.
 //!
@@ -61,6 +62,7 @@ mod run;
 mod same;
 mod scale_comparison;
 mod scales;
+mod signs;
 mod student;
 mod surface;
 mod units;
@@ -85,6 +87,7 @@ pub use run::{RunSums, Withheld};
 pub use same::{Margin, Promise};
 pub use scale_comparison::ScaleComparison;
 pub use scales::{Lengths, Reach, Scales};
+pub use signs::{Holm, Median, sign_test, signs_needed};
 pub use student::Confidence;
 pub use surface::SurfaceGroup;
 pub use verdict::{UndecidedReason, Verdict};

@@ -16,7 +16,8 @@
 //! - [`Progress`] is told how far it is, and may stop it; a [`Sink`] takes returns, scans, places and maps as they are scored.
 //!   A [`Watch`] is one of them, or both, or `()`.
 //! - A [`Report`] is asked by name: [`Report::best`], [`Report::ranked`], [`Report::verdict_between`], [`Report::score_of`].
-//!   It is the JSON of `dmp score --json`, written and read with serde. [`join_reports`] puts two into one table.
+//!   It is the JSON of `dmp score --json`, written and read with serde. [`join_reports`] puts two into one table; [`suite_report`]
+//!   says what those of several logs say together.
 //! - [`prelude`] has what most programs need, and a whole one that runs; `crates/dmp/examples` has longer ones.
 //!
 //! The metric is that of Zhang & Chen, "A metric for evaluating 3D reconstruction and mapping
@@ -84,6 +85,7 @@ mod shard;
 mod sink;
 mod sounding;
 mod sparse;
+mod suite;
 mod trails;
 mod unposed;
 mod vet;
@@ -125,6 +127,10 @@ pub use shard::{
     Machine, NeededFile, Needs, Part, PlannedRun, Shard, ShardError, ShardPlan, ShardStage, Suggested,
 };
 pub use sink::{ScoredPlace, ScoredReturns, ScoredRun, Sink};
+pub use suite::{
+    EffectReport, LogPairReport, MissingReport, Outcome, SuiteLog, SuiteLogReport, SuitePairReport,
+    SuitePromiseReport, SuiteReport, suite_report,
+};
 pub use unposed::Unposed;
 pub use vet::{Found, LeftOut, Mend, PointTimes, PosesAs, Profile, Told, Vetted, profiles, vet, vet_outline};
 pub use watch::Watch;

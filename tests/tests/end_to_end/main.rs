@@ -41,6 +41,7 @@ mod shard;
 mod simulated_loops;
 mod simulated_room;
 mod store_format;
+mod suite;
 mod trails;
 mod truth_study;
 mod truth_surface;

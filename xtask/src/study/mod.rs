@@ -8,6 +8,7 @@ mod drift;
 pub(crate) mod drives;
 pub(crate) mod estimates;
 mod evaluate;
+mod export;
 mod figures;
 mod interval;
 mod judge;
@@ -26,19 +27,16 @@ mod rule;
 mod sample;
 mod score;
 mod setting;
+mod suite;
 mod survey;
 mod tables;
 mod trap;
 
-use std::fs::File;
-use std::io::{BufWriter, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context as _, ensure};
 use clap::{Args, Subcommand};
-use dmp_log::{FolderFormat, FolderScanWriter, write_tum};
-use dmp_sim::Recording;
-use drives::{DriveSpec, drives, find};
+use drives::{drives, find};
+use export::export;
 
 /// The simulated study: does the score rank maps as the truth does?
 #[derive(Debug, Args)]
@@ -67,6 +65,8 @@ enum StudyTask {
     Repair(repair::RepairArgs),
     /// Score depth cameras in simulated rooms: the paper's own experiment
     Rooms(rooms::RoomsArgs),
+    /// Compare three settings of a real odometry over simulated drives with `dmp suite`, and with the truth
+    Suite(suite::SuiteArgs),
     /// Write a drive as a folder of scans with times, and its truth beside it as FOLDER.truth.tum
     Export {
         /// Name of the drive, e.g. loop-64
@@ -96,27 +96,9 @@ pub(crate) fn run(arguments: &StudyArgs) -> anyhow::Result<()> {
         StudyTask::Drift(arguments) => drift::run(arguments),
         StudyTask::Repair(arguments) => repair::run(arguments),
         StudyTask::Rooms(arguments) => rooms::run(arguments),
+        StudyTask::Suite(arguments) => suite::run(arguments),
         StudyTask::Export { drive, output } => export(&find(drive)?, output),
         StudyTask::Trap { seed } => trap::run(*seed),
         StudyTask::Drives => drives().iter().try_for_each(survey::print),
     }
-}
-
-fn export(spec: &DriveSpec, folder: &Path) -> anyhow::Result<()> {
-    let town = spec.town()?;
-    let recording = Recording::new(&town, &spec.options)?;
-    let mut writer = FolderScanWriter::create(folder, FolderFormat::Bin)?;
-    let mut returns = 0;
-    for scan in recording.scans() {
-        returns += scan.len();
-        writer.write_scan(&scan)?;
-    }
-    writer.finish()?;
-    ensure!(returns > 0, "{}: nothing came back", spec.name);
-    let truth = folder.with_extension("truth.tum");
-    let mut out = BufWriter::new(File::create(&truth).with_context(|| format!("{}", truth.display()))?);
-    write_tum(&mut out, &spec.truth(&recording)?)?;
-    out.flush()?;
-    println!("{}: {} scans, {returns} returns", folder.display(), recording.len());
-    Ok(())
 }

@@ -33,11 +33,11 @@ pub(crate) struct GateReport {
     pub(super) against: Option<String>,
     /// The score; null where two runs were compared.
     pub(super) score: Option<&'static str>,
-    /// Its value, as the table has it; null where it is not given.
+    /// Its value, as the table has it; null where it is not given. Of a suite, a number of logs.
     pub(super) value: Option<f64>,
     /// Its limit.
     pub(super) limit: Option<f64>,
-    /// The unit of both: `m`, `m2` or `share`.
+    /// The unit of both: `m`, `m2`, `share` or `logs`.
     pub(super) unit: Option<&'static str>,
     /// Whether it holds.
     pub(super) passed: bool,

@@ -1,20 +1,20 @@
 //! Gates as a JUnit file: what CI servers agree on of it, test suites of test cases with failures.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
-use dmp::Report;
+use anyhow::bail;
 use dmp_draw::plot::escape;
 
 use super::check::GateReport;
 
-/// The whole file.
-pub(super) fn document(report: &Report, gates: &[GateReport]) -> String {
+/// The whole file, of a suite of this name that took so many seconds.
+pub(super) fn document(name: &str, total_s: f64, gates: &[GateReport]) -> String {
     let failures = gates.iter().filter(|gate| !gate.passed).count();
-    let suite = escape(&format!("dmp {}", report.inputs.log));
+    let suite = escape(name);
     let head = format!(
-        "tests=\"{}\" failures=\"{failures}\" errors=\"0\" skipped=\"0\" time=\"{:.3}\"",
-        gates.len(),
-        report.timing.total_s
+        "tests=\"{}\" failures=\"{failures}\" errors=\"0\" skipped=\"0\" time=\"{total_s:.3}\"",
+        gates.len()
     );
     let mut xml = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites {head}>\n  <testsuite name=\"{suite}\" {head}>\n"
@@ -32,4 +32,13 @@ pub(super) fn document(report: &Report, gates: &[GateReport]) -> String {
         };
     }
     xml + "  </testsuite>\n</testsuites>\n"
+}
+
+/// Refuses a JUnit file in a folder that is not there.
+pub(super) fn check_folder(file: Option<&Path>) -> anyhow::Result<()> {
+    let folder = file.and_then(Path::parent);
+    if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        bail!("{}: no such folder for --junit", folder.display());
+    }
+    Ok(())
 }

@@ -4,23 +4,25 @@ mod annotate;
 mod check;
 mod junit;
 mod limit;
+mod over_logs;
 mod scores;
 
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use anyhow::bail;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use dmp::Report;
 
 use crate::exit::Exit;
 use crate::host::Hosted;
 use crate::parse::{Pair, pair};
 use crate::save::save_text;
-use crate::say::{say, tell};
+use crate::say::tell;
+use annotate::Annotate;
 use check::Asked;
 pub(crate) use check::GateReport;
 use limit::{Bound, Limit};
+pub(crate) use over_logs::{SuiteGateArgs, SuiteGates};
 
 /// What must hold, and how it is told.
 #[derive(Debug, Args)]
@@ -63,13 +65,6 @@ struct AskedArgs {
     expect_same: Vec<Pair>,
 }
 
-/// Who reads the lines on standard error.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Annotate {
-    /// GitHub Actions
-    Github,
-}
-
 impl GateArgs {
     /// The gates, for runs with these names. What is wrong with them is told before anything long begins.
     pub(crate) fn start(&self, runs: &[&str]) -> anyhow::Result<Gates<'_>> {
@@ -85,10 +80,7 @@ impl GateArgs {
         for gate in &gates {
             gate.refuse_unknown(runs)?;
         }
-        let folder = self.junit.as_ref().and_then(|file| file.parent());
-        if let Some(folder) = folder.filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-            bail!("{}: no such folder for --junit", folder.display());
-        }
+        junit::check_folder(self.junit.as_deref())?;
         Ok(Gates { arguments: self, asked: gates })
     }
 }
@@ -116,14 +108,10 @@ impl Gates<'_> {
         gates: &[GateReport],
         done: Exit,
     ) -> anyhow::Result<Exit> {
-        for failed in gates.iter().filter(|gate| !gate.passed) {
-            match self.arguments.annotate {
-                Some(Annotate::Github) => host.command(&annotate::github(failed)),
-                None => say!(host, "gate failed: {failed}"),
-            }
-        }
+        annotate::tell_failed(host, self.arguments.annotate, gates);
         if let Some(file) = &self.arguments.junit {
-            save_text(file, &junit::document(report, gates))?;
+            let name = format!("dmp {}", report.inputs.log);
+            save_text(file, &junit::document(&name, report.timing.total_s, gates))?;
         }
         Ok(if gates.iter().all(|gate| gate.passed) { done } else { Exit::GateFailed })
     }

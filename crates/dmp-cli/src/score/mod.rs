@@ -17,7 +17,7 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use dmp::{Config, Report, evaluate, evaluate_quick, file_stem_of};
+use dmp::{Confidence, Config, Report, evaluate, evaluate_quick, file_stem_of};
 use serde::Serialize;
 
 use crate::clash::refuse_clashes;
@@ -28,7 +28,7 @@ use crate::named::maps_of;
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::OutputsFolder;
-use crate::settings::ResumeArgs;
+use crate::settings::{ResourceArgs, ResumeArgs};
 use asked::AskedArgs;
 use outputs::{OutputArgs, Recorder};
 
@@ -90,6 +90,17 @@ struct Scored<'a> {
 impl ScoreArgs {
     fn config(&self) -> Config {
         Config { save_maps: self.save_maps.clone(), ..self.resume.in_config(self.asked.config()) }
+    }
+
+    /// How sure the verdicts are to be.
+    pub(crate) fn confidence(&self) -> Confidence {
+        self.config().confidence
+    }
+
+    /// The same, with these means.
+    pub(crate) fn with_resources(mut self, resources: &ResourceArgs) -> Self {
+        self.asked.settings.resources = resources.clone();
+        self
     }
 }
 

@@ -8,6 +8,7 @@ mod overlay;
 mod places;
 mod ranking;
 mod reference;
+mod suite;
 #[cfg(test)]
 mod tests;
 mod words;
@@ -19,6 +20,7 @@ use crate::plot::escape;
 use crate::profile;
 use crate::text::count;
 use html::{figure, keys, list, paragraph, section, wide};
+pub use suite::suite_page;
 
 /// Runs with a line in plots: there are so many colours that are told apart.
 const LINES: usize = 6;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use dmp_disk::ContentHash;
 use dmp_log::{LogIndex, ScanLog};
 use dmp_sensor::ReturnFilter;
 use serde::{Deserialize, Serialize};
@@ -67,7 +68,7 @@ pub struct PlannedRun {
 
 /// The BLAKE3 hash of some bytes, as text.
 pub(super) fn hash_of(bytes: &[u8]) -> String {
-    blake3::hash(bytes).to_hex().to_string()
+    ContentHash::of(bytes).to_string()
 }
 
 impl ShardPlan {

@@ -1,0 +1,119 @@
+//! Scoring what is not kept yet.
+
+use dmp::{Report, SuiteLog};
+
+use super::arguments;
+use super::kept::{Found, Kept};
+use super::plan::{Plan, PlannedLog};
+use crate::common::Common;
+use crate::exit::{FailureKind, Unreadable, one_line};
+use crate::say::{Printed, say};
+use crate::score;
+use crate::settings::ResourceArgs;
+
+/// By which means logs are scored.
+pub(super) struct Scoring<'a> {
+    pub(super) arguments: &'a ResourceArgs,
+    pub(super) common: &'a Common,
+}
+
+impl Scoring<'_> {
+    /// Every log in its order, from the cache or scored, and the files of the results.
+    pub(super) fn all(
+        &self,
+        plan: &Plan,
+        kept: &mut Kept,
+    ) -> anyhow::Result<(Vec<SuiteLog>, Vec<Option<String>>)> {
+        let (mut logs, mut files, mut found) = (Vec::new(), Vec::new(), 0);
+        for (k, log) in plan.logs.iter().enumerate() {
+            self.common.host.go_on()?;
+            let place = format!("{} ({} of {})", log.name, k + 1, plan.logs.len());
+            let (report, file) = match self.one(log, kept, &place, &mut found) {
+                Ok((report, file)) => (Ok(report), Some(file)),
+                Err(error) if FailureKind::of(&error) == FailureKind::Interrupted => return Err(error),
+                Err(error) if error.is::<NotKept>() => return Err(error),
+                Err(error) => {
+                    // Results do not tell of folders.
+                    let problem = one_line(&error).replace(&format!("{}/", plan.folder.display()), "");
+                    say!(self.common.host, "{place}: not scored: {problem}");
+                    (Err(problem), None)
+                }
+            };
+            logs.push(SuiteLog { name: log.name.clone(), report, missing: log.missing.clone() });
+            files.push(file);
+        }
+        if !self.common.quiet {
+            say!(
+                self.common.host,
+                "{found} of {} logs were in the cache {}",
+                logs.len(),
+                kept.folder().display()
+            );
+        }
+        kept.save_index()?;
+        Ok((logs, files))
+    }
+
+    fn one(
+        &self,
+        log: &PlannedLog,
+        kept: &mut Kept,
+        place: &str,
+        found: &mut usize,
+    ) -> anyhow::Result<(Report, String)> {
+        for run in log.missing.iter().filter(|_| !self.common.quiet) {
+            say!(self.common.host, "{place}: no run of {}: {}", run.version, run.reason);
+        }
+        if log.runs.len() < 2 {
+            let names: Vec<&str> = log.runs.iter().map(|(version, _)| version.as_str()).collect();
+            let has =
+                if names.is_empty() { "no version".to_owned() } else { format!("only {}", names.join(", ")) };
+            anyhow::bail!("{has} has a run on it");
+        }
+        let file = kept.file_of(log, self.common)?;
+        let shown = file.display().to_string();
+        match kept.find(&file, log) {
+            Found::Whole(report) => {
+                *found += 1;
+                return Ok((*report, shown));
+            }
+            Found::Damaged(why) => {
+                say!(self.common.host, "{place}: scored again, as {shown} is damaged: {why}");
+            }
+            Found::Missing => {}
+        }
+        if !self.common.quiet {
+            say!(self.common.host, "{place}: scoring {} versions", log.runs.len());
+        }
+        let text = self.score(log)?;
+        kept.keep(&file, &text).map_err(|error| error.context(NotKept))?;
+        match kept.find(&file, log) {
+            Found::Whole(report) => Ok((*report, shown)),
+            Found::Damaged(why) => Err(Unreadable(anyhow::anyhow!("{shown}: {why}")).into()),
+            Found::Missing => Err(Unreadable(anyhow::anyhow!("{shown}: it is gone")).into()),
+        }
+    }
+
+    /// What `dmp score` prints.
+    fn score(&self, log: &PlannedLog) -> anyhow::Result<String> {
+        let parsed = arguments::parsed(&log.arguments()).map_err(crate::exit::Usage)?;
+        let mut bytes = Vec::new();
+        let mut out = Printed::new(&mut bytes);
+        score::run(&parsed.with_resources(self.arguments), self.common, &mut out)?;
+        std::io::Write::flush(&mut out)?;
+        drop(out);
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
+    }
+}
+
+/// A result that was found cannot be written: whatever else is scored could not be either.
+#[derive(Debug)]
+struct NotKept;
+
+impl std::fmt::Display for NotKept {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("a result cannot be kept")
+    }
+}
+
+impl std::error::Error for NotKept {}

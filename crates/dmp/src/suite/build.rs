@@ -1,0 +1,107 @@
+//! Making the report of a suite.
+
+use dmp_reduce::Confidence;
+
+use super::contents::{SuiteLogReport, SuitePromiseReport, SuiteReport};
+use super::judge::judge;
+use super::log::SuiteLog;
+use super::pair::{SuitePairReport, on_logs, signs, told};
+use crate::report::{RunReport, Warning};
+
+/// What the reports of all logs say of every pair of versions together.
+///
+/// On each log a pair is better, worse, mixed, same or undecided, by the log's own verdict. Over all logs the first two are the
+/// signs of an exact two-sided sign test; the rest gives no sign. All pairs of versions share the error that `confidence`
+/// leaves. Logs are taken for independent: several of one place on one day are not.
+pub fn suite_report(versions: &[String], logs: &[SuiteLog], confidence: Confidence) -> SuiteReport {
+    let mut names: Vec<(&str, &str)> = Vec::new();
+    for (k, a) in versions.iter().enumerate() {
+        names.extend(versions.iter().skip(k + 1).map(|b| (a.as_str(), b.as_str())));
+    }
+    let found: Vec<_> = names.iter().map(|(a, b)| on_logs(logs, a, b)).collect();
+    let counted: Vec<_> = names.iter().zip(&found).map(|((a, b), (logs, _))| signs(logs, a, b)).collect();
+    let judged = judge(&counted, confidence);
+    let each = confidence.of_each_look(names.len() as u32);
+    let pairs: Vec<SuitePairReport> = names
+        .iter()
+        .zip(found)
+        .zip(counted.into_iter().zip(judged))
+        .map(|((&names, found), (signs, judged))| told(names, found, signs, judged, each))
+        .collect();
+    SuiteReport {
+        schema: SuiteReport::SCHEMA.to_owned(),
+        dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
+        versions: versions.to_vec(),
+        worst_first: worst_first(logs, &pairs),
+        promise: SuitePromiseReport { confidence: confidence.level(), interval_confidence: each.level() },
+        warnings: warnings(versions, logs),
+        logs: logs.iter().map(of_log).collect(),
+        pairs,
+    }
+}
+
+fn of_log(log: &SuiteLog) -> SuiteLogReport {
+    let report = log.report.as_ref().ok();
+    SuiteLogReport {
+        name: log.name.clone(),
+        order: report.map_or(Vec::new(), |report| report.order.clone()),
+        missing: log.all_missing(),
+        scans: report.map(|report| report.inputs.scans),
+        travel_m: report.map(|report| report.config.segments.travel_m),
+        damaged: report.is_some_and(|report| !report.inputs.damage.is_empty()),
+        problem: log.report.as_ref().err().cloned(),
+        result: None,
+    }
+}
+
+/// The logs that were scored: those first where more pairs are decided for the version that was named first, then those where
+/// the other loses by more.
+fn worst_first(logs: &[SuiteLog], pairs: &[SuitePairReport]) -> Vec<String> {
+    let loss = |log: &SuiteLog| {
+        let on_log = || pairs.iter().filter_map(|pair| Some((pair, pair.on(&log.name)?)));
+        let lost = on_log().filter(|(pair, on)| on.verdict.better() == Some(&pair.a)).count();
+        // a − b is least where b loses most.
+        let by_m = on_log().filter_map(|(_, on)| on.rms_difference_m).fold(0.0_f64, f64::min);
+        (lost, by_m)
+    };
+    let mut scored: Vec<_> =
+        logs.iter().filter(|log| log.report.is_ok()).map(|log| (loss(log), log)).collect();
+    scored.sort_by(|((lost_a, by_a), _), ((lost_b, by_b), _)| lost_b.cmp(lost_a).then(by_a.total_cmp(by_b)));
+    scored.into_iter().map(|(_, log)| log.name.clone()).collect()
+}
+
+fn warnings(versions: &[String], logs: &[SuiteLog]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for log in logs {
+        if let Err(problem) = &log.report {
+            warnings.push(format!("{} was not scored: {problem}", log.name));
+        }
+    }
+    for version in versions {
+        let without: Vec<&str> = logs
+            .iter()
+            .filter(|log| log.report.is_ok() && log.all_missing().iter().any(|run| run.version == *version))
+            .map(|log| log.name.as_str())
+            .collect();
+        if !without.is_empty() {
+            warnings.push(format!(
+                "{version} is not compared on {} of {} logs ({}): where it fails it cannot lose",
+                without.len(),
+                logs.len(),
+                without.join(", ")
+            ));
+        }
+    }
+    let is_blind =
+        |run: &RunReport| run.warnings.iter().any(|warning| matches!(warning, Warning::FewRevisits { .. }));
+    let blind: Vec<&str> = logs
+        .iter()
+        .filter(|log| log.report.as_ref().is_ok_and(|report| report.runs.iter().all(is_blind)))
+        .map(|log| log.name.as_str())
+        .collect();
+    if !blind.is_empty() {
+        warnings
+            .push(format!("hardly a place is seen again, so drift is invisible, on {}", blind.join(", ")));
+    }
+    warnings
+}

@@ -1,0 +1,138 @@
+"""``suite``: versions of a SLAM on several logs."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from . import _columns
+from ._arguments import StrPath, arguments, documented
+from ._called import work_folder
+from ._core import Table
+from ._execute import Output, execute
+from ._listener import Event, Progress
+
+#: How high a page is shown in a notebook, pixels.
+_PAGE_HEIGHT = 800
+#: Options that print something else.
+_OTHERWISE = ("example", "list")
+
+
+class SuiteResult:
+    """What several logs say together of versions of a SLAM.
+
+    Tables have ``__arrow_c_stream__``, as those of ``Result``. Differences are a − b in metres: negative where a is better.
+    """
+
+    def __init__(self, output: Output, page: str) -> None:
+        self._text = output.text
+        self._page = page
+        self._is_damaged = output.is_damaged
+
+    def to_json(self) -> str:
+        """What ``dmp suite --json`` prints."""
+        return self._text
+
+    @cached_property
+    def data(self) -> dict[str, Any]:
+        """The JSON as Python has it; docs/json.md has every field (``dmp-suite/1``)."""
+        parsed: dict[str, Any] = json.loads(self._text)
+        return parsed
+
+    @property
+    def versions(self) -> list[str]:
+        """The versions, in the order given."""
+        return list(self.data["versions"])
+
+    @property
+    def worst_first(self) -> list[str]:
+        """The logs that were scored, those first where more versions lose against one that was named before them."""
+        return list(self.data["worst_first"])
+
+    @property
+    def best(self) -> str | None:
+        """The version that is decided over all logs to be better than every other; ``None`` where there is none."""
+        for name in self.versions:
+            if all(self.verdict(name, other) == name for other in self.versions if other != name):
+                return name
+        return None
+
+    def verdict(self, one: str, other: str) -> str:
+        """The better of two versions over all logs, or ``"undecided"``, or ``"too_few_logs"``."""
+        for pair in self.data["pairs"]:
+            if {pair["a"], pair["b"]} == {one, other}:
+                return str(pair["better"] or pair["outcome"])
+        raise KeyError(f"{one}, {other}")
+
+    @property
+    def pairs(self) -> Table:
+        """A row for each two versions: what is decided, on how many logs each is better, ``p_value`` of the sign test, and the
+        medians of their differences with their intervals (metres).
+        """
+        return _columns.suite_pairs_table(self.data)
+
+    @property
+    def logs(self) -> Table:
+        """A row for each log and each two versions, worst first: the verdict, the scale that decided and the differences (metres)."""
+        return _columns.suite_logs_table(self.data)
+
+    def result(self, log: str) -> dict[str, Any]:
+        """The result of a log, as ``dmp score --json`` gives it, from the cache."""
+        for found in self.data["logs"]:
+            if found["name"] == log and found["result"] is not None:
+                parsed: dict[str, Any] = json.loads(Path(found["result"]).read_text(encoding="utf-8"))
+                return parsed
+        raise KeyError(log)
+
+    @property
+    def gates_passed(self) -> bool:
+        """Whether every gate that was asked for, here or in the suite, passed."""
+        return all(gate["passed"] for gate in self.data["gates"])
+
+    @property
+    def is_damaged(self) -> bool:
+        """Whether a log could not be scored, a version has no run on one, or part of one was lost; ``data`` says what."""
+        return self._is_damaged or any(
+            log["problem"] is not None or log["missing"] or log["damaged"] for log in self.data["logs"]
+        )
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Writes the page, ``FILE.html``."""
+        Path(path).write_text(self._page, encoding="utf-8")
+
+    def _repr_html_(self) -> str:
+        page = html.escape(self._page, quote=True)
+        return f'<iframe srcdoc="{page}" style="width: 100%; height: {_PAGE_HEIGHT}px; border: 0"></iframe>'
+
+    def __repr__(self) -> str:
+        lines = [f"best: {self.best}" if self.best else "best: it cannot be told"]
+        for pair in self.data["pairs"]:
+            told = pair["better"] or pair["outcome"].replace("_", " ")
+            lines.append(f"{pair['a']}, {pair['b']}: {told}: {pair['reason']}")
+        return "\n".join(lines)
+
+
+@documented("suite", without=_OTHERWISE)
+def suite(
+    suite: StrPath, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
+) -> SuiteResult:
+    """Compares versions of a SLAM over several logs, as ``dmp suite`` does.
+
+    ``suite`` is the file that names versions, logs and options; docs/suite.md has its keys. What is in the cache and has not
+    changed is not scored again.
+
+    >>> result = dmp.suite("suite.toml")  # doctest: +SKIP
+    >>> result.verdict("old", "new")  # doctest: +SKIP
+    'new'
+    """
+    words = ("suite",)
+    with work_folder(settings) as folder:
+        asked = settings.get("report")
+        page = folder / "page.html" if asked is None or isinstance(asked, bool) else asked
+        given = arguments(words, {**settings, "report": page}, without=_OTHERWISE)
+        output = execute([*words, *given, "--json", "--", os.fsdecode(suite)], progress, cancel)
+        return SuiteResult(output, Path(page).read_text(encoding="utf-8"))
