@@ -1,9 +1,9 @@
 //! `dmp score`: score and rank runs.
 
 pub(crate) mod announce;
-pub(crate) mod asked;
 pub(crate) mod conventions;
 mod details;
+pub(crate) mod evaluation_args;
 mod like;
 pub(crate) mod outputs;
 mod pairs;
@@ -29,7 +29,7 @@ use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::OutputsFolder;
 use crate::settings::{ResourceArgs, ResumeArgs};
-use asked::AskedArgs;
+use evaluation_args::EvaluationArgs;
 use outputs::{OutputArgs, Recorder};
 
 /// Score runs on a log, and rank them
@@ -59,7 +59,7 @@ use outputs::{OutputArgs, Recorder};
 )]
 pub(crate) struct ScoreArgs {
     #[command(flatten)]
-    asked: AskedArgs,
+    asked: EvaluationArgs,
     #[command(flatten)]
     resume: ResumeArgs,
 

@@ -15,7 +15,7 @@ use crate::named::maps_of;
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::OutputsFolder;
-use crate::score::asked::AskedArgs;
+use crate::score::evaluation_args::EvaluationArgs;
 
 /// Plan a score in parts: which scans lie where in the log, which returns are used, voxels and segments
 ///
@@ -31,7 +31,7 @@ use crate::score::asked::AskedArgs;
 )]
 pub(crate) struct PlanArgs {
     #[command(flatten)]
-    asked: AskedArgs,
+    asked: EvaluationArgs,
     /// Folder for the plan, and for the files of its parts; it is made if need be
     #[arg(short, long, value_name = "FOLDER", help_heading = "Output")]
     output: PathBuf,
@@ -63,7 +63,7 @@ struct WholeArgs {
 }
 
 impl WholeArgs {
-    fn check(&self, asked: &AskedArgs) -> anyhow::Result<()> {
+    fn check(&self, asked: &EvaluationArgs) -> anyhow::Result<()> {
         let returns = "it is made of single returns, which no part keeps: `dmp score` makes it";
         let refused = [
             (self.report.is_some(), "--report", returns),

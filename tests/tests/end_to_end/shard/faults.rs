@@ -15,7 +15,7 @@ fn two_plans(folder: &Path) {
     town_command(folder);
     plan(folder, "work", TOWN);
     all_stages(folder, "work", [3, 2, 2, 2]);
-    plan(folder, "other", "town.mcap -t truth.tum -t drift=truth.tum --voxel 0.5");
+    plan(folder, "other", "town.mcap -t truth.tum -t drift=truth.tum --voxel 0.4");
     all_stages(folder, "other", [3, 2, 2, 2]);
 }
 

@@ -18,7 +18,7 @@ use crate::trajectory_args::TrajectoryArgs;
 
 /// A log, runs on it, and everything that their scores depend on.
 #[derive(Debug, Args)]
-pub(crate) struct AskedArgs {
+pub(crate) struct EvaluationArgs {
     /// A run to score: its trajectory, world_from_body in metres. A file (TUM, KITTI rows, EuRoC, .npy, g2o),
     /// `topic:/odom` of the log, or `BAG:/odom` of another bag (odometry, poses, a path; of frames,
     /// `topic:/tf:WORLD:BODY`). Called NAME, or like the file
@@ -59,7 +59,7 @@ pub(crate) struct AskedArgs {
     pub(crate) drift: Option<DriftPairs>,
 }
 
-impl AskedArgs {
+impl EvaluationArgs {
     pub(crate) fn config(&self) -> Config {
         let settings = Config { map_unit: self.map_unit.0, ..self.settings.config() };
         let config = self.promise.of(self.sampling.of(settings));
