@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from functools import lru_cache
-from typing import Any, Callable, Mapping, NamedTuple, Sequence, TypeVar, Union
+from typing import Any, Callable, Collection, Mapping, NamedTuple, Sequence, TypeVar, Union
 
 import numpy as np
 
@@ -42,13 +42,13 @@ def options(words: tuple[str, ...]) -> Mapping[str, Option]:
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
-def documented(*words: str) -> Callable[[_Function], _Function]:
+def documented(*words: str, without: Sequence[str] = ()) -> Callable[[_Function], _Function]:
     """Adds the options of a command to what ``help`` says of a function."""
 
     def with_options(function: _Function) -> _Function:
         if function.__doc__ is not None:
             # Runs are an argument, too.
-            known = {"trajectory", *function.__code__.co_varnames}
+            known = {"trajectory", *without, *function.__code__.co_varnames}
             told = [_told(keyword, option) for keyword, option in options(words).items() if keyword not in known]
             # As far to the right as the text above.
             lines = function.__doc__.splitlines()[1:]
@@ -72,7 +72,7 @@ def arguments(
     for keyword, value in settings.items():
         option = known.get(keyword)
         if option is None:
-            raise TypeError(_unknown(words, keyword, known))
+            raise TypeError(unknown(words, keyword, known))
         if value is not None and value is not False and not _is_empty(value):
             found.extend(_given(keyword, option, value))
     return found
@@ -84,7 +84,8 @@ def _is_empty(value: Any) -> bool:
     return isinstance(value, (list, tuple, dict)) and not value
 
 
-def _unknown(words: tuple[str, ...], keyword: str, known: Mapping[str, Option]) -> str:
+def unknown(words: tuple[str, ...], keyword: str, known: Collection[str]) -> str:
+    """What is said of a keyword that is none of those."""
     # Seldom needed, and slow to import.
     import difflib
 

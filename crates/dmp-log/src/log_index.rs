@@ -2,7 +2,7 @@
 
 use crate::bag_log::BagScans;
 use crate::fingerprint::END_BYTES;
-use crate::{LogError, LogOptions, LogSummary, PlaceInFile, ScanLog, open_log};
+use crate::{LogError, LogOptions, LogSummary, PlaceInFile, ScanLog, open_log, shown_path};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -58,11 +58,11 @@ pub struct FileRanges {
 
 impl LogIndex {
     pub(crate) fn of_bag(summary: &LogSummary, scans: BagScans) -> Self {
-        Self { summary: summary.clone(), scans: IndexedScans::Bag(Box::new(scans)) }
+        Self { summary: moved(summary), scans: IndexedScans::Bag(Box::new(scans)) }
     }
 
     pub(crate) fn whole(summary: &LogSummary, options: &LogOptions) -> Self {
-        Self { summary: summary.clone(), scans: IndexedScans::Whole(Box::new(options.clone())) }
+        Self { summary: moved(summary), scans: IndexedScans::Whole(Box::new(options.clone())) }
     }
 
     /// What was found in the log.
@@ -118,6 +118,11 @@ impl LogIndex {
         });
         Some(files.collect())
     }
+}
+
+/// What was found in a log, wherever it lies: an index is the same for every copy.
+fn moved(summary: &LogSummary) -> LogSummary {
+    LogSummary { path: shown_path(&summary.path).into(), ..summary.clone() }
 }
 
 /// Ascending, and those that touch as one.
