@@ -100,8 +100,10 @@ class Running:
                 for one in these
             ]
             ends[stage] = self._submit(worker.all_of, stages[stage], name=f"{stage}-all-{own}", priority=0)
-        given = (dict(parts), planned.is_whole, gates, junit, [ends[stage] for stage in STAGES])
-        future = self._submit(worker.reduce, *given, name=f"reduce-{own}", priority=0)
+        sums = (gates, junit, [ends[stage] for stage in STAGES])
+        future = self._submit(
+            worker.reduce, dict(parts), planned.is_whole, *sums, name=f"reduce-{own}", priority=0
+        )
         reduced: Reduced = self._wait(future, {**stages, "reduce": [future]})
         for stage in STAGES:
             self._listener.say(f"{stage}: {ends[stage].result()}")
