@@ -64,56 +64,73 @@ class Bucket:
         return [body]
 
 
-def hooked(hook: Callable[[list[str], Callable[[], Any]], Any]) -> None:
-    """Puts something around the commands that tasks run, in this process."""
-    from dmp_slam._shards import tasks
+class Hooked(WorkerPlugin):  # type: ignore[misc]
+    """Puts something around the commands that tasks run in a worker, for as long as it is registered."""
 
-    unhooked = tasks.execute
+    name = "hooked"
 
-    def execute(arguments: list[str], *given: Any) -> Any:
-        return hook(arguments, lambda *others: unhooked(arguments, *(others or given)))
+    def hook(self, stage: str, run: Callable[..., Any]) -> Any:
+        """``run`` may be given a function of progress."""
+        raise NotImplementedError
 
-    tasks.execute = execute
+    def setup(self, worker: Any) -> None:
+        from dmp_slam._shards import tasks
+
+        self.worker, self._unhooked = worker, tasks.execute
+        tasks.execute = self._execute
+
+    def teardown(self, worker: Any) -> None:
+        from dmp_slam._shards import tasks
+
+        tasks.execute = self._unhooked
+
+    def _execute(self, arguments: list[str], progress: Any, *given: Any) -> Any:
+        return self.hook(arguments[1], lambda shown=progress: self._unhooked(arguments, shown, *given))
 
 
-class Killer(WorkerPlugin):  # type: ignore[misc]
+class Killer(Hooked):
     """The first worker that is amid a part dies."""
 
     def __init__(self, stage: str, marker: Path) -> None:
-        self.name = f"killer-{stage}"
-        self._stage, self._marker = stage, str(marker)
+        self._stage, self._marker = stage, marker
 
-    def setup(self, worker: Any) -> None:
-        def die(*_: Any) -> None:
-            try:
-                os.close(os.open(self._marker, os.O_CREAT | os.O_EXCL))
-            except FileExistsError:
-                return
-            os.kill(os.getpid(), signal.SIGKILL)
+    def hook(self, stage: str, run: Callable[..., Any]) -> Any:
+        return run(self._die) if stage == self._stage else run()
 
-        def hook(arguments: list[str], run: Callable[..., Any]) -> Any:
-            return run(die, None) if arguments[1] == self._stage else run()
-
-        hooked(hook)
+    def _die(self, *_: Any) -> None:
+        try:
+            os.close(os.open(self._marker, os.O_CREAT | os.O_EXCL))
+        except FileExistsError:
+            return
+        os.kill(os.getpid(), signal.SIGKILL)
 
 
-class Measured(WorkerPlugin):  # type: ignore[misc]
+class Marked(Hooked):
+    """It is written down that a part is amid its work."""
+
+    def __init__(self, stage: str, marker: Path) -> None:
+        self._stage, self._marker = stage, marker
+
+    def hook(self, stage: str, run: Callable[..., Any]) -> Any:
+        return run(self._step) if stage == self._stage else run()
+
+    def _step(self, *_: Any) -> None:
+        if not self._marker.exists():
+            self._marker.touch()
+
+
+class Measured(Hooked):
     """Writes down what the files take that were brought for each command."""
 
     def __init__(self, file: Path) -> None:
-        self.name = "measured"
-        self._file = str(file)
+        self._file = file
 
-    def setup(self, worker: Any) -> None:
-        folder = Path(worker.local_directory, "dmp-parts", "cache")
-
-        def hook(arguments: list[str], run: Callable[..., Any]) -> Any:
-            files = [file for file in folder.rglob("*") if file.is_file()]
-            with open(self._file, "a") as out:
-                out.write(f"{arguments[1]} {sum(file.stat().st_blocks for file in files) * 512} {len(files)}\n")
-            return run()
-
-        hooked(hook)
+    def hook(self, stage: str, run: Callable[..., Any]) -> Any:
+        folder = Path(self.worker.local_directory, "dmp-parts", "cache")
+        files = [file for file in folder.rglob("*") if file.is_file()]
+        with self._file.open("a") as out:
+            out.write(f"{stage} {sum(file.stat().st_blocks for file in files) * 512} {len(files)}\n")
+        return run()
 
 
 def left(dask_worker: Any) -> list[str]:

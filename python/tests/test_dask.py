@@ -10,13 +10,14 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Iterator
 
 import distributed
 import fsspec
 import pytest
-from cluster import Bucket, Killer, Measured, left
+from cluster import Bucket, Hooked, Killer, Marked, Measured, left
 
 import dmp_slam as dmp
 import dmp_slam.dask
@@ -73,6 +74,16 @@ def few(town, two):
     return compared(dmp.score(town, two, **FEW))
 
 
+@contextmanager
+def hooked(client: distributed.Client, plugin: Hooked) -> Iterator[None]:
+    client.register_plugin(plugin)
+    try:
+        yield
+    finally:
+        client.wait_for_workers(2)
+        client.unregister_worker_plugin("hooked")
+
+
 def compared(result: dmp.Result) -> dict[str, Any]:
     """All but times and memory."""
     found: dict[str, Any] = json.loads(result.to_json())
@@ -80,10 +91,31 @@ def compared(result: dmp.Result) -> dict[str, Any]:
     return found
 
 
-def remote(bucket: Bucket, **settings: Any) -> dmp.Result:
+def bag_of(files: list[Path], folder: Path) -> Path:
+    """A log in several files."""
+    folder.mkdir()
+    names = [f"part-{number}.mcap" for number in range(len(files))]
+    for name, file in zip(names, files):
+        (folder / name).symlink_to(file)
+    lines = ["rosbag2_bagfile_information:", "  version: 5", "  storage_identifier: mcap"]
+    lines += ["  relative_file_paths:", *(f"    - {name}" for name in names), ""]
+    (folder / "metadata.yaml").write_text("\n".join(lines))
+    return folder
+
+
+def uploaded(folder: Path, bucket: Bucket) -> str:
+    """A folder in the bucket."""
+    system = fsspec.filesystem("s3", **bucket.options)
+    for file in folder.rglob("*"):
+        if file.is_file():
+            system.put_file(str(file), f"drives/{folder.name}/{file.relative_to(folder)}")
+    return f"s3://drives/{folder.name}"
+
+
+def remote(bucket: Bucket, log: str = "s3://drives/town.mcap", **settings: Any) -> dmp.Result:
     runs = {name: f"s3://drives/{name}.tum" for name in ("truth", "drift")}
     given = {"work": "s3://drives/work", "storage_options": bucket.options, **FEW, **settings}
-    return dmp.dask.score("s3://drives/town.mcap", runs, **given)
+    return dmp.dask.score(log, runs, **given)
 
 
 @pytest.fixture(params=[1, 3, 7])
@@ -123,24 +155,16 @@ def test_little_more_is_fetched_of_the_log_than_its_parts(client, bucket, town, 
 def test_a_worker_that_dies_is_no_loss(client, town, two, few, tmp_path, stage):
     marker = tmp_path / "died"
     before = set(client.scheduler_info()["workers"])
-    client.register_plugin(Killer(stage, marker))
-    try:
+    with hooked(client, Killer(stage, marker)):
         found = dmp.dask.score(town, two, client=client, parts=3, **FEW)
-    finally:
-        client.unregister_worker_plugin(f"killer-{stage}")
-        client.wait_for_workers(2)
     assert marker.exists() and set(client.scheduler_info()["workers"]) != before
     assert compared(found) == few
 
 
 def test_a_worker_that_dies_over_s3_is_no_loss(client, bucket, few, tmp_path):
     marker = tmp_path / "died"
-    client.register_plugin(Killer("merge", marker))
-    try:
+    with hooked(client, Killer("merge", marker)):
         found = remote(bucket, client=client, parts=3)
-    finally:
-        client.unregister_worker_plugin("killer-merge")
-        client.wait_for_workers(2)
     assert marker.exists() and compared(found) == few
 
 
@@ -155,9 +179,9 @@ def test_two_jobs_do_not_disturb_each_other(client, town, two, few):
 
 
 def test_requests_that_fail_are_made_again(client, bucket, few):
-    bucket.fails_every, bucket.rest_s = 5, 0.01
+    bucket.fails_every, bucket.rest_s = 7, 0.01
     found = remote(bucket, client=client, parts=3)
-    assert bucket.failed > 10
+    assert bucket.failed > 5
     assert compared(found) == few
 
 
@@ -197,27 +221,32 @@ def test_files_that_were_harmed_are_named(client, bucket, tmp_path, harm):
 
 
 @pytest.mark.parametrize("where", ["here", "s3"])
-def test_a_job_that_is_cancelled_stops_soon(client, bucket, town, two, temporary, where):
-    event = threading.Event()
-    stopped = []
+@pytest.mark.parametrize("stage", ["fuse", "cast"])
+def test_a_job_that_is_cancelled_stops_soon(client, bucket, town, two, tmp_path, temporary, stage, where):
+    marker = tmp_path / "amid"
 
-    def progress(stage: str, *_: Any) -> None:
-        if stage == "fuse" and not event.is_set():
-            # Amid parts that take long.
-            time.sleep(1.0)
-            stopped.append(time.monotonic())
-            event.set()
+    class AmidAPart:
+        def is_set(self) -> bool:
+            return marker.exists()
 
-    given = {"client": client, "cancel": event, "parts": 2, "voxel": 0.05, "every": None, "progress": progress}
-    with pytest.raises(dmp.Cancelled, match="stopped before the end"):
-        if where == "s3":
-            remote(bucket, **given)
-        else:
-            dmp.dask.score(town, two, **{**FEW, **given})
-    assert time.monotonic() - stopped[0] < 10
+    here, there = tmp_path / "work", "s3://drives/work"
+    log = bag_of([town] * 16, tmp_path / "long")
+    given = {"client": client, "cancel": AmidAPart(), "parts": 1, "every": None}
+    with hooked(client, Marked(stage, marker)):
+        with pytest.raises(dmp.Cancelled, match="stopped before the end"):
+            if where == "s3":
+                remote(bucket, log=uploaded(log, bucket), **given)
+            else:
+                dmp.dask.score(log, two, **{**FEW, **given}, work=here)
+        took_s = time.time() - marker.stat().st_mtime
+        running, kept = client.processing(), client.run(left)
+        work = fsspec.filesystem("s3", **bucket.options).ls(there, detail=False) if where == "s3" else here.iterdir()
+        names = [str(name).rsplit("/", 1)[-1] for name in work]
+    assert took_s < 10 and not any(running.values()) and not any(kept.values())
+    # None was done, and none of what was begun is there.
+    assert "plan.json" in names
+    assert [name for name in names if name.startswith((stage, "."))] == []
     assert list(temporary.iterdir()) == []
-    assert not any(client.run(left).values())
-    assert not any(client.processing().values())
 
 
 def test_errors_keep_their_class_and_line(client, town, two, tmp_path):
@@ -261,26 +290,36 @@ def test_gates_and_runs_in_memory(client, town, runs, poses, tmp_path):
     assert not found.gates_passed and "<failure" in (tmp_path / "gates.xml").read_text()
 
 
-def test_a_folder_of_scans_is_brought_whole(client, bucket, scans, two, few):
+@pytest.mark.parametrize("there", ["log", "work"])
+def test_one_of_log_and_work_may_be_here(client, bucket, town, two, few, tmp_path, there):
+    log = "s3://drives/town.mcap" if there == "log" else town
+    work = "s3://drives/mixed" if there == "work" else tmp_path / "mixed"
+    given = {"client": client, "work": work, "storage_options": bucket.options, "parts": 2, **FEW}
+    assert compared(dmp.dask.score(log, two, **given)) == few
+    assert (bucket.sent("/town.mcap") > 0) == (there == "log")
+
+
+def test_a_bag_in_several_files_is_brought_in_part(client, bucket, town, two, tmp_path, caplog):
+    folder = bag_of([town] * 2, tmp_path / "split")
+    with caplog.at_level(logging.INFO, logger="dmp_slam"):
+        found = remote(bucket, client=client, log=uploaded(folder, bucket), parts=3)
+    assert compared(found) == compared(dmp.score(folder, two, **FEW))
+    fused = next(record.message for record in caplog.records if record.message.startswith("fuse: 3 parts"))
+    assert int(fused.split()[3]) <= 1.1 * 2 * town.stat().st_size + 3 * 2 * ENDS
+
+
+def test_a_folder_of_scans_is_brought_whole(client, bucket, scans, two):
     folder, _ = scans
-    system = fsspec.filesystem("s3", **bucket.options)
-    system.put(str(folder), "drives/town", recursive=True)
-    runs = {name: f"s3://drives/{name}.tum" for name in two}
-    given = {"client": client, "work": "s3://drives/scans", "storage_options": bucket.options, "parts": 2, **FEW}
-    found = dmp.dask.score("s3://drives/town", runs, **given)
+    found = remote(bucket, client=client, log=uploaded(folder, bucket), parts=2)
     assert compared(found) == compared(dmp.score(folder, two, **FEW))
 
 
 def test_what_workers_keep_is_bounded(client, bucket, few, tmp_path):
-    measured, bound = tmp_path / "measured", 1_500_000
-    client.register_plugin(Measured(measured))
-    try:
+    measured, bound = tmp_path / "measured", 2_000_000
+    with hooked(client, Measured(measured)):
         assert compared(remote(bucket, client=client, parts=7, cache_bytes=bound)) == few
         with pytest.raises(dmp.Error, match=r"fuse 1/1 reads \d+ bytes, and a worker may keep 100000"):
             remote(bucket, client=client, parts=1, cache_bytes=100_000, retries=0, work="s3://drives/other")
-    finally:
-        client.unregister_worker_plugin("measured")
-        client.wait_for_workers(2)
     lines = [line.split() for line in measured.read_text().splitlines()]
     held = [(int(size), int(files)) for stage, size, files in lines if stage in ("fuse", "merge", "cast")]
     assert len(held) == 21

@@ -11,6 +11,7 @@ from typing import Callable, Iterator, NamedTuple, Sequence
 
 from .._listener import Event
 from ..errors import Cancelled, Error
+from .places import at_once
 
 #: How often it is looked whether a part that waits is to stop, seconds.
 _LOOK_S = 0.1
@@ -35,6 +36,19 @@ class _Entry:
         self.fetching = threading.Lock()
 
 
+def _bring(want: Want, entry: _Entry) -> None:
+    """Brings what is not there yet. Who comes while another brings it waits, and brings it if that fails."""
+    with entry.fetching:
+        if not entry.is_whole:
+            entry.folder.mkdir(parents=True)
+            try:
+                want.fetch(entry.folder)
+            except BaseException:
+                shutil.rmtree(entry.folder, ignore_errors=True)
+                raise
+            entry.is_whole = True
+
+
 class Cache:
     """A folder with the files that parts read. Threads share it, processes do not."""
 
@@ -56,16 +70,7 @@ class Cache:
         """The folders of what is wanted, for as long as it is needed. All of it takes its room at once: none waits with room taken."""
         entries = self._take(whose, wants, most, stop)
         try:
-            for want, entry in zip(wants, entries):
-                with entry.fetching:
-                    if not entry.is_whole:
-                        entry.folder.mkdir(parents=True)
-                        try:
-                            want.fetch(entry.folder)
-                        except BaseException:
-                            shutil.rmtree(entry.folder, ignore_errors=True)
-                            raise
-                        entry.is_whole = True
+            at_once(lambda number: _bring(wants[number], entries[number]), range(len(wants)))
             yield [entry.folder for entry in entries]
         finally:
             self._give_back(wants, entries)

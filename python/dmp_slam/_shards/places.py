@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import os
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, Callable, Iterator, Mapping, NamedTuple, Sequence, TypeVar
+from typing import Any, Callable, Iterable, Iterator, Mapping, NamedTuple, Sequence, TypeVar
 
 from .._arguments import StrPath
 from .._listener import Event
 from ..errors import Cancelled, Error, InputError, UsageError
 
 #: Bytes fetched in one request, and asked for at a time: what a fetch holds in memory.
-_BLOCK_BYTES, _BATCH_BYTES = 8 << 20, 32 << 20
+_BLOCK_BYTES, _BATCH_BYTES = 4 << 20, 16 << 20
+#: Files fetched at a time.
+_AT_ONCE = 8
 #: How long a request that failed is let rest before it is made again, seconds.
 _RESTS_S = (0.1, 0.4, 1.5, 4.0)
 
 _LOCAL = ("file://", "local://")
 _Found = TypeVar("_Found")
+_Of = TypeVar("_Of")
 #: From a byte to one that is not in it any more.
 Range = tuple[int, int]
 
@@ -129,6 +133,17 @@ def files_of(place: Place, stop: Event | None = None) -> dict[str, int]:
         return sizes
 
     return _again(place, stop, files)
+
+
+def at_once(call: Callable[[_Of], _Found], of: Iterable[_Of]) -> list[_Found]:
+    """Calls for several files, some of them at a time: a store far away is slow to answer and quick to send."""
+    with ThreadPoolExecutor(_AT_ONCE) as threads:
+        return list(threads.map(call, of))
+
+
+def fetch_all(place: Place, folder: Path, files: Mapping[str, int], stop: Event) -> None:
+    """Brings the files of a folder, or the one without a name to the path itself."""
+    at_once(lambda name: fetch(place.join(name), folder / name, files[name], None, stop), files)
 
 
 def fetch(place: Place, file: Path, size: int, ranges: Sequence[Range] | None, stop: Event) -> None:

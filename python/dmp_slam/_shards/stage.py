@@ -7,22 +7,19 @@ import os
 import shutil
 import tempfile
 import threading
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any, Iterator, NamedTuple, Sequence
+from typing import Any, Iterator, Mapping, NamedTuple, Sequence
 
 from .._execute import execute
-from ..errors import Error
+from ..errors import Error, InputError
 from .cache import Cache, Want
 from .job import PLAN_FILES, Job, Part, Site
-from .places import Place, bring, fetch, files_of, size_of
+from .places import Place, at_once, bring, fetch, fetch_all, files_of, size_of
 
 #: What all files of this package are in, on the disk of a worker.
 _FOLDER = "dmp-parts"
-#: Small files that are fetched at a time.
-_AT_ONCE = 8
 _CACHES: dict[Path, Cache] = {}
 _LOCK = threading.Lock()
 
@@ -150,8 +147,9 @@ def _wants(job: Job, site: Site, needs: dict[str, Any], has_log: bool) -> list[W
             wants.append(_whole_log(job, site))
         elif needs["log"]:
             wants.append(_log_ranges(job, site, needs["log"]))
-    if not job.work.is_local:
-        wants.extend(_work_file(job, site, file) for file in needs["files"])
+    if not job.work.is_local and needs["files"]:
+        sizes = files_of(job.work, site.stop)
+        wants.extend(_work_file(job, site, file, sizes) for file in needs["files"])
     return wants
 
 
@@ -159,8 +157,7 @@ def _whole_log(job: Job, site: Site) -> Want:
     files = files_of(job.log, site.stop)
 
     def bring_all(folder: Path) -> None:
-        for name, size in files.items():
-            fetch(job.log.join(name), folder / job.log.name / name, size, None, site.stop)
+        fetch_all(job.log, folder / job.log.name, files, site.stop)
 
     return Want((job.name, "log"), sum(files.values()), bring_all)
 
@@ -177,9 +174,11 @@ def _log_ranges(job: Job, site: Site, files: list[dict[str, Any]]) -> Want:
     return Want((job.name, "log", json.dumps(files)), size, bring_ranges)
 
 
-def _work_file(job: Job, site: Site, file: dict[str, Any]) -> Want:
+def _work_file(job: Job, site: Site, file: dict[str, Any], sizes: Mapping[str, int]) -> Want:
     name, place = str(file["name"]), job.work.join(str(file["name"]))
-    length = size_of(place, site.stop)
+    if name not in sizes:
+        raise InputError(f"{place}: it is not there")
+    length = sizes[name]
     ranges = _ranges(file["ranges"], length)
 
     def bring_file(folder: Path) -> None:
@@ -201,10 +200,8 @@ def _plan_folder(job: Job, site: Site, receipts: Sequence[str], scratch: Path) -
     folder, heads = scratch / "plan", site.folder / _FOLDER / job.name / "heads"
     heads.mkdir(parents=True, exist_ok=True)
     folder.mkdir()
-    with ThreadPoolExecutor(_AT_ONCE) as threads:
-        brought = threads.map(partial(_head, job.work, heads, site), [*PLAN_FILES, *receipts])
-        for file in brought:
-            _link(file, folder)
+    for file in at_once(partial(_head, job.work, heads, site), [*PLAN_FILES, *receipts]):
+        _link(file, folder)
     return folder
 
 

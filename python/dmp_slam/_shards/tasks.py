@@ -12,7 +12,7 @@ from .._execute import execute
 from .._listener import Event
 from ..errors import Error, UsageError
 from .job import PLAN_FILES, Asked, Done, Given, Job, Part, Planned, Reduced, Site, receipts_before
-from .places import Place, bring, fetch, files_of, is_there, place_of, size_of
+from .places import Place, bring, fetch, fetch_all, files_of, is_there, place_of, size_of
 from .stage import means, own_folder, staged, told_by_place
 
 #: An option whose value is a URL.
@@ -78,8 +78,7 @@ def _log(job: Job, site: Site, scratch: Path, said: list[str], names: dict[str, 
         raise Error(f"{job.log}: {problem}")
     said.append(f"{job.log}: a plan reads all of it: {size} bytes are brought to a worker's disk for it")
     target = scratch / "log" / job.log.name
-    for name, length in files.items():
-        fetch(job.log.join(name), target / name, length, None, site.stop)
+    fetch_all(job.log, target, files, site.stop)
     names[str(target)] = str(job.log)
     return str(target)
 
