@@ -7,24 +7,15 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import tempfile
-import uuid
-from pathlib import Path
 from typing import Any, Mapping
 
 from ._arguments import StrPath, documented
-from ._called import large_files
-from ._execute import Output
-from ._kept import Kept
-from ._listener import Event, Listener, Progress
+from ._listener import Event, Progress
 from ._poses import Runs
 from ._result import Result
-from ._shards.asked import WHOLE, asked_of, local_files, log_of, parts_of, settings_of
-from ._shards.cluster import Cluster
-from ._shards.job import STAGES, Job
-from ._shards.places import place_of
+from ._shards.asked import WHOLE
+from ._shards.dask_cluster import DaskCluster
+from ._shards.scored import Where, in_parts
 
 __all__ = ["score"]
 
@@ -62,28 +53,6 @@ def score(
 
     ``progress`` and ``cancel`` are as in ``dmp_slam.score``; a function is told of stages and parts.
     """
-    given = settings_of(settings, ("dask", "score"))
-    log_place = log_of(log, storage_options)
-    parts_of(parts, {}, STAGES)
-    cluster = Cluster.of(client, retries, resources)
-    listener = Listener(progress, cancel)
-    name = uuid.uuid4().hex[:8]
-    with tempfile.TemporaryDirectory(prefix="dmp-python-") as packed:
-        asked = asked_of(runs, Path(packed), given, cluster.cores(), storage_options)
-    made = tempfile.mkdtemp(prefix="dmp-dask-", dir=large_files({})) if work is None else None
-    try:
-        work_place = place_of(made if made is not None else os.fsdecode(work or ""), storage_options)
-        job = Job(name, log_place, work_place, cache_bytes, given.means)
-        cluster.check(local_files(log_place, work_place, asked.runs))
-        with cluster.doing(job, listener) as running:
-            planned = running.plan(asked)
-            counts = parts_of(parts, planned.suggested, STAGES)
-            reduced = running.reduce(planned, counts, given.gates, given.junit is not None)
-    finally:
-        listener.close()
-        if made is not None:
-            shutil.rmtree(made, ignore_errors=True)
-    if given.junit is not None and reduced.junit is not None:
-        given.junit.write_text(reduced.junit, encoding="utf-8")
-    output = Output(reduced.text, reduced.is_damaged, reduced.gate_failed)
-    return Result(output, Kept(None, []), None, None, None)
+    workers = DaskCluster.of(client, retries, resources)
+    where = Where(work, parts, cache_bytes, storage_options)
+    return in_parts(workers, log, runs, where, (progress, cancel), settings)

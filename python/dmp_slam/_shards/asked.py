@@ -31,13 +31,13 @@ class Settings(NamedTuple):
     junit: Path | None
 
 
-def settings_of(given: Mapping[str, Any], whose: tuple[str, ...]) -> Settings:
+def settings_of(given: Mapping[str, Any]) -> Settings:
     """Keywords as the options of the commands that they belong to; what their parsers refuse is refused."""
     gates = set(options(_REDUCE)) - {*_OWN, *_MEANS}
     known = (set(options(_PLAN)) | gates) - set(_OWN)
     for keyword in given:
         if keyword not in known:
-            raise TypeError(unknown(whose, keyword, sorted(known - set(WHOLE))))
+            raise TypeError(unknown(("score",), keyword, sorted(known - set(WHOLE))))
     own = {keyword: _reachable(value) for keyword, value in given.items()}
     # Whatever their value is: they are refused.
     own.update({keyword: "asked" for keyword in WHOLE[:5] if own.get(keyword) is True})

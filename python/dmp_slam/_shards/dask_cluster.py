@@ -9,7 +9,7 @@ from typing import Any, Callable, Iterator, Mapping, NamedTuple, Sequence
 from .. import _core
 from .._listener import Listener
 from ..errors import Cancelled, Error, UsageError
-from . import worker
+from . import dask_worker as worker
 from .job import BEFORE, STAGES, Asked, Job, Part, Planned, Reduced
 
 #: How often a job is looked at, seconds.
@@ -20,7 +20,7 @@ _STOP_S = 60.0
 _CORES = 8
 
 
-class Cluster(NamedTuple):
+class DaskCluster(NamedTuple):
     """The workers of a client, and what tasks take of them."""
 
     client: Any
@@ -28,7 +28,7 @@ class Cluster(NamedTuple):
     resources: Mapping[str, float]
 
     @classmethod
-    def of(cls, client: Any, retries: int, resources: Mapping[str, float] | None) -> Cluster:
+    def of(cls, client: Any, retries: int, resources: Mapping[str, float] | None) -> DaskCluster:
         """The cluster of a client, or of the current one."""
         try:
             import distributed
@@ -72,7 +72,7 @@ class Cluster(NamedTuple):
 class Running:
     """A job whose tasks are on the cluster."""
 
-    def __init__(self, cluster: Cluster, job: Job, listener: Listener) -> None:
+    def __init__(self, cluster: DaskCluster, job: Job, listener: Listener) -> None:
         self._cluster, self._job, self._listener = cluster, job, listener
         self._threads = _threads(cluster.resources)
         self._futures: list[Any] = []
