@@ -137,3 +137,26 @@ fn joined(mut ranges: Vec<Range<u64>>) -> Vec<Range<u64>> {
     }
     joined
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{LogOptions, McapScanWriter, McapWriterOptions, open_log};
+    use dmp_sensor::Scan;
+
+    #[test]
+    fn copies_of_a_log_have_one_index() {
+        let index = || {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("town.mcap");
+            let mut writer = McapScanWriter::create(&path, &McapWriterOptions::default()).unwrap();
+            let points_in_sensor_m = vec![[4.0, 3.0, 0.5]];
+            writer
+                .write_scan(&Scan { stamp_ns: Some(5), points_in_sensor_m, time_offsets_ns: vec![] })
+                .unwrap();
+            writer.finish().unwrap();
+            let log = open_log(&path, &LogOptions::default()).unwrap();
+            serde_json::to_string(&log.index().unwrap()).unwrap()
+        };
+        assert_eq!(index(), index());
+    }
+}
