@@ -21,7 +21,7 @@ __all__ = ["score"]
 
 
 @documented("shard", "reduce", without=["log", "threads", "memory"])
-@documented("shard", "plan", without=["output", *WHOLE])
+@documented("shard", "plan", without=["output", "cores", *WHOLE])
 def score(
     log: StrPath,
     runs: Runs,
