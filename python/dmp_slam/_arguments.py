@@ -43,7 +43,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def documented(*words: str, without: Sequence[str] = ()) -> Callable[[_Function], _Function]:
-    """Adds the options of a command to what ``help`` says of a function."""
+    """Adds the options of a command to what ``help`` says of a function; ``without`` are those that it does not take."""
 
     def with_options(function: _Function) -> _Function:
         if function.__doc__ is not None:
