@@ -35,7 +35,8 @@ cd "$tested"
 # What comes with the wheel, before anything else is there.
 bin/python "$here/tests/installed.py" "$wheels"
 bin/pip install --quiet --disable-pip-version-check --constraint "$here/tests/constraints.txt" \
-    pytest mypy pandas polars pyarrow matplotlib rerun-sdk nbclient ipykernel kiss-icp rosbags
+    pytest mypy pandas polars pyarrow matplotlib rerun-sdk nbclient ipykernel kiss-icp rosbags \
+    dask distributed s3fs 'moto[server]' ray
 
 # That of these sources, whatever was built before.
 cargo build --release --locked --manifest-path "$here/../Cargo.toml"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from functools import lru_cache
-from typing import Any, Callable, Mapping, NamedTuple, Sequence, TypeVar, Union
+from typing import Any, Callable, Collection, Mapping, NamedTuple, Sequence, TypeVar, Union
 
 import numpy as np
 
@@ -72,7 +72,7 @@ def arguments(
     for keyword, value in settings.items():
         option = known.get(keyword)
         if option is None:
-            raise TypeError(_unknown(words, keyword, known))
+            raise TypeError(unknown(words, keyword, known))
         if value is not None and value is not False and not _is_empty(value):
             found.extend(_given(keyword, option, value))
     return found
@@ -84,7 +84,8 @@ def _is_empty(value: Any) -> bool:
     return isinstance(value, (list, tuple, dict)) and not value
 
 
-def _unknown(words: tuple[str, ...], keyword: str, known: Mapping[str, Option]) -> str:
+def unknown(words: tuple[str, ...], keyword: str, known: Collection[str]) -> str:
+    """What is said of a keyword that is none of those."""
     # Seldom needed, and slow to import.
     import difflib
 

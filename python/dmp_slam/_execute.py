@@ -37,9 +37,10 @@ def execute(
     arguments: Sequence[str],
     progress: Progress = None,
     cancel: Event | None = None,
+    said: list[str] | None = None,
 ) -> Output:
-    """Runs a command with these arguments."""
-    listener = Listener(progress, cancel)
+    """Runs a command with these arguments. What it says goes to the logger, or to a list if there is one."""
+    listener = Listener(progress, cancel, said)
     try:
         end, line, printed = _core.run(arguments, listener)
     finally:

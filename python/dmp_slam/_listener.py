@@ -28,8 +28,11 @@ class Event(Protocol):
 class Listener:
     """Listens to one command."""
 
-    def __init__(self, progress: bool | ProgressFunction | None, cancel: Event | None) -> None:
+    def __init__(
+        self, progress: bool | ProgressFunction | None, cancel: Event | None, said: list[str] | None = None
+    ) -> None:
         self._cancel = cancel
+        self._said = said
         self._bar: _TqdmBar | _LineBar | None = None
         self._show: ProgressFunction | None
         if callable(progress):
@@ -41,6 +44,9 @@ class Listener:
             self._show = None
 
     def say(self, line: str) -> None:
+        if self._said is not None:
+            self._said.append(line)
+            return
         level = logging.WARNING if line.startswith(_TOLD) else logging.INFO
         log.log(level, "%s", line)
 

@@ -8,6 +8,7 @@ import inspect
 import pkgutil
 
 import dmp_slam as dmp
+import dmp_slam.dask
 
 
 def test_examples_run(town, runs):
@@ -30,6 +31,9 @@ def test_everything_offered_is_documented():
 def test_help_tells_every_keyword():
     for keyword in dmp._arguments.options(("score",)):
         assert (f"\n    {keyword}=" in inspect.getdoc(dmp.score)) == (keyword != "trajectory"), keyword
+    parts = inspect.getdoc(dmp_slam.dask.score)
+    assert all(f"\n    {keyword}=" in parts for keyword in ("voxel", "memory", "fail_above"))
+    assert not any(f"\n    {keyword}=" in parts for keyword in ("work", "output", "report", "cores"))
     for function in (dmp.Map.build, dmp.truth.rpe, dmp.simulate.errors, dmp.convert.log):
         told = inspect.getdoc(function)
         assert "\nKeywords:\n    " in told and "\n    output=" not in told

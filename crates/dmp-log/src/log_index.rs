@@ -2,7 +2,7 @@
 
 use crate::bag_log::BagScans;
 use crate::fingerprint::END_BYTES;
-use crate::{LogError, LogOptions, LogSummary, PlaceInFile, ScanLog, open_log};
+use crate::{LogError, LogOptions, LogSummary, PlaceInFile, ScanLog, open_log, shown_path};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -58,11 +58,11 @@ pub struct FileRanges {
 
 impl LogIndex {
     pub(crate) fn of_bag(summary: &LogSummary, scans: BagScans) -> Self {
-        Self { summary: summary.clone(), scans: IndexedScans::Bag(Box::new(scans)) }
+        Self { summary: moved(summary), scans: IndexedScans::Bag(Box::new(scans)) }
     }
 
     pub(crate) fn whole(summary: &LogSummary, options: &LogOptions) -> Self {
-        Self { summary: summary.clone(), scans: IndexedScans::Whole(Box::new(options.clone())) }
+        Self { summary: moved(summary), scans: IndexedScans::Whole(Box::new(options.clone())) }
     }
 
     /// What was found in the log.
@@ -120,6 +120,11 @@ impl LogIndex {
     }
 }
 
+/// What was found in a log, wherever it lies: an index is the same for every copy.
+fn moved(summary: &LogSummary) -> LogSummary {
+    LogSummary { path: shown_path(&summary.path).into(), ..summary.clone() }
+}
+
 /// Ascending, and those that touch as one.
 fn joined(mut ranges: Vec<Range<u64>>) -> Vec<Range<u64>> {
     ranges.sort_unstable_by_key(|range| range.start);
@@ -131,4 +136,27 @@ fn joined(mut ranges: Vec<Range<u64>>) -> Vec<Range<u64>> {
         }
     }
     joined
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{LogOptions, McapScanWriter, McapWriterOptions, open_log};
+    use dmp_sensor::Scan;
+
+    #[test]
+    fn copies_of_a_log_have_one_index() {
+        let index = || {
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("town.mcap");
+            let mut writer = McapScanWriter::create(&path, &McapWriterOptions::default()).unwrap();
+            let points_in_sensor_m = vec![[4.0, 3.0, 0.5]];
+            writer
+                .write_scan(&Scan { stamp_ns: Some(5), points_in_sensor_m, time_offsets_ns: vec![] })
+                .unwrap();
+            writer.finish().unwrap();
+            let log = open_log(&path, &LogOptions::default()).unwrap();
+            serde_json::to_string(&log.index().unwrap()).unwrap()
+        };
+        assert_eq!(index(), index());
+    }
 }

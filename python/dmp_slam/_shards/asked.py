@@ -1,0 +1,115 @@
+"""What is asked for: keywords of a score as options of its parts, runs and logs as they reach workers."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, Mapping, NamedTuple
+
+from .._arguments import arguments, options, unknown
+from .._execute import check
+from .._poses import Runs, trajectories
+from ..errors import UsageError
+from .job import Asked, Given
+from .places import Place, is_url, place_of
+
+#: Options of ``dmp score`` that parts do not have: the command says why.
+WHOLE = ("report", "residuals", "per_frame", "per_tile", "save_maps", "resume", "checkpoint")
+#: Options of the commands that have arguments of their own.
+_OWN = ("trajectory", "output", "cores", "log", "work")
+_MEANS = ("memory", "threads")
+_PLAN, _REDUCE = ("shard", "plan"), ("shard", "reduce")
+
+
+class Settings(NamedTuple):
+    """Keywords as options."""
+
+    plan: list[str]
+    gates: list[str]
+    means: tuple[str, ...]
+    #: The file that gates are written to.
+    junit: Path | None
+
+
+def settings_of(given: Mapping[str, Any]) -> Settings:
+    """Keywords as the options of the commands that they belong to; what their parsers refuse is refused."""
+    gates = set(options(_REDUCE)) - {*_OWN, *_MEANS}
+    known = (set(options(_PLAN)) | gates) - set(_OWN)
+    for keyword in given:
+        if keyword not in known:
+            raise TypeError(unknown(("score",), keyword, sorted(known - set(WHOLE))))
+    own = {keyword: _reachable(value) for keyword, value in given.items()}
+    # Whatever their value is: they are refused.
+    own.update({keyword: "asked" for keyword in WHOLE[:5] if own.get(keyword) is True})
+    junit = own.pop("junit", None)
+    of_means = {keyword: own.pop(keyword) for keyword in _MEANS if keyword in own}
+    of_gates = {keyword: own.pop(keyword) for keyword in gates if keyword in own}
+    found = Settings(
+        arguments(_PLAN, own),
+        arguments(_REDUCE, of_gates),
+        tuple(arguments(_REDUCE, of_means)),
+        None if junit is None else Path(junit),
+    )
+    check([*_PLAN, *found.plan, *found.means, "--trajectory=run", "--output=work", "log"])
+    check([*_REDUCE, *found.gates, *found.means, "work"])
+    if found.junit is not None and not found.gates:
+        raise UsageError("junit needs a gate")
+    return found
+
+
+def _reachable(value: Any) -> Any:
+    """A value; files by paths that hold wherever workers are."""
+    if isinstance(value, Mapping):
+        return {name: _reachable(one) for name, one in value.items()}
+    is_path = isinstance(value, os.PathLike) or (isinstance(value, str) and ("/" in value or "." in value))
+    return os.path.abspath(value) if is_path and os.path.isfile(value) else value
+
+
+def log_of(log: Any, storage_options: Mapping[str, Any] | None) -> Place:
+    """Where a log is."""
+    if isinstance(log, (list, tuple)) and len(log) == 1:
+        (log,) = log
+    if not isinstance(log, (str, os.PathLike)) or hasattr(log, "lidar"):
+        raise UsageError("a log that is scored in parts is a path or a URL, of a file or a folder")
+    return place_of(log, storage_options)
+
+
+def asked_of(
+    runs: Runs, folder: Path, settings: Settings, cores: int, storage_options: Mapping[str, Any] | None
+) -> Asked:
+    """What is to be planned. Runs in memory are written into a folder."""
+    given = [_given(text, folder, storage_options) for text in trajectories(runs, folder)]
+    files = sorted(file for file in folder.rglob("*") if file.is_file())
+    packed = {str(file.relative_to(folder)): file.read_bytes() for file in files}
+    return Asked(settings.plan, given, packed, dict(storage_options or {}), cores, settings.gates)
+
+
+def _given(text: str, folder: Path, storage_options: Mapping[str, Any] | None) -> Given:
+    name, sign, rest = text.partition("=")
+    prefix, rest = (name + sign, rest) if sign and "/" not in name else ("", text)
+    if rest.startswith(f"{folder}/"):
+        return Given(prefix, os.path.relpath(rest, folder), is_packed=True)
+    if rest.startswith("topic:"):
+        return Given(prefix, rest)
+    bag, sign, topic = rest.partition(":/")
+    if sign and not is_url(rest) and not os.path.exists(rest):
+        return Given(prefix, f"{os.path.abspath(bag)}:/{topic}")
+    place = place_of(rest, storage_options)
+    return Given(prefix, place.path, place)
+
+
+def local_files(log: Place, work: Place, runs: list[Given]) -> list[str]:
+    """What every worker must see: files and folders that are here."""
+    places = [log, work, *(run.place for run in runs if run.place is not None)]
+    return [place.path for place in places if place.is_local and os.path.exists(place.path)]
+
+
+def parts_of(parts: int | Mapping[str, int] | None, suggested: Mapping[str, int], stages: tuple[str, ...]) -> dict[str, int]:
+    """How many parts each stage has: as many as the plan suggests, but where it is said."""
+    said: Mapping[str, int] = parts if isinstance(parts, Mapping) else {}
+    if isinstance(parts, int):
+        said = dict.fromkeys(stages, parts)
+    for stage, count in said.items():
+        if stage not in stages or isinstance(count, bool) or not isinstance(count, int) or count < 1:
+            raise UsageError(f"parts of {stage!r}: {count!r}; stages are {', '.join(stages)}, with 1 part at least")
+    return {stage: said.get(stage, suggested.get(stage, 1)) for stage in stages}
