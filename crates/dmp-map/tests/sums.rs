@@ -31,7 +31,7 @@ fn fuser(part: usize, parts: usize, budget_bytes: usize, folder: &Path) -> Resul
 fn sums(parts: usize, budget_bytes: usize, folder: &Path) -> Result<Vec<SumsFile>, MapError> {
     let write = |part: usize| {
         let path = folder.join(format!("{part}-of-{parts}.sums"));
-        SumsFile::open(&path, fuser(part, parts, budget_bytes, folder)?.write_sums(&path)?)
+        SumsFile::listed(&path, fuser(part, parts, budget_bytes, folder)?.write_sums(&path)?)
     };
     (0..parts).map(write).collect()
 }
@@ -96,7 +96,7 @@ fn a_file_that_changed_is_never_merged() -> Result<(), MapError> {
     let list = fuser(0, 1, 1 << 30, folder.path())?.write_sums(&path)?;
     let bytes = std::fs::read(&path).unwrap();
     let merge = |list: SumsList| -> Result<(), MapError> {
-        let files = [SumsFile::open(&path, list)?];
+        let files = [SumsFile::listed(&path, list)?];
         let out = folder.path().join("a.dmpmap");
         let to = (out.as_path(), &Origin::of(""), Durability::Temporary);
         merge_sums(Lattice::new(0.3)?, &files, TileSpan::default(), 1 << 20, to, &|_, _| ()).map(drop)

@@ -6,8 +6,9 @@ mod index;
 mod log;
 mod open;
 mod outline;
+mod scans;
 mod topic;
 
-pub(crate) use index::BagScans;
 pub(crate) use log::BagLog;
 pub(crate) use outline::BagOutline;
+pub(crate) use scans::BagScans;

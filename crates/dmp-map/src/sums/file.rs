@@ -103,7 +103,7 @@ impl SumsFile {
     ///
     /// # Errors
     /// When it cannot be opened, or the list is none of a file.
-    pub fn open(path: &Path, list: SumsList) -> Result<Self, MapError> {
+    pub fn listed(path: &Path, list: SumsList) -> Result<Self, MapError> {
         let file = open_input(path).map_err(MapError::io(path, "cannot open the file"))?;
         let is_sorted = list.blocks.is_sorted_by_key(SumsBlock::tile);
         let fits = |block: &SumsBlock| (1..=BLOCK as u32).contains(&block.voxels);

@@ -6,11 +6,11 @@ use dmp_map::{Durability, Origin, Store, join_stores};
 use dmp_reduce::FrameSet;
 
 use super::error::ShardError;
-use super::folder::Stage;
 use super::merge::{MergedPart, piece_name};
 use super::opened::Shard;
 use super::part::Part;
 use super::reach::Reach;
+use super::stage::Stage;
 use crate::cast::horizon_m;
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;

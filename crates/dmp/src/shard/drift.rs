@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::error::ShardError;
-use super::folder::Stage;
 use super::opened::Shard;
 use super::part::Part;
+use super::stage::Stage;
 use crate::drift::{Revisits, VisitPair, VisitPairReport};
 
 /// What a part came to.

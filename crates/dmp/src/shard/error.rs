@@ -7,7 +7,7 @@ use dmp_log::LogError;
 use dmp_map::MapError;
 use dmp_reduce::ReduceError;
 
-use super::folder::Stage;
+use super::stage::Stage;
 use crate::error::EvaluateError;
 
 /// What can go wrong with a part of a score. Every variant names the file, the part or the value.

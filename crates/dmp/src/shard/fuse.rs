@@ -8,9 +8,10 @@ use dmp_sensor::ReturnCounts;
 use serde::{Deserialize, Serialize};
 
 use super::error::ShardError;
-use super::folder::{Stage, stem_of};
+use super::folder::stem_of;
 use super::opened::Shard;
 use super::part::Part;
+use super::stage::Stage;
 
 /// What a part came to.
 #[derive(Debug, Clone, Serialize, Deserialize)]

@@ -8,10 +8,11 @@ use dmp_map::{Durability, Lattice, Origin, SumsFile, TileId, TileSpan, merge_sum
 use serde::{Deserialize, Serialize};
 
 use super::error::ShardError;
-use super::folder::{Stage, stem_of};
+use super::folder::stem_of;
 use super::fuse::{FusedPart, sums_name};
 use super::opened::{Shard, check_frames};
 use super::part::Part;
+use super::stage::Stage;
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
 use crate::progress::Stage as Doing;
@@ -95,7 +96,7 @@ impl Shard<'_> {
             let Some(span) = *span else { return Ok(None) };
             let files = fused.iter().map(|(of, fused)| {
                 let path = self.folder.file(&sums_name(*of, &run.file_stem));
-                SumsFile::open(&path, fused.sums.get(number).cloned().unwrap_or_default())
+                SumsFile::listed(&path, fused.sums.get(number).cloned().unwrap_or_default())
             });
             let files = files.collect::<Result<Vec<_>, _>>()?;
             let path = self.folder.file(&piece_name(part, &run.file_stem));

@@ -25,12 +25,13 @@ mod opened;
 mod part;
 mod reach;
 mod reduce;
+mod stage;
 mod suggest;
 
 pub use document::{PlannedRun, ShardPlan};
 pub use error::ShardError;
-pub use folder::Stage as ShardStage;
 pub use needs::{NeededFile, Needs};
 pub use opened::Shard;
 pub use part::Part;
+pub use stage::Stage as ShardStage;
 pub use suggest::{Machine, Suggested};

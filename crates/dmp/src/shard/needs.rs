@@ -9,11 +9,11 @@ use serde::Serialize;
 
 use super::drift::pairs_of;
 use super::error::ShardError;
-use super::folder::Stage;
 use super::fuse::sums_name;
 use super::merge::{MergedPart, piece_name, spans_of};
 use super::opened::Shard;
 use super::part::Part;
+use super::stage::Stage;
 use crate::drift::Revisits;
 use crate::evaluation::Evaluation;
 

@@ -8,8 +8,9 @@ use dmp_reduce::FrameSet;
 
 use super::document::ShardPlan;
 use super::error::ShardError;
-use super::folder::{PlanFolder, Stage};
+use super::folder::PlanFolder;
 use super::part::Part;
+use super::stage::Stage;
 use crate::config::{Config, Run};
 use crate::evaluation::{Evaluation, Task};
 use crate::frames::jobs_of;

@@ -4,10 +4,10 @@ use dmp_sensor::ReturnCounts;
 
 use super::cast::scored_frames;
 use super::error::ShardError;
-use super::folder::Stage;
 use super::merge::MergedPart;
 use super::opened::{Shard, check_frames};
 use super::part::Part;
+use super::stage::Stage;
 use crate::drift::Revisits;
 use crate::evaluation::FuseTotals;
 use crate::heads::Heads;

@@ -1,5 +1,6 @@
 //! What a score in parts takes beside one in one process, and what that foretells of many workers.
 
+mod measured;
 mod model;
 mod processes;
 
@@ -7,12 +8,12 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use clap::Args;
-use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::city::{City, drift_of, truth_of};
 use super::taken::taken_by;
 use super::times::circumstances;
+use measured::Measured;
 use model::{Cluster, Job, STAGES, Stage};
 use processes::{Process, in_workers};
 
@@ -32,21 +33,6 @@ pub(crate) struct ShardArgs {
     /// Only the model, with what was measured before
     #[arg(long)]
     model: bool,
-}
-
-/// What was measured on this machine, for the model.
-#[derive(Debug, Serialize, Deserialize)]
-pub(super) struct Measured {
-    machine: String,
-    returns: f64,
-    runs: f64,
-    log_bytes: f64,
-    sums_bytes: f64,
-    map_bytes: f64,
-    plan_s: f64,
-    reduce_s: f64,
-    /// Core seconds of each part, by stage.
-    parts_s: [Vec<f64>; 4],
 }
 
 pub(crate) fn run(arguments: &ShardArgs) -> anyhow::Result<()> {

@@ -1,6 +1,6 @@
 //! A small model of a score in parts on many workers: what waits for what, who computes, who fetches.
 
-use super::Measured;
+use super::measured::Measured;
 
 /// A stage that is done in parts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
