@@ -136,7 +136,7 @@ fn told(stages: &[Vec<Process>], counts: [u32; 4]) {
     for ((stage, processes), parts) in STAGES.into_iter().zip(stages).zip(counts) {
         let times: Vec<f64> = processes.iter().map(|process| process.on_cores_s).collect();
         let (least, most) = times.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), &s| (a.min(s), b.max(s)));
-        let read: f64 = processes.iter().filter_map(|process| process.share_read).sum();
+        let read = processes.iter().filter_map(|process| process.share_read).fold(0.0, |a, b| a + b);
         let all = times.iter().sum::<f64>();
         println!("{:<8}{parts:>6}{all:>10.1}{least:>14.1} – {most:.1}{read:>16.3}", stage.name());
     }
