@@ -201,6 +201,7 @@ mod tests {
             "map",
             "maps",
             "more",
+            "plan",
             "reference",
             "reference_map",
             "results",

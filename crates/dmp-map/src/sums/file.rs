@@ -1,9 +1,7 @@
 //! A file of voxel sums, sorted by tiles.
 
-use std::fs::File;
 use std::io::{BufWriter, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
 use dmp_disk::{OutputFile, TileId, open_input};
 use serde::{Deserialize, Serialize};
@@ -93,18 +91,16 @@ impl MapFuser {
 #[derive(Debug)]
 pub struct SumsFile {
     path: PathBuf,
-    file: Mutex<File>,
     /// In the order of their tiles.
     blocks: Vec<SumsBlock>,
 }
 
 impl SumsFile {
-    /// Opens the file at `path`, of which `list` was told.
+    /// The file at `path`, of which `list` was told. It is open only while it is read: there may be thousands.
     ///
     /// # Errors
-    /// When it cannot be opened, or the list is none of a file.
+    /// When the list is none of a file.
     pub fn listed(path: &Path, list: SumsList) -> Result<Self, MapError> {
-        let file = open_input(path).map_err(MapError::io(path, "cannot open the file"))?;
         let is_sorted = list.blocks.is_sorted_by_key(SumsBlock::tile);
         let fits = |block: &SumsBlock| (1..=BLOCK as u32).contains(&block.voxels);
         // More than records that cannot be compressed at all.
@@ -113,7 +109,7 @@ impl SumsFile {
             let detail = "its blocks are not those of a file".to_owned();
             return Err(MapError::Damaged { path: path.to_owned(), part: "list of voxel sums", detail });
         }
-        Ok(Self { path: path.to_owned(), file: Mutex::new(file), blocks: list.blocks })
+        Ok(Self { path: path.to_owned(), blocks: list.blocks })
     }
 
     /// Its blocks, in the order of their tiles.
@@ -140,12 +136,10 @@ impl SumsFile {
             part: "voxel sums",
             detail: format!("tile {}, byte {}: {detail}", block.tile(), block.offset),
         };
+        let mut file = open_input(&self.path).map_err(MapError::io(&self.path, "cannot open the file"))?;
         let mut packed = vec![0; block.bytes as usize];
-        {
-            let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-            let read = file.seek(SeekFrom::Start(block.offset)).and_then(|_| file.read_exact(&mut packed));
-            read.map_err(|error| damaged(format!("cannot read {} bytes: {error}", block.bytes)))?;
-        }
+        let read = file.seek(SeekFrom::Start(block.offset)).and_then(|_| file.read_exact(&mut packed));
+        read.map_err(|error| damaged(format!("cannot read {} bytes: {error}", block.bytes)))?;
         let crc32 = crc32fast::hash(&packed);
         if crc32 != block.crc32 {
             return Err(damaged(format!("checksum {crc32:08x}, {:08x} was written", block.crc32)));
