@@ -52,7 +52,8 @@ fn parts_that_are_not_what_they_should_be_are_named() {
         "fuse-2-of-3.part",
         "fuse-2-of-3.truth.sums",
         "merge-1-of-2.part",
-        "merge-1-of-2.drift.dmpmap",
+        // The last piece of the last run: there is one however the tiles are shared out.
+        "merge-2-of-2.drift.dmpmap",
         "cast-2-of-2.part",
         "drift-1-of-2.part",
     ] {
@@ -71,7 +72,7 @@ fn parts_that_are_not_what_they_should_be_are_named() {
             ("flipped at its end", flipped(whole.len() - 2)),
             ("of another plan", Some(fs::read(folder.join("other").join(name)).unwrap())),
         ];
-        if twin != name {
+        if twin != name && file(&twin).exists() {
             wrong.push(("of another part", Some(fs::read(file(&twin)).unwrap())));
         }
         for (fault, bytes) in wrong {
