@@ -1,6 +1,6 @@
 //! Some frames cast by themselves, for scores that are put together elsewhere.
 
-use dmp_reduce::{Basis, FrameSet};
+use dmp_reduce::{Basis, FrameSet, ReduceError};
 
 use super::casters::{RunCaster, SharedTiles};
 use super::pass::{Scored, Sums};
@@ -45,6 +45,10 @@ impl<M> Evaluation<'_, M> {
         for part in parts {
             let Sums { reducer, counts, tiles: _, shapes, marks } = Sums::of_kept(part, layout)?;
             sums.reducer.merge(&reducer)?;
+            let frames = layout.frames();
+            if let Some(&(ordinal, _)) = marks.iter().find(|(ordinal, _)| *ordinal >= frames) {
+                return Err(ReduceError::NoSuchFrame { ordinal, frames }.into());
+            }
             sums.counts.merge(&counts);
             sums.shapes.extend(shapes);
             sums.marks.extend(marks);
