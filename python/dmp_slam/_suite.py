@@ -7,19 +7,20 @@ import json
 import os
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Mapping
 
 from . import _columns
-from ._arguments import StrPath, arguments, documented
+from ._arguments import StrPath, arguments, documented, unknown
 from ._called import work_folder
 from ._core import Table
-from ._execute import Output, execute
-from ._listener import Event, Progress
+from ._execute import Output, check, execute
+from ._listener import Event, Listener, Progress
+from .errors import UsageError
 
 #: How high a page is shown in a notebook, pixels.
 _PAGE_HEIGHT = 800
 #: Options that print something else.
-_OTHERWISE = ("example", "list")
+_OTHERWISE = ("example", "list", "dask")
 
 
 class SuiteResult:
@@ -118,21 +119,71 @@ class SuiteResult:
 
 @documented("suite", without=_OTHERWISE)
 def suite(
-    suite: StrPath, *, progress: Progress = None, cancel: Event | None = None, **settings: Any
+    suite: StrPath,
+    *,
+    client: Any = None,
+    cluster: Mapping[str, Any] | None = None,
+    progress: Progress = None,
+    cancel: Event | None = None,
+    **settings: Any,
 ) -> SuiteResult:
     """Compares versions of a SLAM over several logs, as ``dmp suite`` does.
 
     ``suite`` is the file that names versions, logs and options; docs/suite.md has its keys. What is in the cache and has not
     changed is not scored again.
 
+    With a ``client`` of ``distributed`` the cluster scores, several logs at a time. Logs and runs must be where all workers have them, and
+    so must ``work``, which may be a URL. ``cluster`` are keywords of ``dmp_slam.dask.score`` that say how: ``parts``, ``retries``,
+    ``resources``, ``cache_bytes``, ``storage_options``.
+
     >>> result = dmp.suite("suite.toml")  # doctest: +SKIP
     >>> result.verdict("old", "new")  # doctest: +SKIP
     'new'
     """
     words = ("suite",)
+    if client is not None:
+        _score_on(client, cluster or {}, os.fsdecode(suite), settings, progress, cancel)
+        settings["cached"] = True
+    elif cluster is not None:
+        raise UsageError("cluster is of a client: name one by client=")
     with work_folder(settings) as folder:
         asked = settings.get("report")
         page = folder / "page.html" if asked is None or isinstance(asked, bool) else asked
         given = arguments(words, {**settings, "report": page}, without=_OTHERWISE)
         output = execute([*words, *given, "--json", "--", os.fsdecode(suite)], progress, cancel)
         return SuiteResult(output, Path(page).read_text(encoding="utf-8"))
+
+
+def _score_on(
+    client: Any,
+    cluster: Mapping[str, Any],
+    suite: str,
+    settings: dict[str, Any],
+    progress: Progress,
+    cancel: Event | None,
+) -> None:
+    """Scores on a cluster what is not in the cache."""
+    from ._shards.dask_cluster import DaskCluster
+    from ._shards.scored import Where
+    from ._shards.suite import RETRIES, score_all
+
+    how: dict[str, Any] = {"retries": RETRIES, "resources": None, "parts": None, "cache_bytes": None, "storage_options": None}
+    for keyword in cluster:
+        if keyword not in how:
+            raise TypeError(unknown(("cluster",), keyword, list(how)))
+    how.update(cluster)
+    workers = DaskCluster.of(client, how.pop("retries"), how.pop("resources"))
+    check(["suite", *arguments(("suite",), {**settings, "cached": True}, without=_OTHERWISE), "--json", "--", suite])
+
+    def options(*keywords: str) -> list[str]:
+        return arguments(("suite",), {keyword: settings[keyword] for keyword in keywords if keyword in settings})
+
+    listed = json.loads(execute(["suite", *options("cache"), "--list", "--", suite], progress, cancel).text)
+    listener = Listener(progress, cancel)
+    total = len(listed["logs"])
+    try:
+        told = (listener.say, lambda done: listener.progress("scoring logs", "logs", done, total))
+        where = Where(work=settings.get("work"), **how)
+        score_all(listed, workers, where, options("memory", "threads"), told, cancel)
+    finally:
+        listener.close()

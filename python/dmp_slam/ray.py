@@ -10,10 +10,10 @@ from __future__ import annotations
 from typing import Any, Mapping
 
 from ._arguments import StrPath, documented
-from ._listener import Event, Progress
+from ._listener import Event, Listener, Progress
 from ._poses import Runs
 from ._result import Result
-from ._shards.asked import WHOLE
+from ._shards.asked import WHOLE, settings_of
 from ._shards.ray_cluster import RayCluster
 from ._shards.scored import Where, in_parts
 
@@ -44,4 +44,4 @@ def score(
     """
     workers = RayCluster.of(retries, resources)
     where = Where(work, parts, cache_bytes, storage_options)
-    return in_parts(workers, log, runs, where, (progress, cancel), settings)
+    return in_parts(workers, log, runs, where, Listener(progress, cancel), settings_of(settings))

@@ -18,6 +18,8 @@ def main() -> None:
     if missing and sys.platform == "linux" and sys.executable:
         os.execve(sys.executable, _this_process(), {**os.environ, **missing})
 
+    # Where the command needs Python, it is this one.
+    os.environ.setdefault("DMP_PYTHON", sys.executable)
     from dmp_slam import _core
 
     code = _core.main(sys.argv[1:])

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import os
+import resource
 import signal
 import threading
 import time
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Callable, NamedTuple
+from typing import Any, Callable, Iterator, NamedTuple
 
-from distributed import WorkerPlugin
+from distributed import Client, WorkerPlugin
+
+import dmp_slam as dmp
 
 
 class Request(NamedTuple):
@@ -119,6 +124,29 @@ class Marked(Hooked):
             self._marker.touch()
 
 
+class Full(Hooked):
+    """No file may have more bytes, while a command of a stage runs or from then on: what a disk that is full does."""
+
+    def __init__(self, stage: str, most_bytes: int, is_kept: bool = False) -> None:
+        self._stage, self._most_bytes, self._is_kept = stage, most_bytes, is_kept
+
+    def hook(self, stage: str, run: Callable[..., Any]) -> Any:
+        if stage != self._stage:
+            return run()
+        before = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (self._most_bytes, before[1]))
+        try:
+            return run()
+        finally:
+            if not self._is_kept:
+                resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+    def teardown(self, worker: Any) -> None:
+        most = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+        super().teardown(worker)
+
+
 class Measured(Hooked):
     """Writes down what the files take that were brought for each command."""
 
@@ -136,3 +164,20 @@ class Measured(Hooked):
 def left(dask_worker: Any) -> list[str]:
     """Files that this package left in the folder of a worker."""
     return [str(file) for file in Path(dask_worker.local_directory, "dmp-parts").rglob("*") if file.is_file()]
+
+
+@contextmanager
+def hooked(client: Client, plugin: Hooked) -> Iterator[None]:
+    client.register_plugin(plugin)
+    try:
+        yield
+    finally:
+        client.wait_for_workers(2)
+        client.unregister_worker_plugin("hooked")
+
+
+def compared(result: dmp.Result) -> dict[str, Any]:
+    """All but times and memory."""
+    found: dict[str, Any] = json.loads(result.to_json())
+    del found["timing"], found["memory"]
+    return found

@@ -7,7 +7,7 @@ import os
 import subprocess
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import Any, Iterator
 
 import numpy as np
 import pytest
@@ -72,6 +72,44 @@ def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(tempfile, "tempdir", str(folder))
     monkeypatch.setenv("TMPDIR", str(folder))
     return folder
+
+
+# Of the modules that ask for them.
+@pytest.fixture(scope="module")
+def client() -> Iterator[Any]:
+    import distributed
+
+    cluster = distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0", memory_limit="4 GB"
+    )
+    with cluster, distributed.Client(cluster) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def served() -> Iterator[Any]:
+    from cluster import Bucket
+
+    bucket = Bucket()
+    yield bucket
+    bucket.close()
+
+
+@pytest.fixture
+def bucket(served: Any, town: Path, runs: dict[str, Path]) -> Any:
+    """With the samples in it, and nothing else."""
+    import fsspec
+
+    served.fails_every, served.rest_s, served.failed = 0, 0.0, 0
+    system = fsspec.filesystem("s3", **served.options)
+    if system.exists("drives"):
+        system.rm("drives", recursive=True)
+    system.invalidate_cache()
+    system.mkdir("drives")
+    for file in (town, *runs.values()):
+        system.put_file(str(file), f"drives/{file.name}")
+    served.requests.clear()
+    return served
 
 
 def command(*arguments: Any) -> subprocess.CompletedProcess[str]:

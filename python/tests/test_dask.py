@@ -10,14 +10,13 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Iterator
+from typing import Any
 
 import distributed
 import fsspec
 import pytest
-from cluster import Bucket, Hooked, Killer, Marked, Measured, left
+from cluster import Bucket, Full, Killer, Marked, Measured, compared, hooked, left
 
 import dmp_slam as dmp
 import dmp_slam.dask
@@ -26,37 +25,6 @@ from dmp_slam._shards.cache import Cache, Want
 #: Less work where it is not about what is found.
 FEW = {"every": 4, "drift": "none", "trust": True, "progress": False}
 ENDS = 128 << 10
-
-
-@pytest.fixture(scope="module")
-def client():
-    cluster = distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0", memory_limit="4 GB"
-    )
-    with cluster, distributed.Client(cluster) as client:
-        yield client
-
-
-@pytest.fixture(scope="module")
-def served():
-    bucket = Bucket()
-    yield bucket
-    bucket.close()
-
-
-@pytest.fixture
-def bucket(served, town, runs):
-    """With the samples in it, and nothing else."""
-    served.fails_every, served.rest_s, served.failed = 0, 0.0, 0
-    system = fsspec.filesystem("s3", **served.options)
-    if system.exists("drives"):
-        system.rm("drives", recursive=True)
-    system.invalidate_cache()
-    system.mkdir("drives")
-    for file in (town, *runs.values()):
-        system.put_file(str(file), f"drives/{file.name}")
-    served.requests.clear()
-    return served
 
 
 @pytest.fixture(scope="module")
@@ -72,23 +40,6 @@ def whole(town, two):
 @pytest.fixture(scope="module")
 def few(town, two):
     return compared(dmp.score(town, two, **FEW))
-
-
-@contextmanager
-def hooked(client: distributed.Client, plugin: Hooked) -> Iterator[None]:
-    client.register_plugin(plugin)
-    try:
-        yield
-    finally:
-        client.wait_for_workers(2)
-        client.unregister_worker_plugin("hooked")
-
-
-def compared(result: dmp.Result) -> dict[str, Any]:
-    """All but times and memory."""
-    found: dict[str, Any] = json.loads(result.to_json())
-    del found["timing"], found["memory"]
-    return found
 
 
 def bag_of(files: list[Path], folder: Path) -> Path:
@@ -380,3 +331,23 @@ def test_what_is_not_there_is_told(client, town, two, tmp_path, bucket):
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert said == "dmp_slam.dask needs dask and fsspec: pip install 'dmp-slam[dask]'\n"
+
+
+def test_a_disk_that_is_full_is_told_and_the_job_goes_on_from_there(client, town, two, few, tmp_path):
+    given = {"client": client, "work": tmp_path / "work", "parts": 2, "retries": 0, **FEW}
+    with hooked(client, Full("fuse", most_bytes=10_000)):
+        with pytest.raises(dmp.Error, match=f"{tmp_path}/work/.*cannot write") as raised:
+            dmp.dask.score(town, two, **given)
+    assert not isinstance(raised.value, (dmp.InputError, dmp.UsageError))
+    assert [file.name for file in (tmp_path / "work").iterdir() if file.name.startswith(("fuse", "."))] == []
+    assert compared(dmp.dask.score(town, two, **given)) == few
+
+
+def test_a_cache_on_a_disk_that_is_full_is_told(client, bucket, few):
+    given = {"client": client, "parts": 4, "retries": 0}
+    # The worker that plans has no room for the log of a part behind that.
+    with hooked(client, Full("plan", most_bytes=300_000, is_kept=True)):
+        with pytest.raises(dmp.Error, match=r"dmp-parts/.*: cannot write: "):
+            remote(bucket, **given)
+    assert not any(client.run(left).values())
+    assert compared(remote(bucket, **given)) == few

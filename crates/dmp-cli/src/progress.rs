@@ -66,6 +66,11 @@ impl Progress {
         self.start(what, "scans", total);
     }
 
+    /// So many logs are worked on, several at a time.
+    pub(crate) fn logs(&self, what: &'static str, total: u64) {
+        self.start(what, "logs", total);
+    }
+
     /// One of them is done.
     pub(crate) fn one_scan(&self) {
         self.done(1);

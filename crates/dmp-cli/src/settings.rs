@@ -1,6 +1,6 @@
 //! How runs are scored: what `dmp score` and `dmp truth study` have in common.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use dmp::{Config, Ego, MissPrice, Scales};
@@ -155,6 +155,16 @@ impl ScanArgs {
 }
 
 impl ResourceArgs {
+    pub(crate) fn work(&self) -> Option<&Path> {
+        self.work.as_deref()
+    }
+
+    /// Memory and threads, as a command takes them.
+    pub(crate) fn as_options(&self) -> Vec<String> {
+        let memory = self.memory.map(|bytes| format!("--memory={bytes}B"));
+        memory.into_iter().chain(self.threads.map(|threads| format!("--threads={threads}"))).collect()
+    }
+
     /// The settings with these.
     pub(crate) fn in_config(&self, config: Config) -> Config {
         let quarter = || dmp::machine_memory_bytes().map(|bytes| (bytes / 4) as usize);

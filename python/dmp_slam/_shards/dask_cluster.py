@@ -110,6 +110,13 @@ class Running:
         self._say(reduced.said)
         return reduced
 
+    def whole(self, words: list[str], log: str) -> str:
+        """Does a whole command on a log by one task: what it prints."""
+        future = self._submit(worker.whole, words, log, name="score", priority=0)
+        text, said = self._wait(future, {"score": [future]})
+        self._say(said)
+        return str(text)
+
     def end(self) -> None:
         """Stops what still runs, waits for that, and lets go of everything."""
         client, name = self._cluster.client, self._job.name

@@ -69,6 +69,12 @@ def reduce(
         return tasks.reduce(task[0], parts, is_whole, gates, junit, site)
 
 
+def whole(task: Task, words: list[str], log: str) -> tuple[str, list[str]]:
+    """A whole command on a log: what it prints and says."""
+    with _site(task) as site:
+        return tasks.whole(task[0], words, log, site)
+
+
 def look(paths: Sequence[str]) -> tuple[str, list[str]]:
     """The version of this package here, and which files are not here."""
     return _core.__version__, [path for path in paths if not os.path.exists(path)]

@@ -148,16 +148,19 @@ def fetch_all(place: Place, folder: Path, files: Mapping[str, int], stop: Event)
 
 def fetch(place: Place, file: Path, size: int, ranges: Sequence[Range] | None, stop: Event) -> None:
     """Brings a file, or some ranges of its bytes into one of the same length with holes."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    with file.open("wb") as out:
-        out.truncate(size)
-        for batch in _batches([(0, size)] if ranges is None else ranges):
-            for (start, end), block in zip(batch, _again(place, stop, _blocks(batch))):
-                if len(block) != end - start:
-                    problem = f"bytes {start} to {end} are to be read, and {len(block)} of them are there"
-                    raise InputError(f"{place}: {problem}")
-                out.seek(start)
-                out.write(block)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with file.open("wb") as out:
+            out.truncate(size)
+            for batch in _batches([(0, size)] if ranges is None else ranges):
+                for (start, end), block in zip(batch, _again(place, stop, _blocks(batch))):
+                    if len(block) != end - start:
+                        problem = f"bytes {start} to {end} are to be read, and {len(block)} of them are there"
+                        raise InputError(f"{place}: {problem}")
+                    out.seek(start)
+                    out.write(block)
+    except OSError as error:
+        raise Error(f"{file}: cannot write: {error.strerror}") from None
 
 
 def _blocks(batch: list[Range]) -> Callable[[Any, str], list[bytes]]:

@@ -14,10 +14,10 @@ from .._arguments import StrPath
 from .._called import large_files
 from .._execute import Output
 from .._kept import Kept
-from .._listener import Event, Listener, Progress
+from .._listener import Listener
 from .._poses import Runs
 from .._result import Result
-from .asked import asked_of, local_files, log_of, parts_of, settings_of
+from .asked import Settings, asked_of, local_files, log_of, parts_of
 from .job import STAGES, Asked, Job, Planned, Reduced
 from .places import place_of
 
@@ -59,17 +59,15 @@ def in_parts(
     log: StrPath,
     runs: Runs,
     where: Where,
-    watched: tuple[Progress, Event | None],
-    settings: Mapping[str, Any],
+    listener: Listener,
+    given: Settings,
 ) -> Result:
-    """Scores runs on a log by workers."""
-    given = settings_of(settings)
+    """Scores runs on a log by workers, and closes the listener."""
     log_place = log_of(log, where.storage_options)
     parts_of(where.parts, {}, STAGES)
     with tempfile.TemporaryDirectory(prefix="dmp-python-") as packed:
         asked = asked_of(runs, Path(packed), given, workers.cores(), where.storage_options)
     made = tempfile.mkdtemp(prefix="dmp-parts-", dir=large_files({})) if where.work is None else None
-    listener = Listener(*watched)
     try:
         work = place_of(made if made is not None else os.fsdecode(where.work or ""), where.storage_options)
         job = Job(uuid.uuid4().hex[:8], log_place, work, where.cache_bytes, given.means)

@@ -67,6 +67,14 @@ def reduce(job: Job, parts: Mapping[str, int], is_whole: bool, gates: list[str],
     return Reduced(output.text, output.is_damaged, output.gate_failed, said, cases)
 
 
+def whole(job: Job, words: list[str], log: str, site: Site) -> tuple[str, list[str]]:
+    """A whole command on a log: what it prints and says."""
+    said: list[str] = []
+    with own_folder(job, site) as scratch:
+        printed = execute([*words, f"--work={scratch}", *means(job, site), "--", log], False, site.stop, said)
+    return printed.text, said
+
+
 def _log(job: Job, site: Site, scratch: Path, said: list[str], names: dict[str, str]) -> str:
     """The log as the command takes it: planning reads all of it, once."""
     if job.log.is_local:

@@ -122,6 +122,55 @@ fn other_programs_can_fill_the_cache() {
 }
 
 #[test]
+fn what_is_cached_is_told_without_scoring_and_so_is_why_something_is_not() {
+    let more = ("b", "max_range = 60\nfree_space = true");
+    let folder = suite(&[("a", ""), more, ("same as a", "")], "");
+    refused(
+        folder.path(),
+        "suite s.toml --cached",
+        2,
+        &["no log was scored", "its result is not in the cache"],
+    );
+    let list = json(&dmp(folder.path(), "suite s.toml --list"));
+    let listed: Vec<(&str, bool)> = list["logs"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|log| (log["name"].as_str().unwrap(), log["is_in_parts"].as_bool().unwrap()))
+        .collect();
+    assert_eq!(listed, [("a", true), ("b", false)]);
+    // One is made by this program, of the other another one could only say why it is not.
+    assert_eq!(scored(&dmp(folder.path(), "suite s.toml")), 2);
+    let file = list["logs"][1]["result"].as_str().unwrap();
+    let problem = "{\"schema\": \"dmp-suite-problem/1\", \"problem\": \"the workers died\"}";
+    let whole = fs::read(file).unwrap();
+    fs::write(file, problem).unwrap();
+    let cached = dmp(folder.path(), "suite s.toml --cached --json");
+    assert_eq!((cached.status.code(), scored(&cached)), (Some(3), 0));
+    let logs = &json(&cached)["logs"];
+    assert_eq!(
+        (&logs[0]["problem"], &logs[1]["problem"], &logs[2]["problem"]),
+        (&Value::Null, &"the workers died".into(), &Value::Null)
+    );
+    // A result in its place is taken, and a damaged one goes when others are to make it again.
+    fs::write(file, &whole).unwrap();
+    let there = dmp(folder.path(), "suite s.toml --cached");
+    assert_eq!((there.status.code(), scored(&there)), (Some(0), 0), "{}", text(&there.stderr));
+    fs::write(file, &whole[..whole.len() / 2]).unwrap();
+    let cached = json(&dmp(folder.path(), "suite s.toml --cached --json"));
+    assert!(
+        cached["logs"][1]["problem"].as_str().unwrap().contains("is damaged: it is not as it was written")
+    );
+    let list = json(&dmp(folder.path(), "suite s.toml --list"));
+    assert_eq!((&list["logs"][0]["result"], Path::new(file).exists()), (&file.into(), false));
+    // Made again elsewhere it has other times; without those it is what it was.
+    fs::write(file, String::from_utf8(whole).unwrap() + "\n").unwrap();
+    assert_eq!(dmp(folder.path(), "suite s.toml --cached").status.code(), Some(0));
+    fs::write(file, problem).unwrap();
+    assert_eq!(scored(&dmp(folder.path(), "suite s.toml")), 1);
+}
+
+#[test]
 fn only_what_changed_is_scored_again() {
     let folder = suite(&[("a", ""), ("b", "max_range = 60")], "");
     let again = || scored(&dmp(folder.path(), "suite s.toml"));

@@ -17,7 +17,7 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use dmp::{Confidence, Config, Report, evaluate, evaluate_quick, file_stem_of};
+use dmp::{Confidence, Config, Report, ShardPlan, evaluate, evaluate_quick, file_stem_of};
 use serde::Serialize;
 
 use crate::clash::refuse_clashes;
@@ -95,6 +95,12 @@ impl ScoreArgs {
     /// How sure the verdicts are to be.
     pub(crate) fn confidence(&self) -> Confidence {
         self.config().confidence
+    }
+
+    /// Whether `dmp shard` does it, too.
+    pub(crate) fn is_in_parts(&self) -> bool {
+        let is_whole = self.asked.sampling.quick().is_some() || !self.asked.maps.is_empty();
+        !is_whole && ShardPlan::check_settings(&self.config()).is_ok()
     }
 
     /// The same, with these means.

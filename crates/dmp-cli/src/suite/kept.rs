@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use anyhow::Context as _;
 use dmp::Report;
 use dmp_disk::{ContentHash, ContentMemo, FileState};
 use serde::{Deserialize, Serialize};
@@ -19,6 +20,8 @@ use crate::say::say;
 /// What is known of files and results; nothing is lost without it but time.
 const INDEX: &str = "index.json";
 const SCHEMA: &str = "dmp-suite-index/1";
+/// What lies in the place of a result that another program could not make.
+const FAILED: &str = "dmp-suite-problem/1";
 
 /// The folder.
 #[derive(Debug)]
@@ -37,6 +40,14 @@ pub(super) enum Found {
     Missing,
     /// There is a file, but it is no such result.
     Damaged(String),
+    /// Another program tried, and this is why there is none.
+    Failed(String),
+}
+
+#[derive(Debug, Deserialize)]
+struct Failed {
+    schema: String,
+    problem: String,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -102,6 +113,11 @@ impl Kept {
                 Found::Damaged("it cannot be read".into())
             };
         };
+        if let Ok(failed) = serde_json::from_slice::<Failed>(&bytes)
+            && failed.schema == FAILED
+        {
+            return Found::Failed(failed.problem);
+        }
         let (key, hash) = (key_of(file), ContentHash::of(&bytes));
         if self.results.get(&key).is_some_and(|known| *known != hash) {
             return Found::Damaged("it is not as it was written".into());
@@ -131,6 +147,14 @@ impl Kept {
         save_text(file, text)?;
         self.results.insert(key_of(file), ContentHash::of(text.as_bytes()));
         self.save_index()
+    }
+
+    /// Removes a result that is damaged.
+    pub(super) fn discard(&mut self, file: &Path) -> anyhow::Result<()> {
+        fs::remove_file(file)
+            .with_context(|| format!("{}: cannot remove what is damaged", file.display()))?;
+        self.results.remove(&key_of(file));
+        Ok(())
     }
 
     /// Keeps what is known of files.

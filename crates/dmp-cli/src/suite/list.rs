@@ -4,53 +4,64 @@ use std::io::Write;
 
 use serde::Serialize;
 
+use super::arguments;
 use super::kept::{Found, Kept};
 use super::plan::Plan;
 use crate::common::Common;
+use crate::exit::Usage;
 
 /// The whole list.
 #[derive(Debug, Serialize)]
-struct List {
+pub(super) struct List {
     /// Always `dmp-suite-list/1`.
     schema: &'static str,
     dmp_version: &'static str,
     /// The folder of results.
     cache: String,
     /// Logs that can be scored and are not in the cache.
-    logs: Vec<Missing>,
+    pub(super) logs: Vec<Missing>,
 }
 
 /// A log to be scored.
 #[derive(Debug, Serialize)]
-struct Missing {
+pub(super) struct Missing {
     name: String,
     /// Behind `dmp`.
     arguments: Vec<String>,
     /// Where what that prints belongs.
     result: String,
+    /// Whether `dmp shard` takes these arguments, too.
+    is_in_parts: bool,
 }
 
-pub(super) fn print(
-    out: &mut impl Write,
-    plan: &Plan,
-    kept: &mut Kept,
-    common: &Common,
-) -> anyhow::Result<()> {
-    let mut logs = Vec::new();
-    for log in plan.logs.iter().filter(|log| log.runs.len() > 1) {
-        let file = kept.file_of(log, common)?;
-        if !matches!(kept.find(&file, log), Found::Whole(_)) {
-            logs.push(Missing {
-                name: log.name.clone(),
-                arguments: std::iter::once("score".to_owned()).chain(log.arguments()).collect(),
-                result: std::path::absolute(&file)?.display().to_string(),
-            });
+impl List {
+    /// What is to be scored. A damaged result is removed: what is found in its place later is another one.
+    pub(super) fn of(plan: &Plan, kept: &mut Kept, common: &Common) -> anyhow::Result<Self> {
+        let mut logs: Vec<Missing> = Vec::new();
+        for log in plan.logs.iter().filter(|log| log.runs.len() > 1) {
+            common.host.go_on()?;
+            let file = kept.file_of(log, common)?;
+            match kept.find(&file, log) {
+                Found::Whole(_) => continue,
+                Found::Damaged(_) => kept.discard(&file)?,
+                Found::Failed(_) | Found::Missing => {}
+            }
+            let arguments = log.arguments();
+            let is_in_parts = arguments::parsed(&arguments).map_err(Usage)?.is_in_parts();
+            let result = std::path::absolute(&file)?.display().to_string();
+            // Logs that are the same, with the same runs and settings, have one result.
+            if logs.iter().all(|other| other.result != result) {
+                let arguments = std::iter::once("score".to_owned()).chain(arguments).collect();
+                logs.push(Missing { name: log.name.clone(), arguments, result, is_in_parts });
+            }
         }
+        kept.save_index()?;
+        let cache = std::path::absolute(kept.folder())?.display().to_string();
+        Ok(Self { schema: "dmp-suite-list/1", dmp_version: env!("CARGO_PKG_VERSION"), cache, logs })
     }
-    kept.save_index()?;
-    let cache = std::path::absolute(kept.folder())?.display().to_string();
-    let list = List { schema: "dmp-suite-list/1", dmp_version: env!("CARGO_PKG_VERSION"), cache, logs };
-    serde_json::to_writer_pretty(&mut *out, &list).map_err(std::io::Error::from)?;
-    writeln!(out)?;
-    Ok(())
+
+    pub(super) fn print(&self, out: &mut impl Write) -> anyhow::Result<()> {
+        serde_json::to_writer_pretty(&mut *out, self).map_err(std::io::Error::from)?;
+        Ok(writeln!(out)?)
+    }
 }

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod contents;
+mod dask;
 mod file;
 mod kept;
 mod list;
@@ -29,8 +30,9 @@ use crate::score::outputs::targets;
 use crate::settings::ResourceArgs;
 use file::{EXAMPLE, SuiteFile};
 use kept::Kept;
+use list::List;
 use plan::Plan;
-use scored::Scoring;
+use scored::{Scoring, Unkept};
 
 /// The folder of results, beside the suite.
 const CACHE: &str = ".dmp-suite";
@@ -48,6 +50,7 @@ const CACHE: &str = ".dmp-suite";
     dmp suite suite.toml\n  \
     dmp suite suite.toml --report suite.html --json > suite.json\n  \
     dmp suite suite.toml --expect-unbeaten new --fail-worse-on new=2 --junit suite.xml\n  \
+    dmp suite suite.toml --dask tcp://scheduler:8786 --work /shared/scratch\n  \
     dmp suite suite.toml --list\n\n\
     Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but a log could not be scored, a version has no run on one, or part of \
     one was lost; 4 done, but a gate failed."
@@ -66,9 +69,17 @@ pub(crate) struct SuiteArgs {
     /// and the file that its output belongs into, for other programs to do so
     #[arg(long, conflicts_with_all = ["json", "report"], help_heading = "Cache")]
     list: bool,
+    /// Score nothing: tell what the results in the cache say, and pass over logs without one
+    #[arg(long, conflicts_with = "list", help_heading = "Cache")]
+    cached: bool,
 
     #[command(flatten)]
     resources: ResourceArgs,
+    /// Score on a cluster of Dask, whose scheduler has this address, as tcp://HOST:8786, several logs at once and large ones
+    /// in parts. Logs and runs must be where all workers have them, and so must --work, which may be a URL (s3://); --memory and
+    /// --threads are those of a task. It is done by the Python package: pip install 'dmp-slam[dask]'
+    #[arg(long, value_name = "ADDRESS", conflicts_with_all = ["list", "cached"], help_heading = "Resources")]
+    dask: Option<String>,
 
     /// Print one JSON object (schema dmp-suite/1) instead of tables
     #[arg(long, help_heading = "Output")]
@@ -107,10 +118,19 @@ pub(crate) fn run(arguments: &SuiteArgs, common: &Common, out: &mut impl Write) 
     let folder = arguments.cache.clone().unwrap_or_else(|| folder_of(path).join(CACHE));
     let mut kept = Kept::open(&folder, common)?;
     if arguments.list {
-        list::print(out, &plan, &mut kept, common)?;
+        List::of(&plan, &mut kept, common)?.print(out)?;
         return Ok(Exit::Done);
     }
-    let scoring = Scoring { arguments: &arguments.resources, common };
+    let unkept = match &arguments.dask {
+        Some(address) => {
+            let missing = List::of(&plan, &mut kept, common)?;
+            dask::score(address, &missing, &arguments.resources, common)?;
+            Unkept::Told
+        }
+        None if arguments.cached => Unkept::Told,
+        None => Unkept::Scored(&arguments.resources),
+    };
+    let scoring = Scoring { unkept, common };
     let (logs, results) = scoring.all(&plan, &mut kept)?;
     if let Some(problem) = logs.iter().find_map(|log| log.report.as_ref().err())
         && logs.iter().all(|log| log.report.is_err())

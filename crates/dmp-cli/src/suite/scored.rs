@@ -1,4 +1,4 @@
-//! Scoring what is not kept yet.
+//! The results of all logs: those in the cache, and those that are scored for it.
 
 use dmp::{Report, SuiteLog};
 
@@ -11,9 +11,18 @@ use crate::say::{Printed, say};
 use crate::score;
 use crate::settings::ResourceArgs;
 
-/// By which means logs are scored.
+/// What becomes of logs whose results are not in the cache.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Unkept<'a> {
+    /// They are scored, by these means.
+    Scored(&'a ResourceArgs),
+    /// They are passed over, and that is told.
+    Told,
+}
+
+/// How results are got.
 pub(super) struct Scoring<'a> {
-    pub(super) arguments: &'a ResourceArgs,
+    pub(super) unkept: Unkept<'a>,
     pub(super) common: &'a Common,
 }
 
@@ -77,29 +86,36 @@ impl Scoring<'_> {
                 *found += 1;
                 return Ok((*report, shown));
             }
+            Found::Damaged(why) if matches!(self.unkept, Unkept::Told) => {
+                anyhow::bail!("{shown} is damaged: {why}")
+            }
             Found::Damaged(why) => {
                 say!(self.common.host, "{place}: scored again, as {shown} is damaged: {why}");
             }
-            Found::Missing => {}
+            Found::Failed(problem) if matches!(self.unkept, Unkept::Told) => anyhow::bail!(problem),
+            Found::Failed(_) | Found::Missing => {}
         }
+        let Unkept::Scored(means) = self.unkept else { anyhow::bail!("its result is not in the cache") };
         if !self.common.quiet {
             say!(self.common.host, "{place}: scoring {} versions", log.runs.len());
         }
-        let text = self.score(log)?;
+        let text = self.score(log, means)?;
         kept.keep(&file, &text).map_err(|error| error.context(NotKept))?;
         match kept.find(&file, log) {
             Found::Whole(report) => Ok((*report, shown)),
-            Found::Damaged(why) => Err(Unreadable(anyhow::anyhow!("{shown}: {why}")).into()),
+            Found::Damaged(why) | Found::Failed(why) => {
+                Err(Unreadable(anyhow::anyhow!("{shown}: {why}")).into())
+            }
             Found::Missing => Err(Unreadable(anyhow::anyhow!("{shown}: it is gone")).into()),
         }
     }
 
     /// What `dmp score` prints.
-    fn score(&self, log: &PlannedLog) -> anyhow::Result<String> {
+    fn score(&self, log: &PlannedLog, means: &ResourceArgs) -> anyhow::Result<String> {
         let parsed = arguments::parsed(&log.arguments()).map_err(crate::exit::Usage)?;
         let mut bytes = Vec::new();
         let mut out = Printed::new(&mut bytes);
-        score::run(&parsed.with_resources(self.arguments), self.common, &mut out)?;
+        score::run(&parsed.with_resources(means), self.common, &mut out)?;
         std::io::Write::flush(&mut out)?;
         drop(out);
         Ok(String::from_utf8_lossy(&bytes).into_owned())

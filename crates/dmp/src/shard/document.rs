@@ -75,6 +75,26 @@ impl ShardPlan {
     /// The name of the JSON format.
     pub const SCHEMA: &'static str = "dmp-plan/1";
 
+    /// Refuses settings that need all returns at once.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Setting`] with the first of them.
+    pub fn check_settings(config: &Config) -> Result<(), EvaluateError> {
+        let refused = |setting, why| Err(EvaluateError::setting(setting, "in parts".to_owned(), why));
+        if config.free_space {
+            let why = "trails are found by two more passes over the whole log";
+            return refused(SettingName::FreeSpace, why);
+        }
+        if config.decide.is_some() {
+            return refused(SettingName::Decide, "whether to go on is known when all parts are done");
+        }
+        if config.save_maps.is_some() {
+            let why = "the map of a run lies in pieces: `dmp map build` makes one";
+            return refused(SettingName::SaveMaps, why);
+        }
+        Ok(())
+    }
+
     /// Plans the score of `runs` on a log: decides on everything that [`evaluate`](crate::evaluate) decides on before it fuses,
     /// and reads the same scans for it. `told` is what was found of the runs before, and `is_damaged` whether part of the log or of a
     /// run is lost.
@@ -89,7 +109,13 @@ impl ShardPlan {
         machine: Machine,
         watch: impl Into<Watch<'a>>,
     ) -> Result<Self, ShardError> {
-        check(runs, config)?;
+        Self::check_settings(config)?;
+        if let Some(run) = runs.iter().find(|run| run.map != MapSource::Fused) {
+            let value = format!("of `{}` in parts", run.name);
+            return Err(
+                EvaluateError::setting(SettingName::Map, value, "maps are fused from the scans").into()
+            );
+        }
         let index = log.index()?.ok_or(ShardError::NoIndex)?;
         let config = Config { checkpoint_every: None, resume: false, ..config.clone() };
         let task = Task::open(log, runs, &config, watch.into())?;
@@ -222,31 +248,5 @@ impl PlannedRun {
     fn of(run: &Run) -> Self {
         let (name, file) = (run.name.clone(), run.source.file.clone());
         Self { name, file, poses: run.trajectory.len() }
-    }
-}
-
-/// What cannot be had in parts.
-fn check(runs: &[Run], config: &Config) -> Result<(), EvaluateError> {
-    let refused = |setting, value: String, why| Err(EvaluateError::setting(setting, value, why));
-    let in_parts = "in parts".to_owned();
-    if config.free_space {
-        let why = "trails are found by two more passes over the whole log";
-        return refused(SettingName::FreeSpace, in_parts, why);
-    }
-    if config.decide.is_some() {
-        return refused(SettingName::Decide, in_parts, "whether to go on is known when all parts are done");
-    }
-    if config.save_maps.is_some() {
-        return refused(
-            SettingName::SaveMaps,
-            in_parts,
-            "the map of a run lies in pieces: `dmp map build` makes one",
-        );
-    }
-    match runs.iter().find(|run| run.map != MapSource::Fused) {
-        Some(run) => {
-            refused(SettingName::Map, format!("of `{}` in parts", run.name), "maps are fused from the scans")
-        }
-        None => Ok(()),
     }
 }
