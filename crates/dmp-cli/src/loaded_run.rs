@@ -8,7 +8,7 @@ use dmp_log::{StaticFrames, TopicTrajectory, TrajectoryFile, shown_path};
 use dmp_sensor::Trajectory;
 
 /// A run's trajectory, read.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct LoadedRun {
     pub(crate) name: String,
     /// Where it is from, as it was given.

@@ -13,6 +13,7 @@ use crate::clock_args::{ClockArgs, RunClock};
 use crate::common::Common;
 use crate::exit::Usage;
 use crate::extrinsic::{self, BodyFromSensor};
+use crate::host::Hosted;
 use crate::loaded_run::LoadedRun;
 use crate::log_args::{LogArgs, LogHead};
 use crate::named::{NamedFile, names_of};
@@ -154,52 +155,78 @@ impl OpenedRuns {
         common: &Common,
     ) -> anyhow::Result<Self> {
         let log = log.open(&poses.0.mapper(poses.1.offset_of_all_ns())?)?;
-        let (runs, damaged) = finish(started, maps, LogHead::of_log(log.as_ref()), poses, common)?;
-        Ok(Self { log, runs, damaged })
+        let tells = (!common.quiet).then_some(&common.host);
+        let found = Found::of(started, LogHead::of_log(log.as_ref()), poses, tells)?;
+        let damaged = found.is_damaged || !log.summary().damage.is_empty();
+        Ok(Self { runs: found.into_runs(maps), log, damaged })
     }
 }
 
 impl OpenedRuns<LogOutline> {
-    /// The same with no more of the log than its index.
-    pub(crate) fn outline(
+    /// The same with no more of the log than its index, where `is_enough` by what is found; else nothing is told.
+    pub(crate) fn outline_if(
         started: Runs,
         log: &LogArgs,
         poses: (&PlaceArgs, &ClockArgs),
         common: &Common,
-    ) -> anyhow::Result<Self> {
+        is_enough: impl FnOnce(&LogOutline, &[Run]) -> anyhow::Result<bool>,
+    ) -> anyhow::Result<Option<Self>> {
         let in_log = started.in_log();
         let log = log.outline(&poses.0.mapper(poses.1.offset_of_all_ns())?)?;
-        if let (Some(run), false) = (in_log, common.quiet) {
-            say!(
-                common.host,
-                "note: the poses of `{run}` are in the log, so all of it is read for them; `dmp convert` writes them to a file"
-            );
+        let found = Found::of(started, LogHead::of_outline(&log), poses, None)?;
+        let fused = || std::iter::repeat(MapSource::Fused);
+        if !is_enough(&log, &found.clone().into_runs(fused()))? {
+            return Ok(None);
         }
-        let maps = started.named.iter().map(|_| MapSource::Fused).collect::<Vec<_>>();
-        let (runs, damaged) = finish(started, maps, LogHead::of_outline(&log), poses, common)?;
-        Ok(Self { log, runs, damaged })
+        if !common.quiet {
+            if let Some(run) = in_log {
+                say!(
+                    common.host,
+                    "note: the poses of `{run}` are in the log, so all of it is read for them; `dmp convert` writes them to a file"
+                );
+            }
+            announce::found(&common.host, LogHead::of_outline(&log), &found.loaded);
+            announce::extrinsics(&common.host, &found.loaded, &found.extrinsics);
+        }
+        let damaged = found.is_damaged || !log.summary().damage.is_empty();
+        Ok(Some(Self { runs: found.into_runs(fused()), log, damaged }))
     }
 }
 
-/// Finishes the runs and finds where their sensors sat; tells too whether part of log or runs is lost.
-fn finish(
-    started: Runs,
-    maps: impl IntoIterator<Item = MapSource>,
-    log: LogHead<'_>,
-    poses: (&PlaceArgs, &ClockArgs),
-    common: &Common,
-) -> anyhow::Result<(Vec<Run>, bool)> {
-    let clocks = poses.1.of_runs(&started.names())?;
-    let loaded = started.finish(log.summary())?;
-    if !common.quiet {
-        announce::found(&common.host, log, &loaded);
+/// Runs, and where their sensors sat.
+#[derive(Debug, Clone)]
+struct Found {
+    loaded: Vec<LoadedRun>,
+    extrinsics: Vec<BodyFromSensor>,
+    clocks: Vec<RunClock>,
+    /// Whether part of a run is lost.
+    is_damaged: bool,
+}
+
+impl Found {
+    /// Finishes the runs; what is found is told to the host, if there is one.
+    fn of(
+        started: Runs,
+        log: LogHead<'_>,
+        poses: (&PlaceArgs, &ClockArgs),
+        host: Option<&Hosted>,
+    ) -> anyhow::Result<Self> {
+        let clocks = poses.1.of_runs(&started.names())?;
+        let loaded = started.finish(log.summary())?;
+        if let Some(host) = host {
+            announce::found(host, log, &loaded);
+        }
+        let extrinsics = extrinsic::of_runs(&poses.0.extrinsic, &loaded, log)?;
+        if let Some(host) = host {
+            announce::extrinsics(host, &loaded, &extrinsics);
+        }
+        let is_damaged = loaded.iter().any(|run| run.damaged);
+        Ok(Self { loaded, extrinsics, clocks, is_damaged })
     }
-    let extrinsics = extrinsic::of_runs(&poses.0.extrinsic, &loaded, log)?;
-    if !common.quiet {
-        announce::extrinsics(&common.host, &loaded, &extrinsics);
+
+    fn into_runs(self, maps: impl IntoIterator<Item = MapSource>) -> Vec<Run> {
+        to_score(self.loaded, maps, self.extrinsics, self.clocks)
     }
-    let damaged = loaded.iter().any(|run| run.damaged) || !log.summary().damage.is_empty();
-    Ok((to_score(loaded, maps, extrinsics, clocks), damaged))
 }
 
 /// The runs as they are scored.

@@ -108,8 +108,7 @@ pub use note::Note;
 pub use pairing::Pairing;
 pub use peak::{machine_memory_bytes, peak_anonymous_bytes};
 #[doc(hidden)]
-pub use places::drawn_places;
-pub use places::evaluate_quick;
+pub use places::{drawn_places, evaluate_quick, quick_reads};
 pub use pose_at::PoseAt;
 pub use posed::{PosedLog, PosedScan};
 pub use progress::{Progress, Stage};

@@ -242,6 +242,30 @@ fn the_command_tells_what_was_drawn_and_read() {
     }
 }
 
+/// Twenty places of a short log would be more than all of it.
+#[test]
+fn all_of_a_short_log_is_scored() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = "score @/town.mcap -t @/truth.tum -t @/drift.tum --json";
+    let scored = |more: &str| {
+        let output = crate::common::dmp(folder.path(), &format!("{all}{more}"));
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let mut json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let object = json.as_object_mut().unwrap();
+        assert!(object.remove("timing").is_some() && object.remove("memory").is_some());
+        (json, text(&output.stderr).lines().map(str::to_owned).collect::<Vec<_>>())
+    };
+    let (expected, said) = scored("");
+    let (found, told) = scored(" --quick");
+    assert_eq!(found, expected);
+    let note = "note: all is scored: --quick would read ";
+    assert!(told.len() == said.len() + 1 && told[0].starts_with(note), "{told:?}");
+    assert!(told[0].ends_with(" of this log of 2.18 MB"), "{told:?}");
+    assert!(scored(" --quick --quiet").1.is_empty());
+    // Every place was asked for.
+    assert!(scored(" --quick=100%").0["sampling"]["places"]["drawn"].is_number());
+}
+
 /// A fifth of the log is ruined: some places have nothing left at all.
 #[test]
 fn what_is_damaged_at_a_place_is_told_and_left_out() {

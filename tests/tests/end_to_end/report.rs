@@ -124,7 +124,7 @@ fn pages_are_written_of_samples_maps_and_saved_results() {
     assert!(sampled.contains("28 scans of 100, seed 3"));
     assert!(sampled.contains("Worst places of drift"));
 
-    let quick = page_of(folder.path(), &format!("{two} --quick"));
+    let quick = page_of(folder.path(), &format!("{two} --quick=100%"));
     assert!(quick.contains("makes a map for each place") && !quick.contains("<figure"));
 
     let output = dmp(folder.path(), &format!("{two} --save-maps maps --quiet"));

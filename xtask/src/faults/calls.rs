@@ -78,7 +78,7 @@ const CALLS: [(&str, &str, &str); 28] = [
         "t.mcap t.tum d.tum",
         "score t.mcap -t t.tum -t d.tum --json --checkpoint 0.001 --free-space --save-maps maps",
     ),
-    ("score --quick", "q.mcap q.tum", "score q.mcap -t q.tum --quick --json"),
+    ("score --quick", "q.mcap q.tum", "score q.mcap -t q.tum --quick=100% --json"),
     ("score --map", "t.mcap t.tum map.dmpmap", "score t.mcap -t t.tum --map map.dmpmap --json"),
     ("score, folder of scans", "scans/ t.tum", "score scans -t t.tum --json"),
     ("score, KITTI", "kitti/ t.tum", "score kitti -t t.tum --json"),

@@ -9,6 +9,7 @@ pub(crate) mod outputs;
 mod pairs;
 pub(crate) mod parse;
 mod promise;
+mod quick;
 pub(crate) mod render;
 mod sampling;
 
@@ -17,7 +18,7 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use dmp::{Confidence, Config, Report, ShardPlan, evaluate, evaluate_quick, file_stem_of};
+use dmp::{Confidence, Config, Report, ShardPlan, evaluate, file_stem_of};
 use serde::Serialize;
 
 use crate::clash::refuse_clashes;
@@ -25,7 +26,6 @@ use crate::common::Common;
 use crate::exit::{Exit, Usage, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::named::maps_of;
-use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::OutputsFolder;
 use crate::settings::{ResourceArgs, ResumeArgs};
@@ -125,7 +125,10 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
         let of_run = |name: &&str| folder.join(format!("{}.dmpmap", file_stem_of(&names, name)));
         refuse_clashes(&names.iter().map(of_run).collect::<Vec<_>>(), &asked.inputs())?;
     }
-    let (report, damaged, recorded) = match asked.sampling.quick() {
+    let quick =
+        asked.sampling.quick().map(|share| quick::score(asked, &config, share, common)).transpose()?;
+    let (report, damaged, recorded) = match quick.flatten() {
+        Some((report, damaged)) => (report, damaged, None),
         None => {
             let opened = OpenedRuns::open(started, maps, &asked.log, asked.settings.poses(), common)?;
             let (OpenedRuns { log, runs, damaged }, vetted) =
@@ -144,17 +147,6 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             let evaluated = evaluated.map(|report| conventions::told(report, vetted.as_ref()));
             let (report, recorded) = recorder.end(evaluated)?;
             (report, damaged, Some(recorded))
-        }
-        Some(share) => {
-            let opened = OpenedRuns::outline(started, &asked.log, asked.settings.poses(), common)?;
-            let (OpenedRuns { log, runs, damaged }, vetted) =
-                asked.conventions.vet_outline(opened, &asked.log, asked.settings.poses(), &config, common)?;
-            let config = Config { checkpoint_every: None, ..config };
-            let report = evaluate_quick(&log, &runs, &config, share, &Progress::new(common))?;
-            let report = conventions::told(report, vetted.as_ref());
-            // What is lost shows where it is read.
-            let damaged = damaged || !report.inputs.damage.is_empty();
-            (report, damaged, None)
         }
     };
     let checked = gates.check(&report);

@@ -21,7 +21,8 @@ pub(crate) struct SamplingArgs {
     decide: Option<Pair>,
     /// Answers from a sample of places, of which no more of the log is read than this share of its bytes: the scans near
     /// each place on every pass. Every place has a small map of its own. Needs an index in the log (MCAP, rosbag2, a
-    /// folder of scans) that tells when scans were made, or a pose for each scan
+    /// folder of scans) that tells when scans were made, or a pose for each scan. Of a short log, of which it would read
+    /// more than half, all is scored
     #[arg(long, value_name = "P%", num_args = 0..=1, require_equals = true, default_missing_value = "5%")]
     #[arg(value_parser = share, help_heading = "Sampling")]
     #[arg(conflicts_with_all = ["sample", "decide", "maps", "free_space", "save_maps", "resume"])]

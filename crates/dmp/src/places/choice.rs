@@ -20,6 +20,8 @@ pub(super) struct Places {
     pub(super) drawn: Vec<(ScoredPlace, PlaceScans)>,
     /// For every place the number in the log of the scan in its middle.
     pub(super) middles: Vec<usize>,
+    /// About how many bytes of the log are read for all of it, the index too.
+    pub(super) bytes: u64,
 }
 
 impl Places {
@@ -43,8 +45,10 @@ impl Places {
         let budget_bytes = if share < 1.0 { asked.saturating_sub(read) } else { u64::MAX };
         let revisited: Vec<bool> = places.iter().map(|place| way.is_revisited(place)).collect();
         let numbers = draw(&bytes, &revisited, budget_bytes, seed);
+        let drawn_bytes = numbers.iter().map(|&number| bytes[number]).sum::<u64>();
         Ok(Self {
             total: places.len(),
+            bytes: read + drawn_bytes,
             revisited_total: revisited.iter().filter(|&&revisited| revisited).count(),
             middles: places.iter().map(|place| drive.frames()[place.centre].number).collect(),
             drawn: numbers

@@ -12,6 +12,7 @@ mod whereabouts;
 use std::time::Instant;
 
 use dmp_log::{Damage, LogOutline};
+use dmp_map::Store;
 use dmp_sensor::DropReason;
 
 use crate::cast::Scored;
@@ -24,6 +25,7 @@ use crate::pairing::Pairing;
 use crate::peak;
 use crate::plan::Drive;
 use crate::report::{Findings, PassTimes, Report, ToldMap, drops_in_words};
+use crate::run_state::RunState;
 use crate::sample::{Looks, Sample};
 use crate::setting_name::SettingName;
 use crate::settings::{Means, Settings};
@@ -58,19 +60,11 @@ pub fn evaluate_quick<'a>(
 ) -> Result<Report, EvaluateError> {
     let watch = watch.into();
     let (settings, means) = config.on(outline.summary())?;
-    check_runs(runs, &settings)?;
     check(runs, &settings, &means, share)?;
     let start = Instant::now();
     let read_before = outline.bytes_read();
     let heads = Heads::Outline(outline);
-    let stores = runs.iter().map(|_| None).collect();
-    let mut placed = own_frame::place(heads, runs, stores, &settings)?;
-    let drive = Drive::new(heads, &mut placed, &settings)?;
-    let by_stamp = placed.iter().any(|run| run.poses.pairing == Pairing::ByStamp);
-    if by_stamp && outline.stamp_error_ns() > VAGUE_NS {
-        let (path, error_ns) = (outline.summary().path.clone(), outline.stamp_error_ns());
-        return Err(EvaluateError::VagueStamps { path, error_s: error_ns as f64 / 1e9 });
-    }
+    let (drive, placed) = placed(outline, runs, &settings)?;
     let scans = DriveScans::new(outline, &drive, &placed);
     let way = Way::new(&scans);
     let sample = Places::choose(&scans, &way, settings.seed, share)?;
@@ -141,6 +135,43 @@ pub fn evaluate_quick<'a>(
     let mut report = findings.report();
     report.memory.disk_bytes = totals.scratch_bytes + totals.map_bytes;
     Ok(report)
+}
+
+/// About how many bytes of the log [`evaluate_quick`] reads for these runs, what is read twice counted twice. The index and the
+/// trajectories tell it; no scan is read for it.
+///
+/// # Errors
+/// As [`evaluate_quick`].
+pub fn quick_reads(
+    outline: &LogOutline,
+    runs: &[Run],
+    config: &Config,
+    share: f64,
+) -> Result<u64, EvaluateError> {
+    let (settings, means) = config.on(outline.summary())?;
+    check(runs, &settings, &means, share)?;
+    let (drive, placed) = placed(outline, runs, &settings)?;
+    let scans = DriveScans::new(outline, &drive, &placed);
+    Ok(Places::choose(&scans, &Way::new(&scans), settings.seed, share)?.bytes)
+}
+
+/// The drive by the index of the log, and the runs along it.
+fn placed<'a>(
+    outline: &'a LogOutline,
+    runs: &'a [Run],
+    settings: &Settings,
+) -> Result<(Drive, Vec<RunState<'a, Option<Store>>>), EvaluateError> {
+    check_runs(runs, settings)?;
+    let heads = Heads::Outline(outline);
+    let stores = runs.iter().map(|_| None).collect();
+    let mut placed = own_frame::place(heads, runs, stores, settings)?;
+    let drive = Drive::new(heads, &mut placed, settings)?;
+    let by_stamp = placed.iter().any(|run| run.poses.pairing == Pairing::ByStamp);
+    if by_stamp && outline.stamp_error_ns() > VAGUE_NS {
+        let (path, error_ns) = (outline.summary().path.clone(), outline.stamp_error_ns());
+        return Err(EvaluateError::VagueStamps { path, error_s: error_ns as f64 / 1e9 });
+    }
+    Ok((drive, placed))
 }
 
 /// What of the log is lost, as far as was seen: in the order of the places, whichever thread had them.

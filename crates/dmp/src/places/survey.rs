@@ -26,7 +26,8 @@ pub(super) fn bytes(outline: &LogOutline) -> u64 {
     let groups = scans.last().map_or(1, |scan| u64::from(scan.group) + 1);
     let in_a_group = (scans.len() as u64).div_ceil(groups).max(1);
     let of_pass = (BLOCK_SCANS as u64).div_ceil(in_a_group) + 1;
-    (VOTERS as u64 + BLOCKS as u64 * of_pass) * packed / groups
+    // It reads twice, whatever there is at most.
+    ((VOTERS as u64 + BLOCKS as u64 * of_pass) * packed / groups).min(2 * packed)
 }
 
 /// What holds for all places.

@@ -62,7 +62,7 @@ fn in_chunks(file: &[u8], n: usize) -> anyhow::Result<Vec<u8>> {
 fn quick(shop: &Shop<'_>) -> anyhow::Result<Seed> {
     let files = vec![shop.made("q.mcap", Form::Mcap)?, shop.made("q.tum", None)?];
     let calls = [
-        "score q.mcap -t q.tum --quick --json --quiet",
+        "score q.mcap -t q.tum --quick=100% --json --quiet",
         "score q.mcap -t q.tum --sample 8 --json --quiet --residuals out.ply -o out.ply",
         "truth study q.mcap -t q.tum --reference q.tum --json",
     ];

@@ -1,0 +1,42 @@
+//! A quick score of a log, unless it is a short one.
+
+use dmp::{Config, Report, evaluate_quick, quick_reads};
+use dmp_draw::text;
+
+use super::conventions;
+use super::evaluation_args::EvaluationArgs;
+use crate::common::Common;
+use crate::progress::Progress;
+use crate::runs::{OpenedRuns, Runs};
+use crate::say::say;
+
+/// The share of a log's bytes up to which it saves something to read them for places, rather than all once for each pass.
+const MOST_READ: f64 = 0.5;
+
+/// A quick score, and whether part of what it read is lost; `None` of a log that is so short that all of it is better scored.
+pub(super) fn score(
+    asked: &EvaluationArgs,
+    config: &Config,
+    share: f64,
+    common: &Common,
+) -> anyhow::Result<Option<(Report, bool)>> {
+    let config = Config { checkpoint_every: None, ..config.clone() };
+    let (started, poses) = (Runs::start(&asked.files(), &asked.reading)?, asked.settings.poses());
+    let opened = OpenedRuns::outline_if(started, &asked.log, poses, common, |log, runs| {
+        let (reads, all) = (quick_reads(log, runs, &config, share)?, log.bytes());
+        let is_enough = reads as f64 <= all as f64 * share.max(MOST_READ) || share >= 1.0;
+        if !is_enough && !common.quiet {
+            let [reads, all] = [reads, all].map(text::bytes);
+            say!(common.host, "note: all is scored: --quick would read {reads} of this log of {all}");
+        }
+        Ok(is_enough)
+    })?;
+    let Some(opened) = opened else { return Ok(None) };
+    let (OpenedRuns { log, runs, damaged }, vetted) =
+        asked.conventions.vet_outline(opened, &asked.log, poses, &config, common)?;
+    let report = evaluate_quick(&log, &runs, &config, share, &Progress::new(common))?;
+    let report = conventions::told(report, vetted.as_ref());
+    // What is lost shows where it is read.
+    let damaged = damaged || !report.inputs.damage.is_empty();
+    Ok(Some((report, damaged)))
+}
