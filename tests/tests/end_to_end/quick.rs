@@ -194,7 +194,7 @@ fn in_folder(folder: &Path) -> String {
         let mut file = fs::File::create(folder.join(format!("{}.tum", run.name))).unwrap();
         write_tum(&mut file, &run.trajectory).unwrap();
     }
-    "score city.mcap -t truth.tum -t drift.tum --quick=40%".to_owned()
+    "score city.mcap -t truth.tum -t drift.tum --quick=90%".to_owned()
 }
 
 #[test]
@@ -235,7 +235,7 @@ fn the_command_tells_what_was_drawn_and_read() {
         assert!(words.iter().all(|word| text(&output.stderr).contains(word)), "{}", text(&output.stderr));
     }
     for wrong in ["0%", "101%", "5", "x%"] {
-        let arguments = arguments.replace("40%", wrong);
+        let arguments = arguments.replace("90%", wrong);
         let output = crate::common::dmp(folder.path(), &arguments);
         assert_eq!(output.status.code(), Some(2), "{wrong}");
         assert!(text(&output.stderr).contains("no share of a log: try 5%"), "{}", text(&output.stderr));
@@ -260,7 +260,7 @@ fn all_of_a_short_log_is_scored() {
     assert_eq!(found, expected);
     let note = "note: all is scored: --quick would read ";
     assert!(told.len() == said.len() + 1 && told[0].starts_with(note), "{told:?}");
-    assert!(told[0].ends_with(" of this log of 2.18 MB"), "{told:?}");
+    assert!(told[0].ends_with(" of this log of 2.08 MiB"), "{told:?}");
     assert!(scored(" --quick --quiet").1.is_empty());
     // Every place was asked for.
     assert!(scored(" --quick=100%").0["sampling"]["places"]["drawn"].is_number());
@@ -270,7 +270,7 @@ fn all_of_a_short_log_is_scored() {
 #[test]
 fn what_is_damaged_at_a_place_is_told_and_left_out() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments = in_folder(folder.path()).replace("40%", "100%");
+    let arguments = in_folder(folder.path()).replace("90%", "100%");
     let path = folder.path().join("city.mcap");
     let mut bytes = fs::read(&path).unwrap();
     let (from, to) = (bytes.len() * 2 / 5, bytes.len() * 3 / 5);
