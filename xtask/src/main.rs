@@ -3,6 +3,7 @@
 mod attack;
 mod bench;
 mod cli_docs;
+mod dist;
 mod faults;
 mod licences;
 mod samples;
@@ -23,6 +24,7 @@ enum Task {
     #[command(subcommand)]
     Bench(bench::Bench),
     CliDocs(cli_docs::CliDocsArgs),
+    Dist(dist::DistArgs),
     Faults(faults::FaultsArgs),
     Licences(licences::LicencesArgs),
     Samples(samples::SamplesArgs),
@@ -35,6 +37,7 @@ fn main() -> ExitCode {
         Task::Attack(arguments) => attack::run(&arguments),
         Task::Bench(bench) => bench::run(&bench),
         Task::CliDocs(arguments) => cli_docs::run(&arguments),
+        Task::Dist(arguments) => dist::run(&arguments),
         Task::Faults(arguments) => faults::run(&arguments),
         Task::Licences(arguments) => licences::run(&arguments),
         Task::Samples(arguments) => samples::run(&arguments),
