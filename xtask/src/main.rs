@@ -6,6 +6,7 @@ mod cli_docs;
 mod dist;
 mod faults;
 mod licences;
+mod pictures;
 mod samples;
 mod study;
 mod trials;
@@ -27,6 +28,7 @@ enum Task {
     Dist(dist::DistArgs),
     Faults(faults::FaultsArgs),
     Licences(licences::LicencesArgs),
+    Pictures(pictures::PicturesArgs),
     Samples(samples::SamplesArgs),
     Study(study::StudyArgs),
     Written(written::WrittenArgs),
@@ -40,6 +42,7 @@ fn main() -> ExitCode {
         Task::Dist(arguments) => dist::run(&arguments),
         Task::Faults(arguments) => faults::run(&arguments),
         Task::Licences(arguments) => licences::run(&arguments),
+        Task::Pictures(arguments) => pictures::run(&arguments),
         Task::Samples(arguments) => samples::run(&arguments),
         Task::Study(arguments) => study::run(&arguments),
         Task::Written(arguments) => written::run(&arguments),
