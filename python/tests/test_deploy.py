@@ -6,6 +6,7 @@ import pathlib
 import stat
 import string
 import subprocess
+import tarfile
 from typing import Any
 
 import kubernetes_validate
@@ -90,3 +91,63 @@ def test_kubernetes(path: pathlib.Path, tmp_path: pathlib.Path) -> None:
             subprocess.run(command, env=environment, capture_output=True, check=True)
     reduced = subprocess.run([path / "dmp", "shard", "reduce", work, "--json", "-q"], capture_output=True, text=True, check=True)
     assert comparable(reduced.stdout) == scored(path)
+
+
+def in_github(folder: pathlib.Path, arguments: str, **environment: str) -> "subprocess.CompletedProcess[str]":
+    """What the action does in a job: its outputs are in files of the folder."""
+    given = {
+        "RUNNER_TEMP": str(folder),
+        "GITHUB_OUTPUT": str(folder / "output"),
+        "GITHUB_STEP_SUMMARY": str(folder / "summary"),
+        "DMP_ARGUMENTS": arguments,
+    }
+    script = DEPLOY / "github" / "score.sh"
+    env = {**os.environ, **given, **environment}
+    return subprocess.run([script], cwd=SAMPLES, env=env, capture_output=True, text=True, check=False)
+
+
+def test_the_action_scores_and_tells(tmp_path: pathlib.Path, path: pathlib.Path) -> None:
+    on_path = f"{path}:{os.environ['PATH']}"
+    arguments = "town.mcap\n  -t new=truth.tum\n-t drift.tum  \n\n--every 4\n--expect-best drift\n"
+    ended = in_github(tmp_path, arguments, PATH=on_path)
+    assert ended.returncode == 4 and "::error title=dmp gate failed::drift: worse than new" in ended.stderr
+    outputs = dict(line.split("=", 1) for line in (tmp_path / "output").read_text().splitlines())
+    report = json.loads(pathlib.Path(outputs["json"]).read_text())
+    assert report["order"] == ["new", "drift"]
+    assert "<title>" in pathlib.Path(outputs["page"]).read_text()
+    summary = (tmp_path / "summary").read_text()
+    assert summary.startswith("```text\n") and "new" in summary and summary.endswith("```\n")
+    # Wrong usage leaves no result.
+    (tmp_path / "output").unlink()
+    ended = in_github(tmp_path, "town.mcap\n--voxle 2", PATH=on_path)
+    assert ended.returncode == 2 and "--voxle" in ended.stderr
+    assert "page=" not in (tmp_path / "output").read_text()
+
+
+def test_the_action_takes_a_release(tmp_path: pathlib.Path) -> None:
+    name = f"dmp-1.2.3-{os.uname().machine}-unknown-linux-gnu"
+    (tmp_path / "v1.2.3").mkdir()
+    with tarfile.open(tmp_path / "v1.2.3" / f"{name}.tar.gz", "w:gz") as archive:
+        archive.add(os.environ["DMP_COMMAND"], f"{name}/dmp")
+    releases = {"DMP_RELEASES": tmp_path.as_uri(), "PATH": "/usr/bin:/bin"}
+    arguments = "town.mcap\n-t truth.tum\n--every 9"
+    for given in ({"DMP_VERSION": "1.2.3"}, {"DMP_REF": "v1.2.3"}):
+        (tmp_path / "output").unlink(missing_ok=True)
+        ended = in_github(tmp_path, arguments, **releases, **given)
+        assert ended.returncode == 0, ended.stderr
+    if not any(os.access(f"{folder}/dmp", os.X_OK) for folder in ("/usr/bin", "/bin")):
+        ended = in_github(tmp_path, arguments, **releases, DMP_REF="main")
+        assert (ended.returncode, ended.stderr) == (2, "error: no dmp on the PATH: install it, or name a version\n")
+
+
+def test_the_action_and_the_workflows_are_what_they_should_be() -> None:
+    action = yaml.safe_load((ROOT / "action.yml").read_text())
+    script = (DEPLOY / "github" / "score.sh").read_text()
+    for step in action["runs"]["steps"]:
+        for name in step.get("env", {}):
+            assert name in script, name
+    assert set(action["inputs"]) == {"arguments", "version", "page"} and set(action["outputs"]) == {"json", "page"}
+    for file in (ROOT / ".github" / "workflows").iterdir():
+        workflow = yaml.safe_load(file.read_text())
+        needed = {need for job in workflow["jobs"].values() for need in job.get("needs", [])}
+        assert needed <= set(workflow["jobs"]), file

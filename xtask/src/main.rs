@@ -3,8 +3,10 @@
 mod attack;
 mod bench;
 mod cli_docs;
+mod dist;
 mod faults;
 mod licences;
+mod pictures;
 mod samples;
 mod study;
 mod trials;
@@ -23,8 +25,10 @@ enum Task {
     #[command(subcommand)]
     Bench(bench::Bench),
     CliDocs(cli_docs::CliDocsArgs),
+    Dist(dist::DistArgs),
     Faults(faults::FaultsArgs),
     Licences(licences::LicencesArgs),
+    Pictures(pictures::PicturesArgs),
     Samples(samples::SamplesArgs),
     Study(study::StudyArgs),
     Written(written::WrittenArgs),
@@ -35,8 +39,10 @@ fn main() -> ExitCode {
         Task::Attack(arguments) => attack::run(&arguments),
         Task::Bench(bench) => bench::run(&bench),
         Task::CliDocs(arguments) => cli_docs::run(&arguments),
+        Task::Dist(arguments) => dist::run(&arguments),
         Task::Faults(arguments) => faults::run(&arguments),
         Task::Licences(arguments) => licences::run(&arguments),
+        Task::Pictures(arguments) => pictures::run(&arguments),
         Task::Samples(arguments) => samples::run(&arguments),
         Task::Study(arguments) => study::run(&arguments),
         Task::Written(arguments) => written::run(&arguments),

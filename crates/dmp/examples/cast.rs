@@ -1,5 +1,5 @@
 //! Fuses a map from a log and casts rays of your own into it:
-//! `cargo run --release -p dmp --example cast -- [LOG RUN.tum]`.
+//! `cargo run --release -p dmp-slam --example cast -- [LOG RUN.tum]`.
 
 use std::error::Error;
 use std::path::Path;

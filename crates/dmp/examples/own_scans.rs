@@ -1,5 +1,5 @@
 //! Scores scans that a program has in memory, shows how far it is, and gives up when it takes too long:
-//! `cargo run --release -p dmp --example own_scans -- [SECONDS]`.
+//! `cargo run --release -p dmp-slam --example own_scans -- [SECONDS]`.
 
 use std::error::Error;
 use std::sync::atomic::{AtomicU64, Ordering};

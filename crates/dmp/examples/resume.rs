@@ -1,4 +1,4 @@
-//! Stops half-way and goes on, to the same bits: `cargo run --release -p dmp --example resume -- [LOG RUN.tum RUN.tum ...]`.
+//! Stops half-way and goes on, to the same bits: `cargo run --release -p dmp-slam --example resume -- [LOG RUN.tum RUN.tum ...]`.
 //!
 //! Here one process does both; after a crash or a power cut another process goes on in the same way.
 

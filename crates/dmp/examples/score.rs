@@ -1,5 +1,5 @@
 //! Scores runs of one log and says which made the better map, of the samples:
-//! `cargo run --release -p dmp --example score`, or of your own: `… --example score -- LOG RUN.tum [RUN.tum ...]`.
+//! `cargo run --release -p dmp-slam --example score`, or of your own: `… --example score -- LOG RUN.tum [RUN.tum ...]`.
 
 use std::error::Error;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Asks a saved report: `cargo run --release -p dmp --example verdicts -- [REPORT.json]`, where the report is what
+//! Asks a saved report: `cargo run --release -p dmp-slam --example verdicts -- [REPORT.json]`, where the report is what
 //! `dmp score --json` prints. Without one, the samples are scored first.
 
 use std::error::Error;

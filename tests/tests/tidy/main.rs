@@ -5,5 +5,6 @@
 mod architecture;
 mod bad_input;
 mod circles;
+mod release;
 mod rules;
 mod sources;
