@@ -4,6 +4,7 @@ use dmp::Basis;
 
 use crate::plot::{Axis, Plot, Point, Series, Style};
 use crate::seen::{FrameScore, SampledReturn, SeenFrame};
+use crate::worst::travel_m;
 
 /// Pieces that the time of a log is cut into.
 const PIECES: usize = 240;
@@ -27,6 +28,24 @@ pub(crate) fn over_time(
     score: Basis,
 ) -> Plot {
     let times: Vec<f64> = frames.iter().map(|frame| time_of(frame, start_ns)).collect();
+    let title = if start_ns.is_some() { "seconds after the first scan" } else { "scan" };
+    over(frames, &times, runs, [&format!("{score} at 2 m over time"), title], score)
+}
+
+/// The same over the way, metres.
+pub(crate) fn over_way(frames: &[SeenFrame], of_all: usize, runs: &[(usize, &str)], score: Basis) -> Plot {
+    let way_m = travel_m(frames, of_all);
+    over(frames, &way_m, runs, [&format!("{score} at 2 m over the way"), "way [m]"], score)
+}
+
+/// The score at 2 m over what rises from scan to scan.
+fn over(
+    frames: &[SeenFrame],
+    times: &[f64],
+    runs: &[(usize, &str)],
+    [title, axis]: [&str; 2],
+    score: Basis,
+) -> Plot {
     let (first, last) =
         times.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &t| (a.min(t), b.max(t)));
     let pieces = PIECES.min(frames.len()).max(1);
@@ -36,7 +55,7 @@ pub(crate) fn over_time(
     };
     let series = runs.iter().map(|&(run, name)| {
         let mut sums = vec![FrameScore::default(); pieces];
-        for (frame, time) in frames.iter().zip(&times) {
+        for (frame, time) in frames.iter().zip(times) {
             sums[piece_of(*time)].add(&frame.scores[run]);
         }
         let point = |(piece, sum): (usize, &FrameScore)| Point {
@@ -50,10 +69,9 @@ pub(crate) fn over_time(
             style: Style::Line,
         }
     });
-    let title = if start_ns.is_some() { "seconds after the first scan" } else { "scan" };
     Plot {
-        title: format!("{score} at 2 m over time"),
-        x: Axis { title: title.into(), log: false },
+        title: title.to_owned(),
+        x: Axis { title: axis.to_owned(), log: false },
         y: Axis { title: format!("{score} 2 m [m]"), log: false },
         series: series.collect(),
         ..Plot::default()

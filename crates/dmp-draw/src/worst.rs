@@ -119,7 +119,7 @@ fn stretches(frames: &[SeenFrame], runs: usize) -> (Vec<Stretch>, f64) {
 }
 
 /// The way to each scan: from one to the next the median of the runs, as the drive is cut into segments.
-fn travel_m(frames: &[SeenFrame], runs: usize) -> Vec<f64> {
+pub(crate) fn travel_m(frames: &[SeenFrame], runs: usize) -> Vec<f64> {
     let mut travelled_m = 0.0;
     let mut travel_m = Vec::with_capacity(frames.len());
     for (k, frame) in frames.iter().enumerate() {

@@ -184,6 +184,11 @@ fn a_browser_shows_every_part() {
             ("region", "Drift where the drive comes back"),
             ("image", "Way of truth from above, with drift"),
             ("image", "Way of collapsed from above, with drift"),
+            ("navigation", "Contents"),
+            ("region", "All trajectories"),
+            ("image", "Trajectories of all runs from above"),
+            ("image", "Height over way"),
+            ("image", "R_cv at 2 m over the way"),
             ("region", "Where: residuals from above"),
             ("image", "Map of truth from above, coloured by residual"),
             ("image", "Map of collapsed from above, coloured by residual"),
@@ -215,4 +220,98 @@ fn a_browser_shows_every_part() {
     assert_eq!(backgrounds[0], backgrounds[2]);
     assert_eq!(backgrounds[1], backgrounds[3]);
     assert!(backgrounds[0][0] > 200 && backgrounds[1][0] < 60, "{backgrounds:?}");
+}
+
+/// Everything that the page's script does, done as a reader would: it is told by what is then shown.
+#[test]
+fn the_page_is_explored_in_a_browser() {
+    let Some(browser) = Browser::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    page_of(folder.path(), &format!("score @/town.mcap {ALL}"));
+    let path = folder.path().join("report.html");
+    let page = browser.open(&path, 1280, Theme::Light);
+    let told = |expression: &str| page.evaluate(expression).as_str().unwrap_or_default().to_owned();
+
+    // A table sorted by a column, one way and the other.
+    let table = "document.querySelector('#ranking').parentElement.querySelector('table')";
+    let names =
+        || told(&format!("[...{table}.tBodies[0].rows].map(row => row.cells[1].textContent).join(' ')"));
+    let click = |head: &str| {
+        let heads = format!("[...{table}.querySelectorAll('thead th')]");
+        page.evaluate(&format!(
+            "{heads}.find(th => th.textContent.startsWith('{head}')).querySelector('button').click()"
+        ));
+    };
+    assert_eq!(names(), "truth noise drift collapsed");
+    click("miss");
+    assert_eq!(names(), "truth noise collapsed drift");
+    click("miss");
+    assert_eq!(names(), "drift noise collapsed truth");
+    click("rank");
+    assert_eq!(names(), "truth noise drift collapsed");
+
+    // A run switched off is drawn nowhere in its section.
+    let shown = |run: usize| {
+        page.evaluate(&format!(
+            "[...document.querySelector('#trajectories').parentElement.querySelectorAll('.s{run}')].filter(e => \
+             getComputedStyle(e).display !== 'none').length"
+        ))
+    };
+    let toggle = "document.querySelector('ul.keys[data-runs] li:nth-child(3) button').click()";
+    assert_eq!((shown(2), shown(1)), (3.into(), 3.into()));
+    page.evaluate(toggle);
+    assert_eq!((shown(2), shown(1)), (0.into(), 3.into()));
+    page.evaluate(toggle);
+    assert_eq!(shown(2), 3);
+
+    // The pointer over a way, a map and a plot.
+    let hover = |section: &str, across: f64, up: f64| {
+        told(&format!(
+            "(() => {{ const svg = document.querySelector('#{section}').parentElement.querySelector('figure > svg'); \
+             svg.scrollIntoView(); const box = svg.getBoundingClientRect(); svg.dispatchEvent(new PointerEvent('pointermove', \
+             {{ clientX: box.left + {across} * box.width, clientY: box.top + {up} * box.height }})); \
+             return svg.nextElementSibling.textContent; }})()"
+        ))
+    };
+    let ways = told(
+        "(() => { const line = document.querySelector('polyline[data-run=\"drift\"]'); const svg = line.ownerSVGElement; \
+         svg.scrollIntoView(); const at = line.points[50].matrixTransform(svg.getScreenCTM()); svg.dispatchEvent(new \
+         PointerEvent('pointermove', { clientX: at.x, clientY: at.y })); return svg.nextElementSibling.textContent; })()",
+    );
+    assert!(ways.contains(": scan 50, ") && ways.contains(" m of way, off by "), "{ways}");
+    let map = hover("maps", 0.5, 0.5);
+    assert!(map.starts_with("x ") && map.contains(" m, y ") && map.ends_with(" m"), "{map}");
+    let plot = hover("profile", 0.5, 0.5);
+    assert!(plot.split(", ").all(|value| value.parse::<f64>().is_ok()), "{plot}");
+
+    // A map by keys: nearer, aside, and back.
+    let view = |keys: &[&str]| {
+        for key in keys {
+            page.evaluate(&format!(
+                "document.querySelector('#maps').parentElement.querySelector('figure > svg').dispatchEvent(new \
+                 KeyboardEvent('keydown', {{ key: '{key}' }}))"
+            ));
+        }
+        told(
+            "document.querySelector('#maps').parentElement.querySelector('figure > svg').getAttribute('viewBox')",
+        )
+    };
+    let home = view(&[]);
+    let number = |view: &str, k: usize| view.split(' ').nth(k).unwrap().parse::<f64>().unwrap();
+    let near = view(&["+", "+"]);
+    assert!((number(&home, 2) / number(&near, 2) - 2.25).abs() < 1e-3, "{home}: {near}");
+    let aside = view(&["ArrowRight"]);
+    assert!(number(&aside, 0) > number(&near, 0), "{near}: {aside}");
+    assert_eq!(
+        view(&["0"]).split(' ').map(|n| n.parse::<f64>().unwrap()).collect::<Vec<_>>(),
+        home.split(' ').map(|n| n.parse::<f64>().unwrap()).collect::<Vec<_>>()
+    );
+
+    // Contents lead to sections; nothing was asked of a network, and nothing went wrong.
+    let links =
+        page.evaluate("[...document.querySelectorAll('nav a')].every(a => document.querySelector(a.hash))");
+    assert_eq!(links, true);
+    assert!(page.has("button", "Data as JSON") && page.has("button", "CSV"));
+    page.assert_sound();
+    assert!(page.requests().is_empty() && page.errors().is_empty(), "{:?}", page.errors());
 }

@@ -2,6 +2,7 @@
 
 use dmp::Basis;
 
+use super::explore::with_data;
 use super::html::{bar, figure, grid, keys, large, paragraph};
 use super::overlay::{self, Frame};
 use crate::colour::{Rgb, bad_colours, hex, side_colours};
@@ -146,5 +147,7 @@ fn map(
         "<image x=\"{x:.2}\" y=\"{y:.2}\" width=\"{w:.2}\" height=\"{h:.2}\" preserveAspectRatio=\"none\" href=\"{}\"/>",
         image.to_data_url(colours)?
     );
-    Ok(frame.svg(label, &(picture + &way), Some("y")))
+    let svg = frame.svg(label, &(picture + &way), Some("y"));
+    let [left, bottom] = [0, 1].map(|axis: usize| cells.corner_m[axis] - offset_m[axis]);
+    Ok(with_data(&svg, "map", &format!("{left:.2} {bottom:.2} {scale:.6} {height:.2}")))
 }

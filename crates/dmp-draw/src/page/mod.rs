@@ -1,6 +1,7 @@
 //! The report as one HTML page.
 
 mod drift;
+mod explore;
 mod html;
 mod inputs;
 mod maps;
@@ -11,6 +12,7 @@ mod reference;
 mod suite;
 #[cfg(test)]
 mod tests;
+mod trajectories;
 mod words;
 
 use dmp::{Basis, Report};
@@ -19,6 +21,7 @@ use crate::painter::Pictures;
 use crate::plot::escape;
 use crate::profile;
 use crate::text::count;
+use explore::SCRIPT;
 use html::{figure, keys, list, paragraph, section, wide};
 pub use suite::suite_page;
 
@@ -41,7 +44,7 @@ pub struct PageInput<'a> {
     pub remarks: &'a [String],
 }
 
-/// The page: one file that needs nothing else, light or dark as its reader likes, without scripts.
+/// The page: one file that needs nothing else, light or dark as its reader likes. It can be read without scripts.
 ///
 /// # Errors
 /// Where a picture cannot be encoded.
@@ -71,12 +74,14 @@ pub fn page(input: &PageInput<'_>) -> Result<String, png::EncodingError> {
         None => main.push_str(&section("where", "Where", &paragraph(without_pictures(report)))),
     }
     main.push_str(&section("inputs", "What went in", &inputs::inputs(report)));
+    let (contents, data) = (explore::contents(&main), explore::data(report));
     Ok(format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
          content=\"width=device-width, initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"default-src \
-         'none'; img-src data:; style-src 'unsafe-inline'\">\n<meta name=\"generator\" content=\"dmp {}\">\n\
-         <title>{}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header><h1>{}</h1>\n{}</header>\n<main>\n{main}</main>\n\
-         <footer>\n{}</footer>\n</body>\n</html>\n",
+         'none'; img-src data:; style-src 'unsafe-inline'; script-src '{}'\">\n<meta name=\"generator\" content=\"dmp {}\">\n\
+         <title>{}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header><h1>{}</h1>\n{}</header>\n{contents}<main>\n{main}</main>\n\
+         <footer>\n{}</footer>\n{data}<script>{SCRIPT}</script>\n</body>\n</html>\n",
+        explore::SCRIPT_HASH,
         escape(&report.dmp_version),
         escape(&title),
         escape(&title),
@@ -138,7 +143,8 @@ fn without_pictures(report: &Report) -> &'static str {
 fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::EncodingError> {
     let names: Vec<&str> = report.runs.iter().map(|run| run.name.as_str()).collect();
     let lines: Vec<(usize, &str)> = pictures.order.iter().take(LINES).map(|&run| (run, names[run])).collect();
-    let mut key = keys(lines.iter().enumerate().map(|(k, (_, name))| (format!("var(--s{k})"), *name)));
+    let key = keys(lines.iter().enumerate().map(|(k, (_, name))| (format!("var(--s{k})"), *name)));
+    let mut key = key.replacen("<ul class=\"keys\"", "<ul class=\"keys\" data-runs", 1);
     if let Some(more) = pictures.order.len().checked_sub(LINES).filter(|more| *more > 0) {
         key.push_str(&paragraph(&format!("The best {LINES} runs; {more} more are not drawn.")));
     }
@@ -146,9 +152,12 @@ fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::E
     let [width, height] = PLOT_PX;
     let over_time =
         profile::over_time(&pictures.frames, pictures.start_ns, &lines, score).to_element(width, height);
+    let over_way =
+        profile::over_way(&pictures.frames, pictures.bases.len(), &lines, score).to_element(width, height);
     let by_size = profile::by_size(&pictures.histograms, &lines).to_element(width, height);
     let plots = [
         figure(&over_time, "how wrong the prediction is over time"),
+        figure(&over_way, "and over the way"),
         figure(
             &by_size,
             "negative: the map has it behind the return; positive: it has something in front of it",
@@ -159,7 +168,9 @@ fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::E
         count(pictures.sampled),
         count(report.inputs.returns_used)
     ));
-    let mut sections = section("maps", "Where: residuals from above", &maps::residuals(pictures, &names)?);
+    let ways = trajectories::trajectories(pictures, &names, PLOT_PX);
+    let mut sections = section("trajectories", "All trajectories", &ways);
+    sections.push_str(&section("maps", "Where: residuals from above", &maps::residuals(pictures, &names)?));
     sections.push_str(&section(
         "difference",
         "Where the best two differ",

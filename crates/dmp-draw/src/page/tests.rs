@@ -63,8 +63,26 @@ fn pictures(report: &Report, bases: &[Basis], missed_m: &[f32]) -> Pictures {
     painter.finish()
 }
 
+/// What there is to read, without scripts and data.
 fn page_of(report: &Report, pictures: Option<&Pictures>, remarks: &[String]) -> String {
-    page(&PageInput { report, pictures, reference: None, remarks }).unwrap()
+    let whole = page(&PageInput { report, pictures, reference: None, remarks }).unwrap();
+    let (read, scripts) = whole.split_once("<script").unwrap();
+    let (_, rest) = scripts.rsplit_once("</script>").unwrap();
+    [read, rest].concat()
+}
+
+#[test]
+fn the_only_script_is_its_own_and_the_data_are_whole() {
+    let mut report = sample();
+    report.inputs.log = "</script><script>x()</script>".into();
+    let pictures = pictures(&report, &[Basis::CrossValidated; 4], &[0.05, 0.4, 0.2, 1.5]);
+    let input = PageInput { report: &report, pictures: Some(&pictures), reference: None, remarks: &[] };
+    let whole = page(&input).unwrap();
+    assert_eq!((whole.matches("<script").count(), whole.matches("</script").count()), (2, 2));
+    assert!(!whole.contains("src=\"http") && whole.contains("script-src 'sha256-"));
+    let data = whole.split("id=\"dmp-report\">").nth(1).unwrap().split("</script>").next().unwrap();
+    assert_eq!(serde_json::from_str::<Report>(data).unwrap(), report);
+    assert!(whole.contains("<li><a href=\"#places\">Worst places</a></li>"));
 }
 
 #[test]
@@ -115,6 +133,8 @@ fn every_part_is_there() {
         "Where the best two differ",
         "predicted from another visit",
         "seconds after the first scan",
+        "aria-label=\"Trajectories of all runs from above\"",
+        "height over way",
         "Worst places of collapsed",
         "from the side",
         &report.inputs.fingerprint,
@@ -123,7 +143,6 @@ fn every_part_is_there() {
     ] {
         assert!(text.contains(part), "{part}");
     }
-    assert!(!text.contains("<script") && !text.contains("src=\"http"), "a page of its own");
     assert!(text.matches("data:image/png;base64,").count() >= 4 + 2 + 8);
     assert_eq!(
         text,

@@ -175,7 +175,11 @@ impl Plot {
     ) -> std::fmt::Result {
         let Frame { left, right, top, bottom, width, height } = *frame;
         let Ink { text: letters, muted, grid, .. } = *ink;
-        let role = if ink.titles { "" } else { r#" role="img""# };
+        let role = if ink.titles {
+            String::new()
+        } else {
+            format!(r#" role="img" data-plot="{},{}""#, x.ends(), y.ends())
+        };
         writeln!(
             svg,
             r#"<svg xmlns="http://www.w3.org/2000/svg"{role} width="{width:.0}" height="{height:.0}" viewBox="0 0 {width:.0} {height:.0}" font-family="Helvetica, Arial, sans-serif" font-size="{FONT_PX}" fill="{letters}">"#
@@ -256,9 +260,10 @@ impl Plot {
             for piece in pieces.iter().filter(|piece| piece.len() > 1) {
                 let way: Vec<String> = piece.iter().map(|(px, py)| format!("{px:.1},{py:.1}")).collect();
                 let way = way.join(" ");
+                let class = if ink.titles { String::new() } else { format!(r#" class="s{k}""#) };
                 writeln!(
                     svg,
-                    r#"<polyline points="{way}" fill="none" stroke="{colour}" stroke-width="2" stroke-linejoin="round"/>"#
+                    r#"<polyline{class} points="{way}" fill="none" stroke="{colour}" stroke-width="2" stroke-linejoin="round"/>"#
                 )?;
             }
             if series.style == Style::Line {

@@ -38,6 +38,12 @@ impl Scale {
         Self { low: -0.5, high: count as f64 - 0.5, log: false, from_px, to_px }
     }
 
+    /// The values and pixels of both ends, and whether the values are logarithms.
+    pub(super) fn ends(&self) -> String {
+        let Self { low, high, log, from_px, to_px } = *self;
+        format!("{low} {high} {from_px:.1} {to_px:.1} {}", u8::from(log))
+    }
+
     /// The pixel of a value; `None` where it has none.
     pub(super) fn at(&self, value: f64) -> Option<f64> {
         if !value.is_finite() || (self.log && value <= 0.0) {

@@ -1,0 +1,54 @@
+//! What makes the page a place to explore: its contents, its data, and the script.
+
+use dmp::Report;
+
+use crate::plot::escape;
+
+/// The script. Without it the page says the same.
+pub(super) const SCRIPT: &str = include_str!("explore.js");
+/// The only script that the page may run, by its SHA-256: `openssl dgst -sha256 -binary explore.js | base64`.
+pub(super) const SCRIPT_HASH: &str = "sha256-Dal8RM/Yv+nhLZfftDINLgimfQWRGdbuCqSvpxRAkTA=";
+
+/// Links to the sections of a page.
+pub(super) fn contents(main: &str) -> String {
+    let heads = main.split("<h2 id=\"").skip(1).filter_map(|rest| {
+        let (id, rest) = rest.split_once("\">")?;
+        let (title, _) = rest.split_once("</h2>")?;
+        Some(format!("<li><a href=\"#{id}\">{title}</a></li>\n"))
+    });
+    format!("<nav aria-label=\"Contents\">\n<ul>\n{}</ul>\n</nav>\n", heads.collect::<String>())
+}
+
+/// All numbers, as `dmp score --json` has them.
+pub(super) fn data(report: &Report) -> String {
+    // What is not finite is null there; nothing else can fail.
+    let json = serde_json::to_string(report).unwrap_or_default();
+    // A name cannot end the element.
+    let json = json.replace('<', "\\u003c");
+    format!("<script type=\"application/json\" id=\"dmp-report\">{json}</script>\n")
+}
+
+/// What a picture says of the metres of a map: see the script.
+pub(super) fn with_data(svg: &str, name: &str, value: &str) -> String {
+    svg.replacen("<svg ", &format!("<svg data-{name}=\"{}\" ", escape(value)), 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn contents_are_the_sections() {
+        let main = "<section><h2 id=\"a\">A &amp; b</h2>x</section><section><h2 id=\"b\">C</h2></section>";
+        let nav = contents(main);
+        assert!(
+            nav.contains("<li><a href=\"#a\">A &amp; b</a></li>\n<li><a href=\"#b\">C</a></li>"),
+            "{nav}"
+        );
+    }
+
+    #[test]
+    fn the_script_ends_nowhere_within() {
+        assert!(!SCRIPT.contains("</script") && !SCRIPT.contains("<!--"));
+    }
+}
