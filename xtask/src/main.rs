@@ -6,6 +6,7 @@ mod cli_docs;
 mod faults;
 mod licences;
 mod samples;
+mod site;
 mod study;
 mod trials;
 mod workspace;
@@ -26,6 +27,7 @@ enum Task {
     Faults(faults::FaultsArgs),
     Licences(licences::LicencesArgs),
     Samples(samples::SamplesArgs),
+    Site(site::SiteArgs),
     Study(study::StudyArgs),
     Written(written::WrittenArgs),
 }
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         Task::Faults(arguments) => faults::run(&arguments),
         Task::Licences(arguments) => licences::run(&arguments),
         Task::Samples(arguments) => samples::run(&arguments),
+        Task::Site(arguments) => site::run(&arguments),
         Task::Study(arguments) => study::run(&arguments),
         Task::Written(arguments) => written::run(&arguments),
     };
