@@ -72,7 +72,8 @@ fn within(page: &Path, text: &str) -> String {
         let shown = shown.rsplit_once("](").map_or(shown, |(shown, _)| shown);
         within.push_str(&text[at..bytes.start]);
         within.push_str(shown);
-        within.push_str(&format!(" (`{}` in the repository)", file.display()));
+        let named = format!(" (`{}` in the repository)", file.display());
+        within.push_str(&named);
         at = bytes.end;
     }
     within.push_str(&text[at..]);

@@ -11,6 +11,9 @@ use super::markdown::Page;
 /// Words that a page may have which is to be read from its beginning to its end.
 const MOST_WORDS: usize = 2500;
 
+/// Lines of the README, which is read by people who do not know yet whether they want this.
+const MOST_LINES: usize = 150;
+
 /// Pages to look something up in, and those that hold the tables that studies and benchmarks print.
 const REFERENCE: [&str; 8] =
     ["accuracy", "architecture", "cli", "formats", "json", "metric", "performance", "reliability"];
@@ -32,13 +35,17 @@ pub(super) fn problems(root: &Path) -> anyhow::Result<Vec<String>> {
     let mut names: BTreeSet<PathBuf> = pages_below(root, Path::new("docs"))?;
     let docs = names.clone();
     names.extend(BESIDE.map(PathBuf::from));
+    let mut found = Vec::new();
     let mut pages = BTreeMap::new();
     for name in names {
         let text = fs::read_to_string(root.join(&name))
             .with_context(|| format!("{}: cannot read", name.display()))?;
+        let lines = text.lines().count();
+        if name == Path::new("README.md") && lines > MOST_LINES {
+            found.push(format!("{}: {lines} lines, more than {MOST_LINES}", name.display()));
+        }
         pages.insert(name, Page::parse(&text));
     }
-    let mut found = Vec::new();
     for (name, page) in &pages {
         links(root, name, page, &pages, &mut found)?;
         let is_reference =
@@ -231,5 +238,11 @@ mod tests {
             ("docs/guide/b.md", &guide),
         ];
         assert_eq!(problems_with(&files), ["docs/a.md: 2502 words, more than 2500"]);
+    }
+
+    #[test]
+    fn the_readme_stays_short() {
+        let readme = "# R\n".to_owned() + &"word\n".repeat(MOST_LINES);
+        assert_eq!(problems_with(&[("README.md", &readme)]), ["README.md: 151 lines, more than 150"]);
     }
 }
