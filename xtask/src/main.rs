@@ -8,6 +8,7 @@ mod faults;
 mod licences;
 mod pictures;
 mod samples;
+mod site;
 mod study;
 mod trials;
 mod workspace;
@@ -30,6 +31,7 @@ enum Task {
     Licences(licences::LicencesArgs),
     Pictures(pictures::PicturesArgs),
     Samples(samples::SamplesArgs),
+    Site(site::SiteArgs),
     Study(study::StudyArgs),
     Written(written::WrittenArgs),
 }
@@ -44,6 +46,7 @@ fn main() -> ExitCode {
         Task::Licences(arguments) => licences::run(&arguments),
         Task::Pictures(arguments) => pictures::run(&arguments),
         Task::Samples(arguments) => samples::run(&arguments),
+        Task::Site(arguments) => site::run(&arguments),
         Task::Study(arguments) => study::run(&arguments),
         Task::Written(arguments) => written::run(&arguments),
     };
