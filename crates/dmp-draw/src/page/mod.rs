@@ -168,7 +168,7 @@ fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::E
         count(pictures.sampled),
         count(report.inputs.returns_used)
     ));
-    let ways = trajectories::trajectories(pictures, &names, PLOT_PX);
+    let ways = trajectories::trajectories(pictures, &names, LINES, PLOT_PX);
     let mut sections = section("trajectories", "All trajectories", &ways);
     sections.push_str(&section("maps", "Where: residuals from above", &maps::residuals(pictures, &names)?));
     sections.push_str(&section(

@@ -2,7 +2,6 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::LINES;
 use super::explore::with_data;
 use super::html::{figure, keys, large, paragraph};
 use super::overlay::Frame;
@@ -19,9 +18,9 @@ const FLATTEST: f64 = 0.25;
 /// Points of a way at most.
 const POINTS: usize = 1200;
 
-/// The ways of the best runs from above, and their heights over the way. `names` are those of all runs.
-pub(super) fn trajectories(pictures: &Pictures, names: &[&str], size_px: [f64; 2]) -> String {
-    let runs: Vec<usize> = pictures.order.iter().copied().take(LINES).collect();
+/// The ways of so many of the best runs from above, and their heights over the way. `names` are those of all runs.
+pub(super) fn trajectories(pictures: &Pictures, names: &[&str], most: usize, size_px: [f64; 2]) -> String {
+    let runs: Vec<usize> = pictures.order.iter().copied().take(most).collect();
     let Some(&best) = runs.first().filter(|_| pictures.frames.len() > 1) else { return String::new() };
     let ways: Vec<Vec<Point3<f64>>> = runs.iter().map(|&run| laid_onto(pictures, run, best)).collect();
     let named = runs.iter().enumerate().map(|(k, &run)| (format!("var(--s{k})"), names[run]));
@@ -160,7 +159,7 @@ mod tests {
         let [one, other] = [0, 1].map(|run| laid_onto(&pictures, run, 0));
         let worst_m = one.iter().zip(&other).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         assert!(worst_m < 1e-9, "{worst_m}");
-        let drawn = trajectories(&pictures, &["a", "<b>"], [480.0, 300.0]);
+        let drawn = trajectories(&pictures, &["a", "<b>"], 6, [480.0, 300.0]);
         assert!(drawn.contains("data-run=\"&lt;b&gt;\"") && drawn.contains("scan 7, 0.7 s, "), "{drawn}");
         assert_eq!(drawn.matches("<polyline class=\"s0\"").count(), 2);
     }
@@ -169,6 +168,6 @@ mod tests {
     fn one_scan_is_no_way() {
         let mut pictures = pictures(&Isometry3::identity());
         pictures.frames.truncate(1);
-        assert_eq!(trajectories(&pictures, &["a", "b"], [480.0, 300.0]), "");
+        assert_eq!(trajectories(&pictures, &["a", "b"], 6, [480.0, 300.0]), "");
     }
 }
