@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{anyhow, bail};
 use clap::Args;
 use dmp::{JoinError, JoinedReport, MadeWith, NamedReport, Report, join_reports};
+use dmp_draw::text::counted;
 use dmp_log::shown_path;
 use serde::Serialize;
 
@@ -14,9 +15,12 @@ use crate::exit::{Exit, Usage, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::named::{NamedFile, names_of};
 use crate::saved_result::read_result;
-use crate::say::tell;
 use crate::score::outputs::{page, targets};
 use crate::score::render;
+use crate::terminal::Terminal;
+
+/// So many pairs that no result holds are told by name.
+const NOT_COMPARED: usize = 5;
 
 /// Compare saved results of `dmp score --json` of one log
 ///
@@ -117,9 +121,10 @@ pub(crate) fn run(arguments: &CompareArgs, common: &Common, out: &mut impl Write
         let output = Output { report: &report, results, not_compared: &not_compared, gates: &checked };
         json(out, &output)
     } else {
-        render::report(out, &report, arguments.verbose)
-            .and_then(|()| not_compared_in_words(out, &not_compared))
-            .and_then(|()| gates::table(out, &checked))
+        let terminal = common.terminal;
+        render::report(out, &report, arguments.verbose, terminal)
+            .and_then(|()| not_compared_in_words(out, &not_compared, arguments.verbose, terminal))
+            .and_then(|()| gates::table(out, &checked, terminal))
     };
     // The result is told also where the page cannot be written.
     written?;
@@ -147,13 +152,23 @@ fn with_remedy(error: JoinError) -> anyhow::Error {
 }
 
 /// Which runs stand where they do by the first column alone.
-fn not_compared_in_words(out: &mut impl Write, pairs: &[[String; 2]]) -> io::Result<()> {
+fn not_compared_in_words(
+    out: &mut impl Write,
+    pairs: &[[String; 2]],
+    verbose: bool,
+    terminal: Terminal,
+) -> io::Result<()> {
     if pairs.is_empty() {
         return Ok(());
     }
-    writeln!(out, "\nNot compared: no result holds both runs, and only the first column orders them")?;
-    for [a, b] in pairs {
-        tell!(out, "  {a}, {b}")?;
+    writeln!(out, "\nNot compared: no result holds both runs, and only the first score orders them")?;
+    let told = if verbose { pairs.len() } else { pairs.len().min(NOT_COMPARED) };
+    for [a, b] in &pairs[..told] {
+        terminal.tell(out, "  ", &format!("{a}, {b}"))?;
+    }
+    if told < pairs.len() {
+        let more = counted((pairs.len() - told) as u64, "more pair");
+        writeln!(out, "  {more}: -v or --json")?;
     }
     writeln!(out, "To compare them, score them in one command.")
 }

@@ -45,6 +45,7 @@ mod settings;
 mod shard;
 mod simulate;
 mod suite;
+mod terminal;
 mod trajectory_args;
 mod truth;
 mod vetting;
@@ -54,6 +55,7 @@ use std::io::{self, Write as _};
 use std::process::ExitCode;
 use std::sync::Arc;
 
+use anstream::AutoStream;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 pub use after_help::{HelpBody, HelpPart, help_parts};
@@ -65,6 +67,7 @@ use guard::Results;
 pub use host::Host;
 use host::Hosted;
 use say::{Printed, commands_anywhere};
+use terminal::Terminal;
 
 /// Scores LiDAR SLAM runs without ground truth: which trajectory explains the scans best?
 #[derive(Debug, Parser)]
@@ -181,8 +184,8 @@ impl Asked {
 
     /// Does it; what was found before something failed is printed too.
     fn run(self, sink: impl io::Write) -> anyhow::Result<Exit> {
-        let mut out = Printed::new(sink);
         let Self { cli, results } = self;
+        let mut out = Printed::new(sink).with_colour(cli.common.terminal.has_colour);
         let done = results.and_then(|_| cli.command.run(&cli.common, &mut out));
         let printed = out.flush().map_err(Into::into);
         done.and_then(|exit| when_printed(printed, exit))
@@ -191,7 +194,7 @@ impl Asked {
 
 /// The command, with these arguments; the first is the name of the program.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
-    let asked = match Asked::understand(arguments) {
+    let mut asked = match Asked::understand(arguments) {
         Ok(asked) => asked,
         Err(Answer::Foreign(foreign)) => {
             say::line(format_args!("error: {}", foreign_in_words(&foreign)));
@@ -216,7 +219,15 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     let sink: Box<dyn io::Write> = match &asked.results {
         Ok(Results::Aside) if asked.cli.common.quiet => Box::new(io::sink()),
         Ok(Results::Aside) => Box::new(io::stderr()),
-        _ => Box::new(io::stdout().lock()),
+        _ => {
+            let common = &mut asked.cli.common;
+            common.terminal = Terminal::of_stdout(common.color);
+            match common.terminal.has_colour {
+                // Where colours are no text, as in old consoles of Windows, it makes them what they are there.
+                true => Box::new(AutoStream::always(io::stdout().lock())),
+                false => Box::new(io::stdout().lock()),
+            }
+        }
     };
     ended(asked.run(sink))
 }

@@ -7,6 +7,8 @@ use std::time::Duration;
 
 use dmp_log::printable;
 
+use crate::terminal::Tone;
+
 /// Results go out in pieces of at least so many bytes: their parts are a word each.
 const HELD_BYTES: usize = 1 << 16;
 /// Most characters of a message: names have up to 65,535 each.
@@ -61,17 +63,36 @@ pub(crate) fn of_results(error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("standard output: cannot write: {error}"))
 }
 
-/// Results on their way out, in whole lines: of what is not printable, ends of lines and tabs pass, all else is written as
-/// JSON would, and so is the first character of what commands a CI server.
+/// Results on their way out, in whole lines: of what is not printable, ends of lines and tabs pass, and tones where they are
+/// seen; all else is written as JSON would, and so is the first character of what commands a CI server.
 #[derive(Debug)]
 pub(crate) struct Printed<W: Write> {
     out: W,
     held: Vec<u8>,
+    has_colour: bool,
 }
 
 impl<W: Write> Printed<W> {
     pub(crate) fn new(out: W) -> Self {
-        Self { out, held: Vec::new() }
+        Self { out, held: Vec::new(), has_colour: false }
+    }
+
+    /// For who sees colours, or does not.
+    pub(crate) fn with_colour(self, has_colour: bool) -> Self {
+        Self { has_colour, ..self }
+    }
+
+    /// What is not printable is written out, but for tones.
+    fn show(&self, shown: &str, text: &mut String) {
+        let mut rest = shown;
+        while let Some(at) = rest.find('\x1b').filter(|_| self.has_colour) {
+            let tone = Tone::command_at(&rest[at..]);
+            text.push_str(&printable(&rest[..at]));
+            let end = at + tone.unwrap_or(1);
+            text.push_str(&if tone.is_some() { rest[at..end].into() } else { printable(&rest[at..end]) });
+            rest = &rest[end..];
+        }
+        text.push_str(&printable(rest));
     }
 
     /// Writes what is held up to a byte. What cannot be written is lost.
@@ -82,7 +103,8 @@ impl<W: Write> Printed<W> {
         for line in String::from_utf8_lossy(&bytes).split_inclusive('\n') {
             for cell in without_commands(line).split_inclusive(['\n', '\t']) {
                 let shown = cell.trim_end_matches(['\n', '\t']);
-                text.extend([&printable(shown), &cell[shown.len()..]]);
+                self.show(shown, &mut text);
+                text.push_str(&cell[shown.len()..]);
             }
         }
         write_waiting(&mut self.out, text.as_bytes()).map_err(|error| {
@@ -157,7 +179,11 @@ mod tests {
     use super::*;
 
     fn printed(text: &str) -> String {
-        let mut out = Printed::new(Vec::new());
+        printed_in(text, false)
+    }
+
+    fn printed_in(text: &str, has_colour: bool) -> String {
+        let mut out = Printed::new(Vec::new()).with_colour(has_colour);
         // In pieces, as tables and JSON come.
         text.chars().for_each(|c| write!(out, "{c}").unwrap());
         out.flush().unwrap();
@@ -168,6 +194,13 @@ mod tests {
     fn what_commands_a_terminal_is_written_out() {
         let text = "a\tµ – b\n\u{1b}[2J\u{9b}c\u{202e}\r\u{7f}é\u{e0041}\n\n\t";
         assert_eq!(printed(text), "a\tµ – b\n\\u001b[2J\\u009bc\\u202e\\u000d\\u007fé\\udb40\\udc41\n\n\t");
+    }
+
+    #[test]
+    fn tones_pass_where_they_are_seen() {
+        let text = "a \u{1b}[1mb\u{1b}[0m \u{1b}[2J\u{1b}\n";
+        assert_eq!(printed_in(text, true), "a \u{1b}[1mb\u{1b}[0m \\u001b[2J\\u001b\n");
+        assert_eq!(printed(text), "a \\u001b[1mb\\u001b[0m \\u001b[2J\\u001b\n");
     }
 
     #[test]

@@ -120,7 +120,7 @@ fn a_damaged_log_is_scored_and_told() {
     std::fs::write(folder.join("cut.mcap"), &whole[..whole.len() * 9 / 10]).unwrap();
     let scored = dmp(&folder, "score cut.mcap -t truth.tum");
     assert_eq!(code(&scored), 3, "{scored:?}");
-    assert!(text(&scored.stdout).contains("lost from the log: byte "), "{scored:?}");
+    assert!(text(&scored.stdout).contains("lost from the log: "), "{scored:?}");
     assert!(text(&scored.stderr).contains("DAMAGED in 1 place"), "{scored:?}");
     let told = dmp(&folder, "info cut.mcap --json");
     assert_eq!(code(&told), 3);

@@ -19,7 +19,7 @@ pub struct Ranking<'a> {
 pub struct RankingRow<'a> {
     /// The run.
     pub run: &'a RunReport,
-    /// Its rank, or `=` where the run above is not decided to be better.
+    /// Its rank, or `=` where it shares that of the run above.
     pub rank: String,
     /// What stands in each column.
     pub cells: Vec<String>,
@@ -46,12 +46,22 @@ impl Ranking<'_> {
     }
 }
 
+impl RankingRow<'_> {
+    /// Whether its rank is not that of the run above.
+    pub fn has_a_rank_of_its_own(&self) -> bool {
+        self.rank != SHARED
+    }
+}
+
+/// What stands for the rank of the run above.
+const SHARED: &str = "=";
+
 /// The runs of a report with their scores, as a table for people.
 pub fn ranking(report: &Report) -> Ranking<'_> {
     let columns = columns(report);
     let row = |(rank, run): (Option<usize>, _)| {
         let (value_m2, interval_m2) = RunReport::first_score(run, report.leading_basis());
-        let rank = rank.map_or_else(|| "=".to_owned(), |rank| rank.to_string());
+        let rank = rank.map_or_else(|| SHARED.to_owned(), |rank| rank.to_string());
         let cells = columns.iter().map(|column| column.show(run)).collect();
         RankingRow { run, rank, cells, value_m2, interval_m2 }
     };

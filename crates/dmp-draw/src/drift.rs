@@ -2,7 +2,7 @@
 
 use dmp::{Displacement, DriftComparison, DriftReport, Measured, Report, RunDrift};
 
-use crate::text::{NONE, confidence, counted, digits};
+use crate::text::{NONE, confidence, count, counted, digits};
 
 /// What is this much larger than either of the others is said first.
 const MOSTLY: f64 = 1.5;
@@ -49,7 +49,7 @@ pub fn pairs_in_words(report: &DriftReport) -> String {
     let pairs = if report.pairs_measured == report.pairs_found {
         pairs
     } else {
-        format!("{} of {pairs}", report.pairs_measured)
+        format!("{} of {pairs}", count(report.pairs_measured as u64))
     };
     format!("{pairs} of visits to the same places, {} m of way", digits(report.travel_m))
 }

@@ -11,6 +11,7 @@
 //! [`plot`] draws points and lines as SVG, [`text`] writes numbers for people. Nothing here opens a file or starts a
 //! thread; the same input gives the same bytes.
 
+mod answer;
 mod closeup;
 mod colour;
 mod columns;
@@ -29,6 +30,7 @@ mod told;
 mod warnings;
 mod worst;
 
+pub use answer::answer;
 pub use closeup::{DiscInWorld, WINDOW_M};
 pub use columns::{Ranking, RankingRow, ScoreColumn, ranking};
 pub use drift::{
@@ -39,6 +41,6 @@ pub use painter::{Painter, Pictures};
 pub use promise::promise;
 pub use seen::{FrameScore, SampledReturn, SeenFrame};
 pub use suite_told::{ToldVersions, log_word, p_value, suite_answer, suite_promise, told_versions};
-pub use told::{ToldPair, told_pairs};
+pub use told::{ToldPair, every_pair, told_pairs};
 pub use warnings::warnings;
 pub use worst::{Pass, WorstPlace};

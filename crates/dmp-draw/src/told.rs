@@ -17,7 +17,15 @@ pub struct ToldPair<'a> {
     pub second: &'a str,
 }
 
-impl ToldPair<'_> {
+impl<'a> ToldPair<'a> {
+    /// The pair of two runs, of which `high` stands above `low` in the order; `None` where they were not compared.
+    pub fn of(report: &'a Report, high: &'a str, low: &'a str) -> Option<Self> {
+        let pair = report.pair(high, low)?;
+        // Around a cycle the better run may stand below.
+        let (first, second) = if pair.verdict.ahead() == Some(low) { (low, high) } else { (high, low) };
+        Some(Self { pair, first, second })
+    }
+
     /// Mean squares of the first and the second run at a scale, m².
     pub fn means_m2(&self, scale: &ScaleReport) -> [Option<f64>; 2] {
         let means_m2 = [scale.mean_a_m2, scale.mean_b_m2];
@@ -35,6 +43,15 @@ impl ToldPair<'_> {
         scale.interval_m2.map(|[low, high]| if self.is_turned() { [-high, -low] } else { [low, high] })
     }
 
+    /// How much larger the root mean square of the second run is at a scale, metres, and the interval of that: of the
+    /// difference of the squares, from the first run's own.
+    pub fn rms_behind_m(&self, scale: &ScaleReport) -> Option<(f64, Option<[f64; 2]>)> {
+        let own_m2 = self.means_m2(scale)[0]?;
+        let behind_m = |less_m2: f64| (own_m2 - less_m2).max(0.0).sqrt() - own_m2.sqrt();
+        let interval_m = self.interval_m2(scale).map(|[low, high]| [behind_m(high), behind_m(low)]);
+        Some((behind_m(self.difference_m2(scale)?), interval_m))
+    }
+
     fn is_turned(&self) -> bool {
         self.first != self.pair.a
     }
@@ -42,20 +59,22 @@ impl ToldPair<'_> {
 
 /// The pairs that matter, in the order of the runs.
 pub fn told_pairs(report: &Report) -> Vec<ToldPair<'_>> {
+    let is_short = report.order.len() <= ALL_PAIRS_UP_TO;
+    in_order(report, |i, j| is_short || i == 0 || j == i + 1)
+}
+
+/// Every pair, in the order of the runs.
+pub fn every_pair(report: &Report) -> Vec<ToldPair<'_>> {
+    in_order(report, |_, _| true)
+}
+
+/// The pairs of runs at such places of the order.
+fn in_order(report: &Report, is_told: impl Fn(usize, usize) -> bool) -> Vec<ToldPair<'_>> {
     let order = &report.order;
     let mut told = Vec::new();
     for (i, high) in order.iter().enumerate() {
-        for (j, low) in order.iter().enumerate().skip(i + 1) {
-            if order.len() > ALL_PAIRS_UP_TO && i > 0 && j > i + 1 {
-                continue;
-            }
-            if let Some(pair) = report.pair(high, low) {
-                // Around a cycle the better run may stand below.
-                let turned = pair.verdict.ahead() == Some(low);
-                let (first, second) = if turned { (low, high) } else { (high, low) };
-                told.push(ToldPair { pair, first, second });
-            }
-        }
+        let below = order.iter().enumerate().skip(i + 1).filter(|(j, _)| is_told(i, *j));
+        told.extend(below.filter_map(|(_, low)| ToldPair::of(report, high, low)));
     }
     told
 }

@@ -91,11 +91,20 @@ pub(crate) fn dmp_command(folder: &Path, arguments: &str) -> Command {
     let arguments = arguments.split_whitespace().map(|a| a.replace('@', &samples.display().to_string()));
     let mut command = Command::new(env!("CARGO_BIN_EXE_dmp-under-test"));
     command.args(arguments).current_dir(folder);
+    // What changes tables.
+    ["COLUMNS", "NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE"]
+        .iter()
+        .for_each(|name| drop(command.env_remove(name)));
     command
 }
 
 pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// The same in one line: sentences may be in several.
+pub(crate) fn unwrapped(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// A bad input: what to run, the exit code, and words that must stand in the one line on stderr.

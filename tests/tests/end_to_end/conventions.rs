@@ -14,7 +14,9 @@ use dmp_sensor::{Isometry3, Point3, Quaternion, Scan, Trajectory, UnitQuaternion
 use dmp_sim::{LidarOptions, RecordingOptions, Route};
 
 use crate::common::{collapse, drift, noise};
-use crate::common::{dmp, open, real_data, recorded, refused, runs_of, text, workspace, write_mcap};
+use crate::common::{
+    dmp, open, real_data, recorded, refused, runs_of, text, unwrapped, workspace, write_mcap,
+};
 
 /// A loop at 10 scans a second.
 fn town() -> &'static (Vec<Scan>, Trajectory) {
@@ -337,7 +339,8 @@ fn row_19_each_wrong_reading_is_told_in_a_line_and_harms_no_other_run() {
     // A gate that speaks of a run that is left out fails with the reason.
     let output = dmp(path, "score town.mcap -t truth.tum -t mm.tum --every 12 --fail-above mm:R_cv_0.5=30cm");
     assert_eq!(output.status.code(), Some(4));
-    assert!(text(&output.stdout).contains("--poses-as mm=mm"), "{}", text(&output.stdout));
+    let told = text(&output.stdout);
+    assert!(unwrapped(&told).contains("--poses-as mm=mm"), "{told}");
     // Who trusts what was given gets it.
     let (report, told, _) = json("-t wxyz.tum --trust");
     assert!(report.left_out.is_empty() && !told.contains("note: run"), "{told}");

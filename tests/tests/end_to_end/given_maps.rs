@@ -6,7 +6,7 @@ use dmp::{Basis, Config, EvaluateError, MapSource, Run, evaluate};
 use dmp_log::NO_CHECKSUMS;
 use dmp_sensor::{Ray, Scan, Track, Trajectory};
 
-use crate::common::{dmp, open, score, small_town, text, write_mcap};
+use crate::common::{dmp, open, score, small_town, text, unwrapped, write_mcap};
 
 /// A log, its truth, and all its points in the world.
 fn town(folder: &Path) -> (PathBuf, Trajectory, Vec<[f64; 3]>) {
@@ -274,5 +274,6 @@ fn the_command_tells_of_units_and_refuses_degrees() {
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let told = "in US survey feet, as --map-unit says: brought to metres";
     assert!(text(&output.stderr).contains(&format!("note: map of `a`: {told}")), "{}", text(&output.stderr));
-    assert!(text(&output.stdout).contains(&format!("map of a: {told}")), "{}", text(&output.stdout));
+    let table = text(&output.stdout);
+    assert!(unwrapped(&table).contains(&format!("map of a: {told}")), "{table}");
 }

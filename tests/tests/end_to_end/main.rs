@@ -42,6 +42,7 @@ mod simulated_loops;
 mod simulated_room;
 mod store_format;
 mod suite;
+mod terminal;
 mod trails;
 mod truth_study;
 mod truth_surface;

@@ -204,7 +204,7 @@ fn the_command_tells_what_was_drawn_and_read() {
     let run = |more: &str| crate::common::dmp(folder.path(), &format!("{arguments}{more}"));
     let told = run("");
     assert_eq!(told.status.code(), Some(0), "{}", text(&told.stderr));
-    let out = text(&told.stdout);
+    let out = crate::common::unwrapped(&text(&told.stdout));
     for words in [
         "scans at ",
         " places, evenly spread (--seed 0)",

@@ -15,7 +15,7 @@ pub(super) fn report(out: &mut impl Write, report: &DriftReport, verbose: bool) 
         return Ok(());
     }
     writeln!(out, "{}\n", pairs_in_words(report))?;
-    runs(out, report)?;
+    runs(report).write(out, "")?;
     if !report.comparisons.is_empty() {
         writeln!(out)?;
         report
@@ -34,13 +34,13 @@ pub(super) fn report(out: &mut impl Write, report: &DriftReport, verbose: bool) 
 }
 
 /// The table of the runs.
-pub(crate) fn runs(out: &mut impl Write, report: &DriftReport) -> io::Result<()> {
+pub(crate) fn runs(report: &DriftReport) -> Table {
     let mut table = Table::new([[Side::Left].as_slice(), &[Side::Right; DRIFT_HEADS.len()]].concat());
     table.row([["run"].as_slice(), &DRIFT_HEADS].concat());
     for run in &report.runs {
         table.row([vec![run.name.clone()], drift_row(run)].concat());
     }
-    table.write(out, "")
+    table
 }
 
 fn pairs(out: &mut impl Write, visits: &[VisitPairReport], run: usize) -> io::Result<()> {

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use dmp::{LeftOutReport, PairReport, Report, ScaleReport, Verdict};
-use dmp_draw::text::digits;
+use dmp_draw::text::plain_digits;
 use serde::Serialize;
 
 use super::limit::{Bound, Limit};
@@ -214,7 +214,7 @@ fn how_same(pair: &PairReport, other: &str) -> String {
     let most = pair.scales.iter().filter_map(|scale| Some((scale, of_margin(scale)?)));
     let most = most.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(scale, _)| scale);
     let Some(scale) = most else { return format!("nothing is known of how far it is from {other}") };
-    let length = |m: Option<f64>| format!("{} cm", digits(100.0 * m.unwrap_or_default()));
+    let length = |m: Option<f64>| format!("{} cm", plain_digits(100.0 * m.unwrap_or_default()));
     let (apart, margin) = (length(scale.apart_at_most_m), length(scale.margin_m));
     let at = format!("at {} {} m", pair.basis, scale.scale_m);
     match pair.verdict.is_same() {

@@ -17,7 +17,7 @@ use crate::exit::Exit;
 use crate::host::Hosted;
 use crate::parse::{Pair, pair};
 use crate::save::save_text;
-use crate::say::tell;
+use crate::terminal::{Terminal, Tone};
 use annotate::Annotate;
 use check::Asked;
 pub(crate) use check::GateReport;
@@ -118,12 +118,13 @@ impl Gates<'_> {
 }
 
 /// Writes what became of the gates, below a table of scores.
-pub(crate) fn table(out: &mut impl Write, gates: &[GateReport]) -> io::Result<()> {
+pub(crate) fn table(out: &mut impl Write, gates: &[GateReport], terminal: Terminal) -> io::Result<()> {
     if !gates.is_empty() {
         writeln!(out, "\nGates")?;
     }
     for gate in gates {
-        tell!(out, "  {}  {gate}", if gate.passed { "passed" } else { "FAILED" })?;
+        let word = if gate.passed { (Tone::Good, "passed") } else { (Tone::Bad, "FAILED") };
+        terminal.tell_item(out, word, &gate.to_string())?;
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! The scores that a gate can speak of.
 
 use dmp::{Basis, RunReport};
-use dmp_draw::text::{digits, percent};
+use dmp_draw::text::{percent, plain_digits};
 
 /// A score of a run, as the table shows it.
 #[derive(Debug)]
@@ -105,7 +105,7 @@ impl Score {
     pub(super) fn show(&self, value: f64) -> String {
         match self.unit {
             Unit::Share => format!("{} %", percent(value)),
-            _ => self.with_unit(value, digits),
+            _ => self.with_unit(value, plain_digits),
         }
     }
 

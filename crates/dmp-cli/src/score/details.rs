@@ -3,34 +3,38 @@
 use std::io::{self, Write};
 
 use dmp::{Report, RunReport};
-use dmp_draw::text::{self, NONE, Side, Table, count, digits};
+use dmp_draw::text::{self, NONE, Side, Table, count, digits, shortened};
 
 use super::pairs;
+use crate::terminal::Terminal;
+
+/// Columns of a name at the head of a column.
+const NAME: usize = 24;
 
 /// Writes everything that the tables above leave out.
-pub(super) fn all(out: &mut impl Write, report: &Report) -> io::Result<()> {
+pub(super) fn all(out: &mut impl Write, report: &Report, terminal: Terminal) -> io::Result<()> {
     if !report.pairs.is_empty() {
         writeln!(out)?;
-        pairs::scales(out, report)?;
+        pairs::all(out, report, terminal)?;
     }
     writeln!(out)?;
-    scores(out, report)?;
+    scores(out, report, terminal)?;
     writeln!(out)?;
     returns(out, report)?;
     writeln!(out)?;
-    effort(out, report)
+    effort(report).iter().try_for_each(|line| terminal.tell(out, "", line))
 }
 
 /// A line of the table of scores: its title and what it shows of a run.
 type Row<'a> = (String, Box<dyn Fn(&RunReport) -> String + 'a>);
 
 /// Every score of every run, a run a column.
-fn scores(out: &mut impl Write, report: &Report) -> io::Result<()> {
+fn scores(out: &mut impl Write, report: &Report, terminal: Terminal) -> io::Result<()> {
     let square = |value: Option<f64>| value.map_or(NONE.to_owned(), digits);
     let interval = |value: Option<[f64; 2]>| {
         value.map_or(NONE.to_owned(), |[low, high]| format!("{} to {}", digits(low), digits(high)))
     };
-    let mut rows: Vec<Row<'_>> = vec![("Scores, m²".to_owned(), Box::new(|run| run.name.clone()))];
+    let mut rows: Vec<Row<'_>> = vec![("Scores, m²".to_owned(), Box::new(|run| shortened(&run.name, NAME)))];
     let scales = report.config.scales;
     for (k, scale_m) in scales.lengths().cv_m[1..].iter().enumerate() {
         rows.push((format!("R_cv {scale_m} m"), Box::new(move |run| square(run.r_cv_m2[k]))));
@@ -66,7 +70,7 @@ fn scores(out: &mut impl Write, report: &Report) -> io::Result<()> {
     for (title, value) in &rows {
         table.row(std::iter::once(title.clone()).chain(runs.iter().map(|run| value(run))));
     }
-    table.write(out, "")
+    table.write_within(out, terminal.width)
 }
 
 /// Where every return of the log went.
@@ -81,7 +85,7 @@ fn returns(out: &mut impl Write, report: &Report) -> io::Result<()> {
     table.write(out, "")
 }
 
-fn effort(out: &mut impl Write, report: &Report) -> io::Result<()> {
+fn effort(report: &Report) -> [String; 2] {
     let (timing, memory) = (&report.timing, &report.memory);
     let trails = match report.free_space {
         Some(_) => format!("trails {}, ", text::duration(timing.trails_s)),
@@ -91,17 +95,15 @@ fn effort(out: &mut impl Write, report: &Report) -> io::Result<()> {
         Some(_) => format!("drift {}, ", text::duration(timing.drift_s)),
         None => String::new(),
     };
-    writeln!(
-        out,
+    let time = format!(
         "Time    plan {}, fuse {}, {trails}cast {}, {drift}all {}; {}",
         text::duration(timing.plan_s),
         text::duration(timing.fuse_s),
         text::duration(timing.cast_s),
         text::duration(timing.total_s),
         text::counted(timing.threads as u64, "thread")
-    )?;
-    writeln!(
-        out,
+    );
+    let memory = format!(
         "Memory  peak {} of {}; {} of scratch files, {} for {} of {}",
         memory.peak_anon_bytes.map_or(NONE.to_owned(), text::bytes),
         text::bytes(memory.budget_bytes as u64),
@@ -109,5 +111,6 @@ fn effort(out: &mut impl Write, report: &Report) -> io::Result<()> {
         text::counted(memory.tile_loads, "tile load"),
         text::counted(memory.tile_visits, "visit"),
         text::counted(memory.tiles_in_reach, "tile")
-    )
+    );
+    [time, memory]
 }

@@ -1,15 +1,18 @@
 //! `dmp score`: score and rank runs.
 
+mod against;
 pub(crate) mod announce;
 pub(crate) mod conventions;
 mod details;
 pub(crate) mod evaluation_args;
+mod legend;
 mod like;
 pub(crate) mod outputs;
 mod pairs;
 pub(crate) mod parse;
 mod promise;
 mod quick;
+mod ranked;
 pub(crate) mod render;
 mod sampling;
 
@@ -29,6 +32,7 @@ use crate::named::maps_of;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::OutputsFolder;
 use crate::settings::{ResourceArgs, ResumeArgs};
+use crate::terminal::Terminal;
 use evaluation_args::EvaluationArgs;
 use outputs::{OutputArgs, Recorder};
 
@@ -164,7 +168,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
         &checked,
         if incomplete { Exit::InputDamaged } else { Exit::Done },
     )?;
-    let printed = print(out, &report, &checked, (arguments.json, arguments.verbose));
+    let printed = print(out, &report, &checked, (arguments.json, arguments.verbose), common.terminal);
     // Scores are told also where files cannot be written.
     written?;
     if !common.quiet {
@@ -179,13 +183,14 @@ pub(crate) fn print(
     report: &Report,
     gates: &[GateReport],
     (json, verbose): (bool, bool),
+    terminal: Terminal,
 ) -> anyhow::Result<()> {
     if json {
         serde_json::to_writer_pretty(&mut *out, &Scored { report, gates }).map_err(std::io::Error::from)?;
         return Ok(writeln!(out)?);
     }
-    render::report(out, report, verbose)?;
-    gates::table(out, gates)?;
+    render::report(out, report, verbose, terminal)?;
+    gates::table(out, gates, terminal)?;
     // Before what is said when all is done.
     Ok(out.flush()?)
 }

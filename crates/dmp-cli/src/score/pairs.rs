@@ -1,28 +1,92 @@
-//! Pairs of runs: which is better, by how much, at which scale.
+//! Pairs of runs: why some are not decided, and all of them at every truncation.
 
 use std::io::{self, Write};
 
 use dmp::{Reach, Report, ScaleReport, Scales, Verdict};
-use dmp_draw::text::{NONE, Side, Table, count, digits};
-use dmp_draw::{ToldPair, told_pairs};
+use dmp_draw::text::{self, NONE, Side, Table, count, digits};
+use dmp_draw::{ToldPair, every_pair};
 
 use super::sampling;
-use crate::say::tell;
+use crate::terminal::Terminal;
 
-/// How the first run of a pair stands to the second.
-fn standing(verdict: &Verdict) -> &'static str {
-    match verdict {
-        Verdict::Better { .. } => "better than",
-        Verdict::Mixed { .. } => "mixed against",
-        Verdict::Same => "the same as",
-        Verdict::Undecided => "undecided against",
+/// Writes what is to be said of the pairs with the first run that are not simply decided: together where it is the same.
+pub(super) fn remarks(out: &mut impl Write, report: &Report, terminal: Terminal) -> io::Result<()> {
+    let mut all: Vec<(&str, Vec<&str>, String)> = Vec::new();
+    for told in of_first(report) {
+        let Some(remark) = remark(report, &told) else { continue };
+        match all.iter_mut().find(|(first, _, other)| *first == told.first && *other == remark) {
+            Some((_, seconds, _)) => seconds.push(told.second),
+            None => all.push((told.first, vec![told.second], remark)),
+        }
+    }
+    for (first, seconds, remark) in all {
+        terminal.tell(out, "", &format!("{first} against {}: {remark}", seconds.join(", ")))?;
+    }
+    Ok(())
+}
+
+/// How many pairs are not told by how the runs stand to the first.
+pub(super) fn others(report: &Report) -> usize {
+    report.pairs.len() - of_first(report).count()
+}
+
+fn of_first(report: &Report) -> impl Iterator<Item = ToldPair<'_>> {
+    let first = report.order.first();
+    let others = report.order.iter().skip(1);
+    others.filter_map(move |other| ToldPair::of(report, first?, other))
+}
+
+fn remark(report: &Report, told: &ToldPair<'_>) -> Option<String> {
+    let pair = told.pair;
+    match pair.verdict {
+        Verdict::Better { is_same: true, .. } => {
+            Some("the difference is too small to matter (--same-within)".to_owned())
+        }
+        Verdict::Better { .. } => None,
+        Verdict::Undecided => Some(format!("{}{}", pair.reason, sampling::more_needed(report, pair))),
+        Verdict::Mixed { .. } | Verdict::Same => Some(pair.reason.clone()),
     }
 }
 
-/// First minus second, m², with the interval.
-fn difference(told: &ToldPair<'_>, scale: &ScaleReport) -> [String; 2] {
-    let interval = told.interval_m2(scale).map(|[low, high]| format!("{} to {}", digits(low), digits(high)));
-    [told.difference_m2(scale).map(digits), interval].map(|text| text.unwrap_or_else(|| NONE.to_owned()))
+/// Writes every pair, with every truncation.
+pub(super) fn all(out: &mut impl Write, report: &Report, terminal: Terminal) -> io::Result<()> {
+    let (pairs, scales) = (every_pair(report), report.config.scales);
+    let mut sides = vec![Side::Left];
+    sides.resize(6, Side::Right);
+    let mut table = Table::new(sides);
+    table.row(["", "1st, m", "2nd, m", "1st² − 2nd²", "interval, m²", "returns"]);
+    for told in &pairs {
+        for scale in &told.pair.scales {
+            let roots = told.means_m2(scale).map(|mean_m2| or_none(mean_m2.map(f64::sqrt), digits));
+            let interval = or_none(told.interval_m2(scale), |[low, high]| {
+                format!("{} to {}", digits(low), digits(high))
+            });
+            let difference = or_none(told.difference_m2(scale), digits);
+            let at = format!("  {} {} m", told.pair.basis, scale.scale_m);
+            table.row([[at].as_slice(), &roots, &[difference, interval, count(scale.returns)]].concat());
+        }
+    }
+    let sure = text::confidence(report.promise.interval_confidence);
+    let heading = format!(
+        "Pairs: RMS residuals over the returns that both maps predict, the difference of their squares and where it lies \
+         ({sure} sure), by truncation"
+    );
+    terminal.tell(out, "", &heading)?;
+    let mut lines = table.lines().into_iter();
+    lines.by_ref().take(1).try_for_each(|head| writeln!(out, "{head}"))?;
+    for told in &pairs {
+        let verdict = match (&told.pair.verdict, told.pair.decided_at()) {
+            (Verdict::Better { .. }, Some(ScaleReport { scale_m, .. })) => {
+                let remark = remark(report, told).map_or(String::new(), |remark| format!("; {remark}"));
+                let (basis, reach) = (told.pair.basis, reach(*scale_m, scales));
+                format!("better, decided at {basis} {scale_m} m: {reach}{remark}")
+            }
+            _ => remark(report, told).unwrap_or_default(),
+        };
+        terminal.tell(out, "", &format!("{} against {}: {verdict}", told.first, told.second))?;
+        lines.by_ref().take(told.pair.scales.len()).try_for_each(|line| writeln!(out, "{line}"))?;
+    }
+    Ok(())
 }
 
 /// What a scale says about the maps.
@@ -35,48 +99,8 @@ fn reach(scale_m: f64, scales: Scales) -> String {
     }
 }
 
-/// Writes a line for each pair, then the reasons of those that are not simply decided.
-pub(super) fn verdicts(out: &mut impl Write, report: &Report) -> io::Result<()> {
-    let (pairs, scales) = (told_pairs(report), report.config.scales);
-    let mut table = Table::new([Side::Left, Side::Left, Side::Left, Side::Left, Side::Right, Side::Right]);
-    table.row(["Pairs", "", "", "decided at", "first minus second, m²", "interval"]);
-    for told in &pairs {
-        let ToldPair { pair, first, second } = told;
-        let at = |scale_m: f64| format!("{} {scale_m} m, {}", pair.basis, reach(scale_m, scales));
-        let at = pair.verdict.decided_at_m().map_or(NONE.to_owned(), at);
-        let none = || [NONE; 2].map(str::to_owned);
-        let [difference, interval] = pair.decided_at().map_or_else(none, |scale| difference(told, scale));
-        let standing = standing(&pair.verdict).to_owned();
-        table.row([(*first).to_owned(), standing, (*second).to_owned(), at, difference, interval]);
-    }
-    table.write(out, "")?;
-    let is_better = |told: &ToldPair<'_>| told.pair.verdict.better().is_some();
-    for told in pairs.iter().filter(|told| is_better(told) && told.pair.verdict.is_same()) {
-        tell!(out, "{}, {}: the difference is too small to matter (--same-within)", told.first, told.second)?;
-    }
-    for told in pairs.iter().filter(|told| !is_better(told)) {
-        let more = match told.pair.verdict {
-            Verdict::Undecided => sampling::more_needed(report, told.pair),
-            _ => String::new(),
-        };
-        tell!(out, "{}, {}: {}{more}", told.first, told.second, told.pair.reason)?;
-    }
-    Ok(())
-}
-
-/// Writes every scale of every pair.
-pub(super) fn scales(out: &mut impl Write, report: &Report) -> io::Result<()> {
-    let mut table = Table::new([Side::Left, Side::Left, Side::Left, Side::Right, Side::Right, Side::Right]);
-    table.row(["Scales", "minus", "score", "difference, m²", "interval", "common returns"]);
-    for told in told_pairs(report) {
-        for scale in &told.pair.scales {
-            let [difference, interval] = difference(&told, scale);
-            let score = format!("{} {} m", told.pair.basis, scale.scale_m);
-            let returns = count(scale.returns);
-            table.row([told.first.to_owned(), told.second.into(), score, difference, interval, returns]);
-        }
-    }
-    table.write(out, "")
+fn or_none<T>(value: Option<T>, shown: impl Fn(T) -> String) -> String {
+    value.map_or_else(|| NONE.to_owned(), shown)
 }
 
 #[cfg(test)]
@@ -85,30 +109,22 @@ mod tests {
     use crate::example_reports;
 
     #[test]
-    fn differences_are_turned_with_the_pair() {
+    fn pairs_look_alike_whichever_way_they_are_kept() {
         let mut report = example_reports::three_runs();
-        let before: Vec<[String; 2]> =
-            told_pairs(&report).iter().map(|told| difference(told, &told.pair.scales[0])).collect();
+        let told = |report: &Report| {
+            let mut text = Vec::new();
+            all(&mut text, report, Terminal::default()).unwrap();
+            String::from_utf8(text).unwrap()
+        };
+        let before = told(&report);
         for pair in &mut report.pairs {
             std::mem::swap(&mut pair.a, &mut pair.b);
             for scale in &mut pair.scales {
+                std::mem::swap(&mut scale.mean_a_m2, &mut scale.mean_b_m2);
                 scale.difference_m2 = scale.difference_m2.map(|difference| -difference);
                 scale.interval_m2 = scale.interval_m2.map(|[low, high]| [-high, -low]);
             }
         }
-        let after: Vec<[String; 2]> =
-            told_pairs(&report).iter().map(|told| difference(told, &told.pair.scales[0])).collect();
-        assert_eq!(before, after);
-    }
-
-    #[test]
-    fn many_runs_show_neighbours_and_the_best() {
-        let report = example_reports::many_runs(7);
-        let shown: Vec<(&str, &str)> =
-            told_pairs(&report).iter().map(|told| (told.first, told.second)).collect();
-        assert_eq!(shown.len(), 6 + 5);
-        assert!(shown.contains(&("run 0", "run 6")) && shown.contains(&("run 5", "run 6")));
-        assert!(!shown.contains(&("run 1", "run 3")));
-        assert_eq!(told_pairs(&example_reports::many_runs(5)).len(), 10);
+        assert_eq!(told(&report), before);
     }
 }

@@ -3,51 +3,70 @@
 use std::io::{self, Write};
 
 use dmp::{DriftReport, FreeSpaceReport, Report, SegmentLength};
-use dmp_draw::text::{self, Side, Table, counted, percent};
-use dmp_draw::{ScoreColumn, drift_beside_scores, drift_in_words, pairs_in_words, promise, ranking};
+use dmp_draw::text::{self, counted, percent, shortened};
+use dmp_draw::{answer, drift_beside_scores, drift_in_words, pairs_in_words, promise};
 
-use crate::say::tell;
-
+use super::legend::legend;
+use super::ranked::Ranked;
 use super::{details, pairs, sampling};
+use crate::terminal::{Terminal, Tone};
 
-/// Writes the report: settings, runs, pairs, warnings.
-pub(crate) fn report(out: &mut impl Write, report: &Report, verbose: bool) -> io::Result<()> {
-    writeln!(out, "{}", settings(report))?;
-    if let Some(note) = report.inputs.without_checksums() {
-        writeln!(out, "log: {note}")?;
-    }
-    if let Some(sample) = sampling::in_words(&report.sampling) {
-        tell!(out, "{sample}")?;
-    }
-    if let Some(free_space) = &report.free_space {
-        tell!(out, "{}", left_out(free_space))?;
-    }
-    for run in &report.inputs.runs {
-        for note in &run.map_notes {
-            tell!(out, "map of {}: {note}", run.name)?;
-        }
-    }
+/// Columns of a name in the answer.
+const NAME: usize = 40;
+
+/// Writes the report: the answer, the runs, what is to be said of them, what went in.
+pub(crate) fn report(
+    out: &mut impl Write,
+    report: &Report,
+    verbose: bool,
+    terminal: Terminal,
+) -> io::Result<()> {
+    terminal.tell_in(out, Tone::Strong, &answer(report, |name| shortened(name, NAME)))?;
     writeln!(out)?;
-    runs(out, report)?;
-    if !report.pairs.is_empty() {
-        writeln!(out)?;
-        pairs::verdicts(out, report)?;
-    }
+    runs(out, report, verbose, terminal)?;
     if let Some(drift) = &report.drift {
         writeln!(out)?;
-        drift_of_runs(out, report, drift, verbose)?;
+        drift_of_runs(out, report, drift, verbose, terminal)?;
     }
     if verbose {
-        details::all(out, report)?;
+        details::all(out, report, terminal)?;
     }
     let warnings = dmp_draw::warnings(report);
     if !warnings.is_empty() {
-        writeln!(out, "\nWarnings")?;
-        for warning in warnings {
-            tell!(out, "  {warning}")?;
-        }
+        writeln!(out, "\n{}", terminal.painted(Tone::Open, "Warnings"))?;
+        warnings.iter().try_for_each(|warning| terminal.tell(out, "  ", warning))?;
     }
-    writeln!(out, "\n{}", limits(report))
+    writeln!(out)?;
+    what_went_in(report).iter().try_for_each(|line| terminal.tell(out, "", line))?;
+    terminal.tell(out, "", "Scores compare runs of this log under these settings only.")?;
+    promise(report).map_or(Ok(()), |promise| terminal.tell(out, "", &promise))
+}
+
+/// The table of the runs, what its columns mean, and what is not shown.
+fn runs(out: &mut impl Write, report: &Report, verbose: bool, terminal: Terminal) -> io::Result<()> {
+    let table = Ranked::new(report, terminal);
+    table.write(out, verbose)?;
+    writeln!(out)?;
+    for (term, meaning) in legend(report, &table.names(verbose)) {
+        terminal.tell(out, &format!("{term:<8}  "), &meaning)?;
+    }
+    if verbose {
+        return Ok(());
+    }
+    let mut remarks = Vec::new();
+    pairs::remarks(&mut remarks, report, terminal)?;
+    let mut more = table.left_out();
+    let others = pairs::others(report) as u64;
+    if others > 0 {
+        more.insert(0, counted(others, "more pair"));
+    }
+    if !more.is_empty() {
+        terminal.tell(&mut remarks, "", &format!("{}: -v or --json", more.join(", ")))?;
+    }
+    if !remarks.is_empty() {
+        writeln!(out)?;
+    }
+    out.write_all(&remarks)
 }
 
 /// How far the runs are off where they come back, in metres.
@@ -56,16 +75,29 @@ fn drift_of_runs(
     report: &Report,
     drift: &DriftReport,
     verbose: bool,
+    terminal: Terminal,
 ) -> io::Result<()> {
-    tell!(out, "{}", drift_in_words(drift))?;
+    terminal.tell(out, "", &drift_in_words(drift))?;
     if drift.pairs_measured == 0 {
         return Ok(());
     }
-    writeln!(out, "{}", pairs_in_words(drift))?;
+    terminal.tell(out, "", &pairs_in_words(drift))?;
     if verbose {
-        crate::drift::render::runs(out, drift)?;
+        crate::drift::render::runs(drift).write_within(out, terminal.width)?;
     }
-    drift_beside_scores(report).iter().try_for_each(|line| tell!(out, "{line}"))
+    drift_beside_scores(report).iter().try_for_each(|line| terminal.tell(out, "", line))
+}
+
+/// What was scored, and how: a line each.
+fn what_went_in(report: &Report) -> Vec<String> {
+    let mut lines = vec![settings(report)];
+    lines.extend(report.inputs.without_checksums().map(|note| format!("log: {note}")));
+    lines.extend(sampling::in_words(&report.sampling));
+    lines.extend(report.free_space.as_ref().map(left_out));
+    for run in &report.inputs.runs {
+        lines.extend(run.map_notes.iter().map(|note| format!("map of {}: {note}", run.name)));
+    }
+    lines
 }
 
 fn settings(report: &Report) -> String {
@@ -99,16 +131,6 @@ fn settings(report: &Report) -> String {
     )
 }
 
-/// A line of a column's head: name, truncation, unit.
-fn head_of(column: &ScoreColumn, line: usize) -> String {
-    match (line, column.scale_m) {
-        (0, _) => column.name.to_owned(),
-        (1, Some(scale_m)) => format!("{scale_m} m"),
-        (1, None) => column.detail.to_owned(),
-        _ => column.unit.to_owned(),
-    }
-}
-
 /// What was kept out of the maps, and by whose word.
 fn left_out(free_space: &FreeSpaceReport) -> String {
     let share = free_space.returns_left_out as f64 / free_space.returns_fused.max(1) as f64;
@@ -120,166 +142,190 @@ fn left_out(free_space: &FreeSpaceReport) -> String {
     )
 }
 
-fn runs(out: &mut impl Write, report: &Report) -> io::Result<()> {
-    let ranking = ranking(report);
-    let is_sample = report.is_sample();
-    // Behind the first column, how far a sample may be off.
-    let row = |first: String, second: &str, mut cells: Vec<String>, error: String| {
-        if is_sample {
-            cells.insert(1, error);
-        }
-        cells.splice(0..0, [first, second.to_owned()]);
-        cells
-    };
-    let mut sides = vec![Side::Right, Side::Left];
-    sides.resize(2 + ranking.columns.len() + usize::from(is_sample), Side::Right);
-    let mut table = Table::new(sides);
-    let sure = text::confidence(report.promise.confidence);
-    let errors = ["±", &sure, ranking.unit()];
-    for (line, (title, error)) in ["run", "", ""].into_iter().zip(errors).enumerate() {
-        let heads = ranking.columns.iter().map(|column| head_of(column, line)).collect();
-        table.row(row(String::new(), title, heads, error.to_owned()));
-    }
-    for run in &ranking.rows {
-        let error = sampling::half_width(&ranking, run);
-        table.row(row(run.rank.clone(), &run.run.name, run.cells.clone(), error));
-    }
-    table.write(out, "")?;
-    for run in &report.left_out {
-        tell!(out, "–  {}  left out", run.name)?;
-    }
-    writeln!(out)?;
-    let means = "RMS of measured minus predicted range, cut off at the length above; less is better";
-    let scales = report.config.scales;
-    let (widest_m, blocked_m) = (scales.lengths().widest_m(), scales.lengths().blocked_m);
-    let rates = format!("rays that hit nothing; blocked: that hit something over {blocked_m} m too early");
-    let has_depth = report.runs.iter().any(|run| run.dmp_depth_mean_m2.is_some());
-    let depth = if has_depth { "; depth: along the optical axis, as cameras measure" } else { "" };
-    if report.is_cross_validated() {
-        writeln!(out, "R_cv      {means};")?;
-        let missing_m = widest_m * report.config.miss_price.sqrt();
-        writeln!(
-            out,
-            "          predicted from other parts of the drive; at {widest_m} m, {missing_m:.*} m off where that is impossible",
-            if widest_m >= 10.0 { 1 } else { 2 }
-        )?;
-        writeln!(out, "R_near    the same with the nearest surfel on the ray, whenever it was seen")?;
-        writeln!(out, "DMP       mean square to the first surfel on the ray, not cut off{depth}")?;
-        writeln!(
-            out,
-            "coverage  returns predicted from other parts of the drive; revisit: from another visit"
-        )?;
-    } else {
-        writeln!(out, "R_near    {means};")?;
-        writeln!(out, "          predicted by the nearest surfel on the ray")?;
-        writeln!(out, "DMP       mean square to the first surfel on the ray, not cut off{depth}")?;
-    }
-    writeln!(out, "miss      {rates}")?;
-    if is_sample {
-        writeln!(out, "±         how far the score before it may be off, as sure as is said")?;
-    }
-    if !report.ties.is_empty() {
-        writeln!(out, "=         the run above is not decided to be better")?;
-    }
-    Ok(())
-}
-
-fn limits(report: &Report) -> String {
-    let scores = "Scores compare runs of this log under these settings only.";
-    promise(report).map_or(scores.to_owned(), |promise| format!("{scores}\n{promise}"))
-}
-
 #[cfg(test)]
 mod tests {
+    use dmp::{Verdict, Warning};
+    use dmp_draw::text::width_of;
+
     use super::*;
     use crate::example_reports;
 
-    fn text_of(given: &Report, verbose: bool) -> String {
+    fn text_at(given: &Report, verbose: bool, terminal: Terminal) -> String {
         let mut text = Vec::new();
-        report(&mut text, given, verbose).unwrap();
+        report(&mut text, given, verbose, terminal).unwrap();
         String::from_utf8(text).unwrap()
     }
 
-    const LEGEND: &str = "
-R_cv      RMS of measured minus predicted range, cut off at the length above; less is better;
-          predicted from other parts of the drive; at 10 m, 3.9 m off where that is impossible
-R_near    the same with the nearest surfel on the ray, whenever it was seen
-DMP       mean square to the first surfel on the ray, not cut off
-coverage  returns predicted from other parts of the drive; revisit: from another visit
-miss      rays that hit nothing; blocked: that hit something over 0.5 m too early
-";
+    fn text_of(given: &Report, verbose: bool) -> String {
+        text_at(given, verbose, Terminal::default())
+    }
+
+    fn terminal(width: usize) -> Terminal {
+        Terminal { width, ..Terminal::default() }
+    }
 
     #[test]
     fn three_runs_look_like_this() {
-        let expected = [
-            "\
-597 of 600 scans, 1,200,000 of 1,234,567 returns; voxel 0.2 m, 29 segments of 12 m, ranges 1.5 to 100 m
+        let expected = "\
+No run is clearly the best of 3. truth stands first: better than drift;
+undecided against größe.
 
-   run    R_cv   R_cv   R_cv  R_near   DMP  coverage  revisit  miss  blocked
-          10 m    2 m  0.5 m   0.5 m  mean
-             m      m     cm      cm    m²         %        %     %        %
-1  truth  1.50  0.400   10.0    2.00  3.46      81.2     34.5   2.1     12.3
-=  größe  1.57  0.420   10.5    2.10  3.80      81.2     34.5   2.1     12.3
-3  drift     –      –      –    2.83  6.91      43.1     34.5   2.1     12.3
-",
-            LEGEND,
-            "\
-=         the run above is not decided to be better
+   run    verdict                   R_cv   R_cv   R_cv  coverage  revisit
+                                    10 m    2 m  0.5 m
+                                       m      m     cm         %        %
+1  truth  first                     1.50  0.400   10.0      81.2     34.5
+=  größe  undecided                 1.57  0.420   10.5      81.2     34.5
+3  drift  worse by 12.0 cm at 10 m     –      –      –      43.1     34.5
 
-Pairs                            decided at           first minus second, m²          interval
-truth  undecided against  größe  –                                         –                 –
-truth  better than        drift  R_cv 10 m, globally                  -0.254  -0.307 to -0.201
-größe  mixed against      drift  R_cv 10 m, globally                  -0.254  -0.307 to -0.201
-truth, größe: undecided: no scale shows a difference outside its interval
-größe, drift: better on the whole, globally: decided at the 10 m scale, but worse in frames 12–40 at 30 m
+verdict   against the first run: how much larger the RMS residual is over the
+          returns that both maps predict, and the largest truncation at which
+          that is certain
+R_cv      RMS range residual: how far each return is from the first surface on
+          its ray, of those that other parts of the drive measured; less is
+          better. Residuals are truncated at the length in the head: 10 m shows
+          whether the map fits together, 0.5 m how sharp it is. A ray that meets
+          no such surface counts 3.9 m at 10 m; the columns below 10 m leave it
+          out.
+coverage  share of returns whose ray meets a surface that other parts of the
+          drive measured; revisit: that another visit measured
+=         shares the rank above: no run of that rank is decided to be better
+
+truth against größe: undecided: no scale shows a difference outside its interval
+1 more pair, interval, R_near 0.5 m, DMP, miss, blocked: -v or --json
 
 Warnings
   3 of 600 scans have no pose in `drift`
-  drift: R_cv is not given: coverage is 0.431, below 0.5; pairs are still compared on common returns
+  drift: R_cv is not given: coverage is 0.431, below 0.5; pairs are still
+  compared on common returns
 
+597 of 600 scans, 1,200,000 of 1,234,567 returns; voxel 0.2 m, 29 segments of
+12 m, ranges 1.5 to 100 m
 Scores compare runs of this log under these settings only.
-At most 1 % of commands tell any two equal runs apart: all pairs and 4 scales share that, so each interval is at 99.75 %.
-",
-        ];
-        assert_eq!(text_of(&example_reports::three_runs(), false), expected.concat());
+At most 1 % of commands tell any two equal runs apart: all pairs and 4 scales
+share that, so each interval is at 99.75 %.
+";
+        assert_eq!(text_of(&example_reports::three_runs(), false), expected);
     }
 
     #[test]
     fn a_run_alone_has_no_pairs() {
-        let expected = [
-            "\
-597 of 600 scans, 1,200,000 of 1,234,567 returns; voxel 0.2 m, 29 segments of 12 m, ranges 1.5 to 100 m
+        let text = text_of(&example_reports::one_run(), false);
+        assert!(text.starts_with("truth was scored alone. "), "{text}");
+        assert!(
+            text.contains("\n1  truth  1.50  0.400   10.0    2.00  3.46      81.2     34.5   2.1     12.3\n"),
+            "{text}"
+        );
+        assert!(!text.contains("verdict") && !text.contains("pair"), "{text}");
+    }
 
-   run    R_cv   R_cv   R_cv  R_near   DMP  coverage  revisit  miss  blocked
-          10 m    2 m  0.5 m   0.5 m  mean
-             m      m     cm      cm    m²         %        %     %        %
-1  truth  1.50  0.400   10.0    2.00  3.46      81.2     34.5   2.1     12.3
-",
-            LEGEND,
-            "
-Scores compare runs of this log under these settings only.
-",
-        ];
-        assert_eq!(text_of(&example_reports::one_run(), false), expected.concat());
+    #[test]
+    fn two_runs_are_told_in_a_sentence() {
+        let mut report = example_reports::many_runs(2);
+        let mut said = |verdict: Verdict| {
+            report.pairs[0].verdict = verdict;
+            text_of(&report, false).lines().next().unwrap().to_owned()
+        };
+        let (run, decided_at_m, is_same) = ("run 1".to_owned(), 10.0, false);
+        assert_eq!(
+            said(Verdict::Mixed { run, decided_at_m, is_same }),
+            "run 1 is better than run 0 on the whole, but worse at some places."
+        );
+        assert_eq!(said(Verdict::Same), "run 0 and run 1 are the same, for practical purposes.");
+        assert_eq!(said(Verdict::Undecided), "Nothing is decided between run 0 and run 1.");
+    }
+
+    #[test]
+    fn what_is_left_out_of_many_runs_is_said() {
+        let report = example_reports::many_runs(12);
+        let text = text_of(&report, false);
+        assert!(text.starts_with("run 0 is best: better than all 11 others.\n"), "{text}");
+        let more = "\n55 more pairs, interval, R_near 0.5 m, DMP, miss, blocked: -v or --json\n";
+        assert!(text.contains(more), "{text}");
+        let verbose = text_of(&report, true);
+        assert_eq!(verbose.lines().filter(|line| line.contains(" against run ")).count(), 66);
+        assert!(verbose.contains(" R_near ") && !verbose.contains("-v or --json"), "{verbose}");
+        // A wide terminal has room for all columns.
+        let wide = text_at(&report, false, terminal(140));
+        assert!(wide.contains("\n55 more pairs: -v or --json\n") && wide.contains("blocked"), "{wide}");
+    }
+
+    #[test]
+    fn every_line_fits() {
+        let mut long = example_reports::many_runs(12);
+        let json = serde_json::to_string(&long).unwrap();
+        let name = format!("\"{} run ", "地図/größe_".repeat(12));
+        long = serde_json::from_str(&json.replace("\"run ", &name)).unwrap();
+        let mut three = example_reports::three_runs();
+        three.warnings.push(Warning::Other("a long warning of some words ".repeat(9)));
+        for report in [long, three, example_reports::given_maps(), example_reports::one_run()] {
+            for width in [60, 80, 140] {
+                for verbose in [false, true] {
+                    let text = text_at(&report, verbose, terminal(width));
+                    let wide = text.lines().find(|line| width_of(line) > width.max(80));
+                    assert_eq!(wide, None, "{width}\n{text}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn names_that_are_cut_are_whole_in_the_verbose_report() {
+        let mut report = example_reports::many_runs(2);
+        let name = "a/very/long/folder/of/runs/from/monday/".repeat(2) + "kiss";
+        let json = serde_json::to_string(&report).unwrap().replace("run 0", &name);
+        report = serde_json::from_str(&json).unwrap();
+        let text = text_of(&report, false);
+        assert!(text.contains("\n1  a/very/lon…") && text.contains("monday/kiss  best "), "{text}");
+        assert!(text.contains(", blocked, whole names: "), "{text}");
+        assert!(text_of(&report, true).contains(&format!("\n1  {}", &name[..70])));
+    }
+
+    #[test]
+    fn colours_change_no_word() {
+        let report = example_reports::three_runs();
+        let text = text_at(&report, true, Terminal { has_colour: true, ..Terminal::default() });
+        let first = text.lines().next().unwrap();
+        assert!(first.starts_with("\u{1b}[1mNo run is clearly") && first.ends_with("\u{1b}[0m"), "{first}");
+        assert!(
+            text.contains("\u{1b}[33mundecided\u{1b}[0m") && text.contains("\u{1b}[31mworse by"),
+            "{text}"
+        );
+        let plain = anstream::adapter::strip_str(&text).to_string();
+        assert_eq!(plain, text_of(&report, true));
+    }
+
+    #[test]
+    fn equal_runs_share_a_rank() {
+        let mut report = example_reports::many_runs(3);
+        report.pairs.iter_mut().for_each(|pair| pair.verdict = Verdict::Undecided);
+        report.ties = [["run 0", "run 1"], ["run 1", "run 2"]].map(|pair| pair.map(str::to_owned)).to_vec();
+        let text = text_of(&report, false);
+        assert!(text.starts_with(
+            "No run is clearly the best of 3. run 0 stands first: undecided against run 1 and\nrun 2.\n"
+        ));
+        assert!(text.contains("\n1  run 0  first ") && text.contains("\n=  run 2  undecided "), "{text}");
+        assert!(text.contains("\n=         shares the rank above: "), "{text}");
+        assert!(text.contains("\nrun 0 against run 1, run 2: better globally"), "{text}");
     }
 
     #[test]
     fn given_maps_are_ranked_by_the_nearest_surfel() {
         let text = text_of(&example_reports::given_maps(), false);
-        assert!(text.contains("every scan a segment"), "{text}");
+        assert!(text.contains("every scan a\nsegment"), "{text}");
         assert!(!text.contains("R_cv"), "{text}");
-        assert!(text.contains("\n2  b      1.20   0.400    4.00  13.8   2.1     12.3\n"), "{text}");
-        assert!(text.contains("R_near 5 m, globally"), "{text}");
+        assert!(text.contains("\n2  b    worse by 8.47 cm at 5 m "), "{text}");
+        assert!(text.contains("R_near    RMS range residual: "), "{text}");
     }
 
     #[test]
     fn a_verbose_report_leaves_nothing_out() {
         let text = text_of(&example_reports::three_runs(), true);
         for part in [
-            "truth   größe  R_cv 0.2 m        -0.00508  -0.00614 to -0.00402         876,543\n",
-            "  99 % interval      2.00 to 2.50  2.20 to 2.75             –\n",
+            "\ntruth against drift: better, decided at R_cv 10 m: globally\n",
+            "\n  R_cv 0.2 m   0.141   0.158     -0.00508  -0.00614 to -0.00402  876,543\n",
+            "  99 % interval        2.00 to 2.50    2.20 to 2.75                –\n",
             "dropped: too near     30,000\n",
-            "Memory  peak 300 MiB of 2.00 GiB; 0 B of scratch files, 182 tile loads for 182 visits of 160 tiles\n",
+            "Memory  peak 300 MiB of 2.00 GiB; 0 B of scratch files, 182 tile loads for 182\nvisits of 160 tiles\n",
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }

@@ -73,7 +73,7 @@ pub(super) fn in_words(sampling: &SamplingReport) -> Option<String> {
     }
     let seed = sampling.seed?;
     let looks = sampling.looks.as_ref().map_or(String::new(), |looks| {
-        let looks: Vec<String> = looks.iter().map(u64::to_string).collect();
+        let looks: Vec<String> = looks.iter().copied().map(text::count).collect();
         format!("; looked at {}", looks.join(", "))
     });
     Some(if sampling.frames_scored < sampling.frames_total {
@@ -130,7 +130,7 @@ pub(super) fn more_needed(report: &Report, pair: &PairReport) -> String {
     match pair.frames_needed {
         // A guess of nearly all is one of all.
         Some(needed) if 10 * needed < 9 * frames_total => {
-            format!("; about {} more scans would decide: --decide", needed - frames_scored)
+            format!("; about {} more scans would decide: --decide", text::count(needed - frames_scored))
         }
         Some(_) => "; if anything decides, it is all scans, without --sample".to_owned(),
         None if frames_scored < frames_total => "; all scans would hardly decide either".to_owned(),
@@ -145,7 +145,11 @@ fn more_places_needed(places: &PlacesReport, log_bytes: u64, needed: Option<u64>
     let read = places.bytes_read.map_or(0.0, |bytes| bytes as f64 / log_bytes.max(1) as f64);
     let share = 100.0 * read.max(places.share_asked) * needed as f64 / places.drawn.max(1) as f64;
     if 10 * needed < 9 * places.total && share < 50.0 {
-        format!("; about {} more places would decide: --quick={}%", needed - places.drawn, share.ceil())
+        format!(
+            "; about {} more places would decide: --quick={}%",
+            text::count(needed - places.drawn),
+            share.ceil()
+        )
     } else {
         "; if anything decides, it is the whole log, without --quick".to_owned()
     }

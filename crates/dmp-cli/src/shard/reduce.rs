@@ -54,7 +54,7 @@ pub(crate) fn run(arguments: &ReduceArgs, common: &Common, out: &mut impl Write)
     let checked = gates.check(&report);
     let exit = if plan.is_incomplete() { Exit::InputDamaged } else { Exit::Done };
     let exit = gates.end(&common.host, &report, &checked, exit)?;
-    let printed = print(out, &report, &checked, (arguments.json, arguments.verbose));
+    let printed = print(out, &report, &checked, (arguments.json, arguments.verbose), common.terminal);
     if !common.quiet {
         announce::done(&common.host, &report);
     }

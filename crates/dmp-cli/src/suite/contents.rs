@@ -113,7 +113,7 @@ mod tests {
     }
 
     fn common() -> Common {
-        Common { quiet: true, no_progress: true, host: crate::host::Hosted::default() }
+        Common { quiet: true, no_progress: true, ..Common::default() }
     }
 
     #[test]

@@ -165,7 +165,8 @@ fn finish(
             .map_err(std::io::Error::from)
             .and_then(|()| writeln!(out))
     } else {
-        render::report(out, report).and_then(|()| gates::table(out, &checked))
+        render::report(out, report, common.terminal)
+            .and_then(|()| gates::table(out, &checked, common.terminal))
     };
     // The result is told also where the page cannot be written.
     written?;

@@ -3,35 +3,33 @@
 use std::io::{self, Write};
 
 use dmp::{SuiteReport, Verdict};
-use dmp_draw::text::{NONE, Side, Table, counted};
+use dmp_draw::text::{NONE, Side, Table, counted, width_of};
 use dmp_draw::{ToldVersions, log_word, p_value, suite_answer, suite_promise, told_versions};
 
 use crate::say::tell;
-
-/// Columns of a terminal.
-const WIDTH: usize = 80;
+use crate::terminal::{Terminal, Tone};
 
 /// Writes the report: the answer, the pairs over all logs, every log.
-pub(super) fn report(out: &mut impl Write, report: &SuiteReport) -> io::Result<()> {
+pub(super) fn report(out: &mut impl Write, report: &SuiteReport, terminal: Terminal) -> io::Result<()> {
     let told = told_versions(report);
-    tell!(out, "{}", suite_answer(report))?;
+    terminal.tell_in(out, Tone::Strong, &suite_answer(report))?;
     writeln!(out)?;
     for pair in &told {
-        tell!(out, "{}", pair.verdict())?;
-        wrapped(out, &pair.pair.reason, "    ")?;
+        terminal.tell(out, "", &pair.verdict())?;
+        terminal.tell(out, "    ", &pair.pair.reason)?;
     }
     writeln!(out)?;
     counts(out, &told)?;
     writeln!(out)?;
     effects(out, report, &told)?;
     writeln!(out)?;
-    logs(out, report)?;
+    logs(out, report, terminal.width)?;
     if !report.warnings.is_empty() {
-        writeln!(out, "\nWarnings")?;
-        report.warnings.iter().try_for_each(|warning| wrapped(out, warning, "  "))?;
+        writeln!(out, "\n{}", terminal.painted(Tone::Open, "Warnings"))?;
+        report.warnings.iter().try_for_each(|warning| terminal.tell(out, "  ", warning))?;
     }
     writeln!(out)?;
-    wrapped(out, &suite_promise(report), "")
+    terminal.tell(out, "", &suite_promise(report))
 }
 
 fn counts(out: &mut impl Write, told: &[ToldVersions<'_>]) -> io::Result<()> {
@@ -66,24 +64,19 @@ fn effects(out: &mut impl Write, report: &SuiteReport, told: &[ToldVersions<'_>]
 }
 
 /// Every log with every pair: the better version, or a word; where that is too wide, a sign.
-fn logs(out: &mut impl Write, report: &SuiteReport) -> io::Result<()> {
+fn logs(out: &mut impl Write, report: &SuiteReport, width: usize) -> io::Result<()> {
     let words: Vec<(&str, Vec<String>)> = report
         .worst_first
         .iter()
         .map(|log| (log.as_str(), report.pairs.iter().map(|pair| log_word(pair.on(log))).collect()))
         .collect();
     let widest = |k: usize| {
-        let heads =
-            report.pairs.get(k).map_or(0, |pair| pair.a.chars().count().max(pair.b.chars().count() + 2));
-        words
-            .iter()
-            .filter_map(|(_, words)| words.get(k))
-            .map(|word| word.chars().count())
-            .fold(heads, usize::max)
+        let heads = report.pairs.get(k).map_or(0, |pair| width_of(&pair.a).max(width_of(&pair.b) + 2));
+        words.iter().filter_map(|(_, words)| words.get(k)).map(|word| width_of(word)).fold(heads, usize::max)
     };
-    let first = words.iter().map(|(log, _)| log.chars().count()).fold("worst first".len(), usize::max);
+    let first = words.iter().map(|(log, _)| width_of(log)).fold("worst first".len(), usize::max);
     let all = first + (0..report.pairs.len()).map(|k| widest(k) + 2).sum::<usize>();
-    let is_wide = all > WIDTH;
+    let is_wide = all > width;
     let mut table = Table::new(vec![Side::Left; 1 + report.pairs.len()]);
     let head = |title: &str, name: &dyn Fn(usize) -> String| {
         std::iter::once(title.to_owned()).chain((0..report.pairs.len()).map(name)).collect::<Vec<_>>()
@@ -124,22 +117,6 @@ fn sign(verdict: &Verdict, a: &str) -> &'static str {
     }
 }
 
-/// A text in lines that fit a terminal.
-fn wrapped(out: &mut impl Write, text: &str, indent: &str) -> io::Result<()> {
-    let mut line = indent.to_owned();
-    for word in text.split(' ') {
-        let is_begun = line.len() > indent.len();
-        if is_begun && line.chars().count() + 1 + word.chars().count() > WIDTH {
-            tell!(out, "{line}")?;
-            indent.clone_into(&mut line);
-        } else if is_begun {
-            line.push(' ');
-        }
-        line.push_str(word);
-    }
-    tell!(out, "{line}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -156,7 +133,7 @@ mod tests {
         let logs: Vec<SuiteLog> = (0..logs).map(log).collect();
         let versions: Vec<String> = versions.iter().map(|&name| name.to_owned()).collect();
         let mut out = Vec::new();
-        report(&mut out, &suite_report(&versions, &logs, Confidence::P99)).unwrap();
+        report(&mut out, &suite_report(&versions, &logs, Confidence::P99), Terminal::default()).unwrap();
         String::from_utf8(out).unwrap()
     }
 
@@ -171,7 +148,7 @@ mod tests {
         let many = told(&names.iter().map(String::as_str).collect::<Vec<_>>(), 14);
         assert!(many.contains("\nlog 3                <  <  <"), "{many}");
         for text in [two, few, many] {
-            assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+            assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
         }
     }
 }

@@ -119,7 +119,8 @@ fn verdict(input: &PageInput<'_>) -> String {
         Some(promise) => paragraph(&promise),
         None => String::new(),
     };
-    let body = format!("<p class=\"answer\">{}</p>\n{list}{promise}", words::answer(input.report));
+    let body =
+        format!("<p class=\"answer\">{}</p>\n{list}{promise}", crate::answer(input.report, words::strong));
     section("verdict", "Verdict", &body)
 }
 

@@ -27,10 +27,10 @@ pub(super) fn ranking(report: &Report) -> String {
         cells.splice(0..0, [cell(&row.rank, ""), name]);
         cells
     };
-    let caption = if report.ties.is_empty() {
+    let caption = if ranking.rows.iter().all(RankingRow::has_a_rank_of_its_own) {
         "Best first; less is better, but for coverage and revisit"
     } else {
-        "Best first; less is better, but for coverage and revisit; = the run above is not decided to be better"
+        "Best first; less is better, but for coverage and revisit; = no run of that rank is decided to be better"
     };
     let rows: Vec<Vec<String>> = ranking.rows.iter().map(row).collect();
     table(caption, &heads, &rows) + &meanings(report)

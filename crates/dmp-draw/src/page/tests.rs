@@ -126,7 +126,7 @@ fn every_part_is_there() {
     let pictures = pictures(&report, &bases, &[0.05, 0.4, 0.2, 1.5]);
     let text = page_of(&report, Some(&pictures), &["Gate failed: <x>".to_owned()]);
     for part in [
-        "<strong>truth</strong> made the best map of 4 runs.",
+        "<strong>truth</strong> is best: better than <strong>noise</strong>, <strong>",
         "is better than <strong>",
         "Gate failed: &lt;x&gt;",
         "aria-label=\"Map of truth from above, coloured by residual\"",
@@ -187,20 +187,22 @@ fn what_is_not_decided_is_not_claimed() {
     report.ties = report.order.windows(2).map(|pair| [pair[0].clone(), pair[1].clone()]).collect();
     let text = page_of(&report, None, &[]);
     assert!(text.contains(
-        "No run is clearly the best of 4. <strong>truth</strong> stands first: nothing is decided against"
+        "No run is clearly the best of 4. <strong>truth</strong> stands first: undecided against <strong>"
     ));
     assert!(!text.contains("is better than"));
     let mut mixed = sample();
     let best = mixed.order[0].clone();
     let ahead = |run: &str| Verdict::Mixed { run: run.to_owned(), decided_at_m: 10.0, is_same: false };
     mixed.pairs.iter_mut().for_each(|pair| pair.verdict = ahead(&best));
-    assert!(page_of(&mixed, None, &[]).contains("at some places better, at others worse than"));
+    assert!(
+        page_of(&mixed, None, &[]).contains("stands first: better at some places and worse at others than")
+    );
     // Of two, the better on the whole may stand second.
     let second = mixed.order[1].clone();
     mixed.order.truncate(2);
     mixed.pairs.iter_mut().for_each(|pair| pair.verdict = ahead(&second));
     let said = format!(
-        "<strong>{second}</strong> made the better map of the two on the whole, but <strong>{best}</strong>"
+        "<strong>{second}</strong> is better than <strong>{best}</strong> on the whole, but worse at"
     );
     assert!(page_of(&mixed, None, &[]).contains(&said));
 }

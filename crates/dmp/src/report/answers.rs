@@ -27,14 +27,22 @@ impl Report {
         self.order.iter().filter_map(|name| self.run(name))
     }
 
-    /// The runs in their order, each with its rank, from 1; `None` where the one above is not decided to be better.
+    /// The runs in their order, each with its rank, from 1; `None` where it shares that of the run above: nothing is decided
+    /// between the two, and no run of that rank is decided to be better.
     pub fn ranked(&self) -> impl Iterator<Item = (Option<usize>, &RunReport)> {
-        let is_tied = |place: usize, name: &str| {
-            let above = place.checked_sub(1).and_then(|above| self.order.get(above));
-            above.is_some_and(|above| self.ties.iter().any(|[a, b]| a == above && b == name))
-        };
-        let ranked = self.in_order().enumerate();
-        ranked.map(move |(place, run)| ((!is_tied(place, &run.name)).then_some(place + 1), run))
+        let mut of_rank: Vec<&str> = Vec::new();
+        self.in_order().enumerate().map(move |(place, run)| {
+            let name = run.name.as_str();
+            let is_tied = |above: &&str| self.ties.iter().any(|[a, b]| a == above && b == name);
+            let is_better =
+                |other: &&str| self.verdict_between(other, name).and_then(Verdict::better) == Some(*other);
+            let is_shared = of_rank.last().is_some_and(is_tied) && !of_rank.iter().any(is_better);
+            if !is_shared {
+                of_rank.clear();
+            }
+            of_rank.push(name);
+            ((!is_shared).then_some(place + 1), run)
+        })
     }
 
     /// Which run made the best map: one that is decided to be better than every other, be it alone, or the first of the
@@ -128,8 +136,17 @@ mod tests {
         pair.verdict = Verdict::Undecided;
         let Some(Best::Tie(runs)) = report.best() else { panic!("{:?}", report.pairs) };
         assert_eq!(runs.iter().map(|run| run.name.as_str()).collect::<Vec<_>>(), ["truth", "drift"]);
-        report.ties = vec![[report.order[1].clone(), report.order[2].clone()]];
-        assert!(report.ranked().map(|(rank, _)| rank).eq([Some(1), Some(2), None, Some(4)]));
+        let order = report.order.clone();
+        let mut undecided = |a: &str, b: &str| {
+            report.ties.push([a.into(), b.into()]);
+            let pair = report.pairs.iter_mut().find(|pair| pair.is_of(a, b)).unwrap();
+            pair.verdict = Verdict::Undecided;
+            report.ranked().map(|(rank, _)| rank).collect::<Vec<_>>()
+        };
+        assert_eq!(undecided(&order[1], &order[2]), [Some(1), Some(2), None, Some(4)]);
+        // Undecided against the run above, and yet worse than another one of that rank.
+        assert_eq!(undecided(&order[2], &order[3]), [Some(1), Some(2), None, Some(4)]);
+        assert_eq!(undecided(&order[1], &order[3]), [Some(1), Some(2), None, None]);
         report.order.clear();
         assert_eq!(report.best(), None);
     }

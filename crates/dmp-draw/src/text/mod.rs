@@ -1,14 +1,21 @@
-//! Numbers and tables for people.
+//! Numbers, lines and tables for people.
 
-use std::io::{self, Write};
+mod lines;
+mod table;
 
-use dmp::printable;
+pub use lines::{shortened, width_of, wrapped};
+pub use table::{Side, Table};
 
 /// What stands where there is no number.
 pub const NONE: &str = "–";
 
-/// Three significant digits; whole numbers keep all of theirs, tiny ones get an exponent.
+/// Three significant digits; whole numbers keep all of theirs, with commas between the thousands, tiny ones get an exponent.
 pub fn digits(value: f64) -> String {
+    with_commas(&plain_digits(value))
+}
+
+/// The same without commas: for what programs read too.
+pub fn plain_digits(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.abs().to_string();
     }
@@ -45,8 +52,16 @@ fn percent_of(share: f64, smallest: f64) -> String {
 
 /// A count with commas between the thousands.
 pub fn count(count: u64) -> String {
-    let plain = count.to_string();
-    let mut text = String::with_capacity(plain.len() + plain.len() / 3);
+    with_commas(&count.to_string())
+}
+
+/// A number that is whole, with commas between the thousands; any other as it is.
+fn with_commas(number: &str) -> String {
+    let plain = number.trim_start_matches('-');
+    if !plain.bytes().all(|byte| byte.is_ascii_digit()) {
+        return number.to_owned();
+    }
+    let mut text = number[..number.len() - plain.len()].to_owned();
     for (k, digit) in plain.chars().enumerate() {
         if k > 0 && (plain.len() - k).is_multiple_of(3) {
             text.push(',');
@@ -78,7 +93,7 @@ pub fn bytes(bytes: u64) -> String {
     let units = [("GiB", 30), ("MiB", 20), ("KiB", 10)];
     match units.into_iter().find(|&(_, shift)| bytes >> shift > 0) {
         Some((unit, shift)) => format!("{} {unit}", digits(bytes as f64 / (1_u64 << shift) as f64)),
-        None => format!("{bytes} B"),
+        None => format!("{} B", count(bytes)),
     }
 }
 
@@ -95,68 +110,6 @@ pub fn duration(seconds: f64) -> String {
 /// Nanoseconds as seconds.
 pub fn seconds(ns: i64) -> f64 {
     ns as f64 / 1e9
-}
-
-/// On which side of its column a text stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// On the left.
-    Left,
-    /// On the right.
-    Right,
-}
-
-/// Columns as wide as what is in them, two spaces apart.
-#[derive(Debug)]
-pub struct Table {
-    sides: Vec<Side>,
-    rows: Vec<Vec<String>>,
-}
-
-impl Table {
-    /// An empty one with a column for each side.
-    pub fn new(sides: impl Into<Vec<Side>>) -> Self {
-        Self { sides: sides.into(), rows: Vec::new() }
-    }
-
-    /// Adds a row. Names are as long as whoever gives them likes, and hold what they like: of a cell so much is shown as fits
-    /// on a screen, and it stays in its line.
-    pub fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
-        self.rows.push(cells.into_iter().map(|cell| shown(&cell.into())).collect());
-    }
-
-    /// Writes the rows, each behind `indent`. Widths count characters: right for all scripts whose
-    /// characters are one column wide.
-    ///
-    /// # Errors
-    /// When `out` cannot be written to.
-    pub fn write(&self, out: &mut impl Write, indent: &str) -> io::Result<()> {
-        let width_of = |column: usize| {
-            let cells = self.rows.iter().filter_map(|row| row.get(column));
-            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-        };
-        let widths: Vec<usize> = (0..self.sides.len()).map(width_of).collect();
-        for row in &self.rows {
-            let cells =
-                row.iter().zip(self.sides.iter().zip(&widths)).map(|(cell, (side, width))| match side {
-                    Side::Left => format!("{cell:<width$}"),
-                    Side::Right => format!("{cell:>width$}"),
-                });
-            let line = cells.collect::<Vec<_>>().join("  ");
-            writeln!(out, "{indent}{}", line.trim_end())?;
-        }
-        Ok(())
-    }
-}
-
-/// Most characters of a cell.
-const MOST_SHOWN: usize = 200;
-
-fn shown(cell: &str) -> String {
-    match cell.char_indices().nth(MOST_SHOWN) {
-        None => printable(cell).into_owned(),
-        Some((end, _)) => format!("{}… ({} characters)", printable(&cell[..end]), cell.chars().count()),
-    }
 }
 
 #[cfg(test)]
@@ -176,11 +129,13 @@ mod tests {
             (9.996, "10.0"),
             (99.96, "100"),
             (123.4, "123"),
-            (123_456.7, "123457"),
+            (123_456.7, "123,457"),
+            (-1234.5, "-1,234"),
         ];
         for (value, expected) in cases {
             assert_eq!(digits(value), expected);
         }
+        assert_eq!([-123_456.7, 0.123].map(plain_digits), ["-123457", "0.123"]);
     }
 
     #[test]
@@ -190,7 +145,7 @@ mod tests {
         assert_eq!([500.0, 56_780.0, 1.23e6].map(short), ["500", "56.8 k", "1.23 M"]);
         assert_eq!(
             [0, 1023, 1024, 4 << 20, 5 << 40].map(bytes),
-            ["0 B", "1023 B", "1.00 KiB", "4.00 MiB", "5120 GiB"]
+            ["0 B", "1,023 B", "1.00 KiB", "4.00 MiB", "5,120 GiB"]
         );
         assert_eq!(
             [0.0123, 61.24, 725.0, 7384.0].map(duration),
@@ -202,20 +157,5 @@ mod tests {
     fn what_is_left_to_chance_has_two_digits() {
         assert_eq!([0.99, 0.9975, 0.999_962_1].map(confidence), ["99 %", "99.75 %", "99.9962 %"]);
         assert_eq!([0.99, 0.9975, 0.95, 0.5].map(left), ["1 %", "0.25 %", "5 %", "50 %"]);
-    }
-
-    #[test]
-    fn columns_line_up_by_characters() {
-        let mut table = Table::new([Side::Left, Side::Right]);
-        table.row(["größe", "1"]);
-        table.row(["x", "–"]);
-        table.row(["left alone", ""]);
-        table.row(["a\nb", "2"]);
-        let mut text = Vec::new();
-        table.write(&mut text, "  ").unwrap();
-        assert_eq!(
-            String::from_utf8(text).unwrap(),
-            "  größe       1\n  x           –\n  left alone\n  a\\u000ab    2\n"
-        );
     }
 }
