@@ -11,6 +11,7 @@ mod reference;
 mod suite;
 #[cfg(test)]
 mod tests;
+mod truth;
 mod words;
 
 use dmp::{Basis, Report};
@@ -21,6 +22,7 @@ use crate::profile;
 use crate::text::count;
 use html::{figure, keys, list, paragraph, section, wide};
 pub use suite::suite_page;
+pub use truth::truth_page;
 
 /// Runs with a line in plots: there are so many colours that are told apart.
 const LINES: usize = 6;
