@@ -43,6 +43,7 @@ mod simulated_room;
 mod store_format;
 mod suite;
 mod trails;
+mod truth_plot;
 mod truth_study;
 mod truth_surface;
 mod truth_trajectory;

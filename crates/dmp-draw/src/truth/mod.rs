@@ -92,12 +92,17 @@ impl TruthStats {
 }
 
 impl TruthPlots {
-    /// Errors from here on have the worst colour: all but the largest fiftieth are below.
+    /// Errors from here on have the worst colour: of the run in the middle all but the largest fiftieth are below. So neither a
+    /// very bad run nor a very good one takes the colours from the others.
     pub(crate) fn top(&self) -> f64 {
-        let mut errors: Vec<f64> =
-            self.runs.iter().flat_map(|run| run.errors.iter().map(|error| error.1)).collect();
-        let at = errors.len() * 49 / 50;
-        if errors.is_empty() { 0.0 } else { *errors.select_nth_unstable_by(at, f64::total_cmp).1 }
+        let top = |run: &TruthRun| {
+            let mut errors: Vec<f64> = run.errors.iter().map(|error| error.1).collect();
+            let at = errors.len() * 49 / 50;
+            (!errors.is_empty()).then(|| *errors.select_nth_unstable_by(at, f64::total_cmp).1)
+        };
+        let mut tops: Vec<f64> = self.runs.iter().filter_map(top).collect();
+        tops.sort_by(f64::total_cmp);
+        tops.get(tops.len() / 2).copied().unwrap_or(0.0)
     }
 
     /// What stands beside the axis of errors.

@@ -54,6 +54,12 @@ fn the_top_of_the_colours_leaves_out_the_largest_fiftieth() {
     assert_eq!(plots.top(), 0.9);
     plots.runs[0].errors = (0..100).map(|k| (0, f64::from(k))).collect();
     assert_eq!(plots.top(), 98.0);
+    for (factor, top) in [(0.01, 98.0), (1000.0, 98.0)] {
+        let mut other = plots.runs[0].clone();
+        other.errors.iter_mut().for_each(|error| error.1 *= factor);
+        plots.runs.push(other);
+        assert_eq!(plots.top(), top, "that of the run in the middle");
+    }
     plots.runs.clear();
     assert_eq!(plots.top(), 0.0);
 }

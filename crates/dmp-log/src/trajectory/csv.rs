@@ -3,7 +3,7 @@
 use super::error::TrajectoryParseError;
 use super::header::{self, Header, StampColumns};
 use super::numbers::pose_of;
-use super::stamp_unit::unit_of;
+use super::stamp_unit::found_or;
 use crate::decimal::{shorten, to_ns};
 use crate::text::data_of;
 use crate::{ParseError, PlaceInFile, TimeUnit};
@@ -69,7 +69,7 @@ pub(super) fn parse_csv_in(
     notes: &mut Vec<String>,
 ) -> Result<TrajectoryRepairs, TrajectoryParseError> {
     let header = header_of(bytes)?;
-    let unit = unit_in(bytes, &header, unit, notes)?;
+    let unit = unit_in(bytes, &header, unit.or(header.unit()), None, notes)?;
     let mut poses = Vec::new();
     for_each_row(bytes, &header, |row| {
         let stamp_ns = row.stamp.in_ns(unit).map_err(|problem| ParseError::new(row.place, problem))?;
@@ -79,14 +79,15 @@ pub(super) fn parse_csv_in(
     Ok(Trajectory::stamped(poses)?)
 }
 
-/// The unit of the stamps: the one that is given, or that of the name, or the one that is found. Notes say so.
+/// The unit of the stamps: the one that is known, or else the one that is found, or `otherwise`. Notes say so.
 pub(super) fn unit_in(
     bytes: &[u8],
     header: &Header,
-    given: Option<TimeUnit>,
+    known: Option<TimeUnit>,
+    otherwise: Option<TimeUnit>,
     notes: &mut Vec<String>,
 ) -> Result<TimeUnit, ParseError> {
-    let unit = match given.or(header.unit()) {
+    let unit = match known {
         Some(unit) => unit,
         None => {
             let (mut stamps, mut first) = (Vec::new(), None);
@@ -95,10 +96,7 @@ pub(super) fn unit_in(
                 stamps.push(row.stamp.in_s(TimeUnit::Seconds));
                 Ok(())
             })?;
-            let place = first.unwrap_or(PlaceInFile::WholeFile);
-            let found = unit_of(&stamps).map_err(|problem| ParseError::new(place, problem))?;
-            notes.extend(found.note);
-            found.unit
+            found_or(otherwise, &stamps, first.unwrap_or(PlaceInFile::WholeFile), notes)?
         }
     };
     let stamp = match header.stamp {

@@ -38,7 +38,7 @@ pub fn read_raw_trajectory(path: &Path, format: Option<TrajectoryFormat>) -> Res
     read_raw_trajectory_as(path, format, None)
 }
 
-/// As [`read_raw_trajectory`], with stamps in this unit where neither the format nor the name of a column says what they are.
+/// As [`read_raw_trajectory`], with stamps in this unit where they may be of several and would be refused without it.
 ///
 /// # Errors
 /// As [`read_raw_trajectory`], and when no unit is given for stamps that can be no seconds and do not count from 1970.
@@ -53,11 +53,9 @@ pub fn read_raw_trajectory_as(
         None => find_format(path, &bytes)?,
     };
     let mut notes = Vec::new();
-    let found = match (format, unit) {
-        (TrajectoryFormat::Tum, None) => {
-            Some(unit_of_lines(&bytes, &mut notes).map_err(|e| e.in_file(path))?)
-        }
-        (TrajectoryFormat::Euroc, _) => Some(unit_of_large_numbers(&bytes, &mut notes)),
+    let found = match format {
+        TrajectoryFormat::Tum => Some(unit_of_lines(&bytes, unit, &mut notes).map_err(|e| e.in_file(path))?),
+        TrajectoryFormat::Euroc => Some(unit_of_large_numbers(&bytes, &mut notes)),
         _ => unit,
     };
     let mut raw = parse_raw_in(&bytes, format, found).map_err(|e| e.in_file(path))?;
@@ -119,7 +117,7 @@ fn parse_raw_in(
 impl RawTrajectory {
     fn push_named(&mut self, bytes: &[u8], unit: Option<TimeUnit>) -> Result<(), ParseError> {
         let header = csv::header_of(bytes)?;
-        let unit = csv::unit_in(bytes, &header, unit.filter(|_| header.unit().is_none()), &mut self.notes)?;
+        let unit = csv::unit_in(bytes, &header, header.unit(), unit, &mut self.notes)?;
         csv::for_each_row(bytes, &header, |row| {
             self.stamps_s.get_or_insert_default().push(row.stamp.in_s(unit));
             self.push(row.position_m, row.quaternion);

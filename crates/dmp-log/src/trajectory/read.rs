@@ -84,7 +84,7 @@ pub fn read_trajectory_as(
     };
     let repairs = match format {
         TrajectoryFormat::Tum => {
-            let unit = unit.map_or_else(|| unit_of_lines(&bytes, &mut notes), Ok);
+            let unit = unit.map_or_else(|| unit_of_lines(&bytes, None, &mut notes), Ok);
             parse_tum_in(&bytes, unit.map_err(|e| e.in_file(path))?).map_err(in_file)?
         }
         TrajectoryFormat::Euroc => {

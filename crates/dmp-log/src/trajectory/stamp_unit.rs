@@ -24,12 +24,32 @@ pub(super) struct FoundUnit {
     pub(super) note: Option<String>,
 }
 
-/// The unit of the stamps in the first columns of a file whose format has seconds. Notes say what was found.
-pub(super) fn unit_of_lines(bytes: &[u8], notes: &mut Vec<String>) -> Result<TimeUnit, ParseError> {
+/// The unit of the stamps in the first columns of a file whose format has seconds; where it cannot be told, that which is
+/// given for this case. Notes say what was found.
+pub(super) fn unit_of_lines(
+    bytes: &[u8],
+    otherwise: Option<TimeUnit>,
+    notes: &mut Vec<String>,
+) -> Result<TimeUnit, ParseError> {
     let (stamps, place) = first_columns(bytes);
-    let found = unit_of(&stamps).map_err(|problem| ParseError::new(place, problem))?;
-    notes.extend(found.note);
-    Ok(found.unit)
+    found_or(otherwise, &stamps, place, notes)
+}
+
+/// The same of stamps, of which the first is at a place.
+pub(super) fn found_or(
+    otherwise: Option<TimeUnit>,
+    stamps: &[f64],
+    place: PlaceInFile,
+    notes: &mut Vec<String>,
+) -> Result<TimeUnit, ParseError> {
+    match (unit_of(stamps), otherwise) {
+        (Ok(found), _) => {
+            notes.extend(found.note);
+            Ok(found.unit)
+        }
+        (Err(_), Some(unit)) => Ok(unit),
+        (Err(problem), None) => Err(ParseError::new(place, problem)),
+    }
 }
 
 /// The same of a file whose format has nanoseconds, which may be microseconds where no comment says what they are.

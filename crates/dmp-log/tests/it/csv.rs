@@ -168,6 +168,10 @@ fn stamps_that_may_be_this_or_that_are_asked_for() {
     assert_eq!(given(TimeUnit::Nanoseconds), (3_100_000_000, 3.1));
     assert_eq!(given(TimeUnit::Microseconds), (3_100_000_000_000, 3100.0));
     assert_eq!(given(TimeUnit::Seconds), (3_100_000_000_000_000_000, 3.1e9));
+    // Files whose stamps tell what they are do not need it.
+    let since_1970 = file("1690309709.25 1 0 0 0 0 0 1\n");
+    let raw = read_raw_trajectory_as(&since_1970.1, None, Some(TimeUnit::Nanoseconds)).unwrap();
+    assert_eq!(raw.stamps_s, Some(vec![1_690_309_709.25]));
     // What a name says needs no other word, and is not doubted where the word is for all files.
     let named = format!("t_ns x y z qx qy qz qw\n{text}");
     let raw = read_raw_trajectory_as(&file(&named).1, None, Some(TimeUnit::Milliseconds)).unwrap();
