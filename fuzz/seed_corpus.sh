@@ -31,6 +31,7 @@ seed pose_graph $others/trajectories/*.g2o
 seed scan_times $others/trajectories/times.txt
 seed loop_lists $others/trajectories/times.txt $others/trajectories/evo.tum
 printf '0 0 1\n1 0 0 2\n0 1 0 0\n0 0 1 0\n0 0 0 1\n' > corpus/trajectory/redwood.log
+printf 'secs,nsecs,x,y,z,qw,qx,qy,qz\n1,5,1,2,3,1,0,0,0\n' > corpus/trajectory/named.csv
 mkdir -p corpus/scan_bin corpus/calib corpus/depth_list
 head -c 1600 /dev/zero > corpus/scan_bin/zeros.bin
 printf 'P0: 1 2\nTr: 0 -1 0 0 0 0 -1 -0.1 1 0 0 -0.3\n' > corpus/calib/calib.txt

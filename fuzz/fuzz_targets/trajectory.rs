@@ -1,4 +1,4 @@
-//! Trajectories in text: TUM, KITTI, EuRoC, Redwood.
+//! Trajectories in text: TUM, KITTI, EuRoC, Redwood, csv with names of columns.
 #![no_main]
 
 use dmp_log::{TrajectoryFormat, parse_euroc, parse_kitti, parse_raw, parse_redwood_log, parse_tum};

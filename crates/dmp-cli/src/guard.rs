@@ -17,11 +17,12 @@ use crate::named::NamedFile;
 use crate::save::is_missing;
 
 /// The options that name what is written, whatever the command.
-const OUTPUTS: [&str; 13] = [
+const OUTPUTS: [&str; 14] = [
     "junit",
     "output",
     "per_frame",
     "per_tile",
+    "plot",
     "plots",
     "report",
     "residuals",

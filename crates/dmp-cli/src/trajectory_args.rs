@@ -13,11 +13,12 @@ use crate::named::{Named, NamedFile, assign};
 /// How the files of trajectories are read.
 #[derive(Debug, Default, Args)]
 pub(crate) struct TrajectoryArgs {
-    /// The format of the trajectories, where it is not to be found by looking: tum, kitti, euroc, npy or g2o
+    /// The format of the trajectories, where it is not to be found by looking: tum, kitti, euroc, npy, g2o, redwood or
+    /// csv
     #[arg(long, value_name = "FORMAT", help_heading = "Input")]
     pub(crate) trajectory_format: Option<TrajectoryFormat>,
-    /// The unit of the stamps in a trajectory's file, where it is not that of its format (s in TUM, ns in EuRoC): s, ms, us
-    /// or ns; for the run NAME, or for all runs
+    /// The unit of the stamps in a trajectory's file, where it is not that of its format (s in TUM, ns in EuRoC) or is asked for:
+    /// s, ms, us or ns; for the run NAME, or for all runs
     #[arg(long, value_name = "[NAME=]UNIT", help_heading = "Input")]
     time_unit: Vec<Named<TimeUnit>>,
     /// How the poses of a run are meant, where they are not `world_from_body` in metres with quaternions x y z w: `inverted`

@@ -8,6 +8,8 @@
 //!
 //! [`suite_page`] does the same for a [`SuiteReport`](dmp::SuiteReport).
 //!
+//! [`truth_page`] and [`truth_picture`] show runs beside ground truth ([`TruthPlots`]).
+//!
 //! [`plot`] draws points and lines as SVG, [`text`] writes numbers for people. Nothing here opens a file or starts a
 //! thread; the same input gives the same bytes.
 
@@ -27,6 +29,7 @@ mod seen;
 mod suite_told;
 pub mod text;
 mod told;
+mod truth;
 mod warnings;
 mod worst;
 
@@ -36,11 +39,12 @@ pub use columns::{Ranking, RankingRow, ScoreColumn, ranking};
 pub use drift::{
     DRIFT_HEADS, drift_beside_scores, drift_compared, drift_in_words, drift_row, metres, pairs_in_words,
 };
-pub use page::{PageInput, page, suite_page};
+pub use page::{PageInput, page, suite_page, truth_page};
 pub use painter::{Painter, Pictures};
 pub use promise::promise;
 pub use seen::{FrameScore, SampledReturn, SeenFrame};
 pub use suite_told::{ToldVersions, log_word, p_value, suite_answer, suite_promise, told_versions};
 pub use told::{ToldPair, every_pair, told_pairs};
+pub use truth::{TruthPlots, TruthPose, TruthRun, TruthStats, truth_picture};
 pub use warnings::warnings;
 pub use worst::{Pass, WorstPlace};

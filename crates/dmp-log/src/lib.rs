@@ -16,7 +16,7 @@
 //! | what | formats |
 //! |---|---|
 //! | scan log | MCAP and rosbag2 with `sensor_msgs/msg/PointCloud2` or Livox `CustomMsg`; a folder with one scan a file: KITTI `.bin` (with `times/*.f32`), PCD, PLY, LAS or LAZ, with stamps in a `times.txt`, a `timestamps.txt` or the file names; one LAS or LAZ in world coordinates with `gps_time`, and the trajectory it was made with; a folder of depth images (16-bit PNG): TUM RGB-D, ICL-NUIM, Redwood, with a `camera.json` |
-//! | trajectory | TUM; KITTI rows and `.npy`, with `times.txt`; EuRoC csv; vertices of g2o graphs; Redwood `.log` |
+//! | trajectory | TUM; KITTI rows and `.npy`, with `times.txt`; EuRoC csv; vertices of g2o graphs; Redwood `.log`; csv whose columns have names |
 //! | pose graph, loop candidates | g2o, in space |
 //! | labels of loop candidates, times of vertices | lines of text |
 //! | calibration | KITTI `calib.txt`, `calib_velo_to_cam.txt` |
@@ -127,8 +127,9 @@ pub use summary::{FieldInfo, FieldMeaning, LogFormat, LogSummary, NO_CHECKSUMS, 
 pub use trajectory::{
     GraphVertices, PoseTopic, RawTrajectory, TopicTrajectory, TrajectoryFile, TrajectoryFormat,
     TrajectoryParseError, is_bag, parse_euroc, parse_g2o, parse_kitti, parse_npy, parse_raw,
-    parse_redwood_log, parse_tum, read_raw_trajectory, read_topic_trajectory, read_trajectory,
-    read_trajectory_as, write_euroc, write_kitti, write_redwood_log, write_times, write_tum, write_tum_poses,
+    parse_redwood_log, parse_tum, read_raw_trajectory, read_raw_trajectory_as, read_topic_trajectory,
+    read_trajectory, read_trajectory_as, write_euroc, write_kitti, write_redwood_log, write_times, write_tum,
+    write_tum_poses,
 };
 pub use unit::LengthUnit;
 pub use write_depth::{DepthFolderWriter, encode_depth_png};

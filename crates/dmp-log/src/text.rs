@@ -104,7 +104,7 @@ pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = Result<(PlaceInFile, V
 }
 
 /// What stands in a line in front of a comment.
-fn data_of(line: &[u8], place: PlaceInFile) -> Result<&str, ParseError> {
+pub(crate) fn data_of(line: &[u8], place: PlaceInFile) -> Result<&str, ParseError> {
     let data = line.split(|&c| c == b'#').next().unwrap_or_default();
     match std::str::from_utf8(data) {
         Ok(text) if !data.contains(&0) => Ok(text),

@@ -44,6 +44,7 @@ mod store_format;
 mod suite;
 mod terminal;
 mod trails;
+mod truth_plot;
 mod truth_study;
 mod truth_surface;
 mod truth_trajectory;

@@ -38,13 +38,13 @@ enum To {
     after_help = "Example:\n  dmp convert trajectory kiss_poses.npy -o kiss.txt --to kitti"
 )]
 pub(crate) struct TrajectoryConvertArgs {
-    /// The trajectory: TUM, KITTI rows, EuRoC, .npy, g2o or Redwood
+    /// The trajectory: TUM, KITTI rows, EuRoC, .npy, g2o, Redwood or csv with names of columns
     #[arg(value_name = "RUN")]
     run: PathBuf,
     /// Its format, where it is not to be found by looking
     #[arg(long, value_name = "FORMAT", help_heading = "Input")]
     trajectory_format: Option<TrajectoryFormat>,
-    /// The unit of its stamps, where it is not that of its format (s in TUM, ns in EuRoC): s, ms, us or ns
+    /// The unit of its stamps, where it is not that of its format (s in TUM, ns in EuRoC) or is asked for: s, ms, us or ns
     #[arg(long, value_name = "UNIT", help_heading = "Input")]
     time_unit: Option<TimeUnit>,
     /// The file to write

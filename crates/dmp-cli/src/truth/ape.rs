@@ -3,8 +3,8 @@
 use clap::Args;
 use dmp_truth::trajectory::{Relation, absolute};
 
-use super::compare::Metric;
 use super::compare_args::{CompareArgs, RELATIONS, Words, words};
+use super::compared::Metric;
 use crate::common::Common;
 use crate::exit::Exit;
 
@@ -17,11 +17,12 @@ const OF_POSES: Words<Relation> = RELATIONS.split_at(6).0;
 /// `evo_ape` 1.38.1.
 #[derive(Debug, Args)]
 #[command(
-    override_usage = "dmp truth ape [OPTIONS] [tum|kitti|euroc] REFERENCE ESTIMATE",
+    override_usage = "dmp truth ape [OPTIONS] [tum|kitti|euroc] REFERENCE ESTIMATE [ESTIMATE2 ...]",
     after_help = "Examples:\n  \
     dmp truth ape truth.tum run.tum -a\n  \
     dmp truth ape kitti gt/00.txt run.txt -as\n  \
     dmp truth ape euroc data.csv run.tum -a -r angle_deg --json\n  \
+    dmp truth ape truth.tum kiss.tum lio.csv -a --plot runs.html\n  \
     dmp truth ape truth.tum run.tum -a --save_results run.zip && evo_res run.zip"
 )]
 pub(crate) struct ApeArgs {

@@ -4,62 +4,15 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::Context as _;
-use dmp_log::{RawTrajectory, TrajectoryFormat, read_raw_trajectory, shown_path};
-use dmp_truth::trajectory::{CompareError, Errors, Pose, PosePath, Prepared, Relation, Statistics};
-use serde::Serialize;
+use dmp_log::{RawTrajectory, TrajectoryFormat, read_raw_trajectory_as, shown_path};
+use dmp_truth::trajectory::{CompareError, Pose, PosePath, Statistics};
 
 use super::compare_args::{CompareArgs, TimeArgs};
-use super::results_zip;
+use super::compared::{Compared, Metric, all_notes};
+use super::{plot, results_zip, told};
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
 use crate::say::say;
-
-/// What makes the metrics different.
-pub(super) struct Metric<'a> {
-    /// `ape` or `rpe`.
-    pub(super) name: &'static str,
-    pub(super) relation: Relation,
-    /// What follows the first line of the title, with a line break before it.
-    pub(super) title_tail: String,
-    /// Goes into the JSON.
-    pub(super) pairs: Option<PairsJson>,
-    pub(super) errors: &'a dyn Fn(&Prepared) -> Result<Errors, CompareError>,
-}
-
-/// How pairs were taken, in the JSON.
-#[derive(Debug, Serialize)]
-pub(super) struct PairsJson {
-    pub(super) delta: f64,
-    pub(super) delta_unit: &'static str,
-    pub(super) delta_tol: f64,
-    pub(super) all_pairs: bool,
-    pub(super) from_reference: bool,
-}
-
-#[derive(Debug, Serialize)]
-struct FileJson {
-    path: String,
-    format: &'static str,
-    poses: usize,
-    poses_compared: usize,
-}
-
-#[derive(Debug, Serialize)]
-struct ReportJson<'a> {
-    schema: &'static str,
-    dmp_version: &'static str,
-    metric: &'static str,
-    title: &'a str,
-    relation: &'static str,
-    unit: &'static str,
-    reference: FileJson,
-    estimate: FileJson,
-    pairs: &'a Option<PairsJson>,
-    alignment: Option<[[f64; 4]; 4]>,
-    errors: usize,
-    stats: std::collections::BTreeMap<&'static str, f64>,
-    notes: &'a [String],
-}
 
 impl CompareArgs {
     /// The whole command.
@@ -69,19 +22,64 @@ impl CompareArgs {
         common: &Common,
         out: &mut impl Write,
     ) -> anyhow::Result<Exit> {
-        let (reference_path, estimate_path, [reference_format, estimate_format]) = self.files()?;
+        let files = self.files()?;
+        self.check_outputs(files.estimates.len())?;
+        let read = |path: &PathBuf, format| read_raw_trajectory_as(path, format, self.times.time_unit);
+        let reference = read(files.reference, files.reference_format)?;
+        let mut runs = Vec::with_capacity(files.estimates.len());
+        for path in files.estimates {
+            let estimate = read(path, files.estimate_format)?;
+            runs.push(self.compare(metric, (files.reference, reference.clone()), (path, estimate))?);
+        }
+        if !common.quiet {
+            all_notes(&runs).iter().for_each(|note| say!(common.host, "note: {note}"));
+        }
+        if self.json {
+            told::json(metric, &runs, out)?;
+        } else if !self.silent {
+            self.print_times(out)?;
+            told::text(&runs, out)?;
+        }
+        if let (Some(path), [run]) = (&self.save_results, runs.as_slice()) {
+            let result = results_zip::Contents {
+                metric: metric.name,
+                title: &run.title,
+                names: &run.names,
+                stats: &run.stats,
+                errors: &run.errors,
+                prepared: &run.prepared,
+                trajectories: self.save_trajectories,
+            };
+            crate::save::save(path, |file| result.write(file))?;
+        }
+        if let Some(path) = &self.plot {
+            plot::save(path, metric.name, &runs)?;
+        }
+        Ok(Exit::Done)
+    }
+
+    /// Refuses before anything is read what could not be written.
+    fn check_outputs(&self, estimates: usize) -> anyhow::Result<()> {
         if let Some(path) = self.save_results.as_ref().filter(|path| path.exists() && !self.no_warnings) {
             let there = format!("{}: there is a file; --no_warnings overwrites it", path.display());
             return Err(Usage(there).into());
         }
-        let reference = read_raw_trajectory(reference_path, reference_format)?;
-        let estimate = read_raw_trajectory(estimate_path, estimate_format)?;
+        if let Some(path) = self.save_results.as_ref().filter(|_| estimates > 1) {
+            let problem = format!("{}: a result file is of one estimate, not of {estimates}", path.display());
+            return Err(Usage(problem).into());
+        }
+        self.plot.as_deref().map_or(Ok(()), plot::check)
+    }
+
+    fn compare(
+        &self,
+        metric: &Metric<'_>,
+        (reference_path, reference): (&PathBuf, RawTrajectory),
+        (estimate_path, estimate): (&PathBuf, RawTrajectory),
+    ) -> anyhow::Result<Compared> {
         let formats = [reference.format, estimate.format].map(TrajectoryFormat::name);
         let counts = [reference.rotations.len(), estimate.rotations.len()];
         let notes = notes([(reference_path, &reference), (estimate_path, &estimate)]);
-        if !common.quiet {
-            notes.iter().for_each(|note| say!(common.host, "note: {note}"));
-        }
         let (reference, estimate) = (path_of(reference)?, path_of(estimate)?);
         let preparation = self.preparation(&reference)?;
         let compared = || format!("{} against {}", estimate_path.display(), reference_path.display());
@@ -94,60 +92,17 @@ impl CompareArgs {
         let stats = Statistics::of(&errors.values).context("there are no errors")?;
         let title = self.title(metric.name, metric.relation, errors.unit, &metric.title_tail);
         let names = [reference_path, estimate_path].map(|path| shown_path(path));
-        if self.json {
-            let [reference, estimate] = [0, 1].map(|k| FileJson {
-                path: names[k].clone(),
-                format: formats[k],
-                poses: counts[k],
-                poses_compared: prepared.estimate.len(),
-            });
-            let report = ReportJson {
-                schema: "dmp-truth/1",
-                dmp_version: env!("CARGO_PKG_VERSION"),
-                metric: metric.name,
-                title: &title,
-                relation: metric.relation.name(),
-                unit: errors.unit.name(),
-                reference,
-                estimate,
-                pairs: &metric.pairs,
-                alignment: prepared.moved_by.map(|moved_by| moved_by.rows()),
-                errors: errors.values.len(),
-                stats: stats.named().into_iter().collect(),
-                notes: &notes,
-            };
-            serde_json::to_writer_pretty(&mut *out, &report).map_err(std::io::Error::from)?;
-            writeln!(out)?;
-        } else if !self.silent {
-            self.print(&title, &stats, out)?;
-        }
-        if let Some(path) = &self.save_results {
-            let result = results_zip::Contents {
-                metric: metric.name,
-                title: &title,
-                names: &names,
-                stats: &stats,
-                errors: &errors,
-                prepared: &prepared,
-                trajectories: self.save_trajectories,
-            };
-            crate::save::save(path, |file| result.write(file))?;
-        }
-        Ok(Exit::Done)
+        Ok(Compared { names, formats, counts, notes, title, prepared, errors, stats })
     }
 
-    fn print(&self, title: &str, stats: &Statistics, out: &mut impl Write) -> std::io::Result<()> {
+    fn print_times(&self, out: &mut impl Write) -> std::io::Result<()> {
         let TimeArgs { t_start, t_end, .. } = &self.times;
         for (name, time) in [("start", t_start), ("end", t_end)] {
             if let Some(time) = time.filter(|time| *time != 0.0) {
                 writeln!(out, "Using time range {name}: {}s", as_python(time))?;
             }
         }
-        writeln!(out, "{title}\n")?;
-        for (name, value) in stats.named() {
-            writeln!(out, "{name:>10}\t{value:.6}")?;
-        }
-        writeln!(out)
+        Ok(())
     }
 }
 
@@ -186,6 +141,7 @@ fn notes(files: [(&PathBuf, &RawTrajectory); 2]) -> Vec<String> {
     let mut notes = Vec::new();
     for (path, raw) in files {
         let path = shown_path(path);
+        notes.extend(raw.notes.iter().map(|note| format!("{path}: {note}")));
         if raw.zero_quaternions > 0 {
             notes.push(format!(
                 "{path}: {} quaternions are zero and taken for no rotation",

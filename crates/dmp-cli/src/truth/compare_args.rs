@@ -5,10 +5,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use dmp_log::TrajectoryFormat;
+use dmp_log::{TimeUnit, TrajectoryFormat};
 use dmp_truth::trajectory::{Alignment, ErrorUnit, Matching, Plane, PosePath, Preparation, Relation, Sync};
 
 use crate::exit::Usage;
+use crate::save::is_missing;
 
 /// Words of the command line, with what they stand for.
 pub(super) type Words<T> = &'static [(&'static str, T)];
@@ -46,9 +47,9 @@ pub(super) fn words<T: Copy + Send + std::marker::Sync>(words: Words<T>) -> impl
 #[derive(Debug, Args)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 pub(crate) struct CompareArgs {
-    /// Reference and estimate, after the format of the files (tum, kitti, euroc, npy or g2o) if it is to be
+    /// Reference and one estimate or more, after the format of the files (tum, kitti, euroc, npy, g2o or csv) if it is to be
     /// given
-    #[arg(value_name = "[FORMAT] REFERENCE ESTIMATE", num_args = 2..=3, required = true)]
+    #[arg(value_name = "[FORMAT] REFERENCE ESTIMATE", num_args = 2.., required = true)]
     pub(super) files: Vec<PathBuf>,
     /// Align with Umeyama's method (rotation and translation)
     #[arg(short, long, conflicts_with = "align_origin", help_heading = "Alignment")]
@@ -96,9 +97,13 @@ pub(crate) struct CompareArgs {
     motion_filter: Option<Vec<f64>>,
     #[command(flatten)]
     pub(super) times: TimeArgs,
-    /// Print one JSON object (schema dmp-truth/1)
+    /// Print one JSON object (schema dmp-truth/1; dmp-truth-runs/1 of several estimates)
     #[arg(long, help_heading = "Output")]
     pub(super) json: bool,
+    /// Draw trajectories coloured by error, errors over time and way, places and angles over time: FILE.html is a page that needs
+    /// no network, FILE.svg one picture
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(super) plot: Option<PathBuf>,
     /// Write a result file for `evo_res`
     #[arg(long = "save_results", alias = "save-results", value_name = "FILE.zip", help_heading = "Output")]
     pub(super) save_results: Option<PathBuf>,
@@ -155,30 +160,50 @@ pub(super) struct TimeArgs {
     #[arg(long = "sync_method", alias = "sync-method", value_name = "METHOD", help_heading = "Time")]
     #[arg(value_parser = words(SYNCS))]
     sync_method: Option<Sync>,
+    /// The unit of stamps, for files that are refused without it, as it may be one or another: s, ms, us or ns
+    #[arg(long = "time_unit", alias = "time-unit", value_name = "UNIT", help_heading = "Time")]
+    pub(super) time_unit: Option<TimeUnit>,
+}
+
+/// The files of a comparison, and the formats they must have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Files<'a> {
+    pub(super) reference: &'a PathBuf,
+    pub(super) reference_format: Option<TrajectoryFormat>,
+    /// One at least.
+    pub(super) estimates: &'a [PathBuf],
+    pub(super) estimate_format: Option<TrajectoryFormat>,
 }
 
 impl CompareArgs {
-    /// Reference and estimate, and the formats they must have.
-    pub(super) fn files(&self) -> anyhow::Result<(&PathBuf, &PathBuf, [Option<TrajectoryFormat>; 2])> {
-        use TrajectoryFormat::Euroc;
-        match self.files.as_slice() {
-            [reference, estimate] => Ok((reference, estimate, [None; 2])),
-            [word, reference, estimate] => {
-                let format = word.to_string_lossy().parse().map_err(Usage)?;
-                // As evo has it, but an estimate in EuRoC's own format is found by looking.
-                let formats = [Some(format), Some(format).filter(|&format| format != Euroc)];
-                Ok((reference, estimate, formats))
-            }
-            _ => Err(Usage("a reference and an estimate are needed".into()).into()),
-        }
+    /// Reference and estimates, and the formats they must have. The first word is a format where it is called like one, or there
+    /// is no such file.
+    pub(super) fn files(&self) -> anyhow::Result<Files<'_>> {
+        let few = || Usage("a reference and an estimate are needed".into());
+        let (first, rest) = self.files.split_first().ok_or_else(few)?;
+        let format = match (first.to_string_lossy().parse(), rest.len()) {
+            (Ok(format), 2..) => Some(format),
+            (Err(problem), 2..) if is_missing(first) => return Err(Usage(problem).into()),
+            _ => None,
+        };
+        let files = if format.is_some() { rest } else { &self.files };
+        let (reference, estimates) = files.split_first().ok_or_else(few)?;
+        Ok(Files {
+            reference,
+            reference_format: format,
+            estimates,
+            // As evo has it, but an estimate in EuRoC's own format is found by looking.
+            estimate_format: format.filter(|&format| format != TrajectoryFormat::Euroc),
+        })
     }
 
     /// What is done to both before they are compared.
     pub(super) fn preparation(&self, reference: &PosePath) -> anyhow::Result<Preparation> {
-        let TimeArgs { t_max_diff, t_offset, t_start, t_end, sync_method } = &self.times;
+        let TimeArgs { t_max_diff, t_offset, t_start, t_end, sync_method, time_unit } = &self.times;
         let stamped = reference.stamps_s().is_some();
         let timed = [t_max_diff, t_offset, t_start, t_end].iter().any(|option| option.is_some());
-        if !stamped && (timed || sync_method.is_some() || self.motion_filter.is_some()) {
+        if !stamped && (timed || sync_method.is_some() || time_unit.is_some() || self.motion_filter.is_some())
+        {
             let problem = "trajectories without stamps have no options of time and no motion filter";
             return Err(Usage(problem.into()).into());
         }

@@ -3,10 +3,13 @@
 mod ape;
 mod compare;
 mod compare_args;
+mod compared;
+mod plot;
 mod results_zip;
 mod rpe;
 mod smd;
 mod study;
+mod told;
 
 use clap::Subcommand;
 

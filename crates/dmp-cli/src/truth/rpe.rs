@@ -3,8 +3,9 @@
 use clap::Args;
 use dmp_truth::trajectory::{DeltaUnit, PairOptions, Relation, relative};
 
-use super::compare::{Metric, PairsJson, as_python};
+use super::compare::as_python;
 use super::compare_args::{CompareArgs, RELATIONS, Words, words};
+use super::compared::{Metric, PairsJson};
 use crate::common::Common;
 use crate::exit::Exit;
 
@@ -21,10 +22,11 @@ const DELTA_UNITS: Words<DeltaUnit> = &[
 /// relative motion. Options, printed text and numbers are those of `evo_rpe` 1.38.1.
 #[derive(Debug, Args)]
 #[command(
-    override_usage = "dmp truth rpe [OPTIONS] [tum|kitti|euroc] REFERENCE ESTIMATE",
+    override_usage = "dmp truth rpe [OPTIONS] [tum|kitti|euroc] REFERENCE ESTIMATE [ESTIMATE2 ...]",
     after_help = "Examples:\n  \
     dmp truth rpe truth.tum run.tum\n  \
     dmp truth rpe kitti gt/00.txt run.txt -d 100 -u m --all_pairs\n  \
+    dmp truth rpe truth.tum run.tum -d 10 -u m --all_pairs --plot run.svg\n  \
     dmp truth rpe truth.tum run.tum -d 10 -u d -r angle_deg --json"
 )]
 pub(crate) struct RpeArgs {

@@ -93,6 +93,15 @@ pub(super) fn keys<'a>(keys: impl IntoIterator<Item = (String, &'a str)>) -> Str
     list("<ul class=\"keys\">", keys)
 }
 
+/// What lines mean: pairs of a line, as attributes of a path, and words.
+pub(super) fn line_keys(keys: impl IntoIterator<Item = (String, String)>) -> String {
+    let key = |(line, words): (String, String)| {
+        let path = format!("<path d=\"M0 5H32\" fill=\"none\" {line}/>");
+        format!("<svg viewBox=\"0 0 32 10\" aria-hidden=\"true\">{path}</svg>{}", escape(&words))
+    };
+    list("<ul class=\"keys\">", keys.into_iter().map(key))
+}
+
 /// A bar of colours between two words.
 pub(super) fn bar(from: &str, colours: &[[u8; 3]], to: &str) -> String {
     let stops: Vec<String> = colours.iter().map(|colour| crate::colour::hex(*colour)).collect();
@@ -119,6 +128,7 @@ mod tests {
             table(nasty, &[], &[]),
             terms([(nasty, nasty.to_owned())]),
             keys([("#000".to_owned(), nasty)]),
+            line_keys([("stroke=\"#000\"".to_owned(), nasty.to_owned())]),
             bar(nasty, &[[1, 2, 3]], nasty),
         ] {
             assert!(!element.contains("<b>") && element.contains("&lt;b&gt;&amp;&quot;&#39;"), "{element}");

@@ -13,6 +13,7 @@ mod suite;
 #[cfg(test)]
 mod tests;
 mod trajectories;
+mod truth;
 mod words;
 
 use dmp::{Basis, Report};
@@ -24,6 +25,7 @@ use crate::text::count;
 use explore::SCRIPT;
 use html::{figure, keys, list, paragraph, section, wide};
 pub use suite::suite_page;
+pub use truth::truth_page;
 
 /// Runs with a line in plots: there are so many colours that are told apart.
 const LINES: usize = 6;

@@ -7,16 +7,19 @@
 //! logarithmic axis, are left out. The same plot gives the same bytes.
 
 mod label;
+mod line;
 mod scale;
+mod style;
 
 use std::fmt::Write as _;
 
 use dmp::is_printable;
 use label::{Boxed, Labels, text_width};
 use scale::Scale;
+pub(crate) use style::SERIES_COLOURS;
+pub use style::Style;
+use style::{DOCUMENT, IN_PAGE, IN_PICTURE, Ink};
 
-/// Blue, vermilion, green, purple, orange, sky: told apart also without red or green (Okabe & Ito).
-const COLOURS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
 /// Longer names are cut, characters.
 const LONGEST_NAME: usize = 28;
 const FONT_PX: f64 = 12.0;
@@ -52,17 +55,6 @@ pub struct Series {
     pub style: Style,
 }
 
-/// How the points of a series are drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Style {
-    /// Each by itself.
-    Points,
-    /// With a line that joins them, in their order.
-    Joined,
-    /// As a line alone, broken where a point has no place.
-    Line,
-}
-
 /// A plot.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Plot {
@@ -94,48 +86,41 @@ struct Frame {
     height: f64,
 }
 
-/// What lines and letters are drawn with.
-#[derive(Debug, Clone, Copy)]
-struct Ink {
-    /// Behind everything; `None` for what is there.
-    paper: Option<&'static str>,
-    text: &'static str,
-    muted: &'static str,
-    grid: &'static str,
-    series: [&'static str; 6],
-    /// Whether title, subtitle and legend are drawn.
-    titles: bool,
-}
-
-/// A document of its own.
-const DOCUMENT: Ink =
-    Ink { paper: Some("#fff"), text: "#222", muted: "#555", grid: "#e4e4e4", series: COLOURS, titles: true };
-
-/// In a page, whose style sheet says what the colours are.
-const IN_PAGE: Ink = Ink {
-    paper: None,
-    text: "var(--ink)",
-    muted: "var(--muted)",
-    grid: "var(--line)",
-    series: ["var(--s0)", "var(--s1)", "var(--s2)", "var(--s3)", "var(--s4)", "var(--s5)"],
-    titles: false,
-};
-
 impl Plot {
     /// The plot as a document of its own.
     pub fn to_svg(&self) -> String {
         let below = self.below_axis_px();
         let frame =
             Frame { left: 74.0, right: 696.0, top: 64.0, bottom: 430.0, width: 720.0, height: 430.0 + below };
-        self.draw(&frame, &DOCUMENT)
+        self.draw(&frame, &DOCUMENT, false)
     }
 
     /// The plot as an element of a page, without title and legend: the page has both. Colours are variables of the
     /// page's style sheet: `--ink`, `--muted`, `--line`, and `--s0` to `--s5` for the series.
     pub(crate) fn to_element(&self, width: f64, height: f64) -> String {
+        self.element(width, height, false)
+    }
+
+    /// The same with one scale on both axes.
+    pub(crate) fn to_map_element(&self, width: f64, height: f64) -> String {
+        self.element(width, height, true)
+    }
+
+    fn element(&self, width: f64, height: f64, as_map: bool) -> String {
         let bottom = height - self.below_axis_px();
         let frame = Frame { left: 58.0, right: width - 10.0, top: 10.0, bottom, width, height };
-        self.draw(&frame, &IN_PAGE)
+        self.draw(&frame, &IN_PAGE, as_map)
+    }
+
+    /// The plot as a part of a document, its corner at a place, all in pixels; without title and legend, and as a map with one
+    /// scale on both axes.
+    pub(crate) fn to_part(&self, [x, y]: [f64; 2], [width, height]: [f64; 2], as_map: bool) -> String {
+        let bottom = height - self.below_axis_px();
+        let frame = Frame { left: 58.0, right: width - 10.0, top: 10.0, bottom, width, height };
+        format!(
+            "<g transform=\"translate({x:.0} {y:.0})\">\n{}</g>\n",
+            self.draw(&frame, &IN_PICTURE, as_map)
+        )
     }
 
     /// What the horizontal axis needs for its names, pixels.
@@ -145,15 +130,26 @@ impl Plot {
         if self.x_names.is_empty() { 52.0 } else { 50.0 + 0.65 * names.fold(0.0, f64::max) }
     }
 
-    fn draw(&self, frame: &Frame, ink: &Ink) -> String {
+    fn draw(&self, frame: &Frame, ink: &Ink, as_map: bool) -> String {
         let names: Vec<String> = self.x_names.iter().map(|name| cut(name)).collect();
         let values = |of: fn(&Point) -> f64| self.series.iter().flat_map(|s| &s.points).map(of);
-        let x = if names.is_empty() {
-            Scale::new(values(|p| p.x), self.x.log, frame.left, frame.right)
-        } else {
-            Scale::places(names.len(), frame.left, frame.right)
+        let scales = |left: f64| {
+            let mut x = if names.is_empty() {
+                Scale::new(values(|p| p.x), self.x.log, left, frame.right)
+            } else {
+                Scale::places(names.len(), left, frame.right)
+            };
+            let mut y = Scale::new(values(|p| p.y), self.y.log, frame.bottom, frame.top);
+            if as_map {
+                Scale::equal(&mut x, &mut y);
+            }
+            (x, y)
         };
-        let y = Scale::new(values(|p| p.y), self.y.log, frame.bottom, frame.top);
+        // Numbers never reach the title beside them.
+        let numbers =
+            scales(frame.left).1.ticks().into_iter().map(|(_, number)| text_width(&number, FONT_PX));
+        let frame = &Frame { left: frame.left.max(34.0 + numbers.fold(0.0, f64::max)), ..*frame };
+        let (x, y) = scales(frame.left);
 
         let mut svg = String::new();
         // Writing to a string cannot fail.
@@ -255,18 +251,10 @@ impl Plot {
             let pieces = match series.style {
                 Style::Points => Vec::new(),
                 Style::Joined => vec![points.iter().map(|&(px, py, _)| (px, py)).collect()],
-                Style::Line => pieces(series, x, y),
+                _ => pieces(series, x, y),
             };
-            for piece in pieces.iter().filter(|piece| piece.len() > 1) {
-                let way: Vec<String> = piece.iter().map(|(px, py)| format!("{px:.1},{py:.1}")).collect();
-                let way = way.join(" ");
-                let class = if ink.titles { String::new() } else { format!(r#" class="s{k}""#) };
-                writeln!(
-                    svg,
-                    r#"<polyline{class} points="{way}" fill="none" stroke="{colour}" stroke-width="2" stroke-linejoin="round"/>"#
-                )?;
-            }
-            if series.style == Style::Line {
+            line::draw(svg, series.style, &pieces, colour, ink)?;
+            if !series.style.has_points() {
                 continue;
             }
             for (px, py, point) in points {
@@ -287,7 +275,7 @@ impl Plot {
     }
 }
 
-fn text(svg: &mut String, (x, y): (f64, f64), attributes: &str, text: &str) -> std::fmt::Result {
+pub(crate) fn text(svg: &mut String, (x, y): (f64, f64), attributes: &str, text: &str) -> std::fmt::Result {
     if text.is_empty() {
         return Ok(());
     }
@@ -303,7 +291,7 @@ fn pieces(series: &Series, x: &Scale, y: &Scale) -> Vec<Vec<(f64, f64)>> {
 }
 
 /// A name that is not too long.
-fn cut(name: &str) -> String {
+pub(crate) fn cut(name: &str) -> String {
     if name.chars().count() <= LONGEST_NAME {
         return name.to_owned();
     }

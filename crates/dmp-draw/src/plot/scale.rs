@@ -33,6 +33,17 @@ impl Scale {
         Self { low, high: high + air, log, from_px, to_px }
     }
 
+    /// Gives two scales as much space that a metre is as long on both.
+    pub(super) fn equal(x: &mut Self, y: &mut Self) {
+        let per_px = |scale: &Self| (scale.high - scale.low) / (scale.to_px - scale.from_px).abs();
+        let most = per_px(x).max(per_px(y));
+        for scale in [x, y] {
+            let more = most * (scale.to_px - scale.from_px).abs() - (scale.high - scale.low);
+            scale.low -= 0.5 * more;
+            scale.high += 0.5 * more;
+        }
+    }
+
     /// Space for the places 0, 1, 2 …
     pub(super) fn places(count: usize, from_px: f64, to_px: f64) -> Self {
         Self { low: -0.5, high: count as f64 - 0.5, log: false, from_px, to_px }
@@ -161,6 +172,12 @@ mod tests {
         let scale = Scale::new([1.0, 100.0].into_iter(), true, 10.0, 110.0);
         assert!((scale.at(10.0).unwrap() - 60.0).abs() < 1e-9);
         assert_eq!(scale.at(0.0), None);
+        let mut x = Scale::new([0.0, 100.0].into_iter(), false, 0.0, 100.0);
+        let mut y = Scale::new([5.0, 6.0].into_iter(), false, 200.0, 0.0);
+        Scale::equal(&mut x, &mut y);
+        let px = |scale: &Scale, value: f64| scale.at(value).unwrap();
+        assert!((px(&x, 10.0) - px(&x, 0.0) + px(&y, 10.0) - px(&y, 0.0)).abs() < 1e-9);
+        assert!((px(&y, 5.5) - 100.0).abs() < 1e-9, "in the middle");
         let places = Scale::places(4, 0.0, 400.0);
         assert_eq!([0.0, 3.0].map(|k| places.at(k).unwrap()), [50.0, 350.0]);
     }

@@ -1,18 +1,18 @@
 //! The formats of trajectories, and which one a file has.
 
-use super::{euroc, npy, redwood};
+use super::{euroc, header, npy, redwood};
 use crate::decimal::shorten;
 use crate::find::{ROS1_ADVICE, ROS1_MAGIC};
 use crate::g2o;
 use crate::text::lines;
-use crate::{LogError, ParseError, PlaceInFile};
+use crate::{LogError, ParseError, PlaceInFile, TimeUnit};
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
 /// The formats of trajectories.
 ///
-/// As text (`FromStr`, `Display`): `tum`, `kitti`, `euroc`, `npy`, `g2o`, `redwood`.
+/// As text (`FromStr`, `Display`): `tum`, `kitti`, `euroc`, `npy`, `g2o`, `redwood`, `csv`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum TrajectoryFormat {
@@ -28,11 +28,14 @@ pub enum TrajectoryFormat {
     G2o,
     /// A line of three whole numbers and four of a 4 × 4 matrix for each pose.
     RedwoodLog,
+    /// Lines with columns in any order, and a line with their names.
+    Csv,
 }
 
 impl TrajectoryFormat {
     /// Every format.
-    pub const ALL: [Self; 6] = [Self::Tum, Self::Kitti, Self::Euroc, Self::Npy, Self::G2o, Self::RedwoodLog];
+    pub const ALL: [Self; 7] =
+        [Self::Tum, Self::Kitti, Self::Euroc, Self::Npy, Self::G2o, Self::RedwoodLog, Self::Csv];
 
     /// Its name for people.
     pub fn name(self) -> &'static str {
@@ -43,12 +46,13 @@ impl TrajectoryFormat {
             Self::Npy => "NumPy",
             Self::G2o => "g2o",
             Self::RedwoodLog => "Redwood .log",
+            Self::Csv => "csv",
         }
     }
 
     /// Whether its poses have stamps of their own.
     pub fn has_stamps(self) -> bool {
-        matches!(self, Self::Tum | Self::Euroc)
+        matches!(self, Self::Tum | Self::Euroc | Self::Csv)
     }
 }
 
@@ -61,6 +65,7 @@ impl fmt::Display for TrajectoryFormat {
             Self::Npy => "npy",
             Self::G2o => "g2o",
             Self::RedwoodLog => "redwood",
+            Self::Csv => "csv",
         })
     }
 }
@@ -93,7 +98,19 @@ pub(super) fn find_format(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat,
     if g2o::is_tag(word) {
         return Ok(TrajectoryFormat::G2o);
     }
-    if is_euroc(bytes, place, &columns) {
+    let is_euroc = is_euroc(bytes, place, &columns);
+    if let Some(header) = header::find(bytes).map_err(|e| e.in_file(path))? {
+        // A comment that names what the format has anyway says nothing new.
+        let says_nothing = match (is_euroc, columns.len()) {
+            (true, _) => header.begins_with(TimeUnit::Nanoseconds, [5, 6, 7, 4]),
+            (false, 8) => header.begins_with(TimeUnit::Seconds, [4, 5, 6, 7]),
+            _ => false,
+        };
+        if !says_nothing || crate::text::is_header(&columns) {
+            return Ok(TrajectoryFormat::Csv);
+        }
+    }
+    if is_euroc {
         return Ok(TrajectoryFormat::Euroc);
     }
     if redwood::is_head(&columns) {
@@ -105,7 +122,8 @@ pub(super) fn find_format(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat,
         count => {
             let problem = format!(
                 "{count} columns starting with `{}`: neither TUM (8: stamp tx ty tz qx qy qz qw) nor KITTI (12) \
-                nor EuRoC (8 or more with commas: stamp_ns,x,y,z,qw,qx,qy,qz) nor g2o (VERTEX_SE3:QUAT …) nor Redwood (0 0 1 and four rows) nor .npy",
+                nor EuRoC (8 or more with commas: stamp_ns,x,y,z,qw,qx,qy,qz) nor g2o (VERTEX_SE3:QUAT …) nor Redwood (0 0 1 and four rows) nor .npy \
+                nor columns with names (timestamp,tx,ty,tz,qx,qy,qz,qw)",
                 shorten(word)
             );
             Err(LogError::malformed(path, place, problem))

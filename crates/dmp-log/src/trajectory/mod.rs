@@ -1,15 +1,19 @@
 //! Trajectories in files.
 
+mod csv;
 mod error;
 mod euroc;
 mod format;
 mod g2o;
+mod header;
 mod kitti;
+mod names;
 mod npy;
 pub(crate) mod numbers;
 mod raw;
 mod read;
 mod redwood;
+mod stamp_unit;
 mod stamps;
 mod topic;
 mod tree;
@@ -21,7 +25,7 @@ pub use format::TrajectoryFormat;
 pub use g2o::{GraphVertices, parse_g2o};
 pub use kitti::{parse_kitti, write_kitti};
 pub use npy::parse_npy;
-pub use raw::{RawTrajectory, parse_raw, read_raw_trajectory};
+pub use raw::{RawTrajectory, parse_raw, read_raw_trajectory, read_raw_trajectory_as};
 pub use read::{TrajectoryFile, read_trajectory, read_trajectory_as};
 pub use redwood::{parse_redwood_log, write_redwood_log};
 pub use stamps::write_times;

@@ -4,9 +4,10 @@ use super::format::TrajectoryFormat;
 use super::format::{find_format, no_poses};
 use super::numbers::numbers;
 use super::read::read_bytes;
-use super::{euroc, g2o, kitti, npy, redwood};
+use super::stamp_unit::{unit_of_large_numbers, unit_of_lines};
+use super::{csv, euroc, g2o, kitti, npy, redwood};
 use crate::text::lines;
-use crate::{LogError, ParseError};
+use crate::{LogError, ParseError, TimeUnit};
 use nalgebra::{Matrix3, Vector3};
 use std::path::Path;
 
@@ -24,6 +25,8 @@ pub struct RawTrajectory {
     pub positions_m: Vec<Vector3<f64>>,
     /// Quaternions of length zero, which were taken for no rotation.
     pub zero_quaternions: usize,
+    /// What was guessed.
+    pub notes: Vec<String>,
 }
 
 /// Reads a trajectory line by line, in `format` or, without one, in that which [`super::read_trajectory`]
@@ -32,12 +35,31 @@ pub struct RawTrajectory {
 /// # Errors
 /// When the file cannot be read, has no poses, or in the first line that breaks the format.
 pub fn read_raw_trajectory(path: &Path, format: Option<TrajectoryFormat>) -> Result<RawTrajectory, LogError> {
+    read_raw_trajectory_as(path, format, None)
+}
+
+/// As [`read_raw_trajectory`], with stamps in this unit where they may be of several and would be refused without it.
+///
+/// # Errors
+/// As [`read_raw_trajectory`], and when no unit is given for stamps that can be no seconds and do not count from 1970.
+pub fn read_raw_trajectory_as(
+    path: &Path,
+    format: Option<TrajectoryFormat>,
+    unit: Option<TimeUnit>,
+) -> Result<RawTrajectory, LogError> {
     let bytes = read_bytes(path)?;
     let format = match format {
         Some(format) => format,
         None => find_format(path, &bytes)?,
     };
-    let raw = parse_raw(&bytes, format).map_err(|e| e.in_file(path))?;
+    let mut notes = Vec::new();
+    let found = match format {
+        TrajectoryFormat::Tum => Some(unit_of_lines(&bytes, unit, &mut notes).map_err(|e| e.in_file(path))?),
+        TrajectoryFormat::Euroc => Some(unit_of_large_numbers(&bytes, &mut notes)),
+        _ => unit,
+    };
+    let mut raw = parse_raw_in(&bytes, format, found).map_err(|e| e.in_file(path))?;
+    raw.notes.splice(..0, notes);
     if raw.rotations.is_empty() {
         return Err(no_poses(&bytes).in_file(path));
     }
@@ -49,12 +71,22 @@ pub fn read_raw_trajectory(path: &Path, format: Option<TrajectoryFormat>) -> Res
 /// # Errors
 /// In the first line that breaks the format.
 pub fn parse_raw(bytes: &[u8], format: TrajectoryFormat) -> Result<RawTrajectory, ParseError> {
+    parse_raw_in(bytes, format, None)
+}
+
+/// The same with stamps in this unit, or in that of the format.
+fn parse_raw_in(
+    bytes: &[u8],
+    format: TrajectoryFormat,
+    unit: Option<TimeUnit>,
+) -> Result<RawTrajectory, ParseError> {
     let mut raw = RawTrajectory {
         format,
         stamps_s: format.has_stamps().then(Vec::new),
         rotations: Vec::new(),
         positions_m: Vec::new(),
         zero_quaternions: 0,
+        notes: Vec::new(),
     };
     match format {
         TrajectoryFormat::Npy => npy::for_each_matrix(bytes, |_, rows| {
@@ -74,13 +106,27 @@ pub fn parse_raw(bytes: &[u8], format: TrajectoryFormat) -> Result<RawTrajectory
             vertices.sort_by_key(|vertex| vertex.id);
             vertices.iter().for_each(|vertex| raw.push(vertex.position_m, vertex.quaternion));
         }
-        TrajectoryFormat::Tum | TrajectoryFormat::Euroc | TrajectoryFormat::Kitti => raw.push_lines(bytes)?,
+        TrajectoryFormat::Csv => raw.push_named(bytes, unit)?,
+        TrajectoryFormat::Tum | TrajectoryFormat::Euroc | TrajectoryFormat::Kitti => {
+            raw.push_lines(bytes, unit)?
+        }
     }
     Ok(raw)
 }
 
 impl RawTrajectory {
-    fn push_lines(&mut self, bytes: &[u8]) -> Result<(), ParseError> {
+    fn push_named(&mut self, bytes: &[u8], unit: Option<TimeUnit>) -> Result<(), ParseError> {
+        let header = csv::header_of(bytes)?;
+        let unit = csv::unit_in(bytes, &header, header.unit(), unit, &mut self.notes)?;
+        csv::for_each_row(bytes, &header, |row| {
+            self.stamps_s.get_or_insert_default().push(row.stamp.in_s(unit));
+            self.push(row.position_m, row.quaternion);
+            Ok(())
+        })
+    }
+
+    fn push_lines(&mut self, bytes: &[u8], unit: Option<TimeUnit>) -> Result<(), ParseError> {
+        let per_s = |of_format: TimeUnit| 1e9 / unit.unwrap_or(of_format).in_ns() as f64;
         let mut width = None;
         for line in lines(bytes) {
             let (place, columns) = line?;
@@ -91,12 +137,12 @@ impl RawTrajectory {
                 }
                 TrajectoryFormat::Euroc => {
                     let [stamp_ns, x, y, z, qw, qx, qy, qz] = euroc::row(place, &columns, &mut width)?;
-                    (stamp_ns / 1e9, [x, y, z], [qx, qy, qz, qw])
+                    (stamp_ns / per_s(TimeUnit::Nanoseconds), [x, y, z], [qx, qy, qz, qw])
                 }
                 _ => {
-                    let [stamp_s, x, y, z, quaternion @ ..] =
+                    let [stamp, x, y, z, quaternion @ ..] =
                         numbers::<8>(place, &columns, "stamp tx ty tz qx qy qz qw")?;
-                    (stamp_s, [x, y, z], quaternion)
+                    (stamp / per_s(TimeUnit::Seconds), [x, y, z], quaternion)
                 }
             };
             self.stamps_s.get_or_insert_default().push(stamp_s);

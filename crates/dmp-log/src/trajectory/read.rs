@@ -1,5 +1,6 @@
 //! Reading a trajectory in a file of any format.
 
+use super::csv::parse_csv_in;
 use super::error::TrajectoryParseError;
 use super::euroc::parse_euroc_in;
 use super::format::{TrajectoryFormat, find_format, no_poses};
@@ -7,8 +8,9 @@ use super::g2o::{GraphVertices, parse_g2o};
 use super::kitti::parse_kitti;
 use super::npy::{self, parse_npy};
 use super::redwood::parse_redwood_log;
+use super::stamp_unit::{unit_of_large_numbers, unit_of_lines};
 use super::stamps;
-use super::tum::{parse_tum_in, unit_of_large_stamps};
+use super::tum::parse_tum_in;
 use crate::find::ROS1_MAGIC;
 use crate::reads::{ReadCount, start_of};
 use crate::text::{self, is_cut};
@@ -37,7 +39,7 @@ pub struct TrajectoryFile {
 }
 
 /// Reads a trajectory, `world_from_body` in metres, in the format that is found by looking: arrays by their first bytes,
-/// text by its first line with data. Poses in a format without stamps (KITTI, `.npy`, Redwood) have those of a `times.txt`
+/// text by its first line with data, or by the names of columns before it. Poses in a format without stamps (KITTI, `.npy`, Redwood) have those of a `times.txt`
 /// beside the file where that has as many lines.
 ///
 /// # Errors
@@ -57,11 +59,12 @@ pub fn read_trajectory(path: &Path) -> Result<TrajectoryFile, LogError> {
 }
 
 /// As [`read_trajectory`], in this format and with stamps in this unit where they are given. Without a unit stamps are in
-/// that of the format, seconds for TUM and nanoseconds for EuRoC; those of TUM that no second of our days has are taken
-/// for what they must be, and that is noted.
+/// that of the format, seconds for TUM and nanoseconds for EuRoC, or of the column's name; those that no second of our days
+/// has are taken for what they must be, and that is noted.
 ///
 /// # Errors
-/// As [`read_trajectory`], and when a unit is given for a format without stamps.
+/// As [`read_trajectory`], when a unit is given for a format without stamps, and when none is given for stamps that can be no
+/// seconds and do not count from 1970.
 pub fn read_trajectory_as(
     path: &Path,
     format: Option<TrajectoryFormat>,
@@ -81,15 +84,14 @@ pub fn read_trajectory_as(
     };
     let repairs = match format {
         TrajectoryFormat::Tum => {
-            let found = unit.is_none().then(|| unit_of_large_stamps(&bytes)).flatten();
-            if let Some(found) = found {
-                notes.push(format!("stamps in {}: as seconds they are beyond the year 2262", found.name()));
-            }
-            parse_tum_in(&bytes, unit.or(found).unwrap_or(TimeUnit::Seconds)).map_err(in_file)?
+            let unit = unit.map_or_else(|| unit_of_lines(&bytes, None, &mut notes), Ok);
+            parse_tum_in(&bytes, unit.map_err(|e| e.in_file(path))?).map_err(in_file)?
         }
         TrajectoryFormat::Euroc => {
-            parse_euroc_in(&bytes, unit.unwrap_or(TimeUnit::Nanoseconds)).map_err(in_file)?
+            let unit = unit.unwrap_or_else(|| unit_of_large_numbers(&bytes, &mut notes));
+            parse_euroc_in(&bytes, unit).map_err(in_file)?
         }
+        TrajectoryFormat::Csv => parse_csv_in(&bytes, unit, &mut notes).map_err(in_file)?,
         _ if unit.is_some() => {
             let problem = format!("a unit of time was given, but a {} file has no stamps", format.name());
             return Err(LogError::Option { path: path.to_owned(), problem });

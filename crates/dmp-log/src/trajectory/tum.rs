@@ -9,10 +9,6 @@ use crate::{ParseError, PlaceInFile};
 use dmp_sensor::{Isometry3, Trajectory, TrajectoryRepairs};
 use std::io::{self, Write};
 
-/// The last second that nanoseconds in 64 bits can tell, and the years 1990 to 2100.
-const YEAR_2262_S: f64 = 9_223_372_036.0;
-const OUR_DAYS_NS: std::ops::Range<i64> = 631_152_000_000_000_000..4_102_444_800_000_000_000;
-
 /// Parses the TUM format: lines of `stamp tx ty tz qx qy qz qw`, `world_from_body`. Stamps are read to
 /// the nanosecond; quaternions within 10 % of unit length are normalised.
 ///
@@ -31,15 +27,6 @@ pub(super) fn parse_tum_in(bytes: &[u8], unit: TimeUnit) -> Result<TrajectoryRep
         poses.push(parse_line(place, &columns, unit)?);
     }
     Ok(Trajectory::stamped(poses)?)
-}
-
-/// The unit in which the first stamp lies in our days, where it is too large a number of seconds for any.
-pub(super) fn unit_of_large_stamps(bytes: &[u8]) -> Option<TimeUnit> {
-    let (_, columns) = lines(bytes).next()?.ok()?;
-    let stamp =
-        columns.first().copied().filter(|stamp| stamp.parse::<f64>().is_ok_and(|s| s > YEAR_2262_S))?;
-    let in_our_days = |&unit: &TimeUnit| to_ns(stamp, unit).is_ok_and(|ns| OUR_DAYS_NS.contains(&ns));
-    TimeUnit::ALL.into_iter().find(in_our_days)
 }
 
 fn parse_line(

@@ -5,6 +5,7 @@ mod calib;
 mod cloud;
 mod common;
 mod conformance;
+mod csv;
 mod depth;
 mod depth_png;
 mod folder;

@@ -36,6 +36,11 @@ impl Pose {
         Self { rotation, position_m: -(rotation * self.position_m) }
     }
 
+    /// Roll, pitch and yaw: angles about the fixed axes x, y, z, in this order, radians.
+    pub fn roll_pitch_yaw_rad(&self) -> [f64; 3] {
+        euler_rad(&self.rotation)
+    }
+
     /// `self⁻¹ other`: the other pose as seen from this one.
     #[must_use]
     pub fn to(&self, other: &Self) -> Self {

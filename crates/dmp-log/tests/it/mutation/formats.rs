@@ -281,12 +281,16 @@ fn trajectories() -> Vec<Format> {
     let graph = "VERTEX_SE3:QUAT 7 1 2 3 0 0 0 1\nVERTEX_SE2 9 1 2 3\nEDGE_SE2 7 9 1\n";
     let npy = ["poses", "poses_big", "poses_f32", "poses_f32_big_fortran", "poses_fortran", "poses_version2"];
     let npy = npy.map(|name| format!("{name}.npy"));
+    let named = "secs,nsecs,x,y,z,qw,qx,qy,qz\n1,5,1,2,3,1,0,0,0\n2,5,1,2,3,1,0,0,0\n";
+    let rostopic = "# made by hand\n#timestamp [ms];tx;ty;tz;qx;qy;qz;qw;frame\n\
+        1700000000123;1;2;3;0;0;0;1;map\n1700000000223;1;2;3;0;0;0;1;\n";
     let calib = "P0: 1 2\nTr: 0 -1 0 0 0 0 -1 -0.1 1 0 0 -0.3\n";
     let labels = "from,to,label,kind\n12,400,true,near\n3\t90 NO # far\n400 12 1\r\n";
     vec![
         of("tum", text("1.5 1 2 3 0 0 0 1\n"), &["evo.tum", "nine_decimals.tum"]),
         of("kitti", text("1 0 0 5 0 1 0 6 0 0 1 7\n"), &["evo_kitti.txt"]),
         of("euroc", vec![], &["state_groundtruth.csv"]),
+        of("csv", vec![named.into(), rostopic.into()], &[]),
         of("redwood", text("0 0 1\n1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n"), &[]),
         of("npy", vec![], &npy.each_ref().map(String::as_str)),
         of("g2o", vec![graph.into()], &["gtsam.g2o", "gtsam_flat.g2o"]),
