@@ -80,8 +80,7 @@
 
   // Pictures.
   const explore = (svg) => {
-    const whole = svg.viewBox.baseVal;
-    const home = [whole.x, whole.y, whole.width, whole.height];
+    const home = svg.getAttribute("viewBox").split(" ").map(Number);
     let view = [...home];
     const show = () => svg.setAttribute("viewBox", view.join(" "));
     const at = (event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
