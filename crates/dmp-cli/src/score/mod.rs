@@ -131,27 +131,26 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     }
     let quick =
         asked.sampling.quick().map(|share| quick::score(asked, &config, share, common)).transpose()?;
-    let (report, damaged, recorded) = match quick.flatten() {
-        Some((report, damaged)) => (report, damaged, None),
-        None => {
-            let opened = OpenedRuns::open(started, maps, &asked.log, asked.settings.poses(), common)?;
-            let (OpenedRuns { log, runs, damaged }, vetted) =
-                asked.conventions.vet(opened, &asked.log, asked.settings.poses(), &config, common)?;
-            like.iter().try_for_each(|like| like.check_log(log.summary()))?;
-            let (settings, means) = config.on(log.summary())?;
-            if arguments.outputs.report.is_some() && !settings.scales.lengths().has_page {
-                bail!(Usage(outputs::page::no_page(settings.scales)));
-            }
-            let outputs = match &vetted {
-                Some(vetted) => outputs.of_runs(&vetted.is_kept()),
-                None => outputs,
-            };
-            let recorder = Recorder::new(outputs, log.as_ref(), &runs, (&settings, &means), common)?;
-            let evaluated = evaluate(log.as_ref(), &runs, &config, (&recorder, &recorder));
-            let evaluated = evaluated.map(|report| conventions::told(report, vetted.as_ref()));
-            let (report, recorded) = recorder.end(evaluated)?;
-            (report, damaged, Some(recorded))
+    let (report, damaged, recorded) = if let Some((report, damaged)) = quick.flatten() {
+        (report, damaged, None)
+    } else {
+        let opened = OpenedRuns::open(started, maps, &asked.log, asked.settings.poses(), common)?;
+        let (OpenedRuns { log, runs, damaged }, vetted) =
+            asked.conventions.vet(opened, &asked.log, asked.settings.poses(), &config, common)?;
+        like.iter().try_for_each(|like| like.check_log(log.summary()))?;
+        let (settings, means) = config.on(log.summary())?;
+        if arguments.outputs.report.is_some() && !settings.scales.lengths().has_page {
+            bail!(Usage(outputs::page::no_page(settings.scales)));
         }
+        let outputs = match &vetted {
+            Some(vetted) => outputs.of_runs(&vetted.is_kept()),
+            None => outputs,
+        };
+        let recorder = Recorder::new(outputs, log.as_ref(), &runs, (&settings, &means), common)?;
+        let evaluated = evaluate(log.as_ref(), &runs, &config, (&recorder, &recorder));
+        let evaluated = evaluated.map(|report| conventions::told(report, vetted.as_ref()));
+        let (report, recorded) = recorder.end(evaluated)?;
+        (report, damaged, Some(recorded))
     };
     let checked = gates.check(&report);
     let remarks = gates::failures(&checked);

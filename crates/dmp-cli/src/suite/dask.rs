@@ -122,16 +122,15 @@ fn watch(
         match lines.recv_timeout(LOOK) {
             Ok(line) => match serde_json::from_str(&line) {
                 Ok(Answer::Say(line)) if !common.quiet => progress.suspend(|| say!(common.host, "{line}")),
-                Ok(Answer::Say(_)) => {}
                 Ok(Answer::Done(done)) => {
                     progress.done(done.saturating_sub(known));
                     known = done;
                 }
                 Ok(Answer::Failed { line, is_usage }) => {
-                    failed = Some((format!("--dask {address}: {line}"), is_usage))
+                    failed = Some((format!("--dask {address}: {line}"), is_usage));
                 }
-                // Somebody's library prints.
-                Err(_) => {}
+                // Nobody is to be told, or somebody's library prints.
+                Ok(Answer::Say(_)) | Err(_) => {}
             },
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return Ok(failed),

@@ -55,6 +55,7 @@ const CACHE: &str = ".dmp-suite";
     Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but a log could not be scored, a version has no run on one, or part of \
     one was lost; 4 done, but a gate failed."
 )]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 pub(crate) struct SuiteArgs {
     /// The suite: a TOML file that names versions, logs and options. docs/suite.md has every key
     #[arg(value_name = "SUITE", required_unless_present = "example")]
@@ -75,7 +76,7 @@ pub(crate) struct SuiteArgs {
 
     #[command(flatten)]
     resources: ResourceArgs,
-    /// Score on a cluster of Dask, whose scheduler has this address, as tcp://HOST:8786, several logs at once and large ones
+    /// Score on a cluster of Dask, whose scheduler has this address, as `tcp://HOST:8786`, several logs at once and large ones
     /// in parts. Logs and runs must be where all workers have them, and so must --work, which may be a URL (s3://); --memory and
     /// --threads are those of a task. It is done by the Python package: pip install 'dmp-slam[dask]'
     #[arg(long, value_name = "ADDRESS", conflicts_with_all = ["list", "cached"], help_heading = "Resources")]

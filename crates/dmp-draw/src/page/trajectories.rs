@@ -1,5 +1,7 @@
 //! The trajectories of all runs, laid onto each other.
 
+use std::fmt::Write as _;
+
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::explore::with_data;
@@ -79,14 +81,16 @@ fn from_above(pictures: &Pictures, runs: &[usize], names: &[&str], ways: &[Vec<P
         });
         let told = chosen.iter().map(|&frame| scan_in_words(pictures, run, frame, travel_m[frame]));
         let [x, y] = way.first().map_or([0.0; 2], at);
-        drawing.push_str(&format!(
+        // Writing to a string cannot fail.
+        let _ = write!(
+            drawing,
             "<polyline class=\"s{k}\" points=\"{}\" fill=\"none\" stroke=\"var(--s{k})\" stroke-width=\"1.6\" \
              stroke-linejoin=\"round\" vector-effect=\"non-scaling-stroke\" data-run=\"{}\" data-scans=\"{}\"/>\
              <circle class=\"s{k}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"var(--s{k})\"/>",
             points.collect::<Vec<_>>().join(" "),
             escape(names[run]),
             escape(&told.collect::<Vec<_>>().join(";")),
-        ));
+        );
     }
     let frame = Frame { width: WIDTH, height, units_per_m: scale };
     let svg = frame.svg("Trajectories of all runs from above", &drawing, Some("y"));

@@ -155,12 +155,15 @@ pub fn quick_reads(
     Ok(Places::choose(&scans, &Way::new(&scans), settings.seed, share)?.bytes)
 }
 
+/// A drive, and the runs along it, which have no maps yet.
+type Placed<'a> = (Drive, Vec<RunState<'a, Option<Store>>>);
+
 /// The drive by the index of the log, and the runs along it.
 fn placed<'a>(
     outline: &'a LogOutline,
     runs: &'a [Run],
     settings: &Settings,
-) -> Result<(Drive, Vec<RunState<'a, Option<Store>>>), EvaluateError> {
+) -> Result<Placed<'a>, EvaluateError> {
     check_runs(runs, settings)?;
     let heads = Heads::Outline(outline);
     let stores = runs.iter().map(|_| None).collect();
