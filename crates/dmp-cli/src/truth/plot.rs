@@ -19,10 +19,12 @@ enum Format {
 
 fn format_of(path: &Path) -> Result<Format, Usage> {
     let is = |known: &str| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(known));
-    match () {
-        () if is("html") || is("htm") => Ok(Format::Page),
-        () if is("svg") => Ok(Format::Picture),
-        () => Err(Usage(format!("{}: plots are written as .html or .svg", path.display()))),
+    if is("html") || is("htm") {
+        Ok(Format::Page)
+    } else if is("svg") {
+        Ok(Format::Picture)
+    } else {
+        Err(Usage(format!("{}: plots are written as .html or .svg", path.display())))
     }
 }
 

@@ -44,12 +44,11 @@ struct RunsJson<'a> {
 pub(super) fn json(metric: &Metric<'_>, runs: &[Compared], out: &mut impl Write) -> std::io::Result<()> {
     let reports: Vec<ReportJson<'_>> = runs.iter().map(|run| report(metric, run)).collect();
     let dmp_version = env!("CARGO_PKG_VERSION");
-    match reports.as_slice() {
-        [only] => serde_json::to_writer_pretty(&mut *out, only)?,
-        _ => {
-            let runs = RunsJson { schema: "dmp-truth-runs/1", dmp_version, runs: reports };
-            serde_json::to_writer_pretty(&mut *out, &runs)?;
-        }
+    if let [only] = reports.as_slice() {
+        serde_json::to_writer_pretty(&mut *out, only)?;
+    } else {
+        let runs = RunsJson { schema: "dmp-truth-runs/1", dmp_version, runs: reports };
+        serde_json::to_writer_pretty(&mut *out, &runs)?;
     }
     writeln!(out)
 }

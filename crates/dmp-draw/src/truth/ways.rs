@@ -35,12 +35,12 @@ impl Side {
 
 /// Coordinates from a round place on, as UTM's are too long to be read.
 #[derive(Debug, Clone, Copy)]
-struct From {
+struct Origin {
     side: Side,
     from_m: [f64; 2],
 }
 
-impl From {
+impl Origin {
     fn of(plots: &TruthPlots, side: Side) -> Self {
         let first = plots.runs.first().and_then(|run| run.poses.first());
         let from = |axis: usize| {
@@ -73,7 +73,7 @@ const NO_PLACE: Point = Point { x: f64::NAN, y: f64::NAN, name: String::new() };
 
 /// The way of a run, coloured by its errors from 0 to `top`, over that of the reference.
 pub(crate) fn coloured_way(plots: &TruthPlots, run: &TruthRun, top: f64, side: Side) -> Plot {
-    let from = From::of(plots, side);
+    let from = Origin::of(plots, side);
     let shades = shades(run, top);
     // Of every few poses the worst one, so that no peak is lost.
     let kept = thinned(run.poses.len(), |pose| shades[pose].unwrap_or(0));
@@ -97,7 +97,7 @@ pub(crate) fn coloured_way(plots: &TruthPlots, run: &TruthRun, top: f64, side: S
 
 /// The ways of several runs and of the reference.
 pub(crate) fn ways_of_all(plots: &TruthPlots, runs: &[&TruthRun], side: Side) -> Plot {
-    let from = From::of(plots, side);
+    let from = Origin::of(plots, side);
     let way = |run: &&TruthRun| {
         let kept = thinned(run.poses.len(), |_| 0);
         let points = kept.into_iter().map(|pose| from.point(&run.poses[pose].positions_m[1])).collect();
@@ -108,7 +108,7 @@ pub(crate) fn ways_of_all(plots: &TruthPlots, runs: &[&TruthRun], side: Side) ->
     from.plot(format!("Ways of all runs {}", side.words()), series)
 }
 
-fn reference(run: &TruthRun, from: &From) -> Series {
+fn reference(run: &TruthRun, from: &Origin) -> Series {
     let kept = thinned(run.poses.len(), |_| 0);
     let points = kept.into_iter().map(|pose| from.point(&run.poses[pose].positions_m[0])).collect();
     Series { name: "reference".into(), points, style: Style::Reference }

@@ -87,17 +87,16 @@ pub(super) fn unit_in(
     otherwise: Option<TimeUnit>,
     notes: &mut Vec<String>,
 ) -> Result<TimeUnit, ParseError> {
-    let unit = match known {
-        Some(unit) => unit,
-        None => {
-            let (mut stamps, mut first) = (Vec::new(), None);
-            for_each_row(bytes, header, |row| {
-                first.get_or_insert(row.place);
-                stamps.push(row.stamp.in_s(TimeUnit::Seconds));
-                Ok(())
-            })?;
-            found_or(otherwise, &stamps, first.unwrap_or(PlaceInFile::WholeFile), notes)?
-        }
+    let unit = if let Some(unit) = known {
+        unit
+    } else {
+        let (mut stamps, mut first) = (Vec::new(), None);
+        for_each_row(bytes, header, |row| {
+            first.get_or_insert(row.place);
+            stamps.push(row.stamp.in_s(TimeUnit::Seconds));
+            Ok(())
+        })?;
+        found_or(otherwise, &stamps, first.unwrap_or(PlaceInFile::WholeFile), notes)?
     };
     let stamp = match header.stamp {
         StampColumns::One(column, _) => vec![column],

@@ -132,7 +132,7 @@ fn names(text: &str) -> (Delimiter, Vec<String>) {
         match names.last_mut() {
             // `x [m]`, where blanks part names.
             Some(last) if delimiter == Delimiter::Blanks && name.starts_with(['[', '(']) => {
-                last.push_str(name)
+                last.push_str(name);
             }
             _ => names.push(name.to_owned()),
         }

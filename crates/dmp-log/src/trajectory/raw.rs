@@ -108,7 +108,7 @@ fn parse_raw_in(
         }
         TrajectoryFormat::Csv => raw.push_named(bytes, unit)?,
         TrajectoryFormat::Tum | TrajectoryFormat::Euroc | TrajectoryFormat::Kitti => {
-            raw.push_lines(bytes, unit)?
+            raw.push_lines(bytes, unit)?;
         }
     }
     Ok(raw)
