@@ -222,10 +222,11 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         _ => {
             let common = &mut asked.cli.common;
             common.terminal = Terminal::of_stdout(common.color);
-            match common.terminal.has_colour {
+            if common.terminal.has_colour {
                 // Where colours are no text, as in old consoles of Windows, it makes them what they are there.
-                true => Box::new(AutoStream::always(io::stdout().lock())),
-                false => Box::new(io::stdout().lock()),
+                Box::new(AutoStream::always(io::stdout().lock()))
+            } else {
+                Box::new(io::stdout().lock())
             }
         }
     };
