@@ -92,9 +92,9 @@ pub(crate) fn dmp_command(folder: &Path, arguments: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_dmp-under-test"));
     command.args(arguments).current_dir(folder);
     // What changes tables.
-    ["COLUMNS", "NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE"]
-        .iter()
-        .for_each(|name| drop(command.env_remove(name)));
+    for name in ["COLUMNS", "NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE"] {
+        command.env_remove(name);
+    }
     command
 }
 

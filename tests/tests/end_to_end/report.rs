@@ -135,7 +135,7 @@ fn pages_are_written_of_samples_maps_and_saved_results() {
     let json = dmp(folder.path(), &format!("{two} --json --quiet")).stdout;
     std::fs::write(folder.path().join("a.json"), json).unwrap();
     let page = page_of(folder.path(), "compare a.json");
-    assert!(page.contains("<strong>truth</strong> made the better map of the two"));
+    assert!(page.contains("<strong>truth</strong> is better than <strong>drift</strong>."));
     assert!(page.contains("saved results, which hold no maps"));
 }
 
@@ -207,7 +207,11 @@ fn a_browser_shows_every_part() {
         ] {
             assert!(page.has(role, name), "{width_px} {theme:?}: no {role} `{name}`");
         }
-        assert!(page.text().contains("truth made the best map of 4 runs."), "{}", page.text());
+        assert!(
+            page.text().contains("truth is best: better than noise, drift and collapsed."),
+            "{}",
+            page.text()
+        );
         let (shot, smaller) = page.screenshot();
         page.unfold();
         page.assert_sound();
