@@ -153,9 +153,9 @@ fn a_browser_shows_every_plot() {
         assert_eq!(dmp(folder.path(), &command).status.code(), Some(0));
         fs::remove_file(folder.path().join("times.txt")).unwrap();
     }
-    let mut several =
-        crate::common::dmp_command(folder.path(), "truth ape @/truth.tum -a --silent --plot several.html");
-    assert!(several.args([nasty, "noise.tum"]).status().unwrap().success());
+    let mut several = crate::common::dmp_command(folder.path(), "truth ape @/truth.tum");
+    several.args([nasty, "noise.tum", "-a", "--silent", "--plot", "several.html"]);
+    assert!(several.status().unwrap().success());
     plotted(folder.path(), "truth ape @/truth.tum @/drift.tum -as", "one.html");
     plotted(folder.path(), "truth rpe @/truth.tum @/drift.tum -d 10 -u m -r angle_deg", "pairs.html");
     plotted(folder.path(), "truth ape kitti truth.txt drift.txt -r full", "rows.html");
