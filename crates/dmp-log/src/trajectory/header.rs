@@ -86,7 +86,8 @@ fn bare(cell: &str) -> &str {
 pub(super) fn find(bytes: &[u8]) -> Result<Option<Header>, ParseError> {
     let Some(first) = lines(bytes).next() else { return Ok(None) };
     let PlaceInFile::Line(number) = first?.0 else { return Ok(None) };
-    let text = line(bytes, number).unwrap_or_default();
+    // What stands behind numbers as a comment parts no columns.
+    let text = line(bytes, number).and_then(|text| text.split('#').next()).unwrap_or_default();
     if is_header(&Delimiter::of(text).split(text)) {
         return of_line(text, number);
     }
