@@ -1,4 +1,4 @@
-//! The pictures of the README: what the command prints on the samples, and the first screen of its page.
+//! The pictures of the README: what the command prints on the samples, and its page.
 
 mod terminal;
 
@@ -11,8 +11,11 @@ use clap::Args;
 
 /// What the README's first command scores, behind `dmp`.
 const SCORE: &str = "score town.mcap -t truth.tum -t drift.tum -t noise.tum -t collapsed.tum";
-/// The window that shows the page, pixels.
-const WINDOW: &str = "1280,1000";
+/// The window that shows the page twice, pixels: its beginning, and its maps.
+const WINDOW: &str = "1596,924";
+const TWICE: &str = "<!doctype html><style>body{margin:0;display:flex;gap:12px;background:#d5d9de;padding:12px}\
+    iframe{border:0;border-radius:6px;width:780px;height:900px;background:#fff}</style>\
+    <iframe src=\"page.html\" scrolling=\"no\"></iframe><iframe src=\"page.html#maps\" scrolling=\"no\"></iframe>";
 
 /// Make the pictures of the README in `docs/figures/` anew
 #[derive(Debug, Args)]
@@ -45,7 +48,9 @@ pub(crate) fn run(arguments: &PicturesArgs) -> anyhow::Result<()> {
     let folder = tempfile::tempdir()?;
     let page = folder.path().join("page.html");
     output(&binary, &samples, &format!("{SCORE} --quiet --report {}", page.display()))?;
-    screenshot(&page, &figures.join("page.png"))?;
+    let twice = folder.path().join("twice.html");
+    fs::write(&twice, TWICE)?;
+    screenshot(&twice, &figures.join("page.png"))?;
     println!("{}", figures.display());
     Ok(())
 }
@@ -58,11 +63,12 @@ fn output(binary: &Path, folder: &Path, words: &str) -> anyhow::Result<Vec<u8>> 
     Ok(output.stdout)
 }
 
-/// The first screen of a page, by a Chromium as the tests find it.
+/// A page, by a Chromium as the tests find it.
 fn screenshot(page: &Path, picture: &Path) -> anyhow::Result<()> {
     let named = std::env::var_os("DMP_CHROMIUM").unwrap_or_else(|| "chromium".into());
     let mut browser = Command::new(&named);
     browser.args(["--headless", "--no-sandbox", "--hide-scrollbars", "--force-device-scale-factor=1"]);
+    browser.args(["--allow-file-access-from-files", "--virtual-time-budget=5000"]);
     browser.arg(format!("--window-size={WINDOW}")).arg(format!("--screenshot={}", picture.display()));
     let output = browser.arg(format!("file://{}", page.display())).output();
     let output = output.with_context(|| format!("cannot run {}", named.display()))?;
