@@ -126,7 +126,11 @@ pub(super) fn for_each_row(
         if text.trim().is_empty() {
             continue;
         }
-        let cells = header.delimiter.split(text);
+        let mut cells = header.delimiter.split(text);
+        // An empty cell at the end looks like a delimiter behind the last one.
+        if cells.len() + 1 == header.names.len() && header.delimiter.is_last(text) {
+            cells.push("");
+        }
         if cells.len() != header.names.len() {
             let (found, expected, names) = (cells.len(), header.names.len(), header.line);
             let problem = format!("{found} columns, line {names} names {expected}: is the line cut?");

@@ -60,6 +60,11 @@ impl Delimiter {
         [',', ';', '\t'].into_iter().find(|&c| line.contains(c)).map_or(Self::Blanks, Self::Character)
     }
 
+    /// Whether a line ends with it.
+    pub(super) fn is_last(self, line: &str) -> bool {
+        matches!(self, Self::Character(c) if line.trim_end().ends_with(c))
+    }
+
     /// The columns of a line; empty ones count where a character parts them. One at the end does not.
     pub(super) fn split(self, line: &str) -> Vec<&str> {
         match self {

@@ -12,7 +12,7 @@ const YEAR_2262_S: f64 = 9_223_372_036.0;
 /// The years 1990 to 2100.
 const OUR_DAYS_S: Range<f64> = 631_152_000.0..4_102_444_800.0;
 /// Poses of one trajectory are nearer in time than this, at most of its steps.
-const LONGEST_STEP_S: f64 = 50.0;
+const LONGEST_STEP_S: f64 = 100.0;
 /// Whole numbers further apart than this are rather milliseconds.
 const LONG_STEP_S: f64 = 5.0;
 
@@ -145,6 +145,8 @@ mod tests {
             assert_eq!(unit_of(&halves).unwrap().unit, unit);
             assert_eq!(unit_of(&stamps(unit, 1.7e9)[..1]).unwrap().unit, unit);
         }
+        // Keyframes a minute apart.
+        assert_eq!(unit_of(&[1.7e9, 1.7e9 + 60.0]).unwrap().unit, TimeUnit::Seconds);
         let seconds: Vec<f64> = (0..50).map(|k| 1.7e9 + 0.1 * f64::from(k)).collect();
         assert_eq!(unit_of(&seconds).unwrap(), FoundUnit { unit: TimeUnit::Seconds, note: None });
     }
