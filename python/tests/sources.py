@@ -14,7 +14,7 @@ unpacked, repository = Path(sys.argv[1]), Path(__file__).resolve().parents[2]
 METADATA = ["cargo", "metadata", "--locked", "--offline", "--format-version=1", "--no-deps"]
 metadata = json.loads(subprocess.check_output([*METADATA, "--manifest-path", root / "python" / "Cargo.toml"]))
 crates = {package["name"] for package in metadata["packages"]}
-assert {"dmp", "dmp-cast", "dmp-cli", "dmp-python"} <= crates, f"there are {crates}"
+assert {"dmp-slam", "dmp-cast", "dmp-cli", "dmp-python"} <= crates, f"there are {crates}"
 
 folders = [Path(package["manifest_path"]).parent.relative_to(root.resolve()) for package in metadata["packages"]]
 files = [file for folder in folders for file in (repository / folder / "src").rglob("*") if file.is_file()]
