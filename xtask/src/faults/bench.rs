@@ -96,6 +96,13 @@ fn without_times(path: &str, bytes: Vec<u8>) -> Vec<u8> {
         _ => return bytes,
     };
     let text = String::from_utf8_lossy(&bytes);
+    // A page holds the numbers once more, as they are printed with `--json`.
+    let text = match text.split_once("<script type=\"application/json\"") {
+        Some((before, data)) => {
+            [before, data.split_once("</script>").map_or(data, |(_, rest)| rest)].concat()
+        }
+        None => text.into_owned(),
+    };
     let mut parts = text.split(begins);
     let mut kept = parts.next().unwrap_or_default().to_owned();
     for part in parts {
