@@ -17,9 +17,9 @@ const SHELLS: [(&str, &str); 3] = [("bash", "dmp.bash"), ("zsh", "_dmp"), ("fish
 /// `cargo deb --no-build -p dmp-cli` takes, too
 #[derive(Debug, Args)]
 pub(crate) struct DistArgs {
-    /// What was built
-    #[arg(long, default_value = "target/release/dmp")]
-    binary: PathBuf,
+    /// The command [default: the one built beside this program]
+    #[arg(long)]
+    binary: Option<PathBuf>,
     /// The name of the system that it was built for
     #[arg(long, default_value_t = format!("{}-unknown-linux-gnu", std::env::consts::ARCH))]
     system: String,
@@ -30,9 +30,7 @@ pub(crate) struct DistArgs {
 
 pub(crate) fn run(arguments: &DistArgs) -> anyhow::Result<()> {
     let root = crate::workspace::root();
-    let binary = arguments.binary.canonicalize();
-    let binary =
-        binary.with_context(|| format!("no {}: cargo build --release", arguments.binary.display()))?;
+    let binary = crate::trials::command(arguments.binary.as_deref())?;
     let version = printed(&binary, &["--version"])?;
     let version = String::from_utf8(version)?.trim().trim_start_matches("dmp ").to_owned();
     let name = format!("dmp-{version}-{}", arguments.system);

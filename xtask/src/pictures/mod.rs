@@ -24,17 +24,15 @@ pub(crate) struct PicturesArgs {
     /// depends on fonts)
     #[arg(long)]
     check: bool,
-    /// What was built
-    #[arg(long, default_value = "target/release/dmp")]
-    binary: PathBuf,
+    /// The command [default: the one built beside this program]
+    #[arg(long)]
+    binary: Option<PathBuf>,
 }
 
 pub(crate) fn run(arguments: &PicturesArgs) -> anyhow::Result<()> {
     let root = crate::workspace::root();
     let figures = root.join("docs/figures");
-    let binary = arguments.binary.canonicalize();
-    let binary =
-        binary.with_context(|| format!("no {}: cargo build --release", arguments.binary.display()))?;
+    let binary = crate::trials::command(arguments.binary.as_deref())?;
     let samples = root.join("data-samples");
     let printed = output(&binary, &samples, &format!("{SCORE} --quiet --color always"))?;
     let picture = terminal::picture(&format!("dmp {SCORE}"), &String::from_utf8(printed)?);
