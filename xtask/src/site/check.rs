@@ -172,6 +172,7 @@ mod tests {
                 "docs/guide/b.md",
                 "# B\n\n## Two `words`\n\n[a](../a.md), [up](../../README.md#r), [here](#b)\n",
             ),
+            ("docs/figures/page.png", ""),
             ("README.md", "# R\n\n[docs](docs), [a](docs/a.md#a)\n"),
         ];
         let empty = BESIDE.iter().map(|name| (*name, ""));
@@ -190,7 +191,8 @@ mod tests {
 
     #[test]
     fn broken_links_and_missing_anchors_are_named_with_their_lines() {
-        let page = "# A\n\n[b](guide/c.md)\n[b](guide/b.md#three)\n[out](../../x.md)\n[root](/x.md)\n";
+        let page = "# A\n\n[b](guide/c.md)\n[b](guide/b.md#three)\n[out](../../x.md)\n[root](/x.md)\n\
+                    ![](figures/none.png)\n";
         assert_eq!(
             problems_with(&[
                 ("docs/a.md", page),
@@ -204,6 +206,7 @@ mod tests {
                 "docs/a.md:4: guide/b.md#three: no such heading",
                 "docs/a.md:5: ../../x.md: leads out of the repository",
                 "docs/a.md:6: /x.md: leads out of the repository",
+                "docs/a.md:7: figures/none.png: no such file",
             ]
         );
     }
