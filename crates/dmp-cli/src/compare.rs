@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{anyhow, bail};
+use anyhow::anyhow;
 use clap::Args;
 use dmp::{JoinError, JoinedReport, MadeWith, NamedReport, Report, join_reports};
 use dmp_draw::text::counted;
@@ -92,9 +92,6 @@ pub(crate) fn run(arguments: &CompareArgs, common: &Common, out: &mut impl Write
     };
     let results = arguments.results.iter().zip(names).map(read).collect::<anyhow::Result<Vec<_>>>()?;
     let JoinedReport { mut report, runs_of, not_compared } = join_reports(&results).map_err(with_remedy)?;
-    if arguments.report.is_some() && !report.config.scales.lengths().has_page {
-        bail!(Usage(page::no_page(report.config.scales)));
-    }
     let runs: Vec<&str> = report.order.iter().map(String::as_str).collect();
     let gates = arguments.gates.start(&runs)?;
     let checked = gates.check(&report);

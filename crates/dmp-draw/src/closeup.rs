@@ -1,13 +1,15 @@
 //! A place from above and from the side: the surfels of the map, and what rays find there.
 
+use dmp::Scales;
+
 use crate::colour::Rgb;
 use crate::image::Image;
 use crate::seen::SampledReturn;
 use crate::worst::WorstPlace;
 
-/// A window reaches so far to each side of the middle of a place whose stretch is the longest there is, metres.
-pub const WINDOW_M: f64 = 20.0;
-/// And at least so far: the next wall is to be seen.
+/// A window reaches so far to each side of the middle of a place, in parts of its radius: 20 m on a drive.
+const WINDOW: f64 = 20.0 / 15.0;
+/// And at least so far, metres of a drive: the next wall is to be seen.
 const LEAST_M: f64 = 10.0;
 /// Pixels to each side of the middle.
 const HALF_PX: f64 = 200.0;
@@ -17,9 +19,9 @@ const ABOVE: f64 = 0.65;
 const DEPTH: f64 = 0.4;
 /// Steeper normals than this belong to the ground.
 const LEVEL: f32 = 0.7;
-/// Smaller residuals are drawn as dots alone, metres.
-const FITS_M: f32 = 0.1;
-/// Lines are no longer than this, so that they leave something to be seen, metres.
+/// Smaller residuals are drawn as dots alone, metres of a drive; those beyond the other two in darker colours.
+pub(crate) const SIZES_M: [f32; 3] = [0.1, 0.3, 1.0];
+/// Lines are no longer than this, so that they leave something to be seen, metres of a drive.
 const LONGEST_LINE_M: f64 = 3.0;
 /// Returns of a picture, about, and how many of them have their whole ray drawn.
 const RETURNS: usize = 6000;
@@ -64,6 +66,7 @@ pub struct DiscInWorld {
 pub(crate) struct Closeup {
     centre_m: [f64; 3],
     along: [f64; 2],
+    metre_m: f64,
     pub(crate) half_m: f64,
     pub(crate) above: Image,
     pub(crate) side: Image,
@@ -75,13 +78,15 @@ pub(crate) struct Closeup {
 
 impl Closeup {
     /// Pictures of nothing yet. `returns` is about how many sampled returns will come by.
-    pub(crate) fn new(place: &WorstPlace, returns: usize) -> Self {
+    pub(crate) fn new(place: &WorstPlace, returns: usize, scales: Scales) -> Self {
         let height = ((BELOW + ABOVE) * HALF_PX) as usize;
+        let metre_m = scales.lengths().metre_m;
         let every = returns.div_ceil(RETURNS).max(1);
         Self {
             centre_m: place.centre_in_world_m,
             along: place.along,
-            half_m: (place.radius_m * WINDOW_M / 15.0).max(LEAST_M),
+            metre_m,
+            half_m: (WINDOW * place.radius_m).max(metre_m * LEAST_M),
             above: Image::new(2 * HALF_PX as usize, 2 * HALF_PX as usize),
             side: Image::new(2 * HALF_PX as usize, height),
             every,
@@ -160,7 +165,8 @@ impl Closeup {
             return;
         }
         let from_sensor_m = sampled.from_sensor_m.map(f64::from);
-        let drawn_m = f64::from(residual_m).clamp(-LONGEST_LINE_M, LONGEST_LINE_M);
+        let longest_m = self.metre_m * LONGEST_LINE_M;
+        let drawn_m = f64::from(residual_m).clamp(-longest_m, longest_m);
         let at = |from_return_m: f64| -> [f64; 3] {
             let along = |axis: usize| from_return_m * f64::from(sampled.direction[axis]);
             std::array::from_fn(|axis| sensor_m[axis] + from_sensor_m[axis] + along(axis))
@@ -170,10 +176,11 @@ impl Closeup {
             let range_m = from_sensor_m.iter().map(|m| m * m).sum::<f64>().sqrt();
             self.segment(at(-range_m), measured, RAY);
         }
+        let [fits_m, large_m, largest_m] = SIZES_M.map(|m| self.metre_m as f32 * m);
         let colour = match residual_m.abs() {
-            size if size <= FITS_M => FITS,
-            size => {
-                let size = u8::from(size > 0.3) + u8::from(size > 1.0);
+            size_m if size_m <= fits_m => FITS,
+            size_m => {
+                let size = u8::from(size_m > large_m) + u8::from(size_m > largest_m);
                 size + if residual_m > 0.0 { IN_FRONT } else { BEHIND }
             }
         };
@@ -244,7 +251,7 @@ mod tests {
             best: None,
             passes: Vec::new(),
         };
-        Closeup::new(&place, 10)
+        Closeup::new(&place, 10, Scales::Drive)
     }
 
     #[test]

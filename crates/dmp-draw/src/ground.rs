@@ -1,17 +1,17 @@
 //! Maps from above: what the returns that lie in each cell of the ground say.
 
+use dmp::Scales;
+
 use crate::colour::{STEPS, step};
 use crate::image::Image;
-use crate::seen::SampledReturn;
+use crate::seen::{SampledReturn, judged_by_m};
 
-/// Edges that cells have, metres.
+/// Edges that cells have, metres of a drive.
 const EDGES_M: [f64; 12] = [0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 8.0, 10.0, 16.0, 20.0, 32.0, 50.0];
 /// Cells along the longer side of a map at most.
 const LONGEST: usize = 400;
-/// A map shows so much beyond the way, metres.
+/// A map shows so much beyond the way, metres of a drive.
 const MARGIN_M: f64 = 50.0;
-/// Residuals count up to this, metres: the scale τ of the score `R_cv(2)` or `R_near(2)`.
-pub(crate) const CUT_M: f64 = 2.0;
 /// Fewer predicted returns say nothing of a cell.
 const FEWEST: u32 = 2;
 
@@ -29,13 +29,16 @@ pub(crate) struct Grid {
 impl Grid {
     /// Cells for every place near the positions, as small as few enough of them can be; none where there are no
     /// positions.
-    pub(crate) fn around(positions: impl Iterator<Item = [f64; 3]>) -> Self {
-        let Some([low, high]) = extent_m(positions) else {
-            return Self { cell_m: EDGES_M[0], corner_m: [0.0; 2], columns: 0, rows: 0 };
+    pub(crate) fn around(positions: impl Iterator<Item = [f64; 3]>, scales: Scales) -> Self {
+        let metre_m = scales.lengths().metre_m;
+        // Whole millimetres: a tenth of 3 is not 0.3.
+        let mut edges_m = EDGES_M.map(|m| (1e3 * metre_m * m).round() / 1e3).into_iter();
+        let Some([low, high]) = extent_m(positions, metre_m * MARGIN_M) else {
+            return Self { cell_m: metre_m * EDGES_M[0], corner_m: [0.0; 2], columns: 0, rows: 0 };
         };
         let longest_m = (high[0] - low[0]).max(high[1] - low[1]);
         let fits = |edge_m: &f64| longest_m / edge_m <= LONGEST as f64;
-        let cell_m = EDGES_M.into_iter().find(fits).unwrap_or((longest_m / LONGEST as f64).ceil());
+        let cell_m = edges_m.find(fits).unwrap_or((longest_m / LONGEST as f64).ceil());
         let corner_m = low.map(|m| cell_m * (m / cell_m).floor());
         let cells =
             |axis: usize| (((high[axis] - corner_m[axis]) / cell_m).ceil() as usize).clamp(1, LONGEST + 1);
@@ -80,7 +83,7 @@ impl Grid {
 }
 
 /// Smallest and largest x and y, with a margin.
-fn extent_m(positions: impl Iterator<Item = [f64; 3]>) -> Option<[[f64; 2]; 2]> {
+fn extent_m(positions: impl Iterator<Item = [f64; 3]>, margin_m: f64) -> Option<[[f64; 2]; 2]> {
     let mut positions = positions.peekable();
     positions.peek()?;
     let none = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
@@ -90,7 +93,7 @@ fn extent_m(positions: impl Iterator<Item = [f64; 3]>) -> Option<[[f64; 2]; 2]> 
             [0, 1].map(|axis: usize| high[axis].max(at[axis])),
         ]
     });
-    Some([low.map(|m| m - MARGIN_M), high.map(|m| m + MARGIN_M)])
+    Some([low.map(|m| m - margin_m), high.map(|m| m + margin_m)])
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -105,12 +108,13 @@ struct Cell {
 #[derive(Debug)]
 pub(crate) struct Ground {
     pub(crate) grid: Grid,
+    cut_m: f64,
     cells: Vec<Cell>,
 }
 
 impl Ground {
-    pub(crate) fn new(grid: Grid) -> Self {
-        Self { grid, cells: vec![Cell::default(); grid.columns * grid.rows] }
+    pub(crate) fn new(grid: Grid, scales: Scales) -> Self {
+        Self { grid, cut_m: cut_m(scales), cells: vec![Cell::default(); grid.columns * grid.rows] }
     }
 
     pub(crate) fn add(&mut self, at_m: [f64; 2], sampled: &SampledReturn) {
@@ -119,7 +123,7 @@ impl Ground {
         cell.revisited += u32::from(sampled.revisited);
         if let Some(residual_m) = sampled.residual_m {
             cell.predicted += 1;
-            cell.square_m2 += cut_square_m2(residual_m);
+            cell.square_m2 += cut_square_m2(residual_m, self.cut_m);
         }
     }
 
@@ -127,7 +131,7 @@ impl Ground {
     pub(crate) fn trimmed(self) -> Self {
         let (ends, grid) = self.grid.around_told(|cell| self.cells[cell].returns >= FEWEST);
         let cells = self.grid.cells_of(&self.cells, ends[0], &grid);
-        Self { grid, cells }
+        Self { grid, cells, ..self }
     }
 
     fn rms_m(cell: &Cell) -> Option<f64> {
@@ -169,13 +173,14 @@ impl Ground {
 #[derive(Debug)]
 pub(crate) struct Difference {
     pub(crate) grid: Grid,
+    cut_m: f64,
     /// Common returns, and the squares of both runs.
     cells: Vec<(u32, [f64; 2])>,
 }
 
 impl Difference {
-    pub(crate) fn new(grid: Grid) -> Self {
-        Self { grid, cells: vec![(0, [0.0; 2]); grid.columns * grid.rows] }
+    pub(crate) fn new(grid: Grid, scales: Scales) -> Self {
+        Self { grid, cut_m: cut_m(scales), cells: vec![(0, [0.0; 2]); grid.columns * grid.rows] }
     }
 
     /// Adds a return that both predict.
@@ -185,7 +190,7 @@ impl Difference {
         };
         *count += 1;
         for (sum, residual_m) in squares_m2.iter_mut().zip(residuals_m) {
-            *sum += cut_square_m2(residual_m);
+            *sum += cut_square_m2(residual_m, self.cut_m);
         }
     }
 
@@ -193,7 +198,7 @@ impl Difference {
     pub(crate) fn trimmed(self) -> Self {
         let (ends, grid) = self.grid.around_told(|cell| self.cells[cell].0 >= FEWEST);
         let cells = self.grid.cells_of(&self.cells, ends[0], &grid);
-        Self { grid, cells }
+        Self { grid, cells, ..self }
     }
 
     /// Root of the mean square of the second less that of the first, metres: positive where the first is better.
@@ -215,8 +220,13 @@ impl Difference {
     }
 }
 
-fn cut_square_m2(residual_m: f32) -> f64 {
-    let cut_m = f64::from(residual_m).abs().min(CUT_M);
+/// Residuals count up to this, metres: the coarser scale by which places are judged.
+pub(crate) const fn cut_m(scales: Scales) -> f64 {
+    judged_by_m(scales)[1]
+}
+
+fn cut_square_m2(residual_m: f32, cut_m: f64) -> f64 {
+    let cut_m = f64::from(residual_m).abs().min(cut_m);
     cut_m * cut_m
 }
 
@@ -237,7 +247,7 @@ pub(crate) fn round_top(values: impl Iterator<Item = f64>, least: f64, most: f64
     let mut values: Vec<f64> = values.collect();
     let at = values.len() * 19 / 20;
     let value = if values.is_empty() { least } else { *values.select_nth_unstable_by(at, f64::total_cmp).1 };
-    let round = [0.05, 0.1, 0.2, 0.3, 0.5, 1.0, 1.5, 2.0, 5.0, 10.0];
+    let round = [0.005, 0.01, 0.02, 0.03, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0, 1.5, 2.0, 5.0, 10.0];
     round.into_iter().find(|round| *round >= value).unwrap_or(most).clamp(least, most)
 }
 
@@ -252,10 +262,10 @@ mod tests {
     #[test]
     fn cells_are_where_the_returns_are() {
         let way = [[4e5, 5e6, 3.0], [4e5 + 20.0, 5e6 + 10.0, 3.0]];
-        let grid = Grid::around(way.into_iter());
+        let grid = Grid::around(way.into_iter(), Scales::Drive);
         let expected = Grid { cell_m: 0.5, corner_m: [4e5 - 50.0, 5e6 - 50.0], columns: 240, rows: 220 };
         assert_eq!(grid, expected);
-        let mut ground = Ground::new(grid);
+        let mut ground = Ground::new(grid, Scales::Drive);
         for (residual_m, revisited) in [(Some(0.3), true), (Some(-0.5), true), (None, false)] {
             ground.add([4e5 + 0.2, 5e6 + 0.7], &at(residual_m, revisited));
         }
@@ -275,7 +285,7 @@ mod tests {
     #[test]
     fn margins_are_left_out() {
         let grid = Grid { cell_m: 2.0, corner_m: [10.0, 20.0], columns: 7, rows: 5 };
-        let mut ground = Ground::new(grid);
+        let mut ground = Ground::new(grid, Scales::Drive);
         for at_m in [[15.0, 23.0], [15.5, 23.5], [19.0, 27.0], [19.0, 27.0], [10.0, 20.0]] {
             ground.add(at_m, &at(Some(0.2), true));
         }
@@ -287,13 +297,13 @@ mod tests {
             assert_eq!(after.get(column, row), before.get(column + 2, row + 1), "{column} {row}");
         }
         assert_eq!((after.get(0, 2), after.get(2, 0)), (1, 1));
-        assert_eq!(Ground::new(grid).trimmed().grid.columns, 0);
+        assert_eq!(Ground::new(grid, Scales::Drive).trimmed().grid.columns, 0);
     }
 
     #[test]
     fn differences_have_sides() {
         let grid = Grid { cell_m: 1.0, corner_m: [0.0; 2], columns: 3, rows: 1 };
-        let mut difference = Difference::new(grid);
+        let mut difference = Difference::new(grid, Scales::Drive);
         for (x, residuals_m) in [(0.5, [0.1, -5.0]), (1.5, [0.2, -0.2]), (2.5, [1.0, 0.0])] {
             difference.add([x, 0.5], residuals_m);
             difference.add([x, 0.5], residuals_m);
@@ -309,10 +319,15 @@ mod tests {
 
     #[test]
     fn long_ways_have_large_cells_and_no_way_has_none() {
-        let edge_m = |length_m: f64| Grid::around([[0.0; 3], [length_m, 300.0, 0.0]].into_iter()).cell_m;
+        let edge_m = |length_m: f64| {
+            Grid::around([[0.0; 3], [length_m, 300.0, 0.0]].into_iter(), Scales::Drive).cell_m
+        };
         assert_eq!([100.0, 350.0, 19_000.0, 1e6].map(edge_m), [1.0, 2.0, 50.0, 2501.0]);
-        assert_eq!(Grid::around([].into_iter()).columns, 0);
-        assert_eq!(Ground::new(Grid::around([].into_iter())).coverage().width, 0);
+        let walk = [[0.0; 3], [10.0, 30.0, 0.0]];
+        let room = Grid::around(walk.into_iter(), Scales::Room);
+        assert!((room.cell_m - 0.1).abs() < 1e-12 && (room.corner_m[0] + 5.0).abs() < 1e-9, "{room:?}");
+        let none = Grid::around([].into_iter(), Scales::Drive);
+        assert_eq!((none.columns, Ground::new(none, Scales::Drive).coverage().width), (0, 0));
     }
 
     #[test]

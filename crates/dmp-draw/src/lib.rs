@@ -34,7 +34,7 @@ mod warnings;
 mod worst;
 
 pub use answer::answer;
-pub use closeup::{DiscInWorld, WINDOW_M};
+pub use closeup::DiscInWorld;
 pub use columns::{Ranking, RankingRow, ScoreColumn, ranking};
 pub use drift::{
     DRIFT_HEADS, drift_beside_scores, drift_compared, drift_in_words, drift_row, metres, pairs_in_words,

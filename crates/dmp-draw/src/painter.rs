@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use dmp::Basis;
+use dmp::{Basis, Scales};
 
 use crate::closeup::{Closeup, DiscInWorld};
 use crate::ground::{Difference, Grid, Ground};
@@ -29,6 +29,8 @@ pub struct Painter {
 /// What there is to see of an evaluation.
 #[derive(Debug)]
 pub struct Pictures {
+    /// Lengths that are drawn are in proportion to those of its kind.
+    pub(crate) scales: Scales,
     pub(crate) frames: Vec<SeenFrame>,
     /// Stamp of the log's first scan; `None` in a log without stamps.
     pub(crate) start_ns: Option<i64>,
@@ -49,10 +51,11 @@ pub struct Pictures {
 }
 
 impl Painter {
-    /// Of an evaluation whose scored scans are these, in the order of their time. `start_ns` is the stamp of the log's
+    /// Of an evaluation whose scored scans are these, in the order of their time, of a log of this kind. `start_ns` is the stamp of the log's
     /// first scan, `bases` says how every run is judged, `order` has the indices of the runs, best first; `returns` is how
     /// many sampled returns a run will have.
     pub fn new(
+        scales: Scales,
         frames: Vec<SeenFrame>,
         start_ns: Option<i64>,
         bases: Vec<Basis>,
@@ -60,12 +63,12 @@ impl Painter {
         returns: u64,
     ) -> Self {
         let runs = bases.len();
-        let places = worst_places(&frames, runs);
+        let places = worst_places(&frames, runs, scales);
         let of_each = (CLOSEUPS / runs.max(1)).max(1);
         let a_frame = returns as usize / frames.len().max(1);
         let closeup = |place: &WorstPlace| {
             let scans: usize = place.passes.iter().map(|pass| pass.frames[1] - pass.frames[0] + 1).sum();
-            Closeup::new(place, a_frame * scans)
+            Closeup::new(place, a_frame * scans, scales)
         };
         let mut left = CLOSEUPS;
         let mut closeups: Vec<Vec<Closeup>> = places.iter().map(|_| Vec::new()).collect();
@@ -85,11 +88,13 @@ impl Painter {
         let drawn: Vec<usize> = order.iter().copied().take(GROUNDS).collect();
         let mut grounds: Vec<Option<Ground>> = (0..runs).map(|_| None).collect();
         for &run in &drawn {
-            grounds[run] = Some(Ground::new(Grid::around(way(run))));
+            grounds[run] = Some(Ground::new(Grid::around(way(run), scales), scales));
         }
-        let difference = (order.len() > 1).then(|| Difference::new(Grid::around(way(order[0]))));
-        let histograms = vec![Histogram::new(); runs];
+        let difference =
+            (order.len() > 1).then(|| Difference::new(Grid::around(way(order[0]), scales), scales));
+        let histograms = vec![Histogram::new(scales); runs];
         let pictures = Pictures {
+            scales,
             frames,
             start_ns,
             bases,

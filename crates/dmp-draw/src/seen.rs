@@ -1,10 +1,13 @@
 //! What is known of a scored scan.
 
-use dmp::{Basis, RunSums};
+use dmp::{Basis, RunSums, Scales};
 
 /// Truncations τ by which places are judged, metres: the first sees centimetres, the second tells a large error from a
-/// larger one.
-pub(crate) const SCALES_M: [f64; 2] = [0.5, 2.0];
+/// larger one. 0.5 and 2 m on a drive; in a room a tenth of that, which tells millimetres and decimetres.
+pub(crate) const fn judged_by_m(scales: Scales) -> [f64; 2] {
+    let [_, wide_m, fine_m] = scales.lengths().near_m;
+    [fine_m, wide_m]
+}
 
 /// A scored scan.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,23 +23,21 @@ pub struct SeenFrame {
 }
 
 /// The sums of one run over some returns. Of a fused map they are those of `R_cv`, of a map that was given those of
-/// `R_near`; and of a fused map those of `R_near(0.5)` beside them.
+/// `R_near`; and of a fused map those of `R_near` at the finer scale beside them. Scales are those of [`judged_by_m`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FrameScore {
     /// Returns that the map predicts.
     pub(crate) predicted: u64,
-    /// Σ min(r², τ²) over them at [`SCALES_M`], m².
-    pub(crate) squares_m2: [f64; 2],
-    /// Returns whose ray crosses a surfel of a fused map, and Σ min((z − zn)², 0.25 m²) over them.
+    /// Σ min(r², τ²)/τ² over them, at either scale.
+    pub(crate) parts: [f64; 2],
+    /// Returns whose ray crosses a surfel of a fused map, and the same of z − zn over them at the finer scale.
     pub(crate) near: (u64, f64),
 }
 
 impl FrameScore {
-    /// What the sums of a run say on `basis`.
-    pub fn of(sums: &RunSums, basis: Basis) -> Self {
+    /// What the sums of a run, which are of a log of this kind, say on `basis`.
+    pub fn of(sums: &RunSums, basis: Basis, scales: Scales) -> Self {
         let near = sums.r_near_m2();
-        let near_m2 =
-            near.iter().find(|(at_m, _)| *at_m == SCALES_M[0]).and_then(|(_, mean)| *mean).unwrap_or(0.0);
         let crossed = if basis == Basis::CrossValidated { sums.with_first() } else { 0 };
         let (predicted, scores) = match basis {
             Basis::CrossValidated => {
@@ -45,37 +46,39 @@ impl FrameScore {
             }
             Basis::Near => (sums.with_first(), near.to_vec()),
         };
-        let mean_at =
-            |scale_m: f64| scores.iter().find(|(at_m, _)| *at_m == scale_m).and_then(|(_, mean)| *mean);
-        let squares_m2 = SCALES_M.map(|scale_m| mean_at(scale_m).unwrap_or(0.0) * predicted as f64);
-        Self { predicted, squares_m2, near: (crossed, near_m2 * crossed as f64) }
+        let part_at = |scores: &[(f64, Option<f64>)], scale_m: f64| {
+            let mean_m2 = scores.iter().find(|(at_m, _)| *at_m == scale_m).and_then(|(_, mean)| *mean);
+            mean_m2.unwrap_or(0.0) / (scale_m * scale_m)
+        };
+        let judged_by_m = judged_by_m(scales);
+        let parts = judged_by_m.map(|scale_m| part_at(&scores, scale_m) * predicted as f64);
+        Self { predicted, parts, near: (crossed, part_at(&near, judged_by_m[0]) * crossed as f64) }
     }
 
     pub(crate) fn add(&mut self, other: &Self) {
         self.predicted += other.predicted;
-        for (sum, square) in self.squares_m2.iter_mut().zip(other.squares_m2) {
-            *sum += square;
+        for (sum, part) in self.parts.iter_mut().zip(other.parts) {
+            *sum += part;
         }
         self.near.0 += other.near.0;
         self.near.1 += other.near.1;
     }
 
-    /// The root of the mean at the `scale`-th of [`SCALES_M`], metres; `None` where nothing is predicted.
-    pub(crate) fn rms_m(&self, scale: usize) -> Option<f64> {
-        (self.predicted > 0).then(|| (self.squares_m2[scale] / self.predicted as f64).sqrt())
+    /// The roots of the means at both scales, metres; `None` where nothing is predicted.
+    pub(crate) fn rms_m(&self, scales: Scales) -> Option<[f64; 2]> {
+        let rms_m =
+            |scale: usize| (self.parts[scale] / self.predicted as f64).sqrt() * judged_by_m(scales)[scale];
+        (self.predicted > 0).then(|| [0, 1].map(rms_m))
     }
 
-    /// How wrong the map is, from 0 to 3: at each scale, and for the nearest surfel at 0.5 m, the mean in parts of its
-    /// largest value τ².
+    /// How wrong the map is, from 0 to 3: at each scale, and for the nearest surfel at the finer one, the mean in parts of
+    /// its largest value τ².
     ///
     /// The nearest surfel is there to tell passes apart. Where two passes disagree, each is predicted badly by the other;
     /// but the one that is off is off from the scans before and after it too, and so from surfels of its own.
     pub(crate) fn wrongness(&self) -> f64 {
-        let part =
-            |square_m2: f64, scale_m: f64, count: u64| square_m2 / (scale_m * scale_m) / count.max(1) as f64;
-        let scales = self.squares_m2.iter().zip(SCALES_M);
-        let parts: f64 = scales.map(|(square_m2, scale_m)| part(*square_m2, scale_m, self.predicted)).sum();
-        parts + part(self.near.1, SCALES_M[0], self.near.0)
+        let mean = |sum: f64, count: u64| sum / count.max(1) as f64;
+        self.parts.iter().map(|sum| mean(*sum, self.predicted)).sum::<f64>() + mean(self.near.1, self.near.0)
     }
 }
 
@@ -136,15 +139,15 @@ mod tests {
             (Basis::CrossValidated, sums.r_cv_m2(dmp::MissPrice::default())[2].1),
             (Basis::Near, sums.r_near_m2()[2].1),
         ] {
-            let score = FrameScore::of(&sums, basis);
+            let score = FrameScore::of(&sums, basis, Scales::Drive);
             assert_eq!(score.predicted, 4);
-            assert!((score.rms_m(0).unwrap() - mean.unwrap().sqrt()).abs() < 1e-12);
+            assert!((score.rms_m(Scales::Drive).unwrap()[0] - mean.unwrap().sqrt()).abs() < 1e-12);
             let at_half = (0.01 + 0.16 + 0.25 + 0.25) / 4.0 / 0.25;
             let twice = if basis == Basis::CrossValidated { 2.0 } else { 1.0 };
             let by_hand = twice * at_half + (0.01 + 0.16 + 0.49 + 4.0) / 4.0 / 4.0;
             assert!((score.wrongness() - by_hand).abs() < 1e-9, "{} {by_hand}", score.wrongness());
         }
-        assert_eq!(FrameScore::default().rms_m(0), None);
+        assert_eq!(FrameScore::default().rms_m(Scales::Drive), None);
         assert_eq!(FrameScore::default().wrongness(), 0.0);
     }
 

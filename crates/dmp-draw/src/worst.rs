@@ -1,10 +1,12 @@
 //! Where a run's map is wrong: the stretches of its way whose returns it predicts worst.
 
+use dmp::Scales;
+
 use crate::seen::{FrameScore, SeenFrame};
 
 /// Places told of a run.
 const PLACES: usize = 10;
-/// The longest stretch of way that is judged as one, metres …
+/// The longest stretch of way that is judged as one, metres of a drive …
 const LONGEST_M: f64 = 10.0;
 const SHORTEST_M: f64 = 1.0;
 /// … and so much of a way that is short.
@@ -15,6 +17,8 @@ const FEWEST_RETURNS: u64 = 50;
 const NOTABLE: f64 = 0.05;
 /// Scans of one pass may be so many scored scans apart.
 const GAP: usize = 3;
+/// Less way than this has no direction, metres of a drive.
+const NO_WAY_M: f64 = 0.1;
 
 /// A place where a run's map is wrong.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,9 +56,9 @@ struct Stretch {
 
 /// The worst places of every run, the worst first: those where another run's map is better, by how much; then those
 /// that are as bad in every run, by how bad they are. `frames` are in the order of the log.
-pub(crate) fn worst_places(frames: &[SeenFrame], runs: usize) -> Vec<Vec<WorstPlace>> {
-    let (stretches, stretch_m) = stretches(frames, runs);
-    (0..runs).map(|run| worst_of_run(frames, &stretches, run, stretch_m)).collect()
+pub(crate) fn worst_places(frames: &[SeenFrame], runs: usize, scales: Scales) -> Vec<Vec<WorstPlace>> {
+    let (stretches, stretch_m) = stretches(frames, runs, scales);
+    (0..runs).map(|run| worst_of_run(frames, &stretches, run, (stretch_m, scales))).collect()
 }
 
 /// How two runs compare, stretch by stretch.
@@ -69,8 +73,8 @@ pub(crate) struct Contest {
 }
 
 /// Of each run, where its map is clearly better than that of the run `one`; where either predicts too little, nothing.
-pub(crate) fn contests(frames: &[SeenFrame], runs: usize, one: usize) -> Vec<Contest> {
-    let (stretches, stretch_m) = stretches(frames, runs);
+pub(crate) fn contests(frames: &[SeenFrame], runs: usize, one: usize, scales: Scales) -> Vec<Contest> {
+    let (stretches, stretch_m) = stretches(frames, runs, scales);
     let of_run = |other: usize| {
         let mut contest = Contest::default();
         let mut most = NOTABLE;
@@ -95,12 +99,13 @@ pub(crate) fn contests(frames: &[SeenFrame], runs: usize, one: usize) -> Vec<Con
 }
 
 /// The way cut into equal stretches, and how long one is, metres.
-fn stretches(frames: &[SeenFrame], runs: usize) -> (Vec<Stretch>, f64) {
+fn stretches(frames: &[SeenFrame], runs: usize, scales: Scales) -> (Vec<Stretch>, f64) {
     let travel_m = travel_m(frames, runs);
     let way_m = travel_m.last().copied().unwrap_or(0.0);
     // Equally long, so that none is a rest of a few scans.
-    let stretches = (way_m / (SHARE_OF_WAY * way_m).clamp(SHORTEST_M, LONGEST_M)).round().max(1.0);
-    let stretch_m = (way_m / stretches).max(SHORTEST_M);
+    let [shortest_m, longest_m] = [SHORTEST_M, LONGEST_M].map(|m| scales.lengths().metre_m * m);
+    let stretches = (way_m / (SHARE_OF_WAY * way_m).clamp(shortest_m, longest_m)).round().max(1.0);
+    let stretch_m = (way_m / stretches).max(shortest_m);
     let mut of_way: Vec<Stretch> = Vec::new();
     let mut at = f64::NAN;
     for (index, (frame, travelled_m)) in frames.iter().zip(&travel_m).enumerate() {
@@ -138,7 +143,12 @@ pub(crate) fn travel_m(frames: &[SeenFrame], runs: usize) -> Vec<f64> {
     travel_m
 }
 
-fn worst_of_run(frames: &[SeenFrame], stretches: &[Stretch], run: usize, stretch_m: f64) -> Vec<WorstPlace> {
+fn worst_of_run(
+    frames: &[SeenFrame],
+    stretches: &[Stretch],
+    run: usize,
+    (stretch_m, scales): (f64, Scales),
+) -> Vec<WorstPlace> {
     let position = |frame: usize| frames[frame].position_in_world_m[run];
     let mut ranked: Vec<(bool, f64, Option<usize>, &Stretch)> = Vec::new();
     for stretch in stretches.iter().filter(|stretch| stretch.scores[run].predicted >= FEWEST_RETURNS) {
@@ -163,7 +173,7 @@ fn worst_of_run(frames: &[SeenFrame], stretches: &[Stretch], run: usize, stretch
         if stretch.frames.iter().any(is_told) {
             continue;
         }
-        places.push(place(frames, stretch, run, best, stretch_m));
+        places.push(place(frames, stretch, (run, best), (stretch_m, scales)));
         if places.len() == PLACES {
             break;
         }
@@ -175,9 +185,8 @@ fn worst_of_run(frames: &[SeenFrame], stretches: &[Stretch], run: usize, stretch
 fn place(
     frames: &[SeenFrame],
     stretch: &Stretch,
-    run: usize,
-    best: Option<usize>,
-    stretch_m: f64,
+    (run, best): (usize, Option<usize>),
+    (stretch_m, scales): (f64, Scales),
 ) -> WorstPlace {
     let position = |frame: usize| frames[frame].position_in_world_m[run];
     // Where the sensor was, not the mean: in a run that jumps, that would be near none of its scans.
@@ -201,7 +210,8 @@ fn place(
         .map(|frame| frame.map_or(centre_in_world_m, |f| position(*f)));
     let way = [ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]];
     let length_m = (way[0] * way[0] + way[1] * way[1]).sqrt();
-    let along = if length_m > 0.1 { way.map(|m| m / length_m) } else { [1.0, 0.0] };
+    let along =
+        if length_m > NO_WAY_M * scales.lengths().metre_m { way.map(|m| m / length_m) } else { [1.0, 0.0] };
     let best = best.map(|run| (run, stretch.scores[run]));
     WorstPlace { run, centre_in_world_m, radius_m, along, score: stretch.scores[run], best, passes }
 }
@@ -228,35 +238,36 @@ mod tests {
             scores: (0..runs)
                 .map(|run| {
                     let square_m2 = rms_m(run, number) * rms_m(run, number);
-                    let squares_m2 = SCALES.map(|scale_m| 1000.0 * square_m2.min(scale_m * scale_m));
-                    FrameScore { predicted: 1000, squares_m2, near: (0, 0.0) }
+                    let parts =
+                        [0.5, 2.0].map(|scale_m: f64| 1000.0 * (square_m2 / scale_m.powi(2)).min(1.0));
+                    FrameScore { predicted: 1000, parts, near: (0, 0.0) }
                 })
                 .collect(),
         };
         (0..800).map(frame).collect()
     }
-    const SCALES: [f64; 2] = crate::seen::SCALES_M;
+    const DRIVE: Scales = Scales::Drive;
 
     #[test]
     fn a_run_is_wrong_where_another_is_better() {
         // Trees that every map misses by 0.4 m, and 40 m of the second run that are 0.3 m off.
         let trees = |k: usize| if (200..240).contains(&(k % 400)) { 0.4 } else { 0.1 };
         let frames = drive(2, |run, k| if run == 1 && (520..560).contains(&k) { 0.3 } else { trees(k) });
-        let places = worst_places(&frames, 2);
+        let places = worst_places(&frames, 2, DRIVE);
         assert_eq!(places[0].len(), 10);
-        let [other, own] = contests(&frames, 2, 1).try_into().unwrap();
+        let [other, own] = contests(&frames, 2, 1, DRIVE).try_into().unwrap();
         assert_eq!([other.other_m, other.one_m, other.alike_m].map(f64::round), [40.0, 0.0, 759.0]);
-        let [reference, better] = other.worst.unwrap().map(|score| score.rms_m(0).unwrap());
+        let [reference, better] = other.worst.unwrap().map(|score| score.rms_m(DRIVE).unwrap()[0]);
         assert!((reference - 0.3).abs() < 1e-9 && (better - 0.1).abs() < 1e-9, "{reference} {better}");
         assert_eq!((own.other_m, own.one_m, own.worst), (0.0, 0.0, None));
-        assert_eq!(contests(&frames, 2, 0)[1].one_m, other.other_m);
+        assert_eq!(contests(&frames, 2, 0, DRIVE)[1].one_m, other.other_m);
         let first = places[1][0].clone();
         let [from, to] = first.passes[0].frames;
         assert!(from < 560 && to > 520, "{first:?}");
         assert_eq!(first.best.as_ref().map(|(run, _)| *run), Some(0));
         assert_eq!(first.passes.len(), 2, "both laps come by: {first:?}");
-        assert!((first.score.rms_m(0).unwrap() - 0.3).abs() < 0.05);
-        assert!((first.best.unwrap().1.rms_m(0).unwrap() - 0.1).abs() < 0.05);
+        assert!((first.score.rms_m(DRIVE).unwrap()[0] - 0.3).abs() < 0.05);
+        assert!((first.best.unwrap().1.rms_m(DRIVE).unwrap()[0] - 0.1).abs() < 0.05);
         // The trees come behind it, and are the worst of the first run, which no run is better at.
         assert!(places[0][0].best.is_none());
         assert!((200..240).contains(&(places[0][0].passes[0].frames[0] % 400 + 15)), "{:?}", places[0][0]);
@@ -272,7 +283,7 @@ mod tests {
     #[test]
     fn a_run_alone_is_wrong_where_it_is_worst() {
         let frames = drive(1, |_, k| if (120..160).contains(&k) { 0.4 } else { 0.1 + 1e-4 * (k % 7) as f64 });
-        let places = worst_places(&frames, 1);
+        let places = worst_places(&frames, 1, DRIVE);
         let [from, to] = places[0][0].passes[0].frames;
         assert!((100..165).contains(&from) && (115..180).contains(&to), "{:?}", places[0][0]);
         assert!(places[0].windows(2).all(|pair| pair[0].best.is_none() && pair[1].best.is_none()));
@@ -284,7 +295,7 @@ mod tests {
         for frame in frames.iter_mut().skip(105) {
             frame.position_in_world_m[2][0] += 300.0;
         }
-        let places = worst_places(&frames, 3);
+        let places = worst_places(&frames, 3, DRIVE);
         assert!(places.iter().flatten().all(|place| !place.passes.is_empty()));
         assert!((100..110).contains(&places[2][0].passes[0].frames[0]), "{:?}", places[2][0]);
     }
@@ -295,9 +306,9 @@ mod tests {
         let mut frames = drive(1, |_, k| if (120..160).contains(&(k % 400)) { 0.4 } else { 0.1 });
         for frame in &mut frames {
             let near_m2 = if (520..560).contains(&frame.number) { 0.02 } else { 0.003 };
-            frame.scores[0].near = (1000, 1000.0 * near_m2);
+            frame.scores[0].near = (1000, 1000.0 * near_m2 / 0.25);
         }
-        let places = worst_places(&frames, 1);
+        let places = worst_places(&frames, 1, DRIVE);
         let [from, to] = places[0][0].passes[0].frames;
         assert!(from >= 500 && to < 580 && places[0][0].passes.len() == 2, "{:?}", places[0][0].passes);
     }
@@ -306,9 +317,9 @@ mod tests {
     fn a_sensor_that_stands_is_in_one_place() {
         let mut frames = drive(1, |_, _| 0.2);
         frames.iter_mut().for_each(|frame| frame.position_in_world_m = vec![[1.0, 2.0, 3.0]]);
-        let places = worst_places(&frames, 1);
+        let places = worst_places(&frames, 1, DRIVE);
         assert_eq!((places[0].len(), places[0][0].passes.len()), (1, 1));
         assert_eq!((places[0][0].centre_in_world_m, places[0][0].along), ([1.0, 2.0, 3.0], [1.0, 0.0]));
-        assert!(worst_places(&[], 2).iter().all(Vec::is_empty));
+        assert!(worst_places(&[], 2, DRIVE).iter().all(Vec::is_empty));
     }
 }

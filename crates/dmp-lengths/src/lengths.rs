@@ -42,8 +42,6 @@ pub struct Lengths {
     pub has_free_space: bool,
     /// Whether places can be drawn for a quick score: they are 10 m long.
     pub has_quick: bool,
-    /// Whether results can be drawn on a page.
-    pub has_page: bool,
 
     /// Of the map of a pose graph.
     pub loop_map: LoopMapLengths,

@@ -38,7 +38,6 @@ const TABLE: &[(Scales, Lengths)] = &[
             ego_travel_m: Some(20.0),
             has_free_space: true,
             has_quick: true,
-            has_page: true,
             loop_map: LoopMapLengths { column_m: 8.0, near_m: 3.0, moved_m: 0.02, stretch_m: 5.0 },
             // Through streets, with a sensor that sees all around: a drift of some metres in 500 to 800 m.
             simulated_loops: SimulatedLoopLengths {
@@ -80,7 +79,6 @@ const TABLE: &[(Scales, Lengths)] = &[
             ego_travel_m: None,
             has_free_space: false,
             has_quick: false,
-            has_page: false,
             // A tenth of a drive's, to the bit: 3.0 * 0.1 is not 0.3.
             loop_map: LoopMapLengths {
                 column_m: 0.8,

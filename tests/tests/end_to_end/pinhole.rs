@@ -171,7 +171,6 @@ fn what_is_not_for_rooms_is_refused_in_words() {
     let lines: Vec<String> = (0..12).map(|k| format!("{:.3} 0 0 0 0 0 0 1", 0.033 * f64::from(k))).collect();
     std::fs::write(folder.path().join("run.txt"), lines.join("\n")).unwrap();
     for (options, words) in [
-        ("--report page.html", "--report: its maps and places are those of drives"),
         ("--free-space", "free-space in a room"),
         ("--quick", "quick of a room"),
         ("--voxel 0.005", "0.005"),
@@ -182,7 +181,6 @@ fn what_is_not_for_rooms_is_refused_in_words() {
         let told = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{options}\n{told}");
         assert!(told.contains(words), "{options}\n{told}");
-        assert!(!folder.path().join("page.html").exists());
     }
     // What is nearer than a drive's smallest range is asked of the room's.
     let within = |options: &str| dmp(folder.path(), &format!("score box -t run.txt --json -q {options}"));

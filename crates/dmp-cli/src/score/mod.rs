@@ -19,14 +19,13 @@ mod sampling;
 use std::io::Write;
 use std::path::PathBuf;
 
-use anyhow::bail;
 use clap::Args;
 use dmp::{Confidence, Config, Report, ShardPlan, evaluate, file_stem_of};
 use serde::Serialize;
 
 use crate::clash::refuse_clashes;
 use crate::common::Common;
-use crate::exit::{Exit, Usage, when_printed};
+use crate::exit::{Exit, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::named::maps_of;
 use crate::runs::{OpenedRuns, Runs};
@@ -139,9 +138,6 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             asked.conventions.vet(opened, &asked.log, asked.settings.poses(), &config, common)?;
         like.iter().try_for_each(|like| like.check_log(log.summary()))?;
         let (settings, means) = config.on(log.summary())?;
-        if arguments.outputs.report.is_some() && !settings.scales.lengths().has_page {
-            bail!(Usage(outputs::page::no_page(settings.scales)));
-        }
         let outputs = match &vetted {
             Some(vetted) => outputs.of_runs(&vetted.is_kept()),
             None => outputs,

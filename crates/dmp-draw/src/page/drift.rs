@@ -28,7 +28,7 @@ const FACTORS: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
 const COLOURS_M: [f64; 2] = [0.01, 10.0];
 /// A displacement is told of a place where it is so many times as long as its standard deviations together.
 const SIGMAS: f64 = 3.0;
-/// Visits within this of a worst place tell of it, metres beyond its radius.
+/// Visits within this of a worst place tell of it, metres of a drive beyond its radius.
 const NEAR_M: f64 = 5.0;
 
 /// The section: what is said first, the table, and the ways where somebody watched.
@@ -51,7 +51,8 @@ pub(super) fn drift(report: &Report, pictures: Option<&Pictures>) -> String {
         "Where a run visits a place twice, both visits see the same surfaces. The motion that brings those of one onto those of the \
          other is what the run is off by between them.",
     ));
-    if let Some(pictures) = pictures {
+    let is_any_off = (0..drift.runs.len()).any(|run| offs(drift, run).next().is_some());
+    if let Some(pictures) = pictures.filter(|_| is_any_off) {
         body.push_str(&ways(drift, pictures));
     }
     body
@@ -187,11 +188,11 @@ pub(super) fn at_place(
     frame_of: &FrameOf,
     place: &WorstPlace,
 ) -> Option<String> {
-    let run = place.run;
+    let (run, near_m) = (place.run, NEAR_M * pictures.scales.lengths().metre_m);
     let is_near = |visit: &VisitReport| {
         frame_of.get(&visit.scan).is_some_and(|&frame| {
             let at_m = pictures.frames[frame].position_in_world_m[run];
-            distance_m(at_m, place.centre_in_world_m) <= place.radius_m + NEAR_M
+            distance_m(at_m, place.centre_in_world_m) <= place.radius_m + near_m
         })
     };
     let is_known = |off: &Displacement| {

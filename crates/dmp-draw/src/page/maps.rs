@@ -6,7 +6,7 @@ use super::explore::with_data;
 use super::html::{bar, figure, grid, keys, large, paragraph};
 use super::overlay::{self, Frame};
 use crate::colour::{Rgb, bad_colours, hex, side_colours};
-use crate::ground::{CUT_M, Grid, round_top};
+use crate::ground::{Grid, cut_m, round_top};
 use crate::image::Image;
 use crate::painter::Pictures;
 use crate::plot::escape;
@@ -21,7 +21,8 @@ const COVERAGE: [Rgb; 3] = [[0, 158, 115], [86, 165, 225], [222, 110, 30]];
 pub(super) fn residuals(pictures: &Pictures, names: &[&str]) -> Result<String, png::EncodingError> {
     let with_map = || pictures.order.iter().filter_map(|&run| Some((run, pictures.grounds[run].as_ref()?)));
     let drawn = || with_map().filter(|(_, ground)| ground.grid.columns > 0);
-    let top_m = round_top(drawn().flat_map(|(_, ground)| ground.rms_of_cells()), 0.1, CUT_M);
+    let (cut_m, metre_m) = (cut_m(pictures.scales), pictures.scales.lengths().metre_m);
+    let top_m = round_top(drawn().flat_map(|(_, ground)| ground.rms_of_cells()), 0.1 * metre_m, cut_m);
     let Some(size_m) = common_size_m(drawn().map(|(_, ground)| &ground.grid)) else {
         return Ok(paragraph("Too few returns were scored to draw a map of."));
     };
@@ -40,7 +41,7 @@ pub(super) fn residuals(pictures: &Pictures, names: &[&str]) -> Result<String, p
     }
     let score = pictures.order.first().map_or(Basis::CrossValidated, |&best| pictures.bases[best]);
     let mut text = paragraph(&format!(
-        "Each cell has the root mean square of the residuals of the returns that lie in it ({score} at {CUT_M} m). The line is \
+        "Each cell has the root mean square of the residuals of the returns that lie in it ({score} at {cut_m} m). The line is \
          the way of the sensor, from the dot; the arrow is the y axis of the run's world, north where that is east–north–up."
     ));
     let left_out = pictures.order.len() - with_map().count();
@@ -63,7 +64,8 @@ pub(super) fn difference(pictures: &Pictures, names: &[&str]) -> Result<String, 
     else {
         return Ok(paragraph("There are too few returns that both predict."));
     };
-    let top_m = round_top(difference.sizes_m(), 0.05, CUT_M);
+    let top_m =
+        round_top(difference.sizes_m(), 0.05 * pictures.scales.lengths().metre_m, cut_m(pictures.scales));
     let label = format!("Map from above of where {} and {} differ", names[first], names[second]);
     let size_m = extent_m(&difference.grid);
     let image = difference.sides(top_m);
@@ -99,7 +101,7 @@ pub(super) fn coverage(pictures: &Pictures, names: &[&str]) -> Result<String, pn
     );
     let words = [
         "predicted from another visit",
-        "predicted from other parts of the drive",
+        "predicted from other parts of the log",
         "not predicted: seen once, or from too few scans",
     ];
     let key = keys(COVERAGE.iter().map(|colour| hex(*colour)).zip(words));

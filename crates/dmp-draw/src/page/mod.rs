@@ -153,10 +153,8 @@ fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::E
     }
     let score = pictures.order.first().map_or(Basis::CrossValidated, |&best| pictures.bases[best]);
     let [width, height] = PLOT_PX;
-    let over_time =
-        profile::over_time(&pictures.frames, pictures.start_ns, &lines, score).to_element(width, height);
-    let over_way =
-        profile::over_way(&pictures.frames, pictures.bases.len(), &lines, score).to_element(width, height);
+    let over_time = profile::over_time(pictures, &lines, score).to_element(width, height);
+    let over_way = profile::over_way(pictures, &lines, score).to_element(width, height);
     let by_size = profile::by_size(&pictures.histograms, &lines).to_element(width, height);
     let plots = [
         figure(&over_time, "how wrong the prediction is over time"),

@@ -1,6 +1,6 @@
 //! The worst places of every run.
 
-use dmp::DriftReport;
+use dmp::{DriftReport, Scales};
 
 use super::drift::{FrameOf, at_place, frame_of};
 use super::html::{figure, grid, keys, list, paragraph};
@@ -11,7 +11,7 @@ use crate::image::Image;
 use crate::painter::Pictures;
 use crate::plot::escape;
 use crate::profile::time_of;
-use crate::seen::FrameScore;
+use crate::seen::{FrameScore, judged_by_m};
 use crate::text::digits;
 use crate::worst::{Pass, WorstPlace};
 
@@ -34,10 +34,11 @@ pub(super) fn places(
          there. Times count from the first scan of the log; where the sensor comes by more than once, the pass that is most \
          off stands first.",
     );
+    let fits = format!("returns predicted to {} cm", 10.0 * pictures.scales.lengths().metre_m);
     let words = [
         (1, "surfels of the map, level"),
         (2, "steep"),
-        (4, "returns predicted to 10 cm"),
+        (4, fits.as_str()),
         (6, "the map has it behind the return"),
         (9, "the map has something in front of it"),
         (3, "some of the rays"),
@@ -70,10 +71,14 @@ fn article(
     let name = names[place.run];
     let [x, y, _] = place.centre_in_world_m;
     let when = place.passes.first().map_or_else(String::new, |pass| times(pictures, pass));
+    // To a metre on a drive, to a tenth of one in a room.
+    let decimals = usize::from(pictures.scales.lengths().metre_m < 1.0);
     let heading = format!("{}. {when}", number + 1);
     let id = format!("place-{}-{}", place.run, number + 1);
     let basis = pictures.bases[place.run];
-    let own = format!("Off by {} ({basis} at 0.5 and 2 m)", misses(&place.score));
+    let [fine_m, wide_m] = judged_by_m(pictures.scales);
+    let misses = |score: &FrameScore| misses(score, pictures.scales);
+    let own = format!("Off by {} ({basis} at {fine_m} and {wide_m} m)", misses(&place.score));
     let best = match &place.best {
         Some((best, score)) => {
             format!("{own}; <strong>{}</strong> by {}.", escape(names[*best]), misses(score))
@@ -81,7 +86,7 @@ fn article(
         None if names.len() > 1 => format!("{own}; no other run is clearly better."),
         None => format!("{own}."),
     };
-    let mut text = format!("<p>{best} At x {x:.0} m, y {y:.0} m.</p>\n");
+    let mut text = format!("<p>{best} At x {x:.decimals$} m, y {y:.decimals$} m.</p>\n");
     let which_way = drift.and_then(|(drift, frame_of)| at_place(drift, pictures, frame_of, place));
     text.push_str(&which_way.map_or_else(String::new, |said| paragraph(&said)));
     if place.passes.len() > 1 {
@@ -101,10 +106,10 @@ fn article(
 }
 
 /// By how much returns are missed at both scales.
-pub(super) fn misses(score: &FrameScore) -> String {
-    match (score.rms_m(0), score.rms_m(1)) {
-        (Some(near_m), Some(far_m)) => format!("{} and {} cm", digits(100.0 * near_m), digits(100.0 * far_m)),
-        _ => "–".to_owned(),
+pub(super) fn misses(score: &FrameScore, scales: Scales) -> String {
+    match score.rms_m(scales) {
+        Some([fine_m, wide_m]) => format!("{} and {} cm", digits(100.0 * fine_m), digits(100.0 * wide_m)),
+        None => "–".to_owned(),
     }
 }
 

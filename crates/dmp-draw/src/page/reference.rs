@@ -6,6 +6,7 @@ use super::html::{cell, head, list, paragraph, table};
 use super::places::{misses, times};
 use crate::painter::Pictures;
 use crate::plot::escape;
+use crate::seen::judged_by_m;
 use crate::text::NONE;
 use crate::worst::contests;
 
@@ -14,7 +15,7 @@ pub(super) fn reference(report: &Report, pictures: &Pictures, name: &str) -> Str
     let Some(one) = report.runs.iter().position(|run| run.name == name) else {
         return paragraph(&format!("{name} is left out: see the warnings."));
     };
-    let contests = contests(&pictures.frames, report.runs.len(), one);
+    let contests = contests(&pictures.frames, report.runs.len(), one, pictures.scales);
     let others = || pictures.order.iter().copied().filter(|&run| run != one);
     if others().next().is_none() {
         return paragraph("There is no other run to compare it with.");
@@ -23,11 +24,14 @@ pub(super) fn reference(report: &Report, pictures: &Pictures, name: &str) -> Str
         "{name} is taken to be true. Published trajectories are wrong in places too: where another run's map predicts its \
          own scans clearly better, the reference is the first to doubt. A stretch of a few metres tells little by itself."
     ));
-    let metres = |m: f64| cell(&format!("{m:.0}"), "");
+    let [fine_m, wide_m] = judged_by_m(pictures.scales);
+    let at = format!("at {fine_m} and {wide_m} m");
+    let decimals = usize::from(pictures.scales.lengths().metre_m < 1.0);
+    let metres = |m: f64| cell(&format!("{m:.decimals$}"), "");
     let row = |run: usize| {
         let contest = &contests[run];
         let [reference, own] = match &contest.worst {
-            Some(scores) => scores.each_ref().map(misses),
+            Some(scores) => scores.each_ref().map(|score| misses(score, pictures.scales)),
             None => [NONE.to_owned(), NONE.to_owned()],
         };
         vec![
@@ -44,8 +48,8 @@ pub(super) fn reference(report: &Report, pictures: &Pictures, name: &str) -> Str
         head("better than the reference", "m of way", ""),
         head("worse", "m of way", ""),
         head("alike", "m of way", ""),
-        head("at the worst, the reference misses by", "at 0.5 and 2 m", ""),
-        head("the run by", "at 0.5 and 2 m", ""),
+        head("at the worst, the reference misses by", &at, ""),
+        head("the run by", &at, ""),
     ];
     let rows: Vec<_> = others().map(row).collect();
     body.push_str(&table("Each run against the reference, stretch by stretch", &heads, &rows));
@@ -62,9 +66,9 @@ fn worse(report: &Report, pictures: &Pictures, one: usize) -> String {
             "<a href=\"#place-{one}-{}\">{}</a>: off by {}, {} by {}",
             number + 1,
             escape(&when),
-            misses(&place.score),
+            misses(&place.score, pictures.scales),
             escape(&report.runs[*best].name),
-            misses(score)
+            misses(score, pictures.scales)
         ))
     });
     let list = list("<ul>", places);

@@ -3,7 +3,7 @@
 use super::*;
 use crate::painter::Painter;
 use crate::seen::{FrameScore, SampledReturn, SeenFrame};
-use dmp::{Basis, Residuals, RunSums, Verdict, Warning};
+use dmp::{Basis, Residuals, RunSums, Scales, Verdict, Warning};
 
 /// The scores of the sample data: truth, drift, noise and a collapsed run.
 fn sample() -> Report {
@@ -32,7 +32,7 @@ fn pictures(report: &Report, bases: &[Basis], missed_m: &[f32]) -> Pictures {
     let score = |missed_m: f32| {
         let mut sums = RunSums::default();
         (0..200).for_each(|_| sums.add(&Residuals::all(f64::from(missed_m))));
-        FrameScore::of(&sums, Basis::CrossValidated)
+        FrameScore::of(&sums, Basis::CrossValidated, Scales::Drive)
     };
     let frame = |number: usize| SeenFrame {
         number,
@@ -42,6 +42,7 @@ fn pictures(report: &Report, bases: &[Basis], missed_m: &[f32]) -> Pictures {
     };
     let order = report.order.iter().filter_map(|name| report.runs.iter().position(|run| run.name == *name));
     let mut painter = Painter::new(
+        Scales::Drive,
         (0..60).map(frame).collect(),
         Some(0),
         bases.to_vec(),
@@ -220,7 +221,8 @@ fn a_page_without_a_predicted_return_is_a_page() {
             scores: vec![FrameScore::default(); 4],
         }],
     ] {
-        let painter = Painter::new(frames, None, vec![Basis::CrossValidated; 4], order.clone(), 0);
+        let painter =
+            Painter::new(Scales::Drive, frames, None, vec![Basis::CrossValidated; 4], order.clone(), 0);
         let text = page_of(&report, Some(&painter.finish()), &[]);
         assert!(text.contains("Too few returns were scored") && text.contains("too few returns that both"));
         assert!(!text.contains("NaN"), "{text}");

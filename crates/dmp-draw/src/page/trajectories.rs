@@ -104,8 +104,8 @@ fn scan_in_words(pictures: &Pictures, run: usize, frame: usize, way_m: f64) -> S
         Some(_) => format!(", {:.1} s", time_of(seen, pictures.start_ns)),
         None => String::new(),
     };
-    let off = match seen.scores[run].rms_m(1) {
-        Some(m) => format!(", off by {} cm", digits(100.0 * m)),
+    let off = match seen.scores[run].rms_m(pictures.scales) {
+        Some([_, m]) => format!(", off by {} cm", digits(100.0 * m)),
         None => String::new(),
     };
     format!("scan {}{time}, {way_m:.0} m of way{off}", seen.number)
@@ -136,7 +136,7 @@ mod tests {
     use super::*;
     use crate::painter::Painter;
     use crate::seen::{FrameScore, SeenFrame};
-    use dmp::Basis;
+    use dmp::{Basis, Scales};
     use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
     /// A way, and the same in another world.
@@ -152,7 +152,7 @@ mod tests {
             scores: vec![FrameScore::default(); 2],
         };
         let bases = vec![Basis::CrossValidated; 2];
-        Painter::new((0..60).map(frame).collect(), Some(0), bases, vec![0, 1], 0).finish()
+        Painter::new(Scales::Drive, (0..60).map(frame).collect(), Some(0), bases, vec![0, 1], 0).finish()
     }
 
     #[test]

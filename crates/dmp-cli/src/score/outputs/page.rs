@@ -3,15 +3,10 @@
 use std::path::Path;
 
 use anyhow::Context as _;
-use dmp::{Report, Scales};
+use dmp::Report;
 use dmp_draw::{PageInput, Pictures, page};
 
 use crate::save::save_text;
-
-/// Why results judged by these lengths have no page.
-pub(crate) fn no_page(scales: Scales) -> String {
-    format!("--report: its maps and places are those of drives; it draws no {}s", scales.lengths().name)
-}
 
 /// Writes the page; tells its length in bytes.
 pub(crate) fn write(

@@ -5,7 +5,7 @@ use std::io;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use dmp::{Basis, FrameSums, MapSource, Report, Run, Sample, ScoredReturns, ScoredRun, Settings};
+use dmp::{Basis, FrameSums, MapSource, Report, Run, Sample, Scales, ScoredReturns, ScoredRun, Settings};
 use dmp_draw::{DiscInWorld, FrameScore, Painter, Pictures, SampledReturn, SeenFrame};
 use dmp_log::ScanLog;
 use dmp_map::{OwnDisc, Store, TileId};
@@ -24,6 +24,7 @@ const DECIDING_RETURNS: u64 = 4_000_000;
 pub(super) struct Sketch {
     host: Hosted,
     bases: Vec<Basis>,
+    scales: Scales,
     /// One return of so many is drawn.
     every: u64,
     frames: Mutex<HashMap<u32, Seen>>,
@@ -63,6 +64,7 @@ impl Sketch {
         Ok(Self {
             host: host.clone(),
             bases: vec![basis; runs.len()],
+            scales: settings.scales,
             every: ((expected / drawn as f64).ceil() as u64).max(1),
             frames: Mutex::default(),
             spool: Mutex::new(Some(Spool::new(folder)?)),
@@ -123,7 +125,8 @@ impl Sketch {
     /// Keeps what a scan was scored.
     pub(super) fn frame_scored(&self, frame: u32, sums: &FrameSums) {
         let runs = sums.runs();
-        let scores = runs.iter().zip(&self.bases).map(|(sums, basis)| FrameScore::of(sums, *basis));
+        let scores =
+            runs.iter().zip(&self.bases).map(|(sums, basis)| FrameScore::of(sums, *basis, self.scales));
         lock(&self.frames).entry(frame).or_default().scores = scores.collect();
     }
 
@@ -144,7 +147,7 @@ impl Sketch {
         let of_return = self.bases.len() * SampledReturn::BYTES;
         let returns = kept.pieces().map(|bytes| (bytes / of_return) as u64).sum();
         let start_ns = log.summary().span_ns.map(|(first_ns, _)| first_ns);
-        let mut painter = Painter::new(frames, start_ns, self.bases.clone(), order, returns);
+        let mut painter = Painter::new(self.scales, frames, start_ns, self.bases.clone(), order, returns);
         for (run, window, extent_m) in painter.windows() {
             draw_discs(&mut painter, maps[run], run, window, extent_m)?;
         }
