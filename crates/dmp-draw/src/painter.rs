@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use dmp::{Basis, Scales};
 
 use crate::closeup::{Closeup, DiscInWorld};
+use crate::cloud::{self, Cloud};
 use crate::ground::{Difference, Grid, Ground};
 use crate::profile::Histogram;
 use crate::seen::{SampledReturn, SeenFrame};
@@ -18,7 +19,7 @@ const GROUNDS: usize = 12;
 /// Takes a sample of the returns in the order of the log, and the surfels around the worst places.
 ///
 /// Memory is 64 bytes for each scored scan and run, and for each of the twelve best runs 24 bytes for each of at most
-/// 160,000 cells of its map.
+/// 160,000 cells of its map. Points that turn in three dimensions are 160,000 of 8 bytes at most.
 #[derive(Debug)]
 pub struct Painter {
     pictures: Pictures,
@@ -43,6 +44,8 @@ pub struct Pictures {
     pub(crate) closeups: Vec<Vec<Closeup>>,
     /// Maps of the best runs; `None` for the others.
     pub(crate) grounds: Vec<Option<Ground>>,
+    /// Samples of the maps of the best runs; `None` for the others.
+    pub(crate) clouds: Vec<Option<Cloud>>,
     /// The second run against the best one, where there are two.
     pub(crate) difference: Option<Difference>,
     pub(crate) histograms: Vec<Histogram>,
@@ -90,6 +93,11 @@ impl Painter {
         for &run in &drawn {
             grounds[run] = Some(Ground::new(Grid::around(way(run), scales), scales));
         }
+        let shown = order.len().min(cloud::RUNS);
+        let mut clouds: Vec<Option<Cloud>> = (0..runs).map(|_| None).collect();
+        for &run in &order[..shown] {
+            clouds[run] = Some(Cloud::new(way(run), returns, shown, scales));
+        }
         let difference =
             (order.len() > 1).then(|| Difference::new(Grid::around(way(order[0]), scales), scales));
         let histograms = vec![Histogram::new(scales); runs];
@@ -102,6 +110,7 @@ impl Painter {
             places,
             closeups,
             grounds,
+            clouds,
             difference,
             histograms,
             sampled: 0,
@@ -128,6 +137,20 @@ impl Painter {
         }
     }
 
+    /// The runs whose whole maps are drawn: their surfels are to be given.
+    pub fn clouds(&self) -> Vec<usize> {
+        let clouds = self.pictures.clouds.iter().enumerate();
+        clouds.filter_map(|(run, cloud)| cloud.as_ref().map(|_| run)).collect()
+    }
+
+    /// Draws the surfel of this number, from 0, of the map of a run, which has so many in all. Of a large map one of several is
+    /// kept.
+    pub fn surfel(&mut self, run: usize, (number, of_all): (u64, u64), disc: &DiscInWorld) {
+        if let Some(Some(cloud)) = self.pictures.clouds.get_mut(run) {
+            cloud.disc(number, of_all, disc);
+        }
+    }
+
     /// Draws one return of the scored scan of this index: what every run makes of it, in the order of the runs.
     pub fn sampled(&mut self, frame: usize, of_runs: &[SampledReturn]) {
         let pictures = &mut self.pictures;
@@ -139,6 +162,9 @@ impl Painter {
             let at_m = endpoint_m(*sensor_m, sampled);
             if let Some(ground) = &mut pictures.grounds[run] {
                 ground.add(at_m, sampled);
+            }
+            if let Some(cloud) = &mut pictures.clouds[run] {
+                cloud.sampled(*sensor_m, sampled);
             }
             pictures.histograms[run].add(sampled);
         }

@@ -33,6 +33,7 @@ mod quick;
 mod real;
 mod repair;
 mod report;
+mod report_places;
 mod residuals;
 mod resume;
 mod sampling;

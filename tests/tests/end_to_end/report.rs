@@ -135,7 +135,7 @@ fn pages_are_written_of_samples_maps_and_saved_results() {
     let json = dmp(folder.path(), &format!("{two} --json --quiet")).stdout;
     std::fs::write(folder.path().join("a.json"), json).unwrap();
     let page = page_of(folder.path(), "compare a.json");
-    assert!(page.contains("<strong>truth</strong> is better than <strong>drift</strong>."));
+    assert!(page.contains("<strong>truth</strong> is better than <strong>drift</strong> by "));
     assert!(page.contains("saved results, which hold no maps"));
 }
 
@@ -194,6 +194,9 @@ fn a_browser_shows_every_part() {
             ("image", "Map of collapsed from above, coloured by residual"),
             ("region", "Where the best two differ"),
             ("image", "Map from above of where truth and"),
+            ("region", "The maps in three dimensions"),
+            ("image", "Map of truth in three dimensions"),
+            ("combobox", "Run"),
             ("region", "What the maps can tell"),
             ("image", "Map of truth from above, coloured by what predicts the returns"),
             ("region", "When, and how much"),

@@ -78,7 +78,8 @@
     });
   });
 
-  // Pictures.
+  // Pictures, and how each is moved to show a place.
+  const views = new Map();
   const explore = (svg) => {
     const home = svg.getAttribute("viewBox").split(" ").map(Number);
     let view = [...home];
@@ -95,6 +96,11 @@
       view[1] = Math.min(home[1] + home[3] - view[3], Math.max(home[1], view[1] + dy));
       show();
     };
+    views.set(svg, (x, y, width) => {
+      view = [...home];
+      zoom(home[2] / width, x, y);
+      move(x - view[0] - view[2] / 2, y - view[1] - view[3] / 2);
+    });
     const reset = () => { view = [...home]; show(); };
     svg.setAttribute("tabindex", "0");
     svg.classList.add("explored");
@@ -163,4 +169,32 @@
     return best?.text ?? null;
   };
   all("figure > svg").forEach(explore);
+
+  // From a worst place to the map, and to its time.
+  const ends = (text) => text.split(" ").map(Number);
+  const showPlace = (svg, [x, y, radius]) => {
+    const [left, bottom, perMetre, height] = ends(svg.dataset.map);
+    views.get(svg)((x - left) * perMetre, height - (y - bottom) * perMetre, 3 * radius * perMetre);
+  };
+  const showSpan = (svg, [from, to]) => {
+    const [across, up] = svg.dataset.plot.split(",").map(ends);
+    const pixel = (value) => across[2] + ((value - across[0]) / (across[1] - across[0])) * (across[3] - across[2]);
+    svg.querySelector(".span")?.remove();
+    const band = document.createElementNS(svg.namespaceURI, "rect");
+    const [x, end] = [pixel(from), pixel(to)];
+    const box = { class: "span", x: x - 1, width: end - x + 2, y: Math.min(up[2], up[3]), height: Math.abs(up[3] - up[2]) };
+    for (const [name, value] of Object.entries(box)) band.setAttribute(name, value);
+    svg.append(band);
+  };
+  document.addEventListener("click", (event) => {
+    const link = event.target.closest("a[data-at], a[data-span]");
+    const svg = link && document.querySelector(link.hash);
+    if (!svg) return;
+    if (link.dataset.at) showPlace(svg, ends(link.dataset.at)); else showSpan(svg, ends(link.dataset.span));
+    svg.focus({ preventScroll: true });
+  });
+  // What a link leads to is not hidden.
+  const unfold = () => document.getElementById(location.hash.slice(1))?.closest("details")?.setAttribute("open", "");
+  window.addEventListener("hashchange", unfold);
+  unfold();
 })();

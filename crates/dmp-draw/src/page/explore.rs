@@ -7,7 +7,7 @@ use crate::plot::escape;
 /// The script. Without it the page says the same.
 pub(super) const SCRIPT: &str = include_str!("explore.js");
 /// The only script that the page may run, by its SHA-256: `openssl dgst -sha256 -binary explore.js | base64`.
-pub(super) const SCRIPT_HASH: &str = "sha256-Kf+Tzdsn1BerWgCoVaLKgmgy+BlVeAgEFSBFot0J42s=";
+pub(super) const SCRIPT_HASH: &str = "sha256-xRGr69lCXPBb6kkwO/IV/n7TRzX/59DAvhfhxL8E3IY=";
 
 /// Links to the sections of a page.
 pub(super) fn contents(main: &str) -> String {
@@ -31,6 +31,11 @@ pub(super) fn data(report: &Report) -> String {
 /// What a picture says of the metres of a map: see the script.
 pub(super) fn with_data(svg: &str, name: &str, value: &str) -> String {
     svg.replacen("<svg ", &format!("<svg data-{name}=\"{}\" ", escape(value)), 1)
+}
+
+/// A picture that links lead to.
+pub(super) fn with_id(svg: &str, id: &str) -> String {
+    svg.replacen("<svg ", &format!("<svg id=\"{id}\" "), 1)
 }
 
 #[cfg(test)]

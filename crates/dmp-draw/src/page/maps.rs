@@ -1,8 +1,10 @@
 //! Maps from above.
 
+use std::fmt::Write as _;
+
 use dmp::Basis;
 
-use super::explore::with_data;
+use super::explore::{with_data, with_id};
 use super::html::{bar, figure, grid, keys, large, paragraph};
 use super::overlay::{self, Frame};
 use crate::colour::{Rgb, bad_colours, hex, side_colours};
@@ -10,9 +12,12 @@ use crate::ground::{Grid, cut_m, round_top};
 use crate::image::Image;
 use crate::painter::Pictures;
 use crate::plot::escape;
+use crate::worst::WorstPlace;
 
 /// Width of a map in units of its drawing.
 const WIDTH: f64 = 400.0;
+/// Radius of a mark, in the same units.
+const MARK: f64 = 7.0;
 /// A map so many times larger than the best run's has a scale of its own.
 const FAR_LARGER: f64 = 2.0;
 const COVERAGE: [Rgb; 3] = [[0, 158, 115], [86, 165, 225], [222, 110, 30]];
@@ -33,7 +38,9 @@ pub(super) fn residuals(pictures: &Pictures, names: &[&str]) -> Result<String, p
         let own_m = extent_m(&ground.grid);
         let fits = own_m[0] <= size_m[0] && own_m[1] <= size_m[1];
         let size_m = if fits { size_m } else { own_m };
-        let map = map(pictures, run, &ground.grid, &image, &bad_colours(), size_m, &label)?;
+        let marks = marks(pictures, run);
+        let map = map(pictures, (run, &marks), &ground.grid, (&image, &bad_colours()), size_m, &label)?;
+        let map = with_id(&map, &format!("map-{run}"));
         let scale = if fits { "" } else { "; far larger than the others, at a scale of its own" };
         let caption =
             format!("<strong>{}</strong>, cells of {} m{scale}", escape(names[run]), ground.grid.cell_m);
@@ -42,7 +49,7 @@ pub(super) fn residuals(pictures: &Pictures, names: &[&str]) -> Result<String, p
     let score = pictures.order.first().map_or(Basis::CrossValidated, |&best| pictures.bases[best]);
     let mut text = paragraph(&format!(
         "Each cell has the root mean square of the residuals of the returns that lie in it ({score} at {cut_m} m). The line is \
-         the way of the sensor, from the dot; the arrow is the y axis of the run's world, north where that is east–north–up."
+         the way of the sensor, from the dot; the arrow is the y axis of the run's world, north where that is east–north–up. Numbers are the run's worst places, and lead to them."
     ));
     let left_out = pictures.order.len() - with_map().count();
     if left_out > 0 {
@@ -69,7 +76,7 @@ pub(super) fn difference(pictures: &Pictures, names: &[&str]) -> Result<String, 
     let label = format!("Map from above of where {} and {} differ", names[first], names[second]);
     let size_m = extent_m(&difference.grid);
     let image = difference.sides(top_m);
-    let map = map(pictures, first, &difference.grid, &image, &side_colours(), size_m, &label)?;
+    let map = map(pictures, (first, &[]), &difference.grid, (&image, &side_colours()), size_m, &label)?;
     let caption = format!(
         "<strong>{}</strong> against <strong>{}</strong>: difference of their root mean squares on the same returns, each \
          where {} has it.",
@@ -94,7 +101,7 @@ pub(super) fn coverage(pictures: &Pictures, names: &[&str]) -> Result<String, pn
     let Some(ground) = ground else { return Ok(String::new()) };
     let label = format!("Map of {} from above, coloured by what predicts the returns", names[best]);
     let image = ground.coverage();
-    let map = map(pictures, best, &ground.grid, &image, &COVERAGE, extent_m(&ground.grid), &label)?;
+    let map = map(pictures, (best, &[]), &ground.grid, (&image, &COVERAGE), extent_m(&ground.grid), &label)?;
     let text = paragraph(
         "Only places that the sensor came back to tell whether the map holds together as a whole. Where nothing predicts the \
          returns, nothing is known of the map.",
@@ -122,13 +129,26 @@ fn common_size_m<'a>(mut grids: impl Iterator<Item = &'a Grid>) -> Option<[f64; 
     Some(like_it.fold(best_m, |[w, h], [x, y]| [w.max(x), h.max(y)]))
 }
 
-/// A map of cells with the way of the run, a bar and an arrow.
+/// Where the worst places of a run lie, the worst first, and links to them.
+fn marks(pictures: &Pictures, run: usize) -> Vec<([f64; 3], String)> {
+    let mark = |(number, place): (usize, &WorstPlace)| {
+        let number = number + 1;
+        // Who comes here by keys or hears the page has the list of places, which leads here.
+        let link = format!(
+            "<a class=\"place\" href=\"#place-{run}-{number}\" tabindex=\"-1\" aria-hidden=\"true\"><title>Worst place \
+             {number}</title><circle r=\"{MARK}\"/><text>{number}</text></a>"
+        );
+        (place.centre_in_world_m, link)
+    };
+    pictures.places[run].iter().enumerate().map(mark).collect()
+}
+
+/// A map of cells with the way of the run, a bar and an arrow, and those of its marks that lie within and cover no earlier one.
 fn map(
     pictures: &Pictures,
-    run: usize,
+    (run, marks): (usize, &[([f64; 3], String)]),
     cells: &Grid,
-    image: &Image,
-    colours: &[Rgb],
+    (image, colours): (&Image, &[Rgb]),
     size_m: [f64; 2],
     label: &str,
 ) -> Result<String, png::EncodingError> {
@@ -149,7 +169,19 @@ fn map(
         "<image x=\"{x:.2}\" y=\"{y:.2}\" width=\"{w:.2}\" height=\"{h:.2}\" preserveAspectRatio=\"none\" href=\"{}\"/>",
         image.to_data_url(colours)?
     );
-    let svg = frame.svg(label, &(picture + &way), Some("y"));
+    let mut marked: Vec<[f64; 2]> = Vec::new();
+    let mut drawn = String::new();
+    for (at_m, mark) in marks {
+        let [x, y] = at(*at_m);
+        let is_inside = (MARK..WIDTH - MARK).contains(&x) && (MARK..height - MARK).contains(&y);
+        let is_free = marked.iter().all(|[a, b]| (a - x).hypot(b - y) > 2.2 * MARK);
+        if is_inside && is_free {
+            marked.push([x, y]);
+            // Writing to a string cannot fail.
+            let _ = write!(drawn, "<g transform=\"translate({x:.1} {y:.1})\">{mark}</g>");
+        }
+    }
+    let svg = frame.svg(label, &(picture + &way + &drawn), Some("y"));
     let [left, bottom] = [0, 1].map(|axis: usize| cells.corner_m[axis] - offset_m[axis]);
     Ok(with_data(&svg, "map", &format!("{left:.2} {bottom:.2} {scale:.6} {height:.2}")))
 }

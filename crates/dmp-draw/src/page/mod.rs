@@ -1,5 +1,6 @@
 //! The report as one HTML page.
 
+mod cloud;
 mod drift;
 mod explore;
 mod html;
@@ -80,10 +81,11 @@ pub fn page(input: &PageInput<'_>) -> Result<String, png::EncodingError> {
     Ok(format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
          content=\"width=device-width, initial-scale=1\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"default-src \
-         'none'; img-src data:; style-src 'unsafe-inline'; script-src '{}'\">\n<meta name=\"generator\" content=\"dmp {}\">\n\
+         'none'; img-src data:; style-src 'unsafe-inline'; script-src '{}' '{}'\">\n<meta name=\"generator\" content=\"dmp {}\">\n\
          <title>{}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header><h1>{}</h1>\n{}</header>\n{contents}<main>\n{main}</main>\n\
-         <footer>\n{}</footer>\n{data}<script>{SCRIPT}</script>\n</body>\n</html>\n",
+         <footer>\n{}</footer>\n{data}<script>{SCRIPT}</script>\n<script>{}</script>\n</body>\n</html>\n",
         explore::SCRIPT_HASH,
+        cloud::SCRIPT_HASH,
         escape(&report.dmp_version),
         escape(&title),
         escape(&title),
@@ -91,7 +93,8 @@ pub fn page(input: &PageInput<'_>) -> Result<String, png::EncodingError> {
         paragraph(
             "Made by dmp: the Dense Map Posterior (Zhang & Chen, ICIP 2021) for LiDAR, without ground truth. Scores compare runs \
              of this log under these settings only."
-        )
+        ),
+        cloud::SCRIPT
     ))
 }
 
@@ -117,12 +120,12 @@ fn verdict(input: &PageInput<'_>) -> String {
     let said = words::pairs(input.report);
     let remarks = input.remarks.iter().map(|remark| escape(remark));
     let list = list("<ul class=\"said\">", said.into_iter().chain(remarks));
-    let promise = match crate::promise(input.report) {
-        Some(promise) => paragraph(&promise),
-        None => String::new(),
-    };
-    let body =
-        format!("<p class=\"answer\">{}</p>\n{list}{promise}", crate::answer(input.report, words::strong));
+    let lengths = words::lengths(input.report).map(paragraph).unwrap_or_default();
+    let promise = crate::promise(input.report).as_deref().map(paragraph).unwrap_or_default();
+    let body = format!(
+        "<p class=\"answer\">{}</p>\n{list}{lengths}{promise}",
+        crate::answer(input.report, words::strong)
+    );
     section("verdict", "Verdict", &body)
 }
 
@@ -153,7 +156,10 @@ fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::E
     }
     let score = pictures.order.first().map_or(Basis::CrossValidated, |&best| pictures.bases[best]);
     let [width, height] = PLOT_PX;
-    let over_time = profile::over_time(pictures, &lines, score).to_element(width, height);
+    let over_time = explore::with_id(
+        &profile::over_time(pictures, &lines, score).to_element(width, height),
+        places::TIME_PLOT,
+    );
     let over_way = profile::over_way(pictures, &lines, score).to_element(width, height);
     let by_size = profile::by_size(&pictures.histograms, &lines).to_element(width, height);
     let plots = [
@@ -177,6 +183,7 @@ fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::E
         "Where the best two differ",
         &maps::difference(pictures, &names)?,
     ));
+    sections.push_str(&section("cloud", "The maps in three dimensions", &cloud::clouds(pictures, &names)?));
     sections.push_str(&section("coverage", "What the maps can tell", &maps::coverage(pictures, &names)?));
     sections.push_str(&section("profile", "When, and how much", &(key + &wide(&plots) + &drawn)));
     sections.push_str(&section(

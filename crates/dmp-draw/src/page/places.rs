@@ -15,6 +15,8 @@ use crate::seen::{FrameScore, judged_by_m};
 use crate::text::digits;
 use crate::worst::{Pass, WorstPlace};
 
+/// The plot over time, to which places lead.
+pub(super) const TIME_PLOT: &str = "over-time";
 /// Passes told of a place.
 const PASSES: usize = 4;
 /// So many runs have their places shown at once; those of others are behind a click.
@@ -87,6 +89,7 @@ fn article(
         None => format!("{own}."),
     };
     let mut text = format!("<p>{best} At x {x:.decimals$} m, y {y:.decimals$} m.</p>\n");
+    text.push_str(&jumps(pictures, number, place));
     let which_way = drift.and_then(|(drift, frame_of)| at_place(drift, pictures, frame_of, place));
     text.push_str(&which_way.map_or_else(String::new, |said| paragraph(&said)));
     if place.passes.len() > 1 {
@@ -103,6 +106,25 @@ fn article(
         "<article aria-labelledby=\"{id}\">\n<h3 id=\"{id}\">{}</h3>\n{text}</article>\n",
         escape(&heading)
     ))
+}
+
+/// Links to where else the page shows the place: see the scripts.
+fn jumps(pictures: &Pictures, number: usize, place: &WorstPlace) -> String {
+    let (run, number) = (place.run, number + 1);
+    let [x, y, _] = place.centre_in_world_m;
+    let mut jumps = Vec::new();
+    if pictures.grounds[run].as_ref().is_some_and(|ground| ground.grid.columns > 0) {
+        let at = format!("{x:.2} {y:.2} {:.2}", place.radius_m);
+        jumps.push(format!("<a href=\"#map-{run}\" data-at=\"{at}\">on the map</a>"));
+    }
+    if pictures.clouds[run].as_ref().is_some_and(|cloud| cloud.len() > 0) {
+        jumps.push(format!("<a href=\"#cloud\" data-cloud=\"{run} {number}\">in three dimensions</a>"));
+    }
+    if let Some(pass) = place.passes.first() {
+        let [from, to] = pass.frames.map(|frame| time_of(&pictures.frames[frame], pictures.start_ns));
+        jumps.push(format!("<a href=\"#{TIME_PLOT}\" data-span=\"{from} {to}\">in time</a>"));
+    }
+    format!("<p>See it {}.</p>\n", jumps.join(", "))
 }
 
 /// By how much returns are missed at both scales.

@@ -1,9 +1,10 @@
 //! The pairs of runs, told to somebody who knows neither residuals nor squares.
 
-use dmp::{Reach, Report, ScaleReport, Scales, Verdict};
+use dmp::{Reach, Report, Scales, Verdict};
 
+use crate::drift::metres;
 use crate::plot::escape;
-use crate::text::{count, digits};
+use crate::text::count;
 use crate::told::{ToldPair, told_pairs};
 
 /// A name that stands out.
@@ -11,11 +12,12 @@ pub(super) fn strong(name: &str) -> String {
     format!("<strong>{}</strong>", escape(name))
 }
 
-/// A sentence for each pair that matters, as HTML.
+/// A line for each pair that matters, as HTML.
 pub(super) fn pairs(report: &Report) -> Vec<String> {
     told_pairs(report).iter().map(|told| of_pair(told, report.config.scales)).collect()
 }
 
+/// One line: who is better, by how much, and at which truncation; or why nothing is decided.
 fn of_pair(told: &ToldPair<'_>, scales: Scales) -> String {
     let (pair, first, second) = (told.pair, strong(told.first), strong(told.second));
     let Some(scale) = pair.decided_at() else {
@@ -26,47 +28,43 @@ fn of_pair(told: &ToldPair<'_>, scales: Scales) -> String {
         });
         return format!("{first} and {second}: {}{more}.", escape(&pair.reason));
     };
-    let is_mixed = matches!(pair.verdict, Verdict::Mixed { .. });
-    let verb = if is_mixed { "is better on the whole than" } else { "is better than" };
-    let mut sentence = format!("{first} {verb} {second}: {}.", reach(scale.scale_m, scales));
-    if let Some(numbers) = numbers(told, scale) {
-        sentence.push(' ');
-        sentence.push_str(&numbers);
-    }
-    if pair.verdict.is_same() {
-        sentence.push_str(" The difference is too small to matter.");
-    }
-    if is_mixed {
-        sentence.push_str(" Not everywhere: ");
-        sentence.push_str(&escape(&pair.reason));
-        sentence.push('.');
-    }
-    sentence
-}
-
-/// What a scale says about the maps.
-fn reach(scale_m: f64, scales: Scales) -> String {
-    let (what, unit) = match scales.lengths().reach(scale_m) {
-        Reach::Global => return "its map as a whole fits together better".to_owned(),
-        Reach::Middle(unit) => ("its map fits together better", unit),
-        Reach::Local(unit) | Reach::Fine(unit) => ("its surfaces are sharper", unit),
+    let by = match told.rms_behind_m(scale) {
+        Some((by_m, Some([low_m, high_m]))) => {
+            format!(" by {} ({} to {})", metres(by_m), metres(low_m), metres(high_m))
+        }
+        Some((by_m, None)) => format!(" by {}", metres(by_m)),
+        None => String::new(),
     };
-    format!("{what} at the scale of {unit}s, beyond which nothing is decided")
+    let (at, reach) = (scale.scale_m, reach(scale.scale_m, scales));
+    match &pair.verdict {
+        Verdict::Mixed { .. } => {
+            let where_not = escape(&pair.reason);
+            format!(
+                "{first} is better than {second} on the whole{by} at {at} m. Not everywhere: {where_not}."
+            )
+        }
+        verdict if verdict.is_same() => {
+            format!("{first} is better than {second}{by} at {at} m: too little to matter.")
+        }
+        _ => format!("{first} is better than {second}{by} at {at} m: {reach}."),
+    }
 }
 
-/// By how much one is better, and whether that may be chance.
-fn numbers(told: &ToldPair<'_>, scale: &ScaleReport) -> Option<String> {
-    let [own_m2, other_m2] = told.means_m2(scale);
-    let (own_m2, other_m2) = (own_m2?, other_m2?);
-    // How much worse the other is: positive.
-    let [to_m2, from_m2] = told.interval_m2(scale)?.map(|end_m2| -end_m2);
-    Some(format!(
-        "It predicts what the sensor measured to {} m, the other to {} m (root mean square, errors counted up to {} m); the mean \
-         squares differ by {} to {} m².",
-        digits(own_m2.sqrt()),
-        digits(other_m2.sqrt()),
-        scale.scale_m,
-        digits(from_m2),
-        digits(to_m2)
-    ))
+/// What a truncation says about the maps.
+fn reach(scale_m: f64, scales: Scales) -> &'static str {
+    match scales.lengths().reach(scale_m) {
+        Reach::Global => "its map as a whole fits together better",
+        Reach::Middle(_) => "its map fits together better",
+        Reach::Local(_) | Reach::Fine(_) => "its surfaces are sharper",
+    }
+}
+
+/// What the lengths of the lines are, and why they are not those of the ranking.
+pub(super) fn lengths(report: &Report) -> Option<&'static str> {
+    let is_any_decided = told_pairs(report).iter().any(|told| told.pair.decided_at().is_some());
+    is_any_decided.then_some(
+        "Lengths say how much larger the root mean square of the residuals is, over the returns that both maps predict, with its \
+         interval. The ranking below is of all returns, so its rows differ by something else. Residuals are \
+         truncated at the second length: the larger it is, the more they see of the map as a whole.",
+    )
 }

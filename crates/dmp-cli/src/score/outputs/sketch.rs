@@ -151,6 +151,10 @@ impl Sketch {
         for (run, window, extent_m) in painter.windows() {
             draw_discs(&mut painter, maps[run], run, window, extent_m)?;
         }
+        for run in painter.clouds() {
+            self.host.go_on()?;
+            draw_map(&mut painter, maps[run], run)?;
+        }
         let mut of_runs = Vec::new();
         kept.each(|piece, _| {
             self.host.go_on()?;
@@ -220,6 +224,22 @@ fn draw_discs(
         for OwnDisc { centre_in_own_m, normal_in_own } in map.discs_in_own(tile)? {
             let disc = DiscInWorld { centre_in_world_m: centre_in_own_m, normal: normal_in_own, radius_m };
             painter.disc(run, window, &disc);
+        }
+    }
+    Ok(())
+}
+
+/// Draws a sample of the surfels of a whole map.
+fn draw_map(painter: &mut Painter, map: &Store, run: usize) -> anyhow::Result<()> {
+    let (radius_m, of_all) = (map.lattice().disc_radius_m(), map.surfels());
+    let mut tiles: Vec<TileId> = map.entries().map(|entry| entry.tile).collect();
+    tiles.sort_unstable();
+    let mut number = 0;
+    for tile in tiles {
+        for OwnDisc { centre_in_own_m, normal_in_own } in map.discs_in_own(tile)? {
+            let disc = DiscInWorld { centre_in_world_m: centre_in_own_m, normal: normal_in_own, radius_m };
+            painter.surfel(run, (number, of_all), &disc);
+            number += 1;
         }
     }
     Ok(())
