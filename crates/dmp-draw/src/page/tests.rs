@@ -67,9 +67,9 @@ fn pictures(report: &Report, bases: &[Basis], missed_m: &[f32]) -> Pictures {
 /// What there is to read, without scripts and data.
 fn page_of(report: &Report, pictures: Option<&Pictures>, remarks: &[String]) -> String {
     let whole = page(&PageInput { report, pictures, reference: None, remarks }).unwrap();
-    let (read, scripts) = whole.split_once("<script").unwrap();
-    let (_, rest) = scripts.rsplit_once("</script>").unwrap();
-    [read, rest].concat()
+    let mut pieces = whole.split("<script");
+    let read = pieces.next().unwrap().to_owned();
+    pieces.fold(read, |read, piece| read + piece.split_once("</script>").unwrap().1)
 }
 
 #[test]
@@ -79,7 +79,9 @@ fn the_only_script_is_its_own_and_the_data_are_whole() {
     let pictures = pictures(&report, &[Basis::CrossValidated; 4], &[0.05, 0.4, 0.2, 1.5]);
     let input = PageInput { report: &report, pictures: Some(&pictures), reference: None, remarks: &[] };
     let whole = page(&input).unwrap();
-    assert_eq!((whole.matches("<script").count(), whole.matches("</script").count()), (2, 2));
+    // Two that run; the points of three runs, as the best misses nothing, and the data.
+    assert_eq!(whole.matches("<script>").count(), 2);
+    assert_eq!((whole.matches("<script").count(), whole.matches("</script").count()), (6, 6));
     assert!(!whole.contains("src=\"http") && whole.contains("script-src 'sha256-"));
     let data = whole.split("id=\"dmp-report\">").nth(1).unwrap().split("</script>").next().unwrap();
     assert_eq!(serde_json::from_str::<Report>(data).unwrap(), report);
@@ -238,6 +240,6 @@ fn names_of_files_and_runs_cannot_break_the_page() {
     report.warnings = vec![Warning::Other("</main><i>".into())];
     let pictures = pictures(&report, &[Basis::CrossValidated; 4], &[0.05, 0.4, 0.2, 1.5]);
     let text = page_of(&report, Some(&pictures), &[]);
-    assert!(!text.contains("<img") && !text.contains("<b>") && !text.contains("<i>"));
+    assert!(!text.contains("<img src=x") && !text.contains("<b>") && !text.contains("<i>"));
     assert!(text.contains("Which map of &lt;b&gt;&amp;.mcap is best?"));
 }
