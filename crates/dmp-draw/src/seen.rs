@@ -2,6 +2,8 @@
 
 use dmp::{Basis, RunSums};
 
+use crate::text::digits;
+
 /// Truncations τ by which places are judged, metres: the first sees centimetres, the second tells a large error from a
 /// larger one.
 pub(crate) const SCALES_M: [f64; 2] = [0.5, 2.0];
@@ -60,9 +62,19 @@ impl FrameScore {
         self.near.1 += other.near.1;
     }
 
-    /// The root of the mean at the `scale`-th of [`SCALES_M`], metres; `None` where nothing is predicted.
-    pub(crate) fn rms_m(&self, scale: usize) -> Option<f64> {
+    /// The root of the mean of min(r², τ²) at the first τ, 0.5 m, or the second, 2 m, metres; `None` where nothing is predicted.
+    pub fn rms_m(&self, scale: usize) -> Option<f64> {
         (self.predicted > 0).then(|| (self.squares_m2[scale] / self.predicted as f64).sqrt())
+    }
+
+    /// By how much returns are missed at both scales.
+    pub(crate) fn misses(&self) -> String {
+        match (self.rms_m(0), self.rms_m(1)) {
+            (Some(near_m), Some(far_m)) => {
+                format!("{} and {} cm", digits(100.0 * near_m), digits(100.0 * far_m))
+            }
+            _ => "–".to_owned(),
+        }
     }
 
     /// How wrong the map is, from 0 to 3: at each scale, and for the nearest surfel at 0.5 m, the mean in parts of its

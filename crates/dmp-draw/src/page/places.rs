@@ -11,8 +11,6 @@ use crate::image::Image;
 use crate::painter::Pictures;
 use crate::plot::escape;
 use crate::profile::time_of;
-use crate::seen::FrameScore;
-use crate::text::digits;
 use crate::worst::{Pass, WorstPlace};
 
 /// Passes told of a place.
@@ -73,10 +71,10 @@ fn article(
     let heading = format!("{}. {when}", number + 1);
     let id = format!("place-{}-{}", place.run, number + 1);
     let basis = pictures.bases[place.run];
-    let own = format!("Off by {} ({basis} at 0.5 and 2 m)", misses(&place.score));
+    let own = format!("Off by {} ({basis} at 0.5 and 2 m)", place.score.misses());
     let best = match &place.best {
         Some((best, score)) => {
-            format!("{own}; <strong>{}</strong> by {}.", escape(names[*best]), misses(score))
+            format!("{own}; <strong>{}</strong> by {}.", escape(names[*best]), score.misses())
         }
         None if names.len() > 1 => format!("{own}; no other run is clearly better."),
         None => format!("{own}."),
@@ -85,7 +83,7 @@ fn article(
     let which_way = drift.and_then(|(drift, frame_of)| at_place(drift, pictures, frame_of, place));
     text.push_str(&which_way.map_or_else(String::new, |said| paragraph(&said)));
     if place.passes.len() > 1 {
-        let pass = |pass: &Pass| format!("{}: {}", escape(&times(pictures, pass)), misses(&pass.score));
+        let pass = |pass: &Pass| format!("{}: {}", escape(&times(pictures, pass)), pass.score.misses());
         text.push_str(&list("<ul>", place.passes.iter().take(PASSES).map(pass)));
         if let Some(more) = place.passes.len().checked_sub(PASSES).filter(|more| *more > 0) {
             text.push_str(&paragraph(&format!("and {more} more passes")));
@@ -98,14 +96,6 @@ fn article(
         "<article aria-labelledby=\"{id}\">\n<h3 id=\"{id}\">{}</h3>\n{text}</article>\n",
         escape(&heading)
     ))
-}
-
-/// By how much returns are missed at both scales.
-pub(super) fn misses(score: &FrameScore) -> String {
-    match (score.rms_m(0), score.rms_m(1)) {
-        (Some(near_m), Some(far_m)) => format!("{} and {} cm", digits(100.0 * near_m), digits(100.0 * far_m)),
-        _ => "–".to_owned(),
-    }
 }
 
 /// When the sensor was there: times, and scans of the log.

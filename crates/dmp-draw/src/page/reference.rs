@@ -3,9 +3,10 @@
 use dmp::Report;
 
 use super::html::{cell, head, list, paragraph, table};
-use super::places::{misses, times};
+use super::places::times;
 use crate::painter::Pictures;
 use crate::plot::escape;
+use crate::seen::FrameScore;
 use crate::text::NONE;
 use crate::worst::contests;
 
@@ -27,7 +28,7 @@ pub(super) fn reference(report: &Report, pictures: &Pictures, name: &str) -> Str
     let row = |run: usize| {
         let contest = &contests[run];
         let [reference, own] = match &contest.worst {
-            Some(scores) => scores.each_ref().map(misses),
+            Some(scores) => scores.each_ref().map(FrameScore::misses),
             None => [NONE.to_owned(), NONE.to_owned()],
         };
         vec![
@@ -62,9 +63,9 @@ fn worse(report: &Report, pictures: &Pictures, one: usize) -> String {
             "<a href=\"#place-{one}-{}\">{}</a>: off by {}, {} by {}",
             number + 1,
             escape(&when),
-            misses(&place.score),
+            place.score.misses(),
             escape(&report.runs[*best].name),
-            misses(score)
+            score.misses()
         ))
     });
     let list = list("<ul>", places);
