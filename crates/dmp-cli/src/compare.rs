@@ -18,6 +18,7 @@ use crate::saved_result::read_result;
 use crate::score::outputs::{page, targets};
 use crate::score::render;
 use crate::terminal::Terminal;
+use crate::view::ViewArgs;
 
 /// So many pairs that no result holds are told by name.
 const NOT_COMPARED: usize = 5;
@@ -49,6 +50,8 @@ pub(crate) struct CompareArgs {
     /// results: see `dmp score --report`
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    view: ViewArgs,
     /// Also print every scale of every pair, all scores, where returns went, times and memory
     #[arg(short, long, conflicts_with = "json", help_heading = "Output")]
     verbose: bool,
@@ -93,7 +96,7 @@ pub(crate) fn run(arguments: &CompareArgs, common: &Common, out: &mut impl Write
     let results = arguments.results.iter().zip(names).map(read).collect::<anyhow::Result<Vec<_>>>()?;
     let JoinedReport { mut report, runs_of, not_compared } = join_reports(&results).map_err(with_remedy)?;
     if arguments.report.is_some() && !report.config.scales.lengths().has_page {
-        bail!(Usage(page::no_page(report.config.scales)));
+        bail!(Usage(page::no_page("--report", report.config.scales)));
     }
     let runs: Vec<&str> = report.order.iter().map(String::as_str).collect();
     let gates = arguments.gates.start(&runs)?;
@@ -128,6 +131,7 @@ pub(crate) fn run(arguments: &CompareArgs, common: &Common, out: &mut impl Write
     };
     // The result is told also where the page cannot be written.
     written?;
+    arguments.view.open(arguments.report.as_deref(), &common.host);
     when_printed(printed.map_err(Into::into), exit)
 }
 

@@ -53,6 +53,7 @@ use outputs::{OutputArgs, Recorder};
     dmp score city.mcap -t a.tum -t b.tum -t c.tum --decide=a,b\n  \
     dmp score drive.mcap -t run.tum --map survey.laz --json > scores.json\n  \
     dmp score drive.mcap -t a.tum -t b.tum --residuals out.laz --per-frame frames.csv\n  \
+    dmp score drive.mcap -t a.tum -t b.tum --report out.html --view --scene out.mcap\n  \
     dmp score drive.mcap -t topic:/odom -t slam=slam.mcap:/slam/path\n  \
     dmp score drive.mcap -t kiss=kiss_poses.npy --pose-at kiss=end\n  \
     dmp score drive.mcap -t old.tum -t new.tum --expect-unbeaten new --fail-above new:R_cv_0.5=15cm\n  \
@@ -139,8 +140,8 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
             asked.conventions.vet(opened, &asked.log, asked.settings.poses(), &config, common)?;
         like.iter().try_for_each(|like| like.check_log(log.summary()))?;
         let (settings, means) = config.on(log.summary())?;
-        if arguments.outputs.report.is_some() && !settings.scales.lengths().has_page {
-            bail!(Usage(outputs::page::no_page(settings.scales)));
+        if let Some(option) = arguments.outputs.of_drives().filter(|_| !settings.scales.lengths().has_page) {
+            bail!(Usage(outputs::page::no_page(option, settings.scales)));
         }
         let outputs = match &vetted {
             Some(vetted) => outputs.of_runs(&vetted.is_kept()),
@@ -173,6 +174,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     if !common.quiet {
         announce::done(&common.host, &report);
     }
+    arguments.outputs.view.open(arguments.outputs.report.as_deref(), &common.host);
     when_printed(printed, exit)
 }
 

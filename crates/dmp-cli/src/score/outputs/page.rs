@@ -8,9 +8,9 @@ use dmp_draw::{PageInput, Pictures, page};
 
 use crate::save::save_text;
 
-/// Why results judged by these lengths have no page.
-pub(crate) fn no_page(scales: Scales) -> String {
-    format!("--report: its maps and places are those of drives; it draws no {}s", scales.lengths().name)
+/// Why results judged by these lengths have no page, nor a scene: what this option makes.
+pub(crate) fn no_page(option: &str, scales: Scales) -> String {
+    format!("{option}: its maps and places are those of drives; it draws no {}s", scales.lengths().name)
 }
 
 /// Writes the page; tells its length in bytes.
