@@ -35,7 +35,7 @@ cd "$tested"
 # What comes with the wheel, before anything else is there.
 bin/python "$here/tests/installed.py" "$wheels"
 bin/pip install --quiet --disable-pip-version-check --constraint "$here/tests/constraints.txt" \
-    pytest mypy pandas polars pyarrow matplotlib rerun-sdk nbclient ipykernel kiss-icp rosbags \
+    pytest mypy pandas polars pyarrow matplotlib rerun-sdk mcap-ros2-support nbclient ipykernel kiss-icp rosbags \
     dask distributed s3fs 'moto[server]' ray kubernetes-validate pyyaml
 
 # That of these sources, whatever was built before.

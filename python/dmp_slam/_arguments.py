@@ -13,7 +13,7 @@ from . import _core
 StrPath = Union[str, "os.PathLike[str]"]
 
 #: Options that are no keywords: what they do, functions do otherwise.
-_OF_THE_COMMAND = {"quiet", "no_progress", "json", "verbose", "color"}
+_OF_THE_COMMAND = {"quiet", "no_progress", "json", "verbose", "color", "view"}
 
 
 class Option(NamedTuple):

@@ -18,7 +18,7 @@ from ._map import Map
 from .errors import Error, InputError, UsageError
 
 #: What is written for these keywords, if they are True.
-FILES_KEPT = {"residuals": "returns.ply", "save_maps": "maps"}
+FILES_KEPT = {"residuals": "returns.ply", "save_maps": "maps", "scene": "scene.mcap"}
 
 #: How a run is handed to the command.
 _RUN = "--trajectory="
@@ -81,6 +81,10 @@ class Kept:
         # Its file is there for as long as it is.
         weakref.finalize(map, _hold, self)
         return map
+
+    def scene(self) -> Path:
+        """The scene of all runs."""
+        return self._file("scene")
 
     def trajectory(self, run: str) -> npt.NDArray[np.float64] | None:
         """The places of a run, N × 3; ``None`` where its trajectory was not kept."""

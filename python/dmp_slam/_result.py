@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 import os
+import shutil
 import tempfile
 from functools import cached_property
 from pathlib import Path
@@ -125,6 +126,10 @@ class Result:
         from ._view import show
 
         show(self.order, self._kept, save)
+
+    def scene(self, path: str | os.PathLike[str]) -> None:
+        """Writes the scene for viewers as rerun and Foxglove, ``FILE.mcap``, where ``score`` was called with ``scene``."""
+        shutil.copyfile(self._kept.scene(), path)
 
     def __getstate__(self) -> dict[str, Any]:
         # Files go with the first result.

@@ -221,6 +221,8 @@ def test_what_parts_do_not_have_is_refused(client, town, two):
     given = {"client": client, "retries": 0, **FEW}
     with pytest.raises(dmp.UsageError, match="--report in parts: .*`dmp score` makes it"):
         dmp.dask.score(town, two, report=True, **given)
+    with pytest.raises(dmp.UsageError, match="--scene in parts: .*`dmp score` makes it"):
+        dmp.dask.score(town, two, scene=True, **given)
     with pytest.raises(TypeError, match="score.* has no keyword 'voxle'; near it: voxel"):
         dmp.dask.score(town, two, voxle=0.2, **given)
     with pytest.raises(dmp.UsageError, match="parts of 'fuze': 3"):

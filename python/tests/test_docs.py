@@ -33,7 +33,7 @@ def test_help_tells_every_keyword():
         assert (f"\n    {keyword}=" in inspect.getdoc(dmp.score)) == (keyword != "trajectory"), keyword
     parts = inspect.getdoc(dmp_slam.dask.score)
     assert all(f"\n    {keyword}=" in parts for keyword in ("voxel", "memory", "fail_above"))
-    assert not any(f"\n    {keyword}=" in parts for keyword in ("work", "output", "report", "cores"))
+    assert not any(f"\n    {keyword}=" in parts for keyword in ("work", "output", "report", "scene", "view", "cores"))
     for function in (dmp.Map.build, dmp.truth.rpe, dmp.simulate.errors, dmp.convert.log):
         told = inspect.getdoc(function)
         assert "\nKeywords:\n    " in told and "\n    output=" not in told

@@ -18,6 +18,7 @@ use crate::saved_result::read_result;
 use crate::score::outputs::{page, targets};
 use crate::score::render;
 use crate::terminal::Terminal;
+use crate::view::ViewArgs;
 
 /// So many pairs that no result holds are told by name.
 const NOT_COMPARED: usize = 5;
@@ -49,6 +50,8 @@ pub(crate) struct CompareArgs {
     /// results: see `dmp score --report`
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    view: ViewArgs,
     /// Also print every scale of every pair, all scores, where returns went, times and memory
     #[arg(short, long, conflicts_with = "json", help_heading = "Output")]
     verbose: bool,
@@ -125,6 +128,7 @@ pub(crate) fn run(arguments: &CompareArgs, common: &Common, out: &mut impl Write
     };
     // The result is told also where the page cannot be written.
     written?;
+    arguments.view.open(arguments.report.as_deref(), &common.host);
     when_printed(printed.map_err(Into::into), exit)
 }
 

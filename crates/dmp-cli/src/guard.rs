@@ -17,7 +17,7 @@ use crate::named::NamedFile;
 use crate::save::is_missing;
 
 /// The options that name what is written, whatever the command.
-const OUTPUTS: [&str; 14] = [
+const OUTPUTS: [&str; 15] = [
     "junit",
     "output",
     "per_frame",
@@ -31,6 +31,7 @@ const OUTPUTS: [&str; 14] = [
     "save_results",
     "save_trajectory",
     "save_truth",
+    "scene",
     "svg",
 ];
 

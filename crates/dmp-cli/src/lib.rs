@@ -49,6 +49,7 @@ mod terminal;
 mod trajectory_args;
 mod truth;
 mod vetting;
+mod view;
 
 use std::ffi::OsString;
 use std::io::{self, Write as _};

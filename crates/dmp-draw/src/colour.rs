@@ -1,5 +1,7 @@
 //! Colours that tell on white and on black, and with any eyes.
 
+use dmp::Scales;
+
 /// Red, green, blue.
 pub(crate) type Rgb = [u8; 3];
 
@@ -24,6 +26,24 @@ pub(crate) fn side_colours() -> [Rgb; STEPS] {
 /// The step of a share from 0 to 1; what is beyond counts as the end.
 pub(crate) fn step(share: f64) -> usize {
     ((share.clamp(0.0, 1.0) * STEPS as f64) as usize).min(STEPS - 1)
+}
+
+/// What is coloured as nothing that is known, on white and on black.
+const UNKNOWN: Rgb = [120, 126, 134];
+/// Lengths from this on look alike, metres.
+const MOST_M: f64 = 0.5;
+
+/// The colour of how much a map is off: from pale blue over violet to red at 0.5 m; grey where that is not known.
+pub fn colour_of_size(off_m: Option<f32>, scales: Scales) -> [u8; 3] {
+    let most_m = MOST_M * scales.lengths().metre_m;
+    off_m.map_or(UNKNOWN, |off_m| bad_colours()[step(f64::from(off_m.abs()) / most_m)])
+}
+
+/// The colour of a signed residual: blue where the map has it half a metre behind the return, orange where in front of it, grey between
+/// them, darker where nothing is predicted.
+pub fn colour_of_residual(residual_m: Option<f32>, scales: Scales) -> [u8; 3] {
+    let widest_m = 2.0 * MOST_M * scales.lengths().metre_m;
+    residual_m.map_or(UNKNOWN, |residual_m| side_colours()[step(f64::from(residual_m) / widest_m + 0.5)])
 }
 
 /// `#rrggbb`.
@@ -67,6 +87,18 @@ mod tests {
         let [_, .., worst] = bad_colours();
         let papers = [[255; 3], [0xf6, 0xf7, 0xf8], [0x16, 0x18, 0x1c], [0x1f, 0x22, 0x27]];
         assert!(papers.into_iter().all(|paper| contrast(worst, paper) > 3.0));
+    }
+
+    #[test]
+    fn residuals_have_colours() {
+        let [best, .., worst] = bad_colours();
+        assert_eq!(
+            [Some(0.0), Some(-9.0), None].map(|m| colour_of_size(m, Scales::Drive)),
+            [best, worst, UNKNOWN]
+        );
+        let [behind, .., in_front] = side_colours();
+        let found = [Some(-1.0), Some(0.0), Some(0.6), None].map(|m| colour_of_residual(m, Scales::Drive));
+        assert_eq!(found, [behind, side_colours()[7], in_front, UNKNOWN]);
     }
 
     #[test]

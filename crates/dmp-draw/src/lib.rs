@@ -21,6 +21,7 @@ mod columns;
 mod drift;
 mod ground;
 mod image;
+mod laid;
 mod page;
 mod painter;
 pub mod plot;
@@ -36,10 +37,12 @@ mod worst;
 
 pub use answer::answer;
 pub use closeup::DiscInWorld;
+pub use colour::{colour_of_residual, colour_of_size};
 pub use columns::{Ranking, RankingRow, ScoreColumn, ranking};
 pub use drift::{
     DRIFT_HEADS, drift_beside_scores, drift_compared, drift_in_words, drift_row, metres, pairs_in_words,
 };
+pub use laid::laid_onto;
 pub use page::{PageInput, page, suite_page, truth_page};
 pub use painter::{Painter, Pictures};
 pub use promise::promise;
@@ -48,4 +51,4 @@ pub use suite_told::{ToldVersions, log_word, p_value, suite_answer, suite_promis
 pub use told::{ToldPair, every_pair, told_pairs};
 pub use truth::{TruthPlots, TruthPose, TruthRun, TruthStats, truth_picture};
 pub use warnings::warnings;
-pub use worst::{Pass, WorstPlace};
+pub use worst::{Pass, WorstPlace, worst_places};

@@ -2,6 +2,8 @@
 
 use dmp::{Basis, RunSums, Scales};
 
+use crate::text::digits;
+
 /// Truncations τ by which places are judged, metres: the first sees centimetres, the second tells a large error from a
 /// larger one. 0.5 and 2 m on a drive; in a room a tenth of that, which tells millimetres and decimetres.
 pub(crate) const fn judged_by_m(scales: Scales) -> [f64; 2] {
@@ -64,11 +66,22 @@ impl FrameScore {
         self.near.1 += other.near.1;
     }
 
-    /// The roots of the means at both scales, metres; `None` where nothing is predicted.
-    pub(crate) fn rms_m(&self, scales: Scales) -> Option<[f64; 2]> {
+    /// The roots of the means of min(r², τ²) at both τ, metres: 0.5 and 2 m, in a room 0.05 and 0.2 m; `None` where nothing is
+    /// predicted.
+    pub fn rms_m(&self, scales: Scales) -> Option<[f64; 2]> {
         let rms_m =
             |scale: usize| (self.parts[scale] / self.predicted as f64).sqrt() * judged_by_m(scales)[scale];
         (self.predicted > 0).then(|| [0, 1].map(rms_m))
+    }
+
+    /// By how much returns are missed at both scales.
+    pub(crate) fn misses(&self, scales: Scales) -> String {
+        match self.rms_m(scales) {
+            Some([fine_m, wide_m]) => {
+                format!("{} and {} cm", digits(100.0 * fine_m), digits(100.0 * wide_m))
+            }
+            None => "–".to_owned(),
+        }
     }
 
     /// How wrong the map is, from 0 to 3: at each scale, and for the nearest surfel at the finer one, the mean in parts of

@@ -39,6 +39,23 @@ pub struct WorstPlace {
     pub passes: Vec<Pass>,
 }
 
+impl WorstPlace {
+    /// The root of the mean of min(r², τ²) at the coarser scale, over the returns of the stretch that is worst, metres.
+    pub fn off_m(&self, scales: Scales) -> Option<f64> {
+        self.score.rms_m(scales).map(|[_, wide_m]| wide_m)
+    }
+
+    /// By how much it is off, and whose map is better there, in a line.
+    pub fn in_words(&self, names: &[&str], scales: Scales) -> String {
+        let own = format!("off by {}", self.score.misses(scales));
+        match &self.best {
+            Some((best, score)) => format!("{own}; {} by {}", names[*best], score.misses(scales)),
+            None if names.len() > 1 => format!("{own}; no other run is clearly better"),
+            None => own,
+        }
+    }
+}
+
 /// Scans of a place that follow each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pass {
@@ -56,7 +73,7 @@ struct Stretch {
 
 /// The worst places of every run, the worst first: those where another run's map is better, by how much; then those
 /// that are as bad in every run, by how bad they are. `frames` are in the order of the log.
-pub(crate) fn worst_places(frames: &[SeenFrame], runs: usize, scales: Scales) -> Vec<Vec<WorstPlace>> {
+pub fn worst_places(frames: &[SeenFrame], runs: usize, scales: Scales) -> Vec<Vec<WorstPlace>> {
     let (stretches, stretch_m) = stretches(frames, runs, scales);
     (0..runs).map(|run| worst_of_run(frames, &stretches, run, (stretch_m, scales))).collect()
 }

@@ -11,7 +11,7 @@
 //! scans that a program has already. [`read_cloud`] streams the points of a map, [`read_mesh`] the triangles of a
 //! reference.
 //! [`McapScanWriter`], [`FolderScanWriter`], [`DepthFolderWriter`], [`write_tum`], [`write_euroc`], [`write_kitti`], [`write_redwood_log`] and [`write_pose_graph`] write what the
-//! readers read; [`ResidualWriter`] writes scored returns for people to look at. [`read_calib`] says where a LiDAR sits on a camera.
+//! readers read; [`ResidualWriter`] writes scored returns for people to look at, [`SceneWriter`] maps, ways and returns of all runs for viewers. [`read_calib`] says where a LiDAR sits on a camera.
 //!
 //! | what | formats |
 //! |---|---|
@@ -85,6 +85,7 @@ mod reads;
 mod residuals;
 mod ros;
 mod scan_folder;
+mod scene;
 mod setting;
 mod stamp_jumps;
 mod summary;
@@ -121,6 +122,7 @@ pub use outline::{LogOutline, outline_log};
 pub use points::{PointTime, StampAt, TimeUnit};
 pub use printable::{is_printable, printable, shown_path};
 pub use residuals::{ResidualFormat, ResidualHead, ResidualWriter, ScoredPoint, ScoredScan};
+pub use scene::{SceneCloud, SceneHead, ScenePlace, ScenePoint, SceneRun, SceneWriter};
 pub use setting::LogSetting;
 pub use stamp_jumps::{StampJump, stamp_jumps};
 pub use summary::{FieldInfo, FieldMeaning, LogFormat, LogSummary, NO_CHECKSUMS, TopicInfo};

@@ -95,6 +95,12 @@ impl McapFile {
         written.map_err(|error| mcap_error(self.output.target(), error))
     }
 
+    /// Adds what is to be known of the file, by a name.
+    pub(crate) fn about(&mut self, name: &str, known: BTreeMap<String, String>) -> Result<(), LogError> {
+        let record = mcap::records::Metadata { name: name.to_owned(), metadata: known };
+        self.writer.write_metadata(&record).map_err(|error| mcap_error(self.output.target(), error))
+    }
+
     /// Writes the end, makes the file safe on disk and gives it its name.
     pub(crate) fn finish(mut self) -> Result<(), LogError> {
         let target = self.output.target().to_path_buf();

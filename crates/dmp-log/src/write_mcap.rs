@@ -73,11 +73,14 @@ impl McapScanWriter {
     /// the disk is full.
     pub fn write_scan(&mut self, scan: &Scan) -> Result<(), LogError> {
         let (stamp_ns, stamp) = self.check(scan)?;
+        let unwritable =
+            |problem| LogError::Unwritable { path: self.file.target().into(), frame: self.frames, problem };
         let with_times = self.with_times.unwrap_or(false);
         let message = &mut self.message;
         let fields = if self.signed_times { &SIGNED_FIELDS } else { &FIELDS };
         let fields = &fields[..if with_times { 4 } else { 3 }];
-        start_cloud(message, stamp, &self.frame_id, fields, 4 * fields.len(), scan.len());
+        let shape = (4 * fields.len(), scan.len());
+        let cloud = start_cloud(message, stamp, &self.frame_id, fields, shape).map_err(unwritable)?;
         let bytes = message.message();
         if with_times {
             for (point, &offset_ns) in scan.points_in_sensor_m.iter().zip(&scan.time_offsets_ns) {
@@ -90,7 +93,7 @@ impl McapScanWriter {
             }
         }
         let dense = scan.points_in_sensor_m.as_flattened().iter().all(|c| c.is_finite());
-        message.u8(u8::from(dense));
+        cloud.close(message, dense).map_err(unwritable)?;
         self.file.write(self.topic, self.frames, stamp_ns, message.message())?;
         self.frames += 1;
         Ok(())
@@ -122,9 +125,6 @@ impl McapScanWriter {
         let fits = |offset_ns: i64| (least..=most).contains(&offset_ns);
         if let Some(beyond) = scan.time_offsets_ns.iter().find(|&&offset_ns| !fits(offset_ns)) {
             return Err(unwritable(format!("a point {beyond} ns after the stamp is beyond 32 bits")));
-        }
-        if u32::try_from(points as u64 * 16).is_err() {
-            return Err(unwritable(format!("{points} points are more than 32 bits of bytes")));
         }
         match self.with_times {
             _ if points == 0 => {}

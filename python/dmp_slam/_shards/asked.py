@@ -14,7 +14,7 @@ from .job import Asked, Given
 from .places import Place, is_url, place_of
 
 #: Options of ``dmp score`` that parts do not have: the command says why.
-WHOLE = ("report", "residuals", "per_frame", "per_tile", "save_maps", "resume", "checkpoint")
+WHOLE = ("report", "scene", "residuals", "per_frame", "per_tile", "save_maps", "resume", "checkpoint")
 #: Options of the commands that have arguments of their own.
 _OWN = ("trajectory", "output", "cores", "log", "work")
 _MEANS = ("memory", "threads")
@@ -40,7 +40,7 @@ def settings_of(given: Mapping[str, Any]) -> Settings:
             raise TypeError(unknown(("score",), keyword, sorted(known - set(WHOLE))))
     own = {keyword: _reachable(value) for keyword, value in given.items()}
     # Whatever their value is: they are refused.
-    own.update({keyword: "asked" for keyword in WHOLE[:5] if own.get(keyword) is True})
+    own.update({keyword: "asked" for keyword in WHOLE[:6] if own.get(keyword) is True})
     junit = own.pop("junit", None)
     of_means = {keyword: own.pop(keyword) for keyword in _MEANS if keyword in own}
     of_gates = {keyword: own.pop(keyword) for keyword in gates if keyword in own}

@@ -188,6 +188,9 @@ fn a_room_is_drawn() {
         ("image", "Map of groundtruth in three dimensions"),
     ];
     assert_sound(&browser, folder.path(), &named);
+    let scene = dmp(folder.path(), &format!("score room {runs} --voxel 0.1 --scene room.mcap"));
+    assert_eq!(scene.status.code(), Some(0), "{}", text(&scene.stderr));
+    assert!(text(&scene.stderr).contains(" surfels and "), "{}", text(&scene.stderr));
 }
 
 /// A run that flies off, and one that is left out as it is of another place.

@@ -54,8 +54,8 @@ const CALLS: [(&str, &str, &str); 28] = [
     (
         "score, every output",
         "t.mcap t.tum d.tum",
-        "score t.mcap -t t.tum -t d.tum --json --checkpoint none --report r.html --residuals o.ply \
-         --per-frame f.csv --per-tile g.csv --save-maps maps --fail-above miss=99% --junit j.xml",
+        "score t.mcap -t t.tum -t d.tum --json --checkpoint none --report r.html --scene s.mcap \
+         --residuals o.ply --per-frame f.csv --per-tile g.csv --save-maps maps --fail-above miss=99% --junit j.xml",
     ),
     (
         "score, LAZ and MCAP out",

@@ -52,6 +52,7 @@ use outputs::{OutputArgs, Recorder};
     dmp score city.mcap -t a.tum -t b.tum -t c.tum --decide=a,b\n  \
     dmp score drive.mcap -t run.tum --map survey.laz --json > scores.json\n  \
     dmp score drive.mcap -t a.tum -t b.tum --residuals out.laz --per-frame frames.csv\n  \
+    dmp score drive.mcap -t a.tum -t b.tum --report out.html --view --scene out.mcap\n  \
     dmp score drive.mcap -t topic:/odom -t slam=slam.mcap:/slam/path\n  \
     dmp score drive.mcap -t kiss=kiss_poses.npy --pose-at kiss=end\n  \
     dmp score drive.mcap -t old.tum -t new.tum --expect-unbeaten new --fail-above new:R_cv_0.5=15cm\n  \
@@ -169,6 +170,7 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     if !common.quiet {
         announce::done(&common.host, &report);
     }
+    arguments.outputs.view.open(arguments.outputs.report.as_deref(), &common.host);
     when_printed(printed, exit)
 }
 

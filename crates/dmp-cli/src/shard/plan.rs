@@ -49,6 +49,10 @@ struct WholeArgs {
     #[arg(long, hide = true)]
     report: Option<OsString>,
     #[arg(long, hide = true)]
+    view: bool,
+    #[arg(long, hide = true)]
+    scene: Option<OsString>,
+    #[arg(long, hide = true)]
     residuals: Vec<OsString>,
     #[arg(long, hide = true)]
     per_frame: Option<OsString>,
@@ -67,6 +71,8 @@ impl WholeArgs {
         let returns = "it is made of single returns, which no part keeps: `dmp score` makes it";
         let refused = [
             (self.report.is_some(), "--report", returns),
+            (self.view, "--view", "it opens the page of --report, which `dmp score` makes"),
+            (self.scene.is_some(), "--scene", returns),
             (!self.residuals.is_empty(), "--residuals", returns),
             (self.per_frame.is_some(), "--per-frame", returns),
             (self.per_tile.is_some(), "--per-tile", returns),

@@ -28,6 +28,7 @@ use crate::gates::{self, GateReport, SuiteGateArgs};
 use crate::save::save_text;
 use crate::score::outputs::targets;
 use crate::settings::ResourceArgs;
+use crate::view::ViewArgs;
 use file::{EXAMPLE, SuiteFile};
 use kept::Kept;
 use list::List;
@@ -88,6 +89,8 @@ pub(crate) struct SuiteArgs {
     /// Write a page to look at, FILE.html: the verdicts, every log with every pair. One file that needs no network
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    view: ViewArgs,
 
     #[command(flatten)]
     gates: SuiteGateArgs,
@@ -171,5 +174,6 @@ fn finish(
     };
     // The result is told also where the page cannot be written.
     written?;
+    arguments.view.open(arguments.report.as_deref(), &common.host);
     when_printed(printed.map_err(Into::into), exit)
 }

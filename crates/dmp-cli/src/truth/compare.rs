@@ -54,6 +54,9 @@ impl CompareArgs {
         }
         if let Some(path) = &self.plot {
             plot::save(path, metric.name, &runs)?;
+            if self.view {
+                crate::view::open(path, &common.host);
+            }
         }
         Ok(Exit::Done)
     }

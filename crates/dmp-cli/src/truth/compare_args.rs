@@ -104,6 +104,9 @@ pub(crate) struct CompareArgs {
     /// no network, FILE.svg one picture
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(super) plot: Option<PathBuf>,
+    /// Open what --plot draws in the browser: that of `BROWSER`, else the one that this system opens pages with
+    #[arg(long, requires = "plot", help_heading = "Output")]
+    pub(super) view: bool,
     /// Write a result file for `evo_res`
     #[arg(long = "save_results", alias = "save-results", value_name = "FILE.zip", help_heading = "Output")]
     pub(super) save_results: Option<PathBuf>,

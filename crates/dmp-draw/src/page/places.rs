@@ -1,6 +1,6 @@
 //! The worst places of every run.
 
-use dmp::{DriftReport, Scales};
+use dmp::DriftReport;
 
 use super::drift::{FrameOf, at_place, frame_of};
 use super::html::{figure, grid, keys, list, paragraph};
@@ -12,7 +12,6 @@ use crate::painter::Pictures;
 use crate::plot::escape;
 use crate::profile::time_of;
 use crate::seen::{FrameScore, judged_by_m};
-use crate::text::digits;
 use crate::worst::{Pass, WorstPlace};
 
 /// The plot over time, to which places lead.
@@ -79,7 +78,7 @@ fn article(
     let id = format!("place-{}-{}", place.run, number + 1);
     let basis = pictures.bases[place.run];
     let [fine_m, wide_m] = judged_by_m(pictures.scales);
-    let misses = |score: &FrameScore| misses(score, pictures.scales);
+    let misses = |score: &FrameScore| score.misses(pictures.scales);
     let own = format!("Off by {} ({basis} at {fine_m} and {wide_m} m)", misses(&place.score));
     let best = match &place.best {
         Some((best, score)) => {
@@ -125,14 +124,6 @@ fn jumps(pictures: &Pictures, number: usize, place: &WorstPlace) -> String {
         jumps.push(format!("<a href=\"#{TIME_PLOT}\" data-span=\"{from} {to}\">in time</a>"));
     }
     format!("<p>See it {}.</p>\n", jumps.join(", "))
-}
-
-/// By how much returns are missed at both scales.
-pub(super) fn misses(score: &FrameScore, scales: Scales) -> String {
-    match score.rms_m(scales) {
-        Some([fine_m, wide_m]) => format!("{} and {} cm", digits(100.0 * fine_m), digits(100.0 * wide_m)),
-        None => "–".to_owned(),
-    }
 }
 
 /// When the sensor was there: times, and scans of the log.

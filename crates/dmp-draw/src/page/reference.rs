@@ -3,7 +3,7 @@
 use dmp::Report;
 
 use super::html::{cell, head, list, paragraph, table};
-use super::places::{misses, times};
+use super::places::times;
 use crate::painter::Pictures;
 use crate::plot::escape;
 use crate::seen::judged_by_m;
@@ -31,7 +31,7 @@ pub(super) fn reference(report: &Report, pictures: &Pictures, name: &str) -> Str
     let row = |run: usize| {
         let contest = &contests[run];
         let [reference, own] = match &contest.worst {
-            Some(scores) => scores.each_ref().map(|score| misses(score, pictures.scales)),
+            Some(scores) => scores.each_ref().map(|score| score.misses(pictures.scales)),
             None => [NONE.to_owned(), NONE.to_owned()],
         };
         vec![
@@ -66,9 +66,9 @@ fn worse(report: &Report, pictures: &Pictures, one: usize) -> String {
             "<a href=\"#place-{one}-{}\">{}</a>: off by {}, {} by {}",
             number + 1,
             escape(&when),
-            misses(&place.score, pictures.scales),
+            place.score.misses(pictures.scales),
             escape(&report.runs[*best].name),
-            misses(score, pictures.scales)
+            score.misses(pictures.scales)
         ))
     });
     let list = list("<ul>", places);

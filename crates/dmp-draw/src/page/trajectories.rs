@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Matrix3, Point3};
 
 use super::explore::with_data;
 use super::html::{figure, keys, large, paragraph};
 use super::overlay::Frame;
+use crate::laid::rigid;
 use crate::painter::Pictures;
 use crate::plot::{Axis, Plot, Point, Series, Style, escape};
 use crate::profile::time_of;
@@ -38,21 +39,12 @@ pub(super) fn trajectories(pictures: &Pictures, names: &[&str], most: usize, siz
     text + &key + &drawn + &large(&figure(&heights, "height over way"))
 }
 
-/// The positions of a run in the world of another: the rigid motion with the least squares (Kabsch 1976).
+/// The positions of a run in the world of another, on whose places they are laid as one piece.
 fn laid_onto(pictures: &Pictures, run: usize, other: usize) -> Vec<Point3<f64>> {
     let of =
         |run: usize| pictures.frames.iter().map(move |frame| Point3::from(frame.position_in_world_m[run]));
-    let count = pictures.frames.len().max(1) as f64;
-    let centre = |run: usize| of(run).map(|point| point.coords).sum::<Vector3<f64>>() / count;
-    let [from, to] = [run, other].map(centre);
-    let pairs = of(run).zip(of(other));
-    let covariance: Matrix3<f64> = pairs.map(|(a, b)| (b.coords - to) * (a.coords - from).transpose()).sum();
-    let svd = covariance.svd(true, true);
-    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return of(run).collect() };
-    // No mirror.
-    let sign = (u * v_t).determinant().signum();
-    let rotation = u * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, sign)) * v_t;
-    of(run).map(|point| Point3::from(rotation * (point.coords - from) + to)).collect()
+    let motion = rigid(&of(run).zip(of(other)).map(|(from, onto)| [from, onto]), Matrix3::zeros());
+    of(run).map(|point| motion * point).collect()
 }
 
 fn from_above(pictures: &Pictures, runs: &[usize], names: &[&str], ways: &[Vec<Point3<f64>>]) -> String {

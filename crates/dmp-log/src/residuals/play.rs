@@ -60,16 +60,14 @@ impl ScanPlayer {
         points: &[ScoredPoint],
     ) -> Result<(), LogError> {
         let (file, message) = (&mut self.file, &mut self.message);
-        let unwritable =
-            |problem: String| LogError::Unwritable { path: file.target().into(), frame: self.scans, problem };
+        let (path, frame) = (file.target().to_path_buf(), self.scans);
+        let unwritable = |problem: String| LogError::Unwritable { path: path.clone(), frame, problem };
         let stamp_ns = scan.stamp_ns.ok_or_else(|| unwritable("a PointCloud2 needs a stamp".into()))?;
         let stamp = RosStamp::of_ns(stamp_ns).map_err(unwritable)?;
-        if u32::try_from(points.len() * POINT_BYTES).is_err() {
-            return Err(unwritable(format!("{} points are more than 32 bits of bytes", points.len())));
-        }
         write_transform(message, stamp, [WORLD, &self.sensor], &scan.world_from_sensor);
         file.write(self.poses, self.scans, stamp_ns, message.message())?;
-        start_cloud(message, stamp, &self.sensor, &FIELDS, POINT_BYTES, points.len());
+        let shape = (POINT_BYTES, points.len());
+        let cloud = start_cloud(message, stamp, &self.sensor, &FIELDS, shape).map_err(unwritable)?;
         let sensor_from_world = scan.world_from_sensor.inverse();
         let stamp_s = stamp_ns.saturating_sub(start_ns) as f64 / 1e9;
         let bytes = message.message();
@@ -92,7 +90,7 @@ impl ScanPlayer {
             bytes.extend_from_slice(&[point.kind, u8::from(point.revisited), 0, 0]);
         }
         // What is not predicted is NaN, but every point has its place.
-        message.u8(1);
+        cloud.close(message, true).map_err(unwritable)?;
         file.write(self.clouds, self.scans, stamp_ns, message.message())?;
         self.scans += 1;
         Ok(())

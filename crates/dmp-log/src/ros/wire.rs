@@ -157,6 +157,9 @@ pub(crate) struct RosStamp {
 }
 
 impl RosStamp {
+    /// The first instant of 1970: of what has no time.
+    pub(crate) const ZERO: Self = Self { seconds: 0, nanoseconds: 0 };
+
     /// A stamp in nanoseconds. What is beyond 32 bits of seconds is said.
     pub(crate) fn of_ns(stamp_ns: i64) -> Result<Self, String> {
         let seconds = i32::try_from(stamp_ns.div_euclid(1_000_000_000))
@@ -188,6 +191,10 @@ impl CdrWriter {
         self.message.extend_from_slice(&value.to_le_bytes());
     }
 
+    pub(crate) fn f32(&mut self, value: f32) {
+        self.u32(value.to_bits());
+    }
+
     /// Eight bytes, which CDR aligns to eight, counted from the end of its header.
     pub(crate) fn f64(&mut self, value: f64) {
         let payload = self.message.len().saturating_sub(4);
@@ -195,10 +202,15 @@ impl CdrWriter {
         self.message.extend_from_slice(&value.to_le_bytes());
     }
 
-    /// `std_msgs/msg/Header`.
-    pub(crate) fn header(&mut self, stamp: RosStamp, frame_id: &str) {
+    /// `builtin_interfaces/msg/Time`.
+    pub(crate) fn stamp(&mut self, stamp: RosStamp) {
         self.u32(stamp.seconds.cast_unsigned());
         self.u32(stamp.nanoseconds);
+    }
+
+    /// `std_msgs/msg/Header`.
+    pub(crate) fn header(&mut self, stamp: RosStamp, frame_id: &str) {
+        self.stamp(stamp);
         self.string(frame_id);
     }
 

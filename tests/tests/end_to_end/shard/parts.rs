@@ -230,6 +230,8 @@ fn what_cannot_be_had_in_parts_is_refused_by_name() {
         ("--decide", ["decide in parts", "when all parts are done"]),
         ("--quick", ["--quick in parts", "`dmp score` does it"]),
         ("--report a.html", ["--report in parts", "single returns"]),
+        ("--view", ["--view in parts", "the page of --report"]),
+        ("--scene a.mcap", ["--scene in parts", "single returns"]),
         ("--residuals a.laz", ["--residuals in parts", "single returns"]),
         ("--per-frame a.csv", ["--per-frame in parts", "single returns"]),
         ("--save-maps maps", ["--save-maps in parts", "`dmp map build`"]),

@@ -9,6 +9,7 @@ use super::targets::{self, ResidualFile, residual_files, writable};
 use crate::clash::refuse_clashes;
 use crate::exit::Usage;
 use crate::named::NamedFile;
+use crate::view::ViewArgs;
 
 /// Files to write beside the report.
 #[derive(Debug, Args)]
@@ -17,10 +18,16 @@ pub(crate) struct OutputArgs {
     /// file that needs no network
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) report: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) view: ViewArgs,
     /// The run that is taken to be true, as a published ground truth: the page tells where it is worse than the others, and by
     /// how much
     #[arg(long, value_name = "NAME", requires = "report", conflicts_with = "quick", help_heading = "Output")]
     reference: Option<String>,
+    /// Write a scene for viewers as rerun and Foxglove, FILE.mcap: of every run the map, coloured by how much it is off, the way,
+    /// residuals over time, single returns and the worst places, in one frame. docs/guide/viewers.md has the commands
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    scene: Option<PathBuf>,
     /// Write every scored return with its residuals to FILE.laz, .las, .ply or .pcd (in world coordinates, with the
     /// residuals as fields) or .mcap (scan by scan, with the pose as /tf). With several runs each has its own file,
     /// out.laz becoming out.NAME.laz; with NAME= it is that of one run. docs/residuals.md has the fields
@@ -47,6 +54,7 @@ pub(crate) struct Outputs {
     pub(super) per_frame: Option<PathBuf>,
     pub(super) per_tile: Option<PathBuf>,
     pub(super) page: Option<PathBuf>,
+    pub(super) scene: Option<PathBuf>,
     /// The run that is taken to be true.
     pub(super) reference: Option<String>,
 }
@@ -66,9 +74,10 @@ impl OutputArgs {
     pub(crate) fn plan(&self, runs: &[&str], inputs: &[&Path]) -> anyhow::Result<Outputs> {
         let residuals = residual_files(runs, &self.residuals)?;
         let tables = [&self.per_frame, &self.per_tile].map(Option::as_deref);
+        let pages = [&self.report, &self.scene].map(Option::as_deref);
         let files = residuals.iter().flatten().map(|file| file.path.as_path());
         let files: Vec<&Path> =
-            files.chain(tables.into_iter().flatten()).chain(self.report.as_deref()).collect();
+            files.chain(tables.into_iter().flatten()).chain(pages.into_iter().flatten()).collect();
         refuse_clashes(&files, inputs)?;
         if let Some(name) = self.reference.as_deref().filter(|name| !runs.contains(name)) {
             let names = runs.join(", ");
@@ -77,12 +86,14 @@ impl OutputArgs {
             );
         }
         self.report.as_deref().map_or(Ok(()), targets::check_html)?;
+        self.scene.as_deref().map_or(Ok(()), targets::check_mcap)?;
         for table in tables.into_iter().flatten() {
             targets::check_csv(table)?;
         }
         files.iter().try_for_each(|file| writable(file))?;
         let (per_frame, per_tile) = (self.per_frame.clone(), self.per_tile.clone());
         let (page, reference) = (self.report.clone(), self.reference.clone());
-        Ok(Outputs { residuals, every: self.residuals_every, per_frame, per_tile, page, reference })
+        let (scene, every) = (self.scene.clone(), self.residuals_every);
+        Ok(Outputs { residuals, every, per_frame, per_tile, page, scene, reference })
     }
 }

@@ -23,7 +23,7 @@ pub(super) fn lines(frame: u32, stamp_ns: Option<i64>, sums: &FrameSums, runs: &
 }
 
 /// Writes the lines of all scans in order of the log.
-pub(super) fn write(path: &Path, scales: Scales, lines: Sorted) -> anyhow::Result<()> {
+pub(super) fn write(path: &Path, scales: Scales, lines: &Sorted) -> anyhow::Result<()> {
     save(path, |out| {
         writeln!(out, "frame,stamp_ns,run,{}", columns(scales))?;
         lines.each(|lines, _| Ok(out.write_all(lines)?)).map_err(std::io::Error::other)

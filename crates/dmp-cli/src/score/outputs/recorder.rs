@@ -13,7 +13,8 @@ use dmp_map::Store;
 use super::args::Outputs;
 use super::residuals::{Buffers, Origin, RunReturns};
 use super::rows::RunRows;
-use super::sketch::Sketch;
+use super::scene::Scene;
+use super::sketch::{Drawn, Sketch, Wanted};
 use super::spool::Spool;
 use super::{page, per_frame, per_tile, residuals};
 use crate::common::Common;
@@ -35,7 +36,9 @@ pub(crate) struct Recorder<'a> {
     buffers: Buffers,
     per_frame: Option<(PathBuf, Spool)>,
     per_tile: Option<PathBuf>,
+    sketch: Option<Sketch>,
     page: Option<Page>,
+    scene: Option<PathBuf>,
     rows: Vec<RunRows>,
     has_failed: AtomicBool,
     failure: Mutex<Option<std::io::Error>>,
@@ -70,13 +73,20 @@ impl<'a> Recorder<'a> {
             Some(path) => Some((path, spool()?)),
             None => None,
         };
-        let page = match outputs.page {
-            Some(path) => {
-                let sketch = Sketch::new(log, runs, settings, (work_folder, &common.host));
-                let sketch = sketch.with_context(|| waits_in(work_folder))?;
-                Some(Page { path, reference: outputs.reference, sketch })
-            }
-            None => None,
+        if let Some(path) = outputs.scene.as_ref().filter(|_| log.summary().span_ns.is_none()) {
+            let path = path.display();
+            bail!(Usage(format!(
+                "{path}: the log has no stamps, which MCAP needs; --report draws it as a page"
+            )));
+        }
+        let reference = outputs.reference;
+        let page = outputs.page.map(|path| Page { path, reference });
+        let wanted = Wanted { page: page.is_some(), scene: outputs.scene.clone() };
+        let sketch = if page.is_some() || outputs.scene.is_some() {
+            let sketch = Sketch::new(log, runs, settings, (work_folder, &common.host), wanted);
+            Some(sketch.with_context(|| waits_in(work_folder))?)
+        } else {
+            None
         };
         Ok(Self {
             progress: Progress::new(common),
@@ -89,7 +99,9 @@ impl<'a> Recorder<'a> {
             buffers: Buffers::default(),
             per_frame,
             per_tile: outputs.per_tile,
+            sketch,
             page,
+            scene: outputs.scene,
             rows: runs.iter().map(|run| RunRows::new(run, settings.miss_price)).collect(),
             has_failed: AtomicBool::new(false),
             failure: Mutex::new(None),
@@ -116,7 +128,9 @@ impl<'a> Recorder<'a> {
             residuals: self.residuals,
             per_frame: self.per_frame,
             per_tile: self.per_tile,
+            drawn: self.sketch.map(Sketch::into_drawn).unwrap_or_default(),
             page: self.page,
+            scene: self.scene,
             rows: self.rows,
         };
         Ok((evaluated?, recorded))
@@ -151,7 +165,7 @@ impl Sink for Recorder<'_> {
             return;
         }
         let frame = returns.frame as u32;
-        if let Some(Page { sketch, .. }) = &self.page {
+        if let Some(sketch) = &self.sketch {
             self.record(sketch.returns_scored(frame, returns, &self.buffers));
         }
         if self.residuals.is_empty() {
@@ -166,7 +180,7 @@ impl Sink for Recorder<'_> {
     }
 
     fn frame_scored(&self, frame: usize, sums: &FrameSums) {
-        if let Some(Page { sketch, .. }) = &self.page {
+        if let Some(sketch) = &self.sketch {
             sketch.frame_scored(frame as u32, sums);
         }
         let Some((_, spool)) = &self.per_frame else { return };
@@ -177,19 +191,19 @@ impl Sink for Recorder<'_> {
     }
 
     fn scored(&self, report: &Report, maps: &[&Store]) {
-        if let Some(Page { sketch, .. }) = &self.page {
+        if let Some(sketch) = &self.sketch {
             sketch.scored(self.log, report, maps);
         }
     }
 
     fn work_bytes(&self, returns: u64) -> u64 {
         let of_run = returns / self.every.max(1) * ScoredPoint::BYTES as u64;
-        let of_page = self.page.as_ref().map_or(0, |page| page.sketch.work_bytes(returns));
-        self.residuals.len() as u64 * of_run + of_page
+        let of_sketch = self.sketch.as_ref().map_or(0, |sketch| sketch.work_bytes(returns));
+        self.residuals.len() as u64 * of_run + of_sketch
     }
 
     fn wants_every_return(&self) -> bool {
-        !self.residuals.is_empty() || self.per_frame.is_some() || self.page.is_some()
+        !self.residuals.is_empty() || self.per_frame.is_some() || self.sketch.is_some()
     }
 }
 
@@ -198,7 +212,6 @@ impl Sink for Recorder<'_> {
 struct Page {
     path: PathBuf,
     reference: Option<String>,
-    sketch: Sketch,
 }
 
 /// What was gathered.
@@ -210,7 +223,9 @@ pub(crate) struct Recorded {
     residuals: Vec<RunReturns>,
     per_frame: Option<(PathBuf, Spool)>,
     per_tile: Option<PathBuf>,
+    drawn: Drawn,
     page: Option<Page>,
+    scene: Option<PathBuf>,
     rows: Vec<RunRows>,
 }
 
@@ -228,16 +243,20 @@ impl Recorded {
             per_tile::write(&path, report, &self.rows)?;
             tell(&path, text::counted(report.tiles.len() as u64, "row"));
         }
-        if let Some(Page { path, reference, sketch }) = self.page {
+        if let Some(Page { path, reference }) = self.page {
             self.host.go_on()?;
-            let drawn = sketch.into_pictures();
+            let drawn = self.drawn.pictures.transpose();
             let pictures = drawn.with_context(|| format!("{}: cannot draw", path.display()))?;
             let bytes = page::write(&path, report, pictures.as_ref(), reference.as_deref(), remarks)?;
             tell(&path, text::bytes(bytes));
         }
+        if let (Some(path), Some(scene)) = (self.scene, self.drawn.scene) {
+            self.host.go_on()?;
+            tell(&path, scene.and_then(Scene::finish)?);
+        }
         if let Some((path, lines)) = self.per_frame {
             self.host.go_on()?;
-            per_frame::write(&path, report.config.scales, lines.sorted())?;
+            per_frame::write(&path, report.config.scales, &lines.sorted())?;
             tell(&path, text::counted(report.sampling.frames_scored * self.rows.len() as u64, "row"));
         }
         if self.residuals.is_empty() {

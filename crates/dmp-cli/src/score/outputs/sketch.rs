@@ -1,17 +1,21 @@
-//! What the page of `--report` shows of single returns: gathered while they are scored, drawn when all are.
+//! What the page of `--report` and the scene of `--scene` show of single returns: gathered while they are scored, drawn when
+//! all are.
 
 use std::collections::HashMap;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use dmp::{Basis, FrameSums, MapSource, Report, Run, Sample, Scales, ScoredReturns, ScoredRun, Settings};
-use dmp_draw::{DiscInWorld, FrameScore, Painter, Pictures, SampledReturn, SeenFrame};
+use dmp_draw::{FrameScore, Pictures, SampledReturn, SeenFrame};
 use dmp_log::ScanLog;
-use dmp_map::{OwnDisc, Store, TileId};
+use dmp_map::Store;
+use dmp_sensor::Isometry3;
 
+use super::pictures;
 use super::residuals::{Buffers, drawn};
-use super::spool::Spool;
+use super::scene::{self, Scene};
+use super::spool::{Sorted, Spool};
 use crate::host::Hosted;
 
 /// Returns that are drawn, about: what a page can show.
@@ -23,20 +27,49 @@ const DECIDING_RETURNS: u64 = 4_000_000;
 #[derive(Debug)]
 pub(super) struct Sketch {
     host: Hosted,
+    wanted: Wanted,
     bases: Vec<Basis>,
     scales: Scales,
     /// One return of so many is drawn.
     every: u64,
     frames: Mutex<HashMap<u32, Seen>>,
     spool: Mutex<Option<Spool>>,
-    /// What became of drawing, once it was tried.
-    pictures: Mutex<Option<anyhow::Result<Pictures>>>,
+    drawn: Mutex<Drawn>,
+}
+
+/// What is to be drawn.
+#[derive(Debug, Clone)]
+pub(super) struct Wanted {
+    pub(super) page: bool,
+    pub(super) scene: Option<PathBuf>,
+}
+
+/// What became of drawing, once it was tried; `None` where it was not.
+#[derive(Debug, Default)]
+pub(super) struct Drawn {
+    pub(super) pictures: Option<anyhow::Result<Pictures>>,
+    pub(super) scene: Option<anyhow::Result<Scene>>,
+}
+
+/// All that was gathered.
+#[derive(Debug)]
+pub(super) struct Gathered {
+    pub(super) scales: Scales,
+    /// Scans with a used return, in the order of their time.
+    pub(super) frames: Vec<SeenFrame>,
+    /// For every scan and run, the pose of the sensor in the world of the run.
+    pub(super) poses: Vec<Vec<Isometry3<f64>>>,
+    pub(super) bases: Vec<Basis>,
+    /// Indices of the runs, best first.
+    pub(super) order: Vec<usize>,
+    pub(super) start_ns: Option<i64>,
+    kept: Sorted,
 }
 
 /// What is known of a scan so far.
 #[derive(Debug, Default)]
 struct Seen {
-    position_in_world_m: Vec<[f64; 3]>,
+    poses: Vec<Isometry3<f64>>,
     scores: Vec<FrameScore>,
 }
 
@@ -47,6 +80,7 @@ impl Sketch {
         runs: &[Run],
         settings: &Settings,
         (folder, host): (&Path, &Hosted),
+        wanted: Wanted,
     ) -> io::Result<Self> {
         // As pairs are judged: by what is known of both maps.
         let all_fused = runs.iter().all(|run| run.map == MapSource::Fused);
@@ -63,12 +97,13 @@ impl Sketch {
         let expected = returns * (scored / scans.max(1.0)).min(1.0);
         Ok(Self {
             host: host.clone(),
+            wanted,
             bases: vec![basis; runs.len()],
             scales: settings.scales,
             every: ((expected / drawn as f64).ceil() as u64).max(1),
             frames: Mutex::default(),
             spool: Mutex::new(Some(Spool::new(folder)?)),
-            pictures: Mutex::default(),
+            drawn: Mutex::default(),
         })
     }
 
@@ -84,12 +119,12 @@ impl Sketch {
         scored: &ScoredReturns<'_>,
         buffers: &Buffers,
     ) -> io::Result<()> {
-        let position = |run: &ScoredRun<'_>| run.own_from_sensor.translation.vector.into();
-        let positions = || scored.runs.iter().map(position).collect();
         if scored.first == 0 {
-            lock(&self.frames).entry(frame).or_default().position_in_world_m = positions();
+            let poses = scored.runs.iter().map(|run| run.own_from_sensor).collect();
+            lock(&self.frames).entry(frame).or_default().poses = poses;
         }
-        let positions: Vec<[f64; 3]> = positions();
+        let position = |run: &ScoredRun<'_>| run.own_from_sensor.translation.vector.into();
+        let positions: Vec<[f64; 3]> = scored.runs.iter().map(position).collect();
         buffers.with(|piece| {
             piece.extend_from_slice(&frame.to_le_bytes());
             let first = scored.first as u64;
@@ -130,51 +165,29 @@ impl Sketch {
         lock(&self.frames).entry(frame).or_default().scores = scores.collect();
     }
 
-    /// Draws everything, while the maps are there. What goes wrong is told with the pictures: scores are not lost for it.
+    /// Draws everything, while the maps are there. What goes wrong is told when it is to be written: scores are not lost for it.
     pub(super) fn scored(&self, log: &dyn ScanLog, report: &Report, maps: &[&Store]) {
-        let drawn = self.draw(log, report, maps);
-        *lock(&self.pictures) = drawn.transpose();
-    }
-
-    fn draw(&self, log: &dyn ScanLog, report: &Report, maps: &[&Store]) -> anyhow::Result<Option<Pictures>> {
-        let frames = self.frames_in_time(log);
-        let index_of: HashMap<usize, usize> =
-            frames.iter().enumerate().map(|(index, frame)| (frame.number, index)).collect();
+        let Some(spool) = lock(&self.spool).take() else { return };
+        let (frames, poses) = self.frames_in_time(log);
         let index_of_run = |name: &String| report.runs.iter().position(|run| run.name == *name);
-        let order = report.order.iter().filter_map(index_of_run).collect();
-        let Some(spool) = lock(&self.spool).take() else { return Ok(None) };
-        let kept = spool.sorted();
-        let of_return = self.bases.len() * SampledReturn::BYTES;
-        let returns = kept.pieces().map(|bytes| (bytes / of_return) as u64).sum();
-        let start_ns = log.summary().span_ns.map(|(first_ns, _)| first_ns);
-        let mut painter = Painter::new(self.scales, frames, start_ns, self.bases.clone(), order, returns);
-        for (run, window, extent_m) in painter.windows() {
-            draw_discs(&mut painter, maps[run], run, window, extent_m)?;
-        }
-        for run in painter.clouds() {
-            self.host.go_on()?;
-            draw_map(&mut painter, maps[run], run)?;
-        }
-        let mut of_runs = Vec::new();
-        kept.each(|piece, _| {
-            self.host.go_on()?;
-            let (frame, returns) = piece.split_at(size_of::<u32>().min(piece.len()));
-            let number = frame.try_into().map(u32::from_le_bytes);
-            let Some(&index) = number.ok().and_then(|number| index_of.get(&(number as usize))) else {
-                return Ok(());
-            };
-            for sampled in returns.chunks_exact(of_return) {
-                of_runs.clear();
-                of_runs.extend(sampled.as_chunks().0.iter().map(SampledReturn::of_bytes));
-                painter.sampled(index, &of_runs);
-            }
-            Ok(())
-        })?;
-        Ok(Some(painter.finish()))
+        let gathered = Gathered {
+            frames,
+            poses,
+            scales: self.scales,
+            bases: self.bases.clone(),
+            order: report.order.iter().filter_map(index_of_run).collect(),
+            start_ns: log.summary().span_ns.map(|(first_ns, _)| first_ns),
+            kept: spool.sorted(),
+        };
+        let scene = self.wanted.scene.as_ref();
+        let scene = scene.map(|path| scene::draw(path, &gathered, (report, maps), &self.host));
+        let pictures = self.wanted.page.then(|| pictures::draw(gathered, maps, &self.host));
+        *lock(&self.drawn) = Drawn { pictures, scene };
     }
 
-    /// Scans with a used return, in the order of their time, as they are scored: a log may hold them in another.
-    fn frames_in_time(&self, log: &dyn ScanLog) -> Vec<SeenFrame> {
+    /// Scans with a used return, in the order of their time, as they are scored: a log may hold them in another. And their
+    /// poses in every run.
+    fn frames_in_time(&self, log: &dyn ScanLog) -> (Vec<SeenFrame>, Vec<Vec<Isometry3<f64>>>) {
         let stamps: HashMap<u32, Option<i64>> = log
             .frames()
             .iter()
@@ -183,66 +196,55 @@ impl Sketch {
             .collect();
         let seen = std::mem::take(&mut *lock(&self.frames));
         // A scan without a used return has no place.
-        let seen = seen.into_iter().filter(|(_, seen)| seen.position_in_world_m.len() == seen.scores.len());
-        let mut frames: Vec<SeenFrame> = seen
-            .map(|(number, seen)| SeenFrame {
-                number: number as usize,
-                stamp_ns: stamps.get(&number).copied().flatten(),
-                position_in_world_m: seen.position_in_world_m,
-                scores: seen.scores,
+        let seen = seen.into_iter().filter(|(_, seen)| seen.poses.len() == seen.scores.len());
+        let mut frames: Vec<(SeenFrame, Vec<Isometry3<f64>>)> = seen
+            .map(|(number, Seen { poses, scores })| {
+                let position = |pose: &Isometry3<f64>| pose.translation.vector.into();
+                let frame = SeenFrame {
+                    number: number as usize,
+                    stamp_ns: stamps.get(&number).copied().flatten(),
+                    position_in_world_m: poses.iter().map(position).collect(),
+                    scores,
+                };
+                (frame, poses)
             })
             .collect();
-        frames.sort_by_key(|frame| (frame.stamp_ns, frame.number));
-        frames
+        frames.sort_by_key(|(frame, _)| (frame.stamp_ns, frame.number));
+        frames.into_iter().unzip()
     }
 
-    /// What was drawn; `None` where nothing was scored.
-    pub(super) fn into_pictures(self) -> anyhow::Result<Option<Pictures>> {
-        self.pictures.into_inner().unwrap_or_else(PoisonError::into_inner).transpose()
+    /// What was drawn.
+    pub(super) fn into_drawn(self) -> Drawn {
+        self.drawn.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Draws the surfels of all tiles that a window touches.
-fn draw_discs(
-    painter: &mut Painter,
-    map: &Store,
-    run: usize,
-    window: usize,
-    [low_m, high_m]: [[f64; 2]; 2],
-) -> anyhow::Result<()> {
-    let radius_m = map.lattice().disc_radius_m();
-    let mut tiles: Vec<TileId> = map
-        .entries()
-        .filter(|entry| {
-            let [low, high] = map.box_in_own_m(entry);
-            (0..2).all(|axis| low[axis] <= high_m[axis] && high[axis] >= low_m[axis])
+impl Gathered {
+    /// How many returns are drawn of each run.
+    pub(super) fn returns(&self) -> u64 {
+        let of_return = (self.bases.len() * SampledReturn::BYTES).max(1);
+        self.kept.pieces().map(|bytes| (bytes / of_return) as u64).sum()
+    }
+
+    /// The index of each scan by its number in the log.
+    pub(super) fn index_of(&self) -> HashMap<usize, usize> {
+        self.frames.iter().enumerate().map(|(index, frame)| (frame.number, index)).collect()
+    }
+
+    /// Hands over the returns that are drawn, piece by piece in the order of the log: the number of the scan, what every run makes of
+    /// each return, one behind the other, and whether the piece is the scan's last.
+    pub(super) fn each(
+        &self,
+        host: &Hosted,
+        mut take: impl FnMut(usize, &[[u8; SampledReturn::BYTES]], bool) -> anyhow::Result<()>,
+    ) -> anyhow::Result<()> {
+        self.kept.each(|piece, is_last| {
+            host.go_on()?;
+            let (frame, returns) = piece.split_at(size_of::<u32>().min(piece.len()));
+            let number = frame.try_into().map_or(0, u32::from_le_bytes);
+            take(number as usize, returns.as_chunks().0, is_last)
         })
-        .map(|entry| entry.tile)
-        .collect();
-    tiles.sort_unstable();
-    for tile in tiles {
-        for OwnDisc { centre_in_own_m, normal_in_own } in map.discs_in_own(tile)? {
-            let disc = DiscInWorld { centre_in_world_m: centre_in_own_m, normal: normal_in_own, radius_m };
-            painter.disc(run, window, &disc);
-        }
     }
-    Ok(())
-}
-
-/// Draws a sample of the surfels of a whole map.
-fn draw_map(painter: &mut Painter, map: &Store, run: usize) -> anyhow::Result<()> {
-    let (radius_m, of_all) = (map.lattice().disc_radius_m(), map.surfels());
-    let mut tiles: Vec<TileId> = map.entries().map(|entry| entry.tile).collect();
-    tiles.sort_unstable();
-    let mut number = 0;
-    for tile in tiles {
-        for OwnDisc { centre_in_own_m, normal_in_own } in map.discs_in_own(tile)? {
-            let disc = DiscInWorld { centre_in_world_m: centre_in_own_m, normal: normal_in_own, radius_m };
-            painter.surfel(run, (number, of_all), &disc);
-            number += 1;
-        }
-    }
-    Ok(())
 }
 
 fn lock<T>(of: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {

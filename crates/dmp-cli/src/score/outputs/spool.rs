@@ -71,15 +71,13 @@ impl Sorted {
         self.pieces.iter().map(|piece| piece.bytes as usize)
     }
 
-    /// Hands over the pieces in order, each with whether it is its frame's last.
-    pub(super) fn each(
-        mut self,
-        mut take: impl FnMut(&[u8], bool) -> anyhow::Result<()>,
-    ) -> anyhow::Result<()> {
+    /// Hands over the pieces in order, each with whether it is its frame's last. It can be asked again.
+    pub(super) fn each(&self, mut take: impl FnMut(&[u8], bool) -> anyhow::Result<()>) -> anyhow::Result<()> {
         let mut piece = Vec::new();
         for (k, &Piece { frame, bytes, at }) in self.pieces.iter().enumerate() {
             piece.resize(bytes as usize, 0);
-            let read = self.file.seek(SeekFrom::Start(at)).and_then(|_| self.file.read_exact(&mut piece));
+            let mut file = &self.file;
+            let read = file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(&mut piece));
             read.with_context(|| format!("{}: cannot read back what was kept there", self.folder.display()))?;
             let is_last = self.pieces.get(k + 1).is_none_or(|next| next.frame != frame);
             take(&piece, is_last)?;

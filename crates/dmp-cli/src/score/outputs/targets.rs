@@ -55,6 +55,13 @@ pub(super) fn check_csv(path: &Path) -> Result<(), Usage> {
     Err(Usage(format!("{}: tables are written as .csv", path.display())))
 }
 
+pub(super) fn check_mcap(path: &Path) -> Result<(), Usage> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap")) {
+        return Ok(());
+    }
+    Err(Usage(format!("{}: a scene is written as .mcap", path.display())))
+}
+
 pub(crate) fn check_html(path: &Path) -> Result<(), Usage> {
     if path
         .extension()
@@ -112,6 +119,7 @@ mod tests {
         }
         assert!(writable("no/such/out.laz".as_ref()).unwrap_err().to_string().contains("no folder no/such"));
         assert!(check_csv("a.parquet".as_ref()).is_err() && check_csv("a.CSV".as_ref()).is_ok());
+        assert!(check_mcap("a.rrd".as_ref()).is_err() && check_mcap("a.MCAP".as_ref()).is_ok());
         assert!(check_html("a.pdf".as_ref()).is_err() && check_html("a.HTML".as_ref()).is_ok());
     }
 }
