@@ -104,7 +104,7 @@ pub(crate) struct CompareArgs {
     /// no network, FILE.svg one picture
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(super) plot: Option<PathBuf>,
-    /// Write a result file for `evo_res`
+    /// Write a result file for `evo_res`; of several estimates one each, FILE.zip becoming FILE.ESTIMATE.zip
     #[arg(long = "save_results", alias = "save-results", value_name = "FILE.zip", help_heading = "Output")]
     pub(super) save_results: Option<PathBuf>,
     /// Put the compared trajectories into the result file too
