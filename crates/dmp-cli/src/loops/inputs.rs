@@ -1,6 +1,6 @@
 //! What is read before anything is computed.
 
-use dmp_draw::text::counted;
+use dmp_draw::text::{count, counted};
 use dmp_log::{
     Candidate, KeyframeTimes, LoopLabels, PoseGraphFile, ScanLog, SkippedCandidate, StaticFrames,
     read_keyframe_times_in, read_loop_candidates, read_loop_labels, read_pose_graph,
@@ -78,7 +78,11 @@ impl Inputs {
             ));
         }
         if let more @ 1.. = read.skipped.len().saturating_sub(MOST_NAMED) {
-            note(format!("{}: {more} more candidates are skipped", arguments.candidates.display()));
+            note(format!(
+                "{}: {} more candidates are skipped",
+                arguments.candidates.display(),
+                count(more as u64)
+            ));
         }
         if candidates.is_empty() {
             let all = counted(read.skipped.len() as u64, "candidate");

@@ -1,5 +1,6 @@
 //! `dmp simulate loops`: a pose graph with true and false loop candidates.
 
+use dmp_draw::text::{count, counted};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -164,16 +165,23 @@ impl Files {
         let ate_m = ate_rmse_m(&Trajectory::unstamped(made.graph.poses().to_vec())?, &made.truth);
         writeln!(
             out,
-            "{}: {vertices} vertices, {edges} edges, {:.1} m of travel, ATE {ate_m:.3} m",
+            "{}: {} vertices, {}, {:.1} m of travel, ATE {ate_m:.3} m",
             self.graph.display(),
+            count(vertices as u64),
+            counted(edges as u64, "edge"),
             travel_m(&made.truth),
         )?;
-        writeln!(out, "{}: {} candidates", self.candidates.display(), made.candidates.len())?;
+        writeln!(
+            out,
+            "{}: {}",
+            self.candidates.display(),
+            counted(made.candidates.len() as u64, "candidate")
+        )?;
         let [right, wrong, near] = [LoopKind::True, LoopKind::False, LoopKind::Near]
             .map(|kind| made.candidates.iter().filter(|candidate| candidate.kind == kind).count());
         writeln!(out, "{}: {right} true, {wrong} false, {near} near", self.labels.display())?;
-        writeln!(out, "{}: {vertices} stamps", self.keyframes.display())?;
-        writeln!(out, "{}: {} poses", self.truth.display(), made.truth.len())?;
+        writeln!(out, "{}: {}", self.keyframes.display(), counted(vertices as u64, "stamp"))?;
+        writeln!(out, "{}: {}", self.truth.display(), counted(made.truth.len() as u64, "pose"))?;
         Ok(())
     }
 }

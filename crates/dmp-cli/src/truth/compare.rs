@@ -1,5 +1,6 @@
 //! What `dmp truth ape` and `dmp truth rpe` share: reading, comparing, telling.
 
+use dmp_draw::text::count;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -167,16 +168,18 @@ fn notes(files: [(&PathBuf, &RawTrajectory); 2]) -> Vec<String> {
         if raw.zero_quaternions > 0 {
             notes.push(format!(
                 "{path}: {} quaternions are zero and taken for no rotation",
-                raw.zero_quaternions
+                count(raw.zero_quaternions as u64)
             ));
         }
         let stamps = raw.stamps_s.as_deref().unwrap_or_default();
-        let back = stamps.windows(2).filter(|pair| pair[1] < pair[0]).count();
-        let again = stamps.windows(2).filter(|pair| pair[1] == pair[0]).count();
+        let back = stamps.windows(2).filter(|pair| pair[1] < pair[0]).count() as u64;
+        let again = stamps.windows(2).filter(|pair| pair[1] == pair[0]).count() as u64;
         if back > 0 {
+            let back = count(back);
             notes.push(format!("{path}: {back} stamps are smaller than the one before; the order is kept"));
         }
         if again > 0 {
+            let again = count(again);
             notes.push(format!("{path}: {again} stamps repeat the one before; all poses are kept"));
         }
     }

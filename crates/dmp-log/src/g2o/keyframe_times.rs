@@ -6,6 +6,7 @@ use crate::text::{is_header, lines, read_text};
 use crate::trajectory::numbers::numbers;
 use crate::trajectory::{found_or, write_times};
 use crate::{LogError, ParseError, PlaceInFile, TimeUnit};
+use dmp_lengths::thousands;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -29,7 +30,7 @@ pub struct KeyframeTimes {
 #[non_exhaustive]
 pub enum KeyframeTimesFault {
     /// Stamps without ids that are not one a vertex.
-    #[error("{stamps} stamps without ids for {vertices} vertices")]
+    #[error("{} stamps without ids for {} vertices", thousands(.stamps), thousands(.vertices))]
     OtherCount {
         /// How many stamps there are.
         stamps: usize,
