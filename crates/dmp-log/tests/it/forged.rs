@@ -90,5 +90,5 @@ fn much_damage_is_counted() {
     let damage = &log.summary().damage;
     assert!(damage.len() < 120);
     let counted = damage.iter().find(|lost| lost.what == "a message of …").unwrap();
-    assert_eq!(counted.place, "99900 more places");
+    assert_eq!(counted.place, "99,900 more places");
 }
