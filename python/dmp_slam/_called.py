@@ -12,7 +12,7 @@ from typing import Any, Iterator, Mapping
 from ._arguments import arguments
 from ._execute import check, execute
 from ._listener import Event, Progress
-from ._poses import FILES, Runs, trajectories
+from ._poses import FILES, Runs, in_file_of_its_name, trajectories
 from ._scans import LOG_FILE, Log, place
 from .errors import Error
 
@@ -51,7 +51,7 @@ def large_files(settings: Mapping[str, Any]) -> Path | None:
 def _with_names(line: str, folder: Path, runs: Runs) -> str:
     """A line with what is in memory by its name."""
     for number, name in enumerate(runs if isinstance(runs, Mapping) else ()):
-        for file in FILES:
+        for file in (*FILES, *(in_file_of_its_name(name, suffix) for suffix in (".npy", ".tum"))):
             line = line.replace(str(folder / f"run-{number}" / file), f"run {name!r}")
     return line.replace(str(folder / LOG_FILE), "the log")
 

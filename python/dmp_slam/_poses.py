@@ -17,10 +17,8 @@ Run = Union[str, "os.PathLike[str]", "npt.ArrayLike", "Poses", Any]
 Runs = Union[Mapping[str, Run], Sequence[Union[str, "os.PathLike[str]"]], str, "os.PathLike[str]"]
 
 
-#: The file of a run in memory with its stamps, for those who look for none beside it.
-STAMPED = "stamped.tum"
 #: What a run in memory is written into.
-FILES = ("poses.npy", "poses.tum", "times.txt", STAMPED)
+FILES = ("poses.npy", "poses.tum", "times.txt")
 
 
 class Poses(NamedTuple):
@@ -44,10 +42,20 @@ def trajectories(runs: Runs, folder: Path) -> list[str]:
         return [os.fsdecode(run) for run in runs]
     found = []
     for number, (name, run) in enumerate(runs.items()):
-        if not isinstance(name, str) or not name or any(sign in name for sign in "=/\\"):
-            raise UsageError(f"{name!r}: a run's name is a text without =, / and \\")
+        check_name(name)
         found.append(f"{name}={trajectory(name, run, folder / f'run-{number}')}")
     return found
+
+
+def check_name(name: Any) -> None:
+    """Refuses what no run can be called."""
+    if not isinstance(name, str) or not name or any(sign in name for sign in "=/\\"):
+        raise UsageError(f"{name!r}: a run's name is a text without =, / and \\")
+
+
+def in_file_of_its_name(name: str, suffix: str) -> str:
+    """Where a run in memory lies below its folder where files are told by their names."""
+    return f"named/{name}{suffix}"
 
 
 def trajectory(name: str, run: Run, folder: Path) -> str:

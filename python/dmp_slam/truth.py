@@ -3,51 +3,82 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Mapping
 
 from ._arguments import StrPath, documented
 from ._called import on_log_and_runs, work_folder
 from ._commands import parsed
 from ._execute import execute
 from ._listener import Event, Progress
-from ._poses import STAMPED, Run, Runs, trajectory
+from ._poses import Run, Runs, check_name, in_file_of_its_name, trajectory
 from ._scans import Log
+from .errors import UsageError
 
 
 @documented("truth", "ape")
-def ape(reference: Run, estimate: Run, *, format: str | None = None, **settings: Any) -> dict[str, Any]:
+def ape(
+    reference: Run, *estimates: Run | Mapping[str, Run], format: str | None = None, **settings: Any
+) -> dict[str, Any]:
     """The absolute pose error, as ``evo_ape`` has it: ``stats`` in the JSON's ``unit`` (``dmp truth ape``).
 
     Trajectories are files, or in memory as for ``score``. ``format`` is that of the files, where it is not to be found by looking.
+    Of several estimates, or of a dict of them by their names, ``runs`` has one such object each.
 
     >>> dmp.truth.ape(truth, drift, align=True)["unit"]
     'm'
+    >>> [run["estimate"]["path"] for run in dmp.truth.ape(truth, drift, truth)["runs"]]
+    ['drift.tum', 'truth.tum']
     """
-    return _errors("ape", reference, estimate, format, settings)
+    return _errors("ape", reference, estimates, format, settings)
 
 
 @documented("truth", "rpe")
-def rpe(reference: Run, estimate: Run, *, format: str | None = None, **settings: Any) -> dict[str, Any]:
+def rpe(
+    reference: Run, *estimates: Run | Mapping[str, Run], format: str | None = None, **settings: Any
+) -> dict[str, Any]:
     """The relative pose error, as ``evo_rpe`` has it (``dmp truth rpe``). Trajectories are as for ``ape``."""
-    return _errors("rpe", reference, estimate, format, settings)
+    return _errors("rpe", reference, estimates, format, settings)
 
 
 def _errors(
-    metric: str, reference: Run, estimate: Run, format: str | None, settings: dict[str, Any]
+    metric: str, reference: Run, estimates: tuple[Any, ...], format: str | None, settings: dict[str, Any]
 ) -> dict[str, Any]:
-    named = {"reference": reference, "estimate": estimate}
+    named = {"reference": reference, **_by_name(metric, estimates)}
     with work_folder({}, named) as folder:
         numbered = enumerate(named.items())
         files = [_file(name, run, folder / f"run-{number}") for number, (name, run) in numbered]
         return parsed(("truth", metric), [*([format] if format else []), *files], settings)
 
 
+def _by_name(metric: str, estimates: tuple[Any, ...]) -> dict[str, Run]:
+    """What is compared; ``reference`` is none of the names."""
+    if len(estimates) == 1 and isinstance(estimates[0], Mapping):
+        if "reference" in estimates[0]:
+            raise UsageError("'reference': this is no name of an estimate")
+        for name in estimates[0]:
+            check_name(name)
+        named = dict(estimates[0])
+    elif len(estimates) == 1:
+        named = {"estimate": estimates[0]}
+    else:
+        named = {f"estimate-{number}": run for number, run in enumerate(estimates, start=1)}
+    if not named:
+        raise TypeError(f"truth.{metric}() needs an estimate behind the reference")
+    return named
+
+
 def _file(name: str, run: Run, folder: Path) -> str:
-    """A trajectory whose file holds its stamps itself: as evo, these metrics look for none beside it."""
+    """A trajectory whose file holds its stamps itself: as evo, these metrics look for none beside it. One in memory is called by its
+    name."""
     file = trajectory(name, run, folder)
-    if not (folder / "times.txt").exists():
+    if not folder.exists():
         return file
-    stamped = str(folder / STAMPED)
+    named = folder / in_file_of_its_name(name, Path(file).suffix)
+    named.parent.mkdir()
+    if not (folder / "times.txt").exists():
+        Path(file).rename(named)
+        return str(named)
+    stamped = str(named.with_name(f"{name}.tum"))
     execute(["convert", "trajectory", file, "--output", stamped, "--to=tum", "--quiet"], progress=False)
     return stamped
 

@@ -44,6 +44,35 @@ def test_errors_of_trajectories_in_memory_are_those_of_files(runs, poses, tmp_pa
     assert far["stats"]["rmse"] == pytest.approx(json.loads(printed.stdout)["stats"]["rmse"])
 
 
+def test_several_estimates_are_compared_with_one_reference(runs, poses, tmp_path):
+    matrices, stamps = poses
+    truth, files = runs["truth"], [runs["drift"], runs["noise"]]
+    found = dmp.truth.ape(truth, *files, align=True)
+    assert found == json.loads(command("truth", "ape", truth, *files, "--align", "--json").stdout)
+    assert found["schema"] == "dmp-truth-runs/1"
+    assert found["runs"] == [dmp.truth.ape(truth, file, align=True) for file in files]
+    # By name, from memory; the stamps are in the file or beside it, or there are none.
+    in_memory = {"mine": dmp.Poses(matrices, stamps), "poses": dmp.Poses(matrices, stamps), "file": files[0]}
+    zipped = tmp_path / "out.zip"
+    found = dmp.truth.rpe(truth, in_memory, delta=2, save_results=zipped)["runs"]
+    assert [run["estimate"]["path"] for run in found] == ["mine.tum", "poses.tum", "drift.tum"]
+    assert found[2] == dmp.truth.rpe(truth, files[0], delta=2)
+    written = sorted(file.name for file in tmp_path.iterdir())
+    assert written == ["out.drift.zip", "out.mine.zip", "out.poses.zip"]
+    bare = dmp.truth.ape(matrices, {"mine": matrices, "again": matrices})["runs"]
+    assert [run["estimate"]["path"] for run in bare] == ["mine.npy", "again.npy"]
+    assert bare[0]["reference"]["path"] == "reference.npy" and bare[0]["stats"]["max"] == 0
+    with pytest.raises(dmp.InputError, match="^run 'other': .*stamps"):
+        dmp.truth.ape(truth, {"mine": truth, "other": matrices})
+    with pytest.raises(dmp.UsageError, match="'a/b': a run's name"):
+        dmp.truth.ape(truth, {"a/b": truth})
+    with pytest.raises(dmp.UsageError, match="no name of an estimate"):
+        dmp.truth.ape(truth, {"reference": truth})
+    for nothing in ((), ({},)):
+        with pytest.raises(TypeError, match="needs an estimate"):
+            dmp.truth.ape(truth, *nothing)
+
+
 def test_samples_and_comparisons(town, runs, result, tmp_path):
     again = tmp_path / "result.json"
     again.write_text(result.to_json())

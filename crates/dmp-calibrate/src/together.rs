@@ -14,6 +14,8 @@ const CELL_M: f64 = 0.5;
 const TURN: f64 = 0.174_53;
 /// Every how many-th return takes part.
 const EVERY: usize = 4;
+/// A scan of fewer of these says nothing: of a range that is cut short, a few strays are left.
+const ENOUGH: u64 = 20;
 
 /// How well scans fit together.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -22,6 +24,10 @@ pub struct Together {
     pub returns: u64,
     /// Those in whose cell another scan of the same block has one too.
     pub met: u64,
+    /// Scans with a pose.
+    pub scans: u64,
+    /// Those with enough returns to say anything.
+    pub full_scans: u64,
     /// The way from scan to scan within the blocks, metres, and its time, seconds.
     pub way_m: f64,
     /// See [`Self::way_m`].
@@ -33,9 +39,16 @@ impl Together {
         Self {
             returns: self.returns + other.returns,
             met: self.met + other.met,
+            scans: self.scans + other.scans,
+            full_scans: self.full_scans + other.full_scans,
             way_m: self.way_m + other.way_m,
             way_s: self.way_s + other.way_s,
         }
+    }
+
+    /// Whether most scans have hardly any return: then it is chance which of them meet.
+    pub fn is_too_thin(&self) -> bool {
+        2 * self.full_scans < self.scans
     }
 
     /// Share of the returns that meet another scan.
@@ -107,6 +120,7 @@ fn of_block(block: &Block, mount: &Mount<'_>, order: Order, cell_m: f64) -> Toge
         let Some(stamp_ns) = mount.stamp_ns(posed_like) else { continue };
         let mut cursor = track.cursor();
         let mut first = true;
+        let returns_before = found.returns;
         for one in snapshot.returns.iter().step_by(EVERY) {
             let at = stamp_ns.checked_add(one.after_ns);
             let Some(pose) = at.and_then(|ns| cursor.world_from_sensor_at(ns)) else { continue };
@@ -129,6 +143,10 @@ fn of_block(block: &Block, mount: &Mount<'_>, order: Order, cell_m: f64) -> Toge
             *returns += 1;
             *shared |= *last != number;
             *last = number;
+        }
+        if cursor.world_from_sensor_at(stamp_ns).is_some() {
+            found.scans += 1;
+            found.full_scans += u64::from(found.returns - returns_before >= ENOUGH);
         }
     }
     found.met = cells.values().filter(|cell| cell.2).map(|cell| cell.0).sum();

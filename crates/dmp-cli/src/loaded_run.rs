@@ -1,5 +1,6 @@
 //! A run's trajectory, from a file or from messages.
 
+use dmp_draw::text::counted;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
@@ -52,7 +53,7 @@ impl LoadedRun {
     /// With the poses of an odometry of the same body between its own.
     pub(crate) fn carried_by(mut self, odometry: &Trajectory) -> anyhow::Result<Self> {
         let carried = self.trajectory.carried_by(odometry, odometry.usual_gap_ns());
-        let own = self.trajectory.len();
+        let own = counted(self.trajectory.len() as u64, "pose");
         self.trajectory = carried.with_context(|| {
             format!(
                 "{}: --between has no pose between its poses: both must have stamps, of one clock",
@@ -60,7 +61,7 @@ impl LoadedRun {
             )
         })?;
         self.is_carried = true;
-        self.notes.push(format!("{own} poses, carried by an odometry between them"));
+        self.notes.push(format!("{own}, carried by an odometry between them"));
         Ok(self)
     }
 

@@ -1,5 +1,6 @@
 //! The log on the command line, and how it is to be read.
 
+use dmp_draw::text::counted;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -149,9 +150,9 @@ fn swapped(error: LogError) -> LogError {
     let LogError::UnknownFormat { path, looked_for } = error else { return error };
     let looked_for = match read_trajectory(&path) {
         Ok(file) => format!(
-            "it is a trajectory ({}, {} poses): the log comes first, and trajectories behind -t",
+            "it is a trajectory ({}, {}): the log comes first, and trajectories behind -t",
             file.format.name(),
-            file.trajectory.len()
+            counted(file.trajectory.len() as u64, "pose")
         ),
         Err(_) => looked_for,
     };

@@ -67,7 +67,7 @@ pub(crate) struct Cloud {
 impl Cloud {
     /// An empty sample around a way; one of `runs` on the page. `returns` is about how many will come by.
     pub(crate) fn new(
-        way: impl Iterator<Item = [f64; 3]> + Clone,
+        way: &(impl Iterator<Item = [f64; 3]> + Clone),
         returns: u64,
         runs: usize,
         scales: Scales,
@@ -203,7 +203,7 @@ mod tests {
     use super::*;
 
     fn cloud() -> Cloud {
-        Cloud::new([[4e5, 5e6, 100.0], [4e5 + 100.0, 5e6, 100.0]].into_iter(), 10, 1, Scales::Drive)
+        Cloud::new(&[[4e5, 5e6, 100.0], [4e5 + 100.0, 5e6, 100.0]].into_iter(), 10, 1, Scales::Drive)
     }
 
     fn disc(x: f64, z: f64, normal: [f32; 3]) -> DiscInWorld {

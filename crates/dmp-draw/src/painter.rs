@@ -96,7 +96,7 @@ impl Painter {
         let shown = order.len().min(cloud::RUNS);
         let mut clouds: Vec<Option<Cloud>> = (0..runs).map(|_| None).collect();
         for &run in &order[..shown] {
-            clouds[run] = Some(Cloud::new(way(run), returns, shown, scales));
+            clouds[run] = Some(Cloud::new(&way(run), returns, shown, scales));
         }
         let difference =
             (order.len() > 1).then(|| Difference::new(Grid::around(way(order[0]), scales), scales));

@@ -1,4 +1,4 @@
-//! The lengths that depend on what is measured, in one table: an entry for a drive, one for a room.
+//! The lengths that depend on what is measured, in one table: an entry for a drive, one for a room; and how amounts are written.
 //!
 //! A LiDAR on a road sees walls 30 m away, a camera in a room those 3 m away: what is a gross error, how fine a map is, how
 //! far one looks are in proportion to that. [`Scales`] names the kind, [`Scales::lengths`] has all its numbers. A new kind is
@@ -14,7 +14,9 @@
 mod lengths;
 mod loops;
 mod scales;
+mod thousands;
 
 pub use lengths::{Lengths, Reach};
 pub use loops::{CameraViews, LoopLengths, LoopMapLengths, SimulatedLoopLengths};
 pub use scales::Scales;
+pub use thousands::thousands;

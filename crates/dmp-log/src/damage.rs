@@ -2,6 +2,7 @@
 
 use crate::decimal::shorten;
 use crate::printable;
+use dmp_lengths::thousands;
 use std::collections::BTreeMap;
 
 /// Most places that are named.
@@ -60,7 +61,11 @@ impl DamageList {
     /// The named places, and an entry for each kind of the others.
     pub(crate) fn into_vec(self) -> Vec<Damage> {
         let more = self.more.into_iter().map(|(what, count)| {
-            let place = if count == 1 { "1 more place".to_owned() } else { format!("{count} more places") };
+            let place = if count == 1 {
+                "1 more place".to_owned()
+            } else {
+                format!("{} more places", thousands(count))
+            };
             Damage { place, what, places: count }
         });
         self.named.into_iter().chain(more).collect()
@@ -118,6 +123,6 @@ mod tests {
         }
         let all = list.into_vec();
         assert_eq!(all.len(), MOST_NAMED + MOST_KINDS + 1);
-        assert!(all.iter().any(|lost| lost.what == "other damage" && lost.place == "9884 more places"));
+        assert!(all.iter().any(|lost| lost.what == "other damage" && lost.place == "9,884 more places"));
     }
 }

@@ -106,9 +106,9 @@ pub use frame_info::{FrameInfo, OutlinedScan};
 pub use frames::StaticFrames;
 pub use g2o::{
     Candidate, CandidateFault, KeyframeTimes, KeyframeTimesFault, LoopCandidates, LoopLabels, PoseGraphFile,
-    SkippedCandidate, parse_keyframe_times, parse_loop_candidates, parse_loop_labels, parse_pose_graph,
-    read_keyframe_times, read_loop_candidates, read_loop_labels, read_pose_graph, write_keyframe_times,
-    write_pose_edges, write_pose_graph,
+    SkippedCandidate, parse_keyframe_times, parse_keyframe_times_in, parse_loop_candidates,
+    parse_loop_labels, parse_pose_graph, read_keyframe_times, read_keyframe_times_in, read_loop_candidates,
+    read_loop_labels, read_pose_graph, write_keyframe_times, write_pose_edges, write_pose_graph,
 };
 pub use las_log::MadeWith;
 pub use log::{LogSurvey, ScanLog, ScanReader, ScanStream};

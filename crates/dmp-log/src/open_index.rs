@@ -3,6 +3,7 @@
 use crate::bag_log::BagLog;
 use crate::log_index::{IndexedScans, LogIndex};
 use crate::{LogError, PlaceInFile, ScanLog, open_log};
+use dmp_lengths::thousands;
 use std::path::Path;
 
 impl LogIndex {
@@ -20,7 +21,10 @@ impl LogIndex {
                 if (&now.fingerprint, now.returns) != (&then.fingerprint, then.returns) {
                     let problem = format!(
                         "it is {} with {} returns, and the log that was indexed is {} with {}",
-                        now.fingerprint, now.returns, then.fingerprint, then.returns
+                        now.fingerprint,
+                        thousands(now.returns),
+                        then.fingerprint,
+                        thousands(then.returns)
                     );
                     return Err(LogError::malformed(path, PlaceInFile::WholeFile, problem));
                 }

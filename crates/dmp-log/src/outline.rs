@@ -9,6 +9,7 @@ use crate::scan_folder::ScanFolder;
 use crate::{
     Damage, FrameInfo, LogError, LogOptions, LogSummary, MemoryLog, OutlinedScan, ScanLog, StaticFrames,
 };
+use dmp_lengths::thousands;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -107,8 +108,10 @@ impl Source {
         let mut notes = Vec::new();
         if read > all / 2 {
             notes.push(format!(
-                "the {} has no index of its scans: {read} of {all} bytes were read to find them",
-                log.summary().format.name()
+                "the {} has no index of its scans: {} of {} bytes were read to find them",
+                log.summary().format.name(),
+                thousands(read),
+                thousands(all)
             ));
         }
         (scans, Self::Whole { log: Arc::new(log), notes })

@@ -2,6 +2,7 @@
 
 use crate::frame_info::{of_frame, span_ns};
 use crate::{FrameInfo, LogError, LogSummary, ScanLog, ScanReader, StaticFrames};
+use dmp_lengths::thousands;
 use dmp_sensor::Scan;
 use std::ops::Range;
 use std::sync::Arc;
@@ -28,7 +29,7 @@ impl PartLog {
         summary.notes.extend_from_slice(notes);
         let (opened, all) = (frames.len(), whole.frames().len());
         if opened < all {
-            summary.notes.push(format!("{opened} of {all} scans opened"));
+            summary.notes.push(format!("{} of {} scans opened", thousands(opened), thousands(all)));
         }
         Self { whole, numbers, frames, summary }
     }

@@ -2,6 +2,7 @@
 
 use crate::reads::refuse_device;
 use crate::{LogError, ParseError, PlaceInFile};
+use dmp_lengths::thousands;
 use std::fs::File;
 use std::io::{self, BufRead, Read as _};
 use std::path::Path;
@@ -36,7 +37,10 @@ pub(crate) fn read_text(path: &Path, what: &str, most_bytes: u64) -> Result<Vec<
             }
         }
         if !has_data && bytes.len() > MAX_BLANK_BYTES {
-            let problem = format!("nothing but blank lines and comments in {} bytes: no {what}", bytes.len());
+            let problem = format!(
+                "nothing but blank lines and comments in {} bytes: no {what}",
+                thousands(bytes.len())
+            );
             return Err(ParseError::new(PlaceInFile::WholeFile, problem));
         }
         Ok(())
@@ -59,14 +63,14 @@ fn read_checked(
     check: &mut CheckPiece<'_>,
 ) -> Result<Vec<u8>, LogError> {
     let too_large = |found: String| {
-        let problem = format!("{found} are no {what}, at most {most_bytes} are read");
+        let problem = format!("{found} are no {what}, at most {} are read", thousands(most_bytes));
         LogError::malformed(path, PlaceInFile::WholeFile, problem)
     };
     refuse_device(path)?;
     let mut file = File::open(path).map_err(|e| LogError::io(path, "open", e))?;
     let length = file.metadata().map_err(|e| LogError::io(path, "open", e))?.len();
     if length > most_bytes {
-        return Err(too_large(format!("{length} bytes")));
+        return Err(too_large(format!("{} bytes", thousands(length))));
     }
     let mut bytes = Vec::new();
     loop {
@@ -77,7 +81,7 @@ fn read_checked(
         }
         // Devices and pipes do not say how long they are.
         if bytes.len() as u64 > most_bytes {
-            return Err(too_large(format!("more than {most_bytes} bytes")));
+            return Err(too_large(format!("more than {} bytes", thousands(most_bytes))));
         }
         check(&bytes, from).map_err(|e| e.in_file(path))?;
     }

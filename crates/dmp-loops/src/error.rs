@@ -1,6 +1,7 @@
 //! What can go wrong with loop candidates.
 
 use dmp::EvaluateError;
+use dmp_lengths::thousands;
 use dmp_map::MapError;
 use dmp_reduce::ReduceError;
 use dmp_sensor::{PoseGraphError, TrajectoryError};
@@ -26,7 +27,7 @@ pub enum LoopError {
     #[error("the vertices' times: {0}")]
     Times(#[from] TrajectoryError),
     /// There are more or fewer times than vertices.
-    #[error("{times} times of keyframes for {vertices} vertices: there must be one for each")]
+    #[error("{} times of keyframes for {} vertices: there must be one for each", thousands(.times), thousands(.vertices))]
     OtherCount {
         /// Times given.
         times: usize,
@@ -35,7 +36,9 @@ pub enum LoopError {
     },
     /// Scans cannot be told vertices.
     #[error(
-        "the log has {scans} scans and the graph {vertices} vertices: times of the keyframes say which belong together"
+        "the log has {} scans and the graph {} vertices: times of the keyframes say which belong together",
+        thousands(.scans),
+        thousands(.vertices)
     )]
     WhichScans {
         /// Scans of the log.
@@ -57,7 +60,7 @@ pub enum LoopError {
         stamp_ns: i64,
     },
     /// Keyframes of another graph.
-    #[error("{keyframes} keyframes for {poses} poses")]
+    #[error("{} keyframes for {} poses", thousands(.keyframes), thousands(.poses))]
     OtherKeyframes {
         /// How many there are.
         keyframes: usize,

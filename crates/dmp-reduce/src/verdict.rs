@@ -3,6 +3,7 @@
 use crate::guard::Stretch;
 use crate::ratio::{FRAMES_NEEDED, GROUPS_NEEDED};
 use crate::scales::{Reach, Scales};
+use dmp_lengths::thousands;
 
 /// Which of two runs is better, if it can be said. Runs go by their index, lengths are metres.
 ///
@@ -78,7 +79,9 @@ pub enum UndecidedReason {
     /// The run that the common returns speak for predicts less than half of what the other does. A map in pieces that
     /// do not meet agrees with itself wherever they are, and has little in common with any other.
     #[error(
-        "the run that the common returns speak for predicts {predicted} returns, the other {other}: a map in pieces agrees with itself"
+        "the run that the common returns speak for predicts {} returns, the other {}: a map in pieces agrees with itself",
+        thousands(.predicted),
+        thousands(.other)
     )]
     LessCovered {
         /// Returns that it predicts from other parts of the drive.

@@ -1,5 +1,6 @@
 //! Whether what is asked makes sense, before anything is opened.
 
+use dmp_lengths::thousands;
 use dmp_reduce::Margin;
 
 use crate::config::Config;
@@ -54,7 +55,7 @@ impl Config {
         if self.memory_bytes < 32 << 20 {
             return bad(
                 SettingName::Memory,
-                format!("{} bytes", self.memory_bytes),
+                format!("{} bytes", thousands(self.memory_bytes)),
                 "it must be 32 MiB or more",
             );
         }

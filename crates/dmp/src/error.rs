@@ -1,5 +1,6 @@
 //! Why a log and its runs cannot be scored.
 
+use dmp_lengths::thousands;
 use std::path::PathBuf;
 
 use dmp_disk::DiskError;
@@ -72,7 +73,9 @@ pub enum EvaluateError {
     },
     /// Scans and poses must be paired line by line, but there are more of one.
     #[error(
-        "run `{run}`: {poses} poses for {scans} scans; without stamps {which} the n-th pose belongs to the n-th scan, so there must be as many"
+        "run `{run}`: {} poses for {} scans; without stamps {which} the n-th pose belongs to the n-th scan, so there must be as many",
+        thousands(.poses),
+        thousands(.scans)
     )]
     LinePairing {
         /// The run.
@@ -162,7 +165,9 @@ pub enum EvaluateError {
     },
     /// The log gave other returns when it was read again.
     #[error(
-        "the log changed while it was read: {first} returns were used in the first pass, {second} in the second"
+        "the log changed while it was read: {} returns were used in the first pass, {} in the second",
+        thousands(.first),
+        thousands(.second)
     )]
     LogChanged {
         /// Returns used in the first pass.
@@ -279,6 +284,7 @@ impl EvaluateError {
             ),
             Self::NoOverlap { run, found, scans, why } => {
                 let why = why.message_with(run, name);
+                let (found, scans) = (thousands(found), thousands(scans));
                 format!("run `{run}`: {found} of {scans} scans have a pose: {why}")
             }
             Self::TooSparse { run, gap_s, off_m } => format!(

@@ -1,5 +1,6 @@
 //! Maps that the user gives: stores, clouds and meshes.
 
+use dmp_lengths::thousands;
 use std::io::ErrorKind;
 use std::path::Path;
 
@@ -213,7 +214,7 @@ fn fuse_mesh(
     let note = format!(
         "{} of {} triangles, {:.1} m², sampled each {spacing_m:.3} m",
         summary.format.name(),
-        summary.triangles,
+        thousands(summary.triangles),
         sampler.area_m2()
     );
     Ok(GivenMap { dropped, notes: vec![note] })

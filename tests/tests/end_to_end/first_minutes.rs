@@ -20,6 +20,29 @@ fn the_hint_looks_along_the_extrinsic_that_was_given() {
     assert!(warnings.contains("--extrinsic truth=0,0,0,0,0,0,1 mends it"), "{warnings}");
 }
 
+/// Within a few metres of the sample's sensor lies hardly anything: then nothing is said of how runs are read, and as soon as
+/// there is enough, what is wrong.
+#[test]
+fn a_short_range_calls_no_good_run_misread() {
+    let folder = tempfile::tempdir().unwrap();
+    let score = |options: &str| {
+        let runs = "-t @/truth.tum -t @/drift.tum -t camera=@/truth.tum";
+        let output = dmp(folder.path(), &format!("score @/town.mcap {runs} --voxel 0.3 --json {options}"));
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        (text(&output.stderr), report["left_out"].as_array().unwrap().len())
+    };
+    for range_m in [3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 15.0] {
+        let (told, left_out) = score(&format!("--max-range {range_m}"));
+        assert!(!told.contains("misread") && left_out == 0, "{range_m}: {told}");
+    }
+    let camera = "--extrinsic camera=0,0,0,0.5,-0.5,0.5,0.5";
+    for range_m in [8.0, 15.0, 100.0] {
+        let (told, left_out) = score(&format!("--max-range {range_m} {camera}"));
+        assert!(told.contains("run `camera` is left out: its poses are misread"), "{range_m}: {told}");
+        assert_eq!((told.matches("misread").count(), left_out), (1, 1), "{range_m}: {told}");
+    }
+}
+
 /// A return that did not come back has often a zero for its absolute time; it must not move the stamps.
 #[test]
 fn a_hole_without_a_time_does_not_move_a_stamp() {

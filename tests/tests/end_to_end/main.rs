@@ -20,6 +20,7 @@ mod drift_halves;
 mod examples;
 mod first_minutes;
 mod formats;
+mod gallery;
 mod gates;
 mod given_maps;
 mod loops;

@@ -87,7 +87,7 @@ fn row_19_a_map_in_another_frame_is_told_with_both_places() {
         hints.into_iter().next().unwrap()
     };
     let hint = given(Vector3::new(300_000.0, 400_000.0, 0.0), 0.0);
-    assert!(hint.contains("the trajectory is around (300") && hint.contains("499882 m apart"), "{hint}");
+    assert!(hint.contains("the trajectory is around (300") && hint.contains("499,882 m apart"), "{hint}");
     let hint = given(Vector3::new(3.0, 5.0, 10.0), 40.0);
     assert!(hint.contains("are where its map has a surface"), "{hint}");
 }

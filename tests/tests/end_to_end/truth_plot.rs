@@ -79,6 +79,39 @@ fn several_runs_stand_side_by_side() {
 }
 
 #[test]
+fn each_estimate_has_a_result_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let save = |runs: &str, file: &str| {
+        let output =
+            dmp(folder.path(), &format!("truth ape @/truth.tum {runs} --save_results {file} --silent"));
+        (output.status.code(), text(&output.stderr))
+    };
+    assert_eq!(save("@/drift.tum", "one.zip").0, Some(0));
+    assert_eq!(save("@/drift.tum @/noise.tum", "all.zip").0, Some(0));
+    assert!(!at("all.zip").exists() && at("all.noise.zip").exists());
+    assert_eq!(fs::read(at("all.drift.zip")).unwrap(), fs::read(at("one.zip")).unwrap());
+    let (code, told) = save("@/drift.tum @/collapsed.tum", "all.zip");
+    assert!(code == Some(2) && told.contains("all.drift.zip: there is a file"), "{told}");
+    assert!(!at("all.collapsed.zip").exists());
+    // Of one name, in several folders.
+    for run in ["a", "b"] {
+        fs::create_dir(at(run)).unwrap();
+        fs::copy(workspace().join("data-samples/drift.tum"), at(run).join("run.tum")).unwrap();
+    }
+    assert_eq!(save("a/run.tum b/run.tum", "two.zip").0, Some(0));
+    assert!(at("two.a_run.zip").exists() && at("two.b_run.zip").exists());
+    assert_eq!(save("a/run.tum a/run.tum", "same.zip").0, Some(2));
+    // In the place of an input.
+    fs::rename(at("a/run.tum"), at("x.b.tum")).unwrap();
+    let (code, told) = save("x.b.tum b/run.tum --no_warnings", "x.tum");
+    assert_eq!(code, Some(0), "{told}");
+    fs::rename(at("b/run.tum"), at("b.tum")).unwrap();
+    let (code, told) = save("x.b.tum b.tum --no_warnings", "x.tum");
+    assert!(code == Some(2) && told.contains("x.b.tum"), "{told}");
+}
+
+#[test]
 fn what_cannot_be_drawn_is_told_before_anything_is_read() {
     let folder = tempfile::tempdir().unwrap();
     let truth = "truth ape no-such.tum none.tum";
@@ -89,7 +122,6 @@ fn what_cannot_be_drawn_is_told_before_anything_is_read() {
         &["a.pdf", "plots are written as .html or .svg"],
     );
     refused(folder.path(), &format!("{truth} --plot no/a.html"), 2, &["no/a.html", "there is no folder no"]);
-    refused(folder.path(), &format!("truth ape {RUNS} --save_results a.zip"), 2, &["a.zip", "not of 3"]);
     let run = fs::read(workspace().join("data-samples/drift.tum")).unwrap();
     fs::write(folder.path().join("run.svg"), &run).unwrap();
     refused(folder.path(), "truth ape @/truth.tum run.svg --plot run.svg", 2, &["run.svg"]);

@@ -1,6 +1,7 @@
 //! What is in a log and in trajectories beside it: found, and as JSON.
 
 use dmp::Pairing;
+use dmp_draw::text::count;
 use dmp_log::{Damage, FrameInfo, LogSurvey, ScanStream, TopicInfo, shown_path, stamp_jumps};
 use dmp_sensor::{Isometry3, PinholeCamera};
 use serde::Serialize;
@@ -317,7 +318,7 @@ fn jumps(frames: &[FrameInfo]) -> Vec<String> {
     let jumps = stamp_jumps(&stamps);
     let more = jumps.len().saturating_sub(JUMPS_NAMED);
     let named = jumps.iter().take(JUMPS_NAMED).map(ToString::to_string);
-    named.chain((more > 0).then(|| format!("stamps jump at {more} more places"))).collect()
+    named.chain((more > 0).then(|| format!("stamps jump at {} more places", count(more as u64)))).collect()
 }
 
 fn same_stamp(frames: &[FrameInfo]) -> usize {

@@ -92,7 +92,10 @@ fn scan_rows(table: &mut Table, scans: &Scans, has_problem: bool) {
     table.row(["returns".to_owned(), returns(scans)]);
     table.row(["stamps".to_owned(), stamps(scans.span_ns, scans.period_ns)]);
     if scans.steps_back > 0 {
-        table.row(["out of order".to_owned(), format!("stamps go backwards {} times", scans.steps_back)]);
+        table.row([
+            "out of order".to_owned(),
+            format!("stamps go backwards {} times", count(scans.steps_back as u64)),
+        ]);
     }
     if scans.same_stamp > 0 {
         table.row([

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use dmp::Config;
-use dmp_log::ScanLog;
+use dmp_log::{ScanLog, TimeUnit};
 use dmp_loops::MapOptions;
 
 use super::weights::WeightArgs;
@@ -43,6 +43,9 @@ pub(crate) struct LoopsArgs {
     /// their poses in TUM format. Without it the n-th scan of the log is the n-th vertex
     #[arg(long, value_name = "TIMES", help_heading = "Input")]
     pub(super) keyframes: Option<PathBuf>,
+    /// The unit of the stamps of --keyframes, where it is not seconds or is asked for: s, ms, us or ns
+    #[arg(long, value_name = "UNIT", requires = "keyframes", help_heading = "Input")]
+    pub(super) time_unit: Option<TimeUnit>,
     /// Which candidates are true, where somebody knows: lines `FROM,TO,true` or `FROM,TO,false`. Gives precision, recall
     /// and average precision
     #[arg(long, value_name = "LABELS", help_heading = "Input")]

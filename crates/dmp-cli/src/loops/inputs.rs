@@ -1,9 +1,9 @@
 //! What is read before anything is computed.
 
-use dmp_draw::text::counted;
+use dmp_draw::text::{count, counted};
 use dmp_log::{
     Candidate, KeyframeTimes, LoopLabels, PoseGraphFile, ScanLog, SkippedCandidate, StaticFrames,
-    read_keyframe_times, read_loop_candidates, read_loop_labels, read_pose_graph,
+    read_keyframe_times_in, read_loop_candidates, read_loop_labels, read_pose_graph,
 };
 use dmp_loops::OptimiseOptions;
 use dmp_sensor::{Isometry3, PoseGraph, Trajectory};
@@ -78,7 +78,11 @@ impl Inputs {
             ));
         }
         if let more @ 1.. = read.skipped.len().saturating_sub(MOST_NAMED) {
-            note(format!("{}: {more} more candidates are skipped", arguments.candidates.display()));
+            note(format!(
+                "{}: {} more candidates are skipped",
+                arguments.candidates.display(),
+                count(more as u64)
+            ));
         }
         if candidates.is_empty() {
             let all = counted(read.skipped.len() as u64, "candidate");
@@ -100,7 +104,8 @@ impl Inputs {
         let stamps_ns = match &arguments.keyframes {
             None => None,
             Some(path) => {
-                let times: KeyframeTimes = read_keyframe_times(path)?;
+                let times: KeyframeTimes = read_keyframe_times_in(path, arguments.time_unit)?;
+                times.notes.iter().for_each(|told| note(format!("{}: {told}", path.display())));
                 let of_vertices = times.of_vertices(file.graph.ids());
                 Some(of_vertices.map_err(|fault| anyhow::anyhow!("{}: {fault}", path.display()))?)
             }

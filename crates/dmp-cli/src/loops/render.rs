@@ -28,8 +28,8 @@ pub(super) fn result(out: &mut impl Write, result: &LoopsResult) -> anyhow::Resu
         writeln!(
             out,
             "{} of {} keyframes have scans; {} used; voxels {voxel} m; {} cast into each map",
-            log.keyframes_with_scans,
-            inputs.vertices,
+            text::count(log.keyframes_with_scans as u64),
+            text::count(inputs.vertices as u64),
             counted(log.returns_used, "return"),
             counted(log.rays as u64, "ray")
         )?;
@@ -138,7 +138,13 @@ fn accepted_ones(out: &mut impl Write, accepted: &AcceptedResult, by_map: bool) 
         (true, Some(m2)) => format!("R_near {} cm, ", digits(100.0 * m2.sqrt())),
         _ => String::new(),
     };
-    writeln!(out, "accepted {} of {of}: {score}chi² {}", accepted.accepted, digits(accepted.chi2))?;
+    writeln!(
+        out,
+        "accepted {} of {}: {score}chi² {}",
+        text::count(accepted.accepted as u64),
+        text::count(of as u64),
+        digits(accepted.chi2)
+    )?;
     for decision in &accepted.decisions {
         let label = decision.label.map_or("", |label| if label { " (true)" } else { " (false)" });
         let what = decision.why_not.as_deref().map_or("accepted".to_owned(), |why| format!("not: {why}"));

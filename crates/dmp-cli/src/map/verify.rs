@@ -50,7 +50,7 @@ pub(super) fn run(arguments: &VerifyArgs, common: &Common, out: &mut impl Write)
     }
     drop(progress);
     if damaged > 0 {
-        writeln!(out, "{} of {} damaged", damaged, text::counted(tiles.len() as u64, "tile"))?;
+        writeln!(out, "{} of {} damaged", text::count(damaged), text::counted(tiles.len() as u64, "tile"))?;
         return Ok(Exit::InputDamaged);
     }
     let (tiles, surfels) = (text::counted(tiles.len() as u64, "tile"), text::counted(surfels, "surfel"));
@@ -61,7 +61,11 @@ pub(super) fn run(arguments: &VerifyArgs, common: &Common, out: &mut impl Write)
 /// What of a tile's surfels is not as the directory says, though the checksums are right.
 fn wrong_with(map: &Store, entry: &TileEntry, tile: &Tile) -> Option<String> {
     if tile.surfels.len() as u64 != entry.surfels() {
-        return Some(format!("{} surfels, {} were told", tile.surfels.len(), entry.surfels()));
+        return Some(format!(
+            "{} surfels, {} were told",
+            text::count(tile.surfels.len() as u64),
+            text::count(entry.surfels())
+        ));
     }
     let (edge_m, radius_m) = (map.lattice().tile_edge_m() as f32, map.lattice().disc_radius_m() as f32);
     let extent = entry.extent;

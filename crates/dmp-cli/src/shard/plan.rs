@@ -1,5 +1,6 @@
 //! `dmp shard plan`: decides on everything that parts must agree on.
 
+use dmp_draw::text::counted;
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::PathBuf;
@@ -124,7 +125,13 @@ fn print(out: &mut impl Write, plan: &ShardPlan, folder: &std::path::Path) -> an
     let suggested = plan.suggested();
     let (scans, returns) = (plan.scans(), plan.returns());
     writeln!(out, "plan {}", plan.hash())?;
-    writeln!(out, "{} runs, {scans} scans, {returns} returns", plan.runs().len())?;
+    writeln!(
+        out,
+        "{}, {}, {}",
+        counted(plan.runs().len() as u64, "run"),
+        counted(scans, "scan"),
+        counted(returns, "return")
+    )?;
     if !plan.index().is_by_scan() {
         writeln!(out, "the log has no index of its scans: every part opens all of it")?;
     }

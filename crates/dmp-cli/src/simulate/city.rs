@@ -1,5 +1,6 @@
 //! `dmp simulate city`: a drive of any length.
 
+use dmp_draw::text::counted;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -75,12 +76,13 @@ pub(super) fn run(arguments: &CityArgs, common: &Common, out: &mut impl Write) -
     let (travel_m, revisited) = recording.travel_and_revisits();
     writeln!(
         out,
-        "{}: {} scans, {returns} returns, {:.3} km, {:.0} % of them for the second time",
+        "{}: {}, {}, {:.3} km, {:.0} % of them for the second time",
         output.display(),
-        recording.len(),
+        counted(recording.len() as u64, "scan"),
+        counted(returns, "return"),
         travel_m / 1000.0,
         revisited * 100.0,
     )?;
-    writeln!(out, "{}: {count} poses", truth_path.display())?;
+    writeln!(out, "{}: {}", truth_path.display(), counted(count as u64, "pose"))?;
     Ok(Exit::Done)
 }

@@ -1,5 +1,6 @@
 //! `dmp simulate errors`: a trajectory made worse by a known amount.
 
+use dmp_draw::text::counted;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -80,6 +81,11 @@ pub(super) fn run(arguments: &ErrorsArgs, common: &Common, out: &mut impl Write)
     let wrong = errors.apply(&file.trajectory).map_err(told)?;
     save_trajectory(&arguments.output, &wrong)?;
     let ate_m = ate_rmse_m(&wrong, &file.trajectory);
-    writeln!(out, "{}: {} poses, ATE {ate_m:.3} m", arguments.output.display(), wrong.len())?;
+    writeln!(
+        out,
+        "{}: {}, ATE {ate_m:.3} m",
+        arguments.output.display(),
+        counted(wrong.len() as u64, "pose")
+    )?;
     Ok(Exit::Done)
 }

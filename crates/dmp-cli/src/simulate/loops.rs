@@ -1,11 +1,12 @@
 //! `dmp simulate loops`: a pose graph with true and false loop candidates.
 
+use dmp_draw::text::{count, counted};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use dmp_log::{
-    KeyframeTimes, read_keyframe_times, read_trajectory, write_keyframe_times, write_pose_edges,
+    KeyframeTimes, TimeUnit, read_keyframe_times_in, read_trajectory, write_keyframe_times, write_pose_edges,
     write_pose_graph, write_tum,
 };
 use dmp_sensor::{PoseEdge, Trajectory};
@@ -54,6 +55,9 @@ pub(crate) struct LoopsArgs {
     /// line, or `id stamp`, or a TUM trajectory [default: those of the truth's poses]
     #[arg(long, value_name = "TIMES")]
     keyframes: Option<PathBuf>,
+    /// The unit of the stamps of --keyframes, where it is not seconds or is asked for: s, ms, us or ns
+    #[arg(long, value_name = "UNIT", requires = "keyframes")]
+    time_unit: Option<TimeUnit>,
     /// Number of true candidates
     #[arg(long = "true", default_value_t = 10, value_name = "N")]
     true_loops: usize,
@@ -81,12 +85,14 @@ pub(super) fn run(arguments: &LoopsArgs, common: &Common, out: &mut impl Write) 
         files.all().into_iter().try_for_each(|output| refuse_same(input, output))?;
     }
     let file = read_trajectory(&arguments.truth)?;
+    let read_times = |path: &PathBuf| read_keyframe_times_in(path, arguments.time_unit);
+    let times = arguments.keyframes.as_ref().map(read_times).transpose()?;
     if !common.quiet {
-        for note in &file.notes {
-            say!(common.host, "note: {}: {note}", arguments.truth.display());
+        let of_times = arguments.keyframes.iter().zip(times.iter().map(|times| &times.notes));
+        for (path, notes) in std::iter::once((&arguments.truth, &file.notes)).chain(of_times) {
+            notes.iter().for_each(|note| say!(common.host, "note: {}: {note}", path.display()));
         }
     }
-    let times = arguments.keyframes.as_deref().map(read_keyframe_times).transpose()?;
     let usual = LoopGraphOptions::on_scales(Scales::of_sensor(arguments.room));
     let (step_sigma_m, step_sigma_rad) =
         arguments.noise.unwrap_or((usual.step_sigma_m, usual.step_sigma_rad));
@@ -147,7 +153,7 @@ impl Files {
             })
         })?;
         let stamps_ns = made.truth.stamps_ns().unwrap_or_default().to_vec();
-        let times = KeyframeTimes { ids: Some(made.graph.ids().to_vec()), stamps_ns };
+        let times = KeyframeTimes { ids: Some(made.graph.ids().to_vec()), stamps_ns, notes: Vec::new() };
         files.add_unnamed(&self.keyframes, |out| write_keyframe_times(out, &times))?;
         files.add_unnamed(&self.truth, |out| write_tum(out, &made.truth))?;
         files.commit()
@@ -159,16 +165,23 @@ impl Files {
         let ate_m = ate_rmse_m(&Trajectory::unstamped(made.graph.poses().to_vec())?, &made.truth);
         writeln!(
             out,
-            "{}: {vertices} vertices, {edges} edges, {:.1} m of travel, ATE {ate_m:.3} m",
+            "{}: {} vertices, {}, {:.1} m of travel, ATE {ate_m:.3} m",
             self.graph.display(),
+            count(vertices as u64),
+            counted(edges as u64, "edge"),
             travel_m(&made.truth),
         )?;
-        writeln!(out, "{}: {} candidates", self.candidates.display(), made.candidates.len())?;
+        writeln!(
+            out,
+            "{}: {}",
+            self.candidates.display(),
+            counted(made.candidates.len() as u64, "candidate")
+        )?;
         let [right, wrong, near] = [LoopKind::True, LoopKind::False, LoopKind::Near]
             .map(|kind| made.candidates.iter().filter(|candidate| candidate.kind == kind).count());
         writeln!(out, "{}: {right} true, {wrong} false, {near} near", self.labels.display())?;
-        writeln!(out, "{}: {vertices} stamps", self.keyframes.display())?;
-        writeln!(out, "{}: {} poses", self.truth.display(), made.truth.len())?;
+        writeln!(out, "{}: {}", self.keyframes.display(), counted(vertices as u64, "stamp"))?;
+        writeln!(out, "{}: {}", self.truth.display(), counted(made.truth.len() as u64, "pose"))?;
         Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! `dmp simulate room`: depth images of a furnished room.
 
+use dmp_draw::text::counted;
 use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -115,9 +116,9 @@ pub(super) fn run(arguments: &RoomArgs, common: &Common, out: &mut impl Write) -
     let pixels = arguments.size.map(|px| px as usize);
     let share = valid as f64 / (pixels[0] * pixels[1] * recording.len()) as f64;
     let told = format!(
-        "{}: {} images, {:.0} % of their pixels measured, {:.1} m of travel",
+        "{}: {}, {:.0} % of their pixels measured, {:.1} m of travel",
         folder.display(),
-        recording.len(),
+        counted(recording.len() as u64, "image"),
         share * 100.0,
         travel_m(&truth),
     );
@@ -125,7 +126,7 @@ pub(super) fn run(arguments: &RoomArgs, common: &Common, out: &mut impl Write) -
     let made = images.folder().to_path_buf();
     let mut lines = vec![told];
     save_trajectory(&made.join(TRUTH), &truth)?;
-    lines.push(format!("{}: {} poses", folder.join(TRUTH).display(), truth.len()));
+    lines.push(format!("{}: {}", folder.join(TRUTH).display(), counted(truth.len() as u64, "pose")));
     std::fs::create_dir(made.join(ESTIMATES))
         .with_context(|| format!("{}: cannot make", folder.display()))?;
     for estimate in &estimates {
@@ -136,7 +137,11 @@ pub(super) fn run(arguments: &RoomArgs, common: &Common, out: &mut impl Write) -
     }
     let triangles = room.triangles();
     save(&made.join(SURFACE), |out| write_obj(out, &triangles))?;
-    lines.push(format!("{}: {} triangles", folder.join(SURFACE).display(), triangles.len()));
+    lines.push(format!(
+        "{}: {}",
+        folder.join(SURFACE).display(),
+        counted(triangles.len() as u64, "triangle")
+    ));
     images.finish()?;
     lines.iter().try_for_each(|line| writeln!(out, "{line}"))?;
     Ok(Exit::Done)

@@ -1,5 +1,6 @@
 //! `dmp simulate town`: a drive through a small town.
 
+use dmp_draw::text::counted;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -136,11 +137,12 @@ pub(super) fn run(arguments: &TownArgs, common: &Common, out: &mut impl Write) -
     let (travel_m, revisits) = recording.travel_and_revisits();
     writeln!(
         out,
-        "{}: {} scans, {returns} returns, {travel_m:.1} m of travel, {:.0} % of the scans where it was before",
+        "{}: {}, {}, {travel_m:.1} m of travel, {:.0} % of the scans where it was before",
         output.display(),
-        recording.len(),
+        counted(recording.len() as u64, "scan"),
+        counted(returns, "return"),
         revisits * 100.0,
     )?;
-    writeln!(out, "{}: {} poses", truth_path.display(), truth.len())?;
+    writeln!(out, "{}: {}", truth_path.display(), counted(truth.len() as u64, "pose"))?;
     Ok(Exit::Done)
 }

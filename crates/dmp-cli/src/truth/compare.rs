@@ -1,18 +1,23 @@
 //! What `dmp truth ape` and `dmp truth rpe` share: reading, comparing, telling.
 
+use dmp_draw::text::count;
 use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::Context as _;
+use dmp::file_stem_of;
 use dmp_log::{RawTrajectory, TrajectoryFormat, read_raw_trajectory_as, shown_path};
 use dmp_truth::trajectory::{CompareError, Pose, PosePath, Statistics};
 
-use super::compare_args::{CompareArgs, TimeArgs};
+use super::compare_args::{CompareArgs, Files, TimeArgs};
 use super::compared::{Compared, Metric, all_notes};
 use super::{plot, results_zip, told};
+use crate::clash::refuse_clashes;
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
+use crate::save::SavedTogether;
 use crate::say::say;
+use crate::score::outputs::targets::with_run;
 
 impl CompareArgs {
     /// The whole command.
@@ -23,7 +28,8 @@ impl CompareArgs {
         out: &mut impl Write,
     ) -> anyhow::Result<Exit> {
         let files = self.files()?;
-        self.check_outputs(files.estimates.len())?;
+        let result_files = self.result_files(files.estimates);
+        self.check_outputs(&result_files, &files)?;
         let read = |path: &PathBuf, format| read_raw_trajectory_as(path, format, self.times.time_unit);
         let reference = read(files.reference, files.reference_format)?;
         let mut runs = Vec::with_capacity(files.estimates.len());
@@ -40,7 +46,8 @@ impl CompareArgs {
             self.print_times(out)?;
             told::text(&runs, out)?;
         }
-        if let (Some(path), [run]) = (&self.save_results, runs.as_slice()) {
+        let mut saved = SavedTogether::default();
+        for (path, run) in result_files.iter().zip(&runs) {
             let result = results_zip::Contents {
                 metric: metric.name,
                 title: &run.title,
@@ -50,8 +57,9 @@ impl CompareArgs {
                 prepared: &run.prepared,
                 trajectories: self.save_trajectories,
             };
-            crate::save::save(path, |file| result.write(file))?;
+            saved.add(path, |file| result.write(file))?;
         }
+        saved.commit()?;
         if let Some(path) = &self.plot {
             plot::save(path, metric.name, &runs)?;
             if self.view {
@@ -61,16 +69,31 @@ impl CompareArgs {
         Ok(Exit::Done)
     }
 
+    /// The result file of each estimate: the one that is named, of several `FILE.zip` as `FILE.ESTIMATE.zip`.
+    fn result_files(&self, estimates: &[PathBuf]) -> Vec<PathBuf> {
+        let Some(path) = &self.save_results else { return Vec::new() };
+        if estimates.len() == 1 {
+            return vec![path.clone()];
+        }
+        let stem = |path: &PathBuf| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let mut names: Vec<String> = estimates.iter().map(stem).collect();
+        if (1..names.len()).any(|k| names[..k].contains(&names[k])) {
+            // Folders tell them apart.
+            names = estimates.iter().map(|path| path.with_extension("").display().to_string()).collect();
+        }
+        let all: Vec<&str> = names.iter().map(String::as_str).collect();
+        names.iter().map(|name| with_run(path, &file_stem_of(&all, name))).collect()
+    }
+
     /// Refuses before anything is read what could not be written.
-    fn check_outputs(&self, estimates: usize) -> anyhow::Result<()> {
-        if let Some(path) = self.save_results.as_ref().filter(|path| path.exists() && !self.no_warnings) {
+    fn check_outputs(&self, result_files: &[PathBuf], files: &Files<'_>) -> anyhow::Result<()> {
+        if let Some(path) = result_files.iter().find(|path| path.exists() && !self.no_warnings) {
             let there = format!("{}: there is a file; --no_warnings overwrites it", path.display());
             return Err(Usage(there).into());
         }
-        if let Some(path) = self.save_results.as_ref().filter(|_| estimates > 1) {
-            let problem = format!("{}: a result file is of one estimate, not of {estimates}", path.display());
-            return Err(Usage(problem).into());
-        }
+        let inputs: Vec<&PathBuf> = std::iter::once(files.reference).chain(files.estimates).collect();
+        let outputs: Vec<&PathBuf> = result_files.iter().chain(&self.plot).collect();
+        refuse_clashes(&outputs, &inputs)?;
         self.plot.as_deref().map_or(Ok(()), plot::check)
     }
 
@@ -148,16 +171,18 @@ fn notes(files: [(&PathBuf, &RawTrajectory); 2]) -> Vec<String> {
         if raw.zero_quaternions > 0 {
             notes.push(format!(
                 "{path}: {} quaternions are zero and taken for no rotation",
-                raw.zero_quaternions
+                count(raw.zero_quaternions as u64)
             ));
         }
         let stamps = raw.stamps_s.as_deref().unwrap_or_default();
-        let back = stamps.windows(2).filter(|pair| pair[1] < pair[0]).count();
-        let again = stamps.windows(2).filter(|pair| pair[1] == pair[0]).count();
+        let back = stamps.windows(2).filter(|pair| pair[1] < pair[0]).count() as u64;
+        let again = stamps.windows(2).filter(|pair| pair[1] == pair[0]).count() as u64;
         if back > 0 {
+            let back = count(back);
             notes.push(format!("{path}: {back} stamps are smaller than the one before; the order is kept"));
         }
         if again > 0 {
+            let again = count(again);
             notes.push(format!("{path}: {again} stamps repeat the one before; all poses are kept"));
         }
     }

@@ -107,7 +107,7 @@ pub(crate) struct CompareArgs {
     /// Open what --plot draws in the browser: that of `BROWSER`, else the one that this system opens pages with
     #[arg(long, requires = "plot", help_heading = "Output")]
     pub(super) view: bool,
-    /// Write a result file for `evo_res`
+    /// Write a result file for `evo_res`; of several estimates one each, FILE.zip becoming FILE.ESTIMATE.zip
     #[arg(long = "save_results", alias = "save-results", value_name = "FILE.zip", help_heading = "Output")]
     pub(super) save_results: Option<PathBuf>,
     /// Put the compared trajectories into the result file too

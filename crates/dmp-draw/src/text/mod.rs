@@ -3,6 +3,8 @@
 mod lines;
 mod table;
 
+use dmp_lengths::thousands;
+
 pub use lines::{shortened, width_of, wrapped};
 pub use table::{Side, Table};
 
@@ -11,7 +13,7 @@ pub const NONE: &str = "–";
 
 /// Three significant digits; whole numbers keep all of theirs, with commas between the thousands, tiny ones get an exponent.
 pub fn digits(value: f64) -> String {
-    with_commas(&plain_digits(value))
+    thousands(plain_digits(value).as_str())
 }
 
 /// The same without commas: for what programs read too.
@@ -52,23 +54,7 @@ fn percent_of(share: f64, smallest: f64) -> String {
 
 /// A count with commas between the thousands.
 pub fn count(count: u64) -> String {
-    with_commas(&count.to_string())
-}
-
-/// A number that is whole, with commas between the thousands; any other as it is.
-fn with_commas(number: &str) -> String {
-    let plain = number.trim_start_matches('-');
-    if !plain.bytes().all(|byte| byte.is_ascii_digit()) {
-        return number.to_owned();
-    }
-    let mut text = number[..number.len() - plain.len()].to_owned();
-    for (k, digit) in plain.chars().enumerate() {
-        if k > 0 && (plain.len() - k).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
+    thousands(count)
 }
 
 /// `one scan`, `2 scans`.

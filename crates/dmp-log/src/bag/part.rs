@@ -6,6 +6,7 @@ use super::store::{Bag, BagFound, FileKind, Message};
 use super::{mcap, sqlite};
 use crate::LogError;
 use crate::damage::DamageList;
+use dmp_lengths::thousands;
 use std::collections::BTreeSet;
 use std::io;
 
@@ -77,17 +78,21 @@ impl Bag {
             ));
         }
         if learnt_chunks > 0 {
-            notes
-                .push(format!("{learnt_chunks} chunks were read to learn what is in them: no summary tells"));
+            notes.push(format!(
+                "{} chunks were read to learn what is in them: no summary tells",
+                thousands(learnt_chunks)
+            ));
         }
         if loose_messages > 0 {
             notes.push(format!(
-                "{loose_messages} messages lie outside chunks, without a checksum of their own: that of all data is compared only where the whole log is read"
+                "{} messages lie outside chunks, without a checksum of their own: that of all data is compared only where the whole log is read",
+                thousands(loose_messages)
             ));
         }
         if unnamed_messages > 0 {
             notes.push(format!(
-                "{unnamed_messages} messages that the summary counts are in no index: what they are shows only where the whole log is read"
+                "{} messages that the summary counts are in no index: what they are shows only where the whole log is read",
+                thousands(unnamed_messages)
             ));
         }
         Ok(BagIndex { bag_found, notes, known })

@@ -3,6 +3,7 @@
 use super::basics::Channel;
 use crate::TopicInfo;
 use crate::decimal::shorten;
+use dmp_lengths::thousands;
 use std::collections::BTreeMap;
 
 /// Every channel of a bag with what was counted of it; a topic with several equal channels is one.
@@ -66,7 +67,7 @@ pub(crate) fn in_words(topics: &[TopicInfo]) -> String {
     }
     let word = |topic: &TopicInfo| {
         let (name, message_type) = (shorten(&topic.name), shorten(&topic.message_type));
-        format!("{name} [{message_type}, {} messages]", topic.messages)
+        format!("{name} [{message_type}, {} messages]", thousands(topic.messages))
     };
     let named = topics.iter().take(MOST_NAMED).map(word).collect::<Vec<_>>().join(", ");
     match topics.len().saturating_sub(MOST_NAMED) {

@@ -11,6 +11,7 @@ use crate::{
     Damage, FrameInfo, LogError, LogOptions, LogSummary, LogSurvey, PlaceInFile, ScanStream, StaticFrames,
     TopicInfo,
 };
+use dmp_lengths::thousands;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -139,7 +140,10 @@ impl BagLog {
         let mut damage = around.damage.clone();
         damage.append(&mut std::mem::take(&mut topic.damage).into_vec());
         if topic.other_frame_ids > 0 {
-            notes.push(format!("{} scans name another frame_id than the first", topic.other_frame_ids));
+            notes.push(format!(
+                "{} scans name another frame_id than the first",
+                thousands(topic.other_frame_ids)
+            ));
         }
         let bag = around.bag.clone();
         let summary = LogSummary {

@@ -11,6 +11,7 @@ use crate::frames::STATIC_TOPIC;
 use crate::points::{TimeChoice, frames_to_look_at};
 use crate::ros::ScanCoding;
 use crate::{Damage, FieldInfo, LogError, LogOptions, LogSummary, MemoryLog, StaticFrames};
+use dmp_lengths::thousands;
 use dmp_sensor::Scan;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -135,7 +136,11 @@ impl BagOutline {
         few.decide_time(options, period_ns, frames)?;
         let mut few = few.finish()?;
         self.notes = std::mem::take(&mut few.summary.notes);
-        self.notes.push(format!("{} of {count} scans were looked at to outline the log", numbers.len()));
+        self.notes.push(format!(
+            "{} of {} scans were looked at to outline the log",
+            thousands(numbers.len()),
+            thousands(count)
+        ));
         self.around.damage.clone_from(&few.summary.damage);
         // They are known now, and need not be read again for every part.
         self.frames_at.clear();
@@ -276,7 +281,7 @@ impl BagOutline {
         // What was met tells it better than the index, if everything was to be met.
         if wanted.len() < self.scans.len() {
             log.summary.period_ns = self.whole.period_ns;
-            let (opened, all) = (log.frames.len(), self.scans.len());
+            let [opened, all] = [log.frames.len(), self.scans.len()].map(thousands);
             log.summary.notes.push(format!("{opened} of {all} scans opened, by the index of the log"));
         }
         Ok(log)
@@ -327,7 +332,7 @@ impl BagOutline {
             part.damage.push(Damage::new(place, "the index has another time for it than the message itself"));
         }
         if unnamed > 0 {
-            let what = format!("{unnamed} scans that the index does not name are left out");
+            let what = format!("{} scans that the index does not name are left out", thousands(unnamed));
             part.damage.push(Damage::new("what was read", what));
         }
         part.damage.append(frames.damage, |lost| lost);
@@ -368,8 +373,11 @@ fn few_records(frames_at: Vec<Location>, log_bytes: u64, notes: &mut Vec<String>
     });
     if let Some(cut) = cut {
         few.truncate(cut);
-        notes
-            .push(format!("{STATIC_TOPIC}: the first {cut} of {all} messages are read in a part of the log"));
+        notes.push(format!(
+            "{STATIC_TOPIC}: the first {} of {} messages are read in a part of the log",
+            thousands(cut),
+            thousands(all)
+        ));
     }
     few
 }

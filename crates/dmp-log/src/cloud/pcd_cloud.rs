@@ -10,6 +10,7 @@ use crate::points::NumberType;
 use crate::reads::open_sized;
 use crate::text::read_line;
 use crate::{LogError, PlaceInFile};
+use dmp_lengths::thousands;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -47,7 +48,11 @@ fn read_text<E: From<LogError>, F: FnMut(&[[f64; 3]]) -> Result<(), E>>(
         let place = PlaceInFile::Line(number);
         let read = read_line(input, &mut line);
         if read.map_err(|e| LogError::malformed(path, place, e.to_string()))?.is_none() {
-            let problem = format!("the file ends after {} of {} points", batches.points, header.points);
+            let problem = format!(
+                "the file ends after {} of {} points",
+                thousands(batches.points),
+                thousands(header.points)
+            );
             return Err(broken(path, place, problem));
         }
         if line.is_empty() {

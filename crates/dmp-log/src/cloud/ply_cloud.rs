@@ -7,6 +7,7 @@ use crate::decimal::shorten;
 use crate::reads::open_sized;
 use crate::text::read_line;
 use crate::{LogError, PlaceInFile};
+use dmp_lengths::thousands;
 use std::io::{BufRead, Read};
 use std::path::Path;
 
@@ -53,7 +54,11 @@ fn read_text<E: From<LogError>>(
         let read = read_line(input, &mut line);
         if read.map_err(|e| LogError::malformed(path, place, e.to_string()))?.is_none() {
             let (got, claimed) = (row.saturating_sub(skipped), header.vertices);
-            return Err(broken(path, place, format!("the file ends after {got} of {claimed} vertices")));
+            return Err(broken(
+                path,
+                place,
+                format!("the file ends after {} of {} vertices", thousands(got), thousands(claimed)),
+            ));
         }
         if line.is_empty() {
             continue;

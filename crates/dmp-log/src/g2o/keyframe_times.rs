@@ -1,11 +1,12 @@
 //! When the body was at the vertices of a graph: a list of lines, read and written.
 
 use super::record::id_of;
-use crate::decimal::{ns_to_seconds, seconds_to_ns};
+use crate::decimal::{ns_to_seconds, to_ns};
 use crate::text::{is_header, lines, read_text};
 use crate::trajectory::numbers::numbers;
-use crate::trajectory::write_times;
-use crate::{LogError, ParseError, PlaceInFile};
+use crate::trajectory::{found_or, write_times};
+use crate::{LogError, ParseError, PlaceInFile, TimeUnit};
+use dmp_lengths::thousands;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -20,6 +21,8 @@ pub struct KeyframeTimes {
     pub ids: Option<Vec<i64>>,
     /// Their stamps in nanoseconds, strictly increasing; at least one.
     pub stamps_ns: Vec<i64>,
+    /// What was guessed.
+    pub notes: Vec<String>,
 }
 
 /// Why times do not belong to a graph.
@@ -27,7 +30,7 @@ pub struct KeyframeTimes {
 #[non_exhaustive]
 pub enum KeyframeTimesFault {
     /// Stamps without ids that are not one a vertex.
-    #[error("{stamps} stamps without ids for {vertices} vertices")]
+    #[error("{} stamps without ids for {} vertices", thousands(.stamps), thousands(.vertices))]
     OtherCount {
         /// How many stamps there are.
         stamps: usize,
@@ -97,21 +100,32 @@ impl Columns {
 
 /// The stamp of a vertex, with the line that has it.
 #[derive(Debug, Clone, Copy)]
-struct Timed {
+struct Timed<'a> {
     place: PlaceInFile,
     /// Its number where lines have no ids.
     id: i64,
-    stamp_ns: i64,
+    /// As it is written.
+    stamp: &'a str,
 }
 
-/// Parses the times of a pose graph's vertices, seconds, to the nanosecond: lines with a stamp each, in the order
+/// Parses the times of a pose graph's vertices, to the nanosecond: lines with a stamp each, in the order
 /// of the vertices' ids; or with `id stamp`, in any order; or a TUM trajectory, whose poses are not used. All
-/// lines are of one kind. The first one may have names of columns instead of numbers.
+/// lines are of one kind. The first one may have names of columns instead of numbers. Stamps are in seconds; those that no
+/// second of our days has are taken for what they must be, and that is noted.
 ///
 /// # Errors
 /// In the first line that is no text, of another kind or no numbers; where a vertex is there twice, or its stamp is
-/// not greater than that of the vertex before it; and where there is no stamp.
+/// not greater than that of the vertex before it; where there is no stamp; and where stamps can be no seconds and do not count
+/// from 1970.
 pub fn parse_keyframe_times(bytes: &[u8]) -> Result<KeyframeTimes, ParseError> {
+    parse_keyframe_times_in(bytes, None)
+}
+
+/// As [`parse_keyframe_times`], with stamps in this unit where one is given.
+///
+/// # Errors
+/// As [`parse_keyframe_times`].
+pub fn parse_keyframe_times_in(bytes: &[u8], unit: Option<TimeUnit>) -> Result<KeyframeTimes, ParseError> {
     let (mut kind, mut times) = (None, Vec::new());
     for (index, line) in lines(bytes).enumerate() {
         let (place, columns) = line?;
@@ -129,15 +143,29 @@ pub fn parse_keyframe_times(bytes: &[u8]) -> Result<KeyframeTimes, ParseError> {
         // In a stable order, so that of two lines with one id the later is the wrong one.
         times.sort_by_key(|timed| timed.id);
     }
-    for pair in times.windows(2) {
-        let [before, after] = pair else { continue };
-        check_order(before, after, has_ids)?;
-    }
-    if times.is_empty() {
+    let Some(first) = times.first() else {
         return Err(ParseError::new(PlaceInFile::WholeFile, "no stamps: no line of `stamp` or `id stamp`"));
+    };
+    let mut notes = Vec::new();
+    // Keyframes may be far apart; whole numbers that are written with decimals are seconds all the same.
+    let has_decimals = times.iter().all(|timed| timed.stamp.contains('.'));
+    let otherwise = has_decimals.then_some(TimeUnit::Seconds);
+    let unit = unit.map_or_else(|| found_or(otherwise, &numbers_of(&times), first.place, &mut notes), Ok)?;
+    let in_ns =
+        |timed: &Timed<'_>| to_ns(timed.stamp, unit).map_err(|problem| ParseError::new(timed.place, problem));
+    let stamps_ns = times.iter().map(in_ns).collect::<Result<Vec<i64>, ParseError>>()?;
+    for (pair, stamps_ns) in times.windows(2).zip(stamps_ns.windows(2)) {
+        let ([before, after], [earlier_ns, later_ns]) = (pair, stamps_ns) else { continue };
+        check_order((before, *earlier_ns), (after, *later_ns), has_ids)?;
     }
     let ids = has_ids.then(|| times.iter().map(|timed| timed.id).collect());
-    Ok(KeyframeTimes { ids, stamps_ns: times.iter().map(|timed| timed.stamp_ns).collect() })
+    Ok(KeyframeTimes { ids, stamps_ns, notes })
+}
+
+/// The stamps that are numbers; others are told of where they are parsed.
+fn numbers_of(times: &[Timed<'_>]) -> Vec<f64> {
+    let numbers = times.iter().filter_map(|timed| timed.stamp.parse::<f64>().ok());
+    numbers.filter(|stamp| stamp.is_finite()).collect()
 }
 
 /// Reads the times of a pose graph's vertices, as [`parse_keyframe_times`].
@@ -145,11 +173,19 @@ pub fn parse_keyframe_times(bytes: &[u8]) -> Result<KeyframeTimes, ParseError> {
 /// # Errors
 /// As [`parse_keyframe_times`], and when the file cannot be read.
 pub fn read_keyframe_times(path: &Path) -> Result<KeyframeTimes, LogError> {
-    let bytes = read_text(path, "list of stamps", MAX_BYTES)?;
-    parse_keyframe_times(&bytes).map_err(|e| e.in_file(path))
+    read_keyframe_times_in(path, None)
 }
 
-/// Writes the times of a pose graph's vertices: `id stamp` in each line, or the stamp alone without ids;
+/// As [`read_keyframe_times`], with stamps in this unit where one is given.
+///
+/// # Errors
+/// As [`read_keyframe_times`].
+pub fn read_keyframe_times_in(path: &Path, unit: Option<TimeUnit>) -> Result<KeyframeTimes, LogError> {
+    let bytes = read_text(path, "list of stamps", MAX_BYTES)?;
+    parse_keyframe_times_in(&bytes, unit).map_err(|e| e.in_file(path))
+}
+
+/// Writes the times of a pose graph's vertices in seconds: `id stamp` in each line, or the stamp alone without ids;
 /// [`parse_keyframe_times`] gives the same back.
 ///
 /// # Errors
@@ -160,7 +196,12 @@ pub fn write_keyframe_times(out: &mut impl Write, times: &KeyframeTimes) -> io::
     lines.into_iter().try_for_each(|(id, &ns)| writeln!(out, "{id} {}", ns_to_seconds(ns)))
 }
 
-fn timed(place: PlaceInFile, columns: &[&str], kind: Columns, number: usize) -> Result<Timed, ParseError> {
+fn timed<'a>(
+    place: PlaceInFile,
+    columns: &[&'a str],
+    kind: Columns,
+    number: usize,
+) -> Result<Timed<'a>, ParseError> {
     if columns.len() != kind.count() {
         let (count, others) = (columns.len(), kind.count());
         let problem = format!("{count} columns, the lines before it have {others}: is the line cut?");
@@ -172,20 +213,23 @@ fn timed(place: PlaceInFile, columns: &[&str], kind: Columns, number: usize) -> 
     let has_id = kind == Columns::IdAndStamp;
     let id = if has_id { id_of(place, columns, 0)? } else { number as i64 };
     let stamp = columns.get(usize::from(has_id)).copied().unwrap_or_default();
-    let stamp_ns = seconds_to_ns(stamp).map_err(|problem| ParseError::new(place, problem))?;
-    Ok(Timed { place, id, stamp_ns })
+    Ok(Timed { place, id, stamp })
 }
 
-/// Of two vertices one after the other.
-fn check_order(before: &Timed, after: &Timed, has_ids: bool) -> Result<(), ParseError> {
+/// Of two vertices one after the other, and their stamps in nanoseconds.
+fn check_order(
+    (before, before_ns): (&Timed<'_>, i64),
+    (after, after_ns): (&Timed<'_>, i64),
+    has_ids: bool,
+) -> Result<(), ParseError> {
     let (first, here) = (before.place, after.place);
     if has_ids && before.id == after.id {
         return Err(ParseError::new(here, format!("the vertex {} has a stamp in {first} already", after.id)));
     }
-    if before.stamp_ns < after.stamp_ns {
+    if before_ns < after_ns {
         return Ok(());
     }
-    let (earlier, later) = (ns_to_seconds(before.stamp_ns), ns_to_seconds(after.stamp_ns));
+    let (earlier, later) = (ns_to_seconds(before_ns), ns_to_seconds(after_ns));
     let problem = if has_ids {
         let (before, after) = (before.id, after.id);
         format!(

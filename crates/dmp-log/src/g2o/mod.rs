@@ -12,7 +12,8 @@ pub use candidates::{Candidate, CandidateFault, LoopCandidates, SkippedCandidate
 pub use candidates::{parse_loop_candidates, read_loop_candidates};
 pub use graph::{PoseGraphFile, parse_pose_graph, read_pose_graph};
 pub use keyframe_times::{
-    KeyframeTimes, KeyframeTimesFault, parse_keyframe_times, read_keyframe_times, write_keyframe_times,
+    KeyframeTimes, KeyframeTimesFault, parse_keyframe_times, parse_keyframe_times_in, read_keyframe_times,
+    read_keyframe_times_in, write_keyframe_times,
 };
 pub use labels::{LoopLabels, parse_loop_labels, read_loop_labels};
 pub(crate) use record::{Record, RecordType, Vertex, is_tag, records};

@@ -4,6 +4,7 @@ use super::clock::gps_ns;
 use super::made_with::MadeWith;
 use crate::cloud::las_points::LasPoints;
 use crate::{Damage, LogError, PlaceInFile};
+use dmp_lengths::thousands;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -75,7 +76,7 @@ impl Cuts {
                 Err(LogError::Malformed { place, problem, .. }) => {
                     let chunk_end = if lost.len() < MAX_LOST_CHUNKS { chunk_end } else { total };
                     let count = chunk_end - index;
-                    let what = format!("{problem}; {count} points are lost");
+                    let what = format!("{problem}; {} points are lost", thousands(count));
                     damage.push(Damage::new(place.to_string(), what));
                     lost.push(index..chunk_end);
                     index = chunk_end;
@@ -116,7 +117,8 @@ impl Cuts {
         }
         if no_number > 0 {
             let what = format!(
-                "{no_number} points have a gps_time that is no number or beyond all dates: they are left out"
+                "{} points have a gps_time that is no number or beyond all dates: they are left out",
+                thousands(no_number)
             );
             damage.push(Damage::new("the whole file", what));
         }
@@ -140,7 +142,7 @@ impl Cuts {
             let times = spread.checked_div(index).unwrap_or(0);
             let problem = format!(
                 "the points are not in order of time: to read {} scans, each would be decoded {times} times; sort the file by gps_time (las2las, pdal or laspy do)",
-                cuts.len()
+                thousands(cuts.len())
             );
             return Err(LogError::malformed(&path, PlaceInFile::WholeFile, problem));
         }

@@ -12,6 +12,7 @@ use crate::{
     FieldInfo, FieldMeaning, FrameInfo, LogError, LogFormat, LogIndex, LogOptions, LogSetting, LogSummary,
     PlaceInFile, PointTime, ScanLog, ScanReader, StampAt, fingerprint,
 };
+use dmp_lengths::thousands;
 use dmp_sensor::{Isometry3, Point3, Scan, Track, TrackCursor};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -62,7 +63,8 @@ impl LasLog {
         if found.without_pose > 0 {
             notes.push(format!(
                 "{} of {} points are at times without a pose: they are handed on as NaN",
-                found.without_pose, found.returns
+                thousands(found.without_pose),
+                thousands(found.returns)
             ));
         }
         let info = |cut: &Cut| FrameInfo { stamp_ns: Some(cut.stamp_ns), returns: cut.returns };

@@ -6,6 +6,7 @@ use super::{las, pcd, ply};
 use crate::points::{Field, Layout, NumberType};
 use crate::reads::{CountedFile, KnownFile, ReadCount, fill};
 use crate::{LogError, ParseError, PlaceInFile};
+use dmp_lengths::thousands;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
@@ -113,7 +114,8 @@ impl ScanFile {
         let (mut number, mut row, mut line) = (*lines_before, 0, Vec::new());
         let cut = |row: u64, number: u64, what: &str| {
             let whole = row.saturating_sub(*skipped);
-            let what = format!("{what}: of {points} points the {whole} before it are kept");
+            let [all, kept] = [points, whole].map(thousands);
+            let what = format!("{what}: of {all} points the {kept} before it are kept");
             Ok((whole, Some(Cut { place: PlaceInFile::Line(number), what })))
         };
         let mut ended = true;

@@ -11,6 +11,7 @@ use crate::reads::ReadCount;
 use crate::{
     Damage, FrameInfo, LogError, LogOptions, LogSetting, LogSummary, PlaceInFile, fingerprint, shown_path,
 };
+use dmp_lengths::thousands;
 use std::path::PathBuf;
 
 impl ScanFolder {
@@ -118,9 +119,10 @@ impl ScanFolder {
             return Ok(());
         }
         let problem = format!(
-            "{cut} of {} files are no whole number of points of 16 bytes (float32 x, y, z, intensity): they have \
+            "{} of {} files are no whole number of points of 16 bytes (float32 x, y, z, intensity): they have \
              another layout",
-            self.entries.len()
+            thousands(cut),
+            thousands(self.entries.len())
         );
         Err(LogError::malformed(&self.summary.path, PlaceInFile::WholeFile, problem))
     }

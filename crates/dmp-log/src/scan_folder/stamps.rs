@@ -5,6 +5,7 @@ use crate::decimal::seconds_to_ns;
 use crate::folder::first_file;
 use crate::text::{lines, read_text};
 use crate::{LogError, ParseError, shown_path};
+use dmp_lengths::thousands;
 use std::path::{Path, PathBuf};
 
 /// Largest list of stamps that is read: ten million lines.
@@ -36,8 +37,8 @@ pub(super) fn find(
         notes.push(format!(
             "{}: {} stamps for {} scans, not used; stamps from the file names, as {unit}",
             shown_path(&path),
-            stamps_ns.len(),
-            files.len()
+            thousands(stamps_ns.len()),
+            thousands(files.len())
         ));
         return Ok(Some(of_names));
     }

@@ -6,6 +6,7 @@ use crate::find::{ROS1_ADVICE, ROS1_MAGIC};
 use crate::g2o;
 use crate::text::lines;
 use crate::{LogError, ParseError, PlaceInFile, TimeUnit};
+use dmp_lengths::thousands;
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
@@ -133,7 +134,7 @@ pub(super) fn find_format(path: &Path, bytes: &[u8]) -> Result<TrajectoryFormat,
 
 /// A file without a pose.
 pub(super) fn no_poses(bytes: &[u8]) -> ParseError {
-    ParseError::new(PlaceInFile::WholeFile, format!("no poses in {} bytes", bytes.len()))
+    ParseError::new(PlaceInFile::WholeFile, format!("no poses in {} bytes", thousands(bytes.len())))
 }
 
 /// Whether the lines are EuRoC's: parted by commas, and stamps in nanoseconds, by the heading (`[ns]`) or

@@ -62,7 +62,12 @@ impl Delimiter {
 
     /// Whether a line ends with it.
     pub(super) fn is_last(self, line: &str) -> bool {
-        matches!(self, Self::Character(c) if line.trim_end().ends_with(c))
+        matches!(self, Self::Character(c) if self.trimmed(line).ends_with(c))
+    }
+
+    /// A line without the blanks at its end, of which a tab that parts columns is none.
+    fn trimmed(self, line: &str) -> &str {
+        line.trim_end_matches(|c: char| c.is_whitespace() && self != Self::Character(c))
     }
 
     /// The columns of a line; empty ones count where a character parts them. One at the end does not.
@@ -70,7 +75,7 @@ impl Delimiter {
         match self {
             Self::Blanks => line.split_ascii_whitespace().collect(),
             Self::Character(c) => {
-                let line = line.trim_end();
+                let line = self.trimmed(line);
                 line.strip_suffix(c).unwrap_or(line).split(c).map(bare).collect()
             }
         }

@@ -15,6 +15,7 @@ use crate::find::ROS1_MAGIC;
 use crate::reads::{ReadCount, start_of};
 use crate::text::{self, is_cut};
 use crate::{LogError, TimeUnit, fingerprint};
+use dmp_lengths::thousands;
 use dmp_sensor::{Trajectory, TrajectoryRepairs};
 use std::path::Path;
 
@@ -124,7 +125,7 @@ fn of_graph(graph: GraphVertices, notes: &mut Vec<String>) -> TrajectoryRepairs 
         ));
     }
     if other_vertices > 0 {
-        notes.push(format!("{other_vertices} vertices of other types left out"));
+        notes.push(format!("{} vertices of other types left out", thousands(other_vertices)));
     }
     TrajectoryRepairs { trajectory, out_of_order, repeated }
 }

@@ -36,7 +36,7 @@ pub(super) fn unit_of_lines(
 }
 
 /// The same of stamps, of which the first is at a place.
-pub(super) fn found_or(
+pub(crate) fn found_or(
     otherwise: Option<TimeUnit>,
     stamps: &[f64],
     place: PlaceInFile,

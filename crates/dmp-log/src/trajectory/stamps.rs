@@ -5,6 +5,7 @@ use crate::folder::is_file;
 use crate::scan_folder::{MAX_STAMPS_BYTES, parse_times};
 use crate::text::read_text;
 use crate::{LogError, shown_path};
+use dmp_lengths::thousands;
 use dmp_sensor::{Trajectory, TrajectoryRepairs};
 use std::io::{self, Write};
 use std::path::Path;
@@ -28,8 +29,8 @@ pub(super) fn from_times_beside(
         notes.push(format!(
             "{} has {} lines for {} poses and is not used: the n-th pose belongs to the n-th scan",
             shown_path(&times),
-            stamps_ns.len(),
-            trajectory.len()
+            thousands(stamps_ns.len()),
+            thousands(trajectory.len())
         ));
     } else {
         notes.push("no stamps: the n-th pose belongs to the n-th scan".into());

@@ -9,6 +9,7 @@ use crate::find::bag_at;
 use crate::frames::{STATIC_TOPIC, StaticFrames, frame_name};
 use crate::ros::{PoseCoding, PoseType, StampedPose};
 use crate::{Damage, LogError, ParseError, PlaceInFile};
+use dmp_lengths::thousands;
 use dmp_sensor::{Isometry3, Trajectory, TrajectoryRepairs};
 use std::path::Path;
 
@@ -97,7 +98,7 @@ pub fn read_topic_trajectory(
         if poses.other_frames > 0 {
             notes.push(format!(
                 "{} poses are of another frame or in another than the first",
-                poses.other_frames
+                thousands(poses.other_frames)
             ));
         }
         (trajectory_of(poses.stamped)?, poses.child)

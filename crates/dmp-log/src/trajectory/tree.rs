@@ -2,6 +2,7 @@
 
 use crate::decimal::shorten;
 use crate::frames::{StaticFrames, frame_name};
+use dmp_lengths::thousands;
 use dmp_sensor::{Isometry3, Trajectory};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -119,7 +120,10 @@ impl MovingFrames {
         let mut notes = vec![format!("`{body}` in `{world}`, {} frames in between", steps.len() - 1)];
         let without = stamps.of_link.len() - poses.len();
         if without > 0 {
-            notes.push(format!("{without} stamps left out, at which not every frame in between has a pose"));
+            notes.push(format!(
+                "{} stamps left out, at which not every frame in between has a pose",
+                thousands(without)
+            ));
         }
         Ok(Chain { body: body.to_owned(), poses, notes })
     }

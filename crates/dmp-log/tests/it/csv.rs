@@ -214,6 +214,31 @@ fn what_is_wrong_is_told_with_line_column_and_value() {
     assert_says(&given.to_string(), &["no line with the names of columns"]);
 }
 
+/// Whatever parts the columns; those that are left out are not used.
+#[test]
+fn an_empty_cell_may_end_a_row() {
+    for delimiter in [",", ";", "\t"] {
+        for end in ["\n", "\r\n"] {
+            let text =
+                ["stamp,tx,ty,tz,qx,qy,qz,qw,quality,note", "1.5,1,2,3,0,0,0,1,7,", "2.5,1,2,3,0,0,0,1,,"]
+                    .map(|line| line.replace(',', delimiter) + end)
+                    .concat();
+            assert_eq!(
+                read(&text).unwrap().trajectory.stamps_ns(),
+                Some(&[1_500_000_000, 2_500_000_000][..])
+            );
+            assert_eq!(raw(&text).stamps_s, Some(vec![1.5, 2.5]), "{text:?}");
+            // Blanks are no cells.
+            let blank = text.replacen(end, &format!("  {end}"), 1);
+            assert_eq!(read(&blank).unwrap().trajectory.len(), 2, "{blank:?}");
+            // One cell too few is no empty one.
+            let cut = ["stamp,tx,ty,tz,qx,qy,qz,qw,quality,note", "1.5,1,2,3,0,0,0,1,"];
+            let cut = cut.map(|line| line.replace(',', delimiter) + end).concat();
+            refused(&cut, &["line 2: ", "line 1 names 10: is the line cut?"]);
+        }
+    }
+}
+
 proptest! {
     #[test]
     fn no_text_makes_the_reader_panic(text in "([xyzqwt_ns,; \t#\\[\\]%.0-9e-]|time|qx|qy|qz|qw|secs|\n){0,80}") {

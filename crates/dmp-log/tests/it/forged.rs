@@ -31,9 +31,9 @@ fn forged_sizes_are_refused() {
     // Behind the magic and the header record.
     let header = 8 + 9 + u64::from_le_bytes(good[9..17].try_into().unwrap()) as usize;
     let cases = [
-        (chunk(u64::MAX, "zstd", 4, &[1; 4]), "claims 18446744073709551615 bytes unpacked"),
-        (chunk(300 << 20, "zstd", 4, &[1; 4]), "more than the 268435456 allowed"),
-        (chunk(100, "zstd", u64::MAX, &[1; 4]), "claims 18446744073709551615 bytes of 4"),
+        (chunk(u64::MAX, "zstd", 4, &[1; 4]), "claims 18,446,744,073,709,551,615 bytes unpacked"),
+        (chunk(300 << 20, "zstd", 4, &[1; 4]), "more than the 268,435,456 allowed"),
+        (chunk(100, "zstd", u64::MAX, &[1; 4]), "claims 18,446,744,073,709,551,615 bytes of 4"),
         (chunk(100, "brotli", 4, &[1; 4]), "unknown compression `brotli`"),
         (chunk(100, &"x".repeat(40), 4, &[1; 4]), "claims 40 bytes"),
         (chunk(100, "", 4, &[1; 4]), "not compressed"),
@@ -72,7 +72,7 @@ fn a_bomb_is_not_unpacked() {
     crate::common::write_with(&path, options, &[crate::common::POINTS], &[(0, zeros)]);
     assert!(fs::metadata(&path).unwrap().len() < 100_000);
     let error = open_log(&path, &LogOptions::default()).unwrap_err().to_string();
-    assert_says(&error, &["log.mcap", "no scan that can be read", "268435456 allowed"]);
+    assert_says(&error, &["log.mcap", "no scan that can be read", "268,435,456 allowed"]);
 }
 
 /// A hundred thousand messages that are lost are a short list.
@@ -90,5 +90,5 @@ fn much_damage_is_counted() {
     let damage = &log.summary().damage;
     assert!(damage.len() < 120);
     let counted = damage.iter().find(|lost| lost.what == "a message of …").unwrap();
-    assert_eq!(counted.place, "99900 more places");
+    assert_eq!(counted.place, "99,900 more places");
 }

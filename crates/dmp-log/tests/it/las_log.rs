@@ -273,7 +273,7 @@ fn row_08_points_without_a_pose_or_a_time_are_counted() {
     late.extend([(f64::NAN, points[0].1), (1e300, points[0].1)]);
     write(&path, &late);
     let log = open_with(&path, MadeWith::new(run)).unwrap();
-    assert_says(&log.summary().notes.join("; "), &["5 of 2005 points are at times without a pose"]);
+    assert_says(&log.summary().notes.join("; "), &["5 of 2,005 points are at times without a pose"]);
     let [damage] = log.summary().damage.as_slice() else { panic!("{:?}", log.summary().damage) };
     assert_says(&damage.what, &["2 points", "no number"]);
     let points: Vec<_> = flat(&read_all(&*log));
@@ -332,7 +332,7 @@ fn row_02_a_broken_chunk_costs_its_own_points() {
     let log = open_with(&path, MadeWith::new(run)).unwrap();
     let [damage] = log.summary().damage.as_slice() else { panic!("{:?}", log.summary().damage) };
     assert_says(&damage.place, &["point 50000"]);
-    assert_says(&damage.what, &["50000 points are lost"]);
+    assert_says(&damage.what, &["50,000 points are lost"]);
     // A scan with points on both sides of the hole is read around it.
     let read = flat(&read_all(&*log));
     assert_eq!(read[..], [&whole[..50_000], &whole[100_000..]].concat());

@@ -1,7 +1,7 @@
 use crate::common::assert_says;
 use dmp_log::{
-    KeyframeTimes, KeyframeTimesFault, parse_keyframe_times, parse_loop_labels, read_keyframe_times,
-    read_loop_labels, write_keyframe_times,
+    KeyframeTimes, KeyframeTimesFault, TimeUnit, parse_keyframe_times, parse_keyframe_times_in,
+    parse_loop_labels, read_keyframe_times, read_keyframe_times_in, read_loop_labels, write_keyframe_times,
 };
 use std::collections::BTreeMap;
 use std::fs;
@@ -64,9 +64,10 @@ fn times_are_read_with_ids_and_without() {
     // Further apart than neighbours of an f64.
     let stamps_ns = vec![1_690_309_709_285_305_500, 1_690_309_709_285_305_501, 1_690_309_710_000_000_000];
     let plain = times("stamp\n1690309709.285305500\n1690309709.285305501 # next\r\n1.69030971e9\n");
-    assert_eq!(plain, KeyframeTimes { ids: None, stamps_ns: stamps_ns.clone() });
+    let notes = Vec::new();
+    assert_eq!(plain, KeyframeTimes { ids: None, stamps_ns: stamps_ns.clone(), notes: notes.clone() });
     let with_ids = times("id,stamp\n40,1690309710\n-1,1690309709.285305500\n\n7 1690309709.285305501");
-    assert_eq!(with_ids, KeyframeTimes { ids: Some(vec![-1, 7, 40]), stamps_ns: stamps_ns.clone() });
+    assert_eq!(with_ids, KeyframeTimes { ids: Some(vec![-1, 7, 40]), stamps_ns: stamps_ns.clone(), notes });
     let pose = "1 2 3 0 0 0 1";
     let tum = times(&format!(
         "# timestamp tx ty tz qx qy qz qw\n1690309709.285305500 {pose}\n1690309709.285305501 {pose}\n\
@@ -101,10 +102,40 @@ fn times_that_cannot_be_are_named_with_their_lines() {
     assert_says(&times_error("1\n2 3\n"), &["line 2: ", "2 columns, the lines before it have 1"]);
     assert_says(&times_error("1 2\nb 3\n"), &["line 2: ", "the id `b`"]);
     assert_says(&times_error("1\nsoon\n"), &["line 2: ", "not a number of seconds: `soon`"]);
-    assert_says(&times_error("1403636579763555584\n"), &["line 1: ", "another unit"]);
+    assert_says(&times_error("9999999999.5\n"), &["line 1: ", "another unit"]);
     assert_says(&times_error("1 2 3 4 0 0 0 x\n"), &["line 1: ", "`x` is not a number"]);
     for nothing in ["", "# times\n", "id stamp\n"] {
         assert_says(&times_error(nothing), &["the whole file: no stamps"]);
+    }
+}
+
+#[test]
+fn times_are_in_the_unit_that_is_found_or_given() {
+    let stamps_ns = vec![1_690_309_709_285_000_000, 1_690_309_710_000_000_000];
+    for (text, unit) in [
+        ("1690309709285\n1690309710000\n", "milliseconds"),
+        ("1690309709285000\n1690309710000000\n", "microseconds"),
+        ("1690309709285000000\n1690309710000000000\n", "nanoseconds"),
+        ("7 1690309710000\n-1 1690309709285\n", "milliseconds"),
+        ("1690309709285000 1 2 3 0 0 0 1\n1690309710000000 1 2 3 0 0 0 1\n", "microseconds"),
+    ] {
+        let found = times(text);
+        assert_eq!(found.stamps_ns, stamps_ns, "{text}");
+        assert_eq!(found.notes.len(), 1);
+        assert_says(&found.notes[0], &["stamps in", unit]);
+    }
+    // A clock that begins with the log is asked for.
+    let own = "12000\n13500\n";
+    assert_says(&times_error(own), &["line 1: stamps from 12000 to 13500", "the time unit must be given"]);
+    let found = parse_keyframe_times_in(own.as_bytes(), Some(TimeUnit::Milliseconds)).unwrap();
+    assert_eq!(found.stamps_ns, [12_000_000_000, 13_500_000_000]);
+    assert!(found.notes.is_empty());
+    // Few keyframes, minutes apart, as they are written.
+    for stamps_ns in [vec![0, 600_000_000_000], vec![i64::MIN + 1, i64::MAX], vec![5]] {
+        let mut text = Vec::new();
+        let written = KeyframeTimes { ids: None, stamps_ns, notes: Vec::new() };
+        write_keyframe_times(&mut text, &written).unwrap();
+        assert_eq!(parse_keyframe_times(&text).unwrap().stamps_ns, written.stamps_ns);
     }
 }
 
@@ -120,4 +151,5 @@ fn files_are_named() {
     assert_eq!(read_loop_labels(&path).unwrap().of(2, 1), Some(true));
     fs::write(&path, "0.1\n").unwrap();
     assert_eq!(read_keyframe_times(&path).unwrap().stamps_ns, [100_000_000]);
+    assert_eq!(read_keyframe_times_in(&path, Some(TimeUnit::Milliseconds)).unwrap().stamps_ns, [100_000]);
 }

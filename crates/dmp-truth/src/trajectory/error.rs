@@ -1,6 +1,7 @@
 //! Why two trajectories cannot be compared.
 
 use super::{DeltaUnit, ErrorUnit};
+use dmp_lengths::thousands;
 
 /// Why two trajectories cannot be compared as asked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -10,7 +11,7 @@ pub enum CompareError {
     #[error("a trajectory has no poses")]
     Empty,
     /// Stamps and poses do not belong together.
-    #[error("{stamps} stamps for {poses} poses")]
+    #[error("{} stamps for {} poses", thousands(.stamps), thousands(.poses))]
     Stamps {
         /// Number of stamps.
         stamps: usize,
@@ -22,7 +23,9 @@ pub enum CompareError {
     OneWithoutStamps,
     /// Without stamps the n-th pose belongs to the n-th.
     #[error(
-        "{reference} poses in the reference, {estimate} in the estimate: without stamps they must be as many"
+        "{} poses in the reference, {} in the estimate: without stamps they must be as many",
+        thousands(.reference),
+        thousands(.estimate)
     )]
     Lengths {
         /// Poses of the reference.

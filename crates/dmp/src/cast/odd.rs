@@ -1,5 +1,6 @@
 //! Scans that are unlike the others: where no checksum guards a log, the only sign of bytes that changed.
 
+use dmp_lengths::thousands;
 use std::fmt;
 
 use super::rows::{median, off_in_rows, ratio};
@@ -75,11 +76,14 @@ impl fmt::Display for OddScans {
             }
         };
         match oddity {
-            Oddity::Implausible(count) => write!(f, "{up_to}{count} ranges below 1 mm or above 100 km"),
+            Oddity::Implausible(count) => {
+                write!(f, "{up_to}{} ranges below 1 mm or above 100 km", thousands(count))
+            }
             Oddity::Far { end_m, usual_m } => {
                 write!(f, "ranges beyond {end_m:.0} m where those of most scans end before {usual_m:.0} m")
             }
             Oddity::Returns { returns, usual } => {
+                let (returns, usual) = (thousands(returns), thousands(usual));
                 write!(f, "{up_to}{returns} returns where about {usual} are usual")
             }
             Oddity::Ranges { share } => {

@@ -1,5 +1,6 @@
 //! What a reader must know before believing a report: each a sentence in the JSON.
 
+use dmp_lengths::thousands;
 use dmp_log::StampJump;
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +26,8 @@ pub enum Warning {
     },
     /// Scans of a log without checksums are unlike the others.
     #[error(
-        "{count} {} unlike the others, and the log has no checksums: {}; did bytes change?",
+        "{} {} unlike the others, and the log has no checksums: {}; did bytes change?",
+        thousands(.count),
         if *.count == 1 { "scan is" } else { "scans are" },
         in_words(.first, *.more)
     )]
@@ -83,7 +85,7 @@ pub enum Warning {
         share: f64,
     },
     /// Parts of a given map cannot be used.
-    #[error("{count} points or triangles of the given map are not finite and were left out")]
+    #[error("{} points or triangles of the given map are not finite and were left out", thousands(.count))]
     MapPointsDropped {
         /// How many.
         count: u64,
@@ -96,8 +98,10 @@ pub enum Warning {
     },
     /// Scans have no pose in a run.
     #[error(
-        "{without} of {scans} scans have no pose in `{run}`; all runs are compared on the {used} scans that have one in \
-         every run"
+        "{} of {} scans have no pose in `{run}`; all runs are compared on the {} scans that have one in every run",
+        thousands(.without),
+        thousands(.scans),
+        thousands(.used)
     )]
     ScansWithoutPose {
         /// Name of the run.
@@ -111,9 +115,10 @@ pub enum Warning {
     },
     /// A run's poses are too far apart in time to say where scans between them were made.
     #[error(
-        "`{run}` has poses up to {gap_s:.1} s apart; between them the sensor may be {:.0} cm off by the run's own poses, so {scans} \
+        "`{run}` has poses up to {gap_s:.1} s apart; between them the sensor may be {:.0} cm off by the run's own poses, so {} \
          scans there are left out for all runs: poses for every scan, or its odometry between them, would tell more",
-        100.0 * .off_m
+        100.0 * .off_m,
+        thousands(.scans)
     )]
     SparsePoses {
         /// Name of the run.
@@ -126,15 +131,16 @@ pub enum Warning {
         scans: usize,
     },
     /// The log is not in the order of time.
-    #[error("the log's stamps go backwards {times} times; scans were put in order of time")]
+    #[error("the log's stamps go backwards {} times; scans were put in order of time", thousands(.times))]
     OutOfOrder {
         /// How often stamps go backwards.
         times: usize,
     },
     /// The segment length asked for cuts the drive into too few.
     #[error(
-        "the segment length asked for cuts {scans} scans and {travel_m:.1} m of travel into fewer than 8: every scan is a \
-         segment of its own"
+        "the segment length asked for cuts {} scans and {travel_m:.1} m of travel into fewer than 8: every scan is a \
+         segment of its own",
+        thousands(.scans)
     )]
     SegmentsTooLong {
         /// Scans used.
@@ -143,7 +149,7 @@ pub enum Warning {
         travel_m: f64,
     },
     /// Scans share their stamps.
-    #[error("{scans} scans have the stamp of another scan: a log that holds scans twice counts them twice")]
+    #[error("{} scans have the stamp of another scan: a log that holds scans twice counts them twice", thousands(.scans))]
     SameStamp {
         /// How many.
         scans: usize,
@@ -190,7 +196,7 @@ pub enum Warning {
         share: f64,
     },
     /// A sample is too small for intervals.
-    #[error("a sample of {scored} scans has no intervals: {needed} are needed")]
+    #[error("a sample of {} scans has no intervals: {needed} are needed", thousands(.scored))]
     SmallSample {
         /// Scans scored.
         scored: u64,
@@ -222,8 +228,10 @@ pub enum Warning {
     },
     /// Places are seen twice, but none of those drawn.
     #[error(
-        "the way comes back to {revisited} of {places} places, and none of these was drawn: nothing is told of drift and \
-         bends of the whole; a larger --quick or another --seed may draw some"
+        "the way comes back to {} of {} places, and none of these was drawn: nothing is told of drift and bends of the \
+         whole; a larger --quick or another --seed may draw some",
+        thousands(.revisited),
+        thousands(.places)
     )]
     NoRevisitedPlaceDrawn {
         /// Places that the way comes back to.
@@ -233,7 +241,8 @@ pub enum Warning {
     },
     /// Not all scans of some places were read.
     #[error(
-        "at {places} of the places lie more scans than are read for one: a run that lost its way, or many passes"
+        "at {} of the places lie more scans than are read for one: a run that lost its way, or many passes",
+        thousands(.places)
     )]
     PlacesCut {
         /// How many places.
@@ -241,9 +250,10 @@ pub enum Warning {
     },
     /// The fewest places that are ever drawn take more of the log than was asked for.
     #[error(
-        "{:.1} % of the log's bytes were read, more than asked for: {places} places are the fewest, and the log is short or \
+        "{:.1} % of the log's bytes were read, more than asked for: {} places are the fewest, and the log is short or \
          has no index",
-        100.0 * .share
+        100.0 * .share,
+        thousands(.places)
     )]
     FewestPlacesRead {
         /// Share of the log's bytes.
@@ -327,7 +337,7 @@ impl From<String> for Warning {
 fn in_words(first: &[impl ToString], more: usize) -> String {
     let mut words: Vec<String> = first.iter().map(ToString::to_string).collect();
     if more > 0 {
-        words.push(format!("and {more} more"));
+        words.push(format!("and {} more", thousands(more)));
     }
     words.join("; ")
 }

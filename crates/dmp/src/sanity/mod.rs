@@ -6,6 +6,7 @@ mod extent;
 mod sample;
 
 use dmp_cast::{Answer, CastBuffers, Caster};
+use dmp_lengths::thousands;
 use dmp_sensor::Ray;
 
 use crate::error::EvaluateError;
@@ -68,9 +69,10 @@ impl<M> Look<'_, M> {
         let gap_m = drive.gap_m(&map);
         if gap_m > self.doubts.settings.max_range_m {
             return Ok(Some(format!(
-                "the trajectory is around {}, the map around {}, {gap_m:.0} m apart: is the map in the trajectory's frame?",
+                "the trajectory is around {}, the map around {}, {} m apart: is the map in the trajectory's frame?",
                 drive.centre_in_words(),
-                map.centre_in_words()
+                map.centre_in_words(),
+                thousands(gap_m.round())
             )));
         }
         let share = self.share_in_map(caster)?;
@@ -78,7 +80,7 @@ impl<M> Look<'_, M> {
             format!(
                 "only {:.0} % of the returns of {} scans are where its map has a surface: is the map in the trajectory's frame, and its unit right (--map-unit)?",
                 100.0 * share,
-                self.sample.len()
+                thousands(self.sample.len())
             )
         }))
     }

@@ -1,5 +1,6 @@
 //! What can go wrong with a part of a score.
 
+use dmp_lengths::thousands;
 use std::path::PathBuf;
 
 use dmp_disk::DiskError;
@@ -92,7 +93,7 @@ pub enum ShardError {
         scan: usize,
     },
     /// Scans that no part has.
-    #[error("{stage}: {missing} of {scans} scans of the plan are in no part")]
+    #[error("{stage}: {} of {} scans of the plan are in no part", thousands(.missing), thousands(.scans))]
     ScansMissing {
         /// The stage.
         stage: Stage,

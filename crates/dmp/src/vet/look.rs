@@ -78,6 +78,9 @@ impl Look<'_> {
         }
         let Some(given) = self.together(run, Order::Own)? else { return Ok(found) };
         found.together = Some(given.share());
+        if given.is_too_thin() {
+            return Ok(found);
+        }
         let mut read = run.clone();
         if let Some((better, reading)) = self.best_reading(run, given)? {
             found.together_as_read = Some(better.share());

@@ -25,8 +25,8 @@ fn row_29_texts_without_lines_and_without_end_are_refused_at_once() {
     write_folder(&path.join("seq"), &scans, FolderFormat::Bin);
     let sparse = |name: &str, bytes: u64| fs::File::create(path.join(name)).unwrap().set_len(bytes).unwrap();
     sparse("seq/times.txt", 8 << 30);
-    refused_at_once(path, "score seq -t truth.tum", &["times.txt", "8589934592 bytes"]);
-    refused_at_once(path, "info seq", &["times.txt", "8589934592 bytes"]);
+    refused_at_once(path, "score seq -t truth.tum", &["times.txt", "8,589,934,592 bytes"]);
+    refused_at_once(path, "info seq", &["times.txt", "8,589,934,592 bytes"]);
     sparse("seq/times.txt", 400 << 20);
     refused_at_once(path, "info seq", &["times.txt", "line 1: longer than 65536 bytes"]);
     // Numbers by the hundred million, in one line; nothing at all, for ever.

@@ -31,7 +31,7 @@ pub(super) fn residual_files(runs: &[&str], files: &[NamedFile]) -> Result<Vec<O
 }
 
 /// `out.laz` as `out.NAME.laz`.
-fn with_run(path: &Path, run: &str) -> PathBuf {
+pub(crate) fn with_run(path: &Path, run: &str) -> PathBuf {
     let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_os_string();
     let mut name = part(path.file_stem());
     for part in [".".as_ref(), run.as_ref(), ".".as_ref(), part(path.extension()).as_os_str()] {

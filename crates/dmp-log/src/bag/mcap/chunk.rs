@@ -2,6 +2,7 @@
 
 use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, Source};
 use crate::decimal::shorten;
+use dmp_lengths::thousands;
 use std::fmt;
 use std::io::{self, Read};
 use zstd::bulk::Decompressor;
@@ -84,7 +85,7 @@ impl ChunkDecoder {
             }
         }
         if self.records.len() as u64 != head.uncompressed_bytes {
-            let (got, claimed) = (self.records.len(), head.uncompressed_bytes);
+            let [got, claimed] = [self.records.len() as u64, head.uncompressed_bytes].map(thousands);
             return damaged(format!("it unpacks to {got} bytes, its header says {claimed}"));
         }
         let crc = crc32fast::hash(&self.records);
@@ -173,17 +174,17 @@ fn read_head(source: &mut Source, at: u64, body_bytes: u64) -> Result<ChunkHead,
     let compressed_bytes = word_at(size, 0);
     let available = body_bytes - FIXED_BYTES - name_bytes - 8;
     if compressed_bytes > available {
-        return damaged(format!("its data claims {compressed_bytes} bytes of {available}"));
+        let [claimed, available] = [compressed_bytes, available].map(thousands);
+        return damaged(format!("its data claims {claimed} bytes of {available}"));
     }
     if uncompressed_bytes.max(compressed_bytes) > MAX_RECORD_BYTES {
-        let most = MAX_RECORD_BYTES;
-        return damaged(format!(
-            "it claims {uncompressed_bytes} bytes unpacked, more than the {most} allowed"
-        ));
+        let [claimed, most] = [uncompressed_bytes, MAX_RECORD_BYTES].map(thousands);
+        return damaged(format!("it claims {claimed} bytes unpacked, more than the {most} allowed"));
     }
     if packing == Packing::None && uncompressed_bytes != compressed_bytes {
+        let [packed, unpacked] = [compressed_bytes, uncompressed_bytes].map(thousands);
         return damaged(format!(
-            "it is not compressed, yet claims {compressed_bytes} bytes packed and {uncompressed_bytes} unpacked"
+            "it is not compressed, yet claims {packed} bytes packed and {unpacked} unpacked"
         ));
     }
     let data_at = body_at + FIXED_BYTES + name_bytes + 8;

@@ -9,6 +9,7 @@ use super::records::{HEAD_BYTES, MAX_RECORD_BYTES, MESSAGE_HEAD_BYTES, Records, 
 use crate::Damage;
 use crate::bag::basics::{Channel, FileFound};
 use crate::damage::DamageList;
+use dmp_lengths::thousands;
 use mcap::records::op;
 use std::io;
 
@@ -51,7 +52,10 @@ impl<'a, 'b> Pass<'a, 'b> {
     /// What was found in a file that was gone through, and the channels by number.
     pub(super) fn found(mut self, source: &Source) -> (FileFound, Channels) {
         for (id, count) in self.channels.unknown() {
-            let what = format!("{count} messages of a channel that is not described before them are lost");
+            let what = format!(
+                "{} messages of a channel that is not described before them are lost",
+                thousands(count)
+            );
             self.damage.push(Damage::new(format!("channel {id}"), what));
         }
         let found = FileFound {
@@ -83,7 +87,10 @@ impl Pass<'_, '_> {
             Ok(()) => Ok(true),
             Err(ChunkFault::Io(error)) => Err(error),
             Err(ChunkFault::Damaged(problem)) => {
-                self.lost(at, format!("a chunk of {body_bytes} bytes is damaged and skipped: {problem}"));
+                self.lost(
+                    at,
+                    format!("a chunk of {} bytes is damaged and skipped: {problem}", thousands(body_bytes)),
+                );
                 Ok(false)
             }
         }
@@ -108,7 +115,10 @@ impl Pass<'_, '_> {
         }
         let rest = whole.rest();
         if rest > 0 {
-            self.lost(at, format!("the last {rest} bytes of the chunk are no whole record and are lost"));
+            self.lost(
+                at,
+                format!("the last {} bytes of the chunk are no whole record and are lost", thousands(rest)),
+            );
         }
     }
 
@@ -127,7 +137,7 @@ impl Pass<'_, '_> {
     ) -> io::Result<()> {
         self.unchunked_messages = true;
         if !(MESSAGE_HEAD_BYTES as u64..=MAX_RECORD_BYTES).contains(&body_bytes) {
-            self.lost(at, format!("a message of {body_bytes} bytes is not read"));
+            self.lost(at, format!("a message of {} bytes is not read", thousands(body_bytes)));
             return Ok(());
         }
         let mut body = Vec::new();
@@ -150,7 +160,7 @@ impl Pass<'_, '_> {
 
     pub(super) fn description(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
         if body_bytes > MAX_DESCRIPTION_BYTES {
-            self.lost(at, format!("a channel or schema of {body_bytes} bytes is not read"));
+            self.lost(at, format!("a channel or schema of {} bytes is not read", thousands(body_bytes)));
             return Ok(());
         }
         let mut body = Vec::new();

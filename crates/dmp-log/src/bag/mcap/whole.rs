@@ -8,6 +8,7 @@ use super::records::{HEAD_BYTES, Source};
 use super::summary_hint::{self, SummaryHint};
 use crate::bag::basics::FileFound;
 use crate::reads::ReadCount;
+use dmp_lengths::thousands;
 use mcap::records::op;
 use std::io;
 use std::path::Path;
@@ -97,16 +98,17 @@ impl Pass<'_, '_> {
             let next_chunk = hint.chunks_at.range(at + 1..).next().copied().filter(|&next| next < length);
             let reaches = body_bytes.min(left) + at + HEAD_BYTES;
             if opcode == 0 || body_bytes > left || next_chunk.is_some_and(|next| next < reaches) {
+                let claimed = thousands(body_bytes);
                 let Some(next) = next_chunk else {
                     let what = format!(
-                        "a record of type {opcode:#04x} claims {body_bytes} bytes and the file ends at byte {length}: \
+                        "a record of type {opcode:#04x} claims {claimed} bytes and the file ends at byte {length}: \
                          the tail is lost"
                     );
                     self.lost(at, what);
                     return Ok(());
                 };
                 let what = format!(
-                    "a record of type {opcode:#04x} claims {body_bytes} bytes, past the chunk at byte {next}: \
+                    "a record of type {opcode:#04x} claims {claimed} bytes, past the chunk at byte {next}: \
                      what lies between is lost"
                 );
                 self.lost(at, what);

@@ -5,6 +5,7 @@ use crate::Damage;
 use crate::bag::basics::{Channel, FileFound};
 use crate::damage::DamageList;
 use crate::decimal::shorten;
+use dmp_lengths::thousands;
 use rusqlite::types::ValueRef;
 use rusqlite::{Connection, Row};
 use std::collections::{BTreeMap, BTreeSet};
@@ -109,7 +110,7 @@ fn read_columns(path: &Path, columns: Columns, each: &mut Each<'_>) -> io::Resul
         }
     }
     for (id, count) in std::mem::take(&mut pass.unknown) {
-        let what = format!("{count} messages of a topic that is nowhere described are lost");
+        let what = format!("{} messages of a topic that is nowhere described are lost", thousands(count));
         pass.damage.push(Damage::new(format!("topic {id}"), what));
     }
     found.damage = pass.damage;

@@ -234,7 +234,7 @@ fn loop_labels(path: &Path) -> Result<(), LogError> {
 
 /// Times increase with the vertices.
 fn keyframe_times(path: &Path) -> Result<(), LogError> {
-    let KeyframeTimes { ids, stamps_ns } = read_keyframe_times(path)?;
+    let KeyframeTimes { ids, stamps_ns, .. } = read_keyframe_times(path)?;
     assert!(!stamps_ns.is_empty() && stamps_ns.is_sorted_by(|a, b| a < b));
     assert!(ids.is_none_or(|ids| ids.len() == stamps_ns.len() && ids.is_sorted_by(|a, b| a < b)));
     Ok(())

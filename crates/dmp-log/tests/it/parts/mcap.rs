@@ -202,7 +202,7 @@ fn frames_that_do_not_move_are_found_for_every_part() {
         (0..2000).flat_map(|k| [(0, message(STAMP_NS + k * PERIOD_NS)), (1, frame("lidar"))]).collect();
     write_messages(&path, &[POINTS, TF_STATIC], &many);
     let outline = outline_log(&path, &LogOptions::default()).unwrap();
-    assert_says(&outline.notes().join("; "), &["/tf_static: the first ", " of 2000 messages are read"]);
+    assert_says(&outline.notes().join("; "), &["/tf_static: the first ", " of 2,000 messages are read"]);
     assert_eq!(outline.open(&[1999]).unwrap().static_frames().beside("lidar"), ["base_link"]);
 }
 

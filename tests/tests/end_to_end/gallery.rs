@@ -1,0 +1,201 @@
+//! The gallery of what goes wrong: each wrong input is made, and the command says what the page quotes.
+
+use std::fs;
+use std::path::Path;
+
+use dmp_log::{read_trajectory, write_tum};
+use dmp_sensor::{Isometry3, Point3, Quaternion, Scan, Trajectory, UnitQuaternion};
+use serde_json::Value;
+
+use crate::common::{dmp, open, text, unwrapped, workspace, write, write_mcap};
+
+fn page() -> String {
+    fs::read_to_string(workspace().join("docs/guide/gallery.md")).unwrap()
+}
+
+/// What the page quotes, each under the name in bold type that its paragraph begins with.
+fn quotes(page: &str) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    for (before, quoted) in page.split("```text,wrap\n").zip(page.split("```text,wrap\n").skip(1)) {
+        let name = before.rsplit("\n**").next().and_then(|named| named.split("**").next());
+        found.push((name.unwrap().to_owned(), quoted.split("\n```").next().unwrap().to_owned()));
+    }
+    found
+}
+
+fn truth() -> Trajectory {
+    read_trajectory(&workspace().join("data-samples/truth.tum")).unwrap().trajectory
+}
+
+/// The lines of the true trajectory, in columns.
+fn lines() -> Vec<Vec<String>> {
+    let all = fs::read_to_string(workspace().join("data-samples/truth.tum")).unwrap();
+    all.lines().map(|line| line.split(' ').map(str::to_owned).collect()).collect()
+}
+
+/// The truth with each of its poses changed.
+fn keep(folder: &Path, name: &str, change: impl Fn(i64, &Isometry3<f64>) -> (i64, Isometry3<f64>)) {
+    let truth = truth();
+    let poses = truth.stamps_ns().unwrap().iter().zip(truth.poses());
+    let changed = Trajectory::stamped(poses.map(|(&ns, pose)| change(ns, pose)).collect()).unwrap();
+    write_tum(&mut fs::File::create(folder.join(name)).unwrap(), &changed.trajectory).unwrap();
+}
+
+/// The sample's scans with their points moved to where the sensor was at their stamps.
+fn corrected() -> Vec<Scan> {
+    let truth = truth();
+    let log = open(&workspace().join("data-samples/town.mcap"));
+    let mut reader = log.reader().unwrap();
+    let corrected = |number: usize| {
+        let mut scan = Scan::default();
+        reader.read(number, &mut scan).unwrap();
+        let stamp_ns = scan.stamp_ns.unwrap();
+        let at = |ns: i64| truth.world_from_body_at(ns, i64::MAX).unwrap();
+        for (point, after_ns) in scan.points_in_sensor_m.iter_mut().zip(&scan.time_offsets_ns) {
+            let world_from_sensor = at(stamp_ns + after_ns);
+            let place = at(stamp_ns).inverse() * (world_from_sensor * Point3::from(point.map(f64::from)));
+            *point = [place.x as f32, place.y as f32, place.z as f32];
+        }
+        scan
+    };
+    (0..log.frames().len()).map(corrected).collect()
+}
+
+/// The arguments behind `dmp` that make the command say what is quoted under this name.
+fn arguments(folder: &Path, name: &str) -> String {
+    let beside_truth = |rest: &str| format!("score @/town.mcap -t @/truth.tum {rest}");
+    let made = |arguments: &str| {
+        let done = dmp(folder, arguments);
+        assert_eq!(done.status.code(), Some(0), "{arguments}: {}", text(&done.stderr));
+    };
+    match name {
+        "Another clock" => beside_truth("-t run=@/drift.tum --time-offset run=-18"),
+        "A lag of 50 ms" => {
+            keep(folder, "late.tum", |ns, pose| (ns + 50_000_000, *pose));
+            beside_truth("-t late.tum")
+        }
+        "The wrong instant of the scan" => beside_truth("-t run=@/noise.tum --pose-at run=end"),
+        "The IMU's poses taken for the sensor's" => {
+            beside_truth("-t run=@/truth.tum --extrinsic run=0.9,0,0,0,0,0.01745,0.99985")
+        }
+        "A camera's axes" => {
+            // Of x right, y down, z ahead, seen by x ahead, y left, z up.
+            let axes = UnitQuaternion::new_normalize(Quaternion::new(0.5, -0.5, 0.5, -0.5));
+            keep(folder, "camera.tum", |ns, pose| (ns, pose * axes));
+            beside_truth("-t camera.tum")
+        }
+        "Millimetres" => {
+            keep(folder, "mm.tum", |ns, pose| {
+                (ns, Isometry3::from_parts((pose.translation.vector * 1000.0).into(), pose.rotation))
+            });
+            beside_truth("-t run=mm.tum")
+        }
+        "A line that was cut" => {
+            let mut lines = lines();
+            lines[50].truncate(5);
+            let cut: Vec<String> = lines.iter().map(|line| line.join(" ")).collect();
+            write(folder, "cut.tum", &cut.join("\n"));
+            beside_truth("-t cut.tum")
+        }
+        "Keyframes alone" => {
+            let few: Vec<String> = lines().iter().skip(1).step_by(60).map(|line| line.join(" ")).collect();
+            write(folder, "keyframes.tum", &few.join("\n"));
+            beside_truth("-t run=keyframes.tum")
+        }
+        "Log and trajectory swapped" => {
+            for name in ["truth.tum", "town.mcap"] {
+                fs::copy(workspace().join("data-samples").join(name), folder.join(name)).unwrap();
+            }
+            "score truth.tum -t town.mcap".to_owned()
+        }
+        "Motion-corrected twice" => {
+            write_mcap(&folder.join("corrected.mcap"), &corrected());
+            "score corrected.mcap -t @/truth.tum".to_owned()
+        }
+        "Cut short" => {
+            let whole = fs::read(workspace().join("data-samples/town.mcap")).unwrap();
+            fs::write(folder.join("cut.mcap"), &whole[..1_200_000]).unwrap();
+            "score cut.mcap -t @/truth.tum".to_owned()
+        }
+        "Half of it is missing" => {
+            let lines = lines();
+            let half: Vec<String> =
+                lines[..lines.len().div_ceil(2)].iter().map(|line| line.join(" ")).collect();
+            write(folder, "half.tum", &half.join("\n"));
+            beside_truth("-t half.tum")
+        }
+        "Collapsed" => {
+            made("simulate errors @/truth.tum --collapse 0.5 -o run.tum");
+            beside_truth("-t run.tum")
+        }
+        "An error of scale of 1 %" => {
+            made("simulate errors @/truth.tum --scale 1.01 -o scale.tum");
+            beside_truth("-t scale.tum")
+        }
+        "No revisit" => {
+            made(
+                "simulate town --route one-way --scans 100 --rate 2 --azimuth-steps 300 -o way.mcap --truth way.tum",
+            );
+            "score way.mcap -t truth=way.tum".to_owned()
+        }
+        other => panic!("no input is made here for `{other}`, which the gallery has"),
+    }
+}
+
+#[test]
+fn the_command_says_what_the_gallery_quotes() {
+    let quotes = quotes(&page());
+    assert_eq!(quotes.len(), page().matches("```text").count());
+    let mut wrong = Vec::new();
+    for (name, quoted) in &quotes {
+        let folder = tempfile::tempdir().unwrap();
+        let output = dmp(folder.path(), &arguments(folder.path(), name));
+        let told = text(&output.stderr) + &text(&output.stdout);
+        if !unwrapped(&told).contains(&unwrapped(quoted)) {
+            wrong.push(format!("{name}: the page has\n{quoted}\nand the command said\n{told}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn other_ways_to_write_poses_say_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    keep(folder.path(), "inverted.tum", |ns, pose| (ns, pose.inverse()));
+    let wxyz: Vec<String> = lines()
+        .iter()
+        .map(|line| match &line[..] {
+            [stamp, x, y, z, qx, qy, qz, qw] if stamp != "#" => {
+                [stamp, x, y, z, qw, qx, qy, qz].map(String::as_str).join(" ")
+            }
+            comment => comment.join(" "),
+        })
+        .collect();
+    write(folder.path(), "wxyz.tum", &wxyz.join("\n"));
+    for way in ["wxyz", "inverted"] {
+        let named = if way == "wxyz" { "`--poses-as run=wxyz`" } else { "`run=inverted`" };
+        assert!(page().contains(named), "{way}");
+        let told = dmp(folder.path(), &format!("score @/town.mcap -t @/truth.tum -t run={way}.tum"));
+        let told = text(&told.stderr);
+        let words = format!("--poses-as run={way} mends it");
+        assert!(
+            told.contains("run `run` is left out: its poses are misread") && told.contains(&words),
+            "{told}"
+        );
+    }
+}
+
+#[test]
+fn the_numbers_of_a_collapsed_run_are_those_of_the_gallery() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = dmp(folder.path(), "score @/town.mcap -t @/truth.tum -t @/collapsed.tum --json");
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let percent =
+        |run: usize, field: &str| format!("{:.1}", 100.0 * report["runs"][run][field].as_f64().unwrap());
+    let of = |field: &str| (percent(1, field), percent(0, field));
+    let ((revisit, of_truth), (blocked, of_truth_too)) = (of("coverage_revisit"), of("blocked_rate"));
+    let words = format!(
+        "a *revisit* of {revisit} % against {of_truth}, and (`-v`) {blocked} % *blocked* against {of_truth_too}."
+    );
+    assert!(unwrapped(&page()).contains(&words), "{words}");
+}
