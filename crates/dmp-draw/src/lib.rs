@@ -20,6 +20,7 @@ mod colour;
 mod columns;
 mod drift;
 mod ground;
+mod histogram;
 mod image;
 mod laid;
 mod page;

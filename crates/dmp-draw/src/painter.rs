@@ -7,7 +7,7 @@ use dmp::{Basis, Scales};
 use crate::closeup::{Closeup, DiscInWorld};
 use crate::cloud::{self, Cloud};
 use crate::ground::{Difference, Grid, Ground};
-use crate::profile::Histogram;
+use crate::histogram::Histogram;
 use crate::seen::{SampledReturn, SeenFrame};
 use crate::worst::{WorstPlace, worst_places};
 

@@ -21,8 +21,8 @@ use dmp::{Basis, Report};
 
 use crate::painter::Pictures;
 use crate::plot::escape;
-use crate::profile;
 use crate::text::count;
+use crate::{histogram, profile};
 use explore::SCRIPT;
 use html::{figure, keys, list, paragraph, section, wide};
 pub use suite::suite_page;
@@ -161,7 +161,7 @@ fn where_and_when(report: &Report, pictures: &Pictures) -> Result<String, png::E
         places::TIME_PLOT,
     );
     let over_way = profile::over_way(pictures, &lines, score).to_element(width, height);
-    let by_size = profile::by_size(&pictures.histograms, &lines).to_element(width, height);
+    let by_size = histogram::by_size(&pictures.histograms, &lines).to_element(width, height);
     let plots = [
         figure(&over_time, "how wrong the prediction is over time"),
         figure(&over_way, "and over the way"),
