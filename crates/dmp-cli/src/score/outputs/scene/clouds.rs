@@ -2,14 +2,13 @@
 
 use std::collections::HashMap;
 
-use dmp_draw::text;
-use dmp_draw::{SampledReturn, colour_of_residual, colour_of_size};
+use dmp_draw::{SampledReturn, colour_of_residual, text};
 use dmp_log::{SceneCloud, ScenePoint, SceneWriter};
 use dmp_map::{OwnDisc, Store, TileId};
 use dmp_sensor::{Point3, UnitQuaternion, Vector3};
 
 use super::super::residuals::drawn;
-use super::{CUT_M, Placed};
+use super::placed::{CUT_M, Placed, point_in_map};
 use crate::host::Hosted;
 
 /// Surfels of a map at most.
@@ -107,11 +106,6 @@ fn cube_of(at_m: [f64; 3]) -> [i32; 3] {
 
 fn rms_m((count, sum_m2): (u32, f32)) -> f32 {
     (sum_m2 / count.max(1) as f32).sqrt()
-}
-
-/// A point in the common frame, coloured by how much the map is off there.
-pub(super) fn point_in_map(at_m: [f64; 3], residual_m: Option<f32>) -> ScenePoint {
-    ScenePoint { place_m: at_m.map(|m| m as f32), colour: colour_of_size(residual_m), residual_m }
 }
 
 /// Adds a return of a scan, in the frame of its sensor.
