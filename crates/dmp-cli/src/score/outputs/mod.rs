@@ -1,6 +1,7 @@
 //! What `dmp score` writes beside its report: a page to look at, a scene for viewers, every scored return, scores by frame and by tile.
 
 mod args;
+mod gathered;
 pub(crate) mod page;
 mod per_frame;
 mod per_tile;

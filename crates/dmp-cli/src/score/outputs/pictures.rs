@@ -5,7 +5,7 @@ use std::mem;
 use dmp_draw::{DiscInWorld, Painter, Pictures, SampledReturn};
 use dmp_map::{OwnDisc, Store, TileId};
 
-use super::sketch::Gathered;
+use super::gathered::Gathered;
 use crate::host::Hosted;
 
 /// Draws everything.

@@ -12,10 +12,11 @@ use dmp_log::ScanLog;
 use dmp_map::Store;
 use dmp_sensor::Isometry3;
 
+use super::gathered::Gathered;
 use super::pictures;
 use super::residuals::{Buffers, drawn};
 use super::scene::{self, Scene};
-use super::spool::{Sorted, Spool};
+use super::spool::Spool;
 use crate::host::Hosted;
 
 /// Returns that are drawn, about: what a page can show.
@@ -49,21 +50,6 @@ pub(super) struct Wanted {
 pub(super) struct Drawn {
     pub(super) pictures: Option<anyhow::Result<Pictures>>,
     pub(super) scene: Option<anyhow::Result<Scene>>,
-}
-
-/// All that was gathered.
-#[derive(Debug)]
-pub(super) struct Gathered {
-    pub(super) scales: Scales,
-    /// Scans with a used return, in the order of their time.
-    pub(super) frames: Vec<SeenFrame>,
-    /// For every scan and run, the pose of the sensor in the world of the run.
-    pub(super) poses: Vec<Vec<Isometry3<f64>>>,
-    pub(super) bases: Vec<Basis>,
-    /// Indices of the runs, best first.
-    pub(super) order: Vec<usize>,
-    pub(super) start_ns: Option<i64>,
-    kept: Sorted,
 }
 
 /// What is known of a scan so far.
@@ -216,34 +202,6 @@ impl Sketch {
     /// What was drawn.
     pub(super) fn into_drawn(self) -> Drawn {
         self.drawn.into_inner().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Gathered {
-    /// How many returns are drawn of each run.
-    pub(super) fn returns(&self) -> u64 {
-        let of_return = (self.bases.len() * SampledReturn::BYTES).max(1);
-        self.kept.pieces().map(|bytes| (bytes / of_return) as u64).sum()
-    }
-
-    /// The index of each scan by its number in the log.
-    pub(super) fn index_of(&self) -> HashMap<usize, usize> {
-        self.frames.iter().enumerate().map(|(index, frame)| (frame.number, index)).collect()
-    }
-
-    /// Hands over the returns that are drawn, piece by piece in the order of the log: the number of the scan, what every run makes of
-    /// each return, one behind the other, and whether the piece is the scan's last.
-    pub(super) fn each(
-        &self,
-        host: &Hosted,
-        mut take: impl FnMut(usize, &[[u8; SampledReturn::BYTES]], bool) -> anyhow::Result<()>,
-    ) -> anyhow::Result<()> {
-        self.kept.each(|piece, is_last| {
-            host.go_on()?;
-            let (frame, returns) = piece.split_at(size_of::<u32>().min(piece.len()));
-            let number = frame.try_into().map_or(0, u32::from_le_bytes);
-            take(number as usize, returns.as_chunks().0, is_last)
-        })
     }
 }
 

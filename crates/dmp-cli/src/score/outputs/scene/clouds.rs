@@ -3,14 +3,13 @@
 use std::collections::HashMap;
 
 use dmp::Scales;
-use dmp_draw::text;
-use dmp_draw::{SampledReturn, colour_of_residual, colour_of_size};
+use dmp_draw::{SampledReturn, colour_of_residual, text};
 use dmp_log::{SceneCloud, ScenePoint, SceneWriter};
 use dmp_map::{OwnDisc, Store, TileId};
 use dmp_sensor::{Point3, UnitQuaternion, Vector3};
 
 use super::super::residuals::drawn;
-use super::Placed;
+use super::placed::Placed;
 use crate::host::Hosted;
 
 /// Surfels of a map at most.
@@ -104,12 +103,6 @@ impl Placed<'_> {
     fn cube_of(&self, at_m: [f64; 3]) -> [i32; 3] {
         let edge_m = CUBE_M * self.scales().lengths().metre_m;
         at_m.map(|m| (m / edge_m).floor() as i32)
-    }
-
-    /// A point in the common frame, coloured by how much the map is off there.
-    pub(super) fn point_in_map(&self, at_m: [f64; 3], residual_m: Option<f32>) -> ScenePoint {
-        let colour = colour_of_size(residual_m, self.scales());
-        ScenePoint { place_m: at_m.map(|m| m as f32), colour, residual_m }
     }
 }
 

@@ -1,27 +1,26 @@
 //! The scene of `--scene`: all runs in one frame, for viewers.
 
 mod clouds;
+mod placed;
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-use dmp::{Report, Scales};
-use dmp_draw::{SampledReturn, WorstPlace, colour_of_size, laid_onto, text, worst_places};
+use dmp::Report;
+use dmp_draw::{SampledReturn, WorstPlace, colour_of_size, text, worst_places};
 use dmp_log::{SceneHead, ScenePlace, SceneRun, SceneWriter};
 use dmp_map::Store;
-use dmp_sensor::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use dmp_sensor::Isometry3;
 
-use super::sketch::Gathered;
+use super::gathered::Gathered;
 use crate::host::Hosted;
 use clouds::Shown;
+use placed::{Placed, common_frame};
 
 /// Maps and returns of so many runs are shown, the best ones.
 const CLOUDS: usize = 6;
 /// Points of a way at most.
 const WAY: usize = 100_000;
-/// Viewers have 32 bits for a place: what is further off than this is moved by whole kilometres.
-const FAR_M: f64 = 10_000.0;
-const KILOMETRE_M: f64 = 1_000.0;
 
 /// A scene that has all but its end and its name.
 #[derive(Debug)]
@@ -41,14 +40,6 @@ impl Scene {
         let bytes = std::fs::metadata(&path).ok().filter(std::fs::Metadata::is_file);
         Ok(bytes.map_or_else(|| told.clone(), |found| format!("{}; {told}", text::bytes(found.len()))))
     }
-}
-
-/// Where everything comes to lie.
-struct Placed<'a> {
-    gathered: &'a Gathered,
-    names: Vec<&'a str>,
-    /// For every run, its world seen from the common frame.
-    map_from_world: Vec<Isometry3<f64>>,
 }
 
 /// Writes everything but the end of the file, while the maps are there.
@@ -83,7 +74,7 @@ pub(super) fn draw(
     }
     let mut returns = Shown { of: clouds.iter().map(|&run| report.runs[run].returns).sum(), shown: 0 };
     returns.shown = placed.play(&mut writer, &clouds, &places, host)?;
-    let told = told(&surfels, &returns, clouds.len(), runs.len());
+    let told = told(&surfels, &returns, (clouds.len(), runs.len()), placed.way_every());
     let [x, y, z] = origin_m;
     let frame = format!(
         "{} with its origin at {x} {y} {z} of its world, metres; each other run is turned and moved as one piece so that its poses lie \
@@ -95,51 +86,21 @@ pub(super) fn draw(
 }
 
 /// What is shown of what there is.
-fn told(surfels: &Shown, returns: &Shown, clouds: usize, runs: usize) -> String {
+fn told(surfels: &Shown, returns: &Shown, (clouds, runs): (usize, usize), way_every: usize) -> String {
     let of_runs = if clouds < runs { format!(" of the {clouds} best of {runs} runs") } else { String::new() };
-    format!("{} surfels and {} returns{of_runs}", surfels.in_words(), returns.in_words())
-}
-
-/// The place in the world of the best run that is the origin of the common frame, and the world of every run in that frame.
-fn common_frame(gathered: &Gathered, runs: usize, best: usize) -> ([f64; 3], Vec<Isometry3<f64>>) {
-    let poses_of = |run: usize| gathered.poses.iter().map(|of_runs| of_runs[run]).collect::<Vec<_>>();
-    let onto = if runs > 0 { poses_of(best) } else { Vec::new() };
-    let first = onto.first().map_or(Vector3::zeros(), |pose| pose.translation.vector);
-    let origin = if first.amax() > FAR_M { first.map(round_km) } else { Vector3::zeros() };
-    let moved = Isometry3::from_parts(Translation3::from(-origin), UnitQuaternion::identity());
-    let of_run = |run: usize| {
-        if run == best { moved } else { moved * laid_onto(&poses_of(run), &onto) }
-    };
-    (origin.into(), (0..runs).map(of_run).collect())
-}
-
-fn round_km(m: f64) -> f64 {
-    (m / KILOMETRE_M).round() * KILOMETRE_M
+    let ways = if way_every > 1 { format!("; ways of one scan of every {way_every}") } else { String::new() };
+    format!("{} surfels and {} returns{of_runs}{ways}", surfels.in_words(), returns.in_words())
 }
 
 impl Placed<'_> {
-    fn scales(&self) -> Scales {
-        self.gathered.scales
-    }
-
-    /// Residuals count up to this, metres: 2, in a room 0.2.
-    fn cut_m(&self) -> f32 {
-        self.scales().lengths().near_m[1] as f32
-    }
-
-    /// How much the map of a run is off in a scan, metres.
-    fn off_m(&self, frame: usize, run: usize) -> Option<f32> {
-        self.gathered.frames[frame].scores[run].rms_m(self.scales()).map(|[_, wide_m]| wide_m as f32)
-    }
-
-    /// A place in the world of a run.
-    fn at(&self, run: usize, in_world_m: [f64; 3]) -> [f64; 3] {
-        (self.map_from_world[run] * Point3::from(in_world_m)).into()
+    /// One scan of so many is a point of the ways.
+    fn way_every(&self) -> usize {
+        self.gathered.frames.len().div_ceil(WAY).max(1)
     }
 
     fn write_way(&self, writer: &mut SceneWriter, run: usize) -> anyhow::Result<()> {
         let frames = &self.gathered.frames;
-        let chosen = || (0..frames.len()).step_by(frames.len().div_ceil(WAY).max(1));
+        let chosen = || (0..frames.len()).step_by(self.way_every());
         let mut cloud = writer.start_marks(chosen().len())?;
         for frame in chosen() {
             let at_m = self.at(run, frames[frame].position_in_world_m[run]);
