@@ -25,7 +25,7 @@ pub struct SeenFrame {
 }
 
 /// The sums of one run over some returns. Of a fused map they are those of `R_cv`, of a map that was given those of
-/// `R_near`; and of a fused map those of `R_near` at the finer scale beside them. Scales are those of [`judged_by_m`].
+/// `R_near`; and of a fused map those of `R_near` at the finer scale beside them. The scales are 0.5 and 2 m, in a room 0.05 and 0.2 m.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FrameScore {
     /// Returns that the map predicts.
