@@ -181,8 +181,9 @@ fn whole_rows(data_at: u64, layout: &Layout, claimed: u64, length: u64) -> (u64,
         return (claimed, None);
     }
     let place = PlaceInFile::Byte(data_at + there * point_bytes);
+    let all = thousands(claimed);
     let what = format!(
-        "the file ends at byte {length}, within point {there} of {claimed}, {point_bytes} bytes each: the points before it are kept"
+        "the file ends at byte {length}, within point {there} of {all}, {point_bytes} bytes each: the points before it are kept"
     );
     (there, Some(Cut { place, what }))
 }

@@ -38,13 +38,13 @@ fn row_03_lying_headers_promise_nothing() {
         );
         let (_, what, scans) = damage("pcd", &good, &bad);
         // All that is there is there.
-        assert_says(&what, &["the file ends", &format!("of {claimed}")]);
+        assert_says(&what.replace(',', ""), &["the file ends", &format!("of {claimed}")]);
         assert_eq!(scans, 2);
     }
     for format in ["ascii", "binary_little_endian", "binary_big_endian"] {
         let good = ply(&rows(), format);
         let bad = replaced(&good, "vertex 10", "vertex 18446744073709551615");
-        assert_says(&damage("ply", &good, &bad).1, &["the file ends", "of 18446744073709551615"]);
+        assert_says(&damage("ply", &good, &bad).1, &["the file ends", "of 18,446,744,073,709,551,615"]);
         let bad = replaced(&good, "camera 2", "camera 18446744073709551615");
         let (_, what, scans) = damage("ply", &good, &bad);
         assert!(what.contains("larger than any file") || what.contains("the 0 before it are kept"), "{what}");

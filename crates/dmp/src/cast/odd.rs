@@ -263,7 +263,7 @@ mod tests {
         assert_eq!(rows, [(10, 14), (20, 24), (30, 34)]);
         let words = [
             "scans 10 to 14 have up to 54 ranges below 1 mm or above 100 km",
-            "scans 20 to 24 have down to 2986 returns where about 20000 are usual",
+            "scans 20 to 24 have down to 2,986 returns where about 20,000 are usual",
             "scans 30 to 34 have ranges beyond 1448 m where those of most scans end before 23 m",
         ];
         assert_eq!(odd.iter().map(ToString::to_string).collect::<Vec<_>>(), words);
