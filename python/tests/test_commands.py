@@ -62,7 +62,7 @@ def test_several_estimates_are_compared_with_one_reference(runs, poses, tmp_path
     bare = dmp.truth.ape(matrices, {"mine": matrices, "again": matrices})["runs"]
     assert [run["estimate"]["path"] for run in bare] == ["mine.npy", "again.npy"]
     assert bare[0]["reference"]["path"] == "reference.npy" and bare[0]["stats"]["max"] == 0
-    with pytest.raises(dmp.InputError, match="^run 'other': .*stamps"):
+    with pytest.raises(dmp.Error, match="^run 'other' against .*the other has none"):
         dmp.truth.ape(truth, {"mine": truth, "other": matrices})
     with pytest.raises(dmp.UsageError, match="'a/b': a run's name"):
         dmp.truth.ape(truth, {"a/b": truth})
