@@ -2,7 +2,7 @@
 
 use dmp::Scales;
 
-use crate::colour::Rgb;
+use crate::colour::{MISSED, Rgb, missed};
 use crate::image::Image;
 use crate::seen::SampledReturn;
 use crate::worst::WorstPlace;
@@ -19,8 +19,6 @@ const ABOVE: f64 = 0.65;
 const DEPTH: f64 = 0.4;
 /// Steeper normals than this belong to the ground.
 const LEVEL: f32 = 0.7;
-/// Smaller residuals are drawn as dots alone, metres of a drive; those beyond the other two in darker colours.
-pub(crate) const SIZES_M: [f32; 3] = [0.1, 0.3, 1.0];
 /// Lines are no longer than this, so that they leave something to be seen, metres of a drive.
 const LONGEST_LINE_M: f64 = 3.0;
 /// Returns of a picture, about, and how many of them have their whole ray drawn.
@@ -32,9 +30,8 @@ const GROUND: u8 = 1;
 const WALL: u8 = 2;
 const RAY: u8 = 3;
 const FITS: u8 = 4;
-/// Three each, by size: behind the return, then in front of it.
+/// The first of [`MISSED`].
 const BEHIND: u8 = 5;
-const IN_FRONT: u8 = 8;
 
 /// What the numbers look like.
 pub(crate) const COLOURS: [Rgb; 10] = [
@@ -42,12 +39,12 @@ pub(crate) const COLOURS: [Rgb; 10] = [
     [120, 126, 134],
     [176, 158, 196],
     [38, 150, 120],
-    [80, 150, 220],
-    [40, 115, 205],
-    [20, 90, 190],
-    [236, 140, 50],
-    [235, 120, 40],
-    [205, 70, 10],
+    MISSED[0],
+    MISSED[1],
+    MISSED[2],
+    MISSED[3],
+    MISSED[4],
+    MISSED[5],
 ];
 
 /// A surfel.
@@ -66,7 +63,7 @@ pub struct DiscInWorld {
 pub(crate) struct Closeup {
     centre_m: [f64; 3],
     along: [f64; 2],
-    metre_m: f64,
+    scales: Scales,
     pub(crate) half_m: f64,
     pub(crate) above: Image,
     pub(crate) side: Image,
@@ -85,7 +82,7 @@ impl Closeup {
         Self {
             centre_m: place.centre_in_world_m,
             along: place.along,
-            metre_m,
+            scales,
             half_m: (WINDOW * place.radius_m).max(metre_m * LEAST_M),
             above: Image::new(2 * HALF_PX as usize, 2 * HALF_PX as usize),
             side: Image::new(2 * HALF_PX as usize, height),
@@ -165,7 +162,7 @@ impl Closeup {
             return;
         }
         let from_sensor_m = sampled.from_sensor_m.map(f64::from);
-        let longest_m = self.metre_m * LONGEST_LINE_M;
+        let longest_m = self.scales.lengths().metre_m * LONGEST_LINE_M;
         let drawn_m = f64::from(residual_m).clamp(-longest_m, longest_m);
         let at = |from_return_m: f64| -> [f64; 3] {
             let along = |axis: usize| from_return_m * f64::from(sampled.direction[axis]);
@@ -176,14 +173,7 @@ impl Closeup {
             let range_m = from_sensor_m.iter().map(|m| m * m).sum::<f64>().sqrt();
             self.segment(at(-range_m), measured, RAY);
         }
-        let [fits_m, large_m, largest_m] = SIZES_M.map(|m| self.metre_m as f32 * m);
-        let colour = match residual_m.abs() {
-            size_m if size_m <= fits_m => FITS,
-            size_m => {
-                let size = u8::from(size_m > large_m) + u8::from(size_m > largest_m);
-                size + if residual_m > 0.0 { IN_FRONT } else { BEHIND }
-            }
-        };
+        let colour = missed(residual_m, self.scales).map_or(FITS, |number| BEHIND + number);
         if colour != FITS {
             self.segment(measured, predicted, colour);
         }

@@ -2,8 +2,8 @@
 
 use dmp::Scales;
 
-use crate::closeup::{DiscInWorld, SIZES_M};
-use crate::colour::Rgb;
+use crate::closeup::DiscInWorld;
+use crate::colour::{MISSED, Rgb, missed};
 use crate::image::Image;
 use crate::seen::SampledReturn;
 
@@ -19,9 +19,8 @@ const BYTES: usize = 8;
 
 /// Kinds from 0 to this are surfels, the more level the higher.
 const LEVEL: u8 = 7;
-/// Three each, by size: returns with the map behind them, then in front of them.
-const BEHIND: u8 = 8;
-const IN_FRONT: u8 = 11;
+/// The first of [`MISSED`].
+const BEHIND: u8 = LEVEL + 1;
 
 /// What kinds look like.
 pub(crate) const COLOURS: [Rgb; 14] = [
@@ -33,12 +32,12 @@ pub(crate) const COLOURS: [Rgb; 14] = [
     [152, 158, 165],
     [166, 171, 178],
     [180, 184, 190],
-    [80, 150, 220],
-    [40, 115, 205],
-    [20, 90, 190],
-    [236, 140, 50],
-    [235, 120, 40],
-    [205, 70, 10],
+    MISSED[0],
+    MISSED[1],
+    MISSED[2],
+    MISSED[3],
+    MISSED[4],
+    MISSED[5],
 ];
 
 /// A point of the sample.
@@ -54,7 +53,7 @@ struct Point {
 pub(crate) struct Cloud {
     corner_m: [f64; 3],
     step_m: f64,
-    metre_m: f64,
+    scales: Scales,
     /// One return of so many.
     every: u64,
     share: u64,
@@ -80,7 +79,7 @@ impl Cloud {
         let step_m = size_m.into_iter().fold(0.0, f64::max) / f64::from(u16::MAX);
         let runs = runs.clamp(1, RUNS) as u64;
         let (every, share) = (returns.div_ceil(RETURNS / runs).max(1), SURFELS / runs);
-        Self { corner_m, step_m, metre_m, every, share, seen: 0, surfels: [0; 2], points: Vec::new() }
+        Self { corner_m, step_m, scales, every, share, seen: 0, surfels: [0; 2], points: Vec::new() }
     }
 
     /// Steps of a place from the corner; `None` beyond what is shown.
@@ -115,16 +114,10 @@ impl Cloud {
         let Some(residual_m) = sampled.residual_m.filter(|_| self.seen.is_multiple_of(self.every)) else {
             return;
         };
-        let [fits_m, large_m, largest_m] = SIZES_M.map(|m| self.metre_m as f32 * m);
-        let size_m = residual_m.abs();
-        if size_m <= fits_m {
-            return;
-        }
+        let Some(number) = missed(residual_m, self.scales) else { return };
         let at_m = std::array::from_fn(|axis| sensor_m[axis] + f64::from(sampled.from_sensor_m[axis]));
         if let Some(steps) = self.steps(at_m) {
-            let size = u8::from(size_m > large_m) + u8::from(size_m > largest_m);
-            let kind = size + if residual_m > 0.0 { IN_FRONT } else { BEHIND };
-            self.points.push(Point { steps, kind });
+            self.points.push(Point { steps, kind: BEHIND + number });
         }
     }
 
@@ -226,7 +219,7 @@ mod tests {
         }
         assert_eq!(cloud.surfels, [2, 1], "one lies beyond");
         let kinds: Vec<u8> = cloud.points.iter().map(|point| point.kind).collect();
-        assert_eq!(kinds, [LEVEL, IN_FRONT, BEHIND + 2]);
+        assert_eq!(kinds, [LEVEL, BEHIND + 3, BEHIND + 2]);
         let bytes = cloud.to_bytes();
         assert_eq!(bytes.len(), BYTES * cloud.len());
         let x_m = f64::from(u16::from_le_bytes([bytes[0], bytes[1]])) * cloud.step_m();

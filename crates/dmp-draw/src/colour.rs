@@ -46,6 +46,22 @@ pub fn colour_of_residual(residual_m: Option<f32>, scales: Scales) -> [u8; 3] {
     residual_m.map_or(UNKNOWN, |residual_m| side_colours()[step(f64::from(residual_m) / widest_m + 0.5)])
 }
 
+/// Residuals up to the first fit; those beyond the other two are drawn darker; metres of a drive.
+pub(crate) const SIZES_M: [f32; 3] = [0.1, 0.3, 1.0];
+/// What returns look like that a map misses, three each, by size: with the map behind them, then with something in front of them.
+pub(crate) const MISSED: [Rgb; 6] =
+    [[80, 150, 220], [40, 115, 205], [20, 90, 190], [236, 140, 50], [235, 120, 40], [205, 70, 10]];
+
+/// The number of a residual in [`MISSED`]; `None` where it fits.
+pub(crate) fn missed(residual_m: f32, scales: Scales) -> Option<u8> {
+    let [fits_m, large_m, largest_m] = SIZES_M.map(|m| scales.lengths().metre_m as f32 * m);
+    let size_m = residual_m.abs();
+    let side = if residual_m > 0.0 { 3 } else { 0 };
+    // What is no number is off by as much as can be told.
+    let fits = size_m <= fits_m;
+    (!fits).then(|| side + u8::from(size_m > large_m) + u8::from(size_m > largest_m))
+}
+
 /// `#rrggbb`.
 pub(crate) fn hex([r, g, b]: Rgb) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
@@ -99,6 +115,15 @@ mod tests {
         let [behind, .., in_front] = side_colours();
         let found = [Some(-1.0), Some(0.0), Some(0.6), None].map(|m| colour_of_residual(m, Scales::Drive));
         assert_eq!(found, [behind, side_colours()[7], in_front, UNKNOWN]);
+    }
+
+    #[test]
+    fn what_is_missed_has_a_size_and_a_side() {
+        let of = |scales| [-2.0, -0.5, -0.2, -0.1, 0.05, 0.2, 0.5, 2.0].map(|m| missed(m, scales));
+        let expected = [Some(2), Some(1), Some(0), None, None, Some(3), Some(4), Some(5)];
+        assert_eq!(of(Scales::Drive), expected);
+        assert_eq!(missed(0.02, Scales::Room), Some(3));
+        assert_eq!(missed(0.02, Scales::Drive), None);
     }
 
     #[test]

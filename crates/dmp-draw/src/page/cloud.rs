@@ -25,7 +25,7 @@ pub(super) fn clouds(pictures: &Pictures, names: &[&str]) -> Result<String, png:
     let drawn: Vec<(usize, &Cloud)> = pictures.order.iter().filter_map(of_run).collect();
     let Some(&(best, first)) = drawn.first() else { return Ok(String::new()) };
     let metre_m = pictures.scales.lengths().metre_m;
-    let [fits, large_cm, largest_cm] = crate::closeup::SIZES_M.map(|m| 100.0 * f64::from(m) * metre_m);
+    let [fits, large_cm, largest_cm] = crate::colour::SIZES_M.map(|m| 100.0 * f64::from(m) * metre_m);
     let said: Vec<String> = drawn
         .iter()
         .map(|(run, cloud)| {
