@@ -1,20 +1,22 @@
 //! One run laid onto another as one piece.
 
+use dmp::Scales;
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
-/// A pose counts as a body that reaches so far to all sides, metres: about as far as what a scan shows. So a way that is
+/// A pose counts as a body that reaches so far to all sides, metres of a drive: about as far as what a scan shows. So a way that is
 /// straight does not leave open how its surroundings are turned about it.
 const ARM_M: f64 = 10.0;
 
 /// The rigid motion that brings the poses of a run onto those of another with the least squares: of their places and of what
 /// is around them.
-pub fn laid_onto(from: &[Isometry3<f64>], onto: &[Isometry3<f64>]) -> Isometry3<f64> {
+pub fn laid_onto(from: &[Isometry3<f64>], onto: &[Isometry3<f64>], scales: Scales) -> Isometry3<f64> {
+    let arm_m = ARM_M * scales.lengths().metre_m;
     let turn = |pose: &Isometry3<f64>| pose.rotation.to_rotation_matrix().into_inner();
     let pairs = || from.iter().zip(onto);
     // Of two points at the ends of each of three arms.
     let turns: Matrix3<f64> = pairs().map(|(a, b)| turn(b) * turn(a).transpose()).sum();
     let place = |pose: &Isometry3<f64>| Point3::from(pose.translation.vector);
-    rigid(&pairs().map(|(a, b)| [place(a), place(b)]), turns * (2.0 * ARM_M * ARM_M))
+    rigid(&pairs().map(|(a, b)| [place(a), place(b)]), turns * (2.0 * arm_m * arm_m))
 }
 
 /// The rigid motion that brings the first of each pair onto the second with the least squares (Kabsch 1976). `more` is added to the
@@ -44,6 +46,7 @@ pub(crate) fn rigid(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dmp::Scales;
     use nalgebra::Translation3;
 
     /// On a straight road only the poses tell how a run is turned about it.
@@ -54,12 +57,12 @@ mod tests {
         let turned = UnitQuaternion::from_euler_angles(0.4, -1.0, 2.0);
         let world = Isometry3::from_parts(Translation3::new(4e5, -5e6, 30.0), turned);
         let other: Vec<_> = way.iter().map(|pose| world * pose).collect();
-        let motion = laid_onto(&other, &way);
+        let motion = laid_onto(&other, &way, Scales::Drive);
         let beside = Point3::new(7.0, 20.0, -3.0);
         let off_m = (motion * (world * beside) - beside).norm();
         assert!(off_m < 1e-6, "{off_m}");
-        assert_eq!(laid_onto(&[], &[]), Isometry3::identity());
+        assert_eq!(laid_onto(&[], &[], Scales::Drive), Isometry3::identity());
         let none = [Isometry3::translation(f64::NAN, 0.0, 0.0)];
-        assert_eq!(laid_onto(&none, &none), Isometry3::identity());
+        assert_eq!(laid_onto(&none, &none, Scales::Drive), Isometry3::identity());
     }
 }

@@ -54,7 +54,7 @@ pub(super) fn common_frame(gathered: &Gathered, runs: usize, best: usize) -> ([f
     let origin = if first.amax() > FAR_M { first.map(round_km) } else { Vector3::zeros() };
     let moved = Isometry3::from_parts(Translation3::from(-origin), UnitQuaternion::identity());
     let of_run = |run: usize| {
-        if run == best { moved } else { moved * laid_onto(&poses_of(run), &onto) }
+        if run == best { moved } else { moved * laid_onto(&poses_of(run), &onto, gathered.scales) }
     };
     (origin.into(), (0..runs).map(of_run).collect())
 }
