@@ -111,7 +111,10 @@ class Killer(Hooked):
 
 
 class Marked(Hooked):
-    """It is written down that a part is amid its work."""
+    """It is written down that a part is amid its work, which then goes on slowly: what small parts do is soon over."""
+
+    #: How long it goes on slowly, longer than a stop is on its way, and how long a step then takes, seconds.
+    _SLOW_S, _STEP_S = 5.0, 0.1
 
     def __init__(self, stage: str, marker: Path) -> None:
         self._stage, self._marker = stage, marker
@@ -122,6 +125,8 @@ class Marked(Hooked):
     def _step(self, *_: Any) -> None:
         if not self._marker.exists():
             self._marker.touch()
+        if time.time() - self._marker.stat().st_mtime < self._SLOW_S:
+            time.sleep(self._STEP_S)
 
 
 class Full(Hooked):
