@@ -5,7 +5,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::Args;
-use dmp::{JoinError, JoinedReport, MadeWith, NamedReport, Report, join_reports};
+use clap::builder::RangedU64ValueParser;
+use dmp::{
+    Config, EvaluateError, JoinError, JoinedReport, MadeWith, NamedReport, Report, SavedResult, join_results,
+};
 use dmp_draw::text::counted;
 use dmp_log::shown_path;
 use serde::Serialize;
@@ -14,7 +17,8 @@ use crate::common::Common;
 use crate::exit::{Exit, Usage, when_printed};
 use crate::gates::{self, GateArgs, GateReport};
 use crate::named::{NamedFile, names_of};
-use crate::saved_result::read_result;
+use crate::progress::Progress;
+use crate::saved_result::read_with_returns;
 use crate::score::outputs::{page, targets};
 use crate::score::render;
 use crate::terminal::Terminal;
@@ -26,20 +30,22 @@ const NOT_COMPARED: usize = 5;
 /// Compare saved results of `dmp score --json` of one log
 ///
 /// Prints the table of `dmp score` for the runs of all results. They must have been made of the same log with the
-/// same version, frames, segments and settings, or the difference is told: see `dmp score --like`. A pair of runs is
-/// taken from a result that holds both; other pairs are not compared, and such runs are ordered by the first column.
+/// same version, frames, segments and settings, or the difference is told: see `dmp score --like`. All runs of results that
+/// `dmp score --keep` kept are compared with each other, as if they had been scored in one command. Of other results a
+/// pair of runs is taken from one that holds both; what is left is not compared, and ordered by the first column.
 #[derive(Debug, Args)]
 #[command(
-    override_usage = "dmp compare [OPTIONS] [NAME=]RESULT.json [[NAME=]RESULT2.json ...]",
+    override_usage = "dmp compare [OPTIONS] [NAME=]RESULT [[NAME=]RESULT2 ...]",
     after_help = "Examples:\n  \
+    dmp compare monday.dmp tuesday.dmp --expect-unbeaten tuesday/slam\n  \
     dmp compare monday.json tuesday.json\n  \
     dmp compare base=runs/1/scores.json new=runs/2/scores.json --fail-above new/slam:R_cv_0.5=15cm\n\n\
     Exit codes: 0 done; 1 failed, as where results cannot be compared; 2 wrong usage; 3 done, but part of the log was \
     lost or damaged when it was scored; 4 done, but a gate failed."
 )]
 pub(crate) struct CompareArgs {
-    /// What `dmp score --json` printed. Called NAME, or like the file: it stands in front of the name of a run that
-    /// another result has too, with other scores, as NAME/RUN
+    /// What `dmp score` kept with --keep, or printed with --json. Called NAME, or like the file: it stands in front of the name of a
+    /// run that another result has too, with other scores, as NAME/RUN
     #[arg(value_name = "[NAME=]RESULT", required = true)]
     results: Vec<NamedFile>,
 
@@ -55,6 +61,11 @@ pub(crate) struct CompareArgs {
     /// Also print every scale of every pair, all scores, where returns went, times and memory
     #[arg(short, long, conflicts_with = "json", help_heading = "Output")]
     verbose: bool,
+
+    /// Threads that compare returns that were kept [default: one for each core]
+    #[arg(long, value_name = "N", help_heading = "Resources")]
+    #[arg(value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    threads: Option<usize>,
 
     #[command(flatten)]
     gates: GateArgs,
@@ -91,10 +102,13 @@ pub(crate) fn run(arguments: &CompareArgs, common: &Common, out: &mut impl Write
     }
     let read = |(file, name): (&NamedFile, String)| {
         let path = file.path.display().to_string();
-        read_result(&file.path).map(|report| NamedReport { name, file: path, report })
+        let (report, returns) = read_with_returns(&file.path)?;
+        Ok(SavedResult { named: NamedReport { name, file: path, report }, returns })
     };
-    let results = arguments.results.iter().zip(names).map(read).collect::<anyhow::Result<Vec<_>>>()?;
-    let JoinedReport { mut report, runs_of, not_compared } = join_reports(&results).map_err(with_remedy)?;
+    let mut results = arguments.results.iter().zip(names).map(read).collect::<anyhow::Result<Vec<_>>>()?;
+    let threads = arguments.threads.unwrap_or_else(|| Config::default().threads);
+    let joined = join_results(&mut results, threads, &Progress::new(common)).map_err(with_remedy)?;
+    let JoinedReport { mut report, runs_of, not_compared } = joined;
     let runs: Vec<&str> = report.order.iter().map(String::as_str).collect();
     let gates = arguments.gates.start(&runs)?;
     let checked = gates.check(&report);
@@ -111,7 +125,7 @@ pub(crate) fn run(arguments: &CompareArgs, common: &Common, out: &mut impl Write
     let printed = if arguments.json {
         "dmp-compare/1".clone_into(&mut report.schema);
         env!("CARGO_PKG_VERSION").clone_into(&mut report.dmp_version);
-        let of_result = |(named, runs): (&NamedReport, &Vec<String>)| ResultReport {
+        let of_result = |(SavedResult { named, .. }, runs): (&SavedResult, &Vec<String>)| ResultReport {
             name: named.name.clone(),
             file: shown_path(Path::new(&named.file)),
             log: named.report.inputs.log.clone(),
@@ -147,6 +161,11 @@ fn with_remedy(error: JoinError) -> anyhow::Error {
             "{report}: made with --quick, where places and their maps depend on all runs of a command: score runs in one \
              to compare them"
         ),
+        JoinError::Cancelled => EvaluateError::Cancelled.into(),
+        JoinError::Log(_) => match error {
+            JoinError::Log(error) => error.into(),
+            other => other.into(),
+        },
         JoinError::SameName { .. } => Usage(format!("{error}, as NAME=FILE")).into(),
         _ => error.into(),
     }
@@ -171,5 +190,9 @@ fn not_compared_in_words(
         let more = counted((pairs.len() - told) as u64, "more pair");
         writeln!(out, "  {more}: -v or --json")?;
     }
-    writeln!(out, "To compare them, score them in one command.")
+    terminal.tell(
+        out,
+        "",
+        "To compare them, keep results with `dmp score --keep`, or score them in one command.",
+    )
 }

@@ -17,8 +17,9 @@ use crate::named::NamedFile;
 use crate::save::is_missing;
 
 /// The options that name what is written, whatever the command.
-const OUTPUTS: [&str; 15] = [
+const OUTPUTS: [&str; 16] = [
     "junit",
+    "keep",
     "output",
     "per_frame",
     "per_tile",

@@ -125,6 +125,7 @@ impl dmp::Progress for Progress {
             Stage::Cast => ("casting rays", "points"),
             Stage::Drift => ("measuring drift", "pairs"),
             Stage::Places => ("scoring places", "places"),
+            Stage::Compare => ("comparing runs", "points"),
             Stage::Candidates => ("trying loops", "loops"),
             _ => ("working", "steps"),
         };

@@ -1,4 +1,4 @@
-//! Reading back what `dmp score --json` printed.
+//! Reading back what `dmp score --json` printed, or `--keep` kept.
 
 use std::fmt;
 use std::io::Read as _;
@@ -7,7 +7,7 @@ use std::path::Path;
 use anyhow::{Context as _, anyhow, bail};
 use dmp::Report;
 use dmp_disk::open_input;
-use dmp_log::{LogError, is_printable, printable};
+use dmp_log::{KeptReader, LogError, is_kept, is_printable, printable};
 use serde::Deserialize;
 use serde::de::{Deserializer as _, IgnoredAny, MapAccess, Visitor};
 use serde_json::{Map, Value};
@@ -26,28 +26,44 @@ struct Head {
 
 /// Reads a result. Fields must be those of this version: a number that is not there must not pass for null.
 pub(crate) fn read_result(path: &Path) -> anyhow::Result<Report> {
+    Ok(read_with_returns(path)?.0)
+}
+
+/// The same, and its returns where they were kept.
+pub(crate) fn read_with_returns(path: &Path) -> anyhow::Result<(Report, Option<KeptReader>)> {
     if is_missing(path) {
         return Err(LogError::NotFound { path: path.to_path_buf() }.into());
     }
-    report(path).map_err(Unreadable).with_context(|| path.display().to_string())
+    let (json, returns) = if is_kept(path).is_ok_and(|kept| kept) {
+        let (reader, json) = KeptReader::open(path)?;
+        (Ok(json), Some(reader))
+    } else {
+        (json_of(path), None)
+    };
+    let report = json.and_then(|json| report(&json)).map_err(Unreadable);
+    Ok((report.with_context(|| path.display().to_string())?, returns))
 }
 
-fn report(path: &Path) -> anyhow::Result<Report> {
+fn json_of(path: &Path) -> anyhow::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let file = open_input(path).context("cannot open")?;
     file.take(MAX_BYTES + 1).read_to_end(&mut bytes).context("cannot read")?;
     if bytes.len() as u64 > MAX_BYTES {
         bail!("more than {MAX_BYTES} bytes are no result of `dmp score --json`");
     }
+    Ok(bytes)
+}
+
+fn report(bytes: &[u8]) -> anyhow::Result<Report> {
     // The schema first, without keeping anything else: the file may be whatever.
-    let head: Head = serde_json::from_slice(&bytes).map_err(|error| unreadable(&error))?;
+    let head: Head = serde_json::from_slice(bytes).map_err(|error| unreadable(&error))?;
     match head.schema.as_deref() {
         Some(Report::SCHEMA) => {}
         Some(other) => bail!("schema `{other}`: a result of `dmp score --json` has `{}`", Report::SCHEMA),
         None => bail!("no result of `dmp score --json`: it has no `schema`"),
     }
     // Then only what a result has: whatever else it is, as a tree it may need a hundred times the memory.
-    let report: Report = serde_json::from_slice(&bytes).map_err(|error| {
+    let report: Report = serde_json::from_slice(bytes).map_err(|error| {
         // It goes on to list every field that could be meant, and where it ended.
         let error = error.to_string();
         let problem = error.split(", expected").next().and_then(|error| error.split(" at line ").next());
@@ -69,7 +85,7 @@ fn report(path: &Path) -> anyhow::Result<Report> {
     let Value::Object(whole) = serde_json::to_value(&report)? else {
         bail!("no result of `dmp score --json`")
     };
-    let json = serde_json::Deserializer::from_slice(&bytes).deserialize_map(FieldsOf(&whole));
+    let json = serde_json::Deserializer::from_slice(bytes).deserialize_map(FieldsOf(&whole));
     let json = json.map_err(|error| unreadable(&error))?;
     match missing(&Value::Object(whole), &Value::Object(json)) {
         Some(field) => Err(other_version(&format!("missing field `{field}`"))),

@@ -66,6 +66,7 @@ mod folder;
 mod frame_info;
 mod frames;
 mod g2o;
+mod kept;
 mod las_log;
 mod laz;
 mod log;
@@ -110,6 +111,7 @@ pub use g2o::{
     parse_loop_labels, parse_pose_graph, read_keyframe_times, read_keyframe_times_in, read_loop_candidates,
     read_loop_labels, read_pose_graph, write_keyframe_times, write_pose_edges, write_pose_graph,
 };
+pub use kept::{KeptPart, KeptReader, KeptWriter, RETURN_BYTES, is_kept};
 pub use las_log::MadeWith;
 pub use log::{LogSurvey, ScanLog, ScanReader, ScanStream};
 pub use log_index::{FileRanges, LogIndex};

@@ -1,4 +1,4 @@
-//! MCAP files with ROS 2 messages, written.
+//! MCAP files, written.
 
 use crate::LogError;
 use dmp_disk::OutputFile;
@@ -38,8 +38,18 @@ impl fmt::Debug for McapFile {
 }
 
 impl McapFile {
-    /// A file whose chunks are closed from this many bytes on, not packed.
+    /// A file of ROS 2, whose chunks are closed from this many bytes on, not packed.
     pub(crate) fn create(
+        path: &Path,
+        compression: McapCompression,
+        chunk_bytes: u64,
+    ) -> Result<Self, LogError> {
+        Self::with_profile("ros2", path, compression, chunk_bytes)
+    }
+
+    /// The same of another profile of MCAP, which is a name or nothing.
+    pub(crate) fn with_profile(
+        profile: &str,
         path: &Path,
         compression: McapCompression,
         chunk_bytes: u64,
@@ -54,7 +64,7 @@ impl McapFile {
             McapCompression::None => None,
         };
         let writer = mcap::WriteOptions::new()
-            .profile("ros2")
+            .profile(profile)
             .library("dmp-log")
             .compression(compression)
             .compression_level(level)
@@ -77,6 +87,12 @@ impl McapFile {
             self.writer.add_channel(schema, topic, "cdr", &BTreeMap::new())
         };
         add().map_err(|error| mcap_error(self.output.target(), error))
+    }
+
+    /// Adds a topic with messages in an encoding of this name, which need no schema.
+    pub(crate) fn plain_topic(&mut self, topic: &str, encoding: &str) -> Result<u16, LogError> {
+        let added = self.writer.add_channel(0, topic, encoding, &BTreeMap::new());
+        added.map_err(|error| mcap_error(self.output.target(), error))
     }
 
     /// Appends a message to a topic.

@@ -39,6 +39,12 @@ impl SurfaceGroup {
         Self(((hash ^ (hash >> 31)) % GROUPS as u64) as u8)
     }
 
+    /// The group of a number below their count; of any other one of them.
+    #[inline]
+    pub(crate) fn of_number(number: u8) -> Self {
+        Self(number % GROUPS as u8)
+    }
+
     /// Every group, in order.
     pub fn all() -> impl Iterator<Item = Self> {
         (0..GROUPS as u8).map(Self)

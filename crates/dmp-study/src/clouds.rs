@@ -203,6 +203,7 @@ mod tests {
             };
             watch.returns_scored(&ScoredReturns {
                 frame,
+                ordinal: frame,
                 first: next,
                 offsets_ns: &vec![0; count],
                 runs: &[run(&rays[0]), run(&rays[1])],

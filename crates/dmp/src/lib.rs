@@ -102,7 +102,7 @@ pub use ego::Ego;
 pub use error::{EvaluateError, Remedy};
 pub use evaluate::evaluate;
 pub use file_stem::file_stem_of;
-pub use join::{JoinError, JoinedReport, MadeWith, NamedReport, join_reports};
+pub use join::{JoinError, JoinedReport, MadeWith, NamedReport, SavedResult, join_reports, join_results};
 pub use maps::{CloudMap, RunMaps, fuse_maps, map_of_cloud};
 pub use note::Note;
 pub use pairing::Pairing;
@@ -137,6 +137,6 @@ pub use watch::Watch;
 pub use dmp_calibrate::{Axis, Calibration, Estimate, Silence};
 pub use dmp_log::{LengthUnit, is_printable, printable};
 pub use dmp_reduce::{
-    Basis, Confidence, DepthResidual, FrameSums, HitKind, Lengths, Margin, MissPrice, Promise, Reach,
-    Residuals, RunSums, Scales, SurfaceGroup,
+    Basis, Confidence, DepthResidual, FrameSums, HitKind, KeptReturn, Lengths, Margin, MissPrice, Promise,
+    Reach, Residuals, RunSums, Scales, SurfaceGroup,
 };

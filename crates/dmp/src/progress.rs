@@ -24,6 +24,8 @@ pub enum Stage {
     Drift,
     /// Places are scored, each by itself. Counted in places.
     Places,
+    /// Returns that were kept of several results are compared. Counted in returns.
+    Compare,
     /// Loop candidates are tried, each by itself. Counted in candidates.
     Candidates,
 }

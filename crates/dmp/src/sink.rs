@@ -11,6 +11,8 @@ use crate::report::Report;
 pub struct ScoredReturns<'a> {
     /// The frame's number in the log.
     pub frame: usize,
+    /// Its place among the frames that are scored, or could be where a sample is.
+    pub ordinal: usize,
     /// How many of the frame's used returns came in parts before this one.
     pub first: usize,
     /// When each return was measured, nanoseconds after the frame's stamp.

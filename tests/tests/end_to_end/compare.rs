@@ -219,7 +219,7 @@ fn files_that_are_no_results_are_named() {
         folder,
         "compare @/town.mcap",
         1,
-        &["town.mcap: no result of `dmp score --json`: ", "line 1 column 1"],
+        &["town.mcap: message 0: a topic `/points` in `cdr`: no result of `dmp score --keep`"],
     );
     refused(folder, "compare @/scores.json", 1, &["scores.json: missing field `dmp_version`"]);
     std::fs::create_dir(folder.join("folder")).unwrap();

@@ -23,6 +23,7 @@ mod formats;
 mod gallery;
 mod gates;
 mod given_maps;
+mod kept;
 mod loops;
 mod manual;
 mod map_command;

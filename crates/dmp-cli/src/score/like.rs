@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
-use dmp::{Confidence, Config, Margin, MissPrice, Report, Sample};
+use anyhow::{anyhow, bail};
+use dmp::{Config, MissPrice, Promise, Report, Sample};
 use dmp_log::LogSummary;
 
 use crate::saved_result::read_result;
@@ -62,14 +62,8 @@ impl Like {
         let Some(miss_price) = MissPrice::new(was.miss_price) else {
             bail!("{path}: config.miss_price is {}, no share from 0 to 1", was.miss_price);
         };
-        let Some(confidence) = Confidence::new(promise.confidence) else {
-            bail!("{path}: promise.confidence is {}, no share from 0.5 to 1", promise.confidence);
-        };
-        let same_within = match (promise.same_within_share, promise.same_within_m) {
-            (Some(share), None) => Margin::Share(share),
-            (None, Some(metres)) => Margin::Metres(metres),
-            _ => bail!("{path}: promise holds no margin within which runs are the same"),
-        };
+        let asked = promise.asked().map_err(|problem| anyhow!("{path}: {problem}"))?;
+        let Promise { confidence, margin: same_within } = asked;
         Ok(Config {
             voxel_m: Some(was.voxel_m),
             segments: Some(was.segments.clone()),

@@ -26,7 +26,7 @@ pub(crate) struct SamplingArgs {
     #[arg(long, value_name = "P%", num_args = 0..=1, require_equals = true, default_missing_value = "5%")]
     #[arg(value_parser = share, help_heading = "Sampling")]
     #[arg(conflicts_with_all = ["sample", "decide", "maps", "free_space", "save_maps", "resume"])]
-    #[arg(conflicts_with_all = ["residuals", "per_frame", "per_tile", "scene", "checkpoint"])]
+    #[arg(conflicts_with_all = ["residuals", "per_frame", "per_tile", "scene", "keep", "checkpoint"])]
     quick: Option<f64>,
     /// Draws another sample
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Sampling")]

@@ -54,6 +54,8 @@ struct WholeArgs {
     #[arg(long, hide = true)]
     scene: Option<OsString>,
     #[arg(long, hide = true)]
+    keep: Option<OsString>,
+    #[arg(long, hide = true)]
     residuals: Vec<OsString>,
     #[arg(long, hide = true)]
     per_frame: Option<OsString>,
@@ -74,6 +76,7 @@ impl WholeArgs {
             (self.report.is_some(), "--report", returns),
             (self.view, "--view", "it opens the page of --report, which `dmp score` makes"),
             (self.scene.is_some(), "--scene", returns),
+            (self.keep.is_some(), "--keep", returns),
             (!self.residuals.is_empty(), "--residuals", returns),
             (self.per_frame.is_some(), "--per-frame", returns),
             (self.per_tile.is_some(), "--per-tile", returns),

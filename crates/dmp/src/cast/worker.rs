@@ -112,7 +112,7 @@ impl Worker for CastWorker<'_> {
                 .filter_map(|(number, run)| run.scored(frame, block.rays(number)))
                 .collect();
             let (frame, offsets_ns, runs) = (frame.number, block.offsets_ns, scored.as_slice());
-            evaluation.sink.returns_scored(&ScoredReturns { frame, first, offsets_ns, runs });
+            evaluation.sink.returns_scored(&ScoredReturns { frame, ordinal, first, offsets_ns, runs });
             first += offsets_ns.len();
             Ok::<(), EvaluateError>(())
         })?;

@@ -1,5 +1,7 @@
 //! Why reports cannot stand beside each other.
 
+use dmp_log::LogError;
+
 /// What reports must have in common for their scores to be comparable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -31,7 +33,7 @@ pub enum MadeWith {
 }
 
 /// Why reports cannot stand beside each other.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum JoinError {
     /// There is nothing to join.
@@ -71,6 +73,20 @@ pub enum JoinError {
         /// What stands there.
         name: String,
     },
+    /// The returns that were kept are not those of the other results, or of the result itself.
+    #[error("{report}: {problem}")]
+    Returns {
+        /// The result.
+        report: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A file cannot be read.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// Somebody stopped it.
+    #[error("stopped")]
+    Cancelled,
     /// Two runs cannot be told apart.
     #[error("two runs would be called `{name}`: give the results names of their own")]
     SameName {

@@ -27,7 +27,7 @@ pub struct JoinedReport {
 /// a name in common get those of their reports in front, as `report/run`.
 ///
 /// Pairs are taken from reports that hold both runs. No others can be compared: a pair is judged on the returns that
-/// both runs predict, and a report does not say which these are.
+/// both runs predict, and a report does not say which these are. See [`join_results`](super::join_results) where it was kept.
 ///
 /// # Errors
 /// When they were not made alike, one contradicts itself, or there is none.
@@ -144,7 +144,7 @@ fn warnings(reports: &[NamedReport]) -> Vec<Warning> {
 
 /// Orders the runs along the decided pairs, else by their first score; neighbours are tied where their own pair is
 /// there and decides nothing, or contradicts others.
-fn put_in_order(joined: &mut Report) {
+pub(super) fn put_in_order(joined: &mut Report) {
     let near = joined.runs.iter().any(|run| run.coverage.is_none());
     let score = |run: &RunReport| if near { run.r_near_m2[0] } else { run.r_cv_m2[0] };
     let scores_m2: Vec<Option<f64>> = joined.runs.iter().map(score).collect();
@@ -165,7 +165,7 @@ fn put_in_order(joined: &mut Report) {
 }
 
 /// Every two of the names.
-fn pairs_of(names: &[String]) -> impl Iterator<Item = [String; 2]> {
+pub(super) fn pairs_of(names: &[String]) -> impl Iterator<Item = [String; 2]> {
     let after = |(k, a): (usize, &String)| {
         names.iter().skip(k + 1).map(|b| [a.clone(), b.clone()]).collect::<Vec<_>>()
     };

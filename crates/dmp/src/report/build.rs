@@ -2,21 +2,18 @@
 
 use dmp_log::{Damage, shown_path};
 use dmp_map::Store;
-use dmp_reduce::{
-    Basis, Comparison, Comparisons, Estimate, Margin, RunSums, ScaleComparison, log_likelihood_raw,
-};
+use dmp_reduce::{Basis, Comparison, Comparisons, Estimate, Margin, RunSums, log_likelihood_raw};
 use dmp_sensor::{DepthNoise, DropReason, ReturnCounts};
 
 use super::contents::Report;
 use super::effort::{MemoryReport, PassTimes, TileReport};
 use super::ego::EgoReport;
 use super::inputs::{DropReport, InputReport, RunInputReport};
-use super::pair::{PairReport, ScaleReport};
+use super::pair::{PairFacts, PairReport, interval_of};
 use super::run::{FreeSpaceReport, MapReport, RunReport};
 use super::sampling::SamplingReport;
 use super::scores::ScaleScores;
 use super::settings::{ConfigReport, DepthNoiseReport, PromiseReport, SegmentReport};
-use super::verdict::Verdict;
 use super::warnings;
 use super::withheld::Withheld;
 use crate::cast::{Scored, horizon_m};
@@ -288,40 +285,16 @@ impl Findings<'_> {
 
     fn pair(&self, pair: &Comparison) -> PairReport {
         let Self { settings: config, runs, scored, .. } = *self;
-        let name = |run: usize| runs[run].run.name.clone();
-        let likelihood = |run: usize| self.log_likelihood(scored.reducer.sums(run));
-        let scale = |scale: &ScaleComparison| ScaleReport {
-            scale_m: scale.scale_m,
-            mean_a_m2: scale.mean_a_m2,
-            mean_b_m2: scale.mean_b_m2,
-            difference_m2: scale.difference.map(|difference| difference.value_m2),
-            interval_m2: scale.difference.and_then(interval_of),
-            apart_at_most_m: scale.apart_at_most_m,
-            margin_m: scale.margin_m,
-            returns: pair.common_returns,
-        };
-        let is_same = pair.is_same();
-        let verdict = match pair.verdict {
-            dmp_reduce::Verdict::Better { which, decided_at_m, .. } => {
-                Verdict::Better { run: name(which), decided_at_m, is_same }
-            }
-            dmp_reduce::Verdict::Mixed { which, decided_at_m, .. } => {
-                Verdict::Mixed { run: name(which), decided_at_m, is_same }
-            }
-            dmp_reduce::Verdict::Same { .. } => Verdict::Same,
-            dmp_reduce::Verdict::Undecided { .. } => Verdict::Undecided,
-        };
-        PairReport {
-            a: name(pair.a),
-            b: name(pair.b),
-            basis: pair.basis,
-            scales: pair.scales.iter().map(scale).collect(),
-            llr_raw: likelihood(pair.a) - likelihood(pair.b),
-            verdict,
-            reason: pair.verdict.reason_with(config.scales, |unit| scored.scan_of_unit[unit as usize] as u64),
-            frames_needed: pair.frames_needed.filter(|_| scored.places.is_none()),
-            places_needed: pair.frames_needed.filter(|_| scored.places.is_some()),
-        }
+        PairReport::of(
+            pair,
+            PairFacts {
+                name: &|run| runs[run].run.name.clone(),
+                log_likelihood: &|run| self.log_likelihood(scored.reducer.sums(run)),
+                scan_of_unit: &|unit| scored.scan_of_unit[unit as usize] as u64,
+                scales: config.scales,
+                of_places: scored.places.is_some(),
+            },
+        )
     }
 }
 
@@ -348,10 +321,6 @@ pub(crate) fn segment_report(plan: &Plan) -> SegmentReport {
 fn common<T: PartialEq>(mut values: impl Iterator<Item = T>) -> Option<T> {
     let first = values.next()?;
     values.all(|value| value == first).then_some(first)
-}
-
-fn interval_of(estimate: Estimate) -> Option<[f64; 2]> {
-    estimate.interval.map(|interval| [interval.low_m2, interval.high_m2])
 }
 
 fn tile_reports(scored: &Scored) -> Vec<TileReport> {

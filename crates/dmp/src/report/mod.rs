@@ -35,3 +35,4 @@ pub use warning::Warning;
 pub use withheld::Withheld;
 
 pub(crate) use build::{Findings, ToldMap, drops_in_words, map_report, segment_report};
+pub(crate) use pair::PairFacts;

@@ -1,6 +1,6 @@
 //! Two runs compared, in a report.
 
-use dmp_reduce::Basis;
+use dmp_reduce::{Basis, Comparison, Estimate, ScaleComparison, Scales};
 use serde::{Deserialize, Serialize};
 
 use super::verdict::Verdict;
@@ -31,7 +31,57 @@ pub struct PairReport {
     pub places_needed: Option<u64>,
 }
 
+/// What a pair is told with, beside what was found of it. Runs go by their numbers.
+#[derive(Clone, Copy)]
+pub(crate) struct PairFacts<'a> {
+    pub(crate) name: &'a dyn Fn(usize) -> String,
+    /// log p(Z|run).
+    pub(crate) log_likelihood: &'a dyn Fn(usize) -> f64,
+    /// The number in the log of a scan that the reducer knows by its place.
+    pub(crate) scan_of_unit: &'a dyn Fn(u64) -> u64,
+    pub(crate) scales: Scales,
+    /// Whether not scans but places were drawn.
+    pub(crate) of_places: bool,
+}
+
 impl PairReport {
+    /// What was found of a pair, as it is told.
+    pub(crate) fn of(pair: &Comparison, facts: PairFacts<'_>) -> Self {
+        let PairFacts { name, log_likelihood, scan_of_unit, scales, of_places } = facts;
+        let scale = |scale: &ScaleComparison| ScaleReport {
+            scale_m: scale.scale_m,
+            mean_a_m2: scale.mean_a_m2,
+            mean_b_m2: scale.mean_b_m2,
+            difference_m2: scale.difference.map(|difference| difference.value_m2),
+            interval_m2: scale.difference.and_then(interval_of),
+            apart_at_most_m: scale.apart_at_most_m,
+            margin_m: scale.margin_m,
+            returns: pair.common_returns,
+        };
+        let is_same = pair.is_same();
+        let verdict = match pair.verdict {
+            dmp_reduce::Verdict::Better { which, decided_at_m, .. } => {
+                Verdict::Better { run: name(which), decided_at_m, is_same }
+            }
+            dmp_reduce::Verdict::Mixed { which, decided_at_m, .. } => {
+                Verdict::Mixed { run: name(which), decided_at_m, is_same }
+            }
+            dmp_reduce::Verdict::Same { .. } => Verdict::Same,
+            dmp_reduce::Verdict::Undecided { .. } => Verdict::Undecided,
+        };
+        Self {
+            a: name(pair.a),
+            b: name(pair.b),
+            basis: pair.basis,
+            scales: pair.scales.iter().map(scale).collect(),
+            llr_raw: log_likelihood(pair.a) - log_likelihood(pair.b),
+            verdict,
+            reason: pair.verdict.reason_with(scales, scan_of_unit),
+            frames_needed: pair.frames_needed.filter(|_| !of_places),
+            places_needed: pair.frames_needed.filter(|_| of_places),
+        }
+    }
+
     /// Whether it is the pair of these two, whichever stands first.
     pub fn is_of(&self, one: &str, other: &str) -> bool {
         (self.a == one && self.b == other) || (self.a == other && self.b == one)
@@ -57,6 +107,11 @@ enum ScoreOfBasis {
     CrossValidated,
     #[serde(rename = "R_near")]
     Near,
+}
+
+/// The ends of an interval, m².
+pub(super) fn interval_of(estimate: Estimate) -> Option<[f64; 2]> {
+    estimate.interval.map(|interval| [interval.low_m2, interval.high_m2])
 }
 
 /// Two runs at one scale.

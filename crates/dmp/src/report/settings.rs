@@ -1,6 +1,6 @@
 //! The settings as they took effect, in a report.
 
-use dmp_reduce::Scales;
+use dmp_reduce::{Confidence, Margin, Promise, Scales};
 use serde::{Deserialize, Serialize};
 
 use super::ego::EgoReport;
@@ -102,4 +102,22 @@ pub struct PromiseReport {
     pub same_within_share: Option<f64>,
     /// So many metres at every scale; null where a share was asked for.
     pub same_within_m: Option<f64>,
+}
+
+impl PromiseReport {
+    /// What was asked for.
+    ///
+    /// # Errors
+    /// Which field holds no share, or what is missing.
+    pub fn asked(&self) -> Result<Promise, String> {
+        let Some(confidence) = Confidence::new(self.confidence) else {
+            return Err(format!("promise.confidence is {}, no share from 0.5 to 1", self.confidence));
+        };
+        let margin = match (self.same_within_share, self.same_within_m) {
+            (Some(share), None) => Margin::Share(share),
+            (None, Some(metres)) => Margin::Metres(metres),
+            _ => return Err("promise holds no margin within which runs are the same".to_owned()),
+        };
+        Ok(Promise { confidence, margin })
+    }
 }

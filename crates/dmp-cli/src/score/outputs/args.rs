@@ -28,6 +28,11 @@ pub(crate) struct OutputArgs {
     /// residuals over time, single returns and the worst places, in one frame. docs/guide/viewers.md has the commands
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     scene: Option<PathBuf>,
+    /// Keep the result with what every return is off by, FILE.dmp, about two bytes a return and run: `dmp compare` then judges
+    /// these runs against those of other days, which need not be scored again. Not with --decide, where scans depend on
+    /// all runs
+    #[arg(long, value_name = "FILE", conflicts_with = "decide", help_heading = "Output")]
+    keep: Option<PathBuf>,
     /// Write every scored return with its residuals to FILE.laz, .las, .ply or .pcd (in world coordinates, with the
     /// residuals as fields) or .mcap (scan by scan, with the pose as /tf). With several runs each has its own file,
     /// out.laz becoming out.NAME.laz; with NAME= it is that of one run. docs/residuals.md has the fields
@@ -55,6 +60,7 @@ pub(crate) struct Outputs {
     pub(super) per_tile: Option<PathBuf>,
     pub(super) page: Option<PathBuf>,
     pub(super) scene: Option<PathBuf>,
+    pub(super) keep: Option<PathBuf>,
     /// The run that is taken to be true.
     pub(super) reference: Option<String>,
 }
@@ -74,7 +80,7 @@ impl OutputArgs {
     pub(crate) fn plan(&self, runs: &[&str], inputs: &[&Path]) -> anyhow::Result<Outputs> {
         let residuals = residual_files(runs, &self.residuals)?;
         let tables = [&self.per_frame, &self.per_tile].map(Option::as_deref);
-        let pages = [&self.report, &self.scene].map(Option::as_deref);
+        let pages = [&self.report, &self.scene, &self.keep].map(Option::as_deref);
         let files = residuals.iter().flatten().map(|file| file.path.as_path());
         let files: Vec<&Path> =
             files.chain(tables.into_iter().flatten()).chain(pages.into_iter().flatten()).collect();
@@ -87,13 +93,15 @@ impl OutputArgs {
         }
         self.report.as_deref().map_or(Ok(()), targets::check_html)?;
         self.scene.as_deref().map_or(Ok(()), targets::check_mcap)?;
+        self.keep.as_deref().map_or(Ok(()), targets::check_dmp)?;
         for table in tables.into_iter().flatten() {
             targets::check_csv(table)?;
         }
         files.iter().try_for_each(|file| writable(file))?;
         let (per_frame, per_tile) = (self.per_frame.clone(), self.per_tile.clone());
         let (page, reference) = (self.report.clone(), self.reference.clone());
-        let (scene, every) = (self.scene.clone(), self.residuals_every);
-        Ok(Outputs { residuals, every, per_frame, per_tile, page, scene, reference })
+        let (scene, keep) = (self.scene.clone(), self.keep.clone());
+        let every = self.residuals_every;
+        Ok(Outputs { residuals, every, per_frame, per_tile, page, scene, keep, reference })
     }
 }

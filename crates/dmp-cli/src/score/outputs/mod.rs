@@ -2,6 +2,7 @@
 
 mod args;
 mod gathered;
+mod keep;
 pub(crate) mod page;
 mod per_frame;
 mod per_tile;

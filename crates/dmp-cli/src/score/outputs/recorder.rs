@@ -11,6 +11,7 @@ use dmp_log::{ResidualFormat, ScanLog, ScoredPoint};
 use dmp_map::Store;
 
 use super::args::Outputs;
+use super::keep::Keep;
 use super::residuals::{Buffers, Origin, RunReturns};
 use super::rows::RunRows;
 use super::scene::Scene;
@@ -39,6 +40,7 @@ pub(crate) struct Recorder<'a> {
     sketch: Option<Sketch>,
     page: Option<Page>,
     scene: Option<PathBuf>,
+    keep: Option<Keep>,
     rows: Vec<RunRows>,
     has_failed: AtomicBool,
     failure: Mutex<Option<std::io::Error>>,
@@ -79,6 +81,10 @@ impl<'a> Recorder<'a> {
                 "{path}: the log has no stamps, which MCAP needs; --report draws it as a page"
             )));
         }
+        let keep = match outputs.keep {
+            Some(path) => Some(Keep::new(path, runs, settings.scales, spool()?)?),
+            None => None,
+        };
         let reference = outputs.reference;
         let page = outputs.page.map(|path| Page { path, reference });
         let wanted = Wanted { page: page.is_some(), scene: outputs.scene.clone() };
@@ -102,6 +108,7 @@ impl<'a> Recorder<'a> {
             sketch,
             page,
             scene: outputs.scene,
+            keep,
             rows: runs.iter().map(|run| RunRows::new(run, settings.miss_price)).collect(),
             has_failed: AtomicBool::new(false),
             failure: Mutex::new(None),
@@ -131,6 +138,7 @@ impl<'a> Recorder<'a> {
             drawn: self.sketch.map(Sketch::into_drawn).unwrap_or_default(),
             page: self.page,
             scene: self.scene,
+            keep: self.keep,
             rows: self.rows,
         };
         Ok((evaluated?, recorded))
@@ -168,11 +176,11 @@ impl Sink for Recorder<'_> {
         if let Some(sketch) = &self.sketch {
             self.record(sketch.returns_scored(frame, returns, &self.buffers));
         }
-        if self.residuals.is_empty() {
-            return;
+        let stamp_ns = self.log.frames().get(returns.frame).and_then(|frame| frame.stamp_ns).unwrap_or(0);
+        if let Some(keep) = &self.keep {
+            self.record(keep.keep(returns, stamp_ns, &self.buffers));
         }
         let start_ns = self.log.summary().span_ns.map_or(0, |(first_ns, _)| first_ns);
-        let stamp_ns = self.log.frames().get(returns.frame).and_then(|frame| frame.stamp_ns).unwrap_or(0);
         let origin = Origin { frame, start_ns, stamp_ns, every: self.every };
         for run in &self.residuals {
             self.record(run.keep(returns, origin, &self.buffers));
@@ -199,11 +207,13 @@ impl Sink for Recorder<'_> {
     fn work_bytes(&self, returns: u64) -> u64 {
         let of_run = returns / self.every.max(1) * ScoredPoint::BYTES as u64;
         let of_sketch = self.sketch.as_ref().map_or(0, |sketch| sketch.work_bytes(returns));
-        self.residuals.len() as u64 * of_run + of_sketch
+        let of_keep = self.keep.as_ref().map_or(0, |keep| keep.work_bytes(returns));
+        self.residuals.len() as u64 * of_run + of_sketch + of_keep
     }
 
     fn wants_every_return(&self) -> bool {
-        !self.residuals.is_empty() || self.per_frame.is_some() || self.sketch.is_some()
+        let of_returns = !self.residuals.is_empty() || self.keep.is_some();
+        of_returns || self.per_frame.is_some() || self.sketch.is_some()
     }
 }
 
@@ -226,6 +236,7 @@ pub(crate) struct Recorded {
     drawn: Drawn,
     page: Option<Page>,
     scene: Option<PathBuf>,
+    keep: Option<Keep>,
     rows: Vec<RunRows>,
 }
 
@@ -258,6 +269,13 @@ impl Recorded {
             self.host.go_on()?;
             per_frame::write(&path, report.config.scales, &lines.sorted())?;
             tell(&path, text::counted(report.sampling.frames_scored * self.rows.len() as u64, "row"));
+        }
+        if let Some(keep) = self.keep {
+            self.progress.scans("writing", report.sampling.frames_scored);
+            let path = keep.path().to_path_buf();
+            let step = || self.progress.one_scan();
+            let bytes = keep.write(report, (&|| self.host.go_on(), &step))?;
+            tell(&path, text::bytes(bytes));
         }
         if self.residuals.is_empty() {
             return Ok(());

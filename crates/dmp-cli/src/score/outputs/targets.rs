@@ -62,6 +62,13 @@ pub(super) fn check_mcap(path: &Path) -> Result<(), Usage> {
     Err(Usage(format!("{}: a scene is written as .mcap", path.display())))
 }
 
+pub(super) fn check_dmp(path: &Path) -> Result<(), Usage> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("dmp")) {
+        return Ok(());
+    }
+    Err(Usage(format!("{}: a result is kept as .dmp", path.display())))
+}
+
 pub(crate) fn check_html(path: &Path) -> Result<(), Usage> {
     if path
         .extension()
@@ -120,6 +127,7 @@ mod tests {
         assert!(writable("no/such/out.laz".as_ref()).unwrap_err().to_string().contains("no folder no/such"));
         assert!(check_csv("a.parquet".as_ref()).is_err() && check_csv("a.CSV".as_ref()).is_ok());
         assert!(check_mcap("a.rrd".as_ref()).is_err() && check_mcap("a.MCAP".as_ref()).is_ok());
+        assert!(check_dmp("a.json".as_ref()).is_err() && check_dmp("a.DMP".as_ref()).is_ok());
         assert!(check_html("a.pdf".as_ref()).is_err() && check_html("a.HTML".as_ref()).is_ok());
     }
 }

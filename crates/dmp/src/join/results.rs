@@ -1,0 +1,176 @@
+//! Results beside each other, with every return that was kept of them.
+
+use std::collections::BTreeMap;
+
+use dmp_log::KeptReader;
+use dmp_reduce::{Basis, Comparisons, Layout, MissPrice, Reducer};
+use rayon::prelude::*;
+
+use super::error::JoinError;
+use super::kept::{Kept, Rows, Summed};
+use super::named::NamedReport;
+use super::reports::{JoinedReport, join_reports, pairs_of, put_in_order};
+use crate::progress::{Progress, Stage};
+use crate::report::{PairFacts, PairReport, Report};
+
+/// A result that was saved.
+#[derive(Debug)]
+pub struct SavedResult {
+    /// Its report.
+    pub named: NamedReport,
+    /// Its returns, where they were kept.
+    pub returns: Option<KeptReader>,
+}
+
+/// As [`join_reports`]; and all runs whose returns were kept are compared with each other, as if they had been scored
+/// together: on the returns that both of a pair predict, and with one promise for all of these pairs. Residuals were rounded
+/// when they were kept, see [`KeptReturn`](dmp_reduce::KeptReturn), so that numbers of pairs differ from those of a common
+/// score in some late digit.
+///
+/// A pair of a run with a fused map and one with a given map is compared by `R_near`, which is not kept of the first: there is
+/// no such pair, unless a report holds it.
+///
+/// Memory is some hundred megabytes, whatever the results hold. The outcome does not depend on `threads`.
+///
+/// # Errors
+/// As [`join_reports`], and when a file cannot be read, its returns are not those that its result tells of, or somebody
+/// stopped it.
+pub fn join_results(
+    results: &mut [SavedResult],
+    threads: usize,
+    progress: &dyn Progress,
+) -> Result<JoinedReport, JoinError> {
+    let reports: Vec<NamedReport> = results.iter().map(|result| result.named.clone()).collect();
+    let mut joined = join_reports(&reports)?;
+    for basis in [Basis::CrossValidated, Basis::Near] {
+        let readers = results.iter_mut().map(|result| result.returns.as_mut());
+        let (kept, runs) = kept_of(&reports, readers, &joined, basis);
+        if kept.len() > 1 {
+            judge(&mut joined, (kept, &runs), basis, (threads, progress))?;
+        }
+    }
+    Ok(joined)
+}
+
+/// Results of runs that are judged by `basis` and whose returns were kept, and the names of these runs, each once.
+fn kept_of<'a>(
+    reports: &'a [NamedReport],
+    readers: impl Iterator<Item = Option<&'a mut KeptReader>>,
+    joined: &JoinedReport,
+    basis: Basis,
+) -> (Vec<Kept<'a>>, Vec<String>) {
+    let mut runs: Vec<String> = Vec::new();
+    let mut kept = Vec::new();
+    for ((named, reader), names) in reports.iter().zip(readers).zip(&joined.runs_of) {
+        let Some(reader) = reader.filter(|_| basis_of(&named.report) == Some(basis)) else { continue };
+        let mut column = |name: &String| {
+            let is_new = !runs.contains(name);
+            is_new.then(|| {
+                runs.push(name.clone());
+                runs.len() - 1
+            })
+        };
+        let columns = names.iter().map(&mut column).collect();
+        kept.push(Kept { file: &named.file, report: &named.report, reader, columns });
+    }
+    (kept, runs)
+}
+
+/// By what all runs of a report are judged.
+fn basis_of(report: &Report) -> Option<Basis> {
+    let basis = |fused: bool| if fused { Basis::CrossValidated } else { Basis::Near };
+    let mut bases = report.inputs.runs.iter().map(|run| basis(run.map == "fused"));
+    let first = bases.next()?;
+    bases.all(|other| other == first).then_some(first)
+}
+
+/// Compares every two of `runs` by their returns.
+fn judge(
+    joined: &mut JoinedReport,
+    (kept, runs): (Vec<Kept<'_>>, &[String]),
+    basis: Basis,
+    (threads, progress): (usize, &dyn Progress),
+) -> Result<(), JoinError> {
+    let report = &mut joined.report;
+    let Some(file) = kept.first().map(|kept| kept.file.to_owned()) else { return Ok(()) };
+    let problem = |problem: String| JoinError::Returns { report: file.clone(), problem };
+    let promise = report.promise.asked().map_err(problem)?;
+    let miss_price = report.config.miss_price;
+    let price = || problem(format!("config.miss_price is {miss_price}, no share from 0 to 1"));
+    let layout = Layout::new(report.sampling.frames_total, vec![basis; runs.len()])
+        .on_scales(report.config.scales)
+        .with_miss_price(MissPrice::new(miss_price).ok_or_else(price)?);
+    let (reducer, scans) = reduce(kept, &layout, (threads, progress), &problem)?;
+    let Comparisons { of_each_interval, pairs } = reducer.comparisons(promise);
+    // Of a scan that was not drawn the nearest one that was stands for its number.
+    let scan_of = |ordinal: u64| {
+        let next = scans.range(ordinal..).next().or_else(|| scans.last_key_value());
+        next.map_or(ordinal, |(_, scan)| *scan)
+    };
+    let log_likelihood = |run: usize| report.run(&runs[run]).map_or(0.0, |run| run.log_likelihood_raw);
+    let facts = PairFacts {
+        name: &|run| runs[run].clone(),
+        log_likelihood: &log_likelihood,
+        scan_of_unit: &scan_of,
+        scales: report.config.scales,
+        of_places: false,
+    };
+    let mut judged: Vec<PairReport> = pairs.iter().map(|pair| PairReport::of(pair, facts)).collect();
+    let (mut all, mut from_reports) = (Vec::new(), false);
+    let names: Vec<String> = report.runs.iter().map(|run| run.name.clone()).collect();
+    for [a, b] in pairs_of(&names) {
+        if let Some(k) = judged.iter().position(|pair| pair.is_of(&a, &b)) {
+            all.push(judged.swap_remove(k));
+        } else if let Some(pair) = report.pair(&a, &b) {
+            from_reports = true;
+            all.push(pair.clone());
+        }
+    }
+    let sure = &mut report.promise.interval_confidence;
+    *sure = if from_reports { sure.min(of_each_interval.level()) } else { of_each_interval.level() };
+    report.pairs = all;
+    put_in_order(report);
+    joined.not_compared = pairs_of(&report.order).filter(|[a, b]| report.pair(a, b).is_none()).collect();
+    Ok(())
+}
+
+/// Adds up all returns; the scans that were scored, by their places among those that could be.
+fn reduce(
+    kept: Vec<Kept<'_>>,
+    layout: &Layout,
+    (threads, progress): (usize, &dyn Progress),
+    problem: &dyn Fn(String) -> JoinError,
+) -> Result<(Reducer, BTreeMap<u64, u64>), JoinError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
+    let pool = pool.map_err(|error| problem(format!("cannot start threads: {error}")))?;
+    progress.begin(Stage::Compare, kept.first().map_or(0, |kept| kept.report.inputs.returns_used));
+    let scored = kept.first().map_or(0, |kept| kept.report.sampling.frames_scored);
+    let mut rows = Rows::new(kept, layout.bases().len());
+    let mut workers: Vec<Summed> = (0..threads.max(1)).map(|_| Summed::new(layout)).collect();
+    let mut scans = BTreeMap::new();
+    loop {
+        if progress.cancelled() {
+            return Err(JoinError::Cancelled);
+        }
+        let batch = rows.next_batch()?;
+        if batch.is_empty() {
+            break;
+        }
+        scans.extend(batch.iter().map(|scan| scan.numbers()));
+        let step = workers.len();
+        let added = pool.install(|| {
+            workers.par_iter_mut().enumerate().try_for_each(|(first, worker)| {
+                batch.iter().skip(first).step_by(step).try_for_each(|scan| {
+                    worker.add(scan)?;
+                    progress.advance(scan.returns());
+                    Ok(())
+                })
+            })
+        });
+        added.map_err(|error: dmp_reduce::ReduceError| problem(error.to_string()))?;
+    }
+    let mut whole = Summed::new(layout);
+    let added = workers.iter().try_for_each(|worker| whole.reducer.merge(&worker.reducer));
+    added.and_then(|()| whole.add_empty(scored - rows.scans)).map_err(|error| problem(error.to_string()))?;
+    Ok((whole.reducer, scans))
+}
