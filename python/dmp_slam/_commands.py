@@ -74,14 +74,18 @@ def loops(
 
 @documented("compare")
 def compare(*results: Result | StrPath, **settings: Any) -> dict[str, Any]:
-    """One table of saved results, or of results, of one log under the same settings (``dmp compare``)."""
+    """One table of saved results, or of results, of one log under the same settings (``dmp compare``). Runs whose results were kept,
+    with ``keep``, are all compared with each other.
+    """
     import tempfile
     from pathlib import Path
 
     with tempfile.TemporaryDirectory(prefix="dmp-python-") as folder:
         files: list[StrPath] = []
         for number, result in enumerate(results, start=1):
-            if isinstance(result, Result):
+            if isinstance(result, Result) and result.kept_file:
+                files.append(f"result-{number}={result.kept_file}")
+            elif isinstance(result, Result):
                 file = Path(folder, f"result-{number}.json")
                 file.write_text(result.to_json(), encoding="utf-8")
                 files.append(file)

@@ -18,7 +18,7 @@ from ._map import Map
 from .errors import Error, InputError, UsageError
 
 #: What is written for these keywords, if they are True.
-FILES_KEPT = {"residuals": "returns.ply", "save_maps": "maps", "scene": "scene.mcap"}
+FILES_KEPT = {"residuals": "returns.ply", "save_maps": "maps", "scene": "scene.mcap", "keep": "result.dmp"}
 
 #: How a run is handed to the command.
 _RUN = "--trajectory="
@@ -85,6 +85,10 @@ class Kept:
     def scene(self) -> Path:
         """The scene of all runs."""
         return self._file("scene")
+
+    def result(self) -> Path:
+        """The result with its returns."""
+        return self._file("keep")
 
     def trajectory(self, run: str) -> npt.NDArray[np.float64] | None:
         """The places of a run, N × 3; ``None`` where its trajectory was not kept."""

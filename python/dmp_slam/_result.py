@@ -131,6 +131,17 @@ class Result:
         """Writes the scene for viewers as rerun and Foxglove, ``FILE.mcap``, where ``score`` was called with ``scene``."""
         shutil.copyfile(self._kept.scene(), path)
 
+    def keep(self, path: str | os.PathLike[str]) -> None:
+        """Writes the result with what every return is off by, ``FILE.dmp``, where ``score`` was called with ``keep``: ``compare``
+        judges its runs with those of others.
+        """
+        shutil.copyfile(self._kept.result(), path)
+
+    @property
+    def kept_file(self) -> Path | None:
+        """Where that is while there is this result; ``None`` without ``keep``."""
+        return self._kept.files.get("keep")
+
     def __getstate__(self) -> dict[str, Any]:
         # Files go with the first result.
         return {**self.__dict__, "_kept": Kept(None, [])}

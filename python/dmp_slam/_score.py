@@ -34,9 +34,9 @@ def score(
     command takes them, N × 4 × 4 arrays or lists of poses (``world_from_body``, metres; with stamps as ``dmp.Poses``), or
     trajectories of evo. Every option of the command is a keyword with the same name, unit and values: numbers or texts
     (``voxel=0.2`` or ``voxel="20 cm"``), True for a switch, a dict for what differs from run to run
-    (``pose_at={"kiss": "end"}``). ``report=True``, ``per_frame=True``, ``per_tile=True``, ``residuals=True``, ``save_maps=True`` and
-    ``scene=True`` keep in the result what the command writes into files; the last three on the disk, for as long as there is the
-    result.
+    (``pose_at={"kiss": "end"}``). ``report=True``, ``per_frame=True``, ``per_tile=True``, ``residuals=True``, ``save_maps=True``,
+    ``scene=True`` and ``keep=True`` keep in the result what the command writes into files; the last four on the disk, for as long as
+    there is the result.
 
     ``progress`` is shown where somebody watches (``None``), always or never, or given to a function of stage, unit, steps done
     and all steps. ``cancel`` is an event that stops the work when it is set.

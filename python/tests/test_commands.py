@@ -91,6 +91,24 @@ def test_samples_and_comparisons(town, runs, result, tmp_path):
     assert scores(short.to_json()) == scores(dmp.score(town, {"truth": truth}, progress=False).to_json())
 
 
+def test_runs_scored_apart_are_judged_by_what_was_kept(town, runs, tmp_path):
+    # The same frames, voxels and segments for all, as another result has them.
+    like = tmp_path / "like.json"
+    like.write_text(dmp.score(town, {"truth": runs["truth"]}, progress=False).to_json())
+    apart = [
+        dmp.score(town, {name: runs[name]}, like=like, keep=True, progress=False) for name in ("truth", "drift", "noise")
+    ]
+    together = dmp.score(town, {name: runs[name] for name in ("truth", "drift", "noise")}, like=like, progress=False)
+    joined = dmp.compare(*apart)
+    assert joined["order"] == together.order and joined["not_compared"] == []
+    assert [pair["verdict"] for pair in joined["pairs"]] == [pair["verdict"] for pair in together.data["pairs"]]
+    kept = tmp_path / "truth.dmp"
+    apart[0].keep(kept)
+    assert dmp.compare(kept, apart[1])["not_compared"] == []
+    with pytest.raises(dmp.UsageError, match="keep=True"):
+        together.keep(tmp_path / "none.dmp")
+
+
 def test_simulations_are_written(tmp_path):
     log, worse = tmp_path / "town.mcap", tmp_path / "worse.tum"
     said = dmp.simulate.town(log, scans=20, azimuth_steps=100, truth=tmp_path / "truth.tum", progress=False)

@@ -14,7 +14,7 @@ from .job import Asked, Given
 from .places import Place, is_url, place_of
 
 #: Options of ``dmp score`` that parts do not have: the command says why.
-WHOLE = ("report", "scene", "residuals", "per_frame", "per_tile", "save_maps", "resume", "checkpoint")
+WHOLE = ("report", "scene", "keep", "residuals", "per_frame", "per_tile", "save_maps", "resume", "checkpoint")
 #: Options of the commands that have arguments of their own.
 _OWN = ("trajectory", "output", "cores", "log", "work")
 _MEANS = ("memory", "threads")

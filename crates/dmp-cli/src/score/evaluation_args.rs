@@ -42,7 +42,7 @@ pub(crate) struct EvaluationArgs {
     pub(crate) more: Vec<NamedFile>,
     #[command(flatten)]
     pub(crate) settings: SettingsArgs,
-    /// Score as this result of `dmp score --json` of the same log was made, so that `dmp compare` takes both: with its
+    /// Score as this result of `dmp score --keep` or `--json` of the same log was made, so that `dmp compare` takes both: with its
     /// voxel, segments, ranges, vehicle, every N-th scan, price of a miss, range noise, sampled scans and confidence
     #[arg(long, value_name = "RESULT", conflicts_with_all = TAKEN, help_heading = "Input")]
     pub(crate) like: Option<PathBuf>,

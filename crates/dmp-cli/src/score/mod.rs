@@ -57,7 +57,7 @@ use outputs::{OutputArgs, Recorder};
     dmp score drive.mcap -t kiss=kiss_poses.npy --pose-at kiss=end\n  \
     dmp score drive.mcap -t old.tum -t new.tum --expect-unbeaten new --fail-above new:R_cv_0.5=15cm\n  \
     dmp score drive.mcap -t a.tum -t b.tum --mend\n  \
-    dmp score drive.mcap -t today.tum --like monday.json --json > today.json\n\n\
+    dmp score drive.mcap -t today.tum --like monday.dmp --keep today.dmp\n\n\
     Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run was left out; 4 done, but a gate \
     failed, whether part of the log was lost or not."
 )]
