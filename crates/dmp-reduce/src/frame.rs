@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 
 use crate::basis::Basis;
 use crate::fixed::FixedSum;
+use crate::narrow::{NarrowPair, NarrowSums};
 use crate::residuals::{Residuals, Squares};
 use crate::run::RunSums;
 use crate::scales::{CV, Scales};
@@ -20,11 +21,11 @@ pub struct FrameSums {
     scales: Scales,
     bases: Vec<Basis>,
     /// For every run its groups of surface.
-    runs: Vec<RunSums>,
+    runs: Vec<NarrowSums>,
     /// The pairs (a, b) with a < b: (0, 1), (0, 2), …, (1, 2), …
-    pairs: Vec<PairSums>,
+    pairs: Vec<Basis>,
     /// For every pair its groups of surface.
-    groups: Vec<PairGroup>,
+    groups: Vec<NarrowPair>,
     squares: Vec<Squares>,
 }
 
@@ -38,13 +39,6 @@ pub struct PairSums {
     b: [FixedSum; CV],
 }
 
-/// The differences a − b of a pair over one group of surface.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-struct PairGroup {
-    returns: u64,
-    difference: [i128; CV],
-}
-
 impl FrameSums {
     /// Empty sums for runs judged by `bases`, on the scales of a LiDAR.
     pub fn new(bases: &[Basis]) -> Self {
@@ -53,13 +47,12 @@ impl FrameSums {
 
     /// Empty sums for runs judged by `bases` and by these lengths.
     pub fn on_scales(bases: &[Basis], scales: Scales) -> Self {
-        let pairs: Vec<_> =
-            pairs_of(bases.len()).map(|(a, b)| PairSums::nothing(bases[a].of_pair(bases[b]))).collect();
+        let pairs: Vec<_> = pairs_of(bases.len()).map(|(a, b)| bases[a].of_pair(bases[b])).collect();
         Self {
             scales,
             bases: bases.to_vec(),
-            runs: vec![RunSums::new(scales); bases.len() * GROUPS],
-            groups: vec![PairGroup::default(); pairs.len() * GROUPS],
+            runs: vec![NarrowSums::new(scales); bases.len() * GROUPS],
+            groups: vec![NarrowPair::default(); pairs.len() * GROUPS],
             pairs,
             squares: vec![Squares::default(); bases.len()],
         }
@@ -68,16 +61,13 @@ impl FrameSums {
     /// What sums of so many runs take in memory, bytes.
     pub fn bytes_of(runs: usize) -> usize {
         let pairs = pairs_of(runs).count();
-        GROUPS * (runs * size_of::<RunSums>() + pairs * size_of::<PairGroup>())
+        GROUPS * (runs * size_of::<NarrowSums>() + pairs * size_of::<NarrowPair>())
     }
 
     /// Forgets all returns, keeps the buffers.
     pub fn clear(&mut self) {
-        self.runs.fill(RunSums::new(self.scales));
-        self.groups.fill(PairGroup::default());
-        for pair in &mut self.pairs {
-            *pair = PairSums::nothing(pair.basis);
-        }
+        self.runs.fill(NarrowSums::new(self.scales));
+        self.groups.fill(NarrowPair::default());
     }
 
     /// Adds one return: what each run's map predicts for it.
@@ -86,24 +76,33 @@ impl FrameSums {
     /// Where there are not as many residuals as runs.
     #[inline]
     pub fn add_return(&mut self, residuals: &[Residuals]) {
+        self.add_return_to(residuals, |_, _| {});
+    }
+
+    /// The same, and tells each run's squares, which belong into other sums, too.
+    ///
+    /// # Panics
+    /// Where there are not as many residuals as runs.
+    #[inline]
+    pub fn add_return_to(&mut self, residuals: &[Residuals], mut to: impl FnMut(usize, &Squares)) {
         assert_eq!(residuals.len(), self.bases.len(), "one set of residuals for each run");
         for (run, (squares, residuals)) in self.squares.iter_mut().zip(residuals).enumerate() {
             *squares = Squares::of(residuals, self.scales);
             let group = squares.surface_on(self.bases[run]).index();
-            self.runs[run * GROUPS + group].add_squares(squares);
+            self.runs[run * GROUPS + group].add(squares);
+            to(run, squares);
         }
-        let mut pairs = self.pairs.iter_mut().zip(self.groups.as_chunks_mut::<GROUPS>().0);
+        let mut pairs = self.pairs.iter().zip(self.groups.as_chunks_mut::<GROUPS>().0);
         for (run, a) in self.squares.iter().enumerate() {
-            for (b, (pair, groups)) in self.squares[run + 1..].iter().zip(&mut pairs) {
-                if let (Some(square_a), Some(square_b)) = (a.on(pair.basis), b.on(pair.basis)) {
-                    pair.add(square_a, square_b);
+            for (b, (&basis, groups)) in self.squares[run + 1..].iter().zip(&mut pairs) {
+                if let (Some(square_a), Some(square_b)) = (a.on(basis), b.on(basis)) {
                     // The surface of the prediction that is further off made the difference.
                     let surface = match square_a[0].cmp(&square_b[0]) {
-                        Ordering::Greater => a.surface_on(pair.basis),
-                        Ordering::Less => b.surface_on(pair.basis),
-                        Ordering::Equal => a.surface_on(pair.basis).min(b.surface_on(pair.basis)),
+                        Ordering::Greater => a.surface_on(basis),
+                        Ordering::Less => b.surface_on(basis),
+                        Ordering::Equal => a.surface_on(basis).min(b.surface_on(basis)),
                     };
-                    groups[surface.index()].add(square_a, square_b);
+                    groups[surface.index()].add(&square_a, &square_b);
                 }
             }
         }
@@ -120,9 +119,6 @@ impl FrameSums {
             "parts of a frame are of the same runs"
         );
         for (mine, theirs) in self.runs.iter_mut().zip(&other.runs) {
-            mine.merge(theirs);
-        }
-        for (mine, theirs) in self.pairs.iter_mut().zip(&other.pairs) {
             mine.merge(theirs);
         }
         for (mine, theirs) in self.groups.iter_mut().zip(&other.groups) {
@@ -142,22 +138,33 @@ impl FrameSums {
 
     /// The sums of each run.
     pub fn runs(&self) -> Vec<RunSums> {
-        let whole = |groups: &[RunSums; GROUPS]| {
+        let whole = |groups: &[NarrowSums; GROUPS]| {
             let mut run = RunSums::new(self.scales);
-            groups.iter().for_each(|group| run.merge(group));
+            groups.iter().for_each(|group| run.merge(&group.sums()));
             run
         };
         self.runs.as_chunks().0.iter().map(whole).collect()
     }
 
     /// The sums of one run by groups of surface.
-    pub(crate) fn groups_of_run(&self, run: usize) -> impl Iterator<Item = (SurfaceGroup, &RunSums)> {
-        SurfaceGroup::all().zip(&self.runs[run * GROUPS..(run + 1) * GROUPS])
+    pub(crate) fn groups_of_run(&self, run: usize) -> impl Iterator<Item = (SurfaceGroup, RunSums)> {
+        let groups = &self.runs[run * GROUPS..(run + 1) * GROUPS];
+        SurfaceGroup::all().zip(groups.iter().map(NarrowSums::sums))
     }
 
     /// Every pair (a, b) with a < b in the order (0, 1), (0, 2), …, (1, 2), …
     pub fn pair_sums(&self) -> impl ExactSizeIterator<Item = PairSums> {
-        self.pairs.iter().copied()
+        self.pairs.iter().zip(self.groups.as_chunks::<GROUPS>().0).map(|(&basis, groups)| {
+            let mut pair = PairSums { basis, returns: 0, a: Default::default(), b: Default::default() };
+            for (returns, a, b) in groups.iter().map(NarrowPair::sums) {
+                pair.returns += returns;
+                for k in 0..CV {
+                    pair.a[k] += FixedSum::from_units(a[k]);
+                    pair.b[k] += FixedSum::from_units(b[k]);
+                }
+            }
+            pair
+        })
     }
 
     /// The differences of the `pair`-th pair at the `scale`-th of its scales, by groups of surface.
@@ -167,8 +174,7 @@ impl FrameSums {
         scale: usize,
     ) -> impl Iterator<Item = (SurfaceGroup, Total)> {
         let groups = &self.groups[pair * GROUPS..(pair + 1) * GROUPS];
-        let total = move |group: &PairGroup| Total { sum: group.difference[scale], returns: group.returns };
-        SurfaceGroup::all().zip(groups.iter().map(total))
+        SurfaceGroup::all().zip(groups.iter().map(move |group| group.difference(scale)))
     }
 }
 
@@ -177,29 +183,7 @@ pub(crate) fn pairs_of(runs: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..runs).flat_map(move |a| (a + 1..runs).map(move |b| (a, b)))
 }
 
-impl PairGroup {
-    #[inline]
-    fn add(&mut self, a: &[u64; CV], b: &[u64; CV]) {
-        self.returns += 1;
-        for k in 0..CV {
-            // Both are below 2^50.
-            self.difference[k] += i128::from(a[k] as i64 - b[k] as i64);
-        }
-    }
-
-    fn merge(&mut self, other: &Self) {
-        self.returns += other.returns;
-        for (mine, theirs) in self.difference.iter_mut().zip(other.difference) {
-            *mine += theirs;
-        }
-    }
-}
-
 impl PairSums {
-    fn nothing(basis: Basis) -> Self {
-        Self { basis, returns: 0, a: Default::default(), b: Default::default() }
-    }
-
     /// By what the pair is judged.
     pub fn basis(&self) -> Basis {
         self.basis
@@ -219,23 +203,6 @@ impl PairSums {
         let scales = self.basis.scales_m(Scales::default()).len();
         assert!(scale < scales, "scale {scale} of {:?}", self.basis);
         (self.a[scale], self.b[scale])
-    }
-
-    #[inline]
-    fn add(&mut self, a: &[u64; CV], b: &[u64; CV]) {
-        self.returns += 1;
-        for k in 0..CV {
-            self.a[k] += FixedSum::from_units(a[k].into());
-            self.b[k] += FixedSum::from_units(b[k].into());
-        }
-    }
-
-    fn merge(&mut self, other: &Self) {
-        self.returns += other.returns;
-        for k in 0..CV {
-            self.a[k] += other.a[k];
-            self.b[k] += other.b[k];
-        }
     }
 }
 

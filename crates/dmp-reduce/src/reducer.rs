@@ -259,12 +259,13 @@ impl Reducer {
 
 impl RunTotals {
     fn add_groups(&mut self, ordinal: u64, run: usize, frame: &FrameSums, layout: &Layout) {
+        let groups: Vec<_> = frame.groups_of_run(run).collect();
         let add = |ratio: &mut Ratio, of_group: &dyn Fn(&RunSums) -> (FixedSum, u64)| {
             let total = |sums: &RunSums| {
                 let (sum, returns) = of_group(sums);
                 Total { sum: sum.units(), returns }
             };
-            let groups = frame.groups_of_run(run).map(|(group, sums)| (group, total(sums)));
+            let groups = groups.iter().map(|(group, sums)| (*group, total(sums)));
             ratio.add_frame(ordinal, layout.frames, groups);
         };
         for (k, ratio) in self.cv.iter_mut().enumerate() {

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use crate::basis::Basis;
 use crate::fixed::FixedSum;
 use crate::price::MissPrice;
-use crate::residuals::{Residuals, Squares};
+use crate::residuals::{LANES, Residuals, Squares, lane};
 use crate::scales::{CV, NEAR, Scales, WIDEST};
 
 /// Below this share of returns with an independent crossing `R_cv` is not given.
@@ -74,22 +74,38 @@ impl RunSums {
     }
 
     #[inline]
-    pub(crate) fn add_squares(&mut self, squares: &Squares) {
-        self.returns += 1;
-        self.with_first += u64::from(squares.first.is_some());
-        self.with_independent += u64::from(squares.independent.is_some());
-        self.revisited += u64::from(squares.revisited);
-        self.blocked += u64::from(squares.blocked);
-        self.non_finite += u64::from(squares.non_finite);
-        self.dmp += FixedSum::from_units(squares.first.unwrap_or_default() as i128);
-        for (sum, square) in self.depth.iter_mut().zip(squares.depth.unwrap_or_default()) {
-            *sum += FixedSum::from_units(square as i128);
-        }
-        for (sum, square) in self.cv.iter_mut().zip(squares.independent.unwrap_or_default()) {
+    fn add_squares(&mut self, squares: &Squares) {
+        self.add_lanes(&squares.lanes);
+        self.add_wide(squares);
+    }
+
+    /// Adds what the numbers of some returns came to.
+    pub(crate) fn add_lanes(&mut self, lanes: &[u64; LANES]) {
+        self.returns += lanes[lane::RETURNS];
+        self.with_first += lanes[lane::WITH_FIRST];
+        self.with_independent += lanes[lane::WITH_INDEPENDENT];
+        self.revisited += lanes[lane::REVISITED];
+        self.blocked += lanes[lane::BLOCKED];
+        self.non_finite += lanes[lane::NON_FINITE];
+        self.dmp += FixedSum::from_units(lanes[lane::FIRST].into());
+        for (sum, &square) in self.cv.iter_mut().zip(&lanes[lane::CV_SQUARES]) {
             *sum += FixedSum::from_units(square.into());
         }
-        for (sum, square) in self.near.iter_mut().zip(squares.nearest.unwrap_or_default()) {
+        for (sum, &square) in self.near.iter_mut().zip(&lanes[lane::NEAR_SQUARES]) {
             *sum += FixedSum::from_units(square.into());
+        }
+    }
+
+    /// Adds those squares of a return that are too wide for its numbers.
+    #[inline]
+    pub(crate) fn add_wide(&mut self, squares: &Squares) {
+        if squares.far_first > 0 {
+            self.dmp += FixedSum::from_units(squares.far_first as i128);
+        }
+        if let Some(depth) = squares.depth {
+            for (sum, square) in self.depth.iter_mut().zip(depth) {
+                *sum += FixedSum::from_units(square as i128);
+            }
         }
     }
 

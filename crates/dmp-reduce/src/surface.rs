@@ -23,7 +23,7 @@ impl SurfaceGroup {
     #[inline]
     pub fn of_place(place_m: [f64; 3], scales: Scales) -> Self {
         let edge_m = scales.lengths().surface_m;
-        Self::of_cube(place_m.map(|c| (c / edge_m).floor() as i32))
+        Self::of_cube(place_m.map(|c| floor(c / edge_m)))
     }
 
     /// The group of a cube, by its number along each axis.
@@ -56,9 +56,39 @@ impl SurfaceGroup {
     }
 }
 
+/// `f64::floor` as an integer, which is a call into a library on processors that are not asked for more than the oldest
+/// instructions.
+#[inline]
+pub fn floor(number: f64) -> i32 {
+    let truncated = number as i32;
+    truncated.saturating_sub(i32::from(f64::from(truncated) > number))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn floors_are_those_of_the_library() {
+        let least = f64::from(i32::MIN);
+        let far = [
+            least,
+            least - 0.5,
+            least + 0.5,
+            2e9,
+            3e9,
+            -3e9,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::NAN,
+            -0.0,
+            1e-300,
+        ];
+        let near = (-4_000..4_000).map(|k| f64::from(k) * 0.25);
+        for number in far.into_iter().chain(near.flat_map(|x| [x, x.next_down(), x.next_up()])) {
+            assert_eq!(floor(number), number.floor() as i32, "{number}");
+        }
+    }
 
     #[test]
     fn cubes_are_spread_evenly_and_neighbours_have_nothing_in_common() {

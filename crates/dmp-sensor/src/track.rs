@@ -1,6 +1,7 @@
 //! Where the sensor was at any instant.
 
 use crate::Trajectory;
+use crate::trajectory::{PlaceInTime, Span};
 use nalgebra::Isometry3;
 
 /// A trajectory as the sensor rides it: the extrinsic applied, gaps refused.
@@ -33,17 +34,19 @@ impl<'a> Track<'a> {
         Some(self.trajectory.poses().get(index)? * self.body_from_sensor)
     }
 
-    /// A cursor that remembers the last answer: the beams of one firing share their instant.
+    /// A cursor that remembers the last answer, as the beams of one firing share their instant, and the two poses that it lay
+    /// between, as the firings of a scan do.
     pub fn cursor(&self) -> TrackCursor<'a> {
-        TrackCursor { track: *self, last: None }
+        TrackCursor { track: *self, last: None, span: None }
     }
 }
 
-/// A [`Track`] with a memory of one instant.
+/// A [`Track`] with a memory of one instant and its two poses.
 #[derive(Debug, Clone)]
 pub struct TrackCursor<'a> {
     track: Track<'a>,
     last: Option<(i64, Option<Isometry3<f64>>)>,
+    span: Option<Span>,
 }
 
 impl TrackCursor<'_> {
@@ -53,11 +56,23 @@ impl TrackCursor<'_> {
         match self.last {
             Some((last_ns, pose)) if last_ns == stamp_ns => pose,
             _ => {
-                let pose = self.track.world_from_sensor_at(stamp_ns);
+                let pose = self.find(stamp_ns);
                 self.last = Some((stamp_ns, pose));
                 pose
             }
         }
+    }
+
+    fn find(&mut self, stamp_ns: i64) -> Option<Isometry3<f64>> {
+        let Track { trajectory, body_from_sensor, max_gap_ns } = self.track;
+        let world_from_body = match self.span.filter(|span| span.holds(stamp_ns)) {
+            Some(span) => span.world_from_body_at(stamp_ns),
+            None => match trajectory.place_of(stamp_ns, max_gap_ns)? {
+                PlaceInTime::Pose(pose) => pose,
+                PlaceInTime::Within(span) => self.span.insert(span).world_from_body_at(stamp_ns),
+            },
+        };
+        Some(world_from_body * body_from_sensor)
     }
 }
 
@@ -75,7 +90,7 @@ mod tests {
             Trajectory::stamped(vec![(100, Isometry3::identity()), (200, pose(1.0))]).unwrap().trajectory;
         let track = Track::new(&run, pose(0.5), 1000);
         let mut cursor = track.cursor();
-        for stamp_ns in [150, 150, 99, 99, 180] {
+        for stamp_ns in [150, 150, 99, 99, 180, 100, 101, 200, 199, 201, 160] {
             assert_eq!(cursor.world_from_sensor_at(stamp_ns), track.world_from_sensor_at(stamp_ns));
         }
     }

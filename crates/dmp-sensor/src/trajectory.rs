@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 
-use crate::between::pose_between;
+use crate::between::Between;
 
 /// Where the body was in the world: poses `world_from_body`, with stamps in nanoseconds or, for formats
 /// without any, in the order of the scans.
@@ -153,18 +153,56 @@ impl Trajectory {
     /// # Ok::<(), dmp_sensor::TrajectoryError>(())
     /// ```
     pub fn world_from_body_at(&self, stamp_ns: i64, max_gap_ns: i64) -> Option<Isometry3<f64>> {
+        Some(match self.place_of(stamp_ns, max_gap_ns)? {
+            PlaceInTime::Pose(pose) => pose,
+            PlaceInTime::Within(span) => span.world_from_body_at(stamp_ns),
+        })
+    }
+
+    /// Where among the poses an instant lies; `None` as [`Self::world_from_body_at`].
+    pub(crate) fn place_of(&self, stamp_ns: i64, max_gap_ns: i64) -> Option<PlaceInTime> {
         let stamps = self.stamps_ns.as_deref()?;
         let after = stamps.partition_point(|&s| s <= stamp_ns);
         let before = after.checked_sub(1)?;
         if stamps[before] == stamp_ns {
-            return Some(self.world_from_body[before]);
+            return Some(PlaceInTime::Pose(self.world_from_body[before]));
         }
-        let gap_ns = stamps.get(after)?.checked_sub(stamps[before])?;
-        if gap_ns > max_gap_ns {
+        let (from_ns, to_ns) = (stamps[before], *stamps.get(after)?);
+        if to_ns.checked_sub(from_ns)? > max_gap_ns {
             return None;
         }
-        let alpha = (stamp_ns - stamps[before]) as f64 / gap_ns as f64;
-        Some(pose_between(&self.world_from_body[before], &self.world_from_body[after], alpha))
+        let between = Between::new(&self.world_from_body[before], &self.world_from_body[after]);
+        Some(PlaceInTime::Within(Span { from_ns, to_ns, between }))
+    }
+}
+
+/// Where among the poses of a trajectory an instant lies.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum PlaceInTime {
+    /// At this one.
+    Pose(Isometry3<f64>),
+    /// Between two.
+    Within(Span),
+}
+
+/// Two poses that follow each other.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Span {
+    from_ns: i64,
+    to_ns: i64,
+    between: Between,
+}
+
+impl Span {
+    /// Whether an instant lies between the two.
+    #[inline]
+    pub(crate) fn holds(&self, stamp_ns: i64) -> bool {
+        self.from_ns < stamp_ns && stamp_ns < self.to_ns
+    }
+
+    /// The pose at an instant between them.
+    pub(crate) fn world_from_body_at(&self, stamp_ns: i64) -> Isometry3<f64> {
+        self.between.at((stamp_ns - self.from_ns) as f64 / (self.to_ns - self.from_ns) as f64)
     }
 }
 

@@ -5,7 +5,8 @@ use std::collections::HashMap;
 use dmp_cast::{Answer, CastBuffers, Query};
 use dmp_map::{TileId, TileTable};
 use dmp_reduce::{
-    Basis, DepthResidual, FrameSums, Layout, Reducer, Residuals, RunSums, Scales, SurfaceGroup,
+    Basis, DepthResidual, FrameSums, Layout, NarrowSums, Reducer, Residuals, RunSums, Scales, Squares,
+    SurfaceGroup, floor,
 };
 use dmp_sensor::{DepthNoise, Isometry3, Ray, ReturnCounts, Scan, depth_per_range};
 
@@ -49,13 +50,15 @@ struct CastRun<'e> {
     run: &'e RunState<'e, RunCaster>,
     /// Whether its surfels know the segments they were seen in.
     is_cross_validated: bool,
+    /// By which scores it is judged, alone or in a pair: whether by `R_cv`, whether by `R_near`.
+    bases: [bool; 2],
     /// The tiles of its own frame.
     own_tiles: OwnTiles,
     /// Of the returns at hand.
     answers: Vec<Answer>,
     residuals: Vec<Residuals>,
     /// Of the frame's returns.
-    frame_tiles: TileTable<RunSums>,
+    frame_tiles: TileTable<NarrowSums>,
 }
 
 impl<'e> CastWorker<'e> {
@@ -65,7 +68,7 @@ impl<'e> CastWorker<'e> {
         Self {
             evaluation,
             poser: Poser::new(poses_of(runs), &plan.filter),
-            runs: runs.iter().map(CastRun::new).collect(),
+            runs: runs.iter().map(|run| CastRun::new(run, &bases(runs))).collect(),
             depth_noise: log.summary().camera.map(|_| settings.depth_noise()),
             queries: Vec::new(),
             buffers: CastBuffers::default(),
@@ -104,7 +107,9 @@ impl Worker for CastWorker<'_> {
             for index in 0..block.len() {
                 of_return.clear();
                 of_return.extend(runs.iter().map(|run| run.residuals[index]));
-                sums.add_return(of_return);
+                sums.add_return_to(of_return, |number, squares| {
+                    runs[number].add_to_tile(&block.rays(number)[index], squares, scales);
+                });
             }
             let scored: Vec<ScoredRun<'_>> = runs
                 .iter()
@@ -118,7 +123,7 @@ impl Worker for CastWorker<'_> {
         })?;
         for (number, run) in self.runs.iter_mut().enumerate() {
             for (tile, of_tile) in run.frame_tiles.drain() {
-                self.tiles.entry((number, tile)).or_default().merge(&of_tile);
+                self.tiles.entry((number, tile)).or_default().merge(&of_tile.sums());
             }
         }
         self.reducer.add_frame(ordinal as u64, &self.frame)?;
@@ -133,11 +138,14 @@ impl Worker for CastWorker<'_> {
 }
 
 impl<'e> CastRun<'e> {
-    fn new(run: &'e RunState<'e, RunCaster>) -> Self {
+    fn new(run: &'e RunState<'e, RunCaster>, all: &[Basis]) -> Self {
+        let own = run.map.basis();
+        let judged_by = |basis| all.iter().any(|&other| own == basis || own.of_pair(other) == basis);
         let edge_m = run.map.caster.map().lattice().tile_edge_m();
         Self {
             run,
-            is_cross_validated: run.map.basis() == Basis::CrossValidated,
+            is_cross_validated: own == Basis::CrossValidated,
+            bases: [Basis::CrossValidated, Basis::Near].map(judged_by),
             own_tiles: OwnTiles::new(&run.own_from_world, edge_m),
             answers: Vec::new(),
             residuals: Vec::new(),
@@ -160,7 +168,7 @@ impl<'e> CastRun<'e> {
         cast.map_err(EvaluateError::map_of(self.run.name()))
     }
 
-    /// What the rays leave, and its sums by tile.
+    /// What the rays leave.
     fn leave_residuals(
         &mut self,
         block: &Block<'_>,
@@ -171,20 +179,24 @@ impl<'e> CastRun<'e> {
         let rays = block.rays(number);
         self.residuals.clear();
         let answered = rays.iter().zip(&self.answers);
-        self.residuals.extend(answered.map(|(ray, answer)| residuals_of(ray, answer, scales)));
+        let bases = self.bases;
+        self.residuals.extend(answered.map(|(ray, answer)| residuals_of(ray, answer, bases, scales)));
         if let Some(noise) = depth_noise {
             for ((residuals, ray), point) in self.residuals.iter_mut().zip(rays).zip(block.points_in_sensor_m)
             {
                 residuals.depth = residuals.first_m.map(|m| depth_residual(m, ray.range_m, *point, noise));
             }
         }
-        for (ray, residuals) in rays.iter().zip(&self.residuals) {
-            let of_tile = self.frame_tiles.entry(self.own_tiles.of(ray.endpoint_in_world()));
-            if of_tile.returns() == 0 {
-                *of_tile = RunSums::new(scales);
-            }
-            of_tile.add(residuals);
+    }
+
+    /// Adds a return to the sums of its tile.
+    #[inline]
+    fn add_to_tile(&mut self, ray: &Ray, squares: &Squares, scales: Scales) {
+        let of_tile = self.frame_tiles.entry(self.own_tiles.of(ray.endpoint_in_world()));
+        if of_tile.is_empty() {
+            *of_tile = NarrowSums::new(scales);
         }
+        of_tile.add(squares);
     }
 
     /// The returns at hand as they are handed over.
@@ -214,14 +226,16 @@ impl OwnTiles {
     fn of(&self, [x, y, z]: [f64; 3]) -> TileId {
         let [x, y] = [0, 1].map(|k| {
             let [a, b, c] = self.rows[k];
-            ((a * x + b * y + c * z + self.origin[k]) * self.per_edge).floor() as i32
+            floor((a * x + b * y + c * z + self.origin[k]) * self.per_edge)
         });
         TileId { x, y }
     }
 }
 
-/// Zhang & Chen 2021, eq. 7: z − z', for each of the three z'; and the pieces of surface on which predictions lie.
-fn residuals_of(ray: &Ray, answer: &Answer, scales: Scales) -> Residuals {
+/// Zhang & Chen 2021, eq. 7: z − z', for each of the three z'; and the pieces of surface on which those predictions lie that
+/// the run is judged by.
+#[inline]
+fn residuals_of(ray: &Ray, answer: &Answer, bases: [bool; 2], scales: Scales) -> Residuals {
     let range_m = ray.range_m;
     let residual = |predicted_m: Option<f64>| predicted_m.map(|z| range_m - z);
     let surface = |predicted_m: Option<f64>| {
@@ -235,7 +249,10 @@ fn residuals_of(ray: &Ray, answer: &Answer, scales: Scales) -> Residuals {
         independent_m: residual(answer.independent_m),
         revisited: answer.revisited,
         depth: None,
-        surfaces: [surface(answer.independent_m), surface(answer.nearest_m.or(answer.first_m))],
+        surfaces: [
+            if bases[0] { surface(answer.independent_m) } else { SurfaceGroup::NONE },
+            if bases[1] { surface(answer.nearest_m.or(answer.first_m)) } else { SurfaceGroup::NONE },
+        ],
     }
 }
 
