@@ -1,5 +1,6 @@
 //! The log on the command line, and how it is to be read.
 
+use dmp::Config;
 use dmp_draw::text::counted;
 use std::path::{Path, PathBuf};
 
@@ -129,9 +130,9 @@ impl LogArgs {
         Self { log: self.log.clone(), reading }
     }
 
-    /// Opens the log.
-    pub(crate) fn open(&self, mapper: &Mapper) -> Result<Box<dyn ScanLog>, LogError> {
-        self.reading.open(&self.log, mapper).map_err(swapped)
+    /// Opens the log in so many threads.
+    pub(crate) fn open(&self, mapper: &Mapper, threads: usize) -> anyhow::Result<Box<dyn ScanLog>> {
+        Ok(in_threads(threads, || self.reading.open(&self.log, mapper).map_err(swapped))??)
     }
 
     /// Looks at the index of the log.
@@ -140,9 +141,15 @@ impl LogArgs {
     }
 
     /// Everything that the log holds, also where it cannot be opened without being told more.
-    pub(crate) fn survey(&self, mapper: &Mapper) -> Result<LogSurvey, LogError> {
-        survey_log(&self.log, &self.reading.options(&self.log, mapper)?)
+    pub(crate) fn survey(&self, mapper: &Mapper, threads: usize) -> anyhow::Result<LogSurvey> {
+        let options = self.reading.options(&self.log, mapper)?;
+        Ok(in_threads(threads, || survey_log(&self.log, &options))??)
     }
+}
+
+/// Opens a log in so many threads, but no more than there are cores: whether they are too many is told once it is open.
+pub(crate) fn in_threads<R: Send>(threads: usize, open: impl FnOnce() -> R + Send) -> anyhow::Result<R> {
+    Ok(dmp::in_threads(threads.clamp(1, Config::default().threads), open)?)
 }
 
 /// What looks like a trajectory in the log's place is told as that.

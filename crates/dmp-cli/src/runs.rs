@@ -152,9 +152,10 @@ impl OpenedRuns {
         maps: impl IntoIterator<Item = MapSource>,
         log: &LogArgs,
         poses: (&PlaceArgs, &ClockArgs),
+        threads: usize,
         common: &Common,
     ) -> anyhow::Result<Self> {
-        let log = log.open(&poses.0.mapper(poses.1.offset_of_all_ns())?)?;
+        let log = log.open(&poses.0.mapper(poses.1.offset_of_all_ns())?, threads)?;
         let tells = (!common.quiet).then_some(&common.host);
         let found = Found::of(started, LogHead::of_log(log.as_ref()), poses, tells)?;
         let damaged = found.is_damaged || !log.summary().damage.is_empty();

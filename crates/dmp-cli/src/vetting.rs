@@ -1,7 +1,6 @@
 //! Looking at runs before they are scored, with the log opened another way where its points call for that.
 
 use dmp::{EvaluateError, PointTimes, Run, Vetted};
-use dmp_log::LogError;
 
 use crate::common::Common;
 use crate::exit::option_of;
@@ -18,10 +17,10 @@ pub(crate) struct Vetting<'a> {
 impl Vetting<'_> {
     /// The runs to be scored, with the log to score them on, and what was found of all. `look` vets runs on a log that `open`
     /// has opened.
-    pub(crate) fn vet<L>(
+    pub(crate) fn vet<L, E>(
         &self,
         opened: OpenedRuns<L>,
-        open: impl Fn(&LogArgs) -> Result<L, LogError>,
+        open: impl Fn(&LogArgs) -> Result<L, E>,
         look: impl Fn(&L, &[Run]) -> Result<Vetted, EvaluateError>,
     ) -> anyhow::Result<(OpenedRuns<L>, Vetted)> {
         let OpenedRuns { mut log, runs, damaged } = opened;

@@ -81,6 +81,7 @@ mod outline;
 mod part_log;
 mod pcd;
 mod points;
+mod pool;
 mod printable;
 mod reads;
 mod residuals;

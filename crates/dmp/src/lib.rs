@@ -133,6 +133,7 @@ pub use suite::{
 pub use unposed::Unposed;
 pub use vet::{Found, LeftOut, Mend, PointTimes, PosesAs, Profile, Told, Vetted, profiles, vet, vet_outline};
 pub use watch::Watch;
+pub use work::in_threads;
 
 pub use dmp_calibrate::{Axis, Calibration, Estimate, Silence};
 pub use dmp_log::{LengthUnit, is_printable, printable};

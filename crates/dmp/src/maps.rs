@@ -87,10 +87,13 @@ pub fn map_of_cloud<'a>(
     let lattice = Lattice::new(voxel_m)?;
     let fuser = MapFuser::new(lattice, means.cloud_map_bytes(), work.path())?;
     let name = output.display().to_string();
-    let found = fuse_given(cloud, &name, settings.map_unit, (&fuser, &Isometry3::identity()), progress)?;
     let file = cloud.file_name().unwrap_or_default().to_string_lossy();
     let text = format!("dmp {}; fused from {file}", env!("CARGO_PKG_VERSION"));
-    let finished = pool.install(|| finish(fuser, output, &Origin::of(text), Life::User, progress));
-    let (store, thin_voxels) = finished?;
+    let (found, (store, thin_voxels)) = pool.install(|| {
+        let into = (&fuser, &Isometry3::identity());
+        let found = fuse_given(cloud, &name, settings.map_unit, into, progress)?;
+        let finished = finish(fuser, output, &Origin::of(text), Life::User, progress)?;
+        Ok::<_, EvaluateError>((found, finished))
+    })?;
     Ok(CloudMap { store, thin_voxels, points_dropped: found.dropped, notes: found.notes })
 }

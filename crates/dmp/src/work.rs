@@ -235,6 +235,14 @@ fn name<C: Checkpoint>(round: Round) -> String {
     }
 }
 
+/// Does something in so many threads, as opening a log that has to be decoded for it.
+///
+/// # Errors
+/// When they cannot be started.
+pub fn in_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> Result<R, EvaluateError> {
+    Ok(pool(threads)?.install(work))
+}
+
 /// Threads for what is not read scan by scan.
 pub(crate) fn pool(threads: usize) -> Result<rayon::ThreadPool, EvaluateError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();

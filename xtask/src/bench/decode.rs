@@ -46,7 +46,7 @@ struct Format {
 }
 
 #[derive(Clone, Copy)]
-enum Container {
+pub(super) enum Container {
     Mcap(McapCompression),
     Folder(FolderFormat),
 }
@@ -159,7 +159,7 @@ fn anonymous_bytes() -> Option<u64> {
 }
 
 /// Scans of a 64-beam sensor driving round a block.
-fn simulate() -> anyhow::Result<Vec<Scan>> {
+pub(super) fn simulate() -> anyhow::Result<Vec<Scan>> {
     let lidar = LidarOptions { azimuth_steps: 1800, rate_hz: 10.0, ..LidarOptions::with_beams(64) };
     let options = RecordingOptions {
         seed: 1,
@@ -174,7 +174,7 @@ fn simulate() -> anyhow::Result<Vec<Scan>> {
 }
 
 /// Writes the scans again and again, ten a second, until there are as many points.
-fn write(path: &Path, kind: Container, scans: &[Scan], points: u64) -> anyhow::Result<()> {
+pub(super) fn write(path: &Path, kind: Container, scans: &[Scan], points: u64) -> anyhow::Result<()> {
     let stamped = |(number, scan): (usize, &Scan)| Scan {
         stamp_ns: Some(1_600_000_000_000_000_000 + number as i64 * 100_000_000),
         ..scan.clone()

@@ -5,6 +5,7 @@ mod city;
 mod decode;
 mod drift;
 mod fuse;
+mod laz;
 mod loops;
 mod quick;
 mod rays;
@@ -32,6 +33,7 @@ pub(crate) enum Bench {
     Decode(decode::DecodeArgs),
     Drift(drift::DriftArgs),
     Fuse(fuse::FuseArgs),
+    Laz(laz::LazArgs),
     Loops(loops::LoopsArgs),
     Quick(quick::QuickArgs),
     Rays(rays::RaysArgs),
@@ -53,6 +55,7 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
         Bench::CastServe(arguments) => cast::serve::run(arguments),
         Bench::Decode(arguments) => decode::run(arguments),
         Bench::Drift(arguments) => drift::run(arguments),
+        Bench::Laz(arguments) => laz::run(arguments),
         Bench::Loops(arguments) => loops::run(arguments),
         Bench::Quick(arguments) => quick::run(arguments),
         Bench::Rays(arguments) => rays::run(arguments),

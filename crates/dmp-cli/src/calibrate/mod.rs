@@ -92,12 +92,12 @@ pub(crate) fn run(arguments: &CalibrateArgs, common: &Common, out: &mut impl Wri
     let _plots = arguments.plots.as_deref().map(OutputsFolder::make).transpose()?;
     let poses = (&arguments.place, &arguments.clock);
     let fused = std::iter::repeat(MapSource::Fused);
-    let opened = OpenedRuns::open(started, fused, &arguments.log, poses, common)?;
+    let opened = OpenedRuns::open(started, fused, &arguments.log, poses, config.threads, common)?;
     let mapper = arguments.place.mapper(time_offset_ns)?;
     let given: Vec<Run> = opened.runs.clone();
     let (OpenedRuns { log, damaged, .. }, vetted) = Vetting { log: &arguments.log, mend: false }.vet(
         opened,
-        |log| log.open(&mapper),
+        |log| log.open(&mapper, config.threads),
         |log, runs| vet(log.as_ref(), runs, &config, false, &Progress::new(common)),
     )?;
     if let Some(folder) = &arguments.plots {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, bail};
 use clap::Args;
+use dmp::Config;
 use dmp_draw::text::counted;
 use dmp_sensor::{Isometry3, Scan};
 
@@ -61,7 +62,7 @@ pub(super) fn run(arguments: &LogConvertArgs, common: &Common, out: &mut impl Wr
         time_offset_ns: arguments.time_offset,
         max_gap_ns: None,
     };
-    let log = arguments.log.open(&mapper)?;
+    let log = arguments.log.open(&mapper, Config::default().threads)?;
     let compression = arguments.compression.unwrap_or(CompressionArg::Zstd);
     let mut writer = LogWriter::create(&arguments.output, format, compression)?;
     let progress = Progress::new(common);

@@ -117,7 +117,7 @@ pub(crate) fn run(arguments: &DriftArgs, common: &Common, out: &mut impl Write) 
     config.check()?;
     let poses = (&arguments.place, &arguments.clock);
     let fused = std::iter::repeat(MapSource::Fused);
-    let opened = OpenedRuns::open(started, fused, &arguments.log, poses, common)?;
+    let opened = OpenedRuns::open(started, fused, &arguments.log, poses, config.threads, common)?;
     let (opened, vetted) = arguments.conventions.vet(opened, &arguments.log, poses, &config, common)?;
     let OpenedRuns { log, runs, damaged } = opened;
     let watch = Progress::new(common);

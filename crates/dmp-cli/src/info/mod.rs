@@ -6,6 +6,7 @@ mod render;
 use std::io::Write;
 
 use clap::Args;
+use dmp::Config;
 
 use crate::exit::Exit;
 use crate::extrinsic::{self, Extrinsic};
@@ -59,7 +60,7 @@ pub(crate) fn run(arguments: &InfoArgs, out: &mut impl Write) -> anyhow::Result<
         time_offset_ns: arguments.time_offset,
         max_gap_ns: None,
     };
-    let survey = arguments.log.survey(&mapper)?;
+    let survey = arguments.log.survey(&mapper, Config::default().threads)?;
     // Of several streams of scans none is the one whose frame moves.
     let frame = match survey.streams.as_slice() {
         [only] => only.log.as_ref().and_then(|log| log.summary().frame_id.clone()),

@@ -8,7 +8,7 @@ use dmp_log::{ScanLog, TimeUnit};
 use dmp_loops::MapOptions;
 
 use super::weights::WeightArgs;
-use crate::log_args::ReadingArgs;
+use crate::log_args::{ReadingArgs, in_threads};
 use crate::parse;
 use crate::settings::{ResourceArgs, ScanArgs};
 
@@ -95,7 +95,8 @@ impl LoopsArgs {
 
     /// Opens a log.
     pub(super) fn open(&self, log: &Path) -> anyhow::Result<Box<dyn ScanLog>> {
-        Ok(self.reading.open(log, &self.scans.place.mapper(self.time_offset)?)?)
+        let mapper = self.scans.place.mapper(self.time_offset)?;
+        Ok(in_threads(self.config().threads, || self.reading.open(log, &mapper))??)
     }
 
     pub(super) fn map_options(&self) -> MapOptions {

@@ -73,8 +73,14 @@ fn from_log(
     common: &Common,
 ) -> anyhow::Result<(Store, bool)> {
     let started = Runs::start(std::slice::from_ref(trajectory), &arguments.reading)?;
-    let OpenedRuns { log, mut runs, damaged } =
-        OpenedRuns::open(started, [MapSource::Fused], &arguments.log, arguments.settings.poses(), common)?;
+    let OpenedRuns { log, mut runs, damaged } = OpenedRuns::open(
+        started,
+        [MapSource::Fused],
+        &arguments.log,
+        arguments.settings.poses(),
+        config.threads,
+        common,
+    )?;
     let beside = Beside::new(&arguments.output)?;
     MAP.clone_into(&mut runs[0].name);
     let config =

@@ -27,7 +27,8 @@ pub(crate) fn run(arguments: &RepairArgs, common: &Common, out: &mut impl Write)
     config.check()?;
     let options = arguments.options();
     let poses = (&arguments.place, &arguments.clock);
-    let opened = OpenedRuns::open(started, [MapSource::Fused], &arguments.log, poses, common)?;
+    let opened =
+        OpenedRuns::open(started, [MapSource::Fused], &arguments.log, poses, config.threads, common)?;
     let (opened, _) = arguments.conventions.vet(opened, &arguments.log, poses, &config, common)?;
     let OpenedRuns { log, runs, damaged } = opened;
     let Some(run) = runs.first() else { anyhow::bail!("there is no run to repair") };

@@ -41,7 +41,7 @@ impl ConventionArgs {
         let mapper = place.mapper(clock.offset_of_all_ns())?;
         let (opened, vetted) = Vetting { log, mend: self.mend }.vet(
             opened,
-            |log| log.open(&mapper),
+            |log| log.open(&mapper, config.threads),
             |log, runs| vet(log.as_ref(), runs, config, self.mend, &Progress::new(common)),
         )?;
         tell(&vetted, common);

@@ -134,7 +134,8 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     let (report, damaged, recorded) = if let Some((report, damaged)) = quick.flatten() {
         (report, damaged, None)
     } else {
-        let opened = OpenedRuns::open(started, maps, &asked.log, asked.settings.poses(), common)?;
+        let opened =
+            OpenedRuns::open(started, maps, &asked.log, asked.settings.poses(), config.threads, common)?;
         let (OpenedRuns { log, runs, damaged }, vetted) =
             asked.conventions.vet(opened, &asked.log, asked.settings.poses(), &config, common)?;
         like.iter().try_for_each(|like| like.check_log(log.summary()))?;

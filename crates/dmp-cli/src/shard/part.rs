@@ -8,6 +8,7 @@ use dmp::{Config, Part, Shard, ShardStage};
 use super::document::{OpenedPlan, told};
 use crate::common::Common;
 use crate::exit::Exit;
+use crate::log_args::in_threads;
 use crate::progress::Progress;
 use crate::say::say;
 use crate::settings::ResourceArgs;
@@ -41,11 +42,12 @@ pub(super) struct PlannedLogArgs {
 impl PartArgs {
     pub(crate) fn run(&self, stage: ShardStage, common: &Common) -> anyhow::Result<Exit> {
         let opened = OpenedPlan::read(&self.plan)?;
+        let config = self.resources.in_config(Config::default());
         let log = match stage {
             ShardStage::Merge => opened.unopened_log(self.log.log.as_deref())?,
-            _ => opened.open_log(self.log.log.as_deref())?,
+            _ => in_threads(config.threads, || opened.open_log(self.log.log.as_deref()))??,
         };
-        let means = Shard::means(&self.resources.in_config(Config::default()));
+        let means = Shard::means(&config);
         let watch = Progress::new(common);
         let OpenedPlan { folder, plan, runs } = &opened;
         let shard = Shard::new(plan, runs, log.as_ref(), folder, &means, &watch);

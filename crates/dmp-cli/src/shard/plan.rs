@@ -104,7 +104,7 @@ pub(crate) fn run(arguments: &PlanArgs, common: &Common, out: &mut impl Write) -
     let maps: Vec<MapSource> = maps_of(&started.names(), &asked.maps)?.into_iter().collect();
     let _taken = OutputsFolder::take(folder)?;
     let poses = asked.settings.poses();
-    let opened = OpenedRuns::open(started, maps, &asked.log, poses, common)?;
+    let opened = OpenedRuns::open(started, maps, &asked.log, poses, config.threads, common)?;
     let (opened, vetted) = asked.conventions.vet(opened, &asked.log, poses, &config, common)?;
     let OpenedRuns { log, runs, damaged } = opened;
     like.iter().try_for_each(|like| like.check_log(log.summary()))?;

@@ -20,7 +20,7 @@ where
     E: From<LogError>,
     F: FnMut(&[[f64; 3]]) -> Result<(), E>,
 {
-    let mut file = LasPoints::open(path, &ReadCount::default())?;
+    let mut file = LasPoints::open(path, &ReadCount::default())?.ahead();
     let ToMetres { scale, note } = match unit {
         Some(unit) => ToMetres { scale: [unit.metres(); 3], note: None },
         None => las_units::of(file.header()).map_err(|e| e.in_file(path))?,

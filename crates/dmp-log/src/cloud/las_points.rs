@@ -16,8 +16,7 @@ use std::sync::Arc;
 #[derive(Debug)]
 enum Source {
     Plain { input: BufReader<CountedFile>, is_at: Option<u64> },
-    // One thread decodes: batches as small as these are not worth more.
-    Compressed(LazReader<BufReader<CountedFile>>),
+    Compressed(Box<LazReader<BufReader<CountedFile>>>),
 }
 
 /// Reads the points of one file. Holds a batch. Of compressed points places and times are read: the other bytes of their
@@ -44,10 +43,19 @@ impl LasPoints {
         let [x, y, z] = header.scales_offsets.map(|(scale, offset)| Transform { scale, offset });
         let batch = PointDataBuilder::new().with_format(format).with_transforms(Vector { x, y, z }).build();
         let source = match &header.laz {
-            Some(layout) => Source::Compressed(LazReader::new(input, Arc::clone(layout))),
+            Some(layout) => Source::Compressed(Box::new(LazReader::new(input, Arc::clone(layout)))),
             None => Source::Plain { input, is_at: None },
         };
         Ok(Self { path: path.into(), source, batch, header, next: 0 })
+    }
+
+    /// The same for points that are read one after the other: what is compressed is decoded ahead on the threads of the pool
+    /// that this is called in, if it has several.
+    pub(crate) fn ahead(mut self) -> Self {
+        if let Source::Compressed(reader) = &mut self.source {
+            reader.go_ahead();
+        }
+        self
     }
 
     pub(crate) fn path(&self) -> &Path {

@@ -26,6 +26,9 @@ pub struct CloudSummary {
 /// None of these formats has checksums: damaged coordinates in a file that is otherwise sound cannot be told
 /// from true ones.
 ///
+/// Called in a rayon pool, the chunks of a LAZ file are decoded ahead on its threads, a few at a time. The points, their order and
+/// the errors are the same.
+///
 /// The sink's own error comes back as it is; `E` only has to be able to hold a [`LogError`].
 ///
 /// # Errors

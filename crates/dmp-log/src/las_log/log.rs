@@ -38,7 +38,7 @@ impl LasLog {
     pub(crate) fn open(path: &Path, options: &LogOptions) -> Result<Self, LogError> {
         let made_with = checked_options(path, options)?;
         let count = ReadCount::default();
-        let mut points = LasPoints::open(path, &count)?;
+        let mut points = LasPoints::open(path, &count)?.ahead();
         let Some(kind) = points.header().gps_time else {
             return Err(option(
                 path,

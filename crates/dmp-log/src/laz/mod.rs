@@ -5,8 +5,12 @@
 //! which everything must be decoded to get at anything; from 6 on each field has a stream of its own, and those that are not
 //! wanted are passed over.
 //!
+//! Chunks of a file that is read from its first point on are decoded ahead, on the threads of whoever reads it.
+//!
 //! Any bytes are decoded to points or to an error: nothing recurses, nothing larger than a chunk of the file is allocated.
 
+mod ahead;
+mod chunk;
 mod decoder;
 pub(crate) mod error;
 mod gps_time;

@@ -1,30 +1,38 @@
 //! The points of a LAZ file, from any point on.
 
+use super::ahead::Ahead;
+use super::chunk::{OpenChunk, Points};
 use super::error::LazError;
 use super::layout::LazLayout;
 use super::point14::{GPS_TIME_LAYER, Point14, XY_LAYER, Z_LAYER};
 use super::pointwise::Pointwise;
-use super::record::{self, GPS_TIME_10, GPS_TIME_14};
+use crate::pool;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Bytes of a chunk that its points may leave over. Encoders write what a decoder takes, so that more are a sign of damage.
-const MAX_LEFT_BYTES: usize = 8;
-
-/// Decodes points. Holds the bytes of a chunk.
+/// Decodes points. Holds the bytes of a chunk, and where chunks are decoded ahead what [`Ahead`] says.
 #[derive(Debug)]
 pub(crate) struct LazReader<R> {
     input: R,
     layout: Arc<LazLayout>,
     /// The chunk that is being decoded.
     chunk: Option<OpenChunk>,
+    /// Chunks that are decoded ahead.
+    ahead: Option<Ahead>,
     next: u64,
 }
 
 impl<R: Read + Seek> LazReader<R> {
     pub(crate) fn new(input: R, layout: Arc<LazLayout>) -> Self {
-        Self { input, layout, chunk: None, next: 0 }
+        Self { input, layout, chunk: None, ahead: None, next: 0 }
+    }
+
+    /// Points will be read one after the other: from now on chunks are decoded ahead on the threads of the pool that this is
+    /// called in, if it has several. The points and the errors are the same.
+    pub(crate) fn go_ahead(&mut self) {
+        let threads = pool::threads();
+        self.ahead = (threads > 1).then(|| Ahead::new(threads));
     }
 
     /// The point to go on with. Those of its chunk before it are decoded when it is read.
@@ -36,6 +44,10 @@ impl<R: Read + Seek> LazReader<R> {
     pub(crate) fn read(&mut self, mut records: &mut [u8]) -> Result<(), LazError> {
         let record_bytes = self.layout.record_bytes;
         while records.len() >= record_bytes {
+            if let Some(count) = self.read_ahead(records)? {
+                records = &mut records[count * record_bytes..];
+                continue;
+            }
             let mut chunk = self.chunk_of_next()?;
             let left = usize::try_from(chunk.points.end - self.next).unwrap_or(usize::MAX);
             let count = left.min(records.len() / record_bytes);
@@ -47,6 +59,19 @@ impl<R: Read + Seek> LazReader<R> {
             records = later;
         }
         Ok(())
+    }
+
+    /// The same for points that are decoded ahead, up to the end of their chunk; tells how many. `None` where they are not.
+    fn read_ahead(&mut self, records: &mut [u8]) -> Result<Option<usize>, LazError> {
+        let Some(mut ahead) = self.ahead.take() else { return Ok(None) };
+        let layout = Arc::clone(&self.layout);
+        let read = ahead.read(&layout, self.next, records, |number| self.open(number));
+        self.ahead = Some(ahead);
+        if let Ok(Some(count)) = read {
+            self.next += count as u64;
+            self.chunk = None;
+        }
+        read
     }
 
     /// The chunk of the next point, decoded up to it.
@@ -113,77 +138,4 @@ impl<R: Read + Seek> LazReader<R> {
         self.input.read_exact(&mut bytes)?;
         Ok(bytes)
     }
-}
-
-/// A decoder of the points after the first of a chunk.
-#[derive(Debug)]
-enum Points {
-    Pointwise(Pointwise),
-    Layered(Box<Point14>),
-}
-
-/// A chunk that is being decoded.
-#[derive(Debug)]
-struct OpenChunk {
-    number: usize,
-    points: Range<u64>,
-    /// Where it is in the file.
-    bytes: Range<u64>,
-    first: Vec<u8>,
-    /// Whether `points` are all that the chunk has: the header may say that there are fewer.
-    is_whole: bool,
-    decoder: Points,
-    next: u64,
-}
-
-impl OpenChunk {
-    /// Decodes so many points, of which the chunk has at least as many left.
-    fn read(&mut self, records: &mut [u8], record_bytes: usize) -> Result<(), LazError> {
-        let mut records = records.chunks_exact_mut(record_bytes);
-        if self.next == self.points.start
-            && let Some(record) = records.next()
-        {
-            record::put_place(record, record::place(&self.first));
-            match self.decoder {
-                Points::Layered(_) => copy_time(record, &self.first, GPS_TIME_14),
-                Points::Pointwise(ref points) if points.has_times() => {
-                    copy_time(record, &self.first, GPS_TIME_10);
-                }
-                Points::Pointwise(_) => {}
-            }
-            self.next += 1;
-        }
-        for record in records {
-            let is_sound = match &mut self.decoder {
-                Points::Pointwise(points) => {
-                    points.decode(record);
-                    points.is_sound()
-                }
-                Points::Layered(points) => {
-                    points.decode(record);
-                    points.is_sound()
-                }
-            };
-            if !is_sound {
-                return Err(self.wrong(format!("point {} cannot be decoded", self.next)));
-            }
-            self.next += 1;
-        }
-        let left_bytes = match &self.decoder {
-            Points::Pointwise(points) => points.left_bytes(),
-            Points::Layered(points) => points.left_bytes(),
-        };
-        if self.next == self.points.end && self.is_whole && left_bytes > MAX_LEFT_BYTES {
-            return Err(self.wrong(format!("its points leave {left_bytes} bytes over")));
-        }
-        Ok(())
-    }
-
-    fn wrong(&self, problem: String) -> LazError {
-        LazError::Chunk { chunk: self.number, bytes: self.bytes.clone(), problem }
-    }
-}
-
-fn copy_time(record: &mut [u8], first: &[u8], at: usize) {
-    record::put::<8>(record, at, record::get(first, at));
 }

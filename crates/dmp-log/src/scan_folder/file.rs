@@ -59,7 +59,11 @@ impl ScanFile {
     pub(super) fn whole_points(&mut self, unpack: bool) -> Result<(u64, Option<Cut>), LogError> {
         let Head { layout, points, body } = &self.head;
         match body {
-            Body::Packed(_) | Body::Las { compressed: true } if unpack => {
+            Body::Las { compressed: true } if unpack => {
+                las::decode(&self.known.path, &self.count, *points)?;
+                Ok((*points, None))
+            }
+            Body::Packed(_) if unpack => {
                 let points = *points;
                 self.read_rows(points, &mut Vec::new())?;
                 Ok((points, None))

@@ -36,6 +36,16 @@ pub(super) fn head(path: &Path, input: &mut (impl Read + Seek), length: u64) -> 
     Ok(Head { layout, points: las.points, body: Body::Las { compressed: las.laz.is_some() } })
 }
 
+/// Decodes the first `points` points, and forgets them.
+pub(super) fn decode(path: &Path, count: &ReadCount, points: u64) -> Result<(), LogError> {
+    let mut file = LasPoints::open(path, count)?;
+    let mut done = 0;
+    while done < points {
+        done += file.read(points - done)?.len() as u64;
+    }
+    Ok(())
+}
+
 /// Reads the first `points` points.
 pub(super) fn read_rows(
     path: &Path,

@@ -1,21 +1,41 @@
 //! Opening a folder: which of its files can be read, and what is told of them.
 
 use super::entry::Entry;
-use super::file::ScanFile;
+use super::file::{Cut, ScanFile};
 use super::format::ScanFormat;
 use super::found::FoundScans;
 use super::log::ScanFolder;
 use super::stamps;
 use crate::damage::{DamageList, first_in_words};
-use crate::reads::ReadCount;
+use crate::points::Layout;
+use crate::pool;
+use crate::reads::{KnownFile, ReadCount};
 use crate::{
     Damage, FrameInfo, LogError, LogOptions, LogSetting, LogSummary, PlaceInFile, fingerprint, shown_path,
 };
 use dmp_lengths::thousands;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// What opening finds in a file.
+struct LookedAt {
+    file: KnownFile,
+    layout: Layout,
+    /// How many are there.
+    points: u64,
+    cut: Option<Cut>,
+}
+
+impl LookedAt {
+    fn of(path: &Path, format: ScanFormat, count: &ReadCount, unpack: bool) -> Result<Self, LogError> {
+        let mut file = ScanFile::open(path, format, count)?;
+        let (points, cut) = file.whole_points(unpack)?;
+        Ok(Self { file: file.known, layout: file.head.layout, points, cut })
+    }
+}
 
 impl ScanFolder {
-    /// Reads the heads of the files; of those in text, every line; what is compressed is unpacked once.
+    /// Reads the heads of the files; of those in text, every line; what is compressed is unpacked once. Looks at several files
+    /// at a time where this is called in a pool with several threads.
     pub(crate) fn open(found: FoundScans, options: &LogOptions) -> Result<Self, LogError> {
         Self::open_with(found, options, true)
     }
@@ -62,14 +82,17 @@ impl ScanFolder {
         unpack: bool,
     ) -> Result<(), LogError> {
         let (mut names, mut damage, mut in_world) = (Vec::new(), DamageList::default(), None);
-        for (number, path) in files.iter().enumerate() {
-            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let (format, count) = (self.format, self.count.clone());
+        let look = |path: &PathBuf| {
             let length = std::fs::metadata(path).map_err(|e| LogError::io(path, "open", e))?.len();
+            Ok((length, LookedAt::of(path, format, &count, unpack)))
+        };
+        for (number, (path, looked_at)) in files.iter().zip(pool::in_order(files, look)).enumerate() {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let (length, looked_at) = looked_at?;
             self.summary.bytes += length;
             names.push((name, length));
-            let opened = ScanFile::open(path, self.format, &self.count);
-            let looked_at = opened.and_then(|mut file| Ok((file.whole_points(unpack)?, file)));
-            let ((points, cut), file) = match looked_at {
+            let LookedAt { file, layout, points, cut } = match looked_at {
                 Ok(looked_at) => looked_at,
                 Err(LogError::Malformed { path, place, problem }) => {
                     let place = format!("{}, {place}", shown_path(&path));
@@ -94,13 +117,13 @@ impl ScanFolder {
                 damage.push(Damage::new(place, cut.what));
             }
             // The last layout is almost always the one.
-            let known = self.layouts.iter().rposition(|known| *known == file.head.layout);
-            let layout = known.unwrap_or(self.layouts.len());
+            let known = self.layouts.iter().rposition(|known| *known == layout);
             if known.is_none() {
-                self.layouts.push(file.head.layout);
+                self.layouts.push(layout);
             }
+            let layout = known.unwrap_or(self.layouts.len() - 1);
             let stamp_ns = stamps_ns.and_then(|stamps| stamps.get(number).copied());
-            self.entries.push(Entry { file: file.known, points, layout, stamp_ns, is_cut });
+            self.entries.push(Entry { file, points, layout, stamp_ns, is_cut });
         }
         self.summary.damage = damage.into_vec();
         if let Some(error) = in_world.filter(|_| self.entries.is_empty()) {

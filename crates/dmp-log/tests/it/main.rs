@@ -11,6 +11,7 @@ mod depth_png;
 mod folder;
 mod forged;
 mod g2o;
+mod in_threads;
 mod las_log;
 mod loop_lists;
 mod mcap_damage;

@@ -254,7 +254,5 @@ pub fn optimised(graph: &PoseGraph, options: &OptimiseOptions) -> Result<(PoseGr
 /// # Errors
 /// When they cannot be started.
 pub fn in_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> Result<R, LoopError> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|source| EvaluateError::Threads { threads, source })?;
-    Ok(pool.install(work))
+    Ok(dmp::in_threads(threads, work)?)
 }

@@ -123,7 +123,7 @@ pub(crate) fn run(arguments: &StudyArgs, common: &Common, out: &mut impl Write) 
     let _plots = arguments.plots.as_deref().map(OutputsFolder::make).transpose()?;
     let fused = std::iter::repeat(MapSource::Fused);
     let OpenedRuns { log, runs, damaged } =
-        OpenedRuns::open(started, fused, &arguments.log, arguments.settings.poses(), common)?;
+        OpenedRuns::open(started, fused, &arguments.log, arguments.settings.poses(), config.threads, common)?;
 
     let feed = arguments.reference_map.as_deref().map(surface_of);
     let surface = feed.as_ref().map(|feed| feed as &ReferenceSurface<'_>);

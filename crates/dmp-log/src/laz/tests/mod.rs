@@ -1,5 +1,6 @@
 //! The decoder beside the crate `laz`, which has another one, and on damaged files.
 
+mod ahead;
 mod damage;
 mod files;
 mod oracle;

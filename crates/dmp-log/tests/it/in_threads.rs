@@ -1,0 +1,112 @@
+//! What is opened or read in a pool of several threads is what is opened or read without one, damage and errors too.
+
+use crate::common::{Random, read_all, scans};
+use crate::las_log::WorldFile;
+use dmp_log::{FolderFormat, FolderScanWriter, LogError, LogOptions, MadeWith, open_log, read_cloud};
+use dmp_sensor::{Isometry3, Point3, Trajectory};
+use std::path::{Path, PathBuf};
+
+/// Does it without a pool and in pools of several sizes; all must come to the same.
+#[track_caller]
+fn same<R: Send + PartialEq + std::fmt::Debug>(work: impl Fn() -> R + Sync) -> R {
+    let alone = work();
+    for threads in [1, 2, 4] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        assert!(pool.install(&work) == alone, "in {threads} threads");
+    }
+    alone
+}
+
+/// A log as far as it can be opened: what is told of it, and its scans.
+fn told(path: &Path, options: &LogOptions) -> Result<String, String> {
+    let log = open_log(path, options).map_err(|e| e.to_string())?;
+    Ok(format!("{:?} {:?} {:?}", log.summary(), log.frames(), read_all(&*log)))
+}
+
+/// Points of a cloud and how reading ended.
+fn cloud(path: &Path) -> (Vec<[f64; 3]>, Result<u64, String>) {
+    let mut points_m = Vec::new();
+    let read = read_cloud(path, None, |batch| {
+        points_m.extend_from_slice(batch);
+        Ok::<(), LogError>(())
+    });
+    (points_m, read.map(|summary| summary.points).map_err(|e| e.to_string()))
+}
+
+/// The files with scans of a folder that was written, in order.
+fn scan_files(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    let entries = |folder: &Path| -> Vec<PathBuf> {
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
+    };
+    let mut files = entries(folder);
+    let below: Vec<PathBuf> =
+        files.iter().filter(|file| file.is_dir()).flat_map(|sub| entries(sub)).collect();
+    files.extend(below);
+    files.retain(|file| file.extension().is_some_and(|found| found == extension));
+    files.sort();
+    files
+}
+
+fn spoil(path: &Path, at: usize, count: usize) {
+    let mut bytes = std::fs::read(path).unwrap();
+    bytes[at..at + count].iter_mut().for_each(|byte| *byte ^= 0x5a);
+    std::fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn one_laz_file_as_a_log_and_as_a_cloud() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("world.laz");
+    let poses = (0..40).map(|k| (1_000_000_000_000 + k * 1_000_000_000, Isometry3::identity())).collect();
+    let made_with = MadeWith::new(Trajectory::stamped(poses).unwrap().trajectory);
+    let options = LogOptions { made_with: Some(made_with), ..LogOptions::default() };
+    for format in [1, 6] {
+        let mut random = Random(3);
+        let mut coordinate = || (random.next() % 100_000) as f64 / 1000.0;
+        let mut point = |k| {
+            let place = Point3::new(500_000.0 + coordinate(), 4_000_000.0 + coordinate(), coordinate());
+            (1000.0 + f64::from(k) * 1e-4, place)
+        };
+        // Chunks of 50,000 points, the last of them short.
+        let points: Vec<_> = (0..210_000).map(&mut point).collect();
+        WorldFile { format, standard_time: true, unit_m: 1.0, points: &points }.write(&path);
+        assert!(same(|| told(&path, &options)).is_ok());
+        assert_eq!(same(|| cloud(&path)).1, Ok(210_000));
+
+        let length = std::fs::metadata(&path).unwrap().len() as usize;
+        spoil(&path, length / 2, 20_000);
+        let damaged = same(|| told(&path, &options)).unwrap();
+        assert!(damaged.contains("50,000 points are lost"));
+        let (before, problem) = same(|| cloud(&path));
+        assert_eq!(before.len(), 65_536);
+        assert!(problem.unwrap_err().contains("cannot decode the points from here"));
+
+        std::fs::write(&path, &std::fs::read(&path).unwrap()[..length / 2]).unwrap();
+        assert!(same(|| told(&path, &options)).is_err());
+        assert!(same(|| cloud(&path)).1.is_err());
+    }
+}
+
+#[test]
+fn folders_of_scans() {
+    let kinds = [("laz", FolderFormat::Laz), ("las", FolderFormat::Las), ("pcd", FolderFormat::Pcd)];
+    for (extension, kind) in kinds {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        let mut writer = FolderScanWriter::create(&path, kind).unwrap();
+        for scan in scans(40, 700, true) {
+            writer.write_scan(&scan).unwrap();
+        }
+        writer.finish().unwrap();
+        let all = same(|| told(&path, &LogOptions::default()));
+        let files = scan_files(&path, extension);
+        // Some are cut, some are damaged, one is of another kind.
+        for cut in [3, 17, 18] {
+            let bytes = std::fs::read(&files[cut]).unwrap();
+            std::fs::write(&files[cut], &bytes[..bytes.len() / 3]).unwrap();
+        }
+        spoil(&files[20], 700, 100);
+        std::fs::write(&files[30], "none").unwrap();
+        assert!(same(|| told(&path, &LogOptions::default())) != all);
+    }
+}
