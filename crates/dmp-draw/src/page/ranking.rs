@@ -58,14 +58,15 @@ fn meanings(report: &Report) -> String {
     let cross_validated = report.is_cross_validated();
     let rms = "root mean square of measured minus predicted range, cut off at the length beside it";
     let scales = report.config.scales;
-    let (widest_m, blocked_m) = (scales.lengths().widest_m(), scales.lengths().blocked_m);
+    let lengths = scales.lengths();
+    let (recording, widest_m, blocked_m) = (lengths.recording, lengths.widest_m(), lengths.blocked_m);
     let missing_m = widest_m * report.config.miss_price.sqrt();
     let mut meanings = Vec::new();
     if cross_validated {
         meanings.push((
             "R_cv",
             format!(
-                "{rms}; predicted from other parts of the drive, so that no scan vouches for itself; at {widest_m} m a return counts \
+                "{rms}; predicted from other parts of the {recording}, so that no scan vouches for itself; at {widest_m} m a return counts \
                  {} m where that is impossible",
                 digits(missing_m)
             ),
@@ -82,8 +83,9 @@ fn meanings(report: &Report) -> String {
     if cross_validated {
         meanings.push((
             "coverage",
-            "returns predicted from other parts of the drive; revisit: from another visit to the place"
-                .to_owned(),
+            format!(
+                "returns predicted from other parts of the {recording}; revisit: from another visit to the place"
+            ),
         ));
     }
     meanings.push((
