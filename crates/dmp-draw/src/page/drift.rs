@@ -86,7 +86,9 @@ fn ways(drift: &DriftReport, pictures: &Pictures) -> String {
         "Visits that were compared are coloured by what the run is off by between them. Arrows lead from where the surfaces of the \
          later visit are to where the run put them, seen from the earlier one, many times too long; hover for numbers.",
     );
-    let [least, most] = COLOURS_M.map(|m| metres(m * pictures.scales.lengths().metre_m));
+    let metre_m = pictures.scales.lengths().metre_m;
+    let [least, most] =
+        [format!("{} cm", 100.0 * COLOURS_M[0] * metre_m), format!("{} m", COLOURS_M[1] * metre_m)];
     text.push_str(&bar(&format!("{least} or less"), &bad_colours(), &format!("{most} or more")));
     text + &grid(&figures)
 }

@@ -53,7 +53,7 @@ fn runs(inputs: &InputReport) -> String {
         "sensor on body",
         "notes",
     ];
-    let classes = ["name", "text", "name", "", "name", "", "", "text", "text", "text"];
+    let classes = ["name", "text", "name", "", "name", "", "", "name", "text", "text"];
     let heads: Vec<String> = heads.iter().zip(classes).map(|(title, class)| head(title, "", class)).collect();
     let row = |run: &RunInputReport| {
         let [x, y, z, qx, qy, qz, qw] = run.body_from_sensor;

@@ -16,7 +16,7 @@ pub(super) fn ranking(report: &Report) -> String {
     let top_m2 =
         ranking.rows.iter().filter_map(|row| row.interval_m2).map(|[_, high]| high).fold(0.0, f64::max);
     let mut heads: Vec<String> =
-        ranking.columns.iter().map(|column| head(&column.title(), column.unit, "")).collect();
+        ranking.columns.iter().map(|column| head(&unbroken(&column.title()), column.unit, "")).collect();
     let interval_title = format!("{} interval", confidence(report.promise.confidence));
     heads.insert(1, head(&interval_title, ranking.unit(), ""));
     heads.splice(0..0, [head("rank", "", ""), head("run", "", "name")]);
@@ -34,6 +34,11 @@ pub(super) fn ranking(report: &Report) -> String {
     };
     let rows: Vec<Vec<String>> = ranking.rows.iter().map(row).collect();
     table(caption, &heads, &rows) + &meanings(report)
+}
+
+/// A number stays on the line of its unit.
+fn unbroken(title: &str) -> String {
+    title.strip_suffix(" m").map_or_else(|| title.to_owned(), |number| format!("{number}\u{a0}m"))
 }
 
 /// A dot at the score, with a line over its interval, and the interval in words.

@@ -16,7 +16,7 @@ use crate::text::digits;
 use crate::worst::travel_m;
 
 /// Width of the picture in units of its drawing.
-const WIDTH: f64 = 640.0;
+const WIDTH: f64 = 400.0;
 /// A way that is less wide than this share of its length is drawn as if it were so wide.
 const FLATTEST: f64 = 0.25;
 /// Points of a way at most.
@@ -70,7 +70,7 @@ fn from_above(pictures: &Pictures, runs: &[usize], names: &[&str], ways: &[Vec<P
     for (k, (&run, way)) in runs.iter().zip(ways).enumerate().rev() {
         let points = chosen.iter().map(|&frame| {
             let [x, y] = at(&way[frame]);
-            format!("{x:.1},{y:.1}")
+            format!("{x:.2},{y:.2}")
         });
         let told = chosen.iter().map(|&frame| scan_in_words(pictures, run, frame, travel_m[frame]));
         let [x, y] = way.first().map_or([0.0; 2], at);
@@ -79,7 +79,7 @@ fn from_above(pictures: &Pictures, runs: &[usize], names: &[&str], ways: &[Vec<P
             drawing,
             "<polyline class=\"s{k}\" points=\"{}\" fill=\"none\" stroke=\"var(--s{k})\" stroke-width=\"1.6\" \
              stroke-linejoin=\"round\" vector-effect=\"non-scaling-stroke\" data-run=\"{}\" data-scans=\"{}\"/>\
-             <circle class=\"s{k}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"var(--s{k})\"/>",
+             <circle class=\"s{k}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\" fill=\"var(--s{k})\"/>",
             points.collect::<Vec<_>>().join(" "),
             escape(names[run]),
             escape(&told.collect::<Vec<_>>().join(";")),
