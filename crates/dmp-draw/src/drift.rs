@@ -1,6 +1,6 @@
 //! Drift in metres, in words and as a table: for terminals and pages alike.
 
-use dmp::{Displacement, DriftComparison, DriftReport, Measured, Report, RunDrift};
+use dmp::{Displacement, DriftComparison, DriftReport, Measured, Report, RunDrift, Scales};
 
 use crate::text::{NONE, confidence, count, counted, digits};
 
@@ -29,10 +29,11 @@ fn or_none(value: Option<f64>, told: impl Fn(f64) -> String) -> String {
 }
 
 /// What is said first: `Where the drive comes back, kiss is off by 59 cm (0.4 % of the way), mostly sideways; lio by 1 cm.`
-pub fn drift_in_words(report: &DriftReport) -> String {
+pub fn drift_in_words(report: &DriftReport, scales: Scales) -> String {
+    let recording = scales.lengths().recording;
     if report.pairs_measured == 0 {
         return format!(
-            "The drive comes back to no place (way {} m, {}): there is nothing to measure drift by.",
+            "The {recording} comes back to no place (way {} m, {}): there is nothing to measure drift by.",
             digits(report.travel_m),
             counted(report.segments as u64, "segment"),
         );
@@ -40,7 +41,7 @@ pub fn drift_in_words(report: &DriftReport) -> String {
     // A centimetre on a drive.
     let floor_m = report.voxel_m * FLOOR_VOXELS;
     let sentences: Vec<String> = report.runs.iter().map(|run| sentence(run, floor_m)).collect();
-    format!("Where the drive comes back, {}.", sentences.join("; "))
+    format!("Where the {recording} comes back, {}.", sentences.join("; "))
 }
 
 /// What was looked at: `12 of 30 pairs of visits to the same places, 1200 m of way`.

@@ -50,8 +50,11 @@ fn over(
     };
     let series = runs.iter().map(|&(run, name)| {
         let mut sums = vec![FrameScore::default(); pieces];
+        let mut has_scans = vec![false; pieces];
         for (frame, time) in frames.iter().zip(times) {
-            sums[piece_of(*time)].add(&frame.scores[run]);
+            let piece = piece_of(*time);
+            sums[piece].add(&frame.scores[run]);
+            has_scans[piece] = true;
         }
         let point = |(piece, sum): (usize, &FrameScore)| Point {
             x: first + (piece as f64 + 0.5) / pieces as f64 * (last - first),
@@ -60,7 +63,8 @@ fn over(
         };
         Series {
             name: name.to_owned(),
-            points: sums.iter().enumerate().map(point).collect(),
+            // A gap says that nothing is predicted there, and not that the sensor went by between two scans.
+            points: sums.iter().enumerate().filter(|(piece, _)| has_scans[*piece]).map(point).collect(),
             style: Style::Line,
         }
     });
@@ -89,6 +93,19 @@ mod tests {
     }
 
     #[test]
+    fn where_no_scan_is_the_line_goes_on() {
+        let mut frames: Vec<_> = (0..4).map(|k| frame(k, None, if k == 2 { 0.0 } else { 1.0 })).collect();
+        for (frame, way_m) in frames.iter_mut().zip([0.0, 1.0, 55.0, 200.0]) {
+            frame.position_in_world_m = vec![[way_m, 0.0, 0.0]];
+        }
+        let pictures =
+            Painter::new(Scales::Drive, frames, None, vec![Basis::CrossValidated], vec![0], 0).finish();
+        let plot = over_way(&pictures, &[(0, "a")], Basis::CrossValidated);
+        let heights: Vec<f64> = plot.series[0].points.iter().map(|point| point.y).collect();
+        assert!(matches!(heights[..], [a, b, c] if a == 1.0 && b.is_nan() && c == 1.0), "{heights:?}");
+    }
+
+    #[test]
     fn time_counts_from_the_first_scan() {
         let frames: Vec<_> =
             (0..5).map(|k| frame(10 + k, Some(7_000_000_000 + 500_000_000 * k as i64), 1.0)).collect();
@@ -106,6 +123,6 @@ mod tests {
         assert_eq!(time_of(&frames[2], None), 8.0);
         let plot = over_time(frames, None);
         assert!(plot.series[0].points[1].y.is_nan(), "nothing was predicted");
-        assert!(over_time(Vec::new(), None).series[0].points[0].y.is_nan());
+        assert!(over_time(Vec::new(), None).series[0].points.is_empty());
     }
 }

@@ -11,6 +11,11 @@ pub(crate) const fn judged_by_m(scales: Scales) -> [f64; 2] {
     [fine_m, wide_m]
 }
 
+/// Decimals of lengths of the way, metres: none on a drive, decimetres in a room.
+pub(crate) fn metre_decimals(scales: Scales) -> usize {
+    usize::from(scales.lengths().metre_m < 1.0)
+}
+
 /// A scored scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SeenFrame {

@@ -7,6 +7,8 @@ use crate::loops::{LoopMapLengths, SimulatedLoopLengths};
 pub struct Lengths {
     /// The name of the kind, in options and results: that of serde.
     pub name: &'static str,
+    /// What a log of it is called in sentences.
+    pub recording: &'static str,
     /// How long what is a metre on a drive is here, metres. Lengths that have no field of their own are in proportion to it.
     pub metre_m: f64,
 

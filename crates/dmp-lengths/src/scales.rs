@@ -24,6 +24,7 @@ const TABLE: &[(Scales, Lengths)] = &[
         Scales::Drive,
         Lengths {
             name: "drive",
+            recording: "drive",
             metre_m: 1.0,
             cv_m: [30.0, 10.0, 2.0, 0.5, 0.2],
             near_m: [5.0, 2.0, 0.5],
@@ -63,6 +64,7 @@ const TABLE: &[(Scales, Lengths)] = &[
         Scales::Room,
         Lengths {
             name: "room",
+            recording: "recording",
             metre_m: 0.1,
             cv_m: [3.0, 1.0, 0.2, 0.05, 0.02],
             near_m: [0.5, 0.2, 0.05],

@@ -2,6 +2,7 @@
 
 use crate::{LogError, PlaceInFile};
 use dmp_disk::open_input;
+use dmp_lengths::thousands;
 use std::fs::{File, Metadata};
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 #[cfg(unix)]
@@ -56,7 +57,7 @@ impl KnownFile {
 
     /// What is said where it is not the file that was opened `before`.
     pub(crate) fn changed_since(&self, before: &Self) -> LogError {
-        let (then, now) = (before.length, self.length);
+        let [then, now] = [before.length, self.length].map(thousands);
         let problem = format!("the file has changed since it was opened: {then} bytes then, {now} now");
         LogError::malformed(&self.path, PlaceInFile::WholeFile, problem)
     }

@@ -188,6 +188,31 @@ fn a_room_is_drawn() {
         ("image", "Map of groundtruth in three dimensions"),
     ];
     assert_sound(&browser, folder.path(), &named);
+    // Nothing in it drives, and lengths are told to a centimetre.
+    let page = browser.open(&folder.path().join("report.html"), 1280, Theme::Light);
+    page.unfold();
+    let words = page.evaluate("document.body.innerText.toLowerCase()").as_str().unwrap().to_owned();
+    assert!(!["drive", "vehicle", "street"].iter().any(|word| words.contains(word)), "{words}");
+    assert!(words.contains("other parts of the recording") && words.contains("14 segments of 3 scans"));
+    let told = |svg: &str| {
+        let told = page.evaluate(&format!(
+            "(() => {{ const svg = document.querySelector('{svg}'); const box = svg.getBoundingClientRect(); \
+             svg.dispatchEvent(new PointerEvent('pointermove', {{ clientX: box.left + box.width / 2, \
+             clientY: box.top + box.height / 2 }})); return svg.nextElementSibling.textContent; }})()"
+        ));
+        told.as_str().unwrap().to_owned()
+    };
+    let decimals = |text: &str, of: &str| {
+        let number = text.split(of).nth(1).unwrap().trim_start().split(' ').next().unwrap().to_owned();
+        number.split_once('.').map_or(0, |(_, decimals)| decimals.len())
+    };
+    let place = told("#map-0");
+    assert_eq!([" x", ", y"].map(|axis| decimals(&format!(" {place}"), axis)), [2, 2], "{place}");
+    let line = "document.querySelector('polyline[data-scans]').dataset.scans.split(';')[7]";
+    let scan = page.evaluate(line).as_str().unwrap().to_owned();
+    assert_eq!(decimals(&scan, " s,"), 2, "{scan}");
+    drop(page);
+
     let scene = dmp(folder.path(), &format!("score room {runs} --voxel 0.1 --scene room.mcap"));
     assert_eq!(scene.status.code(), Some(0), "{}", text(&scene.stderr));
     assert!(text(&scene.stderr).contains(" surfels and "), "{}", text(&scene.stderr));

@@ -134,7 +134,7 @@ pub(crate) fn run(arguments: &DriftArgs, common: &Common, out: &mut impl Write) 
         let written = serde_json::to_writer_pretty(&mut *out, &report).map_err(io::Error::from);
         written.and_then(|()| writeln!(out))
     } else {
-        render::report(out, &report, arguments.verbose)
+        render::report(out, &report, config.scales_on(log.summary()), arguments.verbose)
     };
     when_printed(printed.map_err(Into::into), exit)
 }

@@ -2,15 +2,20 @@
 
 use std::io::{self, Write};
 
-use dmp::{Displacement, DriftReport, VisitPairReport};
+use dmp::{Displacement, DriftReport, Scales, VisitPairReport};
 use dmp_draw::text::{NONE, Side, Table, digits};
 use dmp_draw::{DRIFT_HEADS, drift_compared, drift_in_words, drift_row, metres, pairs_in_words};
 
 use crate::say::tell;
 
 /// Writes the report: what comes first, the runs, who is better, and the pairs where they are asked for.
-pub(super) fn report(out: &mut impl Write, report: &DriftReport, verbose: bool) -> io::Result<()> {
-    tell!(out, "{}", drift_in_words(report))?;
+pub(super) fn report(
+    out: &mut impl Write,
+    report: &DriftReport,
+    scales: Scales,
+    verbose: bool,
+) -> io::Result<()> {
+    tell!(out, "{}", drift_in_words(report, scales))?;
     if report.pairs_measured == 0 {
         return Ok(());
     }

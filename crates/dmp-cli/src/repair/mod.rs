@@ -31,6 +31,7 @@ pub(crate) fn run(arguments: &RepairArgs, common: &Common, out: &mut impl Write)
         OpenedRuns::open(started, [MapSource::Fused], &arguments.log, poses, config.threads, common)?;
     let (opened, _) = arguments.conventions.vet(opened, &arguments.log, poses, &config, common)?;
     let OpenedRuns { log, runs, damaged } = opened;
+    let scales = config.scales_on(log.summary());
     let Some(run) = runs.first() else { anyhow::bail!("there is no run to repair") };
 
     let watch = Progress::new(common);
@@ -46,6 +47,7 @@ pub(crate) fn run(arguments: &RepairArgs, common: &Common, out: &mut impl Write)
         result.compare(drift, score);
     }
     drop(watch);
+    let recording = scales.lengths().recording;
     if let (true, Some(trajectory), Some(graph)) = (result.is_written, &repaired.trajectory, &repaired.graph)
     {
         let mut files = SavedTogether::default();
@@ -59,7 +61,7 @@ pub(crate) fn run(arguments: &RepairArgs, common: &Common, out: &mut impl Write)
         let written = serde_json::to_writer_pretty(&mut *out, &result).map_err(io::Error::from);
         written.and_then(|()| writeln!(out))
     } else {
-        render::result(out, &result, &arguments.output)
+        render::result(out, &result, recording, &arguments.output)
     };
     when_printed(printed.map_err(Into::into), if damaged { Exit::InputDamaged } else { Exit::Done })
 }

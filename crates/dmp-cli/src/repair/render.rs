@@ -10,9 +10,14 @@ use dmp_draw::text::{NONE, Side, Table, counted};
 use super::result::{DriftResult, RepairResult, RoundResult, ScoreResult};
 use crate::say::tell;
 
-/// Writes what was done, and both runs beside each other.
-pub(super) fn result(out: &mut impl Write, result: &RepairResult, output: &Path) -> io::Result<()> {
-    tell!(out, "{}", sentence(result))?;
+/// Writes what was done, and both runs beside each other. `recording` is what the log is called: a drive or a recording.
+pub(super) fn result(
+    out: &mut impl Write,
+    result: &RepairResult,
+    recording: &str,
+    output: &Path,
+) -> io::Result<()> {
+    tell!(out, "{}", sentence(result, recording))?;
     if let Some(round) = result.told_round() {
         writeln!(out, "{}", loops(round, result.rounds.len()))?;
     }
@@ -43,22 +48,24 @@ fn median(drift: &RunDrift) -> String {
     drift.median_m.value.map_or_else(|| "an unknown length".to_owned(), metres)
 }
 
-fn sentence(result: &RepairResult) -> String {
+fn sentence(result: &RepairResult, recording: &str) -> String {
     let run = &result.run;
     match (result.outcome, &result.drift) {
         ("repaired", Some(drift)) => format!(
-            "Where the drive comes back, {run} was off by {} and is off by {} now.",
+            "Where the {recording} comes back, {run} was off by {} and is off by {} now.",
             median(&drift.before),
             median(&drift.after)
         ),
         ("worse", _) => format!("{run} repaired makes a worse map than {run}."),
-        ("no revisit", _) => "The drive comes back to no place: there is nothing to repair a run by.".to_owned(),
+        ("no revisit", _) => {
+            format!("The {recording} comes back to no place: there is nothing to repair a run by.")
+        },
         ("nothing measured", _) => {
             "No two visits to a place could be brought onto each other: nothing is known of how far the run is off."
                 .to_owned()
         }
         ("nothing to repair", _) => {
-            format!("Where the drive comes back, {run} is off by no more than can be told: there is nothing to repair.")
+            format!("Where the {recording} comes back, {run} is off by no more than can be told: there is nothing to repair.")
         }
         _ => format!("None of the loops that {run} was found to close makes its map better."),
     }

@@ -22,14 +22,20 @@ pub(super) fn legend(report: &Report, shown: &[&str]) -> Vec<(&'static str, Stri
     let depth = if has_depth { "; depth: along the optical axis, as cameras measure" } else { "" };
     let dmp = "mean square of the distance to the first surface on the ray, not truncated: outliers rule it";
     all.push(("DMP", format!("{dmp}{depth}")));
-    let coverage = "share of returns whose ray meets a surface that other parts of the drive measured";
-    all.push(("coverage", format!("{coverage}; revisit: that another visit measured")));
-    let blocked_m = report.config.scales.lengths().blocked_m;
+    let lengths = report.config.scales.lengths();
+    let (recording, blocked_m) = (lengths.recording, lengths.blocked_m);
+    all.push((
+        "coverage",
+        format!(
+            "share of returns whose ray meets a surface that other parts of the {recording} measured; revisit: that another \
+             visit measured"
+        ),
+    ));
     all.push((
         "miss",
         format!(
-            "share of rays that meet no surface; blocked: that meet one over {blocked_m} m too early, as trails of traffic \
-             and doubled walls"
+            "share of rays that meet no surface; blocked: that meet one over {blocked_m} m too early, as trails of what \
+             moved and doubled walls"
         ),
     ));
     let sure = text::confidence(report.promise.confidence);
@@ -56,8 +62,9 @@ fn cross_validated(report: &Report) -> String {
     let missing_m = widest_m * report.config.miss_price.sqrt();
     format!(
         "RMS range residual: how far each return is from the first surface on its ray, of those that other parts of the \
-         drive measured; less is better. {} A ray that meets no such surface counts {missing_m:.*} m at {widest_m} m; \
+         {} measured; less is better. {} A ray that meets no such surface counts {missing_m:.*} m at {widest_m} m; \
          the columns below {widest_m} m leave it out.",
+        lengths.recording,
         truncated(&lengths.cv_m[1..4]),
         if widest_m >= 10.0 { 1 } else { 2 }
     )

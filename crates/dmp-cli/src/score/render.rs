@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use dmp::{DriftReport, FreeSpaceReport, Report, SegmentLength};
+use dmp::{DriftReport, FreeSpaceReport, Report};
 use dmp_draw::text::{self, counted, percent, shortened};
 use dmp_draw::{answer, drift_beside_scores, drift_in_words, pairs_in_words, promise};
 
@@ -77,7 +77,7 @@ fn drift_of_runs(
     verbose: bool,
     terminal: Terminal,
 ) -> io::Result<()> {
-    terminal.tell(out, "", &drift_in_words(drift))?;
+    terminal.tell(out, "", &drift_in_words(drift, report.config.scales))?;
     if drift.pairs_measured == 0 {
         return Ok(());
     }
@@ -109,14 +109,7 @@ fn settings(report: &Report) -> String {
             format!("{} of {}", text::count(used), counted(all, what))
         }
     };
-    let count = counted(config.segments.count as u64, "segment");
-    let segments = match config.segments.length() {
-        // Whole metres without a decimal, as everybody writes them.
-        Some(SegmentLength::Metres(m)) => format!("{count} of {} m", (10.0 * m).round() / 10.0),
-        Some(SegmentLength::Seconds(s)) => format!("{count} of {s} s"),
-        Some(SegmentLength::Scans(scans)) => format!("{count} of {}", counted(scans, "scan")),
-        None => "every scan a segment".to_owned(),
-    };
+    let segments = text::segments_in_words(&config.segments);
     let returns = match report.sampling.places {
         Some(_) => format!("{} scored", counted(inputs.returns_used, "return")),
         None => of(inputs.returns_used, inputs.returns, "return"),

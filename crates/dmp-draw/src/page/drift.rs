@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use dmp::{Displacement, DriftReport, Report, VisitReport};
+use dmp::{Displacement, DriftReport, Report, Scales, VisitReport};
 
 use super::html::{bar, cell, figure, grid, head, list, paragraph, table};
 use super::overlay::{self, Frame};
@@ -24,7 +24,7 @@ const AROUND: f64 = 24.0;
 const ARROW: f64 = 48.0;
 /// Times that arrows may be too long.
 const FACTORS: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
-/// Colours go from the one to the other, alike for each factor, metres.
+/// Colours go from the one to the other, alike for each factor, metres of a drive.
 const COLOURS_M: [f64; 2] = [0.01, 10.0];
 /// A displacement is told of a place where it is so many times as long as its standard deviations together.
 const SIGMAS: f64 = 3.0;
@@ -34,7 +34,7 @@ const NEAR_M: f64 = 5.0;
 /// The section: what is said first, the table, and the ways where somebody watched.
 pub(super) fn drift(report: &Report, pictures: Option<&Pictures>) -> String {
     let Some(drift) = &report.drift else { return String::new() };
-    let mut body = paragraph(&drift_in_words(drift));
+    let mut body = paragraph(&drift_in_words(drift, report.config.scales));
     if drift.pairs_measured == 0 {
         return body;
     }
@@ -86,14 +86,16 @@ fn ways(drift: &DriftReport, pictures: &Pictures) -> String {
         "Visits that were compared are coloured by what the run is off by between them. Arrows lead from where the surfaces of the \
          later visit are to where the run put them, seen from the earlier one, many times too long; hover for numbers.",
     );
-    let [least, most] = COLOURS_M.map(metres);
+    let metre_m = pictures.scales.lengths().metre_m;
+    let [least, most] =
+        [format!("{} cm", 100.0 * COLOURS_M[0] * metre_m), format!("{} m", COLOURS_M[1] * metre_m)];
     text.push_str(&bar(&format!("{least} or less"), &bad_colours(), &format!("{most} or more")));
     text + &grid(&figures)
 }
 
 /// The colour of a length.
-fn colour(length_m: f64) -> String {
-    let [least_m, most_m] = COLOURS_M;
+fn colour(length_m: f64, scales: Scales) -> String {
+    let [least_m, most_m] = COLOURS_M.map(|m| m * scales.lengths().metre_m);
     let share = libm::log(length_m.max(least_m) / least_m) / libm::log(most_m / least_m);
     hex(bad_colours()[step(share)])
 }
@@ -123,7 +125,7 @@ fn way(drift: &DriftReport, pictures: &Pictures, frame_of: &FrameOf, run: usize)
     let mut drawing = overlay::way(places.iter().map(|place| at(*place)));
     let mut arrows = String::new();
     for (visits, off) in offs(drift, run) {
-        let colour = colour(length_m(off));
+        let colour = colour(length_m(off), pictures.scales);
         for visit in visits {
             let scans = visit.scans.iter().filter_map(|scan| frame_of.get(scan));
             let points: Vec<String> = scans

@@ -141,7 +141,10 @@
   const placeAt = (svg, { x, y }) => {
     if (!svg.dataset.map) return null;
     const [left, bottom, perMetre, height] = svg.dataset.map.split(" ").map(Number);
-    return `x ${digits(left + x / perMetre)} m, y ${digits(bottom + (height - y) / perMetre)} m`;
+    // As fine as the picture is drawn: a room needs centimetres.
+    const decimals = Math.max(0, Math.ceil(Math.log10(perMetre)));
+    const [across, up] = [left + x / perMetre, bottom + (height - y) / perMetre];
+    return `x ${across.toFixed(decimals)} m, y ${up.toFixed(decimals)} m`;
   };
   // A plot: the values of its axes.
   const valueAt = (svg, { x, y }) => {

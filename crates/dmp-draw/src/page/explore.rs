@@ -7,7 +7,7 @@ use crate::plot::escape;
 /// The script. Without it the page says the same.
 pub(super) const SCRIPT: &str = include_str!("explore.js");
 /// The only script that the page may run, by its SHA-256: `openssl dgst -sha256 -binary explore.js | base64`.
-pub(super) const SCRIPT_HASH: &str = "sha256-xRGr69lCXPBb6kkwO/IV/n7TRzX/59DAvhfhxL8E3IY=";
+pub(super) const SCRIPT_HASH: &str = "sha256-xN2Gw4rFz+PpI8uWzrkhLERli0zghUBq2Q9X5jLlMAk=";
 
 /// Links to the sections of a page.
 pub(super) fn contents(main: &str) -> String {

@@ -3,7 +3,7 @@
 use dmp::{ConfigReport, InputReport, Pairing, PoseAt, Report, RunInputReport};
 
 use super::html::{cell, head, table, terms};
-use crate::text::{NONE, bytes, count, counted, digits, duration};
+use crate::text::{NONE, bytes, count, counted, digits, duration, segments_in_words};
 
 /// The log, the runs, the settings, the effort.
 pub(super) fn inputs(report: &Report) -> String {
@@ -53,7 +53,7 @@ fn runs(inputs: &InputReport) -> String {
         "sensor on body",
         "notes",
     ];
-    let classes = ["name", "text", "name", "", "name", "", "", "text", "text", "text"];
+    let classes = ["name", "text", "name", "", "name", "", "", "name", "text", "text"];
     let heads: Vec<String> = heads.iter().zip(classes).map(|(title, class)| head(title, "", class)).collect();
     let row = |run: &RunInputReport| {
         let [x, y, z, qx, qy, qz, qw] = run.body_from_sensor;
@@ -88,13 +88,11 @@ fn pairing(run: &RunInputReport) -> String {
 
 fn settings(report: &Report) -> String {
     let config = &report.config;
-    let segments = match config.segments.length_m {
-        Some(length_m) => format!("{} of {length_m:.1} m", config.segments.count),
-        None => "every scan is one".to_owned(),
-    };
+    // Where none is looked for, there is nothing to tell.
     let vehicle = match config.ego.box_m() {
-        Some([from, to]) => format!("{}, {from:?} to {to:?} m", config.ego.name()),
-        None => format!("{}, {}", config.ego.name(), counted(config.ego.cells as u64, "cell")),
+        Some([from, to]) => Some(format!("{}, {from:?} to {to:?} m", config.ego.name())),
+        None if config.ego.cells == 0 && config.scales.lengths().ego_travel_m.is_none() => None,
+        None => Some(format!("{}, {}", config.ego.name(), counted(config.ego.cells as u64, "cell"))),
     };
     let trails = match &report.free_space {
         Some(free_space) => format!(
@@ -117,7 +115,7 @@ fn settings(report: &Report) -> String {
         let (scored, total) = (counted(sampling.frames_scored, "scan"), count(sampling.frames_total));
         format!("{scored} of {total}{seed}{looks}")
     };
-    terms([
+    let told = [
         ("dmp", report.dmp_version.clone()),
         ("scored", scored),
         (
@@ -127,7 +125,7 @@ fn settings(report: &Report) -> String {
                 config.voxel_m, config.disc_radius_m, config.tile_edge_m
             ),
         ),
-        ("segments", segments),
+        ("segments", segments_in_words(&config.segments)),
         (
             "ranges",
             format!(
@@ -135,7 +133,6 @@ fn settings(report: &Report) -> String {
                 config.min_range_m, config.max_range_m, config.horizon_m
             ),
         ),
-        ("vehicle", vehicle),
         (
             "every",
             if config.every == 1 { "all scans".to_owned() } else { format!("one scan of {}", config.every) },
@@ -147,7 +144,8 @@ fn settings(report: &Report) -> String {
             format!("{} of {} m² in R_cv({widest_m})", config.miss_price, widest_m * widest_m)
         }),
         ("trails", trails),
-    ])
+    ];
+    terms(told.into_iter().chain(vehicle.map(|vehicle| ("vehicle", vehicle))))
 }
 
 /// The noise of the sensor, in words.

@@ -106,9 +106,11 @@ pub(super) fn coverage(pictures: &Pictures, names: &[&str]) -> Result<String, pn
         "Only places that the sensor came back to tell whether the map holds together as a whole. Where nothing predicts the \
          returns, nothing is known of the map.",
     );
+    let recording = pictures.scales.lengths().recording;
+    let from_elsewhere = format!("predicted from other parts of the {recording}");
     let words = [
         "predicted from another visit",
-        "predicted from other parts of the log",
+        from_elsewhere.as_str(),
         "not predicted: seen once, or from too few scans",
     ];
     let key = keys(COVERAGE.iter().map(|colour| hex(*colour)).zip(words));

@@ -21,6 +21,7 @@ use dmp::{Basis, Report};
 
 use crate::painter::Pictures;
 use crate::plot::escape;
+use crate::seen::metre_decimals;
 use crate::text::count;
 use crate::{histogram, profile};
 use explore::SCRIPT;
@@ -63,7 +64,7 @@ pub fn page(input: &PageInput<'_>) -> Result<String, png::EncodingError> {
     main.push_str(&section("ranking", "Ranking", &ranking::ranking(report)));
     main.push_str(&section(
         "drift",
-        "Drift where the drive comes back",
+        &format!("Drift where the {} comes back", report.config.scales.lengths().recording),
         &drift::drift(report, input.pictures),
     ));
     match input.pictures {
@@ -91,8 +92,8 @@ pub fn page(input: &PageInput<'_>) -> Result<String, png::EncodingError> {
         escape(&title),
         extent(report),
         paragraph(
-            "Made by dmp: the Dense Map Posterior (Zhang & Chen, ICIP 2021) for LiDAR, without ground truth. Scores compare runs \
-             of this log under these settings only."
+            "Made by dmp: the Dense Map Posterior (Zhang & Chen, ICIP 2021) for LiDARs and depth cameras, without ground truth. Scores \
+             compare runs of this log under these settings only."
         ),
         cloud::SCRIPT
     ))
@@ -110,7 +111,7 @@ fn extent(report: &Report) -> String {
         None => format!("{} of {} scans", count(report.sampling.frames_scored), count(inputs.scans as u64)),
     };
     let way = match report.config.segments.travel_m {
-        way_m if way_m < 1000.0 => format!("{way_m:.0} m"),
+        way_m if way_m < 1000.0 => format!("{way_m:.*} m", metre_decimals(report.config.scales)),
         way_m => format!("{:.1} km", way_m / 1e3),
     };
     format!("<p class=\"muted\">{scored} scored, {} returns, {way} of way</p>\n", count(inputs.returns_used))

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use dmp_lengths::thousands;
+
 use crate::plot::escape;
 
 /// Points of a way at most.
@@ -37,8 +39,9 @@ impl Frame {
             "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"{}\" viewBox=\"0 0 {width:.1} {total:.1}\" \
              font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" fill=\"var(--ink)\">{drawing}\
              <path d=\"M2 {y:.1}H{end:.1}M2 {tick:.1}v8M{end:.1} {tick:.1}v8\" stroke=\"var(--ink)\" stroke-width=\"1.5\"/>\
-             <text x=\"{beside:.1}\" y=\"{letters:.1}\">{bar_m} m</text>{arrow}</svg>\n",
+             <text x=\"{beside:.1}\" y=\"{letters:.1}\">{bar}</text>{arrow}</svg>\n",
             escape(label),
+            bar = round_metres(bar_m),
         )
     }
 }
@@ -58,10 +61,19 @@ pub(super) fn way(points: impl ExactSizeIterator<Item = [f64; 2]>) -> String {
     }
     let Some([x, y]) = first else { return String::new() };
     format!(
-        "<polyline points=\"{}\" fill=\"none\" stroke=\"var(--ink)\" stroke-width=\"1.2\" stroke-linejoin=\"round\"/>\
-         <circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"var(--ink)\"/>",
+        "<polyline points=\"{}\" fill=\"none\" stroke=\"var(--ink)\" stroke-width=\"1.2\" stroke-linejoin=\"round\" class=\"way\"/>\
+         <circle class=\"way\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"var(--ink)\"/>",
         line.trim_end()
     )
+}
+
+/// `0.5 m`, `200 m`, `5 km`.
+fn round_metres(length_m: f64) -> String {
+    if length_m < 1000.0 {
+        format!("{length_m} m")
+    } else {
+        format!("{} km", thousands((length_m / 1e3).round()))
+    }
 }
 
 /// The largest of 1, 2 and 5 times a power of ten that is not longer, metres.
@@ -80,6 +92,7 @@ mod tests {
             [0.7, 1.0, 4.9, 30.0, 99.0, 612.0].map(round_length_m),
             [0.5, 1.0, 2.0, 20.0, 50.0, 500.0]
         );
+        assert_eq!([0.5, 500.0, 2e3, 1e6].map(round_metres), ["0.5 m", "500 m", "2 km", "1,000 km"]);
         let frame = Frame { width: 400.0, height: 300.0, units_per_m: 2.0 };
         let svg = frame.svg("a <map>", "", Some("y"));
         assert!(svg.contains("aria-label=\"a &lt;map&gt;\"") && svg.contains(">50 m</text>"), "{svg}");

@@ -11,7 +11,7 @@ use crate::image::Image;
 use crate::painter::Pictures;
 use crate::plot::escape;
 use crate::profile::time_of;
-use crate::seen::{FrameScore, judged_by_m};
+use crate::seen::{FrameScore, judged_by_m, metre_decimals};
 use crate::worst::{Pass, WorstPlace};
 
 /// The plot over time, to which places lead.
@@ -72,8 +72,7 @@ fn article(
     let name = names[place.run];
     let [x, y, _] = place.centre_in_world_m;
     let when = place.passes.first().map_or_else(String::new, |pass| times(pictures, pass));
-    // To a metre on a drive, to a tenth of one in a room.
-    let decimals = usize::from(pictures.scales.lengths().metre_m < 1.0);
+    let decimals = metre_decimals(pictures.scales);
     let heading = format!("{}. {when}", number + 1);
     let id = format!("place-{}-{}", place.run, number + 1);
     let basis = pictures.bases[place.run];

@@ -16,7 +16,7 @@ pub(super) fn ranking(report: &Report) -> String {
     let top_m2 =
         ranking.rows.iter().filter_map(|row| row.interval_m2).map(|[_, high]| high).fold(0.0, f64::max);
     let mut heads: Vec<String> =
-        ranking.columns.iter().map(|column| head(&column.title(), column.unit, "")).collect();
+        ranking.columns.iter().map(|column| head(&unbroken(&column.title()), column.unit, "")).collect();
     let interval_title = format!("{} interval", confidence(report.promise.confidence));
     heads.insert(1, head(&interval_title, ranking.unit(), ""));
     heads.splice(0..0, [head("rank", "", ""), head("run", "", "name")]);
@@ -34,6 +34,11 @@ pub(super) fn ranking(report: &Report) -> String {
     };
     let rows: Vec<Vec<String>> = ranking.rows.iter().map(row).collect();
     table(caption, &heads, &rows) + &meanings(report)
+}
+
+/// A number stays on the line of its unit.
+fn unbroken(title: &str) -> String {
+    title.strip_suffix(" m").map_or_else(|| title.to_owned(), |number| format!("{number}\u{a0}m"))
 }
 
 /// A dot at the score, with a line over its interval, and the interval in words.
@@ -58,14 +63,15 @@ fn meanings(report: &Report) -> String {
     let cross_validated = report.is_cross_validated();
     let rms = "root mean square of measured minus predicted range, cut off at the length beside it";
     let scales = report.config.scales;
-    let (widest_m, blocked_m) = (scales.lengths().widest_m(), scales.lengths().blocked_m);
+    let lengths = scales.lengths();
+    let (recording, widest_m, blocked_m) = (lengths.recording, lengths.widest_m(), lengths.blocked_m);
     let missing_m = widest_m * report.config.miss_price.sqrt();
     let mut meanings = Vec::new();
     if cross_validated {
         meanings.push((
             "R_cv",
             format!(
-                "{rms}; predicted from other parts of the drive, so that no scan vouches for itself; at {widest_m} m a return counts \
+                "{rms}; predicted from other parts of the {recording}, so that no scan vouches for itself; at {widest_m} m a return counts \
                  {} m where that is impossible",
                 digits(missing_m)
             ),
@@ -82,8 +88,9 @@ fn meanings(report: &Report) -> String {
     if cross_validated {
         meanings.push((
             "coverage",
-            "returns predicted from other parts of the drive; revisit: from another visit to the place"
-                .to_owned(),
+            format!(
+                "returns predicted from other parts of the {recording}; revisit: from another visit to the place"
+            ),
         ));
     }
     meanings.push((

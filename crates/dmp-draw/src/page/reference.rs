@@ -6,7 +6,7 @@ use super::html::{cell, head, list, paragraph, table};
 use super::places::times;
 use crate::painter::Pictures;
 use crate::plot::escape;
-use crate::seen::judged_by_m;
+use crate::seen::{judged_by_m, metre_decimals};
 use crate::text::NONE;
 use crate::worst::contests;
 
@@ -22,11 +22,12 @@ pub(super) fn reference(report: &Report, pictures: &Pictures, name: &str) -> Str
     }
     let mut body = paragraph(&format!(
         "{name} is taken to be true. Published trajectories are wrong in places too: where another run's map predicts its \
-         own scans clearly better, the reference is the first to doubt. A stretch of a few metres tells little by itself."
+         own scans clearly better, the reference is the first to doubt. A stretch of a few {}s tells little by itself.",
+        pictures.scales.lengths().reach_units[0]
     ));
     let [fine_m, wide_m] = judged_by_m(pictures.scales);
     let at = format!("at {fine_m} and {wide_m} m");
-    let decimals = usize::from(pictures.scales.lengths().metre_m < 1.0);
+    let decimals = metre_decimals(pictures.scales);
     let metres = |m: f64| cell(&format!("{m:.decimals$}"), "");
     let row = |run: usize| {
         let contest = &contests[run];

@@ -33,8 +33,8 @@ pub fn suite_page(report: &SuiteReport, remarks: &[String]) -> String {
         escape(&report.dmp_version),
         extent(report),
         paragraph(
-            "Made by dmp: the Dense Map Posterior (Zhang & Chen, ICIP 2021) for LiDAR, without ground truth. On each log all \
-             versions were scored together."
+            "Made by dmp: the Dense Map Posterior (Zhang & Chen, ICIP 2021) for LiDARs and depth cameras, without ground truth. On \
+             each log all versions were scored together."
         )
     )
 }

@@ -11,11 +11,12 @@ use crate::laid::rigid;
 use crate::painter::Pictures;
 use crate::plot::{Axis, Plot, Point, Series, Style, escape};
 use crate::profile::time_of;
+use crate::seen::metre_decimals;
 use crate::text::digits;
 use crate::worst::travel_m;
 
 /// Width of the picture in units of its drawing.
-const WIDTH: f64 = 640.0;
+const WIDTH: f64 = 400.0;
 /// A way that is less wide than this share of its length is drawn as if it were so wide.
 const FLATTEST: f64 = 0.25;
 /// Points of a way at most.
@@ -30,7 +31,7 @@ pub(super) fn trajectories(pictures: &Pictures, names: &[&str], most: usize, siz
     let key = keys(named).replacen("<ul class=\"keys\"", "<ul class=\"keys\" data-runs", 1);
     let text = paragraph(&format!(
         "Each run is turned and moved as one piece so that it lies best on {}; x and y are those of its world. Where the runs part, \
-         they disagree on the shape of the drive, and not on where it lies.",
+         they disagree on the shape of the way, and not on where it lies.",
         names[best]
     ));
     let above = from_above(pictures, &runs, names, &ways);
@@ -69,7 +70,7 @@ fn from_above(pictures: &Pictures, runs: &[usize], names: &[&str], ways: &[Vec<P
     for (k, (&run, way)) in runs.iter().zip(ways).enumerate().rev() {
         let points = chosen.iter().map(|&frame| {
             let [x, y] = at(&way[frame]);
-            format!("{x:.1},{y:.1}")
+            format!("{x:.2},{y:.2}")
         });
         let told = chosen.iter().map(|&frame| scan_in_words(pictures, run, frame, travel_m[frame]));
         let [x, y] = way.first().map_or([0.0; 2], at);
@@ -78,7 +79,7 @@ fn from_above(pictures: &Pictures, runs: &[usize], names: &[&str], ways: &[Vec<P
             drawing,
             "<polyline class=\"s{k}\" points=\"{}\" fill=\"none\" stroke=\"var(--s{k})\" stroke-width=\"1.6\" \
              stroke-linejoin=\"round\" vector-effect=\"non-scaling-stroke\" data-run=\"{}\" data-scans=\"{}\"/>\
-             <circle class=\"s{k}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"var(--s{k})\"/>",
+             <circle class=\"s{k}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\" fill=\"var(--s{k})\"/>",
             points.collect::<Vec<_>>().join(" "),
             escape(names[run]),
             escape(&told.collect::<Vec<_>>().join(";")),
@@ -100,7 +101,9 @@ fn scan_in_words(pictures: &Pictures, run: usize, frame: usize, way_m: f64) -> S
         Some([_, m]) => format!(", off by {} cm", digits(100.0 * m)),
         None => String::new(),
     };
-    format!("scan {}{time}, {way_m:.0} m of way{off}", seen.number)
+    // A room needs centimetres.
+    let decimals = 2 * metre_decimals(pictures.scales);
+    format!("scan {}{time}, {way_m:.decimals$} m of way{off}", seen.number)
 }
 
 fn heights(pictures: &Pictures, runs: &[usize], names: &[&str], ways: &[Vec<Point3<f64>>]) -> Plot {
@@ -158,6 +161,14 @@ mod tests {
         let drawn = trajectories(&pictures, &["a", "<b>"], 6, [480.0, 300.0]);
         assert!(drawn.contains("data-run=\"&lt;b&gt;\"") && drawn.contains("scan 7, 0.7 s, "), "{drawn}");
         assert_eq!(drawn.matches("<polyline class=\"s0\"").count(), 2);
+    }
+
+    #[test]
+    fn the_way_is_told_in_centimetres_in_a_room() {
+        let mut pictures = pictures(&Isometry3::identity());
+        assert_eq!(scan_in_words(&pictures, 0, 7, 12.345), "scan 7, 0.7 s, 12 m of way");
+        pictures.scales = Scales::Room;
+        assert_eq!(scan_in_words(&pictures, 0, 7, 12.345), "scan 7, 0.7 s, 12.35 m of way");
     }
 
     #[test]

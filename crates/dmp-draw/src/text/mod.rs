@@ -3,6 +3,7 @@
 mod lines;
 mod table;
 
+use dmp::{SegmentLength, SegmentReport};
 use dmp_lengths::thousands;
 
 pub use lines::{shortened, width_of, wrapped};
@@ -93,6 +94,18 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
+/// How the way was cut: `17 segments of 12 m`.
+pub fn segments_in_words(segments: &SegmentReport) -> String {
+    let count = counted(segments.count as u64, "segment");
+    match segments.length() {
+        // Whole metres without a decimal, as everybody writes them.
+        Some(SegmentLength::Metres(m)) => format!("{count} of {} m", (10.0 * m).round() / 10.0),
+        Some(SegmentLength::Seconds(s)) => format!("{count} of {s} s"),
+        Some(SegmentLength::Scans(scans)) => format!("{count} of {}", counted(scans, "scan")),
+        None => "every scan a segment".to_owned(),
+    }
+}
+
 /// Nanoseconds as seconds.
 pub fn seconds(ns: i64) -> f64 {
     ns as f64 / 1e9
@@ -137,6 +150,24 @@ mod tests {
             [0.0123, 61.24, 725.0, 7384.0].map(duration),
             ["0.0123 s", "61.2 s", "12 min 5 s", "2 h 3 min"]
         );
+    }
+
+    #[test]
+    fn segments_are_as_long_as_they_were_cut() {
+        let mut segments = SegmentReport {
+            length_m: Some(12.04),
+            length_s: None,
+            length_scans: Some(3),
+            count: 1234,
+            travel_m: 0.0,
+            starts_ns: Vec::new(),
+            starts_scan: Vec::new(),
+        };
+        assert_eq!(segments_in_words(&segments), "1,234 segments of 12 m");
+        segments.length_m = None;
+        assert_eq!(segments_in_words(&segments), "1,234 segments of 3 scans");
+        segments.length_scans = None;
+        assert_eq!(segments_in_words(&segments), "every scan a segment");
     }
 
     #[test]

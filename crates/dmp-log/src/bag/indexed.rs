@@ -6,6 +6,7 @@ use super::sqlite::RowPlace;
 use super::store::{Bag, FileKind};
 use crate::reads::ReadCount;
 use crate::{LogError, PlaceInFile};
+use dmp_lengths::thousands;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -67,7 +68,8 @@ impl IndexedBag {
             let found = path_of(path, &file.name);
             let now = found.metadata().map_err(|e| LogError::io(&found, "open", e))?.len();
             if now != file.bytes {
-                let problem = format!("it has {now} bytes, and had {} when the log was indexed", file.bytes);
+                let [now, then] = [now, file.bytes].map(thousands);
+                let problem = format!("it has {now} bytes, and had {then} when the log was indexed");
                 return Err(LogError::malformed(&found, PlaceInFile::WholeFile, problem));
             }
             Ok(())

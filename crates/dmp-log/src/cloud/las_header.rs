@@ -7,6 +7,7 @@ use super::las_crs::{self, CrsRecord, EVLR_HEAD_BYTES};
 use crate::laz::items::PointsHead;
 use crate::laz::layout::LazLayout;
 use crate::{ParseError, PlaceInFile};
+use dmp_lengths::thousands;
 use std::io::{Read, Seek};
 use std::sync::Arc;
 
@@ -65,13 +66,19 @@ pub(crate) fn check(input: &mut (impl Read + Seek), length: u64) -> Result<LasHe
     if header_bytes < 227 || header_bytes > data_at || data_at > length {
         return wrong(
             96,
-            format!("a header of {header_bytes} bytes, points from byte {data_at}, a file of {length} bytes"),
+            format!(
+                "a header of {header_bytes} bytes, points from byte {data_at}, a file of {} bytes",
+                thousands(length)
+            ),
         );
     }
     if data_at > MAX_RECORDS_BYTES {
         return wrong(
             96,
-            format!("points from byte {data_at} on: records of more than {MAX_RECORDS_BYTES} bytes"),
+            format!(
+                "points from byte {data_at} on: records of more than {} bytes",
+                thousands(MAX_RECORDS_BYTES)
+            ),
         );
     }
     let [format] = bytes.at(104, "the point format")?;
@@ -107,6 +114,7 @@ pub(crate) fn check(input: &mut (impl Read + Seek), length: u64) -> Result<LasHe
     match points_bytes.and_then(|size| size.checked_add(data_at)) {
         Some(end) if compressed || end <= length => {}
         _ => {
+            let [points, length] = [points, length].map(thousands);
             return wrong(
                 107,
                 format!(

@@ -107,8 +107,10 @@ fn read_compressed<E: From<LogError>, F: FnMut(&[[f64; 3]]) -> Result<(), E>>(
     let starts_at = header.bytes + 8;
     if compressed > length.saturating_sub(starts_at) || !may_hold(compressed, unpacked) {
         let problem = format!(
-            "{compressed} compressed bytes that unpack to {unpacked}, in the {} bytes behind the header",
-            length.saturating_sub(starts_at)
+            "{} compressed bytes that unpack to {}, in the {} bytes behind the header",
+            thousands(compressed),
+            thousands(unpacked),
+            thousands(length.saturating_sub(starts_at))
         );
         return Err(broken(path, PlaceInFile::Byte(header.bytes), problem));
     }

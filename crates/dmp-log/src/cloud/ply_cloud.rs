@@ -96,8 +96,10 @@ fn read_binary<E: From<LogError>>(
         of(header.vertices, header.vertex_bytes as u64).and_then(|bytes| bytes.checked_add(skipped?));
     let (Some(skipped), Some(_)) = (skipped, needed.filter(|&needed| needed <= left)) else {
         let problem = format!(
-            "{} vertices of {} bytes do not fit in the {left} bytes behind the header",
-            header.vertices, header.vertex_bytes
+            "{} vertices of {} bytes do not fit in the {} bytes behind the header",
+            thousands(header.vertices),
+            header.vertex_bytes,
+            thousands(left)
         );
         return Err(broken(path, PlaceInFile::Byte(header.bytes), problem));
     };

@@ -1,5 +1,6 @@
 //! Depth images: PNG with 16 bits of gray.
 
+use dmp_lengths::thousands;
 use png::{Decoder, DecodingError, Limits};
 use std::io::{BufRead, Read, Seek};
 
@@ -47,10 +48,10 @@ fn parse_head(head: &[u8], length: u64) -> Result<[u32; 2], String> {
     let [width, height] = size_px;
     let pixels = u64::from(width) * u64::from(height);
     if pixels == 0 || pixels > MOST_PX {
-        return Err(format!("{width} x {height} pixels, expected 1 to {MOST_PX} in all"));
+        return Err(format!("{width} x {height} pixels, expected 1 to {} in all", thousands(MOST_PX)));
     }
     if pixels * PIXEL_BYTES as u64 > length.saturating_mul(MOST_PACKED) {
-        return Err(format!("{width} x {height} pixels cannot be in {length} bytes"));
+        return Err(format!("{width} x {height} pixels cannot be in {} bytes", thousands(length)));
     }
     Ok(size_px)
 }

@@ -2,6 +2,7 @@
 
 use crate::points::NumberType;
 use crate::{ParseError, PlaceInFile};
+use dmp_lengths::thousands;
 
 /// A field of a point.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -87,12 +88,13 @@ impl PcdHeader {
             return Ok(());
         }
         let problem = format!(
-            "{} points of {} do not fit in the {left} bytes behind the header",
-            self.points,
+            "{} points of {} do not fit in the {} bytes behind the header",
+            thousands(self.points),
             match self.data {
                 PcdData::Ascii => "text".to_owned(),
                 _ => format!("{} bytes", self.point_bytes),
-            }
+            },
+            thousands(left)
         );
         Err(ParseError::new(PlaceInFile::Byte(self.bytes), problem))
     }
@@ -111,8 +113,10 @@ impl PcdHeader {
             (_, Some(bytes)) if bytes == claimed => true,
             _ => {
                 let problem = format!(
-                    "{claimed} bytes unpacked, for {} points of {} bytes",
-                    self.points, self.point_bytes
+                    "{} bytes unpacked, for {} points of {} bytes",
+                    thousands(claimed),
+                    thousands(self.points),
+                    self.point_bytes
                 );
                 return Err(ParseError::new(PlaceInFile::Byte(self.bytes + 4), problem));
             }

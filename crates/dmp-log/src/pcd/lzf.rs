@@ -3,6 +3,8 @@
 
 use std::io::{self, Read};
 
+use dmp_lengths::thousands;
+
 /// A copy reaches back this far at most, bytes.
 const WINDOW: usize = 8192;
 /// Unpacked bytes kept before those no copy can reach are let go.
@@ -15,7 +17,11 @@ const MAX_GROWTH: u64 = 88;
 /// Allocates no more than `input` can hold, whatever is expected.
 pub(crate) fn decompress(input: &[u8], expected_len: u64) -> Result<Vec<u8>, String> {
     if !may_hold(input.len() as u64, expected_len) {
-        return Err(format!("{} compressed bytes cannot hold {expected_len}", input.len()));
+        return Err(format!(
+            "{} compressed bytes cannot hold {}",
+            thousands(input.len()),
+            thousands(expected_len)
+        ));
     }
     let (mut rest, mut output) = (input, Vec::with_capacity(expected_len as usize));
     while output.len() as u64 <= expected_len {
@@ -25,8 +31,10 @@ pub(crate) fn decompress(input: &[u8], expected_len: u64) -> Result<Vec<u8>, Str
     }
     match output.len() as u64 {
         found if found == expected_len => Ok(output),
-        found if found > expected_len => Err(format!("more than the {expected_len} bytes claimed")),
-        found => Err(format!("{found} bytes, {expected_len} were claimed")),
+        found if found > expected_len => {
+            Err(format!("more than the {} bytes claimed", thousands(expected_len)))
+        }
+        found => Err(format!("{} bytes, {} were claimed", thousands(found), thousands(expected_len))),
     }
 }
 

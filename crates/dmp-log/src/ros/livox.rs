@@ -7,6 +7,7 @@
 use super::cloud::Cloud;
 use super::wire::{WireError, WireReader};
 use crate::points::{Field, Layout, NumberType};
+use dmp_lengths::thousands;
 
 /// Bytes of a point. Where numbers are aligned, one more follows it, but not behind the last.
 const POINT_BYTES: u32 = 19;
@@ -35,7 +36,8 @@ pub(super) fn parse(mut message: WireReader<'_>) -> Result<Cloud<'_>, WireError>
     let step = POINT_BYTES + u32::from(message_is_aligned);
     let needed = count.saturating_mul(step as usize).saturating_sub(usize::from(message_is_aligned));
     if needed > data.len() {
-        let problem = format!("{count} points of {step} bytes do not fit in {} bytes of data", data.len());
+        let [count, bytes] = [count, data.len()].map(thousands);
+        let problem = format!("{count} points of {step} bytes do not fit in {bytes} bytes of data");
         return Err(WireError(problem));
     }
     let named = FIELDS.map(|(name, offset, kind)| (name.to_owned(), Field { offset, kind }));

@@ -3,6 +3,7 @@
 use super::cloud::Cloud;
 use super::wire::{WireError, WireReader};
 use crate::points::{Field, Layout, NumberType};
+use dmp_lengths::thousands;
 
 /// A type as numbered by `sensor_msgs/msg/PointField`.
 fn kind_of(datatype: u8) -> Option<NumberType> {
@@ -75,7 +76,10 @@ fn check_size(height: u32, width: u32, point_step: u32, row_step: u32, data: u64
     // One row needs no step to the next, and drivers leave it 0.
     let row_step = if height <= 1 { row_bytes } else { u64::from(row_step) };
     if row_step < row_bytes {
-        return Err(format!("row_step is {row_step}, less than {width} points of {point_step} bytes"));
+        return Err(format!(
+            "row_step is {row_step}, less than {} points of {point_step} bytes",
+            thousands(width)
+        ));
     }
     let needed = match u64::from(height) {
         0 => Some(0),
@@ -84,7 +88,10 @@ fn check_size(height: u32, width: u32, point_step: u32, row_step: u32, data: u64
     match needed {
         Some(needed) if needed <= data => Ok(row_step as usize),
         _ => Err(format!(
-            "{height} rows of {width} points of {point_step} bytes do not fit in {data} bytes of data"
+            "{} rows of {} points of {point_step} bytes do not fit in {} bytes of data",
+            thousands(height),
+            thousands(width),
+            thousands(data)
         )),
     }
 }

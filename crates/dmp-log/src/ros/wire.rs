@@ -1,5 +1,7 @@
 //! How ROS puts messages into bytes: CDR for ROS 2, its own unaligned form for ROS 1. Read in place.
 
+use dmp_lengths::thousands;
+
 /// Why a message ended before it should.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct WireError(pub(crate) String);
@@ -56,8 +58,9 @@ impl<'a> WireReader<'a> {
         let rest = self.payload.get(self.at..).unwrap_or_default();
         let Some(bytes) = rest.get(..count) else {
             return Err(WireError(format!(
-                "{what} takes {count} bytes, the message has {} left",
-                rest.len()
+                "{what} takes {} bytes, the message has {} left",
+                thousands(count),
+                thousands(rest.len())
             )));
         };
         self.at += count;
@@ -244,7 +247,7 @@ mod tests {
     #[test]
     fn claimed_lengths_are_checked() {
         let mut reader = WireReader::new(Encoding::Cdr, &[0, 1, 0, 0, 0xff, 0xff, 0xff, 0xff, 1]).unwrap();
-        assert!(reader.bytes("data").unwrap_err().0.contains("4294967295 bytes, the message has 1 left"));
+        assert!(reader.bytes("data").unwrap_err().0.contains("4,294,967,295 bytes, the message has 1 left"));
         assert!(WireReader::new(Encoding::Cdr, &[0, 1]).unwrap_err().0.contains("[00, 01]"));
         assert!(WireReader::new(Encoding::Cdr, &[0, 7, 0, 0]).is_err());
     }

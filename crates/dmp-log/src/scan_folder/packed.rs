@@ -5,6 +5,7 @@ use crate::pcd::lzf;
 use crate::points::Field;
 use crate::reads::fill;
 use crate::{LogError, ParseError, PlaceInFile};
+use dmp_lengths::thousands;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
@@ -36,11 +37,14 @@ pub(super) fn packed(
     let left = length.saturating_sub(data_at + 8);
     if compressed_bytes > left {
         return Err(wrong(format!(
-            "{compressed_bytes} compressed bytes are claimed, {left} are left: is it cut?"
+            "{} compressed bytes are claimed, {} are left: is it cut?",
+            thousands(compressed_bytes),
+            thousands(left)
         )));
     }
     if !lzf::may_hold(compressed_bytes, uncompressed_bytes) {
-        return Err(wrong(format!("{compressed_bytes} compressed bytes cannot hold {uncompressed_bytes}")));
+        let [packed, unpacked] = [compressed_bytes, uncompressed_bytes].map(thousands);
+        return Err(wrong(format!("{packed} compressed bytes cannot hold {unpacked}")));
     }
     let (mut columns, mut named, mut row_bytes) = (Vec::new(), Named::new(), 0);
     for (field, at) in header.columns(uncompressed_bytes)? {

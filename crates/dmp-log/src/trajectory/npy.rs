@@ -4,6 +4,7 @@ use super::error::TrajectoryParseError;
 use super::numbers::pose_of_rows;
 use crate::decimal::shorten;
 use crate::{ParseError, PlaceInFile};
+use dmp_lengths::thousands;
 use dmp_sensor::Trajectory;
 
 /// What every such file begins with.
@@ -44,8 +45,9 @@ pub(super) fn for_each_matrix(
     let pose_bytes = rows * 4 * size;
     // Compared before anything is made of it; poses may be any number.
     if poses.checked_mul(pose_bytes) != Some(data.len()) {
+        let [bytes, poses] = [data.len(), poses].map(thousands);
         let problem =
-            format!("{} bytes of data for {poses} poses of {pose_bytes} bytes: is the file cut?", data.len());
+            format!("{bytes} bytes of data for {poses} poses of {pose_bytes} bytes: is the file cut?");
         return Err(ParseError::new(PlaceInFile::Byte(data_at as u64), problem));
     }
     for pose in 0..poses {
@@ -161,7 +163,10 @@ impl Header {
         };
         let end = start + length;
         let Some(text) = bytes.get(start..end) else {
-            return Err(error(start, format!("a header of {length} bytes in a file of {}", bytes.len())));
+            return Err(error(
+                start,
+                format!("a header of {} bytes in a file of {}", thousands(length), thousands(bytes.len())),
+            ));
         };
         let text = std::str::from_utf8(text).map_err(|_| error(start, "the header is not text".into()))?;
         let bad =

@@ -113,7 +113,7 @@ fn what_is_no_depth_image_is_skipped_with_its_name_and_the_rest_is_read() {
         ("palette", other_image(Indexed, Eight, [12, 9]), "8 bits of a palette"),
         ("size", other_image(Grayscale, Sixteen, [9, 12]), "9 x 12 pixels, not 12 x 9"),
         ("crc", bad_crc, "the CRC"),
-        ("huge", huge, "16384 x 16384 pixels, expected 1 to 16777216"),
+        ("huge", huge, "16384 x 16384 pixels, expected 1 to 16,777,216"),
         ("large", large, "1024 x 1024 pixels cannot be in"),
         ("cut", whole[..20].to_vec(), "the file ends at byte 20, within its head"),
         ("empty", Vec::new(), "no PNG"),

@@ -79,12 +79,12 @@ fn broken_messages_are_skipped_and_named() {
     let cases: Vec<(Vec<u8>, &str)> = vec![
         (with(&|m| m.point_step = 0), "point_step is 0"),
         (with(&|m| m.point_step = 8), "field `z` ends at byte 12 of a point of 8 bytes"),
-        (with(&|m| m.width = u32::MAX), "1 rows of 4294967295 points of 12 bytes do not fit in 48 bytes"),
+        (with(&|m| m.width = u32::MAX), "1 rows of 4,294,967,295 points of 12 bytes do not fit in 48 bytes"),
         (
             with(&|m| (m.width, m.height) = (u32::MAX, u32::MAX)),
-            "row_step is 48, less than 4294967295 points",
+            "row_step is 48, less than 4,294,967,295 points",
         ),
-        (with(&|m| (m.height, m.row_step) = (u32::MAX, u32::MAX)), "4294967295 rows of 4 points"),
+        (with(&|m| (m.height, m.row_step) = (u32::MAX, u32::MAX)), "4,294,967,295 rows of 4 points"),
         (with(&|m| m.fields[2].0 = "w"), "no field `z` among [x, y, w]"),
         (with(&|m| m.fields[0].2 = U32), "field `x` is uint32, not float32"),
         (with(&|m| m.fields[0].2 = 42), "field `x` has the unknown type 42"),

@@ -165,7 +165,7 @@ fn what_is_wrong_is_named_with_its_place() {
     let broken = header_of("list uchar int", "list float int");
     assert_says(&error("b.ply", &broken), &["`vertex_index` has the type `float`"]);
     let broken = header_of("element vertex 5", "element vertex 4000000000");
-    assert_says(&error("b.ply", &broken), &["4000000000 vertices of 24 bytes do not fit"]);
+    assert_says(&error("b.ply", &broken), &["4,000,000,000 vertices of 24 bytes do not fit"]);
 
     assert_says(&error("c.obj", b"v 1 2 3\nv 1 2\n"), &["c.obj: line 2:", "`` is no coordinate"]);
     assert_says(&error("c.obj", b"v 1 2 3\nf 1 1 2\n"), &["line 2:", "`2` names no vertex"]);

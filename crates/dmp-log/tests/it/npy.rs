@@ -115,7 +115,7 @@ fn other_arrays_are_refused() {
     assert_says(&with(0, b'x'), &["byte 0", "no .npy file", "78, 4e"]);
     assert_says(&with(6, 4), &["byte 6", "version 4.0"]);
     assert_says(&with(7, 1), &["version 1.1"]);
-    assert_says(&with(9, 0xff), &["byte 10", "65398 bytes in a file of 256"]);
+    assert_says(&with(9, 0xff), &["byte 10", "65,398 bytes in a file of 256"]);
     assert_says(&with(20, 0xff), &["not text"]);
     assert_says(&error_of(b"\x93NUMPY\x01\x00\x05"), &["byte 9", "ends within its header"]);
 }
@@ -128,8 +128,8 @@ fn the_shape_is_compared_with_the_length_of_the_file() {
         ("2", &["byte 128", "128 bytes of data for 2 poses of 128 bytes", "cut?"][..]),
         ("0", &["128 bytes of data for 0 poses"]),
         // Times 128 this is 0 in 64 bits.
-        ("288230376151711744", &["for 288230376151711744 poses"]),
-        ("18446744073709551615", &["for 18446744073709551615 poses"]),
+        ("288230376151711744", &["for 288,230,376,151,711,744 poses"]),
+        ("18446744073709551615", &["for 18,446,744,073,709,551,615 poses"]),
         ("99999999999999999999", &["shape (99999999999999999999, 4, 4)"]),
     ] {
         assert_says(&error_of(&npy(&header(poses), &IDENTITY)), parts);

@@ -158,7 +158,7 @@ fn row_03_lying_headers_are_refused_before_anything_is_allocated() {
         assert_says(&error, &["map.pcd"]);
         assert_says(&error, parts);
     };
-    let huge = "18446744073709551615";
+    let [huge, told] = ["18446744073709551615", "18,446,744,073,709,551,615"];
     let claim = |data: &str, count: &str| {
         header(good, data)
             .replace("WIDTH 3", &format!("WIDTH {count}"))
@@ -166,12 +166,12 @@ fn row_03_lying_headers_are_refused_before_anything_is_allocated() {
     };
     let claims: [(&str, Vec<u8>); 2] = [("ascii", text(&points)), ("binary", binary(&points))];
     for (data, body) in &claims {
-        says(&claim(data, huge), body, &["byte", huge]);
-        says(&claim(data, "1000000000000"), body, &["byte", "1000000000000 points"]);
+        says(&claim(data, huge), body, &["byte", told]);
+        says(&claim(data, "1000000000000"), body, &["byte", "1,000,000,000,000 points"]);
     }
     says(&claim("binary", "4"), &binary(&points), &["byte 201", "4 points of 37 bytes", "111 bytes"]);
     says(&claim("ascii", "4"), &text(&points), &["line 15", "ends after 3 of 4 points"]);
-    says(&claim("binary_compressed", huge), &compressed(&points, false), &["unpacked", huge]);
+    says(&claim("binary_compressed", huge), &compressed(&points, false), &["unpacked", told]);
     says(&claim("binary_compressed", "4"), &compressed(&points, false), &["102 bytes unpacked", "4 points"]);
 
     let packed = compressed(&points, false);
@@ -181,8 +181,8 @@ fn row_03_lying_headers_are_refused_before_anything_is_allocated() {
         changed
     };
     let compressed_header = header(good, "binary_compressed");
-    says(&compressed_header, &change(0, u32::MAX), &["4294967295 compressed bytes"]);
-    says(&compressed_header, &change(4, u32::MAX), &["unpack to 4294967295"]);
+    says(&compressed_header, &change(0, u32::MAX), &["4,294,967,295 compressed bytes"]);
+    says(&compressed_header, &change(4, u32::MAX), &["unpack to 4,294,967,295"]);
     says(&compressed_header, &packed[..6], &["byte", "do not fit in the 6 bytes"]);
     says(&compressed_header, &change(0, 20), &["cannot unpack"]);
     let garbage = [&packed[..8], &[0xff; 100]].concat();

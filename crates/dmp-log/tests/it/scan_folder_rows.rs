@@ -57,8 +57,8 @@ fn row_03_lying_headers_promise_nothing() {
         bad[at..at + 4].copy_from_slice(&value.to_le_bytes());
         damage("pcd", &good, &bad).1
     };
-    assert_says(&with(sizes_at, u32::MAX), &["4294967295 compressed bytes are claimed", "skipped"]);
-    assert_says(&with(sizes_at + 4, u32::MAX), &["cannot hold 4294967295", "skipped"]);
+    assert_says(&with(sizes_at, u32::MAX), &["4,294,967,295 compressed bytes are claimed", "skipped"]);
+    assert_says(&with(sizes_at + 4, u32::MAX), &["cannot hold 4,294,967,295", "skipped"]);
     assert_says(&with(sizes_at + 4, 211), &["211 bytes unpacked", "skipped"]);
 
     let folder = tempfile::tempdir().unwrap();
@@ -71,7 +71,7 @@ fn row_03_lying_headers_promise_nothing() {
     fs::write(&path, bad).unwrap();
     let options = LogOptions { point_time: dmp_log::PointTime::Ignore, ..LogOptions::default() };
     let log = dmp_log::open_log(folder.path(), &options).unwrap();
-    assert_says(&log.summary().damage[0].what, &["18446744073709551615 points", "skipped"]);
+    assert_says(&log.summary().damage[0].what, &["18,446,744,073,709,551,615 points", "skipped"]);
 }
 
 #[test]

@@ -96,7 +96,7 @@ fn row_03_claims_of_heads_are_not_believed() {
     clouds[5].row_step = u32::MAX;
     fs::write(path.join("lying.mcap"), bag(&clouds)).unwrap();
     for (log, used, words) in
-        [("pcd", 24, ["000005.pcd", "4,000,000,000"]), ("lying.mcap", 23, ["message 5", "4294967295"])]
+        [("pcd", 24, ["000005.pcd", "4,000,000,000"]), ("lying.mcap", 23, ["message 5", "4,294,967,295"])]
     {
         let arguments = format!("score {log} -t truth.tum -t drift.tum --threads 1 --json --quiet");
         let output = dmp_limited(path, "ulimit -v 1500000", &arguments);

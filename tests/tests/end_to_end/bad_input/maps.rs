@@ -27,8 +27,8 @@ fn row_03_claims_of_map_heads_are_not_believed() {
     );
     let body = [0_u8; 36];
     for (name, head, claim) in [
-        ("map.ply", ply.as_str(), "1000000000000"),
-        ("map.pcd", pcd, "800000000000"),
+        ("map.ply", ply.as_str(), "1,000,000,000,000"),
+        ("map.pcd", pcd, "800,000,000,000"),
         ("mesh.ply", &mesh, "face"),
     ] {
         fs::write(path.join(name), [head.as_bytes(), &body].concat()).unwrap();

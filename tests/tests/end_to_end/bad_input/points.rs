@@ -79,8 +79,8 @@ fn row_10_a_cloud_that_makes_no_sense_is_named_and_the_rest_is_scored() {
     let clouds: Vec<Cloud> = scans.iter().map(Cloud::of).collect();
     let spoilers: [(Spoil, &str); 8] = [
         (|cloud| cloud.point_step = 0, "point_step is 0"),
-        (|cloud| (cloud.width, cloud.height) = (u32::MAX, u32::MAX), "4294967295"),
-        (|cloud| (cloud.height, cloud.row_step) = (u32::MAX, u32::MAX), "4294967295 rows"),
+        (|cloud| (cloud.width, cloud.height) = (u32::MAX, u32::MAX), "4,294,967,295"),
+        (|cloud| (cloud.height, cloud.row_step) = (u32::MAX, u32::MAX), "4,294,967,295 rows"),
         (|cloud| (cloud.height, cloud.row_step) = (2, 3), "row_step is 3"),
         (|cloud| cloud.fields[2].1 = 9, "field `z` ends at byte 13 of a point of 12 bytes"),
         (|cloud| cloud.fields.retain(|field| field.0 != "y"), "no field `y`"),

@@ -6,6 +6,7 @@ use super::place::Record;
 use super::records::Source;
 use crate::damage::DamageList;
 use crate::reads::ReadCount;
+use dmp_lengths::thousands;
 use std::collections::BTreeSet;
 use std::io;
 use std::path::Path;
@@ -24,8 +25,8 @@ pub(in crate::bag) fn read_part(
 ) -> io::Result<(DamageList, BTreeSet<u64>)> {
     let mut source = Source::open_for_pieces(path, count)?;
     if source.length() != file_bytes {
-        let now = source.length();
-        let problem = format!("the file has changed since it was opened: {file_bytes} bytes then, {now} now");
+        let [then, now] = [file_bytes, source.length()].map(thousands);
+        let problem = format!("the file has changed since it was opened: {then} bytes then, {now} now");
         return Err(io::Error::other(problem));
     }
     let mut pass = Pass::new(known.clone(), each);
