@@ -73,9 +73,11 @@ def loops(
 
 
 @documented("compare")
-def compare(*results: Result | StrPath, **settings: Any) -> dict[str, Any]:
+def compare(
+    *results: Result | StrPath, progress: Progress = None, cancel: Event | None = None, **settings: Any
+) -> dict[str, Any]:
     """One table of saved results, or of results, of one log under the same settings (``dmp compare``). Runs whose results were kept,
-    with ``keep``, are all compared with each other.
+    with ``keep``, are compared with each other as if they had been scored together.
     """
     import tempfile
     from pathlib import Path
@@ -91,7 +93,7 @@ def compare(*results: Result | StrPath, **settings: Any) -> dict[str, Any]:
                 files.append(file)
             else:
                 files.append(result)
-        return parsed(("compare",), files, settings)
+        return parsed(("compare",), files, settings, progress, cancel)
 
 
 def parsed(

@@ -27,11 +27,12 @@ use crate::view::ViewArgs;
 /// So many pairs that no result holds are told by name.
 const NOT_COMPARED: usize = 5;
 
-/// Compare saved results of `dmp score --json` of one log
+/// Compare saved results of `dmp score` of one log
 ///
 /// Prints the table of `dmp score` for the runs of all results. They must have been made of the same log with the
 /// same version, frames, segments and settings, or the difference is told: see `dmp score --like`. All runs of results that
-/// `dmp score --keep` kept are compared with each other, as if they had been scored in one command. Of other results a
+/// `dmp score --keep` kept are compared with each other, as if they had been scored in one command, those with fused maps and those
+/// with given ones apart. Of other results a
 /// pair of runs is taken from one that holds both; what is left is not compared, and ordered by the first column.
 #[derive(Debug, Args)]
 #[command(
@@ -114,8 +115,9 @@ pub(crate) fn run(arguments: &CompareArgs, common: &Common, out: &mut impl Write
     let checked = gates.check(&report);
     let written = arguments.report.as_ref().map_or(Ok(()), |path| {
         let mut remarks = gates::failures(&checked);
-        let not_compared =
-            not_compared.iter().map(|[a, b]| format!("Not compared, as no result holds both: {a}, {b}"));
+        let not_compared = not_compared
+            .iter()
+            .map(|[a, b]| format!("Not compared, as no result holds both, nor was each kept: {a}, {b}"));
         remarks.extend(not_compared);
         page::write(path, &report, None, None, &remarks).map(drop)
     });
@@ -153,8 +155,10 @@ fn json(out: &mut impl Write, output: &Output<'_>) -> io::Result<()> {
 
 /// What can be done about results that were not made alike.
 fn with_remedy(error: JoinError) -> anyhow::Error {
-    match &error {
-        JoinError::Different { what, reports, .. } if !matches!(what, MadeWith::Log | MadeWith::Version) => {
+    match error {
+        JoinError::Different { what, ref reports, .. }
+            if !matches!(what, MadeWith::Log | MadeWith::Version) =>
+        {
             anyhow!("{error}; `dmp score --like {}` makes results that can be compared with it", reports[0])
         }
         JoinError::OfPlaces { report } => anyhow!(
@@ -162,12 +166,9 @@ fn with_remedy(error: JoinError) -> anyhow::Error {
              to compare them"
         ),
         JoinError::Cancelled => EvaluateError::Cancelled.into(),
-        JoinError::Log(_) => match error {
-            JoinError::Log(error) => error.into(),
-            other => other.into(),
-        },
+        JoinError::Log(error) => error.into(),
         JoinError::SameName { .. } => Usage(format!("{error}, as NAME=FILE")).into(),
-        _ => error.into(),
+        error => error.into(),
     }
 }
 
@@ -181,7 +182,10 @@ fn not_compared_in_words(
     if pairs.is_empty() {
         return Ok(());
     }
-    writeln!(out, "\nNot compared: no result holds both runs, and only the first score orders them")?;
+    writeln!(
+        out,
+        "\nNot compared: no result holds both runs, nor was each kept; only the first score orders them"
+    )?;
     let told = if verbose { pairs.len() } else { pairs.len().min(NOT_COMPARED) };
     for [a, b] in &pairs[..told] {
         terminal.tell(out, "  ", &format!("{a}, {b}"))?;
@@ -193,6 +197,6 @@ fn not_compared_in_words(
     terminal.tell(
         out,
         "",
-        "To compare them, keep results with `dmp score --keep`, or score them in one command.",
+        "To compare them, keep both results with `dmp score --keep`, or score them in one command.",
     )
 }

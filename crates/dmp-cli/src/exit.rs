@@ -154,7 +154,8 @@ fn is_of_input(error: &anyhow::Error) -> bool {
             Some(EvaluateError::Log(error)) => Some(error),
             _ => cause.downcast_ref::<LogError>(),
         };
-        cause.is::<Unreadable>() || of_log.is_some_and(|error| !error.is_of_writing())
+        let of_returns = matches!(cause.downcast_ref(), Some(JoinError::Returns { .. }));
+        cause.is::<Unreadable>() || of_returns || of_log.is_some_and(|error| !error.is_of_writing())
     };
     error.chain().any(is_of_file)
 }

@@ -40,7 +40,8 @@ pub(crate) fn read_with_returns(path: &Path) -> anyhow::Result<(Report, Option<K
     } else {
         (json_of(path), None)
     };
-    let report = json.and_then(|json| report(&json)).map_err(Unreadable);
+    let report =
+        json.and_then(|json| checked_length(json)).and_then(|json| report(&json)).map_err(Unreadable);
     Ok((report.with_context(|| path.display().to_string())?, returns))
 }
 
@@ -48,10 +49,14 @@ fn json_of(path: &Path) -> anyhow::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let file = open_input(path).context("cannot open")?;
     file.take(MAX_BYTES + 1).read_to_end(&mut bytes).context("cannot read")?;
-    if bytes.len() as u64 > MAX_BYTES {
+    Ok(bytes)
+}
+
+fn checked_length(json: Vec<u8>) -> anyhow::Result<Vec<u8>> {
+    if json.len() as u64 > MAX_BYTES {
         bail!("more than {MAX_BYTES} bytes are no result of `dmp score --json`");
     }
-    Ok(bytes)
+    Ok(json)
 }
 
 fn report(bytes: &[u8]) -> anyhow::Result<Report> {

@@ -13,7 +13,8 @@ const STEPS: f64 = (1 << 13) as f64;
 ///
 /// The residual is kept without its sign in steps of 2⁻¹³ m, a tenth of that in a room, and cut off where
 /// [`Lengths::cv_m`](crate::Lengths) is widest. Rounding moves a mean square by a twelfth of a step squared, 10⁻⁹ m², in
-/// both runs alike: verdicts are those of exact residuals but where an interval ends at 0 to a few digits.
+/// both runs alike: verdicts are those of exact residuals but where an interval ends at 0 to a few digits, or where all residuals are
+/// below a step, as in a simulation without noise.
 ///
 /// ```
 /// use dmp_reduce::{Basis, KeptReturn, Residuals, Scales};

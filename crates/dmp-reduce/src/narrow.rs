@@ -88,7 +88,7 @@ impl NarrowPair {
             self.lanes[1 + CV + k] += b[k];
         }
         if self.lanes[0] == MOST {
-            *self = Self { lanes: [0; PAIR_LANES], ..self.whole() };
+            *self = self.whole();
         }
     }
 

@@ -199,6 +199,21 @@ impl Reducer {
         Ok(())
     }
 
+    /// Adds so many frames without returns, in places that no frame has: which these are changes no sum.
+    ///
+    /// # Errors
+    /// When the layout has no room for as many. Those that there is room for are added then.
+    pub fn add_empty_frames(&mut self, count: u64) -> Result<(), ReduceError> {
+        let (mut left, frames) = (count, self.layout.frames.0);
+        for ordinal in 0..frames {
+            if left == 0 {
+                return Ok(());
+            }
+            left -= u64::from(self.frames.insert(ordinal as usize));
+        }
+        if left == 0 { Ok(()) } else { Err(ReduceError::NoSuchFrame { ordinal: frames, frames }) }
+    }
+
     /// Adds what another reducer of the same layout has seen.
     ///
     /// # Errors

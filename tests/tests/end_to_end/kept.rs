@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use dmp_log::{KeptPart, KeptReader, KeptWriter};
 use serde_json::{Value, json};
 
 use crate::common::{dmp, refused, text, write};
@@ -129,10 +130,7 @@ fn results_without_returns_stand_beside_those_with() {
     assert_eq!(compared["pairs"][0]["verdict"], "truth");
     assert_eq!(compared["not_compared"], json!([["truth", "noise"], ["noise", "drift"]]));
     let told = text(&dmp(folder, "compare truth.dmp drift.dmp noise.json").stdout);
-    assert!(
-        told.contains("To compare them, keep results with `dmp score --keep`, or score them in one"),
-        "{told}"
-    );
+    assert!(told.contains("To compare them, keep both results with `dmp score --keep`,"), "{told}");
     let gate = dmp(folder, "compare truth.dmp drift.dmp --expect-best truth");
     assert_eq!(gate.status.code(), Some(0), "{}", text(&gate.stderr));
 }
@@ -177,4 +175,95 @@ fn files_that_are_not_what_was_kept_are_told() {
     let before = fs::read(folder.join("a.dmp")).unwrap();
     refused(folder, "score @/town.mcap -t @/truth.tum --max-range 0.01 --min-range 0 --keep a.dmp", 1, &[]);
     assert_eq!(fs::read(folder.join("a.dmp")).unwrap(), before);
+}
+
+/// Writes the kept result `from` again as `to`, with what these make of its JSON and of its parts.
+fn forged(
+    folder: &Path,
+    [from, to]: [&str; 2],
+    json: &dyn Fn(&mut Value),
+    part: &dyn Fn(&mut KeptPart) -> bool,
+) {
+    let (mut reader, result) = KeptReader::open(&folder.join(from)).unwrap();
+    let mut result: Value = serde_json::from_slice(&result).unwrap();
+    json(&mut result);
+    let name = result["runs"][0]["name"].as_str().unwrap().to_owned();
+    let result = serde_json::to_vec(&result).unwrap();
+    let mut writer = KeptWriter::create(&folder.join(to), &result, &[&name]).unwrap();
+    let mut read = KeptPart::default();
+    while reader.next_part(&mut read).unwrap().is_some() {
+        if part(&mut read) {
+            let returns = std::mem::take(&mut read.returns);
+            writer.scan([read.ordinal, read.scan, read.mark], 0, &[returns]).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn forged_returns_are_refused_and_take_no_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    done(folder, "score @/town.mcap -t @/truth.tum --keep a.dmp");
+    done(folder, "score @/town.mcap -t @/noise.tum --like a.dmp --keep b.dmp");
+    let as_it_is = |_: &mut Value| {};
+    let (all, scans) = (&|_: &mut KeptPart| true, 100);
+    forged(folder, ["b.dmp", "c.dmp"], &as_it_is, all);
+    assert_eq!(done(folder, "compare a.dmp c.dmp")["not_compared"], json!([]));
+    let refused_with = |part: &dyn Fn(&mut KeptPart) -> bool, words: &str| {
+        forged(folder, ["b.dmp", "c.dmp"], &as_it_is, part);
+        refused(folder, "compare a.dmp c.dmp", 1, &["c.dmp: ", words]);
+    };
+    refused_with(&|part| part.scan + 1 < scans, "ends before scan 99, which others hold");
+    refused_with(&|part| part.scan > 0, "returns of scan 1, the 2. of all, where others hold ");
+    refused_with(
+        &|part| {
+            part.mark ^= u64::from(part.scan == 7);
+            true
+        },
+        "holds other returns of scan 7 than others do",
+    );
+    refused_with(
+        &|part| {
+            part.returns.truncate(2);
+            true
+        },
+        "holds 2 returns of scan 0, the 1. of all, where others hold ",
+    );
+    // What both claim alike.
+    let both = |json: &dyn Fn(&mut Value), part: &dyn Fn(&mut KeptPart) -> bool, words: &str| {
+        for [from, to] in [["a.dmp", "x.dmp"], ["b.dmp", "y.dmp"]] {
+            forged(folder, [from, to], json, part);
+        }
+        refused(folder, "compare x.dmp y.dmp", 1, &["x.dmp: ", words]);
+    };
+    both(
+        &|json| json["sampling"]["frames_total"] = (1_u64 << 62).into(),
+        all,
+        "4,611,686,018,427,387,904 scans",
+    );
+    both(
+        &|json| json["sampling"]["frames_scored"] = 1_000_000_000_000_u64.into(),
+        all,
+        "1,000,000,000,000 of 100 scans",
+    );
+    both(&|json| json["inputs"]["returns_used"] = 1_000.into(), all, "its result tells of 1,000 of 100");
+    both(&|json| json["sampling"]["looks"] = json!([28, 100]), all, "made with --decide");
+    both(&|_| {}, &|part| part.scan < 50, "its result tells of 309,402 of 100");
+    both(
+        &|_| {},
+        &|part| {
+            part.ordinal |= 1 << 50;
+            true
+        },
+        "of 100",
+    );
+    both(
+        &|_| {},
+        &|part| {
+            part.ordinal = 3;
+            true
+        },
+        "scan 1 goes on with return 0 behind ",
+    );
 }

@@ -195,7 +195,7 @@ impl Asked {
             unit: None,
             passed: pair.is_some_and(|pair| passes(&pair.verdict)),
             reason: match (pair, self) {
-                (None, _) => format!("not compared with {other}: no result holds both"),
+                (None, _) => format!("not compared with {other}: no result holds both, nor was each kept"),
                 (Some(pair), Self::Same(_)) => how_same(pair, other),
                 (Some(pair), _) => told(pair, name, other),
             },
@@ -352,7 +352,7 @@ mod tests {
         for asked in [Asked::Best("truth".into()), Asked::Unbeaten("truth".into())] {
             let gates = asked.check(&report);
             assert!(gates.len() == 2 && gates.iter().all(|gate| !gate.passed), "{gates:?}");
-            assert_eq!(gates[0].reason, "not compared with größe: no result holds both");
+            assert_eq!(gates[0].reason, "not compared with größe: no result holds both, nor was each kept");
         }
     }
 

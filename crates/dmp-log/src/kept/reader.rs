@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// No record is larger, nor a chunk: twice the largest result, and far more than a message of returns.
 const MOST_BYTES: usize = 1 << 27;
 
-/// Reads a result with its returns, in the order in which they were written. Every byte is checked on the way.
+/// Reads a result with its returns, in the order in which they were written. Chunks are checked on the way.
 pub struct KeptReader {
     path: PathBuf,
     file: BufReader<File>,

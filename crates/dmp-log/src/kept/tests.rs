@@ -21,7 +21,7 @@ fn scans() -> Vec<[Returns; 2]> {
 fn write(path: &Path) {
     let mut writer = KeptWriter::create(path, b"{\"a\": 1}", &["one", "x/two"]).unwrap();
     for (scan, runs) in (0..).zip(&scans()) {
-        writer.scan((scan, 10 * scan), scan as i64 * 100, runs).unwrap();
+        writer.scan([scan, 10 * scan, !scan], scan as i64 * 100, runs).unwrap();
     }
     writer.finish().unwrap();
 }
@@ -50,7 +50,8 @@ fn what_was_written_comes_back() {
     let mut back: Vec<[Returns; 2]> = vec![Default::default(); 4];
     for (run, part) in &parts {
         let returns = &mut back[part.ordinal as usize][*run];
-        assert_eq!((part.scan, part.first), (10 * part.ordinal, returns.len() as u64));
+        let expected = (10 * part.ordinal, !part.ordinal, returns.len() as u64);
+        assert_eq!((part.scan, part.mark, part.first), expected);
         returns.extend(&part.returns);
     }
     assert_eq!(back, scans());

@@ -41,14 +41,14 @@ impl KeptWriter {
         Ok(Self { file, runs, scans: 0, message: Vec::new() })
     }
 
-    /// Writes the next scan: its place among those that could be scored, its number in the log, its stamp, and of each run
-    /// as many returns.
+    /// Writes the next scan: its place among those that could be scored, its number in the log and a mark of its returns; its
+    /// stamp; and of each run as many returns.
     ///
     /// # Errors
     /// When the disk is full.
     pub fn scan(
         &mut self,
-        (ordinal, scan): (u64, u64),
+        [ordinal, scan, mark]: [u64; 3],
         stamp_ns: i64,
         runs: &[Vec<[u8; RETURN_BYTES]>],
     ) -> Result<(), LogError> {
@@ -58,7 +58,7 @@ impl KeptWriter {
             for (topic, of_run) in self.runs.iter().zip(runs) {
                 let of_run = &of_run[first.min(of_run.len())..];
                 let of_part = &of_run[..of_run.len().min(MOST_RETURNS)];
-                part::write(&mut self.message, [ordinal, scan, first as u64], of_part);
+                part::write(&mut self.message, [ordinal, scan, mark, first as u64], of_part);
                 self.file.write(*topic, self.scans, stamp_ns, &self.message)?;
             }
         }

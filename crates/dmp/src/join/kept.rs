@@ -9,6 +9,8 @@ use crate::report::Report;
 
 /// Returns that are taken at a time before they are summed, times runs: 64 MiB.
 const BATCH_RETURNS: usize = 1 << 24;
+/// A scan takes as much memory as so many returns beside its own.
+const OF_SCAN: usize = 64;
 
 /// A result whose returns were kept.
 pub(super) struct Kept<'a> {
@@ -24,6 +26,7 @@ pub(super) struct Kept<'a> {
 pub(super) struct KeptScan {
     ordinal: u64,
     scan: u64,
+    mark: u64,
     returns: u64,
     parts: Vec<Vec<Vec<[u8; KeptReturn::BYTES]>>>,
 }
@@ -55,12 +58,10 @@ impl<'a> Rows<'a> {
             let Some(scan) = self.next_scan()? else { break };
             self.scans += 1;
             self.returns += scan.returns;
-            returns += scan.returns as usize * self.columns.max(1) + 1;
+            returns += scan.returns as usize * self.columns.max(1) + OF_SCAN;
             batch.push(scan);
         }
-        if batch.is_empty() {
-            self.check_totals()?;
-        }
+        self.check_totals(batch.is_empty())?;
         Ok(batch)
     }
 
@@ -68,23 +69,24 @@ impl<'a> Rows<'a> {
     fn next_scan(&mut self) -> Result<Option<KeptScan>, JoinError> {
         let first = match self.ahead.take() {
             Some(scan) => Some(scan),
-            None => self.next_row()?,
+            None => self.next_row(None)?,
         };
         let Some(mut scan) = first else { return Ok(None) };
-        while let Some(row) = self.next_row()? {
+        while let Some(row) = self.next_row(Some(&scan))? {
             if row.ordinal != scan.ordinal {
                 self.ahead = Some(row);
                 break;
             }
             scan.returns += row.returns;
             scan.parts.extend(row.parts);
+            self.check_returns(self.returns + scan.returns)?;
         }
         Ok(Some(scan))
     }
 
-    /// One part of a scan, of all runs of all results.
-    fn next_row(&mut self) -> Result<Option<KeptScan>, JoinError> {
-        let mut row: Option<(KeptScan, u64)> = None;
+    /// One part of a scan, of all runs of all results; `scan` is the one that it may go on.
+    fn next_row(&mut self, scan: Option<&KeptScan>) -> Result<Option<KeptScan>, JoinError> {
+        let mut row: Option<KeptScan> = None;
         let mut ended = None;
         let Self { results, columns, part, .. } = self;
         for (k, result) in results.iter_mut().enumerate() {
@@ -100,50 +102,77 @@ impl<'a> Rows<'a> {
                     Some(other) if other != run => return problem("runs are not in order".to_owned()),
                     Some(_) => {}
                 }
-                let here = (part.ordinal, part.scan, part.first, part.returns.len());
-                let (scan, first) = row.get_or_insert_with(|| {
-                    let returns = part.returns.len() as u64;
-                    let parts = vec![vec![Vec::new(); *columns]];
-                    (KeptScan { ordinal: part.ordinal, scan: part.scan, returns, parts }, part.first)
+                let returns = part.returns.len() as u64;
+                let begun = scan.filter(|scan| scan.ordinal == part.ordinal).map_or(0, |scan| scan.returns);
+                if part.first != begun {
+                    let (scan, first) = (part.scan, part.first);
+                    return problem(format!(
+                        "scan {scan} goes on with return {first} behind {begun} returns"
+                    ));
+                }
+                let row = row.get_or_insert_with(|| KeptScan {
+                    ordinal: part.ordinal,
+                    scan: part.scan,
+                    mark: part.mark,
+                    returns,
+                    parts: vec![vec![Vec::new(); *columns]],
                 });
-                let there = (scan.ordinal, scan.scan, *first, scan.returns as usize);
+                let (here, there) =
+                    ((part.ordinal, part.scan, returns), (row.ordinal, row.scan, row.returns));
                 if here != there {
-                    let named = |(_, scan, first, returns): (u64, u64, u64, usize)| {
-                        format!("{} returns of scan {scan} from return {first} on", thousands(returns as u64))
+                    let named = |(place, scan, returns)| {
+                        format!("{} returns of scan {scan}, the {}. of all,", thousands(returns), place + 1)
                     };
                     let (here, there) = (named(here), named(there));
-                    return problem(format!("holds {here} where others hold {there}"));
+                    return problem(format!("holds {here} where others hold {there} from return {begun} on"));
+                }
+                if part.mark != row.mark {
+                    return problem(format!("holds other returns of scan {} than others do", part.scan));
                 }
                 if let Some(column) = column {
-                    scan.parts[0][*column] = std::mem::take(&mut part.returns);
+                    row.parts[0][*column] = std::mem::take(&mut part.returns);
                 }
             }
         }
         match (ended, row) {
-            (Some(short), Some((scan, _))) => Err(JoinError::Returns {
+            (Some(short), Some(scan)) => Err(JoinError::Returns {
                 report: results[short].file.to_owned(),
                 problem: format!("ends before scan {}, which others hold", scan.scan),
             }),
-            (_, row) => Ok(row.map(|(scan, _)| scan)),
+            (_, row) => Ok(row),
         }
     }
 
-    /// Refuses files that hold other returns than their results tell of.
-    fn check_totals(&self) -> Result<(), JoinError> {
-        for Kept { file, report, reader, .. } in &self.results {
-            let (scans, returns) = (report.sampling.frames_scored, report.inputs.returns_used);
+    /// Refuses files that hold more returns than their results tell of, before they are taken into memory.
+    fn check_returns(&self, returns: u64) -> Result<(), JoinError> {
+        let short = self.results.iter().find(|kept| returns > kept.report.inputs.returns_used);
+        short.map_or(Ok(()), |kept| self.other_totals(kept, returns))
+    }
+
+    fn other_totals(&self, kept: &Kept<'_>, returns: u64) -> Result<(), JoinError> {
+        let Kept { file, report, .. } = kept;
+        let problem = format!(
+            "holds {} returns of {} scans, its result tells of {} of {}",
+            thousands(returns),
+            thousands(self.scans),
+            thousands(report.inputs.returns_used),
+            thousands(report.sampling.frames_scored)
+        );
+        Err(JoinError::Returns { report: (*file).to_owned(), problem })
+    }
+
+    /// Refuses files that hold other returns than their results tell of; at the `end` also fewer.
+    fn check_totals(&self, end: bool) -> Result<(), JoinError> {
+        self.check_returns(self.returns)?;
+        for kept in &self.results {
+            let Kept { file, report, reader, .. } = kept;
             let problem = |problem| Err(JoinError::Returns { report: (*file).to_owned(), problem });
             // Scans without returns are in the result alone.
-            if self.returns != returns || self.scans > scans {
-                return problem(format!(
-                    "holds {} returns of {} scans, its result tells of {} of {}",
-                    thousands(self.returns),
-                    thousands(self.scans),
-                    thousands(returns),
-                    thousands(scans)
-                ));
+            if self.scans > report.sampling.frames_scored || end && self.returns != report.inputs.returns_used
+            {
+                return self.other_totals(kept, self.returns);
             }
-            if !reader.runs().iter().eq(report.runs.iter().map(|run| &run.name)) {
+            if end && !reader.runs().iter().eq(report.runs.iter().map(|run| &run.name)) {
                 return problem(format!("holds returns of {}", reader.runs().join(", ")));
             }
         }
@@ -167,18 +196,6 @@ impl Summed {
             reducer: Reducer::new(layout.clone()),
             bases: layout.bases().to_vec(),
         }
-    }
-
-    /// Adds scans without returns, so many, in places that none has: which these are changes no sum.
-    pub(super) fn add_empty(&mut self, scans: u64) -> Result<(), ReduceError> {
-        self.frame.clear();
-        let mut free = (0..self.reducer.layout().frames()).filter(|&ordinal| !self.taken(ordinal));
-        let free: Vec<u64> = free.by_ref().take(scans as usize).collect();
-        free.into_iter().try_for_each(|ordinal| self.reducer.add_frame(ordinal, &self.frame))
-    }
-
-    fn taken(&self, ordinal: u64) -> bool {
-        self.reducer.frames().contains(ordinal as usize)
     }
 
     /// Adds a scan.

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use dmp_lengths::thousands;
 use dmp_log::KeptReader;
-use dmp_reduce::{Basis, Comparisons, Layout, MissPrice, Reducer};
+use dmp_reduce::{Basis, Comparisons, FrameSums, Layout, MissPrice, Promise, Reducer};
 use rayon::prelude::*;
 
 use super::error::JoinError;
@@ -11,7 +12,12 @@ use super::kept::{Kept, Rows, Summed};
 use super::named::NamedReport;
 use super::reports::{JoinedReport, join_reports, pairs_of, put_in_order};
 use crate::progress::{Progress, Stage};
-use crate::report::{PairFacts, PairReport, Report};
+use crate::report::{PairFacts, PairReport, Report, RunReport, Withheld};
+
+/// What the sums of all threads take at most, bytes, if there is more than one.
+const WORKERS_BYTES: usize = 1 << 30;
+/// More scans than these are in no log: a hundred days of ten a second.
+const MOST_SCANS: u64 = 1 << 27;
 
 /// A result that was saved.
 #[derive(Debug)]
@@ -23,14 +29,14 @@ pub struct SavedResult {
 }
 
 /// As [`join_reports`]; and all runs whose returns were kept are compared with each other, as if they had been scored
-/// together: on the returns that both of a pair predict, and with one promise for all of these pairs. Residuals were rounded
+/// together: on the returns that both of a pair predict, and with one promise for all of these pairs, by either score. Residuals were rounded
 /// when they were kept, see [`KeptReturn`](dmp_reduce::KeptReturn), so that numbers of pairs differ from those of a common
 /// score in some late digit.
 ///
 /// A pair of a run with a fused map and one with a given map is compared by `R_near`, which is not kept of the first: there is
 /// no such pair, unless a report holds it.
 ///
-/// Memory is some hundred megabytes, whatever the results hold. The outcome does not depend on `threads`.
+/// Memory is some hundred megabytes, whatever the results hold; of very many runs fewer threads are taken. The outcome does not depend on `threads`.
 ///
 /// # Errors
 /// As [`join_reports`], and when a file cannot be read, its returns are not those that its result tells of, or somebody
@@ -42,11 +48,18 @@ pub fn join_results(
 ) -> Result<JoinedReport, JoinError> {
     let reports: Vec<NamedReport> = results.iter().map(|result| result.named.clone()).collect();
     let mut joined = join_reports(&reports)?;
-    for basis in [Basis::CrossValidated, Basis::Near] {
+    // Verdicts by either score share the error.
+    let families = [Basis::CrossValidated, Basis::Near];
+    let judged = |basis| {
+        let kept = reports.iter().zip(results.iter()).filter(|(_, result)| result.returns.is_some());
+        kept.filter(|(named, _)| basis_of(&named.report) == Some(basis)).count() > 1
+    };
+    let looks = families.iter().filter(|&&basis| judged(basis)).count().max(1) as u32;
+    for basis in families {
         let readers = results.iter_mut().map(|result| result.returns.as_mut());
         let (kept, runs) = kept_of(&reports, readers, &joined, basis);
-        if kept.len() > 1 {
-            judge(&mut joined, (kept, &runs), basis, (threads, progress))?;
+        if kept.len() > 1 && runs.len() > 1 {
+            judge(&mut joined, (kept, &runs), (basis, looks), (threads, progress))?;
         }
     }
     Ok(joined)
@@ -78,8 +91,10 @@ fn kept_of<'a>(
 
 /// By what all runs of a report are judged.
 fn basis_of(report: &Report) -> Option<Basis> {
-    let basis = |fused: bool| if fused { Basis::CrossValidated } else { Basis::Near };
-    let mut bases = report.inputs.runs.iter().map(|run| basis(run.map == "fused"));
+    let is_given =
+        |run: &RunReport| run.r_cv_withheld == Some(Withheld::Known(dmp_reduce::Withheld::MapGiven));
+    let basis = |run| if is_given(run) { Basis::Near } else { Basis::CrossValidated };
+    let mut bases = report.runs.iter().map(basis);
     let first = bases.next()?;
     bases.all(|other| other == first).then_some(first)
 }
@@ -88,13 +103,22 @@ fn basis_of(report: &Report) -> Option<Basis> {
 fn judge(
     joined: &mut JoinedReport,
     (kept, runs): (Vec<Kept<'_>>, &[String]),
-    basis: Basis,
+    (basis, looks): (Basis, u32),
     (threads, progress): (usize, &dyn Progress),
 ) -> Result<(), JoinError> {
     let report = &mut joined.report;
-    let Some(file) = kept.first().map(|kept| kept.file.to_owned()) else { return Ok(()) };
+    let file = kept.first().map_or(String::new(), |kept| kept.file.to_owned());
     let problem = |problem: String| JoinError::Returns { report: file.clone(), problem };
-    let promise = report.promise.asked().map_err(problem)?;
+    let Promise { confidence, margin } = report.promise.asked().map_err(problem)?;
+    let promise = Promise { confidence: confidence.of_each_look(looks), margin };
+    let sampling = &report.sampling;
+    if sampling.looks.is_some() {
+        return Err(problem("made with --decide, whose looks share the error".to_owned()));
+    }
+    if sampling.frames_total > MOST_SCANS || sampling.frames_scored > sampling.frames_total {
+        let (scored, total) = (thousands(sampling.frames_scored), thousands(sampling.frames_total));
+        return Err(problem(format!("{scored} of {total} scans are none that can be compared")));
+    }
     let miss_price = report.config.miss_price;
     let price = || problem(format!("config.miss_price is {miss_price}, no share from 0 to 1"));
     let layout = Layout::new(report.sampling.frames_total, vec![basis; runs.len()])
@@ -102,11 +126,7 @@ fn judge(
         .with_miss_price(MissPrice::new(miss_price).ok_or_else(price)?);
     let (reducer, scans) = reduce(kept, &layout, (threads, progress), &problem)?;
     let Comparisons { of_each_interval, pairs } = reducer.comparisons(promise);
-    // Of a scan that was not drawn the nearest one that was stands for its number.
-    let scan_of = |ordinal: u64| {
-        let next = scans.range(ordinal..).next().or_else(|| scans.last_key_value());
-        next.map_or(ordinal, |(_, scan)| *scan)
-    };
+    let scan_of = |ordinal: u64| scan_at(&scans, ordinal);
     let log_likelihood = |run: usize| report.run(&runs[run]).map_or(0.0, |run| run.log_likelihood_raw);
     let facts = PairFacts {
         name: &|run| runs[run].clone(),
@@ -115,12 +135,14 @@ fn judge(
         scales: report.config.scales,
         of_places: false,
     };
-    let mut judged: Vec<PairReport> = pairs.iter().map(|pair| PairReport::of(pair, facts)).collect();
+    let judged = pairs.iter().map(|pair| PairReport::of(pair, facts));
+    let mut judged: BTreeMap<[String; 2], PairReport> =
+        judged.map(|pair| ([pair.a.clone(), pair.b.clone()], pair)).collect();
     let (mut all, mut from_reports) = (Vec::new(), false);
     let names: Vec<String> = report.runs.iter().map(|run| run.name.clone()).collect();
     for [a, b] in pairs_of(&names) {
-        if let Some(k) = judged.iter().position(|pair| pair.is_of(&a, &b)) {
-            all.push(judged.swap_remove(k));
+        if let Some(pair) = judged.remove(&[a.clone(), b.clone()]) {
+            all.push(pair);
         } else if let Some(pair) = report.pair(&a, &b) {
             from_reports = true;
             all.push(pair.clone());
@@ -134,6 +156,21 @@ fn judge(
     Ok(())
 }
 
+/// The number in the log of a scan by its place: between two that were drawn evenly, as the scans of a log without gaps are.
+fn scan_at(scans: &BTreeMap<u64, u64>, ordinal: u64) -> u64 {
+    let (before, after) = (scans.range(..=ordinal).next_back(), scans.range(ordinal..).next());
+    match (before, after) {
+        (Some((&from, &scan)), Some((&to, &next))) if to > from => {
+            let part =
+                u128::from(next.saturating_sub(scan)) * u128::from(ordinal - from) / u128::from(to - from);
+            scan.saturating_add(part as u64)
+        }
+        (Some((&from, &scan)), _) => scan.saturating_add(ordinal - from),
+        (None, Some((&to, &next))) => next.saturating_sub(to - ordinal),
+        (None, None) => ordinal,
+    }
+}
+
 /// Adds up all returns; the scans that were scored, by their places among those that could be.
 fn reduce(
     kept: Vec<Kept<'_>>,
@@ -141,12 +178,16 @@ fn reduce(
     (threads, progress): (usize, &dyn Progress),
     problem: &dyn Fn(String) -> JoinError,
 ) -> Result<(Reducer, BTreeMap<u64, u64>), JoinError> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
+    // Sums of pairs grow with the square of the runs.
+    let runs = layout.bases().len();
+    let most = WORKERS_BYTES / (Reducer::bytes_of(runs) + FrameSums::bytes_of(runs)).max(1);
+    let threads = threads.min(most).max(1);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| problem(format!("cannot start threads: {error}")))?;
     progress.begin(Stage::Compare, kept.first().map_or(0, |kept| kept.report.inputs.returns_used));
     let scored = kept.first().map_or(0, |kept| kept.report.sampling.frames_scored);
     let mut rows = Rows::new(kept, layout.bases().len());
-    let mut workers: Vec<Summed> = (0..threads.max(1)).map(|_| Summed::new(layout)).collect();
+    let mut workers: Vec<Summed> = (0..threads).map(|_| Summed::new(layout)).collect();
     let mut scans = BTreeMap::new();
     loop {
         if progress.cancelled() {
@@ -171,6 +212,7 @@ fn reduce(
     }
     let mut whole = Summed::new(layout);
     let added = workers.iter().try_for_each(|worker| whole.reducer.merge(&worker.reducer));
-    added.and_then(|()| whole.add_empty(scored - rows.scans)).map_err(|error| problem(error.to_string()))?;
+    let empty = scored.saturating_sub(rows.scans);
+    added.and_then(|()| whole.reducer.add_empty_frames(empty)).map_err(|error| problem(error.to_string()))?;
     Ok((whole.reducer, scans))
 }

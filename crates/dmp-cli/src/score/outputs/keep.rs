@@ -7,12 +7,13 @@ use anyhow::Context as _;
 use dmp::{Basis, EvaluateError, KeptReturn, MapSource, Report, Run, Scales, ScoredReturns};
 use dmp_log::KeptWriter;
 
-use super::residuals::Buffers;
+use super::residuals::{Buffers, mixed};
 use super::spool::Spool;
 use crate::exit::Usage;
 
-/// In front of the returns, run by run: the scan's place among those that could be scored, its number, its stamp, how many returns follow.
-const HEAD_BYTES: usize = 4 * 8;
+/// In front of the returns, run by run: the scan's place among those that could be scored, its number, its stamp, how many returns
+/// follow, and what they add to the scan's mark.
+const HEAD_BYTES: usize = 5 * 8;
 
 /// A result that is to be kept.
 #[derive(Debug)]
@@ -60,7 +61,7 @@ impl Keep {
         buffers.with(|piece| {
             let [ordinal, scan, returns] =
                 [scored.ordinal, scored.frame, scored.offsets_ns.len()].map(|number| number as u64);
-            let head = [ordinal, scan, stamp_ns.cast_unsigned(), returns];
+            let head = [ordinal, scan, stamp_ns.cast_unsigned(), returns, mark_of(scored)];
             piece.extend_from_slice(head.map(u64::to_le_bytes).as_flattened());
             for run in scored.runs {
                 let kept = |residuals| KeptReturn::of(residuals, self.basis, self.scales).to_bytes();
@@ -80,15 +81,18 @@ impl Keep {
         let names: Vec<&str> = report.runs.iter().map(|run| run.name.as_str()).collect();
         let mut writer = KeptWriter::create(&self.path, &serde_json::to_vec(report)?, &names)?;
         let mut scan: Vec<Vec<[u8; KeptReturn::BYTES]>> = vec![Vec::new(); names.len()];
+        let mut mark = 0_u64;
         self.spool.sorted().each(|piece, is_last| {
             go_on()?;
-            let ([ordinal, number, stamp_ns], returns) =
+            let ([ordinal, number, stamp_ns, of_piece], returns) =
                 taken_apart(piece).context("what was kept is not what is read back")?;
+            mark = mark.wrapping_add(of_piece);
             for (of_run, bytes) in scan.iter_mut().zip(returns) {
                 of_run.extend(bytes);
             }
             if is_last {
-                writer.scan((ordinal, number), stamp_ns.cast_signed(), &scan)?;
+                writer.scan([ordinal, number, mark], stamp_ns.cast_signed(), &scan)?;
+                mark = 0;
                 scan.iter_mut().for_each(Vec::clear);
                 step();
             }
@@ -99,14 +103,22 @@ impl Keep {
     }
 }
 
-/// The scan's place, number and stamp, and the returns of each run.
-fn taken_apart(piece: &[u8]) -> Option<([u64; 3], impl Iterator<Item = &[[u8; KeptReturn::BYTES]]>)> {
+/// The scan's place, number and stamp, what the piece adds to its mark, and the returns of each run.
+fn taken_apart(piece: &[u8]) -> Option<([u64; 4], impl Iterator<Item = &[[u8; KeptReturn::BYTES]]>)> {
     let (head, rows) = piece.split_first_chunk::<HEAD_BYTES>()?;
-    let mut numbers = [0; 4];
+    let mut numbers = [0; 5];
     for (number, bytes) in numbers.iter_mut().zip(head.as_chunks().0) {
         *number = u64::from_le_bytes(*bytes);
     }
-    let [ordinal, scan, stamp_ns, returns] = numbers;
+    let [ordinal, scan, stamp_ns, returns, mark] = numbers;
     let of_runs = rows.as_chunks().0.chunks(usize::try_from(returns).ok()?.max(1));
-    Some(([ordinal, scan, stamp_ns], of_runs))
+    Some(([ordinal, scan, stamp_ns, mark], of_runs))
+}
+
+/// What tells these returns of a scan from as many others: of their ranges and numbers, which are the same in every run. Parts of a
+/// scan add up.
+fn mark_of(scored: &ScoredReturns<'_>) -> u64 {
+    let ranges_m = scored.runs.first().map_or(&[][..], |run| run.rays).iter().map(|ray| ray.range_m);
+    let numbered = (scored.first as u64..).zip(ranges_m);
+    numbered.fold(0, |sum: u64, (number, range_m)| sum.wrapping_add(mixed(range_m.to_bits() ^ mixed(number))))
 }

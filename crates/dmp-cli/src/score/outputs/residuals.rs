@@ -101,7 +101,7 @@ pub(super) fn drawn(frame: u32, every: u64, returns: Range<u64>) -> impl Iterato
 }
 
 /// The finaliser of `SplitMix64` (Steele, Lea & Flood 2014), one step on.
-fn mixed(number: u64) -> u64 {
+pub(super) fn mixed(number: u64) -> u64 {
     let mut z = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
