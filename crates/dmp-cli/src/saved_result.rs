@@ -40,8 +40,7 @@ pub(crate) fn read_with_returns(path: &Path) -> anyhow::Result<(Report, Option<K
     } else {
         (json_of(path), None)
     };
-    let report =
-        json.and_then(|json| checked_length(json)).and_then(|json| report(&json)).map_err(Unreadable);
+    let report = json.and_then(checked_length).and_then(|json| report(&json)).map_err(Unreadable);
     Ok((report.with_context(|| path.display().to_string())?, returns))
 }
 

@@ -104,7 +104,7 @@ mod tests {
                     let back = kept.residuals(basis, scales);
                     let back_m = back.independent_m.or(back.nearest_m).unwrap();
                     let off_m = (back_m - residual_m.abs().min(widest_m)).abs();
-                    assert!(off_m <= 0.5000001 * step_m, "{residual_m}: {back_m}");
+                    assert!(off_m <= 0.500_000_1 * step_m, "{residual_m}: {back_m}");
                     assert_eq!(back.surfaces, given.surfaces);
                 }
             }

@@ -33,6 +33,9 @@ enum Topic {
     Run(usize),
 }
 
+/// Takes a message of a topic, or says what is wrong with it.
+type Take<'a> = dyn FnMut(Topic, &[u8]) -> Result<(), String> + 'a;
+
 impl fmt::Debug for KeptReader {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("KeptReader")
@@ -109,10 +112,7 @@ impl KeptReader {
     }
 
     /// Hands over the next message; tells whether there was one.
-    fn next_message(
-        &mut self,
-        take: &mut dyn FnMut(Topic, &[u8]) -> Result<(), String>,
-    ) -> Result<bool, LogError> {
+    fn next_message(&mut self, take: &mut Take<'_>) -> Result<bool, LogError> {
         let Self { path, file, reader, runs, channels, messages } = self;
         let malformed = |messages: u64, problem: String| LogError::Malformed {
             path: path.clone(),

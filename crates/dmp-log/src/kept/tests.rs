@@ -26,8 +26,10 @@ fn write(path: &Path) {
     writer.finish().unwrap();
 }
 
-/// Everything that is read.
-fn read(path: &Path) -> Result<(Vec<u8>, Vec<(usize, KeptPart)>), crate::LogError> {
+/// The result, and the parts with the numbers of their runs.
+type Everything = (Vec<u8>, Vec<(usize, KeptPart)>);
+
+fn read(path: &Path) -> Result<Everything, crate::LogError> {
     let (mut reader, result) = KeptReader::open(path)?;
     let (mut parts, mut part) = (Vec::new(), KeptPart::default());
     while let Some(run) = reader.next_part(&mut part)? {

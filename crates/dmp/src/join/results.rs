@@ -8,7 +8,7 @@ use dmp_reduce::{Basis, Comparisons, FrameSums, Layout, MissPrice, Promise, Redu
 use rayon::prelude::*;
 
 use super::error::JoinError;
-use super::kept::{Kept, Rows, Summed};
+use super::kept::{Kept, KeptScan, Rows, Summed};
 use super::named::NamedReport;
 use super::reports::{JoinedReport, join_reports, pairs_of, put_in_order};
 use crate::progress::{Progress, Stage};
@@ -197,7 +197,7 @@ fn reduce(
         if batch.is_empty() {
             break;
         }
-        scans.extend(batch.iter().map(|scan| scan.numbers()));
+        scans.extend(batch.iter().map(KeptScan::numbers));
         let step = workers.len();
         let added = pool.install(|| {
             workers.par_iter_mut().enumerate().try_for_each(|(first, worker)| {
