@@ -29,14 +29,15 @@ pub struct SavedResult {
 }
 
 /// As [`join_reports`]; and all runs whose returns were kept are compared with each other, as if they had been scored
-/// together: on the returns that both of a pair predict, and with one promise for all of these pairs, by either score. Residuals were rounded
-/// when they were kept, see [`KeptReturn`](dmp_reduce::KeptReturn), so that numbers of pairs differ from those of a common
-/// score in some late digit.
+/// together: on the returns that both of a pair predict, and with one promise for all of these pairs, by either score.
+/// Residuals were rounded when they were kept, see [`KeptReturn`](dmp_reduce::KeptReturn), so that numbers of pairs differ
+/// from those of a common score in some late digit.
 ///
 /// A pair of a run with a fused map and one with a given map is compared by `R_near`, which is not kept of the first: there is
 /// no such pair, unless a report holds it.
 ///
-/// Memory is some hundred megabytes, whatever the results hold; of very many runs fewer threads are taken. The outcome does not depend on `threads`.
+/// Memory is some hundred megabytes, whatever the results hold: of very many runs fewer threads are taken. The outcome does
+/// not depend on `threads`.
 ///
 /// # Errors
 /// As [`join_reports`], and when a file cannot be read, its returns are not those that its result tells of, or somebody
