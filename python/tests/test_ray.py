@@ -28,15 +28,29 @@ def test_parts_by_ray_are_the_whole(cluster, town, runs, temporary):
     with pytest.raises(dmp.UsageError, match="in parts"):
         dmp.ray.score(town, two, free_space=True, retries=0, progress=False, **FEW)
 
-    class Amid:
-        def is_set(self) -> bool:
-            return any(stage != "plan" for stage, _, _, _ in told)
 
-    told.clear()
-    with pytest.raises(dmp.Cancelled, match="stopped before the end"):
-        given = {**FEW, "every": None, "cancel": Amid(), "progress": lambda *step: told.append(step)}
-        dmp.ray.score(town, two, parts=2, voxel=0.03, **given)
-    assert list(temporary.iterdir()) == []
+def test_jobs_are_ended_amid_any_stage(cluster, town, runs, temporary):
+    """Tasks run, wait for cores and wait for others when a job ends, and none of them takes this process along."""
+
+    class Amid:
+        def __init__(self, steps: int) -> None:
+            self.steps, self.told = steps, []
+
+        def is_set(self) -> bool:
+            return len(self.told) > self.steps
+
+        def step(self, stage: str, *_: object) -> None:
+            self.told.append(stage)
+
+    stages = set()
+    for steps in range(5):
+        amid = Amid(steps)
+        given = {**FEW, "every": None, "cancel": amid, "progress": amid.step}
+        with pytest.raises(dmp.Cancelled, match="stopped before the end"):
+            dmp.ray.score(town, runs, parts=2, voxel=0.03, **given)
+        assert list(temporary.iterdir()) == []
+        stages.add(amid.told[-1])
+    assert len(stages) > 1, stages
 
 
 def test_ray_must_be_there(town, runs):

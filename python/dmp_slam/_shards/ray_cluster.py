@@ -5,21 +5,20 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-import threading
 import time
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Callable, Iterator, Mapping, NamedTuple, Sequence
+from typing import Any, Callable, Iterator, Mapping, NamedTuple, Sequence, TypeVar
 
 from .._called import large_files
 from .._listener import Listener
 from ..errors import Cancelled, Error, UsageError
-from . import stage, tasks
+from . import ray_end, stage, tasks
 from .job import BEFORE, STAGES, Asked, Done, Job, Part, Planned, Reduced, Site
 from .dask_worker import Tally, all_of
 
-#: How often a job is looked at, and how long tasks have to stop, seconds.
-_LOOK_S, _STOP_S = 0.1, 60.0
+#: How often a job is looked at, seconds.
+_LOOK_S = 0.1
 #: How much of a machine's memory the parts on it are promised.
 _PROMISED = 0.6
 
@@ -67,6 +66,7 @@ class RayRunning:
         self._cluster, self._job, self._listener = cluster, job, listener
         self._cpus = max(1, int(cluster.resources.get("num_cpus", 1)))
         self._tasks: list[Any] = []
+        self._board = ray_end.board()
 
     def plan(self, asked: Asked) -> Planned:
         """Plans it."""
@@ -93,12 +93,7 @@ class RayRunning:
 
     def end(self) -> None:
         """Stops what still runs, and waits for that."""
-        import ray
-
-        for task in self._tasks:
-            ray.cancel(task)
-        if self._tasks:
-            ray.wait(self._tasks, num_returns=len(self._tasks), timeout=_STOP_S)
+        ray_end.end(self._board, self._tasks)
         self._tasks.clear()
 
     def _submit(self, task: Callable[..., Any], *given: Any, name: str, cpus: int | None = None) -> Any:
@@ -113,7 +108,8 @@ class RayRunning:
             max_retries=self._cluster.retries,
             retry_exceptions=True,
         )
-        submitted = remote.remote((self._job, self._cpus, self._cluster.resources.get("memory")), *given)
+        means = _Means(self._job, self._cpus, self._cluster.resources.get("memory"), self._board)
+        submitted = remote.remote(means, *given)
         self._tasks.append(submitted)
         return submitted
 
@@ -146,41 +142,56 @@ class RayRunning:
             raise Error(f"the cluster did not do it: {error}") from None
 
 
-#: A job, threads of each of its tasks, and the memory that each is given.
-_Task = tuple[Job, int, Any]
+class _Means(NamedTuple):
+    """What every task of a job is given."""
+
+    job: Job
+    threads: int
+    #: Bytes; ``None`` for the share of the machine that is that of its threads.
+    memory: float | None
+    board: Any
 
 
-def _plan(task: _Task, asked: Asked) -> Planned:
-    with _site(task) as site:
-        return tasks.plan(task[0], asked, site)
+# What tasks give is ``None`` where the job was over before.
 
 
-def _part(task: _Task, what: Part, parts: Mapping[str, int], is_whole: bool, *_: Tally) -> Done:
-    with _site(task) as site:
-        return tasks.part(task[0], what, parts, is_whole, site)
+def _plan(means: _Means, asked: Asked) -> Planned | None:
+    return _done(means, lambda site: tasks.plan(means.job, asked, site))
 
 
-def _all_of(task: _Task, *done: Done) -> Tally:
-    return all_of((task[0], task[1]), done)
+def _part(means: _Means, what: Part, parts: Mapping[str, int], is_whole: bool, *_: Tally) -> Done | None:
+    return _done(means, lambda site: tasks.part(means.job, what, parts, is_whole, site))
+
+
+def _all_of(means: _Means, *done: Done | None) -> Tally | None:
+    there = [one for one in done if one is not None]
+    return all_of((means.job, means.threads), there) if len(there) == len(done) else None
 
 
 def _reduce(
-    task: _Task, parts: Mapping[str, int], is_whole: bool, gates: list[str], junit: bool, *_: Tally
-) -> Reduced:
-    with _site(task) as site:
-        return tasks.reduce(task[0], parts, is_whole, gates, junit, site)
+    means: _Means, parts: Mapping[str, int], is_whole: bool, gates: list[str], junit: bool, *_: Tally
+) -> Reduced | None:
+    return _done(means, lambda site: tasks.reduce(means.job, parts, is_whole, gates, junit, site))
 
 
-@contextmanager
-def _site(task: _Task) -> Iterator[Site]:
-    """Where a task is done. A task that is cancelled is interrupted, which commands notice by themselves."""
-    job, threads, memory = task
+_T = TypeVar("_T")
+
+
+def _done(means: _Means, work: Callable[[Site], _T]) -> _T | None:
+    """What a task comes to, in a folder of its own."""
+    memory = means.memory
     if memory is None:
         machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-        memory = machine * min(1.0, threads / (os.cpu_count() or 1))
-    folder = Path(tempfile.mkdtemp(prefix="dmp-ray-", dir=large_files({})))
-    try:
-        yield Site(folder, int(memory * _PROMISED), threads, threading.Event())
-    finally:
-        stage.forget(job.name, folder)
-        shutil.rmtree(folder, ignore_errors=True)
+        memory = machine * min(1.0, means.threads / (os.cpu_count() or 1))
+    with ray_end.asking(means.board) as stop:
+        if stop.is_set():
+            return None
+        folder = Path(tempfile.mkdtemp(prefix="dmp-ray-", dir=large_files({})))
+        try:
+            return work(Site(folder, int(memory * _PROMISED), means.threads, stop))
+        except Cancelled:
+            # Nobody waits for it, and it is not to be tried again.
+            return None
+        finally:
+            stage.forget(means.job.name, folder)
+            shutil.rmtree(folder, ignore_errors=True)
