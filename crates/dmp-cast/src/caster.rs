@@ -164,7 +164,7 @@ impl<M: TileSource> Job for CastBlock<'_, M> {
         answers.resize(queries.len(), Answer::default());
         match grouping {
             Grouping::Single => journey.order.as_given(queries),
-            _ => journey.order.by_direction(queries),
+            _ => journey.order.by_direction(queries, caster.map.disc_radius_m() as f32),
         }
         let mut casting = Casting { grouping, wanted: settings.wanted, answers, normals, lists };
         travel(simd, caster, &settings, queries, journey, &mut casting)

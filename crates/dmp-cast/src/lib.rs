@@ -53,6 +53,7 @@
 #![expect(clippy::needless_range_loop, reason = "columns of sixteen are gone through side by side, by lane")]
 
 mod answers;
+mod bands;
 mod build;
 mod caster;
 mod casting;

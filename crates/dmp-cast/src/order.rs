@@ -1,20 +1,8 @@
 //! Which rays go together.
 
+use crate::bands::{AZIMUTH_BITS, Bands};
 use crate::packet_rays::RAYS;
 use crate::query::Query;
-
-/// Height of the bands that rays are sorted into, as far away as they reach, metres.
-const BAND_M: f32 = 0.5;
-/// The largest shell begins here; rays beyond are in it too. A power of two, metres.
-const LAST_SHELL_M: f32 = 128.0;
-/// Steps of azimuth around a band: those of a sector below, the sector above.
-const AZIMUTHS: u32 = 1 << (AZIMUTH_BITS + SECTOR_BITS);
-const AZIMUTH_BITS: u32 = 9;
-const SECTOR_BITS: u32 = 3;
-const BANDS: u32 = 1 << BAND_BITS;
-const BAND_BITS: u32 = 12;
-/// Rays whose neighbour in a band is further than this from them begin a new packet, metres at the shell.
-const GAP_M: f32 = 1.0;
 
 /// Packets are cut at gaps only where they have so many rays: with fewer, what a packet costs by itself is worse than
 /// rays that do not belong together.
@@ -33,6 +21,7 @@ pub(crate) struct Order {
     sorted: Vec<u64>,
     other: Vec<u64>,
     counts: Vec<u32>,
+    bands: Bands,
 }
 
 impl Order {
@@ -46,12 +35,13 @@ impl Order {
     /// in one segment.
     ///
     /// Rays are cut into eight sectors, so that what is cast one after the other meets the same part of the map, a
-    /// sector into shells by the octave of the measured range, a shell into bands of elevation about [`BAND_M`] high
-    /// there, and a band is run through by azimuth. So the rings of a spinning sensor come out one after the other
-    /// without their numbers being known; near ones, which lie closer than a disc, together.
+    /// sector into shells by the octave of the measured range, a shell into bands of elevation, and a band is run through by
+    /// azimuth. So the rings of a spinning sensor come out one after the other without their numbers being known; near ones,
+    /// which lie closer than a disc, together, and the pixels of an image in squares. `radius_m` is that of the discs.
     #[inline(always)]
-    pub(crate) fn by_direction(&mut self, queries: &[Query]) {
+    pub(crate) fn by_direction(&mut self, queries: &[Query], radius_m: f32) {
         self.sorted.clear();
+        self.bands = Bands::of(queries, radius_m);
         self.sorted.reserve(queries.len());
         self.other.resize(queries.len(), 0);
         let mut start = 0;
@@ -65,7 +55,7 @@ impl Order {
                 self.sort(start, index);
                 (start, place, segment) = (index, origin, query.segment);
             }
-            self.sorted.push(u64::from(key_of(query)) << 32 | index as u64);
+            self.sorted.push(u64::from(self.bands.key_of(query)) << 32 | index as u64);
         }
         self.sort(start, queries.len());
     }
@@ -114,8 +104,9 @@ impl Order {
         let key = |entry: u64| (entry >> 32) as u32;
         let (first, last) = (key(rest[0]), key(rest[rest.len() - 1]));
         // Keys of the next run may be smaller again.
-        let goes_on =
-            |a: u32, b: u32| a >> AZIMUTH_BITS == b >> AZIMUTH_BITS && b.wrapping_sub(a) <= largest_gap(a);
+        let goes_on = |a: u32, b: u32| {
+            a >> AZIMUTH_BITS == b >> AZIMUTH_BITS && b.wrapping_sub(a) <= self.bands.largest_gap(a)
+        };
         if goes_on(first, last) {
             return rest;
         }
@@ -123,34 +114,6 @@ impl Order {
         let end = ends.next().unwrap_or(rest.len());
         &rest[..end]
     }
-}
-
-/// Sector (3 bits), shell and band (12), azimuth in the sector (9).
-#[inline(always)]
-fn key_of(query: &Query) -> u32 {
-    let [x, y, z] = query.direction_in_world.map(|c| c as f32);
-    // Twice the number of bands of a shell is that of the next, so shells lie one behind the other.
-    let range_m = (query.measured_m as f32).clamp(0.5, LAST_SHELL_M);
-    let shell_m = f32::from_bits(range_m.to_bits() & 0x7f80_0000);
-    let bands = shell_m * (2.0 / BAND_M);
-    let band = (bands + (1.0 + z) * 0.5 * bands) as u32;
-    // Grows with the angle in the plane, from 0 to 4, without a sine.
-    let sum = x.abs() + y.abs();
-    let part = if sum > 0.0 { y / sum } else { 0.0 };
-    let turn = if x >= 0.0 { 1.0 + part } else { 3.0 - part };
-    let azimuth = (turn * (AZIMUTHS as f32 / 4.0)) as u32;
-    let azimuth = azimuth.min(AZIMUTHS - 1);
-    let (sector, azimuth) = (azimuth >> AZIMUTH_BITS, azimuth % (1 << AZIMUTH_BITS));
-    (sector << BAND_BITS | band.min(BANDS - 1)) << AZIMUTH_BITS | azimuth
-}
-
-/// The largest step of azimuth between neighbours in a band, by any key of the band.
-#[inline(always)]
-fn largest_gap(key: u32) -> u32 {
-    let band = (key >> AZIMUTH_BITS) % BANDS;
-    // Bands of a shell begin at their number: the highest bit is the shell.
-    let shell_m = (1u32 << band.max(1).ilog2()) as f32 * (BAND_M / 2.0);
-    (AZIMUTHS as f32 * GAP_M / (6.0 * shell_m)) as u32 + 1
 }
 
 #[cfg(test)]
@@ -163,6 +126,8 @@ mod tests {
         Query { origin_in_world_m: [0.0; 3], direction_in_world: d, measured_m, segment: None }
     }
 
+    const RADIUS_M: f32 = 0.16;
+
     proptest! {
         #[test]
         fn every_ray_is_in_one_packet_with_its_neighbours(
@@ -170,8 +135,9 @@ mod tests {
         ) {
             let queries: Vec<Query> = rays.iter().map(|&(a, e, r)| query(a, e, r)).collect();
             let mut order = Order::default();
-            order.by_direction(&queries);
-            let mut expected: Vec<(u32, u32)> = queries.iter().map(key_of).zip(0..).collect();
+            order.by_direction(&queries, RADIUS_M);
+            let bands = Bands::of(&queries, RADIUS_M);
+            let mut expected: Vec<(u32, u32)> = queries.iter().map(|query| bands.key_of(query)).zip(0..).collect();
             expected.sort_unstable();
             let sorted: Vec<(u32, u32)> = order.sorted.iter().map(|&e| ((e >> 32) as u32, e as u32)).collect();
             prop_assert_eq!(sorted, expected);
@@ -185,6 +151,31 @@ mod tests {
         }
     }
 
+    /// Width and height of each packet, radians, and its rays.
+    fn packets_of(queries: &[Query]) -> Vec<([f64; 2], usize)> {
+        let mut order = Order::default();
+        order.by_direction(queries, RADIUS_M);
+        let (mut start, mut packets) = (0, Vec::new());
+        while start < order.len() {
+            let packet = order.packet(start);
+            let of = |index: u64| queries[index as u32 as usize].direction_in_world;
+            let extent = |angle: fn([f64; 3]) -> f64| {
+                let angles = packet.iter().map(|&entry| angle(of(entry)));
+                let (least, most) =
+                    angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+                most - least
+            };
+            packets.push(([extent(|[x, y, _]| y.atan2(x)), extent(|[_, _, z]| z.asin())], packet.len()));
+            start += packet.len();
+        }
+        packets
+    }
+
+    fn median(mut values: Vec<f64>) -> f64 {
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    }
+
     #[test]
     fn rings_of_a_scan_come_out_as_packets_of_neighbours() {
         // 32 rings of 1800 rays, column by column, all 20 m away.
@@ -192,21 +183,42 @@ mod tests {
             .flat_map(|a| (0..32).map(move |ring| (f64::from(a), f64::from(ring))))
             .map(|(a, ring)| query((a - 900.0) * 0.00349, (ring - 16.0) * 0.02, 20.0))
             .collect();
-        let mut order = Order::default();
-        order.by_direction(&queries);
-        let (mut start, mut packets, mut narrow) = (0, 0, 0);
-        while start < order.len() {
-            let packet = order.packet(start);
-            let first = &queries[packet[0] as u32 as usize].direction_in_world;
-            let apart = |&entry: &u64| {
-                let d = &queries[entry as u32 as usize].direction_in_world;
-                (0..3).map(|k| (d[k] - first[k]).powi(2)).sum::<f64>().sqrt()
-            };
-            narrow += usize::from(packet.iter().map(apart).fold(0.0, f64::max) < 0.08);
-            start += packet.len();
-            packets += 1;
-        }
+        let packets = packets_of(&queries);
+        let narrow = packets.iter().filter(|([width, height], _)| width.hypot(*height) < 0.08).count();
         // Where a band ends, and a sector, what is left of it goes with what comes next.
-        assert!(packets <= queries.len() / RAYS + 300 && narrow * 10 > packets * 9, "{narrow} of {packets}");
+        assert!(
+            packets.len() <= queries.len() / RAYS + 300 && narrow * 10 > packets.len() * 9,
+            "{narrow} of {}",
+            packets.len()
+        );
+    }
+
+    #[test]
+    fn rings_that_lie_far_apart_stay_apart() {
+        // 16 rings two degrees apart: as far away as these are, more than three metres.
+        let queries: Vec<Query> = (0..1800)
+            .flat_map(|a| (0..16).map(move |ring| (f64::from(a), f64::from(ring))))
+            .map(|(a, ring)| query((a - 900.0) * 0.00349, (ring - 8.0) * 0.035, 90.0))
+            .collect();
+        let packets = packets_of(&queries);
+        let flat = packets.iter().filter(|([_, height], _)| *height < 1e-3).count();
+        assert!(flat * 10 > packets.len() * 9, "{flat} of {}", packets.len());
+    }
+
+    #[test]
+    fn the_pixels_of_an_image_come_out_in_squares() {
+        // 320 × 50 pixels, row by row, 2.5 m away; and near, where a band could be as high as the image.
+        for range_m in [2.5, 0.6] {
+            let queries: Vec<Query> = (0..50)
+                .flat_map(|row| (0..320).map(move |column| (f64::from(column), f64::from(row))))
+                .map(|(column, row)| query((160.0 - column) * 0.0019, (25.0 - row) * 0.0019, range_m))
+                .collect();
+            let packets = packets_of(&queries);
+            let [width, height] =
+                [0, 1].map(|k| median(packets.iter().map(|(extents, _)| extents[k]).collect()));
+            assert!(width < 6.0 * 0.0019 && height < 6.0 * 0.0019, "{width} x {height} at {range_m} m");
+            let full = packets.iter().filter(|(_, rays)| *rays == RAYS).count();
+            assert!(full * 10 > packets.len() * 9, "{full} of {}", packets.len());
+        }
     }
 }

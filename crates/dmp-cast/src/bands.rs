@@ -1,0 +1,98 @@
+//! Where a ray lies among its neighbours: by sector, shell of range, band of elevation, azimuth.
+
+use crate::query::Query;
+
+/// Greatest height of a band, as far away as its rays reach, in radii of a disc.
+const BAND_RADII: f32 = 3.0;
+/// Rays whose neighbour in a band is further than this from them do not go with it, radii of a disc at the shell.
+const GAP_RADII: f32 = 6.0;
+/// Least height of a band, in steps from a ray to the next of the list: sixteen rays fill a square.
+const BAND_STEPS: f32 = 4.0;
+
+/// The first shell begins here and the last: powers of two, in heights of a band. Rays beyond are in them too.
+const FIRST_SHELL: f32 = 1.0;
+const LAST_SHELL: f32 = 256.0;
+const SHELLS: usize = 9;
+/// A band for each half of its height around the sensor: (1 + z) · bands / 2 numbers them.
+const MOST_BY_STEPS: f32 = 384.0;
+pub(crate) const BANDS: u32 = 1 << BAND_BITS;
+const BAND_BITS: u32 = 12;
+/// Steps of azimuth around a band: those of a sector below, the sector above.
+const AZIMUTHS: u32 = 1 << (AZIMUTH_BITS + SECTOR_BITS);
+pub(crate) const AZIMUTH_BITS: u32 = 9;
+const SECTOR_BITS: u32 = 3;
+/// Pairs of rays that are looked at for the step from one to the next.
+const PAIRS: usize = 64;
+
+/// How rays are cut into bands.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Bands {
+    /// Ranges in heights of a band, for each metre.
+    heights_per_m: f32,
+    /// Bands of each shell.
+    counts: [f32; SHELLS],
+    /// Where those of a shell begin.
+    starts: [f32; SHELLS],
+}
+
+impl Bands {
+    /// Bands for these rays into discs of this radius, metres.
+    ///
+    /// As far away as its rays reach a band is at most [`BAND_RADII`] high: what a packet has to look at is what lies within a disc's
+    /// radius of it, so that a long row costs little more than a square, and rings that lie further apart stay apart. Where rays
+    /// are closer than that, a row would be long for nothing: a band is then as high as four of them.
+    pub(crate) fn of(queries: &[Query], radius_m: f32) -> Self {
+        let heights_per_m = 1.0 / (BAND_RADII * radius_m).max(f32::MIN_POSITIVE);
+        // Elevations are numbered by their sines, which go from −1 to 1.
+        let by_steps = (2.0 / (BAND_STEPS * step_between(queries))).min(MOST_BY_STEPS);
+        let mut bands = Self { heights_per_m, ..Self::default() };
+        let (mut shell, mut start) = (FIRST_SHELL, 0.0);
+        for k in 0..SHELLS {
+            (bands.counts[k], bands.starts[k]) = ((2.0 * shell).max(by_steps).floor(), start);
+            (start, shell) = (start + bands.counts[k], 2.0 * shell);
+        }
+        bands
+    }
+
+    /// Sector (3 bits), shell and band (12), azimuth in the sector (9).
+    #[inline(always)]
+    pub(crate) fn key_of(&self, query: &Query) -> u32 {
+        let [x, y, z] = query.direction_in_world.map(|c| c as f32);
+        let range = (query.measured_m as f32 * self.heights_per_m).clamp(FIRST_SHELL, LAST_SHELL);
+        let shell = ((range.to_bits() >> 23) - (FIRST_SHELL.to_bits() >> 23)) as usize % 16;
+        let (count, start) = (self.counts[shell.min(SHELLS - 1)], self.starts[shell.min(SHELLS - 1)]);
+        let band = (start + ((1.0 + z) * 0.5 * count).min(count - 1.0)) as u32;
+        // Grows with the angle in the plane, from 0 to 4, without a sine.
+        let sum = x.abs() + y.abs();
+        let part = if sum > 0.0 { y / sum } else { 0.0 };
+        let turn = if x >= 0.0 { 1.0 + part } else { 3.0 - part };
+        let azimuth = (turn * (AZIMUTHS as f32 / 4.0)) as u32;
+        let azimuth = azimuth.min(AZIMUTHS - 1);
+        let (sector, azimuth) = (azimuth >> AZIMUTH_BITS, azimuth % (1 << AZIMUTH_BITS));
+        (sector << BAND_BITS | band.min(BANDS - 1)) << AZIMUTH_BITS | azimuth
+    }
+
+    /// The largest step of azimuth between neighbours in a band, by any key of the band.
+    #[inline(always)]
+    pub(crate) fn largest_gap(&self, key: u32) -> u32 {
+        let band = ((key >> AZIMUTH_BITS) % BANDS) as f32;
+        let shell = self.starts.iter().rposition(|&start| start <= band).unwrap_or(0);
+        let shell = FIRST_SHELL * (1u32 << shell) as f32;
+        (AZIMUTHS as f32 * GAP_RADII / BAND_RADII / (6.0 * shell)) as u32 + 1
+    }
+}
+
+/// The usual angle from one ray to the next of the list, radians; infinite for one ray.
+fn step_between(queries: &[Query]) -> f32 {
+    let mut steps2 = [f32::INFINITY; PAIRS];
+    let stride = (queries.len() / PAIRS).max(1);
+    let pairs = queries.windows(2).step_by(stride).take(PAIRS);
+    let mut count = 0;
+    for (step2, pair) in steps2.iter_mut().zip(pairs) {
+        let [a, b] = [&pair[0], &pair[1]].map(|q| q.direction_in_world);
+        *step2 = (0..3).map(|k| ((a[k] - b[k]) as f32).powi(2)).sum();
+        count += 1;
+    }
+    let middle = count / 2;
+    steps2.select_nth_unstable_by(middle, f32::total_cmp).1.sqrt()
+}
