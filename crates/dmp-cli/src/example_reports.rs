@@ -192,6 +192,7 @@ fn report(runs: Vec<RunReport>, order: &[&str], pairs: Vec<PairReport>) -> Repor
             interval_confidence: 0.9975,
             same_within_share: Some(0.1),
             same_within_m: None,
+            of_each_result: false,
         },
         sampling: SamplingReport {
             frames_scored: 597,

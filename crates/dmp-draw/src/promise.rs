@@ -12,9 +12,7 @@ pub fn promise(report: &Report) -> Option<String> {
         None => format!("all pairs and {scales} scales"),
     };
     let (error, sure) = (left(report.promise.confidence), confidence(report.promise.interval_confidence));
-    // Runs of several results: not every two of them were in one command.
-    let runs = report.runs.len();
-    Some(if report.pairs.len() < runs * runs.saturating_sub(1) / 2 {
+    Some(if report.promise.of_each_result {
         format!(
             "At most {error} of results tell any two equal runs apart, each by itself: {shared_by} of a result share that, \
              so each interval is at {sure} or more."

@@ -87,15 +87,20 @@ fn runs_scored_alike_stand_in_one_table() {
             < place("\nNot compared: no result holds both runs, nor was each kept")
     );
     assert!(place("\n  truth, noise\n") < place("\n  noise, drift\n"), "{table}");
-    // No error is shared between results.
-    place("\nAt most 1 % of results tell any two equal runs apart, each by itself");
+    // All pairs are of one result.
+    place("\nAt most 1 % of commands tell any two equal runs apart");
     // In one command with the same segments it comes to the same scores.
     let all = save(folder, "all.json", &format!("{RUNS} --like first.json"));
     let (code, json) = compare(folder, "first.json second.json --json");
     let json: Value = serde_json::from_str(&json).unwrap();
     assert_eq!((code, &json["runs"], &json["order"]), (0, &all["runs"], &all["order"]));
     assert_eq!(json["not_compared"], serde_json::json!([["truth", "noise"], ["noise", "drift"]]));
-    // A third result that holds the pairs completes it.
+    // A third result that holds the pairs completes it. No error is shared between results.
+    let (_, table) = compare(folder, "first.json second.json all.json");
+    assert!(
+        table.contains("\nAt most 1 % of results tell any two equal runs apart, each by itself"),
+        "{table}"
+    );
     let (code, json) = compare(folder, "first.json second.json all.json --json");
     let json: Value = serde_json::from_str(&json).unwrap();
     assert_eq!((code, &json["not_compared"]), (0, &serde_json::json!([])));

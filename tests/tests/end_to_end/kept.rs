@@ -131,6 +131,17 @@ fn results_without_returns_stand_beside_those_with() {
     assert_eq!(compared["not_compared"], json!([["truth", "noise"], ["noise", "drift"]]));
     let told = text(&dmp(folder, "compare truth.dmp drift.dmp noise.json").stdout);
     assert!(told.contains("To compare them, keep both results with `dmp score --keep`,"), "{told}");
+    // One promise for all that is told. With pairs of another result there are two.
+    assert!(told.contains("At most 1 % of commands tell any two equal runs apart"), "{told}");
+    let two = done(folder, "score @/town.mcap -t @/truth.tum -t @/noise.tum --like truth.dmp");
+    write(folder, "two.json", &two.to_string());
+    let compared = done(folder, "compare truth.dmp drift.dmp two.json");
+    assert_eq!(
+        (compared["pairs"].as_array().unwrap().len(), &compared["promise"]["of_each_result"]),
+        (2, &json!(true))
+    );
+    let told = text(&dmp(folder, "compare truth.dmp drift.dmp two.json").stdout);
+    assert!(told.contains("At most 1 % of results tell any two equal runs apart, each by itself"), "{told}");
     let gate = dmp(folder, "compare truth.dmp drift.dmp --expect-best truth");
     assert_eq!(gate.status.code(), Some(0), "{}", text(&gate.stderr));
 }
@@ -153,7 +164,7 @@ fn what_cannot_be_kept_is_refused_before_the_log_is_read() {
 }
 
 #[test]
-fn files_that_are_not_what_was_kept_are_told() {
+fn row_32_results_that_are_not_what_was_kept_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     done(folder, "score @/town.mcap -t @/truth.tum --keep a.dmp");
@@ -201,7 +212,7 @@ fn forged(
 }
 
 #[test]
-fn forged_returns_are_refused_and_take_no_memory() {
+fn row_32_forged_results_are_refused_and_take_no_memory() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     done(folder, "score @/town.mcap -t @/truth.tum --keep a.dmp");

@@ -3,7 +3,7 @@
 use crate::sources::{rust_files, workspace};
 
 /// Rows of the list.
-const ROWS: usize = 31;
+const ROWS: usize = 32;
 
 /// Names of the tests in a folder.
 fn tests(folder: &str) -> Vec<String> {

@@ -57,11 +57,13 @@ fn add(joined: &mut Report, other: Report) {
         }
     }
     joined.left_out.extend(other.left_out);
+    let here = joined.pairs.len();
     for pair in other.pairs {
         if joined.pair(&pair.a, &pair.b).is_none() {
             joined.pairs.push(pair);
         }
     }
+    joined.promise.of_each_result |= here > 0 && joined.pairs.len() > here;
     let (config, of_other) = (&mut joined.config, other.config);
     // Of the runs, not of the settings: given where it is the same for all.
     config.body_from_sensor = config.body_from_sensor.filter(|here| of_other.body_from_sensor == Some(*here));

@@ -56,12 +56,20 @@ pub fn join_results(
         kept.filter(|(named, _)| basis_of(&named.report) == Some(basis)).count() > 1
     };
     let looks = families.iter().filter(|&&basis| judged(basis)).count().max(1) as u32;
+    let mut judged_runs: Vec<Vec<String>> = Vec::new();
     for basis in families {
         let readers = results.iter_mut().map(|result| result.returns.as_mut());
         let (kept, runs) = kept_of(&reports, readers, &joined, basis);
         if kept.len() > 1 && runs.len() > 1 {
             judge(&mut joined, (kept, &runs), (basis, looks), (threads, progress))?;
+            judged_runs.push(runs);
         }
+    }
+    if !judged_runs.is_empty() {
+        let of_all = |pair: &PairReport| {
+            judged_runs.iter().any(|runs| runs.contains(&pair.a) && runs.contains(&pair.b))
+        };
+        joined.report.promise.of_each_result = !joined.report.pairs.iter().all(of_all);
     }
     Ok(joined)
 }

@@ -117,6 +117,7 @@ impl Findings<'_> {
                     Margin::Share(_) => None,
                     Margin::Metres(metres) => Some(metres),
                 },
+                of_each_result: false,
             },
             sampling: SamplingReport {
                 frames_scored: scored.frames,

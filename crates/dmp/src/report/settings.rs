@@ -102,6 +102,9 @@ pub struct PromiseReport {
     pub same_within_share: Option<f64>,
     /// So many metres at every scale; null where a share was asked for.
     pub same_within_m: Option<f64>,
+    /// Of results that stand beside each other: whether pairs are from several, each of which promises this by itself.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub of_each_result: bool,
 }
 
 impl PromiseReport {
