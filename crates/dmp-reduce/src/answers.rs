@@ -3,7 +3,7 @@
 use crate::basis::Basis;
 use crate::compare::{Comparison, chance, compare};
 use crate::family::EqualPairs;
-use crate::frame::pairs_of;
+use crate::narrow_pairs::pairs_of;
 use crate::order::{Ranked, order_runs};
 use crate::pair::PairTotals;
 use crate::ratio::{Estimate, Ratio};

@@ -1,10 +1,9 @@
 //! The sums of all runs, and of all pairs of them, over one frame.
 
-use std::cmp::Ordering;
-
 use crate::basis::Basis;
 use crate::fixed::FixedSum;
-use crate::narrow::{NarrowPair, NarrowSums};
+use crate::narrow::NarrowSums;
+use crate::narrow_pairs::NarrowPairs;
 use crate::residuals::{Residuals, Squares};
 use crate::run::RunSums;
 use crate::scales::{CV, Scales};
@@ -22,10 +21,7 @@ pub struct FrameSums {
     bases: Vec<Basis>,
     /// For every run its groups of surface.
     runs: Vec<NarrowSums>,
-    /// The pairs (a, b) with a < b: (0, 1), (0, 2), …, (1, 2), …
-    pairs: Vec<Basis>,
-    /// For every pair its groups of surface.
-    groups: Vec<NarrowPair>,
+    pairs: NarrowPairs,
     squares: Vec<Squares>,
 }
 
@@ -47,27 +43,24 @@ impl FrameSums {
 
     /// Empty sums for runs judged by `bases` and by these lengths.
     pub fn on_scales(bases: &[Basis], scales: Scales) -> Self {
-        let pairs: Vec<_> = pairs_of(bases.len()).map(|(a, b)| bases[a].of_pair(bases[b])).collect();
         Self {
             scales,
             bases: bases.to_vec(),
             runs: vec![NarrowSums::new(scales); bases.len() * GROUPS],
-            groups: vec![NarrowPair::default(); pairs.len() * GROUPS],
-            pairs,
+            pairs: NarrowPairs::new(bases),
             squares: vec![Squares::default(); bases.len()],
         }
     }
 
     /// What sums of so many runs take in memory, bytes.
     pub fn bytes_of(runs: usize) -> usize {
-        let pairs = pairs_of(runs).count();
-        GROUPS * (runs * size_of::<NarrowSums>() + pairs * size_of::<NarrowPair>())
+        GROUPS * runs * size_of::<NarrowSums>() + NarrowPairs::bytes_of(runs)
     }
 
     /// Forgets all returns, keeps the buffers.
     pub fn clear(&mut self) {
         self.runs.fill(NarrowSums::new(self.scales));
-        self.groups.fill(NarrowPair::default());
+        self.pairs.clear();
     }
 
     /// Adds one return: what each run's map predicts for it.
@@ -92,20 +85,7 @@ impl FrameSums {
             self.runs[run * GROUPS + group].add(squares);
             to(run, squares);
         }
-        let mut pairs = self.pairs.iter().zip(self.groups.as_chunks_mut::<GROUPS>().0);
-        for (run, a) in self.squares.iter().enumerate() {
-            for (b, (&basis, groups)) in self.squares[run + 1..].iter().zip(&mut pairs) {
-                if let (Some(square_a), Some(square_b)) = (a.on(basis), b.on(basis)) {
-                    // The surface of the prediction that is further off made the difference.
-                    let surface = match square_a[0].cmp(&square_b[0]) {
-                        Ordering::Greater => a.surface_on(basis),
-                        Ordering::Less => b.surface_on(basis),
-                        Ordering::Equal => a.surface_on(basis).min(b.surface_on(basis)),
-                    };
-                    groups[surface.index()].add(&square_a, &square_b);
-                }
-            }
-        }
+        self.pairs.add(&self.squares);
     }
 
     /// Adds the sums of another part of the same frame.
@@ -121,9 +101,7 @@ impl FrameSums {
         for (mine, theirs) in self.runs.iter_mut().zip(&other.runs) {
             mine.merge(theirs);
         }
-        for (mine, theirs) in self.groups.iter_mut().zip(&other.groups) {
-            mine.merge(theirs);
-        }
+        self.pairs.merge(&other.pairs);
     }
 
     /// The lengths by which returns are judged.
@@ -154,16 +132,9 @@ impl FrameSums {
 
     /// Every pair (a, b) with a < b in the order (0, 1), (0, 2), …, (1, 2), …
     pub fn pair_sums(&self) -> impl ExactSizeIterator<Item = PairSums> {
-        self.pairs.iter().zip(self.groups.as_chunks::<GROUPS>().0).map(|(&basis, groups)| {
-            let mut pair = PairSums { basis, returns: 0, a: Default::default(), b: Default::default() };
-            for (returns, a, b) in groups.iter().map(NarrowPair::sums) {
-                pair.returns += returns;
-                for k in 0..CV {
-                    pair.a[k] += FixedSum::from_units(a[k]);
-                    pair.b[k] += FixedSum::from_units(b[k]);
-                }
-            }
-            pair
+        self.pairs.bases().iter().enumerate().map(|(pair, &basis)| {
+            let (returns, [a, b]) = self.pairs.sums(pair);
+            PairSums { basis, returns, a: a.map(FixedSum::from_units), b: b.map(FixedSum::from_units) }
         })
     }
 
@@ -173,14 +144,8 @@ impl FrameSums {
         pair: usize,
         scale: usize,
     ) -> impl Iterator<Item = (SurfaceGroup, Total)> {
-        let groups = &self.groups[pair * GROUPS..(pair + 1) * GROUPS];
-        SurfaceGroup::all().zip(groups.iter().map(move |group| group.difference(scale)))
+        SurfaceGroup::all().map(move |group| (group, self.pairs.difference(pair, scale, group.index())))
     }
-}
-
-/// The pairs of `runs` runs, in the order in which they are kept everywhere.
-pub(crate) fn pairs_of(runs: usize) -> impl Iterator<Item = (usize, usize)> {
-    (0..runs).flat_map(move |a| (a + 1..runs).map(move |b| (a, b)))
 }
 
 impl PairSums {

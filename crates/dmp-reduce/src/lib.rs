@@ -54,6 +54,7 @@ mod guard;
 mod kept;
 mod likelihood;
 mod narrow;
+mod narrow_pairs;
 mod order;
 mod pair;
 mod price;

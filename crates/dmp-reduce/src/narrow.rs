@@ -2,11 +2,10 @@
 
 use crate::residuals::{LANES, Squares, lane};
 use crate::run::RunSums;
-use crate::scales::{CV, Scales, TRUNCATED_BITS};
-use crate::units::Total;
+use crate::scales::{Scales, TRUNCATED_BITS};
 
 /// As many numbers below 2^50 have a sum of 64 bits.
-const MOST: u64 = 1 << (63 - TRUNCATED_BITS);
+pub(crate) const MOST: u64 = 1 << (63 - TRUNCATED_BITS);
 
 /// [`RunSums`] on their way: to the same bits, in a fraction of the time. Sums of a run over some returns of a scan.
 ///
@@ -64,64 +63,5 @@ impl NarrowSums {
         let mut sums = self.wide;
         sums.add_lanes(&self.lanes);
         sums
-    }
-}
-
-/// Numbers of a pair: the return, the squares of the first run, those of the second; the last is 0.
-const PAIR_LANES: usize = 2 + 2 * CV;
-
-/// The sums of a pair over its common returns in one group of surface.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct NarrowPair {
-    lanes: [u64; PAIR_LANES],
-    returns: u64,
-    a: [i128; CV],
-    b: [i128; CV],
-}
-
-impl NarrowPair {
-    #[inline]
-    pub(crate) fn add(&mut self, a: &[u64; CV], b: &[u64; CV]) {
-        self.lanes[0] += 1;
-        for k in 0..CV {
-            self.lanes[1 + k] += a[k];
-            self.lanes[1 + CV + k] += b[k];
-        }
-        if self.lanes[0] == MOST {
-            *self = self.whole();
-        }
-    }
-
-    /// With all in the wide sums.
-    fn whole(&self) -> Self {
-        let mut whole = *self;
-        whole.returns += self.lanes[0];
-        for k in 0..CV {
-            whole.a[k] += i128::from(self.lanes[1 + k]);
-            whole.b[k] += i128::from(self.lanes[1 + CV + k]);
-        }
-        whole.lanes = [0; PAIR_LANES];
-        whole
-    }
-
-    pub(crate) fn merge(&mut self, other: &Self) {
-        let other = other.whole();
-        self.returns += other.returns;
-        for k in 0..CV {
-            self.a[k] += other.a[k];
-            self.b[k] += other.b[k];
-        }
-    }
-
-    /// The returns, and the sums of the two runs at each scale.
-    pub(crate) fn sums(&self) -> (u64, [i128; CV], [i128; CV]) {
-        let Self { returns, a, b, .. } = self.whole();
-        (returns, a, b)
-    }
-
-    /// The difference a − b at the `scale`-th scale.
-    pub(crate) fn difference(&self, scale: usize) -> Total {
-        let (returns, a, b) = self.sums();
-        Total { sum: a[scale] - b[scale], returns }
     }
 }

@@ -3,8 +3,9 @@
 use crate::basis::Basis;
 use crate::error::ReduceError;
 use crate::fixed::FixedSum;
-use crate::frame::{FrameSums, pairs_of};
+use crate::frame::FrameSums;
 use crate::frame_set::FrameSet;
+use crate::narrow_pairs::pairs_of;
 use crate::pair::PairTotals;
 use crate::price::MissPrice;
 use crate::ratio::{Frames, Ratio};
