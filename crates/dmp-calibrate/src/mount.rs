@@ -1,7 +1,9 @@
 //! Where the sensor is, and what that changes with what is looked for.
 
 use dmp_align::{Plane, PosedReturn, point_to_plane};
-use dmp_sensor::{Isometry3, Track, Trajectory, Translation3, UnitQuaternion, Vector3, pose_between};
+use dmp_sensor::{
+    Isometry3, Track, TrackCursor, Trajectory, Translation3, UnitQuaternion, Vector3, pose_between,
+};
 
 use crate::axis::{AXES, Axis, Vector};
 use crate::sample::Snapshot;
@@ -85,14 +87,26 @@ impl<'a> Trial<'a> {
         }
     }
 
+    /// For the instants before, at and after those of returns, which follow each other.
+    pub(crate) fn cursors(&self) -> [TrackCursor<'a>; 3] {
+        [(); 3].map(|()| self.track.cursor())
+    }
+
     /// The sensor when it measured a return so long after the stamp of its scan; `None` where the run does not say.
-    pub(crate) fn at(&self, stamp_ns: i64, after_ns: i64) -> Option<Moment> {
+    pub(crate) fn at(
+        &self,
+        [before, now, after]: &mut [TrackCursor<'a>; 3],
+        stamp_ns: i64,
+        after_ns: i64,
+    ) -> Option<Moment> {
         let after_s = self.sweep * (after_ns as f64 / 1e9) + self.later_s;
-        let at = |s: f64| self.track.world_from_sensor_at(stamp_ns.checked_add((s * 1e9).round() as i64)?);
-        let (before, after) = (at(after_s - self.half_s)?, at(after_s + self.half_s)?);
+        let at = |cursor: &mut TrackCursor<'a>, s: f64| {
+            cursor.world_from_sensor_at(stamp_ns.checked_add((s * 1e9).round() as i64)?)
+        };
+        let (before, after) = (at(before, after_s - self.half_s)?, at(after, after_s + self.half_s)?);
         let per_s = 0.5 / self.half_s;
         Some(Moment {
-            world_from_sensor: at(after_s)?,
+            world_from_sensor: at(now, after_s)?,
             velocity_m_s: (after.translation.vector - before.translation.vector) * per_s,
             turn_rate_rad_s: (after.rotation * before.rotation.inverse()).scaled_axis() * per_s,
         })

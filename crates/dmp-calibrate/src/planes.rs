@@ -54,8 +54,8 @@ impl Equations {
     }
 }
 
+#[derive(Clone, Copy)]
 struct Placed {
-    cell: [i32; 3],
     scan: u32,
     place_m: Vector3<f64>,
     in_sensor_m: Vector3<f64>,
@@ -66,13 +66,15 @@ struct Placed {
 /// The sums over the planes of one block.
 pub(crate) fn equations(block: &Block, trial: &Trial<'_>, level: Level, metre_m: f64) -> Equations {
     let (mut moments, mut placed): (Vec<Moment>, Vec<Placed>) = (Vec::new(), Vec::new());
-    let mut origin_m = None;
+    let (mut cursors, mut origin_m) = (trial.cursors(), None);
+    // The cells of what was placed: they are sorted, since they are small.
+    let mut cells: Vec<([i32; 3], u32)> = Vec::new();
     for (scan, snapshot) in (0..).zip(&block.scans) {
         let Some(stamp_ns) = trial.mount.stamp_ns(snapshot) else { continue };
         let mut last_ns = None;
         for one in snapshot.returns.iter().step_by(level.every) {
             if last_ns != Some(one.after_ns) {
-                let Some(moment) = trial.at(stamp_ns, one.after_ns) else { continue };
+                let Some(moment) = trial.at(&mut cursors, stamp_ns, one.after_ns) else { continue };
                 moments.push(moment);
                 last_ns = Some(one.after_ns);
             }
@@ -80,8 +82,8 @@ pub(crate) fn equations(block: &Block, trial: &Trial<'_>, level: Level, metre_m:
             let place_m = place_m - *origin_m.get_or_insert(place_m);
             let cell = [place_m.x, place_m.y, place_m.z].map(|c| (c / level.edge_m).floor() as i32);
             let moment = (moments.len() - 1) as u32;
+            cells.push((cell, placed.len() as u32));
             placed.push(Placed {
-                cell,
                 scan,
                 place_m,
                 in_sensor_m: one.in_sensor_m,
@@ -90,10 +92,13 @@ pub(crate) fn equations(block: &Block, trial: &Trial<'_>, level: Level, metre_m:
             });
         }
     }
-    placed.sort_by_key(|one| one.cell);
+    cells.sort_unstable();
     let mut sums = Equations::default();
-    for cell in placed.chunk_by(|a, b| a.cell == b.cell) {
-        add_plane(cell, &moments, level, metre_m, &mut sums);
+    let mut in_cell = Vec::new();
+    for cell in cells.chunk_by(|a, b| a.0 == b.0).filter(|cell| cell.len() >= RETURNS) {
+        in_cell.clear();
+        in_cell.extend(cell.iter().map(|&(_, index)| placed[index as usize]));
+        add_plane(&in_cell, &moments, level, metre_m, &mut sums);
     }
     sums
 }
@@ -101,7 +106,7 @@ pub(crate) fn equations(block: &Block, trial: &Trial<'_>, level: Level, metre_m:
 fn add_plane(cell: &[Placed], moments: &[Moment], level: Level, metre_m: f64, sums: &mut Equations) {
     // Within a cell the returns of a scan follow each other.
     let scans = 1 + cell.windows(2).filter(|pair| pair[0].scan != pair[1].scan).count();
-    if cell.len() < RETURNS || scans < SCANS {
+    if scans < SCANS {
         return;
     }
     let count = cell.len() as f64;

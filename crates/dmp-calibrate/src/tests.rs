@@ -151,7 +151,8 @@ fn a_return_moves_as_its_gradient_says() {
     let (point, normal) = (Vector3::new(7.0, -3.0, 1.0), Vector3::new(0.6, 0.0, 0.8));
     let (stamp_ns, after_ns) = (5 * PERIOD_NS, PERIOD_NS / 2);
     let along = |steps: &Vector| {
-        let moment = Trial::new(&mount, steps, 1.0).at(stamp_ns, after_ns).unwrap();
+        let trial = Trial::new(&mount, steps, 1.0);
+        let moment = trial.at(&mut trial.cursors(), stamp_ns, after_ns).unwrap();
         (normal.dot(&moment.place(&point)), moment.gradient(&point, after_ns, &normal, 1.0))
     };
     let gradient = along(&Vector::zeros()).1;

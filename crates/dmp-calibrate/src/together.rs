@@ -1,7 +1,5 @@
 //! Whether scans belong to poses at all.
 
-use std::collections::HashMap;
-
 use dmp_sensor::{Track, Vector3};
 use rayon::prelude::*;
 
@@ -108,11 +106,11 @@ fn turn(block: &Block, mount: &Mount<'_>) -> Option<f64> {
 fn of_block(block: &Block, mount: &Mount<'_>, order: Order, cell_m: f64) -> Together {
     let track = Track::new(mount.trajectory, mount.body_from_sensor, mount.max_gap_ns);
     let mut found = Together::default();
-    // Of every cell: its returns, the last scan in it, and whether there was another.
-    let mut cells: HashMap<[i64; 3], (u64, usize, bool)> = HashMap::new();
+    // Of every return its cell, and the scan.
+    let mut cells: Vec<([i64; 3], u32)> = Vec::new();
     let mut before: Option<(i64, Vector3<f64>)> = None;
     let mut first_rotation = None;
-    for (number, snapshot) in block.scans.iter().enumerate() {
+    for (scan, (number, snapshot)) in (0..).zip(block.scans.iter().enumerate()) {
         let posed_like = match order {
             Order::Own | Order::Straight => snapshot,
             Order::Reversed => &block.scans[block.scans.len() - 1 - number],
@@ -139,16 +137,15 @@ fn of_block(block: &Block, mount: &Mount<'_>, order: Order, cell_m: f64) -> Toge
             }
             found.returns += 1;
             let cell = [place.x, place.y, place.z].map(|c| (c / cell_m).floor() as i64);
-            let (returns, last, shared) = cells.entry(cell).or_insert((0, number, false));
-            *returns += 1;
-            *shared |= *last != number;
-            *last = number;
+            cells.push((cell, scan));
         }
         if cursor.world_from_sensor_at(stamp_ns).is_some() {
             found.scans += 1;
             found.full_scans += u64::from(found.returns - returns_before >= ENOUGH);
         }
     }
-    found.met = cells.values().filter(|cell| cell.2).map(|cell| cell.0).sum();
+    cells.sort_unstable();
+    let shared = cells.chunk_by(|a, b| a.0 == b.0).filter(|cell| cell.first() != cell.last());
+    found.met = shared.map(|cell| cell.len() as u64).sum();
     found
 }
