@@ -67,8 +67,8 @@ struct Placed {
 pub(crate) fn equations(block: &Block, trial: &Trial<'_>, level: Level, metre_m: f64) -> Equations {
     let (mut moments, mut placed): (Vec<Moment>, Vec<Placed>) = (Vec::new(), Vec::new());
     let (mut cursors, mut origin_m) = (trial.cursors(), None);
-    // The cells of what was placed: they are sorted, since they are small.
-    let mut cells: Vec<([i32; 3], u32)> = Vec::new();
+    // What was placed, by its cell: numbers are sorted, since they are small.
+    let mut order: Vec<u128> = Vec::new();
     for (scan, snapshot) in (0..).zip(&block.scans) {
         let Some(stamp_ns) = trial.mount.stamp_ns(snapshot) else { continue };
         let mut last_ns = None;
@@ -82,7 +82,7 @@ pub(crate) fn equations(block: &Block, trial: &Trial<'_>, level: Level, metre_m:
             let place_m = place_m - *origin_m.get_or_insert(place_m);
             let cell = [place_m.x, place_m.y, place_m.z].map(|c| (c / level.edge_m).floor() as i32);
             let moment = (moments.len() - 1) as u32;
-            cells.push((cell, placed.len() as u32));
+            order.push(key_of(cell, placed.len() as u32));
             placed.push(Placed {
                 scan,
                 place_m,
@@ -92,15 +92,21 @@ pub(crate) fn equations(block: &Block, trial: &Trial<'_>, level: Level, metre_m:
             });
         }
     }
-    cells.sort_unstable();
+    order.sort_unstable();
     let mut sums = Equations::default();
     let mut in_cell = Vec::new();
-    for cell in cells.chunk_by(|a, b| a.0 == b.0).filter(|cell| cell.len() >= RETURNS) {
+    for cell in order.chunk_by(|a, b| a >> 32 == b >> 32).filter(|cell| cell.len() >= RETURNS) {
         in_cell.clear();
-        in_cell.extend(cell.iter().map(|&(_, index)| placed[index as usize]));
+        in_cell.extend(cell.iter().map(|&key| placed[key as u32 as usize]));
         add_plane(&in_cell, &moments, level, metre_m, &mut sums);
     }
     sums
+}
+
+/// Orders by cell, and in a cell by index.
+fn key_of(cell: [i32; 3], index: u32) -> u128 {
+    let high = cell.iter().fold(0_u128, |key, &c| key << 32 | u128::from(c as u32 ^ 1 << 31));
+    high << 32 | u128::from(index)
 }
 
 fn add_plane(cell: &[Placed], moments: &[Moment], level: Level, metre_m: f64, sums: &mut Equations) {

@@ -169,6 +169,8 @@ pub struct Config {
     pub work_folder: PathBuf,
     /// Where to keep the fused maps, as `NAME.dmpmap`; `None` removes them at the end.
     pub save_maps: Option<PathBuf>,
+    /// Whether [`Report::tiles`](crate::Report::tiles) holds the sums of every run in every tile.
+    pub per_tile: bool,
     /// After how much time what was done is kept in the work folder, so that another process can go on from there;
     /// `None` keeps nothing.
     pub checkpoint_every: Option<Duration>,
@@ -209,6 +211,7 @@ impl Default for Config {
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             work_folder: work_folder(),
             save_maps: None,
+            per_tile: false,
             checkpoint_every: None,
             resume: false,
             order: FrameOrder::Log,

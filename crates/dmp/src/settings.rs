@@ -82,6 +82,8 @@ pub struct Means {
     pub work_folder: PathBuf,
     /// Where the fused maps are kept; `None`: nowhere.
     pub save_maps: Option<PathBuf>,
+    /// Whether there are sums by tile.
+    pub per_tile: bool,
     /// Time from one checkpoint to the next; `None`: there are none.
     pub checkpoint_every: Option<Duration>,
     /// Whether to go on from a checkpoint.
@@ -144,6 +146,7 @@ impl Config {
             threads: self.threads,
             work_folder: self.work_folder.clone(),
             save_maps: self.save_maps.clone(),
+            per_tile: self.per_tile,
             checkpoint_every: self.checkpoint_every,
             resume: self.resume,
             order: self.order,

@@ -34,8 +34,8 @@ fn every_return_is_accounted_for() {
 
     let log = open(&path);
     let runs = [Run::new("whole", truth.clone()), Run::new("half", half_run)];
-    let config =
-        Config { every: 3, ego: dmp::Ego::BoxMm([-3000, 0, -3000], [3000, 6000, 0]), ..Config::default() };
+    let ego = dmp::Ego::BoxMm([-3000, 0, -3000], [3000, 6000, 0]);
+    let config = Config { every: 3, ego, per_tile: true, ..Config::default() };
     let report = evaluate(log.as_ref(), &runs, &config, ()).unwrap();
     let inputs = &report.inputs;
     let total: u64 = scans.iter().map(|scan| scan.len() as u64).sum();

@@ -93,7 +93,8 @@ struct Scored<'a> {
 
 impl ScoreArgs {
     fn config(&self) -> Config {
-        Config { save_maps: self.save_maps.clone(), ..self.resume.in_config(self.asked.config()) }
+        let per_tile = self.outputs.per_tile();
+        Config { save_maps: self.save_maps.clone(), per_tile, ..self.resume.in_config(self.asked.config()) }
     }
 
     /// How sure the verdicts are to be.

@@ -211,7 +211,10 @@ impl Evaluation<'_, RunCaster> {
     /// What is scored already, and which frames that is.
     fn before(&self, layout: &Layout, round: Round) -> Result<(Sums, FrameSet), EvaluateError> {
         let kept = if self.sink.wants_every_return() { None } else { self.work.load::<Casting>(round)? };
-        let Some(kept) = kept else { return Ok((Sums::nothing(layout), FrameSet::default())) };
+        // A tile holds a return at least, and sums that were not kept are made again.
+        let Some(kept) = kept.filter(|kept| kept.tiles.is_empty() != self.means.per_tile) else {
+            return Ok((Sums::nothing(layout), FrameSet::default()));
+        };
         let done = kept.done.clone();
         Ok((Sums::of_kept(kept, layout)?, done))
     }

@@ -88,6 +88,7 @@ impl Worker for CastWorker<'_> {
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
         let Self { evaluation, poser, runs, queries, buffers, of_return, .. } = self;
         let (depth_noise, scales) = (self.depth_noise.as_ref(), self.frame.scales());
+        let per_tile = evaluation.means.per_tile;
         self.frame.clear();
         let (unguarded, shape) = (!evaluation.log.summary().has_checksums, &mut self.shape);
         if unguarded {
@@ -108,7 +109,9 @@ impl Worker for CastWorker<'_> {
                 of_return.clear();
                 of_return.extend(runs.iter().map(|run| run.residuals[index]));
                 sums.add_return_to(of_return, |number, squares| {
-                    runs[number].add_to_tile(&block.rays(number)[index], squares, scales);
+                    if per_tile {
+                        runs[number].add_to_tile(&block.rays(number)[index], squares, scales);
+                    }
                 });
             }
             let scored: Vec<ScoredRun<'_>> = runs

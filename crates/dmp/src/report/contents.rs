@@ -51,7 +51,7 @@ pub struct Report {
     pub timing: PassTimes,
     /// What it needed.
     pub memory: MemoryReport,
-    /// Each run's sums by tile; not part of the JSON.
+    /// Each run's sums by tile, where [`Config::per_tile`](crate::Config::per_tile) asks for them; not part of the JSON.
     #[serde(skip)]
     pub tiles: Vec<TileReport>,
 }

@@ -62,6 +62,7 @@ impl<'a> Shard<'a> {
             threads: config.threads,
             work_folder: config.work_folder.clone(),
             save_maps: None,
+            per_tile: false,
             checkpoint_every: None,
             resume: false,
             order: config.order,

@@ -75,6 +75,11 @@ impl Outputs {
 }
 
 impl OutputArgs {
+    /// Whether there is to be a table of tiles.
+    pub(crate) fn per_tile(&self) -> bool {
+        self.per_tile.is_some()
+    }
+
     /// Says what is to be written for runs of these names. What cannot be written is told here, before a long log is
     /// read: an unknown extension, a folder that is not there, a file that is an input or another output.
     pub(crate) fn plan(&self, runs: &[&str], inputs: &[&Path]) -> anyhow::Result<Outputs> {
