@@ -107,10 +107,10 @@ fn of_block(block: &Block, mount: &Mount<'_>, order: Order, cell_m: f64) -> Toge
     let track = Track::new(mount.trajectory, mount.body_from_sensor, mount.max_gap_ns);
     let mut found = Together::default();
     // Of every return its cell, and the scan.
-    let mut cells: Vec<([i64; 3], u32)> = Vec::new();
+    let mut cells: Vec<([i64; 3], usize)> = Vec::new();
     let mut before: Option<(i64, Vector3<f64>)> = None;
     let mut first_rotation = None;
-    for (scan, (number, snapshot)) in (0..).zip(block.scans.iter().enumerate()) {
+    for (number, snapshot) in block.scans.iter().enumerate() {
         let posed_like = match order {
             Order::Own | Order::Straight => snapshot,
             Order::Reversed => &block.scans[block.scans.len() - 1 - number],
@@ -137,7 +137,7 @@ fn of_block(block: &Block, mount: &Mount<'_>, order: Order, cell_m: f64) -> Toge
             }
             found.returns += 1;
             let cell = [place.x, place.y, place.z].map(|c| (c / cell_m).floor() as i64);
-            cells.push((cell, scan));
+            cells.push((cell, number));
         }
         if cursor.world_from_sensor_at(stamp_ns).is_some() {
             found.scans += 1;

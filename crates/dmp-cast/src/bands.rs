@@ -6,17 +6,19 @@ use crate::query::Query;
 const BAND_RADII: f32 = 3.0;
 /// Rays whose neighbour in a band is further than this from them do not go with it, radii of a disc at the shell.
 const GAP_RADII: f32 = 6.0;
-/// Least height of a band, in steps from a ray to the next of the list: sixteen rays fill a square.
+/// Greatest height of a band, in steps from a ray to the next of the list: sixteen rays fill a square.
 const BAND_STEPS: f32 = 4.0;
 
 /// The first shell begins here and the last: powers of two, in heights of a band. Rays beyond are in them too.
 const FIRST_SHELL: f32 = 1.0;
 const LAST_SHELL: f32 = 256.0;
 const SHELLS: usize = 9;
-/// A band for each half of its height around the sensor: (1 + z) · bands / 2 numbers them.
+/// Most bands that a shell is cut into for how close its rays are.
 const MOST_BY_STEPS: f32 = 384.0;
 pub(crate) const BANDS: u32 = 1 << BAND_BITS;
 const BAND_BITS: u32 = 12;
+// The last shell is cut into two bands for each of its heights; the others into so many or fewer, or for their steps.
+const _: () = assert!(MOST_BY_STEPS as u32 * (SHELLS as u32 - 1) + 2 * LAST_SHELL as u32 <= BANDS);
 /// Steps of azimuth around a band: those of a sector below, the sector above.
 const AZIMUTHS: u32 = 1 << (AZIMUTH_BITS + SECTOR_BITS);
 pub(crate) const AZIMUTH_BITS: u32 = 9;
@@ -82,7 +84,8 @@ impl Bands {
     }
 }
 
-/// The usual angle from one ray to the next of the list, radians; infinite for one ray.
+/// The usual angle from one ray to the next of the list, radians, where that goes another way: a beam may have two returns.
+/// Infinite for one ray.
 fn step_between(queries: &[Query]) -> f32 {
     let mut steps2 = [f32::INFINITY; PAIRS];
     let stride = (queries.len() / PAIRS).max(1);
@@ -90,8 +93,11 @@ fn step_between(queries: &[Query]) -> f32 {
     let mut count = 0;
     for (step2, pair) in steps2.iter_mut().zip(pairs) {
         let [a, b] = [&pair[0], &pair[1]].map(|q| q.direction_in_world);
-        *step2 = (0..3).map(|k| ((a[k] - b[k]) as f32).powi(2)).sum();
-        count += 1;
+        let step_here2: f32 = (0..3).map(|k| ((a[k] - b[k]) as f32).powi(2)).sum();
+        if step_here2 > 0.0 {
+            *step2 = step_here2;
+            count += 1;
+        }
     }
     let middle = count / 2;
     steps2.select_nth_unstable_by(middle, f32::total_cmp).1.sqrt()

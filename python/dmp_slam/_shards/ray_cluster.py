@@ -133,13 +133,16 @@ class RayRunning:
                     break
             time.sleep(_LOOK_S)
         try:
-            return ray.get(last)
+            found = ray.get(last)
         except ray.exceptions.RayTaskError as error:
             if isinstance(error.cause, Error):
                 raise error.cause from None
             raise
         except ray.exceptions.RayError as error:
             raise Error(f"the cluster did not do it: {error}") from None
+        if found is None:
+            raise Error("the cluster did not do it: its tasks ended as if the job were over")
+        return found
 
 
 class _Means(NamedTuple):

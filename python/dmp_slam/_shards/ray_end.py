@@ -10,6 +10,8 @@ import threading
 from contextlib import contextmanager
 from typing import Any, Iterator, Sequence
 
+from ..errors import Error
+
 #: How often a task asks, and how long the end of a job waits for its tasks, seconds.
 _ASK_S, _STOP_S = 0.5, 60.0
 
@@ -37,10 +39,12 @@ class _Board:
 
 
 def board() -> Any:
-    """The board of a job. It takes no core, and is there until no task of the job is left."""
+    """The board of a job. It takes no core, lies where this process is, and is there until no task of the job is left."""
     import ray
+    from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
-    return ray.remote(_Board).options(num_cpus=0, max_restarts=-1, max_task_retries=-1).remote()
+    here = NodeAffinitySchedulingStrategy(ray.get_runtime_context().get_node_id(), soft=True)
+    return ray.remote(_Board).options(num_cpus=0, max_restarts=-1, max_task_retries=-1, scheduling_strategy=here).remote()
 
 
 def end(board: Any, tasks: Sequence[Any]) -> None:
@@ -67,6 +71,7 @@ def asking(board: Any) -> Iterator[threading.Event]:
 
     task = ray.get_runtime_context().get_task_id()
     stop, heard, done = threading.Event(), threading.Event(), threading.Event()
+    failed: list[Exception] = []
 
     def ask() -> None:
         try:
@@ -76,17 +81,18 @@ def asking(board: Any) -> Iterator[threading.Event]:
                 if done.wait(_ASK_S):
                     return
                 is_over = ray.get(board.is_over.remote())
-        except ray.exceptions.RayError:
-            # Whoever began the job is gone.
-            pass
-        stop.set()
-        heard.set()
+        except Exception as error:
+            # Later: whoever began the job is gone.
+            failed.append(error)
+        finally:
+            stop.set()
+            heard.set()
 
-    asks = threading.Thread(target=ask, name="dmp-asks", daemon=True)
-    asks.start()
+    threading.Thread(target=ask, name="dmp-asks", daemon=True).start()
     heard.wait()
+    if failed:
+        raise Error(f"nobody says whether the job is over: {failed[0]}")
     try:
         yield stop
     finally:
         done.set()
-        asks.join()

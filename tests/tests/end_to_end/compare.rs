@@ -87,8 +87,10 @@ fn runs_scored_alike_stand_in_one_table() {
             < place("\nNot compared: no result holds both runs, nor was each kept")
     );
     assert!(place("\n  truth, noise\n") < place("\n  noise, drift\n"), "{table}");
-    // All pairs are of one result.
+    // All pairs are of one result, and so is what it says of them.
+    let sure = first["promise"]["interval_confidence"].as_f64().unwrap();
     place("\nAt most 1 % of commands tell any two equal runs apart");
+    assert!(sure > 0.99 && table.contains(&format!("at {} %", 100.0 * sure)), "{sure} in\n{table}");
     // In one command with the same segments it comes to the same scores.
     let all = save(folder, "all.json", &format!("{RUNS} --like first.json"));
     let (code, json) = compare(folder, "first.json second.json --json");

@@ -65,7 +65,7 @@ fn an_evaluation_in_many_pieces_is_the_one_in_one_piece() {
     write_in_small_chunks(&path, &scans);
     let runs = runs_of(&truth, &[("noise", noise(0.05, 0.2)), ("drift", drift(1.0))]);
     for (free_space, every) in [(false, 0), (true, 0), (false, 3600)] {
-        let config = Config { free_space, memory_bytes: 32 << 20, ..Config::default() };
+        let config = Config { free_space, memory_bytes: 32 << 20, per_tile: true, ..Config::default() };
         let whole = evaluate(open(&path).as_ref(), &runs, &config, ()).unwrap();
         let pieces = Config {
             work_folder: folder.path().to_path_buf(),
@@ -78,6 +78,34 @@ fn an_evaluation_in_many_pieces_is_the_one_in_one_piece() {
         assert_eq!(comparable(&report), comparable(&whole));
         let names = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
         assert_eq!(names.collect::<Vec<_>>(), ["town.mcap"], "nothing is left behind");
+    }
+}
+
+#[test]
+fn sums_by_tile_that_were_not_kept_are_made_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.mcap");
+    let (scans, truth) = small_town(20, 180);
+    write_in_small_chunks(&path, &scans);
+    let runs = runs_of(&truth, &[("drift", drift(1.0))]);
+    let whole =
+        evaluate(open(&path).as_ref(), &runs, &Config { per_tile: true, ..Config::default() }, ()).unwrap();
+    assert!(!whole.tiles.is_empty());
+    for per_tile in [true, false] {
+        let config = Config {
+            work_folder: folder.path().to_path_buf(),
+            checkpoint_every: Some(Duration::ZERO),
+            resume: true,
+            per_tile: !per_tile,
+            ..Config::default()
+        };
+        // Amid casting: fused is every return once, and cast once more.
+        let amid = whole.inputs.returns_used * 3 / 2;
+        let stopped = evaluate(open(&path).as_ref(), &runs, &config, &StopAfter::new(amid));
+        assert!(matches!(stopped, Err(EvaluateError::Cancelled)));
+        let gone_on = evaluate(open(&path).as_ref(), &runs, &Config { per_tile, ..config }, ()).unwrap();
+        assert_eq!(gone_on.runs, whole.runs);
+        assert_eq!(gone_on.tiles, if per_tile { whole.tiles.clone() } else { Vec::new() });
     }
 }
 

@@ -164,7 +164,8 @@ impl Evaluation<'_, RunCaster> {
         Schedule::new(&self.plan, &runs, jobs, self.settings.max_range_m)
     }
 
-    /// Casts every return of some of the frames, once and with nothing kept; where they went, and their sums by tile.
+    /// Casts every return of some of the frames, once and with nothing kept; where they went, and their sums by tile if
+    /// there are to be any.
     ///
     /// # Errors
     /// When the log or a map cannot be read.
@@ -211,10 +212,13 @@ impl Evaluation<'_, RunCaster> {
     /// What is scored already, and which frames that is.
     fn before(&self, layout: &Layout, round: Round) -> Result<(Sums, FrameSet), EvaluateError> {
         let kept = if self.sink.wants_every_return() { None } else { self.work.load::<Casting>(round)? };
-        // A tile holds a return at least, and sums that were not kept are made again.
-        let Some(kept) = kept.filter(|kept| kept.tiles.is_empty() != self.means.per_tile) else {
+        // A tile holds a return at least: sums that were not kept are made again.
+        let Some(mut kept) = kept.filter(|kept| !self.means.per_tile || !kept.tiles.is_empty()) else {
             return Ok((Sums::nothing(layout), FrameSet::default()));
         };
+        if !self.means.per_tile {
+            kept.tiles.clear();
+        }
         let done = kept.done.clone();
         Ok((Sums::of_kept(kept, layout)?, done))
     }

@@ -63,7 +63,12 @@ fn add(joined: &mut Report, other: Report) {
             joined.pairs.push(pair);
         }
     }
-    joined.promise.of_each_result |= here > 0 && joined.pairs.len() > here;
+    let (sure, of_other) = (&mut joined.promise.interval_confidence, other.promise.interval_confidence);
+    if joined.pairs.len() > here {
+        // As sure as the intervals of either are, where both are told.
+        *sure = if here > 0 { sure.min(of_other) } else { of_other };
+        joined.promise.of_each_result |= here > 0;
+    }
     let (config, of_other) = (&mut joined.config, other.config);
     // Of the runs, not of the settings: given where it is the same for all.
     config.body_from_sensor = config.body_from_sensor.filter(|here| of_other.body_from_sensor == Some(*here));
@@ -74,9 +79,6 @@ fn add(joined: &mut Report, other: Report) {
     {
         known.extend(more.into_iter().filter(|line| !known.contains(line)).collect::<Vec<_>>());
     }
-    // As sure as the intervals of either are.
-    let sure = &mut joined.promise.interval_confidence;
-    *sure = sure.min(other.promise.interval_confidence);
     joined.drift = joined.drift.take().zip(other.drift).and_then(|(here, other)| drift_of(here, other));
     joined.timing = added(joined.timing, other.timing);
     joined.memory = most(joined.memory, other.memory);
