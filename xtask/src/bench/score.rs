@@ -10,14 +10,14 @@ use serde::Deserialize;
 
 use super::times::{circumstances, spread};
 
-/// A whole `dmp score` of one run: points per second of processor time, and how busy the cores were
+/// A whole `dmp score`: points per second of processor time, and how busy the cores were
 #[derive(Debug, Args)]
 pub(crate) struct ScoreArgs {
     /// The log
     log: PathBuf,
-    /// Where the sensor was
-    #[arg(long)]
-    trajectory: PathBuf,
+    /// A run; may be given several times
+    #[arg(long, required = true)]
+    trajectory: Vec<PathBuf>,
     /// Threads of the command, each number in its turn
     #[arg(long, value_delimiter = ',', default_values_t = [1, 2])]
     threads: Vec<u32>,
@@ -66,8 +66,12 @@ pub(crate) fn run(arguments: &ScoreArgs) -> anyhow::Result<()> {
         }
     }
     let returns = taken.iter().flatten().map(|one| one.said.inputs.returns).max().unwrap_or(0) as f64;
+    let of_runs = match arguments.trajectory.len() {
+        1 => "one run".to_owned(),
+        many => format!("{many} runs"),
+    };
     println!(
-        "dmp score of one run, {:.1} M points, the log in the page cache, {} runs of each, interleaved; {}",
+        "dmp score of {of_runs}, {:.1} M points, the log in the page cache, {} runs of each, interleaved; {}",
         returns / 1e6,
         arguments.runs,
         circumstances()
@@ -84,6 +88,8 @@ pub(crate) fn run(arguments: &ScoreArgs) -> anyhow::Result<()> {
         "cast ns",
         "all s"
     );
+    // Every run is scored on every point.
+    let returns = returns * arguments.trajectory.len() as f64;
     for (&threads, taken) in arguments.threads.iter().zip(&taken) {
         let of = |value: &dyn Fn(&Taken) -> f64| spread(taken.iter().map(value).collect());
         let [speed, least, largest] = of(&|one| returns / one.processor_s / 1e6);
@@ -101,13 +107,16 @@ pub(crate) fn run(arguments: &ScoreArgs) -> anyhow::Result<()> {
             of(&|one| one.wall_s)[0],
         );
     }
-    println!("stages by the clock, times threads, a point; busy: processor time by time and threads");
+    println!("stages by the clock, times threads, a point and run; busy: processor time by time and threads");
     Ok(())
 }
 
 fn score(arguments: &ScoreArgs, threads: u32) -> anyhow::Result<Taken> {
     let mut command = Command::new(&arguments.dmp);
-    command.arg("score").arg(&arguments.log).arg("-t").arg(&arguments.trajectory);
+    command.arg("score").arg(&arguments.log);
+    for run in &arguments.trajectory {
+        command.arg("-t").arg(run);
+    }
     command.args(["--json", "--no-progress", "--threads", &threads.to_string()]);
     let (start, before_s) = (Instant::now(), of_children_s()?);
     let output = command.stdin(Stdio::null()).output();
