@@ -147,7 +147,7 @@ impl NarrowPairs {
         let first = self.judged[0][basis as usize].surface;
         let agrees = |judged: &[Judged; 2]| {
             let judged = &judged[basis as usize];
-            judged.counts & (judged.surface == first)
+            judged.counts && judged.surface == first
         };
         self.judged.iter().fold(true, |all, judged| all & agrees(judged))
     }
@@ -167,7 +167,7 @@ impl NarrowPairs {
     fn add_pair_by_pair(&mut self) {
         for (pair, (&[first, second], &basis)) in self.runs.iter().zip(&self.bases).enumerate() {
             let [a, b] = [first, second].map(|run| &self.judged[run][basis as usize]);
-            if a.counts & b.counts {
+            if a.counts && b.counts {
                 let surface = a.surface_of_difference(b);
                 let (whole, differences) = (&mut self.whole[pair], &mut self.differences[pair][surface]);
                 for k in 0..CV {
@@ -292,8 +292,8 @@ mod tests {
                         continue;
                     };
                     sums.0 += 1;
-                    for scale in 0..CV {
-                        let [of_a, of_b] = [0, 1].map(|of| i128::from(squares[of][scale]));
+                    for (scale, (&of_a, &of_b)) in squares[0].iter().zip(&squares[1]).enumerate() {
+                        let [of_a, of_b] = [of_a, of_b].map(i128::from);
                         sums.1[0][scale] += of_a;
                         sums.1[1][scale] += of_b;
                         sums.2[surface.index()][scale].add(Total { sum: of_a - of_b, returns: 1 });
