@@ -93,7 +93,8 @@ fn step_between(queries: &[Query]) -> f32 {
     let mut count = 0;
     for (step2, pair) in steps2.iter_mut().zip(pairs) {
         let [a, b] = [&pair[0], &pair[1]].map(|q| q.direction_in_world);
-        let step_here2: f32 = (0..3).map(|k| ((a[k] - b[k]) as f32).powi(2)).sum();
+        let along = [0, 1, 2].map(|k| (a[k] - b[k]) as f32);
+        let step_here2: f32 = along.iter().map(|step| step * step).sum();
         if step_here2 > 0.0 {
             *step2 = step_here2;
             count += 1;
