@@ -20,6 +20,7 @@ TOWN, TRUTH, DRIFT, NOISE, COLLAPSED = (
 )
 #: What no score here fills, each with why.
 NOT_SEEN = {
+    "promise/of_each_result": "only results beside each other have it",
     "drift/visits/": "a score has no visits",
     "drift/comparisons/better": "more pairs of visits would tell",
     "drift/comparisons/difference_m2/interval": "as that",
