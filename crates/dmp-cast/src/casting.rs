@@ -143,7 +143,7 @@ fn visit_tile<S: Simd>(
         let visit = &mut visits[k];
         let alone = if together >> k & 1 == 1 { 0 } else { packed[k] };
         search_alone(simd, tile, visit, alone, wanted, of_rays);
-        // What a ray needs beyond its place in the tile it always looks for alone: few do.
+        // What a ray needs beyond its place in the tile it looks for alone.
         let beyond = visit.go_beyond(simd, packed[k], &ends[k]) & wait.lanes;
         search_alone(simd, tile, visit, beyond, wanted, of_rays);
         packets[wait.packet as usize].take(wait.lanes, &before[k], &visit.answers);

@@ -11,6 +11,9 @@ const FLOOR_VOXELS: f64 = 0.02;
 /// A part of a displacement is told from this share of the whole on.
 const TOLD: f64 = 0.2;
 
+/// Runs that are told one by one; of more, the best and the worst.
+const MOST_TOLD: usize = 4;
+
 /// Heads of the table of the runs.
 pub const DRIFT_HEADS: [&str; 10] =
     ["median", "RMS", "interval", "95 % below", "along", "sideways", "up", "rotation", "of the way", "pairs"];
@@ -21,6 +24,15 @@ pub fn metres(length_m: f64) -> String {
         format!("{} cm", digits(100.0 * length_m))
     } else {
         format!("{} m", digits(length_m))
+    }
+}
+
+/// Two lengths with one unit, that of the larger: `0.93 to 1.75 m`.
+pub fn metres_between([low_m, high_m]: [f64; 2]) -> String {
+    if low_m.abs().max(high_m.abs()) < 1.0 {
+        format!("{} to {} cm", digits(100.0 * low_m), digits(100.0 * high_m))
+    } else {
+        format!("{} to {} m", digits(low_m), digits(high_m))
     }
 }
 
@@ -40,8 +52,24 @@ pub fn drift_in_words(report: &DriftReport, scales: Scales) -> String {
     }
     // A centimetre on a drive.
     let floor_m = report.voxel_m * FLOOR_VOXELS;
-    let sentences: Vec<String> = report.runs.iter().map(|run| sentence(run, floor_m)).collect();
-    format!("Where the {recording} comes back, {}.", sentences.join("; "))
+    let sentences = |runs: &[&RunDrift]| -> String {
+        runs.iter().map(|run| sentence(run, floor_m)).collect::<Vec<_>>().join("; ")
+    };
+    let mut known: Vec<(f64, &RunDrift)> =
+        report.runs.iter().filter_map(|run| Some((run.median_m.value?, run))).collect();
+    known.sort_by(|a, b| a.0.total_cmp(&b.0));
+    match known[..] {
+        // The table has all.
+        [(_, best), .., (_, worst)] if report.runs.len() > MOST_TOLD => format!(
+            "Where the {recording} comes back, the best and the worst of {} runs: {}.",
+            report.runs.len(),
+            sentences(&[best, worst])
+        ),
+        _ => format!(
+            "Where the {recording} comes back, {}.",
+            sentences(&report.runs.iter().collect::<Vec<_>>())
+        ),
+    }
 }
 
 /// What was looked at: `12 of 30 pairs of visits to the same places, 1200 m of way`.
@@ -82,10 +110,7 @@ fn sentence(run: &RunDrift, floor_m: f64) -> String {
 
 /// The row of a run, under [`DRIFT_HEADS`].
 pub fn drift_row(run: &RunDrift) -> Vec<String> {
-    let interval = |of: &Measured| {
-        of.interval
-            .map_or_else(|| NONE.to_owned(), |[low, high]| format!("{} .. {}", metres(low), metres(high)))
-    };
+    let interval = |of: &Measured| of.interval.map_or_else(|| NONE.to_owned(), metres_between);
     let others = [(run.pairs_in_part, " in part"), (run.pairs_refused, " refused")];
     let counts = others.iter().filter(|(count, _)| *count > 0);
     let counts: Vec<String> =
@@ -174,6 +199,13 @@ mod tests {
             "in_world_m": [0.0, 0.0, 0.0], "allowance_m": 0.0, "overlap": 0.5, "held": 0.2
         });
         serde_json::from_value(json).unwrap()
+    }
+
+    #[test]
+    fn two_lengths_have_one_unit() {
+        assert_eq!(metres_between([0.927, 1.75]), "0.927 to 1.75 m");
+        assert_eq!(metres_between([-0.02, 0.0004]), "-2.00 to 0.0400 cm");
+        assert_eq!(metres_between([-2.0, 0.5]), "-2.00 to 0.500 m");
     }
 
     #[test]

@@ -41,7 +41,8 @@ pub use closeup::DiscInWorld;
 pub use colour::{colour_of_residual, colour_of_size};
 pub use columns::{Ranking, RankingRow, ScoreColumn, ranking};
 pub use drift::{
-    DRIFT_HEADS, drift_beside_scores, drift_compared, drift_in_words, drift_row, metres, pairs_in_words,
+    DRIFT_HEADS, drift_beside_scores, drift_compared, drift_in_words, drift_row, metres, metres_between,
+    pairs_in_words,
 };
 pub use laid::laid_onto;
 pub use page::{PageInput, page, suite_page, truth_page};

@@ -2,7 +2,7 @@
 
 use dmp::{Best, Report, ScaleReport, Verdict};
 use dmp_draw::text::NONE;
-use dmp_draw::{ToldPair, metres};
+use dmp_draw::{ToldPair, metres, metres_between};
 
 use crate::terminal::Tone;
 
@@ -50,8 +50,7 @@ fn decided(told: &ToldPair<'_>, word: String, tone: Tone) -> Standing {
         }
         _ => (word, None),
     };
-    let interval = interval_m
-        .map_or(NONE.to_owned(), |[low_m, high_m]| format!("{} to {}", metres(low_m), metres(high_m)));
+    let interval = interval_m.map_or(NONE.to_owned(), metres_between);
     Standing { text, interval, tone: Some(tone) }
 }
 
@@ -71,7 +70,7 @@ mod tests {
         assert_eq!(of(&report, "größe"), "undecided");
         // Mean squares of 1 and 1.254 m²: roots of 1 and 1.12 m.
         assert_eq!(of(&report, "drift"), "worse by 12.0 cm at 10 m");
-        assert_eq!(standing(&report, "truth", "drift").interval, "9.59 cm to 14.3 cm");
+        assert_eq!(standing(&report, "truth", "drift").interval, "9.59 to 14.3 cm");
         assert_eq!(standing(&report, "größe", "drift").text, "mixed, worse by 10.8 cm at 10 m");
         report.pairs.iter_mut().for_each(|pair| pair.verdict = Verdict::Same);
         assert_eq!(of(&report, "drift"), "the same");

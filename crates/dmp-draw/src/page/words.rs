@@ -2,7 +2,7 @@
 
 use dmp::{Reach, Report, Scales, Verdict};
 
-use crate::drift::metres;
+use crate::drift::{metres, metres_between};
 use crate::plot::escape;
 use crate::text::count;
 use crate::told::{ToldPair, told_pairs};
@@ -29,9 +29,7 @@ fn of_pair(told: &ToldPair<'_>, scales: Scales) -> String {
         return format!("{first} and {second}: {}{more}.", escape(&pair.reason));
     };
     let by = match told.rms_behind_m(scale) {
-        Some((by_m, Some([low_m, high_m]))) => {
-            format!(" by {} ({} to {})", metres(by_m), metres(low_m), metres(high_m))
-        }
+        Some((by_m, Some(interval_m))) => format!(" by {} ({})", metres(by_m), metres_between(interval_m)),
         Some((by_m, None)) => format!(" by {}", metres(by_m)),
         None => String::new(),
     };

@@ -1,5 +1,7 @@
 //! From values to pixels, with ticks at round numbers.
 
+use dmp_lengths::thousands;
+
 /// Ticks aimed for.
 const TICKS: f64 = 6.0;
 
@@ -83,12 +85,12 @@ impl Scale {
         let show = |value: f64| {
             if value == 0.0 {
                 "0".to_owned()
-            } else if !(1e-3..1e5).contains(&largest) {
+            } else if !(1e-3..1e7).contains(&largest) {
                 // As many digits as tell one step from the next.
                 let digits = (libm::floor(libm::log10(value.abs())) as i32 - exponent).max(0);
                 format!("{value:.*e}", digits as usize)
             } else {
-                format!("{value:.*}", (-exponent).max(0) as usize)
+                thousands(&format!("{value:.*}", (-exponent).max(0) as usize))
             }
         };
         (first..=last).map(|k| k as f64 * step).map(|value| (value, show(value))).collect()
@@ -148,7 +150,8 @@ mod tests {
             ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"].map(|t| t.replace("0.0", "0"))
         );
         assert_eq!(numbers(&[12.0, 14.0], false), ["12.0", "12.5", "13.0", "13.5", "14.0"]);
-        assert_eq!(numbers(&[0.0, 3e6], false), ["0", "1e6", "2e6", "3e6"]);
+        assert_eq!(numbers(&[0.0, 3e7], false), ["0", "1e7", "2e7", "3e7"]);
+        assert_eq!(numbers(&[-1e4, 2e4], false), ["-10,000", "0", "10,000", "20,000"]);
         assert_eq!(numbers(&[-1.0, 1.0], false), ["-1.0", "-0.5", "0", "0.5", "1.0"]);
         assert_eq!(numbers(&[2e-4, 5e-4], false), ["0", "1e-4", "2e-4", "3e-4", "4e-4", "5e-4"]);
         assert_eq!(numbers(&[0.01, 100.0], true), ["0.01", "0.1", "1", "10", "100"]);
