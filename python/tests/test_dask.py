@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import pickle
 import subprocess
 import sys
@@ -265,6 +266,25 @@ def test_a_folder_of_scans_is_brought_whole(client, bucket, scans, two):
     folder, _ = scans
     found = remote(bucket, client=client, log=uploaded(folder, bucket), parts=2)
     assert compared(found) == compared(dmp.score(folder, two, **FEW))
+
+
+def test_a_real_drive_in_parts_is_the_whole(client, bucket, tmp_path):
+    data = os.environ.get("DMP_DATA")
+    if data is None:
+        pytest.skip("DMP_DATA is not set: no real recordings")
+    drive = Path(data, "nclt_revisit")
+    log, run = drive / "scans", drive / "poses_lidar_odometry.txt"
+    expected = compared(dmp.score(log, {"odometry": run}, progress=False))
+    # Every return, and drift: nothing of FEW.
+    asked: dict[str, Any] = {"client": client, "parts": 3, "progress": False}
+    for stage in ("fuse", "cast"):
+        marker = tmp_path / stage
+        with hooked(client, Killer(stage, marker)):
+            found = dmp.dask.score(log, {"odometry": run}, **asked)
+        assert marker.exists() and compared(found) == expected
+    over_s3 = {"work": "s3://drives/work", "storage_options": bucket.options}
+    found = dmp.dask.score(uploaded(log, bucket), {"odometry": run}, **asked, **over_s3)
+    assert compared(found) == expected
 
 
 def test_what_workers_keep_is_bounded(client, bucket, few, tmp_path):
