@@ -75,7 +75,7 @@ fn arguments(folder: &Path, name: &str) -> String {
             beside_truth("-t late.tum")
         }
         "The wrong instant of the scan" => beside_truth("-t run=@/noise.tum --pose-at run=end"),
-        "The IMU's poses taken for the sensor's" => {
+        "A mounting that is not there" => {
             beside_truth("-t run=@/truth.tum --extrinsic run=0.9,0,0,0,0,0.01745,0.99985")
         }
         "A camera's axes" => {

@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::browser::{Browser, Page, Theme};
 use crate::common::{dmp, text, workspace, write};
@@ -131,17 +131,61 @@ fn worst_places_lead_to_the_map_and_to_their_time() {
     assert!(page.errors().is_empty(), "{:?}", page.errors());
 }
 
-/// Opens the page as narrow as a telephone and as wide as a screen: all of it is there and sound.
+/// Opens the page as narrow as a telephone and as wide as a screen, light and dark: all of it is there and sound, and
+/// answers when it is explored.
 fn assert_sound(browser: &Browser, folder: &Path, named: &[(&str, &str)]) {
-    for (width_px, theme) in [(1280, Theme::Light), (390, Theme::Dark)] {
+    for (width_px, theme) in
+        [(1280, Theme::Light), (1280, Theme::Dark), (390, Theme::Light), (390, Theme::Dark)]
+    {
         let page = browser.open(&folder.join("report.html"), width_px, theme);
         for (role, name) in named {
             assert!(page.has(role, name), "{width_px} {theme:?}: no {role} `{name}`");
         }
         page.unfold();
         page.assert_sound();
+        assert_answers(&page.evaluate(include_str!("browser/explored.js")));
         assert!(page.requests().is_empty() && page.errors().is_empty(), "{:?}", page.errors());
     }
+}
+
+/// What came of exploring a page.
+fn assert_answers(found: &Value) {
+    let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
+    let sort = &found["sort"];
+    assert_eq!(sort["sorted"], "descending", "{sort}");
+    assert!(sort["rows"][0].as_u64() >= Some(2) && sort["rows"][0] == sort["rows"][1], "{sort}");
+    let [mut up, down] = [&sort["up"], &sort["down"]].map(list);
+    // Equal cells keep their order.
+    let is_reversed = up.iter().zip(down.iter().rev()).all(|(a, b)| a == b);
+    up.dedup();
+    assert!(is_reversed || up.len() < down.len(), "{sort}");
+
+    let toggles = list(&found["toggles"]);
+    assert!(!toggles.is_empty());
+    for run in toggles {
+        assert!(run[0].as_u64() > Some(0) && run[1] == 0 && run[2] == run[0], "before, off, on: {run}");
+    }
+
+    let pictures = list(&found["pictures"]);
+    for kind in ["map", "way", "plot"] {
+        assert!(pictures.iter().any(|picture| picture["is"] == kind), "no {kind}: {found}");
+    }
+    for picture in pictures {
+        let number = |key: &str| picture[key].as_f64().unwrap();
+        assert!((number("zoom") - 1.5).abs() < 1e-3 && number("moved") > 0.0, "{picture}");
+        assert!(picture["back"] == true, "{picture}");
+        let told = picture["told"].as_str().unwrap();
+        match picture["is"].as_str().unwrap() {
+            "map" => assert!(told.starts_with("x ") && told.contains(" m, y "), "{picture}"),
+            "way" => assert!(told.contains(": scan "), "{picture}"),
+            "plot" => assert!(told.split(", ").all(|value| value.parse::<f64>().is_ok()), "{picture}"),
+            _ => {}
+        }
+    }
+
+    assert!(found["jump"].as_f64() > Some(1.0) && found["bands"].as_u64() > Some(0), "{found}");
+    let turned = &found["turned"];
+    assert!(turned["drawn"].as_u64() > Some(500) && turned["moved"] == true, "{turned}");
 }
 
 #[test]

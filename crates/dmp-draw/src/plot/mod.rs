@@ -196,7 +196,9 @@ impl Plot {
         if names.is_empty() {
             for (at, number) in x.ticks() {
                 writeln!(svg, r#"<path d="M{at:.1} {top:.1}V{bottom:.1}" stroke="{grid}"/>"#)?;
-                text(svg, (at, bottom + 18.0), r#"text-anchor="middle""#, &number)?;
+                // The last one stays in the picture.
+                let middle = at.min(width - 0.5 * text_width(&number, FONT_PX) - 2.0);
+                text(svg, (middle, bottom + 18.0), r#"text-anchor="middle""#, &number)?;
             }
         }
         for (k, name) in names.iter().enumerate() {
