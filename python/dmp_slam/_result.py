@@ -181,8 +181,17 @@ class Result:
             lengths = (f"{cut} m: {_columns.root(square):.3g} m" for cut, square in _told(squares))
             lines.append(f"{rank}  {name}  R_cv at {', '.join(lengths)}" if squares else f"{rank}  {name}")
         for pair in self.data["pairs"]:
-            lines.append(f"{pair['a']}, {pair['b']}: {pair['reason']}")
+            lines.append(f"{_named(pair)}: {pair['reason']}")
         return "\n".join(lines)
+
+
+def _named(pair: dict[str, Any]) -> str:
+    """The runs of a pair, as its reason speaks of them: where one is better, that one first."""
+    a, b = pair["a"], pair["b"]
+    if pair["decided_at_m"] is None:
+        return f"{a}, {b}"
+    better = pair["better_on_the_whole"] or pair["verdict"]
+    return f"{better} against {b if better == a else a}"
 
 
 def _told(squares: dict[str, float | None]) -> list[tuple[str, float]]:

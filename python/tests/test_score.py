@@ -34,6 +34,7 @@ def test_a_result_says_what_was_found(result):
     assert result.order[0] == result.best == "truth"
     assert result.verdict("drift", "truth") == "truth"
     assert repr(result).startswith("best: truth\n1  truth  R_cv at 10 m: ")
+    assert "\nnoise against drift: better globally: " in repr(result)
     assert result.gates_passed and not result.is_damaged
 
 
