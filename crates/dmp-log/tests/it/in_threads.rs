@@ -1,8 +1,10 @@
 //! What is opened or read in a pool of several threads is what is opened or read without one, damage and errors too.
 
-use crate::common::{Random, read_all, scans};
+use crate::common::{Message, POINTS, Random, read_all, scans, write_mcap, write_with};
 use crate::las_log::WorldFile;
-use dmp_log::{FolderFormat, FolderScanWriter, LogError, LogOptions, MadeWith, open_log, read_cloud};
+use dmp_log::{
+    FolderFormat, FolderScanWriter, LogError, LogOptions, MadeWith, McapCompression, open_log, read_cloud,
+};
 use dmp_sensor::{Isometry3, Point3, Trajectory};
 use std::path::{Path, PathBuf};
 
@@ -109,4 +111,59 @@ fn folders_of_scans() {
         std::fs::write(&files[30], "none").unwrap();
         assert!(same(|| told(&path, &LogOptions::default())) != all);
     }
+}
+
+/// A bag that is whole, cut anywhere, or has a byte turned: chunks that are unpacked together tell the same, in the same order.
+#[test]
+fn an_mcap_file_whole_and_damaged() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let mut random = Random(11);
+    let mut below = |most: usize| random.next() as usize % most;
+    for compression in [McapCompression::Zstd, McapCompression::Lz4, McapCompression::None] {
+        write_mcap(&path, &scans(100, 300, true), compression);
+        let bytes = std::fs::read(&path).unwrap();
+        let whole = same(|| told(&path, &LogOptions::default())).unwrap();
+        assert!(whole.contains("damage: []"), "{whole}");
+        let mut harmed = 0;
+        for try_number in 0..60 {
+            let mut bytes = bytes.clone();
+            for _ in 0..=try_number % 3 {
+                let at = below(bytes.len());
+                bytes[at] ^= 1 << below(8);
+            }
+            if try_number % 4 == 0 {
+                bytes.truncate(below(bytes.len()));
+            }
+            std::fs::write(&path, bytes).unwrap();
+            harmed += usize::from(same(|| told(&path, &LogOptions::default())) != Ok(whole.clone()));
+        }
+        assert!(harmed > 50, "{harmed} of 60");
+    }
+}
+
+/// Chunks that take more than what waits for each thread.
+#[test]
+fn an_mcap_file_with_large_chunks() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let mut random = Random(5);
+    let mut coordinate = || (random.next() % 100_000) as f32 / 1000.0;
+    let messages: Vec<(usize, Vec<u8>)> = (0..6)
+        .map(|k| {
+            let points: Vec<[f32; 3]> =
+                (0..120_000).map(|_| [coordinate(), coordinate(), coordinate()]).collect();
+            (0, Message { stamp_ns: 1_000_000_000 * (k + 1), ..Message::of(&points) }.encode())
+        })
+        .collect();
+    write_with(&path, mcap::WriteOptions::new().chunk_size(Some(4_500_000)), &[POINTS], &messages);
+    let count = |path: &Path| {
+        let log = open_log(path, &LogOptions::default()).map_err(|e| e.to_string())?;
+        Ok::<_, String>((format!("{:?} {:?}", log.summary(), log.frames()), read_all(&*log)))
+    };
+    assert_eq!(same(|| count(&path)).unwrap().1.len(), 6);
+    let length = std::fs::metadata(&path).unwrap().len() as usize;
+    spoil(&path, length / 4, 1000);
+    let (told, scans) = same(|| count(&path)).unwrap();
+    assert!(told.contains("damaged and skipped") && scans.len() < 6, "{told}");
 }

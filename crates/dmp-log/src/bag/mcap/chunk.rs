@@ -36,6 +36,8 @@ fn damaged<T>(problem: impl Into<String>) -> Result<T, ChunkFault> {
 #[derive(Default)]
 pub(super) struct ChunkDecoder {
     zstd: Option<Decompressor<'static>>,
+    /// Of the chunk that was read last.
+    head: ChunkHead,
     packed: Vec<u8>,
     records: Vec<u8>,
     met_no_crc: bool,
@@ -47,13 +49,15 @@ impl fmt::Debug for ChunkDecoder {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum Packing {
+    #[default]
     None,
     Zstd,
     Lz4,
 }
 
+#[derive(Debug, Clone, Copy, Default)]
 struct ChunkHead {
     uncompressed_bytes: u64,
     crc: u32,
@@ -71,18 +75,29 @@ impl ChunkDecoder {
         at: u64,
         body_bytes: u64,
     ) -> Result<&[u8], ChunkFault> {
+        self.read(source, at, body_bytes)?;
+        self.unpack()?;
+        Ok(&self.records)
+    }
+
+    /// The first half of [`Self::decode`]: reads what is packed.
+    pub(super) fn read(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> Result<(), ChunkFault> {
         self.records.clear();
+        self.head = ChunkHead::default();
         let head = read_head(source, at, body_bytes)?;
+        let into = if head.packing == Packing::None { &mut self.records } else { &mut self.packed };
+        source.read_into(head.data_at, head.compressed_bytes, into)?;
+        self.head = head;
+        Ok(())
+    }
+
+    /// The second half: unpacks what was read and compares its checksum.
+    pub(super) fn unpack(&mut self) -> Result<(), ChunkFault> {
+        let head = self.head;
         match head.packing {
-            Packing::None => source.read_into(head.data_at, head.compressed_bytes, &mut self.records)?,
-            Packing::Zstd => {
-                source.read_into(head.data_at, head.compressed_bytes, &mut self.packed)?;
-                self.unpack_zstd(head.uncompressed_bytes)?;
-            }
-            Packing::Lz4 => {
-                source.read_into(head.data_at, head.compressed_bytes, &mut self.packed)?;
-                self.unpack_lz4(head.uncompressed_bytes)?;
-            }
+            Packing::None => {}
+            Packing::Zstd => self.unpack_zstd(head.uncompressed_bytes)?,
+            Packing::Lz4 => self.unpack_lz4(head.uncompressed_bytes)?,
         }
         if self.records.len() as u64 != head.uncompressed_bytes {
             let [got, claimed] = [self.records.len() as u64, head.uncompressed_bytes].map(thousands);
@@ -93,7 +108,26 @@ impl ChunkDecoder {
         if head.crc != 0 && head.crc != crc {
             return damaged(format!("its CRC is {crc:08x}, its header says {:08x}", head.crc));
         }
-        Ok(&self.records)
+        Ok(())
+    }
+
+    /// What the chunk that was read last takes unpacked, as it claims.
+    pub(super) fn unpacked_bytes(&self) -> u64 {
+        self.head.uncompressed_bytes
+    }
+
+    /// Gives up buffers that are larger than `most_bytes`.
+    pub(super) fn trim(&mut self, most_bytes: u64) {
+        for buffer in [&mut self.packed, &mut self.records] {
+            if buffer.capacity() as u64 > most_bytes {
+                *buffer = Vec::new();
+            }
+        }
+    }
+
+    /// Takes over what another one knows of checksums.
+    pub(super) fn learn_from(&mut self, other: &Self) {
+        self.met_no_crc |= other.met_no_crc;
     }
 
     /// Takes note of whether a chunk that is not read has a checksum.
@@ -119,17 +153,20 @@ impl ChunkDecoder {
 
     fn unpack_zstd(&mut self, claimed_bytes: u64) -> Result<(), ChunkFault> {
         let usual_bytes = claimed_bytes.min((self.packed.len() as u64).saturating_mul(USUAL_RATIO));
-        self.records.reserve(usual_bytes as usize);
-        if self.records.capacity() as u64 >= claimed_bytes {
+        if usual_bytes == claimed_bytes {
+            self.records.reserve(usual_bytes as usize);
             let zstd = match self.zstd.take() {
                 Some(zstd) => zstd,
                 None => Decompressor::new()?,
             };
-            let zstd = self.zstd.insert(zstd);
-            let unpacked = zstd.decompress_to_buffer(&self.packed, &mut self.records);
-            return unpacked.map(|_| ()).or_else(|error| damaged(one_line(&error.to_string())));
+            let unpacked = self.zstd.insert(zstd).decompress_to_buffer(&self.packed, &mut self.records);
+            if unpacked.is_ok_and(|bytes| bytes as u64 == claimed_bytes) {
+                return Ok(());
+            }
+            // What that says of a damaged chunk depends on the room in the buffer.
+            self.records.clear();
         }
-        // An unusual claim: memory grows with what is there.
+        // Also where the claim is unusual: memory grows with what is there.
         let zstd = zstd::stream::read::Decoder::new(self.packed.as_slice())?;
         read_at_most(zstd, claimed_bytes, &mut self.records)
     }

@@ -1,5 +1,6 @@
 //! Messages of an MCAP file.
 
+mod ahead;
 mod channels;
 mod chunk;
 mod heads;

@@ -1,6 +1,7 @@
 //! What every pass over an MCAP file does with a record: what a chunk, a message, a description is, and what is damage
 //! in it, is said once, here.
 
+use super::ahead::Ahead;
 use super::channels::Channels;
 use super::chunk::{ChunkDecoder, ChunkFault};
 use super::message_index::Heads;
@@ -25,6 +26,8 @@ pub(super) struct Pass<'a, 'b> {
     pub(super) channels: Channels,
     pub(super) damage: DamageList,
     pub(super) decoder: ChunkDecoder,
+    /// Where chunks are unpacked on several threads.
+    pub(super) ahead: Option<Ahead>,
     pub(super) each: &'a mut Each<'b>,
     /// Messages handed over, also those of unknown channels.
     pub(super) messages: u64,
@@ -41,6 +44,7 @@ impl<'a, 'b> Pass<'a, 'b> {
             channels,
             damage: DamageList::default(),
             decoder: ChunkDecoder::default(),
+            ahead: None,
             each,
             messages: 0,
             heads: None,
@@ -83,6 +87,33 @@ impl Pass<'_, '_> {
         let decoded =
             decoder.decode(source, at, body_bytes).map(|records| self.records_of(records, at, body_bytes));
         self.decoder = decoder;
+        self.is_whole(decoded, at, body_bytes)
+    }
+
+    /// Reads a chunk that may wait for others; [`Self::take_ahead`] takes those that do.
+    pub(super) fn chunk_ahead(&mut self, source: &mut Source, at: u64, body_bytes: u64) -> io::Result<()> {
+        let Some(ahead) = &mut self.ahead else { return self.chunk(source, at, body_bytes).map(drop) };
+        if ahead.read(source, at, body_bytes)? { self.take_ahead() } else { Ok(()) }
+    }
+
+    /// Takes the chunks that wait, before anything that lies behind them.
+    pub(super) fn take_ahead(&mut self) -> io::Result<()> {
+        let Some(mut ahead) = self.ahead.take() else { return Ok(()) };
+        for chunk in ahead.unpack() {
+            let decoded = match chunk.fault.take() {
+                Some(fault) => Err(fault),
+                None => Ok(self.records_of(chunk.decoder.records(), chunk.at, chunk.body_bytes)),
+            };
+            self.decoder.learn_from(&chunk.decoder);
+            self.is_whole(decoded, chunk.at, chunk.body_bytes)?;
+        }
+        ahead.trim();
+        self.ahead = Some(ahead);
+        Ok(())
+    }
+
+    /// Whether a chunk gave its records; what is wrong with it is told.
+    fn is_whole(&mut self, decoded: Result<(), ChunkFault>, at: u64, body_bytes: u64) -> io::Result<bool> {
         match decoded {
             Ok(()) => Ok(true),
             Err(ChunkFault::Io(error)) => Err(error),

@@ -1,6 +1,7 @@
 //! A pass over a whole MCAP file, from record to record: [`read_whole`] reads everything, [`read_heads`] passes over the
 //! chunks and reads their indexes instead.
 
+use super::ahead::Ahead;
 use super::channels::Channels;
 use super::message_index::Heads;
 use super::pass::{Each, Pass};
@@ -13,8 +14,8 @@ use mcap::records::op;
 use std::io;
 use std::path::Path;
 
-/// Reads the whole file once, one chunk at a time. Only the operating system makes it fail: whatever is
-/// wrong with the bytes is damage.
+/// Reads the whole file once, one chunk at a time, or a few in a pool with several threads. What is found is the same. Only the
+/// operating system makes it fail: whatever is wrong with the bytes is damage.
 pub(in crate::bag) fn read_whole(
     path: &Path,
     count: &ReadCount,
@@ -22,6 +23,7 @@ pub(in crate::bag) fn read_whole(
 ) -> io::Result<FileFound> {
     let mut source = Source::open(path, count)?;
     let mut pass = Pass::new(Channels::default(), each);
+    pass.ahead = Ahead::here();
     pass.file(&mut source)?;
     Ok(pass.found(&source).0)
 }
@@ -74,6 +76,7 @@ impl Pass<'_, '_> {
             let _ = self.channels.describe(*opcode, body);
         }
         self.records(source, &hint)?;
+        self.take_ahead()?;
         self.settle(source)?;
         if let (Some(heads), Some(messages)) = (&mut self.heads, hint.messages) {
             heads.compare_count(messages, self.messages);
@@ -86,6 +89,7 @@ impl Pass<'_, '_> {
         let mut at = mcap::MAGIC.len() as u64;
         loop {
             if length.saturating_sub(at) < HEAD_BYTES {
+                self.take_ahead()?;
                 let what = format!(
                     "the file ends at byte {length} without an end of data: what was to follow is lost"
                 );
@@ -98,6 +102,7 @@ impl Pass<'_, '_> {
             let next_chunk = hint.chunks_at.range(at + 1..).next().copied().filter(|&next| next < length);
             let reaches = body_bytes.min(left) + at + HEAD_BYTES;
             if opcode == 0 || body_bytes > left || next_chunk.is_some_and(|next| next < reaches) {
+                self.take_ahead()?;
                 let claimed = thousands(body_bytes);
                 let Some(next) = next_chunk else {
                     let what = format!(
@@ -117,12 +122,21 @@ impl Pass<'_, '_> {
             }
             match opcode {
                 op::CHUNK if self.heads.is_some() => self.pass_over(source, at, body_bytes)?,
-                op::CHUNK => drop(self.chunk(source, at, body_bytes)?),
+                op::CHUNK => self.chunk_ahead(source, at, body_bytes)?,
                 op::MESSAGE_INDEX if self.heads.is_some() => self.message_index(source, at, body_bytes)?,
                 op::MESSAGE if self.heads.is_some() => self.message_head(source, at, body_bytes)?,
-                op::MESSAGE => self.message(source, at, body_bytes)?,
-                _ if Channels::is_description(opcode) => self.description(source, at, body_bytes)?,
-                op::DATA_END => return self.end_of_data(source, at, body_bytes),
+                op::MESSAGE => {
+                    self.take_ahead()?;
+                    self.message(source, at, body_bytes)?;
+                }
+                _ if Channels::is_description(opcode) => {
+                    self.take_ahead()?;
+                    self.description(source, at, body_bytes)?;
+                }
+                op::DATA_END => {
+                    self.take_ahead()?;
+                    return self.end_of_data(source, at, body_bytes);
+                }
                 op::FOOTER => return Ok(()),
                 // Indices, attachments, metadata and types of other programs.
                 _ => {}
