@@ -100,10 +100,10 @@ impl Pass<'_, '_> {
     pub(super) fn take_ahead(&mut self) -> io::Result<()> {
         let Some(mut ahead) = self.ahead.take() else { return Ok(()) };
         for chunk in ahead.unpack() {
-            let decoded = match chunk.fault.take() {
-                Some(fault) => Err(fault),
-                None => Ok(self.records_of(chunk.decoder.records(), chunk.at, chunk.body_bytes)),
-            };
+            let decoded = chunk.fault.take().map_or(Ok(()), Err);
+            if decoded.is_ok() {
+                self.records_of(chunk.decoder.records(), chunk.at, chunk.body_bytes);
+            }
             self.decoder.learn_from(&chunk.decoder);
             self.is_whole(decoded, chunk.at, chunk.body_bytes)?;
         }
