@@ -28,7 +28,8 @@
 //! is damaged in part is read in the other parts, and each loss is named as a [`Damage`]. Whatever else is
 //! wrong is a [`LogError`]: one line with file, place and value.
 //!
-//! Memory is one chunk or one scan per reader, whatever the size of the log.
+//! Memory is one chunk or one scan per reader, and a few chunks a thread where a file is opened on several, whatever the size
+//! of the log.
 //!
 //! ```
 //! use dmp_log::{LogOptions, McapScanWriter, McapWriterOptions, open_log};

@@ -15,8 +15,8 @@ use std::path::Path;
 /// Opening reads a bag once from start to end and takes stock of what is damaged; of a folder of scans it reads
 /// the heads of the files, and the lines of those in text, and unpacks what is compressed; of depth images their heads; of a LAS file all points, once.
 ///
-/// What has to be decoded for that is decoded on all threads of the rayon pool that this is called in; without one on this one
-/// alone. What is found is the same.
+/// What has to be decoded for that is decoded on all threads of the rayon pool that this is called in; without one, and for bags of
+/// `SQLite`, on this one alone. What is found is the same.
 ///
 /// # Errors
 /// When there is nothing at the path, when it is in no format known here, when the choice of a topic or

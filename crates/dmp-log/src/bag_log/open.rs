@@ -57,7 +57,7 @@ impl AroundScans {
 }
 
 impl BagLog {
-    /// Reads the bag once from start to end, one chunk in memory at a time.
+    /// Reads the bag once from start to end, one chunk in memory at a time, or a few in a pool with several threads.
     pub(crate) fn open(bag: Bag, options: &LogOptions) -> Result<Self, LogError> {
         let (bag_found, clouds, static_frames) = clouds_of(&bag)?;
         let around = AroundScans::new(bag, &bag_found, static_frames)?;

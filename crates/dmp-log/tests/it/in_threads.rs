@@ -142,28 +142,80 @@ fn an_mcap_file_whole_and_damaged() {
     }
 }
 
+/// A log of messages of one channel, and its bytes.
+fn bag(path: &Path, options: mcap::WriteOptions, messages: &[(usize, Vec<u8>)]) -> Vec<u8> {
+    write_with(path, options, &[POINTS], messages);
+    std::fs::read(path).unwrap()
+}
+
+fn clouds(count: i64, points: usize) -> Vec<(usize, Vec<u8>)> {
+    let mut random = Random(5);
+    let mut coordinate = || (random.next() % 100_000) as f32 / 1000.0;
+    let mut message = |k: i64| {
+        let points: Vec<[f32; 3]> = (0..points).map(|_| [coordinate(), coordinate(), coordinate()]).collect();
+        Message { stamp_ns: 1_000_000_000 * (k + 1), ..Message::of(&points) }.encode()
+    };
+    (0..count).map(|k| (0, message(k))).collect()
+}
+
+/// The records of a file up to the end of its data: their types, and where they end.
+fn records(bytes: &[u8]) -> Vec<(u8, std::ops::Range<usize>)> {
+    let (mut at, mut found) = (8, Vec::new());
+    while bytes[at] != mcap::records::op::DATA_END {
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
+        found.push((bytes[at], at..at + 9 + length));
+        at += 9 + length;
+    }
+    found
+}
+
+/// What lies between chunks is taken between them.
+#[test]
+fn an_mcap_file_with_messages_between_its_chunks() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let all = clouds(40, 200);
+    let chunked = bag(&path, mcap::WriteOptions::new().chunk_size(Some(4000)), &all[..37]);
+    let whole = same(|| told(&path, &LogOptions::default())).unwrap();
+    let loose = bag(&path, mcap::WriteOptions::new().use_chunks(false), &all[37..]);
+    let between: Vec<&[u8]> = records(&loose)
+        .into_iter()
+        .filter(|(kind, _)| {
+            [mcap::records::op::CHANNEL, mcap::records::op::SCHEMA, mcap::records::op::MESSAGE].contains(kind)
+        })
+        .map(|(_, place)| &loose[place])
+        .collect();
+    let mut bytes = chunked[..8].to_vec();
+    let mut chunks = 0;
+    for (kind, place) in records(&chunked) {
+        bytes.extend_from_slice(&chunked[place.clone()]);
+        if kind == mcap::records::op::CHUNK {
+            chunks += 1;
+            if chunks % 5 == 2 {
+                between.iter().for_each(|record| bytes.extend_from_slice(record));
+            }
+        }
+    }
+    std::fs::write(&path, &bytes).unwrap();
+    let found = same(|| told(&path, &LogOptions::default())).unwrap();
+    assert!(chunks > 15 && found != whole, "{chunks} chunks");
+    assert!(found.contains("the file ends at byte"), "without an end of data");
+}
+
 /// Chunks that take more than what waits for each thread.
 #[test]
 fn an_mcap_file_with_large_chunks() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.mcap");
-    let mut random = Random(5);
-    let mut coordinate = || (random.next() % 100_000) as f32 / 1000.0;
-    let messages: Vec<(usize, Vec<u8>)> = (0..6)
-        .map(|k| {
-            let points: Vec<[f32; 3]> =
-                (0..120_000).map(|_| [coordinate(), coordinate(), coordinate()]).collect();
-            (0, Message { stamp_ns: 1_000_000_000 * (k + 1), ..Message::of(&points) }.encode())
-        })
-        .collect();
-    write_with(&path, mcap::WriteOptions::new().chunk_size(Some(4_500_000)), &[POINTS], &messages);
+    // Two clouds a chunk.
+    bag(&path, mcap::WriteOptions::new().chunk_size(Some(4_500_000)), &clouds(10, 200_000));
     let count = |path: &Path| {
         let log = open_log(path, &LogOptions::default()).map_err(|e| e.to_string())?;
         Ok::<_, String>((format!("{:?} {:?}", log.summary(), log.frames()), read_all(&*log)))
     };
-    assert_eq!(same(|| count(&path)).unwrap().1.len(), 6);
+    assert_eq!(same(|| count(&path)).unwrap().1.len(), 10);
     let length = std::fs::metadata(&path).unwrap().len() as usize;
     spoil(&path, length / 4, 1000);
     let (told, scans) = same(|| count(&path)).unwrap();
-    assert!(told.contains("damaged and skipped") && scans.len() < 6, "{told}");
+    assert!(told.contains("damaged and skipped") && scans.len() < 10, "{told}");
 }

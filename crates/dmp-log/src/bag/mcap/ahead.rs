@@ -9,11 +9,12 @@ use std::io;
 /// Chunks that are unpacked together, for each thread.
 const CHUNKS_A_THREAD: usize = 2;
 
-/// What they take unpacked, for each thread, bytes, but for the last of them: one chunk may take more, as without threads.
+/// What they take, packed or unpacked, whichever is more, for each thread, bytes, but for the last of them: one chunk may take
+/// more, as without threads.
 const BYTES_A_THREAD: u64 = 4 << 20;
 
-/// Buffers that are larger are given up.
-const MOST_KEPT_BYTES: u64 = 2 * BYTES_A_THREAD;
+/// Buffers that together take more, for each thread, are given up.
+const KEPT_A_THREAD: u64 = 2 * BYTES_A_THREAD;
 
 /// Chunks that were read and wait to be unpacked.
 #[derive(Debug)]
@@ -54,7 +55,7 @@ impl Ahead {
             Err(fault) => Some(fault),
         };
         self.waiting += 1;
-        self.bytes += chunk.decoder.unpacked_bytes();
+        self.bytes += chunk.decoder.bytes();
         let most = self.threads as u64 * BYTES_A_THREAD;
         Ok(self.waiting == self.threads * CHUNKS_A_THREAD || self.bytes >= most)
     }
@@ -70,8 +71,43 @@ impl Ahead {
         chunks
     }
 
-    /// Gives up buffers of chunks that were larger than most.
+    /// Gives up buffers that became too large.
     pub(super) fn trim(&mut self) {
-        self.chunks.iter_mut().for_each(|chunk| chunk.decoder.trim(MOST_KEPT_BYTES));
+        let kept_bytes: u64 = self.chunks.iter().map(|chunk| chunk.decoder.kept_bytes()).sum();
+        if kept_bytes > self.threads as u64 * KEPT_A_THREAD {
+            self.chunks.clear();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reads::ReadCount;
+    use std::io::Write as _;
+
+    /// A file of one chunk that claims to be empty and holds this many zeros, packed.
+    fn hollow(packed_bytes: u64) -> (tempfile::NamedTempFile, u64) {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        let head: [&[u8]; 5] = [&[0; 9], &[0; 28], &4u32.to_le_bytes(), b"zstd", &packed_bytes.to_le_bytes()];
+        head.iter().for_each(|bytes| file.write_all(bytes).unwrap());
+        let body_bytes = 28 + 4 + 4 + 8 + packed_bytes;
+        file.as_file().set_len(9 + body_bytes).unwrap();
+        (file, body_bytes)
+    }
+
+    #[test]
+    fn what_waits_and_what_is_kept_is_bounded_whatever_headers_claim() {
+        let mut ahead = Ahead { threads: 2, chunks: Vec::new(), waiting: 0, bytes: 0 };
+        for (packed_bytes, enough) in [(5 << 20, 2), (20 << 20, 1), (1 << 10, 4)] {
+            let (file, body_bytes) = hollow(packed_bytes);
+            let mut source = Source::open(file.path(), &ReadCount::default()).unwrap();
+            let read = |_: &usize| ahead.read(&mut source, 0, body_bytes).unwrap();
+            assert_eq!((1..10).find(read), Some(enough));
+            assert!(ahead.unpack().iter().all(|chunk| chunk.fault.is_some()));
+            ahead.trim();
+            let kept_bytes: u64 = ahead.chunks.iter().map(|chunk| chunk.decoder.kept_bytes()).sum();
+            assert!(kept_bytes <= 2 * KEPT_A_THREAD, "{kept_bytes}");
+        }
     }
 }

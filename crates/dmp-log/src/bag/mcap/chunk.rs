@@ -111,18 +111,14 @@ impl ChunkDecoder {
         Ok(())
     }
 
-    /// What the chunk that was read last takes unpacked, as it claims.
-    pub(super) fn unpacked_bytes(&self) -> u64 {
-        self.head.uncompressed_bytes
+    /// What the chunk that was read last takes: packed, or unpacked as it claims, whichever is more.
+    pub(super) fn bytes(&self) -> u64 {
+        self.head.uncompressed_bytes.max(self.head.compressed_bytes)
     }
 
-    /// Gives up buffers that are larger than `most_bytes`.
-    pub(super) fn trim(&mut self, most_bytes: u64) {
-        for buffer in [&mut self.packed, &mut self.records] {
-            if buffer.capacity() as u64 > most_bytes {
-                *buffer = Vec::new();
-            }
-        }
+    /// What its buffers take.
+    pub(super) fn kept_bytes(&self) -> u64 {
+        (self.packed.capacity() + self.records.capacity()) as u64
     }
 
     /// Takes over what another one knows of checksums.
@@ -163,10 +159,10 @@ impl ChunkDecoder {
             if unpacked.is_ok_and(|bytes| bytes as u64 == claimed_bytes) {
                 return Ok(());
             }
-            // What that says of a damaged chunk depends on the room in the buffer.
-            self.records.clear();
         }
-        // Also where the claim is unusual: memory grows with what is there.
+        // Also where the claim is unusual: memory grows with what is there. What is said of a damaged chunk depends on the room
+        // that there is, so it is always unpacked into none.
+        self.records = Vec::new();
         let zstd = zstd::stream::read::Decoder::new(self.packed.as_slice())?;
         read_at_most(zstd, claimed_bytes, &mut self.records)
     }
