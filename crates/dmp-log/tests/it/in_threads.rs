@@ -158,7 +158,7 @@ fn clouds(count: i64, points: usize) -> Vec<(usize, Vec<u8>)> {
     (0..count).map(|k| (0, message(k))).collect()
 }
 
-/// The records of a file up to the end of its data: their types, and where they end.
+/// The records of a file up to the end of its data: their types, and where they are.
 fn records(bytes: &[u8]) -> Vec<(u8, std::ops::Range<usize>)> {
     let (mut at, mut found) = (8, Vec::new());
     while bytes[at] != mcap::records::op::DATA_END {
