@@ -1,6 +1,9 @@
 //! How densely points fill the voxels of a grid.
 
+use std::sync::{Mutex, PoisonError};
+
 use dmp_disk::TileId;
+use rayon::slice::ParallelSliceMut as _;
 
 use crate::lattice::Voxel;
 use crate::{Lattice, MapError};
@@ -11,11 +14,11 @@ const FILLED: usize = 3;
 /// How many points share their voxel with enough others: what decides the voxel edge.
 ///
 /// Points are gathered in blocks; a block is a stretch of the drive, whose points are counted together.
-/// Order-free within a block. 16 bytes a point of one block.
-#[derive(Debug, Clone)]
+/// Order-free within a block, and any thread may add to it. 16 bytes a point of one block.
+#[derive(Debug)]
 pub struct DensityProbe {
     lattice: Lattice,
-    block: Vec<(TileId, Voxel)>,
+    block: Mutex<Vec<(TileId, Voxel)>>,
     points: u64,
     in_filled_voxels: u64,
 }
@@ -23,25 +26,29 @@ pub struct DensityProbe {
 impl DensityProbe {
     /// A probe on `lattice`, for blocks of `block_points`.
     pub fn new(lattice: Lattice, block_points: usize) -> Self {
-        Self { lattice, block: Vec::with_capacity(block_points), points: 0, in_filled_voxels: 0 }
+        let block = Mutex::new(Vec::with_capacity(block_points));
+        Self { lattice, block, points: 0, in_filled_voxels: 0 }
     }
 
-    /// Adds a point of the block, world metres.
+    /// Adds points of the block, world metres.
     ///
     /// # Errors
-    /// When the point lies outside the world.
-    pub fn add(&mut self, point_in_world_m: [f64; 3]) -> Result<(), MapError> {
-        self.block.push(self.lattice.locate(point_in_world_m)?);
+    /// When a point lies outside the world; then none is added.
+    pub fn add(&self, points_in_world_m: impl Iterator<Item = [f64; 3]>) -> Result<(), MapError> {
+        let located: Vec<_> =
+            points_in_world_m.map(|point| self.lattice.locate(point)).collect::<Result<_, _>>()?;
+        self.block.lock().unwrap_or_else(PoisonError::into_inner).extend_from_slice(&located);
         Ok(())
     }
 
-    /// Ends the block and counts it. `O(n log n)`.
+    /// Ends the block and counts it, on the threads of the pool it is called in. `O(n log n)`.
     pub fn end_block(&mut self) {
-        self.block.sort_unstable();
-        let filled = self.block.chunk_by(|a, b| a == b).filter(|voxel| voxel.len() >= FILLED);
+        let block = self.block.get_mut().unwrap_or_else(PoisonError::into_inner);
+        block.par_sort_unstable();
+        let filled = block.chunk_by(|a, b| a == b).filter(|voxel| voxel.len() >= FILLED);
         self.in_filled_voxels += filled.map(|voxel| voxel.len() as u64).sum::<u64>();
-        self.points += self.block.len() as u64;
-        self.block.clear();
+        self.points += block.len() as u64;
+        block.clear();
     }
 
     /// Share of the points of all blocks that lie in voxels with three or more; 0 without points.
@@ -58,15 +65,16 @@ mod tests {
     fn only_points_in_company_count_and_blocks_keep_to_themselves() {
         let mut probe = DensityProbe::new(Lattice::new(0.2).unwrap(), 5);
         assert_eq!(probe.filled_share(), 0.0);
-        for point in [[0.05; 3], [5.05; 3], [0.06; 3], [5.06; 3], [0.07; 3]] {
-            probe.add(point).unwrap();
-        }
+        probe.add([[0.05; 3], [5.05; 3], [0.06; 3]].into_iter()).unwrap();
+        probe.add([[5.06; 3], [0.07; 3]].into_iter()).unwrap();
         probe.end_block();
         assert_eq!(probe.filled_share(), 0.6);
         // A third point beside the pair comes too late: it belongs to another block.
-        probe.add([5.07; 3]).unwrap();
+        probe.add([[5.07; 3]].into_iter()).unwrap();
         probe.end_block();
         assert_eq!(probe.filled_share(), 0.5);
-        assert!(probe.add([f64::NAN; 3]).is_err());
+        assert!(probe.add([[0.05; 3], [f64::NAN; 3]].into_iter()).is_err());
+        probe.end_block();
+        assert_eq!(probe.filled_share(), 0.5);
     }
 }

@@ -126,7 +126,8 @@ impl<'a> Task<'a> {
         voxel_m: Option<f64>,
     ) -> Result<Evaluation<'a, M>, EvaluateError> {
         let voxel_m = voxel_m.or(self.settings.voxel_m);
-        let plan = Plan::new(self.log, &mut runs, voxel_m, &self.settings, self.watch.progress)?;
+        let plan =
+            Plan::new(self.log, &mut runs, voxel_m, &self.settings, self.work.pool(), self.watch.progress)?;
         Ok(self.planned(plan, runs))
     }
 

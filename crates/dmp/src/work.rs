@@ -157,6 +157,10 @@ impl Work {
         self.resumed
     }
 
+    pub(crate) fn pool(&self) -> &rayon::ThreadPool {
+        &self.pool
+    }
+
     /// Does something on its threads.
     pub(crate) fn install<R: Send>(&self, what: impl FnOnce() -> R + Send) -> R {
         self.pool.install(what)

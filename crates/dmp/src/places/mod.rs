@@ -30,7 +30,7 @@ use crate::sample::{Looks, Sample};
 use crate::setting_name::SettingName;
 use crate::settings::{Means, Settings};
 use crate::watch::Watch;
-use crate::work::MapFacts;
+use crate::work::{MapFacts, pool};
 use choice::Places;
 pub use draw::drawn_places;
 use pass::Pass;
@@ -72,7 +72,9 @@ pub fn evaluate_quick<'a>(
     // The same returns z, voxels and segments for every run and every place.
     let (all, drawn) = (sample.total as u64, sample.drawn.len() as u64);
     let looks = Looks::new(all, Sample::Frames(drawn), settings.seed, false);
-    let surveyed = survey::look(&scans, &way, &sample.drawn, looks, &settings, watch.progress)?;
+    let pool = pool(means.threads)?;
+    let surveyed = survey::look(&scans, &way, &sample.drawn, looks, &settings, &pool, watch.progress)?;
+    drop(pool);
     let plan_s = start.elapsed().as_secs_f64();
 
     // Every place as a log of its own: its map, and the sums of its returns. The places are the units that the error

@@ -46,13 +46,14 @@ pub(super) fn look<'a>(
     places: &[(ScoredPlace, PlaceScans)],
     looks: Looks,
     settings: &Settings,
+    pool: &rayon::ThreadPool,
     progress: &dyn Progress,
 ) -> Result<Surveyed<'a>, EvaluateError> {
     let drive = scans.drive();
     let scored: Vec<usize> = places.iter().flat_map(|(_, place)| place.scored.iter().copied()).collect();
     let voters: BTreeSet<usize> = spread(scored.len(), VOTERS).into_iter().map(|k| scored[k]).collect();
     let voters = Held::read(scans, &voters, settings)?;
-    let survey = Survey { log: &voters.log, settings, progress };
+    let survey = Survey { log: &voters.log, settings, pool, progress };
     let filter = survey.filter(&voters.of(&voters.ordinals()), drive.segments.travel_m)?;
     let (mut largest_scan, mean_returns) = voters.returns();
     drop(voters);
@@ -67,8 +68,8 @@ pub(super) fn look<'a>(
     let passes: Vec<&[PlannedFrame]> = passes.iter().map(Vec::as_slice).collect();
     let blocks: Vec<&[PlannedFrame]> = passes.iter().map(|pass| block_of(pass)).collect();
     let runs: Vec<_> = scans.runs().iter().map(|run| run.like(None)).collect();
-    let voxel =
-        Survey { log: &held.log, settings, progress }.voxel(settings.voxel_m, &blocks, &runs, &filter)?;
+    let survey = Survey { log: &held.log, settings, pool, progress };
+    let voxel = survey.voxel(settings.voxel_m, &blocks, &runs, &filter)?;
     let (selection, segments) = (drive.selection.clone(), drive.segments.clone());
     let along_m = drive.along_m.clone();
     let plan = Plan { selection, segments, along_m, filter, voxel, looks };

@@ -49,11 +49,12 @@ impl Plan {
         runs: &mut [RunState<'_, M>],
         voxel_m: Option<f64>,
         settings: &Settings,
+        pool: &rayon::ThreadPool,
         progress: &dyn Progress,
     ) -> Result<Self, EvaluateError> {
         let drive = Drive::new(Heads::Log(log), runs, settings)?;
         let (frames, segments) = (drive.frames(), &drive.segments);
-        let survey = Survey { log, settings, progress };
+        let survey = Survey { log, settings, pool, progress };
         // At equal steps of the way, not of time: a vehicle that stands sees everything keep its place.
         let starts = segments.starts.iter().map(|&ordinal| frames[ordinal]);
         let filter = survey.filter(&starts.collect::<Vec<_>>(), segments.travel_m)?;

@@ -1,12 +1,15 @@
 //! What is decided by looking at a few scans: the vehicle and the voxels.
 
+use std::sync::{Mutex, PoisonError};
+
 use dmp_log::ScanLog;
 use dmp_map::{DensityProbe, Lattice, MapError};
 use dmp_sensor::{EgoMask, EgoVotes, Ray, ReturnFilter, Scan};
 
+use crate::config::FrameOrder;
 use crate::ego::Ego;
 use crate::error::EvaluateError;
-use crate::frames::PlannedFrame;
+use crate::frames::{PlannedFrame, Reading, Worker, each_frame_of};
 use crate::peak;
 use crate::pose::Poser;
 use crate::progress::{Progress, Stage};
@@ -37,6 +40,8 @@ pub(crate) struct VoxelChoice {
 pub(crate) struct Survey<'a> {
     pub(crate) log: &'a dyn ScanLog,
     pub(crate) settings: &'a Settings,
+    /// Works on as many threads.
+    pub(crate) pool: &'a rayon::ThreadPool,
     pub(crate) progress: &'a dyn Progress,
 }
 
@@ -57,15 +62,10 @@ impl Survey<'_> {
             Ego::Auto => {
                 let chosen = spread(voters.len(), EGO_SCANS);
                 self.progress.begin(Stage::Survey, chosen.len() as u64);
-                let (mut reader, mut scan) = (self.log.reader()?, Scan::default());
-                let mut votes = EgoVotes::default();
-                for voter in chosen {
-                    reader.read(voters[voter].frame, &mut scan)?;
-                    let used = scan.points_in_sensor_m.iter().filter(|&&point| filter.check(point).is_ok());
-                    votes.add_scan(used.copied());
-                    self.progress.advance(1);
-                }
-                filter.ego = votes.mask();
+                let votes = Mutex::new(EgoVotes::default());
+                let voter = || Voter { filter: &filter, votes: &votes, progress: self.progress };
+                self.each_frame(voters, |voter| chosen.binary_search(&voter).is_ok(), voter)?;
+                filter.ego = votes.into_inner().unwrap_or_else(PoisonError::into_inner).mask();
             }
         }
         Ok(filter)
@@ -121,24 +121,69 @@ impl Survey<'_> {
     ) -> Result<f64, EvaluateError> {
         let returns = |block: &&[PlannedFrame]| block.iter().map(|frame| frame.returns as usize).sum();
         let mut probe = DensityProbe::new(lattice, blocks.iter().map(returns).max().unwrap_or(0));
-        let (mut reader, mut scan) = (self.log.reader()?, Scan::default());
-        let mut poser = Poser::new([&run.poses], filter);
         for block in blocks {
-            for frame in *block {
-                if self.progress.cancelled() {
-                    return Err(EvaluateError::Cancelled);
-                }
-                reader.read(frame.frame, &mut scan)?;
-                poser.blocks(frame, &scan, |block| {
-                    let mut points = block.rays(0).iter().map(Ray::endpoint_in_world);
-                    points.try_for_each(|point| probe.add(point)).map_err(EvaluateError::map_of(run.name()))
-                })?;
-                self.progress.advance(1);
-            }
-            probe.end_block();
+            let locator = || Locator {
+                poser: Poser::new([&run.poses], filter),
+                probe: &probe,
+                run: run.name(),
+                progress: self.progress,
+            };
+            self.each_frame(block, |_| true, locator)?;
+            self.pool.install(|| probe.end_block());
             peak::look();
         }
         Ok(probe.filled_share())
+    }
+
+    /// Hands the `wanted` of some frames to workers, as many as the pool has threads and no more than there are frames.
+    fn each_frame<W: Worker>(
+        &self,
+        frames: &[PlannedFrame],
+        wanted: impl Fn(usize) -> bool,
+        worker: impl Fn() -> W,
+    ) -> Result<(), EvaluateError> {
+        let reading = Reading { log: self.log, frames, order: FrameOrder::Log, progress: self.progress };
+        let threads = self.pool.current_num_threads().min(frames.len());
+        let workers = (0..threads).map(|_| worker()).collect();
+        each_frame_of(reading, wanted, workers)?;
+        Ok(())
+    }
+}
+
+/// Lets scans vote on the vehicle.
+struct Voter<'s> {
+    filter: &'s ReturnFilter,
+    votes: &'s Mutex<EgoVotes>,
+    progress: &'s dyn Progress,
+}
+
+impl Worker for Voter<'_> {
+    fn frame(&mut self, _: usize, _: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
+        let points = scan.points_in_sensor_m.iter().copied();
+        let used: Vec<[f32; 3]> = points.filter(|&point| self.filter.check(point).is_ok()).collect();
+        self.votes.lock().unwrap_or_else(PoisonError::into_inner).add_scan(used.into_iter());
+        self.progress.advance(1);
+        Ok(())
+    }
+}
+
+/// Puts the returns of scans where a run has them.
+struct Locator<'s> {
+    poser: Poser<'s>,
+    probe: &'s DensityProbe,
+    run: &'s str,
+    progress: &'s dyn Progress,
+}
+
+impl Worker for Locator<'_> {
+    fn frame(&mut self, _: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
+        let Self { poser, probe, run, progress } = self;
+        poser.blocks(frame, scan, |block| {
+            let points = block.rays(0).iter().map(Ray::endpoint_in_world);
+            probe.add(points).map_err(EvaluateError::map_of(run))
+        })?;
+        progress.advance(1);
+        Ok(())
     }
 }
 
