@@ -6,6 +6,8 @@ import doctest
 import importlib
 import inspect
 import pkgutil
+import re
+from pathlib import Path
 
 import dmp_slam as dmp
 import dmp_slam.dask
@@ -37,3 +39,15 @@ def test_help_tells_every_keyword():
     for function in (dmp.Map.build, dmp.truth.rpe, dmp.simulate.errors, dmp.convert.log):
         told = inspect.getdoc(function)
         assert "\nKeywords:\n    " in told and "\n    output=" not in told
+
+
+def test_the_columns_of_tables_are_documented(result):
+    told = (Path(__file__).parents[2] / "docs" / "python.md").read_text(encoding="utf-8")
+    for name, table in (("runs", result.runs), ("pairs", result.pairs)):
+        rows = told.split(f"Columns of `{name}`")[1].split("\n\n")[1].splitlines()[2:]
+        documented = [column for row in rows for column in re.findall(r"`(\w+)`", row.split("|")[1])]
+        cuts = re.compile(r"(r_cv|r_near)_[\d.]+_(m2?)$")
+        first_cuts = [column for column in table.column_names if not cuts.match(column) or column in documented]
+        assert documented == first_cuts, name
+        of_scores = {cuts.match(column).groups() for column in table.column_names if cuts.match(column)}
+        assert of_scores == {cuts.match(column).groups() for column in documented if cuts.match(column)}
