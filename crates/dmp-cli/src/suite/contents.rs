@@ -154,11 +154,13 @@ mod tests {
     #[test]
     fn files_of_a_folder_belong_to_it() {
         let folder = tempfile::tempdir().unwrap();
-        fs::create_dir(folder.path().join("scans")).unwrap();
+        // Beside a folder of scans may lie their times, and beside a temporary one anybody's.
+        let drive = folder.path().join("drive");
+        fs::create_dir_all(drive.join("scans")).unwrap();
         for name in ["scans/0.bin", "scans/1.bin", "times.txt", "report.html"] {
-            fs::write(folder.path().join(name), name).unwrap();
+            fs::write(drive.join(name), name).unwrap();
         }
-        let roles: Vec<String> = read_with(folder.path()).into_iter().map(|(role, _)| role).collect();
+        let roles: Vec<String> = read_with(&drive).into_iter().map(|(role, _)| role).collect();
         assert_eq!(roles, ["scans/0.bin", "scans/1.bin", "times.txt"]);
     }
 }
