@@ -117,7 +117,11 @@ impl Three<'_> {
 
 /// Which children of a node may hold a surfel that is independent.
 #[inline(always)]
-fn may_hold<S: Simd>(simd: S, node: &Node, independence: Independence) -> <S::Eight as Lanes>::Mask {
+pub(crate) fn may_hold<S: Simd>(
+    simd: S,
+    node: &Node,
+    independence: Independence,
+) -> <S::Eight as Lanes>::Mask {
     let [below, above] = independence.bounds();
     S::Eight::below(simd.eight(), &node.min_third_lowest, below)
         | S::Eight::above(simd.eight(), &node.max_third_highest, above)

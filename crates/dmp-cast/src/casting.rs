@@ -55,8 +55,8 @@ pub(crate) struct Lists {
     before: Box<[PacketAnswers; PACKETS]>,
     /// How far the visits' rays go in the tile.
     ends: [[f32; RAYS]; PACKETS],
-    /// Which of them go in a packet.
-    packed: [u32; PACKETS],
+    /// Which of them have a way to go.
+    lanes: [u32; PACKETS],
     of_packets: PacketLists,
     of_rays: SearchLists,
 }
@@ -111,20 +111,45 @@ fn visit_tile<S: Simd>(
     wanted: Wanted,
     lists: &mut Lists,
 ) {
-    let Lists { visits, before, ends, packed, of_packets, of_rays } = lists;
-    let squares_per_ray = grouping.squares_per_ray();
-    let mut together = 0;
     for (k, wait) in waits.iter().enumerate() {
-        let (rays, visit) = (&packets[wait.packet as usize], &mut visits[k]);
+        let (rays, visit) = (&packets[wait.packet as usize], &mut lists.visits[k]);
         let asked = rays.asked();
         (visit.independence, visit.revisit) = (asked.independence, asked.revisit);
-        ends[k] = rays.in_tile(tile.origin_in_world_m, &mut visit.rays);
-        rays.answers_in_tile(&mut before[k]);
-        visit.answers.clone_from(&before[k]);
-        packed[k] = visit.rays.limit_to(simd, wait.lanes);
-        let rays = packed[k].count_ones();
+        lists.ends[k] = rays.in_tile(tile.origin_in_world_m, &mut visit.rays);
+        rays.answers_in_tile(&mut lists.before[k]);
+        visit.answers.clone_from(&lists.before[k]);
+        lists.lanes[k] = visit.rays.limit_to(simd, wait.lanes);
+    }
+    let squares_per_ray = grouping.squares_per_ray();
+    cast_visits::<S, false>(simd, tile, waits.len(), squares_per_ray, wanted, lists);
+    // What a ray needs beyond its place in the tile.
+    for (k, wait) in waits.iter().enumerate() {
+        let visit = &mut lists.visits[k];
+        lists.lanes[k] = visit.go_beyond(simd, lists.lanes[k], wait.lanes, &lists.ends[k]);
+    }
+    cast_visits::<S, true>(simd, tile, waits.len(), squares_per_ray, wanted, lists);
+    for (k, wait) in waits.iter().enumerate() {
+        packets[wait.packet as usize].take(wait.lanes, &lists.before[k], &lists.visits[k].answers);
+    }
+}
+
+/// Casts the first visits, together where that pays. `BEYOND`: the rays begin where they may be far apart, and beyond the
+/// places that revisits are looked for in.
+#[inline(always)]
+fn cast_visits<S: Simd, const BEYOND: bool>(
+    simd: S,
+    tile: &TileView,
+    count: usize,
+    squares_per_ray: u32,
+    wanted: Wanted,
+    lists: &mut Lists,
+) {
+    let Lists { visits, lanes, of_packets, of_rays, .. } = lists;
+    let mut together = 0;
+    for (k, (visit, &lanes)) in visits[..count].iter_mut().zip(&*lanes).enumerate() {
+        let rays = lanes.count_ones();
         if squares_per_ray > 0 && rays >= LEAST_RAYS {
-            let frustum = Frustum::around(simd, &visit.rays, packed[k], tile.radius_m);
+            let frustum = Frustum::around(simd, &visit.rays, lanes, tile.radius_m);
             let pays = |frustum: &Frustum| frustum.is_within(squares_per_ray, rays, tile.radius_m);
             if let Some(frustum) = frustum.filter(pays) {
                 visit.frustum = frustum;
@@ -135,18 +160,14 @@ fn visit_tile<S: Simd>(
     if together != 0 {
         let lists = of_packets;
         match wanted {
-            Wanted::First => simd.run(CastPackets::<false> { tile, visits, together, lists }),
-            Wanted::Three => simd.run(CastPackets::<true> { tile, visits, together, lists }),
+            Wanted::First => simd.run(CastPackets::<false, BEYOND> { tile, visits, together, lists }),
+            Wanted::Three => simd.run(CastPackets::<true, BEYOND> { tile, visits, together, lists }),
         }
     }
-    for (k, wait) in waits.iter().enumerate() {
-        let visit = &mut visits[k];
-        let alone = if together >> k & 1 == 1 { 0 } else { packed[k] };
-        search_alone(simd, tile, visit, alone, wanted, of_rays);
-        // What a ray needs beyond its place in the tile it looks for alone.
-        let beyond = visit.go_beyond(simd, packed[k], &ends[k]) & wait.lanes;
-        search_alone(simd, tile, visit, beyond, wanted, of_rays);
-        packets[wait.packet as usize].take(wait.lanes, &before[k], &visit.answers);
+    for (k, (visit, &lanes)) in visits[..count].iter_mut().zip(&*lanes).enumerate() {
+        if together >> k & 1 == 0 {
+            search_alone(simd, tile, visit, lanes, wanted, of_rays);
+        }
     }
 }
 

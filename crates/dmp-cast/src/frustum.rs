@@ -19,10 +19,11 @@ pub(crate) const SQUARES_PER_RAY: u32 = 4;
 /// What a packet costs by itself is more than two rays cost alone.
 pub(crate) const LEAST_RAYS: u32 = 3;
 
-/// Four planes around some rays and one beyond their ends: what lies outside any of them no ray meets.
+/// Four planes around some rays, one beyond their ends and one before where they begin: what lies outside any of them no
+/// ray meets.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Frustum {
-    planes: [Plane; 5],
+    planes: [Plane; 6],
     /// Width and height of the far end.
     far_extents_m: [f32; 2],
 }
@@ -67,8 +68,9 @@ impl Frustum {
         }
         let depth = dot(origin, axis_lanes);
         let far = of.largest(depth + along * S::Sixteen::load(wide, &rays.to_m));
+        let near = of.smallest(depth + along * S::Sixteen::load(wide, &rays.from_m));
         let inverse = S::Sixteen::splat(wide, 1.0) / along;
-        let mut planes = [Plane::default(); 5];
+        let mut planes = [Plane::default(); 6];
         let mut far_extents_m = [0.0; 2];
         for (k, side) in [u, v].into_iter().enumerate() {
             let side_lanes = S::Sixteen::splat3(wide, side);
@@ -82,6 +84,7 @@ impl Frustum {
             far_extents_m[k] = (above + most * far) - (below + least * far);
         }
         planes[4] = Plane::new(axis, far, radius_m);
+        planes[5] = Plane::new(axis.map(|c| -c), -near, radius_m);
         Some(Self { planes, far_extents_m })
     }
 
@@ -92,24 +95,32 @@ impl Frustum {
         width * height < squares_per_ray as f32 * rays as f32 * radius_m * radius_m
     }
 
-    /// Which children of a node lie at least in part inside.
+    /// Which children of a node lie at least in part inside. `BEYOND`: the rays do not begin near their origins, where the sides
+    /// meet, so that what lies before them is left out too.
     #[inline(always)]
-    pub(crate) fn children<S: Simd>(&self, simd: S, node: &Node) -> u32 {
-        let [a, b, c, d, e] = &self.planes;
+    pub(crate) fn children<S: Simd, const BEYOND: bool>(&self, simd: S, node: &Node) -> u32 {
+        let [a, b, c, d, e, f] = &self.planes;
         let sides = a.boxes(simd, node) & b.boxes(simd, node) & c.boxes(simd, node) & d.boxes(simd, node);
-        (sides & e.boxes(simd, node)).bits()
+        let mut inside = sides & e.boxes(simd, node);
+        if BEYOND {
+            inside = inside & f.boxes(simd, node);
+        }
+        inside.bits()
     }
 
     /// Which discs of a leaf may, by the spheres around them.
     #[inline(always)]
-    pub(crate) fn discs<S: Simd>(&self, simd: S, leaf: &Leaf) -> u32 {
+    pub(crate) fn discs<S: Simd, const BEYOND: bool>(&self, simd: S, leaf: &Leaf) -> u32 {
         let centre = columns(simd, leaf, 0);
-        let [a, b, c, d, e] = &self.planes;
+        let [a, b, c, d, e, f] = &self.planes;
         let sides = a.centres(simd, centre)
             & b.centres(simd, centre)
             & c.centres(simd, centre)
             & d.centres(simd, centre);
-        let inside = sides & e.centres(simd, centre);
+        let mut inside = sides & e.centres(simd, centre);
+        if BEYOND {
+            inside = inside & f.centres(simd, centre);
+        }
         inside.bits()
     }
 }

@@ -2,6 +2,7 @@
 
 use dmp_map::Independence;
 
+use crate::answers::may_hold;
 use crate::crossing::{MIN_COS, plane_crossing};
 use crate::frustum::Frustum;
 use crate::lanes::{Job, Lanes, Mask, Simd};
@@ -35,30 +36,34 @@ pub(crate) struct Visit {
     pub(crate) answers: PacketAnswers,
     pub(crate) independence: Option<Independence>,
     pub(crate) revisit: Option<Independence>,
+    /// Whether the rays that have gone beyond their places look for nothing but what is independent.
+    pub(crate) only_independent: bool,
 }
 
 impl Visit {
-    /// Lets the rays go on to `ends_m`, those that are `done` so far from where they came to; says which of them
-    /// may find something there that changes an answer.
+    /// Lets those of `lanes` go on to `ends_m` that may find something there that changes an answer, those that are `done` so far
+    /// from where they came to; says which.
     #[inline(always)]
-    pub(crate) fn go_beyond<S: Simd>(&mut self, simd: S, done: u32, ends_m: &Column) -> u32 {
+    pub(crate) fn go_beyond<S: Simd>(&mut self, simd: S, done: u32, lanes: u32, ends_m: &Column) -> u32 {
         let wide = simd.sixteen();
         let load = S::Sixteen::load;
         let Self { rays, answers, .. } = self;
         let from = load(wide, &rays.to_m).where_or(S::Sixteen::mask_of(wide, done), load(wide, &rays.from_m));
-        let to = load(wide, ends_m);
         from.store(&mut rays.from_m);
-        to.store(&mut rays.to_m);
+        rays.to_m = *ends_m;
         let window = load(wide, &rays.measured_m) + load(wide, &answers.gap_m);
-        let mut more = from.le(load(wide, &answers.first_m)) | from.le(window);
+        let mut of_any = from.le(load(wide, &answers.first_m)) | from.le(window);
+        if self.revisit.is_some() {
+            let unseen = S::Sixteen::mask_of(wide, !answers.revisited);
+            of_any = of_any | (unseen & from.lt(load(wide, &rays.place_m)));
+        }
+        let mut more = of_any;
         if self.independence.is_some() {
             more = more | from.le(load(wide, &answers.independent_m));
         }
-        if self.revisit.is_some() {
-            let unseen = S::Sixteen::mask_of(wide, !answers.revisited);
-            more = more | (unseen & from.lt(load(wide, &rays.place_m)));
-        }
-        (more & from.lt(to)).bits()
+        let lanes = rays.limit_to(simd, more.bits() & lanes);
+        self.only_independent = of_any.bits() & lanes == 0;
+        lanes
     }
 }
 
@@ -78,7 +83,7 @@ pub(crate) struct PacketLists {
 /// In three steps, each one plain loop: the nodes that the frustum around a packet meets give leaves, leaves give
 /// discs, and every disc meets all rays. One packet alone would wait at every node for what the last one said, so
 /// several take turns: the lists are worked off from the front and grow at their end.
-pub(crate) struct CastPackets<'a, const THREE: bool> {
+pub(crate) struct CastPackets<'a, const THREE: bool, const BEYOND: bool> {
     pub(crate) tile: &'a TileView<'a>,
     pub(crate) visits: &'a mut [Visit; PACKETS],
     /// A bit for each visit that is to be cast.
@@ -86,7 +91,7 @@ pub(crate) struct CastPackets<'a, const THREE: bool> {
     pub(crate) lists: &'a mut PacketLists,
 }
 
-impl<const THREE: bool> Job for CastPackets<'_, THREE> {
+impl<const THREE: bool, const BEYOND: bool> Job for CastPackets<'_, THREE, BEYOND> {
     type Output = ();
 
     #[inline(always)]
@@ -95,11 +100,11 @@ impl<const THREE: bool> Job for CastPackets<'_, THREE> {
         if tile.nodes.is_empty() {
             return;
         }
-        let leaves = gather_leaves(simd, tile, visits, together, nodes, leaves);
-        let counts = gather_discs(simd, tile, visits, leaves, discs);
+        let leaves = gather_leaves::<S, BEYOND>(simd, tile, visits, together, nodes, leaves);
+        let counts = gather_discs::<S, BEYOND>(simd, tile, visits, leaves, discs);
         for (k, visit) in visits.iter_mut().enumerate() {
             if together >> k & 1 == 1 {
-                cross::<S, THREE>(simd, tile, visit, &discs[k][..counts[k]]);
+                cross::<S, THREE, BEYOND>(simd, tile, visit, &discs[k][..counts[k]]);
             }
         }
     }
@@ -112,7 +117,7 @@ fn bounds_of(independence: Option<Independence>) -> [i32; 2] {
 }
 
 #[inline(always)]
-fn gather_leaves<'a, S: Simd>(
+fn gather_leaves<'a, S: Simd, const BEYOND: bool>(
     simd: S,
     tile: &TileView,
     visits: &[Visit; PACKETS],
@@ -130,8 +135,11 @@ fn gather_leaves<'a, S: Simd>(
         grow_to(leaves, count + WIDTH);
         let (index, packet) = ((nodes[at] >> PACKET_BITS) as usize, nodes[at] as usize % PACKETS);
         at += 1;
-        let node = &tile.nodes[index];
-        let inside = visits[packet].frustum.children(simd, node);
+        let (node, visit) = (&tile.nodes[index], &visits[packet]);
+        let mut inside = visit.frustum.children::<S, BEYOND>(simd, node);
+        if let (true, true, Some(independence)) = (BEYOND, visit.only_independent, visit.independence) {
+            inside &= may_hold(simd, node, independence).bits();
+        }
         let (below, here) = (inside & !node.leaves, inside & node.leaves);
         let children = S::Eight::tagged(eight, &node.children, PACKET_BITS, packet as u32);
         S::Eight::pack(children, below, &mut nodes[end..]);
@@ -144,7 +152,7 @@ fn gather_leaves<'a, S: Simd>(
 
 /// Fills the lists of discs; says how many there are in each.
 #[inline(always)]
-fn gather_discs<S: Simd>(
+fn gather_discs<S: Simd, const BEYOND: bool>(
     simd: S,
     tile: &TileView,
     visits: &[Visit; PACKETS],
@@ -156,7 +164,7 @@ fn gather_discs<S: Simd>(
         let (leaf, packet) = (pair >> PACKET_BITS, pair as usize % PACKETS);
         let (list, count) = (&mut discs[packet], &mut counts[packet]);
         grow_to(list, *count + LEAF_DISCS);
-        let inside = visits[packet].frustum.discs(simd, &tile.leaves[leaf as usize]);
+        let inside = visits[packet].frustum.discs::<S, BEYOND>(simd, &tile.leaves[leaf as usize]);
         S::Sixteen::pack_lanes(simd.sixteen(), leaf * LEAF_DISCS as u32, inside, &mut list[*count..]);
         *count += inside.count_ones() as usize;
     }
@@ -166,7 +174,12 @@ fn gather_discs<S: Simd>(
 /// Every disc meets all rays. What of it hits is decided by masks, not by jumps, which would be guessed wrong
 /// every other time.
 #[inline(always)]
-fn cross<S: Simd, const THREE: bool>(simd: S, tile: &TileView, visit: &mut Visit, discs: &[u32]) {
+fn cross<S: Simd, const THREE: bool, const BEYOND: bool>(
+    simd: S,
+    tile: &TileView,
+    visit: &mut Visit,
+    discs: &[u32],
+) {
     let Visit { rays, answers, .. } = visit;
     let [independence, revisit] = [visit.independence, visit.revisit].map(bounds_of);
     let wide = simd.sixteen();
@@ -177,6 +190,7 @@ fn cross<S: Simd, const THREE: bool>(simd: S, tile: &TileView, visit: &mut Visit
     let radius2 = S::Sixteen::splat(wide, tile.radius_m * tile.radius_m);
     let min_cos = S::Sixteen::splat(wide, MIN_COS);
     let infinite = S::Sixteen::splat(wide, f32::INFINITY);
+    let place_m = S::Sixteen::load(wide, &rays.place_m);
     let mut first = S::Sixteen::load(wide, &answers.first_m);
     let mut nearest = S::Sixteen::load(wide, &answers.nearest_m);
     let mut gap = S::Sixteen::load(wide, &answers.gap_m);
@@ -200,8 +214,9 @@ fn cross<S: Simd, const THREE: bool>(simd: S, tile: &TileView, visit: &mut Visit
             let holds = |[below, above]: [i32; 2]| u32::from(low < below || high > above).wrapping_neg();
             let counts = S::Sixteen::mask_of(wide, holds(independence));
             independent = range.where_or(counts & range.lt(independent), independent);
-            // All that is hit here lies before the end of the place.
-            revisited |= hits.bits() & holds(revisit);
+            // Rays that have not gone beyond their place end in it.
+            let at_place = if BEYOND { hits & range.le(place_m) } else { hits };
+            revisited |= at_place.bits() & holds(revisit);
         }
     }
     first.store(&mut answers.first_m);
