@@ -10,12 +10,14 @@ use dmp_map::{Store, TileId};
 use super::{names_in, scored, scores};
 use crate::common::{dmp_command, text, workspace};
 
-/// Many copies of one run, so that there is time to stop it.
+/// Copies of one run, so that there is time to stop it.
+const RUNS: usize = 8;
+
 fn long_job(work: &Path, maps: &Path) -> Child {
     let samples = workspace().join("data-samples");
     let mut command = Command::new(env!("CARGO_BIN_EXE_dmp-under-test"));
     command.arg("score").arg(samples.join("town.mcap")).arg("--work").arg(work).arg("--save-maps").arg(maps);
-    for k in 0..20 {
+    for k in 0..RUNS {
         command.arg("-t").arg(format!("run{k}={}", samples.join("drift.tum").display()));
     }
     command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
@@ -50,14 +52,14 @@ fn row_24_interrupts_leave_nothing_and_kills_nothing_that_counts() {
     let (truth, drift) = (saved("truth"), saved("drift"));
     // The work folder appears before anything is fused, the last map when all are.
     let fusing = || !names_in(&work).is_empty();
-    let casting = || maps.join("run19.dmpmap").exists();
+    let casting = || maps.join(format!("run{}.dmpmap", RUNS - 1)).exists();
     for signal in ["-INT", "-TERM"] {
         for begun in [&fusing as &dyn Fn() -> bool, &casting] {
             let (code, last) = stop(long_job(&work, &maps), signal, begun);
             assert_eq!((code, last.as_str()), (Some(130), "error: stopped before the end"), "{signal}");
             assert_eq!(names_in(&work), [""; 0], "{signal}");
             assert!(names_in(&maps).iter().all(|name| !name.starts_with('.')), "{:?}", names_in(&maps));
-            (0..20).for_each(|k| drop(fs::remove_file(maps.join(format!("run{k}.dmpmap")))));
+            (0..RUNS).for_each(|k| drop(fs::remove_file(maps.join(format!("run{k}.dmpmap")))));
         }
     }
     // Who cannot wait: whatever its threads are at, nothing is left behind.
@@ -66,7 +68,7 @@ fn row_24_interrupts_leave_nothing_and_kills_nothing_that_counts() {
         assert_eq!((code, last.as_str()), (Some(130), "error: stopped before the end"));
         assert_eq!(names_in(&work), [""; 0]);
         assert!(names_in(&maps).iter().all(|name| !name.starts_with('.')), "{:?}", names_in(&maps));
-        (0..20).for_each(|k| drop(fs::remove_file(maps.join(format!("run{k}.dmpmap")))));
+        (0..RUNS).for_each(|k| drop(fs::remove_file(maps.join(format!("run{k}.dmpmap")))));
     }
     for begun in [&fusing as &dyn Fn() -> bool, &casting] {
         let (code, _) = stop(long_job(&work, &maps), "-KILL", begun);
