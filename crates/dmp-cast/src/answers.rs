@@ -73,11 +73,11 @@ impl Search for Three<'_> {
         let mut wanted = first | nearest;
         if let Some(independence) = self.independence {
             let nearer = enter_m.lt(S::Eight::splat(eight, self.answers.independent_m[lane]));
-            wanted = wanted | (nearer & may_hold(simd, node, independence));
+            wanted = wanted | (nearer & node.may_hold(simd, independence));
         }
         if let (0, Some(revisit)) = (self.answers.revisited >> lane & 1, self.revisit) {
             let at_place = enter_m.le(S::Eight::splat(eight, self.rays.place_m[lane]));
-            wanted = wanted | (at_place & may_hold(simd, node, revisit));
+            wanted = wanted | (at_place & node.may_hold(simd, revisit));
         }
         wanted
     }
@@ -113,16 +113,4 @@ impl Three<'_> {
         let at_place = range_m <= self.rays.place_m[lane];
         answers.revisited |= u32::from(at_place && holds(self.revisit)) << lane;
     }
-}
-
-/// Which children of a node may hold a surfel that is independent.
-#[inline(always)]
-pub(crate) fn may_hold<S: Simd>(
-    simd: S,
-    node: &Node,
-    independence: Independence,
-) -> <S::Eight as Lanes>::Mask {
-    let [below, above] = independence.bounds();
-    S::Eight::below(simd.eight(), &node.min_third_lowest, below)
-        | S::Eight::above(simd.eight(), &node.max_third_highest, above)
 }

@@ -2,7 +2,6 @@
 
 use dmp_map::Independence;
 
-use crate::answers::may_hold;
 use crate::crossing::{MIN_COS, plane_crossing};
 use crate::frustum::Frustum;
 use crate::lanes::{Job, Lanes, Mask, Simd};
@@ -138,7 +137,7 @@ fn gather_leaves<'a, S: Simd, const BEYOND: bool>(
         let (node, visit) = (&tile.nodes[index], &visits[packet]);
         let mut inside = visit.frustum.children::<S, BEYOND>(simd, node);
         if let (true, true, Some(independence)) = (BEYOND, visit.only_independent, visit.independence) {
-            inside &= may_hold(simd, node, independence).bits();
+            inside &= node.may_hold(simd, independence).bits();
         }
         let (below, here) = (inside & !node.leaves, inside & node.leaves);
         let children = S::Eight::tagged(eight, &node.children, PACKET_BITS, packet as u32);

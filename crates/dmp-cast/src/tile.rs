@@ -1,6 +1,9 @@
 //! A tile as rays are cast into it: a tree over leaves of discs.
 
 use dmp_disk::Weight;
+use dmp_map::Independence;
+
+use crate::lanes::{Lanes, Simd};
 
 /// Children of a node.
 pub(crate) const WIDTH: usize = 8;
@@ -81,6 +84,14 @@ impl Node {
 
     pub(crate) fn holds(&self, place: usize) -> bool {
         self.bounds[0][place] <= self.bounds[3][place]
+    }
+
+    /// Which children may hold a surfel that is independent.
+    #[inline(always)]
+    pub(crate) fn may_hold<S: Simd>(&self, simd: S, independence: Independence) -> <S::Eight as Lanes>::Mask {
+        let [below, above] = independence.bounds();
+        S::Eight::below(simd.eight(), &self.min_third_lowest, below)
+            | S::Eight::above(simd.eight(), &self.max_third_highest, above)
     }
 }
 
