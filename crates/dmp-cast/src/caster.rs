@@ -160,7 +160,10 @@ impl<M: TileSource> Job for CastBlock<'_, M> {
     fn on<S: Simd>(self, simd: S) -> Self::Output {
         let Self { caster, queries, answers, normals, buffers: CastBuffers { journey, lists } } = self;
         let Caster { settings, grouping, .. } = *caster;
-        answers.clear();
+        // Where there are tiles every ray arrives, and writes its answer.
+        if caster.map.tile_bounds().is_none() {
+            answers.clear();
+        }
         answers.resize(queries.len(), Answer::default());
         match grouping {
             Grouping::Single => journey.order.as_given(queries),

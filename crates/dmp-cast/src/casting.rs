@@ -96,7 +96,12 @@ impl Traveller for Casting<'_> {
 
     #[inline(always)]
     fn arrive(&mut self, packets: &[Rays]) {
-        packets.iter().for_each(|rays| rays.answer(self.answers));
+        for (k, rays) in packets.iter().enumerate() {
+            if let Some(next) = packets.get(k + 1) {
+                next.fetch_answers(self.answers);
+            }
+            rays.answer(self.answers);
+        }
     }
 }
 

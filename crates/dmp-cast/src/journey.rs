@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use dmp_map::{MapError, TileExtent, TileId};
 
-use crate::lanes::Simd;
+use crate::lanes::{Simd, fetch};
 use crate::order::Order;
 use crate::query::{CastSettings, Query};
 use crate::rays::Rays;
 
 /// Packets that are on their way at once: what is known of them stays in a core's own cache.
-const SECTION_PACKETS: usize = 256;
+const SECTION_PACKETS: usize = 64;
 
 /// What rays go through.
 pub(crate) trait Tiles {
@@ -93,6 +93,7 @@ pub(crate) fn travel<S: Simd, T: Tiles>(
                 packets.push(Rays::EMPTY);
             }
             let rays = &mut packets[count];
+            order.after_packet(start).iter().for_each(|&entry| fetch(&queries[entry as u32 as usize]));
             rays.fill(queries, packet, settings, edge_m);
             let go = |tile, steps, lanes| wait(waiting, steps, Wait { tile, packet: count as u32, lanes });
             rays.route(rays.lanes(), edge_m, bounds, &mut extent_of, go);

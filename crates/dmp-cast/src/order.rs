@@ -97,6 +97,13 @@ impl Order {
         self.sorted.len()
     }
 
+    /// About the packet after the one that begins at `start`.
+    #[inline(always)]
+    pub(crate) fn after_packet(&self, start: usize) -> &[u64] {
+        let at = |index: usize| self.len().min(index);
+        &self.sorted[at(start + RAYS)..at(start + 2 * RAYS)]
+    }
+
     /// The packet that begins at `start`: up to sixteen rays, where possible of one band and without a gap.
     #[inline(always)]
     pub(crate) fn packet(&self, start: usize) -> &[u64] {

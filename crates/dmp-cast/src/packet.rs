@@ -4,7 +4,7 @@ use dmp_map::Independence;
 
 use crate::crossing::{MIN_COS, plane_crossing};
 use crate::frustum::Frustum;
-use crate::lanes::{Job, Lanes, Mask, Simd};
+use crate::lanes::{Job, Lanes, Mask, Simd, fetch};
 use crate::lists::grow_to;
 use crate::packet_rays::{Column, PacketRays, RAYS, load3};
 use crate::tile::{LEAF_DISCS, TileView, WIDTH};
@@ -26,6 +26,9 @@ pub(crate) struct PacketAnswers {
 pub(crate) const PACKETS: usize = 8;
 /// Bits of a pair that number the packet.
 const PACKET_BITS: u32 = PACKETS.ilog2();
+
+/// So many leaves before one is looked at it is brought into the cache.
+const LEAVES_AHEAD: usize = 4;
 
 /// A packet in a tile.
 #[derive(Debug, Clone, Default)]
@@ -159,7 +162,13 @@ fn gather_discs<S: Simd, const BEYOND: bool>(
     discs: &mut [Vec<u32>; PACKETS],
 ) -> [usize; PACKETS] {
     let mut counts = [0; PACKETS];
-    for &pair in leaves {
+    for (k, &pair) in leaves.iter().enumerate() {
+        if let Some(&later) = leaves.get(k + LEAVES_AHEAD) {
+            let later = (later >> PACKET_BITS) as usize;
+            // Their normals and segments too, for the discs that are left.
+            fetch(&tile.leaves[later]);
+            fetch(&tile.support[later]);
+        }
         let (leaf, packet) = (pair >> PACKET_BITS, pair as usize % PACKETS);
         let (list, count) = (&mut discs[packet], &mut counts[packet]);
         grow_to(list, *count + LEAF_DISCS);

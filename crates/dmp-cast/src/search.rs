@@ -4,7 +4,7 @@
 //! a list of pairs of a ray and a node is worked off from the front and grows at its end.
 
 use crate::crossing::{MIN_COS, columns, plane_crossing};
-use crate::lanes::{Job, Lanes, Mask, Simd};
+use crate::lanes::{Job, Lanes, Mask, Simd, fetch};
 use crate::lists::grow_to;
 use crate::packet_rays::{Column, PacketRays, RAYS, load3};
 use crate::tile::{LEAF_DISCS, Node, TileView, WIDTH};
@@ -13,6 +13,8 @@ use crate::tile::{LEAF_DISCS, Node, TileView, WIDTH};
 const SLACK_M: f32 = 1e-4;
 /// Stands for one over a direction of nothing: products with it are large, and never NaN.
 const STEEPEST: f32 = 1e20;
+/// So many leaves before one is looked at it is brought into the cache.
+const LEAVES_AHEAD: usize = 2;
 /// Bits of a pair that number the ray.
 const LANE_BITS: u32 = RAYS.ilog2();
 
@@ -74,7 +76,10 @@ impl<F: Search> Job for SearchRays<'_, F> {
         let wide = simd.sixteen();
         let radius2 = S::Sixteen::splat(wide, tile.radius_m * tile.radius_m);
         let min_cos = S::Sixteen::splat(wide, MIN_COS);
-        for &pair in pairs {
+        for (k, &pair) in pairs.iter().enumerate() {
+            if let Some(&later) = pairs.get(k + LEAVES_AHEAD) {
+                fetch(&tile.leaves[(later >> LANE_BITS) as usize]);
+            }
             let (leaf, lane) = ((pair >> LANE_BITS) as usize, pair as usize % RAYS);
             let discs = &tile.leaves[leaf];
             let (origin, direction) = (of_lane(&rays.origin_m, lane), of_lane(&rays.direction, lane));

@@ -14,6 +14,7 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 mod baseline;
+mod fetch;
 mod pair;
 mod portable;
 mod simd;
@@ -26,6 +27,7 @@ mod vector;
 pub(crate) use avx2::Avx2;
 #[cfg(target_arch = "x86_64")]
 pub(crate) use avx512::Avx512;
+pub(crate) use fetch::fetch;
 pub(crate) use portable::Portable;
 pub(crate) use simd::{Job, Lanes, Mask, Simd, dot};
 

@@ -4,6 +4,7 @@ mod route;
 
 use dmp_map::Independence;
 
+use crate::lanes::fetch;
 use crate::packet::PacketAnswers;
 use crate::packet_rays::{PacketRays, RAYS};
 use crate::query::{Answer, CastSettings, Query, Wanted};
@@ -227,6 +228,12 @@ impl Rays {
             }
         }
         self.revisited |= found.revisited & lanes;
+    }
+
+    /// Has the places of the answers brought into the cache.
+    #[inline(always)]
+    pub(crate) fn fetch_answers(&self, answers: &[Answer]) {
+        self.query[..self.count].iter().for_each(|&query| fetch(&answers[query as usize]));
     }
 
     /// Writes every ray's answer to its query's place.
