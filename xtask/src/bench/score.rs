@@ -1,6 +1,6 @@
 //! How fast a whole `dmp score` is.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
@@ -24,9 +24,9 @@ pub(crate) struct ScoreArgs {
     /// Runs of each, interleaved
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
-    /// The command, built in release
+    /// The command, built in release; given several times, each in its turn, and the others are held against the first
     #[arg(long, default_value = "target/release/dmp")]
-    dmp: PathBuf,
+    dmp: Vec<PathBuf>,
 }
 
 /// What the command says of itself, as far as it is looked at.
@@ -58,14 +58,31 @@ struct Taken {
     said: Said,
 }
 
+/// What is run in turns.
+struct Way<'a> {
+    dmp: &'a Path,
+    threads: u32,
+    taken: Vec<Taken>,
+}
+
 pub(crate) fn run(arguments: &ScoreArgs) -> anyhow::Result<()> {
-    let mut taken: Vec<Vec<Taken>> = arguments.threads.iter().map(|_| Vec::new()).collect();
-    for _ in 0..arguments.runs {
-        for (&threads, taken) in arguments.threads.iter().zip(&mut taken) {
-            taken.push(score(arguments, threads)?);
+    let of_threads =
+        arguments.threads.iter().map(|&threads| arguments.dmp.iter().map(move |dmp| (dmp, threads)));
+    let mut ways: Vec<Way> =
+        of_threads.flatten().map(|(dmp, threads)| Way { dmp, threads, taken: Vec::new() }).collect();
+    for turn in 0..arguments.runs {
+        // Every other turn the other way round: what a way leaves behind is not always for the same one.
+        let mut order: Vec<usize> = (0..ways.len()).collect();
+        if turn % 2 == 1 {
+            order.reverse();
+        }
+        for k in order {
+            let taken = score(arguments, &ways[k])?;
+            ways[k].taken.push(taken);
         }
     }
-    let returns = taken.iter().flatten().map(|one| one.said.inputs.returns).max().unwrap_or(0) as f64;
+    let returns = ways.iter().flat_map(|way| &way.taken).map(|one| one.said.inputs.returns).max();
+    let returns = returns.unwrap_or(0) as f64;
     let of_runs = match arguments.trajectory.len() {
         1 => "one run".to_owned(),
         many => format!("{many} runs"),
@@ -90,39 +107,66 @@ pub(crate) fn run(arguments: &ScoreArgs) -> anyhow::Result<()> {
     );
     // Every run is scored on every point.
     let returns = returns * arguments.trajectory.len() as f64;
-    for (&threads, taken) in arguments.threads.iter().zip(&taken) {
-        let of = |value: &dyn Fn(&Taken) -> f64| spread(taken.iter().map(value).collect());
-        let [speed, least, largest] = of(&|one| returns / one.processor_s / 1e6);
-        let [busy, ..] = of(&|one| one.processor_s / (one.wall_s * f64::from(threads)));
-        // A stage takes the cores for as long as it lasts: its time by the clock, of all threads, a point.
-        let stage = |seconds: &dyn Fn(&Taken) -> f64| of(seconds)[0] * f64::from(threads) / returns * 1e9;
-        println!(
-            "{threads:<9}{speed:>18.2}{:>18}{:>7.0}%{:>10.1}{:>10.1}{:>10.1}{:>10.1}{:>8.1}",
-            format!("{least:.2} – {largest:.2}"),
-            busy * 100.0,
-            stage(&|one| one.wall_s - one.said.timing.total_s),
-            stage(&|one| one.said.timing.plan_s),
-            stage(&|one| one.said.timing.fuse_s),
-            stage(&|one| one.said.timing.cast_s),
-            of(&|one| one.wall_s)[0],
-        );
+    for of_threads in ways.chunks(arguments.dmp.len()) {
+        for way in of_threads {
+            print_way(way, returns);
+            if of_threads.len() > 1 {
+                println!("         {}{}", way.dmp.display(), beside(&of_threads[0], way));
+            }
+        }
     }
     println!("stages by the clock, times threads, a point and run; busy: processor time by time and threads");
     Ok(())
 }
 
-fn score(arguments: &ScoreArgs, threads: u32) -> anyhow::Result<Taken> {
-    let mut command = Command::new(&arguments.dmp);
+fn print_way(way: &Way, returns: f64) {
+    let (threads, taken) = (way.threads, &way.taken);
+    let of = |value: &dyn Fn(&Taken) -> f64| spread(taken.iter().map(value).collect());
+    let [speed, least, largest] = of(&|one| returns / one.processor_s / 1e6);
+    let [busy, ..] = of(&|one| one.processor_s / (one.wall_s * f64::from(threads)));
+    // A stage takes the cores for as long as it lasts: its time by the clock, of all threads, a point.
+    let stage = |seconds: &dyn Fn(&Taken) -> f64| of(seconds)[0] * f64::from(threads) / returns * 1e9;
+    println!(
+        "{threads:<9}{speed:>18.2}{:>18}{:>7.0}%{:>10.1}{:>10.1}{:>10.1}{:>10.1}{:>8.1}",
+        format!("{least:.2} – {largest:.2}"),
+        busy * 100.0,
+        stage(&|one| one.wall_s - one.said.timing.total_s),
+        stage(&|one| one.said.timing.plan_s),
+        stage(&|one| one.said.timing.fuse_s),
+        stage(&|one| one.said.timing.cast_s),
+        of(&|one| one.wall_s)[0],
+    );
+}
+
+/// How many times as fast as the first, by the medians of the ratios in the same turn.
+fn beside(first: &Way, way: &Way) -> String {
+    if std::ptr::eq(first, way) {
+        return String::new();
+    }
+    let ratio = |seconds: &dyn Fn(&Taken) -> f64| {
+        let of_turns = first.taken.iter().zip(&way.taken).map(|(first, one)| seconds(first) / seconds(one));
+        let [median, least, largest] = spread(of_turns.collect());
+        format!("{median:.3}x ({least:.3} – {largest:.3})")
+    };
+    format!(
+        ": as fast as the first, turn by turn: on cores {}, casting {}",
+        ratio(&|one| one.processor_s),
+        ratio(&|one| one.said.timing.cast_s)
+    )
+}
+
+fn score(arguments: &ScoreArgs, way: &Way) -> anyhow::Result<Taken> {
+    let mut command = Command::new(way.dmp);
     command.arg("score").arg(&arguments.log);
     for run in &arguments.trajectory {
         command.arg("-t").arg(run);
     }
-    command.args(["--json", "--no-progress", "--threads", &threads.to_string()]);
+    command.args(["--json", "--no-progress", "--threads", &way.threads.to_string()]);
     let (start, before_s) = (Instant::now(), of_children_s()?);
     let output = command.stdin(Stdio::null()).output();
     let wall_s = start.elapsed().as_secs_f64();
     let processor_s = of_children_s()? - before_s;
-    let output = output.with_context(|| format!("{}: cannot start", arguments.dmp.display()))?;
+    let output = output.with_context(|| format!("{}: cannot start", way.dmp.display()))?;
     anyhow::ensure!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let said = serde_json::from_slice(&output.stdout).context("what the command printed")?;
     Ok(Taken { wall_s, processor_s, said })
