@@ -1,6 +1,6 @@
 //! Memory asked for before it is needed.
 
-#![expect(unsafe_code, reason = "the processor's instruction for it")]
+#![cfg_attr(target_arch = "x86_64", expect(unsafe_code, reason = "the processor's instruction for it"))]
 
 /// Has a value brought into the cache, where there is an instruction for that; nothing waits for it.
 #[inline(always)]
