@@ -146,7 +146,8 @@ fn an_empty_map_answers_every_ray_with_a_miss() {
         measured_m: 7.0,
         segment: Some(10),
     };
-    let mut answers = Vec::new();
+    // Whatever the list held before.
+    let mut answers = vec![Answer { first_m: Some(1.0), ..Answer::default() }; 12];
     let caster = Caster::new(store, CastSettings::default(), 0);
     caster.cast(&[query; 9], &mut answers, &mut CastBuffers::default()).unwrap();
     assert_eq!(answers, [Answer::default(); 9]);
