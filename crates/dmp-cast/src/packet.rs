@@ -69,6 +69,19 @@ impl Visit {
     }
 }
 
+/// Most discs that are put aside at a time.
+const ASIDE: usize = 16;
+
+/// A disc that some ray hits, and the range at which each does: infinite where it misses.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(align(64))]
+struct Hit {
+    ranges_m: Column,
+    disc: u32,
+    /// A bit for each ray that hits it.
+    lanes: u32,
+}
+
 /// Lists of [`CastPackets`], kept for the next.
 #[derive(Debug, Default)]
 pub(crate) struct PacketLists {
@@ -78,6 +91,7 @@ pub(crate) struct PacketLists {
     leaves: Vec<u32>,
     /// For each packet discs: sixteen times the leaf, plus the place in it.
     discs: [Vec<u32>; PACKETS],
+    aside: [Hit; ASIDE],
 }
 
 /// Improves the answers of packets by all their crossings.
@@ -98,7 +112,7 @@ impl<const THREE: bool, const BEYOND: bool> Job for CastPackets<'_, THREE, BEYON
 
     #[inline(always)]
     fn on<S: Simd>(self, simd: S) {
-        let Self { tile, visits, together, lists: PacketLists { nodes, leaves, discs } } = self;
+        let Self { tile, visits, together, lists: PacketLists { nodes, leaves, discs, aside } } = self;
         if tile.nodes.is_empty() {
             return;
         }
@@ -106,7 +120,7 @@ impl<const THREE: bool, const BEYOND: bool> Job for CastPackets<'_, THREE, BEYON
         let counts = gather_discs::<S, BEYOND>(simd, tile, visits, leaves, discs);
         for (k, visit) in visits.iter_mut().enumerate() {
             if together >> k & 1 == 1 {
-                cross::<S, THREE, BEYOND>(simd, tile, visit, &discs[k][..counts[k]]);
+                cross::<S, THREE, BEYOND>(simd, tile, visit, &discs[k][..counts[k]], aside);
             }
         }
     }
@@ -179,14 +193,16 @@ fn gather_discs<S: Simd, const BEYOND: bool>(
     counts
 }
 
-/// Every disc meets all rays. What of it hits is decided by masks, not by jumps, which would be guessed wrong
-/// every other time.
+/// Every disc meets all rays, and those that any ray hits are put aside; of three answers only these are compared with the best so
+/// far. Two short loops have what they need in registers, where one has not. What is hit is decided by masks and counts, not by
+/// jumps, which would be guessed wrong every other time.
 #[inline(always)]
 fn cross<S: Simd, const THREE: bool, const BEYOND: bool>(
     simd: S,
     tile: &TileView,
     visit: &mut Visit,
     discs: &[u32],
+    aside: &mut [Hit; ASIDE],
 ) {
     let Visit { rays, answers, .. } = visit;
     let [independence, revisit] = [visit.independence, visit.revisit].map(bounds_of);
@@ -204,16 +220,30 @@ fn cross<S: Simd, const THREE: bool, const BEYOND: bool>(
     let mut gap = S::Sixteen::load(wide, &answers.gap_m);
     let mut independent = S::Sixteen::load(wide, &answers.independent_m);
     let mut revisited = answers.revisited;
-    for &disc in discs {
-        let (leaf, place) = (disc as usize / LEAF_DISCS, disc as usize % LEAF_DISCS);
-        let centre = S::Sixteen::splat3(wide, tile.leaves[leaf].disc(place, 0));
-        let normal = S::Sixteen::splat3(wide, tile.leaves[leaf].disc(place, 3));
-        let (range, cos, off2) = plane_crossing(origin, direction, centre, normal);
-        let hits = min_cos.le(cos.abs()) & off2.le(radius2) & from.le(range) & range.le(to);
-        // Nowhere near anything where it does not hit.
-        let range = range.where_or(hits, infinite);
-        first = range.min(first);
-        if THREE {
+    let place_of = |disc: u32| (disc as usize / LEAF_DISCS, disc as usize % LEAF_DISCS);
+    for discs in discs.chunks(ASIDE) {
+        let mut count = 0;
+        for &disc in discs {
+            let (leaf, place) = place_of(disc);
+            let centre = S::Sixteen::splat3(wide, tile.leaves[leaf].disc(place, 0));
+            let normal = S::Sixteen::splat3(wide, tile.leaves[leaf].disc(place, 3));
+            let (range, cos, off2) = plane_crossing(origin, direction, centre, normal);
+            let hits = min_cos.le(cos.abs()) & off2.le(radius2) & from.le(range) & range.le(to);
+            // Nowhere near anything where it does not hit.
+            let range = range.where_or(hits, infinite);
+            if THREE {
+                let hit = &mut aside[count % ASIDE];
+                range.store(&mut hit.ranges_m);
+                (hit.disc, hit.lanes) = (disc, hits.bits());
+                count += usize::from(hit.lanes != 0);
+            } else {
+                first = range.min(first);
+            }
+        }
+        for hit in aside.iter().take(count) {
+            let (leaf, place) = place_of(hit.disc);
+            let range = S::Sixteen::load(wide, &hit.ranges_m);
+            first = range.min(first);
             let gap_here = (range - measured).abs();
             let nearer = gap_here.lt(gap) | (gap_here.equal(gap) & range.lt(nearest));
             nearest = range.where_or(nearer, nearest);
@@ -223,8 +253,8 @@ fn cross<S: Simd, const THREE: bool, const BEYOND: bool>(
             let counts = S::Sixteen::mask_of(wide, holds(independence));
             independent = range.where_or(counts & range.lt(independent), independent);
             // Rays that have not gone beyond their place end in it.
-            let at_place = if BEYOND { hits & range.le(place_m) } else { hits };
-            revisited |= at_place.bits() & holds(revisit);
+            let at_place = if BEYOND { hit.lanes & range.le(place_m).bits() } else { hit.lanes };
+            revisited |= at_place & holds(revisit);
         }
     }
     first.store(&mut answers.first_m);
