@@ -99,7 +99,22 @@ impl<M: TileSource> Caster<M> {
         answers: &mut Vec<Answer>,
         buffers: &mut CastBuffers,
     ) -> Result<(), MapError> {
-        self.path.run(CastBlock { caster: self, queries, answers, normals: None, buffers })
+        self.cast_block(queries, answers, None, buffers, false)
+    }
+
+    /// The same for the returns that were cast with `buffers` last, into this map or another, posed by another trajectory: which of
+    /// their rays are neighbours was found out then, and is not looked for again. Of other returns the answers are right too, but
+    /// slow.
+    ///
+    /// # Errors
+    /// As [`Caster::cast`].
+    pub fn cast_reposed(
+        &self,
+        queries: &[Query],
+        answers: &mut Vec<Answer>,
+        buffers: &mut CastBuffers,
+    ) -> Result<(), MapError> {
+        self.cast_block(queries, answers, None, buffers, true)
     }
 
     /// The same, and for each query the unit normal of the first surfel that its ray crosses, in the world, turned to where
@@ -116,7 +131,18 @@ impl<M: TileSource> Caster<M> {
     ) -> Result<(), MapError> {
         normals.clear();
         normals.resize(queries.len(), None);
-        self.path.run(CastBlock { caster: self, queries, answers, normals: Some(normals), buffers })
+        self.cast_block(queries, answers, Some(normals), buffers, false)
+    }
+
+    fn cast_block(
+        &self,
+        queries: &[Query],
+        answers: &mut Vec<Answer>,
+        normals: Option<&mut [Option<Normal>]>,
+        buffers: &mut CastBuffers,
+        reposed: bool,
+    ) -> Result<(), MapError> {
+        self.path.run(CastBlock { caster: self, queries, answers, normals, buffers, reposed })
     }
 }
 
@@ -151,6 +177,8 @@ struct CastBlock<'a, M> {
     /// As many as there are queries.
     normals: Option<&'a mut [Option<Normal>]>,
     buffers: &'a mut CastBuffers,
+    /// Whether the buffers hold the order of the same returns.
+    reposed: bool,
 }
 
 impl<M: TileSource> Job for CastBlock<'_, M> {
@@ -158,16 +186,19 @@ impl<M: TileSource> Job for CastBlock<'_, M> {
 
     #[inline(always)]
     fn on<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { caster, queries, answers, normals, buffers: CastBuffers { journey, lists } } = self;
+        let Self { caster, queries, answers, normals, buffers, reposed } = self;
+        let CastBuffers { journey, lists } = buffers;
         let Caster { settings, grouping, .. } = *caster;
         // Where there are tiles every ray arrives, and writes its answer.
         if caster.map.tile_bounds().is_none() {
             answers.clear();
         }
         answers.resize(queries.len(), Answer::default());
+        let radius_m = caster.map.disc_radius_m() as f32;
         match grouping {
             Grouping::Single => journey.order.as_given(queries),
-            _ => journey.order.by_direction(queries, caster.map.disc_radius_m() as f32),
+            _ if reposed => journey.order.of_last(queries, radius_m),
+            _ => journey.order.by_direction(queries, radius_m),
         }
         let mut casting = Casting { grouping, wanted: settings.wanted, answers, normals, lists };
         travel(simd, caster, &settings, queries, journey, &mut casting)

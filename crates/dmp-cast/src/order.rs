@@ -22,6 +22,8 @@ pub(crate) struct Order {
     other: Vec<u64>,
     counts: Vec<u32>,
     bands: Bands,
+    /// Of the discs for which it was made, metres; NaN where it is that of the queries.
+    radius_m: f32,
 }
 
 impl Order {
@@ -29,6 +31,16 @@ impl Order {
     pub(crate) fn as_given(&mut self, queries: &[Query]) {
         self.sorted.clear();
         self.sorted.extend(0..queries.len() as u64);
+        self.radius_m = f32::NAN;
+    }
+
+    /// Keeps the order there is, of the same returns as others posed them; makes one where there is none of as many rays into
+    /// discs of this radius.
+    #[inline(always)]
+    pub(crate) fn of_last(&mut self, queries: &[Query], radius_m: f32) {
+        if self.len() != queries.len() || self.radius_m != radius_m {
+            self.by_direction(queries, radius_m);
+        }
     }
 
     /// Brings neighbours in direction and range together, among rays that follow each other from about one place
@@ -41,7 +53,7 @@ impl Order {
     #[inline(always)]
     pub(crate) fn by_direction(&mut self, queries: &[Query], radius_m: f32) {
         self.sorted.clear();
-        self.bands = Bands::of(queries, radius_m);
+        (self.bands, self.radius_m) = (Bands::of(queries, radius_m), radius_m);
         self.sorted.reserve(queries.len());
         self.other.resize(queries.len(), 0);
         let mut start = 0;

@@ -415,6 +415,31 @@ fn blocks_and_budget_do_not_change_a_bit() {
 }
 
 #[test]
+fn returns_that_another_trajectory_poses_are_cast_as_any() {
+    let caster = Caster::new(random_map(&mut Random(6), [0.0; 3], 8000), CastSettings::default(), usize::MAX);
+    let mut random = Random(51);
+    let posed = scan_queries(&mut random, [0.0; 3], 16, 300, true);
+    let (sin, cos) = 0.7_f64.sin_cos();
+    let elsewhere = posed.iter().map(|query| {
+        let ([x, y, z], [a, b, c]) = (query.origin_in_world_m, query.direction_in_world);
+        let direction_in_world = [cos * a - sin * b, sin * a + cos * b, c];
+        Query { origin_in_world_m: [x + 3.0, y - 2.0, z + 0.2], direction_in_world, ..*query }
+    });
+    let others = random_queries(&mut random, [0.0; 3], posed.len());
+    let (mut expected, mut answers, mut buffers) = (Vec::new(), Vec::new(), CastBuffers::default());
+    // As meant; returns that are others, or fewer, or more than were cast last; and none before.
+    for queries in [elsewhere.collect(), others, posed[..777].to_vec(), posed.clone()] {
+        caster.cast(&queries, &mut expected, &mut CastBuffers::default()).unwrap();
+        for reposed in 0..3 {
+            caster.cast_reposed(&queries, &mut answers, &mut buffers).unwrap();
+            assert!(answers == expected, "{reposed}");
+            caster.cast(&posed, &mut answers, &mut buffers).unwrap();
+        }
+        assert!(expected.iter().filter(|answer| answer.first_m.is_some()).count() > 100);
+    }
+}
+
+#[test]
 fn a_block_loads_a_tile_once_for_rays_from_one_place() {
     let store = random_map(&mut Random(6), [0.0; 3], 5000);
     let tiles = store.entries().count() as u64;

@@ -102,7 +102,7 @@ impl Worker for CastWorker<'_> {
                 shape.add(block.rays(0));
             }
             for (number, run) in runs.iter_mut().enumerate() {
-                run.cast(block.rays(number), frame.segment, queries, buffers)?;
+                run.cast(block.rays(number), frame.segment, number > 0, queries, buffers)?;
                 run.leave_residuals(&block, number, scales, depth_noise);
             }
             for index in 0..block.len() {
@@ -156,18 +156,24 @@ impl<'e> CastRun<'e> {
         }
     }
 
-    /// Casts rays that were measured in a segment.
+    /// Casts rays that were measured in a segment; `reposed`: the same returns as the run before.
     fn cast(
         &mut self,
         rays: &[Ray],
         segment: i32,
+        reposed: bool,
         queries: &mut Vec<Query>,
         buffers: &mut CastBuffers,
     ) -> Result<(), EvaluateError> {
         let segment = self.is_cross_validated.then_some(segment);
         queries.clear();
         queries.extend(rays.iter().map(|ray| query_of(ray, segment)));
-        let cast = self.run.map.caster.cast(queries, &mut self.answers, buffers);
+        let (caster, answers) = (&self.run.map.caster, &mut self.answers);
+        let cast = if reposed {
+            caster.cast_reposed(queries, answers, buffers)
+        } else {
+            caster.cast(queries, answers, buffers)
+        };
         cast.map_err(EvaluateError::map_of(self.run.name()))
     }
 
