@@ -170,6 +170,33 @@ mod tests {
         }
     }
 
+    #[test]
+    fn an_order_is_kept_for_as_many_rays_into_discs_of_the_same_radius() {
+        let scan = |turn: f64, rays: u32| -> Vec<Query> {
+            (0..rays).map(|k| query(f64::from(k * 37 % 100) * 0.06 + turn - 3.0, 0.0, 9.0)).collect()
+        };
+        let in_order = |order: &Order| -> Vec<u32> { order.sorted.iter().map(|&e| e as u32).collect() };
+        let of_its_own = |queries: &[Query], radius_m| {
+            let mut order = Order::default();
+            order.by_direction(queries, radius_m);
+            in_order(&order)
+        };
+        let (first, turned, fewer) = (scan(0.0, 100), scan(1.0, 100), scan(1.0, 90));
+        let kept = of_its_own(&first, RADIUS_M);
+        assert_ne!(kept, of_its_own(&turned, RADIUS_M));
+        let mut order = Order::default();
+        order.of_last(&first, RADIUS_M);
+        order.of_last(&turned, RADIUS_M);
+        assert_eq!(in_order(&order), kept);
+        for (queries, radius_m) in [(&fewer, RADIUS_M), (&turned, RADIUS_M), (&first, 2.0 * RADIUS_M)] {
+            order.of_last(queries, radius_m);
+            assert_eq!(in_order(&order), of_its_own(queries, radius_m));
+        }
+        order.as_given(&turned);
+        order.of_last(&turned, RADIUS_M);
+        assert_eq!(in_order(&order), of_its_own(&turned, RADIUS_M));
+    }
+
     /// Width and height of each packet, radians, and its rays.
     fn packets_of(queries: &[Query]) -> Vec<([f64; 2], usize)> {
         let mut order = Order::default();
