@@ -163,6 +163,16 @@ pub enum EvaluateError {
         /// The other's.
         b_m: f64,
     },
+    /// A map that was given has nothing for a ray to meet.
+    #[error("{}", self.message_with(&SettingName::quoted))]
+    EmptyMap {
+        /// Its file.
+        path: PathBuf,
+        /// Of a cloud or a mesh, the voxels it has points in, none of which makes a surfel; `None` of a saved map.
+        thin_voxels: Option<u64>,
+        /// Their edge, metres.
+        voxel_m: f64,
+    },
     /// The log gave other returns when it was read again.
     #[error(
         "the log changed while it was read: {} returns were used in the first pass, {} in the second",
@@ -306,6 +316,16 @@ impl EvaluateError {
                  they were made: score a sample of its scans, {}",
                 path.display(),
                 name(SettingName::Sample)
+            ),
+            Self::EmptyMap { path, thin_voxels: None, .. } => {
+                format!("{}: nothing for a ray to meet: it holds no surfel", path.display())
+            }
+            Self::EmptyMap { path, thin_voxels: Some(voxels), voxel_m } => format!(
+                "{}: nothing for a ray to meet: in none of its {} of {voxel_m} m do points span a surface; a denser map does, \
+                 or larger voxels ({})",
+                path.display(),
+                if *voxels == 1 { "1 voxel".to_owned() } else { format!("{} voxels", thousands(voxels)) },
+                name(SettingName::Voxel)
             ),
             other => other.to_string(),
         }

@@ -228,10 +228,33 @@ fn row_13_a_million_identical_points_make_no_surfel_and_no_trouble() {
     let with = score(&log, &with_map(&truth, map.clone()), &Config::default()).runs.remove(0);
     assert_eq!((with.dmp_sum_m2, with.map.surfels), (without.dmp_sum_m2, without.map.surfels));
     assert_eq!(with.map.thin_voxels, without.map.thin_voxels.map(|thin| thin + 1));
-    write_pcd(&map, &alone);
-    let nothing = score(&log, &with_map(&truth, map), &Config::default()).runs.remove(0);
-    assert_eq!((nothing.map.surfels, nothing.miss_rate, nothing.dmp_sum_m2), (0, Some(1.0), 0.0));
-    assert!(nothing.warnings.iter().any(|w| w.to_string().contains("hit nothing")), "{:?}", nothing.warnings);
+}
+
+#[test]
+fn a_map_without_a_surfel_is_refused_and_a_fused_one_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, truth, _) = town(folder.path());
+    write_ply(&folder.path().join("few.ply"), &[[0.1, 0.1, 0.1], [9.0, 9.0, 9.0], [90.0, 0.0, 0.0]]);
+    write_ply(&folder.path().join("one.ply"), &vec![[3.0, 4.0, 5.0]; 100_000]);
+    for (file, voxels) in [("few.ply", "3 voxels of 0."), ("one.ply", "1 voxel of 0.")] {
+        for command in ["score @/town.mcap -t a=@/truth.tum --map", "map build -o made.dmpmap"] {
+            let output = dmp(folder.path(), &format!("{command} {file}"));
+            let told = text(&output.stderr);
+            let line = told.lines().last().unwrap();
+            assert_eq!(output.status.code(), Some(1), "{told}");
+            assert!(line.contains(file) && line.contains(voxels) && line.contains("--voxel"), "{line}");
+        }
+        assert!(!folder.path().join("made.dmpmap").exists());
+    }
+    // A saved map can be empty all the same, as one of a run whose voxels are too small.
+    let config = Config { voxel_m: Some(0.01), save_maps: Some(folder.path().into()), ..Config::default() };
+    let report = score(&log, &[Run::new("small", truth.clone())], &config);
+    assert_eq!(report.runs[0].map.surfels, 0);
+    let warnings: Vec<String> = report.runs[0].warnings.iter().map(ToString::to_string).collect();
+    assert!(warnings.len() == 1 && warnings[0].contains("larger ones (--voxel)"), "{warnings:?}");
+    let saved = with_map(&truth, folder.path().join("small.dmpmap"));
+    let refusal = evaluate(open(&log).as_ref(), &saved, &Config::default(), ()).unwrap_err().to_string();
+    assert!(refusal.contains("small.dmpmap: ") && refusal.contains("holds no surfel"), "{refusal}");
 }
 
 #[test]
@@ -261,7 +284,8 @@ fn a_map_in_feet_is_brought_to_metres_and_the_report_says_so() {
 #[test]
 fn the_command_tells_of_units_and_refuses_degrees() {
     let folder = tempfile::tempdir().unwrap();
-    let floor = [[0.0, 0.0, 0.0], [90.0, 0.0, 0.0], [0.0, 90.0, 0.0], [1.0, 1.0, 0.1]];
+    let floor: Vec<[f64; 3]> =
+        (0..40_000).map(|k| [f64::from(k % 200) * 0.05, f64::from(k / 200) * 0.05, 0.0]).collect();
     let map = folder.path().join("map.las");
     write_las_with(&map, &floor, false, Some(r#"GEOGCS["WGS 84",UNIT["degree",0.0174532925199433]]"#));
     let score = "score @/town.mcap -t a=@/truth.tum --map map.las";

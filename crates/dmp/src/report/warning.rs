@@ -50,6 +50,16 @@ pub enum Warning {
         /// How many scans or rows of them come after those.
         more: usize,
     },
+    /// The fused map of a run has nothing for a ray to meet.
+    #[error(
+        "its map has nothing for a ray to meet: in none of its {} voxels do returns span a surface; in larger ones (--voxel) they \
+         do",
+        thousands(.thin_voxels)
+    )]
+    EmptyMap {
+        /// The voxels.
+        thin_voxels: u64,
+    },
     /// So many rays of a run hit nothing.
     #[error(
         "{:.0} % of the returns hit nothing: is the trajectory that of this log and this frame (--extrinsic, --time-offset)?",

@@ -69,6 +69,10 @@ pub(super) fn implausible(counts: &ReturnCounts) -> Option<Warning> {
 }
 
 fn of_run(run: &RunReport) -> Vec<Warning> {
+    if let (0, Some(thin_voxels)) = (run.map.surfels, run.map.thin_voxels) {
+        // What else could be said follows from that.
+        return vec![Warning::EmptyMap { thin_voxels }];
+    }
     let above = |share: Option<f64>, limit: f64| share.filter(|&share| share > limit);
     let low = run.r_cv_withheld.as_ref().filter(|why| why.is_low_coverage());
     let revisit = run.coverage_revisit.filter(|&share| share < REVISIT_NEEDED);
