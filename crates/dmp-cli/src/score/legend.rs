@@ -24,20 +24,14 @@ pub(super) fn legend(report: &Report, shown: &[&str]) -> Vec<(&'static str, Stri
     all.push(("DMP", format!("{dmp}{depth}")));
     let lengths = report.config.scales.lengths();
     let (recording, blocked_m) = (lengths.recording, lengths.blocked_m);
-    all.push((
-        "coverage",
-        format!(
-            "share of returns whose ray meets a surface that other parts of the {recording} measured; revisit: that another \
-             visit measured"
-        ),
-    ));
-    all.push((
-        "miss",
-        format!(
-            "share of rays that meet no surface; blocked: that meet one over {blocked_m} m too early, as trails of what \
-             moved and doubled walls"
-        ),
-    ));
+    let if_shown = |name, meaning: String| if shown.contains(&name) { meaning } else { String::new() };
+    let revisit = if_shown("revisit", "; revisit: that another visit measured".to_owned());
+    let of_coverage = "share of returns whose ray meets a surface that other parts of the";
+    all.push(("coverage", format!("{of_coverage} {recording} measured{revisit}")));
+    let blocked = format!(
+        "; blocked: that meet one over {blocked_m} m too early, as trails of what moved and doubled walls"
+    );
+    all.push(("miss", format!("share of rays that meet no surface{}", if_shown("blocked", blocked))));
     let sure = text::confidence(report.promise.confidence);
     all.push(("±", format!("how far the score before it may be off, as a sample was scored ({sure} sure)")));
     all.retain(|(term, _)| shown.contains(term));

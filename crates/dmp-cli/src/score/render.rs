@@ -262,6 +262,26 @@ share that, so each interval is at 99.75 %.
     }
 
     #[test]
+    fn only_columns_that_are_shown_are_explained() {
+        let mut seen = [false; 2];
+        for report in [example_reports::three_runs(), example_reports::one_run()] {
+            for width in 60..140 {
+                let text = text_at(&report, false, terminal(width));
+                let head = text.lines().find(|line| line.contains("   run ")).unwrap();
+                for (column, meaning) in
+                    [("revisit", "revisit: that another visit"), ("blocked", "blocked: that meet one")]
+                {
+                    let shown = head.contains(column);
+                    seen[usize::from(shown)] = true;
+                    let words: Vec<&str> = text.split_whitespace().collect();
+                    assert_eq!(words.join(" ").contains(meaning), shown, "{width}\n{text}");
+                }
+            }
+        }
+        assert_eq!(seen, [true; 2]);
+    }
+
+    #[test]
     fn names_that_are_cut_are_whole_in_the_verbose_report() {
         let mut report = example_reports::many_runs(2);
         let name = "a/very/long/folder/of/runs/from/monday/".repeat(2) + "kiss";
