@@ -22,12 +22,18 @@ pub(crate) fn square_units(residual_m: f64) -> u128 {
     if units < INTEGERS_FROM { rounded(units).into() } else { units as u128 }
 }
 
-/// As [`square_units`], but at most 2^60 units (2^20 m²), which any truncation is far below.
+/// A square residual in units, not yet rounded and of any size.
 #[inline]
-pub(crate) fn near_square_units(residual_m: f64) -> u64 {
-    let length_m = residual_m.abs().min(1024.0);
-    let units = length_m * length_m * UNITS_PER_M2;
-    if units < INTEGERS_FROM { rounded(units) } else { units as u64 }
+pub(crate) fn unrounded_units(residual_m: f64) -> f64 {
+    residual_m * residual_m * UNITS_PER_M2
+}
+
+/// As [`square_units`], but at most 2^51 units (2048 m²), which any truncation is below.
+#[inline]
+pub(crate) fn short_square_units(residual_m: f64) -> u64 {
+    const MOST: f64 = (1u64 << 51) as f64;
+    let units = unrounded_units(residual_m);
+    rounded(if units < MOST { units } else { MOST })
 }
 
 /// 2^52: from here to 2^53 every f64 is an integer, and its last 52 bits count them.
@@ -36,7 +42,7 @@ const INTEGERS_FROM: f64 = (1u64 << 52) as f64;
 /// A number from 0 to below 2^52 rounded to the nearest integer, halves to even: `f64::round_ties_even`, which is a call
 /// into a library on processors that are not asked for more than the oldest instructions.
 #[inline]
-fn rounded(units: f64) -> u64 {
+pub(crate) fn rounded(units: f64) -> u64 {
     (units + INTEGERS_FROM).to_bits() - INTEGERS_FROM.to_bits()
 }
 
@@ -148,8 +154,10 @@ mod tests {
         }
 
         #[test]
-        fn the_short_form_agrees(residual_m in -1000.0..1000.0f64) {
-            prop_assert_eq!(u128::from(near_square_units(residual_m)), square_units(residual_m));
+        fn the_short_form_agrees(residual_m in -1000.0..1000.0f64, short_m in -50.0..50.0f64) {
+            for m in [residual_m, short_m] {
+                prop_assert_eq!(u128::from(short_square_units(m)), square_units(m).min(1 << 51));
+            }
         }
     }
 }

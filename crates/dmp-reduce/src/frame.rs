@@ -4,9 +4,10 @@ use crate::basis::Basis;
 use crate::fixed::FixedSum;
 use crate::narrow::NarrowSums;
 use crate::narrow_pairs::NarrowPairs;
-use crate::residuals::{Residuals, Squares};
+use crate::residuals::Residuals;
 use crate::run::RunSums;
 use crate::scales::{CV, Scales};
+use crate::squares::Squares;
 use crate::surface::{GROUPS, SurfaceGroup};
 use crate::units::Total;
 
@@ -22,6 +23,7 @@ pub struct FrameSums {
     /// For every run its groups of surface.
     runs: Vec<NarrowSums>,
     pairs: NarrowPairs,
+    /// Of the return at hand, for every run; none where there are no pairs.
     squares: Vec<Squares>,
 }
 
@@ -48,7 +50,7 @@ impl FrameSums {
             bases: bases.to_vec(),
             runs: vec![NarrowSums::new(scales); bases.len() * GROUPS],
             pairs: NarrowPairs::new(bases),
-            squares: vec![Squares::default(); bases.len()],
+            squares: if bases.len() > 1 { vec![Squares::default(); bases.len()] } else { Vec::new() },
         }
     }
 
@@ -68,7 +70,7 @@ impl FrameSums {
     /// # Panics
     /// Where there are not as many residuals as runs.
     #[inline]
-    pub fn add_return(&mut self, residuals: &[Residuals]) {
+    pub fn add_return<'r>(&mut self, residuals: impl IntoIterator<Item = &'r Residuals>) {
         self.add_return_to(residuals, |_, _| {});
     }
 
@@ -77,14 +79,24 @@ impl FrameSums {
     /// # Panics
     /// Where there are not as many residuals as runs.
     #[inline]
-    pub fn add_return_to(&mut self, residuals: &[Residuals], mut to: impl FnMut(usize, &Squares)) {
-        assert_eq!(residuals.len(), self.bases.len(), "one set of residuals for each run");
-        for (run, (squares, residuals)) in self.squares.iter_mut().zip(residuals).enumerate() {
-            *squares = Squares::of(residuals, self.scales);
-            let group = squares.surface_on(self.bases[run]).index();
-            self.runs[run * GROUPS + group].add(squares);
-            to(run, squares);
+    pub fn add_return_to<'r>(
+        &mut self,
+        residuals: impl IntoIterator<Item = &'r Residuals>,
+        mut to: impl FnMut(usize, &Squares),
+    ) {
+        let mut runs = 0;
+        for (run, (residuals, groups)) in
+            residuals.into_iter().zip(self.runs.as_chunks_mut::<GROUPS>().0).enumerate()
+        {
+            let squares = Squares::of(residuals, self.scales);
+            groups[squares.surface_on(self.bases[run]).index()].add(&squares);
+            to(run, &squares);
+            if let Some(kept) = self.squares.get_mut(run) {
+                *kept = squares;
+            }
+            runs += 1;
         }
+        assert_eq!(runs, self.bases.len(), "one set of residuals for each run");
         self.pairs.add(&self.squares);
     }
 

@@ -1,8 +1,8 @@
 //! Sums of returns in 64 bits, as far as these reach: a return is a few vector additions.
 
-use crate::residuals::{LANES, Squares, lane};
 use crate::run::RunSums;
 use crate::scales::{Scales, TRUNCATED_BITS};
+use crate::squares::{LANES, Squares, lane};
 
 /// As many numbers below 2^50 have a sum of 64 bits.
 pub(crate) const MOST: u64 = 1 << (63 - TRUNCATED_BITS);

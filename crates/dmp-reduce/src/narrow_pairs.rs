@@ -6,8 +6,8 @@
 
 use crate::basis::Basis;
 use crate::narrow::MOST;
-use crate::residuals::Squares;
 use crate::scales::CV;
+use crate::squares::Squares;
 use crate::surface::GROUPS;
 use crate::units::Total;
 
@@ -128,12 +128,9 @@ impl NarrowPairs {
         if self.bases.is_empty() {
             return;
         }
-        for (judged, squares) in self.judged.iter_mut().zip(squares) {
-            *judged = [Basis::CrossValidated, Basis::Near].map(|basis| Judged::of(squares, basis));
-        }
         match self.basis {
-            Some(basis) if self.agrees(basis) => self.add_together(basis),
-            _ => self.add_pair_by_pair(),
+            Some(basis) if agree(squares, basis) => self.add_together(squares, basis),
+            _ => self.add_pair_by_pair(squares),
         }
         self.count += 1;
         if self.count == MOST {
@@ -141,22 +138,11 @@ impl NarrowPairs {
         }
     }
 
-    /// Whether the return at hand counts for all runs, and on one surface.
     #[inline]
-    fn agrees(&self, basis: Basis) -> bool {
-        let first = self.judged[0][basis as usize].surface;
-        let agrees = |judged: &[Judged; 2]| {
-            let judged = &judged[basis as usize];
-            judged.counts && judged.surface == first
-        };
-        self.judged.iter().fold(true, |all, judged| all & agrees(judged))
-    }
-
-    #[inline]
-    fn add_together(&mut self, basis: Basis) {
-        let surface = usize::from(self.judged[0][basis as usize].surface) % GROUPS;
-        for (groups, judged) in self.together.iter_mut().zip(&self.judged) {
-            for (sum, square) in groups[surface].iter_mut().zip(judged[basis as usize].squares) {
+    fn add_together(&mut self, squares: &[Squares], basis: Basis) {
+        let surface = squares[0].surface_on(basis).index();
+        for (groups, squares) in self.together.iter_mut().zip(squares) {
+            for (sum, square) in groups[surface].iter_mut().zip(squares.lanes_on(basis)) {
                 *sum += square;
             }
         }
@@ -164,7 +150,10 @@ impl NarrowPairs {
     }
 
     #[inline]
-    fn add_pair_by_pair(&mut self) {
+    fn add_pair_by_pair(&mut self, squares: &[Squares]) {
+        for (judged, squares) in self.judged.iter_mut().zip(squares) {
+            *judged = [Basis::CrossValidated, Basis::Near].map(|basis| Judged::of(squares, basis));
+        }
         for (pair, (&[first, second], &basis)) in self.runs.iter().zip(&self.bases).enumerate() {
             let [a, b] = [first, second].map(|run| &self.judged[run][basis as usize]);
             if a.counts && b.counts {
@@ -231,6 +220,13 @@ impl NarrowPairs {
         });
         total
     }
+}
+
+/// Whether a return counts for all runs, and on one surface.
+#[inline]
+fn agree(squares: &[Squares], basis: Basis) -> bool {
+    let first = squares[0].surface_on(basis);
+    squares.iter().fold(true, |all, run| all & run.counts_on(basis) & (run.surface_on(basis) == first))
 }
 
 /// The pairs of `runs` runs, in the order in which they are kept everywhere.

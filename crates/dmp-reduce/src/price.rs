@@ -28,7 +28,7 @@ impl MissPrice {
 
     /// In the units of [`FixedSum`](crate::FixedSum), rounded down.
     pub(crate) fn units(self, scales: Scales) -> i128 {
-        i128::from(limits(scales).cv[WIDEST]) * i128::from(self.thousandths) / 1000
+        i128::from(limits(scales).cv[WIDEST] as u64) * i128::from(self.thousandths) / 1000
     }
 }
 

@@ -5,8 +5,9 @@ use std::str::FromStr;
 use crate::basis::Basis;
 use crate::fixed::FixedSum;
 use crate::price::MissPrice;
-use crate::residuals::{LANES, Residuals, Squares, lane};
+use crate::residuals::Residuals;
 use crate::scales::{CV, NEAR, Scales, WIDEST};
+use crate::squares::{LANES, Squares, lane};
 
 /// Below this share of returns with an independent crossing `R_cv` is not given.
 const COVERAGE_NEEDED: f64 = 0.5;

@@ -16,10 +16,10 @@ pub(crate) const TRUNCATED_BITS: u32 = 50;
 /// The squares of truncations, in units of 2^-40 m².
 #[derive(Debug)]
 pub(crate) struct Limits {
-    /// τ² of `R_cv`.
-    pub(crate) cv: [u64; CV],
+    /// τ² of `R_cv`: integers, as `f64`.
+    pub(crate) cv: [f64; CV],
     /// τ² of `R_near`.
-    pub(crate) near: [u64; NEAR],
+    pub(crate) near: [f64; NEAR],
 }
 
 impl Limits {
@@ -28,11 +28,12 @@ impl Limits {
     }
 }
 
-const fn squares<const N: usize>(truncations_m: [f64; N]) -> [u64; N] {
-    let (mut squares, mut k) = ([0; N], 0);
+const fn squares<const N: usize>(truncations_m: [f64; N]) -> [f64; N] {
+    let (mut squares, mut k) = ([0.0; N], 0);
     while k < N {
-        squares[k] = units_of(truncations_m[k] * truncations_m[k]);
-        assert!(squares[k] < 1 << TRUNCATED_BITS);
+        let units = units_of(truncations_m[k] * truncations_m[k]);
+        assert!(units < 1 << TRUNCATED_BITS);
+        squares[k] = units as f64;
         k += 1;
     }
     squares
@@ -60,7 +61,8 @@ mod tests {
 
     #[test]
     fn squares_are_in_units() {
-        assert_eq!(limits(Scales::Drive).near, [25 << 40, 4 << 40, 1 << 38]);
-        assert_eq!(limits(Scales::Room).cv[WIDEST], 1 << 40);
+        let units = |m2: u64| (m2 << 38) as f64;
+        assert_eq!(limits(Scales::Drive).near, [100, 16, 1].map(units));
+        assert_eq!(limits(Scales::Room).cv[WIDEST], units(4));
     }
 }

@@ -32,8 +32,8 @@ pub(super) struct CastWorker<'e> {
     depth_noise: Option<DepthNoise>,
     queries: Vec<Query>,
     buffers: CastBuffers,
-    /// Of one return, for every run.
-    of_return: Vec<Residuals>,
+    /// Of the returns at hand, for every run.
+    residuals: Vec<Vec<Residuals>>,
     frame: FrameSums,
     pub(super) reducer: Reducer,
     pub(super) tiles: TileSums,
@@ -56,7 +56,6 @@ struct CastRun<'e> {
     own_tiles: OwnTiles,
     /// Of the returns at hand.
     answers: Vec<Answer>,
-    residuals: Vec<Residuals>,
     /// Of the frame's returns.
     frame_tiles: TileTable<NarrowSums>,
 }
@@ -72,7 +71,7 @@ impl<'e> CastWorker<'e> {
             depth_noise: log.summary().camera.map(|_| settings.depth_noise()),
             queries: Vec::new(),
             buffers: CastBuffers::default(),
-            of_return: Vec::new(),
+            residuals: vec![Vec::new(); runs.len()],
             frame: FrameSums::on_scales(&bases(runs), layout.scales()),
             reducer: Reducer::new(layout.clone()),
             tiles: HashMap::new(),
@@ -86,7 +85,7 @@ impl<'e> CastWorker<'e> {
 
 impl Worker for CastWorker<'_> {
     fn frame(&mut self, ordinal: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
-        let Self { evaluation, poser, runs, queries, buffers, of_return, .. } = self;
+        let Self { evaluation, poser, runs, queries, buffers, residuals, .. } = self;
         let (depth_noise, scales) = (self.depth_noise.as_ref(), self.frame.scales());
         let per_tile = evaluation.means.per_tile;
         self.frame.clear();
@@ -101,14 +100,12 @@ impl Worker for CastWorker<'_> {
             if unguarded {
                 shape.add(block.rays(0));
             }
-            for (number, run) in runs.iter_mut().enumerate() {
+            for (number, (run, residuals)) in runs.iter_mut().zip(residuals.iter_mut()).enumerate() {
                 run.cast(block.rays(number), frame.segment, number > 0, queries, buffers)?;
-                run.leave_residuals(&block, number, scales, depth_noise);
+                run.leave_residuals(&block, number, scales, depth_noise, residuals);
             }
             for index in 0..block.len() {
-                of_return.clear();
-                of_return.extend(runs.iter().map(|run| run.residuals[index]));
-                sums.add_return_to(of_return, |number, squares| {
+                sums.add_return_to(residuals.iter().map(|of_run| &of_run[index]), |number, squares| {
                     if per_tile {
                         runs[number].add_to_tile(&block.rays(number)[index], squares, scales);
                     }
@@ -116,8 +113,9 @@ impl Worker for CastWorker<'_> {
             }
             let scored: Vec<ScoredRun<'_>> = runs
                 .iter()
+                .zip(residuals.iter())
                 .enumerate()
-                .filter_map(|(number, run)| run.scored(frame, block.rays(number)))
+                .filter_map(|(number, (run, residuals))| run.scored(frame, block.rays(number), residuals))
                 .collect();
             let (frame, offsets_ns, runs) = (frame.number, block.offsets_ns, scored.as_slice());
             evaluation.sink.returns_scored(&ScoredReturns { frame, ordinal, first, offsets_ns, runs });
@@ -151,7 +149,6 @@ impl<'e> CastRun<'e> {
             bases: [Basis::CrossValidated, Basis::Near].map(judged_by),
             own_tiles: OwnTiles::new(&run.own_from_world, edge_m),
             answers: Vec::new(),
-            residuals: Vec::new(),
             frame_tiles: TileTable::default(),
         }
     }
@@ -179,20 +176,20 @@ impl<'e> CastRun<'e> {
 
     /// What the rays leave.
     fn leave_residuals(
-        &mut self,
+        &self,
         block: &Block<'_>,
         number: usize,
         scales: Scales,
         depth_noise: Option<&DepthNoise>,
+        residuals: &mut Vec<Residuals>,
     ) {
         let rays = block.rays(number);
-        self.residuals.clear();
+        residuals.clear();
         let answered = rays.iter().zip(&self.answers);
         let bases = self.bases;
-        self.residuals.extend(answered.map(|(ray, answer)| residuals_of(ray, answer, bases, scales)));
+        residuals.extend(answered.map(|(ray, answer)| residuals_of(ray, answer, bases, scales)));
         if let Some(noise) = depth_noise {
-            for ((residuals, ray), point) in self.residuals.iter_mut().zip(rays).zip(block.points_in_sensor_m)
-            {
+            for ((residuals, ray), point) in residuals.iter_mut().zip(rays).zip(block.points_in_sensor_m) {
                 residuals.depth = residuals.first_m.map(|m| depth_residual(m, ray.range_m, *point, noise));
             }
         }
@@ -209,10 +206,15 @@ impl<'e> CastRun<'e> {
     }
 
     /// The returns at hand as they are handed over.
-    fn scored<'s>(&'s self, frame: &PlannedFrame, rays: &'s [Ray]) -> Option<ScoredRun<'s>> {
+    fn scored<'s>(
+        &'s self,
+        frame: &PlannedFrame,
+        rays: &'s [Ray],
+        residuals: &'s [Residuals],
+    ) -> Option<ScoredRun<'s>> {
         let own_from_world = self.run.own_from_world;
         let own_from_sensor = own_from_world * self.run.poses.of_frame(frame)?;
-        Some(ScoredRun { own_from_sensor, own_from_world, rays, residuals: &self.residuals })
+        Some(ScoredRun { own_from_sensor, own_from_world, rays, residuals })
     }
 }
 

@@ -211,7 +211,7 @@ impl Summed {
                     KeptReturn::from_bytes(column[index]).residuals(*basis, scales)
                 };
                 of_return.extend(columns.iter().zip(&*bases).map(of_run));
-                frame.add_return(of_return);
+                frame.add_return(&*of_return);
             }
         }
         reducer.add_frame(scan.ordinal, frame)
