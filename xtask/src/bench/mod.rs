@@ -9,6 +9,7 @@ mod laz;
 mod loops;
 mod quick;
 mod rays;
+mod reduce;
 mod report;
 mod room;
 mod scale;
@@ -39,6 +40,7 @@ pub(crate) enum Bench {
     Rays(rays::RaysArgs),
     #[command(hide = true)]
     RaysServe(rays::serve::ServeArgs),
+    Reduce(reduce::ReduceArgs),
     Report(report::ReportArgs),
     Room(room::RoomArgs),
     Scale(scale::ScaleArgs),
@@ -60,6 +62,7 @@ pub(crate) fn run(bench: &Bench) -> anyhow::Result<()> {
         Bench::Quick(arguments) => quick::run(arguments),
         Bench::Rays(arguments) => rays::run(arguments),
         Bench::RaysServe(arguments) => rays::serve::run(arguments),
+        Bench::Reduce(arguments) => reduce::run(arguments),
         Bench::Report(arguments) => report::run(arguments),
         Bench::Room(arguments) => room::run(arguments),
         Bench::Scale(arguments) => scale::run(arguments),
