@@ -235,6 +235,7 @@ impl<'a> Poser<'a> {
             }
             let offset_ns = scan.time_offsets_ns.get(index).copied().unwrap_or(0);
             if posed_at_ns != Some(offset_ns) {
+                self.pose_points();
                 if !self.runs.iter_mut().all(|run| run.move_to(offset_ns)) {
                     posed_at_ns = None;
                     counts.add_dropped(DropReason::NoPose, 1);
@@ -243,17 +244,16 @@ impl<'a> Poser<'a> {
                 posed_at_ns = Some(offset_ns);
             }
             counts.add_used();
-            for run in &mut self.runs {
-                run.rays.push(Ray::of_return(&run.world_from_sensor, point));
-            }
             self.offsets_ns.push(offset_ns);
             self.points_in_sensor_m.push(point);
             if self.offsets_ns.len() == block_returns {
+                self.pose_points();
                 each(self.block())?;
                 self.clear();
             }
         }
         if !self.offsets_ns.is_empty() {
+            self.pose_points();
             each(self.block())?;
         }
         Ok(counts)
@@ -294,6 +294,15 @@ impl<'a> Poser<'a> {
             for (run, rotation, translation) in &own_from_sensor {
                 each(*run, (rotation * in_sensor + translation).into());
             }
+        }
+    }
+
+    /// Makes the rays of the points that have none yet, all at the poses at hand: those of a firing in one loop.
+    fn pose_points(&mut self) {
+        for run in &mut self.runs {
+            let (pose, posed) = (run.world_from_sensor, run.rays.len());
+            let points = &self.points_in_sensor_m[posed..];
+            run.rays.extend(points.iter().map(|&point| Ray::of_return(&pose, point)));
         }
     }
 
