@@ -84,19 +84,19 @@ impl FrameSums {
         residuals: impl IntoIterator<Item = &'r Residuals>,
         mut to: impl FnMut(usize, &Squares),
     ) {
+        let mut residuals = residuals.into_iter();
         let mut runs = 0;
-        for (run, (residuals, groups)) in
-            residuals.into_iter().zip(self.runs.as_chunks_mut::<GROUPS>().0).enumerate()
-        {
-            let squares = Squares::of(residuals, self.scales);
-            groups[squares.surface_on(self.bases[run]).index()].add(&squares);
-            to(run, &squares);
-            if let Some(kept) = self.squares.get_mut(run) {
+        for (groups, of_run) in self.runs.as_chunks_mut::<GROUPS>().0.iter_mut().zip(residuals.by_ref()) {
+            let squares = Squares::of(of_run, self.scales);
+            groups[squares.surface_on(self.bases[runs]).index()].add(&squares);
+            to(runs, &squares);
+            if let Some(kept) = self.squares.get_mut(runs) {
                 *kept = squares;
             }
             runs += 1;
         }
-        assert_eq!(runs, self.bases.len(), "one set of residuals for each run");
+        let is_one_each = runs == self.bases.len() && residuals.next().is_none();
+        assert!(is_one_each, "one set of residuals for each run");
         self.pairs.add(&self.squares);
     }
 
@@ -203,6 +203,18 @@ mod tests {
         let m2 = |k: usize, scale| (pairs[k].at(scale).0.to_m2(), pairs[k].at(scale).1.to_m2());
         assert_eq!((m2(0, 0), m2(0, 2), m2(0, 3)), ((1.0, 9.0), (1.0, 4.0), (0.25, 0.25)));
         assert_eq!((m2(1, 0), m2(1, 1), m2(2, 0)), ((2.0, 5.0), (2.0, 5.0), (9.0, 1.0)));
+    }
+
+    #[test]
+    #[should_panic(expected = "one set of residuals for each run")]
+    fn fewer_residuals_than_runs_are_a_fault() {
+        FrameSums::new(&[Basis::Near; 2]).add_return(&[Residuals::MISS]);
+    }
+
+    #[test]
+    #[should_panic(expected = "one set of residuals for each run")]
+    fn more_residuals_than_runs_are_a_fault() {
+        FrameSums::new(&[Basis::Near; 2]).add_return(&[Residuals::MISS; 3]);
     }
 
     #[test]

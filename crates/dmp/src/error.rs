@@ -1,11 +1,11 @@
 //! Why a log and its runs cannot be scored.
 
 use dmp_lengths::thousands;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use dmp_disk::DiskError;
 use dmp_log::LogError;
-use dmp_map::MapError;
+use dmp_map::{MapError, Store};
 use dmp_reduce::ReduceError;
 
 use crate::setting_name::SettingName;
@@ -172,6 +172,8 @@ pub enum EvaluateError {
         thin_voxels: Option<u64>,
         /// Their edge, metres.
         voxel_m: f64,
+        /// Points or triangles that are not finite.
+        points_dropped: u64,
     },
     /// The log gave other returns when it was read again.
     #[error(
@@ -243,6 +245,11 @@ pub(crate) fn in_words(bytes: u64) -> String {
 }
 
 /// Rounded up.
+/// "1 voxel", "1,234 voxels".
+pub(crate) fn in_voxels(voxels: u64) -> String {
+    format!("{} {}", thousands(voxels), if voxels == 1 { "voxel" } else { "voxels" })
+}
+
 fn mebibytes(bytes: usize) -> String {
     format!("{} MiB", bytes.div_ceil(1 << 20))
 }
@@ -250,6 +257,24 @@ fn mebibytes(bytes: usize) -> String {
 impl EvaluateError {
     pub(crate) fn setting(setting: SettingName, value: impl Into<String>, why: &'static str) -> Self {
         Self::Setting { setting, value: value.into(), why, remedy: None }
+    }
+
+    /// Refuses a map without a surfel, that of a file; `thin_voxels` and `points_dropped` as [`CloudMap`](crate::CloudMap) has them,
+    /// none and 0 of a map that was not made of a cloud or a mesh.
+    ///
+    /// # Errors
+    /// [`EvaluateError::EmptyMap`].
+    pub fn if_empty(
+        path: &Path,
+        map: &Store,
+        thin_voxels: Option<u64>,
+        points_dropped: u64,
+    ) -> Result<(), Self> {
+        if map.surfels() > 0 {
+            return Ok(());
+        }
+        let voxel_m = map.lattice().voxel_m();
+        Err(Self::EmptyMap { path: path.to_owned(), thin_voxels, voxel_m, points_dropped })
     }
 
     pub(crate) fn map_of(run: &str) -> impl Fn(MapError) -> Self {
@@ -317,16 +342,22 @@ impl EvaluateError {
                 path.display(),
                 name(SettingName::Sample)
             ),
-            Self::EmptyMap { path, thin_voxels: None, .. } => {
-                format!("{}: nothing for a ray to meet: it holds no surfel", path.display())
+            Self::EmptyMap { path, thin_voxels, voxel_m, points_dropped } => {
+                // The edge is a multiple of 2^-13 m: told in millimetres, as it was asked for.
+                let voxel_m = (1e3 * voxel_m).round() / 1e3;
+                let why = match (thin_voxels, points_dropped) {
+                    (None, _) => format!("it has no surfel, with voxels of {voxel_m} m"),
+                    (Some(0), 0) => "it has no points".to_owned(),
+                    (Some(0), dropped) => format!("nothing in it is finite, {} left out", thousands(dropped)),
+                    (Some(voxels), _) => format!(
+                        "its points span no surface in {} of {voxel_m} m: are they dense enough, and is their unit right \
+                         (--map-unit)? Larger voxels ({}) may help",
+                        in_voxels(*voxels),
+                        name(SettingName::Voxel)
+                    ),
+                };
+                format!("{}: nothing for a ray to meet: {why}", path.display())
             }
-            Self::EmptyMap { path, thin_voxels: Some(voxels), voxel_m } => format!(
-                "{}: nothing for a ray to meet: in none of its {} of {voxel_m} m do points span a surface; a denser map does, \
-                 or larger voxels ({})",
-                path.display(),
-                if *voxels == 1 { "1 voxel".to_owned() } else { format!("{} voxels", thousands(voxels)) },
-                name(SettingName::Voxel)
-            ),
             other => other.to_string(),
         }
     }

@@ -47,21 +47,12 @@ pub(crate) fn given_stores(runs: &[Run]) -> Result<Vec<Option<Store>>, EvaluateE
     let open = |run: &Run| match &run.map {
         MapSource::Given(path) => {
             let store = store_at(path).map_err(EvaluateError::map_of(&run.name))?;
-            store.iter().try_for_each(|store| refuse_empty(path, store, None))?;
+            store.iter().try_for_each(|store| EvaluateError::if_empty(path, store, None, 0))?;
             Ok(store)
         }
         MapSource::Fused => Ok(None),
     };
     runs.iter().map(open).collect()
-}
-
-/// Refuses a map without a surfel; of one made of a cloud or a mesh with how many voxels hold too few points for one.
-pub(crate) fn refuse_empty(path: &Path, map: &Store, thin_voxels: Option<u64>) -> Result<(), EvaluateError> {
-    if map.surfels() > 0 {
-        return Ok(());
-    }
-    let voxel_m = map.lattice().voxel_m();
-    Err(EvaluateError::EmptyMap { path: path.to_owned(), thin_voxels, voxel_m })
 }
 
 /// The voxel edge that the given stores have, metres; `None` where none is given.

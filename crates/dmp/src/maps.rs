@@ -1,10 +1,9 @@
 //! Maps alone: those that scores would speak of, and those of clouds.
 
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use dmp_disk::{DiskError, WorkFolder};
+use dmp_disk::WorkFolder;
 use dmp_log::ScanLog;
 use dmp_map::{Lattice, MapFuser, Origin, Store};
 use dmp_reduce::Scales;
@@ -14,7 +13,7 @@ use crate::config::{Config, Run};
 use crate::error::EvaluateError;
 use crate::evaluation::Task;
 use crate::fuse::{Life, finish};
-use crate::given::{fuse_given, refuse_empty};
+use crate::given::fuse_given;
 use crate::watch::Watch;
 use crate::work::{Work, pool};
 
@@ -70,8 +69,7 @@ pub struct CloudMap {
 /// given.
 ///
 /// # Errors
-/// When the file cannot be read or the map cannot be written; then there is none at `output`, or the one that was. When the map
-/// has no surfel; then there is none.
+/// When the file cannot be read or the map cannot be written; then there is none at `output`, or the one that was.
 pub fn map_of_cloud<'a>(
     cloud: &Path,
     output: &Path,
@@ -97,9 +95,5 @@ pub fn map_of_cloud<'a>(
         let finished = finish(fuser, output, &Origin::of(text), Life::User, progress)?;
         Ok::<_, EvaluateError>((found, finished))
     })?;
-    if let Err(empty) = refuse_empty(cloud, &store, Some(thin_voxels)) {
-        fs::remove_file(output).map_err(DiskError::io(output, "removing"))?;
-        return Err(empty);
-    }
     Ok(CloudMap { store, thin_voxels, points_dropped: found.dropped, notes: found.notes })
 }

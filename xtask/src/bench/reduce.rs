@@ -20,24 +20,25 @@ pub(crate) struct ReduceArgs {
     #[arg(long, value_delimiter = ',', default_value = "1,2,4,12")]
     together: Vec<usize>,
     /// Scans of 60,000 returns
-    #[arg(long, default_value_t = 10)]
-    scans: usize,
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
+    scans: u32,
     /// How often they are added up
     #[arg(long, default_value_t = 15, value_parser = clap::value_parser!(u32).range(5..))]
     runs: u32,
 }
 
 pub(crate) fn run(arguments: &ReduceArgs) -> anyhow::Result<()> {
+    let returns = SCAN * arguments.scans as usize;
     println!(
         "{} returns, one thread, its time on the core, {} runs; {}",
-        SCAN * arguments.scans,
+        returns,
         arguments.runs,
         circumstances()
     );
     println!("{:<10}{:>24}{:>28}", "together", "ns a return and run", "least – largest");
     for &together in &arguments.together {
         anyhow::ensure!(together > 0, "--together {together}: one run at least");
-        let residuals = residuals(SCAN * arguments.scans, together);
+        let residuals = residuals(returns, together);
         let mut frame = FrameSums::new(&vec![Basis::CrossValidated; together]);
         let mut times_ns = Vec::new();
         for _ in 0..arguments.runs {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use clap::Args;
-use dmp::{Config, MapSource, fuse_maps, map_of_cloud};
+use dmp::{Config, EvaluateError, MapSource, fuse_maps, map_of_cloud};
 use dmp_disk::{OutputFile, Unfinished, WorkFolder, folder_of, is_own_folder};
 use dmp_draw::text;
 use dmp_map::Store;
@@ -88,6 +88,7 @@ fn from_log(
     let progress = Progress::new(common);
     fuse_maps(log.as_ref(), &runs, &config, &progress)?;
     drop(progress);
+    EvaluateError::if_empty(&arguments.output, &Store::open(&beside.map())?, None, 0)?;
     Ok((beside.give_place(&arguments.output)?, damaged))
 }
 
@@ -107,6 +108,7 @@ fn from_cloud(arguments: &BuildArgs, config: &Config, common: &Common) -> anyhow
             say!(common.host, "note: {} not finite, left out", text::counted(made.points_dropped, "point"));
         }
     }
+    EvaluateError::if_empty(cloud, &made.store, Some(made.thin_voxels), made.points_dropped)?;
     beside.give_place(&arguments.output)
 }
 

@@ -5,6 +5,7 @@ use dmp_draw::{ranking, text};
 
 /// A term and its meaning for each column that is shown, some with another one.
 pub(super) fn legend(report: &Report, shown: &[&str]) -> Vec<(&'static str, String)> {
+    let if_shown = |name, meaning: String| if shown.contains(&name) { meaning } else { String::new() };
     let mut all = vec![("verdict", verdict(report, shown.contains(&"interval")))];
     let near =
         "RMS range residual: how far each return is from the nearest surface on its ray; less is better.";
@@ -18,13 +19,11 @@ pub(super) fn legend(report: &Report, shown: &[&str]) -> Vec<(&'static str, Stri
         let lengths = report.config.scales.lengths();
         all.push(("R_near", format!("{near} {}", truncated(&lengths.near_m))));
     }
-    let has_depth = report.runs.iter().any(|run| run.dmp_depth_mean_m2.is_some());
-    let depth = if has_depth { "; depth: along the optical axis, as cameras measure" } else { "" };
+    let depth = if_shown("DMP depth", "; depth: along the optical axis, as cameras measure".to_owned());
     let dmp = "mean square of the distance to the first surface on the ray, not truncated: outliers rule it";
     all.push(("DMP", format!("{dmp}{depth}")));
     let lengths = report.config.scales.lengths();
     let (recording, blocked_m) = (lengths.recording, lengths.blocked_m);
-    let if_shown = |name, meaning: String| if shown.contains(&name) { meaning } else { String::new() };
     let revisit = if_shown("revisit", "; revisit: that another visit measured".to_owned());
     let of_coverage = "share of returns whose ray meets a surface that other parts of the";
     all.push(("coverage", format!("{of_coverage} {recording} measured{revisit}")));

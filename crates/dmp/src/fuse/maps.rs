@@ -11,7 +11,7 @@ use super::pass::{FusePass, Making};
 use crate::config::MapSource;
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
-use crate::given::{fuse_given, refuse_empty};
+use crate::given::fuse_given;
 use crate::peak;
 use crate::run_map::RunMap;
 use crate::run_state::RunState;
@@ -150,7 +150,7 @@ impl<'a> Evaluation<'a, Making<'a>> {
         let finished = finish(fuser, &self.given_map_file(run), &origin, self.life(), self.progress);
         let (store, thin_voxels) = finished.map_err(EvaluateError::map_of(run.name()))?;
         let (thin_voxels, points_dropped) = (Some(thin_voxels), found.dropped);
-        refuse_empty(file, &store, thin_voxels)?;
+        EvaluateError::if_empty(file, &store, thin_voxels, points_dropped)?;
         let facts = MapFacts { thin_voxels, points_dropped, notes: found.notes, ..MapFacts::default() };
         Ok(RunMap { store, facts })
     }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::withheld::Withheld;
 use crate::cast::{CopiedScans, OddScans};
+use crate::error::in_voxels;
 
 /// What a reader must know before believing a report, or a run in it. Shares are of 1.
 ///
@@ -52,9 +53,9 @@ pub enum Warning {
     },
     /// The fused map of a run has nothing for a ray to meet.
     #[error(
-        "its map has nothing for a ray to meet: in none of its {} voxels do returns span a surface; in larger ones (--voxel) they \
-         do",
-        thousands(.thin_voxels)
+        "its map has nothing for a ray to meet: in {} returns span no surface: are the voxels large enough (--voxel), and is the \
+         trajectory that of this log and this frame (--extrinsic, --time-offset)?",
+        in_voxels(*.thin_voxels)
     )]
     EmptyMap {
         /// The voxels.
