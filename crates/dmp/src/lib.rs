@@ -58,6 +58,7 @@ mod given;
 mod heads;
 mod in_reach;
 mod join;
+mod known_poses;
 mod maps;
 mod memory;
 mod note;

@@ -35,6 +35,10 @@ const PROGRAM_BYTES: usize = 8 << 20;
 pub(crate) const BLOCK_RAYS: usize = 28 << 10;
 /// Least returns of a block, however many the runs are.
 pub(crate) const MIN_BLOCK_RETURNS: usize = 1 << 10;
+/// Times of a scan whose poses are kept while it lasts: more than sensors have directions in a turn.
+pub(crate) const KNOWN_TIMES: usize = 4 << 10;
+/// What each of them takes by itself, in a table that is at most half full.
+const KNOWN_TIME_BYTES: usize = 4 * size_of::<(i64, usize)>();
 /// What a thread takes for each ray of a block: the ray, its time, its question, its answer, its residuals; and a quarter
 /// for lists that grow.
 const RAY_BYTES: usize =
@@ -205,7 +209,8 @@ fn thread_bytes(largest_scan: usize, largest_read: usize, row_bytes: usize, runs
     let reader = 2 * largest_read.saturating_mul(row_bytes);
     let rays = BLOCK_RAYS.max(MIN_BLOCK_RETURNS * runs).min(largest_scan.saturating_mul(runs));
     let sums = FrameSums::bytes_of(runs) + Reducer::bytes_of(runs);
-    reader + largest_scan.saturating_mul(RETURN_BYTES) + rays * RAY_BYTES + sums + THREAD_BYTES
+    let known = KNOWN_TIMES.min(largest_scan) * (KNOWN_TIME_BYTES + runs * size_of::<Isometry3<f64>>());
+    known + reader + largest_scan.saturating_mul(RETURN_BYTES) + rays * RAY_BYTES + sums + THREAD_BYTES
 }
 
 #[cfg(test)]

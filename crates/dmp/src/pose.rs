@@ -11,6 +11,7 @@ use dmp_sensor::{
 use crate::clock::OnClock;
 use crate::config::Run;
 use crate::frames::PlannedFrame;
+use crate::known_poses::KnownPoses;
 use crate::memory::{BLOCK_RAYS, MIN_BLOCK_RETURNS};
 use crate::pairing::Pairing;
 use crate::settings::Settings;
@@ -167,6 +168,7 @@ impl Block<'_> {
 pub(crate) struct Poser<'a> {
     filter: &'a ReturnFilter,
     runs: Vec<PosedRun<'a>>,
+    known: KnownPoses,
     offsets_ns: Vec<i64>,
     points_in_sensor_m: Vec<[f32; 3]>,
 }
@@ -203,7 +205,13 @@ impl<'a> Poser<'a> {
             rays: Vec::new(),
         };
         let runs = runs.into_iter().map(posed).collect();
-        Self { filter, runs, offsets_ns: Vec::new(), points_in_sensor_m: Vec::new() }
+        Self {
+            filter,
+            runs,
+            known: KnownPoses::default(),
+            offsets_ns: Vec::new(),
+            points_in_sensor_m: Vec::new(),
+        }
     }
 
     /// Gives `each` the scan's used returns, block by block. Every return of the scan is counted in the answer.
@@ -223,6 +231,7 @@ impl<'a> Poser<'a> {
         }
         let block_returns = (BLOCK_RAYS / self.runs.len().max(1)).max(MIN_BLOCK_RETURNS);
         self.clear();
+        self.known.clear();
         // The beams of a firing share their time, and so their poses.
         let mut posed_at_ns = None;
         for (index, &point) in scan.points_in_sensor_m.iter().enumerate() {
@@ -236,7 +245,7 @@ impl<'a> Poser<'a> {
             let offset_ns = scan.time_offsets_ns.get(index).copied().unwrap_or(0);
             if posed_at_ns != Some(offset_ns) {
                 self.pose_points();
-                if !self.runs.iter_mut().all(|run| run.move_to(offset_ns)) {
+                if !self.move_to(offset_ns) {
                     posed_at_ns = None;
                     counts.add_dropped(DropReason::NoPose, 1);
                     continue;
@@ -295,6 +304,19 @@ impl<'a> Poser<'a> {
                 each(*run, (rotation * in_sensor + translation).into());
             }
         }
+    }
+
+    /// Gives the runs their poses so long after the scan's stamp; `false` where one of them has none.
+    fn move_to(&mut self, offset_ns: i64) -> bool {
+        if let Some(poses) = self.known.of(offset_ns) {
+            self.runs.iter_mut().zip(poses).for_each(|(run, pose)| run.world_from_sensor = *pose);
+            return true;
+        }
+        let is_found = self.runs.iter_mut().all(|run| run.move_to(offset_ns));
+        if is_found {
+            self.known.keep(offset_ns, self.runs.iter().map(|run| run.world_from_sensor));
+        }
+        is_found
     }
 
     /// Makes the rays of the points that have none yet, all at the poses at hand: those of a firing in one loop.

@@ -1,10 +1,11 @@
 //! The same inputs give the same bits, whatever the threads, the memory, the order of reading.
 
+use std::collections::HashSet;
 use std::fs;
 use std::process::Command;
 
 use dmp::{Config, FrameOrder, MapSource};
-use dmp_sensor::Trajectory;
+use dmp_sensor::{Scan, Trajectory};
 
 use crate::common::{
     collapse, comparable, drift, noise, real_data, refused, runs_of, score, small_town, text, write_mcap,
@@ -40,6 +41,45 @@ fn a_simulated_log_with_moving_sensor_times() {
         let felt = report.memory.scratch_bytes > 0;
         assert!(felt || config.memory_bytes > LEAST, "{name}: partial tiles were to be put aside");
         assert_eq!(comparable(&report), reference, "{name}");
+    }
+}
+
+/// The poses of times that come again are kept, but not of any number of times.
+#[test]
+fn returns_in_any_order_however_many_times_they_have() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("town.mcap");
+    let (scans, truth) = small_town(12, 500);
+    let runs = runs_of(&truth, &[("drift", drift(1.0))]);
+    let told = |scans: &[Scan]| {
+        write_mcap(&path, scans);
+        let mut told = comparable(&score(&path, &runs, &Config::default()));
+        // The file is another one.
+        for name in ["bytes", "fingerprint"] {
+            told["inputs"].as_object_mut().unwrap().remove(name).unwrap();
+        }
+        told
+    };
+    for has_own_times in [false, true] {
+        let mut scans = scans.clone();
+        if has_own_times {
+            scans
+                .iter_mut()
+                .flat_map(|scan| scan.time_offsets_ns.iter_mut().zip(0..))
+                .for_each(|(ns, k)| *ns += k);
+        }
+        let times: HashSet<i64> = scans[0].time_offsets_ns.iter().copied().collect();
+        assert_eq!(times.len() > 4096, has_own_times, "{} times", times.len());
+        let mut by_ring = scans.clone();
+        for scan in &mut by_ring {
+            let ring = |k: usize| k % 16;
+            let mut order: Vec<usize> = (0..scan.len()).collect();
+            order.sort_by_key(|&k| ring(k));
+            scan.points_in_sensor_m = order.iter().map(|&k| scan.points_in_sensor_m[k]).collect();
+            scan.time_offsets_ns = order.iter().map(|&k| scan.time_offsets_ns[k]).collect();
+        }
+        assert_ne!(by_ring[0].time_offsets_ns, scans[0].time_offsets_ns);
+        assert_eq!(told(&by_ring), told(&scans));
     }
 }
 
