@@ -12,7 +12,7 @@ use dmp_draw::text;
 use dmp_map::Store;
 
 use crate::common::Common;
-use crate::exit::{Exit, Usage};
+use crate::exit::{Exit, Usage, one_line};
 use crate::log_args::LogArgs;
 use crate::named::NamedFile;
 use crate::progress::Progress;
@@ -88,8 +88,9 @@ fn from_log(
     let progress = Progress::new(common);
     fuse_maps(log.as_ref(), &runs, &config, &progress)?;
     drop(progress);
-    EvaluateError::if_empty(&arguments.output, &Store::open(&beside.map())?, None, 0)?;
-    Ok((beside.give_place(&arguments.output)?, damaged))
+    let map = beside.give_place(&arguments.output)?;
+    say_if_empty(EvaluateError::if_empty(&arguments.output, &map, None, 0), common);
+    Ok((map, damaged))
 }
 
 fn from_cloud(arguments: &BuildArgs, config: &Config, common: &Common) -> anyhow::Result<Store> {
@@ -108,8 +109,16 @@ fn from_cloud(arguments: &BuildArgs, config: &Config, common: &Common) -> anyhow
             say!(common.host, "note: {} not finite, left out", text::counted(made.points_dropped, "point"));
         }
     }
-    EvaluateError::if_empty(cloud, &made.store, Some(made.thin_voxels), made.points_dropped)?;
+    let empty = EvaluateError::if_empty(cloud, &made.store, Some(made.thin_voxels), made.points_dropped);
+    say_if_empty(empty, common);
     beside.give_place(&arguments.output)
+}
+
+/// A map without a surfel is one that `dmp score` will refuse.
+fn say_if_empty(checked: Result<(), EvaluateError>, common: &Common) {
+    if let (Err(empty), false) = (checked, common.quiet) {
+        say!(common.host, "warning: {}", one_line(&empty.into()));
+    }
 }
 
 /// What a map is called while it is made.
