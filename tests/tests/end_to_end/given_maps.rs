@@ -1,8 +1,9 @@
 //! Maps that the user gives: clouds and stores.
 
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
-use dmp::{Basis, Config, EvaluateError, MapSource, Run, evaluate};
+use dmp::{Basis, Config, EvaluateError, MapSource, Progress, Run, Stage, evaluate};
 use dmp_log::NO_CHECKSUMS;
 use dmp_sensor::{Ray, Scan, Track, Trajectory};
 
@@ -315,4 +316,36 @@ fn the_command_tells_of_units_and_refuses_degrees() {
     assert!(text(&output.stderr).contains(&format!("note: map of `a`: {told}")), "{}", text(&output.stderr));
     let table = text(&output.stdout);
     assert!(unwrapped(&table).contains(&format!("map of a: {told}")), "{table}");
+}
+
+/// Notes what is begun.
+#[derive(Default)]
+struct Begun(Mutex<Vec<Stage>>);
+
+impl Progress for Begun {
+    fn begin(&self, stage: Stage, _: u64) {
+        self.0.lock().unwrap().push(stage);
+    }
+}
+
+#[test]
+fn a_bad_map_is_told_before_the_log_is_read_for_the_maps_of_other_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, truth, points) = town(folder.path());
+    let path = folder.path().join("map.ply");
+    write_ply(&path, &points);
+    let runs = || vec![Run::new("fused", truth.clone()), with_map(&truth, path.clone()).remove(0)];
+    let begun = |runs: &[Run]| {
+        let watch = Begun::default();
+        let result = evaluate(open(&log).as_ref(), runs, &Config::default(), &watch);
+        (result.map(|report| report.order), watch.0.into_inner().unwrap())
+    };
+    let (order, stages) = begun(&runs());
+    let at = |stage| stages.iter().position(|&begun| begun == stage).unwrap();
+    assert!(order.is_ok() && at(Stage::ReadMap) < at(Stage::Fuse), "{order:?}: {stages:?}");
+
+    std::fs::write(&path, &std::fs::read(&path).unwrap()[..1000]).unwrap();
+    let (order, stages) = begun(&runs());
+    assert!(order.is_err() && stages.contains(&Stage::ReadMap), "{order:?}: {stages:?}");
+    assert!(!stages.contains(&Stage::Fuse), "{stages:?}");
 }

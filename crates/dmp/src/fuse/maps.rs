@@ -38,7 +38,8 @@ impl<'a> Evaluation<'a, Option<Store>> {
             return self.reopened(fused);
         }
         let mut before = work.load::<Fusing>(round)?.unwrap_or_default();
-        let mut making = self.begin(round, std::mem::take(&mut before.fusers))?;
+        let states = std::mem::take(&mut before.fusers);
+        let mut making = work.install(|| self.begin(round, states, Self::given_map))?;
         if making.runs.iter().any(|run| matches!(run.map, Making::Scans(_))) {
             let (counts, left_out) =
                 FusePass { evaluation: &making, trails, round, frames: None }.run(&before)?;
@@ -47,29 +48,40 @@ impl<'a> Evaluation<'a, Option<Store>> {
         work.install(|| making.finish(round))
     }
 
-    /// Begins the maps, or goes on from the states of those that an earlier process fused.
-    pub(super) fn begin(
+    /// Begins the maps, or goes on from the states of those that an earlier process fused. What was `given` for a run, a store or
+    /// else the file, comes first: what is wrong with it shows before the log is read.
+    pub(super) fn begin<G>(
         mut self,
         round: Round,
         states: Vec<Option<Vec<u8>>>,
-    ) -> Result<Evaluation<'a, Making<'a>>, EvaluateError> {
+        given: impl Fn(&Self, &RunState<'a, ()>, &Path, Option<Store>, usize) -> Result<G, EvaluateError>,
+    ) -> Result<Evaluation<'a, Making<G>>, EvaluateError> {
         let (lattice, budget_bytes) = (self.lattice()?, self.map_bytes());
-        let mut runs = Vec::new();
-        let states = states.into_iter().chain(std::iter::repeat(None));
-        for (run, state) in std::mem::take(&mut self.runs).into_iter().zip(states) {
+        let runs = std::mem::take(&mut self.runs);
+        let begin_given = |run: RunState<'a, Option<Store>>| {
             let (run, store) = run.with_map(());
-            let making = match (&run.run.map, store, state) {
-                (_, Some(store), _) => Making::Store(store),
-                (MapSource::Given(file), None, _) => Making::File(file),
-                (MapSource::Fused, None, Some(state)) => {
+            let map = match &run.run.map {
+                MapSource::Given(file) => Some(given(&self, &run, file, store, budget_bytes)?),
+                MapSource::Fused => None,
+            };
+            Ok(run.with_map(map).0)
+        };
+        let runs: Vec<_> = runs.into_iter().map(begin_given).collect::<Result<_, EvaluateError>>()?;
+        let begin_scans = |(run, state): (RunState<'a, Option<G>>, Option<Vec<u8>>)| {
+            let (run, map) = run.with_map(());
+            let making = match (map, state) {
+                (Some(map), _) => Making::Given(map),
+                (None, Some(state)) => {
                     let scratch = self.scratch_file(round, &run);
                     let fuser = MapFuser::resume(lattice, budget_bytes, &scratch, &state);
                     Making::Scans(fuser.map_err(EvaluateError::map_of(run.name()))?)
                 }
-                (MapSource::Fused, None, None) => Making::Scans(self.new_fuser(round, &run, budget_bytes)?),
+                (None, None) => Making::Scans(self.new_fuser(round, &run, budget_bytes)?),
             };
-            runs.push(run.with_map(making).0);
-        }
+            Ok(run.with_map(making).0)
+        };
+        let states = states.into_iter().chain(std::iter::repeat(None));
+        let runs = runs.into_iter().zip(states).map(begin_scans).collect::<Result<_, EvaluateError>>()?;
         Ok(self.with_runs(runs))
     }
 }
@@ -99,6 +111,30 @@ impl<M> Evaluation<'_, M> {
         };
         fuser.map_err(EvaluateError::map_of(run.name()))
     }
+
+    /// The map that was given: the store as it is, or what a cloud or a mesh makes.
+    fn given_map(
+        &self,
+        run: &RunState<'_, ()>,
+        file: &Path,
+        store: Option<Store>,
+        budget_bytes: usize,
+    ) -> Result<RunMap, EvaluateError> {
+        if let Some(store) = store {
+            return Ok(RunMap { store, facts: MapFacts::default() });
+        }
+        let fuser = self.new_fuser(Round::First, run, budget_bytes)?;
+        let world_from_own = run.own_from_world.inverse();
+        let into = (&fuser, &world_from_own);
+        let found = fuse_given(file, run.name(), self.settings.map_unit, into, self.progress)?;
+        let origin = origin(run, format!("fused from {}", shown_path(file)));
+        let finished = finish(fuser, &self.given_map_file(run), &origin, self.life(), self.progress);
+        let (store, thin_voxels) = finished.map_err(EvaluateError::map_of(run.name()))?;
+        let (thin_voxels, points_dropped) = (Some(thin_voxels), found.dropped);
+        EvaluateError::if_empty(file, &store, thin_voxels, points_dropped)?;
+        let facts = MapFacts { thin_voxels, points_dropped, notes: found.notes, ..MapFacts::default() };
+        Ok(RunMap { store, facts })
+    }
 }
 
 /// Where the map of a run comes from, in words, and in which frame.
@@ -106,10 +142,9 @@ fn origin<M>(run: &RunState<'_, M>, text: String) -> Origin {
     Origin { text, own_from_world: run.own_from_world }
 }
 
-impl<'a> Evaluation<'a, Making<'a>> {
+impl<'a> Evaluation<'a, Making<RunMap>> {
     /// Makes surfels of what is fused, run by run.
     fn finish(mut self, round: Round) -> Result<Evaluation<'a, RunMap>, EvaluateError> {
-        let budget_bytes = self.map_bytes();
         let mut runs = Vec::new();
         for run in std::mem::take(&mut self.runs) {
             let (run, making) = run.with_map(());
@@ -124,35 +159,12 @@ impl<'a> Evaluation<'a, Making<'a>> {
                         MapFacts { fused: true, thin_voxels: Some(thin_voxels), ..MapFacts::default() };
                     RunMap { store, facts }
                 }
-                Making::Store(store) => RunMap { store, facts: MapFacts::default() },
-                Making::File(file) => {
-                    let fuser = self.new_fuser(round, &run, budget_bytes)?;
-                    self.given_map(&run, file, fuser)?
-                }
+                Making::Given(map) => map,
             };
             runs.push(run.with_map(map).0);
             peak::look();
         }
         Ok(self.with_runs(runs))
-    }
-
-    /// Makes the map of a cloud or a mesh.
-    fn given_map(
-        &self,
-        run: &RunState<'_, ()>,
-        file: &Path,
-        fuser: MapFuser,
-    ) -> Result<RunMap, EvaluateError> {
-        let world_from_own = run.own_from_world.inverse();
-        let into = (&fuser, &world_from_own);
-        let found = fuse_given(file, run.name(), self.settings.map_unit, into, self.progress)?;
-        let origin = origin(run, format!("fused from {}", shown_path(file)));
-        let finished = finish(fuser, &self.given_map_file(run), &origin, self.life(), self.progress);
-        let (store, thin_voxels) = finished.map_err(EvaluateError::map_of(run.name()))?;
-        let (thin_voxels, points_dropped) = (Some(thin_voxels), found.dropped);
-        EvaluateError::if_empty(file, &store, thin_voxels, points_dropped)?;
-        let facts = MapFacts { thin_voxels, points_dropped, notes: found.notes, ..MapFacts::default() };
-        Ok(RunMap { store, facts })
     }
 
     fn provenance(&self, run: &str) -> String {

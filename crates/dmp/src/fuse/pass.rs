@@ -1,8 +1,6 @@
 //! One pass over the log in which maps are fused.
 
-use std::path::Path;
-
-use dmp_map::{FuseBuffers, MapFuser, Store};
+use dmp_map::{FuseBuffers, MapFuser};
 use dmp_reduce::FrameSet;
 use dmp_sensor::{Ray, ReturnCounts, Scan};
 
@@ -16,40 +14,38 @@ use crate::trails::{TrailBuffers, Trails};
 use crate::work::{Fusing, Round};
 
 /// What a run's map is made of.
-pub(super) enum Making<'a> {
+pub(super) enum Making<G> {
     /// The scans.
     Scans(MapFuser),
-    /// It is there.
-    Store(Store),
-    /// A cloud or a mesh.
-    File(&'a Path),
+    /// What was given for it.
+    Given(G),
 }
 
-impl Making<'_> {
+impl<G> Making<G> {
     fn fuser(&self) -> Option<&MapFuser> {
         match self {
             Self::Scans(fuser) => Some(fuser),
-            Self::Store(_) | Self::File(_) => None,
+            Self::Given(_) => None,
         }
     }
 }
 
 /// One pass over the log, or over some `frames` of it; returns on `trails` are left out.
-pub(super) struct FusePass<'p> {
-    pub(super) evaluation: &'p Evaluation<'p, Making<'p>>,
+pub(super) struct FusePass<'p, G> {
+    pub(super) evaluation: &'p Evaluation<'p, Making<G>>,
     pub(super) trails: Option<&'p Trails>,
     pub(super) round: Round,
     /// `None`: all.
     pub(super) frames: Option<&'p FrameSet>,
 }
 
-impl FusePass<'_> {
+impl<G: Sync> FusePass<'_, G> {
     /// Goes on from `before`, and tells where the returns went and how many of them are in no map.
     pub(super) fn run(&self, before: &Fusing) -> Result<(ReturnCounts, u64), EvaluateError> {
         let Evaluation { log, means, work, progress, plan, runs, .. } = self.evaluation;
         progress.begin(Stage::Fuse, self.frames.map_or(plan.returns(), |frames| plan.returns_of(frames)));
         progress.advance(before.counts.total());
-        let state = |workers: &[FuseWorker<'_>]| {
+        let state = |workers: &[FuseWorker<'_, G>]| {
             let (mut counts, mut left_out) = (before.counts, before.left_out);
             for worker in workers {
                 counts.merge(&worker.counts);
@@ -57,8 +53,8 @@ impl FusePass<'_> {
             }
             (counts, left_out)
         };
-        let put_down = |workers: &[FuseWorker<'_>], done: &FrameSet| {
-            let put_down = |run: &RunState<'_, Making<'_>>| {
+        let put_down = |workers: &[FuseWorker<'_, G>], done: &FrameSet| {
+            let put_down = |run: &RunState<'_, Making<G>>| {
                 let state = run.map.fuser().map(MapFuser::put_down).transpose();
                 state.map_err(EvaluateError::map_of(run.name()))
             };
@@ -86,9 +82,9 @@ impl FusePass<'_> {
 }
 
 /// What a thread does with a scan: adds its returns to every map.
-struct FuseWorker<'p> {
+struct FuseWorker<'p, G> {
     poser: Poser<'p>,
-    evaluation: &'p Evaluation<'p, Making<'p>>,
+    evaluation: &'p Evaluation<'p, Making<G>>,
     trails: Option<&'p Trails>,
     /// Of the returns at hand: whether they are in no map. Empty where all are.
     on_trail: Vec<bool>,
@@ -99,8 +95,8 @@ struct FuseWorker<'p> {
     counts: ReturnCounts,
 }
 
-impl<'p> FuseWorker<'p> {
-    fn new(pass: &FusePass<'p>) -> Self {
+impl<'p, G> FuseWorker<'p, G> {
+    fn new(pass: &FusePass<'p, G>) -> Self {
         let evaluation = pass.evaluation;
         Self {
             poser: Poser::new(poses_of(&evaluation.runs), &evaluation.plan.filter),
@@ -116,7 +112,7 @@ impl<'p> FuseWorker<'p> {
     }
 }
 
-impl Worker for FuseWorker<'_> {
+impl<G: Sync> Worker for FuseWorker<'_, G> {
     fn frame(&mut self, _: usize, frame: &PlannedFrame, scan: &Scan) -> Result<(), EvaluateError> {
         let Self { poser, evaluation, buffers, points, trails, on_trail, trail_buffers, left_out, .. } = self;
         let counts = poser.blocks(frame, scan, |block| {
