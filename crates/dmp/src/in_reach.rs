@@ -9,7 +9,7 @@ use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
 use crate::frames::PlannedFrame;
 use crate::note::Note;
-use crate::pose::RunPoses;
+use crate::run_poses::RunPoses;
 use crate::schedule::SURFEL_BYTES;
 use crate::sounding::{SoundedRun, Sounding};
 

@@ -21,7 +21,7 @@ use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
 use crate::heads::Heads;
 use crate::plan::Drive;
-use crate::pose::RunPoses;
+use crate::run_poses::RunPoses;
 use crate::run_state::{RunState, poses_of};
 use crate::settings::Settings;
 

@@ -4,7 +4,7 @@ use dmp_sensor::Isometry3;
 
 use crate::config::Run;
 use crate::file_stem::file_stem_of;
-use crate::pose::RunPoses;
+use crate::run_poses::RunPoses;
 
 /// A run, with what is known of it so far. `M` is its map as far as it is made: the store that was given, what is being
 /// fused, the finished map, the caster into it, what the report tells of it.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use dmp_map::{Store, TileEntry, TileId, TileSource};
 
 use crate::plan::Plan;
-use crate::pose::RunPoses;
+use crate::run_poses::RunPoses;
 
 /// The way a sensor goes before the tiles within its reach are looked up again, metres.
 const STEP_M: f64 = 2.0;

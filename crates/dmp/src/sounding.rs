@@ -9,8 +9,9 @@ use crate::config::MapSource;
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
 use crate::frames::{PlannedFrame, Worker, each_frame_of};
-use crate::pose::{Poser, RunPoses};
+use crate::poser::Poser;
 use crate::progress::{Progress, Stage};
+use crate::run_poses::RunPoses;
 use crate::run_state::{RunState, poses_of};
 
 /// One of so many scans is looked at, or more where there are few.

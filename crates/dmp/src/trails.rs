@@ -8,7 +8,7 @@ use crate::error::EvaluateError;
 use crate::evaluation::{Evaluation, FuseTotals};
 use crate::frames::{PlannedFrame, Worker, each_frame};
 use crate::peak;
-use crate::pose::{Block, Poser, query_of};
+use crate::poser::{Block, Poser, query_of};
 use crate::progress::Stage;
 use crate::run_map::RunMap;
 use crate::run_state::poses_of;

@@ -16,7 +16,7 @@ use super::shapes::{ScanShape, ShapeCounts};
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
 use crate::frames::{PlannedFrame, Worker};
-use crate::pose::{Block, Poser, query_of};
+use crate::poser::{Block, Poser, query_of};
 use crate::run_state::{RunState, poses_of};
 use crate::sink::{ScoredReturns, ScoredRun};
 

@@ -11,7 +11,7 @@ use super::visits::{RETURNS, Visit};
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
 use crate::frames::{PlannedFrame, Worker, each_frame_of_jobs, jobs_of};
-use crate::pose::Poser;
+use crate::poser::Poser;
 use crate::run_state::{RunState, poses_of};
 use crate::settings::Settings;
 

@@ -4,7 +4,7 @@ use dmp_sensor::{Isometry3, Vector3};
 
 use crate::frames::PlannedFrame;
 use crate::plan::Plan;
-use crate::pose::RunPoses;
+use crate::run_poses::RunPoses;
 
 /// Visits of a pair are at least so many segments apart: neighbours share surfaces that drift bends with both.
 const LAG: usize = 5;

@@ -7,7 +7,7 @@ use dmp_sensor::{Ray, ReturnCounts, Scan};
 use crate::error::EvaluateError;
 use crate::evaluation::Evaluation;
 use crate::frames::{Jobs, Pauses, PlannedFrame, Worker, each_frame_in_parts, jobs_of};
-use crate::pose::Poser;
+use crate::poser::Poser;
 use crate::progress::Stage;
 use crate::run_state::{RunState, poses_of};
 use crate::trails::{TrailBuffers, Trails};

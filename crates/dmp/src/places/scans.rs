@@ -8,7 +8,7 @@ use dmp_map::Store;
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
 use crate::plan::Drive;
-use crate::pose::RunPoses;
+use crate::run_poses::RunPoses;
 use crate::run_state::{RunState, poses_of};
 use crate::settings::Settings;
 

@@ -5,7 +5,7 @@ use super::select::{Selection, select};
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
 use crate::heads::Heads;
-use crate::pose::RunPoses;
+use crate::run_poses::RunPoses;
 use crate::run_state::{RunState, poses_of};
 use crate::settings::Settings;
 

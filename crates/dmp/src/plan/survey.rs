@@ -11,7 +11,7 @@ use crate::ego::Ego;
 use crate::error::EvaluateError;
 use crate::frames::{PlannedFrame, Reading, Worker, each_frame_of};
 use crate::peak;
-use crate::pose::Poser;
+use crate::poser::Poser;
 use crate::progress::{Progress, Stage};
 use crate::run_state::RunState;
 use crate::settings::Settings;

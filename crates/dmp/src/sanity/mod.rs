@@ -10,7 +10,7 @@ use dmp_lengths::thousands;
 use dmp_sensor::Ray;
 
 use crate::error::EvaluateError;
-use crate::pose::query_of;
+use crate::poser::query_of;
 use crate::progress::Stage;
 use crate::run_state::RunState;
 pub(crate) use doubts::Doubts;

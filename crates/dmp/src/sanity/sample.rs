@@ -6,7 +6,8 @@ use super::doubts::Doubts;
 use crate::error::EvaluateError;
 use crate::frames::PlannedFrame;
 use crate::plan::spread;
-use crate::pose::{Poser, RunPoses};
+use crate::poser::Poser;
+use crate::run_poses::RunPoses;
 
 /// Scans, and returns of a scan, that are looked at.
 const SCANS: usize = 16;

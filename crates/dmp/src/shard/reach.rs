@@ -6,7 +6,7 @@ use dmp_map::{TileId, TileSpan};
 use dmp_reduce::FrameSet;
 
 use crate::plan::Plan;
-use crate::pose::RunPoses;
+use crate::run_poses::RunPoses;
 
 /// Of every row of tiles the first and last column in reach.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

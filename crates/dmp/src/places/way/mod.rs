@@ -8,7 +8,7 @@ use std::collections::{BTreeSet, HashMap};
 use crate::places::scans::DriveScans;
 use crate::places::whereabouts::{Whereabouts, distance};
 use crate::plan::Drive;
-use crate::pose::RunPoses;
+use crate::run_poses::RunPoses;
 use crate::segment_length::SegmentLength;
 
 /// Length of the stretch of the way that is a place, metres.
