@@ -17,7 +17,7 @@ use super::protocol::Connection;
 /// As Chromium is called on Debian, elsewhere, and as its sibling.
 const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
-const OPTIONS: [&str; 16] = [
+const OPTIONS: [&str; 17] = [
     "--headless",
     "--remote-debugging-pipe",
     "--no-startup-window",
@@ -25,6 +25,8 @@ const OPTIONS: [&str; 16] = [
     "--no-sandbox",
     // The same pixels everywhere.
     "--disable-gpu",
+    // WebGL all the same: not every Chromium falls back on its own renderer unasked.
+    "--enable-unsafe-swiftshader",
     "--force-color-profile=srgb",
     "--font-render-hinting=none",
     // The window is as wide as the test asks, without a bar at its side.
