@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use std::time::Duration;
 
 use dmp::{Basis, Config, EvaluateError, MapSource, Progress, Run, Stage, evaluate};
 use dmp_log::NO_CHECKSUMS;
 use dmp_sensor::{Ray, Scan, Track, Trajectory};
 
-use crate::common::{dmp, open, score, small_town, text, unwrapped, write_mcap};
+use crate::common::{comparable, dmp, open, score, small_town, text, unwrapped, write_mcap};
+use crate::resume::{in_pieces, write_in_small_chunks};
 
 /// A log, its truth, and all its points in the world.
 fn town(folder: &Path) -> (PathBuf, Trajectory, Vec<[f64; 3]>) {
@@ -348,4 +350,27 @@ fn a_bad_map_is_told_before_the_log_is_read_for_the_maps_of_other_runs() {
     let (order, stages) = begun(&runs());
     assert!(order.is_err() && stages.contains(&Stage::ReadMap), "{order:?}: {stages:?}");
     assert!(!stages.contains(&Stage::Fuse), "{stages:?}");
+}
+
+#[test]
+fn a_score_with_a_given_cloud_in_many_pieces_is_the_one_in_one_piece() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("town.mcap");
+    let (scans, truth) = small_town(40, 180);
+    write_in_small_chunks(&log, &scans);
+    let path = folder.path().join("map.ply");
+    write_ply(&path, &world_points(&scans, &truth));
+    let runs = [Run::new("fused", truth.clone()), with_map(&truth, path).remove(0)];
+    let whole = score(&log, &runs, &Config::default());
+    let pieces = Config {
+        work_folder: folder.path().to_path_buf(),
+        checkpoint_every: Some(Duration::ZERO),
+        resume: true,
+        ..Config::default()
+    };
+    // The cloud is read first each time, then scans are fused from where that ended.
+    let (report, stops) = in_pieces(&log, &runs, &pieces, 40_000);
+    assert!(stops > 4, "{stops} stops");
+    assert_eq!(comparable(&report), comparable(&whole));
+    assert_eq!(folder.path().read_dir().unwrap().count(), 2, "nothing is left behind");
 }
