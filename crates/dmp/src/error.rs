@@ -250,6 +250,11 @@ pub(crate) fn in_voxels(voxels: u64) -> String {
     format!("{} {}", thousands(voxels), if voxels == 1 { "voxel" } else { "voxels" })
 }
 
+/// An edge of voxels, which is a multiple of 2^-13 m, in whole millimetres, as it was asked for.
+pub(crate) fn as_asked_m(voxel_m: f64) -> f64 {
+    (1e3 * voxel_m).round() / 1e3
+}
+
 fn mebibytes(bytes: usize) -> String {
     format!("{} MiB", bytes.div_ceil(1 << 20))
 }
@@ -343,8 +348,7 @@ impl EvaluateError {
                 name(SettingName::Sample)
             ),
             Self::EmptyMap { path, thin_voxels, voxel_m, points_dropped } => {
-                // The edge is a multiple of 2^-13 m: told in millimetres, as it was asked for.
-                let voxel_m = (1e3 * voxel_m).round() / 1e3;
+                let voxel_m = as_asked_m(*voxel_m);
                 let why = match (thin_voxels, points_dropped) {
                     (None, _) => format!("it has no surfel, with voxels of {voxel_m} m"),
                     (Some(0), 0) => "it has no points".to_owned(),

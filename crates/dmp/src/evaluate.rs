@@ -18,6 +18,7 @@ use crate::report::{Findings, PassTimes, Report, ToldMap, Warning, drops_in_word
 use crate::run_map::tile_bytes;
 use crate::sanity::Doubts;
 use crate::watch::Watch;
+use crate::work::MapFacts;
 
 /// Scores `runs` on `log`: plan, fuse, cast, reduce. `watch` is `()` for nobody, or who follows: see [`Watch`].
 ///
@@ -85,9 +86,9 @@ fn score<'a>(task: Task<'a>, runs: &'a [Run]) -> Result<Report, EvaluateError> {
 }
 
 impl RunCaster {
-    /// The caster into a map that was not fused.
-    fn given(&self) -> Option<&Caster> {
-        (!self.facts.fused).then_some(&self.caster)
+    /// The caster into a map that was not fused, and what is known of that.
+    fn given(&self) -> Option<(&Caster, &MapFacts)> {
+        (!self.facts.fused).then_some((&self.caster, &self.facts))
     }
 
     fn told(&self) -> ToldMap {

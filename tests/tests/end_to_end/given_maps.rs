@@ -118,6 +118,25 @@ fn a_cloud_of_the_same_points_gives_the_same_map_in_every_format() {
 }
 
 #[test]
+fn a_cloud_too_sparse_for_its_voxels_is_not_taken_for_one_in_another_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, truth, points) = town(folder.path());
+    let cloud = folder.path().join("cloud.ply");
+    write_ply(&cloud, &points);
+    let warnings_at = |voxel_m: f64| -> Vec<String> {
+        let config = Config { voxel_m: Some(voxel_m), ego: dmp::Ego::None, ..Config::default() };
+        let report = score(&log, &with_map(&truth, cloud.clone()), &config);
+        report.runs[0].warnings.iter().map(ToString::to_string).collect()
+    };
+    let is_doubt = |warning: &&String| warning.contains("are where its map has a surface");
+    let [fine, coarse] = [0.04, 0.3].map(warnings_at);
+    let doubt = fine.iter().find(is_doubt).unwrap_or_else(|| panic!("{fine:?}"));
+    assert!(doubt.contains("of 0.04 m: are they dense enough"), "{doubt}");
+    assert!(!doubt.contains("trajectory's frame"), "{doubt}");
+    assert_eq!(coarse.iter().find(is_doubt), None);
+}
+
+#[test]
 fn runs_with_given_maps_are_compared_on_r_near() {
     let folder = tempfile::tempdir().unwrap();
     let (log, truth, points) = town(folder.path());

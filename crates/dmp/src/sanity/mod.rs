@@ -7,12 +7,14 @@ mod sample;
 
 use dmp_cast::{Answer, CastBuffers, Caster};
 use dmp_lengths::thousands;
+use dmp_map::Store;
 use dmp_sensor::Ray;
 
-use crate::error::EvaluateError;
+use crate::error::{EvaluateError, as_asked_m, in_voxels};
 use crate::poser::query_of;
 use crate::progress::Stage;
 use crate::run_state::RunState;
+use crate::work::MapFacts;
 pub(crate) use doubts::Doubts;
 use extent::Extent;
 use sample::Sample;
@@ -21,6 +23,8 @@ use sample::Sample;
 /// returns are is hardly of this world.
 const FIT_M: f64 = 0.5;
 const NEARLY_NOTHING: f64 = 0.25;
+/// A map of a cloud whose points span a surface in fewer of their voxels is too sparse for these voxels, wherever it lies.
+const SPARSE: f64 = 0.25;
 
 impl Doubts<'_> {
     /// Says of every run whose map was `given` whether that is hardly the one of the trajectory, in words; tells whoever watches
@@ -31,7 +35,7 @@ impl Doubts<'_> {
     pub(crate) fn look<M>(
         &self,
         runs: &mut [RunState<'_, M>],
-        given: impl Fn(&M) -> Option<&Caster>,
+        given: impl Fn(&M) -> Option<(&Caster, &MapFacts)>,
     ) -> Result<(), EvaluateError> {
         if runs.iter().all(|run| given(&run.map).is_none()) {
             return Ok(());
@@ -40,7 +44,7 @@ impl Doubts<'_> {
         let sample = Sample::read(self)?;
         for run in runs {
             let look = Look { sample: &sample, doubts: self, run };
-            let hint = given(&run.map).map(|map| look.at_map(map)).transpose()?.flatten();
+            let hint = given(&run.map).map(|(map, facts)| look.at_map(map, facts)).transpose()?.flatten();
             if let Some(hint) = &hint {
                 self.progress.note(&format!("run `{}`: {hint}", run.name()).into());
             }
@@ -60,7 +64,7 @@ struct Look<'a, M> {
 
 impl<M> Look<'_, M> {
     /// Whether a map that was given is where the trajectory is.
-    fn at_map(&self, caster: &Caster) -> Result<Option<String>, EvaluateError> {
+    fn at_map(&self, caster: &Caster, facts: &MapFacts) -> Result<Option<String>, EvaluateError> {
         let own_from_world = caster.map().own_from_world();
         let places = self.doubts.plan.frames().iter().filter_map(|frame| self.run.poses.of_frame(frame));
         let places = places.map(|pose| (own_from_world * pose).translation.vector.into());
@@ -78,9 +82,12 @@ impl<M> Look<'_, M> {
         let share = self.share_in_map(caster)?;
         Ok((share < NEARLY_NOTHING).then(|| {
             format!(
-                "only {:.0} % of the returns of {} scans are where its map has a surface: is the map in the trajectory's frame, and its unit right (--map-unit)?",
+                "only {:.0} % of the returns of {} scans are where its map has a surface{}",
                 100.0 * share,
-                thousands(self.sample.len())
+                thousands(self.sample.len()),
+                sparse(caster.map(), facts).unwrap_or_else(|| {
+                    ": is the map in the trajectory's frame, and its unit right (--map-unit)?".to_owned()
+                })
             )
         }))
     }
@@ -103,4 +110,19 @@ impl<M> Look<'_, M> {
         })?;
         Ok(found as f64 / self.sample.returns().max(1) as f64)
     }
+}
+
+/// Of a map whose points hardly span a surface in any of their voxels: that they do not.
+fn sparse(map: &Store, facts: &MapFacts) -> Option<String> {
+    let (surfels, thin_voxels) = (map.surfels(), facts.thin_voxels?);
+    let voxels = surfels + thin_voxels;
+    (SPARSE * voxels as f64 > surfels as f64).then(|| {
+        format!(
+            ", as its points span one in only {} of their {} of {} m: are they dense enough, and is their unit right \
+             (--map-unit)? Larger voxels may help",
+            thousands(surfels),
+            in_voxels(voxels),
+            as_asked_m(map.lattice().voxel_m())
+        )
+    })
 }
