@@ -4,13 +4,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use dmp_disk::WorkFolder;
+use dmp_lengths::thousands;
 use dmp_log::ScanLog;
 use dmp_map::{Lattice, MapFuser, Origin, Store};
 use dmp_reduce::Scales;
 use dmp_sensor::Isometry3;
 
 use crate::config::{Config, Run};
-use crate::error::EvaluateError;
+use crate::error::{EvaluateError, as_asked_m, in_voxels};
 use crate::evaluation::Task;
 use crate::fuse::{Life, finish};
 use crate::given::fuse_given;
@@ -63,6 +64,30 @@ pub struct CloudMap {
     pub points_dropped: u64,
     /// What was made of the file, in words.
     pub notes: Vec<String>,
+}
+
+/// Points that span a surface in fewer of their voxels than this share are too sparse for voxels of this size.
+const SPARSE: f64 = 0.25;
+
+impl CloudMap {
+    /// Where the points span a surface in hardly any of their voxels: that, in words.
+    pub fn sparse(&self) -> Option<String> {
+        sparse(&self.store, self.thin_voxels)
+    }
+}
+
+/// The same of a map with so many voxels without a surfel.
+pub(crate) fn sparse(map: &Store, thin_voxels: u64) -> Option<String> {
+    let surfels = map.surfels();
+    let voxels = surfels + thin_voxels;
+    (SPARSE * voxels as f64 > surfels as f64).then(|| {
+        format!(
+            "its points span a surface in only {} of {} of {} m; larger voxels may help",
+            thousands(surfels),
+            in_voxels(voxels),
+            as_asked_m(map.lattice().voxel_m())
+        )
+    })
 }
 
 /// Makes a map of a cloud or a mesh and writes it to `output`, as [`evaluate`](crate::evaluate) does with one that is

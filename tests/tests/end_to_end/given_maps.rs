@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use dmp::{Basis, Config, EvaluateError, MapSource, Progress, Run, Stage, evaluate};
 use dmp_log::NO_CHECKSUMS;
-use dmp_sensor::{Ray, Scan, Track, Trajectory};
+use dmp_sensor::{Ray, Scan, Track, Trajectory, UnitQuaternion, Vector3};
 
 use crate::common::{comparable, dmp, open, score, small_town, text, unwrapped, write_mcap};
 use crate::resume::{in_pieces, write_in_small_chunks};
@@ -118,22 +118,38 @@ fn a_cloud_of_the_same_points_gives_the_same_map_in_every_format() {
 }
 
 #[test]
-fn a_cloud_too_sparse_for_its_voxels_is_not_taken_for_one_in_another_frame() {
+fn a_given_cloud_that_is_sparse_or_elsewhere_is_told_with_its_cause() {
     let folder = tempfile::tempdir().unwrap();
     let (log, truth, points) = town(folder.path());
+    let turned = UnitQuaternion::new(Vector3::z() * 0.7);
+    let elsewhere: Vec<[f64; 3]> = points
+        .iter()
+        .map(|point| (turned * Vector3::from(*point) + Vector3::new(3.0, 5.0, 10.0)).into())
+        .collect();
     let cloud = folder.path().join("cloud.ply");
-    write_ply(&cloud, &points);
-    let warnings_at = |voxel_m: f64| -> Vec<String> {
+    let doubt = |points: &[[f64; 3]], voxel_m: f64| -> Option<String> {
+        write_ply(&cloud, points);
         let config = Config { voxel_m: Some(voxel_m), ego: dmp::Ego::None, ..Config::default() };
         let report = score(&log, &with_map(&truth, cloud.clone()), &config);
-        report.runs[0].warnings.iter().map(ToString::to_string).collect()
+        let mut warnings = report.runs[0].warnings.iter().map(ToString::to_string);
+        warnings.find(|warning| warning.contains("are where its map has a surface"))
     };
-    let is_doubt = |warning: &&String| warning.contains("are where its map has a surface");
-    let [fine, coarse] = [0.04, 0.3].map(warnings_at);
-    let doubt = fine.iter().find(is_doubt).unwrap_or_else(|| panic!("{fine:?}"));
-    assert!(doubt.contains("of 0.04 m: are they dense enough"), "{doubt}");
-    assert!(!doubt.contains("trajectory's frame"), "{doubt}");
-    assert_eq!(coarse.iter().find(is_doubt), None);
+    let sparse = "of 0.04 m; larger voxels may help";
+    let told = doubt(&points, 0.04).unwrap();
+    assert!(told.contains("And its points span a surface in only ") && told.ends_with(sparse), "{told}");
+    let told = doubt(&elsewhere, 0.3).unwrap();
+    assert!(
+        told.ends_with("is the map in the trajectory's frame, and its unit right (--map-unit)?"),
+        "{told}"
+    );
+    assert_eq!(doubt(&points, 0.3), None);
+
+    write_ply(&cloud, &points);
+    let told = |command: &str| text(&dmp(folder.path(), command).stderr);
+    let built = told("map build cloud.ply --voxel 0.04 -o made.dmpmap");
+    assert!(built.contains("warning: cloud.ply: its points span a surface in only "), "{built}");
+    assert!(built.trim_end().ends_with(&format!("{sparse} (--voxel)")), "{built}");
+    assert!(!told("map build cloud.ply --voxel 0.3 -o made.dmpmap").contains("warning"));
 }
 
 #[test]
@@ -267,18 +283,21 @@ fn row_33_a_map_without_a_surfel_is_refused_and_a_fused_one_told() {
         assert_eq!(output.status.code(), Some(code), "{command}: {told}");
         told.lines().last().unwrap_or_default().to_owned()
     };
-    for (file, words) in [
-        ("few.ply", "3 voxels of 0.2 m: are they dense enough"),
-        ("one.ply", "1 voxel of 0.2 m: are they dense enough"),
-        ("none.ply", "it has no points"),
-        ("holes.ply", "nothing in it is finite, 7 left out"),
+    std::fs::write(folder.path().join("made.dmpmap"), "made before").unwrap();
+    for (file, words, built) in [
+        ("none.ply", "it has no points", 1),
+        ("holes.ply", "nothing in it is finite, 7 left out", 1),
+        ("few.ply", "3 voxels of 0.2 m: are they dense enough", 0),
+        ("one.ply", "1 voxel of 0.2 m: are they dense enough", 0),
     ] {
         let score = format!("score @/town.mcap -t a=@/truth.tum --voxel 0.2 --map {file}");
-        for (command, code) in [(score, 1), (format!("map build -o made.dmpmap {file}"), 0)] {
+        for (command, code) in [(score, 1), (format!("map build -o made.dmpmap {file}"), built)] {
             let line = told(&command, code);
             assert!(line.contains(&format!("{file}: nothing for a ray to meet: ")), "{line}");
             assert!(line.contains(words), "{line}");
         }
+        let kept = std::fs::read(folder.path().join("made.dmpmap")).unwrap() == b"made before";
+        assert_eq!(kept, built == 1, "{file}");
     }
     let line = told("map build @/town.mcap -t @/truth.tum --voxel 0.01 -o made.dmpmap", 0);
     let words = "made.dmpmap: nothing for a ray to meet: it has no surfel, with voxels of 0.01 m";

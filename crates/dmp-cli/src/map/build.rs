@@ -109,8 +109,15 @@ fn from_cloud(arguments: &BuildArgs, config: &Config, common: &Common) -> anyhow
             say!(common.host, "note: {} not finite, left out", text::counted(made.points_dropped, "point"));
         }
     }
-    let empty = EvaluateError::if_empty(cloud, &made.store, Some(made.thin_voxels), made.points_dropped);
-    say_if_empty(empty, common);
+    let checked = EvaluateError::if_empty(cloud, &made.store, Some(made.thin_voxels), made.points_dropped);
+    match (made.thin_voxels, made.sparse(), made.store.surfels()) {
+        // What was there before stays.
+        (0, ..) => checked?,
+        (_, Some(sparse), 1..) if !common.quiet => {
+            say!(common.host, "warning: {}: {sparse} (--voxel)", cloud.display());
+        }
+        _ => say_if_empty(checked, common),
+    }
     beside.give_place(&arguments.output)
 }
 

@@ -54,14 +54,14 @@ impl<'a> Evaluation<'a, Option<Store>> {
         mut self,
         round: Round,
         states: Vec<Option<Vec<u8>>>,
-        given: impl Fn(&Self, &RunState<'a, ()>, &Path, Option<Store>, usize) -> Result<G, EvaluateError>,
+        given: impl Fn(&Self, &RunState<'a, ()>, &Path, Option<Store>) -> Result<G, EvaluateError>,
     ) -> Result<Evaluation<'a, Making<G>>, EvaluateError> {
         let (lattice, budget_bytes) = (self.lattice()?, self.map_bytes());
         let runs = std::mem::take(&mut self.runs);
         let begin_given = |run: RunState<'a, Option<Store>>| {
             let (run, store) = run.with_map(());
             let map = match &run.run.map {
-                MapSource::Given(file) => Some(given(&self, &run, file, store, budget_bytes)?),
+                MapSource::Given(file) => Some(given(&self, &run, file, store)?),
                 MapSource::Fused => None,
             };
             Ok(run.with_map(map).0)
@@ -118,12 +118,14 @@ impl<M> Evaluation<'_, M> {
         run: &RunState<'_, ()>,
         file: &Path,
         store: Option<Store>,
-        budget_bytes: usize,
     ) -> Result<RunMap, EvaluateError> {
         if let Some(store) = store {
             return Ok(RunMap { store, facts: MapFacts::default() });
         }
-        let fuser = self.new_fuser(Round::First, run, budget_bytes)?;
+        // One at a time, and never gone on with.
+        let budget_bytes = self.work.budget().map_bytes(1);
+        let fuser = MapFuser::new(self.lattice()?, budget_bytes, self.work.path());
+        let fuser = fuser.map_err(EvaluateError::map_of(run.name()))?;
         let world_from_own = run.own_from_world.inverse();
         let into = (&fuser, &world_from_own);
         let found = fuse_given(file, run.name(), self.settings.map_unit, into, self.progress)?;

@@ -23,7 +23,7 @@ impl Evaluation<'_, Option<dmp_map::Store>> {
         frames: &FrameSet,
         path: impl Fn(&str) -> std::path::PathBuf,
     ) -> Result<(ReturnCounts, Vec<SumsList>), EvaluateError> {
-        let making = self.begin(Round::First, Vec::new(), |_, _, _, _, _| Ok(()))?;
+        let making = self.begin(Round::First, Vec::new(), |_, _, _, _| Ok(()))?;
         let pass = FusePass { evaluation: &making, trails: None, round: Round::First, frames: Some(frames) };
         let (counts, _) = pass.run(&Fusing::default())?;
         let write = |run: RunState<'_, Making<()>>| {

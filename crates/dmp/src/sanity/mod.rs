@@ -7,10 +7,10 @@ mod sample;
 
 use dmp_cast::{Answer, CastBuffers, Caster};
 use dmp_lengths::thousands;
-use dmp_map::Store;
 use dmp_sensor::Ray;
 
-use crate::error::{EvaluateError, as_asked_m, in_voxels};
+use crate::error::EvaluateError;
+use crate::maps::sparse;
 use crate::poser::query_of;
 use crate::progress::Stage;
 use crate::run_state::RunState;
@@ -23,8 +23,6 @@ use sample::Sample;
 /// returns are is hardly of this world.
 const FIT_M: f64 = 0.5;
 const NEARLY_NOTHING: f64 = 0.25;
-/// A map of a cloud whose points span a surface in fewer of their voxels is too sparse for these voxels, wherever it lies.
-const SPARSE: f64 = 0.25;
 
 impl Doubts<'_> {
     /// Says of every run whose map was `given` whether that is hardly the one of the trajectory, in words; tells whoever watches
@@ -81,13 +79,12 @@ impl<M> Look<'_, M> {
         }
         let share = self.share_in_map(caster)?;
         Ok((share < NEARLY_NOTHING).then(|| {
+            let sparse = facts.thin_voxels.and_then(|thin_voxels| sparse(caster.map(), thin_voxels));
             format!(
-                "only {:.0} % of the returns of {} scans are where its map has a surface{}",
+                "only {:.0} % of the returns of {} scans are where its map has a surface: is the map in the trajectory's frame, and its unit right (--map-unit)?{}",
                 100.0 * share,
                 thousands(self.sample.len()),
-                sparse(caster.map(), facts).unwrap_or_else(|| {
-                    ": is the map in the trajectory's frame, and its unit right (--map-unit)?".to_owned()
-                })
+                sparse.map(|words| format!(" And {words}")).unwrap_or_default()
             )
         }))
     }
@@ -110,19 +107,4 @@ impl<M> Look<'_, M> {
         })?;
         Ok(found as f64 / self.sample.returns().max(1) as f64)
     }
-}
-
-/// Of a map whose points hardly span a surface in any of their voxels: that they do not.
-fn sparse(map: &Store, facts: &MapFacts) -> Option<String> {
-    let (surfels, thin_voxels) = (map.surfels(), facts.thin_voxels?);
-    let voxels = surfels + thin_voxels;
-    (SPARSE * voxels as f64 > surfels as f64).then(|| {
-        format!(
-            ", as its points span one in only {} of their {} of {} m: are they dense enough, and is their unit right \
-             (--map-unit)? Larger voxels may help",
-            thousands(surfels),
-            in_voxels(voxels),
-            as_asked_m(map.lattice().voxel_m())
-        )
-    })
 }
