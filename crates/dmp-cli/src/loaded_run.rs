@@ -56,7 +56,7 @@ impl LoadedRun {
         let own = counted(self.trajectory.len() as u64, "pose");
         self.trajectory = carried.with_context(|| {
             format!(
-                "{}: --between has no pose between its poses: both must have stamps, of one clock",
+                "{}: --between has no pose that goes between its poses: they must be further apart than those of the odometry, and both have stamps of one clock",
                 self.given
             )
         })?;

@@ -111,7 +111,7 @@ pub fn map_of_cloud<'a>(
     let voxel_m = settings.voxel_m.unwrap_or(settings.scales.lengths().cloud_voxel_m);
     let lattice = Lattice::new(voxel_m)?;
     let fuser = MapFuser::new(lattice, means.cloud_map_bytes(), work.path())?;
-    let name = output.display().to_string();
+    let name = cloud.display().to_string();
     let file = cloud.file_name().unwrap_or_default().to_string_lossy();
     let text = format!("dmp {}; fused from {file}", env!("CARGO_PKG_VERSION"));
     let (found, (store, thin_voxels)) = pool.install(|| {

@@ -5,7 +5,7 @@ use std::path::Path;
 use dmp_log::{LogError, read_cloud};
 use serde_json::Value;
 
-use crate::common::{dmp, refused, text};
+use crate::common::{dmp, refused, text, workspace};
 
 const BUILD: &str = "map build @/town.mcap -t @/truth.tum -o truth.dmpmap --quiet";
 
@@ -34,6 +34,29 @@ fn a_built_map_is_the_one_that_score_saves() {
         std::fs::read(folder.path().join(format!("{file}.ply"))).unwrap()
     };
     assert!(points("truth.dmpmap") == points("maps/truth.dmpmap"), "the same surfels");
+    let bytes = |file: &str| std::fs::read(folder.path().join(file)).unwrap();
+    assert!(bytes("truth.dmpmap") == bytes("maps/truth.dmpmap"), "the same file");
+}
+
+#[test]
+fn building_tells_of_the_run_and_the_file_that_were_given() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = std::fs::read_to_string(workspace().join("data-samples/truth.tum")).unwrap();
+    let later = truth.lines().filter(|line| !line.starts_with('#')).map(|line| {
+        let (stamp_s, pose) = line.split_once(' ').unwrap();
+        format!("{} {pose}\n", stamp_s.parse::<f64>().unwrap() + 7000.0)
+    });
+    std::fs::write(folder.path().join("far.tum"), later.collect::<String>()).unwrap();
+    let apart = dmp(folder.path(), "map build @/town.mcap -t far.tum -o far.dmpmap");
+    assert!(text(&apart.stderr).contains("--time-offset far=7000.000"), "{}", text(&apart.stderr));
+    let shifted = "map build @/town.mcap -t far.tum --time-offset far=7000 -o far.dmpmap";
+    assert!(dmp(folder.path(), shifted).status.success());
+
+    let mesh = "v 0 0 0\nv 9 0 0\nv 9 9 0\nf 1 2 3\n";
+    std::fs::write(folder.path().join("floor.obj"), mesh).unwrap();
+    let built = text(&dmp(folder.path(), "map build floor.obj -o floor.dmpmap").stderr);
+    assert_eq!(built.matches("OBJ mesh of 1 triangle").count(), 1, "{built}");
+    assert!(built.contains("map of `floor.obj`: ") && !built.contains("floor.dmpmap"), "{built}");
 }
 
 #[test]

@@ -11,7 +11,8 @@ use dmp_sim::SlamErrors;
 use serde_json::Value;
 
 use crate::common::{
-    comparable, dmp, drift, noise, open, refused, runs_of, score, small_town, text, unwrapped, write_mcap,
+    comparable, dmp, drift, noise, open, refused, runs_of, score, small_town, text, unwrapped, workspace,
+    write_mcap,
 };
 use crate::resume::{in_pieces, write_in_small_chunks};
 
@@ -33,6 +34,28 @@ fn frames_of(
     let frames = Frames::default();
     let report = evaluate(open(log).as_ref(), runs, config, Watch::sink(&frames)).unwrap();
     (report, frames.0.into_inner().unwrap())
+}
+
+#[test]
+fn a_sample_tells_of_scans_without_a_pose_what_all_scans_tell() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = std::fs::read_to_string(workspace().join("data-samples/truth.tum")).unwrap();
+    let told = |poses: usize, more: &str| -> Vec<Value> {
+        let part: String = truth.lines().take(poses).flat_map(|line| [line, "\n"]).collect();
+        std::fs::write(folder.path().join("part.tum"), part).unwrap();
+        let output = dmp(folder.path(), &format!("score @/town.mcap -t part.tum --json --quiet {more}"));
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let warnings = report["warnings"].as_array().unwrap().iter();
+        warnings.filter(|warning| warning.to_string().contains("scan_without_pose")).cloned().collect()
+    };
+    // Of more than half of the scans, and of one in ten.
+    for (poses, warnings) in [(300, 1), (720, 0)] {
+        let of_all = told(poses, "");
+        assert_eq!(of_all.len(), warnings, "{of_all:?}");
+        for sample in ["--sample 6", "--sample 30"] {
+            assert_eq!(told(poses, sample), of_all, "{sample}");
+        }
+    }
 }
 
 #[test]

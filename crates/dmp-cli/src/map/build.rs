@@ -73,7 +73,7 @@ fn from_log(
     common: &Common,
 ) -> anyhow::Result<(Store, bool)> {
     let started = Runs::start(std::slice::from_ref(trajectory), &arguments.reading)?;
-    let OpenedRuns { log, mut runs, damaged } = OpenedRuns::open(
+    let OpenedRuns { log, runs, damaged } = OpenedRuns::open(
         started,
         [MapSource::Fused],
         &arguments.log,
@@ -82,13 +82,13 @@ fn from_log(
         common,
     )?;
     let beside = Beside::new(&arguments.output)?;
-    MAP.clone_into(&mut runs[0].name);
     let config =
         arguments.resume.in_config(Config { save_maps: Some(beside.folder.clone()), ..config.clone() });
     let progress = Progress::new(common);
-    fuse_maps(log.as_ref(), &runs, &config, &progress)?;
+    let maps = fuse_maps(log.as_ref(), &runs, &config, &progress)?;
     drop(progress);
-    let map = beside.give_place(&arguments.output)?;
+    let made = maps.iter().next().map(|(_, map)| map.path().to_path_buf());
+    let map = Beside::give_place(&made.context("no map was made")?, &arguments.output)?;
     say_if_empty(EvaluateError::if_empty(&arguments.output, &map, None, 0), common);
     Ok((map, damaged))
 }
@@ -103,11 +103,8 @@ fn from_cloud(arguments: &BuildArgs, config: &Config, common: &Common) -> anyhow
     let progress = Progress::new(common);
     let made = map_of_cloud(cloud, &beside.map(), config, &progress)?;
     drop(progress);
-    if !common.quiet {
-        made.notes.iter().for_each(|note| say!(common.host, "note: {note}"));
-        if made.points_dropped > 0 {
-            say!(common.host, "note: {} not finite, left out", text::counted(made.points_dropped, "point"));
-        }
+    if made.points_dropped > 0 && !common.quiet {
+        say!(common.host, "note: {} not finite, left out", text::counted(made.points_dropped, "point"));
     }
     let checked = EvaluateError::if_empty(cloud, &made.store, Some(made.thin_voxels), made.points_dropped);
     match (made.thin_voxels, made.sparse(), made.store.surfels()) {
@@ -118,7 +115,7 @@ fn from_cloud(arguments: &BuildArgs, config: &Config, common: &Common) -> anyhow
         }
         _ => say_if_empty(checked, common),
     }
-    beside.give_place(&arguments.output)
+    Beside::give_place(made.store.path(), &arguments.output)
 }
 
 /// A map without a surfel is one that `dmp score` will refuse.
@@ -127,9 +124,6 @@ fn say_if_empty(checked: Result<(), EvaluateError>, common: &Common) {
         say!(common.host, "warning: {}", one_line(&empty.into()));
     }
 }
-
-/// What a map is called while it is made.
-const MAP: &str = "map";
 
 /// The folder beside its place in which a map is made; it goes when this is dropped, with whatever is in it.
 ///
@@ -166,15 +160,16 @@ impl Beside {
         Ok(Self { folder, _unfinished: unfinished, _taken: taken, _elsewhere: elsewhere })
     }
 
+    /// Where the map of a cloud is made.
     fn map(&self) -> PathBuf {
-        self.folder.join(format!("{MAP}.dmpmap"))
+        self.folder.join("map.dmpmap")
     }
 
-    /// Gives the whole map its place.
-    fn give_place(&self, output: &Path) -> anyhow::Result<Store> {
+    /// Gives the map that was `made` in the folder its place.
+    fn give_place(made: &Path, output: &Path) -> anyhow::Result<Store> {
         // It stays open where it is.
-        let map = Store::open(&self.map())?;
-        OutputFile::give_place(&self.map(), output)
+        let map = Store::open(made)?;
+        OutputFile::give_place(made, output)
             .with_context(|| format!("{}: cannot write", output.display()))?;
         Ok(map)
     }

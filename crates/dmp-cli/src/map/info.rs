@@ -126,7 +126,7 @@ impl<'a> Info<'a> {
         )?;
         if let Some([low, high]) = self.extent_m {
             let axis = |k: usize| format!("{:.1} to {:.1}", low[k], high[k]);
-            writeln!(out, "extent     x {}, y {}, z {} m", axis(0), axis(1), axis(2))?;
+            writeln!(out, "extent     x {}, y {}, z {} m, as wide as the tiles", axis(0), axis(1), axis(2))?;
         }
         match self.segments {
             Some([first, last]) => writeln!(out, "segments   {first} to {last}")?,

@@ -153,18 +153,25 @@ fn of_report<M>(report: &Report, plan: &Plan, runs: &[RunState<'_, M>]) -> Vec<W
     warnings
 }
 
-/// Of which returns many were left out, of those that were read to be scored.
+/// Of which returns many were left out: whole scans without a pose of those that were asked for, whether in the sample or not;
+/// other returns of those that were read to be scored.
 fn of_drops(inputs: &InputReport) -> Vec<Warning> {
-    let asked_for = |reason: &str| matches!(reason, "scan_not_selected" | "scan_not_sampled");
-    let dropped = &inputs.dropped.0;
-    let not_asked: u64 = dropped.iter().filter(|(reason, _)| asked_for(reason)).map(|(_, count)| count).sum();
-    let read = (inputs.returns - not_asked).max(1) as f64;
-    let share = |count: u64| count as f64 / read;
-    let vehicle = share(dropped.get("vehicle").copied().unwrap_or(0));
+    const ASKED_FOR: [&str; 2] = ["scan_not_selected", "scan_not_sampled"];
+    const UNPOSED: &str = "scan_without_pose";
+    let dropped = |reason: &str| inputs.dropped.0.get(reason).copied().unwrap_or(0);
+    let [not_selected, not_sampled] = ASKED_FOR.map(dropped);
+    let asked = inputs.returns - not_selected;
+    let read = if not_sampled > 0 { asked - not_sampled - dropped(UNPOSED) } else { asked };
+    let share = |reason: &str| {
+        let all = if reason == UNPOSED { asked } else { read };
+        dropped(reason) as f64 / all.max(1) as f64
+    };
+    let vehicle = share("vehicle");
     let told =
         (vehicle > VEHICLE_TOLD && vehicle <= DROPS_TOLD).then_some(Warning::Vehicle { share: vehicle });
-    let others = dropped.iter().map(|(reason, &count)| (reason, share(count)));
-    let others = others.filter(|(reason, share)| *share > DROPS_TOLD && !asked_for(reason));
+    let others = inputs.dropped.0.keys().map(|reason| (reason, share(reason)));
+    let others =
+        others.filter(|(reason, share)| *share > DROPS_TOLD && !ASKED_FOR.contains(&reason.as_str()));
     let others = others.map(|(reason, share)| Warning::Dropped { reason: reason.clone(), share });
     told.into_iter().chain(others).collect()
 }
