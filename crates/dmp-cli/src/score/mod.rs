@@ -137,9 +137,9 @@ pub(crate) fn run(arguments: &ScoreArgs, common: &Common, out: &mut impl Write) 
     } else {
         let opened =
             OpenedRuns::open(started, maps, &asked.log, asked.settings.poses(), config.threads, common)?;
+        like.iter().try_for_each(|like| like.check_log(opened.log.summary()))?;
         let (OpenedRuns { log, runs, damaged }, vetted) =
             asked.conventions.vet(opened, &asked.log, asked.settings.poses(), &config, common)?;
-        like.iter().try_for_each(|like| like.check_log(log.summary()))?;
         let (settings, means) = config.on(log.summary())?;
         let outputs = match &vetted {
             Some(vetted) => outputs.of_runs(&vetted.is_kept()),

@@ -105,9 +105,9 @@ pub(crate) fn run(arguments: &PlanArgs, common: &Common, out: &mut impl Write) -
     let _taken = OutputsFolder::take(folder)?;
     let poses = asked.settings.poses();
     let opened = OpenedRuns::open(started, maps, &asked.log, poses, config.threads, common)?;
+    like.iter().try_for_each(|like| like.check_log(opened.log.summary()))?;
     let (opened, vetted) = asked.conventions.vet(opened, &asked.log, poses, &config, common)?;
     let OpenedRuns { log, runs, damaged } = opened;
-    like.iter().try_for_each(|like| like.check_log(log.summary()))?;
     let said = vetted.as_ref().map_or_else(Told::default, |vetted| vetted.told(&option_of));
     let machine = Machine { cores: *cores as usize };
     let watch = Progress::new(common);
