@@ -154,7 +154,7 @@ fn of_report<M>(report: &Report, plan: &Plan, runs: &[RunState<'_, M>]) -> Vec<W
 }
 
 /// Of which returns many were left out: whole scans without a pose of those that were asked for, whether in the sample or not;
-/// other returns of those that were read to be scored.
+/// other returns of what was asked for, and where that was sampled, of what was read of it with a pose.
 fn of_drops(inputs: &InputReport) -> Vec<Warning> {
     const ASKED_FOR: [&str; 2] = ["scan_not_selected", "scan_not_sampled"];
     const UNPOSED: &str = "scan_without_pose";
