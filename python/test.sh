@@ -36,7 +36,7 @@ cd "$tested"
 bin/python "$here/tests/installed.py" "$wheels"
 bin/pip install --quiet --disable-pip-version-check --constraint "$here/tests/constraints.txt" \
     pytest mypy pandas polars pyarrow matplotlib rerun-sdk mcap-ros2-support nbclient ipykernel kiss-icp rosbags \
-    dask distributed s3fs 'moto[server]' ray kubernetes-validate pyyaml jsonschema
+    dask distributed s3fs 'moto[server]' kubernetes-validate pyyaml jsonschema
 
 # That of these sources, whatever was built before.
 cargo build --release --locked --manifest-path "$here/../Cargo.toml"

@@ -13,7 +13,7 @@ _KINDS = (("bool", bool), ("int", int), ("float", (int, float)))
 
 
 def table(rows: Iterable[Mapping[str, Any]], kinds: Mapping[str, str] | None = None) -> Table:
-    """A table of rows with the same columns. ``kinds`` say what these hold, where there may be no row to tell."""
+    """A table of rows with the same columns. ``kinds`` say what these hold, where there may be no row to infer them from."""
     rows = list(rows)
     if kinds is not None:
         return Table([(name, kind, [_as(kind, row[name]) for row in rows]) for name, kind in kinds.items()])

@@ -16,7 +16,7 @@ mod options;
 mod run;
 mod scan_writer;
 mod table;
-mod told;
+mod listened;
 
 use pyo3::prelude::*;
 

@@ -1,7 +1,7 @@
 """Runs KISS-ICP on an exported drive: odometry.py FOLDER OUT.tum --config default|rigid|coarse
 
 FOLDER is what `cargo xtask study export` writes: scans/NNNNNN.bin (float32 x, y, z, intensity), times.txt (seconds)
-and times/NNNNNN.f32 (float32 seconds after the stamp). Beside it, FOLDER.truth.tum tells how wrong the run is.
+and times/NNNNNN.f32 (float32 seconds after the stamp). Beside it, FOLDER.truth.tum holds the true trajectory.
 """
 
 import argparse
@@ -63,7 +63,7 @@ def ate(poses, stamps, truth):
 
 
 def turn_error(poses, stamps, truth, scans=10):
-    """RMSE of the turns over that many scans, radians: nearly free of drift, it tells which instant is meant."""
+    """RMSE of the turns over that many scans, radians: nearly free of drift, it shows which instant is meant."""
     ours = np.unwrap([np.arctan2(pose[1, 0], pose[0, 0]) for pose in poses])
     theirs = at_stamps(truth, stamps)[:, 3]
     wrong = (ours[scans:] - ours[:-scans]) - (theirs[scans:] - theirs[:-scans])

@@ -1,4 +1,4 @@
-//! What a command tells while it runs: kept by its threads until the thread that waits for it hands it on.
+//! What a command says while it runs: its threads keep it until the waiting thread hands it on.
 //!
 //! A listener of Python is called by the thread that called the command alone, so that it may draw, and raise what ends it.
 
@@ -9,7 +9,7 @@ use std::time::Duration;
 use dmp_cli::Host;
 use pyo3::prelude::*;
 
-/// What was told and not handed on yet.
+/// What was said and not handed on yet.
 #[derive(Debug, Default)]
 struct Kept {
     lines: Vec<String>,
@@ -28,13 +28,13 @@ struct Stage {
 
 /// The host of a command that Python runs.
 #[derive(Debug, Default)]
-pub(crate) struct Told {
+pub(crate) struct Listened {
     kept: Mutex<Kept>,
     ended: Condvar,
     is_cancelled: AtomicBool,
 }
 
-impl Host for Told {
+impl Host for Listened {
     fn say(&self, line: &str) {
         self.kept().lines.push(line.to_owned());
     }
@@ -54,7 +54,7 @@ impl Host for Told {
     }
 }
 
-impl Told {
+impl Listened {
     fn kept(&self) -> MutexGuard<'_, Kept> {
         // What a thread that panicked has kept is whole: it is only ever added to.
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
@@ -77,7 +77,7 @@ impl Told {
         waited.map_or_else(|poisoned| poisoned.into_inner().0.is_over, |(kept, _)| kept.is_over)
     }
 
-    /// Calls the listener with what was told since the last time. `shown` is what it was told of the stage then.
+    /// Calls the listener with what was said since the last time. `shown` is the stage as it was then.
     pub(crate) fn hand_on(&self, listener: &Bound<'_, PyAny>, shown: &mut Shown) -> PyResult<()> {
         let (lines, stage) = {
             let mut kept = self.kept();
