@@ -9,7 +9,7 @@
 //! Rays go through the map's tiles nearest first, together with their neighbours: in packets of sixteen where that
 //! pays, one by one elsewhere. Every tile has a tree of its own, eight wide, over leaves of sixteen discs that are
 //! tested at once, with AVX-512, AVX2 or what every processor has ([`Path`]). None of this changes a bit of an
-//! answer. How it works and why is told in `docs/casting.md`, how fast it is in `docs/performance.md`.
+//! answer. How and why it works is in `docs/casting.md`, how fast it is in `docs/performance.md`.
 //!
 //! A miss is `None`, never a range. World coordinates are `f64`; inside a tile, `f32` from the place
 //! where the ray enters it.

@@ -53,7 +53,7 @@ pub(crate) struct SearchLists {
     leaves: Vec<u32>,
 }
 
-/// Tells `found` all crossings of some rays, in no order that means anything.
+/// Hands `found` all crossings of some rays, in no order that means anything.
 pub(crate) struct SearchRays<'a, F> {
     pub(crate) tile: &'a TileView<'a>,
     pub(crate) rays: &'a PacketRays,

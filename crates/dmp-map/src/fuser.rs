@@ -103,7 +103,7 @@ impl MapFuser {
         })
     }
 
-    /// Puts all tiles into the scratch file and brings it to disk, and tells what it takes to go on from there.
+    /// Puts all tiles into the scratch file and brings it to disk, and returns what a resumed process needs.
     /// For when nobody is adding points.
     ///
     /// # Errors
@@ -170,7 +170,7 @@ impl MapFuser {
     }
 
     /// Turns the sums into surfels and writes the store at `path`; `origin` is kept in it.
-    /// `on_tile` is told after each batch how many tiles are done, of how many.
+    /// `on_tile` gets, after each batch, how many tiles are done, of how many.
     ///
     /// # Errors
     /// When the scratch file cannot be read back or the store cannot be written; then no store appears

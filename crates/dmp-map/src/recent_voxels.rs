@@ -71,7 +71,7 @@ impl RecentVoxels {
         Ok(())
     }
 
-    /// Adds the points found, and tells how many entries were driven out.
+    /// Adds the points found, and returns how many entries were driven out.
     #[inline]
     fn add_block(&mut self, most_points: u32) -> usize {
         let Self { recent, out, found } = self;
@@ -115,7 +115,7 @@ impl RecentVoxels {
     }
 }
 
-/// Adds a point, writes into `out` what was in its place before, and tells whether that is driven out: it is another
+/// Adds a point, writes into `out` what was in its place before, and returns whether that is driven out: it is another
 /// voxel, or its sums could become full.
 #[inline]
 fn add_point(

@@ -31,7 +31,7 @@ pub(crate) trait SummedTiles: Sync {
 }
 
 /// Turns sums into surfels and writes those of the tiles in `span` to a store. `sums` must have the tiles beside them too: their
-/// discs reach over borders. `on_tile` is told after each batch how many tiles are done, of how many.
+/// discs reach over borders. `on_tile` gets, after each batch, how many tiles are done, of how many.
 ///
 /// # Errors
 /// When sums cannot be read or the store cannot be written; then no store appears at `path`, and what was there before is

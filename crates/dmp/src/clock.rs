@@ -25,7 +25,7 @@ pub(crate) struct OnClock {
     pub(crate) sweep_ns: [i64; 2],
 }
 
-/// Brings the poses of a run, told in some frame as `trajectory`, to the log's clock. Poses without stamps have those of
+/// Brings the poses of a run, given in some frame as `trajectory`, to the log's clock. Poses without stamps have those of
 /// their scans; where the scans have none either, those of another run may be `lent`, whose n-th pose is that of the
 /// n-th scan too.
 ///

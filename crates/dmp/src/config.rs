@@ -86,7 +86,7 @@ pub enum FrameOrder {
     Shuffled(u64),
 }
 
-/// In which frame a run is fused and scored. Results are told in the run's own, whichever it is.
+/// In which frame a run is fused and scored. Results are reported in the run's own, whichever it is.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Frame {
     /// The one that follows from the way of the sensor, so that it makes no difference where a run's own lies.
@@ -98,7 +98,7 @@ pub enum Frame {
 }
 
 impl Frame {
-    /// Fixed to a frame that a report tells ([`RunInputReport::world_from_own`](crate::RunInputReport)): x, y, z in
+    /// Fixed to a frame that a report names ([`RunInputReport::world_from_own`](crate::RunInputReport)): x, y, z in
     /// metres, qx, qy, qz, qw.
     pub fn of_report(seven: [f64; 7]) -> Self {
         Self::Fixed(transform_of(&seven))
@@ -150,7 +150,7 @@ pub struct Config {
     /// What a return that no independent surfel predicts costs in `R_cv` at its largest truncation.
     pub miss_price: MissPrice,
     /// How sure the verdicts are to be, all of them together: where runs are equal, the chance that any two of them are
-    /// told apart is what this leaves, over all pairs, scales and looks.
+    /// ranked apart is what this leaves, over all pairs, scales and looks.
     pub confidence: Confidence,
     /// How far apart two runs may be and still count as the same.
     pub same_within: Margin,

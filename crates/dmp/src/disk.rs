@@ -1,4 +1,4 @@
-//! How much disk an evaluation will need, told before it writes.
+//! How much disk an evaluation will need, reported before it writes.
 
 use std::path::Path;
 
@@ -39,8 +39,8 @@ struct DiskNeed {
 }
 
 impl<M: Sync + Send> Evaluation<'_, M> {
-    /// Tells before anything is fused what will be written, and whether there is space for it; where there may be none, whoever
-    /// watches is told. What is gone on with has its place already.
+    /// Reports before anything is fused what will be written, and whether there is space for it; where there may be none, the
+    /// watcher gets a note. What is gone on with has its place already.
     ///
     /// # Errors
     /// Where the disk is too small, even if the estimate is off by as much as it ever was.
@@ -115,7 +115,7 @@ impl Target<'_> {
             let folder = folder.to_path_buf();
             return Err(EvaluateError::NoRoom { folder, bytes, least_bytes, free_bytes, setting });
         }
-        // Stands in the report, whose words do not change, and which tells of no folders.
+        // Stands in the report, whose words do not change, and which names no folders.
         let (place, option) = match setting {
             SettingName::SaveMaps => ("the maps' folder", "--save-maps or -o"),
             _ => ("the work folder", "--work"),
@@ -146,10 +146,10 @@ mod tests {
         );
         let error = place.check(Some(6 << 20)).unwrap_err();
         assert!(!error.is_usage());
-        let told = error.to_string();
+        let text = error.to_string();
         assert!(
-            told.starts_with("w: ") && told.contains("10 MiB") && told.contains("(`work-folder`)"),
-            "{told}"
+            text.starts_with("w: ") && text.contains("10 MiB") && text.contains("(`work-folder`)"),
+            "{text}"
         );
     }
 }

@@ -342,7 +342,7 @@ impl EvaluateError {
                 name(SettingName::Quick)
             ),
             Self::VagueStamps { path, error_s } => format!(
-                "{}: its index tells the times of its scans no better than to {error_s:.1} s, which does not tell where \
+                "{}: its index has the times of its scans to {error_s:.1} s only, too coarse to know where \
                  they were made: score a sample of its scans, {}",
                 path.display(),
                 name(SettingName::Sample)

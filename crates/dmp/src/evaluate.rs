@@ -14,7 +14,7 @@ use crate::error::EvaluateError;
 use crate::evaluation::{Evaluation, Task};
 use crate::heads::Heads;
 use crate::peak;
-use crate::report::{Findings, PassTimes, Report, ToldMap, Warning, drops_in_words, map_report};
+use crate::report::{Findings, PassTimes, Report, MapSummary, Warning, drops_in_words, map_report};
 use crate::run_map::tile_bytes;
 use crate::sanity::Doubts;
 use crate::watch::Watch;
@@ -31,7 +31,7 @@ use crate::work::MapFacts;
 /// # Errors
 /// When log and runs do not belong together, a file is damaged beyond what can be left out, the work
 /// folder is full, or a setting makes no sense. Nothing is left behind then, but with
-/// [`Config::checkpoint_every`] what was kept: whoever watches is told where it is.
+/// [`Config::checkpoint_every`] what was kept: the watcher gets its place.
 pub fn evaluate<'a>(
     log: &'a dyn ScanLog,
     runs: &'a [Run],
@@ -91,13 +91,13 @@ impl RunCaster {
         (!self.facts.fused).then_some((&self.caster, &self.facts))
     }
 
-    fn told(&self) -> ToldMap {
-        ToldMap { report: map_report(self.caster.map(), &self.facts), facts: self.facts.clone() }
+    fn summary(&self) -> MapSummary {
+        MapSummary { report: map_report(self.caster.map(), &self.facts), facts: self.facts.clone() }
     }
 }
 
 impl Evaluation<'_, RunCaster> {
-    /// Where runs and maps that were given hardly belong together: told before the long part.
+    /// Where runs and maps that were given hardly belong together: reported before the long part.
     fn doubt(&mut self) -> Result<(), EvaluateError> {
         let Self { log, plan, settings, progress, runs, .. } = self;
         Doubts { log: *log, plan, settings, progress: *progress }.look(runs, RunCaster::given)
@@ -110,7 +110,7 @@ impl Evaluation<'_, RunCaster> {
             settings: &self.settings,
             means: &self.means,
             plan: &self.plan,
-            runs: &self.runs.iter().map(|run| run.like(run.map.told())).collect::<Vec<_>>(),
+            runs: &self.runs.iter().map(|run| run.like(run.map.summary())).collect::<Vec<_>>(),
             fused: self.fused,
             scored,
             timing,

@@ -89,7 +89,7 @@ impl<'a> Task<'a> {
         Ok(Self { log, settings, means, work, watch })
     }
 
-    /// Does something with it. Where that fails, what was done stays for another process, and whoever watches is told
+    /// Does something with it. Where that fails, what was done stays for another process, and the watcher is notified
     /// where.
     pub(crate) fn keeping<T>(
         self,

@@ -55,7 +55,7 @@ pub(crate) struct Pauses<'a, W> {
     pub(crate) done: FrameSet,
     /// Called in each pause.
     pub(crate) keep: &'a mut Keep<'a, W>,
-    /// Told the number of every job before it is handed out.
+    /// Gets the number of every job before it is handed out.
     pub(crate) ahead: &'a dyn Fn(usize),
 }
 

@@ -26,7 +26,7 @@ const BATCH: usize = 65_536;
 pub(crate) fn check_free_space(runs: &[Run], settings: &Settings) -> Result<(), EvaluateError> {
     let lengths = settings.scales.lengths();
     if settings.free_space && !lengths.has_free_space {
-        let why = "what passes through what is told by half a metre, which is a drive's";
+        let why = "what rays pass through is judged by half a metre, which is a drive's";
         return Err(EvaluateError::setting(SettingName::FreeSpace, format!("in a {}", lengths.name), why));
     }
     match runs.iter().find(|run| settings.free_space && run.map != MapSource::Fused) {
@@ -95,7 +95,7 @@ fn store_at(path: &Path) -> Result<Option<Store>, MapError> {
     match Store::open(path) {
         Ok(store) => Ok(Some(store)),
         Err(MapError::NotAStore { .. }) => Ok(None),
-        // What is missing or a folder is better told by the one that reads clouds.
+        // The reader of clouds has the better error for what is missing or a folder.
         Err(MapError::Disk(DiskError::Io { source, .. }))
             if matches!(source.kind(), ErrorKind::NotFound | ErrorKind::IsADirectory) =>
         {

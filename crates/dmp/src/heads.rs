@@ -7,7 +7,7 @@ use dmp_log::{FrameInfo, LogOutline, LogSummary, ScanLog};
 pub(crate) enum Heads<'a> {
     /// The log, or part of one, is open.
     Log(&'a dyn ScanLog),
-    /// Only its index was read: stamps are as near as that tells, returns not known.
+    /// Only its index was read: stamps are as exact as the index, returns not known.
     Outline(&'a LogOutline),
 }
 

@@ -1,4 +1,4 @@
-//! Whether the tiles that a sensor sees at once will have room in memory, told before any map is fused.
+//! Whether the tiles that a sensor sees at once will have room in memory, checked before any map is fused.
 
 use std::collections::HashMap;
 
@@ -24,7 +24,7 @@ struct Tiles<'e> {
 }
 
 impl Evaluation<'_, Option<Store>> {
-    /// Tells whoever watches where the tiles in reach have no room in the memory: they are then loaded again and again while
+    /// Notes where the tiles in reach have no room in the memory: they are then loaded again and again while
     /// rays are cast. Of clouds that are given nothing is known yet.
     ///
     /// # Errors

@@ -6,7 +6,7 @@ use dmp_sensor::Isometry3;
 
 use crate::memory::KNOWN_TIMES;
 
-/// The poses of some runs at the times of a scan so far: a log that tells its points ring by ring comes to each time once in
+/// The poses of some runs at the times of a scan so far: a log that holds its points ring by ring comes to each time once in
 /// every ring.
 #[derive(Debug, Default)]
 pub(crate) struct KnownPoses {

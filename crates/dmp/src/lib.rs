@@ -13,7 +13,7 @@
 //!   on, and [`Means`] (memory, threads, folders), which they do not: [`Config::on`].
 //! - [`evaluate`] scores all returns, [`evaluate_quick`] a sample of places, for which little of the log is read;
 //!   [`fuse_maps`] makes the maps alone, [`map_of_cloud`] one of a cloud or a mesh.
-//! - [`Progress`] is told how far it is, and may stop it; a [`Sink`] takes returns, scans, places and maps as they are scored.
+//! - [`Progress`] hears how far it is, and may stop it; a [`Sink`] takes returns, scans, places and maps as they are scored.
 //!   A [`Watch`] is one of them, or both, or `()`.
 //! - A [`Report`] is asked by name: [`Report::best`], [`Report::ranked`], [`Report::verdict_between`], [`Report::score_of`].
 //!   It is the JSON of `dmp score --json`, written and read with serde. [`join_reports`] puts two into one table; [`suite_report`]
@@ -35,7 +35,7 @@
 //! let report = evaluate(log.as_ref(), &runs, &Config::default(), ())?;
 //! match report.best() {
 //!     Some(Best::Run(run)) => println!("best: {}", run.name),
-//!     _ => println!("it cannot be told which is best"),
+//!     _ => println!("no run is clearly the best"),
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -133,7 +133,7 @@ pub use suite::{
     SuitePromiseReport, SuiteReport, suite_report,
 };
 pub use unposed::Unposed;
-pub use vet::{Found, LeftOut, Mend, PointTimes, PosesAs, Profile, Told, Vetted, profiles, vet, vet_outline};
+pub use vet::{Found, LeftOut, Mend, PointTimes, PosesAs, Profile, VetSummary, Vetted, profiles, vet, vet_outline};
 pub use watch::Watch;
 pub use work::in_threads;
 

@@ -49,7 +49,7 @@ const RAY_BYTES: usize =
 const RETURN_BYTES: usize = 32;
 /// Packets of rays on their way, a tile in hand, and what it is built of.
 const THREAD_BYTES: usize = 2 << 20;
-/// What a pose of a run takes: a stamp, the pose, and a copy in each frame that it is told in.
+/// What a pose of a run takes: a stamp, the pose, and a copy in each frame that is needed.
 const POSE_BYTES: usize = 4 * (size_of::<Isometry3<f64>>() + size_of::<i64>());
 /// What a scan of the log takes: its place in the index, in the plan, in jobs.
 const FRAME_BYTES: usize = 256;

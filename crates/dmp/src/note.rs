@@ -12,7 +12,7 @@ pub enum Note {
     /// Words that stand for themselves.
     Words(String),
     /// Tiles will be loaded more often than once a visit, as there is too little memory for those in reach of the sensor:
-    /// told before any map is made.
+    /// reported before any map is made.
     TilesBeyondMemory {
         /// Of the tiles in reach, at most, about.
         needed_bytes: u64,

@@ -5,7 +5,7 @@
 //! world where they like: the first pose, gravity, north. So every run is first moved, rigidly and by what it says of the
 //! way itself, to where any other would lie that went the same way. Two runs that differ by a rigid motion then have one
 //! map. From here on `world` is that frame, and `own` that of the run's trajectory, in which users get what they are
-//! told.
+//! given.
 //!
 //! In the frame found so, the way lies level and along an axis; what is built along streets does too, and a flat ground
 //! would lie at one height in its voxels everywhere, good or bad luck for the whole map. So the frame is tilted against
@@ -29,7 +29,7 @@ use crate::settings::Settings;
 /// that makes the extent of what it saw.
 const REACH_M: f64 = 20.0;
 const REACH_ALONG_Z_M: f64 = 3.0;
-/// Weights over the time of the log by which the way is told from its way back: Legendre polynomials up to this.
+/// Weights over the time of the log that distinguish the path from its way back: Legendre polynomials up to this.
 const HARMONICS: usize = 8;
 /// Turns about x, y and z, in this order, by 5, 4 and 7 degrees: the slopes of level and upright planes in the frame lie
 /// between 0.06 and 0.13. As (x, y, z, w).
@@ -117,7 +117,7 @@ fn seen_by_all<'d, M>(
     }
 }
 
-/// The frame of a way of the sensor, seen from the one its poses are told in: its origin is the mean place, z the
+/// The frame of a way of the sensor, seen from the one its poses are given in: its origin is the mean place, z the
 /// direction in which what was seen has least extent, x that in which the way, weighed over time, leads furthest; then
 /// tilted.
 fn frame_of(poses: &[Isometry3<f64>], metre_m: f64) -> Isometry3<f64> {

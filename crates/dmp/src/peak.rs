@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 static PEAK: AtomicU64 = AtomicU64::new(0);
 
-/// Memory of this machine in bytes, where the system tells.
+/// Memory of this machine in bytes, where the system reports it.
 pub fn machine_memory_bytes() -> Option<u64> {
     kilobytes("/proc/meminfo", "MemTotal:")
 }

@@ -158,7 +158,7 @@ impl<E: From<EvaluateError> + Send> Worker for Taker<'_, E> {
         })?;
         if let Err(error) = (self.take)(ordinal, rays) {
             self.failed.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-            // What it was is told to the one who asked.
+            // The caller gets what it was.
             return Err(EvaluateError::Cancelled);
         }
         self.counts.merge(&counts);

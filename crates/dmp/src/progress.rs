@@ -1,4 +1,4 @@
-//! What is being done at the moment, told to whoever wants to show it, who may also stop it.
+//! What is being done at the moment, for whoever shows it, and may stop it.
 
 use crate::note::Note;
 

@@ -29,7 +29,7 @@ pub(crate) struct RunPoses {
 }
 
 impl RunPoses {
-    /// Pairs the poses of a run, on the log's clock and told in some frame, with the log's scans.
+    /// Pairs the poses of a run, on the log's clock and in some frame, with the log's scans.
     pub(crate) fn new(run: &Run, on_clock: OnClock, settings: &Settings) -> Self {
         let OnClock { pairing, trajectory, shift_ns, period_ns, sweep_ns } = on_clock;
         let max_gap_ns = settings.max_time_gap_ns.unwrap_or_else(|| trajectory.usual_gap_ns());

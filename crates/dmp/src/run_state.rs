@@ -7,7 +7,7 @@ use crate::file_stem::file_stem_of;
 use crate::run_poses::RunPoses;
 
 /// A run, with what is known of it so far. `M` is its map as far as it is made: the store that was given, what is being
-/// fused, the finished map, the caster into it, what the report tells of it.
+/// fused, the finished map, the caster into it, what the report has of it.
 #[derive(Debug, Clone)]
 pub(crate) struct RunState<'a, M> {
     /// As the user has it.

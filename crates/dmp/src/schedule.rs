@@ -127,7 +127,7 @@ struct Near {
 }
 
 impl Near {
-    /// Looks the tiles up again where the sensor went far enough; tells whether it did.
+    /// Looks the tiles up again where the sensor went far enough; returns whether it did.
     fn move_to(&mut self, place: [f64; 2], map: &dyn TileSource, reach_m: f64) -> bool {
         let [x, y] = place;
         if self.place.is_some_and(|[x0, y0]| square(x - x0) + square(y - y0) < square(STEP_M)) {

@@ -118,9 +118,9 @@ mod tests {
 
     #[test]
     fn an_option_is_a_word_to_a_shell() {
-        let told = |run: &str| SettingName::PoseAt.for_run(run, "end", &|setting| format!("--{setting}"));
-        assert_eq!(told("a/b-1.x"), "--pose-at a/b-1.x=end");
-        assert_eq!(told("my run"), "--pose-at 'my run=end'");
-        assert_eq!(told("it's $HOME"), r"--pose-at 'it'\''s $HOME=end'");
+        let hint = |run: &str| SettingName::PoseAt.for_run(run, "end", &|setting| format!("--{setting}"));
+        assert_eq!(hint("a/b-1.x"), "--pose-at a/b-1.x=end");
+        assert_eq!(hint("my run"), "--pose-at 'my run=end'");
+        assert_eq!(hint("it's $HOME"), r"--pose-at 'it'\''s $HOME=end'");
     }
 }

@@ -1,4 +1,4 @@
-//! What the maps of all runs will take, in memory and on disk, told from some of the scans before any is fused.
+//! What the maps of all runs will take, in memory and on disk, estimated from some of the scans before any is fused.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -183,7 +183,7 @@ impl SoundedRun {
         [voxels.len() as f64, voxels.values().filter(|&&returns| returns >= FILLED).count() as f64]
     }
 
-    /// How places, each told by one of its voxels, grow in number.
+    /// How places, each known by one of its voxels, grow in number.
     fn growth_of(&self, place: impl Fn([i32; 3]) -> [i32; 3]) -> Growth {
         let scans: Vec<HashSet<[i32; 3]>> = self
             .seen

@@ -105,7 +105,7 @@ mod tests {
         assert_eq!(sparse.off_m(4 * SECOND_NS), 0.0);
         assert!(!sparse.carries(5 * SECOND_NS, 5 * SECOND_NS));
         assert!(sparse.carries(4 * SECOND_NS - 20_000_000, 4 * SECOND_NS + 20_000_000));
-        // Beyond the poses there is none at all: that is told elsewhere.
+        // Beyond the poses there is none at all: another check reports that.
         assert_eq!(sparse.off_m(-SECOND_NS), 0.0);
     }
 

@@ -1,4 +1,4 @@
-//! Who is told what an evaluation does and finds.
+//! Who follows what an evaluation does and finds.
 
 use crate::progress::Progress;
 use crate::sink::Sink;
@@ -9,7 +9,7 @@ use crate::sink::Sink;
 /// [`Watch::sink`].
 #[derive(Clone, Copy)]
 pub struct Watch<'a> {
-    /// Is told how far it is, and may stop it.
+    /// Hears how far it is, and may stop it.
     pub progress: &'a dyn Progress,
     /// Takes what is found, as it is found.
     pub sink: &'a dyn Sink,

@@ -104,7 +104,7 @@ pub(crate) struct Casting {
     pub(crate) tiles: Vec<(u64, i32, i32, RunSums)>,
     /// Scans by their place in the plan, and what they are like.
     pub(crate) shapes: Vec<(u64, ScanShape)>,
-    /// Likewise, and what tells those with the same returns.
+    /// Likewise, and what identifies those with the same returns.
     pub(crate) marks: Vec<(u64, u64)>,
 }
 
@@ -223,7 +223,7 @@ impl Work {
         self.folder.forget(&name::<C>(round));
     }
 
-    /// Leaves what was done for another process, where there is a checkpoint; tells where.
+    /// Leaves what was done for another process, where there is a checkpoint; returns where.
     pub(crate) fn leave(mut self, progress: &dyn Progress) {
         if self.folder.has_checkpoint() {
             self.folder.keep();

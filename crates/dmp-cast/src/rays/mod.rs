@@ -161,7 +161,7 @@ impl Rays {
     }
 
     /// The rays in the tile that they have come to, each up to [`CastSettings::return_m`] behind its measured range; what they
-    /// cross beyond the tile's border counts there. Tells how far each would have to go without that bound.
+    /// cross beyond the tile's border counts there. Returns how far each would have to go without that bound.
     #[inline(always)]
     pub(crate) fn in_tile(&self, tile_origin_in_world_m: [f64; 3], rays: &mut PacketRays) -> [f32; RAYS] {
         for k in 0..3 {

@@ -41,7 +41,7 @@ impl Rays {
         gone(0, low.x, high.x) || gone(1, low.y, high.y)
     }
 
-    /// Moves rays on to the next tile that may hold something for each, and tells `go` those tiles with their rays,
+    /// Moves rays on to the next tile that may hold something for each, and hands `go` those tiles with their rays,
     /// given as bits. Rays that have none go nowhere any more.
     #[inline(always)]
     pub(crate) fn route(

@@ -74,7 +74,7 @@ impl ConventionArgs {
 /// The report with what was found before.
 pub(super) fn told(mut report: Report, vetted: Option<&Vetted>) -> Report {
     if let Some(vetted) = vetted {
-        vetted.told(&option_of).put_into(&mut report);
+        vetted.summary(&option_of).put_into(&mut report);
     }
     report
 }

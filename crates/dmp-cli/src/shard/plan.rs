@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use dmp::{Config, Machine, MapSource, ShardPlan, Told};
+use dmp::{Config, Machine, MapSource, ShardPlan, VetSummary};
 
 use super::document::{self, told};
 use crate::common::Common;
@@ -108,7 +108,7 @@ pub(crate) fn run(arguments: &PlanArgs, common: &Common, out: &mut impl Write) -
     like.iter().try_for_each(|like| like.check_log(opened.log.summary()))?;
     let (opened, vetted) = asked.conventions.vet(opened, &asked.log, poses, &config, common)?;
     let OpenedRuns { log, runs, damaged } = opened;
-    let said = vetted.as_ref().map_or_else(Told::default, |vetted| vetted.told(&option_of));
+    let said = vetted.as_ref().map_or_else(VetSummary::default, |vetted| vetted.summary(&option_of));
     let machine = Machine { cores: *cores as usize };
     let watch = Progress::new(common);
     let config = Config { checkpoint_every: None, resume: false, ..config };

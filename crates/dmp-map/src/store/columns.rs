@@ -21,7 +21,7 @@ const ZSTD_LEVEL: i32 = 1;
 
 /// Codes as a zstd frame, and the number of their cells.
 pub(super) fn pack(codes: &[SurfelCode]) -> std::io::Result<(Vec<u8>, u32)> {
-    // A cell's voxels in their order, once each: otherwise what follows is told as another cell.
+    // A cell's voxels in their order, once each: otherwise what follows reads as another cell.
     let one_cell = |a: &SurfelCode, b: &SurfelCode| {
         cell_of(a) == cell_of(b) && place_of(a) < place_of(b) && a.normal == b.normal
     };

@@ -52,7 +52,7 @@ pub struct Origin {
     /// A text for people, kept up to a mebibyte.
     pub text: String,
     /// The frame that the map is made in, seen from that of whoever made it: a run is brought into a frame of its own
-    /// making, and its map is to be told in the frame of its trajectory.
+    /// making, and its map is reported in the frame of its trajectory.
     pub own_from_world: Isometry3<f64>,
 }
 

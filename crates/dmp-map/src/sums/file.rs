@@ -96,7 +96,7 @@ pub struct SumsFile {
 }
 
 impl SumsFile {
-    /// The file at `path`, of which `list` was told. It is open only while it is read: there may be thousands.
+    /// The file at `path`, which `list` names. It is open only while it is read: there may be thousands.
     ///
     /// # Errors
     /// When the list is none of a file.

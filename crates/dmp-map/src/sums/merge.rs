@@ -16,7 +16,7 @@ use crate::tile_surfels::{TileSurfels, surfels_of};
 use crate::write_map::{SummedTiles, write_map};
 
 /// Sums up what `files` hold of each voxel, makes surfels of it and writes the tiles of `span` to a store at `path`: as they are
-/// in the store of all. Surfels of at most `budget_bytes` are in memory, and of each file a block for each thread. `on_tile` is told
+/// in the store of all. Surfels of at most `budget_bytes` are in memory, and of each file a block for each thread. `on_tile` hears
 /// after each batch how many tiles are done, of how many.
 ///
 /// # Errors

@@ -28,13 +28,13 @@ pub(crate) struct RunCaster {
 }
 
 impl RunCaster {
-    /// What can be told of its surfels.
+    /// What the report has of its surfels.
     pub(crate) fn basis(&self) -> Basis {
         if self.facts.fused { Basis::CrossValidated } else { Basis::Near }
     }
 }
 
-/// What can be told of the surfels of some runs.
+/// What the report has of the surfels of some runs.
 pub(super) fn bases(runs: &[RunState<'_, RunCaster>]) -> Vec<Basis> {
     runs.iter().map(|run| run.map.basis()).collect()
 }
@@ -98,7 +98,7 @@ impl SharedTiles {
         std::thread::scope(|scope| {
             scope.spawn(move || {
                 for (run, tile) in receiver {
-                    // A damaged tile is told of by the ray that needs it.
+                    // The ray that needs a damaged tile reports it.
                     let _ = runs[run].map.caster.prefetch(tile);
                 }
             });

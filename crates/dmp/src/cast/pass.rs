@@ -26,7 +26,7 @@ pub(crate) struct Scored {
     pub(crate) reducer: Reducer,
     /// Scans that were scored.
     pub(crate) frames: u64,
-    /// Where not scans but places were drawn: what is told of them.
+    /// Where not scans but places were drawn: what the report has of them.
     pub(crate) places: Option<PlacesReport>,
     /// For every unit that the reducer takes its number in the log: of a scan, or of the scan in a place's middle.
     pub(crate) scan_of_unit: Vec<usize>,
@@ -225,7 +225,7 @@ impl Evaluation<'_, RunCaster> {
 }
 
 impl<M> Evaluation<'_, M> {
-    /// What reducers are told of the log, and of runs judged by `bases`.
+    /// What reducers need of the log, and of runs judged by `bases`.
     pub(crate) fn layout_for(&self, bases: Vec<Basis>) -> Layout {
         let layout = Layout::new(self.plan.frames().len() as u64, bases).on_scales(self.settings.scales);
         layout.with_miss_price(self.settings.miss_price)

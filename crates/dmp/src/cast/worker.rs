@@ -41,7 +41,7 @@ pub(super) struct CastWorker<'e> {
     /// Of the scans seen, where no checksum guards them: their places in the plan, and their shapes.
     pub(super) shapes: Vec<(u64, ScanShape)>,
     shape: ShapeCounts,
-    /// Of the scans seen: their places in the plan, and what tells those with the same returns.
+    /// Of the scans seen: their places in the plan, and what identifies those with the same returns.
     pub(super) marks: Vec<(u64, u64)>,
 }
 
@@ -218,7 +218,7 @@ impl<'e> CastRun<'e> {
     }
 }
 
-/// Where a place of the world lies among the tiles of a run's own frame, by which its sums are told.
+/// Where a place of the world lies among the tiles of a run's own frame, by which its sums are keyed.
 struct OwnTiles {
     rows: [[f64; 3]; 2],
     origin: [f64; 2],

@@ -53,7 +53,7 @@ pub(super) fn upper_triangle(matrix: &Matrix6<f64>) -> [f64; 21] {
     upper
 }
 
-/// The covariance of a motion, rotation vector and translation, told in another frame.
+/// The covariance of a motion, rotation vector and translation, in another frame.
 pub(super) fn covariance_in(other_from_frame: &Isometry3<f64>, covariance: &Matrix6<f64>) -> Matrix6<f64> {
     let by_motion = motion_in(other_from_frame);
     by_motion * covariance * by_motion.transpose()

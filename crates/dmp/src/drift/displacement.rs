@@ -11,7 +11,7 @@ const KNOWN_M: f64 = 0.1;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Displacement {
-    /// Along the way of the first visit, metres; null where no surface tells.
+    /// Along the way of the first visit, metres; null where no surface constrains it.
     pub along_m: Option<f64>,
     /// To the left of it.
     pub sideways_m: Option<f64>,
@@ -39,7 +39,7 @@ pub struct Displacement {
     pub held: f64,
 }
 
-/// The directions that a displacement is told in, in the frame of the first place: along, left, up.
+/// The directions that a displacement is reported in, in the frame of the first place: along, left, up.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Axes(Matrix3<f64>);
 
@@ -149,7 +149,7 @@ mod tests {
         }
     }
 
-    /// A second visit 10 m ahead, told as 0.3 m too far ahead, 0.1 m too far left and 0.2 m too low, and 1° turned to the left.
+    /// A second visit 10 m ahead, reported as 0.3 m too far ahead, 0.1 m too far left and 0.2 m too low, and 1° turned to the left.
     #[test]
     fn what_a_run_is_off_by_is_told_along_its_way() {
         let turned = |deg: f64| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), deg.to_radians());

@@ -212,7 +212,7 @@ impl<'e, M: Sync> Revisits<'e, M> {
         let of_runs = found.into_iter().zip(&seen).enumerate().map(|(run, (found, seen))| {
             let own_from_place =
                 self.world_from_place(run, pair.first).map(|place| runs[run].own_from_world * place);
-            let mut told = VisitPairOfRun {
+            let mut of_run = VisitPairOfRun {
                 at_m: own_from_place.map(|place| place.translation.vector.into()),
                 off: None,
                 why_not: None,
@@ -221,7 +221,7 @@ impl<'e, M: Sync> Revisits<'e, M> {
             };
             match (found, seen, own_from_place) {
                 (Ok(measured), Some(seen), Some(own_from_place)) => {
-                    told.off = self.axes(run, pair.first).map(|axes| {
+                    of_run.off = self.axes(run, pair.first).map(|axes| {
                         Displacement::new(&seen.claimed, &measured, &axes, &own_from_place, metre_m)
                     });
                     // Without the tilt: of the sensor.
@@ -229,20 +229,20 @@ impl<'e, M: Sync> Revisits<'e, M> {
                         Isometry3::from_parts(Translation3::identity(), self.tilt.inverse());
                     let motion =
                         sensor_from_place * measured.target_from_source * sensor_from_place.inverse();
-                    told.first_from_second = Some(seven(&motion));
+                    of_run.first_from_second = Some(seven(&motion));
                     let covariance = covariance_in(&sensor_from_place, &measured.covariance);
-                    told.covariance = Some(upper_triangle(&covariance));
+                    of_run.covariance = Some(upper_triangle(&covariance));
                 }
-                (Err(why), ..) => told.why_not = Some(why.to_string()),
+                (Err(why), ..) => of_run.why_not = Some(why.to_string()),
                 _ => {}
             }
-            told
+            of_run
         });
         let way_m =
             plan.along_m[self.visits[pair.second].middle] - plan.along_m[self.visits[pair.first].middle];
         VisitPairReport {
-            first: self.told(pair.first),
-            second: self.told(pair.second),
+            first: self.visit_report(pair.first),
+            second: self.visit_report(pair.second),
             apart_m: pair.apart_m,
             way_m,
             runs: of_runs.collect(),
@@ -258,7 +258,7 @@ impl<'e, M: Sync> Revisits<'e, M> {
         Some(Axes::new(heading, up, self.tilt * Vector3::x(), metre_m))
     }
 
-    fn told(&self, visit: usize) -> VisitReport {
+    fn visit_report(&self, visit: usize) -> VisitReport {
         let (frames, visit) = (self.evaluation.plan.frames(), &self.visits[visit]);
         let middle = &frames[visit.middle];
         let scans = visit.scans.iter().map(|&ordinal| frames[ordinal].number).collect();

@@ -1,4 +1,4 @@
-//! What is told of the drift of runs.
+//! What the report has of the drift of runs.
 
 use serde::{Deserialize, Serialize};
 

@@ -29,7 +29,7 @@ pub(super) struct PairFacts {
     pub(super) time_s: Option<f64>,
 }
 
-/// Gives pairs, told by the segments of their visits in the order of the first, their blocks.
+/// Gives pairs, keyed by the segments of their visits in the order of the first, their blocks.
 pub(super) fn blocks(segments: &[(usize, usize)]) -> Vec<usize> {
     let most = (segments.len() / BLOCKS).clamp(1, BLOCK_PAIRS);
     let (mut block, mut length) = (0, 0);

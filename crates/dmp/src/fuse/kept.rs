@@ -54,7 +54,7 @@ impl KeptMaps {
 }
 
 impl Evaluation<'_, RunMap> {
-    /// Keeps finished maps where it is time to; tells how they are kept.
+    /// Keeps finished maps where it is time to; returns how they are kept.
     pub(crate) fn keep_if_due(&self) -> Result<KeptMaps, EvaluateError> {
         // A store that was given is opened again where it was given.
         let path = |map: &RunMap| map.facts.thin_voxels.map(|_| map.store.path().to_path_buf());

@@ -40,7 +40,7 @@ pub(super) struct FusePass<'p, G> {
 }
 
 impl<G: Sync> FusePass<'_, G> {
-    /// Goes on from `before`, and tells where the returns went and how many of them are in no map.
+    /// Goes on from `before`, and returns where the returns went and how many of them are in no map.
     pub(super) fn run(&self, before: &Fusing) -> Result<(ReturnCounts, u64), EvaluateError> {
         let Evaluation { log, means, work, progress, plan, runs, .. } = self.evaluation;
         progress.begin(Stage::Fuse, self.frames.map_or(plan.returns(), |frames| plan.returns_of(frames)));

@@ -87,7 +87,7 @@ pub enum JoinError {
     /// Somebody stopped it.
     #[error("stopped")]
     Cancelled,
-    /// Two runs cannot be told apart.
+    /// Two runs have the same name.
     #[error("two runs would be called `{name}`: give the results names of their own")]
     SameName {
         /// The name.

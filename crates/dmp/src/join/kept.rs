@@ -152,7 +152,7 @@ impl<'a> Rows<'a> {
     fn other_totals(&self, kept: &Kept<'_>, returns: u64) -> Result<(), JoinError> {
         let Kept { file, report, .. } = kept;
         let problem = format!(
-            "holds {} returns of {} scans, its result tells of {} of {}",
+            "holds {} returns of {} scans, its result has {} of {}",
             thousands(returns),
             thousands(self.scans),
             thousands(report.inputs.returns_used),

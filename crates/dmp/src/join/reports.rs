@@ -65,7 +65,7 @@ fn add(joined: &mut Report, other: Report) {
     }
     let (sure, of_other) = (&mut joined.promise.interval_confidence, other.promise.interval_confidence);
     if joined.pairs.len() > here {
-        // As sure as the intervals of either are, where both are told.
+        // As sure as the intervals of either are, where both are known.
         *sure = if here > 0 { sure.min(of_other) } else { of_other };
         joined.promise.of_each_result |= here > 0;
     }

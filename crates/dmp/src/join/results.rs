@@ -40,7 +40,7 @@ pub struct SavedResult {
 /// not depend on `threads`.
 ///
 /// # Errors
-/// As [`join_reports`], and when a file cannot be read, its returns are not those that its result tells of, or somebody
+/// As [`join_reports`], and when a file cannot be read, its returns are not those of its result, or somebody
 /// stopped it.
 pub fn join_results(
     results: &mut [SavedResult],

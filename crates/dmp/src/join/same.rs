@@ -6,10 +6,10 @@ use super::error::{JoinError, MadeWith};
 use super::named::NamedReport;
 use crate::report::Report;
 
-/// What must be the same, as it is told; the field, as in the JSON; its value.
+/// What must be the same, in words; the field, as in the JSON; its value.
 type Fact = (MadeWith, &'static str, fn(&Report) -> String);
 
-/// Told before settings that only follow from them.
+/// Reported before settings that only follow from them.
 const FACTS: [Fact; 37] = [
     (MadeWith::Version, "dmp_version", |report| report.dmp_version.clone()),
     (MadeWith::Log, "inputs.fingerprint", |report| report.inputs.fingerprint.clone()),

@@ -118,10 +118,10 @@ fn reports_of_places_are_refused() {
     });
     let of_places = || serde_json::from_value(json.clone()).unwrap();
     let named = |name: &str, report| NamedReport { name: name.into(), file: format!("{name}.json"), report };
-    let told = refusal(&[named("a", of_places()), named("b", of_places())]);
-    assert!(told.starts_with("a: a sample of places"), "{told}");
-    let told = refusal(&[named("a", whole()), named("b", of_places())]);
-    assert!(told.starts_with("b: a sample of places"), "{told}");
+    let text = refusal(&[named("a", of_places()), named("b", of_places())]);
+    assert!(text.starts_with("a: a sample of places"), "{text}");
+    let text = refusal(&[named("a", whole()), named("b", of_places())]);
+    assert!(text.starts_with("b: a sample of places"), "{text}");
 }
 
 #[test]
@@ -180,10 +180,10 @@ fn a_difference_in_any_setting_is_told() {
         let named =
             |name: &str, report| NamedReport { name: name.into(), file: format!("{name}.json"), report };
         let [here, other] = [here, json].map(|json| serde_json::from_value(json).unwrap());
-        let told = refusal(&[named("a", here), named("b", other)]);
+        let text = refusal(&[named("a", here), named("b", other)]);
         let words = [format!(": {field} is "), format!(": {field}[1] is ")];
-        assert!(words.iter().any(|words| told.contains(words)), "{field}: {told}");
-        assert!(told.starts_with("a.json and b.json were not made with the same "), "{told}");
+        assert!(words.iter().any(|words| text.contains(words)), "{field}: {text}");
+        assert!(text.starts_with("a.json and b.json were not made with the same "), "{text}");
     }
 }
 
@@ -195,13 +195,13 @@ fn a_report_that_contradicts_itself_is_refused() {
         refusal(&[named])
     };
     let better = |run: &str| Verdict::Better { run: run.to_owned(), decided_at_m: 2.0, is_same: false };
-    let told = |field: &str, name: &str| {
+    let text = |field: &str, name: &str| {
         format!("td.json: {field} names `{name}`, which is not the name of one run")
     };
-    assert_eq!(forged(&|report| report.pairs[0].a = "x".into()), told("pairs[0]", "x"));
-    assert_eq!(forged(&|report| report.pairs[0].verdict = better("x")), told("pairs[0]", "x"));
-    assert_eq!(forged(&|report| report.order[1] = "x".into()), told("order[1]", "x"));
-    assert_eq!(forged(&|report| report.order.push("truth".into())), told("order[0]", "truth"));
-    assert_eq!(forged(&|report| report.runs[1].name = "truth".into()), told("runs[0]", "truth"));
-    assert_eq!(forged(&|report| report.inputs.runs.truncate(1)), told("runs[1]", "drift"));
+    assert_eq!(forged(&|report| report.pairs[0].a = "x".into()), text("pairs[0]", "x"));
+    assert_eq!(forged(&|report| report.pairs[0].verdict = better("x")), text("pairs[0]", "x"));
+    assert_eq!(forged(&|report| report.order[1] = "x".into()), text("order[1]", "x"));
+    assert_eq!(forged(&|report| report.order.push("truth".into())), text("order[0]", "truth"));
+    assert_eq!(forged(&|report| report.runs[1].name = "truth".into()), text("runs[0]", "truth"));
+    assert_eq!(forged(&|report| report.inputs.runs.truncate(1)), text("runs[1]", "drift"));
 }

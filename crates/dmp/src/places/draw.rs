@@ -6,7 +6,7 @@ use crate::sample::{Looks, Sample};
 pub(crate) const FEW_PLACES: usize = 20;
 
 /// The numbers of `count` places that `seed` draws, ascending: a systematic sample of those that the way comes back to
-/// followed by the others, so that either kind has its share, evenly spread along the way. `revisited` tells it of every
+/// followed by the others, so that either kind has its share, evenly spread along the way. `revisited` says it of every
 /// place.
 pub fn drawn_places(revisited: &[bool], count: usize, seed: u64) -> Vec<usize> {
     let of = |kind: bool| (0..revisited.len()).filter(move |&place| revisited[place] == kind);

@@ -24,7 +24,7 @@ use crate::own_frame;
 use crate::pairing::Pairing;
 use crate::peak;
 use crate::plan::Drive;
-use crate::report::{Findings, PassTimes, Report, ToldMap, drops_in_words};
+use crate::report::{Findings, PassTimes, Report, MapSummary, drops_in_words};
 use crate::run_state::RunState;
 use crate::sample::{Looks, Sample};
 use crate::setting_name::SettingName;
@@ -40,7 +40,7 @@ use way::Way;
 /// Stamps that are known no better than this, nanoseconds, do not tell where a scan was made.
 const VAGUE_NS: i64 = 1_000_000_000;
 
-/// Scores `runs` on a sample of places of the log that `outline` tells of, drawn by [`Config::seed`], and reads about
+/// Scores `runs` on a sample of places of the log that `outline` describes, drawn by [`Config::seed`], and reads about
 /// `share` of its bytes: the scans near these places, on every pass.
 ///
 /// A place is ten metres of the way with all passes over it. Its map is made of the scans within 35 m that any run
@@ -121,15 +121,15 @@ pub fn evaluate_quick<'a>(
         lattice,
         reducer,
     };
-    let told = |report| ToldMap { report, facts: MapFacts { fused: true, ..MapFacts::default() } };
-    let told_runs = surveyed.runs.iter().zip(totals.maps).map(|(run, report)| run.like(told(report)));
+    let summary = |report| MapSummary { report, facts: MapFacts { fused: true, ..MapFacts::default() } };
+    let report_runs = surveyed.runs.iter().zip(totals.maps).map(|(run, report)| run.like(summary(report)));
     let findings = Findings {
         heads,
         damage: &all_damage(outline, totals.damage),
         settings: &settings,
         means: &means,
         plan: &surveyed.plan,
-        runs: &told_runs.collect::<Vec<_>>(),
+        runs: &report_runs.collect::<Vec<_>>(),
         fused,
         scored: &scored,
         timing,

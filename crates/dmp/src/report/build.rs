@@ -30,7 +30,7 @@ use crate::work::MapFacts;
 
 /// What is told of a run's map.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct ToldMap {
+pub(crate) struct MapSummary {
     pub(crate) report: MapReport,
     pub(crate) facts: MapFacts,
 }
@@ -70,7 +70,7 @@ pub(crate) struct Findings<'a> {
     pub(crate) settings: &'a Settings,
     pub(crate) means: &'a Means,
     pub(crate) plan: &'a Plan,
-    pub(crate) runs: &'a [RunState<'a, ToldMap>],
+    pub(crate) runs: &'a [RunState<'a, MapSummary>],
     pub(crate) fused: FuseTotals,
     pub(crate) scored: &'a Scored,
     pub(crate) timing: PassTimes,
@@ -89,7 +89,7 @@ impl Findings<'_> {
             .filter(|pair| pair[0].tied_with_next)
             .map(|pair| [name(pair[0].run), name(pair[1].run)])
             .collect();
-        let votes = |run: &RunState<'_, ToldMap>| run.map.facts.trails.is_some_and(|trails| trails.votes);
+        let votes = |run: &RunState<'_, MapSummary>| run.map.facts.trails.is_some_and(|trails| trails.votes);
         let mut report = Report {
             schema: Report::SCHEMA.to_owned(),
             dmp_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -183,7 +183,7 @@ impl Findings<'_> {
         let Self { heads, damage, settings, plan, runs, .. } = *self;
         let counts = &self.scored.counts;
         let summary = heads.summary();
-        let run_input = |state: &RunState<'_, ToldMap>| {
+        let run_input = |state: &RunState<'_, MapSummary>| {
             let run = state.run;
             RunInputReport {
                 name: run.name.clone(),

@@ -34,5 +34,5 @@ pub use verdict::Verdict;
 pub use warning::Warning;
 pub use withheld::Withheld;
 
-pub(crate) use build::{Findings, ToldMap, drops_in_words, map_report, segment_report};
+pub(crate) use build::{Findings, MapSummary, drops_in_words, map_report, segment_report};
 pub(crate) use pair::PairFacts;

@@ -25,7 +25,7 @@ const FIT_M: f64 = 0.5;
 const NEARLY_NOTHING: f64 = 0.25;
 
 impl Doubts<'_> {
-    /// Says of every run whose map was `given` whether that is hardly the one of the trajectory, in words; tells whoever watches
+    /// Says of every run whose map was `given` whether that is hardly the one of the trajectory, in words; notes
     /// too.
     ///
     /// # Errors

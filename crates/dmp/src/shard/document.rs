@@ -16,7 +16,7 @@ use crate::plan::VoxelChoice;
 use crate::report::{SegmentReport, segment_report};
 use crate::setting_name::SettingName;
 use crate::settings::Settings;
-use crate::vet::Told;
+use crate::vet::VetSummary;
 use crate::watch::Watch;
 
 /// Everything of a score that does not depend on who does which part: the log and where its scans lie, which returns are used,
@@ -48,7 +48,7 @@ pub(super) struct Content {
     pub(super) filter: ReturnFilter,
     pub(super) settings: Settings,
     /// What was found of the runs before.
-    pub(super) told: Told,
+    pub(super) vetted: VetSummary,
     /// Whether part of the log or of a run is lost.
     pub(super) is_damaged: bool,
     pub(super) index: LogIndex,
@@ -96,7 +96,7 @@ impl ShardPlan {
     }
 
     /// Plans the score of `runs` on a log: decides on everything that [`evaluate`](crate::evaluate) decides on before it fuses,
-    /// and reads the same scans for it. `told` is what was found of the runs before, and `is_damaged` whether part of the log or of a
+    /// and reads the same scans for it. `vetted` is what was found of the runs before, and `is_damaged` whether part of the log or of a
     /// run is lost.
     ///
     /// # Errors
@@ -105,7 +105,7 @@ impl ShardPlan {
         log: &'a dyn ScanLog,
         runs: &'a [Run],
         config: &Config,
-        (told, is_damaged): (Told, bool),
+        (vetted, is_damaged): (VetSummary, bool),
         machine: Machine,
         watch: impl Into<Watch<'a>>,
     ) -> Result<Self, ShardError> {
@@ -132,7 +132,7 @@ impl ShardPlan {
             voxel: plan.voxel,
             filter: plan.filter.clone(),
             settings,
-            told,
+            vetted,
             is_damaged,
             index,
         };
@@ -162,7 +162,7 @@ impl ShardPlan {
         Ok(())
     }
 
-    /// What tells it from every other plan.
+    /// What distinguishes it from every other plan.
     pub fn hash(&self) -> &str {
         &self.hash
     }
@@ -185,7 +185,7 @@ impl ShardPlan {
     /// The names of all runs that were given, those first that are scored.
     pub fn names(&self) -> Vec<&str> {
         let scored = self.content.runs.iter().map(|run| run.name.as_str());
-        scored.chain(self.content.told.names_left_out()).collect()
+        scored.chain(self.content.vetted.names_left_out()).collect()
     }
 
     /// The runs, for people.
@@ -205,7 +205,7 @@ impl ShardPlan {
 
     /// Whether part of the log or of a run is lost, or a run left out.
     pub fn is_incomplete(&self) -> bool {
-        self.content.is_damaged || self.content.told.leaves_out()
+        self.content.is_damaged || self.content.vetted.leaves_out()
     }
 
     /// The runs of a plan as bytes, to lie beside it.

@@ -34,7 +34,7 @@ pub(super) struct PlanFolder<'a> {
     pub(super) plan: &'a str,
 }
 
-/// The name of a part's files, up to what tells them apart.
+/// The name of a part's files, up to what distinguishes them.
 pub(super) fn stem_of(stage: Stage, part: Part) -> String {
     format!("{stage}-{}-of-{}", part.number(), part.of())
 }

@@ -5,7 +5,7 @@ use dmp_reduce::Confidence;
 use super::contents::{SuiteLogReport, SuitePromiseReport, SuiteReport};
 use super::judge::judge;
 use super::log::SuiteLog;
-use super::pair::{SuitePairReport, on_logs, signs, told};
+use super::pair::{SuitePairReport, on_logs, signs, report_of};
 use crate::report::{RunReport, Warning};
 
 /// What the reports of all logs say of every pair of versions together.
@@ -26,7 +26,7 @@ pub fn suite_report(versions: &[String], logs: &[SuiteLog], confidence: Confiden
         .iter()
         .zip(found)
         .zip(counted.into_iter().zip(judged))
-        .map(|((&names, found), (signs, judged))| told(names, found, signs, judged, each))
+        .map(|((&names, found), (signs, judged))| report_of(names, found, signs, judged, each))
         .collect();
     SuiteReport {
         schema: SuiteReport::SCHEMA.to_owned(),

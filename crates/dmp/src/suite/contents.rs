@@ -74,7 +74,7 @@ pub struct SuiteLogReport {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SuitePromiseReport {
-    /// Where versions are equal, no two of them are told apart in this share of suites.
+    /// Where versions are equal, no two of them are ranked apart in this share of suites.
     pub confidence: f64,
     /// How sure the interval of each median is, so that those of all pairs keep that.
     pub interval_confidence: f64,

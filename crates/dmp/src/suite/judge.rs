@@ -57,7 +57,7 @@ mod tests {
         [Confidence::new(0.9).unwrap(), Confidence::new(0.95).unwrap(), Confidence::P99]
     }
 
-    /// All outcomes of two equal versions, of which a log decides this share; the chance that they are told apart.
+    /// All outcomes of two equal versions, of which a log decides this share; the chance that they are ranked apart.
     fn told_apart(logs: u64, share: f64, wins: f64, confidence: Confidence) -> f64 {
         let mut chance = 0.0;
         for a in 0..=logs {

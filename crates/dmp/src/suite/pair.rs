@@ -9,7 +9,7 @@ use super::log::SuiteLog;
 use super::outcome::Outcome;
 use crate::report::{Report, Verdict};
 
-/// Which of the scales, the largest first, differences of root mean squares are told at: 0.5 m on a drive.
+/// Which of the scales, the largest first, differences of root mean squares are reported at: 0.5 m on a drive.
 const TOLD_SCALE: usize = 2;
 
 /// Two versions over all logs.
@@ -139,8 +139,8 @@ pub(super) fn signs(logs: &[LogPairReport], a: &str, b: &str) -> Signs {
     Signs { a_better: better(a), b_better: better(b), compared: logs.len() as u64 }
 }
 
-/// The pair as it is told.
-pub(super) fn told(
+/// The pair as it is reported.
+pub(super) fn report_of(
     (a, b): (&str, &str),
     (logs, scale_m): (Vec<LogPairReport>, Option<f64>),
     signs: Signs,

@@ -1,4 +1,4 @@
-//! What vetting found of a run, and how it is told.
+//! What vetting found of a run, and its words.
 
 use dmp_calibrate::{Axis, Calibration, Estimate, Silence};
 
@@ -127,7 +127,7 @@ impl Found {
         self.mends.iter().map(|mend| mend.message_with(&self.name, name)).collect()
     }
 
-    /// Why it cannot be told whether its clock is off, where that is so.
+    /// Why its clock could not be checked, where that is so.
     pub(super) fn clock_is_unknown(&self) -> Option<String> {
         let as_given = self.is_kept && self.together_as_read.is_none();
         let calibration = self.calibration.as_ref().filter(|_| as_given)?;
@@ -136,7 +136,7 @@ impl Found {
             None if calibration.of(Axis::Time).is_seen => return None,
             None => "its scans do not show it".to_owned(),
         };
-        Some(format!("run `{}`: whether its clock is off too cannot be told: {why}", self.name))
+        Some(format!("run `{}`: its clock could not be checked: {why}", self.name))
     }
 
     /// Whether by this run points are at one instant already.

@@ -23,17 +23,17 @@ const BETTER_BY_SHARE: f64 = 0.1;
 /// A time at which the vehicle goes less far than this part of its way proves nothing: scans of one place fit together
 /// wherever that is.
 const LEAST_WAY: f64 = 0.5;
-/// Poses that have to do with the scans bring them together better than those of other scans by this factor; told only
+/// Poses that have to do with the scans bring them together better than those of other scans by this factor; reported only
 /// where the way within a block is longer than this, metres of a drive.
 const RELATED_BY: f64 = 1.02;
 const WAY_THAT_TELLS_M: f64 = 2.0;
 /// In fewer blocks it may be chance.
-const BLOCKS_THAT_TELL: usize = 12;
+const FEWEST_BLOCKS: usize = 12;
 /// So it may with the turns of a run in fewer. Scans of a run that belongs fit together much better with its turns than
 /// without them, those of another drive about as well.
 const TURNS_THAT_TELL: usize = 6;
 const TURNED_BY: f64 = 1.15;
-/// A run whose clock is off by this at most is told and not left out, nanoseconds.
+/// A run whose clock is off by this at most is reported and not excluded, nanoseconds.
 const NEAR_SHIFT_NS: u64 = 1_000_000_000;
 /// A pose is taken to hold at an instant of the scan if that is as near as this, nanoseconds.
 const NEAR_NS: i64 = 4_000_000;
@@ -93,9 +93,9 @@ impl Look<'_> {
             found.mends.push(reading.mend);
             read = reading.run;
         } else if let Some(mixed_up) = self.together(run, Order::Reversed)? {
-            let tells = self.blocks.len() >= BLOCKS_THAT_TELL
+            let is_enough = self.blocks.len() >= FEWEST_BLOCKS
                 && given.way_m > WAY_THAT_TELLS_M * self.settings.metre_m() * self.blocks.len() as f64;
-            if tells && given.share() < RELATED_BY * mixed_up.share() {
+            if is_enough && given.share() < RELATED_BY * mixed_up.share() {
                 let together_mixed_up = mixed_up.share();
                 found.left_out = Some(LeftOut::Unrelated { together_mixed_up });
                 return Ok(found);

@@ -54,7 +54,7 @@ fn seconds(ns: i64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// An offset as it is told.
+/// An offset as it is reported.
 pub(super) fn rounded_ns(ns: i64) -> i64 {
     const TENTH_MS_NS: i64 = 100_000;
     (ns as f64 / TENTH_MS_NS as f64).round() as i64 * TENTH_MS_NS
@@ -74,7 +74,7 @@ fn seven_in_words(pose: &Isometry3<f64>) -> String {
     format!("{},{}", places.join(","), turn.join(","))
 }
 
-/// A pose as it is read from what is told of it, so that the option gives the same bits.
+/// A pose as it is read from its report, so that the option gives the same bits.
 pub(super) fn rounded(pose: &Isometry3<f64>) -> Isometry3<f64> {
     let text = seven_in_words(pose);
     let mut numbers = text.split(',').map(|number| number.parse::<f64>().unwrap_or(0.0));

@@ -11,7 +11,7 @@ mod poses_as;
 mod profile;
 mod readings;
 mod sample;
-mod told;
+mod summary;
 mod vetted;
 
 use dmp_log::{LogOutline, ScanLog};
@@ -27,7 +27,7 @@ use look::Look;
 pub use mend::Mend;
 pub use poses_as::PosesAs;
 pub use profile::{Profile, profiles};
-pub use told::Told;
+pub use summary::VetSummary;
 pub use vetted::{PointTimes, Vetted};
 use vetted::{alike, corrected};
 

@@ -58,7 +58,7 @@ pub fn profiles(
                 return Err(EvaluateError::Cancelled);
             }
             progress.advance(1);
-            let Some(calibration) = told(found) else { return Ok(None) };
+            let Some(calibration) = calibration_of(found) else { return Ok(None) };
             look.mounted(run, |mount| {
                 let with = |&value: &f64| {
                     let mut numbers = calibration.mended;
@@ -75,7 +75,7 @@ pub fn profiles(
 }
 
 /// What was found of a run that is read as it was given.
-fn told(found: &Found) -> Option<&Calibration> {
+fn calibration_of(found: &Found) -> Option<&Calibration> {
     found.calibration.as_ref().filter(|_| found.together_as_read.is_none())
 }
 
@@ -91,6 +91,6 @@ fn reach(axis: Axis, found: &[Found], metre_m: f64) -> f64 {
         let one = calibration.of(axis);
         (HALVES * one.half).max(TIMES_OFF * (one.value - axis.as_given()).abs())
     };
-    let seen = found.iter().filter_map(told).filter(|calibration| calibration.of(axis).is_seen);
+    let seen = found.iter().filter_map(calibration_of).filter(|calibration| calibration.of(axis).is_seen);
     seen.map(of_run).fold(least, f64::max).min(most)
 }

@@ -1,10 +1,10 @@
-//! What vetting came to, and how it is told.
+//! What vetting came to, and its words.
 
 use dmp_calibrate::{Axis, Calibration, Estimate};
 
 use super::found::{Found, off_in_words};
 use super::mend::Mend;
-use super::told::Told;
+use super::summary::VetSummary;
 use crate::config::Run;
 use crate::report::LeftOutReport;
 use crate::setting_name::SettingName;
@@ -78,7 +78,7 @@ impl Vetted {
                 name(SettingName::PointTime)
             )),
         };
-        // Beside a run whose clock is off, one whose clock cannot be told may be off as well.
+        // Beside a run whose clock is off, one whose clock could not be checked may be off as well.
         let is_off = |found: &Found| {
             found.is_kept
                 && found.mends.iter().any(|mend| matches!(mend, Mend::TimeOffset(_) | Mend::PoseAt(_)))
@@ -97,13 +97,13 @@ impl Vetted {
         self.found.iter().map(|found| found.is_kept).collect()
     }
 
-    /// What is told of it in the report of its runs; `name` is how a setting is called.
-    pub fn told(&self, name: &dyn Fn(SettingName) -> String) -> Told {
+    /// What the report has of it of its runs; `name` is how a setting is called.
+    pub fn summary(&self, name: &dyn Fn(SettingName) -> String) -> VetSummary {
         let left_out = |found: &Found| {
             let reason = found.message_with(self.mended, name).unwrap_or_default();
             (!found.is_kept).then(|| LeftOutReport { name: found.name.clone(), reason })
         };
-        Told {
+        VetSummary {
             left_out: self.found.iter().filter_map(left_out).collect(),
             conventions: self
                 .found
@@ -114,16 +114,16 @@ impl Vetted {
         }
     }
 
-    /// Whether the points of the log were measured one after another, by every run that tells.
+    /// Whether the points of the log were measured one after another, by every run that shows it.
     pub fn points_are_raw(&self) -> bool {
         all_sweeps(&self.found, |sweep| sweep.value - sweep.half > 0.5)
     }
 }
 
-/// That the points are at one instant already, where a run surely tells so and all that tell anything agree.
+/// That the points are at one instant already, where a run surely shows it and no other run contradicts.
 pub(super) fn corrected(found: &[Found]) -> Option<Estimate> {
-    let told = found.iter().find_map(Found::points_are_corrected)?;
-    all_sweeps(found, |sweep| sweep.value + sweep.half < 0.5).then_some(told)
+    let corrected = found.iter().find_map(Found::points_are_corrected)?;
+    all_sweeps(found, |sweep| sweep.value + sweep.half < 0.5).then_some(corrected)
 }
 
 fn all_sweeps(found: &[Found], holds: impl Fn(&Estimate) -> bool) -> bool {

@@ -7,14 +7,14 @@ use crate::report::{ConventionsReport, LeftOutReport, Report, Warning};
 /// What vetting says in the report of its runs; nothing where nobody looked.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Told {
+pub struct VetSummary {
     pub(super) left_out: Vec<LeftOutReport>,
     /// Of runs by name.
     pub(super) conventions: Vec<(String, ConventionsReport)>,
     pub(super) messages: Vec<String>,
 }
 
-impl Told {
+impl VetSummary {
     /// Whether a run was left out.
     pub fn leaves_out(&self) -> bool {
         !self.left_out.is_empty()
