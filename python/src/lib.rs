@@ -11,12 +11,12 @@
 mod cast;
 mod errors;
 mod file_stems;
+mod listened;
 mod map;
 mod options;
 mod run;
 mod scan_writer;
 mod table;
-mod listened;
 
 use pyo3::prelude::*;
 

@@ -14,7 +14,7 @@ use crate::error::EvaluateError;
 use crate::evaluation::{Evaluation, Task};
 use crate::heads::Heads;
 use crate::peak;
-use crate::report::{Findings, PassTimes, Report, MapSummary, Warning, drops_in_words, map_report};
+use crate::report::{Findings, MapSummary, PassTimes, Report, Warning, drops_in_words, map_report};
 use crate::run_map::tile_bytes;
 use crate::sanity::Doubts;
 use crate::watch::Watch;

@@ -97,7 +97,7 @@ impl<'a> Task<'a> {
     ) -> Result<T, EvaluateError> {
         let (work, progress) = (Arc::clone(&self.work), self.watch.progress);
         if work.is_resumed() {
-            let text = format!("goes on from what was done in {}", work.path().display());
+            let text = format!("resumes from {}", work.path().display());
             progress.note(&text.into());
         }
         what(self).inspect_err(|_| {

@@ -133,7 +133,9 @@ pub use suite::{
     SuitePromiseReport, SuiteReport, suite_report,
 };
 pub use unposed::Unposed;
-pub use vet::{Found, LeftOut, Mend, PointTimes, PosesAs, Profile, VetSummary, Vetted, profiles, vet, vet_outline};
+pub use vet::{
+    Found, LeftOut, Mend, PointTimes, PosesAs, Profile, VetSummary, Vetted, profiles, vet, vet_outline,
+};
 pub use watch::Watch;
 pub use work::in_threads;
 

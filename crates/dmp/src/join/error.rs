@@ -56,8 +56,7 @@ pub enum JoinError {
     },
     /// What was scored depends on which runs there were.
     #[error(
-        "{report}: a sample of places was scored, and places and their maps depend on all runs that are scored together: \
-         score runs so to compare them"
+        "{report}: it scored a sample of places, which depends on all runs of the command: score the runs in one command"
     )]
     OfPlaces {
         /// The report.
@@ -88,7 +87,7 @@ pub enum JoinError {
     #[error("stopped")]
     Cancelled,
     /// Two runs have the same name.
-    #[error("two runs would be called `{name}`: give the results names of their own")]
+    #[error("two runs would be called `{name}`: give each result its own name")]
     SameName {
         /// The name.
         name: String,

@@ -24,7 +24,7 @@ use crate::own_frame;
 use crate::pairing::Pairing;
 use crate::peak;
 use crate::plan::Drive;
-use crate::report::{Findings, PassTimes, Report, MapSummary, drops_in_words};
+use crate::report::{Findings, MapSummary, PassTimes, Report, drops_in_words};
 use crate::run_state::RunState;
 use crate::sample::{Looks, Sample};
 use crate::setting_name::SettingName;

@@ -71,7 +71,7 @@ impl<M> Look<'_, M> {
         let gap_m = drive.gap_m(&map);
         if gap_m > self.doubts.settings.max_range_m {
             return Ok(Some(format!(
-                "the trajectory is around {}, the map around {}, {} m apart: is the map in the trajectory's frame?",
+                "the trajectory is around {}, the map around {}, {} m apart: check that the map is in the trajectory's frame",
                 drive.centre_in_words(),
                 map.centre_in_words(),
                 thousands(gap_m.round())
@@ -81,10 +81,10 @@ impl<M> Look<'_, M> {
         Ok((share < NEARLY_NOTHING).then(|| {
             let sparse = facts.thin_voxels.and_then(|thin_voxels| sparse(caster.map(), thin_voxels));
             format!(
-                "only {:.0} % of the returns of {} scans are where its map has a surface: is the map in the trajectory's frame, and its unit right (--map-unit)?{}",
+                "only {:.0} % of the returns of {} scans are where its map has a surface: check the map's frame and unit{}",
                 100.0 * share,
                 thousands(self.sample.len()),
-                sparse.map(|words| format!(" And {words}")).unwrap_or_default()
+                sparse.map(|words| format!("; {words}")).unwrap_or_default()
             )
         }))
     }

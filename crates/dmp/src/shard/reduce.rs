@@ -11,7 +11,7 @@ use super::stage::Stage;
 use crate::drift::Revisits;
 use crate::evaluation::FuseTotals;
 use crate::heads::Heads;
-use crate::report::{Findings, MapReport, PassTimes, Report, MapSummary};
+use crate::report::{Findings, MapReport, MapSummary, PassTimes, Report};
 use crate::work::{Casting, MapFacts};
 
 impl Shard<'_> {

@@ -5,7 +5,7 @@ use dmp_reduce::Confidence;
 use super::contents::{SuiteLogReport, SuitePromiseReport, SuiteReport};
 use super::judge::judge;
 use super::log::SuiteLog;
-use super::pair::{SuitePairReport, on_logs, signs, report_of};
+use super::pair::{SuitePairReport, on_logs, report_of, signs};
 use crate::report::{RunReport, Warning};
 
 /// What the reports of all logs say of every pair of versions together.
@@ -100,8 +100,7 @@ fn warnings(versions: &[String], logs: &[SuiteLog]) -> Vec<String> {
         .map(|log| log.name.as_str())
         .collect();
     if !blind.is_empty() {
-        warnings
-            .push(format!("hardly a place is seen again, so drift is invisible, on {}", blind.join(", ")));
+        warnings.push(format!("few places are revisited, so drift is not visible, on {}", blind.join(", ")));
     }
     warnings
 }

@@ -21,7 +21,7 @@ impl SuiteLog {
         let left_out = self.report.iter().flat_map(|report| &report.left_out);
         let left_out = left_out.map(|run| MissingReport {
             version: run.name.clone(),
-            reason: format!("left out: {}", run.reason),
+            reason: format!("excluded: {}", run.reason),
         });
         self.missing.iter().cloned().chain(left_out).collect()
     }

@@ -106,7 +106,7 @@ fn what_is_not_compared_is_told() {
         "new is not compared on 1 of 5 logs (odd): where it fails it cannot lose",
     ];
     assert_eq!(found.warnings, expected);
-    assert_eq!(found.log("odd").unwrap().missing[0].reason, "left out: it belongs to another log");
+    assert_eq!(found.log("odd").unwrap().missing[0].reason, "excluded: it belongs to another log");
     assert_eq!(found.worst_first.len(), 4);
 }
 

@@ -18,7 +18,7 @@ pub struct Found {
     pub together_as_read: Option<f64>,
     /// Errors of time and mounting, after such a reading; `None` where the scans do not tell.
     pub calibration: Option<Calibration>,
-    /// What puts right what is beyond doubt, in this order.
+    /// What fixes the errors that are certain, in this order.
     pub mends: Vec<Mend>,
     /// Whether they can be applied to the run; not to how the poses are meant that an odometry lies between.
     pub can_be_mended: bool,
@@ -30,13 +30,13 @@ pub struct Found {
     pub is_kept: bool,
 }
 
-/// Why a run is left out of everything that runs share.
+/// Why a run is excluded from everything that runs share.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum LeftOut {
     /// It has no poses for the log's scans.
     NotPaired(Box<EvaluateError>),
-    /// Its poses are read in a wrong way, by far.
+    /// Its poses are clearly misread.
     Misread,
     /// Where it turns, the scans fit together as well without the turn.
     OtherTurns {
@@ -53,10 +53,9 @@ pub enum LeftOut {
 }
 
 impl Found {
-    /// In a sentence, with the words that `name` has for settings, what is wrong and what puts it right; `None` where nothing
-    /// is.
+    /// What is wrong and what fixes it, in a sentence; `name` is how a setting is called. `None` where nothing is wrong.
     pub fn message_with(&self, mended: bool, name: &dyn Fn(SettingName) -> String) -> Option<String> {
-        let head = if self.is_kept { "" } else { " is left out" };
+        let head = if self.is_kept { "" } else { " is excluded" };
         let left_out = |why: String| Some(format!("run `{}`{head}: {why}", self.name));
         match &self.left_out {
             Some(LeftOut::NotPaired(error)) => {
@@ -66,16 +65,16 @@ impl Found {
             }
             Some(LeftOut::Unrelated { together_mixed_up }) => {
                 return left_out(format!(
-                    "its poses have nothing to do with the scans of this log: {:.0} % of the returns meet those of other scans \
-                     near by, and {:.0} % with the poses of other scans",
+                    "its poses do not match the scans of this log: {:.0} % of the returns meet those of nearby scans, {:.0} % \
+                     with the poses of other scans",
                     100.0 * self.together.unwrap_or(0.0),
                     100.0 * together_mixed_up
                 ));
             }
             Some(LeftOut::OtherTurns { turned, straight }) => {
                 return left_out(format!(
-                    "its poses have nothing to do with the scans of this log: where it turns, {:.0} % of the returns meet those \
-                     of other scans near by, and {:.0} % without the turn",
+                    "its poses do not match the scans of this log: in turns, {:.0} % of the returns meet those of nearby \
+                     scans, {:.0} % without the turn",
                     100.0 * turned,
                     100.0 * straight
                 ));
@@ -88,19 +87,19 @@ impl Found {
         }
         let options = self.options(name).join(" ");
         Some(if mended && self.can_be_mended {
-            format!("run `{}`: {what}; mended, as by {options}", self.name)
+            format!("run `{}`: {what}; fixed with {options}", self.name)
         } else if self.can_be_mended {
             format!(
-                "run `{}`{head}: {what}; {options} mends it, and so does {}",
+                "run `{}`{head}: {what}; fix it with {options}, or with {}",
                 self.name,
                 name(SettingName::Mend)
             )
         } else {
-            format!("run `{}`{head}: {what}; {options} mends it", self.name)
+            format!("run `{}`{head}: {what}; fix it with {options}", self.name)
         })
     }
 
-    /// For a report: what the scans say of its clock and mounting; `mended`, whether what is off was put right.
+    /// For a report: the estimated clock offset and extrinsic; `mended`, whether errors were fixed.
     pub fn report(&self, mended: bool, name: &dyn Fn(SettingName) -> String) -> ConventionsReport {
         let estimate = |one: Estimate| EstimateReport {
             axis: one.axis.name().to_owned(),
@@ -150,7 +149,7 @@ impl Found {
         if let (Some(given), Some(read)) = (self.together, self.together_as_read) {
             let how = self.mends.first().map_or("", as_meant);
             parts.push(format!(
-                "its poses are misread: {:.0} % of the returns meet those of other scans near by, and {:.0} % {how}",
+                "its poses are misread: {:.0} % of the returns meet those of nearby scans, {:.0} % {how}",
                 100.0 * given,
                 100.0 * read
             ));
@@ -161,16 +160,14 @@ impl Found {
             let off: Vec<String> = off.map(off_in_words).collect();
             if !off.is_empty() {
                 parts.push(format!(
-                    "{}, by the scans themselves (surfaces are {:.1} cm thick, else {:.1} cm)",
+                    "{} (from the scans: surfaces become {:.1} cm thick instead of {:.1} cm)",
                     off.join(", "),
                     100.0 * calibration.after_m,
                     100.0 * calibration.before_m
                 ));
             }
             if self.is_at_odds {
-                parts.push(
-                    "that is not so by every run, or not surely, so nothing of it is put right".to_owned(),
-                );
+                parts.push("other runs do not confirm this, so nothing is fixed".to_owned());
             }
         }
         (!parts.is_empty()).then(|| parts.join("; "))
@@ -179,23 +176,23 @@ impl Found {
 
 fn as_meant(mend: &Mend) -> &'static str {
     match mend {
-        Mend::PosesAs(_) => "with poses read as they are meant",
-        Mend::Extrinsic(_) => "with the sensor mounted another way",
-        Mend::TimeOffset(_) => "at other times",
-        Mend::PoseAt(_) => "at another instant of its scans",
+        Mend::PosesAs(_) => "with another pose format",
+        Mend::Extrinsic(_) => "with another extrinsic",
+        Mend::TimeOffset(_) => "with a time offset",
+        Mend::PoseAt(_) => "at another instant of the scans",
     }
 }
 
 fn in_words(silence: Silence) -> String {
     match silence {
         Silence::Jitter { jitter_m } => format!(
-            "its poses are {:.0} cm off the way between their neighbours, by jitter, jumps or gaps: returns posed \
-             between them tell nothing of clock and mounting",
+            "its poses are {:.0} cm off the path between their neighbours (jitter, jumps or gaps), so clock and extrinsic \
+             cannot be estimated",
             100.0 * jitter_m
         ),
-        Silence::Sweep => "its scans fit best with a part of the returns' times that is neither none nor all: it is off in other \
-                           ways than are looked for"
-            .to_owned(),
+        Silence::Sweep => {
+            "its scans fit best with part of the point times, so the error is of another kind".to_owned()
+        }
     }
 }
 
@@ -204,20 +201,16 @@ pub(super) fn off_in_words(one: Estimate) -> String {
     let Estimate { axis, value, half, .. } = one;
     let (ms, degrees, cm) = (1e3, 1.0_f64.to_degrees(), 100.0);
     match axis {
-        Axis::Time if value < 0.0 => {
-            format!("the poses hold {:.1} ± {:.1} ms later than they are taken for", -ms * value, ms * half)
-        }
-        Axis::Time => {
-            format!("the poses hold {:.1} ± {:.1} ms earlier than they are taken for", ms * value, ms * half)
-        }
+        // The sign is that of the option that fixes it: it is added to the log's stamps.
+        Axis::Time => format!("estimated clock offset {:+.1} ± {:.1} ms", ms * value, ms * half),
         Axis::Sweep => format!(
-            "the points of a scan are at one instant already, their times are {value:.2} ± {half:.2} of true"
+            "the points of a scan are motion-corrected already (estimated scale of point times {value:.2} ± {half:.2})"
         ),
         Axis::Roll | Axis::Pitch | Axis::Yaw => {
-            format!("the sensor's {} is off by {:.2} ± {:.2}°", axis.name(), -degrees * value, degrees * half)
+            format!("estimated {} error {:.2} ± {:.2}°", axis.name(), -degrees * value, degrees * half)
         }
         Axis::X | Axis::Y | Axis::Z => {
-            format!("the sensor's {} is off by {:.1} ± {:.1} cm", axis.name(), -cm * value, cm * half)
+            format!("estimated {} error {:.1} ± {:.1} cm", axis.name(), -cm * value, cm * half)
         }
     }
 }

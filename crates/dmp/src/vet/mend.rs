@@ -1,4 +1,4 @@
-//! What puts a run's bookkeeping right.
+//! What fixes the clock, extrinsic or pose format of a run.
 
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
@@ -7,7 +7,7 @@ use crate::config::Run;
 use crate::pose_at::PoseAt;
 use crate::setting_name::SettingName;
 
-/// A setting that puts a run's bookkeeping right, with its value.
+/// A setting that fixes a run, with its value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Mend {
@@ -90,7 +90,7 @@ mod tests {
     use dmp_sensor::Vector3;
 
     #[test]
-    fn what_is_told_is_what_is_applied() {
+    fn what_is_reported_is_what_is_applied() {
         let turn = UnitQuaternion::from_euler_angles(0.01, -0.02, 1.0);
         let pose = Isometry3::from_parts(Vector3::new(0.123_456_7, -2.0, 0.0).into(), turn);
         let once = rounded(&pose);

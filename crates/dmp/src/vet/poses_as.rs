@@ -70,9 +70,7 @@ impl FromStr for PosesAs {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|way| way.to_string() == text);
-        found.ok_or_else(|| {
-            format!("`{text}` is no way to write poses: they may be inverted, wxyz, mm, cm or km")
-        })
+        found.ok_or_else(|| format!("`{text}` is no pose format: choose inverted, wxyz, mm, cm or km"))
     }
 }
 

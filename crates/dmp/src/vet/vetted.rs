@@ -12,13 +12,13 @@ use crate::setting_name::SettingName;
 /// What vetting came to.
 #[derive(Debug)]
 pub struct Vetted {
-    /// The runs to be scored, put right where that was asked for.
+    /// The runs to be scored, fixed where that was asked for.
     pub runs: Vec<Run>,
     /// What was found of each run that was given.
     pub found: Vec<Found>,
-    /// Whether what is wrong was put right.
+    /// Whether errors were fixed.
     pub mended: bool,
-    /// What all runs are off by alike: then it is not they.
+    /// The error that all runs share: then the runs are not its cause.
     pub alike: Vec<Estimate>,
     /// What the scans say of the times of points.
     pub point_times: PointTimes,
@@ -32,9 +32,9 @@ pub enum PointTimes {
     AsUsed,
     /// They are used, and the points are at one instant already: so much of the times is true.
     Corrected(Estimate),
-    /// The same, and so they were left aside: for who opens the log without them to say so.
+    /// The same, and the log was opened without them.
     LeftAside(Estimate),
-    /// They are not used, and are true: for who opens the log with them, to look, to say so.
+    /// They are not used, and are true: found by opening the log with them.
     Unused,
 }
 
@@ -44,37 +44,27 @@ impl Vetted {
         let alike = (!self.alike.is_empty()).then(|| {
             let axes: Vec<String> = self.alike.iter().copied().map(off_in_words).collect();
             let clock = self.alike.iter().any(|one| one.axis == Axis::Time).then(|| {
-                format!(
-                    "the log's clock, or the instant that its stamps stand for ({}),",
-                    name(SettingName::StampAt)
-                )
+                format!("the log's clock, or the instant of its stamps ({}),", name(SettingName::StampAt))
             });
             let mounting = self.alike.iter().any(|one| one.axis != Axis::Time);
-            let mounting = mounting.then(|| "what is said of the sensor's mounting".to_owned());
+            let mounting = mounting.then(|| "the extrinsic".to_owned());
             let blame: Vec<String> = clock.into_iter().chain(mounting).collect();
-            format!(
-                "all runs are off alike: {}; {} is the first to blame",
-                axes.join(", "),
-                blame.join(" and ")
-            )
+            format!("all runs show the same error: {}; check {} first", axes.join(", "), blame.join(" and "))
         });
         let ignore = format!("{} ignore", name(SettingName::PointTime));
         let times = match self.point_times {
             PointTimes::AsUsed => None,
-            PointTimes::Corrected(sweep) if self.mended => Some(format!(
-                "{}, by the scans themselves; but the log cannot be read with {ignore}",
-                off_in_words(sweep)
-            )),
+            PointTimes::Corrected(sweep) if self.mended => {
+                Some(format!("{}, but the log cannot be read with {ignore}", off_in_words(sweep)))
+            }
             PointTimes::Corrected(sweep) => Some(format!(
-                "{}, by the scans themselves; {ignore} mends it, and so does {}",
+                "{}; fix it with {ignore}, or with {}",
                 off_in_words(sweep),
                 name(SettingName::Mend)
             )),
-            PointTimes::LeftAside(sweep) => {
-                Some(format!("{}, by the scans themselves; mended, as by {ignore}", off_in_words(sweep)))
-            }
+            PointTimes::LeftAside(sweep) => Some(format!("{}; fixed with {ignore}", off_in_words(sweep))),
             PointTimes::Unused => Some(format!(
-                "the points of a scan were measured one after another, at the times that the log gives them: leave {} out to use these",
+                "the points of a scan were measured one after another, at the times in the log: remove {} to use them",
                 name(SettingName::PointTime)
             )),
         };
