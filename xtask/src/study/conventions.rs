@@ -19,7 +19,7 @@ pub(super) struct ConventionsArgs {
     /// Drives on which errors are made, comma-separated
     #[arg(long, value_delimiter = ',', default_values_t = ["laps-16".to_owned(), "oneway-32".to_owned()])]
     drives: Vec<String>,
-    /// Folder of real recordings: makes errors on nclt_revisit, too
+    /// Folder of real recordings: makes errors on that of NCLT, too
     #[arg(long, value_name = "FOLDER")]
     data: Option<PathBuf>,
     /// Only this part

@@ -4,7 +4,7 @@ use dmp::Confidence;
 
 use super::interval::{of_each, total};
 use super::observe::pair_scores;
-use super::result::{Both, DriveResult, PairResult, Said, common_cv};
+use super::result::{Both, Difference, DriveResult, PairResult, Said, common_cv};
 
 /// Whether the first is smaller; `None` where they are equal or one is missing.
 pub(super) fn smaller(a: Option<f64>, b: Option<f64>) -> Option<bool> {
@@ -66,7 +66,7 @@ impl Rule {
             },
             Self::Drift => &|pair| Saying { said: pair.drift, leaning: decided(pair.drift, None) },
             Self::Single(name) => {
-                let chance = |pair: &PairResult| of(pair, name).map_or(1.0, |d| d.chance());
+                let chance = |pair: &PairResult| of(pair, name).map_or(1.0, Difference::chance);
                 let confidence = of_each(&drive.pairs.iter().map(chance).collect::<Vec<_>>());
                 &move |pair| {
                     let said = of(pair, name).map_or(Said::Nothing, |d| d.said(confidence));
@@ -126,7 +126,6 @@ fn is_opposed(batches: &[Both], a_better: bool, [of_level, of_supporting]: [f64;
 
 #[cfg(test)]
 mod tests {
-    use super::super::result::Difference;
     use super::*;
 
     /// A pair that differs by `differences_m2` in 20 equal parts, at a level of 1 m² each, at all scales.

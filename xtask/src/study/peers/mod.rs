@@ -37,14 +37,14 @@ pub(super) fn run(arguments: &PeersArgs) -> anyhow::Result<()> {
     for spec in &arguments.chosen.drives()? {
         let rows = drive(spec, &arguments.chosen).with_context(|| spec.name.to_owned())?;
         println!("\n{} ({})", spec.name, spec.about);
-        row("estimate", COLUMNS.map(|name| format!("{name:>11}")));
+        row("estimate", &COLUMNS.map(|name| format!("{name:>11}")));
         for (name, values) in &rows {
-            row(name, values.map(cell));
+            row(name, &values.map(cell));
         }
         let column = |k: usize| rows.iter().map(|(_, values)| values[k]).collect::<Vec<_>>();
         let ates_m = column(0);
         let tau = std::array::from_fn(|k| kendall_tau_b(&column(k), &ates_m));
-        row("tau with ATE", tau.map(cell));
+        row("tau with ATE", &tau.map(cell));
         taus.push(tau);
     }
     let mean: Values = std::array::from_fn(|k| {
@@ -52,11 +52,11 @@ pub(super) fn run(arguments: &PeersArgs) -> anyhow::Result<()> {
         (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
     });
     println!();
-    row("mean tau", mean.map(cell));
+    row("mean tau", &mean.map(cell));
     Ok(())
 }
 
-fn row(name: &str, cells: [String; COLUMNS.len()]) {
+fn row(name: &str, cells: &[String; COLUMNS.len()]) {
     println!("{name:<18}{}", cells.concat());
 }
 
