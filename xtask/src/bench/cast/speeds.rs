@@ -1,4 +1,4 @@
-//! Speeds of casters side by side: in turns, each in a process of its own.
+//! Speeds of casters side by side: in turns, each in its own process.
 
 use dmp_cast::Path;
 

@@ -26,7 +26,7 @@ pub(super) struct Set {
 
 /// Noise of every pose, by its size along and about each axis: metres of a drive, degrees.
 const NOISE: [(f64, f64); 3] = [(0.005, 0.02), (0.01, 0.05), (0.03, 0.1)];
-/// A run bent by this is hardly worse, and bent the other way as good; metres of a drive.
+/// A run bent by this is hardly worse, and as good when bent in the other direction; metres of a drive.
 const BEND_M: f64 = 0.01;
 /// Ladders: noise with a third of a degree to ten centimetres, and drift; metres of a drive.
 const NOISE_LADDER: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
@@ -35,7 +35,7 @@ const SMALL_NOISE_LADDER: [f64; 4] = [0.001, 0.002, 0.004, 0.007];
 const SMALL_DRIFT_LADDER_M: [f64; 2] = [0.01, 0.03];
 const DEG_PER_M: f64 = 10.0 / 3.0;
 
-/// All sets of a log. Every run lies in a world of its own.
+/// All sets of a log. Every run has another world.
 pub(super) fn sets(log: &NullLog, draws: u64) -> anyhow::Result<Vec<Set>> {
     let metre_m = log.scales.lengths().metre_m;
     let mut sets = Vec::new();
