@@ -27,7 +27,7 @@ fn completions_know_every_command_and_option() {
         let output = dmp(folder.path(), &format!("completions {shell}"));
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         let script = text(&output.stdout);
-        for command in ["score", "map build", "truth study", "man"] {
+        for command in ["score", "map build", "truth smd", "man"] {
             for option in options_of(command) {
                 // fish names them without the dashes.
                 let bare = format!("-l {}", option.trim_start_matches('-'));

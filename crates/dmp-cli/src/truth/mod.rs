@@ -8,7 +8,6 @@ mod plot;
 mod results_zip;
 mod rpe;
 mod smd;
-mod study;
 mod told;
 
 use clap::Subcommand;
@@ -22,7 +21,6 @@ pub(crate) enum Truth {
     Ape(ape::ApeArgs),
     Rpe(rpe::RpeArgs),
     Smd(Box<smd::SmdArgs>),
-    Study(Box<study::StudyArgs>),
 }
 
 impl Truth {
@@ -31,7 +29,6 @@ impl Truth {
             Self::Ape(arguments) => ape::run(arguments, common, out),
             Self::Rpe(arguments) => rpe::run(arguments, common, out),
             Self::Smd(arguments) => smd::run(arguments, common, out),
-            Self::Study(arguments) => study::run(arguments, common, out),
         }
     }
 }
