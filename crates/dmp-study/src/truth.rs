@@ -73,7 +73,7 @@ pub(crate) fn trajectory_errors(
     let prepared = preparation.apply(PosePath::of(reference)?, PosePath::of(estimate)?)?;
     let places = absolute(&prepared.reference, &prepared.estimate, Relation::TranslationPart)?;
     let pairs = PairOptions { delta: options.rpe_delta_m, unit: DeltaUnit::Meters, ..PairOptions::default() };
-    let steps = relative(&prepared.reference, &prepared.estimate, Relation::TranslationPart, &pairs, false);
+    let steps = relative(&prepared.reference, &prepared.estimate, Relation::TranslationPart, &pairs);
     Ok(TrajectoryErrors {
         poses: places.values.len(),
         ate_rmse_m: rmse(&places.values),

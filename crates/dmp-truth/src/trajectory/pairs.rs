@@ -4,6 +4,9 @@ use super::path::turn_between;
 use super::rotation::{angle_of_quaternion_rad, to_quaternion};
 use super::{CompareError, DeltaUnit, Pose};
 
+/// With all pairs: how far a pair may be from the distance asked for, as a share of it (the default of evo).
+pub const DELTA_TOLERANCE: f64 = 0.1;
+
 /// How far apart the poses of a pair are, and which pairs there are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairOptions {
@@ -11,15 +14,13 @@ pub struct PairOptions {
     pub delta: f64,
     /// Unit of `delta`.
     pub unit: DeltaUnit,
-    /// With `all_pairs`: how far a pair may be from `delta`, as a share of it.
-    pub relative_tolerance: f64,
     /// A pair from every pose, not only from where the last pair ended.
     pub all_pairs: bool,
 }
 
 impl Default for PairOptions {
     fn default() -> Self {
-        Self { delta: 1.0, unit: DeltaUnit::Frames, relative_tolerance: 0.1, all_pairs: false }
+        Self { delta: 1.0, unit: DeltaUnit::Frames, all_pairs: false }
     }
 }
 
@@ -45,8 +46,8 @@ impl PairOptions {
 /// When `options` are wrong, there are no pairs, or a rotation that is needed is none.
 pub fn pairs(poses: &[Pose], options: &PairOptions) -> Result<Vec<(usize, usize)>, CompareError> {
     options.check()?;
-    let PairOptions { delta, unit, relative_tolerance, all_pairs } = *options;
-    let tolerance = delta * relative_tolerance;
+    let PairOptions { delta, unit, all_pairs } = *options;
+    let tolerance = delta * DELTA_TOLERANCE;
     let found = match (unit, all_pairs) {
         (DeltaUnit::Frames, _) => by_index(poses.len(), delta as usize, all_pairs),
         (DeltaUnit::Meters, false) => by_way(poses, delta),
@@ -135,7 +136,7 @@ fn all_by_way(ways_m: &[f64], delta_m: f64, tolerance_m: f64) -> Vec<(usize, usi
 }
 
 /// All pairs whose direct turn is within `delta_rad ± tolerance_rad`. Every pair is looked at, but only
-/// those near a bound need the angle itself: for the others the product of their quaternions tells.
+/// those near a bound need the angle itself: for the others the product of their quaternions decides.
 fn all_by_turn(
     poses: &[Pose],
     delta_rad: f64,
@@ -190,7 +191,7 @@ mod tests {
     }
 
     fn options(delta: f64, unit: DeltaUnit, all_pairs: bool) -> PairOptions {
-        PairOptions { delta, unit, all_pairs, ..PairOptions::default() }
+        PairOptions { delta, unit, all_pairs }
     }
 
     #[test]
