@@ -1,7 +1,7 @@
 //! How far apart a run put the same surfaces on two visits of a place.
 //!
 //! Where two visits see the same surfaces, the motion that brings the surfels of one onto those of the other is the run's own
-//! error between them. [`align`] finds it, says how well it is known, and refuses where the surfaces do not tell: a
+//! error between them. [`align`] finds it, says how well it is known, and fails where the surfaces do not determine it: a
 //! registration of patches, coarse to fine, from both sides.
 //!
 //! 1. Points of a visit become a [`dmp_map::PatchBuilder`], in the frame of the place; this a [`Pyramid`] of surfels at

@@ -57,7 +57,7 @@ pub struct Alignment {
 /// speaks for it already. `O(surfels)` time for each guess.
 ///
 /// # Errors
-/// Where the surfaces do not tell: see [`Refusal`].
+/// When the surfaces give no alignment: see [`Refusal`].
 pub fn align(target: &Pyramid, source: &Pyramid, guesses: &[Isometry3<f64>]) -> Result<Alignment, Refusal> {
     if target.voxel_m != source.voxel_m {
         return Err(Refusal::Voxels(target.voxel_m, source.voxel_m));

@@ -17,8 +17,8 @@ const SAME_WAY: f64 = 0.5;
 const SAME_WAY_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
 /// Most places that are looked at beside the best.
 const MOST_OTHERS: usize = 12;
-/// Surfaces that tell this share for another place leave open which it is. In streets that repeat themselves every 6 to 15 m it
-/// is mostly 0.6 and more (half a bay matched with half of another tells half), in others up to 0.31 and on a real path 0.43.
+/// Surfaces that support another place by this share leave open which it is. In streets that repeat themselves every 6 to 15 m it
+/// is mostly 0.6 and more (half a bay matched with half of another has half), in others up to 0.31 and on a real path 0.43.
 const AMBIGUOUS: f64 = 0.45;
 /// Less will do where the other place is nearer to the first guess: of two houses that are alike, the one that a run claims may be
 /// seen worse.
@@ -42,7 +42,7 @@ impl Side<'_> {
         let mut found = self.apart_from_each_other(&self.starts(guesses));
         let mut best = 0;
         for other in 1..found.len() {
-            let [for_best, for_other] = self.tell(&found[best], &found[other]);
+            let [for_best, for_other] = self.support(&found[best], &found[other]);
             best = if for_other > for_best { other } else { best };
         }
         let best = found.swap_remove(best);
@@ -52,7 +52,7 @@ impl Side<'_> {
         }
         let mut rival: Option<(f64, Found)> = None;
         for other in found {
-            let [for_best, for_other] = self.tell(&best, &other);
+            let [for_best, for_other] = self.support(&best, &other);
             let share = for_other / for_best.max(f64::MIN_POSITIVE);
             let [best_m, other_m] =
                 [&best, &other].map(|found| between(&guesses[0], &found.pose, &best.middle_m()).0);
@@ -128,17 +128,17 @@ impl Side<'_> {
         apart_m > APART * self.target.voxel_m || turned_rad > APART_RAD
     }
 
-    /// How much the surfaces tell for either of two places against the other: nothing for both, where they do not hold what
+    /// How much the surfaces support either of two places against the other: nothing for both, where they do not hold what
     /// lies between them.
-    fn tell(&self, a: &Found, b: &Found) -> [f64; 2] {
-        let told = [self.tells(&a.pose, &b.pose), self.tells(&b.pose, &a.pose)];
-        let is_held = told[0].max(told[1]) >= LEAST_HELD * a.last.weight.max(b.last.weight);
-        if is_held { told } else { [0.0; 2] }
+    fn support(&self, a: &Found, b: &Found) -> [f64; 2] {
+        let support = [self.support_of(&a.pose, &b.pose), self.support_of(&b.pose, &a.pose)];
+        let is_held = support[0].max(support[1]) >= LEAST_HELD * a.last.weight.max(b.last.weight);
+        if is_held { support } else { [0.0; 2] }
     }
 
-    /// How much the surfaces tell for one pose against another: weights of the finest pairs, each by how squarely its plane
+    /// How much the surfaces support one pose against another: weights of the finest pairs, each by how squarely its plane
     /// stands in the way from one place to the other. What lies along the way, as the walls of a street, matches at both.
-    fn tells(&self, pose: &Isometry3<f64>, other: &Isometry3<f64>) -> f64 {
+    fn support_of(&self, pose: &Isometry3<f64>, other: &Isometry3<f64>) -> f64 {
         let scale_m = FINEST.scale * self.target.voxel_m;
         let other_from_pose = other * pose.inverse();
         let mut sum = 0.0;

@@ -31,7 +31,7 @@ pub use together::{Order, Together, Turns, together, turns};
 const WORTH: f64 = 0.97;
 /// What is off by so many half intervals is seen however wide these are.
 const CLEARLY: f64 = 2.0;
-/// A run whose poses are off by more than this from the way between their neighbours, metres of a drive, tells nothing where
+/// A run whose poses are off by more than this from the way between their neighbours, metres of a drive, is not used where
 /// returns are posed between them: what lies between is better known than they. A rotation counts at the other distance.
 const JITTER_M: f64 = 0.1;
 const REACH_M: f64 = 10.0;
@@ -56,7 +56,7 @@ pub struct Estimate {
     pub pays: bool,
 }
 
-/// Why a run tells nothing of its clock and mounting though its scans have planes in common.
+/// Why nothing is estimated of a run's clock and mounting though its scans have planes in common.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Silence {
     /// Its poses jitter.
@@ -77,7 +77,7 @@ pub struct Calibration {
     pub before_m: f64,
     /// The same with what pays put right.
     pub after_m: f64,
-    /// Why nothing of it tells anything, where that is so.
+    /// Why nothing is estimated, where that is so.
     pub silence: Option<Silence>,
     /// What to put right: those that pay, looked for alone; the others are 0 (of [`Axis::Sweep`], 1).
     pub mended: [f64; AXES],

@@ -59,7 +59,7 @@ impl<K: Copy + Eq + Hash, V: Weight> BudgetCache<K, V> {
         Self::foreseeing(budget_bytes, Box::new(|_, _| 0))
     }
 
-    /// An empty cache that is told when values will be used next. It is asked whenever a value is to be let go.
+    /// An empty cache that asks when values will be used next. It is asked whenever a value is to be let go.
     pub fn foreseeing(budget_bytes: usize, next_use: Box<NextUse<K>>) -> Self {
         let inner = Inner { slots: HashMap::new(), clock: 0, bytes: 0, loads: 0 };
         Self { budget_bytes, next_use, inner: Mutex::new(inner) }

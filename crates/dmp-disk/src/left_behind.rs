@@ -46,11 +46,11 @@ pub(crate) fn sweep(parent: &Path) {
     }
 }
 
-/// Removes a folder, in an order that tells what is left where that ends midway: what can be gone on from first, so that
+/// Removes a folder, in an order that shows what is left where that ends midway: what can be gone on from first, so that
 /// nobody does without the rest, and the lock last, so that the next process removes the rest.
 pub(crate) fn remove(folder: &Path) {
     let files = || fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    // Whatever cannot be removed is left for the user to find; there is nobody to tell.
+    // Whatever cannot be removed is left for the user to find; there is nobody to report it to.
     let _: Vec<_> = files().filter(|path| is_checkpoint(path)).map(fs::remove_file).collect();
     let _: Vec<_> = files().filter(|path| !path.ends_with(LOCK)).map(fs::remove_file).collect();
     let _ = fs::remove_dir_all(folder);

@@ -62,7 +62,7 @@ impl Drop for Unfinished {
     fn drop(&mut self) {
         let mut all = all();
         if let Some(k) = all.iter().position(|begun| begun.path == self.0) {
-            // The order tells which folders are in which.
+            // By their order, which folders are in which.
             all.remove(k);
         }
     }

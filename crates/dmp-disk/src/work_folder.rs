@@ -15,7 +15,7 @@ const TRIES: u32 = 20;
 
 /// Where scratch files, maps and checkpoints of one evaluation live: a folder that one process at a time works in.
 ///
-/// It is removed with all it holds when it is dropped, unless it was [told to stay](Self::keep). A process that is
+/// It is removed with all it holds when it is dropped, unless it [stays](Self::keep). A process that is
 /// killed leaves it behind: with a checkpoint in it, it can be [taken up](Self::of); without one, the next
 /// process that makes a folder beside it removes it.
 ///

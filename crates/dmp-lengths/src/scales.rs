@@ -151,8 +151,8 @@ mod tests {
     fn every_kind_has_an_entry_under_its_own_name() {
         let read = |name| Scales::deserialize(StrDeserializer::<Error>::new(name));
         // "unknown variant `none`, expected `drive` or `room`"
-        let told = read("none").unwrap_err().to_string();
-        let known: Vec<_> = told.split('`').skip(3).step_by(2).collect();
+        let message = read("none").unwrap_err().to_string();
+        let known: Vec<_> = message.split('`').skip(3).step_by(2).collect();
         assert_eq!(known, Scales::ALL.iter().map(|(_, lengths)| lengths.name).collect::<Vec<_>>());
         for (scales, lengths) in Scales::ALL {
             assert_eq!(read(lengths.name).unwrap(), *scales);

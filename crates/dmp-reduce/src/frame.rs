@@ -74,7 +74,7 @@ impl FrameSums {
         self.add_return_to(residuals, |_, _| {});
     }
 
-    /// The same, and tells each run's squares, which belong into other sums, too.
+    /// The same, and returns each run's squares, which belong into other sums, too.
     ///
     /// # Panics
     /// Where there are not as many residuals as runs.

@@ -18,7 +18,7 @@ use crate::units::Total;
 const FRAME_RETURNS: u64 = 1 << 32;
 const ALL_RETURNS: u64 = 1 << 44;
 
-/// What a [`Reducer`] is told beforehand: how many frames there are, and the runs.
+/// The layout of a [`Reducer`]: how many frames there are, and the runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
     pub(crate) frames: Frames,
@@ -249,7 +249,7 @@ impl Reducer {
         self.runs.first().map_or(0, |run| run.sums.returns())
     }
 
-    /// What it was told beforehand.
+    /// Its layout.
     pub fn layout(&self) -> &Layout {
         &self.layout
     }

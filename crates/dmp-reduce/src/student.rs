@@ -40,7 +40,7 @@ impl Confidence {
 
     /// A share from a half to below 1; `None` for anything else.
     pub fn new(level: f64) -> Option<Self> {
-        // Closer to 1 there is nothing left to tell one level from the next.
+        // Closer to 1, neighbouring levels are equal numerically.
         (0.5..=1.0 - 1e-9).contains(&level).then(|| Self::of(level))
     }
 

@@ -1,4 +1,4 @@
-//! What a pair of runs is told: the cascade of scales, the place guard, the reasons.
+//! The verdict on a pair of runs: the cascade of scales, the place guard, the reasons.
 #![expect(clippy::expect_used, reason = "a case that cannot be set up is a failed test")]
 
 use dmp_reduce::{
@@ -133,7 +133,7 @@ fn runs_without_a_difference_that_matters_are_the_same() {
         );
     }
 
-    // A difference that is beyond doubt but does not matter is told all the same, and that it does not matter too.
+    // A difference that is beyond doubt but does not matter is reported all the same, and also that it does not matter.
     let tiny = compare([CV; 2], 80, |f, k| {
         [Some(0.1), Some(0.1002)].map(|m: Option<f64>| m.map(|m| m + 1e-5 * noise(f, k, 1)))
     });
@@ -324,7 +324,7 @@ fn undecided_runs_are_listed_by_the_price_of_a_miss() {
 /// The half width of an interval of k frames goes with 1/√k: the smallest k at which it is below the difference, tried one
 /// by one.
 #[test]
-fn a_sample_tells_how_many_frames_would_decide() {
+fn a_sample_says_how_many_frames_would_decide() {
     let (all, scored) = (600, 30);
     let mut reducer = Reducer::new(Layout::new(all, vec![CV; 2]));
     let mut sums = FrameSums::new(&[CV; 2]);
@@ -354,10 +354,10 @@ fn a_sample_tells_how_many_frames_would_decide() {
     assert_eq!(compare([CV; 2], 60, |f, k| [Some(noise(f, k, 1)), Some(noise(f, k, 2))]).frames_needed, None);
 }
 
-/// Runs of the same noise: all equal, and any two that are told apart are one wrong command.
+/// Runs of the same noise: all equal, and any two with a verdict are one wrong command.
 #[test]
-fn of_many_equal_runs_none_are_told_apart() {
-    let told_apart = |runs: usize, confidence: f64, seeds: u64| {
+fn of_many_equal_runs_none_is_better() {
+    let decided_wrongly = |runs: usize, confidence: f64, seeds: u64| {
         let promise = Promise { confidence: Confidence::new(confidence).unwrap(), ..Promise::default() };
         let wrong = (0..seeds).filter(|seed| {
             let mut reducer = Reducer::new(Layout::new(60, vec![CV; runs]));
@@ -379,10 +379,10 @@ fn of_many_equal_runs_none_are_told_apart() {
     };
     // Half of the commands at most are to be wrong, so that a few hundred show something.
     for (runs, seeds) in [(2, 400), (6, 150)] {
-        let wrong = told_apart(runs, 0.5, seeds);
+        let wrong = decided_wrongly(runs, 0.5, seeds);
         assert!(wrong as f64 <= 0.5 * seeds as f64, "{wrong} of {seeds} commands with {runs} runs");
     }
-    assert_eq!(told_apart(6, 0.99, 60), 0);
+    assert_eq!(decided_wrongly(6, 0.99, 60), 0);
 }
 
 /// Of runs that are far apart no pair needs a share of the error.

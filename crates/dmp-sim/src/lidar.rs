@@ -75,8 +75,8 @@ impl Lidar {
             // A stream of its own: without this noise, all else is what it was.
             let mut aside = Random::new(self.options.seed, &[b'l'.into(), b'b'.into(), place[0], place[1]]);
             for fired in self.bearings(TAU * share - PI) {
-                let told = self.reported(fired, &mut aside);
-                let Some(point) = self.measure(town, &pose, [fired, told], time_s, &mut random) else {
+                let reported = self.reported(fired, &mut aside);
+                let Some(point) = self.measure(town, &pose, [fired, reported], time_s, &mut random) else {
                     continue;
                 };
                 scan.points_in_sensor_m.push(point);
@@ -112,7 +112,7 @@ impl Lidar {
         &self,
         town: &Town,
         world_from_sensor: &Isometry3<f64>,
-        [fired, told]: [Vector3<f64>; 2],
+        [fired, reported]: [Vector3<f64>; 2],
         time_s: f64,
         random: &mut Random,
     ) -> Option<[f32; 3]> {
@@ -124,7 +124,7 @@ impl Lidar {
         let range_m =
             hit.filter(|hit| !lost && self.sees(hit)).map(|hit| hit.range_m + options.range_noise_m * noise);
         match range_m.filter(|&range_m| range_m >= options.min_range_m) {
-            Some(range_m) => Some((told * range_m).map(|c| round_to(c, options.resolution_m) as f32).into()),
+            Some(range_m) => Some((reported * range_m).map(|c| round_to(c, options.resolution_m) as f32).into()),
             None => options.no_return.point(),
         }
     }

@@ -68,7 +68,7 @@ impl Sums {
 
     pub(super) fn score(&self, cast_share: f64) -> MapScores {
         let scales = self.reducer.compare(0, 1, Promise::default()).scales;
-        // What is told there is the first less the second.
+        // There it is the first less the second.
         let change = scales.get(LOOPS).and_then(|scale| scale.difference).map(negative);
         MapScores { r_near_m2: self.reducer.scores(1, Confidence::P99).r_near_m2, change, cast_share }
     }

@@ -72,7 +72,7 @@ pub(super) fn descend(
         now.poses = there;
         now.has_moved = true;
         if is_valley && -slope <= rounding(cost) {
-            // What Newton's next step would change is less than what numbers tell.
+            // Newton's next step would change less than rounding.
             now.converged = true;
             break;
         }

@@ -1,4 +1,4 @@
-//! The search for acceptable candidates finds what a plain one does; what has no score is told.
+//! The search for acceptable candidates finds what a plain one does; what has no score is reported.
 
 use std::collections::BTreeSet;
 
@@ -87,8 +87,8 @@ fn follow(
         let found = optimise(&at, &with, options).unwrap();
         let (now, tried) = scores(map, at.poses(), std::slice::from_ref(&found.world_from_body));
         best = best.min(now);
-        let told = decision.tried.as_ref().unwrap().map.as_ref().unwrap();
-        assert_eq!((told.ranked_m2(), told.change), (Some(ranked_m2(&tried[0])), tried[0].change));
+        let reported = decision.tried.as_ref().unwrap().map.as_ref().unwrap();
+        assert_eq!((reported.ranked_m2(), reported.change), (Some(ranked_m2(&tried[0])), tried[0].change));
         match decision.verdict {
             Verdict::Accepted => {
                 assert!(!is_worse(&tried[0], best), "{decision:?}");

@@ -19,7 +19,7 @@ const FACTORS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 pub(super) struct Consistent {
     /// Which, in their order.
     pub(super) kept: Vec<usize>,
-    /// What the run's steps err by, as the constraints tell.
+    /// Error of the run's steps, estimated from the constraints.
     pub(super) error: StepError,
 }
 
@@ -39,7 +39,7 @@ pub(super) fn consistent(
     let robust = OptimiseOptions { loop_kernel: Some(Kernel::Cauchy(KERNEL)), ..options.clone() };
     let joined = edges.iter().try_fold(alone.clone(), |graph, edge| graph.with_edge(edge.clone()))?;
     let settled = optimise(&joined, &[], &robust).map_err(LoopError::Graph)?;
-    // No edge but the constraints' is told by itself.
+    // Only the constraints' edges have squares of their own.
     let at = alone.with_poses(settled.world_from_body)?;
     let mut kept: Vec<usize> = (0..edges.len()).collect();
     let of = |at: &dmp_sensor::PoseGraph, kept: &[usize], steps: usize| {
@@ -60,7 +60,7 @@ pub(super) fn consistent(
     Ok(Consistent { kept, error })
 }
 
-/// How many times as much as is usual the steps err, as constraints tell that are taken one by one.
+/// By which factor the steps err more than usual, from each constraint by itself.
 pub(super) fn factor(
     chain: &Chain,
     edges: &[PoseEdge],

@@ -101,7 +101,7 @@ fn where_in_the_world_a_graph_is_does_not_matter() {
     let closing = [edge(99, 0, step(2.5, 0.4, 0.1))];
     let here = optimised(&circle, &closing);
     let turn = UnitQuaternion::from_euler_angles(0.3, -0.4, 2.0);
-    // UTM: a nanometre is what an f64 tells there.
+    // UTM: an f64 resolves a nanometre there.
     let there_from_here = Isometry3::from_parts(Translation3::new(5e5, 5.4e6, 300.0), turn);
     let poses = circle.poses().iter().map(|pose| there_from_here * pose).collect();
     let there = optimised(&circle.with_poses(poses).unwrap(), &closing);

@@ -24,7 +24,7 @@ pub(crate) struct Cluster {
 /// One block.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Block {
-    /// Its south-western crossing, metres; all its forms are told from there.
+    /// Its south-western crossing, metres; the origin of its forms.
     pub(crate) corner: [f64; 2],
     pub(crate) clusters: Vec<Cluster>,
 }

@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn the_motion_is_smooth_and_twenty_poses_a_second_tell_it_to_a_millimetre() {
+    fn the_motion_is_smooth_and_twenty_poses_a_second_give_it_to_a_millimetre() {
         let drive = drive(0.3);
         let poses = (-1..2000).map(|k| START_NS + k * 50_000_000);
         let run = poses.map(|t| (t, drive.world_from_body_at(t))).collect();

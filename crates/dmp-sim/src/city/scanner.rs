@@ -33,7 +33,7 @@ pub(crate) struct Scanner {
     rounding: Rounding,
 }
 
-/// Coordinates as they are told.
+/// How coordinates are rounded.
 #[derive(Debug, Clone, Copy)]
 struct Rounding {
     step_m: f64,
@@ -167,9 +167,9 @@ impl Scanner {
             let seen = (word & 0xff_ffff) >= lost_below && self.lidar.sees(&hit);
             let measured_m = range_m + options.range_noise_m * self.normal.of(word);
             let fired = Vector3::new(level * cos, level * sin, up);
-            let told = self.lidar.reported(fired, &mut aside);
+            let reported = self.lidar.reported(fired, &mut aside);
             if seen && measured_m >= options.min_range_m {
-                scan.points_in_sensor_m.push(self.rounding.of(told * measured_m));
+                scan.points_in_sensor_m.push(self.rounding.of(reported * measured_m));
             } else {
                 scan.points_in_sensor_m.extend(options.no_return.point());
             }

@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tour_is_told_in_little_memory() {
+    fn a_tour_needs_little_memory() {
         let tour = tour(Plan { seed: 4 }, 1e6, 0.3);
         assert!(tour.corners.len() < 10_000, "{} corners for 1000 km", tour.corners.len());
     }

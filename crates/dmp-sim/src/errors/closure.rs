@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Matrix6, Vector6};
 use super::poses::{Poses, Travel, with_poses};
 use crate::error::SimError;
 
-/// What odometry errs by in a metre of travel, as a pose graph is told: metres and radians. Their ratio
+/// The error of odometry in a metre of travel, as a pose graph has it: metres and radians. Their ratio
 /// decides how a correction is shared between places and directions.
 const SIGMA_M: f64 = 0.01;
 const SIGMA_RAD: f64 = 0.0005;
@@ -48,7 +48,7 @@ pub fn close_loop(estimate: &Trajectory, truth: &Trajectory) -> Result<Trajector
         if error.amax() < MET {
             break;
         }
-        // About the end, where the error is told: a twist of step k moves the end by its adjoint.
+        // About the end, where the error is known: a twist of step k moves the end by its adjoint.
         let end = closed[closed.len() - 1].translation.vector;
         let moves: Vec<_> = closed.iter().take(steps.len()).map(|pose| adjoint(pose, &end)).collect();
         let normal: Matrix6<f64> =

@@ -20,7 +20,7 @@ const ALIKE_WITHIN_RAD: f64 = 3.0 * RAD_PER_DEG;
 /// Standard deviation of the direction in which it is off, from that of travel.
 const NEAR_SIGMA_RAD: f64 = 15.0 * RAD_PER_DEG;
 
-/// What a simulated loop candidate is, told for drives; in a room it is the same with other [`LoopLengths`], and a
+/// What a simulated loop candidate is, with the lengths of a drive; in a room it is the same with other [`LoopLengths`], and a
 /// camera at one place also looks the same way.
 ///
 /// As text (`Display`): `true`, `false`, `near`.

@@ -9,7 +9,7 @@ use super::measure::{off_by, up_and_ahead};
 use super::options::LoopGraphOptions;
 use crate::random::Random;
 
-/// The smallest standard deviations that are told of a step: no odometry is better, and the information of one
+/// The smallest standard deviations claimed for a step: no odometry is better, and the information of one
 /// without noise would be infinite.
 const LEAST_SIGMA_M: f64 = 1e-3;
 const LEAST_SIGMA_RAD: f64 = 1e-4;

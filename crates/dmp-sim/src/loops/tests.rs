@@ -180,13 +180,13 @@ fn candidates_are_what_they_are_said_to_be() {
         made.candidates.iter().for_each(|candidate| checked(&made, candidate));
         let pairs: BTreeSet<_> = made.candidates.iter().map(|c| (c.edge.from, c.edge.to)).collect();
         assert_eq!(pairs.len(), 26);
-        // 0.1 m and 0.5°, told as half of the angle.
+        // 0.1 m and 0.5°, as half of the angle.
         let half_rad = 0.25_f64.to_radians();
         let diagonal = [100.0, 100.0, 100.0, half_rad.powi(-2), half_rad.powi(-2), half_rad.powi(-2)];
         for candidate in &made.candidates {
             assert_eq!(made.graph.check_edge(&candidate.edge), Ok(()));
-            let told = candidate.edge.information.diagonal();
-            assert!(told.iter().zip(diagonal).all(|(told, expected)| (told / expected - 1.0).abs() < 1e-12));
+            let claimed = candidate.edge.information.diagonal();
+            assert!(claimed.iter().zip(diagonal).all(|(claimed, expected)| (claimed / expected - 1.0).abs() < 1e-12));
         }
         looks_back += of(LoopKind::False).filter(|c| c.edge.from_from_to.rotation.angle() > 1.5).count();
         for candidate in of(LoopKind::Near) {
@@ -201,7 +201,7 @@ fn candidates_are_what_they_are_said_to_be() {
             of(LoopKind::True).chain(of(LoopKind::Near)).map(|candidate| candidate.edge.to).collect();
         later.sort_unstable();
         assert!(later.windows(2).all(|pair| pair[0] < pair[1] && pair[1] - pair[0] < 60), "{later:?}");
-        // Labels cannot be told from the order.
+        // The order does not reveal the labels.
         assert!(made.candidates[..13].iter().any(|c| c.kind.is_true()));
         assert!(made.candidates[13..].iter().any(|c| c.kind.is_true()));
     }

@@ -105,9 +105,9 @@ fn noise_has_the_deviation_of_the_model() {
         assert!((0.75..0.93).contains(&share), "{share}");
         let mean = valid.iter().sum::<f64>() / valid.len() as f64;
         let variance = valid.iter().map(|z| (z - mean) * (z - mean)).sum::<f64>() / valid.len() as f64;
-        let told = sigma_m(depth_m, cos);
-        assert!((variance.sqrt() / told - 1.0).abs() < 0.15, "{depth_m} m: {} for {told}", variance.sqrt());
-        assert!((mean - depth_m).abs() < 0.1 * told, "{mean}");
+        let expected = sigma_m(depth_m, cos);
+        assert!((variance.sqrt() / expected - 1.0).abs() < 0.15, "{depth_m} m: {} for {expected}", variance.sqrt());
+        assert!((mean - depth_m).abs() < 0.1 * expected, "{mean}");
     }
     assert!((sigma_m(2.0, 1.0) - (0.0012 + 0.0019 * 2.56)).abs() < 1e-12);
     assert!(sigma_m(2.0, 0.2) > 1.5 * sigma_m(2.0, 1.0));

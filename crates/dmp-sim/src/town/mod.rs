@@ -84,7 +84,7 @@ impl Town {
         Self { options, ground, solids, grid, cars: Vec::new() }
     }
 
-    /// The numbers it was built from; of a campus the seed alone tells anything.
+    /// The numbers it was built from; of a campus only the seed is used.
     pub fn options(&self) -> &TownOptions {
         &self.options
     }

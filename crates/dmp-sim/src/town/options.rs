@@ -22,8 +22,8 @@ pub enum Scenery {
         /// From one house to the next, metres.
         period_m: f64,
     },
-    /// None: a straight bare tunnel as wide as a street, of one cross-section, so long that no ray sees an end. Nothing in it
-    /// tells one place along it from another. [`Route::Straight`](crate::Route::Straight) alone leads through.
+    /// None: a straight bare tunnel as wide as a street, of one cross-section, so long that no ray sees an end. No two places along it
+    /// differ. [`Route::Straight`](crate::Route::Straight) alone leads through.
     Tunnel,
 }
 

@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_belong_together_is_told() {
+    fn what_does_not_belong_together_fails() {
         let reference = run(0, 1, &Isometry3::identity());
         let other_clock = run(1_000_000_000_000, 1, &Isometry3::identity());
         let error = rigid_alignment(&reference, &other_clock).unwrap_err();

@@ -22,13 +22,13 @@ fn turn_m(town: &Town, origin: Vector3<f64>) -> Vec<Option<f64>> {
     ranges.collect()
 }
 
-/// The share of the beams that tell the one from the other.
+/// The share of the beams that differ.
 fn differing(a: &[Option<f64>], b: &[Option<f64>]) -> f64 {
-    let tells = |(a, b): (&Option<f64>, &Option<f64>)| match (a, b) {
+    let differ = |(a, b): (&Option<f64>, &Option<f64>)| match (a, b) {
         (Some(a), Some(b)) => (a - b).abs() > 1e-6,
         (a, b) => a.is_some() != b.is_some(),
     };
-    a.iter().zip(b).filter(|&pair| tells(pair)).count() as f64 / a.len() as f64
+    a.iter().zip(b).filter(|&pair| differ(pair)).count() as f64 / a.len() as f64
 }
 
 #[test]
