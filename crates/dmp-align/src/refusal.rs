@@ -38,9 +38,9 @@ pub enum Refusal {
         /// Angle between what they say.
         turned_rad: f64,
     },
-    /// Surfaces do not come to lie on each other.
+    /// Surfaces do not coincide.
     #[error(
-        "surfaces come to lie {:.1} cm apart and are {:.1} cm thick: another place that looks alike, or visits that are bent",
+        "surfaces lie {:.1} cm apart and are {:.1} cm thick: another place that looks alike, or visits that are bent",
         100.0 * .off_m,
         100.0 * .thick_m
     )]

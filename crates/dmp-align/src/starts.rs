@@ -1,4 +1,4 @@
-//! Which of several guesses is gone on with, and whether another one would do as well.
+//! Which of several guesses is best, and whether another one fits as well.
 
 use dmp_sensor::{Isometry3, Vector3};
 
@@ -12,9 +12,9 @@ const APART_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// Where the coarsest surfels match less than this as well as at the best place, the finest ones are not looked at. Of streets
 /// that repeat themselves they match from 0.75, of others up to 0.65.
 const LEAST_COARSE: f64 = 0.7;
-/// From places that are no further apart, the coarsest stage comes to the same place, voxels and radians.
-const SAME_WAY: f64 = 0.5;
-const SAME_WAY_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
+/// From places that are no further apart, the coarsest stage ends at the same place, voxels and radians.
+const SAME_END: f64 = 0.5;
+const SAME_END_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
 /// Most places that are looked at beside the best.
 const MOST_OTHERS: usize = 12;
 /// Surfaces that support another place by this share leave open which it is. In streets that repeat themselves every 6 to 15 m it
@@ -24,7 +24,7 @@ const AMBIGUOUS: f64 = 0.45;
 /// seen worse.
 const AMBIGUOUS_IF_CLAIMED: f64 = 0.25;
 
-/// Where the coarsest stage came to.
+/// Where the coarsest stage ended.
 struct Start {
     guess: Isometry3<f64>,
     pose: Isometry3<f64>,
@@ -34,7 +34,7 @@ struct Start {
 }
 
 impl Side<'_> {
-    /// What the guess comes to from which the surfaces match best.
+    /// The result of the guess from which the surfaces match best.
     ///
     /// # Errors
     /// [`Refusal::Ambiguous`], where they match as well at another place.
@@ -67,7 +67,7 @@ impl Side<'_> {
         Err(Refusal::Ambiguous { apart_m, turned_rad, share })
     }
 
-    /// Where the best start comes to, and others that match nearly as well and end elsewhere.
+    /// Where the best start ends, and others that match nearly as well and end elsewhere.
     fn apart_from_each_other(&self, starts: &[Start]) -> Vec<Found> {
         let mut found: Vec<Found> = Vec::new();
         let mut seen: Vec<Isometry3<f64>> = Vec::new();
@@ -90,13 +90,13 @@ impl Side<'_> {
         found
     }
 
-    /// Where the coarsest stage comes to from the guesses, the one with the greatest weight of pairs first. A guess that comes to
-    /// where another one hardly moved any more is left out: it leads to the same place.
+    /// Where the coarsest stage ends from the guesses, the one with the greatest weight of pairs first. A guess that reaches a pose
+    /// at which another one hardly moved any more is excluded: it ends at the same place.
     fn starts(&self, guesses: &[Isometry3<f64>]) -> Vec<Start> {
         let coarse = &STAGES[0];
         let same = |a: &Isometry3<f64>, b: &Isometry3<f64>, middle_m: &Vector3<f64>| {
             let (apart_m, turned_rad) = between(a, b, middle_m);
-            apart_m < SAME_WAY * self.target.voxel_m && turned_rad < SAME_WAY_RAD
+            apart_m < SAME_END * self.target.voxel_m && turned_rad < SAME_END_RAD
         };
         let mut counterparts = Counterparts::none();
         let mut known: Vec<Isometry3<f64>> = Vec::new();
@@ -137,17 +137,17 @@ impl Side<'_> {
     }
 
     /// How much the surfaces support one pose against another: weights of the finest pairs, each by how squarely its plane
-    /// stands in the way from one place to the other. What lies along the way, as the walls of a street, matches at both.
+    /// stands between the two places. What lies along the line between them, as the walls of a street, matches at both.
     fn support_of(&self, pose: &Isometry3<f64>, other: &Isometry3<f64>) -> f64 {
         let scale_m = FINEST.scale * self.target.voxel_m;
         let other_from_pose = other * pose.inverse();
         let mut sum = 0.0;
         self.each_pair(&FINEST, pose, &mut Counterparts::none(), |residual, _| {
             let place_m = residual.place_m;
-            let way_m = other_from_pose.rotation * place_m + other_from_pose.translation.vector - place_m;
-            let across_m = residual.normal.dot(&way_m);
-            let way_m2 = way_m.norm_squared().max(f64::MIN_POSITIVE);
-            sum += residual.weight(scale_m) * across_m * across_m / way_m2;
+            let shift_m = other_from_pose.rotation * place_m + other_from_pose.translation.vector - place_m;
+            let across_m = residual.normal.dot(&shift_m);
+            let shift_m2 = shift_m.norm_squared().max(f64::MIN_POSITIVE);
+            sum += residual.weight(scale_m) * across_m * across_m / shift_m2;
         });
         sum
     }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-/// What a file system has left for whoever asks.
+/// Free space of a file system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DiskSpace {
     /// Bytes that can still be written.

@@ -33,7 +33,7 @@ pub struct Lengths {
     pub voxels_m: [f64; 3],
     /// Voxel edge for a given cloud or mesh where none is asked for, metres.
     pub cloud_voxel_m: f64,
-    /// Longest segment of the way where no length is asked for, metres: a short way is cut into shorter ones. `None`:
+    /// Longest segment of the path where no length is asked for, metres. A short path is cut into shorter ones. `None`:
     /// segments are cut by the number of scans.
     pub segment_m: Option<f64>,
     /// Travel from which on the sensor's own vehicle is looked for, metres: of a log that stands still, everything would look

@@ -67,16 +67,16 @@ pub enum UndecidedReason {
         /// Frames with common returns.
         frames: u64,
     },
-    /// All common returns lie in one stretch of frames, whose scatter nobody knows.
+    /// All common returns lie in one stretch of frames, whose scatter is unknown.
     #[error("all common returns lie in one short stretch of the log")]
     OneStretch,
-    /// All common returns lie on few pieces of surface, whose scatter nobody knows.
+    /// All common returns lie on few pieces of surface, whose scatter is unknown.
     #[error("all common returns lie on {groups} pieces of surface, {GROUPS_NEEDED} are needed")]
     FewSurfaces {
         /// How many.
         groups: u64,
     },
-    /// The run that the common returns speak for predicts less than half of what the other does. A map in pieces that
+    /// The run that is better on the common returns predicts less than half of what the other does. A map in pieces that
     /// do not meet agrees with itself wherever they are, and has little in common with any other.
     #[error(
         "the run that the common returns speak for predicts {} returns, the other {}: a map in pieces agrees with itself",

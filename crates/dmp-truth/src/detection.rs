@@ -135,17 +135,6 @@ mod tests {
     }
 
     #[test]
-    fn a_list_worked_by_hand() {
-        // True at the places 1, 3 and 4 of 5: (1 + 2/3 + 3/4) / 3.
-        let found = PrecisionRecall::of(&list(&[0.1, 0.2, 0.3, 0.4, 0.5], &[1, 0, 1, 1, 0])).unwrap();
-        assert!((found.average_precision - (1.0 + 2.0 / 3.0 + 0.75) / 3.0).abs() < 1e-15);
-        let points: Vec<_> = found.points.iter().map(|p| (p.score, p.accepted, p.found)).collect();
-        assert_eq!(points, [(0.1, 1, 1), (0.2, 2, 1), (0.3, 3, 2), (0.4, 4, 3), (0.5, 5, 3)]);
-        assert_eq!((found.points[2].precision, found.points[2].recall), (2.0 / 3.0, 2.0 / 3.0));
-        assert_eq!(found.recall_without_false(), 1.0 / 3.0);
-    }
-
-    #[test]
     fn the_numbers_of_scikit_learn() {
         // `average_precision_score(labels, [-s for s in scores])` of scikit-learn 1.9.1.
         let scores = [0.5, 1.5, 1.5, 2.0, 2.0, 2.0, 3.25, 4.0, 7.0, 9.0];

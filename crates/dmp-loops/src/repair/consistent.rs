@@ -1,4 +1,4 @@
-//! Which constraints agree with each other, and how far the run's own steps are to be trusted beside them.
+//! Which constraints agree with each other, and the error of the run's own steps.
 
 use dmp_sensor::PoseEdge;
 
@@ -9,9 +9,9 @@ use crate::{Kernel, LoopError, OptimiseOptions, optimise};
 const LARGEST_CHI2: f64 = 16.811_893_829_770_927;
 /// Directions of a constraint.
 pub(super) const DIRECTIONS: f64 = 6.0;
-/// Standard deviations beyond which a constraint counts for less while it is found out which agree.
+/// Standard deviations beyond which a constraint counts for less while it is estimated which agree.
 const KERNEL: f64 = 3.0;
-/// Steps are taken to be no better and no worse than so many times what is usual.
+/// Bounds of the factor by which the steps err more than usual.
 const FACTORS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 
 /// Constraints that agree with each other.
@@ -23,11 +23,10 @@ pub(super) struct Consistent {
     pub(super) error: StepError,
 }
 
-/// Finds out which constraints agree.
+/// Finds the constraints that agree.
 ///
-/// What the steps err by is the median over the constraints of what each needs by itself (robust, as half of them may be wrong). With
-/// that all are taken together, each counting for less the worse it fits (Cauchy's kernel); those that do not fit are left out, the
-/// worst first, until all do.
+/// The error of the steps is the median of what each constraint needs alone: half of them may be wrong. With that error all are
+/// optimised together, under Cauchy's kernel. Those that do not fit are rejected, the worst first, until all fit.
 pub(super) fn consistent(
     chain: &Chain,
     edges: &[PoseEdge],
@@ -60,7 +59,7 @@ pub(super) fn consistent(
     Ok(Consistent { kept, error })
 }
 
-/// By which factor the steps err more than usual, from each constraint by itself.
+/// Factor by which the steps err more than usual: the median over single constraints.
 pub(super) fn factor(
     chain: &Chain,
     edges: &[PoseEdge],

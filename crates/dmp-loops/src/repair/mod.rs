@@ -35,7 +35,7 @@ pub struct RepairOptions {
     pub pairs: DriftPairs,
     /// How often visits are registered, at most.
     pub most_rounds: usize,
-    /// What the run's steps usually err by; how many times that it is here is found out. Only their ratio matters where the run is off
+    /// The usual error of the run's steps; its factor for this run is estimated. Only their ratio matters where the run is off
     /// by much.
     pub step_error: StepError,
     /// How maps are put together and scored.
@@ -129,7 +129,8 @@ pub fn repair(
     };
     let posed = PosedLog::new(log, run, config, progress)?;
     let Some(chain) = Chain::new(&posed) else { return Ok(unchanged) };
-    let mut mending = Mending { log, run, config, options, progress, posed: &posed, chain, map: None, result: unchanged };
+    let mut mending =
+        Mending { log, run, config, options, progress, posed: &posed, chain, map: None, result: unchanged };
     for _ in 0..options.most_rounds {
         if !mending.round()? {
             break;
@@ -138,7 +139,7 @@ pub fn repair(
     Ok(mending.result)
 }
 
-/// A run on its way.
+/// A run while it is repaired.
 struct Mending<'a> {
     log: &'a dyn ScanLog,
     run: &'a Run,
@@ -164,7 +165,7 @@ impl Mending<'_> {
     fn round(&mut self) -> Result<bool, LoopError> {
         let is_first = self.result.rounds.is_empty();
         let (mut report, mut edges) = self.constraints(DriftReach::Near)?;
-        // A run that lost its way has no visit near enough.
+        // A run that got lost has no visit near enough.
         let is_far = is_first && edges.is_empty();
         if is_far {
             (report, edges) = self.constraints(DriftReach::Far)?;

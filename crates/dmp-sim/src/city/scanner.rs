@@ -17,7 +17,7 @@ use crate::motion::START_NS;
 use crate::parts::solid::{GROUND_REFLECTIVITY, Hit, Surface};
 use crate::random::Random;
 
-/// The ground is at hand for this much more than the range of the sensor, metres.
+/// The patch of ground reaches this far beyond the range of the sensor, metres.
 const BEYOND_M: f64 = 16.0;
 
 /// Measures the scans of a drive through a city.
@@ -47,7 +47,7 @@ impl Rounding {
     }
 
     fn of(self, point: Vector3<f64>) -> [f32; 3] {
-        // Beyond 2⁵² doubles have no fraction: adding so much rounds, and taking it away leaves the rest.
+        // Beyond 2⁵² doubles have no fraction: adding this rounds, and subtracting it leaves the whole number.
         const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
         if self.per_m == 0.0 {
             return point.map(|c| c as f32).into();
@@ -62,7 +62,7 @@ impl Scanner {
         Self { beams: Beams::new(lidar.elevations()), lidar, normal: Normal::new(), rounding }
     }
 
-    /// What must be at hand of the city around the place of a scan, metres.
+    /// Radius around the place of a scan within which blocks must be loaded, metres.
     pub(crate) fn reach_m(&self, speed_m_s: f64) -> f64 {
         self.lidar.options().max_range_m + speed_m_s * 1.2 / self.lidar.options().rate_hz + 1.0
     }

@@ -25,7 +25,7 @@ const LATERAL_PX: f64 = 0.8;
 const EDGE: f64 = 0.04;
 /// Share of the readings that get lost at grazing incidence beside those of the surface: this · (1 − cos θ)⁴.
 const LOST_GRAZING: f64 = 0.6;
-/// Readings get lost in patches of so many pixels of the sensor, either way.
+/// Edge of the patches in which readings get lost, pixels of the sensor.
 const PATCH_PX: f64 = 4.0;
 
 /// Standard deviation of a depth, metres: that of a surface seen squarely and what grazing adds.

@@ -16,7 +16,7 @@ pub enum Scenery {
     #[default]
     Varied,
     /// The same house, tree, pole, parked car and piece of pavement again every `period_m` on both sides of every street,
-    /// identical in shape: a street that is shifted along itself by `period_m` is the same but for its ends. What a town
+    /// identical in shape: a street that is shifted along itself by `period_m` is the same except at its ends. What a town
     /// would do to a registration that takes the first fit for the only one.
     Alike {
         /// From one house to the next, metres.

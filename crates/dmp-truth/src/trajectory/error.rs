@@ -3,7 +3,7 @@
 use super::{DeltaUnit, ErrorUnit};
 use dmp_lengths::thousands;
 
-/// Why two trajectories cannot be compared as asked.
+/// Why two trajectories cannot be compared.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CompareError {

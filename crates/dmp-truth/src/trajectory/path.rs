@@ -49,7 +49,7 @@ impl Pose {
 }
 
 /// Poses in the order of their file, with stamps in seconds or without. Unlike
-/// [`dmp_sensor::Trajectory`] nothing is sorted and nothing left out: the numbers of a comparison depend
+/// [`dmp_sensor::Trajectory`] nothing is sorted or excluded: the numbers of a comparison depend
 /// on both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PosePath {
@@ -94,7 +94,7 @@ impl PosePath {
         self.poses.is_empty()
     }
 
-    /// The way travelled up to each pose, metres; the first is 0.
+    /// Distance travelled up to each pose, metres; the first is 0.
     pub fn distances_m(&self) -> Vec<f64> {
         let mut way_m = 0.0;
         let first = self.poses.first().map(|_| 0.0);
