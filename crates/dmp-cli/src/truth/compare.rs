@@ -148,10 +148,9 @@ pub(super) fn as_python(value: f64) -> String {
 /// Options that cannot be are wrong usage; trajectories that cannot be compared are a failure.
 fn usage_or_failure(error: CompareError) -> anyhow::Error {
     match error {
-        CompareError::Delta { .. }
-        | CompareError::StartAfterEnd { .. }
-        | CompareError::Unit { .. }
-        | CompareError::MotionFilterThreshold { .. } => Usage(error.to_string()).into(),
+        CompareError::Delta { .. } | CompareError::StartAfterEnd { .. } | CompareError::Unit { .. } => {
+            Usage(error.to_string()).into()
+        }
         _ => error.into(),
     }
 }

@@ -1,12 +1,11 @@
 //! The options that `dmp truth ape` and `dmp truth rpe` share, named as users of evo know them.
 
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use dmp_log::{TimeUnit, TrajectoryFormat};
-use dmp_truth::trajectory::{Alignment, ErrorUnit, Matching, Plane, PosePath, Preparation, Relation, Sync};
+use dmp_truth::trajectory::{Alignment, ErrorUnit, Matching, PosePath, Preparation, Relation};
 
 use crate::exit::Usage;
 use crate::save::is_missing;
@@ -14,8 +13,6 @@ use crate::save::is_missing;
 /// Words of the command line, with what they stand for.
 pub(super) type Words<T> = &'static [(&'static str, T)];
 
-const SYNCS: Words<Sync> = &[("nearest_time", Sync::NearestTime), ("interpolation", Sync::Interpolation)];
-const PLANES: Words<Plane> = &[("xy", Plane::Xy), ("xz", Plane::Xz), ("yz", Plane::Yz)];
 const UNITS: Words<ErrorUnit> = &[
     ("deg", ErrorUnit::Degrees),
     ("rad", ErrorUnit::Radians),
@@ -36,7 +33,7 @@ pub(super) const RELATIONS: Words<Relation> = &[
 ];
 
 /// Takes one of the words.
-pub(super) fn words<T: Copy + Send + std::marker::Sync>(words: Words<T>) -> impl TypedValueParser<Value = T> {
+pub(super) fn words<T: Copy + Send + Sync>(words: Words<T>) -> impl TypedValueParser<Value = T> {
     let known = PossibleValuesParser::new(words.iter().map(|(word, _)| *word));
     known.try_map(move |given| {
         words.iter().find(|(word, _)| *word == given).map(|(_, meaning)| *meaning).ok_or("unknown")
@@ -60,41 +57,10 @@ pub(crate) struct CompareArgs {
     /// Align the first pose to the reference's first
     #[arg(long = "align_origin", alias = "align-origin", help_heading = "Alignment")]
     align_origin: bool,
-    /// Align by the first N poses only (-1: all)
-    #[arg(
-        long = "n_to_align",
-        alias = "n-to-align",
-        value_name = "N",
-        default_value_t = -1,
-        allow_negative_numbers = true,
-        help_heading = "Alignment"
-    )]
-    n_to_align: i64,
-    /// Tell errors in this unit
+    /// Convert errors to this unit
     #[arg(long = "change_unit", alias = "change-unit", value_name = "UNIT", help_heading = "Error")]
     #[arg(value_parser = words(UNITS))]
     pub(super) change_unit: Option<ErrorUnit>,
-    /// Project both trajectories into a plane, after the alignment
-    #[arg(
-        long = "project_to_plane",
-        alias = "project-to-plane",
-        value_name = "PLANE",
-        value_parser = words(PLANES),
-        help_heading = "Error"
-    )]
-    project_to_plane: Option<Plane>,
-    /// Use at most N poses of each trajectory
-    #[arg(long, value_name = "N", help_heading = "Poses used")]
-    downsample: Option<usize>,
-    /// Leave out poses nearer than a distance (m) and an angle (deg) to the one before
-    #[arg(
-        long = "motion_filter",
-        alias = "motion-filter",
-        num_args = 2,
-        value_names = ["DISTANCE", "ANGLE_DEGREES"],
-        help_heading = "Poses used"
-    )]
-    motion_filter: Option<Vec<f64>>,
     #[command(flatten)]
     pub(super) times: TimeArgs,
     /// Print one JSON object (schema dmp-truth/1; dmp-truth-runs/1 of several estimates)
@@ -159,10 +125,6 @@ pub(super) struct TimeArgs {
         help_heading = "Time"
     )]
     pub(super) t_end: Option<f64>,
-    /// Match with the pose nearest in time, or interpolate the denser trajectory
-    #[arg(long = "sync_method", alias = "sync-method", value_name = "METHOD", help_heading = "Time")]
-    #[arg(value_parser = words(SYNCS))]
-    sync_method: Option<Sync>,
     /// The unit of stamps, for files that are refused without it, as it may be one or another: s, ms, us or ns
     #[arg(long = "time_unit", alias = "time-unit", value_name = "UNIT", help_heading = "Time")]
     pub(super) time_unit: Option<TimeUnit>,
@@ -202,36 +164,20 @@ impl CompareArgs {
 
     /// What is done to both before they are compared.
     pub(super) fn preparation(&self, reference: &PosePath) -> anyhow::Result<Preparation> {
-        let TimeArgs { t_max_diff, t_offset, t_start, t_end, sync_method, time_unit } = &self.times;
+        let TimeArgs { t_max_diff, t_offset, t_start, t_end, time_unit } = &self.times;
         let stamped = reference.stamps_s().is_some();
         let timed = [t_max_diff, t_offset, t_start, t_end].iter().any(|option| option.is_some());
-        if !stamped && (timed || sync_method.is_some() || time_unit.is_some() || self.motion_filter.is_some())
-        {
-            let problem = "trajectories without stamps have no options of time and no motion filter";
+        if !stamped && (timed || time_unit.is_some()) {
+            let problem = "trajectories without stamps have no options of time";
             return Err(Usage(problem.into()).into());
         }
         // Zero alone asks for nothing, as in evo.
         let cut = [t_start, t_end].iter().any(|time| time.is_some_and(|time| time != 0.0));
         Ok(Preparation {
-            downsample: self.downsample.filter(|&count| count > 0),
-            motion_filter: self.motion_filter.as_deref().and_then(|values| match values {
-                [distance_m, degrees] => Some((*distance_m, degrees.to_radians())),
-                _ => None,
-            }),
             start_s: t_start.filter(|_| cut),
             end_s: t_end.filter(|_| cut),
-            matching: Matching {
-                max_diff_s: t_max_diff.unwrap_or(0.01),
-                offset_s: t_offset.unwrap_or(0.0),
-                sync: sync_method.unwrap_or(Sync::NearestTime),
-            },
-            alignment: Alignment {
-                pose: self.align,
-                scale: self.correct_scale,
-                origin: self.align_origin,
-                first: (self.n_to_align != -1).then_some(self.n_to_align),
-            },
-            plane: self.project_to_plane,
+            matching: Matching { max_diff_s: t_max_diff.unwrap_or(0.01), offset_s: t_offset.unwrap_or(0.0) },
+            alignment: Alignment { pose: self.align, scale: self.correct_scale, origin: self.align_origin },
         })
     }
 
@@ -246,14 +192,8 @@ impl CompareArgs {
             (false, false, false) => "\n(not aligned)",
             (false, false, true) => "",
         };
-        if (self.align || self.correct_scale) && self.n_to_align != -1 {
-            let _ = write!(title, " (aligned poses: {})", self.n_to_align);
-        }
         if self.align_origin {
             title += "\n(with origin alignment)";
-        }
-        if let Some(plane) = self.project_to_plane {
-            let _ = write!(title, "\n(projected to {} plane)", format!("{plane:?}").to_lowercase());
         }
         title
     }

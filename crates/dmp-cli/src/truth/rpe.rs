@@ -1,7 +1,7 @@
 //! `dmp truth rpe`: the relative pose error, as `evo_rpe` has it.
 
 use clap::Args;
-use dmp_truth::trajectory::{DeltaUnit, PairOptions, Relation, relative};
+use dmp_truth::trajectory::{DELTA_TOLERANCE, DeltaUnit, PairOptions, Relation, relative};
 
 use super::compare::as_python;
 use super::compare_args::{CompareArgs, RELATIONS, Words, words};
@@ -57,22 +57,9 @@ pub(crate) struct RpeArgs {
         help_heading = "Pairs"
     )]
     delta_unit: DeltaUnit,
-    /// With `--all_pairs`: how far from delta a pair may be, as a share of it
-    #[arg(
-        short = 't',
-        long = "delta_tol",
-        alias = "delta-tol",
-        value_name = "SHARE",
-        default_value_t = 0.1,
-        help_heading = "Pairs"
-    )]
-    delta_tol: f64,
     /// A pair from every pose, not only one behind the other
     #[arg(long = "all_pairs", alias = "all-pairs", help_heading = "Pairs")]
     all_pairs: bool,
-    /// Take the pairs from the reference
-    #[arg(long = "pairs_from_reference", alias = "pairs-from-reference", help_heading = "Pairs")]
-    pairs_from_reference: bool,
 }
 
 pub(crate) fn run(
@@ -82,13 +69,13 @@ pub(crate) fn run(
 ) -> anyhow::Result<Exit> {
     let relation = arguments.relation;
     let unit = arguments.delta_unit;
-    let RpeArgs { delta, delta_tol, all_pairs, pairs_from_reference, .. } = *arguments;
+    let RpeArgs { delta, all_pairs, .. } = *arguments;
     // A delta that is not given is a whole number in evo's text, whatever its unit.
     let shown = match delta {
         Some(delta) if unit != DeltaUnit::Frames => as_python(delta),
         delta => format!("{:.0}", delta.unwrap_or(1.0)),
     };
-    let options = PairOptions { delta: delta.unwrap_or(1.0), unit, relative_tolerance: delta_tol, all_pairs };
+    let options = PairOptions { delta: delta.unwrap_or(1.0), unit, all_pairs };
     let which = if all_pairs { "all" } else { "consecutive" };
     let metric = Metric {
         name: "rpe",
@@ -97,13 +84,11 @@ pub(crate) fn run(
         pairs: Some(PairsJson {
             delta: options.delta,
             delta_unit: unit.name(),
-            delta_tol,
+            delta_tol: DELTA_TOLERANCE,
             all_pairs,
-            from_reference: pairs_from_reference,
+            from_reference: false,
         }),
-        errors: &|prepared| {
-            relative(&prepared.reference, &prepared.estimate, relation, &options, pairs_from_reference)
-        },
+        errors: &|prepared| relative(&prepared.reference, &prepared.estimate, relation, &options),
     };
     arguments.compare.run(&metric, common, out)
 }
