@@ -34,7 +34,7 @@ impl TrueErrors {
         let both = preparation.apply(PosePath::of(truth)?, PosePath::of(estimate)?)?;
         let places = absolute(&both.reference, &both.estimate, Relation::TranslationPart)?;
         let pairs = PairOptions { delta: STEP_M, unit: DeltaUnit::Meters, ..PairOptions::default() };
-        let steps = relative(&both.reference, &both.estimate, Relation::TranslationPart, &pairs, false);
+        let steps = relative(&both.reference, &both.estimate, Relation::TranslationPart, &pairs);
         let rmse = |values: &[f64]| Statistics::of(values).map(|statistics| statistics.rmse);
         Ok(Self {
             ate_m: rmse(&places.values).context("no pose has a partner")?,
