@@ -30,11 +30,6 @@ impl<T> Named<T> {
     pub(crate) fn parts(&self) -> (Option<&str>, String, &T) {
         (self.run.as_deref(), self.text.clone(), &self.value)
     }
-
-    /// The one given for all runs.
-    pub(crate) fn of_all(values: &[Self]) -> Option<&T> {
-        values.iter().find(|value| value.run.is_none()).map(|value| &value.value)
-    }
 }
 
 impl<T: FromStr> FromStr for Named<T> {

@@ -1,4 +1,4 @@
-//! How far an evaluation is, on standard error or told to the program that runs it.
+//! The progress of an evaluation, on standard error or to the program that runs it.
 
 use std::fmt;
 use std::io::IsTerminal as _;
@@ -13,7 +13,7 @@ use crate::exit::option_of;
 use crate::host::Hosted;
 use crate::say::say;
 
-/// The progress of an evaluation: a bar on standard error where that is a terminal, gone when dropped; or told to the
+/// The progress of an evaluation: a bar on standard error where that is a terminal, gone when dropped; or passed to the
 /// program that runs the command.
 #[derive(Debug)]
 pub(crate) struct Progress {
@@ -148,10 +148,10 @@ impl dmp::Progress for Progress {
     }
 }
 
-/// Where a bar is drawn: on a terminal, unless nobody wants it there or another program draws its own.
+/// Where a bar is drawn: on a terminal, unless the command is quiet or another program draws its own.
 pub(crate) fn target(common: &Common) -> ProgressDrawTarget {
     let is_own = common.host.program().is_none();
-    if is_own && !common.quiet && !common.no_progress && std::io::stderr().is_terminal() {
+    if is_own && !common.quiet && std::io::stderr().is_terminal() {
         ProgressDrawTarget::stderr()
     } else {
         ProgressDrawTarget::hidden()

@@ -69,17 +69,13 @@ pub(crate) fn of_results(error: &io::Error) -> io::Error {
 pub(crate) struct Printed<W: Write> {
     out: W,
     held: Vec<u8>,
-    has_colour: bool,
+    /// Whether the reader sees colours.
+    pub(crate) has_colour: bool,
 }
 
 impl<W: Write> Printed<W> {
     pub(crate) fn new(out: W) -> Self {
         Self { out, held: Vec::new(), has_colour: false }
-    }
-
-    /// For who sees colours, or does not.
-    pub(crate) fn with_colour(self, has_colour: bool) -> Self {
-        Self { has_colour, ..self }
     }
 
     /// What is not printable is written out, but for tones.
@@ -183,7 +179,7 @@ mod tests {
     }
 
     fn printed_in(text: &str, has_colour: bool) -> String {
-        let mut out = Printed::new(Vec::new()).with_colour(has_colour);
+        let mut out = Printed { has_colour, ..Printed::new(Vec::new()) };
         // In pieces, as tables and JSON come.
         text.chars().for_each(|c| write!(out, "{c}").unwrap());
         out.flush().unwrap();

@@ -1,10 +1,9 @@
-//! What the measurements of a graph count.
+//! The weights of a graph's measurements.
 
-use clap::Args;
 use dmp_loops::Kernel;
 use dmp_sensor::{PoseEdge, PoseGraph, PoseGraphError};
 
-use crate::parse;
+use crate::options::{Asked, graph};
 
 /// Standard deviations that tools write into their code whose files have no information (SC-LIO-SAM, SC-A-LOAM, SC-DLO):
 /// of a step 1 cm and 1 mrad, of a loop the root of one half in metres and radians, with Cauchy's kernel.
@@ -12,25 +11,17 @@ const STEP: (f64, f64) = (0.01, 0.001);
 const LOOP: (f64, f64) = (std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2);
 const KERNEL: LoopKernel = LoopKernel(Some(Kernel::Cauchy(1.0)));
 
-#[derive(Debug, Args)]
-pub(super) struct WeightArgs {
-    /// How good steps are, edges between vertices whose ids follow each other: standard deviations of place and rotation,
-    /// e.g. 1cm,1mrad [default: what the file says; where it says nothing, 1cm,1mrad]
-    #[arg(long, value_name = "LENGTH,ANGLE", value_parser = parse::errors, help_heading = "Graph")]
+/// The weights that were given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct GivenWeights {
     step_error: Option<(f64, f64)>,
-    /// How good loops and candidates are, e.g. 10cm,0.5deg [default: what the files say; where they say nothing,
-    /// 0.7m,40deg]
-    #[arg(long, value_name = "LENGTH,ANGLE", value_parser = parse::errors, help_heading = "Graph")]
     loop_error: Option<(f64, f64)>,
-    /// A robust kernel for the loops that the graph has already, never for a candidate: `none`, `cauchy:SCALE` or
-    /// `huber:SCALE` [default: none; cauchy:1 where the file says nothing of how good edges are]
-    #[arg(long, value_name = "KERNEL", help_heading = "Graph")]
     loop_kernel: Option<LoopKernel>,
 }
 
 /// `none`, or a kernel and its scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct LoopKernel(pub(super) Option<Kernel>);
+pub(crate) struct LoopKernel(Option<Kernel>);
 
 impl std::str::FromStr for LoopKernel {
     type Err = String;
@@ -58,9 +49,17 @@ pub(super) struct Weights {
     pub(super) is_guessed: bool,
 }
 
-impl WeightArgs {
+impl GivenWeights {
+    pub(super) fn of(asked: &Asked) -> Self {
+        Self {
+            step_error: asked.get(&graph::STEP_ERROR),
+            loop_error: asked.get(&graph::LOOP_ERROR),
+            loop_kernel: asked.get(&graph::LOOP_KERNEL),
+        }
+    }
+
     /// For files with or without information.
-    pub(super) fn of(&self, has_information: bool) -> Weights {
+    pub(super) fn weights(&self, has_information: bool) -> Weights {
         let Self { step_error, loop_error, loop_kernel } = *self;
         if has_information {
             let kernel = loop_kernel.and_then(|kernel| kernel.0);
@@ -125,8 +124,8 @@ mod tests {
         PoseEdge { from, to, from_from_to: Isometry3::identity(), information: *information }
     }
 
-    fn arguments(step_error: Option<(f64, f64)>, loop_error: Option<(f64, f64)>) -> WeightArgs {
-        WeightArgs { step_error, loop_error, loop_kernel: None }
+    fn arguments(step_error: Option<(f64, f64)>, loop_error: Option<(f64, f64)>) -> GivenWeights {
+        GivenWeights { step_error, loop_error, loop_kernel: None }
     }
 
     /// What each edge of a graph counts, whose ids have gaps: two steps, one of them backwards, and two loops.
@@ -149,7 +148,7 @@ mod tests {
         for (step_error, loop_error) in
             [(None, None), (Some(step), None), (None, Some(of_loop)), (Some(step), Some(of_loop))]
         {
-            let weights = arguments(step_error, loop_error).of(true);
+            let weights = arguments(step_error, loop_error).weights(true);
             let [steps, loops] = [step_error, loop_error].map(|error| error.map_or(said, information));
             assert_eq!(of_edges(&weights, &said), [steps, steps, loops, loops]);
             assert_eq!((weights.kernel, weights.is_guessed), (None, false));
@@ -163,7 +162,7 @@ mod tests {
         for (step_error, loop_error) in
             [(None, None), (Some(given), None), (None, Some(given)), (Some(given), Some(given))]
         {
-            let weights = arguments(step_error, loop_error).of(false);
+            let weights = arguments(step_error, loop_error).weights(false);
             let [steps, loops] = [step_error.unwrap_or(STEP), loop_error.unwrap_or(LOOP)].map(information);
             assert_eq!(of_edges(&weights, &nothing), [steps, steps, loops, loops]);
             assert_eq!(weights.is_guessed, step_error.is_none() || loop_error.is_none());
@@ -178,8 +177,9 @@ mod tests {
             ("huber:1.5", Some(Kernel::Huber(1.5))),
             ("cauchy:0.1", Some(Kernel::Cauchy(0.1))),
         ] {
-            let arguments = WeightArgs { loop_kernel: Some(text.parse().unwrap()), ..arguments(None, None) };
-            assert_eq!([true, false].map(|has| arguments.of(has).kernel), [kernel; 2]);
+            let arguments =
+                GivenWeights { loop_kernel: Some(text.parse().unwrap()), ..arguments(None, None) };
+            assert_eq!([true, false].map(|has| arguments.weights(has).kernel), [kernel; 2]);
         }
         for text in ["", "huber", "none:1", "cauchy:0", "cauchy:-1", "huber:inf", "huber:NaN", "tukey:1"] {
             assert!(text.parse::<LoopKernel>().unwrap_err().starts_with(&format!("`{text}` is no kernel")));
@@ -193,7 +193,7 @@ mod tests {
         let counts = |loop_error: Option<(f64, f64)>, has_information: bool, of_candidate: Matrix6<f64>| {
             let arguments = arguments(None, loop_error);
             let candidate = edge(9, 2, &of_candidate);
-            let weighted = arguments.of_candidate(&candidate, &arguments.of(has_information));
+            let weighted = arguments.of_candidate(&candidate, &arguments.weights(has_information));
             assert_eq!(PoseEdge { information: of_candidate, ..weighted.clone() }, candidate);
             weighted.information
         };

@@ -1,4 +1,4 @@
-//! How far a simulation is, on standard error or told to the program that runs it.
+//! The progress of a simulation, on standard error or to the program that runs it.
 
 use std::cell::Cell;
 use std::time::Instant;
@@ -11,15 +11,15 @@ use crate::common::Common;
 use crate::host::Hosted;
 use crate::progress::target;
 
-/// Bytes of a return in a packed log, about: what is told of the size is for the disk's owner to plan with.
+/// Bytes of a return in a packed log, about: for an estimate of the size of the log.
 const PACKED_BYTES: f64 = 7.5;
 
 /// What is shown of images, and of scans.
 const IMAGES: &str = "{bar:30} {pos}/{len} images, {msg}, {eta} left";
 const SCANS: &str = "{bar:30} {pos}/{len} scans, {msg}, {eta} left";
 
-/// How far a simulation is: a bar on standard error where that is a terminal, gone when dropped; or told to the program that
-/// runs the command.
+/// The progress of a simulation: a bar on standard error where that is a terminal, gone when dropped; or passed to the program
+/// that runs the command.
 #[derive(Debug)]
 pub(super) struct Progress {
     bar: ProgressBar,
