@@ -68,7 +68,7 @@ pub(crate) fn at_home(path: PathBuf) -> PathBuf {
 }
 
 /// The runs' names: those given, else the files' without extension, with the folder in front where that
-/// is needed to tell them apart.
+/// is needed to make them different.
 pub(crate) fn names_of(files: &[NamedFile]) -> Result<Vec<String>, Usage> {
     let plain: Vec<String> =
         files.iter().map(|file| file.name.clone().unwrap_or_else(|| stem(&file.path))).collect();
@@ -102,7 +102,7 @@ fn folder(path: &Path) -> Option<String> {
 
 /// Each run's map: the one given for it by name, else the one given for all, else fused from the scans.
 ///
-/// A map that is missing is told here: it would be opened after the scans have been fused.
+/// A map that is missing is reported here: it would be opened after the scans have been fused.
 pub(crate) fn maps_of(runs: &[&str], maps: &[NamedFile]) -> anyhow::Result<Vec<MapSource>> {
     if let Some(map) = maps.iter().find(|map| is_missing(&map.path)) {
         return Err(LogError::NotFound { path: map.path.clone() }.into());

@@ -1,4 +1,4 @@
-//! What the command says: messages to standard error, results to standard output.
+//! What the command prints: messages to standard error, results to standard output.
 
 use std::fmt;
 use std::io::{self, ErrorKind, Write};
@@ -13,14 +13,14 @@ use crate::terminal::Tone;
 const HELD_BYTES: usize = 1 << 16;
 /// Most characters of a message: names have up to 65,535 each.
 const MOST_SAID: usize = 4000;
-/// How long to wait before what cannot take more is asked again.
+/// How long to wait before writing again to what is full.
 const FULL_FOR: Duration = Duration::from_millis(5);
-/// What logs of GitHub, Azure and `TeamCity` take for commands wherever it stands.
+/// Text that logs of GitHub, Azure and `TeamCity` execute as commands anywhere in a line.
 const COMMANDS: [&str; 3] = ["##[", "##vso[", "##teamcity["];
 
-/// Prints a line to standard error, as `eprintln!` does, or tells it the program that runs the command, and goes on where
-/// nobody listens: scores do not depend on whether somebody reads the notes. Text from files cannot leave its line nor command
-/// a terminal or a CI server.
+/// Prints a line to standard error, as `eprintln!` does, or passes it to the program that runs the command. It ignores errors:
+/// scores do not depend on whether somebody reads the notes. Text from files cannot leave its line nor command a terminal or a CI
+/// server.
 macro_rules! say {
     ($host:expr, $($argument:tt)*) => { $host.line(format_args!($($argument)*)) };
 }
@@ -37,7 +37,7 @@ pub(crate) fn line(text: fmt::Arguments<'_>) {
     command(&as_line(text));
 }
 
-/// What is said, as a line: shortened where it is very long.
+/// A text as one line, shortened where it is very long.
 pub(crate) fn as_line(text: fmt::Arguments<'_>) -> String {
     let said = without_commands(&printable(&text.to_string()));
     match said.char_indices().nth(MOST_SAID) {
@@ -49,7 +49,7 @@ pub(crate) fn as_line(text: fmt::Arguments<'_>) -> String {
 /// Prints a line that is to command a CI server.
 pub(crate) fn command(text: &str) {
     let line = format!("{}\n", printable(text));
-    // Where standard error is closed or full there is nobody to tell.
+    // Where standard error is closed or full, nobody reads it.
     let _ = write_waiting(&mut io::stderr().lock(), line.as_bytes());
 }
 
@@ -146,7 +146,7 @@ fn without_commands(line: &str) -> String {
     text
 }
 
-/// Writes all bytes, and waits where the other end asks to be asked again.
+/// Writes all bytes, and waits where the other end is full.
 fn write_waiting(out: &mut impl Write, mut bytes: &[u8]) -> io::Result<()> {
     while !bytes.is_empty() {
         match out.write(bytes) {

@@ -10,7 +10,7 @@ use terminal_size::terminal_size_of;
 
 /// Columns of what is no terminal: the same wherever it goes.
 const PIPED: usize = 80;
-/// Lines are no narrower, or tables have no room, and no wider, or eyes lose their way back.
+/// Narrower lines have no room for tables, wider ones are hard to read.
 const WIDTHS: [usize; 2] = [40, 140];
 
 /// Where text for people is read.

@@ -60,8 +60,8 @@ fn scores_are_one_json_object_or_a_table() {
 fn options_take_effect_and_are_echoed() {
     let folder = folder("options");
     let options = "--every 2 --voxel 0.5 --segment 3m --min-range 2 --max-range 30m --ego -1,-1,-1,1,1,1 \
-                   --extrinsic -0.1,0,0.28,0,0,0,1 --time-offset -0.05 --sigma 0.03 --memory 64MiB \
-                   --save-maps maps --work . --max-time-gap 500ms --point-time ns";
+                   --extrinsic -0.1,0,0.28,0,0,0,1 --time-offset -0.05 --memory 64MiB \
+                   --work . --max-time-gap 500ms --point-time ns";
     let output = dmp(&folder, &format!("score town.mcap -t truth.tum --json -q {options}"));
     assert_eq!(code(&output), 0, "{output:?}");
     let config = &json(&output)["config"];
@@ -71,18 +71,18 @@ fn options_take_effect_and_are_echoed() {
     assert_eq!(config["min_range_m"], 2.0);
     assert_eq!(config["max_range_m"], 30.0);
     assert_eq!(config["time_offset_s"], -0.05);
-    assert_eq!(config["sigma_m"], 0.03);
     assert_eq!(config["body_from_sensor"], serde_json::json!([-0.1, 0.0, 0.28, 0.0, 0.0, 0.0, 1.0]));
     assert_eq!(json(&output)["memory"]["budget_bytes"], 64 << 20);
-    assert!(folder.join("maps/truth.dmpmap").is_file());
 
-    let again = dmp(&folder, "score town.mcap -t truth.tum --voxel 0.5 --map truth=maps/truth.dmpmap");
+    let built = dmp(&folder, "map build town.mcap -t truth.tum --voxel 0.5 -o truth.dmpmap");
+    assert_eq!(code(&built), 0, "{built:?}");
+    let again = dmp(&folder, "score town.mcap -t truth.tum --voxel 0.5 --map truth=truth.dmpmap");
     assert_eq!(code(&again), 0, "{again:?}");
     assert!(text(&again.stdout).contains("R_near") && !text(&again.stdout).contains("R_cv "), "{again:?}");
 }
 
 #[test]
-fn wrong_usage_is_told_in_one_line() {
+fn wrong_usage_is_reported_in_one_line() {
     let folder = folder("usage");
     let cases = [
         ("score town.mcap", "--trajectory"),
@@ -111,7 +111,7 @@ fn wrong_usage_is_told_in_one_line() {
 }
 
 #[test]
-fn a_damaged_log_is_scored_and_told() {
+fn a_damaged_log_is_scored_and_reported() {
     let folder = folder("damage");
     // Two chunks, so that one is left.
     let made = dmp(&folder, "simulate town -o long.mcap --truth long.tum --scans 40");
@@ -122,13 +122,13 @@ fn a_damaged_log_is_scored_and_told() {
     assert_eq!(code(&scored), 3, "{scored:?}");
     assert!(text(&scored.stdout).contains("lost from the log: "), "{scored:?}");
     assert!(text(&scored.stderr).contains("DAMAGED in 1 place"), "{scored:?}");
-    let told = dmp(&folder, "info cut.mcap --json");
-    assert_eq!(code(&told), 3);
-    assert_eq!(json(&told)["damage"].as_array().unwrap().len(), 1);
+    let info = dmp(&folder, "info cut.mcap --json");
+    assert_eq!(code(&info), 3);
+    assert_eq!(json(&info)["damage"].as_array().unwrap().len(), 1);
 }
 
 #[test]
-fn info_tells_what_is_in_a_log() {
+fn info_prints_what_is_in_a_log() {
     let folder = folder("info");
     let output = dmp(&folder, "info town.mcap -t truth.tum --json");
     assert_eq!((code(&output), text(&output.stderr)), (0, ""));

@@ -158,7 +158,7 @@ fn argument(page: &mut String, argument: &Arg) -> fmt::Result {
 
 /// Examples and exit codes.
 fn below_options(page: &mut String, command: &Command) -> fmt::Result {
-    let after_help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+    let after_help = command.get_after_long_help().or(command.get_after_help()).map(ToString::to_string).unwrap_or_default();
     for part in help_parts(&after_help).iter().filter(|_| !after_help.is_empty()) {
         if !part.title.is_empty() {
             writeln!(page, "\n**{}**", part.title)?;

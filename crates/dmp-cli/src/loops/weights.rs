@@ -41,11 +41,11 @@ impl std::str::FromStr for LoopKernel {
 /// What takes effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Weights {
-    /// Metres and radians; `None` for what the files say.
+    /// Metres and radians; `None`: those of the files.
     pub(super) step_error: Option<(f64, f64)>,
     pub(super) loop_error: Option<(f64, f64)>,
     pub(super) kernel: Option<Kernel>,
-    /// Whether it was given by nobody.
+    /// Whether it is assumed.
     pub(super) is_guessed: bool,
 }
 
@@ -73,10 +73,10 @@ impl GivenWeights {
         }
     }
 
-    /// A candidate as good as was given, or as it says itself, or where neither is so as loops of the graph are taken to be.
+    /// A candidate with the given weight, else with its own, else with that of the graph's loops.
     pub(super) fn of_candidate(&self, edge: &PoseEdge, weights: &Weights) -> PoseEdge {
-        let says_nothing = edge.information == PoseGraph::unit_information();
-        weighted(edge, self.loop_error.or(weights.loop_error.filter(|_| says_nothing)))
+        let is_unweighted = edge.information == PoseGraph::unit_information();
+        weighted(edge, self.loop_error.or(weights.loop_error.filter(|_| is_unweighted)))
     }
 }
 
@@ -128,7 +128,7 @@ mod tests {
         GivenWeights { step_error, loop_error, loop_kernel: None }
     }
 
-    /// What each edge of a graph counts, whose ids have gaps: two steps, one of them backwards, and two loops.
+    /// The weight of each edge of a graph, whose ids have gaps: two steps, one of them backwards, and two loops.
     fn of_edges(weights: &Weights, said: &Matrix6<f64>) -> [Matrix6<f64>; 4] {
         let vertices = [2, 5, 6, 9].map(|id| (id, Isometry3::identity())).into();
         let edges = [(2, 5), (6, 5), (5, 9), (6, 2)].map(|(from, to)| edge(from, to, said));
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_file_says_counts_but_where_it_is_said_otherwise() {
+    fn weights_of_a_file_are_kept_unless_others_are_given() {
         let said = information(SAID);
         let (step, of_loop) = ((0.1, 0.01), (0.2, 0.02));
         for (step_error, loop_error) in
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn where_a_file_says_nothing_edges_are_as_good_as_tools_take_them() {
+    fn where_a_file_is_unweighted_edges_are_as_good_as_tools_take_them() {
         let nothing = PoseGraph::unit_information();
         let given = (0.1, 0.01);
         for (step_error, loop_error) in
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn a_candidate_keeps_what_it_says_itself() {
+    fn a_candidate_keeps_its_own_weight() {
         let given = (0.1, 0.01);
         let (own, nothing) = (information(SAID), PoseGraph::unit_information());
         let counts = |loop_error: Option<(f64, f64)>, has_information: bool, of_candidate: Matrix6<f64>| {
@@ -202,7 +202,7 @@ mod tests {
             assert_eq!(counts(Some(given), has_information, own), information(given));
             assert_eq!(counts(Some(given), has_information, nothing), information(given));
         }
-        // As loops of a graph that says nothing, or as it stands there.
+        // As loops of a graph without weights, or unchanged.
         assert_eq!(counts(None, false, nothing), information(LOOP));
         assert_eq!(counts(None, true, nothing), nothing);
     }

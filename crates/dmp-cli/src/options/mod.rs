@@ -158,7 +158,7 @@ pub(crate) struct Facts {
     pub(crate) is_argument: bool,
     pub(crate) is_short_help: bool,
     pub(crate) is_set_by_like: bool,
-    /// Whether the value may be left out.
+    /// Whether the value is optional.
     pub(crate) may_be_alone: bool,
     #[cfg_attr(not(test), expect(dead_code, reason = "examples are for the tests"))]
     pub(crate) example: &'static str,

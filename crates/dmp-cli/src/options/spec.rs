@@ -23,7 +23,7 @@ pub(crate) struct Spec {
     pub(crate) about: &'static str,
     /// What `--help` says besides.
     pub(crate) more: &'static str,
-    /// How it is called, where the parser would say it another way.
+    /// How it is called, where the parser cannot derive it.
     pub(crate) usage: &'static str,
     /// Examples, files, exit codes.
     pub(crate) after: &'static str,

@@ -58,7 +58,7 @@ pub(crate) fn angle_rad(text: &str) -> Result<f64, String> {
     quantity(text, &units, None).ok_or_else(|| format!("`{text}` is no angle: try 0.1deg or 2mrad"))
 }
 
-/// Noise of position and rotation, `0.03,0.1deg`; the second may be left out.
+/// Noise of position and rotation, `0.03,0.1deg`; the second is optional.
 pub(crate) fn noise(text: &str) -> Result<(f64, f64), String> {
     match text.split_once(',') {
         Some((length, angle)) => Ok((length_m(length.trim())?, angle_rad(angle.trim())?)),

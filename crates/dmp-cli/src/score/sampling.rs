@@ -42,7 +42,7 @@ fn places_in_words(sampling: &SamplingReport, places: &PlacesReport) -> String {
     )
 }
 
-/// How far the ends of the interval of a run's first column are from it, the longer way, as that column is shown.
+/// The larger distance of an end of the interval of a run's first column from its value, as that column is shown.
 pub(super) fn half_width(ranking: &Ranking<'_>, row: &RankingRow<'_>) -> String {
     let root = |square_m2: f64| ranking.root_of(square_m2);
     row.value_m2.zip(row.interval_m2).map_or(NONE.to_owned(), |(value, [low, high])| {

@@ -89,7 +89,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     let made = LoopGraph::new(&file.trajectory, &options).map_err(in_words)?;
     let _made = OutputsFolder::make(&folder)?;
     files.save(&made)?;
-    files.tell(&made, out)?;
+    files.print(&made, out)?;
     Ok(Exit::Done)
 }
 
@@ -137,7 +137,7 @@ impl Files {
     }
 
     /// A line for each file.
-    fn tell(&self, made: &LoopGraph, out: &mut impl Write) -> anyhow::Result<()> {
+    fn print(&self, made: &LoopGraph, out: &mut impl Write) -> anyhow::Result<()> {
         let (vertices, edges) = (made.graph.ids().len(), made.graph.edges().len());
         let ate_m = ate_rmse_m(&Trajectory::unstamped(made.graph.poses().to_vec())?, &made.truth);
         writeln!(
