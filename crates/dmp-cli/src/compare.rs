@@ -19,6 +19,7 @@ use crate::named::{NamedFile, names_of};
 use crate::options::{Asked, Out, Spec, output, tools};
 use crate::progress::Progress;
 use crate::saved_result::read_with_returns;
+use crate::say;
 use crate::score::outputs::{page, targets};
 use crate::score::render;
 use crate::terminal::Terminal;
@@ -113,7 +114,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
         };
         let results = results.iter().zip(&runs_of).map(of_result).collect();
         let output = Output { report: &report, results, not_compared: &not_compared, gates: &checked };
-        json(out, &output)
+        say::json(out, &output)
     } else {
         render::report(out, &report, verbose, terminal)
             .and_then(|()| not_compared_in_words(out, &not_compared, verbose, terminal))
@@ -122,11 +123,6 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     // The result is printed also where the page cannot be written.
     written?;
     when_printed(printed.map_err(Into::into), exit)
-}
-
-fn json(out: &mut impl Write, output: &Output<'_>) -> io::Result<()> {
-    serde_json::to_writer_pretty(&mut *out, output).map_err(io::Error::from)?;
-    writeln!(out)
 }
 
 /// What can be done about results with different settings.

@@ -6,6 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use dmp_log::printable;
+use serde::Serialize;
 
 use crate::terminal::Tone;
 
@@ -56,6 +57,12 @@ pub(crate) fn command(text: &str) {
 /// See [`tell!`].
 pub(crate) fn result(out: &mut impl Write, text: fmt::Arguments<'_>) -> io::Result<()> {
     writeln!(out, "{}", printable(&text.to_string()))
+}
+
+/// Writes a result as JSON, and a line end.
+pub(crate) fn json(out: &mut impl Write, value: &impl Serialize) -> io::Result<()> {
+    serde_json::to_writer_pretty(&mut *out, value)?;
+    writeln!(out)
 }
 
 /// Results cannot be written.

@@ -2,7 +2,7 @@
 
 mod numbers;
 
-use std::io::{self, Write};
+use std::io::Write;
 
 use dmp::{ConventionsReport, MapSource, Run, profiles};
 use dmp_log::shown_path;
@@ -15,7 +15,7 @@ use crate::options::{Asked, Out, Spec, graph, input, output};
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::{OutputsFolder, SavedTogether};
-use crate::say::tell;
+use crate::say::{self, tell};
 use crate::vetting;
 
 pub(crate) static SPEC: Spec = Spec {
@@ -96,8 +96,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
         messages: vetted.messages_with(&option_of),
     };
     if asked.has(&output::JSON) {
-        serde_json::to_writer_pretty(&mut *out, &found).map_err(io::Error::from)?;
-        writeln!(out)?;
+        say::json(out, &found)?;
     } else {
         for run in &found.runs {
             numbers::table(out, &run.name, &run.conventions)?;

@@ -2,8 +2,6 @@
 
 pub(crate) mod render;
 
-use std::io::{self, Write};
-
 use anyhow::bail;
 use dmp::{Config, DriftPairs, MapSource, measure_drift};
 use dmp_log::write_pose_edges;
@@ -15,6 +13,7 @@ use crate::options::{Asked, Out, Spec, graph, input, output, scoring};
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::save;
+use crate::say;
 use crate::vetting;
 
 pub(crate) static SPEC: Spec = Spec {
@@ -71,8 +70,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     let excluded = vetted.is_some_and(|vetted| vetted.is_kept().contains(&false));
     let exit = if damaged || excluded { Exit::InputDamaged } else { Exit::Done };
     let printed = if asked.has(&output::JSON) {
-        let written = serde_json::to_writer_pretty(&mut *out, &report).map_err(io::Error::from);
-        written.and_then(|()| writeln!(out))
+        say::json(out, &report)
     } else {
         render::report(out, &report, config.scales_on(log.summary()), asked.has(&graph::VISITS))
     };

@@ -3,13 +3,12 @@
 mod found;
 mod render;
 
-use std::io::Write;
-
 use crate::common::Common;
 use crate::exit::Exit;
 use crate::log_input::LogInput;
 use crate::options::{Asked, Out, Spec, input, output};
 use crate::runs::Runs;
+use crate::say;
 
 pub(crate) static SPEC: Spec = Spec {
     name: "info",
@@ -41,8 +40,7 @@ fn run(asked: &Asked, _: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
     let trajectories = started.finish_in(&survey.path, frame.as_deref())?;
     let info = found::Info::new(survey, &trajectories, asked.get(&input::LOG_OFFSET).unwrap_or_default());
     if asked.has(&output::JSON) {
-        serde_json::to_writer_pretty(&mut *out, &info).map_err(std::io::Error::from)?;
-        writeln!(out)?;
+        say::json(out, &info)?;
     } else {
         render::info(out, &info)?;
     }

@@ -18,6 +18,7 @@ use crate::common::Common;
 use crate::exit::{Exit, Usage, when_printed};
 use crate::options::{Asked, Out, Spec, graph as graph_options, input, output, scoring};
 use crate::progress::Progress;
+use crate::say;
 use inputs::Inputs;
 use ranked::rank;
 use result::LoopsResult;
@@ -120,7 +121,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     let written =
         outputs::write(asked, &result, &inputs, &ranked, seen.as_ref().map(|(_, keyframes, _)| keyframes));
     let printed =
-        if asked.has(&output::JSON) { result.print_json(out) } else { render::result(out, &result) };
+        if asked.has(&output::JSON) { say::json(out, &result).map_err(Into::into) } else { render::result(out, &result) };
     written?;
     when_printed(printed, result.exit())
 }

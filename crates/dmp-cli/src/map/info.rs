@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::common::Common;
 use crate::exit::Exit;
 use crate::options::{Asked, Out, Spec, output, tools};
-use crate::say::tell;
+use crate::say::{self, tell};
 
 pub(super) static SPEC: Spec = Spec {
     name: "info",
@@ -54,8 +54,7 @@ fn run(asked: &Asked, _: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit> {
     let bytes = found.with_context(|| format!("{}: cannot look at the file", path.display()))?.len();
     let info = Info::new(&map, bytes);
     if asked.has(&output::JSON) {
-        serde_json::to_writer_pretty(&mut *out, &info).map_err(std::io::Error::from)?;
-        writeln!(out)?;
+        say::json(out, &info)?;
     } else {
         info.print(out)?;
     }

@@ -3,8 +3,6 @@
 mod render;
 mod result;
 
-use std::io::{self, Write};
-
 use dmp::{Config, DriftPairs, MapSource, Run, evaluate, measure_drift};
 use dmp_log::write_pose_graph;
 use dmp_loops::{RepairOptions, repair};
@@ -17,6 +15,7 @@ use crate::options::{Asked, Out, Spec, graph, input, output, scoring};
 use crate::progress::Progress;
 use crate::runs::{OpenedRuns, Runs};
 use crate::save::{SavedTogether, write_trajectory};
+use crate::say;
 use crate::vetting;
 use result::RepairResult;
 
@@ -88,8 +87,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
         files.commit()?;
     }
     let printed = if asked.has(&output::JSON) {
-        let written = serde_json::to_writer_pretty(&mut *out, &result).map_err(io::Error::from);
-        written.and_then(|()| writeln!(out))
+        say::json(out, &result)
     } else {
         render::result(out, &result, recording, &repaired_to)
     };

@@ -26,6 +26,7 @@ use crate::log_input::LogInput;
 use crate::named::maps_of;
 use crate::options::{Asked, Out, Spec, input, output, scoring};
 use crate::runs::{OpenedRuns, Runs};
+use crate::say;
 use crate::terminal::Terminal;
 use crate::vetting;
 pub(crate) use like::Like;
@@ -154,8 +155,7 @@ pub(crate) fn print(
     terminal: Terminal,
 ) -> anyhow::Result<()> {
     if asked.has(&output::JSON) {
-        serde_json::to_writer_pretty(&mut *out, &Scored { report, gates }).map_err(std::io::Error::from)?;
-        return Ok(writeln!(out)?);
+        return Ok(say::json(out, &Scored { report, gates })?);
     }
     render::report(out, report, asked.has(&output::VERBOSE), terminal)?;
     gates::table(out, gates, terminal)?;

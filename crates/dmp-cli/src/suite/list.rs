@@ -1,7 +1,5 @@
 //! What is not in the cache, for other programs that score it.
 
-use std::io::Write;
-
 use dmp::ShardPlan;
 use serde::Serialize;
 
@@ -66,10 +64,5 @@ impl List {
         kept.save_index()?;
         let cache = std::path::absolute(kept.folder())?.display().to_string();
         Ok(Self { schema: "dmp-suite-list/1", dmp_version: env!("CARGO_PKG_VERSION"), cache, logs })
-    }
-
-    pub(super) fn print(&self, out: &mut impl Write) -> anyhow::Result<()> {
-        serde_json::to_writer_pretty(&mut *out, self).map_err(std::io::Error::from)?;
-        Ok(writeln!(out)?)
     }
 }

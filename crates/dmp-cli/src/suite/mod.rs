@@ -27,6 +27,7 @@ use crate::exit::{Exit, Usage, when_printed};
 use crate::gates::{self, GateReport, SuiteGateArgs};
 use crate::options::{Asked, Out, Spec, output, scoring, tools};
 use crate::save::save_text;
+use crate::say;
 use crate::score::outputs::targets;
 use file::{EXAMPLE, SuiteFile};
 use kept::Kept;
@@ -89,7 +90,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     let folder = asked.get(&tools::CACHE).unwrap_or_else(|| folder_of(&path).join(CACHE));
     let mut kept = Kept::open(&folder, common)?;
     if asked.has(&tools::LIST) {
-        List::of(&plan, &mut kept, common)?.print(out)?;
+        say::json(out, &List::of(&plan, &mut kept, common)?)?;
         return Ok(Exit::Done);
     }
     let unkept = match asked.get(&tools::DASK) {
@@ -132,9 +133,7 @@ fn finish(
     let exit = gates.end(&common.host, &checked, done)?;
     let printed = if asked.has(&output::JSON) {
         let output = Output { report, gates: &checked };
-        serde_json::to_writer_pretty(&mut *out, &output)
-            .map_err(std::io::Error::from)
-            .and_then(|()| writeln!(out))
+        say::json(out, &output)
     } else {
         render::report(out, report, common.terminal)
             .and_then(|()| gates::table(out, &checked, common.terminal))

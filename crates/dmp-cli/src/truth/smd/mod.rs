@@ -4,7 +4,6 @@ mod maps;
 mod render;
 mod result;
 
-use std::io::Write;
 use std::time::Instant;
 
 use dmp::Config;
@@ -14,6 +13,7 @@ use crate::common::Common;
 use crate::exit::Exit;
 use crate::options::{Asked, Out, Spec, input, output, scoring, truth};
 use crate::progress::Progress;
+use crate::say;
 
 pub(super) static SPEC: Spec = Spec {
     name: "smd",
@@ -72,8 +72,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     drop(progress);
     let result = result::SmdResult::new(asked, &settings, &measured, start.elapsed().as_secs_f64());
     if asked.has(&output::JSON) {
-        serde_json::to_writer_pretty(&mut *out, &result).map_err(std::io::Error::from)?;
-        writeln!(out)?;
+        say::json(out, &result)?;
     } else {
         render::result(out, &result)?;
     }
