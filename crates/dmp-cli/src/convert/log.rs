@@ -64,7 +64,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     let log = input.open(Config::default().threads)?;
     let mut writer = LogWriter::create(&output, format, compression.unwrap_or(Compression::Zstd))?;
     let progress = Progress::new(common);
-    progress.reading("converting", "points");
+    progress.start("converting", "points", 0);
     let mut reader = log.reader()?;
     let (mut scan, mut returns) = (Scan::default(), 0);
     for frame in 0..log.frames().len() {

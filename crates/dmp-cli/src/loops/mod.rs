@@ -120,8 +120,11 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     let result = LoopsResult::new((asked, &config), &inputs, &found, map.as_ref(), &ranked, read_s, start);
     let written =
         outputs::write(asked, &result, &inputs, &ranked, seen.as_ref().map(|(_, keyframes, _)| keyframes));
-    let printed =
-        if asked.has(&output::JSON) { say::json(out, &result).map_err(Into::into) } else { render::result(out, &result) };
+    let printed = if asked.has(&output::JSON) {
+        say::json(out, &result).map_err(Into::into)
+    } else {
+        render::result(out, &result)
+    };
     written?;
     when_printed(printed, result.exit())
 }

@@ -114,9 +114,9 @@ mod tests {
 
     use super::*;
 
-    const SAID: (f64, f64) = (0.3, 0.03);
+    const GIVEN: [Option<(f64, f64)>; 2] = [None, Some((0.1, 0.01))];
 
-    fn information((metres, radians): (f64, f64)) -> Matrix6<f64> {
+    fn of((metres, radians): (f64, f64)) -> Matrix6<f64> {
         PoseGraph::information_of(metres, radians)
     }
 
@@ -124,14 +124,14 @@ mod tests {
         PoseEdge { from, to, from_from_to: Isometry3::identity(), information: *information }
     }
 
-    fn arguments(step_error: Option<(f64, f64)>, loop_error: Option<(f64, f64)>) -> GivenWeights {
+    fn given(step_error: Option<(f64, f64)>, loop_error: Option<(f64, f64)>) -> GivenWeights {
         GivenWeights { step_error, loop_error, loop_kernel: None }
     }
 
     /// The weight of each edge of a graph, whose ids have gaps: two steps, one of them backwards, and two loops.
-    fn of_edges(weights: &Weights, said: &Matrix6<f64>) -> [Matrix6<f64>; 4] {
+    fn of_edges(weights: &Weights, own: &Matrix6<f64>) -> [Matrix6<f64>; 4] {
         let vertices = [2, 5, 6, 9].map(|id| (id, Isometry3::identity())).into();
-        let edges = [(2, 5), (6, 5), (5, 9), (6, 2)].map(|(from, to)| edge(from, to, said));
+        let edges = [(2, 5), (6, 5), (5, 9), (6, 2)].map(|(from, to)| edge(from, to, own));
         let graph = PoseGraph::new(vertices, edges.to_vec(), BTreeSet::from([5])).unwrap();
         let weighted = weights.of_graph(&graph).unwrap();
         assert_eq!((weighted.ids(), weighted.poses()), (graph.ids(), graph.poses()));
@@ -142,31 +142,32 @@ mod tests {
     }
 
     #[test]
-    fn weights_of_a_file_are_kept_unless_others_are_given() {
-        let said = information(SAID);
-        let (step, of_loop) = ((0.1, 0.01), (0.2, 0.02));
-        for (step_error, loop_error) in
-            [(None, None), (Some(step), None), (None, Some(of_loop)), (Some(step), Some(of_loop))]
-        {
-            let weights = arguments(step_error, loop_error).weights(true);
-            let [steps, loops] = [step_error, loop_error].map(|error| error.map_or(said, information));
-            assert_eq!(of_edges(&weights, &said), [steps, steps, loops, loops]);
+    fn edges_have_the_given_weights_else_their_own_else_the_usual_ones() {
+        let (own, unit) = (of((0.3, 0.03)), PoseGraph::unit_information());
+        for (step, of_loop) in GIVEN.iter().flat_map(|step| GIVEN.map(|of_loop| (*step, of_loop))) {
+            let weights = given(step, of_loop).weights(true);
+            let [steps, loops] = [step, of_loop].map(|error| error.map_or(own, of));
+            assert_eq!(of_edges(&weights, &own), [steps, steps, loops, loops]);
             assert_eq!((weights.kernel, weights.is_guessed), (None, false));
-        }
-    }
 
-    #[test]
-    fn where_a_file_is_unweighted_edges_are_as_good_as_tools_take_them() {
-        let nothing = PoseGraph::unit_information();
-        let given = (0.1, 0.01);
-        for (step_error, loop_error) in
-            [(None, None), (Some(given), None), (None, Some(given)), (Some(given), Some(given))]
-        {
-            let weights = arguments(step_error, loop_error).weights(false);
-            let [steps, loops] = [step_error.unwrap_or(STEP), loop_error.unwrap_or(LOOP)].map(information);
-            assert_eq!(of_edges(&weights, &nothing), [steps, steps, loops, loops]);
-            assert_eq!(weights.is_guessed, step_error.is_none() || loop_error.is_none());
+            let weights = given(step, of_loop).weights(false);
+            let [steps, loops] = [step.unwrap_or(STEP), of_loop.unwrap_or(LOOP)].map(of);
+            assert_eq!(of_edges(&weights, &unit), [steps, steps, loops, loops]);
+            assert_eq!(weights.is_guessed, step.is_none() || of_loop.is_none());
             assert_eq!(weights.kernel, Some(Kernel::Cauchy(1.0)));
+        }
+        for (loop_error, has_information, of_candidate, expected) in [
+            (None, true, own, own),
+            (None, false, own, own),
+            (GIVEN[1], true, own, of((0.1, 0.01))),
+            (GIVEN[1], false, unit, of((0.1, 0.01))),
+            // As loops of a graph without weights, or unchanged.
+            (None, false, unit, of(LOOP)),
+            (None, true, unit, unit),
+        ] {
+            let (given, candidate) = (given(None, loop_error), edge(9, 2, &of_candidate));
+            let weighted = given.of_candidate(&candidate, &given.weights(has_information));
+            assert_eq!(weighted, PoseEdge { information: expected, ..candidate });
         }
     }
 
@@ -177,33 +178,11 @@ mod tests {
             ("huber:1.5", Some(Kernel::Huber(1.5))),
             ("cauchy:0.1", Some(Kernel::Cauchy(0.1))),
         ] {
-            let arguments =
-                GivenWeights { loop_kernel: Some(text.parse().unwrap()), ..arguments(None, None) };
-            assert_eq!([true, false].map(|has| arguments.weights(has).kernel), [kernel; 2]);
+            let given = GivenWeights { loop_kernel: Some(text.parse().unwrap()), ..given(None, None) };
+            assert_eq!([true, false].map(|has| given.weights(has).kernel), [kernel; 2]);
         }
         for text in ["", "huber", "none:1", "cauchy:0", "cauchy:-1", "huber:inf", "huber:NaN", "tukey:1"] {
             assert!(text.parse::<LoopKernel>().unwrap_err().starts_with(&format!("`{text}` is no kernel")));
         }
-    }
-
-    #[test]
-    fn a_candidate_keeps_its_own_weight() {
-        let given = (0.1, 0.01);
-        let (own, nothing) = (information(SAID), PoseGraph::unit_information());
-        let counts = |loop_error: Option<(f64, f64)>, has_information: bool, of_candidate: Matrix6<f64>| {
-            let arguments = arguments(None, loop_error);
-            let candidate = edge(9, 2, &of_candidate);
-            let weighted = arguments.of_candidate(&candidate, &arguments.weights(has_information));
-            assert_eq!(PoseEdge { information: of_candidate, ..weighted.clone() }, candidate);
-            weighted.information
-        };
-        for has_information in [true, false] {
-            assert_eq!(counts(None, has_information, own), own);
-            assert_eq!(counts(Some(given), has_information, own), information(given));
-            assert_eq!(counts(Some(given), has_information, nothing), information(given));
-        }
-        // As loops of a graph without weights, or unchanged.
-        assert_eq!(counts(None, false, nothing), information(LOOP));
-        assert_eq!(counts(None, true, nothing), nothing);
     }
 }

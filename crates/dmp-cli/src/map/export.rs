@@ -51,7 +51,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
 
     // Headers have the number of points: of a box they are counted first.
     let (mut points, mut near_m) = (0, None);
-    progress.tiles("counting", tiles.len() as u64);
+    progress.start("counting", "tiles", tiles.len() as u64);
     for &id in &tiles {
         common.host.go_on()?;
         if within.is_none() && near_m.is_some() {
@@ -62,16 +62,16 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
                 points += 1;
             }
         }
-        progress.one_tile();
+        progress.done(1);
     }
-    progress.tiles("writing", tiles.len() as u64);
+    progress.start("writing", "tiles", tiles.len() as u64);
     let mut writer = CloudWriter::create(&output, format, points, near_m.unwrap_or_default())?;
     for &id in &tiles {
         common.host.go_on()?;
         for point in points_of(&map, id, within)? {
             writer.write(&point)?;
         }
-        progress.one_tile();
+        progress.done(1);
     }
     drop(progress);
     writer.finish()?;

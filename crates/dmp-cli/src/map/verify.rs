@@ -27,7 +27,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     let mut tiles: Vec<TileId> = map.entries().map(|entry| entry.tile).collect();
     tiles.sort_unstable();
     let progress = Progress::new(common);
-    progress.tiles("checking", tiles.len() as u64);
+    progress.start("checking", "tiles", tiles.len() as u64);
     let (mut damaged, mut surfels) = (0u64, 0u64);
     for &id in &tiles {
         common.host.go_on()?;
@@ -41,7 +41,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
             Ok(None) => Some(format!("{}: tile {id} is not there", path.display())),
             Err(error) => Some(error.to_string()),
         };
-        progress.one_tile();
+        progress.done(1);
         if let Some(wrong) = wrong {
             damaged += 1;
             progress.suspend(|| say!(common.host, "error: {wrong}"));

@@ -279,7 +279,8 @@ impl<T: Clone + Send + Sync + 'static> Entry for Opt<T> {
         let names = |entries: &[&'static dyn Entry]| -> Vec<&'static str> {
             entries.iter().map(|entry| entry.facts().name).filter(|name| known(name)).collect()
         };
-        arg = arg.conflicts_with_all(names(self.conflicts)).requires_all_known(names(self.requires));
+        arg = arg.conflicts_with_all(names(self.conflicts));
+        arg = names(self.requires).into_iter().fold(arg, Arg::requires);
         arg = match self.unless.map(|other| other.facts().name).filter(|name| known(name)) {
             Some(other) => arg.required_unless_present(other),
             None => arg.required(self.is_needed),
@@ -301,6 +302,7 @@ impl<T: Clone + Send + Sync + 'static> Entry for Opt<T> {
         match self.count {
             Some((least, usize::MAX)) => arg = arg.num_args(least..),
             Some((least, most)) => arg = arg.num_args(least..=most),
+            None if self.is_argument && self.is_many => arg = arg.num_args(1..),
             None => {}
         }
         match self.parse {
@@ -327,17 +329,6 @@ impl<T: Clone + Send + Sync + 'static> Entry for Opt<T> {
     #[cfg(test)]
     fn is_typed(&self, matches: &ArgMatches) -> bool {
         matches.try_get_one::<T>(self.name).is_ok_and(|value| value.is_some())
-    }
-}
-
-/// `requires` for several options.
-trait RequiresAll {
-    fn requires_all_known(self, names: Vec<&'static str>) -> Self;
-}
-
-impl RequiresAll for Arg {
-    fn requires_all_known(self, names: Vec<&'static str>) -> Self {
-        names.into_iter().fold(self, Arg::requires)
     }
 }
 

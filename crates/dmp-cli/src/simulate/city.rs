@@ -7,7 +7,6 @@ use dmp_log::write_tum_poses;
 use dmp_sim::{CityOptions, CityRecording};
 
 use super::in_words;
-use super::progress::Progress;
 use super::recording::{TRUTH_RATE_HZ, lidar, refuse_other_truth, save_scans, truth_path};
 use crate::common::Common;
 use crate::exit::Exit;
@@ -49,9 +48,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
 
     let format = OutputFormat::of_name(&output)?;
     let log = LogWriter::create(&output, format, Compression::ZstdFast)?;
-    let progress = Progress::new(common, recording.len());
-    let returns = save_scans(recording.scans(), log, &progress)?;
-    drop(progress);
+    let returns = save_scans(recording.scans(), recording.len(), log, common)?;
     let count = poses.len();
     save(&truth_path, |out| write_tum_poses(out, poses))?;
 

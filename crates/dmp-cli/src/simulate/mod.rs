@@ -3,7 +3,6 @@
 mod city;
 mod errors;
 mod loops;
-mod progress;
 mod recording;
 mod room;
 mod town;

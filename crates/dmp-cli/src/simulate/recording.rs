@@ -7,9 +7,10 @@ use std::{fs, io};
 use dmp_sensor::{Scan, Trajectory};
 use dmp_sim::{LidarOptions, Sweep};
 
-use super::progress::Progress;
+use crate::common::Common;
 use crate::log_writer::LogWriter;
 use crate::options::{Asked, simulate};
+use crate::progress::Progress;
 use crate::save::refuse_other;
 
 /// Scans that wait to be written, at most.
@@ -66,9 +67,12 @@ pub(super) fn refuse_other_truth(
 /// somebody asks to stop, no more are measured than wait already.
 pub(super) fn save_scans(
     scans: impl Iterator<Item = Scan> + Send,
+    total: usize,
     mut log: LogWriter,
-    progress: &Progress,
+    common: &Common,
 ) -> anyhow::Result<u64> {
+    let progress = Progress::new(common);
+    progress.scans("simulating", total as u64);
     let (sender, measured) = sync_channel(WAITING);
     let mut returns = 0;
     std::thread::scope(|scope| {
@@ -82,8 +86,8 @@ pub(super) fn save_scans(
         for scan in measured {
             returns += scan.len() as u64;
             log.write(&scan)?;
-            progress.written(&scan);
-            progress.go_on()?;
+            progress.one_scan();
+            common.host.go_on()?;
         }
         anyhow::Ok(())
     })?;

@@ -11,11 +11,11 @@ use dmp_sensor::{Distortion, PinholeCamera};
 use dmp_sim::{DepthRecording, DepthRecordingOptions, Room, RoomOptions, ate_rmse_m, room_estimates};
 
 use super::in_words;
-use super::progress::Progress;
 use super::recording::travel_m;
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
 use crate::options::{Asked, Out, Spec, simulate};
+use crate::progress::Progress;
 use crate::save::{save, save_trajectory};
 
 /// Focal length of an image as wide as this, pixels.
@@ -85,7 +85,8 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     let estimates = room_estimates(&truth, seed).map_err(in_words)?;
 
     let mut images = DepthFolderWriter::create(folder, &camera, units_per_m)?;
-    let progress = Progress::of_images(common, recording.len());
+    let progress = Progress::new(common);
+    progress.start("simulating", "images", recording.len() as u64);
     let encoded = recording.map_images(|image| {
         let png = encode_depth_png(size_px, &image.units);
         (image.stamp_ns, image.valid(), png)
@@ -94,8 +95,8 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
     for (stamp_ns, of_image, png) in encoded {
         let png = png?;
         images.write_encoded(stamp_ns, &png)?;
-        progress.image_written(png.len());
-        progress.go_on()?;
+        progress.done(1);
+        common.host.go_on()?;
         valid += of_image;
     }
     drop(progress);

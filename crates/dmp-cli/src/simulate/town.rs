@@ -6,7 +6,6 @@ use dmp_draw::text::counted;
 use dmp_sim::{Recording, RecordingOptions, Route, Scenery};
 
 use super::in_words;
-use super::progress::Progress;
 use super::recording::{TRUTH_RATE_HZ, lidar, refuse_other_truth, save_scans, truth_path};
 use crate::common::Common;
 use crate::exit::{Exit, Usage};
@@ -81,9 +80,7 @@ fn run(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
 
     let format = OutputFormat::of_name(&output)?;
     let log = LogWriter::create(&output, format, Compression::Zstd)?;
-    let progress = Progress::new(common, recording.len());
-    let returns = save_scans(recording.scans(), log, &progress)?;
-    drop(progress);
+    let returns = save_scans(recording.scans(), recording.len(), log, common)?;
     save_trajectory(&truth_path, &truth)?;
 
     let (travel_m, revisits) = recording.travel_and_revisits();

@@ -117,7 +117,7 @@ fn watch(
 ) -> anyhow::Result<Option<(String, bool)>> {
     let mut failed = None;
     let progress = Progress::new(common);
-    progress.logs("scoring logs", list.logs.len() as u64);
+    progress.start("scoring logs", "logs", list.logs.len() as u64);
     let mut known = 0;
     loop {
         match lines.recv_timeout(LOOK) {

@@ -85,7 +85,7 @@ impl Bench<'_> {
             _ => return Err(Usage("--align needs REFERENCE.tum and the map's ESTIMATE.tum".into()).into()),
         };
         let mut points = EvaluatedPoints::new(self.settings, reference_from_map)?;
-        self.progress.reading("reading the map", "points");
+        self.progress.start("reading the map", "points", 0);
         let format = match Store::open(path) {
             Ok(store) => {
                 self.add_store(&store, &mut points)?;
@@ -145,7 +145,7 @@ impl Bench<'_> {
         let mut measured = Vec::new();
         for ((name, store), reference_from_map) in maps.iter().zip(moves) {
             let mut points = EvaluatedPoints::new(self.settings, reference_from_map)?;
-            self.progress.reading("reading the map", "points");
+            self.progress.start("reading the map", "points", 0);
             self.add_store(store, &mut points)?;
             let report = self.measure_points(points, name)?;
             measured.push(MeasuredMap {
@@ -167,7 +167,7 @@ impl Bench<'_> {
 
     fn measure_points(&mut self, points: EvaluatedPoints, name: &str) -> anyhow::Result<SurfaceReport> {
         let mut reference = points.against_reference().with_context(|| name.to_owned())?;
-        self.progress.reading("reading the reference", "");
+        self.progress.start("reading the reference", "", 0);
         self.format = if self.mesh {
             let summary = read_mesh(self.reference, |batch| -> anyhow::Result<()> {
                 self.progress.read(batch.len())?;
