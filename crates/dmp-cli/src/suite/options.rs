@@ -2,28 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Arg, ArgAction, Command, CommandFactory as _, FromArgMatches as _, Parser};
 use toml::{Table, Value};
 
 use super::file::At;
 use super::paths::resolve;
 use crate::exit::{Failure, Usage};
-use crate::score::ScoreArgs;
-
-/// Options of these parts of the help change what is scored; the others say what else is written, and by which means.
-const PARTS: [&str; 5] = ["Input", "Place and time", "Returns and map", "Verdicts", "Sampling"];
-/// Of these, what the suite says itself, or what is of one log alone.
-const OF_THE_SUITE: [&str; 2] = ["trajectory", "like"];
-/// Options whose values are files.
-const FILES: [&str; 3] = ["between", "made-with", "map"];
-
-/// `dmp score` alone.
-#[derive(Debug, Parser)]
-#[command(name = "dmp score")]
-struct Score {
-    #[command(flatten)]
-    score: ScoreArgs,
-}
+use crate::options::{Asked, Entry, Facts, Role, input};
+use crate::score;
 
 /// An argument, and what of it belongs to the settings.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -36,22 +21,21 @@ pub(super) struct Argument {
     pub(super) file: Option<PathBuf>,
 }
 
-/// The options of `dmp score`.
-pub(super) fn definition() -> Command {
-    Score::command()
+/// `dmp score` with these arguments.
+pub(super) fn parsed(arguments: &[String]) -> Result<Asked, String> {
+    let all = std::iter::once("dmp score").chain(arguments.iter().map(String::as_str));
+    let matches = score::SPEC.clap().try_get_matches_from(all);
+    matches.map(|matches| Asked::new(&score::SPEC, matches)).map_err(|error| Failure::refused(&error).line)
 }
 
-/// `dmp score` with these arguments.
-pub(super) fn parsed(arguments: &[String]) -> Result<ScoreArgs, String> {
-    let all = std::iter::once("dmp score").chain(arguments.iter().map(String::as_str));
-    let matches = definition().try_get_matches_from(all);
-    let parsed = matches.and_then(|matches| Score::from_arg_matches(&matches));
-    parsed.map(|parsed| parsed.score).map_err(|error| Failure::refused(&error).line)
+/// Whether a suite takes an option: it changes what is scored, and neither is what the suite itself says nor of one log alone.
+fn is_of_suite(facts: &Facts) -> bool {
+    let of_suite = [input::RUNS.name, input::LIKE.name].contains(&facts.name);
+    facts.group.changes_scores() && !of_suite
 }
 
 /// The options of a table, for a log with runs of these versions.
 pub(super) struct Options<'a> {
-    pub(super) command: &'a Command,
     /// All versions, and those with a run on this log.
     pub(super) versions: &'a [String],
     pub(super) present: &'a [&'a str],
@@ -65,34 +49,27 @@ impl Options<'_> {
         let mut found = Vec::new();
         for (key, value) in table {
             let at = at.below(key);
-            let option = self.option(&at, key, value)?;
-            let values = self.values(&at, option, value)?;
-            found.extend(values.into_iter().map(|value| self.argument(option, value)));
+            let option = Self::option(&at, key, value)?;
+            let values = self.values(&at, &option, value)?;
+            found.extend(values.into_iter().map(|value| self.argument(&option, value)));
         }
         found.sort_by(|a, b| a.text.split('=').next().cmp(&b.text.split('=').next()));
         Ok(found)
     }
 
-    fn option(&self, at: &At<'_>, key: &str, value: &Value) -> Result<&Arg, Usage> {
+    fn option(at: &At<'_>, key: &str, value: &Value) -> Result<Facts, Usage> {
         let name = key.replace('_', "-");
-        let of_suite = |arg: &&Arg| {
-            let heading = arg.get_help_heading();
-            let is_of_suite = arg.get_long().is_some_and(|long| OF_THE_SUITE.contains(&long));
-            heading.is_some_and(|heading| PARTS.contains(&heading)) && !is_of_suite
-        };
-        let mut known = self.command.get_arguments().filter(of_suite);
-        let found = known.find(|arg| arg.get_long() == Some(&name));
-        found.ok_or_else(|| {
-            let exists = self.command.get_arguments().any(|arg| arg.get_long() == Some(&name));
-            let why = if exists { "is none that a suite takes" } else { "is not one" };
-            at.wrong(value, &format!("of the options of `dmp score` this {why}"))
-        })
+        let mut known = score::SPEC.entries().map(Entry::facts).filter(|facts| !facts.is_argument);
+        match known.find(|facts| facts.name == name) {
+            Some(facts) if is_of_suite(&facts) => Ok(facts),
+            Some(_) => Err(at.wrong(value, "a suite does not take this option of `dmp score`")),
+            None => Err(at.wrong(value, "`dmp score` has no such option, or a suite does not take it")),
+        }
     }
 
     /// Each value, as it follows the option's `=`, behind the version that it is for; `None` of a switch.
-    fn values(&self, at: &At<'_>, option: &Arg, value: &Value) -> Result<Vec<Option<String>>, Usage> {
-        let is_switch = !matches!(option.get_action(), ArgAction::Set | ArgAction::Append);
-        let may_be_alone = option.get_num_args().is_some_and(|range| range.min_values() == 0);
+    fn values(&self, at: &At<'_>, option: &Facts, value: &Value) -> Result<Vec<Option<String>>, Usage> {
+        let Facts { is_switch, may_be_alone, .. } = *option;
         match value {
             Value::Boolean(false) if is_switch || may_be_alone => Ok(Vec::new()),
             Value::Boolean(true) if is_switch || may_be_alone => Ok(vec![None]),
@@ -132,8 +109,8 @@ impl Options<'_> {
         }
     }
 
-    fn argument(&self, option: &Arg, value: Option<String>) -> Argument {
-        let name = option.get_long().unwrap_or_default();
+    fn argument(&self, option: &Facts, value: Option<String>) -> Argument {
+        let name = option.name;
         let Some(value) = value else {
             let text = format!("--{name}");
             return Argument { setting: text.clone(), text, file: None };
@@ -148,8 +125,8 @@ impl Options<'_> {
             Argument { text: format!("{setting}{file}"), setting, file: Some(file.into()) }
         };
         match path.strip_prefix("calib:") {
-            Some(path) if name == "extrinsic" => in_file("calib:", path),
-            _ if FILES.contains(&name) => in_file("", path),
+            Some(path) if name == input::EXTRINSIC.name => in_file("calib:", path),
+            _ if option.role == Role::Read => in_file("", path),
             _ => {
                 let text = format!("--{name}={value}");
                 Argument { setting: text.clone(), text, file: None }
@@ -163,15 +140,9 @@ mod tests {
     use super::*;
 
     fn of(text: &str) -> Result<Vec<String>, String> {
-        let command = definition();
         let versions = ["a".to_owned(), "b".to_owned()];
-        let options = Options {
-            command: &command,
-            versions: &versions,
-            present: &["b"],
-            folder: Path::new("/w"),
-            log: "campus",
-        };
+        let options =
+            Options { versions: &versions, present: &["b"], folder: Path::new("/w"), log: "campus" };
         let table: Table = toml::from_str(text).unwrap();
         let found = options.arguments(&At::new(Path::new("s.toml"), "score"), &table);
         let arguments = found.map_err(|error| error.to_string())?;
@@ -201,21 +172,18 @@ mod tests {
 
     #[test]
     fn options_that_a_suite_does_not_take_are_refused() {
-        for (text, told) in [
-            ("voxl = 0.2", "s.toml: score.voxl = 0.2: of the options of `dmp score` this is not one"),
-            (
-                "json = true",
-                "s.toml: score.json = true: of the options of `dmp score` this is none that a suite takes",
-            ),
-            ("memory = \"1GiB\"", "is none that a suite takes"),
-            ("expect_best = \"a\"", "is none that a suite takes"),
-            ("trajectory = \"a\"", "is none that a suite takes"),
+        for (text, part) in [
+            ("voxl = 0.2", "s.toml: score.voxl = 0.2: `dmp score` has no such option"),
+            ("json = true", "s.toml: score.json = true: a suite does not take this option of `dmp score`"),
+            ("memory = \"1GiB\"", "a suite does not take this option"),
+            ("expect = \"best:a\"", "or a suite does not take it"),
+            ("trajectory = \"a\"", "a suite does not take this option"),
             ("mend = 3", "s.toml: score.mend = 3: true or false is expected"),
             ("voxel = 1979-05-27", "a text or a number is expected"),
             ("pose_at = { c = \"end\" }", "`c` is none of the versions a, b"),
         ] {
             let error = of(text).unwrap_err();
-            assert!(error.contains(told), "{error}");
+            assert!(error.contains(part), "{error}");
         }
     }
 

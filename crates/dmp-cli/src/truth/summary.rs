@@ -6,6 +6,8 @@ use std::io::Write;
 use dmp_draw::text::{Side, Table};
 use serde::Serialize;
 
+use crate::say;
+
 use super::compared::{Compared, Metric, PairsJson};
 
 #[derive(Debug, Serialize)]
@@ -44,13 +46,10 @@ struct RunsJson<'a> {
 pub(super) fn json(metric: &Metric<'_>, runs: &[Compared], out: &mut impl Write) -> std::io::Result<()> {
     let reports: Vec<ReportJson<'_>> = runs.iter().map(|run| report(metric, run)).collect();
     let dmp_version = env!("CARGO_PKG_VERSION");
-    if let [only] = reports.as_slice() {
-        serde_json::to_writer_pretty(&mut *out, only)?;
-    } else {
-        let runs = RunsJson { schema: "dmp-truth-runs/1", dmp_version, runs: reports };
-        serde_json::to_writer_pretty(&mut *out, &runs)?;
+    match reports.as_slice() {
+        [only] => say::json(out, only),
+        _ => say::json(out, &RunsJson { schema: "dmp-truth-runs/1", dmp_version, runs: reports }),
     }
-    writeln!(out)
 }
 
 fn report<'a>(metric: &'a Metric<'_>, run: &'a Compared) -> ReportJson<'a> {
