@@ -19,20 +19,19 @@ elif ! command -v dmp >/dev/null; then
 fi
 
 # An argument a line; `-t NAME=FILE` and `--option value` may share one.
-arguments=() annotate=()
+arguments=()
 while IFS= read -r line; do
     line=${line#"${line%%[![:space:]]*}"}
     line=${line%"${line##*[![:space:]]}"}
     case $line in
         '') ;;
-        --fail-* | --expect-*) annotate=(--annotate github) ;;&
         -*' '*) arguments+=("${line%% *}" "${line#* }") ;;
         *) arguments+=("$line") ;;
     esac
 done <<<"$DMP_ARGUMENTS"
 
 status=0
-dmp score "${arguments[@]}" --report "$out/report.html" "${annotate[@]}" --json >"$out/scores.json" || status=$?
+dmp score "${arguments[@]}" --report "$out/report.html" --json >"$out/scores.json" || status=$?
 {
     echo "json=$out/scores.json"
     if [ -s "$out/report.html" ]; then echo "page=$out/report.html"; fi

@@ -38,9 +38,9 @@ const NOT_COMPARED: usize = 5;
 #[command(
     override_usage = "dmp compare [OPTIONS] [NAME=]RESULT [[NAME=]RESULT2 ...]",
     after_help = "Examples:\n  \
-    dmp compare monday.dmp tuesday.dmp --expect-unbeaten tuesday/slam\n  \
+    dmp compare monday.dmp tuesday.dmp --expect unbeaten:tuesday/slam\n  \
     dmp compare monday.json tuesday.json\n  \
-    dmp compare base=runs/1/scores.json new=runs/2/scores.json --fail-above new/slam:R_cv_0.5=15cm\n\n\
+    dmp compare base=runs/1/scores.json new=runs/2/scores.json --expect 'new/slam:R_cv_0.5<15cm'\n\n\
     Exit codes: 0 done; 1 failed, as where results cannot be compared; 2 wrong usage; 3 done, but part of the log was \
     lost or damaged when it was scored; 4 done, but a gate failed."
 )]

@@ -5,7 +5,6 @@ pub(crate) mod announce;
 pub(crate) mod conventions;
 mod details;
 pub(crate) mod evaluation_args;
-mod legend;
 mod like;
 pub(crate) mod outputs;
 mod pairs;
@@ -55,7 +54,7 @@ use outputs::{OutputArgs, Recorder};
     dmp score drive.mcap -t a.tum -t b.tum --report out.html --view --scene out.mcap\n  \
     dmp score drive.mcap -t topic:/odom -t slam=slam.mcap:/slam/path\n  \
     dmp score drive.mcap -t kiss=kiss_poses.npy --pose-at kiss=end\n  \
-    dmp score drive.mcap -t old.tum -t new.tum --expect-unbeaten new --fail-above new:R_cv_0.5=15cm\n  \
+    dmp score drive.mcap -t old.tum -t new.tum --expect unbeaten:new --expect 'new:R_cv_0.5<15cm'\n  \
     dmp score drive.mcap -t a.tum -t b.tum --mend\n  \
     dmp score drive.mcap -t today.tum --like monday.dmp --keep today.dmp\n\n\
     Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but part of the log was lost or damaged, or a run was left out; 4 done, but a gate \

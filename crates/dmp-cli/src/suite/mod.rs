@@ -50,7 +50,7 @@ const CACHE: &str = ".dmp-suite";
     dmp suite --example > suite.toml\n  \
     dmp suite suite.toml\n  \
     dmp suite suite.toml --report suite.html --json > suite.json\n  \
-    dmp suite suite.toml --expect-unbeaten new --fail-worse-on new=2 --junit suite.xml\n  \
+    dmp suite suite.toml --expect unbeaten:new --expect 'new:lost_logs<2' --junit suite.xml\n  \
     dmp suite suite.toml --dask tcp://scheduler:8786 --work /shared/scratch\n  \
     dmp suite suite.toml --list\n\n\
     Exit codes: 0 done; 1 failed; 2 wrong usage; 3 done, but a log could not be scored, a version has no run on one, or part of \

@@ -24,7 +24,7 @@ use crate::own_frame;
 use crate::pairing::Pairing;
 use crate::peak;
 use crate::plan::Drive;
-use crate::report::{Findings, PassTimes, Report, ToldMap, drops_in_words};
+use crate::report::{Findings, MapSummary, PassTimes, Report, drops_in_words};
 use crate::run_state::RunState;
 use crate::sample::{Looks, Sample};
 use crate::setting_name::SettingName;
@@ -121,7 +121,7 @@ pub fn evaluate_quick<'a>(
         lattice,
         reducer,
     };
-    let told = |report| ToldMap { report, facts: MapFacts { fused: true, ..MapFacts::default() } };
+    let told = |report| MapSummary { report, facts: MapFacts { fused: true, ..MapFacts::default() } };
     let told_runs = surveyed.runs.iter().zip(totals.maps).map(|(run, report)| run.like(told(report)));
     let findings = Findings {
         heads,

@@ -11,7 +11,7 @@ use super::stage::Stage;
 use crate::drift::Revisits;
 use crate::evaluation::FuseTotals;
 use crate::heads::Heads;
-use crate::report::{Findings, MapReport, PassTimes, Report, ToldMap};
+use crate::report::{Findings, MapReport, MapSummary, PassTimes, Report};
 use crate::work::{Casting, MapFacts};
 
 impl Shard<'_> {
@@ -65,7 +65,7 @@ impl Shard<'_> {
 }
 
 /// What is told of the map of a run, whose pieces have no tile in common.
-fn map_of(merged: &[(Part, MergedPart)], run: usize) -> ToldMap {
+fn map_of(merged: &[(Part, MergedPart)], run: usize) -> MapSummary {
     let pieces = || merged.iter().filter_map(|(_, part)| (*part.pieces.get(run)?).as_ref());
     let thin_voxels = Some(pieces().map(|piece| piece.thin_voxels).sum());
     let report = MapReport {
@@ -74,5 +74,5 @@ fn map_of(merged: &[(Part, MergedPart)], run: usize) -> ToldMap {
         thin_voxels,
         ..MapReport::default()
     };
-    ToldMap { report, facts: MapFacts { fused: true, thin_voxels, ..MapFacts::default() } }
+    MapSummary { report, facts: MapFacts { fused: true, thin_voxels, ..MapFacts::default() } }
 }

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use clap::builder::RangedU64ValueParser;
 
 use super::targets::{self, ResidualFile, residual_files, writable};
 use crate::clash::refuse_clashes;
@@ -38,10 +37,6 @@ pub(crate) struct OutputArgs {
     /// out.laz becoming out.NAME.laz; with NAME= it is that of one run. docs/residuals.md has the fields
     #[arg(long, value_name = "[NAME=]FILE", help_heading = "Output")]
     residuals: Vec<NamedFile>,
-    /// Write one return of every N of a scan there, drawn evenly, the same ones for all runs
-    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Output")]
-    #[arg(requires = "residuals", value_parser = RangedU64ValueParser::<u64>::new().range(1..=u64::from(u32::MAX)))]
-    residuals_every: u64,
     /// Write the scores of every run in every scored scan as a table, FILE.csv
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     per_frame: Option<PathBuf>,
@@ -55,7 +50,6 @@ pub(crate) struct OutputArgs {
 pub(crate) struct Outputs {
     /// Of each run.
     pub(super) residuals: Vec<Option<ResidualFile>>,
-    pub(super) every: u64,
     pub(super) per_frame: Option<PathBuf>,
     pub(super) per_tile: Option<PathBuf>,
     pub(super) page: Option<PathBuf>,
@@ -80,7 +74,7 @@ impl OutputArgs {
         self.per_tile.is_some()
     }
 
-    /// Says what is to be written for runs of these names. What cannot be written is told here, before a long log is
+    /// What is to be written for runs of these names. What cannot be written is an error here, before a long log is
     /// read: an unknown extension, a folder that is not there, a file that is an input or another output.
     pub(crate) fn plan(&self, runs: &[&str], inputs: &[&Path]) -> anyhow::Result<Outputs> {
         let residuals = residual_files(runs, &self.residuals)?;
@@ -106,7 +100,6 @@ impl OutputArgs {
         let (per_frame, per_tile) = (self.per_frame.clone(), self.per_tile.clone());
         let (page, reference) = (self.report.clone(), self.reference.clone());
         let (scene, keep) = (self.scene.clone(), self.keep.clone());
-        let every = self.residuals_every;
-        Ok(Outputs { residuals, every, per_frame, per_tile, page, scene, keep, reference })
+        Ok(Outputs { residuals, per_frame, per_tile, page, scene, keep, reference })
     }
 }
