@@ -84,8 +84,8 @@ def scores(folder: Path, room: Path, other_runs: dict[str, Path]) -> list[Any]:
     every = ("--per-frame", folder / "frames.csv", "--per-tile", folder / "tiles.csv", "--save-maps", maps)
     page = ("--reference", "truth", "--report", folder / "page.html")
     given = ("--map", f"truth={maps / 'truth.dmpmap'}", "--map", f"drift={maps / 'drift.dmpmap'}")
-    gates = ("--fail-above", "R_cv=1cm", "--fail-above", "DMP=9", "--fail-below", "coverage=99%")
-    gates += ("--expect-best", "truth", "--expect-same")
+    gates = ("--expect", "R_cv<1cm", "--expect", "DMP<9", "--expect", "coverage>99%")
+    gates += ("--expect", "best:truth", "--expect", "same")
     depth = room / "estimates"
     return [
         score(*a),
@@ -150,7 +150,7 @@ def test_the_other_documents_are_as_it_says(folder: Path, room: Path, other_runs
     one, other, list_of, runs = folder / "one.json", folder / "other.json", folder / "s.toml", folder / "runs"
     one.write_text(json.dumps(score("-t", TRUTH)))
     other.write_text(json.dumps(score("-t", DRIFT, "--like", one)))
-    printed("compare", one, other, "--json", "--expect-best", "truth", codes=(4,))
+    printed("compare", one, other, "--json", "--expect", "best:truth", codes=(4,))
     printed("calibrate", TOWN, "-t", TRUTH, "-t", other_runs["late"], "--json")
     visits = printed("drift", TOWN, "-t", TRUTH, "-t", DRIFT, "--json")["visits"]
     assert any(run["off"] for pair in visits for run in pair["runs"])
@@ -162,7 +162,7 @@ def test_the_other_documents_are_as_it_says(folder: Path, room: Path, other_runs
     logs = "\n".join(f'[[log]]\nname = "{name}"\npath = "{TOWN}"' for name in ("town", "nowhere"))
     list_of.write_text(
         f'versions = ["old", "new"]\ntrajectories = "runs/{{version}}/{{log}}.tum"\n[score]\nvoxel = 0.3\n'
-        f"[gates]\nfail_worse_on = {{ new = 1 }}\n{logs}\n"
+        f"[gates]\nexpect = "new:lost_logs<1"\n{logs}\n"
     )
     kept = printed("suite", list_of, "--list")["logs"]
     printed("suite", list_of, "--json", codes=(0, 3, 4))

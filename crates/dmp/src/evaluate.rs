@@ -14,7 +14,7 @@ use crate::error::EvaluateError;
 use crate::evaluation::{Evaluation, Task};
 use crate::heads::Heads;
 use crate::peak;
-use crate::report::{Findings, MapSummary, PassTimes, Report, Warning, drops_in_words, map_report};
+use crate::report::{Findings, MapSummary, PassTimes, Report, drops_in_words, map_report};
 use crate::run_map::tile_bytes;
 use crate::sanity::Doubts;
 use crate::watch::Watch;
@@ -120,7 +120,7 @@ impl Evaluation<'_, RunCaster> {
         let map_bytes: u64 = fused.map(|run| tile_bytes(run.map.caster.map())).sum();
         report.memory.disk_bytes_estimated = disk.bytes;
         report.memory.disk_bytes = report.memory.scratch_bytes + map_bytes;
-        report.warnings.extend(disk.warning.map(Warning::Other));
+        report.warnings.extend(disk.warning);
         report
     }
 }

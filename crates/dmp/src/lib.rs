@@ -115,10 +115,10 @@ pub use pose_at::PoseAt;
 pub use posed::{PosedLog, PosedScan};
 pub use progress::{Progress, Stage};
 pub use report::{
-    Best, ConfigReport, ConventionsReport, DepthNoiseReport, DropReport, EgoReport, EstimateReport,
-    FreeSpaceReport, InputReport, LeftOutReport, MapReport, MemoryReport, PairReport, PassTimes,
-    PlacesReport, PromiseReport, Report, RunInputReport, RunReport, SamplingReport, ScaleReport, ScaleScores,
-    SegmentReport, TileReport, Verdict, Warning, Withheld,
+    Best, COLUMNS, Column, ColumnUnit, ConfigReport, ConventionsReport, DepthNoiseReport, DropReport,
+    EgoReport, EstimateReport, FreeSpaceReport, InputReport, LeftOutReport, MapReport, MemoryReport,
+    PairReport, PassTimes, PlacesReport, PromiseReport, Report, RunInputReport, RunReport, SamplingReport,
+    ScaleReport, ScaleScores, SegmentReport, TileReport, Verdict, Withheld, columns_by_rank,
 };
 pub use sample::{Decide, Looks, Sample};
 pub use segment_length::SegmentLength;

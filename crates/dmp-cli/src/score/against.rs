@@ -2,7 +2,7 @@
 
 use dmp::{Best, Report, ScaleReport, Verdict};
 use dmp_draw::text::NONE;
-use dmp_draw::{ToldPair, metres, metres_between};
+use dmp_draw::{OrderedPair, metres, metres_between};
 
 use crate::terminal::Tone;
 
@@ -26,7 +26,7 @@ pub(super) fn standing(report: &Report, first: &str, name: &str) -> Standing {
             _ => alone("first", None),
         };
     }
-    let Some(shown) = ToldPair::of(report, first, name) else {
+    let Some(shown) = OrderedPair::of(report, first, name) else {
         return alone("not compared", Some(Tone::Open));
     };
     // Around a cycle the first may be worse.
@@ -42,7 +42,7 @@ pub(super) fn standing(report: &Report, first: &str, name: &str) -> Standing {
     }
 }
 
-fn decided(shown: &ToldPair<'_>, word: String, tone: Tone) -> Standing {
+fn decided(shown: &OrderedPair<'_>, word: String, tone: Tone) -> Standing {
     let behind_m = |scale: &ScaleReport| shown.rms_behind_m(scale);
     let (text, interval_m) = match shown.pair.decided_at().map(|scale| (scale, behind_m(scale))) {
         Some((ScaleReport { scale_m, .. }, Some((by_m, interval_m)))) => {

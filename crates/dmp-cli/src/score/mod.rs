@@ -3,7 +3,6 @@
 mod against;
 pub(crate) mod announce;
 mod details;
-mod legend;
 mod like;
 pub(crate) mod outputs;
 mod pairs;

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use dmp::{Reach, Report, ScaleReport, Scales, Verdict};
 use dmp_draw::text::{self, NONE, Side, Table, count, digits};
-use dmp_draw::{ToldPair, every_pair};
+use dmp_draw::{OrderedPair, every_pair};
 
 use super::sampling;
 use crate::terminal::Terminal;
@@ -30,13 +30,13 @@ pub(super) fn others(report: &Report) -> usize {
     report.pairs.len() - of_first(report).count()
 }
 
-fn of_first(report: &Report) -> impl Iterator<Item = ToldPair<'_>> {
+fn of_first(report: &Report) -> impl Iterator<Item = OrderedPair<'_>> {
     let first = report.order.first();
     let others = report.order.iter().skip(1);
-    others.filter_map(move |other| ToldPair::of(report, first?, other))
+    others.filter_map(move |other| OrderedPair::of(report, first?, other))
 }
 
-fn remark(report: &Report, shown: &ToldPair<'_>) -> Option<String> {
+fn remark(report: &Report, shown: &OrderedPair<'_>) -> Option<String> {
     let pair = shown.pair;
     match pair.verdict {
         Verdict::Better { is_same: true, .. } => {

@@ -4,14 +4,14 @@ use std::io::{self, Write};
 
 use dmp::{SuiteReport, Verdict};
 use dmp_draw::text::{NONE, Side, Table, counted, width_of};
-use dmp_draw::{ToldVersions, log_word, p_value, suite_answer, suite_promise, told_versions};
+use dmp_draw::{OrderedVersions, log_word, ordered_versions, p_value, suite_answer, suite_promise};
 
 use crate::say::tell;
 use crate::terminal::{Terminal, Tone};
 
 /// Writes the report: the answer, the pairs over all logs, every log.
 pub(super) fn report(out: &mut impl Write, report: &SuiteReport, terminal: Terminal) -> io::Result<()> {
-    let pairs = told_versions(report);
+    let pairs = ordered_versions(report);
     terminal.tell_in(out, Tone::Strong, &suite_answer(report))?;
     writeln!(out)?;
     for pair in &pairs {
@@ -32,7 +32,7 @@ pub(super) fn report(out: &mut impl Write, report: &SuiteReport, terminal: Termi
     terminal.tell(out, "", &suite_promise(report))
 }
 
-fn counts(out: &mut impl Write, pairs: &[ToldVersions<'_>]) -> io::Result<()> {
+fn counts(out: &mut impl Write, pairs: &[OrderedVersions<'_>]) -> io::Result<()> {
     let mut sides = vec![Side::Left; 2];
     sides.resize(8, Side::Right);
     let mut table = Table::new(sides);
@@ -48,7 +48,7 @@ fn counts(out: &mut impl Write, pairs: &[ToldVersions<'_>]) -> io::Result<()> {
     table.write(out, "")
 }
 
-fn effects(out: &mut impl Write, report: &SuiteReport, pairs: &[ToldVersions<'_>]) -> io::Result<()> {
+fn effects(out: &mut impl Write, report: &SuiteReport, pairs: &[OrderedVersions<'_>]) -> io::Result<()> {
     let scale =
         report.pairs.iter().find_map(|pair| pair.scale_m).map_or(String::new(), |m| format!(" {m} m"));
     writeln!(out, "First minus second in cm, median over logs; negative: first is better")?;

@@ -7,7 +7,7 @@ use super::named::NamedReport;
 use super::names::{self, Names};
 use super::same;
 use crate::drift::DriftReport;
-use crate::report::{MemoryReport, PairReport, PassTimes, Report, RunReport, Warning};
+use crate::report::{MemoryReport, PairReport, PassTimes, Report, RunReport};
 
 /// Several reports as one.
 #[derive(Debug, Clone, PartialEq)]
@@ -131,17 +131,13 @@ fn most(a: MemoryReport, b: MemoryReport) -> MemoryReport {
 }
 
 /// What all reports warn of, then what only some do, with their names.
-fn warnings(reports: &[NamedReport]) -> Vec<Warning> {
-    let of_all = |warning: &Warning| reports.iter().all(|named| named.report.warnings.contains(warning));
+fn warnings(reports: &[NamedReport]) -> Vec<String> {
+    let of_all = |warning: &String| reports.iter().all(|named| named.report.warnings.contains(warning));
     let shared = reports.iter().take(1).flat_map(|named| named.report.warnings.iter().filter(|w| of_all(w)));
-    let mut warnings: Vec<Warning> = shared.cloned().collect();
+    let mut warnings: Vec<String> = shared.cloned().collect();
     for NamedReport { name, report: Report { warnings: own, .. }, .. } in reports {
         let own = own.iter().filter(|warning| !of_all(warning));
-        let named = |warning: &Warning| Warning::OfReport {
-            report: name.clone(),
-            warning: Box::new(warning.clone()),
-        };
-        warnings.extend(own.map(named));
+        warnings.extend(own.map(|warning| format!("{name}: {warning}")));
     }
     warnings
 }

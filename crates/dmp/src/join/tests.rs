@@ -2,7 +2,7 @@ use serde_json::{Value, json};
 
 use super::*;
 use crate::report::sample_data::{scores as whole, scores_json as samples};
-use crate::report::{Report, ScaleScores, Verdict, Warning};
+use crate::report::{Report, ScaleScores, Verdict};
 
 /// A report as if only these runs had been scored, called after the first letters.
 fn only(runs: &[&str]) -> NamedReport {
@@ -83,7 +83,7 @@ fn runs_with_one_name_and_two_scores_get_the_names_of_their_reports() {
     assert!(report.inputs.runs.iter().map(|run| &run.name).eq(report.runs.iter().map(|run| &run.name)));
     // The same words about a run make it no other run.
     let mut twice = [only(&["truth"]), only(&["truth"])];
-    twice[1].report.runs[0].warnings.push(Warning::Other("slow".into()));
+    twice[1].report.runs[0].warnings.push("slow".into());
     assert_eq!(joined(&twice).report.order, ["truth"]);
     parts[1].name = "td".into();
     assert_eq!(refusal(&parts), "two runs would be called `td/truth`: give the results names of their own");
@@ -93,7 +93,7 @@ fn runs_with_one_name_and_two_scores_get_the_names_of_their_reports() {
 #[test]
 fn what_only_some_reports_warn_of_has_their_names() {
     let mut parts = [only(&["truth"]), only(&["drift"])];
-    let warnings = |words: [&str; 2]| words.map(|word| Warning::Other(word.into())).to_vec();
+    let warnings = |words: [&str; 2]| words.map(|word| word.to_owned()).to_vec();
     parts[0].report.warnings = warnings(["both", "one"]);
     parts[1].report.warnings = warnings(["both", "other"]);
     parts[1].report.inputs.damage = vec!["byte 7".into()];

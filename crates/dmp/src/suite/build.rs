@@ -6,7 +6,7 @@ use super::contents::{SuiteLogReport, SuitePromiseReport, SuiteReport};
 use super::judge::judge;
 use super::log::SuiteLog;
 use super::pair::{SuitePairReport, on_logs, report_of, signs};
-use crate::report::{RunReport, Warning};
+use crate::report::RunReport;
 
 /// What the reports of all logs say of every pair of versions together.
 ///
@@ -92,11 +92,11 @@ fn warnings(versions: &[String], logs: &[SuiteLog]) -> Vec<String> {
             ));
         }
     }
-    let is_blind =
-        |run: &RunReport| run.warnings.iter().any(|warning| matches!(warning, Warning::FewRevisits { .. }));
     let blind: Vec<&str> = logs
         .iter()
-        .filter(|log| log.report.as_ref().is_ok_and(|report| report.runs.iter().all(is_blind)))
+        .filter(|log| {
+            log.report.as_ref().is_ok_and(|report| report.runs.iter().all(RunReport::has_few_revisits))
+        })
         .map(|log| log.name.as_str())
         .collect();
     if !blind.is_empty() {

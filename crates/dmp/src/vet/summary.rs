@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::report::{ConventionsReport, LeftOutReport, Report, Warning};
+use crate::report::{ConventionsReport, LeftOutReport, Report};
 
 /// What vetting says in the report of its runs; nothing where nobody looked.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -34,7 +34,7 @@ impl VetSummary {
                 run.conventions = Some(conventions.clone());
             }
         }
-        let messages = self.messages.iter().cloned().map(Warning::Other);
+        let messages = self.messages.iter().cloned();
         report.warnings.splice(0..0, messages);
     }
 }

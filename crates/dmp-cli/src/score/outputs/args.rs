@@ -12,7 +12,6 @@ use crate::options::{Asked, output};
 pub(crate) struct Outputs {
     /// Of each run.
     pub(super) residuals: Vec<Option<ResidualFile>>,
-    pub(super) every: u64,
     pub(super) per_frame: Option<PathBuf>,
     pub(super) per_tile: Option<PathBuf>,
     pub(super) page: Option<PathBuf>,
@@ -35,7 +34,6 @@ impl Outputs {
     pub(crate) fn of(asked: &Asked, runs: &[&str], inputs: &[PathBuf]) -> anyhow::Result<Self> {
         let outputs = Self {
             residuals: residual_files(runs, &asked.all(&output::RESIDUALS))?,
-            every: 1,
             per_frame: asked.get(&output::PER_FRAME),
             per_tile: asked.get(&output::PER_TILE),
             page: asked.get(&output::REPORT),
@@ -43,7 +41,7 @@ impl Outputs {
             keep: asked.get(&output::KEEP),
             reference: asked.get(&output::REFERENCE),
         };
-        let Self { residuals, per_frame, per_tile, page, scene, keep, reference, .. } = &outputs;
+        let Self { residuals, per_frame, per_tile, page, scene, keep, reference } = &outputs;
         let tables: Vec<&Path> = [per_frame, per_tile].into_iter().flatten().map(PathBuf::as_path).collect();
         let others = [page, scene, keep].into_iter().flatten().map(PathBuf::as_path);
         let files = residuals.iter().flatten().map(|file| file.path.as_path());

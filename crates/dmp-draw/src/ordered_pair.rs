@@ -1,14 +1,14 @@
-//! Which pairs of runs are told of a report, and from whose side: for tables and pages alike.
+//! Pairs of runs, each with the better run first: for tables and pages alike.
 
 use dmp::{PairReport, Report, ScaleReport};
 
-/// With more runs than this, only neighbours in the order and pairs with the best are told.
+/// With more runs than this, only neighbours in the order and pairs with the best are listed.
 const ALL_PAIRS_UP_TO: usize = 5;
 
-/// A pair the way it is told: the better run first, be it only on the whole; where nothing is decided, the run that
-/// stands higher in the order.
+/// A pair with the better run first, be it only on the whole; where nothing is decided, the run that stands higher in the
+/// order.
 #[derive(Debug, Clone, Copy)]
-pub struct ToldPair<'a> {
+pub struct OrderedPair<'a> {
     /// The pair.
     pub pair: &'a PairReport,
     /// The name of the run that stands first.
@@ -17,7 +17,7 @@ pub struct ToldPair<'a> {
     pub second: &'a str,
 }
 
-impl<'a> ToldPair<'a> {
+impl<'a> OrderedPair<'a> {
     /// The pair of two runs, of which `high` stands above `low` in the order; `None` where they were not compared.
     pub fn of(report: &'a Report, high: &'a str, low: &'a str) -> Option<Self> {
         let pair = report.pair(high, low)?;
@@ -58,23 +58,22 @@ impl<'a> ToldPair<'a> {
 }
 
 /// The pairs that matter, in the order of the runs.
-pub fn told_pairs(report: &Report) -> Vec<ToldPair<'_>> {
+pub fn main_pairs(report: &Report) -> Vec<OrderedPair<'_>> {
     let is_short = report.order.len() <= ALL_PAIRS_UP_TO;
     in_order(report, |i, j| is_short || i == 0 || j == i + 1)
 }
 
 /// Every pair, in the order of the runs.
-pub fn every_pair(report: &Report) -> Vec<ToldPair<'_>> {
+pub fn every_pair(report: &Report) -> Vec<OrderedPair<'_>> {
     in_order(report, |_, _| true)
 }
 
 /// The pairs of runs at such places of the order.
-fn in_order(report: &Report, is_told: impl Fn(usize, usize) -> bool) -> Vec<ToldPair<'_>> {
-    let order = &report.order;
-    let mut told = Vec::new();
-    for (i, high) in order.iter().enumerate() {
-        let below = order.iter().enumerate().skip(i + 1).filter(|(j, _)| is_told(i, *j));
-        told.extend(below.filter_map(|(_, low)| ToldPair::of(report, high, low)));
+fn in_order(report: &Report, is_listed: impl Fn(usize, usize) -> bool) -> Vec<OrderedPair<'_>> {
+    let mut pairs = Vec::new();
+    for (i, high) in report.order.iter().enumerate() {
+        let below = report.order.iter().enumerate().skip(i + 1).filter(|(j, _)| is_listed(i, *j));
+        pairs.extend(below.filter_map(|(_, low)| OrderedPair::of(report, high, low)));
     }
-    told
+    pairs
 }

@@ -1,12 +1,12 @@
-//! How the verdicts of a suite are told, in tables and on a page.
+//! The verdicts of a suite in words, for tables and a page.
 
 use dmp::{EffectReport, LogPairReport, Outcome, SuitePairReport, SuiteReport, Verdict};
 
 use crate::text::{self, NONE, digits};
 
-/// A pair of versions the way it is told: the better one first; where none is, the one that was named first.
+/// A pair of versions, the better one first; where none is, the one that was named first.
 #[derive(Debug, Clone, Copy)]
-pub struct ToldVersions<'a> {
+pub struct OrderedVersions<'a> {
     /// The pair.
     pub pair: &'a SuitePairReport,
     /// The name of the version that stands first.
@@ -15,13 +15,12 @@ pub struct ToldVersions<'a> {
     pub second: &'a str,
 }
 
-/// Every pair of a suite, as it is told.
-pub fn told_versions(report: &SuiteReport) -> Vec<ToldVersions<'_>> {
-    let told = |pair| ToldVersions::of(pair);
-    report.pairs.iter().map(told).collect()
+/// Every pair of a suite.
+pub fn ordered_versions(report: &SuiteReport) -> Vec<OrderedVersions<'_>> {
+    report.pairs.iter().map(OrderedVersions::of).collect()
 }
 
-impl<'a> ToldVersions<'a> {
+impl<'a> OrderedVersions<'a> {
     fn of(pair: &'a SuitePairReport) -> Self {
         let is_turned = pair.better.as_deref() == Some(pair.b.as_str());
         let (first, second) = if is_turned { (&pair.b, &pair.a) } else { (&pair.a, &pair.b) };
@@ -33,7 +32,7 @@ impl<'a> ToldVersions<'a> {
         let Self { first, second, .. } = self;
         match self.pair.outcome {
             Outcome::Better => format!("{first} is better than {second}"),
-            Outcome::Undecided => format!("{first} and {second} are not told apart"),
+            Outcome::Undecided => format!("{first} and {second}: no significant difference"),
             Outcome::TooFewLogs => format!("{first} and {second}: not decided"),
         }
     }
@@ -81,7 +80,7 @@ pub fn suite_answer(report: &SuiteReport) -> String {
         Some(best) => format!("{best} is better than every other version, over {logs}."),
         None if of_all(Outcome::TooFewLogs) => format!("Too few logs to decide anything: {logs}."),
         None if report.pairs.iter().all(|pair| pair.outcome != Outcome::Better) => {
-            format!("No version is told from another, over {logs}.")
+            format!("No significant difference between versions, over {logs}.")
         }
         None => format!("No version is better than every other, over {logs}."),
     }
@@ -89,18 +88,17 @@ pub fn suite_answer(report: &SuiteReport) -> String {
 
 /// What the verdicts promise, and what they rest on.
 pub fn suite_promise(report: &SuiteReport) -> String {
-    let pairs = report.pairs.len();
-    let shared = match pairs {
-        1 => String::new(),
-        _ => format!(
-            ": {pairs} pairs share that (Holm), so each interval is at {}",
+    let error = text::left(report.promise.confidence);
+    let rate = match report.pairs.len() {
+        1 => format!("Error rate {error}"),
+        pairs => format!(
+            "Family-wise error rate {error} over {pairs} pairs (Holm); each interval is at {}",
             text::confidence(report.promise.interval_confidence)
         ),
     };
     format!(
-        "Where versions are equal, at most {} of suites tell any two apart{shared}. Mixed, same and undecided logs give no sign. \
-         Logs are taken for independent: drives of one place on one day are not.",
-        text::left(report.promise.confidence)
+        "{rate}. Mixed, same and undecided logs do not count. Logs are assumed independent: drives of one place on one day are \
+         not."
     )
 }
 
