@@ -4,7 +4,7 @@ use super::*;
 use crate::report::sample_data::{scores as whole, scores_json as samples};
 use crate::report::{Report, ScaleScores, Verdict};
 
-/// A report as if only these runs had been scored, called after the first letters.
+/// A report as if only these runs had been scored, named by their first letters.
 fn only(runs: &[&str]) -> NamedReport {
     let mut report = whole();
     let among = |name: &String| runs.contains(&name.as_str());
@@ -39,7 +39,7 @@ fn parts_that_hold_every_pair_make_the_whole() {
         .sort_by_key(|pair| whole.pairs.iter().position(|other| (&other.a, &other.b) == (&pair.a, &pair.b)));
     assert_eq!((&report.runs, &report.inputs), (&whole.runs, &whole.inputs));
     assert_eq!((&report.pairs, &report.order, &report.ties), (&whole.pairs, &whole.order, &whole.ties));
-    // One alone is what it was.
+    // A single report is unchanged.
     let alone = joined(&[NamedReport { name: "all".into(), file: String::new(), report: whole.clone() }]);
     assert_eq!(alone.report, whole);
 }
@@ -58,11 +58,11 @@ fn where_no_report_holds_a_pair_the_first_column_orders() {
     ];
     assert_eq!(not_compared, expected);
     assert_eq!((report.pairs.len(), report.ties.len()), (1, 0));
-    // A verdict goes before the column.
+    // A verdict takes precedence over the column.
     let mut parts = [only(&["drift", "collapsed"]), only(&["drift", "noise"]), only(&["truth"])];
     parts[1].report.runs[1].r_cv_m2 = ScaleScores::new([(10.0, Some(100.0))]);
     assert_eq!(joined(&parts).report.order, ["truth", "noise", "drift", "collapsed"]);
-    // A pair that is there and decides nothing is a tie.
+    // An undecided pair is a tie.
     parts[0].report.pairs[0].verdict = Verdict::Undecided;
     parts[1] = only(&["drift", "noise"]);
     let report = joined(&parts).report;
@@ -81,7 +81,7 @@ fn runs_with_one_name_and_two_scores_get_the_names_of_their_reports() {
     let verdict = report.verdict_between("new/truth", "noise").unwrap();
     assert_eq!((verdict.better(), verdict.decided_at_m()), (Some("new/truth"), Some(2.0)));
     assert!(report.inputs.runs.iter().map(|run| &run.name).eq(report.runs.iter().map(|run| &run.name)));
-    // The same words about a run make it no other run.
+    // Equal descriptions do not make two runs one.
     let mut twice = [only(&["truth"]), only(&["truth"])];
     twice[1].report.runs[0].warnings.push("slow".into());
     assert_eq!(joined(&twice).report.order, ["truth"]);
@@ -105,7 +105,7 @@ fn what_only_some_reports_warn_of_has_their_names() {
     assert_eq!(report.inputs.damage, ["byte 7"]);
 }
 
-/// The fields that reports may have different values in: they are of the runs.
+/// Fields that may differ: they belong to the runs.
 const OF_THE_RUNS: [&str; 3] = ["config.body_from_sensor", "config.segments", "config.voxel_filled_share"];
 
 #[test]
@@ -130,7 +130,7 @@ fn a_difference_in_any_setting_is_told() {
         samples()["config"].as_object().unwrap().keys().map(|field| format!("config.{field}")).collect();
     fields.extend(samples()["sampling"].as_object().unwrap().keys().map(|field| format!("sampling.{field}")));
     let segments = samples()["config"]["segments"].as_object().unwrap().clone();
-    // Of the way that the runs have gone, only what is made of it counts.
+    // Only the resulting segments count, not the runs' path length.
     fields.extend(segments.keys().filter(|f| *f != "travel_m").map(|f| format!("config.segments.{f}")));
     // Reports of places are never comparable: see below.
     fields.retain(|field| !OF_THE_RUNS.contains(&field.as_str()) && field != "sampling.places");

@@ -7,7 +7,7 @@ fn versions() -> Vec<String> {
     vec!["old".into(), "new".into()]
 }
 
-/// The samples' report with two of its runs called old and new, and this verdict.
+/// The samples' report with two of its runs named old and new, and this verdict.
 fn report(better: Option<&str>, new_cm: f64) -> Report {
     let mut report = scores();
     for run in &mut report.runs {

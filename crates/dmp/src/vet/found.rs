@@ -1,4 +1,4 @@
-//! What vetting found of a run, and its words.
+//! The vetting result of a run, and its messages.
 
 use dmp_calibrate::{Axis, Calibration, Estimate, Silence};
 
@@ -7,26 +7,29 @@ use crate::error::EvaluateError;
 use crate::report::{ConventionsReport, EstimateReport};
 use crate::setting_name::SettingName;
 
-/// What was found of one run.
+/// The vetting result of one run.
 #[derive(Debug)]
 pub struct Found {
     /// Its name.
     pub name: String,
-    /// Share of the returns looked at that meet those of another scan near by, as the run was given.
+    /// Share of the returns that match those of a nearby scan, with the run as given.
     pub together: Option<f64>,
-    /// The same with another reading of what was given, by which the scans fit together much better.
+    /// The same with another interpretation of the input that fits much better.
     pub together_as_read: Option<f64>,
-    /// Errors of time and mounting, after such a reading; `None` where the scans do not tell.
+    /// Estimated clock offset and extrinsic, after such an interpretation; `None` if the scans do not
+    /// determine them.
     pub calibration: Option<Calibration>,
-    /// What fixes the errors that are certain, in this order.
+    /// The fixes for the certain errors, in this order.
     pub mends: Vec<Mend>,
-    /// Whether they can be applied to the run; not to how the poses are meant that an odometry lies between.
+    /// Whether they can be applied to the run; a pose format cannot be changed once an odometry interpolates
+    /// between the poses.
     pub can_be_mended: bool,
-    /// Whether by it alone points are at one instant already: then nothing is said of its clock and mounting.
+    /// Whether, by this run alone, the points are already motion-corrected: then its clock and extrinsic are
+    /// not judged.
     pub is_at_odds: bool,
-    /// Why it does not belong to the log as it was given; `None` where it does.
+    /// Why it does not belong to the log as given; `None` if it does.
     pub left_out: Option<LeftOut>,
-    /// Whether it is scored: it belongs, or no run does, so that nobody is harmed.
+    /// Whether it is scored: it belongs, or no run does and excluding all would help nobody.
     pub is_kept: bool,
 }
 
@@ -36,24 +39,24 @@ pub struct Found {
 pub enum LeftOut {
     /// It has no poses for the log's scans.
     NotPaired(Box<EvaluateError>),
-    /// Its poses are clearly misread.
+    /// Its poses are clearly misinterpreted.
     Misread,
-    /// Where it turns, the scans fit together as well without the turn.
+    /// At its turns, the scans fit together as well without the turn.
     OtherTurns {
-        /// Share of the returns that meet another scan where it turns.
+        /// Share of the returns at turns that match another scan.
         turned: f64,
         /// The same without the turn.
         straight: f64,
     },
-    /// The scans fit together no better with its poses than with each other's.
+    /// The scans fit together no better with its own poses than with other scans' poses.
     Unrelated {
-        /// Share of the returns that meet another scan, put at the pose of another scan.
+        /// Share of the returns that match another scan, with shuffled poses.
         together_mixed_up: f64,
     },
 }
 
 impl Found {
-    /// What is wrong and what fixes it, in a sentence; `name` is how a setting is called. `None` where nothing is wrong.
+    /// The error and its fix, in a sentence; `name` gives the name of a setting. `None` without an error.
     pub fn message_with(&self, mended: bool, name: &dyn Fn(SettingName) -> String) -> Option<String> {
         let head = if self.is_kept { "" } else { " is excluded" };
         let left_out = |why: String| Some(format!("run `{}`{head}: {why}", self.name));
@@ -99,7 +102,7 @@ impl Found {
         })
     }
 
-    /// For a report: the estimated clock offset and extrinsic; `mended`, whether errors were fixed.
+    /// For a report: the estimated clock offset and extrinsic; `mended` says whether errors were fixed.
     pub fn report(&self, mended: bool, name: &dyn Fn(SettingName) -> String) -> ConventionsReport {
         let estimate = |one: Estimate| EstimateReport {
             axis: one.axis.name().to_owned(),
@@ -126,7 +129,7 @@ impl Found {
         self.mends.iter().map(|mend| mend.message_with(&self.name, name)).collect()
     }
 
-    /// Why its clock could not be checked, where that is so.
+    /// Why its clock could not be checked, if so.
     pub(super) fn clock_is_unknown(&self) -> Option<String> {
         let as_given = self.is_kept && self.together_as_read.is_none();
         let calibration = self.calibration.as_ref().filter(|_| as_given)?;
@@ -138,7 +141,7 @@ impl Found {
         Some(format!("run `{}`: its clock could not be checked: {why}", self.name))
     }
 
-    /// Whether by this run points are at one instant already.
+    /// The estimate by which, for this run, the points are already motion-corrected.
     pub(super) fn points_are_corrected(&self) -> Option<Estimate> {
         let sweep = self.calibration.as_ref()?.of(Axis::Sweep);
         (sweep.pays && sweep.value + sweep.half < 0.5).then_some(sweep)
@@ -155,7 +158,7 @@ impl Found {
             ));
         }
         if let Some(calibration) = &self.calibration {
-            // What is wrong with the points is not the run's.
+            // Point times concern the log, not the run.
             let off = calibration.paying().filter(|one| one.axis != Axis::Sweep || self.is_at_odds);
             let off: Vec<String> = off.map(off_in_words).collect();
             if !off.is_empty() {
@@ -196,12 +199,12 @@ fn in_words(silence: Silence) -> String {
     }
 }
 
-/// A number that is off, in units that people use.
+/// An estimate in display units.
 pub(super) fn off_in_words(one: Estimate) -> String {
     let Estimate { axis, value, half, .. } = one;
     let (ms, degrees, cm) = (1e3, 1.0_f64.to_degrees(), 100.0);
     match axis {
-        // The sign is that of the option that fixes it: it is added to the log's stamps.
+        // The sign is that of the option that fixes it: the value is added to the log's stamps.
         Axis::Time => format!("estimated clock offset {:+.1} ± {:.1} ms", ms * value, ms * half),
         Axis::Sweep => format!(
             "the points of a scan are motion-corrected already (estimated scale of point times {value:.2} ± {half:.2})"

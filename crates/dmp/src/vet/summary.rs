@@ -1,31 +1,31 @@
-//! What vetting says in a report.
+//! The vetting part of a report.
 
 use serde::{Deserialize, Serialize};
 
 use crate::report::{ConventionsReport, LeftOutReport, Report};
 
-/// What vetting says in the report of its runs; nothing where nobody looked.
+/// The vetting part of a report on its runs; empty without vetting.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VetSummary {
     pub(super) left_out: Vec<LeftOutReport>,
-    /// Of runs by name.
+    /// For runs by name.
     pub(super) conventions: Vec<(String, ConventionsReport)>,
     pub(super) messages: Vec<String>,
 }
 
 impl VetSummary {
-    /// Whether a run was left out.
+    /// Whether a run was excluded.
     pub fn leaves_out(&self) -> bool {
         !self.left_out.is_empty()
     }
 
-    /// The names of those that were.
+    /// The names of the excluded runs.
     pub fn names_left_out(&self) -> impl Iterator<Item = &str> {
         self.left_out.iter().map(|run| run.name.as_str())
     }
 
-    /// Puts it into a report.
+    /// Adds it to a report.
     pub fn put_into(&self, report: &mut Report) {
         report.left_out.extend(self.left_out.iter().cloned());
         for run in &mut report.inputs.runs {

@@ -1,4 +1,4 @@
-//! What vetting came to, and its words.
+//! The result of vetting all runs, and its messages.
 
 use dmp_calibrate::{Axis, Calibration, Estimate};
 
@@ -9,37 +9,37 @@ use crate::config::Run;
 use crate::report::LeftOutReport;
 use crate::setting_name::SettingName;
 
-/// What vetting came to.
+/// The result of vetting.
 #[derive(Debug)]
 pub struct Vetted {
-    /// The runs to be scored, fixed where that was asked for.
+    /// The runs to score, fixed if requested.
     pub runs: Vec<Run>,
-    /// What was found of each run that was given.
+    /// The findings for each given run.
     pub found: Vec<Found>,
     /// Whether errors were fixed.
     pub mended: bool,
     /// The error that all runs share: then the runs are not its cause.
     pub alike: Vec<Estimate>,
-    /// What the scans say of the times of points.
+    /// The findings on the times of points.
     pub point_times: PointTimes,
 }
 
-/// What the scans say of the times that the log gives its points.
+/// How the scans judge the times that the log gives its points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum PointTimes {
-    /// Nothing against the way they are used.
+    /// Nothing contradicts their current use.
     AsUsed,
-    /// They are used, and the points are at one instant already: so much of the times is true.
+    /// They are used, but the points are already motion-corrected: the estimated scale of the point times.
     Corrected(Estimate),
     /// The same, and the log was opened without them.
     LeftAside(Estimate),
-    /// They are not used, and are true: found by opening the log with them.
+    /// They are ignored but correct: detected by opening the log with them.
     Unused,
 }
 
 impl Vetted {
-    /// Everything that was found, a sentence each, what concerns all runs first.
+    /// All findings, a sentence each; those about all runs first.
     pub fn messages_with(&self, name: &dyn Fn(SettingName) -> String) -> Vec<String> {
         let alike = (!self.alike.is_empty()).then(|| {
             let axes: Vec<String> = self.alike.iter().copied().map(off_in_words).collect();
@@ -68,7 +68,7 @@ impl Vetted {
                 name(SettingName::PointTime)
             )),
         };
-        // Beside a run whose clock is off, one whose clock could not be checked may be off as well.
+        // If another run's clock is wrong, a clock that could not be checked may be wrong as well.
         let is_off = |found: &Found| {
             found.is_kept
                 && found.mends.iter().any(|mend| matches!(mend, Mend::TimeOffset(_) | Mend::PoseAt(_)))
@@ -82,12 +82,12 @@ impl Vetted {
         times.into_iter().chain(alike).chain(of_runs).collect()
     }
 
-    /// Of each run that was given, whether it is scored.
+    /// For each given run, whether it is scored.
     pub fn is_kept(&self) -> Vec<bool> {
         self.found.iter().map(|found| found.is_kept).collect()
     }
 
-    /// What the report has of it of its runs; `name` is how a setting is called.
+    /// The vetting part of the report; `name` gives the name of a setting.
     pub fn summary(&self, name: &dyn Fn(SettingName) -> String) -> VetSummary {
         let left_out = |found: &Found| {
             let reason = found.message_with(self.mended, name).unwrap_or_default();
@@ -110,7 +110,7 @@ impl Vetted {
     }
 }
 
-/// That the points are at one instant already, where a run surely shows it and no other run contradicts.
+/// The estimate that points are motion-corrected, if a run certainly shows it and no other run contradicts.
 pub(super) fn corrected(found: &[Found]) -> Option<Estimate> {
     let corrected = found.iter().find_map(Found::points_are_corrected)?;
     all_sweeps(found, |sweep| sweep.value + sweep.half < 0.5).then_some(corrected)
@@ -124,7 +124,7 @@ fn all_sweeps(found: &[Found], holds: impl Fn(&Estimate) -> bool) -> bool {
     seen().next().is_some() && seen().all(|sweep| holds(&sweep))
 }
 
-/// What all runs that are not left out are off by alike; nothing of one run.
+/// The errors that all runs share, excluded runs aside; none for a single run.
 pub(super) fn alike(found: &[Found]) -> Vec<Estimate> {
     let scored = || found.iter().filter(|found| found.is_kept);
     let as_given = scored().filter(|found| found.together_as_read.is_none());

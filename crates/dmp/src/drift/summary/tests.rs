@@ -20,7 +20,7 @@ fn off(sideways_m: f64, sigma_m: f64) -> Displacement {
     }
 }
 
-/// Visits of some runs, each pair so many segments behind the one before.
+/// Visits of some runs, each pair this many segments after the one before.
 fn visits(of_runs: &[Vec<Option<Displacement>>]) -> (Vec<VisitPairReport>, Vec<PairFacts>) {
     let visit = VisitReport { scan: 0, stamp_ns: None, scans: Vec::new() };
     let of_run = |off: Option<Displacement>| VisitPairOfRun {
@@ -42,7 +42,7 @@ fn visits(of_runs: &[Vec<Option<Displacement>>]) -> (Vec<VisitPairReport>, Vec<P
     ((0..pairs).map(report).collect(), (0..pairs).map(facts).collect())
 }
 
-/// Evenly spread over −1 to 1, in no order that a block could follow.
+/// Evenly spread over −1 to 1, without an order that blocks could follow.
 fn scattered(k: usize) -> f64 {
     let part = (k as u32).wrapping_mul(2_654_435_769);
     f64::from(part) / 2_147_483_648.0 - 1.0
@@ -52,7 +52,7 @@ fn p95() -> Confidence {
     Confidence::new(0.95).unwrap()
 }
 
-/// Between −1 and 1, by chance.
+/// Pseudo-random, between −1 and 1.
 fn chance(seed: usize, run: usize, k: usize) -> f64 {
     let drawn = mixed(mixed(mixed(seed as u64) ^ run as u64) ^ k as u64);
     (drawn >> 11) as f64 / (1u64 << 52) as f64 - 1.0
@@ -104,7 +104,7 @@ fn pairs_without_an_answer_are_counted() {
     assert_eq!((compared.pairs, compared.better, compared.rms_a_m), (0, None, None));
 }
 
-/// The null: of runs that are off alike, none is better more often than the intervals promise; and the power.
+/// The null: among equally wrong runs, one is better no more often than the intervals promise; and the power.
 #[test]
 fn equal_runs_are_equal_and_others_are_told_apart() {
     let mut wrong = 0;
@@ -123,7 +123,7 @@ fn equal_runs_are_equal_and_others_are_told_apart() {
     assert_eq!(drift, compared((0, 1), ["a", "b"], &visits, &facts, Confidence::P99));
 }
 
-/// The null with the fewest blocks that have an interval, whose pairs are off together.
+/// The null with the fewest blocks that have an interval, whose pairs are correlated.
 #[test]
 fn few_blocks_do_not_tell_equal_runs_apart() {
     let mut wrong = 0;
@@ -137,8 +137,8 @@ fn few_blocks_do_not_tell_equal_runs_apart() {
     assert!(wrong <= 20, "{wrong} of 1000 at 99 %");
 }
 
-/// What one run is off by more than the other in every pair counts where it is more than a measurement can be off by: the same run in
-/// two worlds differs by rounding alone, and that may have one sign.
+/// A consistent difference counts only if it exceeds the measurement error: the same run in two worlds
+/// differs by rounding alone, possibly always with one sign.
 #[test]
 fn what_is_less_than_the_measurement_tells_nothing() {
     let better = |a_m: f64, b_m: f64| {
