@@ -1,4 +1,4 @@
-"""Keywords as the command's options of the same names."""
+"""Converts keywords to the command's options of the same names."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from . import _core
 
 StrPath = Union[str, "os.PathLike[str]"]
 
-#: Options that are no keywords: what they do, functions do otherwise.
+#: Options without a keyword: functions replace them.
 _OF_THE_COMMAND = {"quiet", "no_progress", "json", "verbose", "color", "view"}
 
 
 class Option(NamedTuple):
     """An option of a command."""
 
-    #: As the command takes it, without the dashes.
+    #: The command's name for it, without the dashes.
     name: str
-    #: What its value is called; ``None`` of a switch.
+    #: The name of its value; ``None`` for a switch.
     value: str | None
-    #: Whether the value may be left out.
+    #: Whether the value is optional.
     may_be_alone: bool
-    #: Whether it may be given several times.
+    #: Whether it may be repeated.
     repeats: bool
-    #: What it does.
+    #: Its description.
     help: str
 
 
@@ -43,30 +43,30 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 def documented(*words: str, without: Sequence[str] = ()) -> Callable[[_Function], _Function]:
-    """Adds the options of a command to what ``help`` says of a function; ``without`` are those that it does not take."""
+    """Adds the options of a command to a function's docstring; ``without`` are those that it does not take."""
 
     def with_options(function: _Function) -> _Function:
         if function.__doc__ is not None:
-            # Runs are an argument, too.
+            # Runs are an argument too.
             known = {"trajectory", *without, *function.__code__.co_varnames}
-            told = [_told(keyword, option) for keyword, option in options(words).items() if keyword not in known]
-            # As far to the right as the text above.
+            texts = [_described(keyword, option) for keyword, option in options(words).items() if keyword not in known]
+            # Indented like the text above.
             lines = function.__doc__.splitlines()[1:]
             margin = min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=4)
-            function.__doc__ += "".join(f"\n{' ' * margin}{line}" for line in ["", "Keywords:", *told])
+            function.__doc__ += "".join(f"\n{' ' * margin}{line}" for line in ["", "Keywords:", *texts])
         return function
 
     return with_options
 
 
-def _told(keyword: str, option: Option) -> str:
+def _described(keyword: str, option: Option) -> str:
     return f"    {keyword}={'True' if option.value is None else option.value}: {option.help}"
 
 
 def arguments(
     words: tuple[str, ...], settings: Mapping[str, Any], *, without: Sequence[str] = ()
 ) -> list[str]:
-    """Keywords and their values as arguments. ``without`` are options that have arguments of their own."""
+    """Converts keywords and values to arguments. ``without`` are options with arguments of their own."""
     known = {keyword: option for keyword, option in options(words).items() if keyword not in without}
     found: list[str] = []
     for keyword, value in settings.items():
@@ -85,8 +85,8 @@ def _is_empty(value: Any) -> bool:
 
 
 def unknown(words: tuple[str, ...], keyword: str, known: Collection[str]) -> str:
-    """What is said of a keyword that is none of those."""
-    # Seldom needed, and slow to import.
+    """The message for an unknown keyword."""
+    # Rarely needed, and slow to import.
     import difflib
 
     near = difflib.get_close_matches(keyword, known, n=3)
@@ -97,13 +97,13 @@ def unknown(words: tuple[str, ...], keyword: str, known: Collection[str]) -> str
 def _given(keyword: str, option: Option, value: Any) -> list[str]:
     """An option with its values."""
     if option.value is not None and " " in option.value and isinstance(value, (tuple, list)):
-        # Values of their own, side by side.
+        # Several separate values.
         return [f"--{option.name}", *(_text(keyword, one) for one in value)]
     return [f"--{option.name}{given}" for given in _values(keyword, option, value)]
 
 
 def _values(keyword: str, option: Option, value: Any) -> list[str]:
-    """What follows an option's name, for each time it is given."""
+    """The text after an option's name, for each time it is given."""
     if value is True:
         if option.value is None or option.may_be_alone:
             return [""]
@@ -119,7 +119,7 @@ def _values(keyword: str, option: Option, value: Any) -> list[str]:
 
 
 def _each(option: Option, value: Any) -> list[Any]:
-    """A list gives an option several times, unless it is one of numbers: these are one value."""
+    """The values of an option. A list repeats the option, except a list of numbers: it is one value."""
     several = isinstance(value, list) and option.repeats and not all(_is_number(one) for one in value)
     return list(value) if several else [value]
 
@@ -135,7 +135,7 @@ def _text(keyword: str, value: Any) -> str:
         return os.fsdecode(value)
     if _is_number(value):
         number = value.item() if isinstance(value, np.generic) else value
-        # The parser knows no exponents.
+        # The parser has no exponents.
         return np.format_float_positional(number, trim="-") if isinstance(number, float) else str(number)
     if isinstance(value, np.ndarray):
         value = value.tolist()

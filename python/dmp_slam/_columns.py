@@ -1,4 +1,4 @@
-"""Tables of results: what the JSON says, a row for each run or pair, in units that people say."""
+"""Converts results to tables: a row for each run or pair, in usual units."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _KINDS = (("bool", bool), ("int", int), ("float", (int, float)))
 
 
 def table(rows: Iterable[Mapping[str, Any]], kinds: Mapping[str, str] | None = None) -> Table:
-    """A table of rows with the same columns. ``kinds`` say what these hold, where there may be no row to infer them from."""
+    """A table of rows with the same columns. ``kinds`` are their types, in case no row shows them."""
     rows = list(rows)
     if kinds is not None:
         return Table([(name, kind, [_as(kind, row[name]) for row in rows]) for name, kind in kinds.items()])
@@ -24,7 +24,7 @@ def table(rows: Iterable[Mapping[str, Any]], kinds: Mapping[str, str] | None = N
 def _column(name: str, values: list[Any]) -> tuple[str, str, list[Any]]:
     there = [value for value in values if value is not None]
     for kind, types in _KINDS:
-        # A bool is an int, too.
+        # A bool is also an int.
         if all(isinstance(value, types) and (kind == "bool" or not isinstance(value, bool)) for value in there):
             return (name, kind if there else "float", [_as(kind, value) for value in values])
     return (name, "str", [None if value is None else str(value) for value in values])
@@ -54,7 +54,7 @@ def _run_row(rank: int, run: Mapping[str, Any]) -> dict[str, Any]:
     return row
 
 
-#: Shares of the returns, 0 to 1, as the columns of the command's table are called.
+#: Shares of the returns, 0 to 1, under the names of the command's table.
 _SHARES = {
     "coverage": "coverage",
     "revisit": "coverage_revisit",
@@ -64,7 +64,7 @@ _SHARES = {
 
 
 def pairs_table(result: Mapping[str, Any]) -> Table:
-    """Each two runs: what is decided between them, at which scale, and the interval of their difference there."""
+    """Each pair of runs: the verdict, its scale, and the interval of their difference there."""
     return table((_pair_row(pair) for pair in result["pairs"]), _PAIRS)
 
 
@@ -105,12 +105,12 @@ def _pair_row(pair: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def root(square: float | None) -> float | None:
-    """A length whose square is given."""
+    """The square root; ``None`` for ``None``."""
     return None if square is None or square < 0 else math.sqrt(square)
 
 
 def csv_table(text: str) -> Table:
-    """The table of a file that the command has written. Empty cells are nothing."""
+    """The table in a CSV file of the command. Empty cells are ``None``."""
     names, *rows = csv.reader(io.StringIO(text))
     columns = list(zip(*rows)) or [()] * len(names)
     return Table([_csv_column(name, list(column)) for name, column in zip(names, columns)])
@@ -128,7 +128,7 @@ def _csv_column(name: str, cells: list[str]) -> tuple[str, str, list[Any]]:
     return (name, "str", cells)
 
 
-#: What a table of a suite's pairs has of each pair as it is.
+#: Columns of a suite's pairs that are copied unchanged.
 _SUITE_PAIR = {
     "a": "str",
     "b": "str",
@@ -146,7 +146,7 @@ _SUITE_PAIR = {
 
 
 def suite_pairs_table(suite: Mapping[str, Any]) -> Table:
-    """Every two versions of a suite."""
+    """Every pair of versions of a suite."""
 
     def row(pair: Mapping[str, Any]) -> dict[str, Any]:
         found = {name: pair[name] for name in _SUITE_PAIR}
@@ -163,7 +163,7 @@ def suite_pairs_table(suite: Mapping[str, Any]) -> Table:
 
 
 def suite_logs_table(suite: Mapping[str, Any]) -> Table:
-    """Every two versions of a suite on every log, worst first."""
+    """Every pair of versions of a suite on every log, worst first."""
     kinds = {
         "log": "str",
         "a": "str",

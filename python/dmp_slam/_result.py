@@ -1,4 +1,4 @@
-"""What ``score`` finds."""
+"""The result of ``score``."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from ._kept import Kept, Returns, by_frame
 from ._map import Map
 from .errors import UsageError
 
-#: How high a page is shown in a notebook, pixels.
+#: Height of a page in a notebook, pixels.
 _PAGE_HEIGHT = 800
 
 
 class Result:
-    """The scores of runs, their order, and what is decided of each two.
+    """The scores of runs, their order, and the verdict on each pair.
 
     Tables have ``__arrow_c_stream__``: ``polars.DataFrame``, ``pyarrow.table`` and, from pandas 3.0 on,
-    ``pandas.DataFrame.from_arrow`` take them.
+    ``pandas.DataFrame.from_arrow`` accept them.
     """
 
     def __init__(
@@ -40,12 +40,12 @@ class Result:
         self._is_damaged = output.is_damaged
 
     def to_json(self) -> str:
-        """What ``dmp score --json`` prints of the same runs, but for times, memory and the names of files."""
+        """The JSON of ``dmp score --json`` on the same runs, except for times, memory and the names of files."""
         return self._text
 
     @cached_property
     def data(self) -> dict[str, Any]:
-        """The JSON as Python has it; docs/json.md has every field. Scores are squares, m²."""
+        """The JSON as a Python object; docs/json.md has every field. Scores are squares, m²."""
         parsed: dict[str, Any] = json.loads(self._text)
         return parsed
 
@@ -56,7 +56,7 @@ class Result:
 
     @property
     def best(self) -> str | None:
-        """The run that is decided to be better than every other; ``None`` where there is none."""
+        """The run decided to be better than every other; ``None`` if there is none."""
         first, *others = self.order or [""]
         is_best = first and all(self.verdict(first, other) == first for other in others)
         return first if is_best else None
@@ -70,57 +70,57 @@ class Result:
 
     @property
     def runs(self) -> Table:
-        """A row for each run, best first. Columns: ``R_cv`` and ``R_near`` at each cut as lengths (``r_cv_10_m``, metres) and
-        as squares (``r_cv_10_m2``, m²), ``dmp_mean_m2``; ``coverage``, ``revisit``, ``miss`` and ``blocked`` as shares from 0 to 1.
+        """A row for each run, best first. Columns: ``R_cv`` and ``R_near`` at each cut as lengths (``r_cv_10_m``, metres) and as
+        squares (``r_cv_10_m2``, m²), ``dmp_mean_m2``; ``coverage``, ``revisit``, ``miss`` and ``blocked`` as shares from 0 to 1.
         """
         return _columns.runs_table(self.data)
 
     @property
     def pairs(self) -> Table:
-        """A row for each two runs: the verdict, the scale that decided (metres), and there the scores of both (metres) and the
-        interval of their difference (m²).
+        """A row for each pair of runs: the verdict, the deciding scale (metres), both scores at it (metres) and the interval of
+        their difference (m²).
         """
         return _columns.pairs_table(self.data)
 
     @property
     def frames(self) -> Table:
-        """A row for each scan and run, where ``score`` was called with ``per_frame``; docs/residuals.md has the columns."""
+        """A row for each scan and run, if ``score`` was called with ``per_frame``; docs/residuals.md has the columns."""
         return _columns.csv_table(_asked("per_frame", self._frames))
 
     @property
     def tiles(self) -> Table:
-        """A row for each tile and run, where ``score`` was called with ``per_tile``; docs/residuals.md has the columns."""
+        """A row for each tile and run, if ``score`` was called with ``per_tile``; docs/residuals.md has the columns."""
         return _columns.csv_table(_asked("per_tile", self._tiles))
 
     def residuals(self, run: str | None = None) -> Returns:
-        """The scored returns of a run, where ``score`` was called with ``residuals``: a record each, scan by scan.
+        """The scored returns of a run, if ``score`` was called with ``residuals``: a record each, scan by scan.
 
-        Fields as in docs/residuals.md: ``x``, ``y``, ``z`` in the frame of the run's trajectory, ``signed_residual_m``, ``range_m``, ``time_s``,
-        ``frame``, ``kind`` and others; NaN where nothing is predicted. The array is mapped from a file on the disk, so that a log of any
-        size has one; ``pandas.DataFrame`` and ``polars.DataFrame`` take it, or parts of it.
+        Fields as in docs/residuals.md: ``x``, ``y``, ``z`` in the frame of the run's trajectory, ``signed_residual_m``,
+        ``range_m``, ``time_s``, ``frame``, ``kind`` and others; NaN without a prediction. The array is mapped from a file on disk,
+        so a log of any size fits; ``pandas.DataFrame`` and ``polars.DataFrame`` accept it, or parts of it.
         """
         return self._kept.returns(run)
 
     def residuals_by_frame(self, run: str | None = None) -> Iterator[tuple[int, Returns]]:
-        """The same scan by scan: the number of each in the log, and its returns."""
+        """The same scan by scan: the scan's number in the log, and its returns."""
         return by_frame(self.residuals(run))
 
     def map(self, run: str | None = None) -> Map:
-        """The map of a run, where ``score`` was called with ``save_maps``. It is there for as long as there is the result."""
+        """The map of a run, if ``score`` was called with ``save_maps``. It exists as long as the result."""
         return self._kept.map(run)
 
     def plot(self) -> Any:
-        """A figure of matplotlib, which must be installed: the scores of the runs; with ``per_frame`` also how far
-        predictions are off over time, and with ``residuals`` where.
+        """A figure of matplotlib, which must be installed: the scores of the runs; with ``per_frame`` also the errors of
+        predictions over time, and with ``residuals`` their positions.
         """
         from ._plot import figure
 
         return figure(self.data, self._frames, self._kept)
 
     def view(self, save: str | os.PathLike[str] | None = None) -> None:
-        """Shows trajectories, returns coloured by what they are off, scan by scan, and maps in rerun, which must be installed.
+        """Shows trajectories, returns coloured by error, scan by scan, and maps in rerun, which must be installed.
 
-        ``score`` must have been called with ``residuals``; maps are shown with ``save_maps``. ``save`` writes a recording, ``FILE.rrd``, and opens
+        Requires ``score`` with ``residuals``; maps require ``save_maps``. ``save`` writes a recording, ``FILE.rrd``, and opens
         nothing.
         """
         from ._view import show
@@ -128,36 +128,36 @@ class Result:
         show(self.order, self._kept, save)
 
     def scene(self, path: str | os.PathLike[str]) -> None:
-        """Writes the scene for viewers as rerun and Foxglove, ``FILE.mcap``, where ``score`` was called with ``scene``."""
+        """Writes the scene for viewers such as rerun and Foxglove, ``FILE.mcap``, if ``score`` was called with ``scene``."""
         shutil.copyfile(self._kept.scene(), path)
 
     def keep(self, path: str | os.PathLike[str]) -> None:
-        """Writes the result with what every return is off by, ``FILE.dmp``, where ``score`` was called with ``keep``: ``compare``
-        judges its runs with those of others.
+        """Writes the result with every return's residual, ``FILE.dmp``, if ``score`` was called with ``keep``: ``compare`` can then
+        compare its runs with others.
         """
         shutil.copyfile(self._kept.result(), path)
 
     @property
     def kept_file(self) -> Path | None:
-        """Where that is while there is this result; ``None`` without ``keep``."""
+        """Its path as long as this result exists; ``None`` without ``keep``."""
         return self._kept.files.get("keep")
 
     def __getstate__(self) -> dict[str, Any]:
-        # Files go with the first result.
+        # Files belong to the original result.
         return {**self.__dict__, "_kept": Kept(None, [])}
 
     @property
     def gates_passed(self) -> bool:
-        """Whether every gate that was asked for passed."""
+        """Whether every requested gate passed."""
         return all(gate["passed"] for gate in self.data["gates"])
 
     @property
     def is_damaged(self) -> bool:
-        """Whether part of the log was lost or damaged, or a run left out; ``data`` says what."""
+        """Whether part of the log was lost or damaged, or a run excluded; ``data`` has the details."""
         return self._is_damaged
 
     def report(self, path: str | os.PathLike[str]) -> None:
-        """Writes the page, ``FILE.html``. With pictures where ``score`` was called with ``report``."""
+        """Writes the page, ``FILE.html``. With pictures if ``score`` was called with ``report``."""
         Path(path).write_text(self._html(), encoding="utf-8")
 
     def _html(self) -> str:
@@ -175,10 +175,10 @@ class Result:
 
     def __repr__(self) -> str:
         runs = {run["name"]: run for run in self.data["runs"]}
-        lines = [f"best: {self.best}" if self.best else "best: it cannot be told"]
+        lines = [f"best: {self.best}" if self.best else "best: undecided"]
         for rank, name in enumerate(self.order, start=1):
             squares = runs[name]["r_cv_m2"] or {}
-            lengths = (f"{cut} m: {_columns.root(square):.3g} m" for cut, square in _told(squares))
+            lengths = (f"{cut} m: {_columns.root(square):.3g} m" for cut, square in _scored(squares))
             lines.append(f"{rank}  {name}  R_cv at {', '.join(lengths)}" if squares else f"{rank}  {name}")
         for pair in self.data["pairs"]:
             lines.append(f"{_named(pair)}: {pair['reason']}")
@@ -186,7 +186,7 @@ class Result:
 
 
 def _named(pair: dict[str, Any]) -> str:
-    """The runs of a pair, as its reason speaks of them: where one is better, that one first."""
+    """The runs of a pair, in the order of its reason: the better one first, if there is one."""
     a, b = pair["a"], pair["b"]
     if pair["decided_at_m"] is None:
         return f"{a}, {b}"
@@ -194,7 +194,7 @@ def _named(pair: dict[str, Any]) -> str:
     return f"{better} against {b if better == a else a}"
 
 
-def _told(squares: dict[str, float | None]) -> list[tuple[str, float]]:
+def _scored(squares: dict[str, float | None]) -> list[tuple[str, float]]:
     cuts = sorted(squares, key=float, reverse=True)
     return [(cut, square) for cut in cuts if (square := squares[cut]) is not None]
 

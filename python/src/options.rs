@@ -1,15 +1,15 @@
-//! What options commands have, for keywords of the same names.
+//! Lists the options of commands, for keywords of the same names.
 
 use clap::builder::PossibleValue;
 use clap::{Arg, ArgAction, Command};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 
-/// An option: its name, what its value is called or `None` for a switch, whether its value may be left out, whether it may be
-/// given several times, and what it does.
+/// An option: its name, the name of its value or `None` for a switch, whether the value is optional, whether it may be
+/// repeated, and its description.
 type Described = (String, Option<String>, bool, bool, String);
 
-/// The options of a command, by the words that call it, such as `["truth", "ape"]`.
+/// The options of a command, by its words, such as `["truth", "ape"]`.
 #[pyfunction]
 pub(crate) fn options(words: Vec<String>) -> PyResult<Vec<Described>> {
     let mut command = dmp_cli::command();
@@ -31,7 +31,7 @@ fn described(argument: &Arg) -> Option<Described> {
     Some((name.to_owned(), value, takes_value && range.min_values() == 0, repeats, help))
 }
 
-/// The words that a value may be, or what it is called.
+/// The possible values, or the name of the value.
 fn values(argument: &Arg) -> String {
     let words = argument.get_possible_values();
     if !words.is_empty() {
