@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Scores runs in a job of GitHub, for action.yml: the table goes to the summary, a page and the JSON beside.
+# Scores runs in a GitHub job, for action.yml: the table goes to the summary, the page and the JSON to files.
 set -euo pipefail
 
-# New for each time that the action is used in a job.
+# A new folder for each use of the action in a job.
 out=$(mktemp -d "$RUNNER_TEMP/dmp-XXXXXX")
 
-# The release of this version; without one the command must be there.
+# The release of this version; without a version the command must be installed.
 version=${DMP_VERSION:-}
 if [ -z "$version" ] && [[ ${DMP_REF:-} =~ ^v[0-9]+\.[0-9]+\.[0-9]+ ]]; then version=${DMP_REF#v}; fi
 if [ -n "$version" ]; then
@@ -44,9 +44,9 @@ if [ -s "$out/scores.json" ]; then
         echo '```'
     } >>"$GITHUB_STEP_SUMMARY"
 fi
-# Scores of a log that is damaged in part are scores: it is told, and the job goes on.
+# Exit code 3: the scores of a partly damaged log are valid. Warn, and continue.
 if [ "$status" = 3 ]; then
-    echo "::warning title=dmp::part of the log was lost or damaged, or a run was left out"
+    echo "::warning title=dmp::part of the log was lost or damaged, or a run was excluded"
     status=0
 fi
 exit "$status"

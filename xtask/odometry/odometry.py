@@ -14,18 +14,18 @@ from pyquaternion import Quaternion
 
 
 def configured(name):
-    """The settings of a run, and how many returns there are to each that is used."""
+    """The settings of a run, and the number of returns per used return."""
     config = KISSConfig()
     config.mapping.voxel_size = config.data.max_range / 100.0
-    # More threads would add the same numbers in another order.
+    # More threads would change the order of summation.
     config.registration.max_num_threads = 1
     if name == "default":
         return config, 1
     if name == "rigid":
-        # The same, but sweeps are taken as rigid.
+        # The same, with sweeps assumed rigid.
         config.data.deskew = False
         return config, 1
-    # What a hurried user gets: sweeps taken as rigid, large voxels, few returns, none from far away.
+    # A careless user's settings: rigid sweeps, large voxels, few returns, none from far away.
     config.data.deskew = False
     config.data.max_range = 40.0
     config.mapping.voxel_size = 2.0
@@ -53,7 +53,7 @@ def stamps_ns(starts_ns, lengths, share):
 
 
 def ate(poses, stamps, truth):
-    """RMSE of the places after rigid alignment (Umeyama 1991), metres."""
+    """RMSE of the positions after rigid alignment (Umeyama 1991), metres."""
     ours = np.array([pose[:3, 3] for pose in poses])
     theirs = at_stamps(truth, stamps)[:, :3]
     a, b = ours - ours.mean(0), theirs - theirs.mean(0)
@@ -63,7 +63,7 @@ def ate(poses, stamps, truth):
 
 
 def turn_error(poses, stamps, truth, scans=10):
-    """RMSE of the turns over that many scans, radians: nearly free of drift, it shows which instant is meant."""
+    """RMSE of the rotations over ``scans`` scans, radians: almost free of drift, it shows the instant of the poses."""
     ours = np.unwrap([np.arctan2(pose[1, 0], pose[0, 0]) for pose in poses])
     theirs = at_stamps(truth, stamps)[:, 3]
     wrong = (ours[scans:] - ours[:-scans]) - (theirs[scans:] - theirs[:-scans])
@@ -71,14 +71,14 @@ def turn_error(poses, stamps, truth, scans=10):
 
 
 def at_stamps(truth, stamps):
-    """Place and heading at those instants; the truth covers all of the drive."""
+    """Position and heading at those instants; the truth covers the whole drive."""
     true_stamps, values = truth
     seconds, true_seconds = ([(stamp - true_stamps[0]) * 1e-9 for stamp in run] for run in (stamps, true_stamps))
     return np.stack([np.interp(seconds, true_seconds, column) for column in values.T], 1)
 
 
 def read_tum(path):
-    """Stamps in nanoseconds (all have nine decimals); places and headings."""
+    """Stamps in nanoseconds (all have nine decimals); positions and headings."""
     rows = [line.split() for line in path.read_text().splitlines() if not line.startswith("#")]
     values = np.array([[float(x) for x in row[1:]] for row in rows])
     x, y, z, w = values[:, 3:].T
@@ -94,7 +94,7 @@ def main():
     given = arguments.parse_args()
     poses, starts_ns, lengths = run(given.folder, given.config)
     truth = read_tum(given.folder.with_suffix(".truth.tum"))
-    # A sweep that was deskewed is in the frame of its last return; a rigid one fits best at its middle.
+    # A motion-corrected sweep is in the frame of its last return; a rigid one fits best at its middle.
     share = 1.0 if given.config == "default" else 0.5
     print(f"{given.folder.name} {given.config}: {len(poses)} poses, stamped at {share} of the sweep")
     for tried in (0.0, 0.5, 1.0):
