@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let verdict = report.verdict_between("straight", "swaying").ok_or("not compared")?;
             println!("better: {}", verdict.better().unwrap_or("neither"));
         }
-        Err(EvaluateError::Cancelled) => println!("stopped after {most_s} s"),
+        Err(EvaluateError::Cancelled) => println!("given up after {most_s} s"),
         Err(error) => return Err(error.into()),
     }
     Ok(())

@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
             Verdict::Mixed { run, .. } => format!("{run} is better on the whole, but not everywhere"),
             Verdict::Same => format!("{} and {} are as good", one.name, other.name),
-            Verdict::Undecided => format!("these scans cannot tell {} from {}", one.name, other.name),
+            Verdict::Undecided => format!("{} and {} are undecided", one.name, other.name),
         };
         println!("{outcome}");
     }

@@ -54,7 +54,7 @@ impl Shard<'_> {
                 detail,
             };
             if first != all.len() as u64 {
-                return Err(content(format!("it begins with pair {first}, where {} comes next", all.len())));
+                return Err(content(format!("it begins with pair {first}, expected {}", all.len())));
             }
             let measured: Vec<VisitPairReport> =
                 serde_json::from_slice(&visits).map_err(|error| content(error.to_string()))?;

@@ -31,7 +31,9 @@ pub enum ShardError {
     #[error("the scans are in memory: parts need a log on disk")]
     NoIndex,
     /// The plan changed after it was written.
-    #[error("the plan has changed since it was made: its content is {found}, and it says {said}")]
+    #[error(
+        "the plan has changed since it was made: the hash of its content is {found}, the plan states {said}"
+    )]
     PlanChanged {
         /// The hash of its content.
         found: String,
@@ -47,9 +49,7 @@ pub enum ShardError {
         version: String,
     },
     /// This machine finds other segments.
-    #[error(
-        "this machine cuts the drive in {here} segments, the plan has {planned}: their bits would not be the same"
-    )]
+    #[error("this machine finds {here} segments, the plan has {planned}: the results would differ")]
     OtherSegments {
         /// Segments found here.
         here: usize,
@@ -67,7 +67,7 @@ pub enum ShardError {
         missing: String,
     },
     /// A file that belongs to another plan, or to another part.
-    #[error("{}: it is {found}, and should be {expected}", path.display())]
+    #[error("{}: found {found}, expected {expected}", path.display())]
     OtherPart {
         /// The file.
         path: PathBuf,
