@@ -93,7 +93,6 @@ mod tests {
 
     /// Three equal versions on twelve logs: on each log, all six orders are equally likely. Enumerates all
     /// counts of the orders.
-    /// orders.
     #[test]
     fn three_equal_versions_share_the_error() {
         const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
