@@ -217,7 +217,7 @@ pub enum EvaluateError {
     },
 }
 
-/// What to do instead of a setting that does not fit.
+/// The remedy for a setting that does not fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Remedy {

@@ -38,7 +38,7 @@ pub(crate) struct Evaluation<'a, M> {
 /// Totals of fusing all maps.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct FuseTotals {
-    /// Where the returns went; `None` when no map had to be fused.
+    /// The return counts; `None` when no map had to be fused.
     pub(crate) counts: Option<ReturnCounts>,
     /// Used returns excluded from every map because they lie on trails.
     pub(crate) left_out: u64,
@@ -46,7 +46,7 @@ pub(crate) struct FuseTotals {
     pub(crate) scratch_bytes: u64,
 }
 
-/// What an evaluation works with before it has a plan.
+/// An evaluation before it has a plan.
 pub(crate) struct Task<'a> {
     pub(crate) log: &'a dyn ScanLog,
     pub(crate) settings: Settings,

@@ -206,7 +206,7 @@ struct Footer {
 }
 
 impl Footer {
-    /// Of its bytes, and their position in the file.
+    /// Decodes its bytes, given their position in the file.
     fn of(footer: &[u8], footer_at: u64) -> Result<Self, String> {
         if footer[FOOTER_BYTES - 8..] != END_MAGIC {
             return Err(format!("no end mark at byte {footer_at}: the file was cut short"));

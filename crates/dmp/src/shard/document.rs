@@ -35,7 +35,7 @@ pub struct ShardPlan {
     pub(super) content: Content,
 }
 
-/// What every part must agree on.
+/// The part of a plan on which all parts of the score must agree.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Content {

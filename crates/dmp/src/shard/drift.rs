@@ -44,7 +44,7 @@ impl Shard<'_> {
         self.folder.write(Stage::Drift, part, &DriftPart { first: first as u64, visits })
     }
 
-    /// What was measured on all pairs, in their order.
+    /// The measurements of all pairs, in their order.
     pub(super) fn drifted(&self, pairs: usize) -> Result<Vec<VisitPairReport>, ShardError> {
         let parts: Vec<(Part, DriftPart)> = self.folder.read(Stage::Drift)?;
         let mut all: Vec<VisitPairReport> = Vec::with_capacity(pairs);

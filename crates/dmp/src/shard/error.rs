@@ -59,7 +59,7 @@ pub enum ShardError {
     /// Parts of a stage are missing.
     #[error("{}: {stage} is not done: {missing}", folder.display())]
     Missing {
-        /// Where they should be.
+        /// Their folder.
         folder: PathBuf,
         /// The stage.
         stage: Stage,
@@ -71,9 +71,9 @@ pub enum ShardError {
     OtherPart {
         /// The file.
         path: PathBuf,
-        /// What it states to be.
+        /// The part named in the file.
         found: String,
-        /// What it should be.
+        /// The expected part.
         expected: String,
     },
     /// The content of a part cannot be decoded.
@@ -81,7 +81,7 @@ pub enum ShardError {
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         detail: String,
     },
     /// A scan is in several parts.
@@ -97,7 +97,7 @@ pub enum ShardError {
     ScansMissing {
         /// The stage.
         stage: Stage,
-        /// How many.
+        /// Their number.
         missing: u64,
         /// Number of scans of the plan.
         scans: u64,
