@@ -82,8 +82,8 @@ fn rpe(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
         Some(delta) if unit != DeltaUnit::Frames => as_python(delta),
         delta => format!("{:.0}", delta.unwrap_or(1.0)),
     };
-    let (delta, relative_tolerance) = (delta.unwrap_or(1.0), DELTA_TOLERANCE);
-    let options = PairOptions { delta, unit, relative_tolerance, all_pairs };
+    let delta = delta.unwrap_or(1.0);
+    let options = PairOptions { delta, unit, all_pairs };
     let which = if all_pairs { "all" } else { "consecutive" };
     let metric = Metric {
         name: "rpe",
@@ -96,7 +96,7 @@ fn rpe(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
             all_pairs,
             from_reference: false,
         }),
-        errors: &|prepared| relative(&prepared.reference, &prepared.estimate, relation, &options, false),
+        errors: &|prepared| relative(&prepared.reference, &prepared.estimate, relation, &options),
     };
     run(asked, &metric, common, out)
 }
