@@ -8,7 +8,8 @@ use dmp::file_stem_of;
 use dmp_draw::text::count;
 use dmp_log::{RawTrajectory, TrajectoryFormat, read_raw_trajectory_as, shown_path};
 use dmp_truth::trajectory::{
-    CompareError, DeltaUnit, PairOptions, Pose, PosePath, Relation, Statistics, absolute, relative,
+    CompareError, DELTA_TOLERANCE, DeltaUnit, PairOptions, Pose, PosePath, Relation, Statistics, absolute,
+    relative,
 };
 
 use super::compared::{Compared, Metric, PairsJson, all_notes};
@@ -21,9 +22,6 @@ use crate::options::{Asked, Out, Spec, output, truth};
 use crate::save::SavedTogether;
 use crate::say::say;
 use crate::score::outputs::targets::with_run;
-
-/// How far from delta a pair may be, as a share of it: evo's default.
-const DELTA_TOLERANCE: f64 = 0.1;
 
 pub(super) static APE: Spec = Spec {
     name: "ape",

@@ -62,10 +62,7 @@ pub(super) fn preparation(asked: &Asked, reference: &PosePath) -> Result<Prepara
     Ok(Preparation {
         start_s: start_s.filter(|_| cut),
         end_s: end_s.filter(|_| cut),
-        matching: Matching {
-            max_diff_s: max_diff_s.unwrap_or(0.01),
-            offset_s: offset_s.unwrap_or(0.0),
-        },
+        matching: Matching { max_diff_s: max_diff_s.unwrap_or(0.01), offset_s: offset_s.unwrap_or(0.0) },
         alignment: alignment(asked),
     })
 }
