@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 type Triangles = Vec<[[f64; 3]; 3]>;
 
-fn read(path: &Path) -> Result<(MeshSummary, Triangles), LogError> {
+pub(crate) fn read(path: &Path) -> Result<(MeshSummary, Triangles), LogError> {
     let mut triangles = Triangles::new();
     let summary = read_mesh(path, |batch| {
         assert!(!batch.is_empty() && batch.len() <= 16_384);

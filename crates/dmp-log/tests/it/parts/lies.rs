@@ -1,8 +1,7 @@
 //! Indexes that do not say what is there.
 
-use super::damage::chunks;
 use super::{bits, scans_of};
-use crate::common::{STAMP_NS, assert_says, scans, write_mcap};
+use crate::common::{STAMP_NS, assert_says, chunks, scans, write_mcap};
 use dmp_log::{LogOptions, McapCompression, ScanLog, open_log, outline_log};
 use std::fs;
 
@@ -43,7 +42,7 @@ fn an_index_that_lies_is_found_out() {
     let good = fs::read(&path).unwrap();
     let whole = open_log(&path, &LogOptions::default()).unwrap();
     let (chunk, group) = (20, whole.groups()[20].clone());
-    let end = chunks(&good)[chunk].1;
+    let end = chunks(&good)[chunk].end;
     let first = group.start;
     let open = |change: Lie<'_>| {
         let mut bytes = good.clone();
