@@ -1,4 +1,4 @@
-//! Trajectories whose columns have names, and stamps in units that no format tells.
+//! Trajectories whose columns have names, and stamps in units that no format has.
 
 use crate::common::{assert_says, refusals};
 use dmp_log::{
@@ -118,7 +118,7 @@ fn names_that_say_what_is_so_anyway_change_nothing() {
     assert_eq!(is_the_run(&euroc, TrajectoryFormat::Euroc, STAMPS_NS).notes, [""; 0]);
     // Without names nothing says which number of a quaternion is w.
     let bare = euroc.split_once('\n').unwrap().1;
-    assert_says(&read(bare).unwrap().notes.join("; "), &["quaternions are taken for w x y z"]);
+    assert_says(&read(bare).unwrap().notes.join("; "), &["quaternions are read as w x y z"]);
 }
 
 #[test]
@@ -151,8 +151,14 @@ fn stamps_that_may_be_this_or_that_are_asked_for() {
         refused,
         "run.csv: ",
         &[
-            (&text, "line 1: stamps from 3000000000 to 3400000000, 100000000 apart | the time unit must be given"),
-            (&format!("t x y z qx qy qz qw\n{text}"), "line 2: stamps from | must be given (s, ms, us or ns)"),
+            (
+                &text,
+                "line 1: stamps from 3000000000 to 3400000000, 100000000 apart | the time unit must be given",
+            ),
+            (
+                &format!("t x y z qx qy qz qw\n{text}"),
+                "line 2: stamps from | must be given (s, ms, us or ns)",
+            ),
         ],
     );
     let given = |unit| {

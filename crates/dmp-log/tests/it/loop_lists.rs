@@ -95,9 +95,15 @@ fn times_that_cannot_be_are_named_with_their_lines() {
         times_error,
         "",
         &[
-            ("0.5\n1.5\n\n1.5\n", "line 4: | the stamp 1.500000000 s is not after that in line 2, 1.500000000 s"),
+            (
+                "0.5\n1.5\n\n1.5\n",
+                "line 4: | the stamp 1.500000000 s is not after that in line 2, 1.500000000 s",
+            ),
             // The order is that of the ids.
-            ("9 3\n4 3.5\n", "line 1: | the vertex 9 has the stamp 3.000000000 s | that of 4 in line 2, 3.500000000 s"),
+            (
+                "9 3\n4 3.5\n",
+                "line 1: | the vertex 9 has the stamp 3.000000000 s | that of 4 in line 2, 3.500000000 s",
+            ),
             ("4 1\n9 2\n4 3\n", "line 3: | the vertex 4 has a stamp in line 1 already"),
             ("1 2 3\n", "line 1: | 3 columns, expected 1"),
             ("1\n2 3\n", "line 2: | 2 columns, the lines before it have 1"),

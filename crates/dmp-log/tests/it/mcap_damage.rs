@@ -31,7 +31,7 @@ impl File {
         Self { _folder: folder, path, bytes, written }
     }
 
-    /// What is told of damage once the file has these bytes, and `kept` of its scans are read: by the whole log, in threads, and,
+    /// The damage once the file has these bytes, and `kept` of its scans are read: by the whole log, in threads, and,
     /// where `by_index`, by the index.
     #[track_caller]
     fn damage(&self, bytes: &[u8], kept: &[Scan], by_index: bool) -> Vec<String> {
@@ -60,7 +60,9 @@ fn a_file_cut_anywhere_keeps_the_whole_chunks_before_the_cut() {
         assert_eq!(groups.len(), ends.len());
         let (middle, last) = (file.bytes.len() / 2, *ends.last().unwrap());
         // At the end of a chunk, in one, in the index behind it, in the summary.
-        for cut in [ends[0], ends[0] + 1, ends[2] + 5, ends[2] + 20, middle, ends[3] - 1, last - 1, last, last + 40] {
+        for cut in
+            [ends[0], ends[0] + 1, ends[2] + 5, ends[2] + 20, middle, ends[3] - 1, last - 1, last, last + 40]
+        {
             let kept = groups[ends.iter().filter(|&&end| end <= cut).count() - 1].end;
             let damage = file.damage(&file.bytes[..cut], &file.written[..kept], true);
             let [damage] = damage.as_slice() else { panic!("{damage:?}") };
@@ -194,7 +196,8 @@ fn forged_sizes_are_refused() {
     // Behind the magic and the header record.
     let header = records(&file.bytes)[0].1.end;
     // The summary's offsets do not hold any more: the file has none.
-    let with = |forged: &[u8]| [&file.bytes[..header], forged, &file.bytes[header..file.bytes.len() - 8]].concat();
+    let with =
+        |forged: &[u8]| [&file.bytes[..header], forged, &file.bytes[header..file.bytes.len() - 8]].concat();
     let endless = [&[5, 255, 255, 255, 255, 255, 255, 255, 255][..], &[0; 21]].concat();
     for (forged, why) in [
         (chunk(u64::MAX, "zstd", 4, &[1; 4]), "claims 18,446,744,073,709,551,615 bytes unpacked"),
@@ -213,7 +216,10 @@ fn forged_sizes_are_refused() {
     ] {
         let damage = file.damage(&with(&forged), &file.written, false);
         let place = format!("byte {header}: ");
-        assert!(damage.iter().any(|line| line.starts_with(&place) && line.contains(why)), "{why}: {damage:?}");
+        assert!(
+            damage.iter().any(|line| line.starts_with(&place) && line.contains(why)),
+            "{why}: {damage:?}"
+        );
     }
     // A hundred thousand messages that are lost are a short list.
     let damage = file.damage(&with(&record(op::MESSAGE, &[0; 21]).repeat(100_000)), &file.written, false);
@@ -252,7 +258,8 @@ fn chunks_are_unpacked_in_threads_in_their_order() {
     clouds(&path, mcap::WriteOptions::new().chunk_size(Some(4000)), 37, 200);
     clouds(&loose, mcap::WriteOptions::new().use_chunks(false), 3, 200);
     let (chunked, loose) = (fs::read(&path).unwrap(), fs::read(&loose).unwrap());
-    let between = records(&loose).into_iter().filter(|(op, _)| [op::CHANNEL, op::SCHEMA, op::MESSAGE].contains(op));
+    let between =
+        records(&loose).into_iter().filter(|(op, _)| [op::CHANNEL, op::SCHEMA, op::MESSAGE].contains(op));
     let between: Vec<u8> = between.flat_map(|(_, place)| loose[place].to_vec()).collect();
     let mut bytes = chunked[..8].to_vec();
     for (number, (_, place)) in records(&chunked).into_iter().enumerate() {

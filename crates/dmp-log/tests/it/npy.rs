@@ -62,7 +62,10 @@ fn stamps_come_from_times_txt_as_with_kitti() {
         fs::write(folder.path().join("times.txt"), times).unwrap();
         read_trajectory(&path)
     };
-    assert_eq!(beside("0\n1e-1\n0.2\n").unwrap().trajectory.stamps_ns(), Some(&[0, 100_000_000, 200_000_000][..]));
+    assert_eq!(
+        beside("0\n1e-1\n0.2\n").unwrap().trajectory.stamps_ns(),
+        Some(&[0, 100_000_000, 200_000_000][..])
+    );
     assert_says(&beside("0\nx\n0.2\n").unwrap_err().to_string(), &["times.txt: line 2: ", "`x`"]);
 }
 

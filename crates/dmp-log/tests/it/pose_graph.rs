@@ -142,7 +142,10 @@ fn each_fault_of_a_graph_is_named_with_its_line() {
             ("VERTEX_SE3:QUAT 2 0 0 0 0 0 0 0", "(0, 0, 0, 0) is zero"),
             ("VERTEX_SE3:QUAT 2 0 0 0 0 0 0", "7 columns | cut?"),
             ("VERTEX_SE3:QUAT 2 0 0 inf 0 0 0 1", "`inf` is not finite"),
-            ("VERTEX_SE3:QUAT 1 0 0 4 0 0 0 1", "the vertex 1 has another pose than in line 3: 4.000 m apart"),
+            (
+                "VERTEX_SE3:QUAT 1 0 0 4 0 0 0 1",
+                "the vertex 1 has another pose than in line 3: 4.000 m apart",
+            ),
             ("VERTEX_SE2 2 0 0 0", "in the plane | VERTEX_SE3:QUAT"),
             ("EDGE_SE2 0 1 0 0 0 1 0 0 1 0 1", "in the plane | EDGE_SE3:QUAT"),
             ("EDGE_SE3:QUAT 0 1 0 0 0 0 0 0 1 1 0 0", "12 columns, expected 30 | or 9 | cut?"),
@@ -154,7 +157,10 @@ fn each_fault_of_a_graph_is_named_with_its_line() {
             (&with_tail(UNIT).replace("1 0 1", "1 0.5 1"), "id `0.5` is no whole number"),
             (&with_tail(UNIT).replace("0 0 0 1 1", "0 0 0 2 1"), "(0, 0, 0, 2) has the norm 2.0000"),
             (&with_tail(UNIT).replace("1 0 1 2", "1 77 1 2"), "the edge from 1 to 77: there is no vertex 77"),
-            (&with_tail(UNIT).replace("1 0 1 2", "1 1 1 2"), "from 1 to 1: it leads from the vertex 1 to itself"),
+            (
+                &with_tail(UNIT).replace("1 0 1 2", "1 1 1 2"),
+                "from 1 to 1: it leads from the vertex 1 to itself",
+            ),
             (&indefinite, "from 1 to 0: | not positive definite: its smallest eigenvalue is -2.500e0"),
             ("FIX", "`FIX` without an id"),
             ("FIX 0 5", "the vertex 5 is to be fixed, and there is no such vertex"),

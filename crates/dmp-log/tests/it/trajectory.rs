@@ -75,7 +75,11 @@ fn every_format_gives_back_what_was_written() {
             write(&mut text, run).unwrap();
             let read = read(&text).unwrap();
             assert_eq!((read.format, read.out_of_order, read.repeated), (format, 0, 0));
-            assert_eq!((read.trajectory.stamps_ns(), read.trajectory.len()), (run.stamps_ns(), 50), "{format}");
+            assert_eq!(
+                (read.trajectory.stamps_ns(), read.trajectory.len()),
+                (run.stamps_ns(), 50),
+                "{format}"
+            );
             for (a, b) in read.trajectory.poses().iter().zip(run.poses()) {
                 assert_eq!(a.translation, b.translation, "{format}");
                 assert!(a.rotation.angle_to(&b.rotation) < 1e-7, "{format}: {a} {b}");
@@ -152,7 +156,8 @@ fn row_18_zero_quaternions_nan_and_cuts_are_named_with_their_line() {
         }
         // In the last number a cut does not show, but that the line has no end.
         let text = format!("{good}\n{whole}");
-        let may_be_cut = |text: &str| read(text).unwrap().notes.iter().any(|note| note.contains("it may be cut"));
+        let may_be_cut =
+            |text: &str| read(text).unwrap().notes.iter().any(|note| note.contains("it may be cut"));
         assert!(may_be_cut(&text), "{format}");
         assert!(!may_be_cut(&format!("{text}\n")) && !may_be_cut(&format!("{text}\r\n  ")), "{format}");
     }
@@ -178,7 +183,10 @@ fn row_18_other_faults_are_named_with_their_line() {
         "line 4: ",
         &[
             ("1403636580848555520,4.7,-1.8,0.8,0.53,-0.15,-0.82", "7 columns | 17"),
-            ("1403636580848.5,4.7,1,0.8,0.53,-0.15,-0.82,-0.08,0,0,0,0,0,0,0,0,0", "`1403636580848.5` | nanoseconds"),
+            (
+                "1403636580848.5,4.7,1,0.8,0.53,-0.15,-0.82,-0.08,0,0,0,0,0,0,0,0,0",
+                "`1403636580848.5` | nanoseconds",
+            ),
         ],
     );
     refusals(
@@ -208,7 +216,10 @@ fn row_18_other_faults_are_named_with_their_line() {
         |text| refused(text),
         "",
         &[
-            ("0 0 1\n1 0 0 0\n0 1 0 0\n", "line 1: the pose that begins here has 2 of 4 rows: is the file cut?"),
+            (
+                "0 0 1\n1 0 0 0\n0 1 0 0\n",
+                "line 1: the pose that begins here has 2 of 4 rows: is the file cut?",
+            ),
             (&format!("0 0 1\n{row}1 1 2\n"), "line 6: the pose that begins here has 0 of 4 rows"),
             (&format!("0 0 1\n{row}1 1 2\n1 0 0\n"), "line 7: 3 columns, expected 4"),
             (&format!("0 0 1\n{row}1 1\n{row}"), "line 6: `1 1` begins no pose"),
@@ -269,8 +280,7 @@ const EUROC: &str = "#timestamp [ns], p_x [m], p_y [m], p_z [m], q_w [], q_x [],
     b_x, b_y, b_z, a_x, a_y, a_z\n\
     1403636580838555648,4.6,-1.7,0.7,0.53,-0.15,-0.82,-0.08,0,0,0,0,0,0,0,0,0\n\
     1403636580843555328,4.7,-1.8,0.8,0.53,-0.15,-0.82,-0.08,0,0,0,0,0,0,0,0,0\n";
-const REDWOOD: &str =
-    "0\t0\t1\r\n1 0 0 -2.25\r\n0 1 0 0\r\n0 0 1 0.5\r\n0 0 0 1\r\n1 1 2\n0 -1 0 1.0e+00\n1 0 0 2\n0 0 1 3\n0 0 0 1\n";
+const REDWOOD: &str = "0\t0\t1\r\n1 0 0 -2.25\r\n0 1 0 0\r\n0 0 1 0.5\r\n0 0 0 1\r\n1 1 2\n0 -1 0 1.0e+00\n1 0 0 2\n0 0 1 3\n0 0 0 1\n";
 
 #[test]
 fn formats_are_found_by_looking_or_given() {
@@ -367,7 +377,10 @@ fn vertices_are_in_the_order_of_their_ids() {
     let (_folder, path) = file(GRAPH);
     let read = read_trajectory(&path).unwrap();
     assert_eq!((read.format, read.out_of_order, read.repeated), (G2o, 1, 1));
-    assert_says(&read.notes.join("; "), &["8646911284551352320 to 8646911284551352322, not all", "2 vertices"]);
+    assert_says(
+        &read.notes.join("; "),
+        &["8646911284551352320 to 8646911284551352322, not all", "2 vertices"],
+    );
     let raw = read_raw_trajectory(&path, None).unwrap();
     assert_eq!(raw.positions_m.iter().map(|p| p.x).collect::<Vec<_>>(), [1.0, 1.0, 4.0]);
 
@@ -396,7 +409,8 @@ fn raw_poses_stay_as_they_are_written() {
     let raw = parse_raw(EUROC.as_bytes(), Euroc).unwrap();
     let stamps_s = [1_403_636_580_838_555_648.0 / 1e9, 1_403_636_580_843_555_328.0 / 1e9];
     assert_eq!(raw.stamps_s, Some(stamps_s.to_vec()));
-    let error = |text: &str, format| read_raw_trajectory(&file(text).1, Some(format)).unwrap_err().to_string();
+    let error =
+        |text: &str, format| read_raw_trajectory(&file(text).1, Some(format)).unwrap_err().to_string();
     assert_says(&error("1 0 0 0 0 0 0 1\n", Kitti), &["run.txt: line 1", "8 columns", "12"]);
     assert_says(&error("# nothing\n", Tum), &["no poses"]);
 }

@@ -192,14 +192,11 @@ type Spoil = fn(&mut Cloud);
 
 fn clouds_that_make_no_sense(town: &Town) {
     let clouds: Vec<Cloud> = town.scans.iter().map(Cloud::of).collect();
-    let spoilers: [(Spoil, &str); 8] = [
+    // The tests of `dmp-log` have more.
+    let spoilers: [(Spoil, &str); 4] = [
         (|cloud| cloud.point_step = 0, "point_step is 0"),
-        (|cloud| (cloud.width, cloud.height) = (u32::MAX, u32::MAX), "4,294,967,295"),
         (|cloud| (cloud.height, cloud.row_step) = (u32::MAX, u32::MAX), "4,294,967,295 rows"),
-        (|cloud| (cloud.height, cloud.row_step) = (2, 3), "row_step is 3"),
-        (|cloud| cloud.fields[2].1 = 9, "field `z` ends at byte 13 of a point of 12 bytes"),
         (|cloud| cloud.fields.retain(|field| field.0 != "y"), "no field `y`"),
-        (|cloud| cloud.fields[0].2 = 5, "field `x` is int32"),
         (|cloud| cloud.data.truncate(100), "do not fit in 100 bytes"),
     ];
     for (number, (spoil, words)) in spoilers.into_iter().enumerate() {
@@ -298,17 +295,14 @@ fn times_of_points(town: &Town) {
     };
     let ends: Vec<Scan> = scans.iter().map(at_end).collect();
     let s = |ns: i64| ns as f64 / 1e9;
-    let kinds: [(&str, &[Scan], Field<'_>); 11] = [
+    let kinds: [(&str, &[Scan], Field<'_>); 8] = [
         ("seconds", scans, ("time", 'F', 4, &|_, ns| f32_of(s(ns)))),
-        ("seconds", scans, ("time", 'F', 8, &|_, ns| f64_of(s(ns)))),
         ("milliseconds", scans, ("time", 'F', 4, &|_, ns| f32_of(1e3 * s(ns)))),
-        ("microseconds", scans, ("ts", 'F', 4, &|_, ns| f32_of(1e6 * s(ns)))),
         ("microseconds", scans, ("offset_time", 'U', 4, &|_, ns| ((ns / 1000) as u32).to_le_bytes().into())),
         ("nanoseconds", scans, ("t", 'U', 4, &|_, ns| (ns as u32).to_le_bytes().into())),
         ("seconds", &ends, ("time", 'F', 4, &|_, ns| f32_of(s(ns)))),
         ("nanoseconds", &ends, ("t", 'I', 4, &|_, ns| (ns as i32).to_le_bytes().into())),
         ("seconds", scans, ("timestamp", 'F', 8, &|stamp, ns| f64_of(s(stamp + ns)))),
-        ("microseconds", scans, ("timestamp", 'F', 8, &|stamp, ns| f64_of(1e6 * s(stamp + ns)))),
         ("nanoseconds", scans, ("timestamp", 'U', 8, &|stamp, ns| (stamp + ns).to_le_bytes().into())),
     ];
     for (number, (unit, scans, field)) in kinds.into_iter().enumerate() {

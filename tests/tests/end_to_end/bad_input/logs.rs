@@ -215,7 +215,7 @@ fn bombs(town: &Town) {
         let end = bytes.len().min(at + 11);
         bytes[at..end].fill(0xff);
     };
-    for part in 1..12 {
+    for part in [2, 5, 9] {
         let (log, map) = (format!("log{part}"), format!("map{part}.laz"));
         town.scans(&log, &town.scans[..4], FolderFormat::Laz);
         town.change(&format!("{log}/scans/000001.laz"), |bytes| ones(bytes, part));

@@ -14,6 +14,8 @@ mod stopping;
 mod table;
 mod texts;
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -37,14 +39,21 @@ struct Town {
     folder: TempDir,
     scans: &'static [Scan],
     /// Commands and their ends beside those of a row, where they depend on what is made.
-    lines: std::cell::RefCell<Vec<String>>,
+    lines: RefCell<Vec<String>>,
+    /// Reports of commands that several lines compare with.
+    reports: RefCell<BTreeMap<String, Value>>,
 }
 
 impl Town {
     fn new() -> Self {
         static DRIVE: OnceLock<(Vec<Scan>, Trajectory)> = OnceLock::new();
         let (scans, truth) = DRIVE.get_or_init(|| small_town(24, 150));
-        let town = Self { folder: tempfile::tempdir().unwrap(), scans, lines: Vec::new().into() };
+        let town = Self {
+            folder: tempfile::tempdir().unwrap(),
+            scans,
+            lines: RefCell::default(),
+            reports: RefCell::default(),
+        };
         write_mcap(&town.path("town.mcap"), scans);
         town.tum("truth.tum", truth);
         town.tum("drift.tum", &drift(0.5).apply(truth).unwrap());
@@ -114,6 +123,12 @@ impl Town {
         let output = run(self.root(), "", arguments);
         assert_eq!(output.status.code(), Some(0), "{arguments}: {}", text(&output.stderr));
         output.stdout
+    }
+
+    /// The report of a command that must succeed, once for all lines.
+    fn report(&self, arguments: &str) -> Value {
+        let mut reports = self.reports.borrow_mut();
+        reports.entry(arguments.to_owned()).or_insert_with(|| report(self.root(), "", arguments, 0)).clone()
     }
 
     fn pipe(&self, name: &str) {

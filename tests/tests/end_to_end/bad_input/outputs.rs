@@ -2,12 +2,12 @@
 
 use std::fs::{self, File};
 use std::os::unix::fs::{FileTypeExt as _, PermissionsExt as _, symlink};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 
 use dmp_log::FolderFormat;
 
 use super::table::{Row, refused};
-use super::{GATE, Town, contents, names_in, report, run, scores};
+use super::{GATE, Town, contents, names_in, report, scores};
 use crate::common::{dmp_command, text};
 
 const BEFORE: &str = "what was there before";

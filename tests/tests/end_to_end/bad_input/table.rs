@@ -47,7 +47,7 @@ fn rows_of_the_table() {
             let made = town.lines.borrow();
             for line in row.lines.lines().chain(made.iter().map(String::as_str)).map(str::trim) {
                 if !line.is_empty() {
-                    check(town.root(), line);
+                    check(&town, line);
                 }
             }
         }
@@ -57,7 +57,8 @@ fn rows_of_the_table() {
 }
 
 /// Runs a line of a table.
-fn check(folder: &Path, line: &str) {
+fn check(town: &Town, line: &str) {
+    let folder = town.root();
     let (command, end) = line.split_once(" => ").unwrap_or_else(|| panic!("no end: {line}"));
     let limited = command.strip_prefix('[').and_then(|rest| rest.split_once("] "));
     let (limits, command) = limited.unwrap_or(("", command));
@@ -69,7 +70,7 @@ fn check(folder: &Path, line: &str) {
             let found = report(folder, limits, &command, code.parse().unwrap());
             end.split("; ")
                 .filter(|check| !check.is_empty())
-                .for_each(|check| holds(folder, &command, &found, check));
+                .for_each(|check| holds(town, &command, &found, check));
         }
         _ => {
             let output = run(folder, limits, &format!("{command} --quiet"));
@@ -110,8 +111,9 @@ fn value<'a>(report: &'a Value, path: &str) -> &'a Value {
     places.iter().find_map(|place| report.pointer(&format!("{place}/{path}"))).unwrap_or(&Value::Null)
 }
 
-fn holds(folder: &Path, command: &str, found: &Value, check: &str) {
-    let other = |command: &str| report(folder, "", &with_runs(command), 0);
+fn holds(town: &Town, command: &str, found: &Value, check: &str) {
+    let folder = town.root();
+    let other = |command: &str| town.report(&with_runs(command));
     let assert =
         |is_so: bool, found: &dyn std::fmt::Display| assert!(is_so, "{command}: not {check}:\n{found}");
     if check == "truth first" {

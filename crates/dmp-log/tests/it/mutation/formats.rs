@@ -6,7 +6,7 @@ use std::path::Path;
 use super::readers::{self, Answer};
 use super::seeds;
 use crate::damage::{Form, others};
-use crate::{depth_png, mesh, pcd, scan_folder};
+use crate::{depth_png, mesh, scan_folder};
 use dmp_log::McapCompression::{Lz4, None as Unpacked, Zstd};
 
 /// What checksums promise of the scans that are read.
@@ -47,7 +47,10 @@ impl Format {
     }
 
     fn beside(self, files: &[(&str, Vec<u8>)]) -> Self {
-        Self { beside: files.iter().map(|(name, bytes)| ((*name).to_owned(), bytes.clone())).collect(), ..self }
+        Self {
+            beside: files.iter().map(|(name, bytes)| ((*name).to_owned(), bytes.clone())).collect(),
+            ..self
+        }
     }
 
     /// Puts what is beside the damaged file into the folder.
@@ -104,7 +107,10 @@ fn logs() -> Vec<Format> {
         mcap("zstd", own(Zstd, "mcap/velodyne_zstd.mcap")).with(Checksums::Always),
         mcap("lz4", own(Lz4, "mcap/velodyne_lz4.mcap")).with(Checksums::Always),
         mcap("none", own(Unpacked, "mcap/velodyne_none.mcap")).with(Checksums::OrDamage),
-        mcap("without_checksums", [seeds::without_checksums(), of_others("mcap/velodyne_no_crc.mcap")].concat()),
+        mcap(
+            "without_checksums",
+            [seeds::without_checksums(), of_others("mcap/velodyne_no_crc.mcap")].concat(),
+        ),
         mcap("of_others", of_others("mcap/*.mcap -two_clouds -poses -velodyne_z -velodyne_l -velodyne_none")),
         mcap("poses", [vec![seeds::log_with_poses()], seeds::ros1()].concat()),
         Format::new("db3", Form::Sqlite, ("log.db3", readers::log), db3),
@@ -126,12 +132,14 @@ fn folders() -> Vec<Format> {
     let rows = scan_folder::rows();
     let mut all = vec![second("scan_bin".into(), Form::Bytes, "1.bin", false, vec![seeds::bin()])];
     for data in scan_folder::PCD {
-        let seeds = [vec![scan_folder::pcd(&rows, data)], of_others(&format!("clouds/*_{data}.pcd"))].concat();
+        let seeds =
+            [vec![scan_folder::pcd(&rows, data)], of_others(&format!("clouds/*_{data}.pcd"))].concat();
         let is_packed = data == "binary_compressed";
         all.push(second(format!("scan_pcd_{data}"), Form::Headed, "1.pcd", is_packed, seeds));
     }
     for format in scan_folder::PLY {
-        let seeds = [vec![scan_folder::ply(&rows, format)], of_others(&ply_pattern("plyfile", format))].concat();
+        let seeds =
+            [vec![scan_folder::ply(&rows, format)], of_others(&ply_pattern("plyfile", format))].concat();
         all.push(second(format!("scan_ply_{format}"), Form::Headed, "1.ply", false, seeds));
     }
     for (name, file, format) in LAS {
@@ -179,7 +187,9 @@ fn ply_pattern(start: &str, format: &str) -> String {
 fn clouds_and_meshes() -> Vec<Format> {
     let mut all = Vec::new();
     for data in scan_folder::PCD {
-        let seeds = [vec![pcd::file(data, 20)], of_others(&format!("clouds/*_{data}.pcd"))].concat();
+        let seeds =
+            [vec![scan_folder::pcd(&scan_folder::rows(), data)], of_others(&format!("clouds/*_{data}.pcd"))]
+                .concat();
         all.push(Format::new(format!("map_pcd_{data}"), Form::Headed, ("map.pcd", readers::cloud), seeds));
     }
     for format in scan_folder::PLY {
@@ -211,7 +221,8 @@ fn clouds_and_meshes() -> Vec<Format> {
 fn trajectories() -> Vec<Format> {
     let run = |name: &str, form, own: &[&str], theirs: &str| {
         let own = own.iter().map(|text| text.as_bytes().to_vec());
-        let theirs = if theirs.is_empty() { Vec::new() } else { of_others(&format!("trajectories/{theirs}")) };
+        let theirs =
+            if theirs.is_empty() { Vec::new() } else { of_others(&format!("trajectories/{theirs}")) };
         Format::new(name, form, ("run.txt", readers::trajectory), own.chain(theirs).collect())
     };
     let graph = "VERTEX_SE3:QUAT 7 1 2 3 0 0 0 1\nVERTEX_SE2 9 1 2 3\nEDGE_SE2 7 9 1\n";

@@ -7,8 +7,8 @@ use std::path::Path;
 use dmp_log::{
     KeyframeTimes, LogError, LogOptions, MadeWith, PointTime, PoseGraphFile, PoseTopic, RawTrajectory,
     ScanLog, open_log, outline_log, parse_loop_candidates, parse_pose_graph, read_calib, read_keyframe_times,
-    read_loop_labels, read_mesh, read_pose_graph, read_raw_trajectory, read_topic_trajectory,
-    read_trajectory, survey_log, write_pose_graph,
+    read_loop_labels, read_pose_graph, read_raw_trajectory, read_topic_trajectory, read_trajectory,
+    survey_log, write_pose_graph,
 };
 use dmp_sensor::{Isometry3, PoseGraph, Scan, Trajectory};
 

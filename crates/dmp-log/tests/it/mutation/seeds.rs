@@ -80,14 +80,17 @@ fn counted(bytes: &[u8]) -> Vec<u8> {
 /// Logs with a cloud, a message of Livox and an odometry of ROS 1.
 pub(super) fn ros1() -> Vec<Vec<u8>> {
     let u32s = |numbers: &[u32]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<_>>();
-    let field = |name: &str, offset| [counted(name.as_bytes()), u32s(&[offset]), vec![7], u32s(&[1])].concat();
+    let field =
+        |name: &str, offset| [counted(name.as_bytes()), u32s(&[offset]), vec![7], u32s(&[1])].concat();
     let data: Vec<u8> = (0..24).flat_map(|k| (k as f32).to_le_bytes()).collect();
     let fields = [field("x", 0), field("y", 4), field("z", 8)].concat();
     let layout = [vec![0], u32s(&[12, 96])].concat();
     let cloud = [header("lidar"), u32s(&[1, 8, 3]), fields, layout, counted(&data), vec![1]].concat();
-    let point = |k: u32| [&u32s(&[k * 1_000_000])[..], &(k as f32).to_le_bytes(), &[0; 8], &[9, 0, 1]].concat();
+    let point =
+        |k: u32| [&u32s(&[k * 1_000_000])[..], &(k as f32).to_le_bytes(), &[0; 8], &[9, 0, 1]].concat();
     let points: Vec<u8> = (0..4).flat_map(point).collect();
-    let livox = [header("livox"), 5_u64.to_le_bytes().into(), u32s(&[4]), vec![1, 0, 0, 0], u32s(&[4]), points];
+    let livox =
+        [header("livox"), 5_u64.to_le_bytes().into(), u32s(&[4]), vec![1, 0, 0, 0], u32s(&[4]), points];
     let pose = [1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0_f64].map(f64::to_le_bytes).concat();
     let odometry = [header("odom"), counted(b"base_link"), pose, vec![0; 84 * 8]].concat();
     let channels = [

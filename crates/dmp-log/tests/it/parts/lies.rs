@@ -119,7 +119,7 @@ fn an_index_that_lies_is_found_out() {
     let (_, part) =
         open(&|bytes, index| bytes[index.at + 11..index.at + 15].copy_from_slice(&16_u32.to_le_bytes()));
     assert_eq!(part.frames().len(), 150 - group.len() + 1);
-    assert_says(&said(&*part), &["scans that the index does not name are left out"]);
+    assert_says(&said(&*part), &["scans that the index does not name are skipped"]);
     // A channel that is nowhere described.
     let (outline, part) = open(&|bytes, index| bytes[index.at + 9..index.at + 11].copy_from_slice(&[9, 9]));
     assert_eq!(outline.scans().len(), 150 - group.len());
