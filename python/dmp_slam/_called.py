@@ -31,10 +31,10 @@ def work_folder(settings: Mapping[str, Any], runs: Runs = ()) -> Iterator[Path]:
         try:
             yield folder
         except Error as error:
-            told = str(error)
+            text = str(error)
             # Of a disk that is full it matters where it is.
-            line = told if "cannot write" in told else _with_names(told, folder, runs)
-            if line == told:
+            line = text if "cannot write" in text else _with_names(text, folder, runs)
+            if line == text:
                 raise
             raise type(error)(line) from None
 
@@ -42,7 +42,7 @@ def work_folder(settings: Mapping[str, Any], runs: Runs = ()) -> Iterator[Path]:
 def large_files(settings: Mapping[str, Any]) -> Path | None:
     """The folder where the command works; ``None`` for that of the system, which ``TMPDIR`` may name."""
     work = settings.get("work")
-    # What is wrong with it is told by the command.
+    # The command reports what is wrong with it.
     if work is not None and Path(work).is_dir():
         return Path(work)
     return _DISK if "TMPDIR" not in os.environ and _DISK.is_dir() else None

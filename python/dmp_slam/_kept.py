@@ -107,8 +107,8 @@ class Kept:
         if run is None and len(self._stems) == 1:
             return next(iter(self._stems.values()))
         if run is None or run not in self._stems:
-            told = "which run?" if run is None else f"there is no run {run!r}:"
-            raise UsageError(f"{told} {', '.join(map(repr, self._stems))}")
+            text = "which run?" if run is None else f"there is no run {run!r}:"
+            raise UsageError(f"{text} {', '.join(map(repr, self._stems))}")
         return self._stems[run]
 
 

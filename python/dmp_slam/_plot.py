@@ -20,7 +20,7 @@ _MOST_M = 0.5
 
 
 def figure(result: Mapping[str, Any], frames: str | None, kept: Kept) -> Any:
-    """Scores; how far predictions are off over time, where ``frames`` tell; and where, if returns were kept."""
+    """Scores; how far predictions are off over time, where ``frames`` is given; and where, if returns were kept."""
     try:
         from matplotlib import pyplot
     except ImportError as error:
@@ -80,7 +80,7 @@ def _picture(axes: Any, name: str, kept: Kept) -> Any:
     returns = kept.returns(name)
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     for _, scan in by_frame(returns):
-        places = _told(scan)[0]
+        places = _in_memory(scan)[0]
         if len(places):
             low, high = np.minimum(low, places.min(axis=0)), np.maximum(high, places.max(axis=0))
     if not np.isfinite(low).all():
@@ -91,7 +91,7 @@ def _picture(axes: Any, name: str, kept: Kept) -> Any:
     sums = np.zeros((len(edges[0]) - 1, len(edges[1]) - 1))
     counts = np.zeros_like(sums)
     for _, scan in by_frame(returns):
-        places, off = _told(scan)
+        places, off = _in_memory(scan)
         sums += np.histogram2d(places[:, 0], places[:, 1], bins=edges, weights=off)[0]
         counts += np.histogram2d(places[:, 0], places[:, 1], bins=edges)[0]
     mean = np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
@@ -99,7 +99,7 @@ def _picture(axes: Any, name: str, kept: Kept) -> Any:
     return axes.pcolormesh(*edges, mean.T, cmap="viridis", vmin=0, vmax=_MOST_M)
 
 
-def _told(scan: npt.NDArray[np.void]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def _in_memory(scan: npt.NDArray[np.void]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Places from above of the returns that are predicted, and how far these are off, cut off."""
     off = np.minimum(scan["residual_m"].astype(np.float64), _MOST_M)
     there = np.isfinite(off)

@@ -54,7 +54,7 @@ def check_name(name: Any) -> None:
 
 
 def in_file_of_its_name(name: str, suffix: str) -> str:
-    """Where a run in memory lies below its folder where files are told by their names."""
+    """Where a run in memory lies below its folder whose format follows from its name."""
     return f"named/{name}{suffix}"
 
 

@@ -110,10 +110,10 @@ class SuiteResult:
         return f'<iframe srcdoc="{page}" style="width: 100%; height: {_PAGE_HEIGHT}px; border: 0"></iframe>'
 
     def __repr__(self) -> str:
-        lines = [f"best: {self.best}" if self.best else "best: it cannot be told"]
+        lines = [f"best: {self.best}" if self.best else "best: undecided"]
         for pair in self.data["pairs"]:
-            told = pair["better"] or pair["outcome"].replace("_", " ")
-            lines.append(f"{pair['a']}, {pair['b']}: {told}: {pair['reason']}")
+            outcome = pair["better"] or pair["outcome"].replace("_", " ")
+            lines.append(f"{pair['a']}, {pair['b']}: {outcome}: {pair['reason']}")
         return "\n".join(lines)
 
 
@@ -182,8 +182,8 @@ def _score_on(
     listener = Listener(progress, cancel)
     total = len(listed["logs"])
     try:
-        told = (listener.say, lambda done: listener.progress("scoring logs", "logs", done, total))
+        listeners = (listener.say, lambda done: listener.progress("scoring logs", "logs", done, total))
         where = Where(work=settings.get("work"), **how)
-        score_all(listed, workers, where, options("memory", "threads"), told, cancel)
+        score_all(listed, workers, where, options("memory", "threads"), listeners, cancel)
     finally:
         listener.close()

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from .errors import InputError
 
 NS = 1_000_000_000
-#: From one scan to the next where nobody tells, nanoseconds: LiDARs turn ten times a second.
+#: From one scan to the next where nothing else is known, nanoseconds: LiDARs turn ten times a second.
 PERIOD_NS = NS // 10
 
 

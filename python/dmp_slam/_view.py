@@ -12,7 +12,7 @@ from ._kept import Kept, by_frame
 
 #: Errors beyond this are coloured alike, metres.
 _MOST_M = 0.5
-#: From too near over as predicted to too far; and without prediction. Told apart also by who sees no red or green.
+#: From too near over as predicted to too far; and without prediction. Safe for red-green colour blindness.
 _COLOURS = np.array([[33, 102, 172], [247, 247, 247], [178, 24, 43]], np.float64)
 _UNKNOWN = np.array([110, 110, 110], np.uint8)
 #: Surfels of a map that are shown, about.
@@ -56,9 +56,9 @@ def _run(rerun: Any, recording: Any, run: str, returns: npt.NDArray[np.void], ke
         places = np.stack([scan[axis] for axis in "xyz"], axis=1) - moved_m
         off_m = scan["signed_residual_m"]
         recording.log([run, "returns"], rerun.Points3D(places, colors=_coloured(off_m)))
-        told = np.minimum(np.square(off_m[np.isfinite(off_m)], dtype=np.float64), _MOST_M**2)
-        if told.size:
-            recording.log([run, "off_m"], rerun.Scalars(float(np.sqrt(told.mean()))))
+        squares_m2 = np.minimum(np.square(off_m[np.isfinite(off_m)], dtype=np.float64), _MOST_M**2)
+        if squares_m2.size:
+            recording.log([run, "off_m"], rerun.Scalars(float(np.sqrt(squares_m2.mean()))))
 
 
 def _coloured(off_m: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:

@@ -51,7 +51,7 @@ def score(
     in its ``local_directory``, if they are not local; without it half of what is free there. To be planned, all of the log is read
     once, and brought to one worker's disk for that.
 
-    ``progress`` and ``cancel`` are as in ``dmp_slam.score``; a function is told of stages and parts.
+    ``progress`` and ``cancel`` are as in ``dmp_slam.score``; a function gets stages and parts.
     """
     workers = DaskCluster.of(client, retries, resources)
     where = Where(work, parts, cache_bytes, storage_options)

@@ -6,12 +6,11 @@ from pathlib import Path
 from typing import Any, Mapping
 
 from ._arguments import StrPath, documented
-from ._called import on_log_and_runs, work_folder
+from ._called import work_folder
 from ._commands import parsed
 from ._execute import execute
 from ._listener import Event, Progress
-from ._poses import Run, Runs, check_name, in_file_of_its_name, trajectory
-from ._scans import Log
+from ._poses import Run, check_name, in_file_of_its_name, trajectory
 from .errors import UsageError
 
 
@@ -89,18 +88,3 @@ def smd(
 ) -> dict[str, Any]:
     """The distance of a map from a reference surface, metres (``dmp truth smd``)."""
     return parsed(("truth", "smd"), [surface, map], settings, progress, cancel)
-
-
-@documented("truth", "study")
-def study(
-    log: Log,
-    runs: Runs,
-    reference: StrPath,
-    *,
-    progress: Progress = None,
-    cancel: Event | None = None,
-    **settings: Any,
-) -> dict[str, Any]:
-    """Every score of runs beside ground truth, and how well they rank alike (``dmp truth study``)."""
-    settings = {**settings, "reference": reference}
-    return on_log_and_runs(("truth", "study"), log, runs, progress, cancel, settings)

@@ -9,14 +9,15 @@
 #![expect(clippy::needless_pass_by_value, reason = "functions are handed what Python calls them with")]
 
 mod cast;
+mod columns;
 mod errors;
 mod file_stems;
+mod listened;
 mod map;
 mod options;
 mod run;
 mod scan_writer;
 mod table;
-mod told;
 
 use pyo3::prelude::*;
 
@@ -24,6 +25,7 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_function(wrap_pyfunction!(columns::columns, module)?)?;
     module.add_function(wrap_pyfunction!(file_stems::file_stems, module)?)?;
     module.add_function(wrap_pyfunction!(run::run, module)?)?;
     module.add_function(wrap_pyfunction!(run::check_arguments, module)?)?;

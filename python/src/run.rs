@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::errors::failed;
-use crate::told::{Shown, Told};
+use crate::listened::{Listened, Shown};
 
 /// How often it is looked whether somebody asks to stop, and how far the work is.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -31,8 +31,8 @@ pub(crate) fn run<'py>(
     arguments: Vec<OsString>,
     listener: &Bound<'py, PyAny>,
 ) -> PyResult<Ran<'py>> {
-    let told = Arc::new(Told::default());
-    let host = Arc::clone(&told);
+    let heard = Arc::new(Listened::default());
+    let host = Arc::clone(&heard);
     let thread = thread::Builder::new().name("dmp".into()).stack_size(STACK_BYTES);
     let work = thread.spawn(move || {
         let end = EndsWhenDropped(&host);
@@ -45,11 +45,11 @@ pub(crate) fn run<'py>(
     let work = work.map_err(|error| failed(py, &format_args!("no thread for the command: {error}")))?;
 
     let (mut shown, mut raised) = (Shown::default(), None);
-    while !py.detach(|| told.wait(LOOK_EVERY)) {
+    while !py.detach(|| heard.wait(LOOK_EVERY)) {
         if raised.is_none()
-            && let Err(error) = py.check_signals().and_then(|()| told.hand_on(listener, &mut shown))
+            && let Err(error) = py.check_signals().and_then(|()| heard.hand_on(listener, &mut shown))
         {
-            told.cancel();
+            heard.cancel();
             raised = Some(error);
         }
     }
@@ -60,13 +60,13 @@ pub(crate) fn run<'py>(
     if let Some(error) = raised {
         return Err(error);
     }
-    told.hand_on(listener, &mut shown)?;
+    heard.hand_on(listener, &mut shown)?;
     let (end, line) = in_words(done);
     Ok((end, line, PyBytes::new(py, &out)))
 }
 
-/// Tells that the command is over, also where it panics.
-struct EndsWhenDropped<'a>(&'a Told);
+/// Marks the command as ended, also where it panics.
+struct EndsWhenDropped<'a>(&'a Listened);
 
 impl Drop for EndsWhenDropped<'_> {
     fn drop(&mut self) {

@@ -32,7 +32,7 @@ impl ScanWriter {
             signed_times: true,
             ..McapWriterOptions::default()
         };
-        let writer = McapScanWriter::create(&path, &options).map_err(|error| told(py, &error))?;
+        let writer = McapScanWriter::create(&path, &options).map_err(|error| failed_to_write(py, &error))?;
         Ok(Self { writer: Mutex::new(Some(Box::new(writer))), scan: Scan::default() })
     }
 
@@ -59,14 +59,14 @@ impl ScanWriter {
         if let Some(offsets_ns) = &offsets_ns {
             scan.time_offsets_ns.extend(offsets_ns.as_array());
         }
-        py.detach(|| writer.write_scan(scan)).map_err(|error| told(py, &error))
+        py.detach(|| writer.write_scan(scan)).map_err(|error| failed_to_write(py, &error))
     }
 
     /// The log is whole.
     fn finish(&mut self, py: Python<'_>) -> PyResult<()> {
         let writer = self.writer.get_mut().unwrap_or_else(PoisonError::into_inner);
         let writer = writer.take().ok_or_else(|| is_over("log"))?;
-        py.detach(|| writer.finish()).map_err(|error| told(py, &error))
+        py.detach(|| writer.finish()).map_err(|error| failed_to_write(py, &error))
     }
 
     /// The log will never be whole: what was written of it goes.
@@ -77,6 +77,6 @@ impl ScanWriter {
 }
 
 /// A full disk is no fault of the scans.
-fn told(py: Python<'_>, error: &LogError) -> PyErr {
+fn failed_to_write(py: Python<'_>, error: &LogError) -> PyErr {
     if error.is_of_writing() { failed(py, error) } else { input(py, error) }
 }

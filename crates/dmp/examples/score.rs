@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if let [one, other, ..] = runs.as_slice()
         && let Some(verdict) = report.verdict_between(&one.name, &other.name)
     {
-        let told = match verdict {
+        let outcome = match verdict {
             Verdict::Better { run, decided_at_m, .. } => {
                 format!("{run} is better, decided at {decided_at_m} m")
             }
@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             Verdict::Same => format!("{} and {} are as good", one.name, other.name),
             Verdict::Undecided => format!("these scans cannot tell {} from {}", one.name, other.name),
         };
-        println!("{told}");
+        println!("{outcome}");
     }
     for warning in &report.warnings {
         println!("warning: {warning}");

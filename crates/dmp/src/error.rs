@@ -19,12 +19,12 @@ pub enum EvaluateError {
     #[error("no run to score")]
     NoRuns,
     /// Two runs share a name.
-    #[error("two runs are called `{name}`: give them names of their own")]
+    #[error("two runs are named `{name}`: give each its own name")]
     SameName {
         /// The name.
         name: String,
     },
-    /// Whoever watches asked for it to stop.
+    /// The watcher asked for it to stop.
     #[error("stopped before the end")]
     Cancelled,
     /// A setting outside its range.
@@ -244,7 +244,6 @@ pub(crate) fn in_words(bytes: u64) -> String {
     }
 }
 
-/// Rounded up.
 /// "1 voxel", "1,234 voxels".
 pub(crate) fn in_voxels(voxels: u64) -> String {
     format!("{} {}", thousands(voxels), if voxels == 1 { "voxel" } else { "voxels" })
@@ -314,8 +313,8 @@ impl EvaluateError {
                 name(SettingName::Threads)
             ),
             Self::NoRoom { folder, bytes, least_bytes, free_bytes, setting } => format!(
-                "{}: about {} will be written here, hardly less than {}, and {} are free: make room, or name another \
-                 place ({})",
+                "{}: about {} will be written here, at least {}, and {} are free: free disk space, or choose another \
+                 folder ({})",
                 folder.display(),
                 in_words(*bytes),
                 in_words(*least_bytes),
@@ -328,22 +327,21 @@ impl EvaluateError {
                 format!("run `{run}`: {found} of {scans} scans have a pose: {why}")
             }
             Self::TooSparse { run, gap_s, off_m } => format!(
-                "run `{run}`: its poses, up to {gap_s:.1} s apart, say of no scan where it was made: between them the sensor may be \
-                 {:.0} cm off by the run's own poses. {} takes what is between them from an odometry; {} {} takes them \
-                 as they are",
+                "run `{run}`: no scan is close enough to a pose. Poses are up to {gap_s:.1} s apart, and the sensor may be \
+                 {:.0} cm off between them. Give an odometry with {}, or accept the poses with {} {}",
                 100.0 * off_m,
                 SettingName::Between.for_run(run, "FILE", name),
                 name(SettingName::MaxTimeGap),
                 gap_s.ceil()
             ),
             Self::NoPlaces { travel_m, places } => format!(
-                "the way is {travel_m:.0} m, {places} places: there is nothing to choose among; score all of it, without \
+                "the path is {travel_m:.0} m, {places} places: too short for a sample of places; score all of it, without \
                  {}",
                 name(SettingName::Quick)
             ),
             Self::VagueStamps { path, error_s } => format!(
-                "{}: its index tells the times of its scans no better than to {error_s:.1} s, which does not tell where \
-                 they were made: score a sample of its scans, {}",
+                "{}: its index has the times of its scans to {error_s:.1} s only, too coarse for a sample of places: \
+                 score a sample of scans, {}",
                 path.display(),
                 name(SettingName::Sample)
             ),
@@ -352,15 +350,15 @@ impl EvaluateError {
                 let why = match (thin_voxels, points_dropped) {
                     (None, _) => format!("it has no surfel, with voxels of {voxel_m} m"),
                     (Some(0), 0) => "it has no points".to_owned(),
-                    (Some(0), dropped) => format!("nothing in it is finite, {} left out", thousands(dropped)),
+                    (Some(0), dropped) => format!("none of its {} points is finite", thousands(dropped)),
                     (Some(voxels), _) => format!(
-                        "its points span no surface in {} of {voxel_m} m: are they dense enough, and is their unit right \
-                         (--map-unit)? Larger voxels ({}) may help",
+                        "its points span no surface in {} of {voxel_m} m: check its density and its unit, or try larger \
+                         voxels ({})",
                         in_voxels(*voxels),
                         name(SettingName::Voxel)
                     ),
                 };
-                format!("{}: nothing for a ray to meet: {why}", path.display())
+                format!("{}: the map is empty: {why}", path.display())
             }
             other => other.to_string(),
         }
@@ -371,9 +369,9 @@ impl Remedy {
     fn message_with(self, name: &dyn Fn(SettingName) -> String) -> String {
         match self {
             Self::NoMapOrNoFreeSpace => {
-                format!("; leave {} or {} out", name(SettingName::Map), name(SettingName::FreeSpace))
+                format!("; remove {} or {}", name(SettingName::Map), name(SettingName::FreeSpace))
             }
-            Self::VoxelOfMap => format!("; leave {} out to take that", name(SettingName::Voxel)),
+            Self::VoxelOfMap => format!("; remove {} to use those of the map", name(SettingName::Voxel)),
             Self::SampleScans => format!(": {} scores part of the scans", name(SettingName::Sample)),
         }
     }

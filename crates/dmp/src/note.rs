@@ -12,7 +12,7 @@ pub enum Note {
     /// Words that stand for themselves.
     Words(String),
     /// Tiles will be loaded more often than once a visit, as there is too little memory for those in reach of the sensor:
-    /// told before any map is made.
+    /// reported before any map is made.
     TilesBeyondMemory {
         /// Of the tiles in reach, at most, about.
         needed_bytes: u64,
@@ -21,7 +21,7 @@ pub enum Note {
         /// The memory of an evaluation that has room for all of them, about.
         memory_bytes: u64,
     },
-    /// An evaluation that failed left what it did, to be gone on with.
+    /// A failed evaluation left its finished work for a resumed one.
     WorkKept {
         /// Where.
         folder: PathBuf,
@@ -34,15 +34,15 @@ impl Note {
         match self {
             Self::Words(words) => words.clone(),
             Self::TilesBeyondMemory { needed_bytes, budget_bytes, memory_bytes } => format!(
-                "the tiles in reach of the sensor will take about {} MiB, more than the {} MiB there are for them: they are \
-                 loaded again and again, which may take many times as long; {} {}MiB would do",
+                "the tiles in reach of the sensor take about {} MiB, more than the {} MiB available: they are loaded \
+                 repeatedly, which may take many times as long; {} {}MiB is enough",
                 needed_bytes.div_ceil(1 << 20),
                 budget_bytes >> 20,
                 name(SettingName::Memory),
                 memory_bytes.div_ceil(1 << 20)
             ),
             Self::WorkKept { folder } => format!(
-                "what was done so far is kept in {}: the same command with {} goes on",
+                "finished work is kept in {}: run the same command with {} to continue",
                 folder.display(),
                 name(SettingName::Resume)
             ),

@@ -1,4 +1,4 @@
-//! How scans find their poses.
+//! How scans are matched with poses.
 
 /// How a run's poses are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -6,8 +6,7 @@ pub enum Pairing {
     /// By the time of each return.
     #[serde(rename = "by stamp")]
     ByStamp,
-    /// The n-th pose belongs to the n-th scan; times of returns count from the pose's stamp, where it
-    /// has one.
+    /// The n-th pose belongs to the n-th scan; times of returns count from the pose's stamp, if it has one.
     #[serde(rename = "line by line")]
     ByLine,
 }

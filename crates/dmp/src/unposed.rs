@@ -43,11 +43,11 @@ impl Unposed {
         match self {
             Self::TooFewPoses => "the trajectory holds too few poses".to_owned(),
             Self::SameStamps { stamp_s } => {
-                format!("the log's stamps are all the same, {stamp_s:.3} s: they tell nothing")
+                format!("the log's stamps are all the same, {stamp_s:.3} s")
             }
             Self::Apart { log_s, poses_s, gap_s, offset_s } => format!(
-                "{}; they are {gap_s:.3} s apart. If their clocks differ, shift the log's: {} puts their \
-                 beginnings together, as far as the stamps tell",
+                "{}; they are {gap_s:.3} s apart. If their clocks differ, shift the log's: {} aligns their \
+                 first stamps",
                 spans(log_s, poses_s),
                 SettingName::TimeOffset.for_run(run, &format!("{offset_s:.3}"), name)
             ),

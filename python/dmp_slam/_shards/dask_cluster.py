@@ -148,14 +148,14 @@ class Running:
 
     def _wait(self, last: Any, stages: Mapping[str, Sequence[Any]]) -> Any:
         """What the last task gives."""
-        told = None
+        shown = None
         while not last.done():
             if self._listener.is_cancelled():
                 raise Cancelled("stopped before the end")
             for stage, futures in stages.items():
                 done = sum(future.status == "finished" for future in futures)
                 if done < len(futures):
-                    if told != (told := (stage, done)):
+                    if shown != (shown := (stage, done)):
                         self._listener.progress(stage, "parts", done, len(futures))
                     break
             time.sleep(_LOOK_S)

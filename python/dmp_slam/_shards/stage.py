@@ -46,7 +46,7 @@ class Staged(NamedTuple):
 def staged(job: Job, site: Site, receipts: Sequence[str], part: Part | None, is_whole: bool) -> Iterator[Staged]:
     """Brings what a part reads, or without one what the sum of all does; takes away what a part wrote, when it is done."""
     names: dict[str, str] = {}
-    with told_by_place(names), own_folder(job, site) as scratch, ExitStack() as stack:
+    with errors_by_place(names), own_folder(job, site) as scratch, ExitStack() as stack:
         plan = Path(job.work.path) if job.work.is_local else _plan_folder(job, site, receipts, scratch)
         names[str(plan)] = str(job.work)
         bare = Staged(plan, Path(job.log.path) if job.log.is_local else None, scratch)
@@ -84,17 +84,17 @@ def own_folder(job: Job, site: Site) -> Iterator[Path]:
 
 
 @contextmanager
-def told_by_place(names: dict[str, str]) -> Iterator[None]:
+def errors_by_place(names: dict[str, str]) -> Iterator[None]:
     """Errors name files where they are, not where they were brought."""
     try:
         yield
     except Error as error:
-        told = line = str(error)
+        text = line = str(error)
         # Of a disk that is full it matters where it is.
-        if "cannot write" not in told:
+        if "cannot write" not in text:
             for path, place in names.items():
                 line = line.replace(path, place)
-        if line == told:
+        if line == text:
             raise
         raise type(error)(line) from None
 
@@ -189,7 +189,7 @@ def _work_file(job: Job, site: Site, file: dict[str, Any], sizes: Mapping[str, i
 
 
 def _ranges(ranges: list[dict[str, int]] | None, length: int) -> list[tuple[int, int]]:
-    """Ranges as they are fetched. Of a file that was cut they are what there is: commands tell that it was."""
+    """Ranges as they are fetched. Of a file that was cut they are what there is; the command reports the cut."""
     if ranges is None:
         return [(0, length)]
     return [(one["start"], min(one["end"], length)) for one in ranges if one["start"] < length]

@@ -28,8 +28,8 @@ _AT_ONCE = 32
 #: How often a part that failed is tried again.
 RETRIES = 2
 
-#: Told of a line, or of how many logs are done.
-Told = Callable[[str], None]
+#: Said of a line, or of how many logs are done.
+Said = Callable[[str], None]
 Counted = Callable[[int], None]
 
 
@@ -71,13 +71,13 @@ def score_all(
     cluster: DaskCluster,
     where: Where,
     means: list[str],
-    told: tuple[Told, Counted],
+    listeners: tuple[Said, Counted],
     cancel: Event | None,
 ) -> None:
     """Scores the logs of a list, several at a time, each into the file of its result; where one cannot be scored, it says why."""
     if listed["dmp_version"] != _core.__version__:
         raise UsageError(f"the suite is of dmp {listed['dmp_version']}, the package dmp-slam here is {_core.__version__}")
-    say, count = told
+    say, count = listeners
     stop = _Stop(cancel)
     logs = [Missing.of(log) for log in listed["logs"]]
     with ThreadPoolExecutor(min(_AT_ONCE, cluster.cores() + 1)) as threads:
@@ -101,7 +101,7 @@ def _score(log: Missing, cluster: DaskCluster, where: Where, means: list[str], s
     except Cancelled:
         raise
     except (Error, ImportError, OSError) as error:
-        # The suite tells of it.
+        # The suite reports it.
         text = json.dumps({"schema": _PROBLEM, "problem": str(error) or type(error).__name__})
     beside = log.result.with_name(f".{log.result.name}.{uuid.uuid4().hex[:8]}")
     beside.write_text(text, encoding="utf-8")
@@ -145,8 +145,8 @@ def main() -> None:
         with distributed.Client(asked["address"], set_as_default=False) as client:
             cluster = DaskCluster.of(client, RETRIES, None)
             where = Where(asked["work"], None, None, None)
-            told = (lambda line: _answer("say", line), lambda done: _answer("done", done))
-            score_all(asked["list"], cluster, where, asked["means"], told, stop)
+            listeners = (lambda line: _answer("say", line), lambda done: _answer("done", done))
+            score_all(asked["list"], cluster, where, asked["means"], listeners, stop)
     except (Error, ImportError, OSError, ValueError) as error:
         is_usage = isinstance(error, (UsageError, ImportError, ValueError))
         _answer("failed", {"line": str(error) or type(error).__name__, "is_usage": is_usage})

@@ -13,7 +13,7 @@ from .._listener import Event
 from ..errors import Error, UsageError
 from .job import PLAN_FILES, Asked, Done, Given, Job, Part, Planned, Reduced, Site, receipts_before
 from .places import Place, bring, fetch, fetch_all, files_of, is_there, place_of, size_of
-from .stage import means, own_folder, staged, told_by_place
+from .stage import means, own_folder, staged, errors_by_place
 
 #: An option whose value is a URL.
 _URL = re.compile(r"(--[a-z-]+=(?:[^=/]+=)?)(\w+://.*)", re.DOTALL)
@@ -23,12 +23,12 @@ def plan(job: Job, asked: Asked, site: Site) -> Planned:
     """Plans the score, and lays the plan into the folder of the job."""
     names: dict[str, str] = {}
     said: list[str] = []
-    with told_by_place(names), own_folder(job, site) as scratch:
+    with errors_by_place(names), own_folder(job, site) as scratch:
         folder = Path(job.work.path) if job.work.is_local else scratch / "plan"
         names[str(folder)] = str(job.work)
         if not job.work.is_local:
             folder.mkdir()
-            # Another plan that lies there is not written over: the command tells.
+            # Another plan that lies there is not written over: the command reports it.
             if is_there(job.work.join(PLAN_FILES[0]), site.stop):
                 _bring_whole(job.work.join(PLAN_FILES[0]), folder, site.stop)
         log = _log(job, site, scratch, said, names)
@@ -126,7 +126,7 @@ def _bring_whole(place: Place, folder: Path, stop: Event) -> Path:
 
 
 def _check_gates(folder: Path, gates: list[str], log: str) -> None:
-    """What is wrong with gates is told before anything long begins: the command looks at them first."""
+    """What is wrong with gates is reported before anything long begins: the command checks them first."""
     if not gates:
         return
     try:

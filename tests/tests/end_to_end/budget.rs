@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use crate::common::{dmp_command, drift, noise, recorded, text, write_mcap};
+use crate::common::{dmp_command, drift, noise, recorded, save_tum, text, write_mcap};
 use dmp_sim::{LidarOptions, RecordingOptions, Route};
 
 const MIB: u64 = 1 << 20;
@@ -18,7 +18,7 @@ const SURE: f64 = 1.5;
 fn drive(folder: &Path, runs: u64) -> String {
     let lidar = LidarOptions { azimuth_steps: 300, rate_hz: 4.0, ..LidarOptions::with_beams(32) };
     let options =
-        RecordingOptions { seed: 4, scans: 130, route: Route::Loop, speed_m_s: 8.0, traffic: 2, lidar };
+        RecordingOptions { seed: 4, scans: 100, route: Route::Loop, speed_m_s: 8.0, traffic: 2, lidar };
     let (scans, truth) = recorded(&options);
     write_mcap(&folder.join("town.mcap"), &scans);
     let mut arguments = "score town.mcap --json --trust --threads 2 --work work".to_owned();
@@ -28,9 +28,7 @@ fn drive(folder: &Path, runs: u64) -> String {
             if seed % 2 == 0 { drift(0.2 + 0.1 * seed as f64) } else { noise(0.01 * seed as f64, 0.05) };
         let wrong = dmp_sim::SlamErrors { seed, ..wrong };
         let run = if seed == 0 { truth.clone() } else { wrong.apply(&truth).unwrap() };
-        let mut rows = Vec::new();
-        dmp_log::write_tum(&mut rows, &run).unwrap();
-        fs::write(folder.join(format!("run{seed}.tum")), rows).unwrap();
+        save_tum(&folder.join(format!("run{seed}.tum")), &run);
         arguments.extend([" -t run".to_owned(), seed.to_string(), ".tum".to_owned()]);
     }
     arguments
@@ -84,7 +82,7 @@ fn would_do(stderr: &str) -> u64 {
 }
 
 #[test]
-fn memory_is_kept_or_refused_with_what_would_do() {
+fn memory_stays_within_the_budget_or_the_error_states_what_is_needed() {
     let folder = tempfile::tempdir().unwrap();
     let all = drive(folder.path(), 12);
     let scored = |memory_mib: u64| {
@@ -95,24 +93,22 @@ fn memory_is_kept_or_refused_with_what_would_do() {
     assert_eq!(refused.code, Some(2), "{}", refused.stderr);
     let least_mib = would_do(&refused.stderr);
     let mut scores = Vec::new();
-    for memory_mib in [least_mib, 128, 256] {
+    for memory_mib in [least_mib, 256] {
         let done = scored(memory_mib);
         assert_eq!(done.code, Some(0), "{memory_mib} MiB: {}", done.stderr);
         let anon_mib = done.anon_bytes / MIB;
         assert!(anon_mib <= memory_mib, "{anon_mib} MiB of {memory_mib}");
         let report: Value = serde_json::from_str(&done.stdout).unwrap();
         scores.push((report["runs"].clone(), report["pairs"].clone()));
-        // The least is too little to be quick, which is told before.
-        assert!(memory_mib > least_mib || done.stderr.contains("would do"), "{}", done.stderr);
     }
     assert!(scores.windows(2).all(|pair| pair[0] == pair[1]));
 }
 
 #[test]
-fn the_disk_is_foreseen() {
+fn the_disk_that_is_used_is_the_one_estimated() {
     let folder = tempfile::tempdir().unwrap();
     let all = drive(folder.path(), 4);
-    for more in ["--memory 64MiB", "--memory 96MiB", "--memory 1GiB", "--memory 1GiB --free-space"] {
+    for more in ["--memory 64MiB", "--memory 1GiB --free-space"] {
         let command = dmp_command(folder.path(), &format!("{all} --sample 8 --checkpoint 3600 {more}"));
         let done = needed(command, folder.path());
         assert_eq!(done.code, Some(0), "{}", done.stderr);

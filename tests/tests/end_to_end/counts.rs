@@ -70,7 +70,7 @@ fn every_return_is_accounted_for() {
 }
 
 #[test]
-fn a_log_without_usable_returns_is_an_error_that_says_where_they_went() {
+fn a_log_without_usable_returns_is_an_error_with_the_counts() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("empty.mcap");
     let scan = |k: i64| Scan {

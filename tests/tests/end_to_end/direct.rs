@@ -66,8 +66,8 @@ pub(crate) fn segments_of(report: &dmp::Report, scans: usize) -> Vec<i64> {
 
 /// A run in the frame that the report says it was scored in.
 pub(crate) fn in_world(report: &dmp::Report, run: &Run) -> Trajectory {
-    let told = report.inputs.runs.iter().find(|told| told.name == run.name).unwrap();
-    let [x, y, z, i, j, k, w] = told.world_from_own;
+    let of_report = report.inputs.runs.iter().find(|input| input.name == run.name).unwrap();
+    let [x, y, z, i, j, k, w] = of_report.world_from_own;
     let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
     run.trajectory.moved(&Isometry3::from_parts(Translation3::new(x, y, z), rotation))
 }
@@ -233,7 +233,6 @@ fn the_pipeline_is_the_formulas() {
         ];
         for (name, found, direct) in all {
             let relative = (found.unwrap() / direct - 1.0).abs();
-            println!("{}: {name} {found:?} directly {direct}, relative {relative:.1e}", run.name);
             assert!(relative < 1e-6, "{}: {name} {found:?}, directly {direct}", run.name);
         }
         assert!(reported.coverage.unwrap() > 0.3, "the log must have revisits for this to mean anything");

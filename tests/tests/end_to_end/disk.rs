@@ -1,77 +1,89 @@
-//! Disks that are too small, or full: told of beforehand, and gone on from after room is made.
+//! Disks that are too small or full: an error before anything is written, or no half file and the way to go on.
 
 use std::fs;
-use std::process::Command;
 
-use crate::resume::{scores, town_command};
+use crate::common::{done, has, on_small_disk, sample, scores, text, town_in};
+
+const SCORE: &str = "$DMP score town.mcap -t truth.tum -t drift.tum";
 
 #[test]
-fn a_full_disk_ends_it_and_room_lets_it_go_on() {
+fn a_full_disk_ends_a_score_and_room_resumes_it() {
     let folder = tempfile::tempdir().unwrap();
-    let mut command = town_command(folder.path());
-    let expected = scores(&command.output().unwrap().stdout);
-    // A little disk of our own, where the system lets us make one.
-    let disk = folder.path().join("disk");
-    fs::create_dir(&disk).unwrap();
-    let dmp = env!("CARGO_BIN_EXE_dmp-under-test");
-    let score = format!(
-        "{dmp} score town.mcap -t truth.tum -t drift.tum --work disk --json --memory 32MiB --checkpoint 0.01"
-    );
+    let path = folder.path();
+    town_in(path);
+    let expected = scores(done(path, "score town.mcap -t truth.tum -t drift.tum --json").as_bytes());
+    let score = format!("{SCORE} --work disk --json --memory 32MiB --checkpoint 0.01");
     let script = format!(
-        "mount -t tmpfs -o size=6m none disk || exit 99; \
-         {score} >/dev/null 2>first.txt; echo $? >first.code; \
-         mount -o remount,size=200m disk || exit 99; {score} --resume 2>second.txt"
+        "{score} >/dev/null 2>first.txt; echo $? >first.code; mount -o remount,size=200m disk || exit 99; \
+         {score} --resume 2>second.txt"
     );
-    let output = Command::new("unshare")
-        .args(["--map-root-user", "--mount", "sh", "-c", &script])
-        .current_dir(folder.path())
-        .output();
-    let output = match output {
-        Ok(output) if output.status.code() != Some(99) && folder.path().join("first.code").exists() => output,
-        _ => {
-            println!("skipped: this system does not let us mount a disk of our own");
-            return;
-        }
-    };
-    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
-    let first = read("first.txt");
-    assert_eq!(read("first.code").trim(), "1", "{first}");
-    assert!(first.contains("No space left on device") && first.contains("--resume"), "{first}");
-    assert!(read("second.txt").contains("goes on from"), "{}", read("second.txt"));
+    let Some(output) = on_small_disk(path, "6m", &script) else { return };
+    let read = |name: &str| fs::read_to_string(path.join(name)).unwrap();
+    assert_eq!(read("first.code").trim(), "1", "{}", read("first.txt"));
+    has(&read("first.txt"), &["No space left on device", "--resume"]);
     assert_eq!(scores(&output.stdout), expected);
 }
 
 #[test]
-fn a_disk_that_is_too_small_is_told_of_before_anything_is_written() {
+fn a_disk_that_is_too_small_is_reported_before_anything_is_written() {
     let folder = tempfile::tempdir().unwrap();
-    let _ = town_command(folder.path());
-    fs::create_dir(folder.path().join("disk")).unwrap();
-    let dmp = env!("CARGO_BIN_EXE_dmp-under-test");
-    let build = "map build town.mcap -t truth.tum -o whole.dmpmap --quiet".split_whitespace();
-    assert!(Command::new(dmp).args(build).current_dir(folder.path()).status().unwrap().success());
-    let little = fs::metadata(folder.path().join("whole.dmpmap")).unwrap().len() * 8 / 10;
+    let path = folder.path();
+    town_in(path);
+    done(path, "map build town.mcap -t truth.tum -o whole.dmpmap --quiet");
+    let little = fs::metadata(path.join("whole.dmpmap")).unwrap().len() * 8 / 10;
     // Without any room, and with a little less than the map takes.
     let script = format!(
-        "mount -t tmpfs -o size=64k none disk || exit 99; head -c 65536 /dev/zero >disk/full; \
-         {dmp} score town.mcap -t truth.tum --work disk >/dev/null 2>none.txt; echo $? >none.code; \
+        "head -c 65536 /dev/zero >disk/full; {SCORE} --work disk >/dev/null 2>none.txt; echo $? >none.code; \
          rm -r disk/*; mount -o remount,size={little} disk || exit 99; \
-         {dmp} map build town.mcap -t truth.tum --work disk -o disk/map.dmpmap 2>little.txt; ls -A disk >left.txt"
+         $DMP map build town.mcap -t truth.tum --work disk -o disk/map.dmpmap 2>little.txt; ls -A disk >left.txt"
     );
-    let output = Command::new("unshare")
-        .args(["--map-root-user", "--mount", "sh", "-c", &script])
-        .current_dir(folder.path())
-        .output();
-    match output {
-        Ok(output) if output.status.code() != Some(99) && folder.path().join("left.txt").exists() => {}
-        _ => {
-            println!("skipped: this system does not let us mount a disk of our own");
+    if on_small_disk(path, "64k", &script).is_none() {
+        return;
+    }
+    let read = |name: &str| fs::read_to_string(path.join(name)).unwrap();
+    assert_eq!(read("none.code").trim(), "1", "{}", read("none.txt"));
+    has(&read("none.txt"), &["error: disk: about ", "0 KiB are free", "--work"]);
+    has(&read("little.txt"), &["the disk may run full"]);
+}
+
+/// What an option writes may fail: the scores are printed, the file is not half there, and the exit code is 1.
+#[test]
+fn an_output_that_finds_the_disk_full_costs_no_scores() {
+    let (town, truth) = (sample("town.mcap"), sample("truth.tum"));
+    let score = format!("$DMP score {} -t {} --json --quiet", town.display(), truth.display());
+    for (option, file) in [("--residuals", "out.ply"), ("--scene", "out.mcap")] {
+        let folder = tempfile::tempdir().unwrap();
+        let script = format!(
+            "{score} --sample 20 {option} disk/{file} --work . >out.json 2>out.txt; echo $? >out.code; ls -A disk >left.txt"
+        );
+        if on_small_disk(folder.path(), "200k", &script).is_none() {
             return;
         }
+        let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+        let stderr = read("out.txt");
+        assert_eq!((read("out.code").trim(), read("left.txt").as_str()), ("1", ""), "{stderr}");
+        has(&stderr, &[&format!("disk/{file}: cannot write"), "No space left"]);
+        assert_eq!(scores(read("out.json").as_bytes())["runs"][0]["name"], "truth");
     }
-    let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
-    let none = read("none.txt");
-    assert_eq!(read("none.code").trim(), "1", "{none}");
-    let told = none.lines().find(|line| line.starts_with("error: disk: about ")).unwrap_or_default();
-    assert!(told.contains("0 KiB are free") && told.contains("--work"), "{none}");
-    assert!(read("little.txt").contains("the disk may run full"), "{}", read("little.txt"));
+}
+
+#[test]
+fn a_full_work_folder_leaves_no_part_half_done() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    town_in(path);
+    let expected = scores(done(path, "score town.mcap -t truth.tum -t drift.tum --json").as_bytes());
+    let script = "D=\"$DMP -q\"; $D shard plan town.mcap -t truth.tum -t drift.tum -o disk/work >/dev/null || exit 2; \
+         $D shard fuse disk/work --part 1/2 2>first.txt || $D shard fuse disk/work --part 2/2 2>first.txt; echo $? >first.code; \
+         ls -A disk/work >left.txt; mount -o remount,size=200m disk || exit 99; \
+         for i in 1 2; do $D shard fuse disk/work --part $i/2 || exit 3; done; \
+         for stage in merge cast drift; do $D shard $stage disk/work --part 1/1 || exit 3; done; \
+         $D shard reduce disk/work --json";
+    let Some(output) = on_small_disk(path, "320k", script) else { return };
+    let read = |name: &str| fs::read_to_string(path.join(name)).unwrap();
+    has(&read("first.txt"), &["No space left on device"]);
+    assert_eq!(read("first.code").trim(), "1");
+    assert!(read("left.txt").lines().all(|name| !name.contains("dmp-tmp")), "{}", read("left.txt"));
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_eq!(scores(&output.stdout), expected);
 }

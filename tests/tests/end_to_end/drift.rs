@@ -5,7 +5,10 @@ use dmp_log::{MemoryLog, ScanLog};
 use dmp_sensor::{Isometry3, Scan, Trajectory, Translation3, UnitQuaternion, Vector3};
 use dmp_sim::{LidarOptions, Recording, RecordingOptions, Route, Scenery};
 
-use crate::common::{dmp, drift, noise, open, real_data, recorded, refused, runs_of, text, write_mcap};
+use crate::common::{
+    TWO, done, drift, has, json, misused, noise, once, open, real_data, recorded, refused, runs_of, save_tum,
+    trajectory, write_mcap,
+};
 
 /// A lap and a half round a block.
 fn laps() -> (Vec<Scan>, Trajectory) {
@@ -27,51 +30,42 @@ fn true_distance_m(log: &dyn ScanLog, visit: &VisitPairReport, run: &Trajectory,
     (between(run) - between(truth)).norm()
 }
 
+fn log_of(scans: Vec<Scan>) -> MemoryLog {
+    MemoryLog::new("laps", scans).unwrap()
+}
+
 #[test]
 fn a_right_run_is_off_by_nothing_and_a_wrong_one_by_what_is_wrong() {
     let (scans, truth) = laps();
-    let log = MemoryLog::new("laps", scans).unwrap();
-    for ate_m in [0.3, 2.0] {
-        let runs = runs_of(&truth, &[("drift", drift(ate_m)), ("noise", noise(0.02, 0.1))]);
-        let report = measured(&log, &runs, &Config::default());
-        assert!(report.pairs_measured == report.pairs_found && report.pairs_found >= 8, "{report:?}");
-        let [right, wrong, noisy] = [0, 1, 2].map(|run| &report.runs[run]);
-        assert!(right.pairs * 10 >= report.pairs_found * 8 && right.p95_m.value.unwrap() < 0.02, "{right:?}");
-        assert!(wrong.pairs * 10 >= report.pairs_found * 8, "{wrong:?}");
-        assert!(noisy.rms_m.value.unwrap() < 0.06, "{noisy:?}");
+    let log = log_of(scans);
+    let runs = runs_of(&truth, &[("drift", drift(1.0)), ("noise", noise(0.02, 0.1))]);
+    let report = measured(&log, &runs, &Config::default());
+    assert!(report.pairs_measured == report.pairs_found && report.pairs_found >= 8, "{report:?}");
+    let [right, wrong, noisy] = [0, 1, 2].map(|run| &report.runs[run]);
+    assert!(right.pairs * 10 >= report.pairs_found * 8 && right.p95_m.value.unwrap() < 0.02, "{right:?}");
+    assert!(wrong.pairs * 10 >= report.pairs_found * 8, "{wrong:?}");
+    assert!(noisy.rms_m.value.unwrap() < 0.06, "{noisy:?}");
+    // Alone, from its own poses, the run is measured as well.
+    let alone = measured(&log, &runs[1..2], &Config::default());
+    assert!(alone.runs[0].pairs >= 6, "{alone:?}");
+    for (report, run) in [(&report, 1), (&alone, 0)] {
         for visit in &report.visits {
-            let Some(off) = &visit.runs[1].off else { continue };
+            let Some(off) = &visit.runs[run].off else { continue };
             let expected_m = true_distance_m(&log, visit, &runs[1].trajectory, &truth);
             let found_m = off.distance_m.unwrap();
             assert!((found_m - expected_m).abs() < 0.02_f64.max(0.05 * expected_m), "{found_m} {expected_m}");
         }
-        let pair = report.comparisons.iter().find(|pair| pair.a == "truth" && pair.b == "drift").unwrap();
-        assert!(pair.difference_m2.value.unwrap() < 0.0, "{pair:?}");
-        assert_eq!(pair.better.as_deref(), Some("truth"), "{pair:?}");
     }
+    let pair = report.comparisons.iter().find(|pair| pair.a == "truth" && pair.b == "drift").unwrap();
+    assert!(pair.difference_m2.value.unwrap() < 0.0, "{pair:?}");
+    assert_eq!(pair.better.as_deref(), Some("truth"), "{pair:?}");
 }
 
-/// Alone, from its own poses.
-#[test]
-fn a_run_alone_is_measured_as_well() {
-    let (scans, truth) = laps();
-    let log = MemoryLog::new("laps", scans).unwrap();
-    let runs = runs_of(&truth, &[("drift", drift(1.0))]);
-    let alone = measured(&log, &runs[1..], &Config::default());
-    assert!(alone.runs[0].pairs >= 6, "{alone:?}");
-    for visit in &alone.visits {
-        let Some(off) = &visit.runs[0].off else { continue };
-        let expected_m = true_distance_m(&log, visit, &runs[1].trajectory, &truth);
-        let found_m = off.distance_m.unwrap();
-        assert!((found_m - expected_m).abs() < 0.05 * expected_m, "{found_m} {expected_m}");
-    }
-}
-
-/// What comes after the first lap is put 20 m aside: no visit of it lies near enough otherwise.
+/// What follows the first lap is moved by 20 m: no visit of it lies near enough otherwise.
 #[test]
 fn a_run_that_lost_its_way_is_measured_further_off() {
     let (scans, truth) = laps();
-    let log = MemoryLog::new("laps", scans).unwrap();
+    let log = log_of(scans);
     let stamps_ns = truth.stamps_ns().unwrap();
     let aside = Translation3::new(16.0, -12.0, 0.0);
     let poses = truth
@@ -93,21 +87,12 @@ fn a_run_that_lost_its_way_is_measured_further_off() {
 #[test]
 fn the_report_is_the_same_for_any_threads_memory_order_and_frame() {
     let (scans, truth) = laps();
-    let log = MemoryLog::new("laps", scans).unwrap();
+    let log = log_of(scans);
     let runs = runs_of(&truth, &[("drift", drift(1.0))]);
     let reference = measured(&log, &runs, &Config { threads: 1, ..Config::default() });
-    for (threads, memory_bytes, order) in [
-        (2, 64 << 20, FrameOrder::Log),
-        (3, 48 << 20, FrameOrder::Shuffled(5)),
-        (2, 1 << 30, FrameOrder::Shuffled(6)),
-    ] {
-        let config = Config { threads, memory_bytes, order, ..Config::default() };
-        assert_eq!(
-            measured(&log, &runs, &config),
-            reference,
-            "{threads} threads, {memory_bytes} bytes, {order:?}"
-        );
-    }
+    let config =
+        Config { threads: 3, memory_bytes: 48 << 20, order: FrameOrder::Shuffled(5), ..Config::default() };
+    assert_eq!(measured(&log, &runs, &config), reference);
     // A run's own world may be anywhere.
     let turn = UnitQuaternion::from_euler_angles(0.02, -0.03, 2.0);
     let away = Isometry3::from_parts(Translation3::new(500_000.0, 4_649_776.0, 100.0), turn);
@@ -126,11 +111,12 @@ fn the_report_is_the_same_for_any_threads_memory_order_and_frame() {
 
 /// Out and back on one path: what was published of this recording fits to 6 to 9 mm at two scans of one place.
 #[test]
+#[ignore = "nightly: all visits of a real drive, twice"]
 fn a_real_run_is_off_by_little_and_a_worse_one_by_what_was_added() {
     let Some(data) = real_data("nclt_revisit") else { return };
     let log = open(&data);
-    let odometry = dmp_log::read_trajectory(&data.join("poses_lidar_odometry.txt")).unwrap().trajectory;
-    // The way back is put 40 cm to the side and 10 cm too high.
+    let odometry = trajectory(&data.join("poses_lidar_odometry.txt"));
+    // The way back is moved by 40 cm to the side and 10 cm upwards.
     let half = odometry.poses().len() / 2;
     let shift = Translation3::new(0.3, -0.26, 0.1);
     let poses = odometry.poses().iter().enumerate();
@@ -169,13 +155,13 @@ fn there_and_back(scenery: Scenery) -> (MemoryLog, Trajectory) {
     (log, recording.drive().trajectory(20.0).unwrap())
 }
 
-/// Every house is the same again after 8 m: what is told is right, and where another house would do as well, that is said.
+/// Every house is the same again after 8 m: what is measured is right, and where another house would do as well, it says so.
 #[test]
-fn a_street_that_looks_the_same_everywhere_tells_nothing_wrong() {
+fn a_street_that_looks_the_same_everywhere_gives_no_wrong_number() {
     let (log, truth) = there_and_back(Scenery::Alike { period_m: 8.0 });
     let runs = runs_of(&truth, &[("drift", drift(1.0)), ("noise", noise(0.02, 0.1))]);
     let (mut answers, mut ambiguous) = (0, 0);
-    for group in [&runs[..], &runs[..1], &runs[1..2], &runs[2..]] {
+    for group in [&runs[..], &runs[1..2]] {
         for visit in measured(&log, group, &Config::default()).visits {
             for (of_run, run) in visit.runs.iter().zip(group) {
                 ambiguous +=
@@ -191,24 +177,24 @@ fn a_street_that_looks_the_same_everywhere_tells_nothing_wrong() {
             }
         }
     }
-    assert!(answers >= 6 && ambiguous >= 20, "{answers} answers, {ambiguous} ambiguous");
+    assert!(answers >= 3 && ambiguous >= 10, "{answers} answers, {ambiguous} ambiguous");
 }
 
-/// Nothing holds a place along a tunnel: sideways and upwards are told, how far along is not.
+/// Nothing holds a place along a tunnel: sideways and upwards are measured, how far along is not.
 #[test]
-fn along_a_bare_tunnel_nothing_is_told() {
+fn along_a_bare_tunnel_nothing_is_measured() {
     let (log, truth) = there_and_back(Scenery::Tunnel);
     let runs = runs_of(&truth, &[("drift", drift(1.0))]);
     let report = measured(&log, &runs, &Config::default());
     assert!(report.pairs_found >= 6, "{report:?}");
-    let mut told = 0;
+    let mut known = 0;
     for visit in &report.visits {
         for of_run in &visit.runs {
             let Some(off) = of_run.off else { continue };
             assert!(off.along_m.is_none() && off.distance_m.is_none(), "{off:?}");
-            told += usize::from(off.up_m.or(off.sideways_m).is_some());
+            known += usize::from(off.up_m.or(off.sideways_m).is_some());
         }
-        // Nothing is wrong with the truth: what is told is nothing, as well as it is known.
+        // Nothing is wrong with the truth.
         let right = visit.runs[0].off.unwrap();
         for (part_m, sigma_m) in
             [right.sideways_m, right.up_m].into_iter().zip([1, 2].map(|k| right.sigma_m[k]))
@@ -217,93 +203,77 @@ fn along_a_bare_tunnel_nothing_is_told() {
         }
     }
     // Along it nothing is known to 50 m, so a direction that is a little askew to it is not known either.
-    assert!(told >= report.pairs_found / 2, "{told} of {}", report.pairs_found);
+    assert!(known >= report.pairs_found / 2, "{known} of {}", report.pairs_found);
     assert!(report.runs.iter().all(|run| run.pairs == 0 && run.along_m.is_none()), "{report:?}");
 }
 
+/// A drive that never returns.
+pub(crate) fn one_way() -> (Vec<Scan>, Trajectory) {
+    let lidar = LidarOptions { azimuth_steps: 200, rate_hz: 2.0, ..LidarOptions::with_beams(16) };
+    recorded(&RecordingOptions {
+        seed: 4,
+        scans: 60,
+        route: Route::OneWay,
+        speed_m_s: 6.0,
+        traffic: 0,
+        lidar,
+    })
+}
+
+const RUNS: &str = "@/town.mcap -t @/truth.tum -t @/drift.tum --json --quiet";
+
 #[test]
-fn the_command_says_it_in_metres_and_what_there_is_not() {
+fn the_command_prints_metres_and_what_cannot_be_measured() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let told = dmp(path, "drift @/town.mcap -t truth=@/truth.tum -t drift=@/drift.tum -v --quiet");
-    let stdout = text(&told.stdout);
-    assert_eq!(told.status.code(), Some(0), "{}", text(&told.stderr));
-    assert!(stdout.starts_with("Where the drive comes back, truth is off by 0."), "{stdout}");
-    assert!(stdout.contains("truth and drift: ") && stdout.contains("scan  and"), "{stdout}");
+    let all = once(&format!("drift {RUNS}")).json();
+    let table = done(path, "drift @/town.mcap -t @/truth.tum -t @/drift.tum -v --quiet");
+    let median_m = all["runs"][1]["median_m"]["value"].as_f64().unwrap();
+    assert!(median_m > 0.1, "{median_m}");
+    has(&table, &["truth and drift: "]);
+    assert!(all["visits"].as_array().unwrap().iter().any(|visit| !visit["runs"][0]["why_not"].is_null()));
 
-    let json = dmp(path, "drift @/town.mcap -t truth=@/truth.tum --pairs 3 --json --quiet");
-    let report: DriftReport = serde_json::from_slice(&json.stdout).unwrap();
-    assert_eq!((report.schema.as_str(), report.pairs_measured), (DriftReport::SCHEMA, 3));
-    assert!(report.pairs_found > 3);
-
-    let lidar = LidarOptions { azimuth_steps: 200, rate_hz: 2.0, ..LidarOptions::with_beams(16) };
-    let options =
-        RecordingOptions { seed: 4, scans: 60, route: Route::OneWay, speed_m_s: 6.0, traffic: 0, lidar };
-    let (scans, truth) = recorded(&options);
+    let (scans, truth) = one_way();
     write_mcap(&path.join("straight.mcap"), &scans);
-    let mut file = std::fs::File::create(path.join("t.tum")).unwrap();
-    dmp_log::write_tum(&mut file, &truth).unwrap();
-    let nothing = dmp(path, "drift straight.mcap -t t.tum --quiet");
-    assert_eq!(nothing.status.code(), Some(0), "{}", text(&nothing.stderr));
-    assert!(
-        text(&nothing.stdout).starts_with("The drive comes back to no place"),
-        "{}",
-        text(&nothing.stdout)
-    );
-
-    let none = dmp(path, "drift straight.mcap -t t.tum --pairs 0");
-    assert_eq!(none.status.code(), Some(2));
-    assert!(
-        text(&none.stderr).contains("it must be a number of pairs of 1 or more"),
-        "{}",
-        text(&none.stderr)
-    );
+    save_tum(&path.join("t.tum"), &truth);
+    assert_eq!(json(path, "drift straight.mcap -t t.tum")["pairs_found"], 0);
+    has(&done(path, "drift straight.mcap -t t.tum --quiet"), &["no place"]);
+    misused(path, "drift straight.mcap -t t.tum --pairs 0", &["1 or more"]);
     refused(path, "drift straight.mcap -t none.tum", 2, &["none.tum"]);
 }
 
-/// Beside the scores stands what `dmp drift` says of as many pairs; the page draws it.
+/// A score has what `dmp drift` measures of as many pairs; the page draws it.
 #[test]
 fn a_score_has_the_drift_of_some_pairs_or_of_as_many_as_are_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let runs = "-t truth=@/truth.tum -t drift=@/drift.tum --quiet --json";
-    let drift: DriftReport =
-        serde_json::from_slice(&dmp(path, &format!("drift @/town.mcap {runs} --pairs 3")).stdout).unwrap();
-    let score = |more: &str| -> dmp::Report {
-        let told = dmp(path, &format!("score @/town.mcap {runs} {more}"));
-        assert_eq!(told.status.code(), Some(0), "{}", text(&told.stderr));
-        serde_json::from_slice(&told.stdout).unwrap()
+    let of_drift = |more: &str| -> DriftReport {
+        serde_json::from_value(once(&format!("drift {RUNS} {more}")).json()).unwrap()
+    };
+    let of_score = |more: &str| -> Option<DriftReport> {
+        serde_json::from_value(json(path, &format!("{TWO} --sample 20 {more}"))["drift"].clone()).unwrap()
     };
     // The single visits are left to `dmp drift`.
-    assert_eq!(score("--drift=3").drift, Some(DriftReport { visits: Vec::new(), ..drift.clone() }));
-    let few = score("").drift.unwrap();
+    let three = of_drift("--pairs 3");
+    assert_eq!((three.schema.as_str(), three.pairs_measured), (DriftReport::SCHEMA, 3));
+    assert_eq!(of_score("--drift=3"), Some(DriftReport { visits: Vec::new(), ..three }));
+    assert_eq!(of_score("--drift").map(|all| all.pairs_measured), Some(of_drift("").pairs_found));
+    assert_eq!(of_score(""), None);
+    let whole: dmp::Report = serde_json::from_value(once(&format!("{TWO} --json --quiet")).json()).unwrap();
+    let few = whole.drift.unwrap();
     assert!(few.pairs_measured > 3 && few.pairs_measured <= few.segments.div_ceil(2), "{few:?}");
-    assert_eq!(score("--drift").drift.map(|all| all.pairs_measured), Some(drift.pairs_found));
-    for nothing in ["--drift=none", "--sample 20"] {
-        assert_eq!(score(nothing).drift, None, "{nothing}");
-    }
-    assert_eq!(score("--sample 20 --drift=3").drift, score("--drift=3").drift);
 
-    let told =
-        dmp(path, "score @/town.mcap -t @/truth.tum -t @/drift.tum --drift --report page.html --quiet");
-    let said = text(&told.stdout);
-    assert!(said.contains("\nWhere the drive comes back, truth is off by 0."), "{said}");
-    let page = std::fs::read_to_string(path.join("page.html")).unwrap();
+    let page = std::fs::read_to_string(crate::report::sample_page().join("report.html")).unwrap();
     let section = page.split("<h2 id=\"drift\">").nth(1).unwrap().split("</section>").next().unwrap();
-    let answers = |name: &str| drift.runs.iter().find(|run| run.name == name).unwrap().pairs;
-    assert!(answers("drift") > 0 && section.matches("<title>scans ").count() >= 2, "{section}");
-    assert!(section.contains("Way of drift from above, with drift"), "{section}");
-    // Where the run is worst, it says which way.
-    assert!(page.contains("both see, the run has the later ones displaced: "), "{page}");
+    assert!(section.matches("<title>scans ").count() >= 2, "{section}");
     for (wrong, words) in
         [("--drift=0", "1 or more, `all` or `none`"), ("--drift=3 --quick", "cannot be used with")]
     {
-        let told = dmp(path, &format!("score @/town.mcap -t @/truth.tum {wrong}"));
-        assert!(told.status.code() == Some(2) && text(&told.stderr).contains(words), "{wrong}: {told:?}");
+        misused(path, &format!("{TWO} {wrong}"), &[words]);
     }
 }
 
-/// The edges that are written lie where the truth is, as near as they say, and not where a run that drifts is.
+/// The edges that are written are those of the truth, and not those of a run that drifts.
 #[test]
 fn constraints_are_those_of_the_truth() {
     let folder = tempfile::tempdir().unwrap();
@@ -321,12 +291,10 @@ fn constraints_are_those_of_the_truth() {
     };
     let wrong = body(&drift(1.0).apply(&truth).unwrap());
     let truth = body(&truth);
-    dmp_log::write_tum(&mut std::fs::File::create(path.join("drift.tum")).unwrap(), &wrong).unwrap();
+    save_tum(&path.join("drift.tum"), &wrong);
     let q = body_from_sensor.rotation.coords;
     let extrinsic = format!("0.5,-0.3,1.2,{},{},{},{}", q.x, q.y, q.z, q.w);
-    let call = format!("drift laps.mcap -t drift.tum --extrinsic {extrinsic} --trust -o edges.g2o --quiet");
-    let told = dmp(path, &call);
-    assert_eq!(told.status.code(), Some(0), "{}", text(&told.stderr));
+    done(path, &format!("drift laps.mcap -t drift.tum --extrinsic {extrinsic} --trust -o edges.g2o --quiet"));
 
     // As whoever optimises a graph reads them: vertices are scans by their numbers.
     let log = open(&path.join("laps.mcap"));
@@ -338,32 +306,84 @@ fn constraints_are_those_of_the_truth() {
         edges.lines().count() >= 8 && edges.lines().all(|line| line.starts_with("EDGE_SE3:QUAT ")),
         "{edges}"
     );
-    let mut chi2 = [0.0; 2];
+    let mut off_m = [const { Vec::new() }; 2];
     for line in edges.lines() {
         let numbers: Vec<f64> = line.split(' ').skip(1).map(|number| number.parse().unwrap()).collect();
+        assert_eq!(numbers.len(), 2 + 7 + 21);
         let [from, to] = [numbers[0] as usize, numbers[1] as usize];
-        let turn = UnitQuaternion::new_normalize(dmp_sensor::Quaternion::new(
-            numbers[8], numbers[5], numbers[6], numbers[7],
-        ));
-        let measured = Isometry3::from_parts(Translation3::new(numbers[2], numbers[3], numbers[4]), turn);
-        for (run, chi2) in [&truth, &wrong].into_iter().zip(&mut chi2) {
-            let off = measured.inverse() * (at(run, from).inverse() * at(run, to));
-            let q = off.rotation.quaternion();
-            let turn = q.imag() * q.w.signum();
-            let place = off.translation.vector;
-            let error = [place.x, place.y, place.z, turn.x, turn.y, turn.z];
-            let mut upper = numbers[9..].iter();
-            for row in 0..6 {
-                for column in row..6 {
-                    let twice = if row == column { 1.0 } else { 2.0 };
-                    *chi2 += twice * upper.next().unwrap() * error[row] * error[column];
-                }
-            }
+        for (run, off_m) in [&truth, &wrong].into_iter().zip(&mut off_m) {
+            let between = at(run, from).inv_mul(&at(run, to)).translation.vector;
+            off_m.push((between - Vector3::new(numbers[2], numbers[3], numbers[4])).norm());
         }
     }
-    let [truth, wrong] = chi2.map(|chi2| chi2 / edges.lines().count() as f64);
-    // Six numbers an edge; what is allowed for bent visits makes it less.
-    assert!(truth < 12.0 && wrong > 100.0, "{truth} {wrong}");
+    let [of_truth_m, of_wrong_m] = off_m.map(|all: Vec<f64>| all.iter().copied().fold(0.0, f64::max));
+    assert!(of_truth_m < 0.05 && of_wrong_m > 0.3, "{of_truth_m} {of_wrong_m}");
 
     refused(path, "drift laps.mcap -t a=drift.tum -t b=drift.tum -o edges.g2o", 2, &["-o", "one run"]);
+}
+
+/// Every `step`-th scan from the `first` on, each with the stamp of the pose in its line.
+fn some(log: &dyn ScanLog, run: &Trajectory, first: usize, step: usize) -> MemoryLog {
+    let stamps_ns = run.stamps_ns().unwrap();
+    let mut reader = log.reader().unwrap();
+    let taken = (first..log.frames().len()).step_by(step).map(|frame| {
+        let mut scan = Scan::default();
+        reader.read(frame, &mut scan).unwrap();
+        Scan { stamp_ns: Some(stamps_ns[frame]), ..scan }
+    });
+    MemoryLog::new("some", taken.collect()).unwrap()
+}
+
+/// How far the stamps of two pairs of visits are from each other, nanoseconds.
+fn between_ns(a: &VisitPairReport, b: &VisitPairReport) -> u64 {
+    let ns = |a: Option<i64>, b: Option<i64>| a.unwrap().abs_diff(b.unwrap());
+    ns(a.first.stamp_ns, b.first.stamp_ns) + ns(a.second.stamp_ns, b.second.stamp_ns)
+}
+
+/// The parts of the displacement, along, sideways and upwards, that both reports know of the same places: by how much they
+/// differ, metres, and their standard deviation.
+fn differences(a: &DriftReport, b: &DriftReport, most_ns: u64) -> Vec<[f64; 2]> {
+    let mut differences = Vec::new();
+    for pair in &a.visits {
+        let Some(same) = b.visits.iter().min_by_key(|other| between_ns(pair, other)) else { continue };
+        let (Some(a), Some(b)) = (pair.runs[0].off, same.runs[0].off) else { continue };
+        if between_ns(pair, same) > most_ns {
+            continue;
+        }
+        let parts = [(a.along_m, b.along_m), (a.sideways_m, b.sideways_m), (a.up_m, b.up_m)];
+        for (k, (a_m, b_m)) in parts.into_iter().enumerate() {
+            let Some((a_m, b_m)) = a_m.zip(b_m) else { continue };
+            differences.push([(a_m - b_m).abs(), a.sigma_m[k].hypot(b.sigma_m[k])]);
+        }
+    }
+    differences.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    differences
+}
+
+/// Half of the scans measure what the rest measures, pair by pair, mostly to a centimetre.
+fn agree(a: &DriftReport, b: &DriftReport, most_ns: u64, most_m: f64) {
+    let differences = differences(a, b, most_ns);
+    assert!(differences.len() >= 3, "{differences:?}");
+    let median_m = differences[differences.len() / 2][0];
+    assert!(
+        median_m < most_m && differences.iter().all(|[m, sigma_m]| *m < 3.0 * sigma_m),
+        "{differences:?}"
+    );
+}
+
+#[test]
+#[ignore = "nightly: all visits of a real drive, three times"]
+fn odd_and_even_scans_of_a_real_run_agree() {
+    let Some(data) = real_data("nclt_revisit") else { return };
+    let log = open(&data);
+    let run = Run::new("odometry", trajectory(&data.join("poses_lidar_odometry.txt")));
+    let [even, odd, all] = [(0, 2), (1, 2), (0, 1)].map(|(first, step)| {
+        measured(
+            &some(log.as_ref(), &run.trajectory, first, step),
+            std::slice::from_ref(&run),
+            &Config::default(),
+        )
+    });
+    // Visits are a few scans apart, as their middle one is in one half only.
+    [&odd, &all].into_iter().for_each(|other| agree(&even, other, 12_000_000_000, 0.01));
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::common::{dmp, text, workspace};
+use crate::common::{TWO, has, once, sample, text, workspace};
 
 /// Builds all examples as `cargo test --workspace` does, so that nothing is left to do after that, and gives the folder
 /// they lie in. Tests of this package alone would not have built them, or leave older ones.
@@ -31,7 +31,7 @@ fn run(example: &Path, folder: &Path, arguments: &[&str]) -> String {
 }
 
 #[test]
-fn examples_say_what_they_promise() {
+fn examples_print_what_they_promise() {
     let (examples, folder) = (built(), tempfile::tempdir().unwrap());
     for (example, arguments, phrases) in [
         ("score", &[][..], &[" 1 truth", "R_cv(0.5 m)", "truth is better, decided at"][..]),
@@ -42,37 +42,15 @@ fn examples_say_what_they_promise() {
         ("cast", &[], &["surfels in", "down : "]),
         ("rank", &[], &["from best to worst", "accepted", "edges in the graph"]),
     ] {
-        let told = run(&examples.join(example), folder.path(), arguments);
-        for phrase in phrases {
-            assert!(told.contains(phrase), "{example}: no `{phrase}` in\n{told}");
-        }
+        has(&run(&examples.join(example), folder.path(), arguments), phrases);
     }
-    let left: Vec<_> = folder.path().read_dir().unwrap().map(|entry| entry.unwrap().file_name()).collect();
-    assert!(left.is_empty(), "{left:?}");
-}
+    assert_eq!(folder.path().read_dir().unwrap().count(), 0, "nothing is left behind");
 
-#[test]
-fn examples_take_files_of_ones_own() {
-    let (examples, folder) = (built(), tempfile::tempdir().unwrap());
-    let samples = workspace().join("data-samples");
-    let [log, truth, noise] = ["town.mcap", "truth.tum", "noise.tum"].map(|name| samples.join(name));
-    let [log, truth, noise] = [&log, &truth, &noise].map(|path| path.to_str().unwrap());
-    let told = run(&examples.join("score"), folder.path(), &[log, truth, noise]);
-    assert!(told.contains(" 2 noise") && !told.contains("drift"), "{told}");
-
-    // What the command saves is read back.
-    let saved = dmp(folder.path(), "score @/town.mcap -t one=@/truth.tum --json --quiet");
-    std::fs::write(folder.path().join("one.json"), saved.stdout).unwrap();
-    let told = run(&examples.join("verdicts"), folder.path(), &["one.json"]);
-    assert!(told.contains("best: one"), "{told}");
-
-    for arguments in [
-        "simulate town -o drive --scans 500 --azimuth-steps 60 --seed 3",
-        "simulate loops drive.truth.tum --keyframes drive/times.txt --spacing 0.9m -o loops",
-    ] {
-        assert!(dmp(folder.path(), arguments).status.success(), "{arguments}");
-    }
-    let files = ["loops/graph.g2o", "loops/candidates.g2o", "drive", "loops/keyframes.txt"];
-    let told = run(&examples.join("rank"), folder.path(), &files);
-    assert!(told.contains("accepted"), "{told}");
+    // Files of one's own, and what the command saves.
+    let [log, truth, noise] =
+        ["town.mcap", "truth.tum", "noise.tum"].map(|name| sample(name).display().to_string());
+    has(&run(&examples.join("score"), folder.path(), &[&log, &truth, &noise]), &[" 2 noise"]);
+    let saved = folder.path().join("saved.json");
+    std::fs::write(&saved, &once(&format!("{TWO} --json --quiet")).output.stdout).unwrap();
+    has(&run(&examples.join("verdicts"), folder.path(), &[saved.to_str().unwrap()]), &["best: truth"]);
 }

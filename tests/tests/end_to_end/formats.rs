@@ -1,12 +1,12 @@
 //! One log in every format: the same scores, to the precision that each format stores.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use dmp_sensor::{Isometry3, Point3, Scan, Track};
 use serde_json::Value;
 
-use crate::common::{dmp, open, text, workspace};
+use crate::common::{done, ends, has, json, open, refused, sample, text, trajectory, workspace, write};
 
 /// The table that rosbag2 writes, as far as a reader needs it.
 const SCHEMA: &str = "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, \
@@ -36,23 +36,18 @@ fn write_rosbag2(folder: &Path, from: &Path) {
     }
 }
 
-/// The scores of the samples on a log, without what tells of the file.
+const RUNS: &str = "-t @/truth.tum -t @/drift.tum -t @/collapsed.tum --voxel 0.3";
+
+/// The scores of the samples on a log, without what depends on the file.
 fn scores(folder: &Path, log: &str) -> Value {
-    let arguments =
-        format!("score {log} -t @/truth.tum -t @/drift.tum -t @/collapsed.tum --json --voxel 0.3");
-    let output = dmp(folder, &arguments);
-    assert_eq!(output.status.code(), Some(0), "{log}: {}", text(&output.stderr));
-    let mut report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let mut report = json(folder, &format!("score {log} {RUNS}"));
     assert_eq!(report["inputs"]["scans_used"], 100, "{log}");
-    let mut kept = serde_json::Map::new();
-    for part in ["runs", "order", "ties", "pairs"] {
-        kept.insert(part.into(), report[part].take());
-    }
-    kept.into()
+    let kept = ["runs", "order", "ties", "pairs"].map(|part| (part.to_owned(), report[part].take()));
+    Value::Object(kept.into_iter().collect())
 }
 
 /// The largest relative difference of two numbers that stand in the same place; whatever else there is must
-/// be equal, but for the words that tell numbers.
+/// be equal, but for sentences with numbers.
 fn largest_difference(a: &Value, b: &Value, place: &str) -> f64 {
     match (a, b) {
         (Value::Number(a), Value::Number(b)) => {
@@ -87,9 +82,7 @@ const UNIX_FROM_GPS_S: f64 = 1e9 + 315_964_800.0 - 18.0;
 /// Writes the sample town as a mobile mapper would: one file in the world's coordinates, each point with its GPS
 /// time, coordinates to 0.1 mm.
 fn write_world_laz(path: &Path) {
-    let samples = workspace().join("data-samples");
-    let log = open(&samples.join("town.mcap"));
-    let truth = dmp_log::read_trajectory(&samples.join("truth.tum")).unwrap().trajectory;
+    let (log, truth) = (open(&sample("town.mcap")), trajectory(&sample("truth.tum")));
     let track = Track::new(&truth, Isometry3::identity(), 1_000_000_000);
     let mut builder = las::Builder::from((1, 4));
     builder.point_format = las::point::Format::new(6).unwrap();
@@ -113,40 +106,28 @@ fn write_world_laz(path: &Path) {
     writer.close().unwrap();
 }
 
-/// The file says when each point was measured, on a clock of its own; the error says how to bring the clocks
-/// together, and then the scores are those of the log.
+/// The file has the time of each point, on a clock of its own; the error gives the offset of the clocks, and with it the scores
+/// are those of the log.
 #[test]
 fn the_same_town_in_world_coordinates_gives_the_same_scores() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     write_world_laz(&at.join("world.laz"));
     let mapped = "world.laz --made-with @/truth.tum --scan-period 0.5";
-    let refused = dmp(at, &format!("score {mapped} -t @/truth.tum"));
-    let told = text(&refused.stderr);
-    assert_eq!(refused.status.code(), Some(2), "{told}");
-    let offset = told.split("--time-offset ").nth(1).and_then(|rest| rest.split_whitespace().next()).unwrap();
-    assert_eq!(offset, "1315964782", "{told}");
-
-    let options = "--voxel 0.3 --json";
-    let score = |log: &str| -> Value {
-        let output =
-            dmp(at, &format!("score {log} -t @/truth.tum -t @/drift.tum -t @/collapsed.tum {options}"));
-        assert_eq!(output.status.code(), Some(0), "{log}: {}", text(&output.stderr));
-        serde_json::from_slice(&output.stdout).unwrap()
-    };
-    let found = score(&format!("{mapped} --time-offset {offset}"));
-    let expected = score("@/town.mcap");
+    let refused = text(&ends(at, &format!("score {mapped} -t @/truth.tum"), 2).stderr);
+    let offset = "--time-offset 1315964782";
+    has(&refused, &[offset]);
+    let found = json(at, &format!("score {mapped} {offset} {RUNS}"));
+    let expected = json(at, &format!("score @/town.mcap {RUNS}"));
     assert_eq!(found["order"], expected["order"]);
     // A return on the edge of the ranges that are used may fall on either side.
     let [a, b] = [&found, &expected].map(|report| report["inputs"]["returns_used"].as_f64().unwrap());
     assert!((a - b).abs() <= 1e-3 * b, "{a} and {b} returns");
-    for (found, expected) in
-        found["runs"].as_array().unwrap().iter().zip(expected["runs"].as_array().unwrap())
-    {
-        for score in [&["r_cv_m2", "2"], &["r_near_m2", "0.5"]] {
-            let [a, b] = [found, expected].map(|run| run[score[0]][score[1]].as_f64().unwrap());
-            println!("{} {score:?}: {a} from the world's file, {b} from the log", expected["name"]);
-            assert!((a - b).abs() <= 5e-3 * b, "{} {score:?}: {a} and {b}", expected["name"]);
+    for run in 0..3 {
+        for score in [["r_cv_m2", "2"], ["r_near_m2", "0.5"]] {
+            let [a, b] =
+                [&found, &expected].map(|report| report["runs"][run][score[0]][score[1]].as_f64().unwrap());
+            assert!((a - b).abs() <= 5e-3 * b, "{run} {score:?}: {a} and {b}");
         }
     }
 }
@@ -157,8 +138,7 @@ fn the_same_town_in_world_coordinates_gives_the_same_scores() {
 fn the_same_town_in_every_format_gives_the_same_scores() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let town = workspace().join("data-samples/town.mcap");
-    write_rosbag2(&at.join("bag"), &town);
+    write_rosbag2(&at.join("bag"), &sample("town.mcap"));
     let conversions = [
         ("lz4.mcap", "--compression lz4"),
         ("none.mcap", "--compression none"),
@@ -169,8 +149,7 @@ fn the_same_town_in_every_format_gives_the_same_scores() {
         ("laz", "--to laz"),
     ];
     for (output, options) in conversions {
-        let done = dmp(at, &format!("convert log @/town.mcap -o {output} {options}"));
-        assert_eq!(done.status.code(), Some(0), "{output}: {}", text(&done.stderr));
+        done(at, &format!("convert log @/town.mcap -o {output} {options}"));
     }
     let expected = scores(at, "@/town.mcap");
     for exact in ["bag", "lz4.mcap", "none.mcap", "pcd", "ply"] {
@@ -184,8 +163,75 @@ fn the_same_town_in_every_format_gives_the_same_scores() {
         }
         for part in ["runs", "pairs"] {
             let off = largest_difference(&found[part], &expected[part], part);
-            println!("{name}: {part} differ by at most {off:.2e} of their value");
             assert!(off < most, "{name}: {part} differ by {off}");
         }
     }
+}
+
+fn conformance(name: &str) -> PathBuf {
+    workspace().join("tests/conformance").join(name)
+}
+
+#[test]
+fn a_conversion_overwrites_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write(path, "out.mcap", "precious");
+    for wrong in ["-o out.mcap", "-o new --to pcd --compression lz4", "-o new.mcap --to bin"] {
+        ends(path, &format!("convert log @/town.mcap {wrong}"), 2);
+    }
+    assert_eq!(fs::read(path.join("out.mcap")).unwrap(), b"precious");
+    assert!(!path.join("new.mcap").exists() && !path.join("new").exists());
+}
+
+/// A return that did not come back often has a zero for its absolute time; it must not move the stamps. The folder of the scans,
+/// named from within, has the same companions.
+#[test]
+fn converted_scans_keep_their_stamps() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = conformance("mcap/robosense.mcap");
+    done(folder.path(), &format!("convert log {} -o log --to bin", log.display()));
+    let times = fs::read_to_string(folder.path().join("log/times.txt")).unwrap();
+    assert!(times.lines().all(|line| line.starts_with("1700000000.")), "{times}");
+    let info = json(&folder.path().join("log/scans"), "info .");
+    let scans = &info["streams"][0]["scans"];
+    assert!(scans["span_ns"].is_array() && scans["point_times"].is_string(), "{info}");
+}
+
+/// A bag is a bag whatever maps lie beside it, points of 20 bytes are not read as points of 16, a world's tiles are no scans, and
+/// the error for a ROS 1 bag says how it becomes readable.
+#[test]
+fn files_that_look_like_something_else_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    for name in ["bag", "tiles", "bins"] {
+        fs::create_dir(path.join(name)).unwrap();
+    }
+    for file in fs::read_dir(conformance("rosbag2/sqlite3")).unwrap() {
+        let file = file.unwrap();
+        fs::copy(file.path(), path.join("bag").join(file.file_name())).unwrap();
+    }
+    fs::copy(conformance("clouds/open3d_binary.pcd"), path.join("bag/map.pcd")).unwrap();
+    has(&done(path, "info bag"), &["rosbag2 (SQLite)"]);
+    for name in ["a.laz", "b.laz"] {
+        fs::copy(conformance("clouds/las_format1.laz"), path.join("tiles").join(name)).unwrap();
+    }
+    for (number, points) in [5_usize, 6, 7, 9].into_iter().enumerate() {
+        fs::write(path.join(format!("bins/{number:06}.bin")), vec![0; 20 * points]).unwrap();
+    }
+    write(path, "a.bag", "#ROSBAG V2.0\n");
+    for (arguments, words) in [
+        ("info bag/metadata.yaml", ["name the folder", ""]),
+        ("info tiles", ["world coordinates", "--made-with"]),
+        ("info bins", ["4 of 4 files", "16 bytes"]),
+        ("info a.bag", ["mcap convert", ""]),
+        ("score @/town.mcap -t a.bag", ["mcap convert", ""]),
+    ] {
+        refused(path, arguments, 1, &words);
+    }
+    // A file in world coordinates needs the mapper's trajectory and extrinsic, and nothing else does.
+    refused(path, "score @/town.mcap -t @/truth.tum --made-with @/truth.tum", 2, &[]);
+    let laz = conformance("clouds/las_format1.laz");
+    let own = "-t @/truth.tum --made-with @/truth.tum --extrinsic truth=1,0,0,0,0,0,1";
+    refused(path, &format!("score {} {own}", laz.display()), 2, &["for all runs"]);
 }

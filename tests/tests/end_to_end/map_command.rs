@@ -1,68 +1,47 @@
 //! `dmp map`: built, looked at, checked, exported; damaged and refused.
 
-use std::path::Path;
-
 use dmp_log::{LogError, read_cloud};
-use serde_json::Value;
 
-use crate::common::{dmp, refused, text, workspace};
+use crate::common::{done, ends, has, json, misused, once, refused, sample_rows, text, tum, write};
 
-const BUILD: &str = "map build @/town.mcap -t @/truth.tum -o truth.dmpmap --quiet";
-
-fn built(folder: &Path) -> Value {
-    let output = dmp(folder, BUILD);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let info = dmp(folder, "map info truth.dmpmap --json");
-    serde_json::from_slice(&info.stdout).unwrap()
-}
+/// Builds the map of the sample's truth, `truth.dmpmap`.
+pub(crate) const BUILD: &str = "map build @/town.mcap -t @/truth.tum -o truth.dmpmap --quiet";
 
 #[test]
-fn a_built_map_is_the_one_that_score_saves() {
-    let folder = tempfile::tempdir().unwrap();
-    let info = built(folder.path());
-    let score = "score @/town.mcap -t truth=@/truth.tum --save-maps maps --json --quiet";
-    let report: Value = serde_json::from_slice(&dmp(folder.path(), score).stdout).unwrap();
+fn a_built_map_is_the_one_that_a_score_makes() {
+    let built = once(BUILD);
+    let info = json(&built.folder, "map info truth.dmpmap");
+    let report = once(&format!("{} --json --quiet", crate::common::TWO)).json();
     assert_eq!(info["surfels"], report["runs"][0]["surfels"]);
     assert_eq!(info["voxel_m"], report["config"]["voxel_m"]);
-    assert!(info["provenance"].as_str().unwrap().contains("town.mcap"));
+    has(info["provenance"].as_str().unwrap(), &["town.mcap"]);
     assert!(info["segments"][1].as_i64().unwrap() > info["segments"][0].as_i64().unwrap());
     let [low, high] = [0, 1].map(|k| info["extent_m"][k][0].as_f64().unwrap());
     assert!(high - low > 100.0 && high - low < 1000.0, "{low} to {high}");
-    let points = |file: &str| {
-        let export = dmp(folder.path(), &format!("map export {file} -o {file}.ply"));
-        assert!(export.status.success(), "{}", text(&export.stderr));
-        std::fs::read(folder.path().join(format!("{file}.ply"))).unwrap()
-    };
-    assert!(points("truth.dmpmap") == points("maps/truth.dmpmap"), "the same surfels");
-    let bytes = |file: &str| std::fs::read(folder.path().join(file)).unwrap();
-    assert!(bytes("truth.dmpmap") == bytes("maps/truth.dmpmap"), "the same file");
 }
 
 #[test]
-fn building_tells_of_the_run_and_the_file_that_were_given() {
+fn messages_of_a_build_name_the_run_and_the_file_that_were_given() {
     let folder = tempfile::tempdir().unwrap();
-    let truth = std::fs::read_to_string(workspace().join("data-samples/truth.tum")).unwrap();
-    let later = truth.lines().filter(|line| !line.starts_with('#')).map(|line| {
-        let (stamp_s, pose) = line.split_once(' ').unwrap();
-        format!("{} {pose}\n", stamp_s.parse::<f64>().unwrap() + 7000.0)
-    });
-    std::fs::write(folder.path().join("far.tum"), later.collect::<String>()).unwrap();
-    let apart = dmp(folder.path(), "map build @/town.mcap -t far.tum -o far.dmpmap");
-    assert!(text(&apart.stderr).contains("--time-offset far=7000.000"), "{}", text(&apart.stderr));
-    let shifted = "map build @/town.mcap -t far.tum --time-offset far=7000 -o far.dmpmap";
-    assert!(dmp(folder.path(), shifted).status.success());
+    let path = folder.path();
+    let mut rows = sample_rows("truth.tum");
+    rows.iter_mut().for_each(|row| row[0] += 7000.0);
+    write(path, "far.tum", &tum(&rows));
+    let apart = crate::common::dmp(path, "map build @/town.mcap -t far.tum -o far.dmpmap");
+    has(&text(&apart.stderr), &["--time-offset far=7000.000"]);
+    done(path, "map build @/town.mcap -t far.tum --time-offset far=7000 -o far.dmpmap");
 
-    let mesh = "v 0 0 0\nv 9 0 0\nv 9 9 0\nf 1 2 3\n";
-    std::fs::write(folder.path().join("floor.obj"), mesh).unwrap();
-    let built = text(&dmp(folder.path(), "map build floor.obj -o floor.dmpmap").stderr);
+    write(path, "floor.obj", "v 0 0 0\nv 9 0 0\nv 9 9 0\nf 1 2 3\n");
+    let built = text(&ends(path, "map build floor.obj -o floor.dmpmap", 0).stderr);
     assert_eq!(built.matches("OBJ mesh of 1 triangle").count(), 1, "{built}");
-    assert!(built.contains("map of `floor.obj`: ") && !built.contains("floor.dmpmap"), "{built}");
+    has(&built, &["map of `floor.obj`: "]);
 }
 
 #[test]
 fn every_format_holds_every_surfel_and_a_box_those_in_it() {
     let folder = tempfile::tempdir().unwrap();
-    let surfels = built(folder.path())["surfels"].as_u64().unwrap();
+    once(BUILD).copy("truth.dmpmap", folder.path());
+    let surfels = json(folder.path(), "map info truth.dmpmap")["surfels"].as_u64().unwrap();
     let read = |file: &str| {
         let mut points: Vec<[f64; 3]> = Vec::new();
         let sink = |batch: &[[f64; 3]]| {
@@ -72,10 +51,8 @@ fn every_format_holds_every_surfel_and_a_box_those_in_it() {
         read_cloud(&folder.path().join(file), None, sink).unwrap();
         points
     };
-    let export = |arguments: &str| {
-        let output = dmp(folder.path(), &format!("map export truth.dmpmap {arguments} --quiet"));
-        assert!(output.status.success(), "{}", text(&output.stderr));
-    };
+    let export =
+        |arguments: &str| drop(done(folder.path(), &format!("map export truth.dmpmap {arguments} --quiet")));
     let mut first: Option<Vec<[f64; 3]>> = None;
     for file in ["a.ply", "a.pcd", "a.las", "a.laz"] {
         export(&format!("-o {file}"));
@@ -95,52 +72,40 @@ fn every_format_holds_every_surfel_and_a_box_those_in_it() {
     let found = read("box.ply");
     assert!(expected.len() > 100 && expected.len() < all.len() / 2, "{} of {}", expected.len(), all.len());
     assert!(found == expected, "{} for {}", found.len(), expected.len());
-}
 
-#[test]
-fn a_cloud_becomes_a_map_too() {
-    let folder = tempfile::tempdir().unwrap();
-    built(folder.path());
-    dmp(folder.path(), "map export truth.dmpmap -o cloud.laz --quiet");
-    let output = dmp(folder.path(), "map build cloud.laz -o again.dmpmap --voxel 0.5");
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let info: Value =
-        serde_json::from_slice(&dmp(folder.path(), "map info again.dmpmap --json").stdout).unwrap();
+    // A cloud becomes a map again.
+    done(folder.path(), "map build a.laz -o again.dmpmap --voxel 0.5");
+    let info = json(folder.path(), "map info again.dmpmap");
     assert!(info["surfels"].as_u64().unwrap() > 1000 && info["segments"].is_null());
-    assert!(info["provenance"].as_str().unwrap().contains("cloud.laz"));
+    has(info["provenance"].as_str().unwrap(), &["a.laz"]);
 }
 
 #[test]
 fn damage_is_named_tile_by_tile_and_misuse_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let tiles = built(path)["tiles"].as_u64().unwrap();
-    let sound = dmp(path, "map verify truth.dmpmap");
-    assert!(sound.status.success() && text(&sound.stdout).contains("sound"), "{}", text(&sound.stderr));
+    once(BUILD).copy("truth.dmpmap", path);
+    let tiles = json(path, "map info truth.dmpmap")["tiles"].as_u64().unwrap();
+    has(&done(path, "map verify truth.dmpmap"), &["sound"]);
     let mut bytes = std::fs::read(path.join("truth.dmpmap")).unwrap();
     // Somewhere among the blobs, twice.
     let (a, b) = (bytes.len() / 5, bytes.len() / 2);
     bytes[a] ^= 1;
     bytes[b] ^= 0x80;
     std::fs::write(path.join("bad.dmpmap"), &bytes).unwrap();
-    let output = dmp(path, "map verify bad.dmpmap");
-    assert_eq!(output.status.code(), Some(3));
-    let told = text(&output.stderr);
-    assert_eq!(
-        told.lines().filter(|line| line.starts_with("error: bad.dmpmap: tile (")).count(),
-        2,
-        "{told}"
-    );
-    assert!(
-        text(&output.stdout).contains(&format!("2 of {tiles} tiles damaged")),
-        "{}",
-        text(&output.stdout)
-    );
-    refused(path, "map export bad.dmpmap -o x.ply", 1, &["bad.dmpmap: tile (", "checksum"]);
-    refused(path, "map info @/town.mcap", 1, &["town.mcap: not a map store"]);
-    refused(path, "map export truth.dmpmap -o x.xyz", 2, &["x.xyz", ".laz, .las, .ply or .pcd"]);
-    refused(path, "map build @/town.mcap -o x.dmpmap", 2, &["town.mcap", "-t RUN.tum"]);
-    let wrong = dmp(path, "map export truth.dmpmap -o x.ply --box 1,2,1,4");
-    assert_eq!(wrong.status.code(), Some(2));
+    let output = ends(path, "map verify bad.dmpmap", 3);
+    let stderr = text(&output.stderr);
+    let damaged = stderr.lines().filter(|line| line.starts_with("error: bad.dmpmap: tile ("));
+    assert_eq!(damaged.count(), 2, "{stderr}");
+    has(&text(&output.stdout), &[&format!("2 of {tiles} tiles damaged")]);
+    for (arguments, code, words) in [
+        ("export bad.dmpmap -o x.ply", 1, ["bad.dmpmap: tile (", "checksum"]),
+        ("info @/town.mcap", 1, ["town.mcap: not a map store", ""]),
+        ("export truth.dmpmap -o x.xyz", 2, ["x.xyz", ".laz, .las, .ply or .pcd"]),
+        ("build @/town.mcap -o x.dmpmap", 2, ["town.mcap", "-t RUN.tum"]),
+    ] {
+        refused(path, &format!("map {arguments}"), code, &words);
+    }
+    misused(path, "map export truth.dmpmap -o x.ply --box 1,2,1,4", &["--box"]);
     assert!(!path.join("x.ply").exists() && !path.join("x.dmpmap").exists());
 }

@@ -1,6 +1,6 @@
 //! Quick scores: of places, for which alone a log is read.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 use std::sync::Mutex;
@@ -9,12 +9,15 @@ use dmp::{
     Config, Ego, EvaluateError, FrameSums, Report, Run, Sample, ScoredPlace, SettingName, Sink, Watch,
     evaluate, evaluate_quick,
 };
-use dmp_log::{FolderFormat, FolderScanWriter, LogOptions, LogOutline, outline_log, write_tum};
+use dmp_log::{LogOptions, LogOutline, outline_log};
 use dmp_sensor::{Scan, Trajectory};
 use dmp_sim::{CityOptions, CityRecording, LidarOptions};
+use serde_json::Value;
 
-use crate::common::{comparable, drift, noise, open, runs_of, text, write_mcap};
-use crate::resume::write_in_small_chunks;
+use crate::common::{
+    SMALL_CHUNK, TWO, comparable, drift, ends, has, json, misused, noise, once, open, runs_of, save_tum,
+    scores, text, write_chunks, write_mcap,
+};
 
 fn outline(log: &Path) -> LogOutline {
     outline_log(log, &LogOptions::default()).unwrap()
@@ -107,8 +110,8 @@ fn a_place_that_sees_the_whole_drive_is_scored_as_in_the_whole() {
 fn a_share_of_the_log_is_read_and_decides() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("city.mcap");
-    let (scans, truth) = city(2500.0, 0.4);
-    write_in_small_chunks(&path, &scans);
+    let (scans, truth) = city(1500.0, 0.4);
+    write_chunks(&path, &scans, SMALL_CHUNK);
     let runs = runs_of(&truth, &[("drift", drift(1.0))]);
     let config = Config::default();
     let report = quick(&path, &runs, &config, 0.5);
@@ -127,14 +130,8 @@ fn a_share_of_the_log_is_read_and_decides() {
     assert!(report.sampling.frames_scored < places.scans_read && places.scans_read < scans.len() as u64 / 2);
 
     // The same whatever the threads and the memory.
-    for (threads, memory_bytes) in [(1, 1 << 30), (3, 1 << 30), (2, 100 << 20)] {
+    for (threads, memory_bytes) in [(1, 1 << 30), (3, 100 << 20)] {
         let again = quick(&path, &runs, &Config { threads, memory_bytes, ..config.clone() }, 0.5);
-        assert_eq!(comparable(&again), comparable(&report));
-    }
-    // The same again from the same outline.
-    let known = outline(&path);
-    for _ in 0..2 {
-        let again = evaluate_quick(&known, &runs, &config, 0.5, ()).unwrap();
         assert_eq!(comparable(&again), comparable(&report));
     }
     // Another seed draws other places, and sees the same.
@@ -147,149 +144,78 @@ fn a_share_of_the_log_is_read_and_decides() {
     assert!(error.is_usage() && matches!(error, EvaluateError::TooLittleMemory { .. }), "{error}");
 }
 
-/// A folder has each scan in a file of its own, and the MCAP file one in each chunk.
 #[test]
-fn the_container_of_the_scans_changes_no_number() {
-    let folder = tempfile::tempdir().unwrap();
-    let (scans, truth) = city(600.0, 0.3);
-    let (mcap, pcd) = (folder.path().join("city.mcap"), folder.path().join("city"));
-    let options = dmp_log::McapWriterOptions { chunk_bytes: 1, ..Default::default() };
-    let mut writer = dmp_log::McapScanWriter::create(&mcap, &options).unwrap();
-    scans.iter().for_each(|scan| writer.write_scan(scan).unwrap());
-    writer.finish().unwrap();
-    let mut writer = FolderScanWriter::create(&pcd, FolderFormat::Pcd).unwrap();
-    scans.iter().for_each(|scan| writer.write_scan(scan).unwrap());
-    writer.finish().unwrap();
-    let runs = runs_of(&truth, &[("noise", noise(0.05, 0.2)), ("drift", drift(1.0))]);
-    let reports = [&mcap, &pcd].map(|log| quick(log, &runs, &Config::default(), 1.0));
-    let numbers = |report: &Report| (report.runs.clone(), report.pairs.clone(), report.config.clone());
-    assert_eq!(numbers(&reports[0]), numbers(&reports[1]));
-    let places = reports[0].sampling.places.unwrap();
-    assert_eq!(places.drawn, places.total);
-    // All places, and on the whole what all scans say.
-    let whole = evaluate(open(&mcap).as_ref(), &runs, &Config::default(), ()).unwrap();
-    let verdicts = |report: &Report| report.pairs.iter().map(|p| p.verdict.to_string()).collect::<Vec<_>>();
-    assert_eq!(verdicts(&reports[0])[1], verdicts(&whole)[1]);
-    assert_eq!(whole.order[0], reports[0].order[0]);
-}
-
-#[test]
-fn a_log_without_revisits_says_what_it_can_tell() {
+fn a_log_without_revisits_is_warned_of() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("city.mcap");
     let (scans, truth) = city(900.0, 0.0);
-    write_in_small_chunks(&path, &scans[..scans.len() / 2]);
+    write_chunks(&path, &scans[..scans.len() / 2], SMALL_CHUNK);
     let runs = runs_of(&truth, &[("drift", drift(1.0))]);
     let report = quick(&path, &runs, &Config::default(), 0.5);
-    let told = report.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
     assert_eq!(report.sampling.places.unwrap().revisited_total, 0);
-    assert!(told.contains("the way comes back to no place") && told.contains("within 70 m"), "{told}");
+    let warnings = report.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
+    has(&warnings, &["no place", "within 70 m"]);
 }
 
 /// The log of a city in a folder, and the arguments for a quick score of it.
 fn in_folder(folder: &Path) -> String {
     let (scans, truth) = city(600.0, 0.3);
-    write_in_small_chunks(&folder.join("city.mcap"), &scans);
+    write_chunks(&folder.join("city.mcap"), &scans, SMALL_CHUNK);
     for run in runs_of(&truth, &[("drift", drift(1.0))]) {
-        let mut file = fs::File::create(folder.join(format!("{}.tum", run.name))).unwrap();
-        write_tum(&mut file, &run.trajectory).unwrap();
+        save_tum(&folder.join(format!("{}.tum", run.name)), &run.trajectory);
     }
     "score city.mcap -t truth.tum -t drift.tum --quick=90%".to_owned()
 }
 
 #[test]
-fn the_command_tells_what_was_drawn_and_read() {
+fn the_command_reports_what_was_drawn_and_refuses_what_quick_cannot() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = in_folder(folder.path());
-    let run = |more: &str| crate::common::dmp(folder.path(), &format!("{arguments}{more}"));
-    let told = run("");
-    assert_eq!(told.status.code(), Some(0), "{}", text(&told.stderr));
-    let out = crate::common::unwrapped(&text(&told.stdout));
-    for words in [
-        "scans at ",
-        " places, evenly spread (--seed 0)",
-        " of them passed more than once",
-        " read for them",
-        " of the log in all",
-    ] {
-        assert!(out.contains(words), "{words}: {out}");
-    }
-    let json: serde_json::Value = serde_json::from_slice(&run(" --json").stdout).unwrap();
-    let places = json.pointer("/sampling/places").unwrap();
+    let report = json(folder.path(), &arguments);
     for field in ["drawn", "total", "revisited", "scans_read", "share_asked", "bytes_read", "radius_m"] {
-        assert!(places.get(field).is_some_and(serde_json::Value::is_number), "{field}: {places}");
+        assert!(report["sampling"]["places"][field].is_number(), "{field}: {report}");
     }
-    for (more, words) in [
-        (" --sample 28", &["--sample", "--quick"][..]),
-        (" --decide", &["--decide", "--quick"]),
-        (" --resume", &["--resume", "--quick"]),
-        (" --checkpoint 60", &["--checkpoint", "--quick"]),
-        (" --per-frame frames.csv", &["--per-frame", "--quick"]),
-        (" --like saved.json", &["--like", "--quick"]),
-        (" --free-space", &["--free-space", "--quick"]),
-        (" --map truth=map.laz", &["--map", "--quick"]),
-        (" --save-maps maps", &["--save-maps", "--quick"]),
+    // A log of which all would be read is scored as a whole.
+    let whole = once(&format!("{TWO} --json --quiet"));
+    let short = ends(folder.path(), &format!("{TWO} --json --quick"), 0);
+    assert_eq!(scores(&short.stdout), scores(&whole.output.stdout));
+    has(&text(&short.stderr), &["note: ", "--quick would read "]);
+    for option in [
+        "--sample 28",
+        "--decide",
+        "--resume",
+        "--per-frame frames.csv",
+        "--like saved.json",
+        "--free-space",
+        "--map truth=map.laz",
     ] {
-        let output = run(more);
-        assert_eq!(output.status.code(), Some(2), "{more}");
-        assert!(words.iter().all(|word| text(&output.stderr).contains(word)), "{}", text(&output.stderr));
+        let name = option.split([' ', '=']).next().unwrap();
+        misused(folder.path(), &format!("{arguments} {option}"), &[name, "--quick"]);
     }
     for wrong in ["0%", "101%", "5", "x%"] {
-        let arguments = arguments.replace("90%", wrong);
-        let output = crate::common::dmp(folder.path(), &arguments);
-        assert_eq!(output.status.code(), Some(2), "{wrong}");
-        assert!(text(&output.stderr).contains("no share of a log: try 5%"), "{}", text(&output.stderr));
+        misused(folder.path(), &arguments.replace("90%", wrong), &["no share of a log: try 5%"]);
     }
-}
-
-/// Twenty places of a short log would be more than all of it.
-#[test]
-fn all_of_a_short_log_is_scored() {
-    let folder = tempfile::tempdir().unwrap();
-    let all = "score @/town.mcap -t @/truth.tum -t @/drift.tum --json";
-    let scored = |more: &str| {
-        let output = crate::common::dmp(folder.path(), &format!("{all}{more}"));
-        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-        let mut json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        let object = json.as_object_mut().unwrap();
-        assert!(object.remove("timing").is_some() && object.remove("memory").is_some());
-        (json, text(&output.stderr).lines().map(str::to_owned).collect::<Vec<_>>())
-    };
-    let (expected, said) = scored("");
-    let (found, told) = scored(" --quick");
-    assert_eq!(found, expected);
-    let note = "note: all is scored: --quick would read ";
-    assert!(told.len() == said.len() + 1 && told[0].starts_with(note), "{told:?}");
-    assert!(told[0].ends_with(" of this log of 2.08 MiB"), "{told:?}");
-    assert!(scored(" --quick --quiet").1.is_empty());
-    // Every place was asked for.
-    assert!(scored(" --quick=100%").0["sampling"]["places"]["drawn"].is_number());
 }
 
 /// A fifth of the log is ruined: some places have nothing left at all.
 #[test]
-fn what_is_damaged_at_a_place_is_told_and_left_out() {
+fn damage_at_a_place_is_reported_and_the_rest_scored() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = in_folder(folder.path()).replace("90%", "100%");
     let path = folder.path().join("city.mcap");
     let mut bytes = fs::read(&path).unwrap();
     let (from, to) = (bytes.len() * 2 / 5, bytes.len() * 3 / 5);
-    for at in (from..to).step_by(997) {
-        bytes[at] ^= 0x55;
-    }
+    (from..to).step_by(997).for_each(|at| bytes[at] ^= 0x55);
     fs::write(&path, bytes).unwrap();
-    let damage_of = |threads: usize| {
-        let output = crate::common::dmp(folder.path(), &format!("{arguments} --json --threads {threads}"));
-        assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
-        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        assert_eq!(report.pointer("/pairs/0/verdict").unwrap(), "truth");
-        let damage = report.pointer("/inputs/damage").unwrap().as_array().unwrap();
-        damage.iter().map(|lost| lost.as_str().unwrap().to_owned()).collect::<Vec<_>>()
-    };
-    let damage = damage_of(1);
-    assert!(damage.len() > 3, "{damage:?}");
-    assert_eq!(damage.iter().collect::<std::collections::BTreeSet<_>>().len(), damage.len());
-    assert_eq!(damage, damage_of(3));
+    let [damage, again] = [1, 3].map(|threads| {
+        let output = ends(folder.path(), &format!("{arguments} --json --threads {threads}"), 3);
+        let report = scores(&output.stdout);
+        assert_eq!(report["pairs"][0]["verdict"], "truth");
+        let damage = report["inputs"]["damage"].as_array().unwrap().iter().map(Value::to_string);
+        damage.collect::<Vec<_>>()
+    });
+    assert!(damage.len() > 3 && damage.iter().collect::<BTreeSet<_>>().len() == damage.len(), "{damage:?}");
+    assert_eq!(damage, again);
 }
 
 #[test]

@@ -11,10 +11,10 @@ use dmp_sim::SlamErrors;
 use serde_json::Value;
 
 use crate::common::{
-    comparable, dmp, drift, noise, open, refused, runs_of, score, small_town, text, unwrapped, workspace,
-    write_mcap,
+    SMALL_CHUNK, TWO, comparable, done, drift, has, json, noise, open, refused, runs_of, sample, score,
+    small_town, unwrapped, write, write_chunks, write_mcap,
 };
-use crate::resume::{in_pieces, write_in_small_chunks};
+use crate::resume::in_pieces;
 
 /// The sums of every frame that is scored.
 #[derive(Default)]
@@ -36,25 +36,22 @@ fn frames_of(
     (report, frames.0.into_inner().unwrap())
 }
 
+/// Scans without a pose are counted in all of the log, whatever the sample.
 #[test]
-fn a_sample_tells_of_scans_without_a_pose_what_all_scans_tell() {
+fn a_sample_has_the_warnings_of_all_scans() {
     let folder = tempfile::tempdir().unwrap();
-    let truth = std::fs::read_to_string(workspace().join("data-samples/truth.tum")).unwrap();
-    let told = |poses: usize, more: &str| -> Vec<Value> {
+    let truth = std::fs::read_to_string(sample("truth.tum")).unwrap();
+    let warnings = |poses: usize, more: &str| -> Vec<Value> {
         let part: String = truth.lines().take(poses).flat_map(|line| [line, "\n"]).collect();
-        std::fs::write(folder.path().join("part.tum"), part).unwrap();
-        let output = dmp(folder.path(), &format!("score @/town.mcap -t part.tum --json --quiet {more}"));
-        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        write(folder.path(), "part.tum", &part);
+        let report = json(folder.path(), &format!("score @/town.mcap -t part.tum {more}"));
         let warnings = report["warnings"].as_array().unwrap().iter();
         warnings.filter(|warning| warning.to_string().contains("scan_without_pose")).cloned().collect()
     };
     // Of more than half of the scans, and of one in ten.
-    for (poses, warnings) in [(300, 1), (720, 0)] {
-        let of_all = told(poses, "");
-        assert_eq!(of_all.len(), warnings, "{of_all:?}");
-        for sample in ["--sample 6", "--sample 30"] {
-            assert_eq!(told(poses, sample), of_all, "{sample}");
-        }
+    for (poses, count) in [(300, 1), (720, 0)] {
+        let of_all = warnings(poses, "");
+        assert_eq!((of_all.len(), warnings(poses, "--sample 6")), (count, of_all), "{poses}");
     }
 }
 
@@ -67,21 +64,15 @@ fn a_sample_is_the_sum_of_its_frames_in_the_whole_map() {
     let runs = runs_of(&truth, &[("noise", noise(0.05, 0.2)), ("drift", drift(1.0))]);
     let saved = Config { save_maps: Some(folder.path().to_path_buf()), every: 2, ..Config::default() };
     let (_, whole) = frames_of(&path, &runs, &saved);
-    let (_, given_whole, given) = {
-        let given: Vec<Run> = runs
-            .iter()
-            .map(|run| Run {
-                map: MapSource::Given(folder.path().join(format!("{}.dmpmap", run.name))),
-                ..run.clone()
-            })
-            .collect();
-        let (report, frames) = frames_of(&path, &given, &Config { every: 2, ..Config::default() });
-        (report, frames, given)
+    let given = |run: &Run| {
+        let map = folder.path().join(format!("{}.dmpmap", run.name));
+        Run { map: MapSource::Given(map), ..run.clone() }
     };
+    let given: Vec<Run> = runs.iter().map(given).collect();
+    let (_, given_whole) = frames_of(&path, &given, &Config { every: 2, ..Config::default() });
     for (runs, whole) in [(&runs, &whole), (&given, &given_whole)] {
-        for (seed, order) in [(0, FrameOrder::Log), (1, FrameOrder::Shuffled(5)), (2, FrameOrder::Log)] {
-            let sample = Sample::Frames(7);
-            let config = Config { sample, seed, order, every: 2, ..Config::default() };
+        for (seed, order) in [(0, FrameOrder::Log), (1, FrameOrder::Shuffled(5))] {
+            let config = Config { sample: Sample::Frames(7), seed, order, every: 2, ..Config::default() };
             let (report, sampled) = frames_of(&path, runs, &config);
             assert_eq!((sampled.len(), whole.len()), (7, 30));
             assert!(sampled.iter().all(|(frame, sums)| whole[frame] == *sums));
@@ -113,7 +104,7 @@ fn a_sample_of_everything_is_everything() {
     write_mcap(&path, &scans);
     let runs = runs_of(&truth, &[("drift", drift(1.0))]);
     let whole = comparable(&score(&path, &runs, &Config::default()));
-    for sample in [Sample::Share(1.0), Sample::Frames(40), Sample::Frames(1000)] {
+    for sample in [Sample::Share(1.0), Sample::Frames(1000)] {
         let all = score(&path, &runs, &Config { sample, seed: 3, ..Config::default() });
         assert_eq!(comparable(&all), whole);
     }
@@ -124,7 +115,7 @@ fn samples_grow_until_it_is_decided() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("town.mcap");
     let (scans, truth) = small_town(60, 180);
-    write_in_small_chunks(&path, &scans);
+    write_chunks(&path, &scans, SMALL_CHUNK);
     let mut runs = runs_of(&truth, &[("drift", drift(2.0))]);
     let decide = |pair: Option<(&str, &str)>| {
         let pair = pair.map(|(a, b)| (a.to_owned(), b.to_owned()));
@@ -142,7 +133,7 @@ fn samples_grow_until_it_is_decided() {
     let error = |report: &Report| 1.0 - report.promise.interval_confidence;
     assert!((error(&report) / (0.01 / 32.0) - 1.0).abs() < 1e-9, "{}", error(&report));
 
-    // Two runs that cannot be told apart, nor be called the same early, take all scans.
+    // Two equal runs, which cannot be called the same early, take all scans.
     let draw = |seed| SlamErrors { seed, ..noise(0.05, 0.1) }.apply(&truth).unwrap();
     runs.extend([Run::new("draw", draw(1)), Run::new("another draw", draw(2))]);
     let hopeless = Config {
@@ -171,26 +162,17 @@ fn samples_grow_until_it_is_decided() {
 }
 
 #[test]
-fn the_command_tells_of_the_sample() {
+fn the_command_samples_and_decides() {
     let folder = tempfile::tempdir().unwrap();
-    let score = "score @/town.mcap -t @/truth.tum -t @/drift.tum --quiet";
-    let table = unwrapped(&text(&dmp(folder.path(), &format!("{score} --sample 10 --seed 7")).stdout));
-    for part in ["scored: 10 of ", "evenly spread (--seed 7); the maps are made of all", " R_cv ± R_cv "] {
-        assert!(table.contains(part), "{part}\n{table}");
+    let table = unwrapped(&done(folder.path(), &format!("{TWO} --quiet --sample 10 --seed 7")));
+    has(&table, &["10 of ", "--seed 7"]);
+    let report = json(folder.path(), &format!("{TWO} --decide=truth,drift --confidence 99.9%"));
+    assert_eq!(report["pairs"][0]["verdict"], "truth", "{report}");
+    assert_eq!(report["sampling"]["looks"][0], 28);
+    for (options, words) in [
+        ("-t @/truth.tum --decide", ["decide with one run", "two runs at least"]),
+        ("-t @/truth.tum -t @/drift.tum --decide=truth,nobody", ["decide truth,nobody", "two of the runs"]),
+    ] {
+        refused(folder.path(), &format!("score @/town.mcap {options}"), 2, &words);
     }
-    // Of three scans there is no interval, so nobody knows what more would show.
-    let table = unwrapped(&text(&dmp(folder.path(), &format!("{score} --sample 3")).stdout));
-    assert!(
-        table.contains("only 3 frames have common returns") && !table.contains("hardly decide"),
-        "{table}"
-    );
-    let json = dmp(folder.path(), &format!("{score} --decide=truth,drift --confidence 99.9% --json")).stdout;
-    let json: Value = serde_json::from_slice(&json).unwrap();
-    assert_eq!(json["pairs"][0]["verdict"], "truth", "{json}");
-    assert_eq!(json["sampling"]["looks"][0], 28);
-    let refused = |options: &str, words: &[&str]| {
-        refused(folder.path(), &format!("score @/town.mcap -t @/truth.tum {options}"), 2, words);
-    };
-    refused("--decide", &["decide with one run", "two runs at least"]);
-    refused("-t @/drift.tum --decide=truth,nobody", &["decide truth,nobody", "two of the runs"]);
 }

@@ -1,38 +1,30 @@
 //! `dmp simulate room`: what it writes is a log with its truth, and its estimates score in their order.
 
-use dmp_log::{LogOptions, open_log, read_mesh, read_trajectory};
-use dmp_sensor::Scan;
+use dmp_log::read_mesh;
+use dmp_sensor::{Point3, Scan};
 use dmp_sim::ate_rmse_m;
-use serde_json::Value;
 
-use crate::common::{dmp, refused, text};
+use crate::common::{done, has, json, once, open, refused, trajectory};
 
 const ESTIMATES: [&str; 5] = ["good", "another", "odometry", "off", "false_loop"];
+const MAKE: &str = "simulate room --size 80x60 --frames 200 --rate 10 --seed 2 -o room";
 
 #[test]
-fn a_room_is_read_back_with_its_truth_and_its_estimates_are_told_apart() {
+fn a_room_is_read_back_with_its_truth_and_its_estimates_score_in_their_order() {
     let folder = tempfile::tempdir().unwrap();
-    let run = |arguments: &str| {
-        let output = dmp(folder.path(), arguments);
-        assert_eq!(output.status.code(), Some(0), "{arguments}\n{}", text(&output.stderr));
-        text(&output.stdout)
-    };
-    let make = "simulate room --size 80x60 --frames 200 --rate 10 --seed 2";
-    let told = run(&format!("{make} -o room"));
-    let at = |name: &str| folder.path().join("room").join(name);
-
-    let log = open_log(&at(""), &LogOptions::default()).unwrap();
+    let made = once(MAKE);
+    let room = made.folder.join("room");
+    let printed = made.stdout();
+    let lines: Vec<&str> = printed.lines().collect();
+    let log = open(&room);
     assert_eq!(log.frames().len(), 200);
     assert_eq!(log.summary().camera.unwrap().focal_px(), [65.625; 2]);
-    let truth = read_trajectory(&at("groundtruth.txt")).unwrap().trajectory;
+    let truth = trajectory(&room.join("groundtruth.txt"));
     let stamps_ns: Vec<i64> = log.frames().iter().map(|frame| frame.stamp_ns.unwrap()).collect();
     assert_eq!(truth.stamps_ns().unwrap(), stamps_ns);
-    let lines: Vec<&str> = told.lines().collect();
-    assert!(lines[0].contains("200 images") && lines[1].contains("200 poses"), "{told}");
     for (line, name) in lines[2..].iter().zip(ESTIMATES) {
-        let estimate = read_trajectory(&at(&format!("estimates/{name}.txt"))).unwrap().trajectory;
-        let ate_m = ate_rmse_m(&estimate, &truth);
-        assert!(line.contains(name) && line.contains(&format!("ATE {ate_m:.3} m")), "{line} {ate_m}");
+        let ate_m = ate_rmse_m(&trajectory(&room.join(format!("estimates/{name}.txt"))), &truth);
+        has(line, &[name, &format!("ATE {ate_m:.3} m")]);
     }
 
     // What the images show lies within the surface's bounds: camera frame, poses and mesh belong together.
@@ -43,54 +35,52 @@ fn a_room_is_read_back_with_its_truth_and_its_estimates_are_told_apart() {
         }
         Ok::<(), dmp_log::LogError>(())
     };
-    let mesh = read_mesh(&at("room.obj"), grow).unwrap();
-    assert!(lines[7].replace(',', "").contains(&format!("room.obj: {} triangles", mesh.triangles)), "{told}");
-    let mut reader = log.reader().unwrap();
-    let mut scan = Scan::default();
+    let mesh = read_mesh(&room.join("room.obj"), grow).unwrap();
+    has(&lines[7].replace(',', ""), &[&format!("room.obj: {} triangles", mesh.triangles)]);
+    let (mut reader, mut scan) = (log.reader().unwrap(), Scan::default());
     for index in (0..200).step_by(20) {
         reader.read(index, &mut scan).unwrap();
         for point in scan.points_in_sensor_m.iter().filter(|point| point[2] > 0.0) {
-            let point = truth.poses()[index] * dmp_sensor::Point3::from(point.map(f64::from));
+            let point = truth.poses()[index] * Point3::from(point.map(f64::from));
             let within = |k: usize| (bounds[k][0] - 0.3..bounds[k][1] + 0.3).contains(&point[k]);
             assert!((0..3).all(within), "{point}");
         }
     }
 
     let runs: Vec<String> = ESTIMATES.iter().map(|name| format!("-t room/estimates/{name}.txt")).collect();
-    let score = format!("score room {} --voxel 0.1 --min-range 0.3 --json -q", runs.join(" "));
-    let report: Value = serde_json::from_str(&run(&score)).unwrap();
+    let report = json(&made.folder, &format!("score room {} --voxel 0.1 --min-range 0.3 -q", runs.join(" ")));
     let order = report["order"].to_string();
     let place = |name: &str| order.find(&format!("\"{name}\"")).unwrap();
     assert!(place("good") < place("off") && place("another") < place("off"), "{order}");
     assert!(place("odometry") < place("off") && place("off") < place("false_loop"), "{order}");
 
     // The same numbers, the same bytes.
-    run(&format!("{make} -o again"));
-    let read = |from: &str, name: &str| std::fs::read(folder.path().join(from).join(name)).unwrap();
+    done(folder.path(), MAKE);
     for name in ["depth.txt", "camera.json", "groundtruth.txt", "room.obj", "estimates/false_loop.txt"] {
-        assert!(read("room", name) == read("again", name), "{name}");
+        let [a, b] =
+            [&made.folder, folder.path()].map(|at| std::fs::read(at.join("room").join(name)).unwrap());
+        assert!(a == b, "{name}");
     }
-    let list = String::from_utf8(read("room", "depth.txt")).unwrap();
-    let image = list.lines().last().unwrap().split(' ').nth(1).unwrap();
-    assert!(read("room", image) == read("again", image));
-
     // Loops of the walk.
-    let told = run("simulate loops room/groundtruth.txt --room -o loops");
-    assert!(told.contains("10 true, 10 false, 6 near"), "{told}");
+    has(
+        &done(folder.path(), "simulate loops room/groundtruth.txt --room -o loops"),
+        &["10 true, 10 false, 6 near"],
+    );
 }
 
 #[test]
 fn what_no_room_can_be_is_refused() {
     let folder = tempfile::tempdir().unwrap();
-    let refuse = |arguments: &str, words: &[&str]| {
-        refused(folder.path(), &format!("simulate room -o room {arguments}"), 2, words);
+    for (arguments, words) in [
+        ("--frames 1", ["the number of images", "from 2 to 1000000"]),
+        ("--room 4x5x2.5", ["the width of the room in m", "from 5 to 12"]),
+        ("--size 0x480", ["an image of 0 x 480 pixels", ""]),
+        ("--rate 0", ["the images per second", ""]),
+        ("--depth-scale 0", ["the units per m", ""]),
+    ] {
+        refused(folder.path(), &format!("simulate room -o room {arguments}"), 2, &words);
         assert!(!folder.path().join("room").exists());
-    };
-    refuse("--frames 1", &["the number of images", "from 2 to 1000000"]);
-    refuse("--room 4x5x2.5", &["the width of the room in m", "from 5 to 12"]);
-    refuse("--size 0x480", &["an image of 0 x 480 pixels"]);
-    refuse("--rate 0", &["the images per second"]);
-    refuse("--depth-scale 0", &["the units per m"]);
+    }
     std::fs::create_dir(folder.path().join("there")).unwrap();
     refused(folder.path(), "simulate room -o there --size 16x12", 2, &["there", "not overwritten"]);
 }

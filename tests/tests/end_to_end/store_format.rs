@@ -6,7 +6,7 @@ use serde_json::Value;
 use crate::common::workspace;
 
 #[test]
-fn the_page_says_what_the_reader_does() {
+fn a_committed_map_is_read_as_a_script_reads_it() {
     let folder = workspace().join("tests/conformance/store");
     let known = std::fs::read_to_string(folder.join("small.json")).unwrap();
     let known: Value = serde_json::from_str(&known).unwrap();

@@ -7,7 +7,8 @@ use std::process::{Command, Output};
 
 use serde::Deserialize;
 
-use crate::common::workspace;
+use crate::command::assert_documented;
+use crate::common::{PROGRAM, done, ends, has, json, json_of, text, workspace, write};
 
 #[derive(Debug, Deserialize)]
 struct Golden {
@@ -28,54 +29,8 @@ struct Case {
     stats: Option<BTreeMap<String, f64>>,
 }
 
-/// The JSON as documented: a field that is missing, or one that is not documented, fails here.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[expect(dead_code, reason = "every field must be there; not every one is asserted on")]
-struct Report {
-    schema: String,
-    dmp_version: String,
-    metric: String,
-    title: String,
-    relation: String,
-    unit: String,
-    reference: Input,
-    estimate: Input,
-    pairs: Option<Pairs>,
-    alignment: Option<[[f64; 4]; 4]>,
-    errors: usize,
-    stats: BTreeMap<String, f64>,
-    notes: Vec<String>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[expect(dead_code, reason = "every field must be there; not every one is asserted on")]
-struct Input {
-    path: String,
-    format: String,
-    poses: usize,
-    poses_compared: usize,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-#[expect(dead_code, reason = "every field must be there; not every one is asserted on")]
-#[expect(clippy::struct_field_names, reason = "the names are those of the JSON")]
-struct Pairs {
-    delta: f64,
-    delta_unit: String,
-    delta_tol: f64,
-    all_pairs: bool,
-    from_reference: bool,
-}
-
 fn dmp(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_dmp-under-test")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> &str {
-    std::str::from_utf8(bytes).unwrap()
+    Command::new(PROGRAM).args(arguments).current_dir(folder).output().unwrap()
 }
 
 /// Equal to 10⁻⁹, or rounding of what should be zero.
@@ -105,13 +60,18 @@ fn numbers_and_text_are_evos() {
             continue;
         };
         assert_eq!(json.status.code(), Some(0), "{}: {}", case.name, text(&json.stderr));
-        let report: Report = serde_json::from_slice(&json.stdout).unwrap();
-        assert_eq!((report.schema.as_str(), &report.metric), ("dmp-truth/1", &case.metric));
-        assert_eq!(report.stats.keys().collect::<Vec<_>>(), stats.keys().collect::<Vec<_>>());
+        let report = json_of(&json);
+        assert_documented(&report);
+        assert_eq!(
+            (&report["schema"], &report["metric"]),
+            (&"dmp-truth/1".into(), &case.metric.clone().into())
+        );
+        let ours = report["stats"].as_object().unwrap();
+        assert_eq!(ours.keys().collect::<Vec<_>>(), stats.keys().collect::<Vec<_>>());
         let largest = stats["max"].max(1.0);
         for (name, evo) in stats {
             let largest = if name == "sse" { largest * largest } else { largest };
-            let ours = report.stats[name];
+            let ours = ours[name].as_f64().unwrap();
             assert!(near(ours, *evo, largest), "{} {name}: evo {evo} dmp {ours}", case.name);
         }
         assert_eq!(text(&printed.stdout), case.text.as_deref().unwrap_or_default(), "{}", case.name);
@@ -121,48 +81,35 @@ fn numbers_and_text_are_evos() {
 #[test]
 fn a_format_is_found_by_looking() {
     let folder = tempfile::tempdir().unwrap();
-    let tum = "0.5 0 0 0 0 0 0 1\n1.5 1 0 0 0 0 0 1\n2.5 1 1 0 0 0 0 1\n";
-    let euroc =
-        "#timestamp [ns], p\n500000000,0,0,0,1,0,0,0\n1500000000,1,0,0,1,0,0,0\n2500000000,1,1,0,1,0,0,0\n";
-    std::fs::write(folder.path().join("a.tum"), tum).unwrap();
-    std::fs::write(folder.path().join("b.csv"), euroc).unwrap();
-    let found = dmp(folder.path(), &["truth", "ape", "b.csv", "a.tum", "-as", "--json"]);
-    let report: Report = serde_json::from_slice(&found.stdout).unwrap();
-    assert_eq!((report.reference.format.as_str(), report.estimate.format.as_str()), ("EuRoC", "TUM"));
-    assert!(report.stats["max"] < 1e-12 && report.alignment.is_some());
+    let path = folder.path();
+    write(path, "a.tum", "0.5 0 0 0 0 0 0 1\n1.5 1 0 0 0 0 0 1\n2.5 1 1 0 0 0 0 1\n");
+    let lines = ["500000000,0,0,0,1,0,0,0", "1500000000,1,0,0,1,0,0,0", "2500000000,1,1,0,1,0,0,0"];
+    write(path, "b.csv", &format!("#timestamp [ns], p\n{}\n", lines.join("\n")));
+    let report = json(path, "truth ape b.csv a.tum -as");
+    assert_eq!(
+        (&report["reference"]["format"], &report["estimate"]["format"]),
+        (&"EuRoC".into(), &"TUM".into())
+    );
+    assert!(report["stats"]["max"].as_f64().unwrap() < 1e-12 && report["alignment"].is_array());
 
-    for (arguments, code, says) in [
-        (&["truth", "ape", "xyz", "b.csv", "a.tum"][..], 2, "`xyz` is no format"),
-        (&["truth", "ape", "kitti", "a.tum", "a.tum"], 1, "a.tum: line 1: 8 columns"),
-        (&["truth", "ape", "a.tum", "none.tum"], 2, "none.tum"),
-        (&["truth", "ape", "a.tum", "a.tum", "-a", "--align_origin"], 2, "cannot be used with"),
-        (&["truth", "rpe", "a.tum", "a.tum", "-d", "1.5"], 2, "delta 1.5 frames"),
+    for (arguments, code, words) in [
+        ("ape xyz b.csv a.tum", 2, "`xyz` is no format"),
+        ("ape kitti a.tum a.tum", 1, "a.tum: line 1: 8 columns"),
+        ("ape a.tum none.tum", 2, "none.tum"),
+        ("ape a.tum a.tum -a --align_origin", 2, "cannot be used with"),
+        ("rpe a.tum a.tum -d 1.5", 2, "delta 1.5 frames"),
     ] {
-        let output = dmp(folder.path(), arguments);
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", text(&output.stderr));
-        assert!(text(&output.stderr).contains(says), "{}", text(&output.stderr));
+        has(&text(&ends(path, &format!("truth {arguments}"), code).stderr), &[words]);
     }
-}
-
-#[test]
-fn a_result_file_is_written_once_and_always_the_same() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("a.tum"), "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 2 1 0 0 0 0 1\n")
-        .unwrap();
-    let save =
-        ["truth", "rpe", "a.tum", "a.tum", "--save_results", "out.zip", "--save_traj_in_zip", "--silent"];
-    let first = dmp(folder.path(), &save);
-    assert_eq!((first.status.code(), first.stdout.len()), (Some(0), 0), "{}", text(&first.stderr));
-    let bytes = std::fs::read(folder.path().join("out.zip")).unwrap();
-    for part in ["info.json", "stats.json", "error_array.npy", "timestamps.npy", "a.tum.tum"] {
+    // A result file is never overwritten.
+    done(path, "truth rpe a.tum a.tum --save_results out.zip");
+    let bytes = std::fs::read(path.join("out.zip")).unwrap();
+    for part in ["info.json", "stats.json", "error_array.npy", "timestamps.npy"] {
         assert!(bytes.windows(part.len()).any(|window| window == part.as_bytes()), "{part}");
     }
-    let again = dmp(folder.path(), &save);
-    assert_eq!(again.status.code(), Some(2));
-    assert!(text(&again.stderr).contains("out.zip: there is a file"));
-    let forced = dmp(folder.path(), &[&save[..], &["--no_warnings"]].concat());
-    assert_eq!(forced.status.code(), Some(0));
-    assert_eq!(std::fs::read(folder.path().join("out.zip")).unwrap(), bytes);
+    let again = ends(path, "truth rpe a.tum a.tum --save_results out.zip", 2);
+    has(&text(&again.stderr), &["out.zip: there is a file"]);
+    assert_eq!(std::fs::read(path.join("out.zip")).unwrap(), bytes);
 }
 
 /// The figures that evo's users know for ORB-SLAM on KITTI 00.

@@ -62,14 +62,14 @@ fn unsafe_code_is_where_the_invariants_say() {
     let invariants = paragraph(&page, "1. World coordinates");
     let invariant = invariants.lines().skip_while(|line| !line.contains("`unsafe`"));
     let invariant = invariant.collect::<Vec<_>>().join(" ");
-    let told: BTreeSet<&str> = quoted(&invariant).filter(|name| name.contains(".rs")).collect();
+    let listed: BTreeSet<&str> = quoted(&invariant).filter(|name| name.contains(".rs")).collect();
     let lines = code_lines();
     let is_unsafe = |line: &str| ["{", "fn", "impl"].iter().any(|of| line.contains(&format!("unsafe {of}")));
     let found = lines
         .iter()
         .filter(|(_, _, line)| is_unsafe(line))
         .map(|(_, file, _)| file.strip_prefix(workspace().join("crates")).unwrap().to_str().unwrap());
-    assert_eq!(told, found.collect(), "files with unsafe code, in docs/architecture.md and in the crates");
+    assert_eq!(listed, found.collect(), "files with unsafe code, in docs/architecture.md and in the crates");
 }
 
 #[test]

@@ -110,8 +110,8 @@ impl One<'_> {
                 1 + random.next() % self.sound.changes.max(1)
             };
             let plan = Plan { mode: Mode::Kill, at, draw: random.next() % 60 };
-            let words = if kill == 0 { self.tried.words.clone() } else { self.tried.again() };
-            let (ended, mut log) = self.run(&words, plan, steps)?;
+            let words = &self.tried.words;
+            let (ended, mut log) = self.run(words, plan, steps)?;
             log.retain(|operation| !self.ignores_syncs || operation.name != "sync");
             match ended.end {
                 End::Signal(9) => steps.kills += 1,
@@ -141,7 +141,7 @@ impl One<'_> {
     /// kept, and ends so without.
     fn finish(&self, steps: &mut Steps) -> anyhow::Result<Result<Ending, Failure>> {
         let mut outcome = Ending::Same;
-        for words in [self.tried.again(), self.tried.words.clone()] {
+        for words in [self.tried.words.clone(), self.tried.without_kept_work()] {
             let (ended, _) = self.run(&words, Plan::NOTHING, steps)?;
             let files = self.bench.files()?;
             let found = self.found(&files);

@@ -1,7 +1,7 @@
 //! What attacks and faults have in common: tries that do something to the command, thousands of times.
 
 #[path = "../../../fuzz/damage/mod.rs"]
-#[expect(dead_code, reason = "the tests of dmp-log and the fuzz target use more of it")]
+#[allow(dead_code, reason = "the tests of dmp-log and the fuzz target use more of it")]
 pub(crate) mod damage;
 mod files;
 mod run;

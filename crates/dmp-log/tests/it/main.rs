@@ -7,7 +7,7 @@ pub(crate) mod common;
 mod conformance;
 mod csv;
 #[path = "../../../../fuzz/damage/mod.rs"]
-#[expect(dead_code, reason = "`cargo xtask attack` and the fuzz target use more of it")]
+#[allow(dead_code, reason = "`cargo xtask attack` and the fuzz target use more of it")]
 pub(crate) mod damage;
 mod depth;
 pub(crate) mod depth_png;

@@ -7,7 +7,7 @@ fn versions() -> Vec<String> {
     vec!["old".into(), "new".into()]
 }
 
-/// The samples' report with two of its runs called old and new, and this verdict.
+/// The samples' report with two of its runs named old and new, and this verdict.
 fn report(better: Option<&str>, new_cm: f64) -> Report {
     let mut report = scores();
     for run in &mut report.runs {
@@ -106,7 +106,7 @@ fn what_is_not_compared_is_told() {
         "new is not compared on 1 of 5 logs (odd): where it fails it cannot lose",
     ];
     assert_eq!(found.warnings, expected);
-    assert_eq!(found.log("odd").unwrap().missing[0].reason, "left out: it belongs to another log");
+    assert_eq!(found.log("odd").unwrap().missing[0].reason, "excluded: it belongs to another log");
     assert_eq!(found.worst_first.len(), 4);
 }
 

@@ -8,9 +8,9 @@ use dmp::{Config, Progress, Run, Stage, evaluate};
 use dmp_log::{FolderFormat, read_trajectory};
 use dmp_sensor::Scan;
 
+use super::Town;
 use super::raw::{Cloud, bag, bag_of_records, message_record, records_of, zstd_chunk, zstd_zeros};
 use super::table::Row;
-use super::{Town, report};
 use crate::common::{dmp_command, open, real_data, text, workspace};
 
 pub(super) const ROWS: &[Row] = &[
@@ -102,8 +102,8 @@ pub(super) const ROWS: &[Row] = &[
     Row {
         number: 21,
         made: |town| {
-            town.make("score town.mcap -t truth.tum --save-maps maps --quiet");
-            let whole = town.read("maps/truth.dmpmap");
+            town.make("map build town.mcap -t truth.tum -o truth.dmpmap --quiet");
+            let whole = town.read("truth.dmpmap");
             let refused = |number: usize, map: &[u8], words: &str| {
                 town.write(&format!("{number}.dmpmap"), map);
                 town.line(format!("score town.mcap -t truth.tum --map {number}.dmpmap => 1 {number}.dmpmap | {words}"));
@@ -123,7 +123,7 @@ pub(super) const ROWS: &[Row] = &[
             refused(20, &newer, "version 3");
         },
         lines: "
-            score town.mcap -t truth.tum --map maps/truth.dmpmap => 0 runs/0/map = \"maps/truth.dmpmap\"",
+            score town.mcap -t truth.tum --map truth.dmpmap => 0 runs/0/map = \"truth.dmpmap\"",
     },
     Row {
         number: 31,
@@ -372,8 +372,8 @@ fn row_22_a_log_that_changes_while_it_is_read_is_never_scored() {
 #[test]
 fn row_22_a_map_cut_short_while_it_is_read_is_an_error() {
     let town = Town::new();
-    report(town.root(), "", "score town.mcap -t truth.tum --save-maps maps", 0);
-    let whole = town.read("maps/truth.dmpmap");
+    town.make("map build town.mcap -t truth.tum -o truth.dmpmap --quiet");
+    let whole = town.read("truth.dmpmap");
     let mut cut = 0;
     let commands = [
         "map verify map.dmpmap",

@@ -30,9 +30,9 @@ use tempfile::TempDir;
 use crate::common::{dmp_command, drift, small_town, text, workspace, write_mcap};
 
 /// Options in one place, as several rows have them.
-const GATE: &str = "--fail-above R_near_5=4.9";
-const GATE_THAT_FAILS: &str = "--fail-above R_near_5=0.01cm";
-const KEEPING_WORK: &str = "--work work --checkpoint 0";
+const GATE: &str = "--expect R_near_5<4.9";
+const GATE_THAT_FAILS: &str = "--expect R_near_5<0.01cm";
+const KEEPING_WORK: &str = "--work work --resume=0";
 
 /// A folder with a drive of 24 scans as `town.mcap`, its truth and a wrong copy of that; and its scans.
 struct Town {

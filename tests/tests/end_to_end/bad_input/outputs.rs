@@ -6,7 +6,7 @@ use std::process::{Child, Stdio};
 
 use dmp_log::FolderFormat;
 
-use super::table::{Row, refused};
+use super::table::Row;
 use super::{GATE, Town, contents, names_in, report, scores};
 use crate::common::{dmp_command, text};
 
@@ -29,7 +29,7 @@ pub(super) const ROWS: &[Row] = &[
         },
         lines: "
             [ulimit -f 8] score town.mcap -t truth.tum --work work => 1 work | cannot write the store
-            [ulimit -f 8] score town.mcap -t truth.tum --save-maps maps => 1 truth.dmpmap | cannot write
+            [ulimit -f 8] map build town.mcap -t truth.tum -o maps/truth.dmpmap => 1 truth.dmpmap | cannot write
             [ulimit -f 8] convert log town.mcap -o new.mcap => 1 new.mcap | cannot write
             [ulimit -f 2] convert log town.mcap -o new --to pcd => 1 new | cannot write
             [ulimit -f 2] convert log town.mcap -o new --to laz => 1 new | cannot write
@@ -71,7 +71,6 @@ pub(super) const ROWS: &[Row] = &[
             score town.mcap --per-tile x.csv --per-frame ./x.csv => 2 output
             score town.mcap --report x.html {gate} --junit x.html => 2 output
             score town.mcap -t town=truth.tum --residuals town.mcap => 2 output
-            score town.mcap -t truth=truth.tum --map truth.dmpmap --save-maps . => 2 output
             compare result.json result.json {gate} --junit result.json => 2 output
             loops graph/graph.g2o --candidates graph/candidates.g2o --truth graph/labels.csv --svg graph/labels.csv => 2 output
             loops graph/graph.g2o --candidates graph/candidates.g2o --accept --save-graph graph/graph.g2o => 2 output
@@ -132,7 +131,6 @@ pub(super) const ROWS: &[Row] = &[
             simulate town -o new/ --truth new/times.txt => 2 output
             simulate city --km 1 -o new --truth ./new/scans/000000.bin => 2 output
             score town.mcap -t truth.tum -t @/drift.tum --residuals r.laz --per-frame r.drift.laz => 2 output
-            score town.mcap -t truth.tum --save-maps . --per-frame truth.dmpmap => 2 output
             score town.mcap --per-frame a.csv --per-tile b.csv => 2 output
             simulate town -o log.mcap --truth log.tum => 2 output
             simulate town -o new/ --truth new/truth.tum --scans 2 --azimuth-steps 20 => 0/0",
@@ -170,23 +168,18 @@ pub(super) const ROWS: &[Row] = &[
 fn row_06_leftovers_are_never_used_and_programs_at_once_do_not_meet() {
     let town = Town::new();
     let path = town.root();
-    let arguments = "score town.mcap -t truth.tum -t drift.tum --work work --save-maps maps";
     fs::create_dir(town.path("work")).unwrap();
-    let clean = report(path, "", arguments, 0);
-    let maps = ["truth", "drift"].map(|name| town.read(&format!("maps/{name}.dmpmap")));
-    // What killed runs leave: half of a work folder, of a store and of a log, under names of theirs.
-    town.write("work/dmp-work-AbC123/truth.dmpmap", &maps[1]);
-    town.write("maps/.dmp-store-AbC123", &maps[1][..100]);
-    assert_eq!(scores(&report(path, "", arguments, 0)), scores(&clean));
-    assert!(["truth", "drift"].map(|name| town.read(&format!("maps/{name}.dmpmap"))) == maps);
-    assert_eq!(town.read("work/dmp-work-AbC123/truth.dmpmap"), maps[1]);
-    assert_eq!(names_in(&town.path("work")), ["dmp-work-AbC123"]);
-    assert_eq!(names_in(&town.path("maps")), [".dmp-store-AbC123", "drift.dmpmap", "truth.dmpmap"]);
-
-    // The same name for other runs, at once.
-    fs::remove_dir_all(town.path("work/dmp-work-AbC123")).unwrap();
     let score = |run: &str| format!("score town.mcap -t run={run}.tum --work work");
     let alone = ["truth", "drift"].map(|run| scores(&report(path, "", &score(run), 0)));
+    // What a killed run leaves: a part of a work folder, under a name of its own.
+    town.make("map build town.mcap -t drift.tum -o drift.dmpmap --quiet");
+    town.write("work/dmp-work-AbC123/run.dmpmap", town.read("drift.dmpmap"));
+    let leftover = contents(&town.path("work"));
+    assert_eq!(scores(&report(path, "", &score("truth"), 0)), alone[0]);
+    assert!(contents(&town.path("work")) == leftover);
+    fs::remove_dir_all(town.path("work/dmp-work-AbC123")).unwrap();
+
+    // The same name for other runs, at once.
     let start = |run: &str| -> Child {
         let mut command = dmp_command(path, &format!("{} --json --quiet", score(run)));
         command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
@@ -198,14 +191,6 @@ fn row_06_leftovers_are_never_used_and_programs_at_once_do_not_meet() {
         assert_eq!(&scores(&serde_json::from_slice(&output.stdout).unwrap()), alone);
     }
     assert_eq!(names_in(&town.path("work")), [""; 0]);
-
-    // Maps of two programs at once in one folder would be each other's.
-    let arguments = "score town.mcap -t truth.tum --save-maps maps";
-    let taken = File::open(town.path("maps")).unwrap();
-    taken.lock().unwrap();
-    refused(path, "", arguments, 1, "maps | another dmp is saving here");
-    drop(taken);
-    report(path, "", arguments, 0);
 }
 
 /// What is no file takes what is written, and stays what it is.

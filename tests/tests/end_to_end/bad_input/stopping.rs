@@ -146,45 +146,47 @@ pub(super) fn has_checkpoint(work: &Path) -> bool {
     files.any(|file| file.path().extension().is_some_and(|e| e == "checkpoint"))
 }
 
-/// Copies of one run, so that there is time to stop it.
-const RUNS: usize = 8;
-
 #[test]
 fn row_24_interrupts_leave_nothing_and_kills_nothing_that_counts() {
     let town = Town::new();
-    let [work, maps] = ["work", "maps"].map(|name| town.path(name));
+    let work = town.path("work");
     fs::create_dir(&work).unwrap();
-    let small = "score @/town.mcap -t @/truth.tum -t @/drift.tum --work work --save-maps maps";
-    let clean = report(town.root(), "", small, 0);
-    let saved = || ["truth", "drift"].map(|name| town.read(&format!("maps/{name}.dmpmap")));
-    let before = saved();
-    // The work folder appears before anything is fused, the last map when all are.
-    let fusing = || !names_in(&work).is_empty();
-    let casting = || maps.join(format!("run{}.dmpmap", RUNS - 1)).exists();
-    let runs: String = (0..RUNS).map(|k| format!(" -t run{k}=@/drift.tum")).collect();
-    let long = || begin(town.root(), &format!("score @/town.mcap --work work --save-maps maps{runs}"));
-    for (signals, begun) in ["-INT", "-TERM", "-INT,-INT"]
-        .iter()
-        .flat_map(|signals| [(signals, &fusing as &dyn Fn() -> bool), (signals, &casting)])
+    let small = "score @/town.mcap -t @/truth.tum -t @/drift.tum --work work";
+    let clean = scores(&report(town.root(), "", small, 0));
+    // Copies of one run, so that there is time to stop it.
+    let runs: String = (0..8).map(|k| format!(" -t run{k}=@/drift.tum")).collect();
+    let score = format!("score @/town.mcap --work work{runs}");
+    let map = "map build @/town.mcap -t @/drift.tum -o map.dmpmap --work work";
+    let begun = || !names_in(&work).is_empty();
+    for (command, signals) in
+        [&score[..], map].iter().flat_map(|c| ["-INT", "-TERM", "-INT,-INT"].map(|s| (*c, s)))
     {
-        let (code, last) = stop(long(), signals, begun);
-        assert_eq!((code, last.as_str()), (Some(130), STOPPED), "{signals}");
-        assert_eq!(names_in(&work), [""; 0], "{signals}");
-        assert!(names_in(&maps).iter().all(|name| !name.starts_with('.')), "{:?}", names_in(&maps));
-        (0..RUNS).for_each(|k| drop(fs::remove_file(maps.join(format!("run{k}.dmpmap")))));
+        let (code, last) = stop(begin(town.root(), command), signals, &begun);
+        assert_eq!((code, last.as_str()), (Some(130), STOPPED), "{command} {signals}");
+        assert_eq!(names_in(&work), [""; 0], "{command} {signals}");
+        assert_eq!(
+            names_in(town.root()),
+            ["drift.tum", "town.mcap", "truth.tum", "work"],
+            "{command} {signals}"
+        );
     }
-    for begun in [&fusing as &dyn Fn() -> bool, &casting] {
-        assert_eq!(stop(long(), "-KILL", begun).0, None, "killed");
+    let whole = Instant::now();
+    town.make(map);
+    let takes = whole.elapsed();
+    for (command, eighth) in [&score[..], map].iter().flat_map(|c| [1, 4, 7].map(|eighth| (*c, eighth))) {
+        let _ = fs::remove_file(town.path("map.dmpmap"));
+        let mut child = begin(town.root(), command);
+        std::thread::sleep(takes * eighth / 8);
+        child.kill().unwrap();
+        child.wait().unwrap();
         // A map that is there is whole.
-        for name in names_in(&maps).iter().filter(|name| name.starts_with("run")) {
-            let store = Store::open(&maps.join(name)).unwrap();
+        if town.path("map.dmpmap").exists() {
+            let store = Store::open(&town.path("map.dmpmap")).unwrap();
             let tiles: Vec<TileId> = store.entries().map(|entry| entry.tile).collect();
             assert!(!tiles.is_empty());
             tiles.into_iter().for_each(|tile| drop(store.load(tile).unwrap()));
-            fs::remove_file(maps.join(name)).unwrap();
         }
-        assert_eq!(scores(&report(town.root(), "", small, 0)), scores(&clean));
-        assert!(saved() == before, "the same bytes");
+        assert_eq!(scores(&report(town.root(), "", small, 0)), clean);
         names_in(&work).iter().for_each(|name| drop(fs::remove_dir_all(work.join(name))));
     }
 

@@ -94,7 +94,7 @@ fn with_runs(command: &str) -> String {
 }
 
 /// Refused in one line with all the words; nothing is printed, nothing changes.
-pub(super) fn refused(folder: &Path, limits: &str, command: &str, code: i32, words: &str) {
+fn refused(folder: &Path, limits: &str, command: &str, code: i32, words: &str) {
     let before = contents(folder);
     let output = run(folder, limits, &format!("{command} --quiet"));
     let stderr = text(&output.stderr);

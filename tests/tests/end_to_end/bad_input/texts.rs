@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::clouds::timed;
 use super::raw::{Cloud, bag, bag_of_records, message_record, static_frames};
 use super::table::Row;
-use super::{GATE_THAT_FAILS, Town, names_in, run};
+use super::{GATE_THAT_FAILS, Town, run};
 use crate::common::{dmp_command, text};
 
 pub(super) const ROWS: &[Row] = &[
@@ -210,16 +210,17 @@ fn row_27_foreign_text_commands_neither_terminals_nor_ci_servers() {
         ("compare odd.json -v", r"b\u000a::stop-commands::x\u000a\u0023#[group]\u000aforged\ufeff\u00ad"),
         ("compare odd.json --json", ""),
         ("compare named.json", r"tr\u001b[2Juth"),
-        (&format!("score ::add-mask::c.mcap {runs} --verbose --save-maps maps"), ""),
+        (&format!("score ::add-mask::c.mcap {runs} --verbose"), ""),
+        ("map build ::add-mask::c.mcap -t ::e=truth.tum -o ::e.dmpmap", ""),
         (&format!("score ::add-mask::c.mcap {runs} --json {GATE_THAT_FAILS}"), ""),
         (&format!("calibrate ::add-mask::c.mcap {runs}"), ""),
         (&format!("info ::add-mask::c.mcap {runs}"), ""),
         ("info ::group::d", r"\u003a:group::d"),
-        ("map info maps/::e.dmpmap", ""),
-        ("map verify maps/::e.dmpmap", ""),
+        ("map info ::e.dmpmap", ""),
+        ("map verify ::e.dmpmap", ""),
         ("convert trajectory truth.tum --to kitti -o ::f.txt", ""),
         ("convert log ::group::d -o ::f.mcap", ""),
-        ("truth smd maps/truth.ply ::g.ply", ""),
+        ("truth smd truth.ply ::g.ply", ""),
         ("compare ::nowhere.json", ""),
         ("loops ::nowhere.g2o --candidates ##[error]nowhere.g2o", ""),
         ("man -o ::man", ""),
@@ -265,11 +266,6 @@ fn row_27_long_and_many_names_are_cut() {
             text(&run(town.root(), "", &format!("score {log} -t truth.tum {options} --quiet")).stderr);
         assert!(stderr.len() < most_bytes && stderr.contains(words), "{stderr}");
     }
-    // A run's map gets a name that file systems take.
-    let [a, b] = ["a", "b"].map(|end| "n".repeat(250) + end);
-    town.make(&format!("score town.mcap -t {a}=truth.tum -t {b}=drift.tum --save-maps maps --quiet"));
-    let maps = [1, 2].map(|number| format!("{}-{number}.dmpmap", "n".repeat(200)));
-    assert!(names_in(&town.path("maps")).ends_with(&maps), "{:?}", names_in(&town.path("maps")));
 }
 
 /// What is given by a path from the root is named by its last part: results of others do not name folders.
@@ -284,7 +280,8 @@ fn row_30_results_hold_no_paths_from_the_root() {
     };
     let json = |arguments: &str| serde_json::from_str::<Value>(&printed(arguments)).unwrap();
     let score = "score ROOT/town.mcap -t ROOT/truth.tum -t ROOT/drift.tum --json --quiet";
-    let report = json(&format!("{score} --report ROOT/r.html --save-maps ROOT/maps"));
+    let report = json(&format!("{score} --report ROOT/r.html"));
+    printed("map build ROOT/town.mcap -t ROOT/truth.tum -o ROOT/truth.dmpmap --quiet");
     assert_eq!(report["inputs"]["log"], "town.mcap");
     assert_eq!(report["inputs"]["runs"][0]["file"], "truth.tum");
     town.write("saved.json", report.to_string());
@@ -299,20 +296,20 @@ fn row_30_results_hold_no_paths_from_the_root() {
     let info = json("info ROOT/own --json");
     let problem = info["streams"][0]["problem"].as_str().unwrap();
     assert!(problem.starts_with("own: point time"), "{problem}");
-    town.make("map export maps/truth.dmpmap -o truth.ply --quiet");
+    town.make("map export truth.dmpmap -o truth.ply --quiet");
     for arguments in [
-        &format!("{score} --map truth=ROOT/maps/truth.dmpmap"),
+        &format!("{score} --map truth=ROOT/truth.dmpmap"),
         "info ROOT/town.mcap -t ROOT/truth.tum --json",
-        "map info ROOT/maps/truth.dmpmap --json",
-        "map info ROOT/maps/truth.dmpmap",
+        "map info ROOT/truth.dmpmap --json",
+        "map info ROOT/truth.dmpmap",
         "truth ape ROOT/truth.tum ROOT/drift.tum --json",
-        "truth smd ROOT/truth.ply ROOT/maps/truth.dmpmap --json --quiet",
+        "truth smd ROOT/truth.ply ROOT/truth.dmpmap --json --quiet",
         "calibrate ROOT/town.mcap -t ROOT/truth.tum --json --quiet",
         "drift ROOT/town.mcap -t ROOT/truth.tum --json --quiet",
     ] {
         printed(arguments);
     }
-    for file in ["r.html", "maps/truth.dmpmap", "maps/drift.dmpmap"] {
+    for file in ["r.html", "truth.dmpmap"] {
         let bytes = town.read(file);
         assert!(!bytes.windows(root.len()).any(|part| part == root.as_bytes()), "{file}");
     }

@@ -1,7 +1,6 @@
 //! The browser as a process: found, started and ended.
 
 use std::cell::RefCell;
-use std::ffi::OsStr;
 use std::fs::File;
 #[cfg(unix)]
 use std::os::unix::process::CommandExt as _;
@@ -53,20 +52,17 @@ pub(crate) struct Browser {
     /// Tabs whose page is closed, each with its session: a new one takes longer than all that is done in it.
     pub(super) tabs: RefCell<Vec<String>>,
     /// Its profile, its home and its stderr. An `Option`, so that it can be removed when the process has ended.
-    pub(super) folder: Option<TempDir>,
+    folder: Option<TempDir>,
 }
 
-/// The Chromium that `chosen` names, or else the first on a search path.
-///
-/// # Panics
-/// If what is chosen does not exist.
-pub(super) fn found(chosen: Option<&OsStr>, search_path: &OsStr) -> Option<PathBuf> {
-    if let Some(chosen) = chosen {
-        let chosen = PathBuf::from(chosen);
+/// The Chromium that `DMP_CHROMIUM` names, or else the first on the search path.
+fn found() -> Option<PathBuf> {
+    if let Some(chosen) = std::env::var_os("DMP_CHROMIUM").map(PathBuf::from) {
         assert!(chosen.is_file(), "DMP_CHROMIUM is set, but {} does not exist", chosen.display());
         return Some(chosen);
     }
-    let folders: Vec<PathBuf> = std::env::split_paths(search_path).collect();
+    let search_path = std::env::var_os("PATH").unwrap_or_default();
+    let folders: Vec<PathBuf> = std::env::split_paths(&search_path).collect();
     let mut places = NAMES.iter().flat_map(|name| folders.iter().map(move |folder| folder.join(name)));
     places.find(|place| place.is_file())
 }
@@ -77,8 +73,7 @@ impl Browser {
     /// # Panics
     /// Where `CI` is `true` and there is none: there a test must not pass unseen.
     pub(crate) fn start() -> Option<Self> {
-        let search_path = std::env::var_os("PATH").unwrap_or_default();
-        let Some(program) = found(std::env::var_os("DMP_CHROMIUM").as_deref(), &search_path) else {
+        let Some(program) = found() else {
             let none = "neither chromium nor google-chrome is on the PATH, and DMP_CHROMIUM is not set";
             assert!(std::env::var_os("CI").is_none_or(|ci| ci != "true"), "{none}");
             println!("skipped: {none}, so no page can be looked at");
@@ -88,7 +83,7 @@ impl Browser {
     }
 
     /// Starts a program that is a Chromium.
-    pub(super) fn of(program: &Path) -> Self {
+    fn of(program: &Path) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let stderr = folder.path().join("stderr.txt");
         // The browser wants its pipes as files 3 and 4, which a shell can give it.

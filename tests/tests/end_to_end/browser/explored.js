@@ -1,4 +1,4 @@
-// Does with a page all that a reader can do with it, and tells what came of each, in pictures, tables and maps that turn. What a page
+// Does with a page all that a reader can do with it, and returns what each did, in pictures, tables and maps that turn. What a page
 // has none of is not in the answer.
 (async () => {
   const all = (selector, root = document) => [...root.querySelectorAll(selector)];
@@ -38,7 +38,7 @@
     const line = svg.querySelector("polyline[data-scans]");
     const middle = line && line.points[line.points.length >> 1].matrixTransform(svg.getScreenCTM());
     point(svg, middle ? middle.x : box.left + box.width / 2, middle ? middle.y : box.top + box.height / 2);
-    const told = svg.nextElementSibling.textContent;
+    const pointed = svg.nextElementSibling.textContent;
     const view = () => svg.getAttribute("viewBox").split(" ").map(Number);
     const home = view();
     key(svg, "+");
@@ -47,7 +47,7 @@
     const aside = view();
     key(svg, "0");
     const is = line ? "way" : svg.dataset.map ? "map" : svg.dataset.plot ? "plot" : "other";
-    found.pictures.push({ is, told, zoom: home[2] / near[2], moved: aside[0] - near[0], back: view().every((x, k) => x === home[k]) });
+    found.pictures.push({ is, pointed, zoom: home[2] / near[2], moved: aside[0] - near[0], back: view().every((x, k) => x === home[k]) });
   }
 
   // From the first worst place to the map and to its time.

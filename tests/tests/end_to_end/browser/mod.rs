@@ -13,13 +13,11 @@
 
 mod accessible;
 mod chromium;
-mod faults;
 mod layout;
 mod page;
-mod picture;
 mod protocol;
 mod tests;
 
 pub(crate) use chromium::Browser;
-pub(crate) use page::{Page, Theme};
-pub(crate) use picture::pixels;
+use page::Page;
+pub(crate) use page::Theme;

@@ -3,8 +3,6 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use base64::Engine as _;
-use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
 use super::Browser;
@@ -18,9 +16,6 @@ pub(crate) enum Theme {
 
 /// The height of the window. A page that is higher goes on below it.
 const HEIGHT_PX: u32 = 900;
-
-/// Above it Chromium repeats the top of the page instead of drawing the rest.
-const PICTURE_LIMIT_PX: f64 = 16_384.0;
 
 /// An open page. Its tab is used again when this is dropped.
 pub(crate) struct Page<'a> {
@@ -44,7 +39,7 @@ fn file_url(path: &Path) -> String {
 }
 
 impl Browser {
-    /// A new tab's session, which tells what happens in it.
+    /// A new tab's session, which reports what happens in it.
     fn new_tab(&self) -> String {
         let target = self.call("", "Target.createTarget", &json!({ "url": "about:blank" }));
         let attach = json!({ "targetId": target["targetId"], "flatten": true });
@@ -83,7 +78,7 @@ impl Page<'_> {
         self.browser.call(&self.session, method, parameters)
     }
 
-    /// Goes to an address, forgets what was told before, and waits until all of it is loaded.
+    /// Goes to an address, forgets the events before, and waits until all of it is loaded.
     fn navigate(&self, url: &str) {
         let mut connection = self.browser.connection.borrow_mut();
         connection.events.retain(|event| event.session != self.session);
@@ -114,24 +109,29 @@ impl Page<'_> {
         self.evaluate("document.body.innerText").as_str().unwrap().to_owned()
     }
 
+    /// The colour of what lies below everything, red, green and blue.
+    pub(crate) fn ground(&self) -> String {
+        self.evaluate("getComputedStyle(document.body).backgroundColor").as_str().unwrap().to_owned()
+    }
+
     /// Opens every `<details>`, as a reader does who wants to see it all.
     pub(crate) fn unfold(&self) {
         self.evaluate("document.querySelectorAll('details').forEach(details => { details.open = true; })");
     }
 
-    /// What one kind of event told until now.
-    fn told<T>(&self, tell: impl Fn(&str, &Value) -> Option<T>) -> Vec<T> {
+    /// What `of` makes of the events until now.
+    fn events<T>(&self, of: impl Fn(&str, &Value) -> Option<T>) -> Vec<T> {
         // What came before an answer has been read with it.
         self.evaluate("0");
         let connection = self.browser.connection.borrow();
         let events = connection.events.iter().filter(|event| event.session == self.session);
-        events.filter_map(|event| tell(&event.method, &event.parameters)).collect()
+        events.filter_map(|event| of(&event.method, &event.parameters)).collect()
     }
 
     /// The addresses that the page has asked for beside its own: of the network and of other files. A page
     /// that is whole in itself has none.
     pub(crate) fn requests(&self) -> Vec<String> {
-        self.told(|method, parameters| {
+        self.events(|method, parameters| {
             let url = parameters["request"]["url"].as_str()?;
             let foreign = !url.starts_with("data:") && url != self.url;
             (method == "Network.requestWillBeSent" && foreign).then(|| url.to_owned())
@@ -141,7 +141,7 @@ impl Page<'_> {
     /// What a developer would see in red: exceptions, errors logged by scripts and by the browser.
     pub(crate) fn errors(&self) -> Vec<String> {
         let text = |value: &Value| value.as_str().map(str::to_owned);
-        self.told(|method, parameters| match method {
+        self.events(|method, parameters| match method {
             "Runtime.exceptionThrown" => {
                 let details = &parameters["exceptionDetails"];
                 text(&details["exception"]["description"]).or_else(|| text(&details["text"]))
@@ -155,23 +155,6 @@ impl Page<'_> {
             }
             _ => None,
         })
-    }
-
-    /// A PNG of the whole page, also of what is below the window, and how many times smaller than the page it is: Chromium draws
-    /// 16384 px at most.
-    pub(crate) fn screenshot(&self) -> (Vec<u8>, usize) {
-        let size = self.call("Page.getLayoutMetrics", &json!({}))["cssContentSize"].take();
-        let [width_px, height_px] = ["width", "height"].map(|key| size[key].as_f64().unwrap());
-        let smaller = (height_px / PICTURE_LIMIT_PX).ceil();
-        let clip = json!({ "x": 0, "y": 0, "width": width_px, "height": height_px, "scale": 1.0 / smaller });
-        let parameters = json!({ "format": "png", "captureBeyondViewport": true, "clip": clip });
-        let answer = self.call("Page.captureScreenshot", &parameters);
-        (BASE64_STANDARD.decode(answer["data"].as_str().unwrap()).unwrap(), smaller as usize)
-    }
-
-    /// Saves the page's picture as a PNG file.
-    pub(crate) fn save(&self, path: &Path) {
-        std::fs::write(path, self.screenshot().0).unwrap();
     }
 }
 

@@ -4,7 +4,7 @@ use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
 use serde_json::Value;
 
 use super::{average_precision, chain, ranked, write_candidates, write_graph};
-use crate::common::{dmp, refused, text, write};
+use crate::common::{done, ends, has, misused, once, refused, text, write};
 
 /// A square of four sides of ten metres, a vertex each, that comes back to where it began.
 fn square() -> Vec<Isometry3<f64>> {
@@ -49,12 +49,9 @@ fn candidates_that_cannot_be_tried_are_named_and_counted() {
     for ((to, why), (wanted, word)) in why.iter().zip(expected) {
         assert!(*to == wanted && why.contains(word), "{why} is to have {word}");
     }
-    // A person reads the same.
-    let output = dmp(folder.path(), "loops graph.g2o --candidates c.g2o");
-    assert_eq!(output.status.code(), Some(3));
-    let (table, notes) = (text(&output.stdout), text(&output.stderr));
-    assert!(table.contains("skipped: 5 candidates") && table.contains("line 3 (0 to 77)"), "{table}");
-    assert!(notes.contains("c.g2o: line 3: skipped"), "{notes}");
+    let output = ends(folder.path(), "loops graph.g2o --candidates c.g2o", 3);
+    has(&text(&output.stdout), &["skipped: 5 candidates", "line 3 (0 to 77)"]);
+    has(&text(&output.stderr), &["c.g2o: line 3: skipped"]);
 
     // None at all is no ranking.
     write(folder.path(), "none.g2o", &format!("EDGE_SE3:QUAT 0 77 0 0 0 0 0 0 1 {unit}\n"));
@@ -84,9 +81,9 @@ fn true_candidates_without_a_score_count_as_missed() {
 #[test]
 fn a_candidate_that_throws_poses_out_of_the_world_has_no_score() {
     let folder = tempfile::tempdir().unwrap();
-    let output = dmp(folder.path(), "simulate town -o drive --scans 60 --azimuth-steps 60 --instant");
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let truth = dmp_log::read_trajectory(&folder.path().join("drive.truth.tum")).unwrap().trajectory;
+    let made = once("simulate town -o drive --scans 60 --azimuth-steps 60 --instant");
+    let drive = made.folder.join("drive");
+    let truth = crate::common::trajectory(&made.folder.join("drive.truth.tum"));
     let poses: Vec<_> = truth.poses().iter().copied().step_by(2).take(60).collect();
     write_graph(&folder.path().join("graph.g2o"), &chain(&poses, (0.05, 0.005)));
     let of = |from: usize, to: usize, off_m: f64| PoseEdge {
@@ -98,7 +95,8 @@ fn a_candidate_that_throws_poses_out_of_the_world_has_no_score() {
     let candidates =
         [(of(0, 50, 0.0), true), (of(0, 55, 1e9), false), (of(3, 40, 30.0), false), (of(5, 45, 3e6), false)];
     write_candidates(folder.path(), "c", &candidates);
-    let result = ranked(folder.path(), "graph.g2o --candidates c.g2o --truth c.csv --log drive", 3);
+    let arguments = format!("graph.g2o --candidates c.g2o --truth c.csv --log {}", drive.display());
+    let result = ranked(folder.path(), &arguments, 3);
     let ends = |list: &str| -> Vec<i64> {
         result[list].as_array().unwrap().iter().map(|one| one["to"].as_i64().unwrap()).collect()
     };
@@ -112,40 +110,39 @@ fn what_does_not_belong_together_is_refused_in_one_line() {
     let at = folder.path();
     write_graph(&at.join("graph.g2o"), &chain(&square(), (0.1, 0.01)));
     write_candidates(at, "c", &[(edge(0, 4), true)]);
+    done(at, "simulate town -o drive --scans 9 --azimuth-steps 30");
     let with = |rest: &str| format!("loops graph.g2o --candidates c.g2o {rest}");
-    let poses = "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_SE3:QUAT 1 1 0 0 0 0 0 1\n";
-    write(at, "parts.g2o", poses);
+    for (name, content) in [
+        ("parts.g2o", "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_SE3:QUAT 1 1 0 0 0 0 0 1\n"),
+        ("labels.csv", "0,4,perhaps\n"),
+        ("t.txt", "1\n2\n3\n"),
+        ("far.txt", "1\n2\n3\n4\n5\n6\n"),
+        ("other.csv", "0,4,false\n1,2,true\n"),
+    ] {
+        write(at, name, content);
+    }
     refused(at, "loops parts.g2o --candidates c.g2o", 1, &["parts.g2o", "2 parts"]);
-    write(at, "labels.csv", "0,4,perhaps\n");
-    refused(at, &with("--truth labels.csv"), 1, &["labels.csv", "line 1", "perhaps"]);
-    let output = dmp(at, "simulate town -o drive --scans 9 --azimuth-steps 30");
-    assert_eq!(output.status.code(), Some(0));
-    refused(at, &with("--log drive"), 2, &["9 scans", "6 vertices"]);
-    write(at, "t.txt", "1\n2\n3\n");
-    refused(at, &with("--log drive --keyframes t.txt"), 1, &["t.txt", "3 stamps", "6 vertices"]);
-    write(at, "far.txt", "1\n2\n3\n4\n5\n6\n");
-    refused(at, &with("--log drive --keyframes far.txt"), 1, &["graph", "scans"]);
-    refused(at, &with("--accept --save-graph graph.g2o"), 2, &["graph.g2o", "place of the input"]);
-    refused(at, &with("--log drive --rays 0"), 2, &["rays"]);
-    let wrong = [
+    for (rest, code, words) in [
+        ("--truth labels.csv", 1, &["labels.csv", "line 1", "perhaps"][..]),
+        ("--log drive", 2, &["9 scans", "6 vertices"]),
+        ("--log drive --keyframes t.txt", 1, &["t.txt", "3 stamps", "6 vertices"]),
+        ("--log drive --keyframes far.txt", 1, &["graph", "scans"]),
+        ("--accept --save-graph graph.g2o", 2, &["graph.g2o", "place of the input"]),
+        ("--log drive --rays 0", 2, &["rays"]),
+    ] {
+        refused(at, &with(rest), code, words);
+    }
+    for (rest, word) in [
         ("--step-error 1cm", "1cm,1mrad"),
         ("--loop-kernel huber", "huber:1.5"),
         ("--save-graph x.g2o", "--accept"),
         ("--rays 100", "--log <LOG>"),
         ("--log drive --direct --accept", "--accept"),
-    ];
-    for (arguments, word) in wrong {
-        let output = dmp(at, &with(arguments));
-        let told = text(&output.stderr);
-        assert!(output.status.code() == Some(2) && told.contains(word), "{arguments}: {told}");
+    ] {
+        misused(at, &with(rest), &[word]);
     }
-
-    // A label for no candidate and a candidate without one are no mistakes; nothing true is told.
-    write(at, "other.csv", "0,4,false\n1,2,true\n");
+    // A label for no candidate and a candidate without one are no mistakes, and without a true one there is no precision.
     let result = ranked(at, "graph.g2o --candidates c.g2o --truth other.csv", 0);
     assert_eq!(result["truth"], Value::Null);
-    assert!(result["truth_withheld"].as_str().unwrap().contains("none of the 1 items is true"), "{result:#}");
-    let output = dmp(at, &with("--truth other.csv"));
-    let told = text(&output.stderr);
-    assert!(told.contains("other.csv: 1 label of no candidate that can be tried"), "{told}");
+    has(result["truth_withheld"].as_str().unwrap(), &["none of the 1 items is true"]);
 }

@@ -12,21 +12,12 @@ use dmp_log::{write_pose_edges, write_pose_graph};
 use dmp_sensor::{Isometry3, PoseEdge, PoseGraph};
 use serde_json::Value;
 
-use crate::common::{dmp, text};
+use crate::common::{ends, json_of};
 
 /// The JSON of a command that ends with `code`.
 fn ranked(folder: &Path, arguments: &str, code: i32) -> Value {
-    let output = dmp(folder, &format!("loops {arguments} --json --quiet"));
-    assert_eq!(output.status.code(), Some(code), "{arguments}\n{}", text(&output.stderr));
-    let result: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let result = json_of(&ends(folder, &format!("loops {arguments} --json --quiet"), code));
     assert_eq!(result["schema"], "dmp-loops/1");
-    result
-}
-
-/// The same without what may differ from run to run.
-fn comparable(mut result: Value) -> Value {
-    let object = result.as_object_mut().unwrap();
-    assert!(object.remove("timing").is_some() && object.remove("memory").is_some());
     result
 }
 
@@ -38,7 +29,7 @@ fn average_precision(result: &Value) -> f64 {
     result["truth"]["average_precision"].as_f64().unwrap()
 }
 
-/// A graph that goes from pose to pose, as good as these standard deviations.
+/// A graph that goes from pose to pose, with these standard deviations.
 fn chain(world_from_body: &[Isometry3<f64>], errors: (f64, f64)) -> PoseGraph {
     let step = |k: usize| PoseEdge {
         from: k as i64,

@@ -1,7 +1,5 @@
 //! Scored returns, and scores by frame and by tile, as files: read back, they give the report.
 
-mod failures;
-mod resumed;
 mod tables;
 
 use std::fs;
@@ -11,7 +9,7 @@ use dmp_log::{LogError, LogOptions, PoseTopic, ScoredPoint, open_log, read_cloud
 use dmp_sensor::{Point3, Scan, Vector3};
 use serde_json::Value;
 
-use crate::common::{dmp, text};
+use crate::common::{TWO, done, json, once, refused, write};
 
 /// Rows of a binary file whose head ends in a line.
 fn rows_behind(path: &Path, last_line: &str) -> Vec<ScoredPoint> {
@@ -34,14 +32,6 @@ fn ply_rows(path: &Path) -> Vec<ScoredPoint> {
     rows
 }
 
-fn json_of(folder: &Path, arguments: &str) -> Value {
-    let output = dmp(folder, &format!("{arguments} --json"));
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-const SCORE: &str = "score @/town.mcap -t @/truth.tum -t @/drift.tum";
-
 fn close(found: f64, report: &Value, what: &str) {
     let expected = report.as_f64().unwrap();
     assert!((found - expected).abs() <= 1e-6 * expected.abs(), "{what}: {found}, in the report {expected}");
@@ -49,11 +39,11 @@ fn close(found: f64, report: &Value, what: &str) {
 
 #[test]
 fn the_report_follows_from_the_returns_that_were_written() {
-    let folder = tempfile::tempdir().unwrap();
-    let report = json_of(folder.path(), &format!("{SCORE} --residuals out.ply"));
+    let scored = once(&format!("{TWO} --residuals out.ply --json"));
+    let report = scored.json();
     let price_m2 = 100.0 * report["config"]["miss_price"].as_f64().unwrap();
     for run in report["runs"].as_array().unwrap() {
-        let rows = ply_rows(&folder.path().join(format!("out.{}.ply", run["name"].as_str().unwrap())));
+        let rows = ply_rows(&scored.folder.join(format!("out.{}.ply", run["name"].as_str().unwrap())));
         assert_eq!(rows.len() as u64, run["returns"].as_u64().unwrap());
         // The definitions once more, over the columns of the file.
         let mean = |values: &mut dyn Iterator<Item = f64>| {
@@ -110,25 +100,19 @@ fn every_format_holds_the_same_whatever_the_threads() {
     let folder = tempfile::tempdir().unwrap();
     let (one, four) = (folder.path().join("one"), folder.path().join("four"));
     let formats = ["ply", "pcd", "las", "laz", "mcap"];
-    let mut reports = Vec::new();
     for (path, threads) in [(&one, 1), (&four, 4)] {
         fs::create_dir(path).unwrap();
         for format in formats {
             let tables = if format == "ply" { "--per-frame frames.csv --per-tile tiles.csv" } else { "" };
-            let arguments = format!("{SCORE} --residuals out.{format} {tables} --threads {threads}");
-            reports.push(json_of(path, &arguments)["runs"].clone());
+            done(path, &format!("{TWO} --sample 10 --residuals out.{format} {tables} --threads {threads}"));
         }
     }
-    assert!(reports.windows(2).all(|pair| pair[0] == pair[1]));
     let mut names: Vec<_> = fs::read_dir(&one).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     names.sort();
     assert_eq!(names.len(), 2 * formats.len() + 2, "{names:?}");
     for name in &names {
-        assert!(
-            fs::read(one.join(name)).unwrap() == fs::read(four.join(name)).unwrap(),
-            "{}",
-            name.display()
-        );
+        let [a, b] = [&one, &four].map(|folder| fs::read(folder.join(name)).unwrap());
+        assert!(a == b, "{}", name.display());
     }
     let rows = ply_rows(&one.join("out.drift.ply"));
     let bytes = |rows: &[ScoredPoint]| rows.iter().flat_map(ScoredPoint::to_bytes).collect::<Vec<u8>>();
@@ -152,16 +136,16 @@ fn played(path: &Path, rows: &[ScoredPoint]) {
     let topic =
         PoseTopic { topic: Some("/tf".into()), world: Some("map".into()), body: Some("drift".into()) };
     let run = read_topic_trajectory(path, &topic, None).unwrap().trajectory;
-    assert_eq!((log.frames().len(), run.len()), (100, 100));
+    assert_eq!((log.frames().len(), run.len()), (10, 10));
     let (mut reader, mut scan) = (log.reader().unwrap(), Scan::default());
     let mut rest = rows;
-    for frame in 0..100 {
+    for frame in 0..10 {
         reader.read(frame, &mut scan).unwrap();
         let world_from_sensor = run.world_from_body_at(scan.stamp_ns.unwrap(), 1).unwrap();
         let (of_scan, behind) = rest.split_at(scan.len());
         rest = behind;
         for (place, row) in scan.points_in_sensor_m.iter().zip(of_scan) {
-            assert_eq!(row.frame, frame as i32);
+            assert_eq!(row.frame, of_scan[0].frame);
             let in_world = world_from_sensor * Point3::from(place.map(f64::from));
             assert!((in_world.coords - Vector3::from(row.point_in_world_m)).norm() < 2e-5);
         }
@@ -170,17 +154,38 @@ fn played(path: &Path, rows: &[ScoredPoint]) {
 }
 
 #[test]
-fn one_return_of_several_is_the_same_for_all_runs() {
+fn what_cannot_be_written_is_refused_before_the_log_is_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    json_of(path, &format!("{SCORE} --sample 10 --residuals all.ply"));
-    json_of(path, &format!("{SCORE} --sample 10 --residuals few.ply --residuals-every 7 --threads 3"));
-    let key = |row: &ScoredPoint| (row.frame, row.time_s.to_bits(), row.range_m.to_bits());
-    let [all, few] = ["all", "few"].map(|name| ply_rows(&path.join(format!("{name}.truth.ply"))));
-    let other = ply_rows(&path.join("few.drift.ply"));
-    assert!(few.iter().map(key).eq(other.iter().map(key)));
-    // What is there is there in full, in the same order.
-    let mut rest = all.iter();
-    assert!(few.iter().all(|row| rest.any(|other| other.to_bytes() == row.to_bytes())));
-    assert!((all.len() / 7).abs_diff(few.len()) <= 10, "{} of {}", few.len(), all.len());
+    write(path, "log.mcap", "not a log");
+    fs::copy(crate::common::sample("truth.tum"), path.join("truth.tum")).unwrap();
+    fs::create_dir(path.join("taken.ply")).unwrap();
+    for (outputs, words) in [
+        ("--residuals out.xyz", &["out.xyz", ".laz, .las, .ply, .pcd, .mcap"][..]),
+        ("--residuals no/out.laz", &["no/out.laz", "no folder no"]),
+        ("--residuals truth=./log.mcap", &["log.mcap", "take the place of the input"]),
+        ("--residuals other=out.laz", &["other", "the runs are truth"]),
+        ("--residuals taken.ply", &["taken.ply", "a folder has this name"]),
+        ("--per-frame a.csv --per-tile a.csv", &["a.csv", "two outputs"]),
+        ("--per-frame a.parquet", &["a.parquet", "written as .csv"]),
+    ] {
+        refused(path, &format!("score log.mcap -t truth.tum {outputs}"), 2, words);
+    }
+}
+
+/// Neither a log with time for each scan nor a scene can be made of scans without.
+#[test]
+fn scans_without_stamps_are_written_as_points_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    done(path, "convert log @/town.mcap -o town --to bin --quiet");
+    fs::remove_file(path.join("town/times.txt")).unwrap();
+    write(path, "run.txt", &"1 0 0 0 0 1 0 0 0 0 1 0\n".repeat(100));
+    let score = "score town -t run.txt --point-time ignore --sample 5";
+    refused(path, &format!("{score} --residuals out.mcap"), 2, &["out.mcap", "no stamps", ".laz"]);
+    refused(path, &format!("{score} --scene out.mcap"), 2, &["out.mcap", "no stamps", "--report"]);
+    json(path, &format!("{score} --residuals out.ply --per-frame frames.csv"));
+    assert!(ply_rows(&path.join("out.ply")).iter().all(|row| row.time_s == 0.0));
+    let frames = tables::table(&path.join("frames.csv"));
+    assert!(frames.len() == 5 && frames.iter().all(|row| row["stamp_ns"].is_empty()));
 }

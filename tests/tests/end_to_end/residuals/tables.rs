@@ -6,8 +6,8 @@ use std::path::Path;
 
 use dmp_log::ScoredPoint;
 
-use super::{SCORE, close, json_of, ply_rows};
-use crate::common::{dmp, open, text, workspace};
+use super::{close, ply_rows};
+use crate::common::{TWO, json, once, open, sample};
 
 /// A table: its rows by column.
 pub(super) fn table(path: &Path) -> Vec<HashMap<String, String>> {
@@ -24,12 +24,11 @@ pub(super) fn table(path: &Path) -> Vec<HashMap<String, String>> {
 
 #[test]
 fn frames_and_tiles_add_up_to_the_report() {
-    let folder = tempfile::tempdir().unwrap();
-    let arguments = format!("{SCORE} --every 3 --per-frame frames.csv --per-tile tiles.csv");
-    let report = json_of(folder.path(), &arguments);
-    let (frames, tiles) = (table(&folder.path().join("frames.csv")), table(&folder.path().join("tiles.csv")));
+    let scored = once(&format!("{TWO} --every 3 --per-frame frames.csv --per-tile tiles.csv --json"));
+    let report = scored.json();
+    let [frames, tiles] = ["frames.csv", "tiles.csv"].map(|name| table(&scored.folder.join(name)));
     assert_eq!(frames.len(), 2 * 34);
-    let log = open(&workspace().join("data-samples/town.mcap"));
+    let log = open(&sample("town.mcap"));
     for row in &frames {
         let frame: usize = row["frame"].parse().unwrap();
         assert_eq!(frame % 3, 0);
@@ -72,10 +71,9 @@ fn frames_and_tiles_add_up_to_the_report() {
 fn a_map_that_was_given_predicts_by_its_nearest_surfel() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let output = dmp(path, "map build @/town.mcap -t @/truth.tum -o truth.dmpmap --quiet");
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    once(crate::map_command::BUILD).copy("truth.dmpmap", path);
     let score = "score @/town.mcap -t @/truth.tum --map truth.dmpmap --sample 10";
-    let report = json_of(path, &format!("{score} --residuals out.ply --per-frame frames.csv"));
+    let report = json(path, &format!("{score} --residuals out.ply --per-frame frames.csv"));
     let rows = ply_rows(&path.join("out.ply"));
     let same = |row: &ScoredPoint| row.signed_residual_m.to_bits() == row.nearest_residual_m.to_bits();
     assert!(

@@ -2,22 +2,9 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
-use super::{all_stages, done, plan, reduced, stage};
+use super::{TOWN, all_stages, does, plan, planned, reduced, stage, whole};
 use crate::common::{refused, text};
-use crate::resume::town_command;
-
-const TOWN: &str = "town.mcap -t truth.tum -t drift.tum";
-
-/// Plans and does all parts in `work`, and what another plan comes to in `other`.
-fn two_plans(folder: &Path) {
-    town_command(folder);
-    plan(folder, "work", TOWN);
-    all_stages(folder, "work", [3, 2, 2, 2]);
-    plan(folder, "other", "town.mcap -t truth.tum -t drift=truth.tum --voxel 0.4");
-    all_stages(folder, "other", [3, 2, 2, 2]);
-}
 
 /// Who reads a file: what is then to be done, and has to refuse it.
 fn reader_of(name: &str) -> Vec<&'static str> {
@@ -42,7 +29,9 @@ fn reader_of(name: &str) -> Vec<&'static str> {
 fn parts_that_are_not_what_they_should_be_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    two_plans(folder);
+    planned(folder);
+    plan(folder, "other", "town.mcap -t truth.tum -t drift=truth.tum --voxel 0.4");
+    ["work", "other"].iter().for_each(|work| all_stages(folder, work, [3, 2, 2, 2]));
     let expected = reduced(folder, "work");
     let file = |name: &str| -> PathBuf { folder.join("work").join(name) };
     let mut faults = 0;
@@ -66,10 +55,8 @@ fn parts_that_are_not_what_they_should_be_are_named() {
         };
         let mut wrong = vec![
             ("cut", Some(whole[..whole.len() - 3].to_vec())),
-            ("empty", Some(Vec::new())),
             ("missing", None),
             ("flipped", flipped(whole.len() / 2)),
-            ("flipped at its end", flipped(whole.len() - 2)),
             ("of another plan", Some(fs::read(folder.join("other").join(name)).unwrap())),
         ];
         if twin != name && file(&twin).exists() {
@@ -98,7 +85,7 @@ fn parts_that_are_not_what_they_should_be_are_named() {
             fs::write(file(name), &whole).unwrap();
         }
     }
-    assert!(faults > 60, "{faults}");
+    assert!(faults > 40, "{faults}");
     assert_eq!(reduced(folder, "work"), expected);
 }
 
@@ -106,8 +93,7 @@ fn parts_that_are_not_what_they_should_be_are_named() {
 fn a_log_that_is_another_now_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    town_command(folder);
-    plan(folder, "work", TOWN);
+    planned(folder);
     let log = folder.join("town.mcap");
     let whole = fs::read(&log).unwrap();
     let fuse = "shard fuse work --part 1/2";
@@ -125,7 +111,7 @@ fn a_log_that_is_another_now_is_named() {
     refused(folder, fuse, 2, &["town.mcap", "no such file"]);
     // It may lie elsewhere.
     fs::write(folder.join("moved.mcap"), whole).unwrap();
-    done(folder, &format!("{fuse} --log moved.mcap"));
+    does(folder, &format!("{fuse} --log moved.mcap"));
     assert!(!folder.join("work/fuse-2-of-2.part").exists() && folder.join("work/fuse-1-of-2.part").exists());
 }
 
@@ -133,15 +119,14 @@ fn a_log_that_is_another_now_is_named() {
 fn a_plan_belongs_to_its_folder() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    town_command(folder);
-    plan(folder, "work", TOWN);
+    planned(folder);
     refused(folder, &format!("shard plan {TOWN} --every 2 -o work"), 2, &["it holds another plan"]);
     let path = folder.join("work/plan.json");
     let text = fs::read_to_string(&path).unwrap();
     // How many parts make sense is nobody's business but the scheduler's.
     assert!(text.contains("\"cast\": 1,"));
     fs::write(&path, text.replace("\"cast\": 1,", "\"cast\": 9,")).unwrap();
-    done(folder, "shard fuse work --part 1/1");
+    does(folder, "shard fuse work --part 1/1");
     fs::write(&path, text.replace("\"every\": 1,", "\"every\": 2,")).unwrap();
     refused(
         folder,
@@ -153,59 +138,16 @@ fn a_plan_belongs_to_its_folder() {
     refused(folder, "shard fuse work --part 1/1", 1, &["plan.json", "of dmp 9.", "make it anew"]);
 }
 
-#[test]
-fn a_full_work_folder_is_told_and_leaves_no_part_half_done() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    let whole = town_command(folder).output().unwrap();
-    fs::create_dir(folder.join("disk")).unwrap();
-    let dmp = env!("CARGO_BIN_EXE_dmp-under-test");
-    let parts = "for i in 1 2; do $D shard cast disk/work --part $i/2 || exit 3; done; \
-                 $D shard drift disk/work --part 1/1 || exit 3; $D shard reduce disk/work --json";
-    let script = format!(
-        "D='{dmp} -q'; mount -t tmpfs -o size=320k none disk || exit 99; \
-         $D shard plan {TOWN} -o disk/work >/dev/null || exit 2; \
-         $D shard fuse disk/work --part 1/2 2>first.txt || $D shard fuse disk/work --part 2/2 2>first.txt; echo $? >first.code; \
-         ls -A disk/work >left.txt; mount -o remount,size=200m disk || exit 99; \
-         for i in 1 2; do $D shard fuse disk/work --part $i/2 || exit 3; done; \
-         $D shard merge disk/work --part 1/1 || exit 3; {parts}"
-    );
-    let output = Command::new("unshare")
-        .args(["--map-root-user", "--mount", "sh", "-c", &script])
-        .current_dir(folder)
-        .output();
-    let output = match output {
-        Ok(output) if output.status.code() != Some(99) && folder.join("first.code").exists() => output,
-        _ => {
-            println!("skipped: this system does not let us mount a disk of our own");
-            return;
-        }
-    };
-    let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
-    assert!(read("first.txt").contains("No space left on device"), "{}", read("first.txt"));
-    assert_eq!(read("first.code").trim(), "1");
-    assert!(read("left.txt").lines().all(|name| !name.contains("dmp-tmp")), "{}", read("left.txt"));
-    let expected = crate::resume::scores(&whole.stdout);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    assert_eq!(crate::resume::scores(&output.stdout), expected);
-}
-
 /// Two of a scheduler's workers do the same part at the same time.
 #[test]
 fn twins_do_not_disturb_each_other() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let whole = town_command(folder).output().unwrap();
-    plan(folder, "work", TOWN);
-    for name in ["fuse", "merge", "cast", "drift"] {
-        let twins = || {
-            std::thread::scope(|scope| {
-                for _ in 0..3 {
-                    scope.spawn(|| stage(folder, "work", name, 2));
-                }
-            });
-        };
-        twins();
+    planned(folder);
+    for name in super::STAGES {
+        std::thread::scope(|scope| {
+            (0..2).for_each(|_| drop(scope.spawn(|| stage(folder, "work", name, 2))));
+        });
     }
-    assert_eq!(reduced(folder, "work").0, crate::resume::scores(&whole.stdout));
+    assert_eq!(reduced(folder, "work"), whole(folder, TOWN));
 }

@@ -9,44 +9,52 @@ use std::process::Output;
 
 use serde_json::Value;
 
-use crate::common::{dmp, text};
-use crate::resume::scores;
+use crate::common::{dmp, scores, text, town_in};
 
-/// Parts of the stages: fuse, merge, cast, drift.
+const TOWN: &str = "town.mcap -t truth.tum -t drift.tum";
+const STAGES: [&str; 4] = ["fuse", "merge", "cast", "drift"];
+
+/// Parts of each stage.
 type Counts = [u32; 4];
 
 /// Runs a command that must not fail, and gives what it printed.
-fn done(folder: &Path, arguments: &str) -> Output {
+fn does(folder: &Path, arguments: &str) -> Output {
     let output = dmp(folder, arguments);
     assert!(matches!(output.status.code(), Some(0 | 3)), "{arguments}\n{}", text(&output.stderr));
     output
 }
 
+/// A town and its plan in `work`.
+fn planned(folder: &Path) {
+    town_in(folder);
+    plan(folder, "work", TOWN);
+}
+
 fn plan(folder: &Path, work: &str, asked: &str) {
-    done(folder, &format!("shard plan {asked} -o {work} --quiet"));
+    does(folder, &format!("shard plan {asked} -o {work} --quiet"));
 }
 
 /// Does all parts of a stage, the last one first.
 fn stage(folder: &Path, work: &str, stage: &str, parts: u32) {
     for part in (1..=parts).rev() {
-        done(folder, &format!("shard {stage} {work} --part {part}/{parts} --threads 1 --quiet"));
+        does(folder, &format!("shard {stage} {work} --part {part}/{parts} --threads 1 --quiet"));
     }
 }
 
 fn all_stages(folder: &Path, work: &str, counts: Counts) {
-    for (name, parts) in ["fuse", "merge", "cast", "drift"].into_iter().zip(counts) {
+    for (name, parts) in STAGES.into_iter().zip(counts) {
         stage(folder, work, name, parts);
     }
 }
 
 /// What `reduce` prints, but for what may differ, and the exit code.
 fn reduced(folder: &Path, work: &str) -> (Value, Option<i32>) {
-    let output = done(folder, &format!("shard reduce {work} --json --quiet"));
+    let output = does(folder, &format!("shard reduce {work} --json --quiet"));
     (scores(&output.stdout), output.status.code())
 }
 
 fn whole(folder: &Path, asked: &str) -> (Value, Option<i32>) {
-    let output = done(folder, &format!("score {asked} --json --quiet"));
+    let output = does(folder, &format!("score {asked} --json --quiet"));
     (scores(&output.stdout), output.status.code())
 }
 

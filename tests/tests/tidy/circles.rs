@@ -1,0 +1,392 @@
+//! Files of a crate that import each other in a loop, by the paths among the tokens of their sources.
+//!
+//! Methods are not seen, nor names that are used without a path and an import. Test code is left out, and imports of `*` are for it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
+
+use crate::sources::{crate_folders, rust_files, workspace};
+
+/// The text of each file of a package, by its path.
+type Sources = BTreeMap<PathBuf, String>;
+/// The names that a file (first) takes from another (second).
+type Imports = BTreeMap<(PathBuf, PathBuf), BTreeSet<String>>;
+/// The segments of a path, as it is written.
+type Segments = Vec<String>;
+
+#[derive(Default)]
+struct Module {
+    file: PathBuf,
+    parent: Option<usize>,
+    children: BTreeMap<String, usize>,
+    /// Names of the functions, types, constants, traits and macros that it defines.
+    items: BTreeSet<String>,
+    /// Names as they are known here, what they stand for, and whether others can take them from here.
+    imports: Vec<(String, Segments, bool)>,
+    /// Every path of several segments that its code names, but for those of imports.
+    mentions: BTreeSet<Segments>,
+}
+
+/// The modules below a root file; the first is the root.
+struct Tree<'a> {
+    sources: &'a Sources,
+    modules: Vec<Module>,
+}
+
+const ITEMS: [&str; 9] = ["fn", "struct", "enum", "trait", "type", "const", "static", "union", "macro_rules"];
+
+/// What follows an attribute: up to its `;` or the group in braces that ends it.
+fn skip_item(rest: &[TokenTree]) -> usize {
+    let is = |token: &TokenTree, word: &str| token.to_string() == word;
+    let ends_in_semicolon = rest
+        .iter()
+        .take(3)
+        .any(|token| ["use", "const", "static", "type"].iter().any(|word| is(token, word)));
+    let ends = |token: &TokenTree| match token {
+        TokenTree::Group(group) => group.delimiter() == Delimiter::Brace && !ends_in_semicolon,
+        token => is(token, ";"),
+    };
+    rest.iter().position(ends).map_or(rest.len(), |end| end + 1)
+}
+
+fn is_test(attribute: &TokenTree) -> bool {
+    ["[test]", "[cfg(test)]"].contains(&attribute.to_string().replace(' ', "").as_str())
+}
+
+impl<'a> Tree<'a> {
+    fn of(sources: &'a Sources, root: &Path) -> Self {
+        let mut tree = Self { sources, modules: Vec::new() };
+        tree.read_file(root, root.parent().unwrap(), None);
+        tree
+    }
+
+    /// Reads a module that fills a file. The files of its children lie in `folder`.
+    fn read_file(&mut self, file: &Path, folder: &Path, parent: Option<usize>) -> usize {
+        let tokens = self.sources[file].parse().unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+        self.read_module(file, folder, parent, tokens)
+    }
+
+    fn read_module(
+        &mut self,
+        file: &Path,
+        folder: &Path,
+        parent: Option<usize>,
+        tokens: TokenStream,
+    ) -> usize {
+        let id = self.modules.len();
+        self.modules.push(Module { file: file.to_path_buf(), parent, ..Module::default() });
+        self.read(id, folder, tokens, true);
+        id
+    }
+
+    /// Reads code of a module, which stands directly in it or deeper.
+    fn read(&mut self, id: usize, folder: &Path, tokens: TokenStream, is_top: bool) {
+        let tokens: Vec<TokenTree> = tokens.into_iter().collect();
+        let word = |k: usize| tokens.get(k).map(ToString::to_string).unwrap_or_default();
+        let (mut k, mut path, mut colons, mut is_public) = (0, Segments::new(), 0, false);
+        while k < tokens.len() {
+            let (here, next) = (word(k), word(k + 1));
+            k += 1;
+            if here == ":" {
+                colons += 1;
+                continue;
+            }
+            let is_word = matches!(tokens[k - 1], TokenTree::Ident(_));
+            if !is_word || colons != 2 {
+                self.mention(id, std::mem::take(&mut path));
+            }
+            match &tokens[k - 1] {
+                TokenTree::Punct(_) if here == "#" && k < tokens.len() && is_test(&tokens[k]) => {
+                    k += 1 + skip_item(&tokens[k + 1..]);
+                }
+                TokenTree::Ident(_) if here == "pub" => {
+                    // `pub(in crate::a)` imports nothing.
+                    is_public = true;
+                    k += usize::from(next.starts_with('('));
+                    continue;
+                }
+                TokenTree::Ident(_) if here == "use" && next != "<" => {
+                    let end = k + tokens[k..].iter().position(|token| token.to_string() == ";").unwrap();
+                    self.import(id, &tokens[k..end], Segments::new(), is_public);
+                    k = end;
+                }
+                TokenTree::Ident(_) if here == "mod" && is_top => {
+                    let inner = folder.join(&next);
+                    let child = if let Some(TokenTree::Group(group)) = tokens.get(k + 1) {
+                        let file = self.modules[id].file.clone();
+                        self.read_module(&file, &inner, Some(id), group.stream())
+                    } else {
+                        let places = [inner.with_extension("rs"), inner.join("mod.rs")];
+                        let file = places.into_iter().find(|file| self.sources.contains_key(file));
+                        let file = file.unwrap_or_else(|| panic!("no file of module {}", inner.display()));
+                        self.read_file(&file, &inner, Some(id))
+                    };
+                    self.modules[id].children.insert(next, child);
+                    k += 2;
+                }
+                TokenTree::Ident(_) if colons == 2 && path.is_empty() => path.push(String::new()),
+                TokenTree::Ident(_) => {
+                    if is_top && ITEMS.contains(&here.as_str()) {
+                        let name = if here == "macro_rules" { word(k + 1) } else { next };
+                        self.modules[id].items.insert(name);
+                    }
+                    path.push(here);
+                }
+                TokenTree::Group(group) => self.read(id, folder, group.stream(), false),
+                // Attributes of serde name functions in strings.
+                TokenTree::Literal(_) => {
+                    self.mention(id, here.trim_matches('"').split("::").map(str::to_owned).collect());
+                }
+                TokenTree::Punct(_) => {}
+            }
+            (colons, is_public) = (0, false);
+        }
+        self.mention(id, path);
+    }
+
+    /// A path that begins with no name is one of another crate.
+    fn mention(&mut self, id: usize, path: Segments) {
+        if path.len() > 1 && !path[0].is_empty() {
+            self.modules[id].mentions.insert(path);
+        }
+    }
+
+    /// The names of the tree of a `use`.
+    fn import(&mut self, id: usize, tree: &[TokenTree], mut path: Segments, is_public: bool) {
+        let words: Vec<String> = tree.iter().map(ToString::to_string).collect();
+        if words.first().is_some_and(|word| word == ":") && path.is_empty() {
+            return;
+        }
+        for (k, token) in tree.iter().enumerate() {
+            match token {
+                TokenTree::Group(group) => {
+                    let inner: Vec<TokenTree> = group.stream().into_iter().collect();
+                    for one in inner.split(|token| token.to_string() == ",").filter(|one| !one.is_empty()) {
+                        self.import(id, one, path.clone(), is_public);
+                    }
+                    return;
+                }
+                TokenTree::Ident(_) if words[k] == "as" => break,
+                TokenTree::Ident(_) if words[k] == "self" && k > 0 => {}
+                TokenTree::Ident(_) => path.push(words[k].clone()),
+                _ => {}
+            }
+        }
+        if path.len() > 1 && path.last().is_some_and(|last| last == "self") {
+            path.pop();
+        }
+        let renamed = words.len() > 2 && words[words.len() - 2] == "as";
+        let name = if renamed { words.last() } else { path.last() }.unwrap().clone();
+        self.modules[id].imports.push((name, path, is_public));
+    }
+
+    /// The modules that a path may lead to in a module, each with the name of the item that it defines, if one was meant.
+    /// A name may stand for a module and for an item at once; both are followed. `open` holds what is being looked up, so that
+    /// imports in a loop end.
+    fn resolve(
+        &self,
+        module: usize,
+        path: &[String],
+        open: &mut Vec<(usize, String)>,
+    ) -> Vec<(usize, Option<String>)> {
+        let parent = |at: usize| self.modules[at].parent.map(|parent| (parent, None)).into_iter().collect();
+        let Some((first, rest)) = path.split_first() else { return Vec::new() };
+        let mut found: Vec<(usize, Option<String>)> = match first.as_str() {
+            "crate" => vec![(0, None)],
+            "self" => vec![(module, None)],
+            "super" => parent(module),
+            name => self.look_up(module, name, open),
+        };
+        for name in rest {
+            // Before `::` stands a module or a type, of which one has a name; a function of that name is not meant.
+            if found.iter().any(|found| found.1.is_none()) {
+                found.retain(|found| found.1.is_none());
+            }
+            found = found
+                .into_iter()
+                .flat_map(|found| match found {
+                    (at, None) if name == "super" => parent(at),
+                    (at, None) => self.look_up(at, name, open),
+                    // A variant or a function of a type: the type is what was named.
+                    item => vec![item],
+                })
+                .collect();
+        }
+        found
+    }
+
+    /// What a name may mean in a module.
+    fn look_up(
+        &self,
+        at: usize,
+        name: &str,
+        open: &mut Vec<(usize, String)>,
+    ) -> Vec<(usize, Option<String>)> {
+        let module = &self.modules[at];
+        let mut found: Vec<_> = module.children.get(name).map(|child| (*child, None)).into_iter().collect();
+        let key = (at, name.to_owned());
+        if open.contains(&key) {
+            // The name stands for its own import's first segment: only what is defined here is left.
+            return found;
+        }
+        open.push(key);
+        if module.items.contains(name) {
+            found.push((at, Some(name.to_owned())));
+        }
+        for (_, path, _) in module.imports.iter().filter(|import| import.0 == name) {
+            found.extend(self.resolve(at, path, open));
+        }
+        open.pop();
+        found
+    }
+
+    fn is_below(&self, module: usize, above: usize) -> bool {
+        std::iter::successors(self.modules[module].parent, |&at| self.modules[at].parent)
+            .any(|at| at == above)
+    }
+}
+
+/// What the files of a package take from each other.
+fn imports(sources: &Sources) -> Imports {
+    let mut all = Imports::new();
+    let roots = sources.keys().filter(|file| file.ends_with("src/lib.rs") || file.ends_with("src/main.rs"));
+    for tree in roots.map(|root| Tree::of(sources, root)) {
+        for (id, module) in tree.modules.iter().enumerate() {
+            let imports = module.imports.iter().map(|(_, path, is_public)| (path, *is_public));
+            for (path, is_public) in imports.chain(module.mentions.iter().map(|path| (path, false))) {
+                for (home, name) in tree.resolve(id, path, &mut Vec::new()) {
+                    let Some(name) = name else { continue };
+                    let used = &tree.modules[home].file;
+                    // A parent that only hands on the names of its children uses none of them.
+                    if *used != module.file && !(is_public && tree.is_below(home, id)) {
+                        all.entry((module.file.clone(), used.clone())).or_default().insert(name);
+                    }
+                }
+            }
+        }
+    }
+    all
+}
+
+/// The files that can be reached from a file.
+fn reached<'a>(used_by: &BTreeMap<&PathBuf, Vec<&'a PathBuf>>, from: &PathBuf) -> BTreeSet<&'a PathBuf> {
+    let mut found = BTreeSet::new();
+    let mut open = used_by[from].clone();
+    while let Some(file) = open.pop() {
+        if found.insert(file) {
+            open.extend(used_by.get(file).into_iter().flatten());
+        }
+    }
+    found
+}
+
+/// Every largest set of files each of which reaches every other: a line for each import in it.
+fn circles(imports: &Imports) -> Vec<Vec<String>> {
+    let mut used_by: BTreeMap<&PathBuf, Vec<&PathBuf>> = BTreeMap::new();
+    imports.keys().for_each(|(user, used)| used_by.entry(user).or_default().push(used));
+    let reach: BTreeMap<&PathBuf, _> = used_by.keys().map(|user| (*user, reached(&used_by, user))).collect();
+    let mut circles = Vec::new();
+    for (file, ahead) in &reach {
+        let back = |other: &&&PathBuf| reach.get(**other).is_some_and(|back| back.contains(*file));
+        let circle: BTreeSet<&PathBuf> = ahead.iter().filter(back).copied().collect();
+        // Once, at the first of its files.
+        if circle.first() == Some(file) {
+            let inside =
+                imports.iter().filter(|((user, used), _)| circle.contains(user) && circle.contains(used));
+            let line = |((user, used), names): (&(PathBuf, PathBuf), &BTreeSet<String>)| {
+                let names: Vec<&str> = names.iter().map(String::as_str).collect();
+                format!("{} -> {}: {}", user.display(), used.display(), names.join(", "))
+            };
+            circles.push(inside.map(line).collect());
+        }
+    }
+    circles
+}
+
+#[test]
+fn no_files_of_a_crate_import_each_other_in_a_loop() {
+    let (mut found, mut edges) = (Vec::new(), 0);
+    for folder in crate_folders().into_iter().chain([workspace().join("xtask")]) {
+        let read = |file: PathBuf| {
+            let text = std::fs::read_to_string(&file).unwrap();
+            (file.strip_prefix(workspace()).unwrap().to_path_buf(), text)
+        };
+        let sources = rust_files(&folder.join("src")).into_iter().map(read).collect();
+        let imports = imports(&sources);
+        edges += imports.len();
+        found.extend(circles(&imports).into_iter().map(|circle| circle.join("\n  ")));
+    }
+    assert!(edges > 1000, "the imports were to be found: {edges}");
+    assert!(found.is_empty(), "files that import each other in a loop:\n{}", found.join("\n\n"));
+}
+
+/// The lines of the circles of a crate of these files, each named below `src`.
+fn lines_of(files: &[(&str, &str)]) -> Vec<Vec<String>> {
+    let sources =
+        files.iter().map(|(name, text)| (Path::new("src").join(name), (*text).to_owned())).collect();
+    circles(&imports(&sources))
+}
+
+#[test]
+fn circles_are_found_with_the_names_that_make_them() {
+    for (files, lines) in [
+        (
+            &[
+                ("lib.rs", "mod a; mod b; mod apart;"),
+                ("a.rs", "use crate::b::{self, B, C}; pub struct A(B, C);"),
+                ("b.rs", "use std::fmt; use crate::{a::A as Other}; pub struct B; pub struct C;"),
+                ("apart.rs", "use crate::{a::A, b::B};"),
+            ][..],
+            &["a.rs -> b.rs: B, C", "b.rs -> a.rs: A"][..],
+        ),
+        (
+            &[
+                ("lib.rs", "mod a;"),
+                ("a/mod.rs", "mod child; pub struct Shared; fn f() { child::g(); }"),
+                ("a/child.rs", "use super::Shared; pub fn g() {}"),
+            ],
+            &["a/child.rs -> a/mod.rs: Shared", "a/mod.rs -> a/child.rs: g"],
+        ),
+        // `a` is a module, a function and a re-export of that function at once.
+        (
+            &[
+                ("lib.rs", "mod a; mod b; pub use a::a; pub use b::B;"),
+                ("a.rs", "mod deep; pub use deep::Deep as Other; pub fn a() -> crate::B { crate::B::new() }"),
+                ("a/deep.rs", "pub struct Deep; fn f() { crate::a() }"),
+                ("b.rs", "use crate::a::Other; pub struct B;"),
+            ],
+            &["a/deep.rs -> a.rs: a", "a.rs -> b.rs: B", "b.rs -> a/deep.rs: Deep"],
+        ),
+    ] {
+        let found = lines_of(files);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert_eq!(found[0].iter().map(|line| line.replace("src/", "")).collect::<Vec<_>>(), lines);
+    }
+}
+
+#[test]
+fn paths_in_code_types_macros_and_attributes_count_and_those_of_tests_do_not() {
+    let first = "use crate::b; pub enum A { Variant } pub fn g(_: u8) { b::B; }";
+    for (second, count) in [
+        ("fn f() { crate::a::g(1) }", 1),
+        ("fn f(x: Vec<Option<crate::a::A>>) {}", 1),
+        ("fn f() { println!(\"{}\", crate::a::g(1)) }", 1),
+        ("use crate::a; fn f() { assert!(matches!(x, [a::A::Variant, ..]), \"no\") }", 1),
+        ("#[derive(Serialize)] struct S { #[serde(with = \"crate::a::g\")] field: u8 }", 1),
+        ("fn f() { use crate::a::A; }", 1),
+        ("impl crate::a::A { fn f() {} }", 1),
+        ("#[cfg(test)] mod tests { use crate::a::A; }", 0),
+        ("#[cfg(test)] use crate::a::A;", 0),
+        ("impl B { #[cfg(test)] fn f(_: crate::a::A) {} }", 0),
+        ("pub(in crate::a) struct S;", 0),
+        ("use ::a::A; use other::a::A as Other;", 0),
+        ("pub use crate::a::X;", 0),
+    ] {
+        let second = format!("{second} pub struct B;");
+        let found =
+            lines_of(&[("lib.rs", "mod a; mod b; pub use a::A;"), ("a.rs", first), ("b.rs", &second)]);
+        assert_eq!(found.len(), count, "{second}: {found:?}");
+    }
+}
