@@ -1,4 +1,4 @@
-"""The native core. What it has is used by this package; it may change."""
+"""The native core, for this package only: it may change."""
 
 from os import PathLike
 from typing import Any, Protocol, Sequence, final

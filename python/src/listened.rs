@@ -1,6 +1,7 @@
-//! What a command says while it runs: its threads keep it until the waiting thread hands it on.
+//! Collects a command's messages: its threads store them until the waiting thread passes them on.
 //!
-//! A listener of Python is called by the thread that called the command alone, so that it may draw, and raise what ends it.
+//! Only the thread that called the command calls the Python listener. So the listener may draw, and raise an exception
+//! that ends the command.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -9,7 +10,7 @@ use std::time::Duration;
 use dmp_cli::Host;
 use pyo3::prelude::*;
 
-/// What was said and not handed on yet.
+/// Messages not yet passed on.
 #[derive(Debug, Default)]
 struct Kept {
     lines: Vec<String>,
@@ -17,7 +18,7 @@ struct Kept {
     is_over: bool,
 }
 
-/// How far a stage of the work is.
+/// The progress of a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Stage {
     name: &'static str,
@@ -26,7 +27,7 @@ struct Stage {
     done: u64,
 }
 
-/// The host of a command that Python runs.
+/// The host of a command run from Python.
 #[derive(Debug, Default)]
 pub(crate) struct Listened {
     kept: Mutex<Kept>,
@@ -56,28 +57,28 @@ impl Host for Listened {
 
 impl Listened {
     fn kept(&self) -> MutexGuard<'_, Kept> {
-        // What a thread that panicked has kept is whole: it is only ever added to.
+        // After a panic the content is still valid: it is only appended to.
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Asks the command to stop.
+    /// Requests the command to stop.
     pub(crate) fn cancel(&self) {
         self.is_cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// The command is over.
+    /// Marks the command as ended.
     pub(crate) fn end(&self) {
         self.kept().is_over = true;
         self.ended.notify_all();
     }
 
-    /// Waits so long for the command's end; whether it has come.
+    /// Waits at most this long for the command's end; returns whether it has ended.
     pub(crate) fn wait(&self, most: Duration) -> bool {
         let waited = self.ended.wait_timeout_while(self.kept(), most, |kept| !kept.is_over);
         waited.map_or_else(|poisoned| poisoned.into_inner().0.is_over, |(kept, _)| kept.is_over)
     }
 
-    /// Calls the listener with what was said since the last time. `shown` is the stage as it was then.
+    /// Calls the listener with new messages. `shown` is the stage at the last call.
     pub(crate) fn hand_on(&self, listener: &Bound<'_, PyAny>, shown: &mut Shown) -> PyResult<()> {
         let (lines, stage) = {
             let mut kept = self.kept();
@@ -99,6 +100,6 @@ impl Listened {
     }
 }
 
-/// What the listener knows of the progress.
+/// The progress that the listener has received.
 #[derive(Debug, Default)]
 pub(crate) struct Shown(Option<Stage>);

@@ -22,7 +22,8 @@ pub(crate) fn options(words: Vec<String>) -> PyResult<Vec<Described>> {
 }
 
 fn described(argument: &Arg) -> Option<Described> {
-    let name = argument.get_long().filter(|name| !["help", "version"].contains(name) && !argument.is_hide_set())?;
+    let name =
+        argument.get_long().filter(|name| !["help", "version"].contains(name) && !argument.is_hide_set())?;
     let takes_value = argument.get_action().takes_values();
     let range = argument.get_num_args().unwrap_or_default();
     let value = takes_value.then(|| values(argument));

@@ -1,4 +1,4 @@
-//! Any command, run in a thread of its own while the calling thread listens for interrupts.
+//! Runs any command in its own thread, while the calling thread checks for interrupts.
 
 use std::ffi::OsString;
 use std::sync::Arc;
@@ -12,19 +12,19 @@ use pyo3::types::PyBytes;
 use crate::errors::failed;
 use crate::listened::{Listened, Shown};
 
-/// How often it is looked whether somebody asks to stop, and how far the work is.
+/// Interval at which interrupts and progress are checked.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
-/// What the first thread of a process has, where the command runs otherwise.
+/// The usual stack of a main thread, on which the command otherwise runs.
 const STACK_BYTES: usize = 8 << 20;
 
-/// What became of a command: a word for its end, the line of its error, what it printed.
+/// The outcome of a command: a word for its end, its error line, its output.
 type Ran<'py> = (&'static str, Option<String>, Bound<'py, PyBytes>);
 
 /// Runs a command with these arguments, without the name of the program.
 ///
-/// The listener has the methods `say(line)`, `progress(stage, unit, done, total)` and `is_cancelled()`. What these raise, and an
-/// interrupt, stops the command and is raised when it has ended.
+/// The listener has the methods `say(line)`, `progress(stage, unit, done, total)` and `is_cancelled()`. An exception
+/// from these, or an interrupt, stops the command and is raised when it has ended.
 #[pyfunction]
 pub(crate) fn run<'py>(
     py: Python<'py>,
@@ -65,7 +65,7 @@ pub(crate) fn run<'py>(
     Ok((end, line, PyBytes::new(py, &out)))
 }
 
-/// Marks the command as ended, also where it panics.
+/// Marks the command as ended, even on a panic.
 struct EndsWhenDropped<'a>(&'a Listened);
 
 impl Drop for EndsWhenDropped<'_> {
@@ -74,8 +74,7 @@ impl Drop for EndsWhenDropped<'_> {
     }
 }
 
-/// Whether the parser understands these arguments, before work is done for them: `None`, or a word for what is at fault and the
-/// line of the error.
+/// Parses these arguments before work is done for them: returns `None`, or a word for the kind of error and its line.
 #[pyfunction]
 pub(crate) fn check_arguments(arguments: Vec<OsString>) -> Option<(&'static str, String)> {
     let failure = dmp_cli::check(std::iter::once("dmp".into()).chain(arguments)).err()?;
@@ -100,7 +99,7 @@ fn word(kind: FailureKind) -> &'static str {
     }
 }
 
-/// The command itself, with the process to itself: prints, draws, and ends where it is interrupted. Returns its exit code.
+/// Runs the command as the whole process: it prints, draws, and ends on interrupts. Returns its exit code.
 #[pyfunction]
 pub(crate) fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     py.detach(|| dmp_cli::run_process(std::iter::once("dmp".into()).chain(arguments)) as u8)

@@ -9,7 +9,7 @@ const GAP_RADII: f32 = 6.0;
 /// Largest height of a band, in steps between consecutive rays: sixteen rays fill a square.
 const BAND_STEPS: f32 = 4.0;
 
-/// Bounds of the first and the last shell: powers of two, in heights of a band. Rays beyond belong to them too.
+/// Where the first and the last shell begin: powers of two, in heights of a band. Rays beyond belong to them too.
 const FIRST_SHELL: f32 = 1.0;
 const LAST_SHELL: f32 = 256.0;
 const SHELLS: usize = 9;
@@ -17,7 +17,7 @@ const SHELLS: usize = 9;
 const MOST_BY_STEPS: f32 = 384.0;
 pub(crate) const BANDS: u32 = 1 << BAND_BITS;
 const BAND_BITS: u32 = 12;
-// The last shell has two bands per height; the others have at most as many, or as many as their steps require.
+// The last shell has two bands per height; the others have at most that, or as many as the steps require.
 const _: () = assert!(MOST_BY_STEPS as u32 * (SHELLS as u32 - 1) + 2 * LAST_SHELL as u32 <= BANDS);
 /// Steps of azimuth around a band: those of a sector in the low bits, the sector above.
 const AZIMUTHS: u32 = 1 << (AZIMUTH_BITS + SECTOR_BITS);

@@ -49,7 +49,6 @@ impl Order {
     /// into shells by the octave of the measured range, a shell into bands of elevation, and a band is ordered by
     /// azimuth. So the rings of a spinning sensor are separated without their numbers. Near rings, which are closer
     /// than a disc, are joined, and so are the pixels of an image in squares. `radius_m` is that of the discs.
-    /// which lie closer than a disc, together, and the pixels of an image in squares. `radius_m` is that of the discs.
     #[inline(always)]
     pub(crate) fn by_direction(&mut self, queries: &[Query], radius_m: f32) {
         self.sorted.clear();

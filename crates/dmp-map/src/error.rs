@@ -23,7 +23,7 @@ pub enum MapError {
         limit_m: f64,
     },
     /// A length that is not a positive number of metres.
-    #[error("{metres} m is no {what}")]
+    #[error("{metres} m is not a valid {what}")]
     NoLength {
         /// Its meaning.
         what: &'static str,
@@ -31,7 +31,7 @@ pub enum MapError {
         metres: f64,
     },
     /// A normal that is not a unit vector.
-    #[error("{normal:?} is no unit vector, so no normal of a surfel")]
+    #[error("the normal {normal:?} is not a unit vector")]
     NoNormal {
         /// The vector.
         normal: [f32; 3],
@@ -91,7 +91,7 @@ pub enum MapError {
     },
     /// A mesh with more area than can be sampled.
     #[error(
-        "triangle {triangle} (from 0) brings the mesh to {area_m2:.3e} m², too much for a sample each {spacing_m} m: choose a larger spacing, or is it in another unit?"
+        "triangle {triangle} (from 0) brings the mesh to {area_m2:.3e} m², too large for a sample every {spacing_m} m: choose a larger spacing, or check the unit"
     )]
     TooManySamples {
         /// The triangle's number, from 0.

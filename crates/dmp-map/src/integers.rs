@@ -22,8 +22,8 @@ impl Reciprocal {
         Self(u64::MAX / u64::from(divisor) + 1)
     }
 
-    /// ⌊n / d⌋ for n · d < 2⁶⁴. The factor m is 2⁶⁴ / d rounded up: m d = 2⁶⁴ + e with e < d. So n m / 2⁶⁴ exceeds n /
-    /// d by n e / (2⁶⁴ d) < 1 / d, too little to reach the next integer.
+    /// ⌊n / d⌋ for n · d < 2⁶⁴. The factor m is 2⁶⁴ / d rounded up: m d = 2⁶⁴ + e with e < d.
+    /// So n m / 2⁶⁴ exceeds n / d by n e / (2⁶⁴ d) < 1 / d, too little to reach the next integer.
     #[inline]
     pub(crate) fn quotient(self, n: u64) -> u64 {
         ((u128::from(n) * u128::from(self.0)) >> 64) as u64

@@ -103,7 +103,7 @@ impl Lattice {
     }
 
     /// Steps per lattice unit to which centres of surfels are rounded within their discs. It is a power of two, so that
-    /// a voxel has up to 2¹³ steps, at least one per unit, and never finer ones than those of depth.
+    /// a voxel has up to 2¹³ steps, at least one per unit, and never finer than those of depth.
     pub(crate) fn across_steps(&self) -> u32 {
         1 << ((1 << 13) / self.voxel_units).clamp(1, DEPTH_STEPS).ilog2()
     }

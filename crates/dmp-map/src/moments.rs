@@ -40,8 +40,8 @@ impl Moments {
         self.support.merge(&other.support);
     }
 
-    /// Adds the sums of `other` relative to a corner `shift_units` below its own: Σ(p + a)(p + a)ᵀ = Σppᵀ + aΣpᵀ + Σp
-    /// aᵀ + n aaᵀ. Support is not merged.
+    /// Adds the sums of `other` relative to a corner `shift_units` below its own; support is not merged.
+    /// Σ(p + a)(p + a)ᵀ = Σppᵀ + aΣpᵀ + Σp aᵀ + n aaᵀ.
     pub(crate) fn merge_shifted(&mut self, other: &Self, shift_units: [i64; 3]) {
         let n = other.count as i64;
         let [x, y, z] = other.sum;

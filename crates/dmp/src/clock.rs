@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_out_of_time_are_told_where_they_matter() {
+    fn lines_out_of_time_are_reported_where_they_matter() {
         let error = on_clock(&log(&[Some(100), Some(300), Some(300)]), &unstamped(3), None).unwrap_err();
         let EvaluateError::LinesOutOfTime { scan, .. } = error else { panic!("{error}") };
         assert_eq!(scan, 2);

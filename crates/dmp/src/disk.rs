@@ -122,7 +122,7 @@ impl Target<'_> {
         };
         Ok((bytes > free_bytes).then(|| {
             format!(
-                "about {} will be written in {place}, where {} are free: the disk may run full ({option} names another one)",
+                "about {} will be written to {place}, which has {} free: the disk may run full (change it with {option})",
                 in_words(bytes),
                 in_words(free_bytes)
             )

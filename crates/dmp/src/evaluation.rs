@@ -38,7 +38,7 @@ pub(crate) struct Evaluation<'a, M> {
 /// Totals of fusing all maps.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct FuseTotals {
-    /// Where the returns went; `None` when no map had to be fused.
+    /// The return counts; `None` when no map had to be fused.
     pub(crate) counts: Option<ReturnCounts>,
     /// Used returns excluded from every map because they lie on trails.
     pub(crate) left_out: u64,
@@ -46,7 +46,7 @@ pub(crate) struct FuseTotals {
     pub(crate) scratch_bytes: u64,
 }
 
-/// What an evaluation works with before it has a plan.
+/// An evaluation before it has a plan.
 pub(crate) struct Task<'a> {
     pub(crate) log: &'a dyn ScanLog,
     pub(crate) settings: Settings,
@@ -95,7 +95,7 @@ impl<'a> Task<'a> {
     ) -> Result<T, EvaluateError> {
         let (work, progress) = (Arc::clone(&self.work), self.watch.progress);
         if work.is_resumed() {
-            let text = format!("resumes from {}", work.path().display());
+            let text = format!("resuming from {}", work.path().display());
             progress.note(&text.into());
         }
         what(self).inspect_err(|_| {
@@ -159,7 +159,7 @@ pub(crate) fn check_runs(runs: &[Run], settings: &Settings) -> Result<(), Evalua
     }
     let bad = |value: String, why| Err(EvaluateError::setting(SettingName::Decide, value, why));
     if settings.decide.is_some() && runs.len() < 2 {
-        return bad("with one run".to_owned(), "there must be two runs at least to decide between");
+        return bad("with one run".to_owned(), "a decision needs two runs at least");
     }
     if let Some((a, b)) = settings.decide.as_ref().and_then(|decide| decide.pair.as_ref()) {
         let is_run = |name: &String| runs.iter().any(|run| run.name == *name);

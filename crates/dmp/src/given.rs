@@ -26,7 +26,7 @@ const BATCH: usize = 65_536;
 pub(crate) fn check_free_space(runs: &[Run], settings: &Settings) -> Result<(), EvaluateError> {
     let lengths = settings.scales.lengths();
     if settings.free_space && !lengths.has_free_space {
-        let why = "what rays pass through is judged by half a metre, which is a drive's";
+        let why = "its tolerance of half a metre is for drives";
         return Err(EvaluateError::setting(SettingName::FreeSpace, format!("in a {}", lengths.name), why));
     }
     match runs.iter().find(|run| settings.free_space && run.map != MapSource::Fused) {
@@ -83,7 +83,7 @@ pub(crate) fn voxel_of_stores(
         return Err(EvaluateError::Setting {
             setting: SettingName::Voxel,
             value: format!("{asked_m} m"),
-            why: "a given map has voxels of another edge",
+            why: "a given map has another voxel edge",
             remedy: Some(Remedy::VoxelOfMap),
         });
     }

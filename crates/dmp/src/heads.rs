@@ -1,8 +1,8 @@
-//! What is known about a log's scans before they are read.
+//! The heads of a log's scans, known before they are read.
 
 use dmp_log::{FrameInfo, LogOutline, LogSummary, ScanLog};
 
-/// What is known about a log's scans before they are read.
+/// The heads of a log's scans, known before they are read.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Heads<'a> {
     /// The log, or part of one, is open.

@@ -1,6 +1,6 @@
-//! How scans are matched with poses.
+//! The rule that matches scans with poses.
 
-/// How a run's poses are found.
+/// The rule that finds a run's poses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Pairing {
     /// By the time of each return.

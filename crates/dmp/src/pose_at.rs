@@ -53,6 +53,8 @@ impl FromStr for PoseAt {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|at| at.to_string() == text);
-        found.ok_or_else(|| format!("`{text}` is no instant of a scan: it is start, middle, end or stamp"))
+        found.ok_or_else(|| {
+            format!("`{text}` is not an instant of a scan: choose start, middle, end or stamp")
+        })
     }
 }

@@ -48,7 +48,7 @@ pub enum SettingName {
     StampAt,
     /// The odometry between a run's poses: [`Trajectory::carried_by`](dmp_sensor::Trajectory::carried_by).
     Between,
-    /// What [`Vetted::mended`](crate::Vetted::mended) does.
+    /// The effect of [`Vetted::mended`](crate::Vetted::mended).
     Mend,
     /// [`Config::max_time_gap_ns`](crate::Config::max_time_gap_ns).
     MaxTimeGap,

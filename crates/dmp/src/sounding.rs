@@ -36,7 +36,7 @@ pub(crate) struct Sounding {
 pub(crate) struct SoundedRun {
     /// In order of time.
     seen: Vec<Seen>,
-    /// The last of its sampled scans.
+    /// Index of the last of its sampled scans.
     scans: u32,
     /// One in this many scans was sampled, and in as many bricks.
     one_of: f64,

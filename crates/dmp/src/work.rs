@@ -166,7 +166,7 @@ impl Work {
         self.pool.install(what)
     }
 
-    /// How the memory is divided.
+    /// The division of the memory.
     pub(crate) fn budget(&self) -> &Budget {
         &self.budget
     }

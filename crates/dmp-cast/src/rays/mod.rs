@@ -15,7 +15,6 @@ const BORDER_SLACK_M: f64 = 1e-3;
 
 /// Rays from farther out find nothing, nor do those whose direction is NaN or no unit vector: their traversal would not
 /// end, and they would spoil their packets. Maps end there too.
-/// end, and they would spoil the packets they are in. Maps end there too.
 const WORLD_LIMIT_M: f64 = 5e7;
 
 type Column = [f64; RAYS];
@@ -24,7 +23,6 @@ type Column = [f64; RAYS];
 ///
 /// All data is in columns and computed for all lanes. Lanes without a ray repeat the first ray; their results are
 /// ignored.
-/// first ray, and nobody asks for them.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub(crate) struct Rays {

@@ -25,7 +25,6 @@ const EMPTY: u32 = u32::MAX;
 ///
 /// They are in bricks, as in a map under construction: neighbouring voxels of a patch are neighbours in the map, and
 /// the last brick is found without a search.
-/// met is not looked for again.
 #[derive(Debug, Default)]
 pub(crate) struct Gathered {
     by_place: HashMap<u64, u32, BuildHasherDefault<MixHasher>>,

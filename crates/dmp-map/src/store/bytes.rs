@@ -11,7 +11,6 @@ use memmap2::Mmap;
 /// If a mapped file is truncated, or its disk or mount fails, the program dies by a signal, without an error. So only
 /// unlinked files are mapped, which this process has just written. They need no file descriptor, however many runs
 /// there are.
-/// process wrote itself a moment ago; they need no file descriptor, however many runs there are.
 #[derive(Debug)]
 pub(super) enum StoreBytes {
     Mapped(Mmap),

@@ -180,12 +180,12 @@ fn lattice_of(path: &Path, header: &[u8]) -> Result<Lattice, MapError> {
     let crc32 = Cursor { bytes: header, at: HEADER_BYTES - 4 }.u32();
     check_crc(&header[..HEADER_BYTES - 4], crc32).map_err(damaged)?;
     if form != FORM {
-        return Err(damaged(format!("form {form} is none of version {VERSION}")));
+        return Err(damaged(format!("form {form} is unknown in version {VERSION}")));
     }
     let lattice = Lattice::from_parts(voxel_units, tile_voxels);
     lattice.filter(|lattice| lattice.across_steps() == across_steps).ok_or_else(|| {
         let grid = format!("voxels of {voxel_units} units of {across_steps} steps, {tile_voxels} a tile");
-        damaged(format!("{grid}: no such grid"))
+        damaged(format!("{grid}: invalid grid"))
     })
 }
 
@@ -206,7 +206,7 @@ struct Footer {
 }
 
 impl Footer {
-    /// Of its bytes, and their position in the file.
+    /// Decodes its bytes, given their position in the file.
     fn of(footer: &[u8], footer_at: u64) -> Result<Self, String> {
         if footer[FOOTER_BYTES - 8..] != END_MAGIC {
             return Err(format!("no end mark at byte {footer_at}: the file was cut short"));
@@ -234,7 +234,7 @@ fn split_directory(
     let text = std::str::from_utf8(text).map_err(|_| "its text is not UTF-8")?;
     let (frame, rows) =
         directory[4 + text_bytes..].split_first_chunk::<FRAME_BYTES>().ok_or("its frame does not fit")?;
-    let own_from_world = Origin::frame_of(frame).ok_or("its frame is no rigid motion")?;
+    let own_from_world = Origin::frame_of(frame).ok_or("its frame is not a rigid motion")?;
     let (rows, rest) = rows.as_chunks::<ENTRY_BYTES>();
     if rows.len() as u64 != tiles || !rest.is_empty() {
         return Err(format!("it holds {} tiles, the footer says {tiles}", rows.len()));

@@ -106,7 +106,7 @@ impl SumsFile {
         // More than records that do not compress at all.
         let most = 2 * (BLOCK * RECORD_BYTES) as u32;
         if !is_sorted || !list.blocks.iter().all(|block| fits(block) && block.bytes <= most) {
-            let detail = "its blocks are not those of a file".to_owned();
+            let detail = "its blocks are inconsistent".to_owned();
             return Err(MapError::Damaged { path: path.to_owned(), part: "list of voxel sums", detail });
         }
         Ok(Self { path: path.to_owned(), blocks: list.blocks })

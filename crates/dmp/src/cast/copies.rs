@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_in_a_row_are_told_together() {
+    fn copies_in_a_row_are_reported_together() {
         let marks: Vec<(usize, u64)> =
             [1, 2, 2, 2, 3, 1, 2, 4].into_iter().enumerate().map(|(k, mark)| (k + 10, mark)).collect();
         let row = |scan, last, original| CopiedScans { scan, last, original };

@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn half_octaves_are_told_apart() {
+    fn half_octaves_are_distinguished() {
         let shape_of = |range_m: f64| {
             let ray = Ray { origin_in_world: [0.0; 3], direction_in_world: [1.0, 0.0, 0.0], range_m };
             let mut counts = ShapeCounts::default();

@@ -50,7 +50,7 @@ struct CastRun<'e> {
     run: &'e RunState<'e, RunCaster>,
     /// Whether its surfels have the segments that observed them.
     is_cross_validated: bool,
-    /// Which scores to compute: [R_cv, R_near].
+    /// Which scores to compute: `[R_cv, R_near]`.
     bases: [bool; 2],
     /// The tiles of its own frame.
     own_tiles: OwnTiles,

@@ -153,7 +153,7 @@ mod tests {
 
     /// A second visit 10 m ahead, reported as 0.3 m too far ahead, 0.1 m too far left and 0.2 m too low, and 1° turned to the left.
     #[test]
-    fn what_a_run_is_off_by_is_told_along_its_way() {
+    fn a_displacement_is_reported_along_the_path() {
         let turned = |deg: f64| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), deg.to_radians());
         // The path leads north, the frame of the place is turned by 30°.
         let place_from_way = turned(30.0);
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_surface_tells_is_not_told() {
+    fn an_unconstrained_direction_is_not_reported() {
         let covariance = diagonal([0.0, 0.0, 0.0, 2500.0, 1e-4, 1e-4]);
         let found = measured(Isometry3::identity(), &covariance);
         let claimed = Isometry3::translation(3.0, 0.2, 0.0);

@@ -23,7 +23,7 @@ pub(super) enum NotMeasured {
     #[error(transparent)]
     Refused(#[from] Refusal),
     /// Other runs register the visits elsewhere, with more overlap.
-    #[error("other runs find these visits {apart_m:.2} m from where this one does, with more in common")]
+    #[error("other runs register these visits {apart_m:.2} m away, with more overlap")]
     Outvoted {
         /// The distance between both.
         apart_m: f64,

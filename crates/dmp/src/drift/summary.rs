@@ -7,7 +7,7 @@ use super::report::{DriftBin, DriftComparison, Measured, RunDrift, VisitPairRepo
 use crate::sample::mixed;
 
 /// Consecutive pairs that form a block: drift changes slowly along the path. With few pairs blocks are
-/// smaller, so that about [`LEAST_BLOCKS`] remain.
+/// smaller, so that their number is about [`BLOCKS`].
 const BLOCK_PAIRS: usize = 5;
 const BLOCKS: usize = 8;
 /// Pairs are consecutive if both of their visits are at most this far apart, segments.

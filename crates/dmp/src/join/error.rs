@@ -2,7 +2,7 @@
 
 use dmp_log::LogError;
 
-/// What reports must have in common for comparable scores.
+/// A fact that reports must share for comparable scores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MadeWith {
@@ -47,7 +47,7 @@ pub enum JoinError {
     Different {
         /// The two reports.
         reports: Box<[String; 2]>,
-        /// What differs.
+        /// The fact that differs.
         what: MadeWith,
         /// The field of the JSON that differs.
         field: String,

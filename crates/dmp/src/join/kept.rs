@@ -107,7 +107,7 @@ impl<'a> Rows<'a> {
                 if part.first != begun {
                     let (scan, first) = (part.scan, part.first);
                     return problem(format!(
-                        "scan {scan} goes on with return {first} behind {begun} returns"
+                        "scan {scan} continues with return {first} after {begun} returns"
                     ));
                 }
                 let row = row.get_or_insert_with(|| KeptScan {
@@ -127,7 +127,10 @@ impl<'a> Rows<'a> {
                     return problem(format!("holds {here} where others hold {there} from return {begun} on"));
                 }
                 if part.mark != row.mark {
-                    return problem(format!("holds other returns of scan {} than others do", part.scan));
+                    return problem(format!(
+                        "its returns of scan {} differ from the other results",
+                        part.scan
+                    ));
                 }
                 if let Some(column) = column {
                     row.parts[0][*column] = std::mem::take(&mut part.returns);

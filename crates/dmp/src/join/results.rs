@@ -122,14 +122,14 @@ fn judge(
     let promise = Promise { confidence: confidence.of_each_look(looks), margin };
     let sampling = &report.sampling;
     if sampling.looks.is_some() {
-        return Err(problem("made with --decide, whose looks share the error".to_owned()));
+        return Err(problem("made with --decide, whose looks share the error rate".to_owned()));
     }
     if sampling.frames_total > MOST_SCANS || sampling.frames_scored > sampling.frames_total {
         let (scored, total) = (thousands(sampling.frames_scored), thousands(sampling.frames_total));
-        return Err(problem(format!("{scored} of {total} scans are none that can be compared")));
+        return Err(problem(format!("{scored} of {total} scans cannot be compared")));
     }
     let miss_price = report.config.miss_price;
-    let price = || problem(format!("config.miss_price is {miss_price}, no share from 0 to 1"));
+    let price = || problem(format!("config.miss_price is {miss_price}, not a share from 0 to 1"));
     let layout = Layout::new(report.sampling.frames_total, vec![basis; runs.len()])
         .on_scales(report.config.scales)
         .with_miss_price(MissPrice::new(miss_price).ok_or_else(price)?);

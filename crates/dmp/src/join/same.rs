@@ -1,4 +1,4 @@
-//! What two reports must have in common for their scores to be comparable.
+//! Checks that two reports agree on everything that makes scores comparable.
 
 use std::fmt::Display;
 

@@ -125,7 +125,7 @@ fn reports_of_places_are_refused() {
 }
 
 #[test]
-fn a_difference_in_any_setting_is_told() {
+fn a_difference_in_any_setting_is_reported() {
     let mut fields: Vec<String> =
         samples()["config"].as_object().unwrap().keys().map(|field| format!("config.{field}")).collect();
     fields.extend(samples()["sampling"].as_object().unwrap().keys().map(|field| format!("sampling.{field}")));

@@ -203,16 +203,16 @@ fn check(runs: &[Run], settings: &Settings, means: &Means, share: f64) -> Result
     }
     let lengths = settings.scales.lengths();
     if !lengths.has_quick {
-        return sample_scans(format!("of a {}", lengths.name), "its places are those of a drive, 10 m long");
+        return sample_scans(format!("of a {}", lengths.name), "its places of 10 m are for drives");
     }
     if runs.iter().any(|run| run.map != MapSource::Fused) {
         return sample_scans("with a given map".into(), "it makes the maps of places itself");
     }
     if settings.sample != Sample::All || settings.decide.is_some() {
-        return bad("with a sample of scans".into(), "it is one or the other");
+        return bad("with a sample of scans".into(), "choose one of them");
     }
     if settings.free_space || means.save_maps.is_some() || means.checkpoint_every.is_some() || means.resume {
-        return bad("with a setting for whole maps".into(), "it makes maps of places, and none of all");
+        return bad("with a setting for whole maps".into(), "it makes maps of places only");
     }
     Ok(())
 }

@@ -9,7 +9,7 @@ use crate::run_poses::RunPoses;
 use crate::run_state::{RunState, poses_of};
 use crate::settings::Settings;
 
-/// What log and trajectories give before a scan is read.
+/// The drive by log and trajectories, before a scan is read.
 #[derive(Debug, Clone)]
 pub(crate) struct Drive {
     /// Which scans are in use, and why the others are not.

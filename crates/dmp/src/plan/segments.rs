@@ -104,12 +104,12 @@ pub(super) fn take_segments(
             None if ordinal > 0 => {
                 return Err(bad(scan, "the first segment must begin with the first scan in use"));
             }
-            Some(&last) if ordinal <= last => return Err(bad(scan, "segments must follow each other")),
+            Some(&last) if ordinal <= last => return Err(bad(scan, "segments must ascend")),
             _ => starts.push(ordinal),
         }
     }
     if starts.is_empty() {
-        return Err(bad(0, "there must be one at least"));
+        return Err(bad(0, "there must be at least one"));
     }
     number(frames, &starts);
     Ok(Segments { length: given.length(), given: false, starts, travel_m: given.travel_m })
@@ -195,9 +195,9 @@ mod tests {
         assert!(cut.iter().map(|frame| frame.segment).eq([0, 0, 0, 1, 2, 2, 2, 2, 2, 2]));
         for (starts, words) in [
             (vec![0, 7], "segments from scan 7: a segment cannot begin there"),
-            (vec![0, 6, 6], "segments from scan 6: segments must follow"),
+            (vec![0, 6, 6], "segments from scan 6: segments must ascend"),
             (vec![2, 6], "segments from scan 2: the first segment"),
-            (vec![], "there must be one"),
+            (vec![], "there must be at least one"),
         ] {
             let error = take_segments(&given(&starts), &mut planned()).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");

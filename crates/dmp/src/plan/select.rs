@@ -22,7 +22,7 @@ pub(crate) struct Selection {
     pub(crate) unselected_returns: u64,
     /// Returns of scans that lack a pose in some run.
     pub(crate) unposed_returns: u64,
-    /// How often the log's stamps go backwards.
+    /// Number of backward steps of the log's stamps.
     pub(crate) out_of_order: usize,
     /// Scans with the stamp of another.
     pub(crate) same_stamp: usize,

@@ -35,7 +35,7 @@ pub struct ShardPlan {
     pub(super) content: Content,
 }
 
-/// What every part must agree on.
+/// The part of a plan on which all parts of the score must agree.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Content {
@@ -83,14 +83,14 @@ impl ShardPlan {
     pub fn check_settings(config: &Config) -> Result<(), EvaluateError> {
         let refused = |setting, why| Err(EvaluateError::setting(setting, "in parts".to_owned(), why));
         if config.free_space {
-            let why = "trails are found by two more passes over the whole log";
+            let why = "the search for trails needs two more passes over the whole log";
             return refused(SettingName::FreeSpace, why);
         }
         if config.decide.is_some() {
-            return refused(SettingName::Decide, "whether to go on is known when all parts are done");
+            return refused(SettingName::Decide, "the decision needs the results of all parts");
         }
         if config.save_maps.is_some() {
-            let why = "the map of a run lies in pieces: `dmp map build` makes one";
+            let why = "the maps are in pieces: use `dmp map build`";
             return refused(SettingName::SaveMaps, why);
         }
         Ok(())

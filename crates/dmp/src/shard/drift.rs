@@ -44,7 +44,7 @@ impl Shard<'_> {
         self.folder.write(Stage::Drift, part, &DriftPart { first: first as u64, visits })
     }
 
-    /// What was measured on all pairs, in their order.
+    /// The measurements of all pairs, in their order.
     pub(super) fn drifted(&self, pairs: usize) -> Result<Vec<VisitPairReport>, ShardError> {
         let parts: Vec<(Part, DriftPart)> = self.folder.read(Stage::Drift)?;
         let mut all: Vec<VisitPairReport> = Vec::with_capacity(pairs);
@@ -54,7 +54,7 @@ impl Shard<'_> {
                 detail,
             };
             if first != all.len() as u64 {
-                return Err(content(format!("it begins with pair {first}, where {} comes next", all.len())));
+                return Err(content(format!("it begins with pair {first}, expected {}", all.len())));
             }
             let measured: Vec<VisitPairReport> =
                 serde_json::from_slice(&visits).map_err(|error| content(error.to_string()))?;

@@ -31,7 +31,9 @@ pub enum ShardError {
     #[error("the scans are in memory: parts need a log on disk")]
     NoIndex,
     /// The plan changed after it was written.
-    #[error("the plan has changed since it was made: its content is {found}, and it says {said}")]
+    #[error(
+        "the plan has changed since it was made: the hash of its content is {found}, the plan states {said}"
+    )]
     PlanChanged {
         /// The hash of its content.
         found: String,
@@ -47,9 +49,7 @@ pub enum ShardError {
         version: String,
     },
     /// This machine finds other segments.
-    #[error(
-        "this machine cuts the drive in {here} segments, the plan has {planned}: their bits would not be the same"
-    )]
+    #[error("this machine finds {here} segments, the plan has {planned}: the results would differ")]
     OtherSegments {
         /// Segments found here.
         here: usize,
@@ -59,7 +59,7 @@ pub enum ShardError {
     /// Parts of a stage are missing.
     #[error("{}: {stage} is not done: {missing}", folder.display())]
     Missing {
-        /// Where they should be.
+        /// Their folder.
         folder: PathBuf,
         /// The stage.
         stage: Stage,
@@ -67,13 +67,13 @@ pub enum ShardError {
         missing: String,
     },
     /// A file that belongs to another plan, or to another part.
-    #[error("{}: it is {found}, and should be {expected}", path.display())]
+    #[error("{}: found {found}, expected {expected}", path.display())]
     OtherPart {
         /// The file.
         path: PathBuf,
-        /// What it states to be.
+        /// The part named in the file.
         found: String,
-        /// What it should be.
+        /// The expected part.
         expected: String,
     },
     /// The content of a part cannot be decoded.
@@ -81,7 +81,7 @@ pub enum ShardError {
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         detail: String,
     },
     /// A scan is in several parts.
@@ -97,7 +97,7 @@ pub enum ShardError {
     ScansMissing {
         /// The stage.
         stage: Stage,
-        /// How many.
+        /// Their number.
         missing: u64,
         /// Number of scans of the plan.
         scans: u64,

@@ -98,7 +98,7 @@ impl PlanFolder<'_> {
     fn read_part<C: DeserializeOwned>(&self, stage: Stage, part: Part) -> Result<C, ShardError> {
         let path = self.file(&receipt_name(stage, part));
         let Some(bytes) = read_checked(&path)? else {
-            let missing = format!("part {part} has gone");
+            let missing = format!("part {part} was removed");
             return Err(ShardError::Missing { folder: self.path.to_owned(), stage, missing });
         };
         let content =
@@ -117,7 +117,7 @@ impl PlanFolder<'_> {
 fn missing_in_words(done: &BTreeMap<u32, Vec<Part>>) -> String {
     let share = |(of, parts): &(&u32, &Vec<Part>)| parts.len() as f64 / f64::from(**of);
     let Some((&of, parts)) = done.iter().max_by(|a, b| share(a).total_cmp(&share(b))) else {
-        return "none of its parts is here".to_owned();
+        return "all parts are missing".to_owned();
     };
     let missing: Vec<String> = (1..=of)
         .filter_map(|number| Part::new(number, of))
@@ -145,7 +145,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let plan = PlanFolder { path: folder.path(), plan: "abc" };
         let read = |stage| plan.read::<u32>(stage).map_err(|error| error.to_string());
-        assert!(read(Stage::Cast).unwrap_err().ends_with(": cast is not done: none of its parts is here"));
+        assert!(read(Stage::Cast).unwrap_err().ends_with(": cast is not done: all parts are missing"));
         plan.write(Stage::Cast, part("2/3"), &22_u32).unwrap();
         plan.write(Stage::Cast, part("3/3"), &33_u32).unwrap();
         plan.write(Stage::Fuse, part("1/3"), &77_u32).unwrap();
@@ -163,10 +163,10 @@ mod tests {
         assert!(read(Stage::Cast).unwrap_err().contains("cast-1-of-3.part: damaged in its content"));
         std::fs::copy(plan.file("cast-2-of-3.part"), &path).unwrap();
         let error = read(Stage::Cast).unwrap_err();
-        assert!(error.ends_with("it is cast 2/3 of plan abc, and should be cast 1/3 of plan abc"), "{error}");
+        assert!(error.ends_with("found cast 2/3 of plan abc, expected cast 1/3 of plan abc"), "{error}");
         let other = PlanFolder { plan: "xyz", ..plan };
         other.write(Stage::Cast, part("1/3"), &11_u32).unwrap();
         let error = read(Stage::Cast).unwrap_err();
-        assert!(error.ends_with("it is cast 1/3 of plan xyz, and should be cast 1/3 of plan abc"), "{error}");
+        assert!(error.ends_with("found cast 1/3 of plan xyz, expected cast 1/3 of plan abc"), "{error}");
     }
 }

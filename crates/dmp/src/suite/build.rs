@@ -86,7 +86,7 @@ fn warnings(versions: &[String], logs: &[SuiteLog]) -> Vec<String> {
             .collect();
         if !without.is_empty() {
             warnings.push(format!(
-                "{version} is not compared on {} of {} logs ({}): where it fails it cannot lose",
+                "{version} is not compared on {} of {} logs ({}): it cannot lose where it fails",
                 without.len(),
                 logs.len(),
                 without.join(", ")

@@ -59,7 +59,7 @@ mod tests {
 
     /// The probability that two equal versions are ranked apart, over all outcomes; a log decides with
     /// probability `share`.
-    fn told_apart(logs: u64, share: f64, wins: f64, confidence: Confidence) -> f64 {
+    fn ranked_apart(logs: u64, share: f64, wins: f64, confidence: Confidence) -> f64 {
         let mut chance = 0.0;
         for a in 0..=logs {
             for b in 0..=logs - a {
@@ -80,20 +80,19 @@ mod tests {
     }
 
     #[test]
-    fn two_equal_versions_are_told_apart_no_more_often_than_promised() {
+    fn equal_versions_are_ranked_apart_no_more_often_than_promised() {
         for confidence in levels() {
             for (logs, share) in [(4, 1.0), (8, 1.0), (12, 0.5), (12, 1.0), (30, 0.9), (40, 0.02)] {
-                let chance = told_apart(logs, share, 0.5, confidence);
+                let chance = ranked_apart(logs, share, 0.5, confidence);
                 assert!(chance <= 1.0 - confidence.level(), "{logs} logs, {share}: {chance}");
             }
         }
         // The test has power: it is not always undecided.
-        assert!(told_apart(30, 1.0, 0.5, Confidence::new(0.9).unwrap()) > 0.04);
+        assert!(ranked_apart(30, 1.0, 0.5, Confidence::new(0.9).unwrap()) > 0.04);
     }
 
     /// Three equal versions on twelve logs: on each log, all six orders are equally likely. Enumerates all
     /// counts of the orders.
-    /// orders.
     #[test]
     fn three_equal_versions_share_the_error() {
         const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
@@ -124,11 +123,11 @@ mod tests {
     }
 
     #[test]
-    fn versions_that_differ_are_told_apart() {
+    fn versions_that_differ_are_ranked_apart() {
         // Better on nineteen of twenty logs that decide.
-        assert!(told_apart(12, 1.0, 0.95, Confidence::P99) > 0.85);
-        assert!(told_apart(20, 0.9, 0.95, Confidence::P99) > 0.95);
-        assert!(told_apart(12, 1.0, 1.0, Confidence::P99) == 1.0);
+        assert!(ranked_apart(12, 1.0, 0.95, Confidence::P99) > 0.85);
+        assert!(ranked_apart(20, 0.9, 0.95, Confidence::P99) > 0.95);
+        assert!(ranked_apart(12, 1.0, 1.0, Confidence::P99) == 1.0);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::report::{Report, Verdict};
 
 /// The scale, counted from the largest, at which differences of root mean squares are reported: 0.5 m on a
 /// drive.
-const TOLD_SCALE: usize = 2;
+const REPORTED_SCALE: usize = 2;
 
 /// Two versions over all logs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -107,7 +107,7 @@ pub(super) fn on_logs(logs: &[SuiteLog], a: &str, b: &str) -> (Vec<LogPairReport
 fn on_log(report: &Report, log: &str, a: &str, b: &str) -> Option<(LogPairReport, Option<f64>)> {
     let pair = report.pair(a, b)?;
     let sign = if pair.a == a { 1.0 } else { -1.0 };
-    let scale = pair.scales.get(TOLD_SCALE);
+    let scale = pair.scales.get(REPORTED_SCALE);
     let rms_m = scale.and_then(|scale| Some(scale.mean_a_m2?.sqrt() - scale.mean_b_m2?.sqrt()));
     let drift = report.drift.iter().flat_map(|drift| &drift.comparisons);
     let drift_m = drift.filter(|drift| drift.pairs > 0).find_map(|drift| {

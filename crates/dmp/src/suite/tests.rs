@@ -86,7 +86,7 @@ fn a_log_where_the_later_version_loses_stands_first() {
 }
 
 #[test]
-fn what_is_not_compared_is_told() {
+fn what_is_not_compared_is_reported() {
     let mut logs = nine();
     logs.truncate(3);
     logs.push(SuiteLog { name: "lost".into(), report: Err("no such file".into()), missing: Vec::new() });
@@ -103,7 +103,7 @@ fn what_is_not_compared_is_told() {
     );
     let expected = [
         "lost was not scored: no such file",
-        "new is not compared on 1 of 5 logs (odd): where it fails it cannot lose",
+        "new is not compared on 1 of 5 logs (odd): it cannot lose where it fails",
     ];
     assert_eq!(found.warnings, expected);
     assert_eq!(found.log("odd").unwrap().missing[0].reason, "excluded: it belongs to another log");

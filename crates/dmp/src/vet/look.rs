@@ -16,8 +16,8 @@ use crate::settings::Settings;
 
 /// Confidence required before an error is reported.
 const CONFIDENCE: f64 = 0.999;
-/// Another interpretation is reported if the scans fit better by this factor. It must also hold at this
-/// confidence. Correct inputs gain less than a hundredth from any, wrong ones half as much again and more.
+/// Another interpretation is chosen if the scans fit better by this factor, and by this share of the returns.
+/// Correct inputs gain less than a hundredth from any, wrong ones half as much again and more.
 const BETTER_BY: f64 = 1.25;
 const BETTER_BY_SHARE: f64 = 0.1;
 /// An interpretation in which the vehicle travels less than this part of its path proves nothing: scans of

@@ -1,4 +1,4 @@
-//! What fixes the clock, extrinsic or pose format of a run.
+//! Settings that fix the clock, extrinsic or pose format of a run.
 
 use dmp_sensor::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 

@@ -106,7 +106,7 @@ fn pairs_without_an_answer_are_counted() {
 
 /// The null: among equally wrong runs, one is better no more often than the intervals promise; and the power.
 #[test]
-fn equal_runs_are_equal_and_others_are_told_apart() {
+fn equal_runs_are_equal_and_others_are_ranked() {
     let mut wrong = 0;
     for seed in 0..200 {
         let run = |which: usize| -> Vec<_> {

@@ -20,8 +20,8 @@ const JOIN_M: f64 = 0.75 * LENGTH_M;
 const RADIUS_M: f64 = 35.0;
 /// Distance travelled between scans that are read for a place, metres.
 pub(crate) const SPACING_M: f64 = 4.0;
-/// Scans packed together are read together. Then up to this much of the path behind them is skipped, as far
-/// as they stand for it, metres.
+/// Scans packed together are read together. Then the path behind them is skipped in proportion to their
+/// number, up to this distance, metres.
 const MOST_LEFT_OUT_M: f64 = 12.0;
 /// Segments between two scans for the later one to count as a revisit: as for the coverage by revisits.
 const REVISIT_SEGMENTS: f64 = 5.0;
