@@ -8,7 +8,8 @@ use dmp::file_stem_of;
 use dmp_draw::text::count;
 use dmp_log::{RawTrajectory, TrajectoryFormat, read_raw_trajectory_as, shown_path};
 use dmp_truth::trajectory::{
-    CompareError, DeltaUnit, PairOptions, Pose, PosePath, Relation, Statistics, absolute, relative,
+    CompareError, DELTA_TOLERANCE, DeltaUnit, PairOptions, Pose, PosePath, Relation, Statistics, absolute,
+    relative,
 };
 
 use super::compared::{Compared, Metric, PairsJson, all_notes};
@@ -21,9 +22,6 @@ use crate::options::{Asked, Out, Spec, output, truth};
 use crate::save::SavedTogether;
 use crate::say::say;
 use crate::score::outputs::targets::with_run;
-
-/// How far from delta a pair may be, as a share of it: evo's default.
-const DELTA_TOLERANCE: f64 = 0.1;
 
 pub(super) static APE: Spec = Spec {
     name: "ape",
@@ -82,8 +80,8 @@ fn rpe(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
         Some(delta) if unit != DeltaUnit::Frames => as_python(delta),
         delta => format!("{:.0}", delta.unwrap_or(1.0)),
     };
-    let (delta, relative_tolerance) = (delta.unwrap_or(1.0), DELTA_TOLERANCE);
-    let options = PairOptions { delta, unit, relative_tolerance, all_pairs };
+    let delta = delta.unwrap_or(1.0);
+    let options = PairOptions { delta, unit, all_pairs };
     let which = if all_pairs { "all" } else { "consecutive" };
     let metric = Metric {
         name: "rpe",
@@ -96,7 +94,7 @@ fn rpe(asked: &Asked, common: &Common, out: &mut Out<'_>) -> anyhow::Result<Exit
             all_pairs,
             from_reference: false,
         }),
-        errors: &|prepared| relative(&prepared.reference, &prepared.estimate, relation, &options, false),
+        errors: &|prepared| relative(&prepared.reference, &prepared.estimate, relation, &options),
     };
     run(asked, &metric, common, out)
 }

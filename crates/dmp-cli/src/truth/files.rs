@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use dmp_log::TrajectoryFormat;
-use dmp_truth::trajectory::{Alignment, ErrorUnit, Matching, PosePath, Preparation, Relation, Sync};
+use dmp_truth::trajectory::{Alignment, ErrorUnit, Matching, PosePath, Preparation, Relation};
 
 use crate::exit::Usage;
 use crate::options::{Asked, truth};
@@ -45,7 +45,6 @@ fn alignment(asked: &Asked) -> Alignment {
         pose: asked.has(&truth::ALIGN),
         scale: asked.has(&truth::CORRECT_SCALE),
         origin: asked.has(&truth::ALIGN_ORIGIN),
-        first: None,
     }
 }
 
@@ -61,23 +60,16 @@ pub(super) fn preparation(asked: &Asked, reference: &PosePath) -> Result<Prepara
     // Zero alone asks for nothing, as in evo.
     let cut = [start_s, end_s].iter().any(|time| time.is_some_and(|time| time != 0.0));
     Ok(Preparation {
-        downsample: None,
-        motion_filter: None,
         start_s: start_s.filter(|_| cut),
         end_s: end_s.filter(|_| cut),
-        matching: Matching {
-            max_diff_s: max_diff_s.unwrap_or(0.01),
-            offset_s: offset_s.unwrap_or(0.0),
-            sync: Sync::NearestTime,
-        },
+        matching: Matching { max_diff_s: max_diff_s.unwrap_or(0.01), offset_s: offset_s.unwrap_or(0.0) },
         alignment: alignment(asked),
-        plane: None,
     })
 }
 
 /// The heading, word by word as evo has it.
 pub(super) fn title(asked: &Asked, metric: &str, relation: Relation, unit: ErrorUnit, tail: &str) -> String {
-    let Alignment { pose, scale, origin, .. } = alignment(asked);
+    let Alignment { pose, scale, origin } = alignment(asked);
     let how = match (pose, scale, origin) {
         (true, false, _) => "\n(with SE(3) Umeyama alignment)",
         (true, true, _) => "\n(with Sim(3) Umeyama alignment)",
